@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+# Compiler settings and the three helpers every folder uses: one library, one test program, one service.
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release)
+endif()
+
+# Everything lands in one bin/ so that services, scripts and tests find each other by name.
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+
+find_program(CCACHE_PROGRAM ccache)
+if(CCACHE_PROGRAM)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
+  set(CMAKE_C_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
+endif()
+
+find_package(Threads REQUIRED)
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+
+# Warnings are errors in our own code, never in generated code.
+add_library(zerodrift_warnings INTERFACE)
+target_compile_options(zerodrift_warnings INTERFACE
+  -Wall -Wextra -Wpedantic -Werror -Wshadow -Wconversion -Wsign-conversion -Wdouble-promotion -Wold-style-cast
+  -Wnull-dereference -Wduplicated-cond -Wlogical-op -Wcast-align -Wformat=2 -Wnon-virtual-dtor -Woverloaded-virtual
+  -Wno-restrict)  # GCC 12 warns falsely on std::string concatenation (GCC bug 105651)
+
+# Same input, same output, to the bit: no contraction into fused operations, never -ffast-math.
+add_library(zerodrift_options INTERFACE)
+target_compile_options(zerodrift_options INTERFACE -ffp-contract=off)
+target_include_directories(zerodrift_options INTERFACE ${PROJECT_SOURCE_DIR})
+
+# zerodrift_library(<folder> SOURCES ... HEADERS ... [DEPENDS zerodrift::... other targets])
+# makes target zerodrift_<folder>, alias zerodrift::<folder>. DEPENDS is the layer rule of that folder.
+function(zerodrift_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;HEADERS;DEPENDS" ${ARGN})
+  if(ARG_SOURCES)
+    add_library(zerodrift_${name} STATIC ${ARG_SOURCES})
+    set(scope PUBLIC)
+    target_link_libraries(zerodrift_${name} PRIVATE zerodrift_warnings)
+  else()
+    add_library(zerodrift_${name} INTERFACE)
+    set(scope INTERFACE)
+  endif()
+  target_sources(zerodrift_${name} ${scope} FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR} FILES ${ARG_HEADERS})
+  target_link_libraries(zerodrift_${name} ${scope} zerodrift_options ${ARG_DEPENDS})
+  add_library(zerodrift::${name} ALIAS zerodrift_${name})
+endfunction()
+
+# zerodrift_test(<name> LABEL unit|golden|system|architecture SOURCES ... DEPENDS ... [TIMEOUT s])
+function(zerodrift_test name)
+  cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "SOURCES;DEPENDS" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE ${ARG_DEPENDS} zerodrift_warnings GTest::gtest_main)
+  target_compile_definitions(${name} PRIVATE
+    ZERODRIFT_SOURCE_DIR="${PROJECT_SOURCE_DIR}" ZERODRIFT_SHARED_DIR="${PROJECT_SOURCE_DIR}/../shared")
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 120)
+  endif()
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT})
+endfunction()
+
+# zerodrift_service(<name> SOURCES ... DEPENDS ...)
+function(zerodrift_service name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE ${ARG_DEPENDS} zerodrift_warnings)
+  install(TARGETS ${name} RUNTIME DESTINATION bin)
+endfunction()

@@ -1,0 +1,502 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/compensation/compensator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "common/navigation/earth_rate.h"
+#include "common/thermal/integer_time.h"
+
+namespace zerodrift::compensation {
+
+using core::index;
+using core::kAxes;
+
+namespace {
+
+constexpr std::size_t kWaiting = 4096;            // raw samples; publishers of records keep far below it
+constexpr std::size_t kTemperaturesWaiting = 4096;
+constexpr std::size_t kDue = 64;
+constexpr double kBlockS = 1.0;
+constexpr double kStationaryMinuteS = 60.0;
+constexpr double kOldestReferenceS = 1.0;
+// Above this true rate a scale-factor error of 100 ppm passes for .036 deg/h of drift: not learned from.
+constexpr double kLargestReferenceRadps = 0.1 * core::kRadPerDeg;
+constexpr double kLargestRateRadps = 1e3;         // 57 000 deg/s: no gyro measures that, the number is corrupt
+constexpr double kReturnToSafeS = 10.0;           // time constant of the return to the stationary bias out of domain
+constexpr double kMseGain = 1.0 / 12.0;           // memory of 12 labels
+constexpr std::uint64_t kLabelsBeforeTrust = 3;
+constexpr double kDistrustRatio = 2.25;           // model error 1.5 times the bias's: trust is lost
+constexpr double kMovedDegc = 1.0;                // a probe counts as moving past this
+
+bool is_usable(const core::AngularRateSample& sample, std::size_t axis) {
+  return sample.valid[axis] && std::abs(sample.rate_radps[axis]) <= kLargestRateRadps;   // false for NaN
+}
+
+std::size_t checked_probe_count(const CompensationOptions& options) {
+  if (auto line = options.validate()) throw std::invalid_argument(*line);
+  return options.probes().size();
+}
+
+thermal::FeatureBuilderOptions builder_options(const CompensationOptions& options) {
+  return {.features = options.features, .max_temperature_age_s = options.temperature_stale_s};
+}
+
+}  // namespace
+
+Compensator::Compensator(const CompensationOptions& options)
+    : options_(options),
+      probes_(options.probes()),
+      temperature_delay_(core::from_seconds(options.temperature_delay_s)),
+      handover_(core::from_seconds(options.learning.handover_s)),
+      features_(builder_options(options), probes_),
+      waiting_(kWaiting),
+      temperatures_(checked_probe_count(options), kTemperaturesWaiting),
+      references_(kWaiting),
+      blocks_(kBlockS),
+      gate_(options.learning.rest),
+      labels_(options.learning.label_interval_s, options.learning.confirm_s),
+      exchange_(options),
+      learner_(options, exchange_),
+      due_(kDue) {
+  thermal::TemperatureTrackOptions track = options.track;
+  track.history_span_s = std::max(track.history_span_s, features_.longest_lag_s() + 60.0);
+  for (std::size_t i = 0; i < probes_.size(); ++i) tracks_.emplace_back(track);
+}
+
+Compensator::~Compensator() = default;
+
+// ---------------------------------------------------------------------------------------------------- taking in
+
+Admission Compensator::push(const core::AngularRateSample& sample, std::int64_t publish_time_ns,
+                            std::int64_t ingress_time_ns) noexcept {
+  if (waiting_.full()) return Admission::kQueueFull;
+  const Admission admission = sequences_.admit(sample.sequence);
+  ++counts_.samples_in;
+  if (admission == Admission::kDuplicate) ++counts_.duplicates;
+  if (admission == Admission::kTooOld) ++counts_.too_old;
+  if (admission == Admission::kLate) ++counts_.late;
+  if (admission == Admission::kInOrder || admission == Admission::kLate) {
+    waiting_.push({sample, publish_time_ns, ingress_time_ns, admission == Admission::kLate});
+  }
+  return admission;
+}
+
+void Compensator::push(const core::TemperatureSample& sample) noexcept {
+  const auto probe = std::find(probes_.begin(), probes_.end(), sample.probe);
+  if (probe == probes_.end()) return;
+  ++counts_.temperatures;
+  const bool usable = sample.measured && std::isfinite(sample.temperature_degc);
+  if (sample.measured && !usable) ++counts_.temperatures_refused;
+  temperatures_.push({static_cast<std::size_t>(probe - probes_.begin()), sample.time, sample.temperature_degc, usable});
+}
+
+void Compensator::push(const core::RateReferenceSample& sample) noexcept {
+  // A filter's residual needs the correction it was seen under; such labels are not formed from the raw rate.
+  if (sample.kind == core::ReferenceKind::kNavigationResidual) return;
+  core::RateReferenceSample reference = sample;
+  for (const auto axis : kAxes) {
+    const std::size_t i = index(axis);
+    reference.valid[i] = sample.valid[i] && std::abs(sample.rate_radps[i]) <= kLargestRateRadps;
+  }
+  references_.push(reference);
+}
+
+Readiness Compensator::readiness() noexcept {
+  if (waiting_.empty()) return Readiness::kNothing;
+  const Pending& next = waiting_.front();
+  if (next.late || !is_timely(next.sample.time)) return Readiness::kReady;
+  const core::SensorTime time = next.sample.time;
+  if (!temperatures_.complete_to(time - temperature_delay_)) return Readiness::kAwaitsTemperature;
+  if (!references_.complete_to(time)) return Readiness::kAwaitsReference;
+  if (!due_.empty() && due_.front().time <= time && !exchange_.delivered(due_.front().job)) {
+    return Readiness::kAwaitsModel;
+  }
+  return Readiness::kReady;
+}
+
+core::SensorTime Compensator::needed_time() const noexcept {
+  return waiting_.empty() ? newest_ : waiting_.front().sample.time;
+}
+
+void Compensator::give_up_waiting() noexcept {
+  if (waiting_.empty()) return;
+  temperatures_.give_up_waiting(waiting_.front().sample.time - temperature_delay_);
+  references_.give_up_waiting();
+}
+
+void Compensator::restart_stream() noexcept {
+  sequences_.restart();
+  for (std::size_t i = 0; i < waiting_.size(); ++i) waiting_[i].late = true;
+  restart_histories();
+}
+
+void Compensator::restart_histories() noexcept {
+  temperatures_.restart();
+  references_.restart();
+  for (auto& track : tracks_) track.reset();
+  blocks_.restart();
+  gate_.restart();
+  labels_.discard();
+  for (auto& axis : axes_) axis.safe_time = axis.newest_label = core::kNever;
+  for (std::size_t i = 0; i < due_.size(); ++i) due_[i].time = core::kNever;   // due at once
+  newest_ = doubted_ = core::kNever;
+  estimate_outdated_ = true;
+}
+
+bool Compensator::reset_models() noexcept {
+  TrainingJob job{.number = jobs_ + 1, .kind = TrainingJob::Kind::kReset, .label = {}};
+  if (due_.full() || !exchange_.submit(job)) return false;
+  ++jobs_;
+  due_.push({newest_, jobs_});
+  for (auto& axis : axes_) {
+    axis = AxisState{};
+  }
+  labels_.discard();
+  estimate_outdated_ = true;
+  return true;
+}
+
+// ---------------------------------------------------------------------------------------------------- answering
+
+CompensatedSample Compensator::answer_next() noexcept {
+  Pending pending = waiting_.front();
+  waiting_.pop();
+  const core::AngularRateSample& sample = pending.sample;
+  if (!pending.late && !is_timely(sample.time)) {
+    ++counts_.time_faults;
+    doubted_ = sample.time;
+    pending.late = true;   // answered with the drift in force; moves nothing forward
+  }
+  if (!pending.late) {
+    if (newest_ != core::kNever && sample.time < newest_) restart_histories();   // the clock was set back
+    newest_ = sample.time;
+    doubted_ = core::kNever;
+    clock_ = sample.clock;
+    take_temperatures(sample.time - temperature_delay_);
+    take_models(sample.time);
+    observe(sample);
+    if (estimate_outdated_) estimate(sample.time);
+  }
+  ++counts_.samples_out;
+  return answer(pending);
+}
+
+// A stamp that jumps by more than kLargestStep, either way, is believed when a second sample follows it.
+bool Compensator::is_timely(core::SensorTime time) const noexcept {
+  if (!thermal::is_usable(time)) return false;
+  if (newest_ == core::kNever) return true;
+  const core::SensorTime step = time - newest_;
+  if (step >= -kLargestStep && step <= kLargestStep) return step > core::SensorTime{0};
+  const core::SensorTime since_doubted = thermal::saturating_difference(time, doubted_);
+  return since_doubted > core::SensorTime{0} && since_doubted <= kLargestStep;
+}
+
+CompensatedSample Compensator::answer(const Pending& pending) const noexcept {
+  const core::AngularRateSample& sample = pending.sample;
+  CompensatedSample out;
+  out.raw = sample;
+  out.late = pending.late;
+  out.publish_time_ns = pending.publish_time_ns;
+  out.ingress_time_ns = pending.ingress_time_ns;
+  const ModelSnapshot* model = exchange_.active();
+  out.model_epoch = model ? model->epoch : 0;
+  for (const auto axis : kAxes) {
+    const std::size_t i = index(axis);
+    const AxisState& state = axes_[i];
+    const bool usable = is_usable(sample, i);
+    out.applied_drift_radps[i] = usable ? state.applied_radps : 0.0;
+    out.rate_radps[i] = sample.rate_radps[i] - out.applied_drift_radps[i];
+    out.drift_variance[i] = usable ? state.variance : -1.0;
+    out.sensor_variance[i] = gate_.state() != RestState::kInitial && gate_.knows(axis) ? gate_.sample_variance(axis) : -1.0;
+    out.mode[i] = usable ? state.mode : Mode::kPassthrough;
+    out.reason[i] = usable ? state.reason : Reason::kInvalidInput;
+    out.rung[i] = usable ? state.rung : Rung::kNone;
+  }
+  return out;
+}
+
+void Compensator::take_temperatures(core::SensorTime until) noexcept {
+  while (const auto reading = temperatures_.pop_until(until)) {
+    core::TemperatureSample sample;
+    sample.time = reading->time;
+    sample.temperature_degc = reading->temperature_degc;
+    sample.measured = reading->measured;
+    const auto verdict = tracks_[reading->probe].add(sample);
+    if (verdict == thermal::ReadingVerdict::kAccepted) {
+      estimate_outdated_ = true;
+    } else if (reading->measured) {
+      ++counts_.temperatures_refused;
+    }
+  }
+}
+
+// One a sample, even if several are due: readiness() asks for one, and the learner can't have more than three ready.
+void Compensator::take_models(core::SensorTime now) noexcept {
+  if (due_.empty() || due_.front().time > now) return;
+  if (!exchange_.delivered(due_.front().job)) {
+    if (!due_.front().counted_late) ++counts_.late_models;
+    due_.front().counted_late = true;
+    return;
+  }
+  exchange_.activate_next();
+  due_.pop();
+  estimate_outdated_ = true;
+}
+
+// ---------------------------------------------------------------------------------------------------- observing
+
+EarthRateMode Compensator::earth_rate_mode(core::ClockSource clock) const noexcept {
+  if (options_.earth_rate.mode != EarthRateMode::kAuto) return options_.earth_rate.mode;
+  return core::is_paced_by_consumers(clock) ? EarthRateMode::kIncluded : EarthRateMode::kUnknown;
+}
+
+void Compensator::observe(const core::AngularRateSample& sample) noexcept {
+  const auto closed = blocks_.advance(sample.time, sample.interval_s);
+  if (closed) {
+    estimate_outdated_ = true;   // ages grow even when no temperature comes
+    close_block(*closed);
+  }
+  const core::RateReferenceSample* reference = references_.at(sample.time, core::from_seconds(kOldestReferenceS));
+  referenced_ = reference != nullptr;
+  if (referenced_) blocks_.mark_reference();
+  const bool earth_known = earth_rate_mode(sample.clock) == EarthRateMode::kKnown;
+  bool any_invalid = false;
+  for (const auto axis : kAxes) {
+    const std::size_t i = index(axis);
+    if (!is_usable(sample, i)) {
+      any_invalid = true;
+      continue;
+    }
+    if (sample.clipped[i]) {
+      blocks_.mark_turning();   // a saturated axis says nothing of its drift
+      continue;
+    }
+    double known_radps = 0.0;
+    if (reference != nullptr && reference->valid[i]) {
+      known_radps = reference->rate_radps[i];
+      if (std::abs(known_radps) > kLargestReferenceRadps) blocks_.mark_turning();
+    } else if (earth_known) {
+      known_radps = options_.earth_rate.rate_radps[i];
+    }
+    blocks_.add(axis, sample.rate_radps[i] - known_radps);
+  }
+  if (any_invalid) ++counts_.invalid;
+}
+
+void Compensator::close_block(DriftBlock block) noexcept {
+  const bool measured = block.count != core::PerAxis<std::size_t>{};
+  if (!measured && !blocks_.turning()) return;
+  const RestState state = blocks_.turning() ? gate_.motion() : gate_.add(block);
+  if (state != RestState::kRest || gate_reason() != Reason::kNone) {
+    labels_.discard();
+    return;
+  }
+  core::PerAxis<AxisContext> context;
+  core::PerAxis<double> variance;
+  for (const auto axis : kAxes) {
+    const double sigma = gate_.block_sigma(axis);
+    context[index(axis)] = axes_[index(axis)].context;
+    variance[index(axis)] = sigma * sigma;
+    if (!gate_.knows(axis)) block.count[index(axis)] = 0;   // its motion would go unnoticed
+  }
+  if (const auto label = labels_.add(block, context, variance)) learn_from(*label);
+}
+
+void Compensator::learn_from(const Label& label) noexcept {
+  ++counts_.labels;
+  for (const auto axis : kAxes) {
+    const std::size_t i = index(axis);
+    if (!label.valid[i]) continue;
+    judge(axes_[i], label, i);
+    auto& biases = axes_[i].biases;
+    while (!biases.empty() && core::seconds(label.end - biases.front().end) >= kStationaryMinuteS) biases.pop();
+    biases.push_overwriting({label.end, label.drift_radps[i], label.variance_radps2[i]});
+    axes_[i].newest_label = label.end;
+  }
+  if (options_.scheme == Scheme::kNone) return;
+  TrainingJob job{.number = jobs_ + 1, .kind = TrainingJob::Kind::kLabel, .label = label};
+  if (due_.full() || !exchange_.submit(job)) {
+    ++counts_.labels_skipped;
+    return;
+  }
+  ++jobs_;
+  due_.push({newest_ + handover_, jobs_});
+}
+
+// Test-then-train: the label judges what was predicted for its time before it was known.
+void Compensator::judge(AxisState& axis, const Label& label, std::size_t i) noexcept {
+  if (!label.model_radps[i] || !label.bias_radps[i]) return;
+  const double model_error = label.drift_radps[i] - *label.model_radps[i];
+  const double bias_error = label.drift_radps[i] - *label.bias_radps[i];
+  TestThenTrain& record = axis.record;
+  ++record.labels;
+  const double gain = std::max(kMseGain, 1.0 / static_cast<double>(record.labels));
+  record.model_mse += gain * (model_error * model_error - record.model_mse);
+  record.bias_mse += gain * (bias_error * bias_error - record.bias_mse);
+  const double ratio = axis.trusted ? kDistrustRatio : 1.0;
+  axis.trusted = record.labels >= kLabelsBeforeTrust && record.model_mse <= ratio * record.bias_mse;
+}
+
+// ---------------------------------------------------------------------------------------------------- estimating
+
+Reason Compensator::gate_reason() const noexcept {
+  if (commanded_freeze_) return Reason::kCommanded;
+  switch (gate_.state()) {
+    case RestState::kInitial: return Reason::kNoEstimateYet;
+    case RestState::kMotion: return Reason::kMotion;
+    case RestState::kLevelImplausible: return Reason::kLevelImplausible;
+    case RestState::kSettling: return Reason::kSettling;
+    case RestState::kRest: break;
+  }
+  if (referenced_ || earth_rate_mode(clock_) != EarthRateMode::kUnknown) return Reason::kNone;
+  // Earth rate is then an error of up to 15 deg/h in every label: only a gyro noisier than that may learn.
+  const bool noisy = std::all_of(kAxes.begin(), kAxes.end(), [&](core::Axis axis) {
+    return gate_.block_sigma(axis) > navigation::kUnknownAttitudeSigmaRadps;
+  });
+  return noisy ? Reason::kNone : Reason::kEarthRateUnknown;
+}
+
+bool Compensator::a_probe_is_stuck(core::SensorTime now) const noexcept {
+  const core::SensorTime limit = core::from_seconds(options_.probe_stuck_s);
+  for (const auto& track : tracks_) {
+    const auto unchanged = track.unchanged_for(now);
+    if (!unchanged || *unchanged < limit) continue;
+    const bool another_moved = std::any_of(tracks_.begin(), tracks_.end(), [&](const thermal::TemperatureTrack& other) {
+      const auto then = other.temperature_degc_at(now - limit);
+      return then && other.newest() && std::abs(other.newest()->temperature_degc - *then) > kMovedDegc;
+    });
+    if (another_moved) return true;
+  }
+  return false;
+}
+
+Reason Compensator::input_reason(thermal::FeatureStatus status, core::SensorTime now) const noexcept {
+  switch (status) {
+    case thermal::FeatureStatus::kReady: return a_probe_is_stuck(now) ? Reason::kProbeStuck : Reason::kNone;
+    case thermal::FeatureStatus::kNoTemperature: return Reason::kTemperatureMissing;
+    case thermal::FeatureStatus::kTemperatureStale: return Reason::kTemperatureStale;
+    default: return Reason::kRateNotReady;
+  }
+}
+
+void Compensator::estimate(core::SensorTime now) noexcept {
+  estimate_outdated_ = false;
+  const Reason gate = gate_reason();
+  for (const auto axis : kAxes) {
+    AxisState& state = axes_[index(axis)];
+    thermal::PulseTerms pulse;
+    if (!state.biases.empty()) pulse.mean_radps = bias_mean(state);
+    if (state.biases.size() > 1) {
+      const double span_s = core::seconds(state.biases.back().end - state.biases.front().end);
+      pulse.slope_radps2 = (state.biases.back().drift_radps - state.biases.front().drift_radps) / span_s;
+    }
+    const thermal::FeatureVector vector = features_.build(now, tracks_, pulse);
+    const Reason input = input_reason(vector.status, now);
+    state.context.features_ready = input == Reason::kNone;
+    state.context.features = vector.values;
+    estimate_axis(axis, now, gate, input);
+  }
+}
+
+void Compensator::estimate_axis(core::Axis axis, core::SensorTime now, Reason gate, Reason input) noexcept {
+  AxisState& state = axes_[index(axis)];
+  state.context.model_radps.reset();
+  state.context.bias_radps.reset();
+  if (!state.biases.empty()) state.context.bias_radps = bias_mean(state);
+  if (options_.scheme == Scheme::kNone) {
+    return apply(state, Rung::kNone, Mode::kPassthrough, Reason::kSchemeNone, 0.0, -1.0);
+  }
+  const ModelSnapshot* snapshot = exchange_.active();
+  const AxisModel* model = snapshot ? &snapshot->axes[index(axis)] : nullptr;
+  const bool model_ready = model != nullptr && model->ready() && input == Reason::kNone;
+  const bool within = model_ready && model->within_domain(state.context.features);
+  if (within) state.context.model_radps = model->predict(state.context.features);
+
+  if (within && state.trusted) {
+    state.safe_radps = state.context.model_radps;
+    state.safe_time = now;
+    const Mode mode = gate == Reason::kNone ? Mode::kLearning : Mode::kFrozen;
+    return apply(state, Rung::kOnlineSvr, mode, gate, *state.context.model_radps, state.record.model_mse);
+  }
+  if (model_ready && state.trusted && state.safe_radps && state.context.bias_radps) {
+    // Outside what was learned: from the last estimate within the domain to the last stationary bias.
+    const double away_s = state.safe_time == core::kNever ? 1e9 : core::seconds(now - state.safe_time);
+    const double weight = std::exp(-away_s / kReturnToSafeS);
+    const double drift = weight * *state.safe_radps + (1.0 - weight) * *state.context.bias_radps;
+    return apply(state, Rung::kStationaryBias, Mode::kOutOfDomain, Reason::kOutsideLearned, drift,
+                 bias_variance(state, now));
+  }
+  if (state.context.bias_radps) {
+    Reason reason = input;
+    if (reason == Reason::kNone) reason = within ? Reason::kModelWorseThanBias : Reason::kInitialSet;
+    if (within && state.record.labels < kLabelsBeforeTrust) reason = Reason::kInitialSet;
+    if (model_ready && !within) reason = Reason::kOutsideLearned;
+    return apply(state, Rung::kStationaryBias, Mode::kFallback, reason, *state.context.bias_radps,
+                 bias_variance(state, now));
+  }
+  if (const auto factory = factory_drift(axis)) {
+    return apply(state, Rung::kFactoryPolynomial, Mode::kFallback, Reason::kNoEstimateYet, *factory, -1.0);
+  }
+  apply(state, Rung::kNone, Mode::kPassthrough, gate == Reason::kNone ? Reason::kNoEstimateYet : gate, 0.0, -1.0);
+}
+
+void Compensator::apply(AxisState& axis, Rung rung, Mode mode, Reason reason, double drift_radps,
+                        double variance) noexcept {
+  axis.rung = rung;
+  axis.mode = mode;
+  axis.reason = reason;
+  axis.applied_radps = drift_radps;
+  axis.variance = variance;
+}
+
+double Compensator::bias_mean(const AxisState& axis) const noexcept {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < axis.biases.size(); ++i) sum += axis.biases[i].drift_radps;
+  return sum / static_cast<double>(axis.biases.size());
+}
+
+// The bias's own error on labels one horizon ahead, growing like a random walk while no label comes.
+double Compensator::bias_variance(const AxisState& axis, core::SensorTime now) const noexcept {
+  const double one_horizon = axis.record.labels > 0 ? axis.record.bias_mse : axis.biases.back().variance;
+  const double horizon_s =
+      options_.learning.label_interval_s + options_.learning.confirm_s + options_.learning.handover_s;
+  const double age_s = axis.newest_label == core::kNever ? horizon_s : core::seconds(now - axis.newest_label);
+  return one_horizon * std::max(1.0, age_s / horizon_s);
+}
+
+std::optional<double> Compensator::factory_drift(core::Axis axis) const noexcept {
+  const auto& coefficients = options_.factory_polynomial_radps[index(axis)];
+  if (coefficients.empty() || tracks_.empty() || !tracks_.front().newest()) return std::nullopt;
+  const double temperature_degc = tracks_.front().newest()->temperature_degc;
+  double drift = 0.0;
+  for (auto c = coefficients.rbegin(); c != coefficients.rend(); ++c) drift = drift * temperature_degc + *c;
+  return drift;
+}
+
+// ---------------------------------------------------------------------------------------------------- telling
+
+CompensatorCounts Compensator::counts() const noexcept {
+  CompensatorCounts counts = counts_;
+  counts.missing = sequences_.missing();
+  return counts;
+}
+
+double Compensator::temperature_degc() const noexcept {
+  if (tracks_.empty() || !tracks_.front().newest()) return std::numeric_limits<double>::quiet_NaN();
+  return tracks_.front().newest()->temperature_degc;
+}
+
+double Compensator::temperature_rate_degc_per_s() const noexcept {
+  if (tracks_.empty()) return std::numeric_limits<double>::quiet_NaN();
+  return tracks_.front().rate_degc_per_s().value_or(std::numeric_limits<double>::quiet_NaN());
+}
+
+std::size_t Compensator::support_vectors(core::Axis axis) const noexcept {
+  const ModelSnapshot* model = exchange_.active();
+  return model && model->axes[index(axis)].ready() ? model->axes[index(axis)].support_vectors() : 0;
+}
+
+}  // namespace zerodrift::compensation

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/compensation/input_alignment.h"
+
+#include <algorithm>
+
+#include "common/thermal/integer_time.h"
+
+namespace zerodrift::compensation {
+namespace {
+
+bool is_far_ahead(core::SensorTime time, core::SensorTime of) noexcept {
+  return thermal::saturating_difference(time, of) > kLargestStep;
+}
+
+// A front stamped far ahead of the two readings that came last would hold up all that follow it.
+template <typename Reading>
+void drop_wild_front(core::RingBuffer<Reading>& queue) noexcept {
+  while (queue.size() > 2 &&
+         is_far_ahead(queue.front().time, std::max(queue.back().time, queue[queue.size() - 2].time))) {
+    queue.pop();
+  }
+}
+
+}  // namespace
+
+Admission SequenceWindow::admit(std::uint64_t sequence) noexcept {
+  if (!started_) {
+    started_ = true;
+    first_ = newest_ = sequence;
+    seen_.set(sequence % kSpan);
+    return Admission::kInOrder;
+  }
+  if (sequence > newest_) {
+    const std::uint64_t step = sequence - newest_;
+    if (step >= kSpan) {
+      seen_.reset();
+    } else {
+      for (std::uint64_t s = newest_ + 1; s < sequence; ++s) seen_.reset(s % kSpan);
+    }
+    missing_ += step - 1;
+    newest_ = sequence;
+    seen_.set(sequence % kSpan);
+    return Admission::kInOrder;
+  }
+  if (newest_ - sequence >= kSpan) return Admission::kTooOld;
+  if (seen_.test(sequence % kSpan)) return Admission::kDuplicate;
+  seen_.set(sequence % kSpan);
+  if (sequence > first_) --missing_;
+  return Admission::kLate;
+}
+
+void StreamProgress::hear(core::SensorTime time) noexcept {
+  const core::SensorTime said = std::max(previous_, time);
+  spoken_to_ = is_far_ahead(spoken_to_, said) ? said : std::max(spoken_to_, time);
+  previous_ = time;
+}
+
+TemperatureQueue::TemperatureQueue(std::size_t probes, std::size_t capacity) {
+  probes_.reserve(probes);
+  for (std::size_t i = 0; i < probes; ++i) {
+    probes_.push_back({core::RingBuffer<PendingTemperature>(capacity), {}, false});
+  }
+}
+
+bool TemperatureQueue::push(const PendingTemperature& reading) noexcept {
+  Probe& probe = probes_[reading.probe];
+  const bool had_room = !probe.readings.full();
+  probe.readings.push_overwriting(reading);
+  probe.progress.hear(reading.time);
+  probe.absent = false;
+  return had_room;
+}
+
+bool TemperatureQueue::complete_to(core::SensorTime time) const noexcept {
+  return std::all_of(probes_.begin(), probes_.end(),
+                     [&](const Probe& probe) { return probe.absent || probe.progress.spoken_to() > time; });
+}
+
+std::optional<PendingTemperature> TemperatureQueue::pop_until(core::SensorTime time) noexcept {
+  Probe* first = nullptr;
+  for (Probe& probe : probes_) {
+    drop_wild_front(probe.readings);
+    if (probe.readings.empty() || probe.readings.front().time > time) continue;
+    if (first == nullptr || probe.readings.front().time < first->readings.front().time) first = &probe;
+  }
+  if (first == nullptr) return std::nullopt;
+  const PendingTemperature reading = first->readings.front();
+  first->readings.pop();
+  return reading;
+}
+
+void TemperatureQueue::give_up_waiting(core::SensorTime time) noexcept {
+  for (Probe& probe : probes_) {
+    if (probe.progress.spoken_to() <= time) probe.absent = true;
+  }
+}
+
+void TemperatureQueue::restart() noexcept {
+  for (Probe& probe : probes_) {
+    probe.readings.clear();
+    probe.progress = {};
+    probe.absent = false;
+  }
+}
+
+void ReferenceQueue::push(const core::RateReferenceSample& reference) noexcept {
+  queue_.push_overwriting(reference);
+  progress_.hear(reference.time);
+  expected_ = reference.kind == core::ReferenceKind::kRecord;
+}
+
+bool ReferenceQueue::complete_to(core::SensorTime time) const noexcept {
+  return !expected_ || progress_.spoken_to() >= time;
+}
+
+const core::RateReferenceSample* ReferenceQueue::at(core::SensorTime time, core::SensorTime longest_age) noexcept {
+  drop_wild_front(queue_);
+  while (!queue_.empty() && queue_.front().time <= time) {
+    if (!newest_due_ || queue_.front().time >= newest_due_->time) newest_due_ = queue_.front();
+    queue_.pop();
+  }
+  if (!newest_due_ || thermal::saturating_difference(time, newest_due_->time) > longest_age) return nullptr;
+  return &*newest_due_;
+}
+
+void ReferenceQueue::restart() noexcept {
+  queue_.clear();
+  newest_due_.reset();
+  progress_ = {};
+  expected_ = false;
+}
+
+}  // namespace zerodrift::compensation

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+// Brings three streams that arrive in any order into the one order that sensor time dictates, so that live and
+// offline runs compute the same bits.
+#pragma once
+
+#include <bitset>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "common/core/ring_buffer.h"
+#include "common/core/samples.h"
+
+namespace zerodrift::compensation {
+
+// A stamp further than this from what its stream said before is wild: it is not believed until another confirms it.
+inline constexpr core::SensorTime kLargestStep{60'000'000'000};
+
+// How a raw sample is taken in. Every accepted sample is answered exactly once.
+enum class Admission : std::uint8_t {
+  kInOrder,
+  kLate,        // an earlier sequence than the newest, not answered before
+  kDuplicate,   // answered already: not answered again
+  kTooOld,      // so old that nobody knows whether it was answered
+  kQueueFull,   // the caller must not let this happen: drain first
+};
+
+// Remembers which of the last 4096 sequence numbers were seen.
+class SequenceWindow {
+ public:
+  Admission admit(std::uint64_t sequence) noexcept;
+  void restart() noexcept { *this = {}; }
+  [[nodiscard]] std::uint64_t missing() const noexcept { return missing_; }
+
+ private:
+  static constexpr std::size_t kSpan = 4096;
+  std::bitset<kSpan> seen_;
+  std::uint64_t first_ = 0;
+  std::uint64_t newest_ = 0;
+  std::uint64_t missing_ = 0;    // sequence numbers since the first that were not seen so far
+  bool started_ = false;
+};
+
+// How far a stream has spoken. A stream that went back by more than kLargestStep is believed after two readings, so
+// that one wild stamp neither ends the waiting for good nor starts it anew.
+class StreamProgress {
+ public:
+  void hear(core::SensorTime time) noexcept;
+  [[nodiscard]] core::SensorTime spoken_to() const noexcept { return spoken_to_; }
+
+ private:
+  core::SensorTime spoken_to_{core::kNever};
+  core::SensorTime previous_{core::kNever};
+};
+
+// A reading that waits for its time. `probe` indexes the probes the features need.
+struct PendingTemperature {
+  std::size_t probe = 0;
+  core::SensorTime time{0};
+  double temperature_degc = 0.0;
+  bool measured = false;
+};
+
+// Readings of the needed probes, handed on in time order once a rate sample's time has passed them.
+// Temperatures up to t are known to be complete when every live probe has spoken beyond t.
+class TemperatureQueue {
+ public:
+  TemperatureQueue(std::size_t probes, std::size_t capacity);
+
+  // False when full: the oldest reading is dropped to make room (a temperature, never a rate sample).
+  bool push(const PendingTemperature& reading) noexcept;
+
+  // True when no reading stamped <= time can still come from a probe that is not absent.
+  [[nodiscard]] bool complete_to(core::SensorTime time) const noexcept;
+
+  // The next reading stamped <= time, oldest first; ties in order of probe.
+  std::optional<PendingTemperature> pop_until(core::SensorTime time) noexcept;
+
+  // The owner gave up waiting for the probes that hold things up; one that speaks again is waited for again.
+  void give_up_waiting(core::SensorTime time) noexcept;
+
+  void restart() noexcept;
+
+ private:
+  struct Probe {
+    core::RingBuffer<PendingTemperature> readings;
+    StreamProgress progress;
+    bool absent = false;
+  };
+  std::vector<Probe> probes_;
+};
+
+// References by time: the newest at or before a sample.
+class ReferenceQueue {
+ public:
+  explicit ReferenceQueue(std::size_t capacity) : queue_(capacity) {}
+
+  void push(const core::RateReferenceSample& reference) noexcept;
+  // A record's reference comes with every sample and is waited for; other kinds are not.
+  [[nodiscard]] bool complete_to(core::SensorTime time) const noexcept;
+  // The newest reference at or before `time`, if not older than `longest_age`.
+  [[nodiscard]] const core::RateReferenceSample* at(core::SensorTime time, core::SensorTime longest_age) noexcept;
+  void give_up_waiting() noexcept { expected_ = false; }
+  void restart() noexcept;
+
+ private:
+  core::RingBuffer<core::RateReferenceSample> queue_;
+  std::optional<core::RateReferenceSample> newest_due_;
+  StreamProgress progress_;
+  bool expected_ = false;
+};
+
+}  // namespace zerodrift::compensation

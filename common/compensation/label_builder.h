@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+// From samples to labels: means at rest, confirmed by the stillness that follows.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "common/compensation/rest_gate.h"
+#include "common/core/ring_buffer.h"
+#include "common/thermal/features.h"
+
+namespace zerodrift::compensation {
+
+using FeatureArray = std::array<double, thermal::kMaxFeatures>;
+
+// What the data path held for one axis while a block ran.
+struct AxisContext {
+  bool features_ready = false;
+  FeatureArray features{};
+  std::optional<double> model_radps;   // the model's estimate, where it was ready and within its domain
+  std::optional<double> bias_radps;    // the last stationary bias
+};
+
+// Sums the samples of one DriftBlock. Cost: a few additions a sample.
+class BlockAverager {
+ public:
+  explicit BlockAverager(double block_s) : block_(core::from_seconds(block_s)) {}
+
+  // The block that this sample's time ends, if any; the sample itself then opens the next one.
+  std::optional<DriftBlock> advance(core::SensorTime time, double interval_s) noexcept;
+  void add(core::Axis axis, double drift_radps) noexcept;
+  void mark_reference() noexcept { referenced_ = true; }
+  void mark_turning() noexcept { turning_ = true; }
+  [[nodiscard]] bool turning() const noexcept { return last_turning_; }
+  void restart() noexcept;
+
+ private:
+  struct Sums {
+    std::size_t count = 0;
+    double shift = 0.0;      // first value: variances of small differences keep their digits
+    double sum = 0.0;        // of value - shift
+    double square = 0.0;
+  };
+  [[nodiscard]] DriftBlock close(core::SensorTime end) noexcept;
+
+  core::SensorTime block_;
+  core::SensorTime begin_{core::kNever};
+  core::SensorTime newest_{core::kNever};
+  core::PerAxis<Sums> sums_{};
+  bool referenced_ = false;
+  bool turning_ = false;
+  bool last_turning_ = false;
+};
+
+// A mean at rest or against a reference, and what was predicted for that time before it was known.
+struct Label {
+  core::SensorTime begin{0};
+  core::SensorTime end{0};
+  core::PerAxis<bool> valid{};
+  core::PerAxis<double> drift_radps{};
+  core::PerAxis<double> variance_radps2{};         // of the label as a measurement
+  core::PerAxis<bool> features_ready{};
+  core::PerAxis<FeatureArray> features{};          // means over the label
+  core::PerAxis<std::optional<double>> model_radps{};
+  core::PerAxis<std::optional<double>> bias_radps{};
+};
+
+// Collects still blocks into labels and gives a label out once `confirm_s` of further stillness shows that it ended
+// before any motion began. Motion discards everything not yet confirmed.
+class LabelBuilder {
+ public:
+  LabelBuilder(double label_s, double confirm_s);
+
+  // At most one label is confirmed a block.
+  std::optional<Label> add(const DriftBlock& block, const core::PerAxis<AxisContext>& context,
+                           const core::PerAxis<double>& block_variance_radps2) noexcept;
+  void discard() noexcept;
+
+ private:
+  struct Mean {
+    std::size_t count = 0;
+    double sum = 0.0;
+    void add(double value) noexcept { sum += value; ++count; }
+    [[nodiscard]] double value() const noexcept { return sum / static_cast<double>(count); }
+  };
+  struct AxisSums {
+    Mean drift;
+    double variance = 0.0;      // sum of block variances
+    Mean model;
+    Mean bias;
+    std::size_t ready = 0;
+    FeatureArray features{};
+  };
+  static constexpr std::size_t kPending = 64;
+
+  void accumulate(const DriftBlock& block, const core::PerAxis<AxisContext>& context,
+                  const core::PerAxis<double>& block_variance_radps2) noexcept;
+  void finish() noexcept;
+  void reopen() noexcept;
+
+  core::SensorTime label_;
+  core::SensorTime confirm_;
+  core::SensorTime begin_{core::kNever};
+  core::SensorTime end_{core::kNever};
+  std::size_t blocks_ = 0;
+  core::PerAxis<AxisSums> sums_{};
+  core::RingBuffer<Label> pending_{kPending};
+};
+
+}  // namespace zerodrift::compensation

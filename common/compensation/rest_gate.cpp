@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/compensation/rest_gate.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace zerodrift::compensation {
+
+using core::index;
+using core::kAxes;
+
+namespace {
+
+constexpr double kLevelGain = 0.1;       // the level follows with a memory of 10 blocks
+constexpr double kNoiseGain = 0.01;      // the noise with one of 100
+constexpr double kSmallestSigma = 1e-13; // rad/s; keeps a noise-free input from a zero threshold
+
+}  // namespace
+
+RestGate::RestGate(const RestGateOptions& options) : options_(options) {
+  options_.initial_blocks = std::clamp<std::size_t>(options_.initial_blocks, 3, kMaxInitialBlocks);
+}
+
+void RestGate::restart() noexcept {
+  state_ = RestState::kInitial;
+  axes_ = {};
+  initial_count_ = 0;
+  still_since_ = core::kNever;
+}
+
+double RestGate::block_sigma(core::Axis axis) const noexcept {
+  return std::max(std::sqrt(axes_[index(axis)].noise), kSmallestSigma);
+}
+
+RestState RestGate::add(const DriftBlock& block) noexcept {
+  if (block.count == core::PerAxis<std::size_t>{}) return state_;
+  if (state_ == RestState::kInitial) return state_ = collect_initial(block);
+  const bool implausible = level_implausible(block);
+  if (implausible || departs(block)) {
+    still_since_ = core::kNever;
+    return state_ = implausible ? RestState::kLevelImplausible : RestState::kMotion;
+  }
+  if (state_ == RestState::kMotion || state_ == RestState::kLevelImplausible) {
+    still_since_ = block.begin;
+    state_ = RestState::kSettling;
+  }
+  if (state_ == RestState::kSettling && core::seconds(block.end - still_since_) >= options_.dwell_s) {
+    state_ = RestState::kRest;
+  }
+  if (state_ == RestState::kRest) track(block);
+  return state_;
+}
+
+RestState RestGate::motion() noexcept {
+  if (state_ == RestState::kInitial) {
+    initial_count_ = 0;
+  } else {
+    state_ = RestState::kMotion;
+    still_since_ = core::kNever;
+  }
+  return state_;
+}
+
+RestState RestGate::collect_initial(const DriftBlock& block) noexcept {
+  if (level_implausible(block)) {
+    initial_count_ = 0;
+    return RestState::kInitial;
+  }
+  if (initial_count_ == options_.initial_blocks) {
+    std::move(initial_ + 1, initial_ + initial_count_, initial_);
+    --initial_count_;
+  }
+  initial_[initial_count_++] = block;
+  if (initial_count_ < options_.initial_blocks) return RestState::kInitial;
+  adopt_initial();
+  if (!initial_blocks_agree()) return RestState::kInitial;
+  return RestState::kRest;
+}
+
+// sigma from the median absolute successive difference d: sigma = median|d| / (0.6745 sqrt 2). Robust to a start-up
+// outlier, which is then left out of level and spread by taking their medians.
+void RestGate::adopt_initial() noexcept {
+  for (const auto axis : kAxes) {
+    AxisState& state = axes_[index(axis)];
+    double values[kMaxInitialBlocks];
+    double differences[kMaxInitialBlocks];
+    double spreads[kMaxInitialBlocks];
+    std::size_t n = 0;
+    for (std::size_t i = 0; i < initial_count_; ++i) {
+      if (initial_[i].count[index(axis)] == 0) continue;
+      spreads[n] = initial_[i].variance_radps2[index(axis)];
+      values[n++] = initial_[i].mean_radps[index(axis)];
+    }
+    state = {};
+    if (n < 3) continue;
+    state.previous = values[n - 1];
+    for (std::size_t i = 0; i + 1 < n; ++i) differences[i] = std::abs(values[i + 1] - values[i]);
+    std::nth_element(differences, differences + (n - 1) / 2, differences + n - 1);
+    const double sigma = differences[(n - 1) / 2] / (0.6745 * std::sqrt(2.0));
+    std::nth_element(values, values + n / 2, values + n);
+    state.level = values[n / 2];
+    state.noise = sigma * sigma;
+    std::nth_element(spreads, spreads + n / 2, spreads + n);
+    state.spread = spreads[n / 2];
+    state.known = true;
+    state.blocks = n;
+  }
+  level_time_ = initial_[initial_count_ - 1].end;
+}
+
+// All but one of the blocks lie within the gate of the median level.
+bool RestGate::initial_blocks_agree() const noexcept {
+  for (const auto axis : kAxes) {
+    const AxisState& state = axes_[index(axis)];
+    if (!state.known) continue;
+    std::size_t outliers = 0;
+    for (std::size_t i = 0; i < initial_count_; ++i) {
+      const double span_s = core::seconds(level_time_ - initial_[i].begin);
+      if (initial_[i].count[index(axis)] > 0 &&
+          std::abs(initial_[i].mean_radps[index(axis)] - state.level) > threshold(state, span_s)) {
+        ++outliers;
+      }
+    }
+    if (outliers > 1) return false;
+  }
+  return true;
+}
+
+double RestGate::threshold(const AxisState& axis, double elapsed_s) const noexcept {
+  const double sigma = std::max(std::sqrt(axis.noise), kSmallestSigma);
+  const double slew = std::max(options_.max_slew_radps2, options_.noise_slew_per_s * sigma);
+  return options_.departure_sigmas * sigma + slew * std::max(0.0, elapsed_s);
+}
+
+bool RestGate::level_implausible(const DriftBlock& block) const noexcept {
+  if (block.has_reference) return false;
+  return std::any_of(kAxes.begin(), kAxes.end(), [&](core::Axis axis) {
+    return block.count[index(axis)] > 0 && std::abs(block.mean_radps[index(axis)]) > options_.max_level_radps;
+  });
+}
+
+bool RestGate::departs(const DriftBlock& block) const noexcept {
+  const double elapsed_s = core::seconds(block.end - level_time_);
+  for (const auto axis : kAxes) {
+    const AxisState& state = axes_[index(axis)];
+    if (!state.known || block.count[index(axis)] == 0) continue;
+    const double departure = std::abs(block.mean_radps[index(axis)] - state.level);
+    if (!(departure <= threshold(state, elapsed_s))) return true;   // also when not a number
+    const double widest = options_.spread_ratio * options_.spread_ratio * state.spread;
+    if (block.count[index(axis)] >= 8 && state.spread > 0.0 && block.variance_radps2[index(axis)] > widest) return true;
+  }
+  return false;
+}
+
+void RestGate::track(const DriftBlock& block) noexcept {
+  for (const auto axis : kAxes) {
+    AxisState& state = axes_[index(axis)];
+    if (block.count[index(axis)] == 0) continue;
+    const double mean = block.mean_radps[index(axis)];
+    if (state.blocks == 0) {   // an axis that appears later starts from its own first block at rest
+      state = {.known = false, .level = mean, .noise = 0.0, .spread = block.variance_radps2[index(axis)],
+               .previous = mean, .blocks = 1};
+      continue;
+    }
+    const double difference = mean - state.previous;
+    // Clipped at 3 sigma of a difference, so that a step of the drift does not pass for noise.
+    const double cap = state.blocks > 10 && state.noise > 0.0 ? 18.0 * state.noise : difference * difference;
+    const double half_square = 0.5 * std::min(difference * difference, cap);
+    // Until the memory is filled the gain is 1/n, so that the median of the first blocks is soon refined.
+    const double gain = std::max(kNoiseGain, 1.0 / static_cast<double>(state.blocks + 1));
+    state.noise += gain * (half_square - state.noise);
+    state.spread += gain * (block.variance_radps2[index(axis)] - state.spread);
+    state.level += std::max(kLevelGain, 1.0 / static_cast<double>(state.blocks + 1)) * (mean - state.level);
+    state.previous = mean;
+    ++state.blocks;
+    state.known = state.known || state.blocks >= options_.initial_blocks;
+  }
+  level_time_ = block.end;
+}
+
+}  // namespace zerodrift::compensation

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/config/compensation_config.h"
+
+#include <array>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/config/yaml_to_proto.h"
+#include "common/core/units.h"
+#include "common/navigation/earth_rate.h"
+
+namespace zerodrift::config {
+namespace {
+
+using compensation::CompensationOptions;
+
+// One choice out of named ones; `key` is the path for the error line.
+template <typename Choice, std::size_t N>
+Choice choose(const YamlDocument& file, const std::string& key, const std::string& text,
+              const std::array<std::pair<const char*, Choice>, N>& choices) {
+  std::string known;
+  for (const auto& [name, choice] : choices) {
+    if (text == name) return choice;
+    known += (known.empty() ? "" : ", ") + std::string(name);
+  }
+  throw file.error(key, "found '" + text + "', expected one of " + known);
+}
+
+constexpr std::array kSchemes{std::pair{"online-svr", compensation::Scheme::kOnlineSvr},
+                              std::pair{"none", compensation::Scheme::kNone}};
+constexpr std::array kWindows{std::pair{"two_tier", regression::WindowPolicy::kTwoTier},
+                              std::pair{"fifo", regression::WindowPolicy::kFifo}};
+constexpr std::array kEarthRates{std::pair{"auto", compensation::EarthRateMode::kAuto},
+                                 std::pair{"included", compensation::EarthRateMode::kIncluded},
+                                 std::pair{"known", compensation::EarthRateMode::kKnown},
+                                 std::pair{"unknown", compensation::EarthRateMode::kUnknown}};
+constexpr std::array kEstimators{std::pair{"sliding_mean", thermal::RateMethod::kSlidingMean},
+                                 std::pair{"local_polynomial", thermal::RateMethod::kLocalPolynomial}};
+constexpr std::array kFeatures{std::pair{"temperature", thermal::FeatureKind::kTemperature},
+                               std::pair{"temperature_rate", thermal::FeatureKind::kTemperatureRate},
+                               std::pair{"temperature_times_rate", thermal::FeatureKind::kTemperatureTimesRate},
+                               std::pair{"lagged_temperature", thermal::FeatureKind::kLaggedTemperature},
+                               std::pair{"probe_difference", thermal::FeatureKind::kProbeDifference},
+                               std::pair{"pulse_mean", thermal::FeatureKind::kPulseMean},
+                               std::pair{"pulse_rate", thermal::FeatureKind::kPulseRate}};
+
+bool is_pulse(thermal::FeatureKind kind) {
+  return kind == thermal::FeatureKind::kPulseMean || kind == thermal::FeatureKind::kPulseRate;
+}
+
+void read_features(const YamlDocument& file, const proto::CompensationConfig& in, CompensationOptions& out) {
+  if (in.features().empty()) return;
+  out.features.clear();
+  for (int i = 0; i < in.features_size(); ++i) {
+    const proto::FeatureConfig& feature = in.features(i);
+    thermal::FeatureSpec spec;
+    spec.kind = choose(file, "features[" + std::to_string(i) + "].kind", feature.kind(), kFeatures);
+    if (!is_pulse(spec.kind)) spec.probe = feature.probe().empty() ? "coil" : feature.probe();
+    spec.second_probe = feature.second_probe();
+    if (feature.has_lag_s()) spec.lag_s = feature.lag_s();
+    if (feature.has_scale()) spec.scale = feature.scale();
+    out.features.push_back(spec);
+  }
+}
+
+void read_rate_estimator(const YamlDocument& file, const proto::TemperatureRateConfig& in, CompensationOptions& out) {
+  if (!in.estimator().empty()) {
+    out.track.rate_method = choose(file, "temperature_rate.estimator", in.estimator(), kEstimators);
+  }
+  if (!in.has_window_s()) return;
+  out.track.local_polynomial.window_s = in.window_s();
+  out.track.sliding_mean.window_samples =
+      static_cast<std::size_t>(std::max(1.0, in.window_s() * out.track.sliding_mean.sample_rate_hz));
+}
+
+void read_model(const YamlDocument& file, const proto::SvrConfig& in, CompensationOptions& out) {
+  if (in.has_capacity()) out.model.capacity = in.capacity();
+  if (in.has_epsilon()) out.model.epsilon = in.epsilon();
+  if (in.has_box_constraint()) out.model.box_constraint = in.box_constraint();
+  if (in.has_rbf_gamma()) out.model.kernel.gamma = in.rbf_gamma();
+  if (!in.window().empty()) out.model.window = choose(file, "svr.window", in.window(), kWindows);
+}
+
+void read_learning(const proto::LearningConfig& in, CompensationOptions& out) {
+  if (in.has_label_interval_s()) out.learning.label_interval_s = in.label_interval_s();
+  if (in.has_confirm_s()) out.learning.confirm_s = out.learning.rest.dwell_s = in.confirm_s();
+  if (in.has_handover_s()) out.learning.handover_s = in.handover_s();
+  if (in.has_max_drift_deg_h()) {
+    out.learning.rest.max_level_radps = core::radps_from_deg_h(in.max_drift_deg_h());
+  }
+  if (in.has_max_drift_slew_deg_h_s()) {
+    out.learning.rest.max_slew_radps2 = core::radps_from_deg_h(in.max_drift_slew_deg_h_s());
+  }
+}
+
+void read_earth_rate(const YamlDocument& file, const proto::EarthRateConfig& in, CompensationOptions& out) {
+  if (in.mode().empty()) return;
+  out.earth_rate.mode = choose(file, "earth_rate.mode", in.mode(), kEarthRates);
+  if (out.earth_rate.mode != compensation::EarthRateMode::kKnown) return;
+  if (!in.has_latitude_deg() || !in.has_roll_deg() || !in.has_pitch_deg() || !in.has_heading_deg()) {
+    throw file.error("earth_rate", "mode known needs latitude_deg, roll_deg, pitch_deg and heading_deg");
+  }
+  const navigation::Attitude attitude{.roll_rad = in.roll_deg() * core::kRadPerDeg,
+                                      .pitch_rad = in.pitch_deg() * core::kRadPerDeg,
+                                      .heading_rad = in.heading_deg() * core::kRadPerDeg};
+  out.earth_rate.rate_radps = navigation::earth_rate_radps_b(in.latitude_deg() * core::kRadPerDeg, attitude);
+}
+
+std::vector<double> polynomial(const google::protobuf::RepeatedField<double>& coefficients_deg_h) {
+  std::vector<double> result;
+  for (const double value : coefficients_deg_h) result.push_back(core::radps_from_deg_h(value));
+  return result;
+}
+
+}  // namespace
+
+compensation::CompensationOptions load_compensation(const std::filesystem::path& path) {
+  const YamlDocument file = YamlDocument::read(path);
+  proto::CompensationConfig in;
+  load_message(path, in);
+  CompensationOptions out;
+  if (!in.scheme().empty()) out.scheme = choose(file, "scheme", in.scheme(), kSchemes);
+  read_features(file, in, out);
+  read_rate_estimator(file, in.temperature_rate(), out);
+  read_model(file, in.svr(), out);
+  read_learning(in.learning(), out);
+  read_earth_rate(file, in.earth_rate(), out);
+  out.factory_polynomial_radps = {polynomial(in.factory_polynomial().x_deg_h()),
+                                  polynomial(in.factory_polynomial().y_deg_h()),
+                                  polynomial(in.factory_polynomial().z_deg_h())};
+  if (in.has_temperature_delay_s()) out.temperature_delay_s = in.temperature_delay_s();
+  if (in.has_temperature_stale_s()) out.temperature_stale_s = in.temperature_stale_s();
+  if (in.has_probe_stuck_s()) out.probe_stuck_s = in.probe_stuck_s();
+  if (const auto line = out.validate()) {
+    const auto colon = line->find(": ");
+    throw file.error(line->substr(0, colon), line->substr(colon + 2));
+  }
+  return out;
+}
+
+}  // namespace zerodrift::config

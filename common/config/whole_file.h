@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// Text files read and written in one piece.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace zerodrift::config {
+
+// Throws ConfigError naming the file and the reason.
+[[nodiscard]] std::string read_whole(const std::filesystem::path& path);
+
+// The file appears whole or not at all: written beside its place, synced, renamed. Throws
+// ConfigError.
+void write_whole(const std::filesystem::path& path, std::string_view text);
+
+}  // namespace zerodrift::config

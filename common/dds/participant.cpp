@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/dds/participant.h"
+
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/log/Log.hpp>
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastrtps/utils/IPLocator.h>
+#include <fastrtps/xmlparser/XMLProfileManager.h>
+
+#include <arpa/inet.h>
+#include <ifaddrs.h>
+#include <netinet/in.h>
+
+#include <array>
+#include <cstring>
+#include <mutex>
+
+namespace zerodrift::dds {
+
+namespace fdds = eprosima::fastdds::dds;
+namespace rtps = eprosima::fastrtps::rtps;
+using eprosima::fastrtps::Duration_t;
+
+namespace {
+
+constexpr std::uint32_t kLargestDomain = 232;
+constexpr const char* kLoopback = "127.0.0.1";
+// Participants that discovery looks for on each peer: every one has its own port.
+constexpr std::uint32_t kParticipantsPerHost = 40;
+
+Duration_t duration(std::chrono::milliseconds ms) {
+  return {static_cast<std::int32_t>(ms.count() / 1000), static_cast<std::uint32_t>(ms.count() % 1000) * 1000000U};
+}
+
+rtps::Locator_t locator(const std::string& address) {
+  rtps::Locator_t result;
+  result.kind = LOCATOR_KIND_UDPv4;
+  result.port = 0;
+  // IPLocator would take "999.1.1.1" for 231.1.1.1.
+  in_addr checked{};
+  if (inet_pton(AF_INET, address.c_str(), &checked) != 1 || !rtps::IPLocator::setIPv4(result, address)) {
+    throw DdsError("dds: '" + address + "' is not an IPv4 address; expected e.g. 192.168.0.10");
+  }
+  return result;
+}
+
+// Delivery within a process would run a reader's callback inside write(); every service here is its own process, and
+// tests stand for processes.
+void set_library_defaults_once() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    eprosima::fastrtps::LibrarySettingsAttributes settings;
+    settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
+    eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
+    fdds::Log::SetVerbosity(fdds::Log::Error);
+  });
+}
+
+// Fast DDS goes on without a word where none of the named interfaces exists.
+void check_exists(const std::string& interface) {
+  const rtps::Locator_t wanted = locator(interface);
+  ifaddrs* all = nullptr;
+  if (getifaddrs(&all) != 0) throw DdsError("dds: cannot list the interfaces of this machine");
+  const std::unique_ptr<ifaddrs, decltype(&freeifaddrs)> owner(all, &freeifaddrs);
+  for (const ifaddrs* entry = all; entry != nullptr; entry = entry->ifa_next) {
+    if (entry->ifa_addr == nullptr || entry->ifa_addr->sa_family != AF_INET) continue;
+    sockaddr_in address{};
+    std::memcpy(&address, entry->ifa_addr, sizeof address);
+    std::array<char, INET_ADDRSTRLEN> text{};
+    inet_ntop(AF_INET, &address.sin_addr, text.data(), text.size());
+    if (rtps::IPLocator::compareAddress(locator(text.data()), wanted)) return;
+  }
+  throw DdsError("dds: no interface of this machine has address " + interface);
+}
+
+void confine_to(const NetworkOptions& network, fdds::DomainParticipantQos& qos) {
+  const bool loopback_only = network.interfaces.empty();
+  const std::vector<std::string> interfaces = loopback_only ? std::vector<std::string>{kLoopback} : network.interfaces;
+
+  for (const auto& interface : interfaces) check_exists(interface);
+
+  auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+  udp->interfaceWhiteList = interfaces;
+  udp->maxInitialPeersRange = kParticipantsPerHost;
+  udp->sendBufferSize = 1U << 20U;
+  udp->receiveBufferSize = 1U << 20U;
+  udp->non_blocking_send = false;
+  qos.transport().use_builtin_transports = false;
+  qos.transport().user_transports.push_back(udp);
+
+  auto& builtin = qos.wire_protocol().builtin;
+  std::vector<std::string> peers = network.peers;
+  if (!loopback_only) peers.insert(peers.end(), interfaces.begin(), interfaces.end());
+  if (loopback_only) peers = {kLoopback};
+  for (const auto& peer : peers) builtin.initialPeersList.push_back(locator(peer));
+  // Named unicast locators keep the default multicast ones from being added.
+  for (const auto& address : interfaces) {
+    builtin.metatrafficUnicastLocatorList.push_back(locator(address));
+    qos.wire_protocol().default_unicast_locator_list.push_back(locator(address));
+  }
+}
+
+fdds::ReliabilityQosPolicyKind reliability(const TopicSpec& spec) {
+  return spec.reliability == Reliability::kReliable ? fdds::RELIABLE_RELIABILITY_QOS
+                                                    : fdds::BEST_EFFORT_RELIABILITY_QOS;
+}
+
+std::string policy_name(fdds::QosPolicyId_t policy) {
+  switch (policy) {
+    case fdds::RELIABILITY_QOS_POLICY_ID: return "reliability";
+    case fdds::DURABILITY_QOS_POLICY_ID: return "durability";
+    case fdds::DEADLINE_QOS_POLICY_ID: return "deadline";
+    case fdds::LIVELINESS_QOS_POLICY_ID: return "liveliness";
+    case fdds::OWNERSHIP_QOS_POLICY_ID: return "ownership";
+    default: return "policy " + std::to_string(policy);
+  }
+}
+
+}  // namespace
+
+Participant::Participant(const std::string& name, const NetworkOptions& network) {
+  if (network.domain > kLargestDomain) {
+    throw DdsError("dds: domain " + std::to_string(network.domain) + " is not within 0.." +
+                   std::to_string(kLargestDomain));
+  }
+  set_library_defaults_once();
+  fdds::DomainParticipantQos qos;
+  qos.name(name);
+  confine_to(network, qos);
+  auto& discovery = qos.wire_protocol().builtin.discovery_config;
+  discovery.initial_announcements.count = 20;
+  discovery.initial_announcements.period = Duration_t(0, 50000000);
+  discovery.leaseDuration = Duration_t(20, 0);
+  discovery.leaseDuration_announcementperiod = Duration_t(2, 0);
+
+  participant_ = fdds::DomainParticipantFactory::get_instance()->create_participant(network.domain, qos);
+  if (participant_ == nullptr) {
+    throw DdsError("dds: cannot create a participant in domain " + std::to_string(network.domain) +
+                   "; are the interfaces up and UDP ports free?");
+  }
+  publisher_ = participant_->create_publisher(fdds::PUBLISHER_QOS_DEFAULT);
+  subscriber_ = participant_->create_subscriber(fdds::SUBSCRIBER_QOS_DEFAULT);
+}
+
+Participant::~Participant() {
+  participant_->delete_contained_entities();
+  fdds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
+}
+
+fdds::Topic* Participant::topic(const TopicSpec& spec, fdds::TypeSupport type) {
+  const std::string name(spec.name);
+  if (auto* known = dynamic_cast<fdds::Topic*>(participant_->lookup_topicdescription(name)); known != nullptr) {
+    return known;
+  }
+  // Without these two, other vendors' participants drop the endpoint.
+  type->auto_fill_type_object(false);
+  type->auto_fill_type_information(false);
+  type.register_type(participant_, std::string(spec.type));
+  auto* made = participant_->create_topic(name, std::string(spec.type), fdds::TOPIC_QOS_DEFAULT);
+  if (made == nullptr) throw DdsError("dds: cannot create topic '" + name + "'");
+  return made;
+}
+
+fdds::DataWriterQos writer_qos(const TopicSpec& spec, std::uint32_t ownership_strength) {
+  fdds::DataWriterQos qos;
+  qos.reliability().kind = reliability(spec);
+  qos.reliability().max_blocking_time = duration(std::chrono::milliseconds(100));
+  qos.durability().kind = spec.durability == Durability::kTransientLocal ? fdds::TRANSIENT_LOCAL_DURABILITY_QOS
+                                                                         : fdds::VOLATILE_DURABILITY_QOS;
+  qos.history().kind = fdds::KEEP_LAST_HISTORY_QOS;
+  qos.history().depth = spec.depth;
+  qos.resource_limits().max_instances = spec.keys;
+  qos.resource_limits().max_samples_per_instance = spec.depth;
+  qos.resource_limits().max_samples = spec.keys * spec.depth;
+  qos.resource_limits().allocated_samples = spec.depth;
+  qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  qos.publish_mode().kind = fdds::SYNCHRONOUS_PUBLISH_MODE;
+  qos.data_sharing().off();
+  if (spec.ownership == Ownership::kExclusive) {
+    qos.ownership().kind = fdds::EXCLUSIVE_OWNERSHIP_QOS;
+    qos.ownership_strength().value = ownership_strength;
+  }
+  if (spec.lifespan.count() > 0) qos.lifespan().duration = duration(spec.lifespan);
+  qos.reliable_writer_qos().times.heartbeatPeriod = duration(spec.heartbeat);
+  qos.reliable_writer_qos().times.nackResponseDelay = duration(std::chrono::milliseconds(0));
+  qos.reliable_writer_qos().times.nackSupressionDuration = duration(std::chrono::milliseconds(0));
+  return qos;
+}
+
+fdds::DataReaderQos reader_qos(const TopicSpec& spec) {
+  fdds::DataReaderQos qos;
+  qos.reliability().kind = reliability(spec);
+  qos.durability().kind = spec.durability == Durability::kTransientLocal ? fdds::TRANSIENT_LOCAL_DURABILITY_QOS
+                                                                         : fdds::VOLATILE_DURABILITY_QOS;
+  qos.history().kind = fdds::KEEP_LAST_HISTORY_QOS;
+  qos.history().depth = spec.depth;
+  qos.resource_limits().max_instances = spec.keys;
+  qos.resource_limits().max_samples_per_instance = spec.depth;
+  qos.resource_limits().max_samples = spec.keys * spec.depth;
+  qos.resource_limits().allocated_samples = spec.depth;
+  qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  qos.data_sharing().off();
+  if (spec.ownership == Ownership::kExclusive) qos.ownership().kind = fdds::EXCLUSIVE_OWNERSHIP_QOS;
+  qos.reliable_reader_qos().times.heartbeatResponseDelay = duration(std::chrono::milliseconds(0));
+  return qos;
+}
+
+namespace detail {
+namespace {
+
+void tell(const EndpointObserver& observer, EndpointEvent::Kind kind, std::string_view topic, std::int64_t count,
+          std::string detail) {
+  if (observer) observer({kind, topic, static_cast<std::uint64_t>(count), std::move(detail)});
+}
+
+}  // namespace
+
+void WriterListener::on_offered_incompatible_qos(fdds::DataWriter*, const fdds::OfferedIncompatibleQosStatus& status) {
+  tell(observer_, EndpointEvent::Kind::kIncompatibleQos, topic_, status.total_count,
+       "a reader asks for another " + policy_name(status.last_policy_id) + " than this writer offers");
+}
+
+void WriterListener::on_offered_deadline_missed(fdds::DataWriter*, const fdds::OfferedDeadlineMissedStatus& status) {
+  tell(observer_, EndpointEvent::Kind::kDeadlineMissed, topic_, status.total_count, "offered deadline missed");
+}
+
+void WriterListener::on_liveliness_lost(fdds::DataWriter*, const fdds::LivelinessLostStatus& status) {
+  tell(observer_, EndpointEvent::Kind::kLivelinessLost, topic_, status.total_count, "liveliness lost");
+}
+
+void ReaderListener::on_requested_incompatible_qos(fdds::DataReader*,
+                                                   const fdds::RequestedIncompatibleQosStatus& status) {
+  tell(observer_, EndpointEvent::Kind::kIncompatibleQos, topic_, status.total_count,
+       "a writer offers another " + policy_name(status.last_policy_id) + " than this reader asks for");
+}
+
+void ReaderListener::on_requested_deadline_missed(fdds::DataReader*,
+                                                  const fdds::RequestedDeadlineMissedStatus& status) {
+  tell(observer_, EndpointEvent::Kind::kDeadlineMissed, topic_, status.total_count, "requested deadline missed");
+}
+
+void ReaderListener::on_sample_lost(fdds::DataReader*, const fdds::SampleLostStatus& status) {
+  tell(observer_, EndpointEvent::Kind::kSampleLost, topic_, status.total_count, "samples lost on the way");
+}
+
+void ReaderListener::on_sample_rejected(fdds::DataReader*, const eprosima::fastrtps::SampleRejectedStatus& status) {
+  tell(observer_, EndpointEvent::Kind::kSampleRejected, topic_, static_cast<std::int64_t>(status.total_count),
+       "samples rejected: the reader's history is full");
+}
+
+}  // namespace detail
+}  // namespace zerodrift::dds

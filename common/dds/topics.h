@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+// The one place that names topics and chooses their quality of service.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <string_view>
+
+#include "idl/dds/allan_reportPubSubTypes.h"
+#include "idl/dds/angular_ratePubSubTypes.h"
+#include "idl/dds/compensated_ratePubSubTypes.h"
+#include "idl/dds/rate_referencePubSubTypes.h"
+#include "idl/dds/servicePubSubTypes.h"
+#include "idl/dds/temperaturePubSubTypes.h"
+
+namespace zerodrift::dds {
+
+enum class Reliability : std::uint8_t { kBestEffort, kReliable };
+enum class Durability : std::uint8_t { kVolatile, kTransientLocal };
+enum class Ownership : std::uint8_t { kShared, kExclusive };
+
+// Reliable, because a lost sample breaks "one raw, one compensated"; the heartbeat below keeps a repair within
+// milliseconds (the default period of 3 s stalls or loses). Only replay_progress may lose a sample: each one says
+// everything, and the newest is repeated.
+//
+// A writer writes one key of a sample topic (a writer a gyro, a writer a probe). With several keys of unequal rates the
+// kept history has holes, and Fast DDS then tells every reader of every hole with every heartbeat, at a cost that
+// grows with the hole (DECISIONS.md).
+struct TopicSpec {
+  std::string_view name;
+  std::string_view type;
+  std::int32_t depth;          // samples kept for each key: what survives an interruption of the transport
+  std::int32_t keys;           // keys held at most
+  Reliability reliability;
+  Durability durability;
+  Ownership ownership;
+  std::chrono::milliseconds heartbeat;
+  std::chrono::milliseconds lifespan;   // 0: unlimited
+};
+
+// 2000 samples: 10 s at 200 Hz, 1 s at 2 kHz. Progress is sent once in a window, see ReplayPacer.
+inline constexpr std::int32_t kSampleDepth = 2000;
+
+using std::chrono_literals::operator""ms;
+// clang-format off
+inline constexpr TopicSpec kAngularRate{"angular_rate", "zerodrift::msg::AngularRate", kSampleDepth, 128, Reliability::kReliable, Durability::kVolatile, Ownership::kShared, 5ms, 0ms};
+inline constexpr TopicSpec kTemperature{"temperature", "zerodrift::msg::Temperature", 512, 1024, Reliability::kReliable, Durability::kTransientLocal, Ownership::kShared, 20ms, 0ms};
+inline constexpr TopicSpec kRateReference{"rate_reference", "zerodrift::msg::RateReference", kSampleDepth, 128, Reliability::kReliable, Durability::kVolatile, Ownership::kShared, 5ms, 1000ms};
+inline constexpr TopicSpec kCompensatedRate{"compensated_rate", "zerodrift::msg::CompensatedRate", kSampleDepth, 128, Reliability::kReliable, Durability::kVolatile, Ownership::kExclusive, 5ms, 0ms};
+inline constexpr TopicSpec kAllanReport{"allan_report", "zerodrift::msg::AllanReport", 1, 1024, Reliability::kReliable, Durability::kTransientLocal, Ownership::kShared, 20ms, 0ms};
+inline constexpr TopicSpec kServiceStatus{"service_status", "zerodrift::msg::ServiceStatus", 1, 128, Reliability::kReliable, Durability::kTransientLocal, Ownership::kShared, 20ms, 0ms};
+inline constexpr TopicSpec kEvent{"event", "zerodrift::msg::Event", 256, 1, Reliability::kReliable, Durability::kTransientLocal, Ownership::kShared, 20ms, 0ms};
+inline constexpr TopicSpec kCommand{"command", "zerodrift::msg::Command", 64, 128, Reliability::kReliable, Durability::kVolatile, Ownership::kShared, 20ms, 0ms};
+inline constexpr TopicSpec kCommandReply{"command_reply", "zerodrift::msg::CommandReply", 64, 128, Reliability::kReliable, Durability::kVolatile, Ownership::kShared, 20ms, 0ms};
+inline constexpr TopicSpec kReplayProgress{"replay_progress", "zerodrift::msg::ReplayProgress", 1, 512, Reliability::kBestEffort, Durability::kVolatile, Ownership::kShared, 5ms, 0ms};
+// clang-format on
+
+inline constexpr std::array kAllTopics{kAngularRate, kTemperature, kRateReference, kCompensatedRate, kAllanReport,
+                                       kServiceStatus, kEvent, kCommand, kCommandReply, kReplayProgress};
+
+// Binds a message type to its topic and its generated type support.
+template <typename Message>
+struct TopicOf;
+
+template <>
+struct TopicOf<msg::AngularRate> {
+  using TypeSupport = msg::AngularRatePubSubType;
+  static constexpr TopicSpec kSpec = kAngularRate;
+};
+template <>
+struct TopicOf<msg::Temperature> {
+  using TypeSupport = msg::TemperaturePubSubType;
+  static constexpr TopicSpec kSpec = kTemperature;
+};
+template <>
+struct TopicOf<msg::RateReference> {
+  using TypeSupport = msg::RateReferencePubSubType;
+  static constexpr TopicSpec kSpec = kRateReference;
+};
+template <>
+struct TopicOf<msg::CompensatedRate> {
+  using TypeSupport = msg::CompensatedRatePubSubType;
+  static constexpr TopicSpec kSpec = kCompensatedRate;
+};
+template <>
+struct TopicOf<msg::AllanReport> {
+  using TypeSupport = msg::AllanReportPubSubType;
+  static constexpr TopicSpec kSpec = kAllanReport;
+};
+template <>
+struct TopicOf<msg::ServiceStatus> {
+  using TypeSupport = msg::ServiceStatusPubSubType;
+  static constexpr TopicSpec kSpec = kServiceStatus;
+};
+template <>
+struct TopicOf<msg::Event> {
+  using TypeSupport = msg::EventPubSubType;
+  static constexpr TopicSpec kSpec = kEvent;
+};
+template <>
+struct TopicOf<msg::Command> {
+  using TypeSupport = msg::CommandPubSubType;
+  static constexpr TopicSpec kSpec = kCommand;
+};
+template <>
+struct TopicOf<msg::CommandReply> {
+  using TypeSupport = msg::CommandReplyPubSubType;
+  static constexpr TopicSpec kSpec = kCommandReply;
+};
+template <>
+struct TopicOf<msg::ReplayProgress> {
+  using TypeSupport = msg::ReplayProgressPubSubType;
+  static constexpr TopicSpec kSpec = kReplayProgress;
+};
+
+}  // namespace zerodrift::dds

@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/drivers/sysfs_thermometer.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <optional>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include "common/drivers/driver_error.h"
+
+namespace zerodrift::drivers {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kDegcPerMillidegree = 1e-3;
+constexpr std::size_t kLongestFile = 4096;  // sysfs gives at most a page
+
+// A value, or why there is none.
+struct Outcome {
+  std::optional<double> value;
+  std::string reason;
+};
+
+Outcome failure(const fs::path& path, const std::string& why) {
+  return {std::nullopt, path.string() + ": " + why};
+}
+
+std::string_view trim(std::string_view text) {
+  constexpr std::string_view kSpace = " \t\r\n";
+  const std::size_t first = text.find_first_not_of(kSpace);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(kSpace) - first + 1);
+}
+
+std::string printable(std::string_view text) {
+  constexpr std::size_t kLongestShown = 60;
+  std::string shown{text.substr(0, kLongestShown)};
+  std::replace_if(
+      shown.begin(), shown.end(), [](char c) { return (c >= '\0' && c < ' ') || c == '\x7f'; },
+      '?');
+  return shown;
+}
+
+std::optional<double> parse_number(std::string_view text) {
+  text = trim(text);
+  double value = 0.0;
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc{} || stop != end || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+// Nullopt, with errno set, where the file can't be read.
+std::optional<std::string> read_text(const fs::path& path) {
+  std::error_code ignored;
+  if (fs::is_directory(path, ignored)) {
+    errno = EISDIR;
+    return std::nullopt;
+  }
+  errno = 0;
+  std::ifstream file{path, std::ios::binary};
+  std::string text(kLongestFile, '\0');
+  if (!file || (file.read(text.data(), static_cast<std::streamsize>(text.size())), file.bad())) {
+    if (errno == 0) errno = EIO;
+    return std::nullopt;
+  }
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  return text;
+}
+
+Outcome read_number(const fs::path& path) {
+  const std::optional<std::string> text = read_text(path);
+  if (!text)
+    return failure(path, std::string{"cannot read the thermometer: "} + std::strerror(errno));
+  const std::optional<double> number = parse_number(*text);
+  if (!number) return failure(path, "found '" + printable(trim(*text)) + "', expected a number");
+  return {number, {}};
+}
+
+// in_temp_raw -> in_temp_offset; an indexed channel (in_temp0_raw) may share the unindexed file.
+std::optional<fs::path> iio_attribute(const fs::path& raw, std::string_view attribute) {
+  const std::string file = raw.filename().string();
+  const std::string channel = file.substr(0, file.size() - std::string_view{"_raw"}.size());
+  std::error_code ignored;
+  for (const std::string& stem : {channel, std::string{"in_temp"}}) {
+    fs::path candidate = raw.parent_path() / (stem + std::string{attribute});
+    if (fs::exists(candidate, ignored)) return candidate;
+  }
+  return std::nullopt;
+}
+
+Outcome read_iio(const fs::path& raw) {
+  Outcome result = read_number(raw);
+  if (!result.value) return result;
+  if (const auto path = iio_attribute(raw, "_offset")) {
+    const Outcome offset = read_number(*path);
+    if (!offset.value) return offset;
+    *result.value += *offset.value;
+  }
+  const auto path = iio_attribute(raw, "_scale");
+  if (!path)
+    return failure(raw, "has no in_temp_scale beside it, without which counts are no temperature");
+  const Outcome scale = read_number(*path);
+  if (!scale.value) return scale;
+  *result.value *= *scale.value;
+  return result;
+}
+
+Outcome read_w1_slave(const fs::path& path) {
+  const std::optional<std::string> text = read_text(path);
+  if (!text)
+    return failure(path, std::string{"cannot read the thermometer: "} + std::strerror(errno));
+  if (text->find("YES") == std::string::npos)
+    return failure(path, "the 1-wire CRC does not say YES");
+  const std::size_t at = text->find("t=");
+  const std::optional<double> number =
+      at == std::string::npos ? std::nullopt : parse_number(text->substr(at + 2));
+  if (!number) return failure(path, "found '" + printable(trim(*text)) + "', expected t=<m°C>");
+  return {number, {}};
+}
+
+Outcome read_millidegrees(const ThermometerFile& file) {
+  switch (file.kind) {
+    case ThermometerKind::kMillidegreeFile:
+      return read_number(file.path);
+    case ThermometerKind::kIioRaw:
+      return read_iio(file.path);
+    case ThermometerKind::kW1Slave:
+      return read_w1_slave(file.path);
+  }
+  return {};
+}
+
+std::optional<ThermometerKind> kind_of(const std::string& file_name) {
+  const std::string_view file{file_name};
+  const bool is_temperature_input = file.starts_with("temp") || file.starts_with("in_temp");
+  if (is_temperature_input && file.ends_with("_input")) return ThermometerKind::kMillidegreeFile;
+  if (file.starts_with("in_temp") && file.ends_with("_raw")) return ThermometerKind::kIioRaw;
+  if (file == "w1_slave") return ThermometerKind::kW1Slave;
+  if (file == "temperature") return ThermometerKind::kMillidegreeFile;
+  return std::nullopt;
+}
+
+std::string as_probe_name(std::string_view text) {
+  std::string probe;
+  for (const char c : text) {
+    const bool upper = c >= 'A' && c <= 'Z';
+    const bool kept = (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9');
+    if (upper) {
+      probe += static_cast<char>(c - 'A' + 'a');
+    } else if (kept) {
+      probe += c;
+    } else if (!probe.empty() && probe.back() != '_') {
+      probe += '_';
+    }
+  }
+  while (probe.ends_with('_')) probe.pop_back();
+  return probe;
+}
+
+std::string text_or(const fs::path& path, const std::string& otherwise) {
+  const std::optional<std::string> text = read_text(path);
+  const std::string_view content = text ? trim(*text) : std::string_view{};
+  return content.empty() ? otherwise : std::string{content};
+}
+
+// temp1_input -> its label, else coretemp_temp1; in_temp_raw -> <device>_temp; w1_slave -> w1_<id>.
+std::string probe_name(const fs::path& path) {
+  const fs::path folder = path.parent_path();
+  const std::string file = path.filename().string();
+  const std::string channel = file.substr(0, file.rfind('_'));
+  if (file == "w1_slave" || file == "temperature")
+    return as_probe_name("w1_" + folder.filename().string());
+  const std::string chip = text_or(folder / "name", folder.filename().string());
+  const std::string_view short_channel =
+      std::string_view{channel}.substr(channel.starts_with("in_") ? 3 : 0);
+  return as_probe_name(
+      text_or(folder / (channel + "_label"), chip + "_" + std::string{short_channel}));
+}
+
+std::vector<fs::path> entries_of(const fs::path& folder) {
+  std::error_code error;
+  std::vector<fs::path> entries;
+  for (fs::directory_iterator it{folder, error}, end; !error && it != end; it.increment(error))
+    entries.push_back(it->path());
+  std::sort(entries.begin(), entries.end());
+  return entries;
+}
+
+// A 1-wire sensor shows both files; `temperature` needs no parsing.
+bool is_shown_better_by(const fs::path& path, const std::vector<fs::path>& siblings) {
+  const std::string file = path.filename().string();
+  const auto has = [&](const std::string& name) {
+    return std::find(siblings.begin(), siblings.end(), path.parent_path() / name) != siblings.end();
+  };
+  if (file == "w1_slave") return has("temperature");
+  if (file.ends_with("_raw")) return has(file.substr(0, file.size() - 4) + "_input");
+  return false;
+}
+
+void make_unique(std::string& probe, const std::vector<ThermometerFile>& others) {
+  const std::string stem = probe;
+  const auto taken = [&] {
+    return std::any_of(others.begin(), others.end(),
+                       [&](const ThermometerFile& other) { return other.probe == probe; });
+  };
+  for (int number = 2; taken(); ++number) probe = stem + "_" + std::to_string(number);
+}
+
+}  // namespace
+
+std::vector<ThermometerFile> discover_thermometers(const std::filesystem::path& root) {
+  constexpr std::array<const char*, 3> kFolders{"class/hwmon", "bus/iio/devices", "bus/w1/devices"};
+  std::vector<ThermometerFile> found;
+  for (const char* folder : kFolders) {
+    for (const fs::path& device : entries_of(root / folder)) {
+      const std::vector<fs::path> files = entries_of(device);
+      for (const fs::path& path : files) {
+        const std::optional<ThermometerKind> kind = kind_of(path.filename().string());
+        if (!kind || is_shown_better_by(path, files)) continue;
+        std::string probe = probe_name(path);
+        make_unique(probe, found);
+        found.push_back({std::move(probe), path, *kind});
+      }
+    }
+  }
+  return found;
+}
+
+ThermometerFile describe_thermometer(std::string probe, const std::filesystem::path& path) {
+  const std::optional<ThermometerKind> kind = kind_of(path.filename().string());
+  if (!kind) {
+    throw DriverError(path.string() +
+                      ": no thermometer file; expected temp*_input, in_temp*_input, in_temp*_raw, "
+                      "temperature or w1_slave");
+  }
+  return {std::move(probe), path, *kind};
+}
+
+SysfsThermometer::SysfsThermometer(ThermometerFile file) : file_(std::move(file)) {
+  const Outcome first = read_millidegrees(file_);
+  if (!first.value) throw DriverError(first.reason);
+}
+
+ThermometerReading SysfsThermometer::read(core::SensorTime host_time) {
+  Outcome outcome = read_millidegrees(file_);
+  ThermometerReading reading;
+  reading.sample.probe = file_.probe;
+  reading.sample.sequence = next_sequence_++;
+  reading.sample.time = host_time;
+  reading.sample.measured = outcome.value.has_value();
+  reading.sample.temperature_degc = outcome.value ? *outcome.value * kDegcPerMillidegree
+                                                  : std::numeric_limits<double>::quiet_NaN();
+  reading.sample.clock = core::ClockSource::kHost;
+  reading.reason = std::move(outcome.reason);
+  return reading;
+}
+
+}  // namespace zerodrift::drivers

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/record/csv_cells.h"
+
+#include <algorithm>
+#include <charconv>
+#include <system_error>
+
+namespace zerodrift::record {
+namespace {
+
+constexpr bool is_blank(char c) noexcept {
+  return c == ' ' || c == '\t';
+}
+
+}  // namespace
+
+std::string_view trim(std::string_view text) noexcept {
+  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+std::string printable(std::string_view text) {
+  constexpr std::size_t kLongest = 60;
+  std::string shown{text.substr(0, kLongest)};
+  std::replace_if(
+      shown.begin(), shown.end(), [](char c) { return (c >= '\0' && c < ' ') || c == '\x7f'; },
+      '?');
+  if (text.size() > kLongest) shown += "...";
+  return shown;
+}
+
+std::optional<double> parse_number(std::string_view cell) noexcept {
+  if (cell.starts_with('+') && !cell.starts_with("+-")) cell.remove_prefix(1);
+  double value = 0.0;
+  const char* end = cell.data() + cell.size();
+  const auto [stop, error] = std::from_chars(cell.data(), end, value);
+  if (error != std::errc{} || stop != end) return std::nullopt;
+  return value;
+}
+
+bool is_not_measured(std::string_view cell) noexcept {
+  return cell.empty() || cell == "nan" || cell == "NaN" || cell == "NAN" || cell == "NA";
+}
+
+std::string_view CellCursor::take() {
+  while (position_ != end_ && is_blank(*position_)) ++position_;
+  if (position_ != end_ && *position_ == '"') return take_quoted();
+  const char* begin = position_;
+  position_ = std::find(position_, end_, ',');
+  const std::string_view cell = trim({begin, static_cast<std::size_t>(position_ - begin)});
+  step_over_comma();
+  return cell;
+}
+
+// A quote that never closes, or text behind a closing quote, stays in the cell for the caller to
+// refuse.
+std::string_view CellCursor::take_quoted() {
+  unquoted_.clear();
+  ++position_;
+  while (position_ != end_) {
+    const char c = *position_++;
+    if (c != '"') {
+      unquoted_ += c;
+    } else if (position_ != end_ && *position_ == '"') {
+      unquoted_ += *position_++;
+    } else {
+      break;
+    }
+  }
+  while (position_ != end_ && *position_ != ',') {
+    if (!is_blank(*position_)) unquoted_ += *position_;
+    ++position_;
+  }
+  step_over_comma();
+  return trim(unquoted_);
+}
+
+bool CellCursor::take_plain_number(double& value) noexcept {
+  double parsed = 0.0;
+  const auto [stop, error] = std::from_chars(position_, end_, parsed);
+  if (error != std::errc{} || (stop != end_ && *stop != ',')) return false;
+  value = parsed;
+  position_ = stop;
+  step_over_comma();
+  return true;
+}
+
+void CellCursor::step_over_comma() noexcept {
+  if (position_ == end_) {
+    done_ = true;
+  } else {
+    ++position_;
+  }
+}
+
+std::vector<std::string> split_cells(std::string_view line) {
+  std::vector<std::string> cells;
+  CellCursor cursor{line};
+  while (!cursor.done()) cells.emplace_back(cursor.take());
+  return cells;
+}
+
+std::string quoted_if_needed(std::string_view cell) {
+  if (cell.find_first_of(",\"\r\n") == std::string_view::npos && trim(cell).size() == cell.size()) {
+    return std::string{cell};
+  }
+  std::string quoted = "\"";
+  for (const char c : cell) {
+    if (c == '"') quoted += '"';
+    quoted += c;
+  }
+  return quoted += '"';
+}
+
+}  // namespace zerodrift::record

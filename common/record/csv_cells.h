@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// Cells of one CSV line (RFC 4180, without line ends inside quotes), and numbers in them.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace zerodrift::record {
+
+// Without blanks and tabs at either end.
+[[nodiscard]] std::string_view trim(std::string_view text) noexcept;
+
+// The text as it may stand in an error line: one line, printable, cut to 60 characters.
+[[nodiscard]] std::string printable(std::string_view text);
+
+// A whole cell as a number: decimal or exponent notation, a leading '+', "nan", "inf". Correctly
+// rounded.
+[[nodiscard]] std::optional<double> parse_number(std::string_view cell) noexcept;
+
+// True for what stands for "not measured": blank, "nan" or "NA".
+[[nodiscard]] bool is_not_measured(std::string_view cell) noexcept;
+
+// Walks over the cells of one line.
+class CellCursor {
+ public:
+  explicit CellCursor(std::string_view line) noexcept
+      : position_(line.data()), end_(line.data() + line.size()) {}
+
+  // True after the last cell was taken.
+  [[nodiscard]] bool done() const noexcept { return done_; }
+
+  // The next cell without surrounding blanks and quotes. Valid until the next call.
+  std::string_view take();
+
+  // As take(), for a cell that should be a plain number: where it is, `value` holds it, and the
+  // text isn't built.
+  bool take_plain_number(double& value) noexcept;
+
+ private:
+  std::string_view take_quoted();
+  void step_over_comma() noexcept;
+
+  const char* position_;
+  const char* end_;
+  bool done_ = false;
+  std::string unquoted_;
+};
+
+// All cells of a line, copied.
+[[nodiscard]] std::vector<std::string> split_cells(std::string_view line);
+
+// The cell as RFC 4180 wants it written: quoted where it holds a comma, a quote, a line end or
+// outer blanks.
+[[nodiscard]] std::string quoted_if_needed(std::string_view cell);
+
+}  // namespace zerodrift::record

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/record/line_reader.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <boost/iostreams/device/file_descriptor.hpp>
+#include <boost/iostreams/filter/gzip.hpp>
+#include <boost/iostreams/filter/lzma.hpp>
+#include <boost/iostreams/filtering_streambuf.hpp>
+#include <cerrno>
+#include <cstring>
+#include <ios>
+#include <string>
+#include <vector>
+
+#include "common/record/record_error.h"
+
+namespace zerodrift::record {
+namespace {
+
+namespace io = boost::iostreams;
+
+constexpr std::size_t kChunk = std::size_t{256} * 1024;
+constexpr std::size_t kLongestLine = std::size_t{1024} * 1024;
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+
+io::file_descriptor_source open_file(const std::filesystem::path& path) {
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0)
+    throw RecordError(path.string() + ": cannot open for reading: " + std::strerror(errno));
+  io::file_descriptor_source file{fd, io::close_handle};
+  struct stat status {};
+  if (::fstat(fd, &status) == 0 && S_ISDIR(status.st_mode)) {
+    throw RecordError(path.string() +
+                      ": is a directory; a record is a .csv, .csv.gz or .csv.xz file");
+  }
+  return file;
+}
+
+}  // namespace
+
+struct LineReader::State {
+  std::filesystem::path path;
+  io::filtering_streambuf<io::input> chain;
+  std::vector<char> buffer;
+  std::size_t begin = 0;  // buffer[begin, end) is read but not yet given out
+  std::size_t end = 0;
+  std::size_t line_number = 0;
+  bool at_end = false;
+  bool line_was_ended = true;
+
+  // Moves what is left to the front and reads more behind it.
+  void refill() {
+    std::copy(buffer.begin() + static_cast<std::ptrdiff_t>(begin),
+              buffer.begin() + static_cast<std::ptrdiff_t>(end), buffer.begin());
+    end -= begin;
+    begin = 0;
+    if (end == buffer.size()) {
+      if (buffer.size() >= kLongestLine) {
+        throw RecordError(
+            path.string() + ":" + std::to_string(line_number + 1) +
+            ": a line of more than 1 MiB; a record is lines of comma-separated cells");
+      }
+      buffer.resize(2 * buffer.size());
+    }
+    const std::size_t count = read(buffer.data() + end, buffer.size() - end);
+    at_end = count == 0;
+    end += count;
+  }
+
+  std::size_t read(char* target, std::size_t size) {
+    try {
+      return static_cast<std::size_t>(
+          std::max(std::streamsize{0}, chain.sgetn(target, static_cast<std::streamsize>(size))));
+    } catch (const std::ios_base::failure& failure) {
+      const bool compressed = chain.size() > 1;
+      throw RecordError(path.string() + ": " +
+                        (compressed ? "the compressed data is corrupt or cut" : "reading fails") +
+                        " behind line " + std::to_string(line_number) + " (" + failure.what() +
+                        ")");
+    }
+  }
+};
+
+LineReader::LineReader(const std::filesystem::path& path) : state_(std::make_unique<State>()) {
+  state_->path = path;
+  state_->buffer.resize(kChunk);
+  io::file_descriptor_source file = open_file(path);
+  const std::filesystem::path suffix = path.extension();
+  if (suffix == ".gz")
+    state_->chain.push(io::gzip_decompressor(), static_cast<std::streamsize>(kChunk));
+  if (suffix == ".xz")
+    state_->chain.push(io::lzma_decompressor(), static_cast<std::streamsize>(kChunk));
+  state_->chain.push(file, static_cast<std::streamsize>(kChunk));
+}
+
+LineReader::~LineReader() = default;
+LineReader::LineReader(LineReader&&) noexcept = default;
+LineReader& LineReader::operator=(LineReader&&) noexcept = default;
+
+bool LineReader::next(std::string_view& line) {
+  State& s = *state_;
+  std::size_t searched = 0;
+  const char* line_end = nullptr;
+  while (true) {
+    const char* from = s.buffer.data() + s.begin;
+    const std::size_t available = s.end - s.begin;
+    line_end = static_cast<const char*>(std::memchr(from + searched, '\n', available - searched));
+    if (line_end != nullptr || s.at_end) break;
+    searched = available;
+    s.refill();
+  }
+  const char* from = s.buffer.data() + s.begin;
+  s.line_was_ended = line_end != nullptr;
+  if (!s.line_was_ended) {
+    line_end = s.buffer.data() + s.end;
+    if (line_end == from) return false;
+  }
+  line = {from, static_cast<std::size_t>(line_end - from)};
+  s.begin += line.size() + (s.line_was_ended ? 1 : 0);
+  if (line.ends_with('\r')) line.remove_suffix(1);
+  if (++s.line_number == 1 && line.starts_with(kByteOrderMark))
+    line.remove_prefix(kByteOrderMark.size());
+  return true;
+}
+
+std::size_t LineReader::line_number() const noexcept {
+  return state_->line_number;
+}
+bool LineReader::line_was_ended() const noexcept {
+  return state_->line_was_ended;
+}
+
+}  // namespace zerodrift::record

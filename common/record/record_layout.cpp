@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/record/record_layout.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/record/csv_cells.h"
+#include "common/record/record_error.h"
+
+namespace zerodrift::record {
+namespace {
+
+constexpr std::string_view kRowNumber = "row";
+
+std::string list_of(const std::vector<std::string>& names) {
+  constexpr std::size_t kMostShown = 40;
+  std::string list;
+  for (std::size_t i = 0; i < std::min(names.size(), kMostShown); ++i) {
+    if (i > 0) list += ", ";
+    list += printable(names[i]);
+  }
+  if (names.size() > kMostShown) list += ", ... (" + std::to_string(names.size()) + " in all)";
+  return list;
+}
+
+class Binder {
+ public:
+  Binder(const std::filesystem::path& path, const std::vector<std::string>& header)
+      : path_(path), header_(header) {
+    for (const std::string& column : header)
+      layout_.columns.push_back({column, ColumnRole::kExtra, {}, {}, 0});
+  }
+
+  RecordLayout bind(const std::vector<ColumnMapping>& map) {
+    for (const ColumnMapping& mapping : map) bind_mapped(mapping);
+    bind_canonical();
+    refuse_unknown_units();
+    if (!has_time_) {
+      refuse(
+          "no column is the time (time_s); name one by --columns 'time=<column>[s]' or "
+          "'time=row*<seconds>'; " +
+          columns_there());
+    }
+    number_slots();
+    return std::move(layout_);
+  }
+
+ private:
+  [[noreturn]] void refuse(const std::string& why) const {
+    throw RecordError(path_.string() + ": " + why);
+  }
+
+  [[nodiscard]] std::string columns_there() const { return "the columns are: " + list_of(header_); }
+
+  [[nodiscard]] const BoundColumn* column_of(const Channel& channel) const {
+    const auto found = std::find_if(
+        layout_.columns.begin(), layout_.columns.end(),
+        [&](const BoundColumn& c) { return c.role != ColumnRole::kExtra && c.channel == channel; });
+    return found == layout_.columns.end() ? nullptr : &*found;
+  }
+
+  [[nodiscard]] bool is_given(const Channel& channel) const {
+    return channel.quantity == Quantity::kTime ? has_time_ : column_of(channel) != nullptr;
+  }
+
+  void bind_mapped(const ColumnMapping& mapping) {
+    const auto found = std::find(header_.begin(), header_.end(), mapping.column);
+    if (found == header_.end()) {
+      if (mapping.channel.quantity == Quantity::kTime && mapping.column == kRowNumber) {
+        layout_.time_is_row_number = true;
+        set_time_unit(mapping.unit, mapping.factor);
+        return;
+      }
+      refuse("no column '" + printable(mapping.column) + "', which --columns names for " +
+             name(mapping.channel) + "; " + columns_there());
+    }
+    if (std::find(found + 1, header_.end(), mapping.column) != header_.end()) {
+      refuse("column '" + printable(mapping.column) + "', which --columns names, is there twice; " +
+             columns_there());
+    }
+    BoundColumn& column = layout_.columns[static_cast<std::size_t>(found - header_.begin())];
+    if (column.role != ColumnRole::kExtra) {
+      refuse("--columns maps column '" + printable(mapping.column) + "' to both " +
+             name(column.channel) + " and " + name(mapping.channel) + "; a column has one meaning");
+    }
+    give_meaning(column, mapping.channel, mapping.unit, mapping.factor);
+  }
+
+  void bind_canonical() {
+    std::vector<BoundColumn*> found_here;
+    for (BoundColumn& column : layout_.columns) {
+      if (column.role != ColumnRole::kExtra) continue;
+      const std::optional<CanonicalName> parsed = parse_canonical_name(column.header);
+      if (!parsed || !unit_conversion(parsed->channel.quantity, parsed->unit)) continue;
+      const auto rival =
+          std::find_if(found_here.begin(), found_here.end(),
+                       [&](const BoundColumn* c) { return c->channel == parsed->channel; });
+      if (rival != found_here.end()) {
+        refuse("columns '" + (*rival)->header + "' and '" + column.header + "' are both " +
+               name(parsed->channel) + "; keep one, or choose by --columns");
+      }
+      if (is_given(parsed->channel)) continue;  // by the map
+      give_meaning(column, parsed->channel, parsed->unit, 1.0);
+      found_here.push_back(&column);
+    }
+  }
+
+  // Only where the channel is given by no other column: "time_of_day" beside "time_s" harms nobody.
+  void refuse_unknown_units() const {
+    for (const BoundColumn& column : layout_.columns) {
+      if (column.role != ColumnRole::kExtra) continue;
+      const std::optional<CanonicalName> parsed = parse_canonical_name(column.header);
+      if (!parsed || is_given(parsed->channel)) continue;
+      refuse("column '" + printable(column.header) + "': unknown unit '" + printable(parsed->unit) +
+             "' of " + name(parsed->channel) +
+             "; accepted: " + accepted_units(parsed->channel.quantity) +
+             " (in a column's name '_' stands for '/'); or map it by --columns '" +
+             name(parsed->channel) + "=" + printable(column.header) + "[<unit>]'");
+    }
+  }
+
+  void give_meaning(BoundColumn& column, const Channel& channel, const std::string& unit,
+                    double factor) {
+    column.channel = channel;
+    if (channel.quantity == Quantity::kTime) {
+      column.role = ColumnRole::kTime;
+      set_time_unit(unit, factor);
+      return;
+    }
+    column.role = ColumnRole::kValue;
+    column.conversion = *unit_conversion(channel.quantity, unit);
+    column.conversion.scale *= factor;
+  }
+
+  void set_time_unit(const std::string& unit, double factor) {
+    layout_.time.factor = factor;
+    layout_.time.unit_s = unit_conversion(Quantity::kTime, unit)->scale;
+    layout_.time.nanosecond_exponent =
+        9 + static_cast<int>(std::lround(std::log10(layout_.time.unit_s)));
+    has_time_ = true;
+  }
+
+  void number_slots() {
+    for (BoundColumn& column : layout_.columns) {
+      if (column.role == ColumnRole::kExtra) {
+        column.slot = layout_.extra.size();
+        layout_.extra.push_back(column.header);
+      } else if (column.channel.quantity == Quantity::kTemperature) {
+        column.slot = layout_.probes.size();
+        layout_.probes.push_back(column.channel.probe);
+      }
+    }
+  }
+
+  const std::filesystem::path& path_;
+  const std::vector<std::string>& header_;
+  RecordLayout layout_;
+  bool has_time_ = false;
+};
+
+}  // namespace
+
+RecordLayout bind_columns(const std::filesystem::path& path, const std::vector<std::string>& header,
+                          const std::vector<ColumnMapping>& map) {
+  return Binder{path, header}.bind(map);
+}
+
+}  // namespace zerodrift::record

@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/record/record_reader.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/record/csv_cells.h"
+#include "common/record/decimal_time.h"
+#include "common/record/record_error.h"
+
+namespace zerodrift::record {
+namespace {
+
+constexpr std::uint64_t kRowsForPeriod = 101;
+
+// Beyond this a nanosecond count doesn't fit 64 bits.
+constexpr double kLargestTimeS = 9.2e9;
+
+double& slot_of(RecordRow& row, const BoundColumn& column) {
+  const std::size_t axis = core::index(column.channel.axis);
+  switch (column.channel.quantity) {
+    case Quantity::kRate:
+      return row.rate_radps[axis];
+    case Quantity::kReference:
+      return row.reference_radps[axis];
+    case Quantity::kMagnetic:
+      return row.inputs.magnetic_ut[axis];
+    case Quantity::kAcceleration:
+      return row.inputs.acceleration_mps2[axis];
+    case Quantity::kVibration:
+      return row.inputs.vibration_g;
+    case Quantity::kSourceCurrent:
+      return row.inputs.source_current_ma;
+    case Quantity::kSupply:
+      return row.inputs.supply_v;
+    case Quantity::kTemperature:
+    case Quantity::kTime:
+      break;
+  }
+  return row.temperature_degc[column.slot];
+}
+
+// -0.0 + 0.0 is +0.0: an offset of zero is left out so that a value in its default unit keeps its
+// bits.
+double convert(double cell, const UnitConversion& conversion) {
+  const double scaled = cell * conversion.scale;
+  return conversion.offset == 0.0 ? scaled : scaled + conversion.offset;
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+void refuse_other_formats(const std::filesystem::path& path) {
+  if (path.extension() == ".mcap") {
+    throw RecordError(path.string() + ": an MCAP file; a record here is .csv, .csv.gz or .csv.xz");
+  }
+}
+
+}  // namespace
+
+RecordReader::RecordReader(const std::filesystem::path& path, RecordOptions options)
+    : RecordReader(path, std::move(options), PeriodEstimate::kMake) {}
+
+RecordReader::RecordReader(const std::filesystem::path& path, RecordOptions options,
+                           PeriodEstimate estimate)
+    : lines_((refuse_other_formats(path), path)), options_(std::move(options)) {
+  info_.path = path;
+  read_header();
+  layout_ = bind_columns(path, info_.columns, options_.columns);
+  describe_layout();
+  row_.temperature_degc.assign(layout_.probes.size(), kNotMeasured);
+  row_.extra.resize(layout_.extra.size());
+  if (estimate == PeriodEstimate::kMake) estimate_period();
+  warnings_ = info_.warnings;
+}
+
+void RecordReader::read_header() {
+  std::string_view line;
+  while (lines_.next(line)) {
+    line = trim(line);
+    if (line.empty()) continue;
+    if (!line.starts_with('#')) {
+      info_.columns = split_cells(line);
+      return;
+    }
+    note_metadata(line);
+  }
+  throw RecordError(info_.path.string() +
+                    ": is empty; expected a header line with the columns' names");
+}
+
+void RecordReader::note_metadata(std::string_view comment) {
+  comment = trim(comment.substr(1));
+  const std::size_t colon = comment.find(':');
+  if (colon == std::string_view::npos) return;
+  info_.metadata.emplace_back(trim(comment.substr(0, colon)), trim(comment.substr(colon + 1)));
+}
+
+void RecordReader::describe_layout() {
+  info_.probes = layout_.probes;
+  info_.extra_columns = layout_.extra;
+  for (const BoundColumn& column : layout_.columns) {
+    if (column.role != ColumnRole::kValue) continue;
+    const std::size_t axis = core::index(column.channel.axis);
+    switch (column.channel.quantity) {
+      case Quantity::kRate:
+        info_.has_rate[axis] = true;
+        break;
+      case Quantity::kReference:
+        info_.has_reference[axis] = true;
+        break;
+      case Quantity::kTemperature:
+        break;
+      default:
+        info_.inputs.push_back(column.channel);
+    }
+  }
+  if (layout_.extra.empty()) return;
+  std::string names;
+  for (const std::string& column : layout_.extra)
+    (names += names.empty() ? "" : ", ") += printable(column);
+  info_.warnings.push_back(info_.path.string() +
+                           ": columns without a known meaning, kept and not used: " + names);
+}
+
+// Through a second reader, so that this one stays before its first row.
+void RecordReader::estimate_period() {
+  RecordReader ahead{info_.path, options_, PeriodEstimate::kSkip};
+  std::vector<double> differences_s;
+  std::optional<core::SensorTime> previous;
+  for (std::uint64_t i = 0; i < kRowsForPeriod; ++i) {
+    const RecordRow* row = ahead.next();
+    if (row == nullptr) break;
+    if (!previous) info_.first_time = row->time;
+    if (previous && row->time > *previous)
+      differences_s.push_back(core::seconds(row->time - *previous));
+    previous = row->time;
+  }
+  if (!previous) {
+    throw RecordError(info_.path.string() +
+                      ": has a header but no row; expected at least one row of " +
+                      std::to_string(info_.columns.size()) + " cells");
+  }
+  info_.sample_period_s = median(std::move(differences_s));
+}
+
+bool RecordReader::next_data_line(std::string_view& line) {
+  while (lines_.next(line)) {
+    if (!trim(line).empty()) return true;
+  }
+  return false;
+}
+
+const RecordRow* RecordReader::next() {
+  std::string_view line;
+  if (!next_data_line(line)) return nullptr;
+  const bool complete = lines_.line_was_ended();
+  try {
+    decode(line);
+  } catch (const RecordError& error) {
+    if (complete) throw;
+    warnings_.push_back(std::string{error.what()} +
+                        "; the file ends within this row, which is left out");
+    return nullptr;
+  }
+  if (!complete) {
+    warnings_.push_back(info_.path.string() + ":" + std::to_string(lines_.line_number()) +
+                        ": the last row has no line end; taken as whole");
+  }
+  previous_time_ = row_.time;
+  ++rows_read_;
+  return &row_;
+}
+
+void RecordReader::decode(std::string_view line) {
+  row_.index = rows_read_;
+  if (layout_.time_is_row_number) row_.time = scaled_time(static_cast<double>(rows_read_), nullptr);
+  decode_cells(line);
+  check_order_and_set_interval();
+}
+
+void RecordReader::decode_cells(std::string_view line) {
+  CellCursor cursor{line};
+  for (const BoundColumn& column : layout_.columns) {
+    if (cursor.done()) break;
+    switch (column.role) {
+      case ColumnRole::kTime:
+        row_.time = decode_time(cursor.take(), column);
+        break;
+      case ColumnRole::kValue:
+        decode_value(cursor, column);
+        break;
+      case ColumnRole::kExtra:
+        row_.extra[column.slot] = cursor.take();
+        break;
+    }
+    if (cursor.done() && &column == &layout_.columns.back()) return;
+  }
+  refuse_row(nullptr, "found " + std::to_string(split_cells(line).size()) +
+                          " cells, the header has " + std::to_string(layout_.columns.size()));
+}
+
+void RecordReader::decode_value(CellCursor& cursor, const BoundColumn& column) {
+  double& slot = slot_of(row_, column);
+  double value = kNotMeasured;
+  if (!cursor.take_plain_number(value)) {
+    const std::string_view cell = cursor.take();
+    const std::optional<double> number = is_not_measured(cell) ? kNotMeasured : parse_number(cell);
+    if (!number)
+      refuse_row(&column,
+                 "found '" + printable(cell) + "', expected a number (blank = not measured)");
+    value = *number;
+  }
+  slot = convert(value, column.conversion);
+}
+
+core::SensorTime RecordReader::decode_time(std::string_view cell, const BoundColumn& column) const {
+  if (layout_.time.factor == 1.0) {
+    if (const auto time = parse_decimal_time(cell, layout_.time.nanosecond_exponent)) return *time;
+  }
+  const std::optional<double> number = parse_number(cell);
+  if (!number || !std::isfinite(*number)) {
+    refuse_row(&column, "found '" + printable(cell) + "', expected a time: every row needs one");
+  }
+  return scaled_time(*number, &column);
+}
+
+core::SensorTime RecordReader::scaled_time(double count, const BoundColumn* column) const {
+  const double time_s = count * layout_.time.factor * layout_.time.unit_s;
+  if (!(std::abs(time_s) < kLargestTimeS)) {
+    refuse_row(
+        column,
+        "a time beyond ±292 years, which integer nanoseconds can't hold; is the unit right?");
+  }
+  return core::from_seconds(time_s);
+}
+
+void RecordReader::check_order_and_set_interval() {
+  row_.interval_s = info_.sample_period_s;
+  if (!previous_time_) return;
+  if (row_.time > *previous_time_) {
+    row_.interval_s = core::seconds(row_.time - *previous_time_);
+    return;
+  }
+  if (options_.time_order == TimeOrder::kStrictlyIncreasing) {
+    refuse_row(nullptr, "time " + print_seconds(row_.time) + " s is not after the row before (" +
+                            print_seconds(*previous_time_) +
+                            " s); a record's time strictly increases");
+  }
+  ++rows_out_of_order_;
+}
+
+void RecordReader::refuse_row(const BoundColumn* column, const std::string& why) const {
+  std::string line = info_.path.string() + ":" + std::to_string(lines_.line_number()) + ": ";
+  if (column != nullptr) line += "column '" + printable(column->header) + "': ";
+  throw RecordError(line + why);
+}
+
+RecordInfo inspect(const std::filesystem::path& path, const RecordOptions& options) {
+  return RecordReader{path, options}.info();
+}
+
+}  // namespace zerodrift::record

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reads a record row by row, in constant memory. A record is a CSV file (RFC 4180, UTF-8, '.'
+// decimal), plain or compressed (.csv.gz, .csv.xz): '# key: value' lines, a header, then one row an
+// instant with strictly increasing time. A blank cell, "nan" or "NA" was not measured.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "common/core/axis.h"
+#include "common/core/time.h"
+#include "common/record/column_map.h"
+#include "common/record/line_reader.h"
+#include "common/record/record_layout.h"
+
+namespace zerodrift::record {
+
+inline constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
+inline constexpr core::PerAxis<double> kNoAxisMeasured{kNotMeasured, kNotMeasured, kNotMeasured};
+
+// What effects other than temperature may depend on. NaN = no such column, or not measured in this
+// row.
+struct RecordInputs {
+  core::PerAxis<double> magnetic_ut = kNoAxisMeasured;        // body frame
+  core::PerAxis<double> acceleration_mps2 = kNoAxisMeasured;  // body frame
+  double vibration_g = kNotMeasured;
+  double source_current_ma = kNotMeasured;
+  double supply_v = kNotMeasured;
+};
+
+struct RecordRow {
+  std::uint64_t index = 0;  // from 0
+  core::SensorTime time{0};
+  double interval_s = 0.0;  // since the row before; first row: the sample period
+  core::PerAxis<double> rate_radps = kNoAxisMeasured;  // body frame
+  core::PerAxis<double> reference_radps{};  // true, body frame; 0 where there is no such column
+  RecordInputs inputs;
+  std::vector<double> temperature_degc;  // one a probe, in the order of RecordInfo::probes
+  std::vector<std::string_view> extra;  // text of the unknown columns, as RecordInfo::extra_columns
+};
+
+// What is known of a record before its rows are read.
+struct RecordInfo {
+  std::filesystem::path path;
+  std::vector<std::string> columns;  // the header, in the file's order
+  core::PerAxis<bool> has_rate{};
+  core::PerAxis<bool> has_reference{};
+  std::vector<std::string> probes;         // "coil", "case", ...
+  std::vector<Channel> inputs;             // which of RecordInputs there are
+  std::vector<std::string> extra_columns;  // kept, but without a known meaning
+  // '# key: value' lines, in the file's order.
+  std::vector<std::pair<std::string, std::string>> metadata;
+  core::SensorTime first_time{0};
+  double sample_period_s = 0.0;       // median over the first rows; 0 for a record of one row
+  std::vector<std::string> warnings;  // one line each
+};
+
+enum class TimeOrder : std::uint8_t {
+  kStrictlyIncreasing,  // a row that isn't after the one before is an error: what a record promises
+  kAsFound,  // such rows are given out and counted: for putting a faulty stream before the services
+};
+
+struct RecordOptions {
+  std::vector<ColumnMapping> columns;  // see parse_column_map()
+  TimeOrder time_order = TimeOrder::kStrictlyIncreasing;
+};
+
+class RecordReader {
+ public:
+  // Reads the header and the first rows. Throws RecordError.
+  explicit RecordReader(const std::filesystem::path& path, RecordOptions options = {});
+
+  [[nodiscard]] const RecordInfo& info() const noexcept { return info_; }
+
+  // The next row, valid until the next call; nullptr at the end. A last line that has no line end
+  // and isn't a whole row was cut: it is left out and named in warnings(). Throws RecordError for
+  // any other bad row.
+  [[nodiscard]] const RecordRow* next();
+
+  // What info() warns of, then what the rows read so far gave rise to. One line each.
+  [[nodiscard]] const std::vector<std::string>& warnings() const noexcept { return warnings_; }
+
+  // Rows that were not after the row before; 0 unless TimeOrder::kAsFound lets them pass.
+  [[nodiscard]] std::uint64_t rows_out_of_order() const noexcept { return rows_out_of_order_; }
+
+ private:
+  enum class PeriodEstimate : std::uint8_t { kMake, kSkip };
+  RecordReader(const std::filesystem::path& path, RecordOptions options, PeriodEstimate estimate);
+
+  void read_header();
+  void note_metadata(std::string_view comment);
+  void describe_layout();
+  void estimate_period();
+
+  [[nodiscard]] bool next_data_line(std::string_view& line);
+  void decode(std::string_view line);
+  void decode_cells(std::string_view line);
+  void decode_value(class CellCursor& cursor, const BoundColumn& column);
+  [[nodiscard]] core::SensorTime decode_time(std::string_view cell,
+                                             const BoundColumn& column) const;
+  [[nodiscard]] core::SensorTime scaled_time(double count, const BoundColumn* column) const;
+  void check_order_and_set_interval();
+
+  [[noreturn]] void refuse_row(const BoundColumn* column, const std::string& why) const;
+
+  LineReader lines_;
+  RecordOptions options_;
+  RecordInfo info_;
+  RecordLayout layout_;
+  RecordRow row_;
+  std::optional<core::SensorTime> previous_time_;
+  std::uint64_t rows_read_ = 0;
+  std::uint64_t rows_out_of_order_ = 0;
+  std::vector<std::string> warnings_;
+};
+
+// A quick look: reads the header and the first rows. Throws RecordError.
+[[nodiscard]] RecordInfo inspect(const std::filesystem::path& path,
+                                 const RecordOptions& options = {});
+
+}  // namespace zerodrift::record

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// A row of a record as the samples that sources publish. Live replay and offline tools both go
+// through here, so they see the same bits. Sequence = row number, clock = kReplay.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+
+#include "common/core/samples.h"
+#include "common/record/record_reader.h"
+
+namespace zerodrift::record {
+
+// An axis without a column, with a blank cell or with a value that isn't finite is invalid.
+[[nodiscard]] core::AngularRateSample to_angular_rate(const RecordRow& row) noexcept;
+
+// Fills `sample` (reused, so that nothing is allocated a row) with what probe info.probes[probe]
+// says.
+void to_temperature(const RecordRow& row, const RecordInfo& info, std::size_t probe,
+                    core::TemperatureSample& sample);
+
+// Nullopt where the record has no reference column at all: then nothing is known of the true rate.
+// Otherwise an axis without a column has a true rate of 0, and one with a blank cell is invalid.
+// `variance_radps2` is the reference's own, the same on each axis.
+[[nodiscard]] std::optional<core::RateReferenceSample> to_rate_reference(
+    const RecordRow& row, const RecordInfo& info, double variance_radps2 = 0.0) noexcept;
+
+}  // namespace zerodrift::record

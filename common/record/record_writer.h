@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// Writes a record (.csv; .csv.gz and .csv.xz by suffix) that appears whole or not at all: into a
+// temporary file beside the target, then fsync and rename. Numbers are the shortest text that reads
+// back to the same bits.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "common/core/time.h"
+
+namespace zerodrift::record {
+
+struct RecordWriterOptions {
+  std::vector<std::string> columns;  // the header, at least one
+  // '# key: value' lines on top; one line each.
+  std::vector<std::pair<std::string, std::string>> metadata;
+};
+
+class RecordWriter {
+ public:
+  // Throws RecordError where the folder can't be written or the options are wrong.
+  RecordWriter(const std::filesystem::path& path, const RecordWriterOptions& options);
+
+  // Without commit() nothing is left behind.
+  ~RecordWriter();
+  RecordWriter(RecordWriter&&) noexcept;
+  RecordWriter& operator=(RecordWriter&&) noexcept;
+
+  // The cells of a row, in the order of the columns. Whoever calls end_row() with another number of
+  // cells than columns made a programming error (std::logic_error).
+  void time(core::SensorTime time);  // seconds with nine decimals, exact
+  void number(double value);         // NaN becomes a blank cell: not measured
+  void text(std::string_view cell);
+  void blank();
+  void end_row();  // throws RecordError where the disk is full
+
+  // Makes the file durable and gives it its name. Throws RecordError. Nothing may be written after
+  // it.
+  void commit();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace zerodrift::record

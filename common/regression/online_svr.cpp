@@ -1,0 +1,725 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/regression/online_svr.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <stdexcept>
+
+#include "common/regression/vector_operations.h"
+
+namespace zerodrift::regression {
+namespace {
+
+constexpr std::size_t kNoSlot = SampleWindow::kNoSlot;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kEpsilonOfDouble = std::numeric_limits<double>::epsilon();
+
+// In units of the bound on KKT violations: half-width of the targets' jitter, and the difference
+// below which residuals count as equal. The first is far below the bound, the second is far below
+// the first, and rounding is below both.
+constexpr double kJitter = 1e-4;
+constexpr double kResolution = 1e-5;
+// Margin residual, in the same unit, from which the margin is recentred.
+constexpr double kOffMargin = 1e-2;
+// Rates and pivots below this share of the kernel's magnitude count as zero.
+constexpr double kNegligible = 1e-13;
+// A refinement that corrects more than this share of a solution says that the factor has worn out;
+// one that corrects less than the other share leaves nothing to correct, for the next would
+// correct the square of it.
+constexpr double kWornOut = 1e-6;
+constexpr double kRefined = 1e-8;
+constexpr int kMaxRefinements = 4;
+// Rows of the margin factor and of the kernel cache that are committed in the constructor.
+constexpr std::size_t kRowsCommitted = 64;
+
+// Uniform in [-1, 1) from a counter: splitmix64 (Steele, Lea & Flood 2014).
+double hash_to_unit(std::uint64_t counter) {
+  std::uint64_t z = (counter + 1) * 0x9e3779b97f4a7c15ULL;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+  z ^= z >> 31;
+  return static_cast<double>(static_cast<std::int64_t>(z) >> 11) * 0x1p-52;
+}
+
+bool is_in_range(double value) {
+  return std::fabs(value) <= kLargestMagnitude;
+}  // false for NaN
+
+std::string wrong(const std::string& key, const std::string& found, const std::string& expected) {
+  return key + ": found " + found + ", expected " + expected;
+}
+
+bool is_positive(double value) {
+  return std::isfinite(value) && value > 0.0;
+}
+
+const OnlineSvrOptions& checked(const OnlineSvrOptions& options) {
+  if (const auto error = options.validate()) throw std::invalid_argument("online SVR: " + *error);
+  return options;
+}
+
+}  // namespace
+
+double OnlineSvrOptions::kkt_bound() const noexcept {
+  return kkt_tolerance * std::max(1.0, box_constraint);
+}
+
+std::optional<std::string> OnlineSvrOptions::validate() const {
+  if (dimension < 1 || dimension > kMaxDimension) {
+    return wrong("dimension", std::to_string(dimension), "1 to " + std::to_string(kMaxDimension));
+  }
+  if (capacity < 2) return wrong("capacity", std::to_string(capacity), "at least 2");
+  if (auto error = kernel.validate()) return error;
+  if (!is_positive(epsilon)) return wrong("epsilon", std::to_string(epsilon), "a number above 0");
+  if (!is_positive(box_constraint)) {
+    return wrong("box_constraint", std::to_string(box_constraint), "a number above 0");
+  }
+  if (!is_positive(kkt_tolerance)) {
+    return wrong("kkt_tolerance", std::to_string(kkt_tolerance), "a number above 0");
+  }
+  if (!(epsilon > kkt_bound())) {
+    return wrong("epsilon", std::to_string(epsilon), "more than kkt_tolerance max(1, C)");
+  }
+  if (event_budget < 1) return wrong("event_budget", "0", "at least 1");
+  if (window == WindowPolicy::kTwoTier && (recent_capacity < 1 || recent_capacity >= capacity)) {
+    return wrong("recent_capacity", std::to_string(recent_capacity), "1 to capacity - 1");
+  }
+  return std::nullopt;
+}
+
+OnlineSvr::OnlineSvr(const OnlineSvrOptions& options)
+    : options_(checked(options)),
+      slot_count_(options.capacity + 1),
+      stride_(padded(slot_count_)),
+      window_(options.window, slot_count_, options.recent_capacity),
+      factor_(slot_count_),
+      features_(options.dimension * stride_),
+      target_(stride_),
+      theta_(stride_),
+      residual_(stride_),
+      self_(stride_),
+      upper_(stride_, kInfinity),
+      lower_(stride_, -kInfinity),
+      set_(slot_count_, SampleSet::kVacant),
+      is_leaving_(slot_count_, 0),
+      rows_(std::make_unique_for_overwrite<double[]>((slot_count_ + 2) * stride_)),
+      rates_(slot_count_),
+      reduced_(slot_count_),
+      correction_(slot_count_),
+      row_pointers_(slot_count_ + 1),
+      row_rates_(slot_count_ + 1),
+      residual_rate_(stride_),
+      steps_(stride_) {
+  margin_slots_.reserve(slot_count_);
+  margin_rows_.reserve(slot_count_);
+  unsettled_.reserve(slot_count_);
+  free_rows_.reserve(slot_count_);
+  for (std::size_t i = slot_count_ + 2; i-- > 2;) free_rows_.push_back(i);
+  driver_row_ = 0;
+  spare_row_ = 1;
+  std::fill_n(rows_.get(), std::min(kRowsCommitted, slot_count_ + 2) * stride_, 0.0);
+}
+
+SampleColumns OnlineSvr::columns() const noexcept {
+  return {features_.data(), stride_, options_.dimension, stride_};
+}
+
+void OnlineSvr::gather(std::size_t slot, double* x) const noexcept {
+  for (std::size_t d = 0; d < options_.dimension; ++d) x[d] = feature(slot, d);
+}
+
+// ---- Calls ----
+
+UpdateReport OnlineSvr::add(std::span<const double> x, double y) noexcept {
+  UpdateReport report;
+  if (!accepts(x, y)) return report;
+  may_refactor_ = true;
+  if (!resolve(report.events)) {
+    report.outcome = UpdateOutcome::kBusy;
+    return report;
+  }
+  if (size() == options_.capacity) evict(window_.victim(), report.events);
+  report.slot = insert(x, y);
+  report.prior_residual = residual_[report.slot];
+  report.outcome = learn(report.slot, report.events);
+  maintain();
+  return report;
+}
+
+UpdateReport OnlineSvr::forget(std::size_t slot) noexcept {
+  UpdateReport report;
+  if (slot >= slot_count_ || set_[slot] == SampleSet::kVacant || is_leaving_[slot]) return report;
+  may_refactor_ = true;
+  if (!resolve(report.events)) {
+    report.outcome = UpdateOutcome::kBusy;
+    return report;
+  }
+  report.slot = slot;
+  evict(slot, report.events);
+  report.outcome = is_settled() ? UpdateOutcome::kForgotten : UpdateOutcome::kUnfinished;
+  maintain();
+  return report;
+}
+
+bool OnlineSvr::settle() noexcept {
+  std::size_t events = 0;
+  may_refactor_ = true;
+  const bool settled = resolve(events);
+  maintain();
+  return settled;
+}
+
+void OnlineSvr::clear() noexcept {
+  while (margin_size() > 0) detach_from_margin(margin_size() - 1);
+  unsettled_.clear();
+  for (std::size_t slot = 0; slot < slot_count_; ++slot) {
+    theta_[slot] = 0.0;
+    residual_[slot] = 0.0;
+    is_leaving_[slot] = 0;
+    assign_set(slot, SampleSet::kVacant);
+  }
+  window_.clear();
+  driver_row_slot_ = kNoSlot;
+  bias_ = 0.0;
+  arrival_count_ = 0;
+  refresh_cursor_ = 0;
+}
+
+bool OnlineSvr::accepts(std::span<const double> x, double y) const noexcept {
+  if (x.size() != options_.dimension || !is_in_range(y)) return false;
+  if (!std::all_of(x.begin(), x.end(), is_in_range)) return false;
+  return is_in_range(self_value(options_.kernel, x.data(), x.size()));
+}
+
+std::size_t OnlineSvr::insert(std::span<const double> x, double y) noexcept {
+  const auto vacant = std::find(set_.begin(), set_.end(), SampleSet::kVacant);
+  assert(vacant != set_.end());
+  const auto slot = static_cast<std::size_t>(vacant - set_.begin());
+  for (std::size_t d = 0; d < options_.dimension; ++d) features_[d * stride_ + slot] = x[d];
+  target_[slot] = y + kJitter * options_.kkt_bound() * hash_to_unit(arrival_count_);
+  theta_[slot] = 0.0;
+  self_[slot] = self_value(options_.kernel, x.data(), x.size());
+
+  driver_row_slot_ = kNoSlot;
+  load_driver_row(slot);
+  const double* kernel_row = row(driver_row_);
+  for (std::size_t p = 0; p < margin_size(); ++p)
+    row(margin_rows_[p])[slot] = kernel_row[margin_slots_[p]];
+  if (size() == 0) bias_ = target_[slot];
+  residual_[slot] = dot(kernel_row, theta_.data(), stride_) + bias_ - target_[slot];
+  window_.insert(slot, arrival_count_++, columns());
+  return slot;
+}
+
+// A sample inside the tube joins R and the model stays as it is.
+UpdateOutcome OnlineSvr::learn(std::size_t slot, std::size_t& events) noexcept {
+  const bool fits = std::fabs(residual_[slot]) <= options_.epsilon;
+  if (fits) {
+    assign_set(slot, SampleSet::kRemaining);
+  } else {
+    push_unsettled(slot);
+  }
+  if (!resolve(events)) return UpdateOutcome::kUnfinished;
+  return fits ? UpdateOutcome::kFitsAlready : UpdateOutcome::kLearned;
+}
+
+void OnlineSvr::evict(std::size_t slot, std::size_t& events) noexcept {
+  if (set_[slot] == SampleSet::kMargin) {
+    const auto found = std::find(margin_slots_.begin(), margin_slots_.end(), slot);
+    const auto position = static_cast<std::size_t>(found - margin_slots_.begin());
+    // The cached row of the margin sample becomes the driver's.
+    std::swap(driver_row_, margin_rows_[position]);
+    driver_row_slot_ = slot;
+    detach_from_margin(position);
+  }
+  is_leaving_[slot] = 1;
+  push_unsettled(slot);
+  resolve(events);
+}
+
+void OnlineSvr::vacate(std::size_t slot) noexcept {
+  window_.remove(slot, columns());
+  theta_[slot] = 0.0;
+  is_leaving_[slot] = 0;
+  assign_set(slot, SampleSet::kVacant);
+  if (driver_row_slot_ == slot) driver_row_slot_ = kNoSlot;
+}
+
+// ---- Events ----
+
+// Drives unsettled samples, the last first, until none is left (true) or the budget is spent.
+bool OnlineSvr::resolve(std::size_t& events) noexcept {
+  while (!unsettled_.empty()) {
+    const std::size_t driver = unsettled_.back();
+    if (try_to_settle(driver)) continue;
+    if (events == options_.event_budget) return false;
+    ++events;
+    advance(driver);
+  }
+  return true;
+}
+
+// Files the driver under the set whose conditions it meets without being on the margin.
+bool OnlineSvr::try_to_settle(std::size_t driver) noexcept {
+  const double theta = theta_[driver], h = residual_[driver];
+  if (is_leaving_[driver]) {
+    if (theta != 0.0) return false;
+    erase_unsettled(driver);
+    vacate(driver);
+    return true;
+  }
+  const double resolution = kResolution * options_.kkt_bound();
+  const bool remaining = theta == 0.0 && std::fabs(h) <= options_.epsilon + resolution;
+  const bool error = std::fabs(theta) == options_.box_constraint &&
+                     -h * std::copysign(1.0, theta) >= options_.epsilon - resolution;
+  if (!remaining && !error) return false;
+  erase_unsettled(driver);
+  assign_set(driver, remaining ? SampleSet::kRemaining : SampleSet::kError);
+  return true;
+}
+
+void OnlineSvr::advance(std::size_t driver) noexcept {
+  load_driver_row(driver);
+  const Drive drive = plan(driver);
+  const Direction direction = solve_direction(row(driver_row_), driver);
+  write_residual_rates(drive, direction);
+  const Event event = next_event(driver, drive, direction);
+  apply(driver, drive, direction, event.step);
+  handle(event, driver, drive);
+}
+
+OnlineSvr::Drive OnlineSvr::plan(std::size_t slot) const noexcept {
+  const double theta = theta_[slot], h = residual_[slot];
+  if (is_leaving_[slot]) return {theta > 0.0 ? -1.0 : 1.0, 0.0, 0.0, false};
+  const double side = theta != 0.0 ? std::copysign(1.0, theta) : -std::copysign(1.0, h);
+  const double target = -side * options_.epsilon;
+  const double sign = h < target ? 1.0 : -1.0;
+  const double limit = sign == side ? side * options_.box_constraint : 0.0;
+  return {sign, limit, target, true};
+}
+
+void OnlineSvr::load_driver_row(std::size_t driver) noexcept {
+  if (driver_row_slot_ == driver) return;
+  std::array<double, kMaxDimension> x;
+  gather(driver, x.data());
+  evaluate_row(options_.kernel, columns(), x.data(), row(driver_row_));
+  driver_row_slot_ = driver;
+}
+
+double OnlineSvr::kernel_magnitude(std::size_t slot) const noexcept {
+  return options_.kernel.is_stationary() ? 1.0 : self_[slot];
+}
+
+// <phi_p - phi_0, phi_c - phi_0> for the sample c that the row belongs to.
+double OnlineSvr::reduced_product(const double* kernel_row, std::size_t p) const noexcept {
+  const std::size_t reference = margin_slots_[0], slot = margin_slots_[p];
+  return (kernel_row[slot] - kernel_row[reference]) -
+         (margin_row(0)[slot] - margin_row(0)[reference]);
+}
+
+// The reference takes what makes the sum of all coefficients zero.
+void OnlineSvr::balance_rates() noexcept {
+  double total = 1.0;
+  for (std::size_t p = 1; p < margin_size(); ++p) total += rates_[p];
+  rates_[0] = -total;
+}
+
+// dh at a slot, less the bias, for a unit change of the coefficient that the kernel row belongs to.
+double OnlineSvr::expansion_rate(const double* kernel_row, std::size_t slot) const noexcept {
+  double rate = kernel_row[slot];
+  for (std::size_t p = 0; p < margin_size(); ++p) rate += rates_[p] * margin_row(p)[slot];
+  return rate;
+}
+
+// One refinement of rates_ by the residual of dh_p = dh_0, computed from the kernel rows. Returns
+// the size of the correction relative to the rates. O(n_margin²).
+double OnlineSvr::refine_rates(const double* kernel_row) noexcept {
+  const double reference_rate = expansion_rate(kernel_row, margin_slots_[0]);
+  for (std::size_t p = 1; p < margin_size(); ++p) {
+    correction_[p] = expansion_rate(kernel_row, margin_slots_[p]) - reference_rate;
+  }
+  factor_.solve(correction_.data() + 1);
+  double largest = std::numeric_limits<double>::min(), largest_correction = 0.0;
+  for (std::size_t p = 1; p < margin_size(); ++p) {
+    rates_[p] -= correction_[p];
+    largest = std::max(largest, std::fabs(rates_[p]));
+    largest_correction = std::max(largest_correction, std::fabs(correction_[p]));
+  }
+  balance_rates();
+  return largest_correction / largest;
+}
+
+// Writes to rates_ how the margin coefficients follow a unit change of theta_slot: A beta =
+// -reduced products. Refined once, and again as long as the refinement shows that the factor has
+// lost digits.
+OnlineSvr::Direction OnlineSvr::solve_direction(const double* kernel_row,
+                                                std::size_t slot) noexcept {
+  const std::size_t n = margin_size();
+  if (n == 0) return {1.0, 1.0, 0.0};  // only the bias moves
+  for (std::size_t p = 1; p < n; ++p) {
+    reduced_[p] = reduced_product(kernel_row, p);
+    rates_[p] = -reduced_[p];
+  }
+  factor_.solve(rates_.data() + 1);
+  balance_rates();
+  for (int i = 0; n > 1 && i < kMaxRefinements; ++i) {
+    const double correction = refine_rates(kernel_row);
+    if (correction > kWornOut && refactor()) return solve_direction(kernel_row, slot);
+    if (correction < kRefined) break;
+  }
+
+  double rounding = 0.0;
+  for (std::size_t p = 0; p < n; ++p) {
+    rounding += std::fabs(rates_[p]) * kernel_magnitude(margin_slots_[p]);
+  }
+  const double magnitude = kernel_magnitude(slot);
+  const double reference_rate = expansion_rate(kernel_row, margin_slots_[0]);
+  return {-reference_rate, expansion_rate(kernel_row, slot) - reference_rate,
+          kNegligible * magnitude + kEpsilonOfDouble * (magnitude + rounding)};
+}
+
+// dh for a step of 1 in the drive's direction.
+void OnlineSvr::write_residual_rates(const Drive& drive, const Direction& direction) noexcept {
+  const std::size_t n = margin_size();
+  if (n == 0) {
+    std::fill(residual_rate_.begin(), residual_rate_.end(), drive.sign);
+    return;
+  }
+  row_pointers_[0] = row(driver_row_);
+  row_rates_[0] = drive.sign;
+  for (std::size_t p = 0; p < n; ++p) {
+    row_pointers_[p + 1] = margin_row(p);
+    row_rates_[p + 1] = drive.sign * rates_[p];
+  }
+  combine_rows(row_pointers_.data(), row_rates_.data(), n + 1, drive.sign * direction.bias_rate,
+               residual_rate_.data(), stride_);
+}
+
+// The step at which a margin coefficient moving at the given rate meets 0 or its box constraint.
+double OnlineSvr::step_to_bound(std::size_t slot, double rate) const noexcept {
+  const double side = residual_[slot] > 0.0 ? -1.0 : 1.0;
+  const double bound = rate * side > 0.0 ? side * options_.box_constraint : 0.0;
+  return std::max(0.0, (bound - theta_[slot]) / rate);
+}
+
+// The smallest step at which something changes; on a tie the first found of: driver, margin by
+// position, others by slot.
+OnlineSvr::Event OnlineSvr::next_event(std::size_t driver, const Drive& drive,
+                                       const Direction& direction) noexcept {
+  Event event{Event::Kind::kDriverAtLimit, kInfinity, driver};
+  const double residual_rate = direction.own_residual_rate;
+  if (drive.stops_at_margin && residual_rate > direction.threshold) {
+    const double distance = std::fabs(residual_[driver] - drive.residual_target);
+    event = {Event::Kind::kDriverAtMargin, distance / residual_rate, driver};
+  }
+  if (margin_size() > 0) {
+    const double distance = std::fabs(drive.theta_limit - theta_[driver]);
+    if (distance < event.step) event = {Event::Kind::kDriverAtLimit, distance, driver};
+  }
+  for (std::size_t p = 0; p < margin_size(); ++p) {
+    const std::size_t slot = margin_slots_[p];
+    const double rate = drive.sign * rates_[p];
+    if (rate == 0.0) continue;
+    const double step = step_to_bound(slot, rate);
+    if (step < event.step) event = {Event::Kind::kMarginLeaves, step, p};
+  }
+  const double step = first_crossing(
+      {residual_.data(), residual_rate_.data(), upper_.data(), lower_.data(), direction.threshold},
+      steps_.data(), stride_);
+  if (step < event.step) {
+    event = {Event::Kind::kSampleMeets, step, first_equal(steps_.data(), step, stride_)};
+  }
+  return event;
+}
+
+void OnlineSvr::apply(std::size_t driver, const Drive& drive, const Direction& direction,
+                      double step) noexcept {
+  if (step == kInfinity) return;
+  if (margin_size() > 0) theta_[driver] += drive.sign * step;
+  for (std::size_t p = 0; p < margin_size(); ++p) {
+    theta_[margin_slots_[p]] += drive.sign * step * rates_[p];
+  }
+  bias_ += drive.sign * step * direction.bias_rate;
+  add_scaled(step, residual_rate_.data(), residual_.data(), stride_);
+}
+
+void OnlineSvr::handle(const Event& event, std::size_t driver, const Drive& drive) noexcept {
+  switch (event.kind) {
+    case Event::Kind::kDriverAtMargin:
+      if (theta_[driver] != 0.0 && enter_margin(driver)) erase_unsettled(driver);
+      return;  // with theta = 0 it now fits, which the next try_to_settle() sees
+    case Event::Kind::kDriverAtLimit:
+      theta_[driver] = drive.theta_limit;
+      return;
+    case Event::Kind::kMarginLeaves:
+      leave_margin(event.position);
+      return;
+    case Event::Kind::kSampleMeets:
+      meet_border(event.position);
+      return;
+  }
+}
+
+// The sample's residual has just met a border of its set. It enters the margin; or it fits, if it
+// was waiting to be learned with theta = 0; or, its feature vector being in the span of the
+// margin's, it becomes the driver: its coefficient then displaces one of the margin until it can
+// enter.
+void OnlineSvr::meet_border(std::size_t slot) noexcept {
+  const bool is_waiting = set_[slot] == SampleSet::kUnsettled;
+  if (is_waiting && theta_[slot] == 0.0) {
+    erase_unsettled(slot);
+    assign_set(slot, SampleSet::kRemaining);
+    return;
+  }
+  const double rate = residual_rate_[slot];
+  const double border = rate > 0.0 ? upper_[slot] : lower_[slot];
+  if (enter_margin(slot)) {
+    if (is_waiting) erase_unsettled(slot);
+    return;
+  }
+  put_past_border(slot, border, std::copysign(1.0, rate));
+  if (is_waiting) {
+    await(slot);
+  } else {
+    push_unsettled(slot);
+  }
+}
+
+// Makes it plain which side of its border a sample is on that has crossed it but can't enter the
+// margin.
+void OnlineSvr::put_past_border(std::size_t slot, double border, double side) noexcept {
+  const double past = border + side * 2.0 * kResolution * options_.kkt_bound();
+  if ((past - residual_[slot]) * side > 0.0) residual_[slot] = past;
+}
+
+// ---- Sets ----
+
+// False, and nothing changed, if the margin factor would become singular.
+bool OnlineSvr::enter_margin(std::size_t slot) noexcept {
+  const bool is_driver = driver_row_slot_ == slot;
+  std::size_t& kernel_row = is_driver ? driver_row_ : spare_row_;
+  if (!is_driver) {
+    std::array<double, kMaxDimension> x;
+    gather(slot, x.data());
+    evaluate_row(options_.kernel, columns(), x.data(), row(kernel_row));
+  }
+  if (margin_size() > 0) {
+    const Direction direction = solve_direction(row(kernel_row), slot);
+    if (!(direction.own_residual_rate > direction.threshold)) return false;
+    factor_.solve_lower(reduced_.data() + 1);
+    factor_.append(reduced_.data() + 1, direction.own_residual_rate);
+  }
+  margin_slots_.push_back(slot);
+  margin_rows_.push_back(kernel_row);
+  kernel_row = free_rows_.back();
+  free_rows_.pop_back();
+  if (is_driver) driver_row_slot_ = kNoSlot;
+  assign_set(slot, SampleSet::kMargin);
+  return true;
+}
+
+void OnlineSvr::detach_from_margin(std::size_t position) noexcept {
+  free_rows_.push_back(margin_rows_[position]);
+  margin_slots_.erase(margin_slots_.begin() + static_cast<std::ptrdiff_t>(position));
+  margin_rows_.erase(margin_rows_.begin() + static_cast<std::ptrdiff_t>(position));
+  if (position == 0) {
+    factor_.remove_reference();
+  } else {
+    factor_.remove_row(position - 1);
+  }
+}
+
+// Puts the coefficient exactly on the bound it has met and files the sample by it.
+void OnlineSvr::leave_margin(std::size_t position) noexcept {
+  const std::size_t slot = margin_slots_[position];
+  detach_from_margin(position);
+  const bool to_error = std::fabs(theta_[slot]) > 0.5 * options_.box_constraint;
+  theta_[slot] = to_error ? std::copysign(options_.box_constraint, -residual_[slot]) : 0.0;
+  assign_set(slot, to_error ? SampleSet::kError : SampleSet::kRemaining);
+}
+
+// Computes the factor anew from the kernel rows. False if it was already done in this call.
+bool OnlineSvr::refactor() noexcept {
+  if (!may_refactor_) return false;
+  may_refactor_ = false;
+  factor_.clear();
+  for (std::size_t p = 1; p < margin_size(); ++p) {
+    const double* kernel_row = margin_row(p);
+    for (std::size_t q = 1; q < p; ++q) correction_[q] = reduced_product(kernel_row, q);
+    factor_.solve_lower(correction_.data() + 1);
+    const double whole = reduced_product(kernel_row, p);
+    const double pivot = whole - dot(correction_.data() + 1, correction_.data() + 1, p - 1);
+    factor_.append(correction_.data() + 1,
+                   std::max(pivot, kNegligible * kernel_magnitude(margin_slots_[p])));
+  }
+  return true;
+}
+
+// Files the sample and sets the residuals at which it changes set again.
+void OnlineSvr::assign_set(std::size_t slot, SampleSet set) noexcept {
+  set_[slot] = set;
+  upper_[slot] = kInfinity;
+  lower_[slot] = -kInfinity;
+  if (set == SampleSet::kRemaining) {
+    upper_[slot] = options_.epsilon;
+    lower_[slot] = -options_.epsilon;
+  } else if (set == SampleSet::kError) {
+    (theta_[slot] > 0.0 ? upper_ : lower_)[slot] = -std::copysign(options_.epsilon, theta_[slot]);
+  }
+}
+
+// An unsettled sample that isn't driven keeps its place until its residual meets its margin.
+void OnlineSvr::await(std::size_t slot) noexcept {
+  assign_set(slot, SampleSet::kUnsettled);
+  if (is_leaving_[slot]) return;
+  const double target = plan(slot).residual_target;
+  (residual_[slot] < target ? upper_ : lower_)[slot] = target;
+}
+
+void OnlineSvr::push_unsettled(std::size_t slot) noexcept {
+  if (!unsettled_.empty()) await(unsettled_.back());
+  unsettled_.push_back(slot);
+  assign_set(slot, SampleSet::kUnsettled);
+}
+
+void OnlineSvr::erase_unsettled(std::size_t slot) noexcept {
+  unsettled_.erase(std::find(unsettled_.begin(), unsettled_.end(), slot));
+  if (!unsettled_.empty()) assign_set(unsettled_.back(), SampleSet::kUnsettled);
+}
+
+// ---- Upkeep ----
+
+void OnlineSvr::maintain() noexcept {
+  refresh_one_residual();
+  recentre_margin();
+}
+
+void OnlineSvr::refresh_one_residual() noexcept {
+  const std::size_t slot = refresh_cursor_;
+  refresh_cursor_ = (refresh_cursor_ + 1) % slot_count_;
+  if (refresh_cursor_ == 0) balance_thetas();
+  if (set_[slot] == SampleSet::kVacant) return;
+  std::array<double, kMaxDimension> x;
+  gather(slot, x.data());
+  double* kernel_row = row(spare_row_);
+  evaluate_row(options_.kernel, columns(), x.data(), kernel_row);
+  residual_[slot] = dot(kernel_row, theta_.data(), stride_) + bias_ - target_[slot];
+}
+
+// Takes what rounding has left of sum theta off the margin coefficient that is farthest from its
+// bounds.
+void OnlineSvr::balance_thetas() noexcept {
+  if (margin_size() == 0) return;
+  const auto room = [&](std::size_t p) {
+    const double theta = std::fabs(theta_[margin_slots_[p]]);
+    return std::min(theta, options_.box_constraint - theta);
+  };
+  std::size_t widest = 0;
+  for (std::size_t p = 1; p < margin_size(); ++p) {
+    if (room(p) > room(widest)) widest = p;
+  }
+  const double excess = sum(theta_.data(), stride_);
+  if (std::fabs(excess) >= room(widest)) return;
+  theta_[margin_slots_[widest]] -= excess;
+  add_scaled(-excess, margin_row(widest), residual_.data(), stride_);
+}
+
+// How far the margin sample is off its margin.
+double OnlineSvr::margin_residual(std::size_t position) const noexcept {
+  const double h = residual_[margin_slots_[position]];
+  return h - std::copysign(options_.epsilon, h);
+}
+
+// Brings the margin samples back to h = -/+epsilon once rounding has taken one too far off: A
+// delta = -(r_p - r_0).
+void OnlineSvr::recentre_margin() noexcept {
+  const std::size_t n = margin_size();
+  double largest = 0.0;
+  for (std::size_t p = 0; p < n; ++p) largest = std::max(largest, std::fabs(margin_residual(p)));
+  if (largest <= kOffMargin * options_.kkt_bound()) return;
+
+  const double reference = margin_residual(0);
+  rates_[0] = 0.0;
+  for (std::size_t p = 1; p < n; ++p) rates_[p] = reference - margin_residual(p);
+  factor_.solve(rates_.data() + 1);
+  for (std::size_t p = 1; p < n; ++p) rates_[0] -= rates_[p];
+
+  double step = 1.0;
+  for (std::size_t p = 0; p < n; ++p) {
+    const std::size_t slot = margin_slots_[p];
+    if (rates_[p] == 0.0) continue;
+    step = std::min(step, step_to_bound(slot, rates_[p]));
+  }
+  for (std::size_t p = 0; p < n; ++p) row_pointers_[p] = margin_row(p);
+  combine_rows(row_pointers_.data(), rates_.data(), n, 0.0, residual_rate_.data(), stride_);
+  const double bias_rate = -reference - residual_rate_[margin_slots_[0]];
+  for (double& rate : residual_rate_) rate += bias_rate;
+  for (std::size_t p = 0; p < n; ++p) theta_[margin_slots_[p]] += step * rates_[p];
+  bias_ += step * bias_rate;
+  add_scaled(step, residual_rate_.data(), residual_.data(), stride_);
+}
+
+// ---- Queries ----
+
+// Support vectors in the order of their slots, in blocks: the same sum as SvrPredictor's, to the
+// bit.
+double OnlineSvr::predict(std::span<const double> x) const noexcept {
+  assert(x.size() == options_.dimension);
+  std::array<double, kMaxDimension * kExpansionBlock> features{};
+  std::array<double, kExpansionBlock> weights{};
+  KernelExpansion expansion(options_.kernel, x.data());
+  std::size_t count = 0;
+  const auto flush = [&] {
+    expansion.add_block({features.data(), kExpansionBlock, options_.dimension, padded(count)},
+                        weights.data());
+    weights.fill(0.0);
+    count = 0;
+  };
+  for (std::size_t slot = 0; slot < slot_count_; ++slot) {
+    if (theta_[slot] == 0.0) continue;
+    for (std::size_t d = 0; d < options_.dimension; ++d) {
+      features[d * kExpansionBlock + count] = feature(slot, d);
+    }
+    weights[count] = theta_[slot];
+    if (++count == kExpansionBlock) flush();
+  }
+  flush();
+  return expansion.total() + bias_;
+}
+
+SetCounts OnlineSvr::set_counts() const noexcept {
+  SetCounts counts;
+  for (const SampleSet set : set_) {
+    counts.remaining += set == SampleSet::kRemaining;
+    counts.margin += set == SampleSet::kMargin;
+    counts.error += set == SampleSet::kError;
+    counts.unsettled += set == SampleSet::kUnsettled;
+  }
+  return counts;
+}
+
+double OnlineSvr::theta_sum() const noexcept {
+  return sum(theta_.data(), stride_);
+}
+
+double OnlineSvr::max_kkt_violation() const noexcept {
+  double largest = 0.0;
+  std::array<double, kMaxDimension> x;
+  for (std::size_t slot = 0; slot < slot_count_; ++slot) {
+    if (set_[slot] == SampleSet::kVacant || set_[slot] == SampleSet::kUnsettled) continue;
+    gather(slot, x.data());
+    const double h = predict({x.data(), options_.dimension}) - target_[slot];
+    const double outside = -std::copysign(1.0, theta_[slot]) * h - options_.epsilon;
+    double violation = std::fabs(outside);
+    if (theta_[slot] == 0.0) violation = std::fabs(h) - options_.epsilon;
+    if (std::fabs(theta_[slot]) >= options_.box_constraint) violation = -outside;
+    largest = std::max({largest, violation, std::fabs(theta_[slot]) - options_.box_constraint});
+  }
+  return largest;
+}
+
+}  // namespace zerodrift::regression

@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: Apache-2.0
+// Exact online epsilon-SVR over a bounded window: after every change the model is the optimum of
+// the samples now held.
+//
+//   f(x) = sum_i theta_i k(x_i, x) + b,   sum theta = 0,   |theta_i| <= C
+//   h_i = f(x_i) - y_i                    margin residual
+//
+//   remaining set R   theta = 0             |h| <= epsilon
+//   margin set S      0 <= |theta| <= C     h = -epsilon sgn theta
+//   error set E       |theta| = C           -h sgn theta >= epsilon
+//
+// Method: J. Ma, J. Theiler, S. Perkins, "Accurate On-line Support Vector Regression", Neural
+// Computation 15 (2003). A change of one coefficient theta_c moves the margin coefficients and the
+// bias linearly, so that S stays on its margin,
+//
+//   [db; dtheta_S] = -[0 1'; 1 K_SS]^-1 [1; K_Sc] dtheta_c
+//   dh_i = K_ic dtheta_c + K_iS dtheta_S + db
+//
+// up to the first sample that meets the border of its set. That sample changes set (one "event"),
+// and so on. Learning drives h_c to its margin or theta_c to C; forgetting drives theta_c to 0.
+// With S empty only b moves.
+//
+// How this stands to Mao, Xu, He & Wu, Laser & Optoelectronics Progress 59(1), 0106002 (2022),
+// section 2.2:
+//
+// - Eq. (8)-(11), the test that alpha_{l+1} lies in the span of the basis, "so the model stays", is
+//   here |h_c| <= epsilon: the sample joins R with theta = 0 and the model stays to the bit
+//   (kFitsAlready).
+// - Eq. (5), the Gram-Schmidt basis of span{Phi(x_i) y_j - Phi(x_j) y_i} that grows by one for each
+//   sample that doesn't fit, is here the basis of the margin set, phi_j - phi_0 by Cholesky
+//   (margin_factor.h). It grows and shrinks; its recursions are the triangular solves of one event.
+// - Eq. (7), ||w||² = y_i² / (K_ii - sum_j gamma_j²), is the optimum of a fit without tube, box and
+//   bias. The exact optimum with epsilon, C and b takes its place; as a criterion for choosing
+//   kernels eq. (7) is no part of this class.
+//
+// What keeps it exact:
+//
+// - kernels less 1 (kernel.h), so that near samples keep the digits of their distance;
+// - the bias eliminated by a reference sample, no stored inverse, every solve refined;
+// - a sample whose feature vector lies in the span of S, or too near, first displaces a margin
+//   sample before it enters: S stays regular with identical, quantised or low-rank samples, and no
+//   ridge is needed;
+// - ties broken by a hash-made jitter of the targets, 1e-4 of the KKT bound;
+// - residuals computed anew round-robin, one a call.
+//
+// Features and targets should be scaled to the order of 1. Cost of an event: O(W n_margin); of a
+// call: typically five events, never more than the event budget. Everything is allocated in the
+// constructor. One thread.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/regression/kernel.h"
+#include "common/regression/margin_factor.h"
+#include "common/regression/sample_window.h"
+
+namespace zerodrift::regression {
+
+// Features, targets and k(x, x) beyond this are refused: double can't hold the KKT tolerance there.
+inline constexpr double kLargestMagnitude = 1e6;
+
+struct OnlineSvrOptions {
+  std::size_t dimension = 2;   // features per sample, 1..kMaxDimension
+  std::size_t capacity = 500;  // W, samples held at most, >= 2
+  Kernel kernel;
+  double epsilon = 0.02;         // tube half-width, unit of the targets, > kkt_bound()
+  double box_constraint = 10.0;  // C, bound of |theta|, > 0
+  // Bound held on every KKT violation, relative to max(1, C); unit of the targets.
+  double kkt_tolerance = 1e-9;
+  // Events one call may spend. What is left is finished by the next call.
+  std::size_t event_budget = 200;
+  WindowPolicy window = WindowPolicy::kFifo;
+  std::size_t recent_capacity = 250;  // kTwoTier only: size of the recent tier, 1..capacity-1
+
+  // The bound on KKT violations, unit of the targets.
+  [[nodiscard]] double kkt_bound() const noexcept;
+
+  // The first wrong key and what would be right; empty if all is well.
+  [[nodiscard]] std::optional<std::string> validate() const;
+
+  friend bool operator==(const OnlineSvrOptions&, const OnlineSvrOptions&) = default;
+};
+
+enum class UpdateOutcome : std::uint8_t {
+  kFitsAlready,  // the sample lay inside the tube; it is in the window with theta = 0
+  kLearned,      // the sample is in the window and the model is its new optimum
+  kForgotten,    // the sample is gone and the model is the optimum without it
+  kUnfinished,   // accepted, but the event budget ran out; the model is usable, the next call
+                 // finishes
+  kBusy,         // not accepted: the whole budget went into finishing earlier calls
+  kRefused,  // not accepted, nothing changed: not finite, out of range, wrong dimension or no such
+             // sample
+};
+
+struct UpdateReport {
+  UpdateOutcome outcome = UpdateOutcome::kRefused;
+  std::size_t slot = SampleWindow::kNoSlot;  // where the sample is or was
+  std::size_t events = 0;
+  // f(x) - y before the sample was learned, after the evicted one was forgotten; add() only.
+  double prior_residual = 0.0;
+};
+
+enum class SampleSet : std::uint8_t {
+  kVacant = 0,
+  kRemaining = 1,
+  kMargin = 2,
+  kError = 3,
+  kUnsettled = 4,  // being learned or forgotten
+};
+
+struct SetCounts {
+  std::size_t remaining = 0, margin = 0, error = 0, unsettled = 0;
+};
+
+// All that decides future results; a learner made from it continues to the bit. Vectors are
+// indexed by slot unless noted.
+struct OnlineSvrState {
+  std::vector<double> features;  // slot-major: feature d of slot i is features[i * dimension + d]
+  std::vector<double> targets;   // jitter included
+  std::vector<double> thetas;
+  std::vector<double> residuals;  // h
+  std::vector<std::uint64_t> arrivals;
+  std::vector<SampleSet> sets;
+  std::vector<WindowTier> tiers;
+  std::vector<std::size_t> margin_slots;     // by margin position, the reference first
+  std::vector<double> margin_factor;         // packed rows, by margin position
+  std::vector<std::size_t> unsettled_slots;  // the last is driven first
+  std::vector<std::size_t>
+      forgotten_slots;  // those of unsettled_slots that are to leave the window
+  double bias = 0.0;
+  std::uint64_t arrival_count = 0;
+  std::size_t refresh_cursor = 0;
+};
+
+class OnlineSvr {
+ public:
+  // Throws std::invalid_argument with options.validate()'s sentence.
+  explicit OnlineSvr(const OnlineSvrOptions& options);
+
+  // Continues a saved learner. Throws std::invalid_argument, naming the field, if the state can't
+  // belong to the options.
+  [[nodiscard]] static OnlineSvr from_state(const OnlineSvrOptions& options,
+                                            const OnlineSvrState& state);
+  [[nodiscard]] OnlineSvrState export_state() const;
+
+  OnlineSvr(OnlineSvr&&) noexcept = default;
+  OnlineSvr& operator=(OnlineSvr&&) noexcept = default;
+  OnlineSvr(const OnlineSvr&) = delete;
+  OnlineSvr& operator=(const OnlineSvr&) = delete;
+  ~OnlineSvr() = default;
+
+  // Takes a sample in and, if the window is full, first forgets the one the window policy names.
+  // Refuses values beyond kLargestMagnitude.
+  UpdateReport add(std::span<const double> x, double y) noexcept;
+
+  // Takes the sample in `slot` out, exactly.
+  UpdateReport forget(std::size_t slot) noexcept;
+
+  // Spends one budget on whatever earlier calls left unfinished. True if all is settled.
+  bool settle() noexcept;
+
+  // Back to the empty window.
+  void clear() noexcept;
+
+  // f(x); 0 for an empty window. x.size() must be the dimension. O(support vectors).
+  [[nodiscard]] double predict(std::span<const double> x) const noexcept;
+
+  [[nodiscard]] const OnlineSvrOptions& options() const noexcept { return options_; }
+  [[nodiscard]] std::size_t size() const noexcept { return window_.size(); }
+  [[nodiscard]] std::size_t slot_count() const noexcept { return slot_count_; }
+  [[nodiscard]] SetCounts set_counts() const noexcept;
+  [[nodiscard]] bool is_settled() const noexcept { return unsettled_.empty(); }
+  [[nodiscard]] double bias() const noexcept { return bias_; }
+  [[nodiscard]] double theta_sum() const noexcept;
+
+  // The sample in a slot; x(d) is feature d.
+  [[nodiscard]] SampleSet set_of(std::size_t slot) const noexcept { return set_[slot]; }
+  [[nodiscard]] double theta(std::size_t slot) const noexcept { return theta_[slot]; }
+  [[nodiscard]] double target(std::size_t slot) const noexcept { return target_[slot]; }
+  [[nodiscard]] double feature(std::size_t slot, std::size_t d) const noexcept {
+    return features_[d * stride_ + slot];
+  }
+
+  // Largest violation of the KKT conditions by any settled sample, from residuals computed anew.
+  // O(W²), for checks.
+  [[nodiscard]] double max_kkt_violation() const noexcept;
+
+ private:
+  // How the driven sample's coefficient has to move.
+  struct Drive {
+    double sign;             // of the change of theta
+    double theta_limit;      // 0, C or -C
+    double residual_target;  // h of its margin
+    bool stops_at_margin;    // false while forgetting
+  };
+
+  // Rates per unit of the driven coefficient; those of the margin coefficients are in rates_.
+  struct Direction {
+    double bias_rate;
+    double own_residual_rate;  // dh_c / dtheta_c: the Schur complement, >= 0
+    double threshold;          // residual rates below this are rounding
+  };
+
+  struct Event {
+    enum class Kind : std::uint8_t { kDriverAtMargin, kDriverAtLimit, kMarginLeaves, kSampleMeets };
+    Kind kind = Kind::kDriverAtLimit;
+    double step = 0.0;
+    std::size_t position = 0;  // kMarginLeaves: margin position; kSampleMeets: slot
+  };
+
+  [[nodiscard]] SampleColumns columns() const noexcept;
+  void gather(std::size_t slot, double* x) const noexcept;
+  [[nodiscard]] std::size_t margin_size() const noexcept { return margin_slots_.size(); }
+  [[nodiscard]] double* row(std::size_t index) const noexcept {
+    return rows_.get() + index * stride_;
+  }
+  [[nodiscard]] const double* margin_row(std::size_t p) const noexcept {
+    return row(margin_rows_[p]);
+  }
+
+  [[nodiscard]] bool accepts(std::span<const double> x, double y) const noexcept;
+  [[nodiscard]] std::size_t insert(std::span<const double> x, double y) noexcept;
+  [[nodiscard]] UpdateOutcome learn(std::size_t slot, std::size_t& events) noexcept;
+  void evict(std::size_t slot, std::size_t& events) noexcept;
+  void vacate(std::size_t slot) noexcept;
+
+  bool resolve(std::size_t& events) noexcept;
+  void advance(std::size_t driver) noexcept;
+  [[nodiscard]] bool try_to_settle(std::size_t driver) noexcept;
+  [[nodiscard]] Drive plan(std::size_t slot) const noexcept;
+  void load_driver_row(std::size_t driver) noexcept;
+  [[nodiscard]] Direction solve_direction(const double* kernel_row, std::size_t slot) noexcept;
+  void balance_rates() noexcept;
+  [[nodiscard]] double expansion_rate(const double* kernel_row, std::size_t slot) const noexcept;
+  [[nodiscard]] double refine_rates(const double* kernel_row) noexcept;
+  [[nodiscard]] double reduced_product(const double* kernel_row, std::size_t p) const noexcept;
+  void write_residual_rates(const Drive& drive, const Direction& direction) noexcept;
+  [[nodiscard]] Event next_event(std::size_t driver, const Drive& drive,
+                                 const Direction& direction) noexcept;
+  [[nodiscard]] double step_to_bound(std::size_t slot, double rate) const noexcept;
+  void apply(std::size_t driver, const Drive& drive, const Direction& direction,
+             double step) noexcept;
+  void handle(const Event& event, std::size_t driver, const Drive& drive) noexcept;
+  void meet_border(std::size_t slot) noexcept;
+  void put_past_border(std::size_t slot, double border, double side) noexcept;
+
+  [[nodiscard]] bool enter_margin(std::size_t slot) noexcept;
+  void detach_from_margin(std::size_t position) noexcept;
+  void leave_margin(std::size_t position) noexcept;
+  [[nodiscard]] bool refactor() noexcept;
+  void assign_set(std::size_t slot, SampleSet set) noexcept;
+  void await(std::size_t slot) noexcept;
+  void push_unsettled(std::size_t slot) noexcept;
+  void erase_unsettled(std::size_t slot) noexcept;
+
+  void maintain() noexcept;
+  void refresh_one_residual() noexcept;
+  void balance_thetas() noexcept;
+  void recentre_margin() noexcept;
+  [[nodiscard]] double margin_residual(std::size_t position) const noexcept;
+  [[nodiscard]] double kernel_magnitude(std::size_t slot) const noexcept;
+
+  OnlineSvrOptions options_;
+  std::size_t slot_count_;  // capacity + 1: a sample that is still leaving doesn't block a new one
+  std::size_t stride_;      // padded slot count
+  SampleWindow window_;
+  MarginFactor factor_;
+
+  // By slot, padded.
+  std::vector<double> features_;  // by column
+  std::vector<double> target_, theta_, residual_, self_;
+  std::vector<double> upper_, lower_;  // residuals at which the sample changes set
+  std::vector<SampleSet> set_;
+  std::vector<char> is_leaving_;
+
+  // By margin position; the reference is at 0.
+  std::vector<std::size_t> margin_slots_, margin_rows_;
+
+  std::vector<std::size_t> unsettled_;  // a stack; the last is driven
+
+  // Kernel rows of the margin samples and two more. Reserved for the worst case, committed only as
+  // far as used.
+  std::unique_ptr<double[]> rows_;
+  std::vector<std::size_t> free_rows_;
+  std::size_t driver_row_ = 0, spare_row_ = 0;
+  std::size_t driver_row_slot_ = SampleWindow::kNoSlot;
+
+  // Scratch.
+  std::vector<double> rates_, reduced_, correction_;  // by margin position
+  std::vector<const double*> row_pointers_;
+  std::vector<double> row_rates_;
+  std::vector<double> residual_rate_, steps_;  // by slot
+
+  double bias_ = 0.0;
+  std::uint64_t arrival_count_ = 0;
+  std::size_t refresh_cursor_ = 0;
+  bool may_refactor_ = true;  // once a call
+};
+
+}  // namespace zerodrift::regression

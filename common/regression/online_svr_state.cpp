@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+// Saving and restoring an OnlineSvr.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "common/regression/online_svr.h"
+
+namespace zerodrift::regression {
+
+OnlineSvrState OnlineSvr::export_state() const {
+  OnlineSvrState state;
+  const std::size_t dimension = options_.dimension;
+  state.features.resize(slot_count_ * dimension);
+  for (std::size_t slot = 0; slot < slot_count_; ++slot) {
+    gather(slot, state.features.data() + slot * dimension);
+    state.arrivals.push_back(window_.arrival(slot));
+    state.tiers.push_back(window_.tier(slot));
+    if (is_leaving_[slot]) state.forgotten_slots.push_back(slot);
+  }
+  const auto slots = static_cast<std::ptrdiff_t>(slot_count_);
+  state.targets.assign(target_.begin(), target_.begin() + slots);
+  state.thetas.assign(theta_.begin(), theta_.begin() + slots);
+  state.residuals.assign(residual_.begin(), residual_.begin() + slots);
+  state.sets = set_;
+  state.margin_slots = margin_slots_;
+  state.margin_factor.assign(factor_.packed().begin(), factor_.packed().end());
+  state.unsettled_slots = unsettled_;
+  state.bias = bias_;
+  state.arrival_count = arrival_count_;
+  state.refresh_cursor = refresh_cursor_;
+  return state;
+}
+
+namespace {
+
+void require(bool condition, const char* field, const char* expected) {
+  if (condition) return;
+  throw std::invalid_argument(std::string("online SVR state: ") + field + ": expected " + expected);
+}
+
+// Targets carry a jitter, so the range has some room.
+bool are_in_range(const std::vector<double>& values) {
+  return std::all_of(values.begin(), values.end(),
+                     [](double v) { return std::fabs(v) <= 2.0 * kLargestMagnitude; });
+}
+
+bool lists_exactly(const std::vector<std::size_t>& slots, const std::vector<SampleSet>& sets,
+                   SampleSet set) {
+  std::vector<char> listed(sets.size(), 0);
+  for (const std::size_t slot : slots) {
+    if (slot >= sets.size() || sets[slot] != set || listed[slot]) return false;
+    listed[slot] = 1;
+  }
+  return slots.size() == static_cast<std::size_t>(std::count(sets.begin(), sets.end(), set));
+}
+
+void check_sizes(const OnlineSvrOptions& options, const OnlineSvrState& state) {
+  const std::size_t slots = options.capacity + 1;
+  require(state.features.size() == slots * options.dimension, "features",
+          "(capacity + 1) x dimension numbers");
+  require(state.targets.size() == slots, "targets", "capacity + 1 numbers");
+  require(state.thetas.size() == slots, "thetas", "capacity + 1 numbers");
+  require(state.residuals.size() == slots, "residuals", "capacity + 1 numbers");
+  require(state.arrivals.size() == slots, "arrivals", "capacity + 1 numbers");
+  require(state.sets.size() == slots, "sets", "capacity + 1 entries");
+  require(state.tiers.size() == slots, "tiers", "capacity + 1 entries");
+}
+
+void check_values(const OnlineSvrOptions& options, const OnlineSvrState& state) {
+  require(are_in_range(state.features), "features", "numbers within 2 kLargestMagnitude");
+  require(are_in_range(state.targets), "targets", "numbers within 2 kLargestMagnitude");
+  require(std::all_of(state.residuals.begin(), state.residuals.end(),
+                      [](double h) { return std::isfinite(h); }),
+          "residuals", "finite numbers");
+  require(std::isfinite(state.bias), "bias", "a finite number");
+  require(state.refresh_cursor < options.capacity + 1, "refresh_cursor", "a slot");
+  for (std::size_t slot = 0; slot < state.sets.size(); ++slot) {
+    const SampleSet set = state.sets[slot];
+    const double theta = std::fabs(state.thetas[slot]);
+    const WindowTier tier = state.tiers[slot];
+    const bool vacant = set == SampleSet::kVacant;
+    require(set <= SampleSet::kUnsettled, "sets", "entries 0 to 4");
+    require(theta <= options.box_constraint * (1.0 + 1e-9), "thetas", "magnitudes up to C");
+    require(set != SampleSet::kError || theta == options.box_constraint, "thetas",
+            "C in the error set");
+    require((!vacant && set != SampleSet::kRemaining) || theta == 0.0, "thetas",
+            "0 in the remaining set and in vacant slots");
+    require(vacant == (tier == WindowTier::kNone) && tier <= WindowTier::kOld, "tiers",
+            "a tier for each sample");
+    require(tier != WindowTier::kOld || options.window == WindowPolicy::kTwoTier, "tiers",
+            "old samples in a two-tier window only");
+    require(vacant || state.arrivals[slot] < state.arrival_count, "arrivals",
+            "numbers below arrival_count");
+  }
+}
+
+void check_lists(const OnlineSvrState& state) {
+  require(lists_exactly(state.margin_slots, state.sets, SampleSet::kMargin), "margin_slots",
+          "each slot of the margin set once");
+  require(lists_exactly(state.unsettled_slots, state.sets, SampleSet::kUnsettled),
+          "unsettled_slots", "each unsettled slot once");
+  const std::size_t rows = std::max<std::size_t>(state.margin_slots.size(), 1) - 1;
+  require(state.margin_factor.size() == rows * (rows + 1) / 2, "margin_factor",
+          "one row for each margin sample but the first");
+  for (std::size_t i = 0, end = 0; i < rows; ++i) {
+    end += i + 1;
+    require(state.margin_factor[end - 1] > 0.0, "margin_factor", "a positive diagonal");
+  }
+  require(std::all_of(state.margin_factor.begin(), state.margin_factor.end(),
+                      [](double l) { return std::isfinite(l); }),
+          "margin_factor", "finite numbers");
+  for (const std::size_t slot : state.forgotten_slots) {
+    require(slot < state.sets.size() && state.sets[slot] == SampleSet::kUnsettled,
+            "forgotten_slots", "unsettled slots");
+  }
+}
+
+}  // namespace
+
+OnlineSvr OnlineSvr::from_state(const OnlineSvrOptions& options, const OnlineSvrState& state) {
+  OnlineSvr svr(options);
+  check_sizes(options, state);
+  check_values(options, state);
+  check_lists(state);
+  std::vector<std::size_t> by_arrival;
+  for (std::size_t slot = 0; slot < svr.slot_count_; ++slot) {
+    for (std::size_t d = 0; d < options.dimension; ++d) {
+      svr.features_[d * svr.stride_ + slot] = state.features[slot * options.dimension + d];
+    }
+    svr.self_[slot] =
+        self_value(options.kernel, &state.features[slot * options.dimension], options.dimension);
+    if (state.sets[slot] != SampleSet::kVacant) by_arrival.push_back(slot);
+  }
+  std::copy(state.targets.begin(), state.targets.end(), svr.target_.begin());
+  std::copy(state.thetas.begin(), state.thetas.end(), svr.theta_.begin());
+  std::copy(state.residuals.begin(), state.residuals.end(), svr.residual_.begin());
+  for (const std::size_t slot : state.forgotten_slots) svr.is_leaving_[slot] = 1;
+  for (const std::size_t slot : by_arrival) svr.assign_set(slot, state.sets[slot]);
+  for (const std::size_t slot : state.unsettled_slots) svr.push_unsettled(slot);
+  std::sort(by_arrival.begin(), by_arrival.end(),
+            [&](std::size_t a, std::size_t b) { return state.arrivals[a] < state.arrivals[b]; });
+  for (const std::size_t slot : by_arrival) {
+    svr.window_.restore(slot, state.arrivals[slot], state.tiers[slot], svr.columns());
+  }
+  for (const std::size_t slot : state.margin_slots) {
+    const std::size_t kernel_row = svr.free_rows_.back();
+    svr.free_rows_.pop_back();
+    std::array<double, kMaxDimension> x;
+    svr.gather(slot, x.data());
+    evaluate_row(options.kernel, svr.columns(), x.data(), svr.row(kernel_row));
+    svr.margin_slots_.push_back(slot);
+    svr.margin_rows_.push_back(kernel_row);
+  }
+  svr.factor_.restore(state.margin_factor, std::max<std::size_t>(svr.margin_size(), 1) - 1);
+  svr.bias_ = state.bias;
+  svr.arrival_count_ = state.arrival_count;
+  svr.refresh_cursor_ = state.refresh_cursor;
+  return svr;
+}
+
+}  // namespace zerodrift::regression

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/service/host.h"
+
+#include <pthread.h>
+#include <signal.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+
+#include "common/service/monotonic_clock.h"
+
+namespace zerodrift::service {
+namespace {
+
+constexpr std::chrono::milliseconds kStatusPeriod(250);
+constexpr std::int64_t kRepeatEventNs = 1000000000;
+constexpr std::size_t kLongestEvent = 255;
+constexpr std::size_t kLongestSummary = 128;
+
+sigset_t stop_signals() {
+  sigset_t set;
+  sigemptyset(&set);
+  sigaddset(&set, SIGINT);
+  sigaddset(&set, SIGTERM);
+  return set;
+}
+
+std::string host_name() {
+  std::array<char, 64> buffer{};
+  if (gethostname(buffer.data(), buffer.size() - 1) != 0) return "unknown";
+  return buffer.data();
+}
+
+std::string endpoint_code(dds::EndpointEvent::Kind kind) {
+  switch (kind) {
+    case dds::EndpointEvent::Kind::kIncompatibleQos: return "incompatible_qos";
+    case dds::EndpointEvent::Kind::kSampleLost: return "sample_lost";
+    case dds::EndpointEvent::Kind::kSampleRejected: return "sample_rejected";
+    case dds::EndpointEvent::Kind::kDeadlineMissed: return "deadline_missed";
+    case dds::EndpointEvent::Kind::kLivelinessLost: return "liveliness_lost";
+  }
+  return "endpoint";
+}
+
+}  // namespace
+
+void block_stop_signals() {
+  const sigset_t set = stop_signals();
+  pthread_sigmask(SIG_BLOCK, &set, nullptr);
+}
+
+bool wait_for_stop(std::chrono::milliseconds at_most) {
+  const sigset_t set = stop_signals();
+  const timespec timeout{at_most.count() / 1000, static_cast<long>(at_most.count() % 1000) * 1000000L};
+  return sigtimedwait(&set, nullptr, &timeout) > 0;
+}
+
+void request_stop() { kill(getpid(), SIGTERM); }
+
+Host::Host(const std::string& name, const dds::NetworkOptions& network)
+    : name_(name),
+      host_name_(host_name()),
+      started_ns_(monotonic_ns()),
+      participant_(name, network),
+      status_writer_(participant_),
+      event_writer_(participant_) {
+  if (!spdlog::get(name_)) {
+    auto log = spdlog::stderr_color_mt(name_);
+    log->set_pattern("%Y-%m-%dT%H:%M:%S.%e %n %l: %v");
+    spdlog::set_default_logger(log);
+  }
+}
+
+Host::~Host() { spdlog::drop(name_); }
+
+void Host::raise(const Occurrence& occurrence) { raise_counted(occurrence, 1); }
+
+void Host::raise_counted(Occurrence occurrence, std::uint64_t times) {
+  if (times == 0) return;
+  const std::lock_guard lock(events_mutex_);
+  Tally& tally = tallies_[{occurrence.code, occurrence.gyro_id}];
+  if (tally.count == 0) {
+    const auto level = occurrence.severity == Severity::kError         ? spdlog::level::err
+                       : occurrence.severity == Severity::kInformation ? spdlog::level::info
+                                                                       : spdlog::level::warn;
+    spdlog::log(level, "{}: {}", occurrence.code, occurrence.text);
+  }
+  tally.count += times;
+  tally.latest = std::move(occurrence);
+}
+
+dds::EndpointObserver Host::observer() {
+  return [this](const dds::EndpointEvent& event) {
+    raise({.code = endpoint_code(event.kind),
+           .severity = Severity::kWarning,
+           .text = "topic " + std::string(event.topic) + ": " + event.detail,
+           .gyro_id = 0,
+           .sensor_time_ns = 0});
+  };
+}
+
+void Host::publish_events() {
+  const std::lock_guard lock(events_mutex_);
+  const std::int64_t now = monotonic_ns();
+  for (auto& [key, tally] : tallies_) {
+    if (tally.count == tally.published) continue;
+    if (tally.published > 0 && now - tally.published_at_ns < kRepeatEventNs) continue;
+    msg::Event message;
+    message.service(name_.c_str());
+    message.code(tally.latest.code.c_str());
+    message.text(tally.latest.text.substr(0, kLongestEvent).c_str());
+    message.severity(static_cast<std::uint32_t>(tally.latest.severity));
+    message.gyro_id(tally.latest.gyro_id);
+    message.count(tally.count);
+    message.sensor_time_ns(tally.latest.sensor_time_ns);
+    message.wall_time_ns(unix_time_ns());
+    event_writer_.write(message);
+    tally.published = tally.count;
+    tally.published_at_ns = now;
+  }
+}
+
+void Host::publish(const Status& status) {
+  msg::ServiceStatus message;
+  message.service(name_.c_str());
+  message.host(host_name_.c_str());
+  message.process_id(static_cast<std::uint32_t>(getpid()));
+  message.state(static_cast<std::uint32_t>(status.state));
+  message.uptime_ms(static_cast<std::uint64_t>((monotonic_ns() - started_ns_) / 1000000));
+  message.summary(status.summary.substr(0, kLongestSummary).c_str());
+  for (const Metric& metric : status.metrics) {
+    msg::Metric out;
+    out.name(metric.name.c_str());
+    out.unit(metric.unit.c_str());
+    out.value(metric.value);
+    message.metrics().push_back(out);
+  }
+  status_writer_.write(message);
+}
+
+void Host::run(const std::function<Status()>& status, const std::function<void()>& tick) {
+  bool stop = false;
+  while (!stop) {
+    stop = wait_for_stop(kStatusPeriod);
+    if (tick) tick();
+    Status now = status();
+    if (stop) now.state = State::kStopping;
+    publish(now);
+    publish_events();
+  }
+  status_writer_.wait_until_received(std::chrono::milliseconds(200));
+  event_writer_.wait_until_received(std::chrono::milliseconds(200));
+}
+
+}  // namespace zerodrift::service

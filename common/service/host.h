@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+// What every service process has: a participant, signals, a status once a second, events, a log.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/dds/participant.h"
+
+namespace zerodrift::service {
+
+enum class Severity : std::uint32_t { kInformation = 0, kWarning = 1, kError = 2 };
+enum class State : std::uint32_t { kStarting = 0, kWaiting = 1, kRunning = 2, kDegraded = 3, kStopping = 4 };
+
+struct Metric {
+  std::string name;
+  std::string unit;
+  double value;
+};
+
+struct Status {
+  State state = State::kRunning;
+  std::string summary;
+  std::vector<Metric> metrics;
+};
+
+struct Occurrence {
+  std::string code;          // stable, machine-readable
+  Severity severity = Severity::kWarning;
+  std::string text;          // one clear line
+  std::uint32_t gyro_id = 0;
+  std::int64_t sensor_time_ns = 0;
+};
+
+// Blocks SIGINT and SIGTERM for this thread and all it starts later, so that only wait_for_stop() sees them.
+// Call once, before any thread is started.
+void block_stop_signals();
+// True if a stop signal came within the time.
+bool wait_for_stop(std::chrono::milliseconds at_most);
+// Ends the running wait as a signal would; for tests and for sources that come to their end.
+void request_stop();
+
+class Host {
+ public:
+  // `name` is the service's; also the name of its log.
+  Host(const std::string& name, const dds::NetworkOptions& network);
+  ~Host();
+
+  [[nodiscard]] dds::Participant& participant() noexcept { return participant_; }
+  [[nodiscard]] const std::string& name() const noexcept { return name_; }
+
+  // Any thread. Logged and published once for each new code and gyro, then at most once a second with its count.
+  void raise(const Occurrence& occurrence);
+  // Adds `times` at once; nothing happens for 0. For counters that a data path kept.
+  void raise_counted(Occurrence occurrence, std::uint64_t times);
+  // For readers and writers: turns what the middleware noticed into events.
+  [[nodiscard]] dds::EndpointObserver observer();
+
+  // Publishes status() about four times a second until a stop signal, then once more with State::kStopping.
+  // `tick`, if given, runs before each.
+  void run(const std::function<Status()>& status, const std::function<void()>& tick = {});
+  void publish(const Status& status);
+
+ private:
+  struct Tally {
+    std::uint64_t count = 0;
+    std::uint64_t published = 0;
+    std::int64_t published_at_ns = 0;
+    Occurrence latest;
+  };
+  void publish_events();
+
+  std::string name_;
+  std::string host_name_;
+  std::int64_t started_ns_;
+  dds::Participant participant_;
+  std::mutex events_mutex_;
+  std::map<std::pair<std::string, std::uint32_t>, Tally> tallies_;
+  dds::Writer<msg::ServiceStatus> status_writer_;
+  dds::Writer<msg::Event> event_writer_;
+};
+
+}  // namespace zerodrift::service

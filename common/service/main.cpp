@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/service/main.h"
+
+#include <exception>
+#include <iostream>
+
+#include "common/service/host.h"
+
+namespace zerodrift::service {
+
+void add_network_options(CLI::App& app, dds::NetworkOptions& network) {
+  app.add_option("--domain", network.domain, "DDS domain")->check(CLI::Range(0, 232))->capture_default_str();
+  app.add_option("--interface", network.interfaces,
+                 "IPv4 address of an interface to use (repeatable); without it nothing leaves this machine");
+  app.add_option("--peer", network.peers, "IPv4 address of another host to look for (repeatable)");
+}
+
+int run_main(CLI::App& app, int argc, char** argv, const std::function<int()>& body) {
+  block_stop_signals();
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    const int code = app.exit(error);
+    return code == 0 ? kExitDone : kExitBadInput;
+  }
+  try {
+    return body();
+  } catch (const std::exception& error) {
+    std::cerr << app.get_name() << ": " << error.what() << '\n';
+    return kExitBadInput;
+  }
+}
+
+}  // namespace zerodrift::service

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/service/replay_pacer.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace zerodrift::service {
+
+ReplayPacer::ReplayPacer(dds::Participant& participant, std::uint32_t gyro_id, std::vector<std::string> wait_for)
+    : gyro_id_(gyro_id),
+      wait_for_(std::move(wait_for)),
+      reader_(
+          participant,
+          [this](const msg::ReplayProgress& progress, const dds::SampleOrigin& origin) { note(progress, origin); }, {},
+          [this](const eprosima::fastrtps::rtps::GUID_t& writer) { forget(writer); }) {}
+
+void ReplayPacer::note(const msg::ReplayProgress& progress, const dds::SampleOrigin& origin) {
+  if (progress.gyro_id() != 0 && progress.gyro_id() != gyro_id_) return;
+  {
+    const std::lock_guard lock(mutex_);
+    auto known = std::find_if(consumers_.begin(), consumers_.end(), [&](const Consumer& c) {
+      return c.origin.writer == origin.writer && c.origin.instance == origin.instance;
+    });
+    if (known == consumers_.end()) {
+      consumers_.push_back({.name = progress.consumer().c_str(), .origin = origin, .joined_after = newest_sent_});
+      known = consumers_.end() - 1;
+    }
+    known->gyro_id = progress.gyro_id();
+    known->sequence = progress.sequence_number();
+    known->needed = core::SensorTime{progress.needed_time_ns()};
+  }
+  changed_.notify_all();
+}
+
+void ReplayPacer::forget(const eprosima::fastrtps::rtps::GUID_t& writer) {
+  {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(consumers_, [&](const Consumer& c) { return c.origin.writer == writer; });
+  }
+  changed_.notify_all();
+}
+
+bool ReplayPacer::has_announced(const std::string& name) const {
+  return std::any_of(consumers_.begin(), consumers_.end(), [&](const Consumer& c) { return c.name == name; });
+}
+
+bool ReplayPacer::all_announced() const {
+  return std::all_of(wait_for_.begin(), wait_for_.end(), [&](const std::string& name) { return has_announced(name); });
+}
+
+std::string ReplayPacer::missing_consumers() {
+  const std::lock_guard lock(mutex_);
+  std::string names;
+  for (const auto& name : wait_for_) {
+    if (!has_announced(name)) names += (names.empty() ? "" : ", ") + name;
+  }
+  return names;
+}
+
+// A consumer that has taken no sample of this replay stands where the replay was when it came. What it reports may
+// then still be of an earlier replay.
+std::uint64_t ReplayPacer::backlog(const Consumer& consumer, std::uint64_t newest,
+                                   std::uint64_t first_sequence) const {
+  const auto beyond = [&](std::uint64_t sequence) { return newest > sequence ? newest - sequence : 0; };
+  if (consumer.gyro_id == gyro_id_ && consumer.sequence >= first_sequence) return beyond(consumer.sequence);
+  if (consumer.joined_after) return beyond(*consumer.joined_after);
+  return newest >= first_sequence ? newest - first_sequence + 1 : 0;
+}
+
+std::uint64_t ReplayPacer::backlog(std::uint64_t newest, std::uint64_t first_sequence) const {
+  std::uint64_t largest = 0;
+  for (const auto& name : wait_for_) {
+    std::optional<std::uint64_t> least;
+    for (const Consumer& consumer : consumers_) {
+      if (consumer.name != name) continue;
+      const std::uint64_t behind = backlog(consumer, newest, first_sequence);
+      least = std::min(least.value_or(behind), behind);
+    }
+    largest = std::max(largest, least.value_or(0));
+  }
+  return largest;
+}
+
+bool ReplayPacer::wait(std::chrono::milliseconds at_most, const std::function<bool()>& condition) {
+  std::unique_lock lock(mutex_);
+  return changed_.wait_for(lock, at_most, condition);
+}
+
+bool ReplayPacer::wait_for_consumers(std::chrono::milliseconds at_most) {
+  return wait(at_most, [&] { return all_announced(); });
+}
+
+bool ReplayPacer::wait_for_room(std::uint64_t sequence, std::uint64_t first_sequence,
+                                std::chrono::milliseconds at_most) {
+  const auto has_room = [&] { return !newest_sent_ || backlog(*newest_sent_, first_sequence) < kWindow; };
+  std::unique_lock lock(mutex_);
+  if (!changed_.wait_for(lock, at_most, has_room)) return false;
+  newest_sent_ = std::max(newest_sent_.value_or(sequence), sequence);
+  return true;
+}
+
+bool ReplayPacer::wait_for_all(std::uint64_t sequence, std::uint64_t first_sequence,
+                               std::chrono::milliseconds at_most) {
+  return wait(at_most, [&] { return backlog(sequence, first_sequence) == 0; });
+}
+
+bool ReplayPacer::wait_until_needed(core::SensorTime time, std::chrono::milliseconds at_most) {
+  return wait(at_most, [&] {
+    return std::any_of(consumers_.begin(), consumers_.end(),
+                       [&](const Consumer& c) { return c.gyro_id == gyro_id_ && c.needed >= time; });
+  });
+}
+
+ReplayProgressReporter::ReplayProgressReporter(dds::Participant& participant, std::string consumer)
+    : consumer_(std::move(consumer)), writer_(participant) {}
+
+void ReplayProgressReporter::announce() { report(0, 0, core::SensorTime{0}); }
+
+void ReplayProgressReporter::report(std::uint32_t gyro_id, std::uint64_t sequence, core::SensorTime needed) {
+  msg::ReplayProgress progress;
+  progress.consumer(consumer_.c_str());
+  progress.gyro_id(gyro_id);
+  progress.sequence_number(sequence);
+  progress.needed_time_ns(needed.count());
+  writer_.write(progress);
+}
+
+}  // namespace zerodrift::service

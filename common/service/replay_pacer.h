@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+// How publishers of records and simulations keep from outrunning their consumers: credit, not guesswork. Each
+// consumer that must not lose a sample publishes how far it is (replay_progress, best effort, the newest repeated); a
+// publisher stays within a window of the slowest. A consumer that is gone is no longer waited for.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/core/time.h"
+#include "common/dds/participant.h"
+
+namespace zerodrift::service {
+
+class ReplayPacer {
+ public:
+  // Sequence numbers ahead of the slowest consumer: far below the history kept, so that nothing can be overwritten.
+  static constexpr std::uint64_t kWindow = 256;
+
+  // Waits for the consumers named in `wait_for`, e.g. {"compensation", "allan_monitor"}; none: nobody is waited for.
+  ReplayPacer(dds::Participant& participant, std::uint32_t gyro_id, std::vector<std::string> wait_for);
+
+  // All waits return false when `at_most` has passed first.
+  bool wait_for_consumers(std::chrono::milliseconds at_most);
+  // Until all consumers are within the window of the newest sample sent, the replay's first being `first_sequence`;
+  // true also says that the caller sends `sequence` now. A jump in the sequence numbers waits for nobody.
+  bool wait_for_room(std::uint64_t sequence, std::uint64_t first_sequence, std::chrono::milliseconds at_most);
+  // Until all consumers have taken `sequence`.
+  bool wait_for_all(std::uint64_t sequence, std::uint64_t first_sequence, std::chrono::milliseconds at_most);
+  // Until somebody needs temperatures up to `time`.
+  bool wait_until_needed(core::SensorTime time, std::chrono::milliseconds at_most);
+
+  [[nodiscard]] bool anybody_to_wait_for() const noexcept { return !wait_for_.empty(); }
+  // Names of the consumers that have not announced themselves, comma-separated.
+  [[nodiscard]] std::string missing_consumers();
+
+ private:
+  // One consumer's progress for one gyro. One process has two: announced (gyro_id 0), and at work.
+  struct Consumer {
+    std::string name;
+    dds::SampleOrigin origin;
+    std::uint32_t gyro_id = 0;
+    std::uint64_t sequence = 0;
+    core::SensorTime needed{0};
+    std::optional<std::uint64_t> joined_after;   // newest sample sent before it announced itself; none: from the first
+  };
+  void note(const msg::ReplayProgress& progress, const dds::SampleOrigin& origin);
+  void forget(const eprosima::fastrtps::rtps::GUID_t& writer);
+  [[nodiscard]] bool has_announced(const std::string& name) const;
+  [[nodiscard]] bool all_announced() const;
+  // Sequence numbers up to `newest` that the slowest consumer has not taken; of several with one name the furthest
+  // counts.
+  [[nodiscard]] std::uint64_t backlog(std::uint64_t newest, std::uint64_t first_sequence) const;
+  [[nodiscard]] std::uint64_t backlog(const Consumer& consumer, std::uint64_t newest,
+                                      std::uint64_t first_sequence) const;
+  bool wait(std::chrono::milliseconds at_most, const std::function<bool()>& condition);
+
+  std::uint32_t gyro_id_;
+  std::vector<std::string> wait_for_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<Consumer> consumers_;
+  std::optional<std::uint64_t> newest_sent_;
+  dds::Reader<msg::ReplayProgress> reader_;
+};
+
+// The consumer's side. One thread at a time.
+class ReplayProgressReporter {
+ public:
+  ReplayProgressReporter(dds::Participant& participant, std::string consumer);
+
+  // Says that there is a consumer; to be repeated, for publishers that come later.
+  void announce();
+  void report(std::uint32_t gyro_id, std::uint64_t sequence, core::SensorTime needed);
+
+ private:
+  std::string consumer_;
+  dds::Writer<msg::ReplayProgress> writer_;
+};
+
+}  // namespace zerodrift::service

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/thermal/sliding_mean_rate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "common/thermal/integer_time.h"
+
+namespace zerodrift::thermal {
+namespace {
+
+constexpr std::size_t kMaxWindowSamples = 10'000'000;
+constexpr double kMaxGridPointsPerGap = 1e6;
+
+const SlidingMeanRateOptions& checked(const SlidingMeanRateOptions& options) {
+  if (const auto problem = options.validate()) throw std::invalid_argument(*problem);
+  return options;
+}
+
+}  // namespace
+
+std::optional<std::string> SlidingMeanRateOptions::validate() const {
+  if (window_samples < 1 || window_samples > kMaxWindowSamples) {
+    return "window_samples is " + std::to_string(window_samples) + ", must be 1 to " +
+           std::to_string(kMaxWindowSamples);
+  }
+  if (!(sample_rate_hz >= 1e-3 && sample_rate_hz <= 1e6)) {
+    return "sample_rate_hz is " + std::to_string(sample_rate_hz) + ", must be 0.001 to 1e6";
+  }
+  if (!(max_gap_s * sample_rate_hz >= 1.0 && max_gap_s * sample_rate_hz <= kMaxGridPointsPerGap)) {
+    return "max_gap_s is " + std::to_string(max_gap_s) +
+           ", must be at least one sample period and at most 1e6 of them";
+  }
+  return std::nullopt;
+}
+
+SlidingMeanRate::SlidingMeanRate(const SlidingMeanRateOptions& options)
+    : options_(checked(options)),
+      max_gap_(core::from_seconds(options.max_gap_s)),
+      window_(options.window_samples) {}
+
+void SlidingMeanRate::add(core::SensorTime time, double temperature_degc) noexcept {
+  if (!std::isfinite(temperature_degc) || !is_usable(time)) return;
+  if (window_.empty()) {
+    start_at(time, temperature_degc);
+    return;
+  }
+  if (time <= newest_time_) return;
+  if (time - newest_time_ > max_gap_) {
+    reset();
+    start_at(time, temperature_degc);
+    return;
+  }
+  newest_time_ = time;
+  fill_to(nearest_grid_index(time), temperature_degc);
+}
+
+void SlidingMeanRate::reset() noexcept {
+  window_.clear();
+  rate_.reset();
+}
+
+double SlidingMeanRate::lag_s() const noexcept {
+  return static_cast<double>(options_.window_samples) / (2.0 * options_.sample_rate_hz);
+}
+
+double SlidingMeanRate::noise_gain_per_s() const noexcept {
+  return std::numbers::sqrt2 * options_.sample_rate_hz /
+         static_cast<double>(options_.window_samples);
+}
+
+std::int64_t SlidingMeanRate::nearest_grid_index(core::SensorTime time) const noexcept {
+  return std::llround(core::seconds(time - grid_origin_) * options_.sample_rate_hz);
+}
+
+void SlidingMeanRate::start_at(core::SensorTime time, double temperature_degc) noexcept {
+  grid_origin_ = time;
+  grid_index_ = 0;
+  newest_time_ = time;
+  append(temperature_degc);
+}
+
+void SlidingMeanRate::fill_to(std::int64_t grid_index, double temperature_degc) noexcept {
+  const auto missing = static_cast<double>(grid_index - grid_index_);
+  const double before_degc = window_.back();
+  for (double i = 1.0; i < missing; i += 1.0) {
+    append(before_degc + (temperature_degc - before_degc) * (i / missing));
+  }
+  if (grid_index > grid_index_) append(temperature_degc);
+  grid_index_ = std::max(grid_index_, grid_index);
+}
+
+void SlidingMeanRate::append(double temperature_degc) noexcept {
+  if (window_.full()) {
+    rate_ = (temperature_degc - window_.front()) / static_cast<double>(options_.window_samples) *
+            options_.sample_rate_hz;
+  }
+  window_.push_overwriting(temperature_degc);
+}
+
+}  // namespace zerodrift::thermal

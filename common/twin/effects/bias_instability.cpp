@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// Flicker (1/f) noise of the bias, flat Allan variance (2 ln2/pi) B². See flicker_noise.h for how
+// it is made and how closely. Default: 0.05 deg/h, tactical grade.
+#include "common/core/units.h"
+#include "common/twin/effect.h"
+#include "common/twin/flicker_noise.h"
+
+namespace zerodrift::twin::effects {
+namespace {
+
+FlickerNoiseOptions options_of(const EffectContext& context) {
+  return {.bias_instability = core::radps_from_deg_h(context.parameter("coefficient_deg_h")),
+          .shortest_correlation_s = context.parameter("shortest_correlation_s"),
+          .longest_correlation_s = context.parameter("longest_correlation_s")};
+}
+
+class BiasInstability final : public Effect {
+ public:
+  explicit BiasInstability(const EffectContext& context)
+      : flicker_(options_of(context), context.interval_s, context.noise) {}
+
+  double step(const EffectInputs& inputs) noexcept override { return flicker_.step(inputs.sample); }
+
+ private:
+  FlickerNoise flicker_;
+};
+
+}  // namespace
+
+EffectDefinition bias_instability() {
+  const FlickerNoiseOptions range;
+  return {.kind = "bias_instability",
+          .equation = "flicker noise of one-sided spectrum B^2/(pi f)",
+          .source = "IEEE Std 952-1997, Annex C",
+          .contribution = Contribution::kDrift,
+          .parameters = {{"coefficient_deg_h", "B", 0.05, 0.0},
+                         {"shortest_correlation_s", "where the 1/f spectrum ends at high frequency",
+                          range.shortest_correlation_s, 1e-3, 1e3},
+                         {"longest_correlation_s", "where it ends at low frequency",
+                          range.longest_correlation_s, 1e3, 1e9}},
+          .inputs = {},
+          .make = [](const EffectContext& c) { return std::make_unique<BiasInstability>(c); }};
+}
+
+}  // namespace zerodrift::twin::effects

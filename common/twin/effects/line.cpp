@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Spectral line, averaged over the integration interval as the sensor does:
+//     A sinc(pi f dt) sin(2 pi f (t - dt/2) + phi)
+// Default: 0.05 deg/h at 1 mHz, a cycling heater.
+#include <cmath>
+#include <numbers>
+
+#include "common/core/units.h"
+#include "common/twin/effect.h"
+
+namespace zerodrift::twin::effects {
+namespace {
+
+class Line final : public Effect {
+ public:
+  explicit Line(const EffectContext& context)
+      : radps_(core::radps_from_deg_h(context.parameter("amplitude_deg_h"))),
+        frequency_hz_(context.parameter("frequency_hz")),
+        phase_rad_(context.parameter("phase_rad")),
+        half_interval_s_(context.interval_s / 2.0) {
+    const double half_turn = std::numbers::pi * frequency_hz_ * context.interval_s;
+    radps_ *= std::sin(half_turn) / half_turn;
+  }
+
+  double step(const EffectInputs& inputs) noexcept override {
+    const double turns = frequency_hz_ * (inputs.time_s - half_interval_s_);
+    return radps_ * std::sin(2.0 * std::numbers::pi * (turns - std::floor(turns)) + phase_rad_);
+  }
+
+ private:
+  double radps_;
+  double frequency_hz_;
+  double phase_rad_;
+  double half_interval_s_;
+};
+
+}  // namespace
+
+EffectDefinition line() {
+  return {.kind = "line",
+          .equation = "A sinc(pi f dt) sin(2 pi f (t - dt/2) + phi)",
+          .source = "IEEE Std 952-1997, Annex C",
+          .contribution = Contribution::kDrift,
+          .parameters = {{"amplitude_deg_h", "A", 0.05},
+                         {"frequency_hz", "f", 1e-3, 1e-9, 1e5},
+                         {"phase_rad", "phi", 0.0}},
+          .inputs = {},
+          .make = [](const EffectContext& c) { return std::make_unique<Line>(c); }};
+}
+
+}  // namespace zerodrift::twin::effects

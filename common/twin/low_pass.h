@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// First-order low pass, the lag of every thermal effect.
+#pragma once
+
+#include <cmath>
+
+namespace zerodrift::twin {
+
+// tau dy/dt = u - y at a fixed step, exact for an input that is constant over the step. The first
+// step returns its input (steady state); tau_s = 0 passes everything through. O(1).
+class LowPass {
+ public:
+  LowPass(double tau_s, double interval_s) noexcept
+      : gain_(tau_s > 0.0 ? -std::expm1(-interval_s / tau_s) : 1.0) {}
+
+  double step(double input) noexcept {
+    output_ = started_ ? output_ + gain_ * (input - output_) : input;
+    started_ = true;
+    return output_;
+  }
+
+ private:
+  double gain_;
+  double output_ = 0.0;
+  bool started_ = false;
+};
+
+}  // namespace zerodrift::twin

@@ -1,0 +1,36 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Installs what deploy/packages.txt lists and this machine lacks (Debian 12), then configures and builds.
+#   deploy/setup.sh [all|services]     default: services, without tests
+# ZERODRIFT_BUILD_DIR names the build folder (default: build/release).
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+what=${1:-services}
+build=${ZERODRIFT_BUILD_DIR:-$root/build/release}
+
+missing=()
+while read -r package; do
+  case "$package" in ''|'#'*) continue ;; esac
+  dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' || missing+=("$package")
+done < "$root/deploy/packages.txt"
+if [ ${#missing[@]} -gt 0 ]; then
+  sudo=
+  if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo >/dev/null || { echo "setup: run as root, or install sudo, to install: ${missing[*]}" >&2; exit 2; }
+    sudo=sudo
+  fi
+  echo "setup: installing ${missing[*]}"
+  $sudo mkdir -p /usr/share/man/man1   # Java's package fails on slim systems without it
+  $sudo env DEBIAN_FRONTEND=noninteractive apt-get update -qq
+  $sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
+fi
+
+mkdir -p "$build"
+jobs=$(nproc)
+# PATH begins with Debian's own tools, so that the compiler is the one that was installed above.
+export PATH=/usr/bin:$PATH
+tests=OFF
+[ "$what" = all ] && tests=ON
+cmake -G Ninja -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DZERODRIFT_BUILD_TESTS=$tests > "$build/configure.log" 2>&1 \
+  || { cat "$build/configure.log" >&2; exit 2; }
+cmake --build "$build" -j "$jobs"

@@ -1,0 +1,383 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/compensation/compensation_node.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/core/units.h"
+#include "common/dds/conversions.h"
+#include "common/service/monotonic_clock.h"
+
+namespace zerodrift::services {
+
+using compensation::Readiness;
+using service::Severity;
+
+namespace {
+
+constexpr std::uint64_t kReportEvery = 32;                  // samples between two progress reports
+constexpr std::int64_t kSilentPublisherNs = 1000000000;     // a publisher silent this long may be replaced
+constexpr std::int64_t kGiveUpWaitingNs = 2000000000;       // a stream silent this long is not waited for
+constexpr const char* kConsumer = "compensation";
+
+std::string instance_name(std::uint32_t instance) {
+  return instance == 0 ? kConsumer : std::string(kConsumer) + "/" + std::to_string(instance);
+}
+
+}  // namespace
+
+CompensationNode::CompensationNode(const CompensationNodeOptions& options)
+    : options_(options),
+      host_(instance_name(options.instance), options.network),
+      reply_writer_(host_.participant(), host_.observer()),
+      progress_(host_.participant(), kConsumer),
+      command_reader_(
+          host_.participant(), [this](const msg::Command& m, const dds::SampleOrigin&) { on_command(m); },
+          host_.observer()),
+      reference_reader_(
+          host_.participant(), [this](const msg::RateReference& m, const dds::SampleOrigin&) { on_reference(m); },
+          host_.observer()),
+      temperature_reader_(
+          host_.participant(), [this](const msg::Temperature& m, const dds::SampleOrigin&) { on_temperature(m); },
+          host_.observer()),
+      rate_reader_(
+          host_.participant(), [this](const msg::AngularRate& m, const dds::SampleOrigin& o) { on_rate(m, o); },
+          host_.observer()) {
+  // A configuration that cannot work is found here, not with the first sample.
+  compensation::Compensator check(options_.compensation);
+  learner_thread_ = std::thread([this] { learn_until_stopped(); });
+}
+
+CompensationNode::~CompensationNode() {
+  stopping_ = true;
+  ++learner_wakeups_;
+  learner_wakeups_.notify_all();
+  ++models_delivered_;
+  models_delivered_.notify_all();
+  learner_thread_.join();
+}
+
+void CompensationNode::run() {
+  host_.run([this] { return status(); }, [this] { tick(); });
+}
+
+// ---------------------------------------------------------------------------------------------------- data path
+
+CompensationNode::Gyro& CompensationNode::gyro(std::uint32_t gyro_id) {
+  for (auto& known : gyros_) {
+    if (known->id == gyro_id) return *known;
+  }
+  gyros_.push_back(std::make_unique<Gyro>(gyro_id, options_.compensation));
+  newcomers_.push(gyros_.back().get());
+  return *gyros_.back();
+}
+
+// One publisher an id: the first is heard until it is gone or silent, so that two streams are never mixed.
+bool CompensationNode::accepts(Gyro& gyro, const dds::SampleOrigin& origin, std::int64_t now_ns) {
+  if (gyro.has_publisher && gyro.publisher == origin.writer) {
+    gyro.heard_ns = now_ns;
+    return true;
+  }
+  if (gyro.has_publisher && now_ns - gyro.heard_ns < kSilentPublisherNs) {
+    ++gyro.rejected;
+    return false;
+  }
+  if (gyro.has_publisher) {
+    while (gyro.writer != nullptr && gyro.compensator.readiness() != Readiness::kNothing) answer(gyro);
+    gyro.compensator.restart_stream();
+  }
+  gyro.publisher = origin.writer;
+  gyro.has_publisher = true;
+  gyro.heard_ns = now_ns;
+  return true;
+}
+
+void CompensationNode::on_rate(const msg::AngularRate& message, const dds::SampleOrigin& origin) {
+  const std::int64_t ingress_ns = service::monotonic_ns();
+  const std::lock_guard lock(data_mutex_);
+  Gyro& source = gyro(message.gyro_id());
+  if (!accepts(source, origin, ingress_ns)) return;
+  arrival_latency_.record(ingress_ns - message.publish_time_ns());
+  const auto sample = dds::from_message(message);
+  if (source.compensator.push(sample, message.publish_time_ns(), ingress_ns) == compensation::Admission::kQueueFull &&
+      source.writer != nullptr) {
+    answer(source);   // never lose a raw sample: the oldest goes out with what is there
+    source.compensator.push(sample, message.publish_time_ns(), ingress_ns);
+  }
+  drain(source);
+}
+
+void CompensationNode::on_temperature(const msg::Temperature& message) {
+  const auto sample = dds::from_message(message);
+  const std::lock_guard lock(data_mutex_);
+  Gyro& source = gyro(message.gyro_id());
+  source.compensator.push(sample);
+  drain(source);
+}
+
+void CompensationNode::on_reference(const msg::RateReference& message) {
+  const std::lock_guard lock(data_mutex_);
+  Gyro& source = gyro(message.gyro_id());
+  source.compensator.push(dds::from_message(message));
+  drain(source);
+}
+
+// A record or simulation also waits for the subscribers that were asked for.
+bool CompensationNode::may_write(Gyro& source) const {
+  if (source.writer == nullptr) return false;
+  if (source.heard_by_all || source.compensator.readiness() == Readiness::kNothing) return true;
+  source.heard_by_all = source.writer->matched() >= options_.await_subscribers ||
+                        !core::is_paced_by_consumers(source.compensator.waiting_clock());
+  return source.heard_by_all;
+}
+
+// Real sensors are answered at once, with what is there. A record or simulation waits for its consumers, so its
+// samples wait here for what belongs to them, and the result does not depend on who came first.
+void CompensationNode::drain(Gyro& source) {
+  if (!may_write(source)) return;
+  compensation::Compensator& compensator = source.compensator;
+  for (;;) {
+    const Readiness readiness = compensator.readiness();
+    if (readiness == Readiness::kNothing) break;
+    if (readiness != Readiness::kReady && core::is_paced_by_consumers(compensator.waiting_clock())) {
+      if (readiness != Readiness::kAwaitsModel) {
+        if (source.waiting_since_ns == 0) source.waiting_since_ns = service::monotonic_ns();
+        if (source.reported_needed != compensator.needed_time()) report_progress(source);
+        return;
+      }
+      const std::uint32_t seen = models_delivered_.load();
+      if (stopping_) return;
+      if (compensator.readiness() == Readiness::kAwaitsModel) models_delivered_.wait(seen);
+      continue;
+    }
+    answer(source);
+  }
+}
+
+void CompensationNode::answer(Gyro& source) {
+  const std::uint64_t labels = source.compensator.counts().labels;
+  source.waiting_since_ns = 0;
+  source.newest = source.compensator.answer_next();
+  dds::to_message(source.newest, source.id, options_.instance, message_);
+  const std::int64_t egress_ns = service::monotonic_ns();
+  message_.egress_time_ns(egress_ns);
+  if (!source.writer->write(message_)) ++source.unwritten;
+  compute_latency_.record(egress_ns - source.newest.ingress_time_ns);
+  source.newest_sequence = std::max(source.newest_sequence, source.newest.raw.sequence);
+  if (source.compensator.counts().labels != labels) {
+    ++learner_wakeups_;
+    learner_wakeups_.notify_one();
+  }
+  if (core::is_paced_by_consumers(source.newest.raw.clock) && ++source.answered_since_report >= kReportEvery) {
+    report_progress(source);
+  }
+}
+
+void CompensationNode::report_progress(Gyro& source) {
+  source.answered_since_report = 0;
+  source.reported_needed = source.compensator.needed_time();
+  progress_.report(source.id, source.newest_sequence, source.reported_needed);
+}
+
+// ---------------------------------------------------------------------------------------------------- learner
+
+void CompensationNode::learn_until_stopped() {
+  std::vector<Gyro*> roster;
+  while (!stopping_) {
+    const std::uint32_t seen = learner_wakeups_.load();
+    for (Gyro** newcomer = newcomers_.front(); newcomer != nullptr; newcomer = newcomers_.front()) {
+      roster.push_back(*newcomer);
+      newcomers_.pop();
+    }
+    bool learned = false;
+    for (Gyro* source : roster) {
+      while (source->compensator.learner().run_one()) {
+        learned = true;
+        ++models_delivered_;
+        models_delivered_.notify_all();
+      }
+    }
+    if (!learned && !stopping_) learner_wakeups_.wait(seen);
+  }
+}
+
+// ---------------------------------------------------------------------------------------------------- commands
+
+void CompensationNode::on_command(const msg::Command& command) {
+  if (host_.name() != command.service().c_str()) return;
+  const std::lock_guard lock(data_mutex_);
+  bool accepted = false;
+  std::string text = "no gyro has been heard yet";
+  std::uint64_t epoch = 0;
+  for (auto& source : gyros_) {
+    text = obey(*source, command.name().c_str(), accepted);
+    epoch = source->newest.model_epoch;
+    if (!accepted) break;
+  }
+  msg::CommandReply reply;
+  reply.service(host_.name().c_str());
+  reply.request_id(command.request_id());
+  reply.accepted(accepted ? 1 : 0);
+  reply.model_epoch(epoch);
+  reply.text(text.c_str());
+  reply_writer_.write(reply);
+  host_.raise({.code = "command",
+               .severity = Severity::kInformation,
+               .text = std::string(command.name().c_str()) + " from " + command.issuer().c_str() + ": " + text,
+               .gyro_id = 0,
+               .sensor_time_ns = 0});
+}
+
+std::string CompensationNode::obey(Gyro& source, std::string_view command, bool& accepted) {
+  accepted = true;
+  if (command == "freeze") {
+    source.compensator.freeze();
+    return "learning is frozen";
+  }
+  if (command == "learn") {
+    source.compensator.learn();
+    return "learning goes on when at rest";
+  }
+  if (command == "reset") {
+    accepted = source.compensator.reset_models();
+    ++learner_wakeups_;
+    learner_wakeups_.notify_one();
+    return accepted ? "all that was learned is forgotten" : "the learner is busy; try again";
+  }
+  accepted = false;
+  return "unknown command '" + std::string(command) + "'; known are freeze, learn, reset";
+}
+
+// ---------------------------------------------------------------------------------------------------- status
+
+void CompensationNode::tick() {
+  progress_.announce();
+  make_writers();
+  const std::int64_t now = service::monotonic_ns();
+  const std::lock_guard lock(data_mutex_);
+  for (auto& source : gyros_) {
+    if (source->waiting_since_ns != 0 && now - source->waiting_since_ns > kGiveUpWaitingNs) {
+      host_.raise({.code = "stream_silent",
+                   .severity = Severity::kWarning,
+                   .text = "no temperature or reference for 2 s while rates wait for it; going on without",
+                   .gyro_id = source->id,
+                   .sensor_time_ns = source->compensator.needed_time().count()});
+      source->compensator.give_up_waiting();
+      source->waiting_since_ns = 0;
+      drain(*source);
+    }
+    if (source->heard_by_all && core::is_paced_by_consumers(source->newest.raw.clock)) report_progress(*source);
+    tell_of_faults(*source);
+  }
+}
+
+// Creating an endpoint from a listener can deadlock the middleware, so a new gyro's writer is made here, and what
+// came meanwhile is answered.
+void CompensationNode::make_writers() {
+  std::vector<Gyro*> without;
+  {
+    const std::lock_guard lock(data_mutex_);
+    for (auto& source : gyros_) {
+      if (source->writer == nullptr) without.push_back(source.get());
+    }
+  }
+  for (Gyro* source : without) {
+    auto writer = std::make_unique<dds::Writer<msg::CompensatedRate>>(host_.participant(), host_.observer(),
+                                                                      options_.ownership_strength);
+    const std::lock_guard lock(data_mutex_);
+    source->writer = std::move(writer);
+  }
+  const std::lock_guard lock(data_mutex_);
+  for (auto& source : gyros_) drain(*source);
+}
+
+void CompensationNode::tell_of_faults(Gyro& source) {
+  const compensation::CompensatorCounts now = source.compensator.counts();
+  const auto tell = [&](const char* code, std::string text, std::uint64_t before, std::uint64_t after) {
+    if (after <= before) return;
+    host_.raise_counted({.code = code,
+                         .severity = Severity::kWarning,
+                         .text = "gyro " + std::to_string(source.id) + ": " + std::move(text),
+                         .gyro_id = source.id,
+                         .sensor_time_ns = source.newest.raw.time.count()},
+                        after - before);
+  };
+  const compensation::CompensatorCounts& told = source.told;
+  tell("invalid_sample", "a rate is not finite or marked invalid; passed on marked invalid, not learned", told.invalid,
+       now.invalid);
+  tell("duplicate_sample", "a sequence number came twice; answered once", told.duplicates, now.duplicates);
+  tell("late_sample", "a sequence number came after a later one; answered, not learned", told.late, now.late);
+  tell("too_old_sample", "a sequence number more than 4096 behind the newest; not answered", told.too_old, now.too_old);
+  tell("missing_sample", "sequence numbers are missing from the stream", told.missing, now.missing);
+  tell("time_fault", "a time stamp does not increase; answered, not learned", told.time_faults, now.time_faults);
+  tell("refused_temperature", "a temperature is not finite, implausible or out of order; not used",
+       told.temperatures_refused, now.temperatures_refused);
+  tell("late_model", "the learner was late; samples went out with the model before", told.late_models,
+       now.late_models);
+  tell("skipped_label", "the learner's queue was full; a label was skipped", told.labels_skipped, now.labels_skipped);
+  tell("duplicate_publisher", "a second publisher uses this id; only the first is heard", source.told_rejected,
+       source.rejected);
+  source.told = now;
+  source.told_rejected = source.rejected;
+  for (const auto axis : core::kAxes) {
+    const std::size_t i = core::index(axis);
+    const auto reason = source.newest.reason[i];
+    if (source.newest.mode[i] == source.told_mode[i]) continue;
+    source.told_mode[i] = source.newest.mode[i];
+    host_.raise({.code = "mode_" + std::string(core::name(axis)),
+                 .severity = Severity::kInformation,
+                 .text = "axis " + std::string(core::name(axis)) + ": " +
+                         std::string(compensation::name(source.newest.mode[i])) + " (" +
+                         std::string(compensation::name(reason)) + ")",
+                 .gyro_id = source.id,
+                 .sensor_time_ns = source.newest.raw.time.count()});
+  }
+}
+
+service::Status CompensationNode::status() {
+  service::Status status;
+  const std::lock_guard lock(data_mutex_);
+  status.state = gyros_.empty() ? service::State::kWaiting : service::State::kRunning;
+  const auto add = [&](std::string name, std::string unit, double value) {
+    status.metrics.push_back({std::move(name), std::move(unit), value});
+  };
+  for (const auto& source : gyros_) {
+    const auto& compensator = source->compensator;
+    const auto counts = compensator.counts();
+    const std::string prefix = gyros_.size() == 1 ? "" : "gyro" + std::to_string(source->id) + "_";
+    add(prefix + "samples_in", "1", static_cast<double>(counts.samples_in));
+    add(prefix + "samples_out", "1", static_cast<double>(counts.samples_out));
+    add(prefix + "missing", "1", static_cast<double>(counts.missing));
+    add(prefix + "duplicates", "1", static_cast<double>(counts.duplicates + counts.too_old));
+    add(prefix + "rejected", "1", static_cast<double>(source->rejected));
+    add(prefix + "unwritten", "1", static_cast<double>(source->unwritten));
+    add(prefix + "invalid", "1", static_cast<double>(counts.invalid));
+    add(prefix + "labels", "1", static_cast<double>(counts.labels));
+    add(prefix + "labels_skipped", "1", static_cast<double>(counts.labels_skipped));
+    add(prefix + "late_models", "1", static_cast<double>(counts.late_models));
+    add(prefix + "model_epoch", "1", static_cast<double>(source->newest.model_epoch));
+    add(prefix + "sensor_time", "s", core::seconds(source->newest.raw.time));
+    add(prefix + "temperature", "degC", compensator.temperature_degc());
+    add(prefix + "temperature_rate", "degC/min", compensator.temperature_rate_degc_per_s() * 60.0);
+    for (const auto axis : core::kAxes) {
+      const std::size_t i = core::index(axis);
+      const std::string suffix = "_" + std::string(core::name(axis));
+      const auto& record = compensator.test_then_train(axis);
+      add(prefix + "valid" + suffix, "1", source->newest.raw.valid[i] ? 1.0 : 0.0);
+      add(prefix + "mode" + suffix, "1", static_cast<double>(source->newest.mode[i]));
+      add(prefix + "reason" + suffix, "1", static_cast<double>(source->newest.reason[i]));
+      add(prefix + "drift" + suffix, "deg/h", core::deg_h_from_radps(source->newest.applied_drift_radps[i]));
+      add(prefix + "support_vectors" + suffix, "1", static_cast<double>(compensator.support_vectors(axis)));
+      add(prefix + "model_rmse" + suffix, "deg/h", core::deg_h_from_radps(std::sqrt(record.model_mse)));
+      add(prefix + "persistence_rmse" + suffix, "deg/h", core::deg_h_from_radps(std::sqrt(record.bias_mse)));
+    }
+  }
+  add("compute_p50", "us", static_cast<double>(compute_latency_.percentile_ns(0.5)) * 1e-3);
+  add("compute_p99", "us", static_cast<double>(compute_latency_.percentile_ns(0.99)) * 1e-3);
+  add("arrival_p50", "us", static_cast<double>(arrival_latency_.percentile_ns(0.5)) * 1e-3);
+  add("arrival_p99", "us", static_cast<double>(arrival_latency_.percentile_ns(0.99)) * 1e-3);
+  status.summary = std::to_string(gyros_.size()) + " gyro(s)";
+  return status;
+}
+
+}  // namespace zerodrift::services

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// Subscribes, converts, hands to common/compensation, publishes. A sample is answered on the thread that received it;
+// learning happens on a thread of its own.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "common/compensation/compensator.h"
+#include "common/core/spsc_queue.h"
+#include "common/dds/participant.h"
+#include "common/service/host.h"
+#include "common/service/latency_histogram.h"
+#include "common/service/replay_pacer.h"
+
+namespace zerodrift::services {
+
+struct CompensationNodeOptions {
+  dds::NetworkOptions network;
+  compensation::CompensationOptions compensation;
+  std::uint32_t instance = 0;
+  std::uint32_t ownership_strength = 0;
+  int await_subscribers = 0;
+};
+
+class CompensationNode {
+ public:
+  explicit CompensationNode(const CompensationNodeOptions& options);
+  ~CompensationNode();
+
+  // Until a stop signal.
+  void run();
+
+ private:
+  // One gyro: its compensator, whom it listens to, and what its stream did.
+  struct Gyro {
+    Gyro(std::uint32_t gyro_id, const compensation::CompensationOptions& options) : id(gyro_id), compensator(options) {}
+    std::uint32_t id;
+    compensation::Compensator compensator;
+    // Made outside of the receiving thread; samples wait for it in the compensator.
+    std::unique_ptr<dds::Writer<msg::CompensatedRate>> writer;
+    bool heard_by_all = false;               // as many subscribers as were asked for
+    eprosima::fastrtps::rtps::GUID_t publisher{};
+    bool has_publisher = false;
+    std::int64_t heard_ns = 0;               // monotonic
+    std::int64_t waiting_since_ns = 0;       // 0: not waiting for another stream
+    std::uint64_t rejected = 0;              // samples of a second publisher of the same id
+    std::uint64_t unwritten = 0;             // the middleware refused them
+    std::uint64_t answered_since_report = 0;
+    std::uint64_t newest_sequence = 0;
+    core::SensorTime reported_needed{core::kNever};
+    compensation::CompensatedSample newest;
+    compensation::CompensatorCounts told;    // what events have told so far
+    std::uint64_t told_rejected = 0;
+    core::PerAxis<compensation::Mode> told_mode{};
+  };
+
+  void on_rate(const msg::AngularRate& message, const dds::SampleOrigin& origin);
+  void on_temperature(const msg::Temperature& message);
+  void on_reference(const msg::RateReference& message);
+  void on_command(const msg::Command& command);
+
+  Gyro& gyro(std::uint32_t gyro_id);
+  [[nodiscard]] bool may_write(Gyro& gyro) const;
+  bool accepts(Gyro& gyro, const dds::SampleOrigin& origin, std::int64_t now_ns);
+  void drain(Gyro& gyro);
+  void answer(Gyro& gyro);
+  void report_progress(Gyro& gyro);
+  void tick();
+  void make_writers();
+  void tell_of_faults(Gyro& gyro);
+  service::Status status();
+  void learn_until_stopped();
+  std::string obey(Gyro& gyro, std::string_view command, bool& accepted);
+
+  CompensationNodeOptions options_;
+  service::Host host_;
+  std::mutex data_mutex_;                   // between the receiving thread and the status thread; never the learner's
+  std::vector<std::unique_ptr<Gyro>> gyros_;
+  core::SpscQueue<Gyro*> newcomers_{128};   // gyros the learner has not seen yet
+  msg::CompensatedRate message_;
+  service::LatencyHistogram compute_latency_;    // ingress to egress
+  service::LatencyHistogram arrival_latency_;    // publisher's write to ingress
+
+  std::atomic<std::uint32_t> learner_wakeups_{0};
+  std::atomic<std::uint32_t> models_delivered_{0};
+  std::atomic<bool> stopping_{false};
+  std::thread learner_thread_;
+
+  dds::Writer<msg::CommandReply> reply_writer_;
+  service::ReplayProgressReporter progress_;
+  dds::Reader<msg::Command> command_reader_;
+  dds::Reader<msg::RateReference> reference_reader_;
+  dds::Reader<msg::Temperature> temperature_reader_;
+  dds::Reader<msg::AngularRate> rate_reader_;
+};
+
+}  // namespace zerodrift::services

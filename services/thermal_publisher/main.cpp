@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// Publishes temperature from the twin, a record, or the thermometers that Linux shows as files.
+#include "common/service/main.h"
+#include "services/thermal_publisher/thermal_publisher_node.h"
+
+int main(int argc, char** argv) {
+  using namespace zerodrift;
+  CLI::App app("Publishes the temperatures of a gyro.", "thermal_publisher");
+  services::ThermalPublisherOptions options;
+  service::add_network_options(app, options.network);
+  services::add_options(app, options);
+  return service::run_main(app, argc, argv, [&] {
+    services::ThermalPublisherNode(options).run();
+    return service::kExitDone;
+  });
+}

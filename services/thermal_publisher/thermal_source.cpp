@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/thermal_publisher/thermal_source.h"
+
+#include <memory>
+#include <stdexcept>
+#include <vector>
+
+#include "common/config/twin_config.h"
+#include "common/record/record_reader.h"
+#include "common/record/record_samples.h"
+#include "common/twin/simulation.h"
+
+namespace zerodrift::services {
+namespace {
+
+constexpr core::SensorTime kBlankEvery = std::chrono::seconds(1);
+
+using Warn = std::function<void(const std::string&)>;
+
+// Merges the probes' own streams by time; ties in the model's order.
+class SimulatedProbes {
+ public:
+  SimulatedProbes(const twin::Model& model, const twin::Profile& profile, std::uint64_t seed) {
+    for (const auto& probe : model.probes) {
+      probes_.push_back({twin::ThermometerSimulation(model, profile, seed, probe.name), std::nullopt});
+      probes_.back().next = probes_.back().simulation.next();
+    }
+  }
+
+  std::optional<core::TemperatureSample> next() {
+    Probe* first = nullptr;
+    for (auto& probe : probes_) {
+      if (probe.next && (first == nullptr || probe.next->time < first->next->time)) first = &probe;
+    }
+    if (first == nullptr) return std::nullopt;
+    auto sample = std::move(first->next);
+    first->next = first->simulation.next();
+    return sample;
+  }
+
+ private:
+  struct Probe {
+    twin::ThermometerSimulation simulation;
+    std::optional<core::TemperatureSample> next;
+  };
+  std::vector<Probe> probes_;
+};
+
+ThermalSource open_simulation(const ThermalSourceOptions& options, const Warn& warn) {
+  if (options.model.empty()) throw std::invalid_argument("--model: missing; a simulation needs a twin's model file");
+  if (options.profile.empty()) throw std::invalid_argument("--profile: missing; a simulation needs a profile file");
+  const auto loaded = config::load_model(options.model);
+  for (const auto& line : loaded.warnings) warn(line);
+  twin::Profile profile = config::load_profile(options.profile);
+  if (options.duration_s > 0.0) profile.duration_s = options.duration_s;
+  auto probes = std::make_shared<SimulatedProbes>(loaded.model, profile, options.seed);
+  return [probes] { return probes->next(); };
+}
+
+ThermalSource open_record(const ThermalSourceOptions& options, const Warn& warn) {
+  if (options.record.empty()) throw std::invalid_argument("--record: missing; a record source needs a file");
+  auto reader = std::make_shared<record::RecordReader>(
+      options.record, record::RecordOptions{.columns = record::parse_column_map(options.columns)});
+  if (reader->info().probes.empty()) warn(options.record + ": has no temperature column");
+  const core::SensorTime end = reader->info().first_time + core::from_seconds(options.duration_s);
+  const bool bounded = options.duration_s > 0.0;
+  const std::size_t probes = reader->info().probes.size();
+  const record::RecordRow* row = nullptr;
+  std::size_t probe = probes;
+  core::TemperatureSample sample;
+  std::vector<core::SensorTime> spoken(probes, core::kNever);
+  return [=]() mutable -> std::optional<core::TemperatureSample> {
+    for (;;) {
+      if (probe == probes) {
+        row = probes == 0 ? nullptr : reader->next();
+        probe = 0;
+        if (row == nullptr || (bounded && row->time >= end)) return std::nullopt;
+      }
+      record::to_temperature(*row, reader->info(), probe, sample);
+      core::SensorTime& last = spoken[probe++];
+      // A blank cell says that time went on; once a second is enough of that.
+      if (!sample.measured && last != core::kNever && sample.time - last < kBlankEvery) continue;
+      last = sample.time;
+      return sample;
+    }
+  };
+}
+
+}  // namespace
+
+ThermalSource open_thermal_source(const ThermalSourceOptions& options, const Warn& warn) {
+  return options.kind == ThermalSourceKind::kRecord ? open_record(options, warn) : open_simulation(options, warn);
+}
+
+}  // namespace zerodrift::services

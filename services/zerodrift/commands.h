@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// The subcommands of `zerodrift`. Each adds itself to the command line and sets `run` when it is chosen.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+
+namespace zerodrift::services {
+
+using Run = std::function<int()>;
+
+void add_simulate(CLI::App& app, Run& run);
+void add_compensate(CLI::App& app, Run& run);
+void add_record(CLI::App& app, Run& run);
+void add_control(CLI::App& app, Run& run);
+
+}  // namespace zerodrift::services

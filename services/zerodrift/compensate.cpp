@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+// zerodrift compensate: the service's computation on a record, without the services.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "common/allan/block_statistics.h"
+#include "common/compensation/compensator.h"
+#include "common/config/compensation_config.h"
+#include "common/core/units.h"
+#include "common/record/record_reader.h"
+#include "common/record/record_samples.h"
+#include "common/service/main.h"
+#include "services/zerodrift/commands.h"
+#include "services/zerodrift/compensated_csv.h"
+#include "services/zerodrift/progress_bar.h"
+
+namespace zerodrift::services {
+namespace {
+
+using compensation::Readiness;
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+struct CompensateOptions {
+  std::string record;
+  std::string columns;
+  std::string config;
+  std::string scheme;
+  std::string out;
+};
+
+// Means over a minute, raw and compensated, from when an axis is first compensated; and what holding the mean of the
+// last minute would have left.
+class Summary {
+ public:
+  explicit Summary(double interval_s) {
+    const allan::BlockStatisticsOptions options{.sample_interval_s = interval_s,
+                                                .block_s = std::max(60.0, interval_s),
+                                                .window_s = std::max(60.0, interval_s)};
+    for (auto& axis : axes_) {
+      axis.raw.emplace(options);
+      axis.compensated.emplace(options);
+    }
+  }
+
+  void add(const compensation::CompensatedSample& sample) {
+    for (const auto a : core::kAxes) {
+      const std::size_t i = core::index(a);
+      Axis& axis = axes_[i];
+      axis.measured = axis.measured || sample.raw.valid[i];
+      axis.compensating = axis.compensating || sample.mode[i] != compensation::Mode::kPassthrough;
+      ++axis.rungs[static_cast<std::size_t>(sample.rung[i])];
+      if (!axis.compensating) continue;
+      const std::uint64_t blocks = axis.raw->moments(allan::Span::kSinceStart).blocks;
+      axis.raw->add(sample.raw.valid[i] ? sample.raw.rate_radps[i] : kNone);
+      axis.compensated->add(sample.raw.valid[i] ? sample.rate_radps[i] : kNone);
+      if (axis.raw->moments(allan::Span::kSinceStart).blocks != blocks) note_block(axis);
+    }
+  }
+
+  void print() const {
+    std::printf("axis  60 s means: raw std   compensated   persistence   raw/compensated   on model  [deg/h]\n");
+    for (const auto a : core::kAxes) {
+      const Axis& axis = axes_[core::index(a)];
+      if (!axis.measured) continue;
+      const double raw = axis.raw->moments(allan::Span::kSinceStart).standard_deviation;
+      const double left = axis.compensated->moments(allan::Span::kSinceStart).standard_deviation;
+      const double held = axis.steps > 0 ? std::sqrt(axis.step_squares / static_cast<double>(axis.steps)) : 0.0;
+      const auto total = static_cast<double>(axis.rungs[0] + axis.rungs[1] + axis.rungs[2] + axis.rungs[3]);
+      std::printf("%-4s  %20.5f %13.5f %13.5f %17.1f %8.1f %%\n", std::string(core::name(a)).c_str(),
+                  core::deg_h_from_radps(raw), core::deg_h_from_radps(left), core::deg_h_from_radps(held),
+                  left > 0.0 ? raw / left : 0.0, 100.0 * static_cast<double>(axis.rungs[3]) / total);
+    }
+    std::printf("persistence: the minute's mean held over the next minute. Each sample was compensated before any\n"
+                "label that contains it was learned (test-then-train).\n");
+  }
+
+ private:
+  struct Axis {
+    std::optional<allan::BlockStatistics> raw;
+    std::optional<allan::BlockStatistics> compensated;
+    bool measured = false;
+    bool compensating = false;
+    std::uint64_t rungs[4] = {};
+    std::optional<double> last_mean;
+    double step_squares = 0.0;
+    std::uint64_t steps = 0;
+  };
+
+  // The window holds one block: its rolling mean is that block's.
+  static void note_block(Axis& axis) {
+    const double mean = axis.raw->moments(allan::Span::kRolling).mean;
+    if (axis.last_mean) {
+      axis.step_squares += (mean - *axis.last_mean) * (mean - *axis.last_mean);
+      ++axis.steps;
+    }
+    axis.last_mean = mean;
+  }
+
+  core::PerAxis<Axis> axes_;
+};
+
+// Feeds a record as the publishers do and answers every sample as soon as all that belongs to it is there.
+class OfflineRun {
+ public:
+  OfflineRun(const CompensateOptions& options, compensation::Compensator& compensator)
+      : reader_(options.record, record::RecordOptions{.columns = record::parse_column_map(options.columns)}),
+        compensator_(compensator) {}
+
+  [[nodiscard]] const record::RecordInfo& info() const { return reader_.info(); }
+  [[nodiscard]] const std::vector<std::string>& warnings() const { return reader_.warnings(); }
+
+  // `probe_missing`: a probe the features need is not in the record, so nobody waits for it.
+  template <typename Take>
+  void run(bool probe_missing, Take&& take) {
+    while (const record::RecordRow* row = reader_.next()) {
+      push(*row);
+      if (probe_missing) compensator_.give_up_waiting();
+      answer_ready(take);
+    }
+    compensator_.give_up_waiting();   // the record is over: nothing more comes
+    answer_ready(take);
+  }
+
+ private:
+  void push(const record::RecordRow& row) {
+    for (std::size_t probe = 0; probe < reader_.info().probes.size(); ++probe) {
+      record::to_temperature(row, reader_.info(), probe, temperature_);
+      compensator_.push(temperature_);
+    }
+    if (const auto reference = record::to_rate_reference(row, reader_.info())) compensator_.push(*reference);
+    compensator_.push(record::to_angular_rate(row));
+  }
+
+  template <typename Take>
+  void answer_ready(Take&& take) {
+    for (;;) {
+      const Readiness readiness = compensator_.readiness();
+      if (readiness == Readiness::kAwaitsModel) {
+        if (!compensator_.learner().run_one()) return;
+        continue;
+      }
+      if (readiness != Readiness::kReady) return;
+      take(compensator_.answer_next());
+    }
+  }
+
+  record::RecordReader reader_;
+  compensation::Compensator& compensator_;
+  core::TemperatureSample temperature_;
+};
+
+int compensate(const CompensateOptions& options) {
+  compensation::CompensationOptions compensation_options;
+  if (!options.config.empty()) compensation_options = config::load_compensation(options.config);
+  if (options.scheme == "none") compensation_options.scheme = compensation::Scheme::kNone;
+  compensation::Compensator compensator(compensation_options);
+  OfflineRun offline(options, compensator);
+  bool probe_missing = false;
+  for (const auto& probe : compensation_options.probes()) {
+    const auto& probes = offline.info().probes;
+    if (std::find(probes.begin(), probes.end(), probe) == probes.end()) {
+      probe_missing = true;
+      std::fprintf(stderr, "%s: has no temperature of probe '%s', which a feature needs; the model will not be used\n",
+                   options.record.c_str(), probe.c_str());
+    }
+  }
+  std::optional<CompensatedCsv> csv;
+  if (!options.out.empty()) csv.emplace(options.out);
+  Summary summary(offline.info().sample_period_s > 0.0 ? offline.info().sample_period_s : 1.0);
+  std::uint64_t samples = 0;
+  offline.run(probe_missing, [&](const compensation::CompensatedSample& sample) {
+    ++samples;
+    summary.add(sample);
+    if (csv) csv->write(sample);
+  });
+  for (const auto& line : offline.warnings()) std::fprintf(stderr, "%s\n", line.c_str());
+  if (csv) csv->commit();
+  std::printf("%s: %llu samples compensated\n", options.record.c_str(), static_cast<unsigned long long>(samples));
+  summary.print();
+  return service::kExitDone;
+}
+
+}  // namespace
+
+void add_compensate(CLI::App& app, Run& run) {
+  auto* command = app.add_subcommand("compensate", "take the drift off a record, as the service would");
+  auto options = std::make_shared<CompensateOptions>();
+  command->add_option("--record", options->record, "a .csv, .csv.gz or .csv.xz file")->required();
+  command->add_option("--columns", options->columns, "names and units of a foreign CSV");
+  command->add_option("--config", options->config, "YAML or JSON file (idl/proto/compensation.proto)");
+  command->add_option("--scheme", options->scheme, "online-svr or none; overrides the file")
+      ->check(CLI::IsMember({"online-svr", "none"}));
+  command->add_option("--out", options->out, "record to write; without, only the summary");
+  command->callback([options, &run] { run = [options] { return compensate(*options); }; });
+}
+
+}  // namespace zerodrift::services

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// Compensated samples as a record: what `compensate` writes offline and `record` writes from the live topic, so that
+// the two can be compared byte for byte.
+#pragma once
+
+#include <filesystem>
+
+#include "common/compensation/compensator.h"
+#include "common/record/record_writer.h"
+
+namespace zerodrift::services {
+
+class CompensatedCsv {
+ public:
+  explicit CompensatedCsv(const std::filesystem::path& path);
+  void write(const compensation::CompensatedSample& sample);
+  void commit() { writer_.commit(); }
+
+ private:
+  record::RecordWriter writer_;
+};
+
+}  // namespace zerodrift::services

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+// zerodrift ctl: looks at the running system and gives it commands.
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "common/service/host.h"
+#include "common/service/main.h"
+#include "common/service/monotonic_clock.h"
+#include "services/zerodrift/commands.h"
+#include "services/zerodrift/status_table.h"
+
+namespace zerodrift::services {
+namespace {
+
+using namespace std::chrono_literals;
+
+struct ControlOptions {
+  dds::NetworkOptions network;
+  bool follow = false;
+  bool until_finished = false;
+  double wait_s = 5.0;
+  std::string service = "compensation";
+  std::string command;
+};
+
+int show_once(const ControlOptions& options) {
+  dds::Participant participant("zerodrift_ctl", options.network);
+  StatusBoard board(participant);
+  const auto give_up = std::chrono::steady_clock::now() + std::chrono::duration<double>(options.wait_s);
+  while (!board.heard("compensation") && std::chrono::steady_clock::now() < give_up) {
+    if (service::wait_for_stop(50ms)) return service::kExitNo;
+  }
+  service::wait_for_stop(500ms);   // the others speak four times a second
+  if (!board.heard("compensation")) {
+    std::fprintf(stderr, "ctl status: no compensation service heard in domain %u within %g s\n", options.network.domain,
+                 options.wait_s);
+    return service::kExitNo;
+  }
+  std::fputs(board.table().c_str(), stdout);
+  return service::kExitDone;
+}
+
+int follow(const ControlOptions& options) {
+  dds::Participant participant("zerodrift_ctl", options.network);
+  StatusBoard board(participant);
+  const bool terminal = isatty(STDOUT_FILENO) != 0;
+  const auto redraw = terminal ? 500ms : 5000ms;
+  bool stopped = false;
+  while (!stopped && !(options.until_finished && board.finished() && board.nothing_lost())) {
+    for (auto waited = 0ms; waited < redraw && !stopped; waited += 250ms) {
+      stopped = service::wait_for_stop(250ms);
+      if (options.until_finished && board.finished() && board.nothing_lost()) break;
+    }
+    const std::string table = board.table();
+    if (terminal) std::fputs("\033[H\033[J", stdout);
+    std::fputs(table.c_str(), stdout);
+    if (!terminal) std::fputs("\n", stdout);
+    std::fflush(stdout);
+  }
+  service::wait_for_stop(stopped ? 1ms : 1500ms);   // the monitor's last report
+  std::printf("\n%s%s", board.table().c_str(), board.summary().c_str());
+  return !options.until_finished || board.nothing_lost() ? service::kExitDone : service::kExitNo;
+}
+
+int send(const ControlOptions& options) {
+  dds::Participant participant("zerodrift_ctl", options.network);
+  const auto request = static_cast<std::uint64_t>(service::unix_time_ns());
+  std::mutex mutex;
+  std::optional<msg::CommandReply> answer;
+  dds::Reader<msg::CommandReply> replies(participant, [&](const msg::CommandReply& reply, const dds::SampleOrigin&) {
+    const std::lock_guard lock(mutex);
+    if (reply.request_id() == request) answer = reply;
+  });
+  dds::Writer<msg::Command> writer(participant);
+  const auto give_up = std::chrono::steady_clock::now() + std::chrono::duration<double>(options.wait_s);
+  bool sent = false;
+  while (std::chrono::steady_clock::now() < give_up) {
+    if (!sent && writer.matched() > 0 && replies.matched() > 0) {
+      msg::Command command;
+      command.service(options.service.c_str());
+      command.name(options.command.c_str());
+      command.issuer("zerodrift ctl");
+      command.request_id(request);
+      sent = writer.write(command);
+    }
+    if (service::wait_for_stop(20ms)) return service::kExitNo;
+    const std::lock_guard lock(mutex);
+    if (!answer) continue;
+    std::printf("%s: %s\n", options.service.c_str(), answer->text().c_str());
+    return answer->accepted() != 0 ? service::kExitDone : service::kExitNo;
+  }
+  std::fprintf(stderr, "ctl %s: no answer from '%s' in domain %u within %g s\n", options.command.c_str(),
+               options.service.c_str(), options.network.domain, options.wait_s);
+  return service::kExitNo;
+}
+
+}  // namespace
+
+void add_control(CLI::App& app, Run& run) {
+  auto* control = app.add_subcommand("ctl", "look at the running system, or command it");
+  control->require_subcommand(1);
+  auto options = std::make_shared<ControlOptions>();
+
+  auto* status = control->add_subcommand("status", "what every axis does, and why");
+  service::add_network_options(*status, options->network);
+  status->add_option("--wait", options->wait_s, "seconds to wait for the services")->capture_default_str();
+  status->add_flag("--follow", options->follow, "keep showing until Ctrl-C");
+  status->add_flag("--until-finished", options->until_finished,
+                   "with --follow: until the publisher's source has ended; exit code 1 if a sample was lost");
+  status->callback([options, &run] {
+    run = [options] { return options->follow ? follow(*options) : show_once(*options); };
+  });
+
+  for (const auto& [name, help] : {std::pair{"freeze", "stop learning"}, std::pair{"learn", "learn again"},
+                                   std::pair{"reset", "forget all that was learned"}}) {
+    auto* command = control->add_subcommand(name, help);
+    service::add_network_options(*command, options->network);
+    command->add_option("--service", options->service, "name of the service")->capture_default_str();
+    command->add_option("--wait", options->wait_s, "seconds to wait for the answer")->capture_default_str();
+    command->callback([options, name = std::string(name), &run] {
+      options->command = name;
+      run = [options] { return send(*options); };
+    });
+  }
+}
+
+}  // namespace zerodrift::services

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/service/main.h"
+#include "services/zerodrift/commands.h"
+
+int main(int argc, char** argv) {
+  using namespace zerodrift;
+  CLI::App app("Zero-drift compensation of gyros: simulate, compensate, record, control.", "zerodrift");
+  app.require_subcommand(1);
+  services::Run run;
+  services::add_simulate(app, run);
+  services::add_compensate(app, run);
+  services::add_record(app, run);
+  services::add_control(app, run);
+  return service::run_main(app, argc, argv, [&] { return run(); });
+}

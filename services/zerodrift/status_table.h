@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the running system says of itself, gathered from its topics and shown as a table.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/core/axis.h"
+#include "common/dds/participant.h"
+
+namespace zerodrift::services {
+
+class StatusBoard {
+ public:
+  explicit StatusBoard(dds::Participant& participant);
+
+  // The table as text, one gyro after the other; empty before anything was heard.
+  [[nodiscard]] std::string table();
+  // The figures a run is judged by, as text.
+  [[nodiscard]] std::string summary();
+  // True once the gyro publisher has published its source to the end.
+  [[nodiscard]] bool finished();
+  // True if each published sample was answered exactly once and seen by the monitor.
+  [[nodiscard]] bool nothing_lost();
+  [[nodiscard]] bool heard(const std::string& service);
+
+ private:
+  using Metrics = std::map<std::string, double>;
+  struct Service {
+    std::uint32_t state = 0;
+    Metrics metrics;
+  };
+  using ReportKey = std::pair<std::uint32_t, std::uint32_t>;   // axis, stream
+
+  void note(const msg::ServiceStatus& status);
+  void note(const msg::AllanReport& report);
+  void note(const msg::Event& event);
+  [[nodiscard]] double metric(const std::string& service, const std::string& name, double otherwise) const;
+  [[nodiscard]] std::string axis_row(core::Axis axis) const;
+  [[nodiscard]] std::string totals() const;
+  [[nodiscard]] bool all_answered() const;
+
+  std::mutex mutex_;
+  std::map<std::string, Service> services_;
+  std::map<ReportKey, msg::AllanReport> reports_;
+  std::vector<std::string> events_;   // the newest few
+  dds::Reader<msg::ServiceStatus> status_reader_;
+  dds::Reader<msg::AllanReport> report_reader_;
+  dds::Reader<msg::Event> event_reader_;
+};
+
+}  // namespace zerodrift::services

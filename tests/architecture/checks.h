@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// The rules themselves. Each check returns one line for every offence: file, what was found, what
+// would be right.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tests/architecture/dependency_log.h"
+
+namespace zerodrift::architecture {
+
+using Offences = std::vector<std::string>;
+
+// Where the project's files are. `root` holds common/, services/, ...; a fixture may stand in for
+// it, with headers still coming from `headers`.
+struct Tree {
+  std::filesystem::path root;
+  std::filesystem::path headers;
+  std::filesystem::path generated;
+};
+
+struct EdgeReport {
+  std::size_t edges = 0;  // between two different folders of the project
+  Offences offences;
+};
+
+// --- what the compiler opened
+EdgeReport check_edges(const std::vector<Compilation>& compilations, const Tree& tree);
+// Folders whose sources nobody compiled: their rules were not looked at.
+Offences check_coverage(const std::vector<Compilation>& compilations, const Tree& tree);
+
+// --- what stands in the sources
+Offences check_includes(const Tree& tree);
+Offences check_pure_sources(const Tree& tree);
+Offences check_cmake_depends(const Tree& tree);
+Offences check_topic_literals(const Tree& tree);
+Offences check_mains(const Tree& tree);
+Offences check_licence_lines(const Tree& tree);
+Offences check_test_folders(const Tree& tree);
+
+}  // namespace zerodrift::architecture

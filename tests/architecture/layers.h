@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// The layer rules of the project, as data. A new folder gets a line here, or the test fails.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+
+namespace zerodrift::architecture {
+
+enum class Purity { kPure, kSystem };  // kPure: standard library and Eigen only, see checks.cpp
+
+struct Layer {
+  std::string_view folder;  // below the root
+  Purity purity;
+  std::array<std::string_view, 8> may_depend;  // folders it may name itself; unused entries empty
+};
+
+// clang-format off
+inline constexpr std::array kLayers{
+    Layer{"common/core",         Purity::kPure,   {}},
+    Layer{"common/thermal",      Purity::kPure,   {"common/core"}},
+    Layer{"common/regression",   Purity::kPure,   {"common/core"}},
+    Layer{"common/navigation",   Purity::kPure,   {"common/core"}},
+    Layer{"common/allan",        Purity::kPure,   {"common/core"}},
+    Layer{"common/twin",         Purity::kPure,   {"common/core"}},
+    Layer{"common/compensation", Purity::kPure,   {"common/core", "common/thermal", "common/regression", "common/navigation"}},
+    Layer{"common/record",       Purity::kSystem, {"common/core"}},
+    Layer{"common/drivers",      Purity::kSystem, {"common/core"}},
+    Layer{"common/config",       Purity::kSystem, {"common/core", "common/thermal", "common/regression", "common/navigation", "common/compensation", "common/twin", "idl/proto"}},
+    Layer{"common/dds",          Purity::kSystem, {"common/core", "common/compensation", "common/allan", "idl/dds"}},
+    Layer{"common/service",      Purity::kSystem, {"common/core", "common/dds", "idl/dds"}},
+};
+// clang-format on
+
+// The layer a path below the root belongs to: the longest "common/<folder>". Null for others.
+const Layer* layer_of(std::string_view path);
+const Layer* find_layer(std::string_view folder);
+
+// What the compiler may see while it compiles `layer`: the folder itself and all that it may
+// depend on, at any depth.
+std::set<std::string_view> reachable(const Layer& layer);
+
+}  // namespace zerodrift::architecture

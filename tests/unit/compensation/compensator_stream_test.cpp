@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: Apache-2.0
+// One raw sample, one answer; and equal bits whatever the order of arrival.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <map>
+
+#include "tests/unit/compensation/synthetic_gyro.h"
+
+namespace zerodrift::compensation {
+namespace {
+
+using core::Axis;
+using core::from_seconds;
+using testing::answer_ready;
+using testing::GyroSpec;
+using testing::LearnerTiming;
+using testing::make_record;
+using testing::Random;
+using testing::Record;
+
+// Everything that decides what goes out, as bits.
+std::vector<std::uint64_t> bits(const CompensatedSample& answer) {
+  std::vector<std::uint64_t> words{answer.raw.sequence, answer.late ? 1U : 0U, answer.model_epoch};
+  for (std::size_t i = 0; i < core::kAxisCount; ++i) {
+    for (const double value : {answer.rate_radps[i], answer.applied_drift_radps[i],
+                               answer.drift_variance[i], answer.sensor_variance[i]}) {
+      words.push_back(std::bit_cast<std::uint64_t>(value));
+    }
+    words.push_back(static_cast<std::uint64_t>(answer.mode[i]));
+    words.push_back(static_cast<std::uint64_t>(answer.reason[i]));
+    words.push_back(static_cast<std::uint64_t>(answer.rung[i]));
+  }
+  return words;
+}
+
+// Five minutes of ramp with a turn that the record's reference knows of.
+Record record_with_references() {
+  GyroSpec spec;
+  spec.duration_s = 300.0;
+  spec.low_degc = 20.0;
+  spec.high_degc = 30.0;
+  spec.motion = testing::turn(150.0, 10.0, 0.05 * core::kRadPerDeg);
+  Record record = make_record(spec);
+  for (std::size_t k = 0; k < record.rates.size(); ++k) {
+    core::RateReferenceSample reference;
+    reference.time = record.rates[k].time;
+    reference.rate_radps = record.true_radps[k];
+    reference.valid = {true, true, true};
+    reference.kind = core::ReferenceKind::kRecord;
+    record.references.push_back(reference);
+  }
+  return record;
+}
+
+// Merges the three streams, each in its own order, with each one ahead by a random run of messages.
+std::vector<CompensatedSample> run_interleaved(const Record& record, std::uint64_t seed, LearnerTiming timing) {
+  Compensator compensator{CompensationOptions{}};
+  Random random(seed);
+  std::vector<CompensatedSample> answers;
+  const auto take = [&](const CompensatedSample& answer) { answers.push_back(answer); };
+  std::size_t k = 0, t = 0, r = 0;
+  // A record's reference comes with every sample, so the stream is there from the beginning.
+  compensator.push(record.references[r++]);
+  while (k < record.rates.size() || t < record.temperatures.size() || r < record.references.size()) {
+    const std::size_t stream = random.below(3);
+    // Rates and references stay within the 4096 waiting places of each other.
+    std::size_t burst = 1 + random.below(stream == 1 ? 60 : 400);
+    for (; burst > 0; --burst) {
+      if (stream == 0 && k < record.rates.size() && k < r + 3000) compensator.push(record.rates[k++]);
+      if (stream == 1 && t < record.temperatures.size()) compensator.push(record.temperatures[t++]);
+      if (stream == 2 && r < record.references.size() && r < k + 3000) compensator.push(record.references[r++]);
+      if (random.below(4) == 0) answer_ready(compensator, timing, take);
+    }
+    if (k > answers.size() + 3500) {  // the temperatures are far behind: let them catch up
+      const auto behind = record.rates[answers.size()].time + from_seconds(2.0);
+      for (; t < record.temperatures.size() && record.temperatures[t].time < behind; ++t) {
+        compensator.push(record.temperatures[t]);
+      }
+      answer_ready(compensator, timing, take);
+    }
+  }
+  answer_ready(compensator, timing, take);
+  EXPECT_EQ(compensator.counts().late_models, 0U);
+  EXPECT_EQ(compensator.readiness(), Readiness::kNothing);
+  return answers;
+}
+
+// Rule: as long as readiness() is respected, the output is equal to the bit whatever stream came
+// first, and whether the learner works at once or only when its model is awaited.
+TEST(CompensatorLaws, ArrivalOrderAndLearnerTimingNeverChangeABit) {
+  const Record record = record_with_references();
+  const auto first = run_interleaved(record, 1, LearnerTiming::kAtOnce);
+  ASSERT_EQ(first.size(), record.rates.size());
+  ASSERT_GT(first.back().model_epoch, 10U);  // models took part
+  for (const std::uint64_t seed : {1U, 2U, 3U, 4U, 5U}) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const auto other = run_interleaved(record, seed, LearnerTiming::kOnlyWhenAwaited);
+    ASSERT_EQ(other.size(), first.size());
+    for (std::size_t k = 0; k < first.size(); ++k) ASSERT_EQ(bits(other[k]), bits(first[k])) << "sample " << k;
+  }
+}
+
+// Rule: models that fall due together take effect in the same samples whenever they were learned.
+// A handover of 30 s keeps up to three in flight; a data gap of 50 s makes them due at once.
+TEST(CompensatorLaws, ModelsDueTogetherTakeEffectAlikeWheneverTheyWereLearned) {
+  GyroSpec spec;
+  spec.duration_s = 400.0;
+  spec.low_degc = 20.0;
+  spec.high_degc = 30.0;
+  Record record = make_record(spec);
+  std::erase_if(record.rates, [](const auto& s) {
+    return s.time > from_seconds(203.0) && s.time < from_seconds(253.0);
+  });
+  CompensationOptions options;
+  options.learning.handover_s = 30.0;
+  Compensator at_once{options}, awaited{options};
+  const auto a = testing::run(at_once, record, LearnerTiming::kAtOnce);
+  const auto b = testing::run(awaited, record, LearnerTiming::kOnlyWhenAwaited);
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t k = 0; k < a.size(); ++k) ASSERT_EQ(bits(a[k]), bits(b[k])) << "sample " << k;
+  EXPECT_GT(a.back().model_epoch, 5U);
+  EXPECT_EQ(awaited.counts().late_models, 0U);
+}
+
+// Rule: a due model is waited for; whoever goes on without it is counted, and the model takes
+// effect as soon as it is there.
+TEST(Compensator, AnsweringWithoutADueModelIsCounted) {
+  GyroSpec spec;
+  spec.duration_s = 60.0;
+  Compensator compensator{CompensationOptions{}};
+  const Record record = make_record(spec);
+  for (const auto& reading : record.temperatures) compensator.push(reading);
+  bool awaited = false;
+  CompensatedSample last;
+  for (const auto& sample : record.rates) {
+    compensator.push(sample);
+    awaited = awaited || compensator.readiness() == Readiness::kAwaitsModel;
+    last = compensator.answer_next();
+  }
+  EXPECT_TRUE(awaited);
+  EXPECT_EQ(last.model_epoch, 0U);
+  EXPECT_GE(compensator.counts().late_models, 1U);
+  ASSERT_TRUE(compensator.learner().run_one());
+  core::AngularRateSample next = record.rates.back();
+  ++next.sequence;
+  next.time += from_seconds(0.05);
+  compensator.push(next);
+  EXPECT_EQ(compensator.answer_next().model_epoch, 1U);
+}
+
+// Rule: every admitted sample has exactly one answer, its own, and nothing else has any: for random
+// late, duplicated and lost samples, temperatures and references.
+TEST(CompensatorLaws, EveryAdmittedSampleHasExactlyOneAnswer) {
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Random random(seed);
+    Record record = record_with_references();
+    std::vector<core::AngularRateSample> arrivals;
+    std::map<std::uint64_t, double> sent;  // sequence -> raw x rate
+    for (const auto& sample : record.rates) {
+      if (random.below(50) == 0) continue;  // lost
+      arrivals.push_back(sample);
+      sent[sample.sequence] = sample.rate_radps[0];
+      if (random.below(20) == 0) arrivals.push_back(sample);  // twice
+    }
+    for (std::size_t i = 0; i + 40 < arrivals.size(); i += 7) {  // swaps: some come late
+      if (random.below(3) == 0) std::swap(arrivals[i], arrivals[i + random.below(40)]);
+    }
+    Compensator compensator{CompensationOptions{}};
+    std::map<std::uint64_t, int> answered;
+    const auto take = [&](const CompensatedSample& answer) {
+      ++answered[answer.raw.sequence];
+      ASSERT_EQ(answer.raw.rate_radps[0], sent.at(answer.raw.sequence));
+      ASSERT_EQ(answer.rate_radps[0], answer.raw.rate_radps[0] - answer.applied_drift_radps[0]);
+    };
+    std::size_t t = 0, r = 0;
+    for (const auto& sample : arrivals) {
+      compensator.push(sample);
+      while (t < record.temperatures.size() && random.below(2) == 0) compensator.push(record.temperatures[t++]);
+      if (r < record.references.size()) compensator.push(record.references[r++]);
+      if (random.below(3) == 0) answer_ready(compensator, LearnerTiming::kOnlyWhenAwaited, take);
+      // Now and then nobody waits for what is missing.
+      if (random.below(200) == 0) compensator.give_up_waiting();
+      if (random.below(500) == 0 && compensator.readiness() != Readiness::kNothing) take(compensator.answer_next());
+    }
+    while (compensator.readiness() != Readiness::kNothing) take(compensator.answer_next());
+    EXPECT_EQ(answered.size(), sent.size());
+    for (const auto& [sequence, times] : answered) ASSERT_EQ(times, 1) << sequence;
+    const CompensatorCounts counts = compensator.counts();
+    EXPECT_EQ(counts.samples_in, arrivals.size());
+    EXPECT_EQ(counts.samples_out, sent.size());
+    EXPECT_EQ(counts.duplicates, arrivals.size() - sent.size());
+    EXPECT_EQ(counts.too_old, 0U);
+    EXPECT_GT(counts.late, 0U);
+    const std::uint64_t last = std::max(sent.rbegin()->first, std::uint64_t{1});
+    std::uint64_t after_first = 0;  // what came before the first arrival was never missed
+    for (const auto& [sequence, rate] : sent) after_first += sequence >= arrivals.front().sequence ? 1U : 0U;
+    EXPECT_EQ(counts.missing, last - arrivals.front().sequence + 1 - after_first);
+  }
+}
+
+// Rule: a full queue refuses and counts nothing as seen: the same sample is taken once there is room.
+TEST(Compensator, AFullQueueRefusesTheSampleAndTakesItOnceThereIsRoom) {
+  Compensator compensator{CompensationOptions{}};
+  core::AngularRateSample sample;
+  sample.valid = {true, true, true};
+  sample.interval_s = 0.01;
+  Admission admission = Admission::kInOrder;
+  while (admission == Admission::kInOrder) {
+    ++sample.sequence;
+    sample.time = from_seconds(0.01 * static_cast<double>(sample.sequence));
+    admission = compensator.push(sample);
+  }
+  ASSERT_EQ(admission, Admission::kQueueFull);
+  EXPECT_EQ(compensator.answer_next().raw.sequence, 1U);
+  EXPECT_EQ(compensator.push(sample), Admission::kInOrder);
+}
+
+// Rule: a late sample is answered with the drift in force, marked late, and moves nothing: those
+// after it are as without it, to the bit.
+TEST(CompensatorLaws, ALateSampleChangesNoLaterAnswer) {
+  GyroSpec spec;
+  spec.duration_s = 120.0;
+  const Record record = make_record(spec);
+  Record reordered = record;
+  std::rotate(reordered.rates.begin() + 1000, reordered.rates.begin() + 1001, reordered.rates.begin() + 1006);
+  Record without = record;
+  without.rates.erase(without.rates.begin() + 1000);
+  Compensator a{CompensationOptions{}}, b{CompensationOptions{}};
+  auto late = testing::run(a, reordered);
+  const auto never = testing::run(b, without);
+  ASSERT_EQ(late.size(), record.rates.size());
+  ASSERT_TRUE(late[1005].late);
+  EXPECT_EQ(late[1005].applied_drift_radps, late[1004].applied_drift_radps);
+  late.erase(late.begin() + 1005);
+  for (std::size_t k = 0; k < never.size(); ++k) ASSERT_EQ(bits(late[k]), bits(never[k])) << k;
+}
+
+// Rule: after restart_stream numbers and time may begin anew; what was learned still compensates.
+TEST(CompensatorScenarios, AfterASourceRestartTheModelStillCompensates) {
+  GyroSpec spec;
+  spec.duration_s = 600.0;
+  spec.high_degc = 30.0;
+  Compensator compensator{CompensationOptions{}};
+  const Record record = make_record(spec);
+  const auto before = testing::run(compensator, record);
+  ASSERT_EQ(before.back().rung[0], Rung::kOnlineSvr);
+  const auto counts_before = compensator.counts();
+  compensator.restart_stream();
+  EXPECT_EQ(compensator.counts().missing, 0U);
+  // The source anew: the same clock and numbers, from their beginning, at 20 °C.
+  spec.seed = 2;
+  const Record again = make_record(spec);
+  const auto after = testing::run(compensator, again);
+  ASSERT_EQ(after.size(), again.rates.size());
+  const auto counts_after = compensator.counts();
+  EXPECT_EQ(counts_after.duplicates, counts_before.duplicates);
+  EXPECT_EQ(counts_after.time_faults, counts_before.time_faults);
+  EXPECT_GT(counts_after.labels, counts_before.labels + 30);
+  EXPECT_GE(after.back().model_epoch, before.back().model_epoch + 30);
+  // The temperature rate has its window again after 30 s, and then the model the same coil saw.
+  for (std::size_t k = 0; k < after.size(); ++k) {
+    if (again.rates[k].time < from_seconds(35.0)) continue;
+    ASSERT_EQ(after[k].rung[0], Rung::kOnlineSvr) << k;
+  }
+}
+
+// Rule: samples that wait across a restart are still answered, and move nothing of the new stream.
+TEST(CompensatorAbuse, SamplesThatWaitAcrossARestartAreAnsweredAndMoveNothing) {
+  Compensator compensator{CompensationOptions{}};
+  GyroSpec spec;
+  spec.duration_s = 120.0;
+  const Record record = make_record(spec);
+  for (std::size_t k = 2200; k < 2300; ++k) compensator.push(record.rates[k]);
+  compensator.restart_stream();
+  std::size_t answered = 0;
+  while (compensator.readiness() != Readiness::kNothing) {
+    EXPECT_TRUE(compensator.answer_next().late);
+    ++answered;
+  }
+  EXPECT_EQ(answered, 100U);
+  const auto after = testing::run(compensator, record);
+  EXPECT_EQ(after.size(), record.rates.size());
+  EXPECT_EQ(compensator.counts().time_faults, 0U);
+  EXPECT_GT(compensator.counts().labels, 5U);
+}
+
+}  // namespace
+}  // namespace zerodrift::compensation

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+// The two queues between data path and learner.
+#include "common/compensation/learner.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+
+#include "tests/unit/compensation/synthetic_gyro.h"
+
+namespace zerodrift::compensation {
+namespace {
+
+using testing::Random;
+
+CompensationOptions small_options() {
+  CompensationOptions options;
+  options.model.capacity = 50;
+  options.features = {{.kind = thermal::FeatureKind::kTemperature, .probe = "coil"}};
+  return options;
+}
+
+const ModelSnapshot& active(const ModelExchange& exchange) {
+  const ModelSnapshot* snapshot = exchange.active();
+  if (snapshot == nullptr) throw std::logic_error("no active snapshot");
+  return *snapshot;
+}
+
+constexpr double kSigma = 1e-7;
+
+Label label(double feature, double drift_radps) {
+  Label made;
+  made.valid = {true, true, true};
+  made.features_ready = {true, true, true};
+  for (std::size_t i = 0; i < core::kAxisCount; ++i) {
+    made.drift_radps[i] = drift_radps;
+    made.variance_radps2[i] = kSigma * kSigma;
+    made.features[i][0] = feature;
+  }
+  return made;
+}
+
+TrainingJob job(std::uint64_t number, const Label& what) {
+  return {.number = number, .kind = TrainingJob::Kind::kLabel, .label = what};
+}
+
+// Rule: snapshots come out in the order of their jobs, one for each, with growing epochs.
+TEST(ModelExchange, SnapshotsArriveInOrder) {
+  const auto options = small_options();
+  ModelExchange exchange(options);
+  Learner learner(options, exchange);
+  EXPECT_EQ(exchange.active(), nullptr);
+  EXPECT_FALSE(learner.run_one());
+  std::uint64_t submitted = 0;
+  std::uint64_t activated = 0;
+  Random random(3);
+  while (activated < 200) {
+    if (random.below(2) == 0 && submitted < activated + 20) {
+      ASSERT_TRUE(exchange.submit(job(++submitted, label(0.01 * static_cast<double>(submitted), 0.0))));
+    }
+    if (random.below(2) == 0) learner.run_one();
+    if (random.below(2) == 0 && exchange.delivered(activated + 1)) {
+      exchange.activate_next();
+      ++activated;
+      ASSERT_EQ(active(exchange).job, activated);
+      ASSERT_EQ(active(exchange).epoch, activated);
+    }
+  }
+  EXPECT_GE(learner.labels_learned(), 200U);
+}
+
+// Rule: the job queue holds 64; one more is refused and nothing of it is kept.
+TEST(ModelExchange, AFullJobQueueRefuses) {
+  ModelExchange exchange(small_options());
+  for (std::uint64_t n = 1; n <= 64; ++n) ASSERT_TRUE(exchange.submit(job(n, label(0.0, 0.0))));
+  EXPECT_FALSE(exchange.submit(job(65, label(0.0, 0.0))));
+  EXPECT_EQ(exchange.next_job()->number, 1U);
+}
+
+// Rule: without a free snapshot the learner does nothing and loses no job; it goes on once the data
+// path takes one. Four snapshots: with none active four are made, afterwards one is in use.
+TEST(ModelExchange, WithoutAFreeSnapshotTheLearnerWaitsAndLosesNothing) {
+  const auto options = small_options();
+  ModelExchange exchange(options);
+  Learner learner(options, exchange);
+  for (std::uint64_t n = 1; n <= 10; ++n) exchange.submit(job(n, label(0.0, 0.0)));
+  int made = 0;
+  while (learner.run_one()) ++made;
+  EXPECT_EQ(made, 4);
+  EXPECT_EQ(exchange.next_job()->number, 5U);
+  exchange.activate_next();
+  EXPECT_FALSE(learner.run_one());  // the one activated is in use
+  exchange.activate_next();
+  EXPECT_TRUE(learner.run_one());
+  EXPECT_EQ(active(exchange).job, 2U);
+  EXPECT_EQ(learner.labels_learned(), 5U);
+}
+
+// Rule: the active snapshot is immutable: learning goes on beside it.
+TEST(ModelExchange, TheActiveSnapshotDoesNotChangeWhileTheLearnerWorks) {
+  const auto options = small_options();
+  ModelExchange exchange(options);
+  Learner learner(options, exchange);
+  std::uint64_t n = 0;
+  for (int i = 0; i < 10; ++i) {
+    exchange.submit(job(++n, label(0.1 * i, 1e-5 * i)));
+    ASSERT_TRUE(learner.run_one());
+    exchange.activate_next();
+  }
+  const AxisModel& model = active(exchange).axes[0];
+  ASSERT_TRUE(model.ready());
+  FeatureArray x{};
+  x[0] = 0.45;
+  const double before = model.predict(x);
+  for (int i = 0; i < 3; ++i) {
+    exchange.submit(job(++n, label(0.45, -1e-3)));
+    ASSERT_TRUE(learner.run_one());
+  }
+  EXPECT_EQ(model.predict(x), before);
+}
+
+// Rule: the initial set makes the first model; each label then lies within its tube. A straight
+// line: epsilon is 0.01 of a scale of 100 sigma, so 1 sigma; the KKT tolerance is far below.
+TEST(AxisLearner, AfterTheInitialSetLabelsAreFittedToTheTube) {
+  const auto options = small_options();
+  AxisLearner learner(options, 1);
+  AxisModel model(1, options.model.capacity);
+  const auto drift = [](double x) { return 1e-5 + 3e-6 * x; };
+  for (std::size_t i = 0; i < 30; ++i) {
+    const double x = 0.1 * static_cast<double>(i);
+    learner.learn(drift(x), kSigma * kSigma, label(x, 0.0).features[0]);
+    learner.write(model);
+    EXPECT_EQ(model.ready(), i + 1 >= options.learning.initial_labels);
+  }
+  for (int i = 0; i < 30; ++i) {
+    const double x = 0.1 * i;
+    EXPECT_NEAR(model.predict(label(x, 0.0).features[0]), drift(x), 1.001 * kSigma) << x;
+  }
+}
+
+// Rule: the domain is what was learned, plus a margin of 0.15 of a scaled feature.
+TEST(AxisLearner, TheDomainIsWhatWasLearnedPlusTheMargin) {
+  const auto options = small_options();
+  AxisLearner learner(options, 1);
+  AxisModel model(1, options.model.capacity);
+  for (int i = 0; i <= 10; ++i) learner.learn(1e-5, kSigma * kSigma, label(0.1 * i, 0.0).features[0]);
+  learner.write(model);
+  EXPECT_TRUE(model.within_domain(label(-0.149, 0.0).features[0]));
+  EXPECT_FALSE(model.within_domain(label(-0.151, 0.0).features[0]));
+  EXPECT_TRUE(model.within_domain(label(1.149, 0.0).features[0]));
+  EXPECT_FALSE(model.within_domain(label(1.151, 0.0).features[0]));
+}
+
+// Rule: a reset forgets; what is learned afterwards is as from a new learner, to the bit.
+TEST(LearnerLaws, AfterAResetItLearnsAsIfNew) {
+  const auto options = small_options();
+  const auto teach = [](Learner& learner, ModelExchange& exchange, std::uint64_t& n) {
+    for (int i = 0; i < 12; ++i) {
+      exchange.submit(job(++n, label(0.1 * i, 1e-5 * std::sin(i))));
+      learner.run_one();
+      exchange.activate_next();
+    }
+  };
+  ModelExchange fresh_exchange(options), used_exchange(options);
+  Learner fresh(options, fresh_exchange), used(options, used_exchange);
+  std::uint64_t n = 0;
+  for (int i = 0; i < 20; ++i) {
+    used_exchange.submit(job(++n, label(-0.2 * i, 4e-5)));
+    used.run_one();
+    used_exchange.activate_next();
+  }
+  used_exchange.submit({.number = ++n, .kind = TrainingJob::Kind::kReset, .label = {}});
+  ASSERT_TRUE(used.run_one());
+  used_exchange.activate_next();
+  EXPECT_FALSE(active(used_exchange).axes[0].ready());
+  std::uint64_t m = 0;
+  teach(used, used_exchange, n);
+  teach(fresh, fresh_exchange, m);
+  for (int i = -20; i < 20; ++i) {
+    const auto x = label(0.1 * i, 0.0).features[0];
+    EXPECT_EQ(active(used_exchange).axes[1].predict(x), active(fresh_exchange).axes[1].predict(x));
+    EXPECT_EQ(active(used_exchange).axes[1].within_domain(x), active(fresh_exchange).axes[1].within_domain(x));
+  }
+}
+
+// Rule: an axis without a valid label or features learns nothing from the job; the others do.
+TEST(Learner, AnAxisWithoutFeaturesLearnsNothing) {
+  const auto options = small_options();
+  ModelExchange exchange(options);
+  Learner learner(options, exchange);
+  for (std::uint64_t n = 1; n <= 6; ++n) {
+    Label partial = label(0.1 * static_cast<double>(n), 1e-5);
+    partial.features_ready[1] = false;
+    partial.valid[2] = false;
+    exchange.submit(job(n, partial));
+    learner.run_one();
+    exchange.activate_next();
+  }
+  EXPECT_TRUE(active(exchange).axes[0].ready());
+  EXPECT_FALSE(active(exchange).axes[1].ready());
+  EXPECT_FALSE(active(exchange).axes[2].ready());
+}
+
+}  // namespace
+}  // namespace zerodrift::compensation

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+// The shipped model and profiles are what their comments say.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <vector>
+
+#include "common/config/twin_config.h"
+#include "common/core/units.h"
+#include "common/twin/simulation.h"
+
+namespace zerodrift::config {
+namespace {
+
+std::filesystem::path shipped(const std::string& name) {
+  return std::filesystem::path(ZERODRIFT_SOURCE_DIR) / "config" / name;
+}
+
+struct Statistics {
+  double mean = 0.0;
+  double deviation = 0.0;
+};
+
+// Of the moving average over `window` values.
+Statistics smoothed_statistics(const std::vector<double>& values, std::size_t window) {
+  double sum = 0.0;
+  double total = 0.0;
+  double squares = 0.0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    sum += values[i] - (i >= window ? values[i - window] : 0.0);
+    if (i + 1 < window) continue;
+    const double mean = sum / static_cast<double>(window);
+    total += mean;
+    squares += mean * mean;
+  }
+  const auto n = static_cast<double>(values.size() - window + 1);
+  return {total / n, std::sqrt(squares / n - std::pow(total / n, 2.0))};
+}
+
+std::vector<double> axis_x_deg_h(const twin::Model& model, std::uint64_t seed, double rate_hz) {
+  const auto profile = load_profile(shipped("profiles/paper_chamber.yaml"));
+  twin::GyroSimulation gyro(model, profile, seed, rate_hz);
+  std::vector<double> rates;
+  while (const auto sample = gyro.next()) {
+    rates.push_back(core::deg_h_from_radps(sample->rate_radps[0]));
+  }
+  return rates;
+}
+
+TEST(PaperFogScenario, DeterministicDriftOfAxisXHasThePapersMeanAndDeviation) {
+  twin::Model model = load_model(shipped("models/paper_fog.yaml")).model;
+  std::erase_if(model.effects, [](const twin::EffectSpec& effect) {
+    return effect.kind == "angle_random_walk" || effect.kind == "bias_instability" ||
+           effect.kind == "rate_random_walk";
+  });
+  const auto x = smoothed_statistics(axis_x_deg_h(model, 1, 10.0), 600);
+  // Table 1: mean 0.3082, standard deviation 1.1204 deg/h. The parameters have three to four
+  // digits, which moves either by less than 0.001.
+  EXPECT_NEAR(x.mean, 0.3082, 0.001);
+  EXPECT_NEAR(x.deviation, 1.1204, 0.001);
+}
+
+TEST(PaperFogScenario, WithNoiseEverySeedStaysCloseToThePapersTable) {
+  const twin::Model model = load_model(shipped("models/paper_fog.yaml")).model;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    const auto x = smoothed_statistics(axis_x_deg_h(model, seed, 10.0), 600);
+    // Standard deviation of a record's mean: random walk K √(T/3) = 0.0449 √(5/3) = 0.058, slow
+    // flicker about 0.035, together 0.068 deg/h; 4 sigma. Of its deviation: K √T/√6 correlated with
+    // the drift's shape, below 0.04; 3 sigma.
+    EXPECT_NEAR(x.mean, 0.3082, 0.27) << "seed " << seed;
+    EXPECT_NEAR(x.deviation, 1.1204, 0.12) << "seed " << seed;
+  }
+}
+
+TEST(PaperFogScenario, NoiseOfAxisXHasThePapersCoefficients) {
+  const twin::Model model = load_model(shipped("models/paper_fog.yaml")).model;
+  const auto parameter = [&model](const std::string& kind, const std::string& name) {
+    const auto found =
+        std::find_if(model.effects.begin(), model.effects.end(), [&kind](const auto& effect) {
+          return effect.kind == kind && effect.axis == core::Axis::kX;
+        });
+    return found->parameters.at(name);
+  };
+  EXPECT_EQ(parameter("angle_random_walk", "coefficient_deg_per_sqrt_h"), 9.33e-4);
+  EXPECT_EQ(parameter("bias_instability", "coefficient_deg_h"), 1.57e-2);
+  EXPECT_EQ(parameter("rate_random_walk", "coefficient_deg_per_h_1_5"), 4.49e-2);
+}
+
+TEST(PaperFogScenario, EveryProbeReads) {
+  const twin::Model model = load_model(shipped("models/paper_fog.yaml")).model;
+  const auto profile = load_profile(shipped("profiles/paper_chamber.yaml"));
+  for (const char* name : {"coil", "coil_inner", "coil_outer", "case", "board"}) {
+    twin::ThermometerSimulation thermometer(model, profile, 1, name);
+    // Soaked at -15 °C; 5 sigma of the noisiest probe and half its step.
+    EXPECT_NEAR(thermometer.next()->temperature_degc, -15.0, 0.14) << name;
+  }
+}
+
+TEST(TurnsScenario, TheProfileIsThePapersWithTwoTurns) {
+  const auto paper = load_profile(shipped("profiles/paper_chamber.yaml"));
+  const auto turns = load_profile(shipped("profiles/turns.yaml"));
+  EXPECT_EQ(turns.duration_s, paper.duration_s);
+  for (double t = 0.0; t < paper.duration_s; t += 100.0) {
+    EXPECT_EQ(chamber_temperature_degc(turns, t), chamber_temperature_degc(paper, t));
+  }
+  ASSERT_EQ(turns.turns.size(), 2U);
+  EXPECT_DOUBLE_EQ(turns.turns[0].rate_radps, 10.0 * core::kRadPerDeg);
+  EXPECT_DOUBLE_EQ(turns.turns[1].rate_radps, 0.1 * core::kRadPerDeg);
+}
+
+}  // namespace
+}  // namespace zerodrift::config

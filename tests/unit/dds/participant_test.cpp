@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: Apache-2.0
+// Participants of one process that stand for processes: delivery within a process is switched off,
+// so every sample here crosses a socket on the loopback interface.
+#include "common/dds/participant.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/unit/dds/socket_table.h"
+#include "tests/unit/dds/test_domain.h"
+
+namespace zerodrift::dds {
+namespace {
+
+using std::chrono_literals::operator""s;
+
+// Samples that may be on their way at once: half of what the history keeps.
+constexpr std::uint64_t kBurst = kSampleDepth / 2;
+constexpr std::uint64_t kSamples = 10000;
+
+msg::CompensatedRate compensated(std::uint32_t instance, std::uint64_t sequence) {
+  msg::CompensatedRate message;
+  message.gyro_id(1);
+  message.instance(instance);
+  message.sequence_number(sequence);
+  return message;
+}
+
+std::string refusal(std::uint32_t domain, std::vector<std::string> interfaces = {},
+                    std::vector<std::string> peers = {}) {
+  NetworkOptions network;
+  network.domain = domain;
+  network.interfaces = std::move(interfaces);
+  network.peers = std::move(peers);
+  try {
+    const Participant participant("refused", network);
+  } catch (const DdsError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(ParticipantAbuse, ADomainOutOfRangeIsNamed) {
+  EXPECT_EQ(refusal(233), "dds: domain 233 is not within 0..232");
+  EXPECT_EQ(refusal(4294967295U), "dds: domain 4294967295 is not within 0..232");
+}
+
+TEST(ParticipantAbuse, WhatIsNotAnIPv4AddressIsNamed) {
+  for (const char* address :
+       {"eth0", "", "999.1.1.1", "1.2.3", "127.0.0.1x", "::1", "127.0.0.1 "}) {
+    EXPECT_EQ(refusal(105, {address}), "dds: '" + std::string(address) +
+                                           "' is not an IPv4 address; expected e.g. 192.168.0.10");
+    EXPECT_EQ(
+        refusal(105, {"127.0.0.1"}, {address}),
+        "dds: '" + std::string(address) + "' is not an IPv4 address; expected e.g. 192.168.0.10");
+  }
+}
+
+TEST(ParticipantAbuse, AnInterfaceThatThisMachineDoesNotHaveIsRefused) {
+  // 192.0.2.0/24 is set aside for documentation (RFC 5737).
+  EXPECT_EQ(refusal(105, {"192.0.2.1"}), "dds: no interface of this machine has address 192.0.2.1");
+}
+
+TEST(Loopback, DeliversEverySampleOnceAndInOrder) {
+  const TestDomain domain(101);
+  Participant here("writer", domain.network());
+  Participant there("reader", domain.network());
+  std::atomic<std::uint64_t> received{0};
+  std::atomic<std::uint64_t> wrong{0};
+  Reader<msg::AngularRate> reader(there, [&](const msg::AngularRate& message, const SampleOrigin&) {
+    if (message.sequence_number() != received + 1) ++wrong;
+    ++received;
+  });
+  Writer<msg::AngularRate> writer(here);
+  ASSERT_TRUE(eventually([&] { return writer.matched() == 1 && reader.matched() == 1; }));
+
+  msg::AngularRate message;
+  message.gyro_id(1);
+  for (std::uint64_t sequence = 1; sequence <= kSamples; ++sequence) {
+    message.sequence_number(sequence);
+    ASSERT_TRUE(writer.write(message)) << "at " << sequence;
+    if (sequence % kBurst == 0) {
+      ASSERT_TRUE(writer.wait_until_received(5s)) << "at " << sequence;
+    }
+  }
+  EXPECT_TRUE(eventually([&] { return received == kSamples; })) << received << " received";
+  EXPECT_EQ(wrong, 0U);
+}
+
+TEST(Loopback, ReturnsAMessageToTheBit) {
+  const TestDomain domain(102);
+  Participant here("writer", domain.network());
+  Participant there("reader", domain.network());
+  std::mutex mutex;
+  std::optional<msg::AllanReport> received;
+  Reader<msg::AllanReport> reader(there, [&](const msg::AllanReport& message, const SampleOrigin&) {
+    const std::lock_guard lock(mutex);
+    received = message;
+  });
+  Writer<msg::AllanReport> writer(here);
+  msg::AllanReport sent;
+  sent.gyro_id(3);
+  sent.axis(2);
+  sent.samples(1ULL << 63U);
+  sent.sensor_time_ns(-1);
+  sent.bias_instability().value(0.1 + 0.2);
+  // The longest lists that the type allows: more than one UDP datagram of a small network.
+  for (int i = 0; i < 160; ++i) {
+    msg::AllanPoint point;
+    point.tau_s(i / 3.0);
+    point.deviation_radps(1e-300 * i);
+    sent.since_start().push_back(point);
+    sent.rolling().push_back(point);
+  }
+  ASSERT_TRUE(writer.write(sent));
+  ASSERT_TRUE(eventually([&] {
+    const std::lock_guard lock(mutex);
+    return received.has_value();
+  }));
+  EXPECT_EQ(*received, sent);
+}
+
+TEST(Loopback, ALateJoinerHearsThePresentStateOfEveryKey) {
+  const TestDomain domain(103);
+  Participant here("writer", domain.network());
+  Writer<msg::ServiceStatus> writer(here);
+  for (const char* service : {"one", "two"}) {
+    for (std::uint32_t state = 0; state < 3; ++state) {
+      msg::ServiceStatus status;
+      status.service(service);
+      status.state(state);
+      ASSERT_TRUE(writer.write(status));
+    }
+  }
+  Participant there("late", domain.network());
+  std::mutex mutex;
+  std::vector<std::string> heard;
+  const Reader<msg::ServiceStatus> reader(
+      there, [&](const msg::ServiceStatus& message, const SampleOrigin&) {
+        const std::lock_guard lock(mutex);
+        heard.push_back(message.service().to_string() + std::to_string(message.state()));
+      });
+  const auto both = [&] {
+    const std::lock_guard lock(mutex);
+    return heard.size() >= 2;
+  };
+  ASSERT_TRUE(eventually(both));
+  const std::lock_guard lock(mutex);
+  std::sort(heard.begin(), heard.end());
+  EXPECT_EQ(heard, (std::vector<std::string>{"one2", "two2"}));
+}
+
+TEST(Loopback, TheStrongestWriterIsHeardAndTheNextOneAfterIt) {
+  const TestDomain domain(104);
+  Participant consumer("consumer", domain.network());
+  std::atomic<std::uint32_t> heard_from{0};
+  std::atomic<std::uint64_t> from_primary{0};
+  std::atomic<std::uint64_t> from_standby{0};
+  Reader<msg::CompensatedRate> reader(
+      consumer, [&](const msg::CompensatedRate& message, const SampleOrigin&) {
+        (message.instance() == 1 ? from_primary : from_standby)++;
+        heard_from = message.instance();
+      });
+  Participant standby("standby", domain.network());
+  Writer<msg::CompensatedRate> standby_writer(standby, {}, 1);
+  auto primary = std::make_unique<Participant>("primary", domain.network());
+  auto primary_writer =
+      std::make_unique<Writer<msg::CompensatedRate>>(*primary, EndpointObserver{}, 2);
+  ASSERT_TRUE(eventually([&] {
+    return reader.matched() == 2 && standby_writer.matched() == 1 && primary_writer->matched() == 1;
+  }));
+
+  // The owner is who wrote and is strongest, so the primary speaks first.
+  for (std::uint64_t sequence = 1; sequence <= 100; ++sequence) {
+    auto from_first = compensated(1, sequence);
+    auto from_second = compensated(2, sequence);
+    ASSERT_TRUE(primary_writer->write(from_first));
+    ASSERT_TRUE(primary_writer->wait_until_received(5s));
+    ASSERT_TRUE(standby_writer.write(from_second));
+  }
+  ASSERT_TRUE(standby_writer.wait_until_received(5s));
+  ASSERT_TRUE(eventually([&] { return from_primary == 100; }));
+  EXPECT_EQ(from_standby, 0U);
+
+  primary_writer.reset();
+  primary.reset();
+  std::uint64_t sequence = 100;
+  EXPECT_TRUE(eventually([&] {
+    auto message = compensated(2, ++sequence);
+    standby_writer.write(message);
+    return heard_from == 2;
+  }));
+}
+
+TEST(Loopback, AReaderLearnsWhichWriterIsGone) {
+  const TestDomain domain(104);
+  Participant consumer("consumer", domain.network());
+  std::mutex mutex;
+  std::vector<eprosima::fastrtps::rtps::GUID_t> heard;
+  std::vector<eprosima::fastrtps::rtps::GUID_t> gone;
+  const auto count = [&](const auto& guids) {
+    const std::lock_guard lock(mutex);
+    return guids.size();
+  };
+  Reader<msg::ReplayProgress> reader(
+      consumer,
+      [&](const msg::ReplayProgress&, const SampleOrigin& origin) {
+        const std::lock_guard lock(mutex);
+        heard.push_back(origin.writer);
+      },
+      {},
+      [&](const eprosima::fastrtps::rtps::GUID_t& writer) {
+        const std::lock_guard lock(mutex);
+        gone.push_back(writer);
+      });
+  Participant lasting("lasting", domain.network());
+  Writer<msg::ReplayProgress> lasting_writer(lasting);
+  ASSERT_TRUE(eventually([&] { return reader.matched() == 1; }));
+  {
+    Participant short_lived("short-lived", domain.network());
+    Writer<msg::ReplayProgress> writer(short_lived);
+    msg::ReplayProgress progress;
+    progress.consumer("x");
+    ASSERT_TRUE(writer.write(progress));
+    ASSERT_TRUE(eventually([&] { return count(heard) == 1; }));
+    EXPECT_EQ(count(gone), 0U);
+  }
+  ASSERT_TRUE(eventually([&] { return count(gone) == 1; }));
+  EXPECT_EQ(gone, heard);
+  EXPECT_EQ(reader.matched(), 1);
+}
+
+TEST(Confinement, EverySocketIsBoundToTheLoopbackAddress) {
+  const TestDomain domain(105);
+  const auto sockets_before = local_udp_addresses().size();
+  Participant here("writer", domain.network());
+  Participant there("reader", domain.network());
+  std::atomic<int> received{0};
+  const Reader<msg::Event> reader(there,
+                                  [&](const msg::Event&, const SampleOrigin&) { ++received; });
+  Writer<msg::Event> writer(here);
+  msg::Event event;
+  ASSERT_TRUE(writer.write(event));
+  ASSERT_TRUE(eventually([&] { return received == 1; }));
+
+  const auto addresses = local_udp_addresses();
+  EXPECT_GT(addresses.size(), sockets_before) << "no socket seen: nothing was checked";
+  for (const std::string& address : addresses) EXPECT_EQ(address, "127.0.0.1");
+}
+
+TEST(Confinement, NoMulticastGroupIsJoinedOutsideTheLoopbackInterface) {
+  const TestDomain domain(105);
+  const auto before = multicast_memberships();
+  ASSERT_FALSE(before.empty()) << "/proc/net/igmp not understood";
+  Participant here("writer", domain.network());
+  const Writer<msg::Event> writer(here);
+  for (const std::string& membership : multicast_memberships()) {
+    EXPECT_TRUE(before.contains(membership) || membership.starts_with("lo ")) << membership;
+  }
+}
+
+}  // namespace
+}  // namespace zerodrift::dds

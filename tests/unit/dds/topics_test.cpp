@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/dds/topics.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+#include <string>
+#include <tuple>
+#include <utility>
+
+#include "common/dds/participant.h"
+
+namespace zerodrift::dds {
+namespace {
+
+namespace fdds = eprosima::fastdds::dds;
+
+using AllMessages = std::tuple<msg::AngularRate, msg::Temperature, msg::RateReference,
+                               msg::CompensatedRate, msg::AllanReport, msg::ServiceStatus,
+                               msg::Event, msg::Command, msg::CommandReply, msg::ReplayProgress>;
+static_assert(std::tuple_size_v<AllMessages> == kAllTopics.size());
+
+TEST(Topics, HaveNamesOfTheirOwn) {
+  std::set<std::string_view> names;
+  for (const TopicSpec& spec : kAllTopics) EXPECT_TRUE(names.insert(spec.name).second) << spec.name;
+}
+
+template <typename Message>
+void expect_bound_to(const TopicSpec& listed) {
+  typename TopicOf<Message>::TypeSupport type;
+  EXPECT_EQ(TopicOf<Message>::kSpec.name, listed.name);
+  EXPECT_EQ(std::string(type.getName()), listed.type);
+}
+
+TEST(Topics, CarryTheTypeTheyAreBoundTo) {
+  [&]<std::size_t... I>(std::index_sequence<I...>) {
+    (expect_bound_to<std::tuple_element_t<I, AllMessages>>(kAllTopics[I]), ...);
+  }
+  (std::make_index_sequence<kAllTopics.size()>{});
+}
+
+TEST(Topics, OfferAndAskForTheSame) {
+  for (const TopicSpec& spec : kAllTopics) {
+    SCOPED_TRACE(spec.name);
+    const auto writer = writer_qos(spec, 3);
+    const auto reader = reader_qos(spec);
+    EXPECT_EQ(writer.reliability().kind, fdds::RELIABLE_RELIABILITY_QOS);
+    EXPECT_EQ(reader.reliability().kind, fdds::RELIABLE_RELIABILITY_QOS);
+    EXPECT_EQ(writer.durability().kind, reader.durability().kind);
+    EXPECT_EQ(writer.ownership().kind, reader.ownership().kind);
+    EXPECT_EQ(writer.history().depth, spec.depth);
+    EXPECT_EQ(reader.history().depth, spec.depth);
+  }
+}
+
+TEST(Topics, HaveRoomForTheFullHistoryOfEveryKey) {
+  for (const TopicSpec& spec : kAllTopics) {
+    for (const auto& limits :
+         {writer_qos(spec, 0).resource_limits(), reader_qos(spec).resource_limits()}) {
+      EXPECT_EQ(limits.max_instances, spec.keys) << spec.name;
+      EXPECT_GE(limits.max_samples_per_instance, spec.depth) << spec.name;
+      EXPECT_GE(limits.max_samples, spec.keys * limits.max_samples_per_instance) << spec.name;
+    }
+  }
+}
+
+// Data sharing loses samples silently, a slow heartbeat stalls for seconds, and liveliness by
+// participant is asserted by any living process (DECISIONS.md).
+TEST(Topics, AvoidWhatLosesSamplesSilently) {
+  for (const TopicSpec& spec : kAllTopics) {
+    SCOPED_TRACE(spec.name);
+    const auto writer = writer_qos(spec, 0);
+    EXPECT_EQ(writer.data_sharing().kind(), fdds::OFF);
+    EXPECT_EQ(reader_qos(spec).data_sharing().kind(), fdds::OFF);
+    EXPECT_LE(spec.heartbeat.count(), 20);
+    EXPECT_EQ(writer.reliable_writer_qos().times.heartbeatPeriod.to_ns(),
+              std::chrono::nanoseconds(spec.heartbeat).count());
+    EXPECT_EQ(writer.publish_mode().kind, fdds::SYNCHRONOUS_PUBLISH_MODE);
+  }
+}
+
+TEST(Topics, GiveOwnershipOfCompensatedRateAlone) {
+  for (const TopicSpec& spec : kAllTopics) {
+    const bool exclusive = spec.name == kCompensatedRate.name;
+    EXPECT_EQ(spec.ownership == Ownership::kExclusive, exclusive) << spec.name;
+  }
+  EXPECT_EQ(writer_qos(kCompensatedRate, 7).ownership_strength().value, 7U);
+}
+
+TEST(Topics, KeepThePresentStateForLateJoiners) {
+  const std::set<std::string_view> state{kTemperature.name, kAllanReport.name, kServiceStatus.name,
+                                         kEvent.name, kReplayProgress.name};
+  for (const TopicSpec& spec : kAllTopics) {
+    EXPECT_EQ(spec.durability == Durability::kTransientLocal, state.contains(spec.name))
+        << spec.name;
+  }
+}
+
+}  // namespace
+}  // namespace zerodrift::dds

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/drivers/sysfs_thermometer.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <string_view>
+
+#include "common/drivers/driver_error.h"
+
+namespace zerodrift::drivers {
+namespace {
+
+class SysfsThermometers : public ::testing::Test {
+ protected:
+  SysfsThermometers() {
+    std::string name = (std::filesystem::temp_directory_path() / "zerodrift-sysfs-XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr) std::abort();
+    root_ = name;
+  }
+  ~SysfsThermometers() override { std::filesystem::remove_all(root_); }
+
+  std::filesystem::path put(std::string_view file, std::string_view content) const {
+    const std::filesystem::path path = root_ / file;
+    std::filesystem::create_directories(path.parent_path());
+    std::ofstream{path} << content;
+    return path;
+  }
+
+  // One line, without the folder.
+  [[nodiscard]] std::string shown(std::string text) const {
+    EXPECT_EQ(text.find('\n'), std::string::npos) << text;
+    if (text.starts_with(root_.string())) text.erase(0, root_.string().size() + 1);
+    return text;
+  }
+
+  [[nodiscard]] std::string refusal(const std::filesystem::path& path) const {
+    try {
+      SysfsThermometer thermometer{describe_thermometer("coil", path)};
+    } catch (const DriverError& error) {
+      return shown(error.what());
+    }
+    return "no error";
+  }
+
+  [[nodiscard]] static double read_once(const std::filesystem::path& path) {
+    return SysfsThermometer{describe_thermometer("coil", path)}
+        .read(core::SensorTime{0})
+        .sample.temperature_degc;
+  }
+
+  [[nodiscard]] const std::filesystem::path& root() const { return root_; }
+
+ private:
+  std::filesystem::path root_;
+};
+
+TEST_F(SysfsThermometers, EachKindReadsInDegreesCelsius) {
+  EXPECT_DOUBLE_EQ(read_once(put("class/hwmon/hwmon0/temp1_input", "45250\n")), 45.25);
+  EXPECT_DOUBLE_EQ(read_once(put("a/in_temp_input", "-1500\n")), -1.5);
+  put("b/in_temp_scale", "62.5\n");
+  put("b/in_temp_offset", "-80\n");
+  EXPECT_DOUBLE_EQ(read_once(put("b/in_temp_raw", "400\n")), (400 - 80) * 62.5 * 1e-3);
+  put("c/in_temp_scale", "10\n");
+  EXPECT_DOUBLE_EQ(read_once(put("c/in_temp0_raw", "2150\n")),
+                   21.5);  // no offset; the scale is shared
+  EXPECT_DOUBLE_EQ(read_once(put("28-000001/temperature", "23125\n")), 23.125);
+  EXPECT_DOUBLE_EQ(read_once(put("28-000002/w1_slave",
+                                 "72 01 4b 46 7f ff 0e 10 57 : crc=57 YES\n"
+                                 "72 01 4b 46 7f ff 0e 10 57 t=23125\n")),
+                   23.125);
+}
+
+TEST_F(SysfsThermometers, DiscoverNamesThemByLabelChipAndDevice) {
+  put("class/hwmon/hwmon0/name", "coretemp\n");
+  put("class/hwmon/hwmon0/temp1_input", "45000\n");
+  put("class/hwmon/hwmon0/temp1_label", "Package id 0\n");
+  put("class/hwmon/hwmon0/temp2_input", "44000\n");
+  put("class/hwmon/hwmon0/temp1_max", "90000\n");
+  put("class/hwmon/hwmon0/fan1_input", "1200\n");
+  put("class/hwmon/hwmon1/name", "coretemp\n");
+  put("class/hwmon/hwmon1/temp2_input", "43000\n");
+  put("bus/iio/devices/iio:device0/name", "adis16475\n");
+  put("bus/iio/devices/iio:device0/in_temp0_raw", "250\n");
+  put("bus/iio/devices/iio:device0/in_temp0_scale", "100\n");
+  put("bus/w1/devices/28-0abc/w1_slave", "x");
+  put("bus/w1/devices/28-0abc/temperature", "21000\n");
+
+  const auto found = discover_thermometers(root());
+  ASSERT_EQ(found.size(), 5U);
+  EXPECT_EQ(found[0].probe, "package_id_0");
+  EXPECT_EQ(found[1].probe, "coretemp_temp2");
+  EXPECT_EQ(found[2].probe, "coretemp_temp2_2");
+  EXPECT_EQ(found[3].probe, "adis16475_temp0");
+  EXPECT_EQ(found[3].kind, ThermometerKind::kIioRaw);
+  EXPECT_EQ(found[4].probe, "w1_28_0abc");
+  EXPECT_EQ(found[4].path.filename(), "temperature");
+  for (const ThermometerFile& file : found) EXPECT_NO_THROW(SysfsThermometer{file}) << file.path;
+}
+
+TEST_F(SysfsThermometers, DiscoverFindsNothingInAnEmptyOrMissingTree) {
+  EXPECT_TRUE(discover_thermometers(root()).empty());
+  EXPECT_TRUE(discover_thermometers(root() / "none").empty());
+}
+
+TEST_F(SysfsThermometers, RefusedAtStartWithOneLine) {
+  EXPECT_EQ(refusal(root() / "temp1_input"),
+            "temp1_input: cannot read the thermometer: No such file or directory");
+  EXPECT_EQ(refusal(put("temp2_input", "warm\n")), "temp2_input: found 'warm', expected a number");
+  EXPECT_EQ(refusal(put("temp3_input", "")), "temp3_input: found '', expected a number");
+  EXPECT_EQ(refusal(put("temp4_input", "nan")), "temp4_input: found 'nan', expected a number");
+  EXPECT_EQ(
+      refusal(put("a/in_temp_raw", "1")),
+      "a/in_temp_raw: has no in_temp_scale beside it, without which counts are no temperature");
+  EXPECT_EQ(refusal(put("b/w1_slave", "ff : crc=57 NO\nff t=85000\n")),
+            "b/w1_slave: the 1-wire CRC does not say YES");
+  EXPECT_EQ(refusal(put("c/w1_slave", "ff : crc=57 YES\nff\n")),
+            "c/w1_slave: found 'ff : crc=57 YES?ff', expected t=<m°C>");
+  EXPECT_EQ(refusal(put("d/fan1_input", "1")),
+            "d/fan1_input: no thermometer file; expected temp*_input, in_temp*_input, "
+            "in_temp*_raw, temperature or w1_slave");
+  std::filesystem::create_directories(root() / "e/temp1_input");
+  EXPECT_EQ(refusal(root() / "e/temp1_input"),
+            "e/temp1_input: cannot read the thermometer: Is a directory");
+}
+
+TEST_F(SysfsThermometers, AFileThatVanishesWhileRunningIsNotMeasuredUntilItComesBack) {
+  const auto path = put("class/hwmon/hwmon0/temp1_input", "20000\n");
+  SysfsThermometer thermometer{describe_thermometer("coil", path)};
+
+  ThermometerReading reading = thermometer.read(core::SensorTime{1});
+  EXPECT_TRUE(reading.sample.measured);
+  EXPECT_EQ(reading.sample.probe, "coil");
+  EXPECT_EQ(reading.sample.sequence, 0U);
+  EXPECT_EQ(reading.sample.time, core::SensorTime{1});
+  EXPECT_EQ(reading.sample.clock, core::ClockSource::kHost);
+  EXPECT_EQ(reading.reason, "");
+
+  std::filesystem::remove(path);
+  reading = thermometer.read(core::SensorTime{2});
+  EXPECT_FALSE(reading.sample.measured);
+  EXPECT_TRUE(std::isnan(reading.sample.temperature_degc));
+  EXPECT_EQ(reading.sample.sequence, 1U);
+  EXPECT_EQ(reading.sample.time, core::SensorTime{2});
+  EXPECT_EQ(
+      shown(reading.reason),
+      "class/hwmon/hwmon0/temp1_input: cannot read the thermometer: No such file or directory");
+
+  put("class/hwmon/hwmon0/temp1_input", "21000\n");
+  reading = thermometer.read(core::SensorTime{3});
+  EXPECT_TRUE(reading.sample.measured);
+  EXPECT_DOUBLE_EQ(reading.sample.temperature_degc, 21.0);
+}
+
+}  // namespace
+}  // namespace zerodrift::drivers

@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bad input: each kind gives one line that names the file, the line and the column, what was found
+// and what would be right.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <random>
+
+#include "common/record/record_error.h"
+#include "common/record/record_reader.h"
+#include "common/record/record_writer.h"
+#include "tests/unit/record/scratch_folder.h"
+
+namespace zerodrift::record {
+namespace {
+
+class BadRecord : public ScratchFolder {
+ protected:
+  // Reads all of it. What was thrown, without the folder; "<rows> rows" where nothing was.
+  std::string outcome(const std::filesystem::path& file, const RecordOptions& options = {}) {
+    warnings_.clear();
+    std::uint64_t rows = 0;
+    try {
+      RecordReader reader{file, options};
+      while (reader.next() != nullptr) ++rows;
+      for (const std::string& warning : reader.warnings())
+        warnings_.push_back(without_folder(warning));
+    } catch (const RecordError& error) {
+      EXPECT_EQ(std::string{error.what()}.find('\n'), std::string::npos)
+          << "more than one line: " << error.what();
+      return without_folder(error.what());
+    }
+    return std::to_string(rows) + " rows";
+  }
+
+  std::string outcome_of(std::string_view content, std::string_view columns = "") {
+    return outcome(write("a.csv", content), {.columns = parse_column_map(columns)});
+  }
+
+  [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
+
+ private:
+  [[nodiscard]] std::string without_folder(std::string text) const {
+    const std::string folder = path("").string();
+    for (std::size_t at = text.find(folder); at != std::string::npos; at = text.find(folder))
+      text.erase(at, folder.size());
+    return text;
+  }
+
+  std::vector<std::string> warnings_;
+};
+
+TEST_F(BadRecord, MissingFile) {
+  EXPECT_EQ(outcome(path("b.csv")), "b.csv: cannot open for reading: No such file or directory");
+}
+
+TEST_F(BadRecord, FolderInsteadOfAFile) {
+  std::filesystem::create_directory(path("d.csv"));
+  EXPECT_EQ(outcome(path("d.csv")),
+            "d.csv: is a directory; a record is a .csv, .csv.gz or .csv.xz file");
+}
+
+TEST_F(BadRecord, OtherFormat) {
+  EXPECT_EQ(outcome(write("a.mcap", "x")),
+            "a.mcap: an MCAP file; a record here is .csv, .csv.gz or .csv.xz");
+}
+
+TEST_F(BadRecord, EmptyFile) {
+  EXPECT_EQ(outcome_of(""), "a.csv: is empty; expected a header line with the columns' names");
+  EXPECT_EQ(outcome_of("# only: this\n\n"),
+            "a.csv: is empty; expected a header line with the columns' names");
+}
+
+TEST_F(BadRecord, HeaderWithoutRows) {
+  EXPECT_EQ(outcome_of("time_s,rate_x_deg_h\n"),
+            "a.csv: has a header but no row; expected at least one row of 2 cells");
+}
+
+TEST_F(BadRecord, NoTime) {
+  EXPECT_EQ(outcome_of("a,b\n1,2\n"),
+            "a.csv: no column is the time (time_s); name one by --columns 'time=<column>[s]' or "
+            "'time=row*<seconds>'; the columns are: a, b");
+}
+
+TEST_F(BadRecord, MappedColumnIsNotThere) {
+  EXPECT_EQ(outcome_of("time_s,gyro_x\n1,2\n", "rate_x=gyro_w[rad/s]"),
+            "a.csv: no column 'gyro_w', which --columns names for rate_x; the columns are: time_s, "
+            "gyro_x");
+}
+
+TEST_F(BadRecord, MappedColumnIsThereTwice) {
+  EXPECT_EQ(
+      outcome_of("time_s,g,g\n1,2,3\n", "rate_x=g[rad/s]"),
+      "a.csv: column 'g', which --columns names, is there twice; the columns are: time_s, g, g");
+}
+
+TEST_F(BadRecord, OneColumnMappedToTwoChannels) {
+  EXPECT_EQ(outcome_of("time_s,g\n1,2\n", "rate_x=g[rad/s],rate_y=g[rad/s]"),
+            "a.csv: --columns maps column 'g' to both rate_x and rate_y; a column has one meaning");
+}
+
+TEST_F(BadRecord, TwoColumnsOfOneChannel) {
+  EXPECT_EQ(outcome_of("time_s,rate_x_deg_h,rate_x_rad_s\n1,2,3\n"),
+            "a.csv: columns 'rate_x_deg_h' and 'rate_x_rad_s' are both rate_x; keep one, or choose "
+            "by --columns");
+}
+
+TEST_F(BadRecord, UnknownUnitOfAKnownQuantity) {
+  EXPECT_EQ(outcome_of("time_s,rate_x_rpm\n1,2\n"),
+            "a.csv: column 'rate_x_rpm': unknown unit 'rpm' of rate_x; accepted: rad/s deg/s deg/h "
+            "(in a column's name "
+            "'_' stands for '/'); or map it by --columns 'rate_x=rate_x_rpm[<unit>]'");
+  EXPECT_EQ(outcome_of("time_s,temperature_coil_degF\n1,2\n").substr(0, 75),
+            "a.csv: column 'temperature_coil_degF': unknown unit 'degF' of temperature_c");
+}
+
+TEST_F(BadRecord, UnknownUnitBesideTheSameChannelInAKnownOneIsOnlyAnExtraColumn) {
+  EXPECT_EQ(outcome_of("time_s,time_of_day\n1,12:00\n"), "1 rows");
+  ASSERT_EQ(warnings().size(), 1U);
+  EXPECT_EQ(warnings()[0],
+            "a.csv: columns without a known meaning, kept and not used: time_of_day");
+}
+
+TEST_F(BadRecord, WordInANumberCell) {
+  EXPECT_EQ(
+      outcome_of("time_s,rate_x_deg_h\n1,2\n2,off\n3,4\n"),
+      "a.csv:3: column 'rate_x_deg_h': found 'off', expected a number (blank = not measured)");
+  EXPECT_EQ(
+      outcome_of("time_s,rate_x_deg_h\n1,2\n2,1.5V\n3,4\n"),
+      "a.csv:3: column 'rate_x_deg_h': found '1.5V', expected a number (blank = not measured)");
+}
+
+TEST_F(BadRecord, WordInTheTimeCell) {
+  EXPECT_EQ(outcome_of("time_s,rate_x_deg_h\nnoon,2\n"),
+            "a.csv:2: column 'time_s': found 'noon', expected a time: every row needs one");
+  EXPECT_EQ(outcome_of("time_s,rate_x_deg_h\n,2\n"),
+            "a.csv:2: column 'time_s': found '', expected a time: every row needs one");
+  EXPECT_EQ(outcome_of("time_s,rate_x_deg_h\nnan,2\n"),
+            "a.csv:2: column 'time_s': found 'nan', expected a time: every row needs one");
+}
+
+TEST_F(BadRecord, TimeThatNanosecondsCannotHold) {
+  EXPECT_EQ(outcome_of("time_s\n1e12\n"),
+            "a.csv:2: column 'time_s': a time beyond ±292 years, which integer nanoseconds can't "
+            "hold; is the unit right?");
+}
+
+TEST_F(BadRecord, WrongCellCount) {
+  EXPECT_EQ(outcome_of("time_s,rate_x_deg_h\n1,2\n2\n3,4\n"),
+            "a.csv:3: found 1 cells, the header has 2");
+  EXPECT_EQ(outcome_of("time_s,rate_x_deg_h\n1,2\n2,3,4\n3,4\n"),
+            "a.csv:3: found 3 cells, the header has 2");
+  EXPECT_EQ(outcome_of("time_s;rate_x_deg_h\n1;2\n").substr(0, 43),
+            "a.csv: column 'time_s;rate_x_deg_h': unknow");
+}
+
+TEST_F(BadRecord, TimeThatStandsStillOrRunsBack) {
+  EXPECT_EQ(outcome_of("time_s\n1\n2\n2\n"),
+            "a.csv:4: time 2.000000000 s is not after the row before (2.000000000 s); a record's "
+            "time strictly increases");
+  EXPECT_EQ(outcome_of("time_s\n1\n2\n1.5\n3\n"),
+            "a.csv:4: time 1.500000000 s is not after the row before (2.000000000 s); a record's "
+            "time strictly increases");
+}
+
+TEST_F(BadRecord, TimeThatRunsBackPassesWhereItIsAskedFor) {
+  RecordReader reader{write("a.csv", "time_s\n1\n2\n3\n3\n2.5\n3.5\n"),
+                      {.columns = {}, .time_order = TimeOrder::kAsFound}};
+  std::vector<double> intervals_s;
+  while (const RecordRow* row = reader.next()) intervals_s.push_back(row->interval_s);
+  // The sample period where the difference is no interval.
+  EXPECT_EQ(intervals_s, std::vector<double>(6, 1.0));
+  EXPECT_EQ(reader.rows_out_of_order(), 2U);
+}
+
+TEST_F(BadRecord, CutLastLineIsLeftOutAndNamed) {
+  EXPECT_EQ(outcome_of("time_s,rate_x_deg_h,rate_y_deg_h\n1,2,3\n2,3,4\n3,4"), "2 rows");
+  ASSERT_EQ(warnings().size(), 1U);
+  EXPECT_EQ(
+      warnings()[0],
+      "a.csv:4: found 2 cells, the header has 3; the file ends within this row, which is left out");
+
+  EXPECT_EQ(outcome_of("time_s,rate_x_deg_h\n1,2\n2,3e-"), "1 rows");
+  ASSERT_EQ(warnings().size(), 1U);
+  EXPECT_EQ(warnings()[0],
+            "a.csv:3: column 'rate_x_deg_h': found '3e-', expected a number (blank = not "
+            "measured); the file ends within "
+            "this row, which is left out");
+}
+
+TEST_F(BadRecord, WholeLastLineWithoutALineEndIsTakenAndNamed) {
+  EXPECT_EQ(outcome_of("time_s,rate_x_deg_h\n1,2\n2,3"), "2 rows");
+  ASSERT_EQ(warnings().size(), 1U);
+  EXPECT_EQ(warnings()[0], "a.csv:3: the last row has no line end; taken as whole");
+}
+
+// Law: cut anywhere behind the first row, a record gives its whole rows and says that it was cut.
+TEST_F(BadRecord, CutAnywhereItGivesItsWholeRows) {
+  const std::string whole = "time_s,rate_x_deg_h\n1.5,-2.25\n2.5,3.5e-3\n3.5,4\n";
+  for (std::size_t size = whole.find('\n') + 11; size < whole.size(); ++size) {
+    const std::string cut = whole.substr(0, size);
+    const auto ended_rows =
+        static_cast<std::uint64_t>(std::count(cut.begin(), cut.end(), '\n')) - 1;
+    RecordReader reader{write("a.csv", cut)};
+    std::uint64_t rows = 0;
+    while (reader.next() != nullptr) ++rows;
+    EXPECT_GE(rows, ended_rows) << size;
+    EXPECT_EQ(reader.warnings().empty(), cut.ends_with('\n')) << size;
+    EXPECT_LE(rows, ended_rows + 1) << size;
+  }
+}
+
+TEST_F(BadRecord, InfinityIsANumberForTheConsumerToRefuse) {
+  RecordReader reader{write("a.csv", "time_s,rate_x_rad_s\n1,inf\n")};
+  const RecordRow* row = reader.next();
+  ASSERT_NE(row, nullptr);
+  EXPECT_EQ(row->rate_radps[0], std::numeric_limits<double>::infinity());
+}
+
+TEST_F(BadRecord, LineWithoutEnd) {
+  EXPECT_EQ(outcome_of("time_s,note\n1," + std::string(3'000'000, 'x')).substr(0, 36),
+            "a.csv:2: a line of more than 1 MiB; ");
+}
+
+TEST_F(BadRecord, BinaryGarbageGivesOneLine) {
+  constexpr std::uint64_t kSeed = 5;
+  std::mt19937_64 random{kSeed};
+  for (int trial = 0; trial < 200; ++trial) {
+    std::string garbage = trial % 2 == 0 ? "" : "time_s,rate_x_deg_h\n";
+    for (int i = 0; i < 300; ++i) garbage += static_cast<char>(random() & 0xFF);
+    garbage += '\n';
+    EXPECT_TRUE(outcome_of(garbage).starts_with("a.csv:"))
+        << "seed " << kSeed << " trial " << trial;
+  }
+}
+
+class BadCompressedRecord : public BadRecord, public ::testing::WithParamInterface<const char*> {
+ protected:
+  std::string compressed() {
+    RecordWriter writer{path(GetParam()), {.columns = {"time_s", "rate_x_rad_s"}, .metadata = {}}};
+    std::mt19937_64 random{1};
+    for (int i = 0; i < 50000; ++i) {
+      writer.time(core::SensorTime{i});
+      writer.number(static_cast<double>(random()));
+      writer.end_row();
+    }
+    writer.commit();
+    return content(path(GetParam()));
+  }
+
+  void expect_refused() {
+    const std::string line = outcome(path(GetParam()));
+    EXPECT_NE(
+        line.find(std::string{GetParam()} + ": the compressed data is corrupt or cut behind line"),
+        std::string::npos)
+        << line;
+  }
+};
+
+TEST_P(BadCompressedRecord, CutFile) {
+  const std::string whole = compressed();
+  for (const std::size_t size :
+       {std::size_t{0}, std::size_t{7}, whole.size() / 2, whole.size() - 1}) {
+    write(GetParam(), whole.substr(0, size));
+    expect_refused();
+  }
+}
+
+// gzip proves its contents only at the end, so wrong rows may be met, and refused, before.
+TEST_P(BadCompressedRecord, OneBitFlipped) {
+  std::string bytes = compressed();
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 0x10);
+  write(GetParam(), bytes);
+  EXPECT_TRUE(outcome(path(GetParam())).starts_with(std::string{GetParam()} + ":"));
+}
+
+TEST_P(BadCompressedRecord, PlainTextUnderTheName) {
+  write(GetParam(), "time_s\n1\n2\n");
+  expect_refused();
+}
+
+INSTANTIATE_TEST_SUITE_P(EachCompression, BadCompressedRecord,
+                         ::testing::Values("a.csv.gz", "a.csv.xz"),
+                         [](const auto& suite) { return std::string{suite.param}.substr(6); });
+
+}  // namespace
+}  // namespace zerodrift::record

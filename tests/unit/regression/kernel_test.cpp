@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/regression/kernel.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "common/regression/vector_operations.h"
+#include "tests/unit/regression/test_records.h"
+
+namespace zerodrift::regression::testing {
+namespace {
+
+// k(x, 0) for one feature x.
+double value_at(const Kernel& kernel, double x) {
+  const double zero = 0.0;
+  double value = 0.0;
+  evaluate_row(kernel, {&x, 1, 1, 1}, &zero, &value);
+  return value;
+}
+
+TEST(KernelLaws, RbfEqualsExpm1ToTheLastDigits) {
+  const Kernel kernel;  // gamma 1
+  for (double x = 1e-9; x < 40.0; x *= 1.01) {
+    const double expected = std::expm1(-(x * x));
+    // 4 units in the last place: the claim of the function, against a library good to 1.
+    EXPECT_NEAR(value_at(kernel, x), expected, 4.0 * 2.3e-16 * std::fabs(expected)) << x;
+  }
+}
+
+TEST(KernelLaws, MaternKernelsEqualTheirFormulas) {
+  Kernel kernel;
+  kernel.gamma = 0.7;
+  for (double x = 1e-4; x < 30.0; x *= 1.05) {
+    const double s3 = std::sqrt(6.0 * 0.7) * x, s5 = std::sqrt(10.0 * 0.7) * x;
+    kernel.kind = KernelKind::kMatern32;
+    // A handful of roundings of numbers up to 1.
+    EXPECT_NEAR(value_at(kernel, x), (1.0 + s3) * std::exp(-s3) - 1.0, 1e-15);
+    kernel.kind = KernelKind::kMatern52;
+    EXPECT_NEAR(value_at(kernel, x), (1.0 + s5 + s5 * s5 / 3.0) * std::exp(-s5) - 1.0, 1e-15);
+  }
+}
+
+TEST(KernelLaws, PolynomialAndLinearEqualTheirFormulas) {
+  const std::vector<double> a{0.3, -0.8}, b{1.1, 0.4};
+  const double product = 0.3 * 1.1 - 0.8 * 0.4;
+  Kernel kernel{KernelKind::kPolynomial, 0.5, 4, 2.0};
+  double value = 0.0;
+  evaluate_row(kernel, {a.data(), 1, 2, 1}, b.data(), &value);
+  EXPECT_NEAR(value, std::pow(0.5 * product + 2.0, 4), 1e-14);  // value near 16, ulp 2e-15
+  kernel.kind = KernelKind::kLinear;
+  evaluate_row(kernel, {a.data(), 1, 2, 1}, b.data(), &value);
+  EXPECT_NEAR(value, product, 1e-16);
+}
+
+TEST(KernelLaws, FarSamplesGiveFiniteValues) {
+  for (const KernelKind kind : {KernelKind::kRbf, KernelKind::kMatern32, KernelKind::kMatern52}) {
+    for (const double x : {1e3, 1e6, 1e150, 1e200}) EXPECT_EQ(value_at(kernel_of(kind), x), -1.0);
+  }
+}
+
+TEST(KernelLaws, IdenticalSamplesHaveExactlyNoDistance) {
+  const std::vector<double> x{0.1, 0.7, -0.3};
+  for (const KernelKind kind : {KernelKind::kRbf, KernelKind::kMatern32, KernelKind::kMatern52}) {
+    EXPECT_EQ(self_value(kernel_of(kind), x.data(), 3), 0.0);
+  }
+}
+
+// Vector body and scalar tail of a loop, and the position in a row, must not show in the value.
+TEST(KernelLaws, ValueIsSymmetricAndIndependentOfThePositionInTheRowToTheBit) {
+  constexpr std::size_t kCount = 61, kDimension = 3;
+  RecordGenerator generator(RecordKind::kSmooth, kDimension, 5);
+  const auto samples = generator.take(kCount);
+  std::vector<double> columns(kDimension * kCount);
+  for (std::size_t i = 0; i < kCount; ++i) {
+    for (std::size_t d = 0; d < kDimension; ++d) columns[d * kCount + i] = samples[i].x[d];
+  }
+  for (const KernelKind kind : kAllKernelKinds) {
+    const Kernel kernel = kernel_of(kind);
+    std::vector<double> row(kCount), transposed(kCount);
+    for (std::size_t i = 0; i < kCount; ++i) {
+      evaluate_row(kernel, {columns.data(), kCount, kDimension, kCount}, samples[i].x.data(),
+                   row.data());
+      for (std::size_t j = 0; j < kCount; ++j) {
+        double alone = 0.0;
+        evaluate_row(kernel, {samples[i].x.data(), 1, kDimension, 1}, samples[j].x.data(), &alone);
+        ASSERT_EQ(row[j], alone) << name(kind) << " " << i << " " << j;
+      }
+    }
+  }
+}
+
+// The same constants hold in every build: the release build runs the widest vector clone of the
+// processor, the sanitizer builds run the plain one. Inputs come from integers alone, so no
+// library function can move them.
+TEST(KernelGolden, BitsAreTheSameOnEveryProcessorAndInEveryBuild) {
+  constexpr std::size_t kCount = 203, kDimension = 3;
+  std::uint64_t lcg = 1;
+  const auto next = [&] {
+    lcg = lcg * 6364136223846793005ULL + 1442695040888963407ULL;
+    return static_cast<double>(static_cast<std::int64_t>(lcg) >> 11) * 0x1p-52;
+  };
+  std::vector<double> columns(kDimension * kCount), row(kCount), weights(kCount);
+  for (double& feature : columns) feature = next();
+  for (double& weight : weights) weight = next();
+  std::vector<std::uint64_t> hashes;
+  for (const KernelKind kind : kAllKernelKinds) {
+    std::uint64_t hash = 14695981039346656037ULL;  // FNV-1a over the doubles' bits
+    const auto mix = [&](double value) {
+      hash = (hash ^ std::bit_cast<std::uint64_t>(value)) * 1099511628211ULL;
+    };
+    const double x[kDimension] = {0.25, -0.5, 0.125};
+    evaluate_row(kernel_of(kind), {columns.data(), kCount, kDimension, kCount}, x, row.data());
+    for (const double value : row) mix(value);
+    mix(dot(row.data(), weights.data(), kCount));
+    mix(sum(row.data(), kCount));
+    hashes.push_back(hash);
+  }
+  const std::vector<std::uint64_t> expected{11176229977259778540ULL, 4105747488829709034ULL,
+                                            6675443234506828729ULL, 8495573868084625556ULL,
+                                            3580347348653468300ULL};
+  EXPECT_EQ(hashes, expected);
+}
+
+TEST(KernelAbuse, ValidateNamesTheWrongKey) {
+  Kernel kernel;
+  EXPECT_FALSE(kernel.validate());
+  kernel.gamma = std::nan("");
+  EXPECT_NE(kernel.validate().value().find("kernel.gamma"), std::string::npos);
+  kernel = {KernelKind::kPolynomial, 1.0, 0, 1.0};
+  EXPECT_NE(kernel.validate().value().find("kernel.degree"), std::string::npos);
+  kernel = {KernelKind::kPolynomial, 1.0, 2, -1.0};
+  EXPECT_NE(kernel.validate().value().find("kernel.offset"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace zerodrift::regression::testing
