@@ -152,7 +152,9 @@ bool Compensator::reset_models() noexcept {
   ++jobs_;
   due_.push({newest_, jobs_});
   for (auto& axis : axes_) {
-    axis = AxisState{};
+    core::RingBuffer<Bias> emptied = std::move(axis.biases);   // its memory is kept
+    emptied.clear();
+    axis = AxisState{.biases = std::move(emptied)};
   }
   labels_.discard();
   estimate_outdated_ = true;

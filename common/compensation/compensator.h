@@ -133,12 +133,12 @@ class Compensator {
   };
   // Everything that decides one axis's applied drift.
   struct AxisState {
-    AxisContext context;
+    AxisContext context{};
     core::RingBuffer<Bias> biases{64};     // labels of the last stationary minute
-    std::optional<double> safe_radps;      // last estimate within the domain
+    std::optional<double> safe_radps{};    // last estimate within the domain
     core::SensorTime safe_time{core::kNever};
     core::SensorTime newest_label{core::kNever};
-    TestThenTrain record;
+    TestThenTrain record{};
     bool trusted = false;
     double applied_radps = 0.0;
     double variance = -1.0;

@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kLevelGain = 0.1;       // the level follows with a memory of 10 blocks
 constexpr double kNoiseGain = 0.01;      // the noise with one of 100
+constexpr std::size_t kSamplesForSpread = 8;
 constexpr double kSmallestSigma = 1e-13; // rad/s; keeps a noise-free input from a zero threshold
 
 }  // namespace
@@ -108,11 +109,15 @@ void RestGate::adopt_initial() noexcept {
   level_time_ = initial_[initial_count_ - 1].end;
 }
 
-// All but one of the blocks lie within the gate of the median level.
+// All but one of the blocks lie within the gate of the median level, and that gate is one of noise: a level that moves
+// more from block to block than samples scatter within a block, and faster than drift, is rotation.
 bool RestGate::initial_blocks_agree() const noexcept {
   for (const auto axis : kAxes) {
     const AxisState& state = axes_[index(axis)];
     if (!state.known) continue;
+    const bool scatter_known = initial_[initial_count_ - 1].count[index(axis)] >= kSamplesForSpread;
+    const double slew = options_.max_slew_radps2 * core::seconds(initial_[0].end - initial_[0].begin);
+    if (scatter_known && state.noise > state.spread && state.noise > slew * slew) return false;
     std::size_t outliers = 0;
     for (std::size_t i = 0; i < initial_count_; ++i) {
       const double span_s = core::seconds(level_time_ - initial_[i].begin);
@@ -147,7 +152,7 @@ bool RestGate::departs(const DriftBlock& block) const noexcept {
     const double departure = std::abs(block.mean_radps[index(axis)] - state.level);
     if (!(departure <= threshold(state, elapsed_s))) return true;   // also when not a number
     const double widest = options_.spread_ratio * options_.spread_ratio * state.spread;
-    if (block.count[index(axis)] >= 8 && state.spread > 0.0 && block.variance_radps2[index(axis)] > widest) return true;
+    if (block.count[index(axis)] >= kSamplesForSpread && state.spread > 0.0 && block.variance_radps2[index(axis)] > widest) return true;
   }
   return false;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Latencies in logarithmic buckets (16 to the octave, as in HdrHistogram): percentiles within 4.5 %, whatever the
-// range, in fixed memory. One thread records, others may read meanwhile.
+// Latencies in 16 buckets of equal width to the octave, as in HdrHistogram: a percentile is given at most 1/16 too
+// large, whatever the range, in fixed memory. One thread records, others may read meanwhile.
 #pragma once
 
 #include <array>

@@ -24,7 +24,7 @@ inline std::optional<double> parse_speed(const std::string& text) {
     used = 0;
   }
   if (used == 0 || used != text.size() || !(speed > 0.0) || speed > 1e6) {
-    throw std::invalid_argument("--speed: found '" + text + "', expected a number above 0 or max");
+    throw std::invalid_argument("--speed: found '" + text + "', expected a number above 0, at most 1e6, or max");
   }
   return speed;
 }

@@ -2,7 +2,6 @@
 #include "common/service/replay_pacer.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace zerodrift::service {
 
@@ -18,16 +17,19 @@ void ReplayPacer::note(const msg::ReplayProgress& progress, const dds::SampleOri
   if (progress.gyro_id() != 0 && progress.gyro_id() != gyro_id_) return;
   {
     const std::lock_guard lock(mutex_);
-    auto known = std::find_if(consumers_.begin(), consumers_.end(), [&](const Consumer& c) {
-      return c.origin.writer == origin.writer && c.origin.instance == origin.instance;
-    });
+    auto known =
+        std::find_if(consumers_.begin(), consumers_.end(), [&](const Consumer& c) { return c.writer == origin.writer; });
     if (known == consumers_.end()) {
-      consumers_.push_back({.name = progress.consumer().c_str(), .origin = origin, .joined_after = newest_sent_});
-      known = consumers_.end() - 1;
+      known = consumers_.insert(known, {.name = progress.consumer().c_str(),
+                                        .writer = origin.writer,
+                                        .joined_after = newest_sent_,
+                                        .taken = {},
+                                        .needed = core::kNever});
     }
-    known->gyro_id = progress.gyro_id();
-    known->sequence = progress.sequence_number();
-    known->needed = core::SensorTime{progress.needed_time_ns()};
+    if (progress.gyro_id() == gyro_id_) {
+      known->taken = progress.sequence_number();
+      known->needed = core::SensorTime{progress.needed_time_ns()};
+    }
   }
   changed_.notify_all();
 }
@@ -35,7 +37,7 @@ void ReplayPacer::note(const msg::ReplayProgress& progress, const dds::SampleOri
 void ReplayPacer::forget(const eprosima::fastrtps::rtps::GUID_t& writer) {
   {
     const std::lock_guard lock(mutex_);
-    std::erase_if(consumers_, [&](const Consumer& c) { return c.origin.writer == writer; });
+    std::erase_if(consumers_, [&](const Consumer& c) { return c.writer == writer; });
   }
   changed_.notify_all();
 }
@@ -62,7 +64,7 @@ std::string ReplayPacer::missing_consumers() {
 std::uint64_t ReplayPacer::backlog(const Consumer& consumer, std::uint64_t newest,
                                    std::uint64_t first_sequence) const {
   const auto beyond = [&](std::uint64_t sequence) { return newest > sequence ? newest - sequence : 0; };
-  if (consumer.gyro_id == gyro_id_ && consumer.sequence >= first_sequence) return beyond(consumer.sequence);
+  if (consumer.taken && *consumer.taken >= first_sequence) return beyond(*consumer.taken);
   if (consumer.joined_after) return beyond(*consumer.joined_after);
   return newest >= first_sequence ? newest - first_sequence + 1 : 0;
 }
@@ -106,8 +108,7 @@ bool ReplayPacer::wait_for_all(std::uint64_t sequence, std::uint64_t first_seque
 
 bool ReplayPacer::wait_until_needed(core::SensorTime time, std::chrono::milliseconds at_most) {
   return wait(at_most, [&] {
-    return std::any_of(consumers_.begin(), consumers_.end(),
-                       [&](const Consumer& c) { return c.gyro_id == gyro_id_ && c.needed >= time; });
+    return std::any_of(consumers_.begin(), consumers_.end(), [&](const Consumer& c) { return c.needed >= time; });
   });
 }
 

@@ -41,14 +41,13 @@ class ReplayPacer {
   [[nodiscard]] std::string missing_consumers();
 
  private:
-  // One consumer's progress for one gyro. One process has two: announced (gyro_id 0), and at work.
+  // A process that announced itself, and what it took of this gyro.
   struct Consumer {
     std::string name;
-    dds::SampleOrigin origin;
-    std::uint32_t gyro_id = 0;
-    std::uint64_t sequence = 0;
-    core::SensorTime needed{0};
-    std::optional<std::uint64_t> joined_after;   // newest sample sent before it announced itself; none: from the first
+    eprosima::fastrtps::rtps::GUID_t writer;
+    std::optional<std::uint64_t> joined_after;   // newest sample sent before it was heard of; none: from the first
+    std::optional<std::uint64_t> taken;          // newest sequence
+    core::SensorTime needed{core::kNever};
   };
   void note(const msg::ReplayProgress& progress, const dds::SampleOrigin& origin);
   void forget(const eprosima::fastrtps::rtps::GUID_t& writer);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr auto kStopCheck = 100ms;
 constexpr auto kReceiveWithin = 2000ms;
-constexpr core::SensorTime kAhead = 2s;        // of what is needed, so that rates never wait for long
+constexpr core::SensorTime kAhead = 10s;       // of what is needed, so that rates never wait for long
 constexpr core::SensorTime kAfterTheEnd = 1h;  // beyond any rate sample of the record
 constexpr std::uint64_t kInFlight = 256;       // readings of one probe; half the history kept for it
 

@@ -82,6 +82,16 @@ bool StatusBoard::finished() {
   return metric("gyro_publisher", "finished", 0.0) > 0.0 && all_answered();
 }
 
+double StatusBoard::answered() {
+  const std::lock_guard lock(mutex_);
+  return metric("compensation", "samples_out", 0.0);
+}
+
+double StatusBoard::sensor_time_s() {
+  const std::lock_guard lock(mutex_);
+  return metric("compensation", "sensor_time", 0.0);
+}
+
 bool StatusBoard::all_answered() const {
   const double published = metric("gyro_publisher", "samples_published", kUnknown);
   return published > 0.0 && metric("compensation", "samples_out", kUnknown) == published;

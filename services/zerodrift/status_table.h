@@ -26,6 +26,8 @@ class StatusBoard {
   [[nodiscard]] bool finished();
   // True if each published sample was answered exactly once and seen by the monitor.
   [[nodiscard]] bool nothing_lost();
+  [[nodiscard]] double answered();        // samples
+  [[nodiscard]] double sensor_time_s();
   [[nodiscard]] bool heard(const std::string& service);
 
  private:

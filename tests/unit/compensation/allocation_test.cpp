@@ -1,1 +1,147 @@
 // SPDX-License-Identifier: Apache-2.0
+// The data path takes no memory after its construction, and neither does the learner. Own program: it
+// replaces operator new.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+#include <thread>
+
+#include "tests/unit/compensation/synthetic_gyro.h"
+
+namespace {
+thread_local bool counting = false;
+std::atomic<std::size_t> allocations{0};
+
+void* allocate(std::size_t size) {
+  if (counting) ++allocations;
+  if (void* memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+}  // namespace
+
+// Not inlined: GCC would take malloc and delete, seen in one place, for a mismatched pair.
+[[gnu::noinline]] void* operator new(std::size_t size) {
+  return allocate(size);
+}
+[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment) {
+  if (counting) ++allocations;
+  const auto a = static_cast<std::size_t>(alignment);
+  if (void* memory = std::aligned_alloc(a, (size + a - 1) / a * a)) return memory;
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+[[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept {
+  std::free(memory);
+}
+[[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
+  std::free(memory);
+}
+
+namespace zerodrift::compensation {
+namespace {
+
+using testing::GyroSpec;
+using testing::make_record;
+using testing::Record;
+
+// Twenty minutes of ramp with a turn; the window of 40 labels fills and forgets.
+Record busy_record() {
+  GyroSpec spec;
+  spec.duration_s = 1200.0;
+  spec.low_degc = 20.0;
+  spec.high_degc = 30.0;
+  spec.motion = testing::turn(500.0, 20.0, 0.1);
+  return make_record(spec);
+}
+
+CompensationOptions busy_options() {
+  CompensationOptions options = testing::options();
+  options.model.capacity = 40;
+  options.features.push_back({.kind = thermal::FeatureKind::kLaggedTemperature, .probe = "coil", .lag_s = 60.0});
+  return options;
+}
+
+// Counts what `work` allocates in this thread.
+template <typename Work>
+std::size_t allocated_by(Work&& work) {
+  const std::size_t before = allocations;
+  counting = true;
+  work();
+  counting = false;
+  return allocations - before;
+}
+
+// Rule: the counter counts.
+TEST(CompensatorAllocationLaws, TheCounterCounts) {
+  EXPECT_EQ(allocated_by([] { ::operator delete(::operator new(10)); }), 1U);
+}
+
+// Rule: no memory is taken in push, answer_next, learning, freeze and reset, from the first sample on.
+TEST(CompensatorAllocationLaws, DataPathAndLearnerTakeNoMemoryAfterConstruction) {
+  const Record record = busy_record();
+  Compensator compensator{busy_options()};
+  std::size_t answers = 0;
+  const std::size_t taken = allocated_by([&] {
+    testing::run(compensator, record, [&](const CompensatedSample&) {
+      ++answers;
+      if (answers == 20'000) compensator.freeze();
+      if (answers == 20'400) compensator.learn();
+      if (answers == 20'800) compensator.reset_models();
+    });
+    compensator.restart_stream();
+  });
+  EXPECT_EQ(taken, 0U);
+  EXPECT_EQ(answers, record.rates.size());
+  EXPECT_GT(compensator.learner().labels_learned(), 80U);  // more than the window holds
+}
+
+// Rule: nor while the learner runs in another thread, whose own work takes none either; and every
+// label that was submitted is learned, each snapshot activated.
+TEST(CompensatorAllocationLaws, NeitherThreadTakesMemoryWhileTheyRunBesideEachOther) {
+  const Record record = busy_record();
+  Compensator compensator{busy_options()};
+  std::atomic<bool> stop{false};
+  std::size_t taken_by_learner = 0;
+  std::thread learner([&] {
+    taken_by_learner = allocated_by([&] {
+      while (!stop) {
+        if (!compensator.learner().run_one()) std::this_thread::yield();
+      }
+    });
+  });
+  std::size_t t = 0;
+  std::size_t answers = 0;
+  const std::size_t taken = allocated_by([&] {
+    for (const auto& sample : record.rates) {
+      for (; record.temperatures[t].time <= sample.time; ++t) compensator.push(record.temperatures[t]);
+      compensator.push(sample);
+      for (;;) {
+        const Readiness readiness = compensator.readiness();
+        if (readiness == Readiness::kAwaitsModel) {
+          std::this_thread::yield();
+          continue;
+        }
+        if (readiness != Readiness::kReady) break;
+        compensator.answer_next();
+        ++answers;
+      }
+    }
+  });
+  stop = true;
+  learner.join();
+  EXPECT_EQ(taken, 0U);
+  EXPECT_EQ(taken_by_learner, 0U);
+  EXPECT_GT(answers, record.rates.size() - 100);  // the last wait for a temperature that doesn't come
+  EXPECT_EQ(compensator.counts().late_models, 0U);
+  EXPECT_GE(compensator.learner().labels_learned() + 1, compensator.counts().labels);
+}
+
+}  // namespace
+}  // namespace zerodrift::compensation

@@ -1,1 +1,304 @@
 // SPDX-License-Identifier: Apache-2.0
+// The fallback ladder: SVR, stationary bias, factory polynomial, nothing; and why.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/unit/compensation/synthetic_gyro.h"
+
+namespace zerodrift::compensation {
+namespace {
+
+using core::Axis;
+using core::from_seconds;
+using core::index;
+using core::kAxes;
+using core::seconds;
+using testing::GyroSpec;
+using testing::kDegH;
+using testing::make_record;
+using testing::Record;
+
+// Ten minutes of ramp, in which the model comes to be trusted.
+GyroSpec ramp() {
+  GyroSpec spec;
+  spec.duration_s = 900.0;
+  spec.low_degc = 20.0;
+  spec.high_degc = 25.0;
+  return spec;
+}
+
+template <typename Condition>
+std::size_t count(const std::vector<CompensatedSample>& answers, double from_s, double to_s, Condition&& holds) {
+  return static_cast<std::size_t>(std::count_if(answers.begin(), answers.end(), [&](const auto& answer) {
+    const double t = seconds(answer.raw.time);
+    return t > from_s && t <= to_s && holds(answer);
+  }));
+}
+
+bool all_axes(const CompensatedSample& answer, Mode mode, Reason reason, Rung rung) {
+  return std::all_of(kAxes.begin(), kAxes.end(), [&](Axis axis) {
+    const std::size_t i = index(axis);
+    return answer.mode[i] == mode && answer.reason[i] == reason && answer.rung[i] == rung;
+  });
+}
+
+// Rule: a healthy run climbs the ladder: nothing, then the bias with the initial set, then the
+// learned model. The first label: ten blocks, ten more of the label (the tenth block at rest is its
+// first), 5 s confirmation; closed by the sample after it.
+TEST(CompensatorLadder, AHealthyRunClimbsToTheLearnedModel) {
+  Compensator compensator{testing::options()};
+  const auto answers = testing::run(compensator, make_record(ramp()));
+  EXPECT_EQ(count(answers, 0, 24.0, [](const auto& a) {
+              return all_axes(a, Mode::kPassthrough, a.reason[0], Rung::kNone) && a.applied_drift_radps[0] == 0.0;
+            }), 480U);
+  EXPECT_EQ(count(answers, 25.0, 80.0, [](const auto& a) {
+              return all_axes(a, Mode::kFallback, a.reason[0], Rung::kStationaryBias);
+            }), 1100U);
+  EXPECT_TRUE(all_axes(answers.back(), Mode::kLearning, Reason::kNone, Rung::kOnlineSvr));
+  EXPECT_EQ(compensator.rest_state(), RestState::kRest);
+  for (const auto axis : kAxes) {
+    const TestThenTrain& record = compensator.test_then_train(axis);
+    EXPECT_GT(record.labels, 20U);
+    EXPECT_LT(record.model_mse, record.bias_mse);
+    EXPECT_GT(compensator.support_vectors(axis), 0U);
+    EXPECT_EQ(answers.back().drift_variance[index(axis)], record.model_mse);
+  }
+}
+
+// Rule: when the temperature stream stops, the model compensates until its newest reading is
+// temperature_stale_s old, then the last bias does, and says why.
+TEST(CompensatorLadder, WhenTemperatureStopsTheBiasTakesOver) {
+  Record record = make_record(ramp());
+  std::erase_if(record.temperatures, [](const auto& reading) { return reading.time > from_seconds(600.0); });
+  Compensator compensator{testing::options()};
+  const auto answers = testing::run(compensator, record);
+  ASSERT_EQ(answers.size(), record.rates.size());
+  // An estimate is renewed with each block: a second of leeway.
+  EXPECT_EQ(count(answers, 600.0, 630.0, [](const auto& a) { return a.rung[0] == Rung::kOnlineSvr; }), 600U);
+  EXPECT_EQ(count(answers, 632.0, 900.0, [](const auto& a) {
+              return all_axes(a, Mode::kFallback, Reason::kTemperatureStale, Rung::kStationaryBias);
+            }), 268U * 20U);
+  // The bias goes on being learned: a minute's mean of a drift that moves 0.09 deg/h a minute at most.
+  EXPECT_NEAR(answers.back().applied_drift_radps[0], record.drift_radps.back()[0], 0.2 * kDegH);
+}
+
+// Rule: a probe that doesn't move for probe_stuck_s while another does is not believed.
+TEST(CompensatorLadder, AStuckProbeIsNotBelievedWhileAnotherMoves) {
+  GyroSpec spec = ramp();
+  spec.high_degc = 60.0;
+  spec.probes = {"coil", "case"};
+  Record record = make_record(spec);
+  CompensationOptions options = testing::options();
+  options.features.push_back({.kind = thermal::FeatureKind::kTemperature, .probe = "case"});
+  options.probe_stuck_s = 180.0;
+  double stuck_at = 0.0;
+  for (auto& reading : record.temperatures) {
+    if (reading.probe != "case") continue;
+    if (reading.time <= from_seconds(500.0)) stuck_at = reading.temperature_degc;
+    reading.temperature_degc = stuck_at;
+  }
+  Compensator compensator{options};
+  const auto answers = testing::run(compensator, record);
+  const auto is_stuck = [](const auto& a) {
+    return all_axes(a, Mode::kFallback, Reason::kProbeStuck, Rung::kStationaryBias);
+  };
+  EXPECT_EQ(count(answers, 0.0, 679.0, is_stuck), 0U);
+  EXPECT_EQ(count(answers, 682.0, 900.0, is_stuck), 218U * 20U);
+}
+
+// Rule: two probes that both stand still in a steady room are not stuck.
+TEST(CompensatorLadder, ProbesThatStandStillTogetherAreNotStuck) {
+  GyroSpec spec = ramp();
+  spec.high_degc = spec.low_degc;
+  spec.probes = {"coil", "case"};
+  CompensationOptions options = testing::options();
+  options.features.push_back({.kind = thermal::FeatureKind::kTemperature, .probe = "case"});
+  options.probe_stuck_s = 180.0;
+  Compensator compensator{options};
+  const auto answers = testing::run(compensator, make_record(spec));
+  EXPECT_EQ(count(answers, 0.0, 900.0, [](const auto& a) { return a.reason[0] == Reason::kProbeStuck; }), 0U);
+}
+
+// Rule: without any temperature the stationary bias compensates.
+TEST(CompensatorLadder, WithoutAnyTemperatureTheBiasCompensates) {
+  GyroSpec spec = ramp();
+  spec.high_degc = spec.low_degc;
+  Record record = make_record(spec);
+  record.temperatures.clear();
+  Compensator compensator{testing::options()};
+  const auto answers = testing::run(compensator, record);
+  ASSERT_EQ(answers.size(), record.rates.size());
+  EXPECT_EQ(count(answers, 26.0, 900.0, [](const auto& a) {
+              return all_axes(a, Mode::kFallback, Reason::kTemperatureMissing, Rung::kStationaryBias);
+            }), 874U * 20U);
+  // Mean of six labels: sigma 0.056 / sqrt(60) = 0.0072 deg/h; 5 sigma.
+  EXPECT_NEAR(answers.back().applied_drift_radps[1], record.drift_radps.back()[1], 0.036 * kDegH);
+  EXPECT_TRUE(std::isnan(compensator.temperature_degc()));
+}
+
+// Rule: before anything is learned, a factory polynomial compensates by the newest temperature.
+TEST(CompensatorLadder, BeforeAnythingIsLearnedTheFactoryPolynomialCompensates) {
+  GyroSpec spec = ramp();
+  spec.duration_s = 20.0;
+  CompensationOptions options = testing::options();
+  options.factory_polynomial_radps[0] = {1e-5, 2e-7, -3e-9};
+  Compensator compensator{options};
+  const auto answers = testing::run(compensator, make_record(spec));
+  // The newest temperature up to 0.05 s before: at 18.95 s the reading of 18 s.
+  const CompensatedSample& answer = answers[18 * 20 + 18];
+  ASSERT_EQ(answer.raw.time, from_seconds(18.95));
+  const double t = testing::Chamber(spec).temperature_degc(18.0);
+  EXPECT_EQ(answer.rung[0], Rung::kFactoryPolynomial);
+  EXPECT_EQ(answer.mode[0], Mode::kFallback);
+  EXPECT_EQ(answer.reason[0], Reason::kNoEstimateYet);
+  EXPECT_NEAR(answer.applied_drift_radps[0], 1e-5 + 2e-7 * t - 3e-9 * t * t, 1e-18);
+  EXPECT_EQ(answer.rung[1], Rung::kNone);  // an axis without one
+  EXPECT_EQ(answer.mode[1], Mode::kPassthrough);
+}
+
+// Rule: outside the learned temperatures it says so, goes from the last safe value to the bias with
+// a time constant of 10 s, without a jump, and its variance grows.
+TEST(CompensatorLadder, OutsideTheLearnedTemperaturesItReturnsToTheBiasAndSaysSo) {
+  GyroSpec spec = ramp();
+  spec.duration_s = 1800.0;
+  Record record = make_record(spec);
+  // From 1000 s on the coil heats 3 °C/min, past 25 + 1.5 °C (0.15 of 10 °C), with learning frozen.
+  for (auto& reading : record.temperatures) {
+    const double t = seconds(reading.time);
+    if (t > 1000.0) reading.temperature_degc = 25.0 + (t - 1000.0) / 20.0;
+  }
+  Compensator compensator{testing::options()};
+  std::vector<CompensatedSample> answers;
+  testing::run(compensator, record, [&](const CompensatedSample& answer) {
+    answers.push_back(answer);
+    if (answers.size() == 990U * 20U) compensator.freeze();
+  });
+  EXPECT_EQ(count(answers, 1035.0, 1800.0, [](const auto& a) {
+              return all_axes(a, Mode::kOutOfDomain, Reason::kOutsideLearned, Rung::kStationaryBias);
+            }), 765U * 20U);
+  const auto first = std::find_if(answers.begin(), answers.end(), [](const auto& a) {
+    return a.mode[0] == Mode::kOutOfDomain && a.raw.time > from_seconds(1000.0);
+  });
+  ASSERT_NE(first, answers.end());
+  const double safe = (first - 1)->applied_drift_radps[0];
+  const double bias = answers.back().applied_drift_radps[0];  // after 765 s / 10 s: exp(-76) of the way left
+  // Renewed once or twice a second: the first step goes at most 1 - exp(-0.2) of the way.
+  EXPECT_LE(std::abs(first->applied_drift_radps[0] - safe), 0.19 * std::abs(bias - safe));
+  const CompensatedSample& later = *(first + 50 * 20);
+  // exp(-5) after 50 s, a step of one second early or late.
+  EXPECT_LE(std::abs(later.applied_drift_radps[0] - bias), std::exp(-4.8) * std::abs(bias - safe));
+  EXPECT_GE(std::abs(later.applied_drift_radps[0] - bias), std::exp(-5.2) * std::abs(bias - safe));
+  EXPECT_GT(answers.back().drift_variance[0], 10.0 * first->drift_variance[0]);
+}
+
+// Rule: of a real sensor whose attitude is unknown, Earth rate must not be learned as drift; a gyro
+// noisier than Earth rate may learn.
+TEST(CompensatorLadder, EarthRateOfUnknownAttitudeIsNotLearnedByAGyroThatSeesIt) {
+  GyroSpec spec = ramp();
+  spec.duration_s = 120.0;
+  spec.clock = core::ClockSource::kHardware;
+  Compensator compensator{testing::options()};
+  const auto answers = testing::run(compensator, make_record(spec));
+  EXPECT_EQ(count(answers, 11.0, 120.0, [](const auto& a) {
+              return all_axes(a, Mode::kPassthrough, Reason::kEarthRateUnknown, Rung::kNone);
+            }), 109U * 20U);
+  EXPECT_EQ(compensator.counts().labels, 0U);
+
+  spec.noise_deg_h_1s = 50.0;
+  Compensator noisy{testing::options()};
+  testing::run(noisy, make_record(spec));
+  EXPECT_GT(noisy.counts().labels, 5U);
+}
+
+// Rule: a known Earth rate is taken off before anything is learned, so it is never applied as drift.
+TEST(CompensatorLadder, AKnownEarthRateIsNotPartOfTheDrift) {
+  GyroSpec spec = ramp();
+  spec.duration_s = 120.0;
+  spec.high_degc = spec.low_degc;
+  spec.clock = core::ClockSource::kHardware;
+  const core::PerAxis<double> earth{5e-5, 0.0, -4e-5};
+  spec.motion = [&](double, Axis axis) { return earth[index(axis)]; };
+  CompensationOptions options = testing::options();
+  options.earth_rate = {.mode = EarthRateMode::kKnown, .rate_radps = earth};
+  Compensator compensator{options};
+  const Record record = make_record(spec);
+  const auto answers = testing::run(compensator, record);
+  for (const auto axis : kAxes) {
+    const std::size_t i = index(axis);
+    ASSERT_NE(answers.back().rung[i], Rung::kNone);
+    // A label of 10 s: 0.018 deg/h; 5 sigma.
+    EXPECT_NEAR(answers.back().applied_drift_radps[i], record.drift_radps.back()[i], 0.09 * kDegH);
+  }
+}
+
+// Rule: a freeze stops learning and says so; the model goes on compensating; learn() undoes it.
+TEST(CompensatorLadder, AFreezeStopsLearningUntilToldToLearn) {
+  GyroSpec spec = ramp();
+  spec.duration_s = 1200.0;
+  Compensator compensator{testing::options()};
+  std::vector<CompensatedSample> answers;
+  std::uint64_t labels_frozen = 0, labels_thawed = 0;
+  testing::run(compensator, make_record(spec), [&](const CompensatedSample& answer) {
+    answers.push_back(answer);
+    if (answers.size() == 800U * 20U) {
+      compensator.freeze();
+      labels_frozen = compensator.counts().labels;
+    }
+    if (answers.size() == 1000U * 20U) {
+      labels_thawed = compensator.counts().labels;
+      compensator.learn();
+    }
+  });
+  EXPECT_EQ(labels_thawed, labels_frozen);
+  EXPECT_GT(compensator.counts().labels, labels_thawed + 15);  // 200 s less 5 s of confirmation
+  EXPECT_EQ(count(answers, 802.0, 1000.0, [](const auto& a) {
+              return all_axes(a, Mode::kFrozen, Reason::kCommanded, Rung::kOnlineSvr);
+            }), 198U * 20U);
+  // What was learned just before may take effect within the handover (1 s); then the epoch stands.
+  EXPECT_EQ(answers[802U * 20U].model_epoch, answers[999U * 20U].model_epoch);
+  EXPECT_TRUE(all_axes(answers.back(), Mode::kLearning, Reason::kNone, Rung::kOnlineSvr));
+}
+
+// Rule: a reset forgets everything learned at once, and learning begins anew.
+TEST(CompensatorLadder, AResetForgetsAndLearningBeginsAnew) {
+  GyroSpec spec = ramp();
+  spec.duration_s = 1500.0;
+  Compensator compensator{testing::options()};
+  std::vector<CompensatedSample> answers;
+  testing::run(compensator, make_record(spec), [&](const CompensatedSample& answer) {
+    answers.push_back(answer);
+    if (answers.size() == 800U * 20U) {
+      ASSERT_GT(compensator.support_vectors(Axis::kX), 0U);
+      ASSERT_TRUE(compensator.reset_models());
+      EXPECT_EQ(compensator.test_then_train(Axis::kX).labels, 0U);
+    }
+    if (answers.size() == 805U * 20U) {
+      EXPECT_EQ(compensator.support_vectors(Axis::kX), 0U);
+    }
+  });
+  EXPECT_EQ(count(answers, 800.0, 814.0, [](const auto& a) {
+              return all_axes(a, Mode::kPassthrough, Reason::kNoEstimateYet, Rung::kNone);
+            }), 280U);
+  EXPECT_EQ(count(answers, 817.0, 860.0, [](const auto& a) {
+              return all_axes(a, Mode::kFallback, a.reason[0], Rung::kStationaryBias);
+            }), 860U);
+  EXPECT_TRUE(all_axes(answers.back(), Mode::kLearning, Reason::kNone, Rung::kOnlineSvr));
+}
+
+// Rule: scheme none takes nothing off and learns nothing.
+TEST(CompensatorLadder, SchemeNonePassesEverythingThrough) {
+  CompensationOptions options = testing::options();
+  options.scheme = Scheme::kNone;
+  Compensator compensator{options};
+  const auto answers = testing::run(compensator, make_record(ramp()));
+  for (const auto& answer : answers) {
+    ASSERT_TRUE(all_axes(answer, Mode::kPassthrough, Reason::kSchemeNone, Rung::kNone));
+    ASSERT_EQ(answer.rate_radps, answer.raw.rate_radps);
+  }
+  EXPECT_FALSE(compensator.learner().run_one());
+}
+
+}  // namespace
+}  // namespace zerodrift::compensation

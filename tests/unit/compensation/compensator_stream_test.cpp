@@ -56,7 +56,7 @@ Record record_with_references() {
 
 // Merges the three streams, each in its own order, with each one ahead by a random run of messages.
 std::vector<CompensatedSample> run_interleaved(const Record& record, std::uint64_t seed, LearnerTiming timing) {
-  Compensator compensator{CompensationOptions{}};
+  Compensator compensator{testing::options()};
   Random random(seed);
   std::vector<CompensatedSample> answers;
   const auto take = [&](const CompensatedSample& answer) { answers.push_back(answer); };
@@ -113,7 +113,7 @@ TEST(CompensatorLaws, ModelsDueTogetherTakeEffectAlikeWheneverTheyWereLearned) {
   std::erase_if(record.rates, [](const auto& s) {
     return s.time > from_seconds(203.0) && s.time < from_seconds(253.0);
   });
-  CompensationOptions options;
+  CompensationOptions options = testing::options();
   options.learning.handover_s = 30.0;
   Compensator at_once{options}, awaited{options};
   const auto a = testing::run(at_once, record, LearnerTiming::kAtOnce);
@@ -129,7 +129,7 @@ TEST(CompensatorLaws, ModelsDueTogetherTakeEffectAlikeWheneverTheyWereLearned) {
 TEST(Compensator, AnsweringWithoutADueModelIsCounted) {
   GyroSpec spec;
   spec.duration_s = 60.0;
-  Compensator compensator{CompensationOptions{}};
+  Compensator compensator{testing::options()};
   const Record record = make_record(spec);
   for (const auto& reading : record.temperatures) compensator.push(reading);
   bool awaited = false;
@@ -168,7 +168,7 @@ TEST(CompensatorLaws, EveryAdmittedSampleHasExactlyOneAnswer) {
     for (std::size_t i = 0; i + 40 < arrivals.size(); i += 7) {  // swaps: some come late
       if (random.below(3) == 0) std::swap(arrivals[i], arrivals[i + random.below(40)]);
     }
-    Compensator compensator{CompensationOptions{}};
+    Compensator compensator{testing::options()};
     std::map<std::uint64_t, int> answered;
     const auto take = [&](const CompensatedSample& answer) {
       ++answered[answer.raw.sequence];
@@ -203,7 +203,7 @@ TEST(CompensatorLaws, EveryAdmittedSampleHasExactlyOneAnswer) {
 
 // Rule: a full queue refuses and counts nothing as seen: the same sample is taken once there is room.
 TEST(Compensator, AFullQueueRefusesTheSampleAndTakesItOnceThereIsRoom) {
-  Compensator compensator{CompensationOptions{}};
+  Compensator compensator{testing::options()};
   core::AngularRateSample sample;
   sample.valid = {true, true, true};
   sample.interval_s = 0.01;
@@ -228,7 +228,7 @@ TEST(CompensatorLaws, ALateSampleChangesNoLaterAnswer) {
   std::rotate(reordered.rates.begin() + 1000, reordered.rates.begin() + 1001, reordered.rates.begin() + 1006);
   Record without = record;
   without.rates.erase(without.rates.begin() + 1000);
-  Compensator a{CompensationOptions{}}, b{CompensationOptions{}};
+  Compensator a{testing::options()}, b{testing::options()};
   auto late = testing::run(a, reordered);
   const auto never = testing::run(b, without);
   ASSERT_EQ(late.size(), record.rates.size());
@@ -243,7 +243,7 @@ TEST(CompensatorScenarios, AfterASourceRestartTheModelStillCompensates) {
   GyroSpec spec;
   spec.duration_s = 600.0;
   spec.high_degc = 30.0;
-  Compensator compensator{CompensationOptions{}};
+  Compensator compensator{testing::options()};
   const Record record = make_record(spec);
   const auto before = testing::run(compensator, record);
   ASSERT_EQ(before.back().rung[0], Rung::kOnlineSvr);
@@ -269,7 +269,7 @@ TEST(CompensatorScenarios, AfterASourceRestartTheModelStillCompensates) {
 
 // Rule: samples that wait across a restart are still answered, and move nothing of the new stream.
 TEST(CompensatorAbuse, SamplesThatWaitAcrossARestartAreAnsweredAndMoveNothing) {
-  Compensator compensator{CompensationOptions{}};
+  Compensator compensator{testing::options()};
   GyroSpec spec;
   spec.duration_s = 120.0;
   const Record record = make_record(spec);

@@ -15,7 +15,7 @@ namespace {
 using testing::Random;
 
 CompensationOptions small_options() {
-  CompensationOptions options;
+  CompensationOptions options = testing::options();
   options.model.capacity = 50;
   options.features = {{.kind = thermal::FeatureKind::kTemperature, .probe = "coil"}};
   return options;
@@ -57,7 +57,8 @@ TEST(ModelExchange, SnapshotsArriveInOrder) {
   Random random(3);
   while (activated < 200) {
     if (random.below(2) == 0 && submitted < activated + 20) {
-      ASSERT_TRUE(exchange.submit(job(++submitted, label(0.01 * static_cast<double>(submitted), 0.0))));
+      ++submitted;
+      ASSERT_TRUE(exchange.submit(job(submitted, label(0.01 * static_cast<double>(submitted), 0.0))));
     }
     if (random.below(2) == 0) learner.run_one();
     if (random.below(2) == 0 && exchange.delivered(activated + 1)) {

@@ -55,10 +55,9 @@ struct GyroSpec {
   double rate_hz = 20.0;
   double duration_s = 600.0;
   double noise_deg_h_1s = 0.056;  // standard deviation of a one-second mean
-  // Chamber: at low_degc until ramp_begin_s, then +-ramp_degc_per_min between low and high.
+  // Chamber: between low and high at +-ramp_degc_per_min on average; constant where both are equal.
   double low_degc = 20.0;
   double high_degc = 20.0;
-  double ramp_begin_s = 0.0;
   double ramp_degc_per_min = 1.0;
   double offset_deg_h = 2.0;
   double per_degc_deg_h = 0.05;      // bias over temperature, linear
@@ -81,22 +80,22 @@ struct Record {
   std::vector<core::PerAxis<double>> noise_radps;
 };
 
-// A triangle between low and high with rounded time derivative +-ramp; constant before it begins.
+// Between low and high as a raised cosine: smooth, as the coil inside a chamber is; the mean of |dT/dt| is the ramp.
 struct Chamber {
   explicit Chamber(const GyroSpec& spec) : spec_(spec) {}
   [[nodiscard]] double temperature_degc(double time_s) const {
-    const double travel = spec_.high_degc - spec_.low_degc;
-    if (time_s <= spec_.ramp_begin_s || travel <= 0.0) return spec_.low_degc;
-    const double way = (time_s - spec_.ramp_begin_s) * spec_.ramp_degc_per_min / 60.0;
-    const double phase = std::fmod(way, 2.0 * travel);
-    return spec_.low_degc + (phase <= travel ? phase : 2.0 * travel - phase);
+    return spec_.low_degc + 0.5 * travel_degc() * (1.0 - std::cos(phase(time_s)));
   }
-  // One-sided difference over 5 s: a coil follows its chamber with inertia.
   [[nodiscard]] double rate_degc_per_min(double time_s) const {
-    return (temperature_degc(time_s) - temperature_degc(time_s - 5.0)) * 12.0;
+    return 0.5 * std::numbers::pi * spec_.ramp_degc_per_min * std::sin(phase(time_s));
   }
 
  private:
+  [[nodiscard]] double travel_degc() const { return spec_.high_degc - spec_.low_degc; }
+  [[nodiscard]] double phase(double time_s) const {
+    if (travel_degc() <= 0.0) return 0.0;
+    return std::numbers::pi * time_s * spec_.ramp_degc_per_min / 60.0 / travel_degc();
+  }
   GyroSpec spec_;
 };
 
@@ -150,6 +149,20 @@ inline Record make_record(const GyroSpec& spec) {
   return record;
 }
 
+// The settings that the figures in these tests are derived from, whatever the defaults become.
+inline CompensationOptions options() {
+  CompensationOptions options;
+  options.learning.label_interval_s = 10.0;
+  options.learning.confirm_s = 5.0;
+  options.learning.handover_s = 1.0;
+  options.learning.initial_labels = 6;
+  options.model.epsilon = 0.01;
+  options.model.domain_margin = 0.15;
+  options.temperature_delay_s = 0.05;
+  options.temperature_stale_s = 30.0;
+  return options;
+}
+
 // When a learner gets to work: both give the same output to the bit.
 enum class LearnerTiming { kAtOnce, kOnlyWhenAwaited };
 
@@ -182,6 +195,7 @@ void run(Compensator& compensator, const Record& record, Take&& take,
       compensator.push(record.references[r]);
     }
     compensator.push(sample);
+    if (t == record.temperatures.size()) compensator.give_up_waiting();  // that stream has ended
     answer_ready(compensator, timing, take);
   }
   for (; t < record.temperatures.size(); ++t) compensator.push(record.temperatures[t]);

@@ -229,12 +229,15 @@ TEST(Loopback, AReaderLearnsWhichWriterIsGone) {
     Writer<msg::ReplayProgress> writer(short_lived);
     msg::ReplayProgress progress;
     progress.consumer("x");
-    ASSERT_TRUE(writer.write(progress));
-    ASSERT_TRUE(eventually([&] { return count(heard) == 1; }));
+    // Best effort: repeated until heard.
+    ASSERT_TRUE(eventually([&] {
+      writer.write(progress);
+      return count(heard) > 0;
+    }));
     EXPECT_EQ(count(gone), 0U);
   }
   ASSERT_TRUE(eventually([&] { return count(gone) == 1; }));
-  EXPECT_EQ(gone, heard);
+  EXPECT_EQ(gone.front(), heard.front());
   EXPECT_EQ(reader.matched(), 1);
 }
 

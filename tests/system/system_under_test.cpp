@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/system/system_under_test.h"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <limits>
+
+#include "tests/system/files.h"
+
+namespace zerodrift::system_test {
+namespace {
+
+std::filesystem::path make_folder() {
+  std::string name = (std::filesystem::temp_directory_path() / "zerodrift-system-XXXXXX").string();
+  if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make " + name);
+  return name;
+}
+
+}  // namespace
+
+SystemUnderTest::SystemUnderTest(Domain domain)
+    : domain_(static_cast<std::uint32_t>(domain)),
+      segments_before_(shared_memory_segments()),
+      folder_(make_folder()) {}
+
+SystemUnderTest::~SystemUnderTest() {
+  for (const auto& process : processes_) process->send(SIGTERM);
+  if (::testing::Test::HasFailure()) {
+    for (const auto& process : processes_) {
+      process->wait(std::chrono::seconds(2));
+      std::printf("---- %s\n%s%s", process->name().c_str(), process->out().c_str(),
+                  process->err().c_str());
+    }
+  }
+  processes_.clear();
+  for (const auto& name : shared_memory_segments()) {
+    EXPECT_TRUE(segments_before_.contains(name)) << "left in /dev/shm: " << name;
+  }
+  std::filesystem::remove_all(folder_);
+}
+
+ChildProcess& SystemUnderTest::start_as_is(const std::string& program, const Arguments& arguments,
+                                           const Environment& environment) {
+  const std::string name = std::to_string(processes_.size()) + "-" + program;
+  processes_.push_back(std::make_unique<ChildProcess>(
+      Program{std::filesystem::path(ZERODRIFT_BIN_DIR) / program, arguments, environment,
+              path(name)}));
+  return *processes_.back();
+}
+
+ChildProcess& SystemUnderTest::start(const std::string& program, const Arguments& arguments,
+                                     const Environment& environment) {
+  Arguments all = arguments;
+  all.insert(all.end(), {"--domain", std::to_string(network().domain)});
+  return start_as_is(program, all, environment);
+}
+
+Finished SystemUnderTest::run(const std::string& program, const Arguments& arguments,
+                              std::chrono::milliseconds at_most) {
+  ChildProcess& process = start_as_is(program, arguments, {});
+  const auto code = process.wait(at_most);
+  if (!code) process.send(SIGKILL);
+  return {code.value_or(-1), process.out(), process.err()};
+}
+
+Finished SystemUnderTest::control(Arguments arguments) {
+  arguments.insert(arguments.begin(), "ctl");
+  arguments.insert(arguments.end(), {"--domain", std::to_string(network().domain)});
+  return run("zerodrift", arguments);
+}
+
+bool told(const Collector<msg::Event>& events, const std::string& code, const std::string& text) {
+  return events.any([&](const msg::Event& event) {
+    return code == event.code().c_str() &&
+           std::string(event.text().c_str()).find(text) != std::string::npos;
+  });
+}
+
+double metric(const Collector<msg::ServiceStatus>& statuses, const std::string& service,
+              const std::string& name) {
+  double value = std::numeric_limits<double>::quiet_NaN();
+  for (const auto& status : statuses.all()) {
+    if (service != status.service().c_str()) continue;
+    for (const auto& metric : status.metrics()) {
+      if (name == metric.name().c_str()) value = metric.value();
+    }
+  }
+  return value;
+}
+
+}  // namespace zerodrift::system_test

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+// What every system test has: a DDS domain and a folder of its own, the processes it started, and
+// the certainty that nothing is left of them.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "common/dds/participant.h"
+#include "tests/system/child_process.h"
+#include "tests/system/domains.h"
+#include "tests/unit/dds/test_domain.h"
+
+namespace zerodrift::system_test {
+
+using dds::eventually;
+
+struct Finished {
+  int exit_code = -1;
+  std::string out;
+  std::string err;
+};
+
+class SystemUnderTest {
+ public:
+  explicit SystemUnderTest(Domain domain);
+  // Stops what still runs; fails the test where a shared-memory segment is left, and shows what the
+  // processes wrote where the test failed.
+  ~SystemUnderTest();
+  SystemUnderTest(const SystemUnderTest&) = delete;
+  SystemUnderTest& operator=(const SystemUnderTest&) = delete;
+
+  [[nodiscard]] std::filesystem::path path(const std::string& name) const { return folder_ / name; }
+  [[nodiscard]] const dds::NetworkOptions& network() const { return domain_.network(); }
+
+  // Starts a program of the build's bin/ in this test's domain: `--domain` is added. The object
+  // lives as long as this one.
+  ChildProcess& start(const std::string& program, const Arguments& arguments,
+                      const Environment& environment = {});
+  // Runs one to its end, as it is: no argument is added. Exit code -1: it took longer than
+  // `at_most` and was stopped.
+  Finished run(const std::string& program, const Arguments& arguments,
+               std::chrono::milliseconds at_most = std::chrono::seconds(60));
+  // `zerodrift ctl ...` in this test's domain.
+  Finished control(Arguments arguments);
+
+ private:
+  ChildProcess& start_as_is(const std::string& program, const Arguments& arguments,
+                            const Environment& environment);
+
+  dds::TestDomain domain_;
+  std::set<std::string> segments_before_;
+  std::filesystem::path folder_;
+  std::vector<std::unique_ptr<ChildProcess>> processes_;
+};
+
+// Everything that is published on a topic, in order of arrival. Any thread.
+template <typename Message>
+class Collector {
+ public:
+  explicit Collector(dds::Participant& participant)
+      : reader_(participant, [this](const Message& message, const dds::SampleOrigin&) {
+          const std::lock_guard lock(mutex_);
+          messages_.push_back(message);
+        }) {}
+
+  [[nodiscard]] std::size_t size() const {
+    const std::lock_guard lock(mutex_);
+    return messages_.size();
+  }
+  [[nodiscard]] std::vector<Message> all() const {
+    const std::lock_guard lock(mutex_);
+    return messages_;
+  }
+  [[nodiscard]] bool any(const std::function<bool(const Message&)>& predicate) const {
+    const std::lock_guard lock(mutex_);
+    for (const auto& message : messages_) {
+      if (predicate(message)) return true;
+    }
+    return false;
+  }
+  [[nodiscard]] int matched() const { return reader_.matched(); }
+
+ private:
+  mutable std::mutex mutex_;
+  std::vector<Message> messages_;
+  dds::Reader<Message> reader_;
+};
+
+// True if an event of this code was published; `text` is part of its line.
+[[nodiscard]] bool told(const Collector<msg::Event>& events, const std::string& code,
+                        const std::string& text = "");
+
+// What a service last said of itself; NaN where it has not said it.
+[[nodiscard]] double metric(const Collector<msg::ServiceStatus>& statuses,
+                            const std::string& service, const std::string& name);
+
+}  // namespace zerodrift::system_test

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// Only lower bounds of time are checked: a sample never comes before it is due. How late a busy
+// machine wakes up is not the clock's.
+#include "common/service/replay_clock.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+namespace zerodrift::service {
+namespace {
+
+using std::chrono_literals::operator""h;
+using std::chrono_literals::operator""ms;
+using std::chrono_literals::operator""s;
+using std::chrono_literals::operator""us;
+
+// The clock does not sleep for less.
+constexpr auto kShortestSleep = 200us;
+
+std::string refusal(const std::string& text) {
+  try {
+    (void)parse_speed(text);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(ParseSpeed, TakesNumbersAboveZeroAndMax) {
+  EXPECT_EQ(parse_speed("1"), 1.0);
+  EXPECT_EQ(parse_speed("60"), 60.0);
+  EXPECT_EQ(parse_speed("0.5"), 0.5);
+  EXPECT_EQ(parse_speed("1e6"), 1e6);
+  EXPECT_EQ(parse_speed("max"), std::nullopt);
+}
+
+TEST(ParseSpeed, RefusesTheRestInOneLine) {
+  for (const char* text :
+       {"", "0", "-1", "-0.0", "fast", "Max", "60x", "1 2", "nan", "inf", "1e7", "1e400"}) {
+    EXPECT_EQ(refusal(text), "--speed: found '" + std::string(text) +
+                                 "', expected a number above 0, at most 1e6, or max");
+  }
+}
+
+TEST(ReplayClock, HoldsASampleUntilItIsDue) {
+  ReplayClock clock(100.0);
+  const auto start = std::chrono::steady_clock::now();
+  clock.wait_until(core::SensorTime{5s});
+  clock.wait_until(core::SensorTime{7s});
+  EXPECT_GE(std::chrono::steady_clock::now() - start, 20ms - kShortestSleep);
+}
+
+TEST(ReplayClock, CountsFromTheFirstSampleWhereverItStands) {
+  ReplayClock clock(1.0);
+  clock.wait_until(core::SensorTime{1000000h});  // would never return if waited for
+  clock.wait_until(core::SensorTime{1000000h} + 1ms);
+}
+
+TEST(ReplayClock, NeverSleepsAtFullSpeedNorForATimeThatGoesBack) {
+  ReplayClock full_speed(std::nullopt);
+  full_speed.wait_until(core::SensorTime{0});
+  full_speed.wait_until(core::SensorTime{1000000h});
+  ReplayClock clock(1.0);
+  clock.wait_until(core::SensorTime{1000000h});
+  clock.wait_until(core::SensorTime{0});
+}
+
+TEST(ReplayClock, GoesOnFromWhereItIsAfterAStallInsteadOfRushing) {
+  ReplayClock clock(1.0);
+  clock.wait_until(core::SensorTime{0});
+  std::this_thread::sleep_for(300ms);
+  clock.wait_until(core::SensorTime{10ms});  // 290 ms late: the clock starts anew here
+  const auto resumed = std::chrono::steady_clock::now();
+  clock.wait_until(core::SensorTime{60ms});
+  // wait_until() read its clock before `resumed` was taken, by microseconds.
+  EXPECT_GE(std::chrono::steady_clock::now() - resumed, 50ms - kShortestSleep - 5ms);
+}
+
+}  // namespace
+}  // namespace zerodrift::service

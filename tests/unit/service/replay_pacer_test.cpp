@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+// A publisher's pacer and its consumers' reporters, each in a participant of its own, over the
+// loopback interface. Progress is best effort and repeated, so the consumers here repeat it too.
+#include "common/service/replay_pacer.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/dds/topics.h"
+#include "tests/unit/dds/test_domain.h"
+
+namespace zerodrift::service {
+namespace {
+
+using dds::eventually;
+using dds::TestDomain;
+using std::chrono_literals::operator""ms;
+using std::chrono_literals::operator""s;
+
+constexpr std::uint32_t kDomain = 106;
+constexpr std::uint32_t kGyro = 7;
+constexpr std::uint64_t kFirst = 1000;
+constexpr std::uint64_t kWindow = ReplayPacer::kWindow;
+constexpr auto kAtOnce = 0ms;
+constexpr auto kAWhile = 50ms;
+
+class Consumer {
+ public:
+  Consumer(const TestDomain& domain, const std::string& name)
+      : participant_(name, domain.network()), reporter_(participant_, name) {}
+
+  ReplayProgressReporter& reporter() { return reporter_; }
+
+ private:
+  dds::Participant participant_;
+  ReplayProgressReporter reporter_;
+};
+
+class Pacing : public testing::Test {
+ protected:
+  explicit Pacing(std::vector<std::string> wait_for = {"one", "two"})
+      : pacer_(publisher_, kGyro, std::move(wait_for)) {}
+
+  // Says the same until the pacer has understood it.
+  void announced(Consumer& consumer, const std::string& still_missing) {
+    ASSERT_TRUE(eventually([&] {
+      consumer.reporter().announce();
+      return pacer_.missing_consumers() == still_missing;
+    }));
+  }
+  // Sends as many samples as there is room for, `limit` at most; what was sent last.
+  std::uint64_t send_all_there_is_room_for(std::uint64_t from, std::uint64_t limit = 10 * kWindow) {
+    std::uint64_t sequence = from;
+    while (sequence - from < limit && pacer_.wait_for_room(sequence, kFirst, kAWhile)) ++sequence;
+    return sequence - 1;
+  }
+  // True once a sample has room, with this consumer repeating its progress.
+  bool room_after(Consumer& consumer, std::uint64_t taken, std::uint64_t sequence) {
+    return eventually([&] {
+      consumer.reporter().report(kGyro, taken, core::SensorTime{0});
+      return pacer_.wait_for_room(sequence, kFirst, kAtOnce);
+    });
+  }
+
+  TestDomain domain_{kDomain};
+  dds::Participant publisher_{"publisher", domain_.network()};
+  ReplayPacer pacer_;
+};
+
+class PacingOne : public Pacing {
+ protected:
+  PacingOne() : Pacing({"one"}) {}
+};
+
+class PacingNobody : public Pacing {
+ protected:
+  PacingNobody() : Pacing(std::vector<std::string>{}) {}
+};
+
+TEST(ReplayPacerLaws, TheHistoryOfSampleTopicsHoldsManyWindows) {
+  // A quarter of the history may be on its way: nothing can be overwritten before it is taken, even
+  // with several times the window held up by the transport.
+  for (const dds::TopicSpec& spec :
+       {dds::kAngularRate, dds::kRateReference, dds::kCompensatedRate}) {
+    EXPECT_GE(static_cast<std::uint64_t>(spec.depth), 4 * kWindow) << spec.name;
+  }
+}
+
+TEST_F(Pacing, NamesTheConsumersThatAreMissing) {
+  EXPECT_TRUE(pacer_.anybody_to_wait_for());
+  EXPECT_EQ(pacer_.missing_consumers(), "one, two");
+  EXPECT_FALSE(pacer_.wait_for_consumers(kAtOnce));
+  Consumer two(domain_, "two");
+  announced(two, "one");
+  EXPECT_FALSE(pacer_.wait_for_consumers(kAtOnce));
+  Consumer one(domain_, "one");
+  announced(one, "");
+  EXPECT_TRUE(pacer_.wait_for_consumers(kAtOnce));
+}
+
+TEST_F(PacingNobody, NobodyIsWaitedForWhereNobodyIsNamed) {
+  EXPECT_FALSE(pacer_.anybody_to_wait_for());
+  EXPECT_EQ(pacer_.missing_consumers(), "");
+  EXPECT_TRUE(pacer_.wait_for_consumers(kAtOnce));
+  EXPECT_EQ(send_all_there_is_room_for(kFirst), kFirst + 10 * kWindow - 1);
+  EXPECT_TRUE(pacer_.wait_for_all(kFirst + 10 * kWindow, kFirst, kAtOnce));
+}
+
+TEST_F(PacingOne, ExactlyOneWindowIsSentBeforeTheFirstAnswer) {
+  Consumer one(domain_, "one");
+  announced(one, "");
+  EXPECT_EQ(send_all_there_is_room_for(kFirst), kFirst + kWindow - 1);
+}
+
+TEST_F(PacingOne, EachAnswerMakesRoomForAsManyAsItTook) {
+  Consumer one(domain_, "one");
+  announced(one, "");
+  const std::uint64_t sent = send_all_there_is_room_for(kFirst);
+  ASSERT_TRUE(room_after(one, kFirst + 9, sent + 1));
+  EXPECT_EQ(send_all_there_is_room_for(sent + 2), sent + 10);
+}
+
+TEST_F(Pacing, TheSlowestConsumerDecides) {
+  Consumer one(domain_, "one");
+  Consumer two(domain_, "two");
+  announced(one, "two");
+  announced(two, "");
+  const std::uint64_t sent = send_all_there_is_room_for(kFirst);
+  EXPECT_EQ(sent, kFirst + kWindow - 1);
+  for (int i = 0; i < 10; ++i) one.reporter().report(kGyro, sent, core::SensorTime{0});
+  EXPECT_FALSE(pacer_.wait_for_room(sent + 1, kFirst, kAWhile));
+  EXPECT_TRUE(room_after(two, kFirst, sent + 1));
+  EXPECT_FALSE(pacer_.wait_for_room(sent + 2, kFirst, kAWhile));
+}
+
+TEST_F(PacingOne, OfSeveralWithOneNameTheFurthestCounts) {
+  Consumer primary(domain_, "one");
+  Consumer standby(domain_, "one");
+  announced(primary, "");
+  const std::uint64_t sent = send_all_there_is_room_for(kFirst);
+  standby.reporter().announce();
+  EXPECT_TRUE(room_after(primary, sent, sent + 1));
+}
+
+TEST_F(Pacing, AConsumerThatIsGoneIsNoLongerWaitedFor) {
+  Consumer one(domain_, "one");
+  auto two = std::make_unique<Consumer>(domain_, "two");
+  announced(one, "two");
+  announced(*two, "");
+  const std::uint64_t sent = send_all_there_is_room_for(kFirst);
+  for (int i = 0; i < 10; ++i) two->reporter().report(kGyro, kFirst, core::SensorTime{0});
+  ASSERT_TRUE(room_after(one, sent, sent + 1)) << "one more, for the one that two took";
+  EXPECT_FALSE(pacer_.wait_for_room(sent + 2, kFirst, kAWhile));
+  two.reset();
+  EXPECT_TRUE(room_after(one, sent, sent + 2));
+  EXPECT_EQ(pacer_.missing_consumers(), "two");
+  EXPECT_FALSE(pacer_.wait_for_consumers(kAtOnce));
+}
+
+TEST_F(PacingOne, AConsumerThatComesAgainStandsWhereTheReplayIs) {
+  auto first_life = std::make_unique<Consumer>(domain_, "one");
+  announced(*first_life, "");
+  const std::uint64_t sent = send_all_there_is_room_for(kFirst);
+  ASSERT_TRUE(room_after(*first_life, sent, sent + 1));
+  first_life.reset();
+  ASSERT_TRUE(eventually([&] { return pacer_.missing_consumers() == "one"; }));
+  const std::uint64_t later = send_all_there_is_room_for(sent + 2);
+  EXPECT_EQ(later, sent + 1 + 10 * kWindow) << "nobody is there to wait for";
+
+  Consumer second_life(domain_, "one");
+  announced(second_life, "");
+  EXPECT_EQ(send_all_there_is_room_for(later + 1), later + kWindow);
+}
+
+TEST_F(PacingOne, AJumpInTheSequenceNumbersIsNotWaitedFor) {
+  Consumer one(domain_, "one");
+  announced(one, "");
+  ASSERT_TRUE(pacer_.wait_for_room(kFirst, kFirst, kAtOnce));
+  ASSERT_TRUE(room_after(one, kFirst, kFirst + 1));
+  const std::uint64_t after_a_gap = kFirst + 100 * kWindow;
+  ASSERT_TRUE(room_after(one, kFirst + 1, after_a_gap));
+  EXPECT_FALSE(pacer_.wait_for_room(after_a_gap + 1, kFirst, kAWhile)) << "until it was taken";
+  EXPECT_TRUE(room_after(one, after_a_gap, after_a_gap + 1));
+}
+
+TEST_F(PacingOne, ASequenceNumberThatGoesBackIsNotWaitedFor) {
+  Consumer one(domain_, "one");
+  announced(one, "");
+  ASSERT_TRUE(pacer_.wait_for_room(kFirst, kFirst, kAtOnce));
+  EXPECT_TRUE(pacer_.wait_for_room(kFirst - 1, kFirst, kAtOnce));
+  EXPECT_TRUE(pacer_.wait_for_room(0, kFirst, kAtOnce));
+}
+
+TEST_F(PacingOne, WhatAConsumerTookOfAnEarlierReplayDoesNotCount) {
+  Consumer one(domain_, "one");
+  announced(one, "");
+  ASSERT_TRUE(pacer_.wait_for_room(kFirst, kFirst, kAtOnce));
+  for (int i = 0; i < 10; ++i) one.reporter().report(kGyro, kFirst - 1, core::SensorTime{0});
+  EXPECT_EQ(send_all_there_is_room_for(kFirst + 1), kFirst + kWindow - 1);
+}
+
+TEST_F(PacingOne, ProgressOfAnotherGyroDoesNotCount) {
+  Consumer one(domain_, "one");
+  announced(one, "");
+  const std::uint64_t sent = send_all_there_is_room_for(kFirst);
+  for (int i = 0; i < 10; ++i) one.reporter().report(kGyro + 1, sent, core::SensorTime{0});
+  EXPECT_FALSE(pacer_.wait_for_room(sent + 1, kFirst, kAWhile));
+}
+
+TEST_F(PacingOne, TheEndIsReachedWhenEverySampleIsTakenEvenOfOne) {
+  Consumer one(domain_, "one");
+  announced(one, "");
+  ASSERT_TRUE(pacer_.wait_for_room(kFirst, kFirst, kAtOnce));
+  EXPECT_FALSE(pacer_.wait_for_all(kFirst, kFirst, kAWhile));
+  EXPECT_TRUE(eventually([&] {
+    one.reporter().report(kGyro, kFirst, core::SensorTime{0});
+    return pacer_.wait_for_all(kFirst, kFirst, kAtOnce);
+  }));
+}
+
+TEST_F(PacingOne, TemperaturesAreHeldUntilSomebodyNeedsThem) {
+  Consumer one(domain_, "one");
+  announced(one, "");
+  EXPECT_FALSE(pacer_.wait_until_needed(5s, kAWhile));
+  EXPECT_TRUE(eventually([&] {
+    one.reporter().report(kGyro, kFirst, 5s);
+    return pacer_.wait_until_needed(5s, kAtOnce);
+  }));
+  EXPECT_FALSE(pacer_.wait_until_needed(6s, kAWhile));
+}
+
+}  // namespace
+}  // namespace zerodrift::service
