@@ -42,12 +42,9 @@ RestState RestGate::add(const DriftBlock& block) noexcept {
     return state_ = implausible ? RestState::kLevelImplausible : RestState::kMotion;
   }
   if (state_ == RestState::kMotion || state_ == RestState::kLevelImplausible) {
-    still_since_ = block.begin;
-    state_ = RestState::kSettling;
+    begin_settling(block.begin);
   }
-  if (state_ == RestState::kSettling && core::seconds(block.end - still_since_) >= options_.dwell_s) {
-    state_ = RestState::kRest;
-  }
+  if (state_ == RestState::kSettling) settle(block);
   if (state_ == RestState::kRest) track(block);
   return state_;
 }
@@ -155,6 +152,34 @@ bool RestGate::departs(const DriftBlock& block) const noexcept {
     if (block.count[index(axis)] >= kSamplesForSpread && state.spread > 0.0 && block.variance_radps2[index(axis)] > widest) return true;
   }
   return false;
+}
+
+void RestGate::begin_settling(core::SensorTime since) noexcept {
+  state_ = RestState::kSettling;
+  still_since_ = since;
+  for (AxisState& state : axes_) {
+    state.settling = 0.0;
+    state.settling_blocks = 0;
+  }
+}
+
+void RestGate::settle(const DriftBlock& block) noexcept {
+  for (const auto axis : kAxes) {
+    if (block.count[index(axis)] == 0) continue;
+    axes_[index(axis)].settling += block.mean_radps[index(axis)];
+    ++axes_[index(axis)].settling_blocks;
+  }
+  if (core::seconds(block.end - still_since_) < options_.dwell_s) return;
+  state_ = RestState::kRest;
+  adopt_settled();
+}
+
+// The drift went on while the gyro moved: the level begins anew at the mean of the dwell.
+void RestGate::adopt_settled() noexcept {
+  for (AxisState& state : axes_) {
+    if (!state.known || state.settling_blocks == 0) continue;
+    state.level = state.settling / static_cast<double>(state.settling_blocks);
+  }
 }
 
 void RestGate::track(const DriftBlock& block) noexcept {

@@ -67,6 +67,8 @@ class RestGate {
     double spread = 0.0;       // variance of samples within a block
     double previous = 0.0;
     std::size_t blocks = 0;
+    double settling = 0.0;     // sum of the means since still_since_
+    std::size_t settling_blocks = 0;
   };
   static constexpr std::size_t kMaxInitialBlocks = 32;
 
@@ -76,6 +78,9 @@ class RestGate {
   [[nodiscard]] double threshold(const AxisState& axis, double elapsed_s) const noexcept;
   [[nodiscard]] bool departs(const DriftBlock& block) const noexcept;
   [[nodiscard]] bool level_implausible(const DriftBlock& block) const noexcept;
+  void begin_settling(core::SensorTime since) noexcept;
+  void settle(const DriftBlock& block) noexcept;
+  void adopt_settled() noexcept;
   void track(const DriftBlock& block) noexcept;
 
   RestGateOptions options_;

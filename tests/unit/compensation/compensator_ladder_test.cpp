@@ -32,8 +32,7 @@ GyroSpec ramp() {
 template <typename Condition>
 std::size_t count(const std::vector<CompensatedSample>& answers, double from_s, double to_s, Condition&& holds) {
   return static_cast<std::size_t>(std::count_if(answers.begin(), answers.end(), [&](const auto& answer) {
-    const double t = seconds(answer.raw.time);
-    return t > from_s && t <= to_s && holds(answer);
+    return answer.raw.time > from_seconds(from_s) && answer.raw.time <= from_seconds(to_s) && holds(answer);
   }));
 }
 
@@ -80,8 +79,10 @@ TEST(CompensatorLadder, WhenTemperatureStopsTheBiasTakesOver) {
   EXPECT_EQ(count(answers, 632.0, 900.0, [](const auto& a) {
               return all_axes(a, Mode::kFallback, Reason::kTemperatureStale, Rung::kStationaryBias);
             }), 268U * 20U);
-  // The bias goes on being learned: a minute's mean of a drift that moves 0.09 deg/h a minute at most.
-  EXPECT_NEAR(answers.back().applied_drift_radps[0], record.drift_radps.back()[0], 0.2 * kDegH);
+  // The bias goes on being learned. Its labels are 50 s old in the mean at most (half a minute, half a label,
+  // confirmation and one more label to come); the drift moves at most 0.5 * pi / 2 * pi / 300 s = 0.0082 deg/h/s by
+  // Shupe and 0.05 * pi / 2 / 60 = 0.0013 deg/h/s by temperature.
+  EXPECT_NEAR(answers.back().applied_drift_radps[0], record.drift_radps.back()[0], 0.5 * kDegH);
 }
 
 // Rule: a probe that doesn't move for probe_stuck_s while another does is not believed.

@@ -126,6 +126,18 @@ TEST(RestGateScenarios, ASlowTurnOverTenMinutesNeverBecomesRestAndRestReturnsAft
   EXPECT_EQ(gate.add(blocks.next(still)), RestState::kRest);
 }
 
+// Rule: drift goes on while the gyro turns; back at rest the level begins anew where the drift now
+// is. 20 deg/h in 600 s is within the 30 deg/h the level may slew, and 50 thresholds away from it.
+TEST(RestGateScenarios, AfterALongTurnTheLevelBeginsAnewWhereTheDriftIs) {
+  RestGate gate{RestGateOptions{}};
+  Blocks blocks(6, kFogSigmaDegH);
+  settle(gate, blocks);
+  EXPECT_EQ(not_at_rest(gate, blocks, 600, [](double, Axis) { return 360.0; }), 600);
+  const auto drifted = [](double, Axis) { return 22.0; };
+  EXPECT_EQ(not_at_rest(gate, blocks, 60, drifted), 4);
+  EXPECT_NEAR(gate.level(Axis::kX), 22.0 * kDegH, 3.0 * kFogSigmaDegH * kDegH);
+}
+
 // Rule: a still block within the dwell that is followed by motion starts the dwell anew.
 TEST(RestGateScenarios, MotionWithinTheDwellStartsItAnew) {
   RestGate gate{RestGateOptions{}};
