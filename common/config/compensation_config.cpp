@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/config/compensation_config.h"
 
+#include <algorithm>
 #include <array>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -35,21 +37,35 @@ constexpr std::array kEarthRates{std::pair{"auto", compensation::EarthRateMode::
                                  std::pair{"included", compensation::EarthRateMode::kIncluded},
                                  std::pair{"known", compensation::EarthRateMode::kKnown},
                                  std::pair{"unknown", compensation::EarthRateMode::kUnknown}};
-constexpr std::array kEstimators{std::pair{"sliding_mean", thermal::RateMethod::kSlidingMean},
-                                 std::pair{"local_polynomial", thermal::RateMethod::kLocalPolynomial}};
-constexpr std::array kFeatures{std::pair{"temperature", thermal::FeatureKind::kTemperature},
-                               std::pair{"temperature_rate", thermal::FeatureKind::kTemperatureRate},
-                               std::pair{"temperature_times_rate", thermal::FeatureKind::kTemperatureTimesRate},
-                               std::pair{"lagged_temperature", thermal::FeatureKind::kLaggedTemperature},
-                               std::pair{"probe_difference", thermal::FeatureKind::kProbeDifference},
-                               std::pair{"pulse_mean", thermal::FeatureKind::kPulseMean},
-                               std::pair{"pulse_rate", thermal::FeatureKind::kPulseRate}};
+constexpr std::array kEstimators{
+    std::pair{"sliding_mean", thermal::RateMethod::kSlidingMean},
+    std::pair{"local_polynomial", thermal::RateMethod::kLocalPolynomial}};
+constexpr std::array kFeatures{
+    std::pair{"temperature", thermal::FeatureKind::kTemperature},
+    std::pair{"temperature_rate", thermal::FeatureKind::kTemperatureRate},
+    std::pair{"temperature_times_rate", thermal::FeatureKind::kTemperatureTimesRate},
+    std::pair{"lagged_temperature", thermal::FeatureKind::kLaggedTemperature},
+    std::pair{"probe_difference", thermal::FeatureKind::kProbeDifference},
+    std::pair{"pulse_mean", thermal::FeatureKind::kPulseMean},
+    std::pair{"pulse_rate", thermal::FeatureKind::kPulseRate}};
+
+void require_above_0(const YamlDocument& file, const char* key, double value) {
+  if (value > 0.0) return;
+  throw file.error(key, "found " + std::to_string(value) + ", expected a number above 0");
+}
+
+void require_within(const YamlDocument& file, const char* key, double value, int low, int high) {
+  if (value >= low && value <= high) return;
+  throw file.error(key, "found " + std::to_string(value) + ", expected " + std::to_string(low) +
+                            " to " + std::to_string(high));
+}
 
 bool is_pulse(thermal::FeatureKind kind) {
   return kind == thermal::FeatureKind::kPulseMean || kind == thermal::FeatureKind::kPulseRate;
 }
 
-void read_features(const YamlDocument& file, const proto::CompensationConfig& in, CompensationOptions& out) {
+void read_features(const YamlDocument& file, const proto::CompensationConfig& in,
+                   CompensationOptions& out) {
   if (in.features().empty()) return;
   out.features.clear();
   for (int i = 0; i < in.features_size(); ++i) {
@@ -64,14 +80,16 @@ void read_features(const YamlDocument& file, const proto::CompensationConfig& in
   }
 }
 
-void read_rate_estimator(const YamlDocument& file, const proto::TemperatureRateConfig& in, CompensationOptions& out) {
+void read_rate_estimator(const YamlDocument& file, const proto::TemperatureRateConfig& in,
+                         CompensationOptions& out) {
   if (!in.estimator().empty()) {
     out.track.rate_method = choose(file, "temperature_rate.estimator", in.estimator(), kEstimators);
   }
   if (!in.has_window_s()) return;
+  require_within(file, "temperature_rate.window_s", in.window_s(), 1, 3600);
   out.track.local_polynomial.window_s = in.window_s();
   out.track.sliding_mean.window_samples =
-      static_cast<std::size_t>(std::max(1.0, in.window_s() * out.track.sliding_mean.sample_rate_hz));
+      static_cast<std::size_t>(in.window_s() * out.track.sliding_mean.sample_rate_hz);
 }
 
 void read_model(const YamlDocument& file, const proto::SvrConfig& in, CompensationOptions& out) {
@@ -82,35 +100,59 @@ void read_model(const YamlDocument& file, const proto::SvrConfig& in, Compensati
   if (!in.window().empty()) out.model.window = choose(file, "svr.window", in.window(), kWindows);
 }
 
-void read_learning(const proto::LearningConfig& in, CompensationOptions& out) {
+void read_learning(const YamlDocument& file, const proto::LearningConfig& in,
+                   CompensationOptions& out) {
   if (in.has_label_interval_s()) out.learning.label_interval_s = in.label_interval_s();
   if (in.has_confirm_s()) out.learning.confirm_s = out.learning.rest.dwell_s = in.confirm_s();
   if (in.has_handover_s()) out.learning.handover_s = in.handover_s();
   if (in.has_max_drift_deg_h()) {
+    require_above_0(file, "learning.max_drift_deg_h", in.max_drift_deg_h());
     out.learning.rest.max_level_radps = core::radps_from_deg_h(in.max_drift_deg_h());
   }
   if (in.has_max_drift_slew_deg_h_s()) {
+    require_above_0(file, "learning.max_drift_slew_deg_h_s", in.max_drift_slew_deg_h_s());
     out.learning.rest.max_slew_radps2 = core::radps_from_deg_h(in.max_drift_slew_deg_h_s());
   }
 }
 
-void read_earth_rate(const YamlDocument& file, const proto::EarthRateConfig& in, CompensationOptions& out) {
+void read_earth_rate(const YamlDocument& file, const proto::EarthRateConfig& in,
+                     CompensationOptions& out) {
   if (in.mode().empty()) return;
   out.earth_rate.mode = choose(file, "earth_rate.mode", in.mode(), kEarthRates);
   if (out.earth_rate.mode != compensation::EarthRateMode::kKnown) return;
-  if (!in.has_latitude_deg() || !in.has_roll_deg() || !in.has_pitch_deg() || !in.has_heading_deg()) {
-    throw file.error("earth_rate", "mode known needs latitude_deg, roll_deg, pitch_deg and heading_deg");
+  if (!in.has_latitude_deg() || !in.has_roll_deg() || !in.has_pitch_deg() ||
+      !in.has_heading_deg()) {
+    throw file.error("earth_rate",
+                     "mode known needs latitude_deg, roll_deg, pitch_deg and heading_deg");
   }
+  require_within(file, "earth_rate.latitude_deg", in.latitude_deg(), -90, 90);
   const navigation::Attitude attitude{.roll_rad = in.roll_deg() * core::kRadPerDeg,
                                       .pitch_rad = in.pitch_deg() * core::kRadPerDeg,
                                       .heading_rad = in.heading_deg() * core::kRadPerDeg};
-  out.earth_rate.rate_radps = navigation::earth_rate_radps_b(in.latitude_deg() * core::kRadPerDeg, attitude);
+  out.earth_rate.rate_radps =
+      navigation::earth_rate_radps_b(in.latitude_deg() * core::kRadPerDeg, attitude);
 }
 
 std::vector<double> polynomial(const google::protobuf::RepeatedField<double>& coefficients_deg_h) {
   std::vector<double> result;
   for (const double value : coefficients_deg_h) result.push_back(core::radps_from_deg_h(value));
   return result;
+}
+
+// Lines that start with the wrong key ("key: what" or "key what"), as errors of this file.
+ConfigError error_of(const YamlDocument& file, const std::string& line) {
+  const auto end = std::min(line.find_first_of(": "), line.size());
+  const auto what = std::min(line.find_first_not_of(": ", end), line.size());
+  return file.error(line.substr(0, end), line.substr(what));
+}
+
+void check(const YamlDocument& file, const CompensationOptions& options) {
+  if (const auto line = options.validate()) throw error_of(file, *line);
+  try {
+    const thermal::FeatureBuilder builder({.features = options.features}, options.probes());
+  } catch (const std::invalid_argument& problem) {
+    throw error_of(file, problem.what());
+  }
 }
 
 }  // namespace
@@ -124,7 +166,7 @@ compensation::CompensationOptions load_compensation(const std::filesystem::path&
   read_features(file, in, out);
   read_rate_estimator(file, in.temperature_rate(), out);
   read_model(file, in.svr(), out);
-  read_learning(in.learning(), out);
+  read_learning(file, in.learning(), out);
   read_earth_rate(file, in.earth_rate(), out);
   out.factory_polynomial_radps = {polynomial(in.factory_polynomial().x_deg_h()),
                                   polynomial(in.factory_polynomial().y_deg_h()),
@@ -132,10 +174,7 @@ compensation::CompensationOptions load_compensation(const std::filesystem::path&
   if (in.has_temperature_delay_s()) out.temperature_delay_s = in.temperature_delay_s();
   if (in.has_temperature_stale_s()) out.temperature_stale_s = in.temperature_stale_s();
   if (in.has_probe_stuck_s()) out.probe_stuck_s = in.probe_stuck_s();
-  if (const auto line = out.validate()) {
-    const auto colon = line->find(": ");
-    throw file.error(line->substr(0, colon), line->substr(colon + 2));
-  }
+  check(file, out);
   return out;
 }
 

@@ -10,8 +10,9 @@
 
 namespace zerodrift::config {
 
-// Reads and validates; keys that are absent keep the defaults of CompensationOptions. Throws ConfigError with one line
-// that names file, line and key.
-[[nodiscard]] compensation::CompensationOptions load_compensation(const std::filesystem::path& path);
+// Reads and validates; keys that are absent keep the defaults of CompensationOptions. Throws
+// ConfigError with one line that names file, line and key.
+[[nodiscard]] compensation::CompensationOptions load_compensation(
+    const std::filesystem::path& path);
 
 }  // namespace zerodrift::config

@@ -43,7 +43,9 @@ class RingBuffer {
 
   // 0 is the oldest.
   [[nodiscard]] T& operator[](std::size_t i) noexcept { return slots_[wrap(first_ + i)]; }
-  [[nodiscard]] const T& operator[](std::size_t i) const noexcept { return slots_[wrap(first_ + i)]; }
+  [[nodiscard]] const T& operator[](std::size_t i) const noexcept {
+    return slots_[wrap(first_ + i)];
+  }
   [[nodiscard]] T& front() noexcept { return (*this)[0]; }
   [[nodiscard]] const T& front() const noexcept { return (*this)[0]; }
   [[nodiscard]] T& back() noexcept { return (*this)[size_ - 1]; }

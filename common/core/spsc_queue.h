@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bounded queue between exactly one producing and one consuming thread: no lock, no allocation after construction.
+// Bounded queue between exactly one producing and one consuming thread: no lock, no allocation
+// after construction.
 #pragma once
 
 #include <atomic>
@@ -31,10 +32,14 @@ class SpscQueue {
   }
 
   // Consumer; only after front() gave an element.
-  void pop() noexcept { head_.store(following(head_.load(std::memory_order_relaxed)), std::memory_order_release); }
+  void pop() noexcept {
+    head_.store(following(head_.load(std::memory_order_relaxed)), std::memory_order_release);
+  }
 
  private:
-  [[nodiscard]] std::size_t following(std::size_t i) const noexcept { return i + 1 == slots_.size() ? 0 : i + 1; }
+  [[nodiscard]] std::size_t following(std::size_t i) const noexcept {
+    return i + 1 == slots_.size() ? 0 : i + 1;
+  }
 
   std::vector<T> slots_;
   alignas(64) std::atomic<std::size_t> head_{0};

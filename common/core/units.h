@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Unit conversions. SI inside (rad/s, s, m/s²), deg/h only in reports and records; temperature stays in °C.
+// Unit conversions. SI inside (rad/s, s, m/s²), deg/h only in reports and records; temperature
+// stays in °C.
 #pragma once
 
 #include <numbers>
@@ -11,8 +12,12 @@ inline constexpr double kSecondsPerHour = 3600.0;
 
 // deg/h -> rad/s and back.
 inline constexpr double kRadPerSecPerDegPerHour = kRadPerDeg / kSecondsPerHour;
-constexpr double radps_from_deg_h(double rate_deg_h) { return rate_deg_h * kRadPerSecPerDegPerHour; }
-constexpr double deg_h_from_radps(double rate_radps) { return rate_radps / kRadPerSecPerDegPerHour; }
+constexpr double radps_from_deg_h(double rate_deg_h) {
+  return rate_deg_h * kRadPerSecPerDegPerHour;
+}
+constexpr double deg_h_from_radps(double rate_radps) {
+  return rate_radps / kRadPerSecPerDegPerHour;
+}
 
 // Earth's sidereal rotation rate, rad/s (WGS 84).
 inline constexpr double kEarthRateRadps = 7.292115e-5;

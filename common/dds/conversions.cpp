@@ -13,7 +13,8 @@ namespace {
 constexpr std::uint32_t kClippedShift = 8;
 constexpr std::uint32_t kBodyFrame = 1;
 
-std::uint32_t validity_bits(const core::PerAxis<bool>& valid, const core::PerAxis<bool>& clipped) noexcept {
+std::uint32_t validity_bits(const core::PerAxis<bool>& valid,
+                            const core::PerAxis<bool>& clipped) noexcept {
   std::uint32_t bits = 0;
   for (const auto axis : kAxes) {
     const auto i = static_cast<std::uint32_t>(index(axis));
@@ -32,8 +33,9 @@ void read_validity(std::uint32_t bits, core::AngularRateSample& sample) noexcept
 }
 
 core::ClockSource clock_source(std::uint32_t number) noexcept {
-  return number <= static_cast<std::uint32_t>(core::ClockSource::kSimulation) ? static_cast<core::ClockSource>(number)
-                                                                              : core::ClockSource::kUnknown;
+  return number <= static_cast<std::uint32_t>(core::ClockSource::kSimulation)
+             ? static_cast<core::ClockSource>(number)
+             : core::ClockSource::kUnknown;
 }
 
 double usable_interval(double interval_s) noexcept {
@@ -111,9 +113,10 @@ msg::RateReference to_message(const core::RateReferenceSample& sample, std::uint
 
 core::RateReferenceSample from_message(const msg::RateReference& message) noexcept {
   core::RateReferenceSample sample;
-  sample.kind = message.kind() <= static_cast<std::uint32_t>(core::ReferenceKind::kNavigationResidual)
-                    ? static_cast<core::ReferenceKind>(message.kind())
-                    : core::ReferenceKind::kNone;
+  sample.kind =
+      message.kind() <= static_cast<std::uint32_t>(core::ReferenceKind::kNavigationResidual)
+          ? static_cast<core::ReferenceKind>(message.kind())
+          : core::ReferenceKind::kNone;
   sample.time = core::SensorTime{message.sensor_time_ns()};
   sample.model_epoch = message.model_epoch();
   for (const auto axis : kAxes) {
@@ -126,8 +129,8 @@ core::RateReferenceSample from_message(const msg::RateReference& message) noexce
   return sample;
 }
 
-void to_message(const compensation::CompensatedSample& sample, std::uint32_t gyro_id, std::uint32_t instance,
-                msg::CompensatedRate& message) noexcept {
+void to_message(const compensation::CompensatedSample& sample, std::uint32_t gyro_id,
+                std::uint32_t instance, msg::CompensatedRate& message) noexcept {
   const core::AngularRateSample& raw = sample.raw;
   message.gyro_id(gyro_id);
   message.validity(validity_bits(raw.valid, raw.clipped));
@@ -143,7 +146,8 @@ void to_message(const compensation::CompensatedSample& sample, std::uint32_t gyr
     const std::size_t i = index(axis);
     message.delta_angle_rad()[i] = sample.rate_radps[i] * raw.interval_s;
     const bool axis_known = sample.sensor_variance[i] >= 0.0 && sample.drift_variance[i] >= 0.0;
-    message.rate_covariance_radps2()[4 * i] = axis_known ? sample.sensor_variance[i] + sample.drift_variance[i] : -1.0;
+    message.rate_covariance_radps2()[4 * i] =
+        axis_known ? sample.sensor_variance[i] + sample.drift_variance[i] : -1.0;
     known = known && (!raw.valid[i] || axis_known);
     message.mode()[i] = static_cast<std::uint8_t>(sample.mode[i]);
     message.reason()[i] = static_cast<std::uint8_t>(sample.reason[i]);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Between the domain types of common/ and the generated message types, which end here. Every value is carried bit for
-// bit; a value that is not finite makes its axis invalid and is never learned from.
+// Between the domain types of common/ and the generated message types, which end here. Every value
+// is carried bit for bit; a value that is not finite makes its axis invalid and is never learned
+// from.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +12,8 @@
 
 namespace zerodrift::dds {
 
-msg::AngularRate to_message(const core::AngularRateSample& sample, std::uint32_t gyro_id, std::int64_t publish_time_ns);
+msg::AngularRate to_message(const core::AngularRateSample& sample, std::uint32_t gyro_id,
+                            std::int64_t publish_time_ns);
 core::AngularRateSample from_message(const msg::AngularRate& message) noexcept;
 
 msg::Temperature to_message(const core::TemperatureSample& sample, std::uint32_t gyro_id);
@@ -21,8 +23,8 @@ msg::RateReference to_message(const core::RateReferenceSample& sample, std::uint
 core::RateReferenceSample from_message(const msg::RateReference& message) noexcept;
 
 // In place, so that the data path reuses one message.
-void to_message(const compensation::CompensatedSample& sample, std::uint32_t gyro_id, std::uint32_t instance,
-                msg::CompensatedRate& message) noexcept;
+void to_message(const compensation::CompensatedSample& sample, std::uint32_t gyro_id,
+                std::uint32_t instance, msg::CompensatedRate& message) noexcept;
 compensation::CompensatedSample from_message(const msg::CompensatedRate& message) noexcept;
 
 }  // namespace zerodrift::dds

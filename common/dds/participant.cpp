@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/dds/participant.h"
 
-#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
-#include <fastdds/dds/log/Log.hpp>
+#include <arpa/inet.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
 #include <fastrtps/xmlparser/XMLProfileManager.h>
-
-#include <arpa/inet.h>
 #include <ifaddrs.h>
 #include <netinet/in.h>
 
 #include <array>
 #include <cstring>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/log/Log.hpp>
 #include <mutex>
 
 namespace zerodrift::dds {
@@ -29,7 +28,8 @@ constexpr const char* kLoopback = "127.0.0.1";
 constexpr std::uint32_t kParticipantsPerHost = 40;
 
 Duration_t duration(std::chrono::milliseconds ms) {
-  return {static_cast<std::int32_t>(ms.count() / 1000), static_cast<std::uint32_t>(ms.count() % 1000) * 1000000U};
+  return {static_cast<std::int32_t>(ms.count() / 1000),
+          static_cast<std::uint32_t>(ms.count() % 1000) * 1000000U};
 }
 
 rtps::Locator_t locator(const std::string& address) {
@@ -38,14 +38,15 @@ rtps::Locator_t locator(const std::string& address) {
   result.port = 0;
   // IPLocator would take "999.1.1.1" for 231.1.1.1.
   in_addr checked{};
-  if (inet_pton(AF_INET, address.c_str(), &checked) != 1 || !rtps::IPLocator::setIPv4(result, address)) {
+  if (inet_pton(AF_INET, address.c_str(), &checked) != 1 ||
+      !rtps::IPLocator::setIPv4(result, address)) {
     throw DdsError("dds: '" + address + "' is not an IPv4 address; expected e.g. 192.168.0.10");
   }
   return result;
 }
 
-// Delivery within a process would run a reader's callback inside write(); every service here is its own process, and
-// tests stand for processes.
+// Delivery within a process would run a reader's callback inside write(); every service here is its
+// own process, and tests stand for processes.
 void set_library_defaults_once() {
   static std::once_flag once;
   std::call_once(once, [] {
@@ -75,7 +76,8 @@ void check_exists(const std::string& interface) {
 
 void confine_to(const NetworkOptions& network, fdds::DomainParticipantQos& qos) {
   const bool loopback_only = network.interfaces.empty();
-  const std::vector<std::string> interfaces = loopback_only ? std::vector<std::string>{kLoopback} : network.interfaces;
+  const std::vector<std::string> interfaces =
+      loopback_only ? std::vector<std::string>{kLoopback} : network.interfaces;
 
   for (const auto& interface : interfaces) check_exists(interface);
 
@@ -107,12 +109,18 @@ fdds::ReliabilityQosPolicyKind reliability(const TopicSpec& spec) {
 
 std::string policy_name(fdds::QosPolicyId_t policy) {
   switch (policy) {
-    case fdds::RELIABILITY_QOS_POLICY_ID: return "reliability";
-    case fdds::DURABILITY_QOS_POLICY_ID: return "durability";
-    case fdds::DEADLINE_QOS_POLICY_ID: return "deadline";
-    case fdds::LIVELINESS_QOS_POLICY_ID: return "liveliness";
-    case fdds::OWNERSHIP_QOS_POLICY_ID: return "ownership";
-    default: return "policy " + std::to_string(policy);
+    case fdds::RELIABILITY_QOS_POLICY_ID:
+      return "reliability";
+    case fdds::DURABILITY_QOS_POLICY_ID:
+      return "durability";
+    case fdds::DEADLINE_QOS_POLICY_ID:
+      return "deadline";
+    case fdds::LIVELINESS_QOS_POLICY_ID:
+      return "liveliness";
+    case fdds::OWNERSHIP_QOS_POLICY_ID:
+      return "ownership";
+    default:
+      return "policy " + std::to_string(policy);
   }
 }
 
@@ -133,7 +141,8 @@ Participant::Participant(const std::string& name, const NetworkOptions& network)
   discovery.leaseDuration = Duration_t(20, 0);
   discovery.leaseDuration_announcementperiod = Duration_t(2, 0);
 
-  participant_ = fdds::DomainParticipantFactory::get_instance()->create_participant(network.domain, qos);
+  participant_ =
+      fdds::DomainParticipantFactory::get_instance()->create_participant(network.domain, qos);
   if (participant_ == nullptr) {
     throw DdsError("dds: cannot create a participant in domain " + std::to_string(network.domain) +
                    "; are the interfaces up and UDP ports free?");
@@ -149,7 +158,8 @@ Participant::~Participant() {
 
 fdds::Topic* Participant::topic(const TopicSpec& spec, fdds::TypeSupport type) {
   const std::string name(spec.name);
-  if (auto* known = dynamic_cast<fdds::Topic*>(participant_->lookup_topicdescription(name)); known != nullptr) {
+  if (auto* known = dynamic_cast<fdds::Topic*>(participant_->lookup_topicdescription(name));
+      known != nullptr) {
     return known;
   }
   // Without these two, other vendors' participants drop the endpoint.
@@ -165,8 +175,9 @@ fdds::DataWriterQos writer_qos(const TopicSpec& spec, std::uint32_t ownership_st
   fdds::DataWriterQos qos;
   qos.reliability().kind = reliability(spec);
   qos.reliability().max_blocking_time = duration(std::chrono::milliseconds(100));
-  qos.durability().kind = spec.durability == Durability::kTransientLocal ? fdds::TRANSIENT_LOCAL_DURABILITY_QOS
-                                                                         : fdds::VOLATILE_DURABILITY_QOS;
+  qos.durability().kind = spec.durability == Durability::kTransientLocal
+                              ? fdds::TRANSIENT_LOCAL_DURABILITY_QOS
+                              : fdds::VOLATILE_DURABILITY_QOS;
   qos.history().kind = fdds::KEEP_LAST_HISTORY_QOS;
   qos.history().depth = spec.depth;
   qos.resource_limits().max_instances = spec.keys;
@@ -190,8 +201,9 @@ fdds::DataWriterQos writer_qos(const TopicSpec& spec, std::uint32_t ownership_st
 fdds::DataReaderQos reader_qos(const TopicSpec& spec) {
   fdds::DataReaderQos qos;
   qos.reliability().kind = reliability(spec);
-  qos.durability().kind = spec.durability == Durability::kTransientLocal ? fdds::TRANSIENT_LOCAL_DURABILITY_QOS
-                                                                         : fdds::VOLATILE_DURABILITY_QOS;
+  qos.durability().kind = spec.durability == Durability::kTransientLocal
+                              ? fdds::TRANSIENT_LOCAL_DURABILITY_QOS
+                              : fdds::VOLATILE_DURABILITY_QOS;
   qos.history().kind = fdds::KEEP_LAST_HISTORY_QOS;
   qos.history().depth = spec.depth;
   qos.resource_limits().max_instances = spec.keys;
@@ -208,43 +220,54 @@ fdds::DataReaderQos reader_qos(const TopicSpec& spec) {
 namespace detail {
 namespace {
 
-void tell(const EndpointObserver& observer, EndpointEvent::Kind kind, std::string_view topic, std::int64_t count,
-          std::string detail) {
+void tell(const EndpointObserver& observer, EndpointEvent::Kind kind, std::string_view topic,
+          std::int64_t count, std::string detail) {
   if (observer) observer({kind, topic, static_cast<std::uint64_t>(count), std::move(detail)});
 }
 
 }  // namespace
 
-void WriterListener::on_offered_incompatible_qos(fdds::DataWriter*, const fdds::OfferedIncompatibleQosStatus& status) {
+void WriterListener::on_offered_incompatible_qos(fdds::DataWriter*,
+                                                 const fdds::OfferedIncompatibleQosStatus& status) {
   tell(observer_, EndpointEvent::Kind::kIncompatibleQos, topic_, status.total_count,
-       "a reader asks for another " + policy_name(status.last_policy_id) + " than this writer offers");
+       "a reader asks for another " + policy_name(status.last_policy_id) +
+           " than this writer offers");
 }
 
-void WriterListener::on_offered_deadline_missed(fdds::DataWriter*, const fdds::OfferedDeadlineMissedStatus& status) {
-  tell(observer_, EndpointEvent::Kind::kDeadlineMissed, topic_, status.total_count, "offered deadline missed");
+void WriterListener::on_offered_deadline_missed(fdds::DataWriter*,
+                                                const fdds::OfferedDeadlineMissedStatus& status) {
+  tell(observer_, EndpointEvent::Kind::kDeadlineMissed, topic_, status.total_count,
+       "offered deadline missed");
 }
 
-void WriterListener::on_liveliness_lost(fdds::DataWriter*, const fdds::LivelinessLostStatus& status) {
-  tell(observer_, EndpointEvent::Kind::kLivelinessLost, topic_, status.total_count, "liveliness lost");
+void WriterListener::on_liveliness_lost(fdds::DataWriter*,
+                                        const fdds::LivelinessLostStatus& status) {
+  tell(observer_, EndpointEvent::Kind::kLivelinessLost, topic_, status.total_count,
+       "liveliness lost");
 }
 
-void ReaderListener::on_requested_incompatible_qos(fdds::DataReader*,
-                                                   const fdds::RequestedIncompatibleQosStatus& status) {
+void ReaderListener::on_requested_incompatible_qos(
+    fdds::DataReader*, const fdds::RequestedIncompatibleQosStatus& status) {
   tell(observer_, EndpointEvent::Kind::kIncompatibleQos, topic_, status.total_count,
-       "a writer offers another " + policy_name(status.last_policy_id) + " than this reader asks for");
+       "a writer offers another " + policy_name(status.last_policy_id) +
+           " than this reader asks for");
 }
 
-void ReaderListener::on_requested_deadline_missed(fdds::DataReader*,
-                                                  const fdds::RequestedDeadlineMissedStatus& status) {
-  tell(observer_, EndpointEvent::Kind::kDeadlineMissed, topic_, status.total_count, "requested deadline missed");
+void ReaderListener::on_requested_deadline_missed(
+    fdds::DataReader*, const fdds::RequestedDeadlineMissedStatus& status) {
+  tell(observer_, EndpointEvent::Kind::kDeadlineMissed, topic_, status.total_count,
+       "requested deadline missed");
 }
 
 void ReaderListener::on_sample_lost(fdds::DataReader*, const fdds::SampleLostStatus& status) {
-  tell(observer_, EndpointEvent::Kind::kSampleLost, topic_, status.total_count, "samples lost on the way");
+  tell(observer_, EndpointEvent::Kind::kSampleLost, topic_, status.total_count,
+       "samples lost on the way");
 }
 
-void ReaderListener::on_sample_rejected(fdds::DataReader*, const eprosima::fastrtps::SampleRejectedStatus& status) {
-  tell(observer_, EndpointEvent::Kind::kSampleRejected, topic_, static_cast<std::int64_t>(status.total_count),
+void ReaderListener::on_sample_rejected(fdds::DataReader*,
+                                        const eprosima::fastrtps::SampleRejectedStatus& status) {
+  tell(observer_, EndpointEvent::Kind::kSampleRejected, topic_,
+       static_cast<std::int64_t>(status.total_count),
        "samples rejected: the reader's history is full");
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Participants, typed writers and readers. This folder is the only one that knows Fast DDS.
 //
-// Transport: UDPv4 only. Shared memory fails silently across containers and users, and data sharing loses samples
-// (DECISIONS.md). Confined to the loopback interface unless interfaces are named.
+// Transport: UDPv4 only. Shared memory fails silently across containers and users, and data sharing
+// loses samples (DECISIONS.md). Confined to the loopback interface unless interfaces are named.
 #pragma once
 
 #include <atomic>
@@ -34,14 +34,21 @@ class DdsError : public std::runtime_error {
 };
 
 struct NetworkOptions {
-  std::uint32_t domain = 0;              // 0..232
-  std::vector<std::string> interfaces;   // IPv4 addresses to use; empty: 127.0.0.1 only, nothing leaves the machine
-  std::vector<std::string> peers;        // IPv4 addresses of other hosts; used only with interfaces
+  std::uint32_t domain = 0;  // 0..232
+  std::vector<std::string>
+      interfaces;  // IPv4 addresses to use; empty: 127.0.0.1 only, nothing leaves the machine
+  std::vector<std::string> peers;  // IPv4 addresses of other hosts; used only with interfaces
 };
 
 // What the middleware noticed about an endpoint. Counts are totals since the endpoint was made.
 struct EndpointEvent {
-  enum class Kind : std::uint8_t { kIncompatibleQos, kSampleLost, kSampleRejected, kDeadlineMissed, kLivelinessLost };
+  enum class Kind : std::uint8_t {
+    kIncompatibleQos,
+    kSampleLost,
+    kSampleRejected,
+    kDeadlineMissed,
+    kLivelinessLost
+  };
   Kind kind;
   std::string_view topic;
   std::uint64_t count;
@@ -68,14 +75,16 @@ class Participant {
   template <typename>
   friend class Reader;
 
-  eprosima::fastdds::dds::Topic* topic(const TopicSpec& spec, eprosima::fastdds::dds::TypeSupport type);
+  eprosima::fastdds::dds::Topic* topic(const TopicSpec& spec,
+                                       eprosima::fastdds::dds::TypeSupport type);
 
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
   eprosima::fastdds::dds::Publisher* publisher_ = nullptr;
   eprosima::fastdds::dds::Subscriber* subscriber_ = nullptr;
 };
 
-eprosima::fastdds::dds::DataWriterQos writer_qos(const TopicSpec& spec, std::uint32_t ownership_strength);
+eprosima::fastdds::dds::DataWriterQos writer_qos(const TopicSpec& spec,
+                                                 std::uint32_t ownership_strength);
 eprosima::fastdds::dds::DataReaderQos reader_qos(const TopicSpec& spec);
 
 namespace detail {
@@ -85,14 +94,17 @@ class WriterListener : public eprosima::fastdds::dds::DataWriterListener {
  public:
   WriterListener(std::string_view topic, EndpointObserver observer)
       : topic_(topic), observer_(std::move(observer)) {}
-  void on_publication_matched(eprosima::fastdds::dds::DataWriter*,
-                              const eprosima::fastdds::dds::PublicationMatchedStatus& status) override {
+  void on_publication_matched(
+      eprosima::fastdds::dds::DataWriter*,
+      const eprosima::fastdds::dds::PublicationMatchedStatus& status) override {
     matched_.store(status.current_count, std::memory_order_release);
   }
-  void on_offered_incompatible_qos(eprosima::fastdds::dds::DataWriter*,
-                                   const eprosima::fastdds::dds::OfferedIncompatibleQosStatus& status) override;
-  void on_offered_deadline_missed(eprosima::fastdds::dds::DataWriter*,
-                                  const eprosima::fastdds::dds::OfferedDeadlineMissedStatus& status) override;
+  void on_offered_incompatible_qos(
+      eprosima::fastdds::dds::DataWriter*,
+      const eprosima::fastdds::dds::OfferedIncompatibleQosStatus& status) override;
+  void on_offered_deadline_missed(
+      eprosima::fastdds::dds::DataWriter*,
+      const eprosima::fastdds::dds::OfferedDeadlineMissedStatus& status) override;
   void on_liveliness_lost(eprosima::fastdds::dds::DataWriter*,
                           const eprosima::fastdds::dds::LivelinessLostStatus& status) override;
   [[nodiscard]] int matched() const { return matched_.load(std::memory_order_acquire); }
@@ -107,15 +119,19 @@ class ReaderListener : public eprosima::fastdds::dds::DataReaderListener {
  public:
   ReaderListener(std::string_view topic, EndpointObserver observer)
       : topic_(topic), observer_(std::move(observer)) {}
-  void on_subscription_matched(eprosima::fastdds::dds::DataReader*,
-                               const eprosima::fastdds::dds::SubscriptionMatchedStatus& status) override {
+  void on_subscription_matched(
+      eprosima::fastdds::dds::DataReader*,
+      const eprosima::fastdds::dds::SubscriptionMatchedStatus& status) override {
     matched_.store(status.current_count, std::memory_order_release);
-    if (status.current_count_change < 0) on_writer_gone(iHandle2GUID(status.last_publication_handle));
+    if (status.current_count_change < 0)
+      on_writer_gone(iHandle2GUID(status.last_publication_handle));
   }
-  void on_requested_incompatible_qos(eprosima::fastdds::dds::DataReader*,
-                                     const eprosima::fastdds::dds::RequestedIncompatibleQosStatus& status) override;
-  void on_requested_deadline_missed(eprosima::fastdds::dds::DataReader*,
-                                    const eprosima::fastdds::dds::RequestedDeadlineMissedStatus& status) override;
+  void on_requested_incompatible_qos(
+      eprosima::fastdds::dds::DataReader*,
+      const eprosima::fastdds::dds::RequestedIncompatibleQosStatus& status) override;
+  void on_requested_deadline_missed(
+      eprosima::fastdds::dds::DataReader*,
+      const eprosima::fastdds::dds::RequestedDeadlineMissedStatus& status) override;
   void on_sample_lost(eprosima::fastdds::dds::DataReader*,
                       const eprosima::fastdds::dds::SampleLostStatus& status) override;
   void on_sample_rejected(eprosima::fastdds::dds::DataReader*,
@@ -136,13 +152,18 @@ class ReaderListener : public eprosima::fastdds::dds::DataReaderListener {
 template <typename Message>
 class Writer {
  public:
-  explicit Writer(Participant& participant, EndpointObserver observer = {}, std::uint32_t ownership_strength = 0)
-      : publisher_(participant.publisher_), listener_(TopicOf<Message>::kSpec.name, std::move(observer)) {
-    auto* topic = participant.topic(TopicOf<Message>::kSpec,
-                                    eprosima::fastdds::dds::TypeSupport(new typename TopicOf<Message>::TypeSupport));
-    writer_ = publisher_->create_datawriter(topic, writer_qos(TopicOf<Message>::kSpec, ownership_strength), &listener_);
+  explicit Writer(Participant& participant, EndpointObserver observer = {},
+                  std::uint32_t ownership_strength = 0)
+      : publisher_(participant.publisher_),
+        listener_(TopicOf<Message>::kSpec.name, std::move(observer)) {
+    auto* topic = participant.topic(
+        TopicOf<Message>::kSpec,
+        eprosima::fastdds::dds::TypeSupport(new typename TopicOf<Message>::TypeSupport));
+    writer_ = publisher_->create_datawriter(
+        topic, writer_qos(TopicOf<Message>::kSpec, ownership_strength), &listener_);
     if (writer_ == nullptr) {
-      throw DdsError("dds: cannot create a writer for topic '" + std::string(TopicOf<Message>::kSpec.name) + "'");
+      throw DdsError("dds: cannot create a writer for topic '" +
+                     std::string(TopicOf<Message>::kSpec.name) + "'");
     }
   }
   ~Writer() { publisher_->delete_datawriter(writer_); }
@@ -155,11 +176,12 @@ class Writer {
   // Readers matched now.
   [[nodiscard]] int matched() const { return listener_.matched(); }
 
-  // True once every matched reader has received everything written. Not to be called from a reader's callback: the
-  // acknowledgements arrive on that thread.
+  // True once every matched reader has received everything written. Not to be called from a
+  // reader's callback: the acknowledgements arrive on that thread.
   bool wait_until_received(std::chrono::milliseconds at_most) {
-    const eprosima::fastrtps::Duration_t duration(static_cast<std::int32_t>(at_most.count() / 1000),
-                                                  static_cast<std::uint32_t>(at_most.count() % 1000) * 1000000U);
+    const eprosima::fastrtps::Duration_t duration(
+        static_cast<std::int32_t>(at_most.count() / 1000),
+        static_cast<std::uint32_t>(at_most.count() % 1000) * 1000000U);
     return writer_->wait_for_acknowledgments(duration) == ReturnCode_t::RETCODE_OK;
   }
 
@@ -169,24 +191,29 @@ class Writer {
   eprosima::fastdds::dds::DataWriter* writer_ = nullptr;
 };
 
-// One reader of one topic. on_sample runs on the participant's receiving thread, one at a time, as samples arrive;
-// on_gone runs on its discovery thread.
+// One reader of one topic. on_sample runs on the participant's receiving thread, one at a time, as
+// samples arrive; on_gone runs on its discovery thread.
 template <typename Message>
 class Reader {
  public:
   using OnSample = std::function<void(const Message&, const SampleOrigin&)>;
-  // A writer was deleted, or its process has not been heard of for the participants' lease. (Fast DDS tells nothing of
-  // the kind a key at a time.)
+  // A writer was deleted, or its process has not been heard of for the participants' lease. (Fast
+  // DDS tells nothing of the kind a key at a time.)
   using OnGone = std::function<void(const eprosima::fastrtps::rtps::GUID_t& writer)>;
 
-  Reader(Participant& participant, OnSample on_sample, EndpointObserver observer = {}, OnGone on_gone = {})
+  Reader(Participant& participant, OnSample on_sample, EndpointObserver observer = {},
+         OnGone on_gone = {})
       : subscriber_(participant.subscriber_),
-        listener_(TopicOf<Message>::kSpec.name, std::move(observer), std::move(on_sample), std::move(on_gone)) {
-    auto* topic = participant.topic(TopicOf<Message>::kSpec,
-                                    eprosima::fastdds::dds::TypeSupport(new typename TopicOf<Message>::TypeSupport));
-    reader_ = subscriber_->create_datareader(topic, reader_qos(TopicOf<Message>::kSpec), &listener_);
+        listener_(TopicOf<Message>::kSpec.name, std::move(observer), std::move(on_sample),
+                  std::move(on_gone)) {
+    auto* topic = participant.topic(
+        TopicOf<Message>::kSpec,
+        eprosima::fastdds::dds::TypeSupport(new typename TopicOf<Message>::TypeSupport));
+    reader_ =
+        subscriber_->create_datareader(topic, reader_qos(TopicOf<Message>::kSpec), &listener_);
     if (reader_ == nullptr) {
-      throw DdsError("dds: cannot create a reader for topic '" + std::string(TopicOf<Message>::kSpec.name) + "'");
+      throw DdsError("dds: cannot create a reader for topic '" +
+                     std::string(TopicOf<Message>::kSpec.name) + "'");
     }
   }
   ~Reader() { subscriber_->delete_datareader(reader_); }

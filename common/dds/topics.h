@@ -20,23 +20,23 @@ enum class Reliability : std::uint8_t { kBestEffort, kReliable };
 enum class Durability : std::uint8_t { kVolatile, kTransientLocal };
 enum class Ownership : std::uint8_t { kShared, kExclusive };
 
-// Reliable, because a lost sample breaks "one raw, one compensated"; the heartbeat below keeps a repair within
-// milliseconds (the default period of 3 s stalls or loses). Only replay_progress may lose a sample: each one says
-// everything, and the newest is repeated.
+// Reliable, because a lost sample breaks "one raw, one compensated"; the heartbeat below keeps a
+// repair within milliseconds (the default period of 3 s stalls or loses). Only replay_progress may
+// lose a sample: each one says everything, and the newest is repeated.
 //
-// A writer writes one key of a sample topic (a writer a gyro, a writer a probe). With several keys of unequal rates the
-// kept history has holes, and Fast DDS then tells every reader of every hole with every heartbeat, at a cost that
-// grows with the hole (DECISIONS.md).
+// A writer writes one key of a sample topic (a writer a gyro, a writer a probe). With several keys
+// of unequal rates the kept history has holes, and Fast DDS then tells every reader of every hole
+// with every heartbeat, at a cost that grows with the hole (DECISIONS.md).
 struct TopicSpec {
   std::string_view name;
   std::string_view type;
-  std::int32_t depth;          // samples kept for each key: what survives an interruption of the transport
-  std::int32_t keys;           // keys held at most
+  std::int32_t depth;  // samples kept for each key: what survives an interruption of the transport
+  std::int32_t keys;   // keys held at most
   Reliability reliability;
   Durability durability;
   Ownership ownership;
   std::chrono::milliseconds heartbeat;
-  std::chrono::milliseconds lifespan;   // 0: unlimited
+  std::chrono::milliseconds lifespan;  // 0: unlimited
 };
 
 // 2000 samples: 10 s at 200 Hz, 1 s at 2 kHz. Progress is sent once in a window, see ReplayPacer.
@@ -56,8 +56,9 @@ inline constexpr TopicSpec kCommandReply{"command_reply", "zerodrift::msg::Comma
 inline constexpr TopicSpec kReplayProgress{"replay_progress", "zerodrift::msg::ReplayProgress", 1, 512, Reliability::kBestEffort, Durability::kVolatile, Ownership::kShared, 5ms, 0ms};
 // clang-format on
 
-inline constexpr std::array kAllTopics{kAngularRate, kTemperature, kRateReference, kCompensatedRate, kAllanReport,
-                                       kServiceStatus, kEvent, kCommand, kCommandReply, kReplayProgress};
+inline constexpr std::array kAllTopics{
+    kAngularRate,   kTemperature, kRateReference, kCompensatedRate, kAllanReport,
+    kServiceStatus, kEvent,       kCommand,       kCommandReply,    kReplayProgress};
 
 // Binds a message type to its topic and its generated type support.
 template <typename Message>

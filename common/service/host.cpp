@@ -36,11 +36,16 @@ std::string host_name() {
 
 std::string endpoint_code(dds::EndpointEvent::Kind kind) {
   switch (kind) {
-    case dds::EndpointEvent::Kind::kIncompatibleQos: return "incompatible_qos";
-    case dds::EndpointEvent::Kind::kSampleLost: return "sample_lost";
-    case dds::EndpointEvent::Kind::kSampleRejected: return "sample_rejected";
-    case dds::EndpointEvent::Kind::kDeadlineMissed: return "deadline_missed";
-    case dds::EndpointEvent::Kind::kLivelinessLost: return "liveliness_lost";
+    case dds::EndpointEvent::Kind::kIncompatibleQos:
+      return "incompatible_qos";
+    case dds::EndpointEvent::Kind::kSampleLost:
+      return "sample_lost";
+    case dds::EndpointEvent::Kind::kSampleRejected:
+      return "sample_rejected";
+    case dds::EndpointEvent::Kind::kDeadlineMissed:
+      return "deadline_missed";
+    case dds::EndpointEvent::Kind::kLivelinessLost:
+      return "liveliness_lost";
   }
   return "endpoint";
 }
@@ -54,11 +59,14 @@ void block_stop_signals() {
 
 bool wait_for_stop(std::chrono::milliseconds at_most) {
   const sigset_t set = stop_signals();
-  const timespec timeout{at_most.count() / 1000, static_cast<long>(at_most.count() % 1000) * 1000000L};
+  const timespec timeout{at_most.count() / 1000,
+                         static_cast<long>(at_most.count() % 1000) * 1000000L};
   return sigtimedwait(&set, nullptr, &timeout) > 0;
 }
 
-void request_stop() { kill(getpid(), SIGTERM); }
+void request_stop() {
+  kill(getpid(), SIGTERM);
+}
 
 Host::Host(const std::string& name, const dds::NetworkOptions& network)
     : name_(name),
@@ -74,9 +82,13 @@ Host::Host(const std::string& name, const dds::NetworkOptions& network)
   }
 }
 
-Host::~Host() { spdlog::drop(name_); }
+Host::~Host() {
+  spdlog::drop(name_);
+}
 
-void Host::raise(const Occurrence& occurrence) { raise_counted(occurrence, 1); }
+void Host::raise(const Occurrence& occurrence) {
+  raise_counted(occurrence, 1);
+}
 
 void Host::raise_counted(Occurrence occurrence, std::uint64_t times) {
   if (times == 0) return;

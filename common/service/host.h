@@ -17,7 +17,13 @@
 namespace zerodrift::service {
 
 enum class Severity : std::uint32_t { kInformation = 0, kWarning = 1, kError = 2 };
-enum class State : std::uint32_t { kStarting = 0, kWaiting = 1, kRunning = 2, kDegraded = 3, kStopping = 4 };
+enum class State : std::uint32_t {
+  kStarting = 0,
+  kWaiting = 1,
+  kRunning = 2,
+  kDegraded = 3,
+  kStopping = 4
+};
 
 struct Metric {
   std::string name;
@@ -32,15 +38,15 @@ struct Status {
 };
 
 struct Occurrence {
-  std::string code;          // stable, machine-readable
+  std::string code;  // stable, machine-readable
   Severity severity = Severity::kWarning;
-  std::string text;          // one clear line
+  std::string text;  // one clear line
   std::uint32_t gyro_id = 0;
   std::int64_t sensor_time_ns = 0;
 };
 
-// Blocks SIGINT and SIGTERM for this thread and all it starts later, so that only wait_for_stop() sees them.
-// Call once, before any thread is started.
+// Blocks SIGINT and SIGTERM for this thread and all it starts later, so that only wait_for_stop()
+// sees them. Call once, before any thread is started.
 void block_stop_signals();
 // True if a stop signal came within the time.
 bool wait_for_stop(std::chrono::milliseconds at_most);
@@ -56,15 +62,16 @@ class Host {
   [[nodiscard]] dds::Participant& participant() noexcept { return participant_; }
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
 
-  // Any thread. Logged and published once for each new code and gyro, then at most once a second with its count.
+  // Any thread. Logged and published once for each new code and gyro, then at most once a second
+  // with its count.
   void raise(const Occurrence& occurrence);
   // Adds `times` at once; nothing happens for 0. For counters that a data path kept.
   void raise_counted(Occurrence occurrence, std::uint64_t times);
   // For readers and writers: turns what the middleware noticed into events.
   [[nodiscard]] dds::EndpointObserver observer();
 
-  // Publishes status() about four times a second until a stop signal, then once more with State::kStopping.
-  // `tick`, if given, runs before each.
+  // Publishes status() about four times a second until a stop signal, then once more with
+  // State::kStopping. `tick`, if given, runs before each.
   void run(const std::function<Status()>& status, const std::function<void()>& tick = {});
   void publish(const Status& status);
 

@@ -7,7 +7,8 @@
 
 namespace zerodrift::service {
 
-// Values below 16 have a bucket each; above, the bits after the leading one choose among 16 in each octave.
+// Values below 16 have a bucket each; above, the bits after the leading one choose among 16 in each
+// octave.
 std::size_t LatencyHistogram::bucket(std::uint64_t value) noexcept {
   if (value < (1U << kSubBits)) return static_cast<std::size_t>(value);
   const auto octave = static_cast<std::size_t>(std::bit_width(value)) - 1 - kSubBits;
@@ -26,7 +27,8 @@ void LatencyHistogram::record(std::int64_t latency_ns) noexcept {
   const auto value = static_cast<std::uint64_t>(std::max<std::int64_t>(latency_ns, 0));
   auto& count = counts_[bucket(value)];
   count.store(count.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
-  if (latency_ns > max_.load(std::memory_order_relaxed)) max_.store(latency_ns, std::memory_order_relaxed);
+  if (latency_ns > max_.load(std::memory_order_relaxed))
+    max_.store(latency_ns, std::memory_order_relaxed);
 }
 
 std::uint64_t LatencyHistogram::count() const noexcept {
@@ -41,7 +43,8 @@ std::int64_t LatencyHistogram::percentile_ns(double share) const noexcept {
   double sum = 0.0;
   for (std::size_t i = 0; i < kBuckets; ++i) {
     sum += static_cast<double>(counts_[i].load(std::memory_order_relaxed));
-    if (sum >= wanted && sum > 0.0) return std::min(static_cast<std::int64_t>(upper_edge(i)), max_ns());
+    if (sum >= wanted && sum > 0.0)
+      return std::min(static_cast<std::int64_t>(upper_edge(i)), max_ns());
   }
   return 0;
 }

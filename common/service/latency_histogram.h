@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Latencies in 16 buckets of equal width to the octave, as in HdrHistogram: a percentile is given at most 1/16 too
-// large, whatever the range, in fixed memory. One thread records, others may read meanwhile.
+// Latencies in 16 buckets of equal width to the octave, as in HdrHistogram: a percentile is given
+// at most 1/16 too large, whatever the range, in fixed memory. One thread records, others may read
+// meanwhile.
 #pragma once
 
 #include <array>
@@ -18,7 +19,9 @@ class LatencyHistogram {
   [[nodiscard]] std::uint64_t count() const noexcept;
   // Upper edge of the bucket that holds the given share of the records; 0 when empty. O(buckets).
   [[nodiscard]] std::int64_t percentile_ns(double share) const noexcept;
-  [[nodiscard]] std::int64_t max_ns() const noexcept { return max_.load(std::memory_order_relaxed); }
+  [[nodiscard]] std::int64_t max_ns() const noexcept {
+    return max_.load(std::memory_order_relaxed);
+  }
 
  private:
   static constexpr std::size_t kSubBits = 4;

@@ -9,9 +9,12 @@
 namespace zerodrift::service {
 
 void add_network_options(CLI::App& app, dds::NetworkOptions& network) {
-  app.add_option("--domain", network.domain, "DDS domain")->check(CLI::Range(0, 232))->capture_default_str();
-  app.add_option("--interface", network.interfaces,
-                 "IPv4 address of an interface to use (repeatable); without it nothing leaves this machine");
+  app.add_option("--domain", network.domain, "DDS domain")
+      ->check(CLI::Range(0, 232))
+      ->capture_default_str();
+  app.add_option(
+      "--interface", network.interfaces,
+      "IPv4 address of an interface to use (repeatable); without it nothing leaves this machine");
   app.add_option("--peer", network.peers, "IPv4 address of another host to look for (repeatable)");
 }
 

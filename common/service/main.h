@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the main functions of all services share: the network options and the one place where a start-up exception
-// becomes one line and an exit code.
+// What the main functions of all services share: the network options and the one place where a
+// start-up exception becomes one line and an exit code.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -17,8 +17,8 @@ inline constexpr int kExitBadInput = 2;  // wrong usage or bad input
 
 void add_network_options(CLI::App& app, dds::NetworkOptions& network);
 
-// Parses, then runs `body`, whose result is the exit code. Every exception ends as one line on standard error and
-// kExitBadInput.
+// Parses, then runs `body`, whose result is the exit code. Every exception ends as one line on
+// standard error and kExitBadInput.
 int run_main(CLI::App& app, int argc, char** argv, const std::function<int()>& body);
 
 }  // namespace zerodrift::service

@@ -24,13 +24,14 @@ inline std::optional<double> parse_speed(const std::string& text) {
     used = 0;
   }
   if (used == 0 || used != text.size() || !(speed > 0.0) || speed > 1e6) {
-    throw std::invalid_argument("--speed: found '" + text + "', expected a number above 0, at most 1e6, or max");
+    throw std::invalid_argument("--speed: found '" + text +
+                                "', expected a number above 0, at most 1e6, or max");
   }
   return speed;
 }
 
-// Sleeps until a sample is due at `speed` times real time. A replay that falls behind its consumers by more than a
-// tenth of a second goes on from there instead of rushing to catch up.
+// Sleeps until a sample is due at `speed` times real time. A replay that falls behind its consumers
+// by more than a tenth of a second goes on from there instead of rushing to catch up.
 class ReplayClock {
  public:
   explicit ReplayClock(std::optional<double> speed) : speed_(speed) {}
@@ -52,7 +53,8 @@ class ReplayClock {
 
  private:
   static constexpr std::chrono::milliseconds kLargestLag{100};
-  static constexpr std::chrono::microseconds kShortestSleep{200};   // shorter ones cost more than they pace
+  static constexpr std::chrono::microseconds kShortestSleep{
+      200};  // shorter ones cost more than they pace
 
   std::optional<double> speed_;
   std::optional<core::SensorTime> first_;

@@ -5,20 +5,23 @@
 
 namespace zerodrift::service {
 
-ReplayPacer::ReplayPacer(dds::Participant& participant, std::uint32_t gyro_id, std::vector<std::string> wait_for)
+ReplayPacer::ReplayPacer(dds::Participant& participant, std::uint32_t gyro_id,
+                         std::vector<std::string> wait_for)
     : gyro_id_(gyro_id),
       wait_for_(std::move(wait_for)),
       reader_(
           participant,
-          [this](const msg::ReplayProgress& progress, const dds::SampleOrigin& origin) { note(progress, origin); }, {},
-          [this](const eprosima::fastrtps::rtps::GUID_t& writer) { forget(writer); }) {}
+          [this](const msg::ReplayProgress& progress, const dds::SampleOrigin& origin) {
+            note(progress, origin);
+          },
+          {}, [this](const eprosima::fastrtps::rtps::GUID_t& writer) { forget(writer); }) {}
 
 void ReplayPacer::note(const msg::ReplayProgress& progress, const dds::SampleOrigin& origin) {
   if (progress.gyro_id() != 0 && progress.gyro_id() != gyro_id_) return;
   {
     const std::lock_guard lock(mutex_);
-    auto known =
-        std::find_if(consumers_.begin(), consumers_.end(), [&](const Consumer& c) { return c.writer == origin.writer; });
+    auto known = std::find_if(consumers_.begin(), consumers_.end(),
+                              [&](const Consumer& c) { return c.writer == origin.writer; });
     if (known == consumers_.end()) {
       known = consumers_.insert(known, {.name = progress.consumer().c_str(),
                                         .writer = origin.writer,
@@ -43,11 +46,13 @@ void ReplayPacer::forget(const eprosima::fastrtps::rtps::GUID_t& writer) {
 }
 
 bool ReplayPacer::has_announced(const std::string& name) const {
-  return std::any_of(consumers_.begin(), consumers_.end(), [&](const Consumer& c) { return c.name == name; });
+  return std::any_of(consumers_.begin(), consumers_.end(),
+                     [&](const Consumer& c) { return c.name == name; });
 }
 
 bool ReplayPacer::all_announced() const {
-  return std::all_of(wait_for_.begin(), wait_for_.end(), [&](const std::string& name) { return has_announced(name); });
+  return std::all_of(wait_for_.begin(), wait_for_.end(),
+                     [&](const std::string& name) { return has_announced(name); });
 }
 
 std::string ReplayPacer::missing_consumers() {
@@ -59,11 +64,13 @@ std::string ReplayPacer::missing_consumers() {
   return names;
 }
 
-// A consumer that has taken no sample of this replay stands where the replay was when it came. What it reports may
-// then still be of an earlier replay.
+// A consumer that has taken no sample of this replay stands where the replay was when it came. What
+// it reports may then still be of an earlier replay.
 std::uint64_t ReplayPacer::backlog(const Consumer& consumer, std::uint64_t newest,
                                    std::uint64_t first_sequence) const {
-  const auto beyond = [&](std::uint64_t sequence) { return newest > sequence ? newest - sequence : 0; };
+  const auto beyond = [&](std::uint64_t sequence) {
+    return newest > sequence ? newest - sequence : 0;
+  };
   if (consumer.taken && *consumer.taken >= first_sequence) return beyond(*consumer.taken);
   if (consumer.joined_after) return beyond(*consumer.joined_after);
   return newest >= first_sequence ? newest - first_sequence + 1 : 0;
@@ -94,7 +101,9 @@ bool ReplayPacer::wait_for_consumers(std::chrono::milliseconds at_most) {
 
 bool ReplayPacer::wait_for_room(std::uint64_t sequence, std::uint64_t first_sequence,
                                 std::chrono::milliseconds at_most) {
-  const auto has_room = [&] { return !newest_sent_ || backlog(*newest_sent_, first_sequence) < kWindow; };
+  const auto has_room = [&] {
+    return !newest_sent_ || backlog(*newest_sent_, first_sequence) < kWindow;
+  };
   std::unique_lock lock(mutex_);
   if (!changed_.wait_for(lock, at_most, has_room)) return false;
   newest_sent_ = std::max(newest_sent_.value_or(sequence), sequence);
@@ -108,16 +117,20 @@ bool ReplayPacer::wait_for_all(std::uint64_t sequence, std::uint64_t first_seque
 
 bool ReplayPacer::wait_until_needed(core::SensorTime time, std::chrono::milliseconds at_most) {
   return wait(at_most, [&] {
-    return std::any_of(consumers_.begin(), consumers_.end(), [&](const Consumer& c) { return c.needed >= time; });
+    return std::any_of(consumers_.begin(), consumers_.end(),
+                       [&](const Consumer& c) { return c.needed >= time; });
   });
 }
 
 ReplayProgressReporter::ReplayProgressReporter(dds::Participant& participant, std::string consumer)
     : consumer_(std::move(consumer)), writer_(participant) {}
 
-void ReplayProgressReporter::announce() { report(0, 0, core::SensorTime{0}); }
+void ReplayProgressReporter::announce() {
+  report(0, 0, core::SensorTime{0});
+}
 
-void ReplayProgressReporter::report(std::uint32_t gyro_id, std::uint64_t sequence, core::SensorTime needed) {
+void ReplayProgressReporter::report(std::uint32_t gyro_id, std::uint64_t sequence,
+                                    core::SensorTime needed) {
   msg::ReplayProgress progress;
   progress.consumer(consumer_.c_str());
   progress.gyro_id(gyro_id);

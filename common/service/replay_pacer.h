@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// How publishers of records and simulations keep from outrunning their consumers: credit, not guesswork. Each
-// consumer that must not lose a sample publishes how far it is (replay_progress, best effort, the newest repeated); a
-// publisher stays within a window of the slowest. A consumer that is gone is no longer waited for.
+// How publishers of records and simulations keep from outrunning their consumers: credit, not
+// guesswork. Each consumer that must not lose a sample publishes how far it is (replay_progress,
+// best effort, the newest repeated); a publisher stays within a window of the slowest. A consumer
+// that is gone is no longer waited for.
 #pragma once
 
 #include <chrono>
@@ -20,19 +21,25 @@ namespace zerodrift::service {
 
 class ReplayPacer {
  public:
-  // Sequence numbers ahead of the slowest consumer: far below the history kept, so that nothing can be overwritten.
+  // Sequence numbers ahead of the slowest consumer: far below the history kept, so that nothing can
+  // be overwritten.
   static constexpr std::uint64_t kWindow = 256;
 
-  // Waits for the consumers named in `wait_for`, e.g. {"compensation", "allan_monitor"}; none: nobody is waited for.
-  ReplayPacer(dds::Participant& participant, std::uint32_t gyro_id, std::vector<std::string> wait_for);
+  // Waits for the consumers named in `wait_for`, e.g. {"compensation", "allan_monitor"}; none:
+  // nobody is waited for.
+  ReplayPacer(dds::Participant& participant, std::uint32_t gyro_id,
+              std::vector<std::string> wait_for);
 
   // All waits return false when `at_most` has passed first.
   bool wait_for_consumers(std::chrono::milliseconds at_most);
-  // Until all consumers are within the window of the newest sample sent, the replay's first being `first_sequence`;
-  // true also says that the caller sends `sequence` now. A jump in the sequence numbers waits for nobody.
-  bool wait_for_room(std::uint64_t sequence, std::uint64_t first_sequence, std::chrono::milliseconds at_most);
+  // Until all consumers are within the window of the newest sample sent, the replay's first being
+  // `first_sequence`; true also says that the caller sends `sequence` now. A jump in the sequence
+  // numbers waits for nobody.
+  bool wait_for_room(std::uint64_t sequence, std::uint64_t first_sequence,
+                     std::chrono::milliseconds at_most);
   // Until all consumers have taken `sequence`.
-  bool wait_for_all(std::uint64_t sequence, std::uint64_t first_sequence, std::chrono::milliseconds at_most);
+  bool wait_for_all(std::uint64_t sequence, std::uint64_t first_sequence,
+                    std::chrono::milliseconds at_most);
   // Until somebody needs temperatures up to `time`.
   bool wait_until_needed(core::SensorTime time, std::chrono::milliseconds at_most);
 
@@ -45,16 +52,17 @@ class ReplayPacer {
   struct Consumer {
     std::string name;
     eprosima::fastrtps::rtps::GUID_t writer;
-    std::optional<std::uint64_t> joined_after;   // newest sample sent before it was heard of; none: from the first
-    std::optional<std::uint64_t> taken;          // newest sequence
+    std::optional<std::uint64_t>
+        joined_after;  // newest sample sent before it was heard of; none: from the first
+    std::optional<std::uint64_t> taken;  // newest sequence
     core::SensorTime needed{core::kNever};
   };
   void note(const msg::ReplayProgress& progress, const dds::SampleOrigin& origin);
   void forget(const eprosima::fastrtps::rtps::GUID_t& writer);
   [[nodiscard]] bool has_announced(const std::string& name) const;
   [[nodiscard]] bool all_announced() const;
-  // Sequence numbers up to `newest` that the slowest consumer has not taken; of several with one name the furthest
-  // counts.
+  // Sequence numbers up to `newest` that the slowest consumer has not taken; of several with one
+  // name the furthest counts.
   [[nodiscard]] std::uint64_t backlog(std::uint64_t newest, std::uint64_t first_sequence) const;
   [[nodiscard]] std::uint64_t backlog(const Consumer& consumer, std::uint64_t newest,
                                       std::uint64_t first_sequence) const;

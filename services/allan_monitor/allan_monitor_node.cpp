@@ -18,11 +18,11 @@ using service::Severity;
 
 namespace {
 
-constexpr std::uint64_t kReportEvery = 32;      // samples between two progress reports
+constexpr std::uint64_t kReportEvery = 32;  // samples between two progress reports
 constexpr double kBlockS = 60.0;
-constexpr double kSameIntervalWithin = 0.5;     // of an interval; farther apart in time is a gap
+constexpr double kSameIntervalWithin = 0.5;  // of an interval; farther apart in time is a gap
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t kMostPoints = 160;        // bound of allan_report's sequences
+constexpr std::size_t kMostPoints = 160;  // bound of allan_report's sequences
 
 msg::BlockStatistics to_message(const allan::BlockStatistics& blocks, allan::Span span) {
   const auto moments = blocks.moments(span);
@@ -67,7 +67,8 @@ AllanMonitorNode::AllanMonitorNode(const AllanMonitorOptions& options)
       writer_(host_.participant(), host_.observer()),
       progress_(host_.participant(), "allan_monitor"),
       reader_(
-          host_.participant(), [this](const msg::CompensatedRate& m, const dds::SampleOrigin&) { on_sample(m); },
+          host_.participant(),
+          [this](const msg::CompensatedRate& m, const dds::SampleOrigin&) { on_sample(m); },
           host_.observer()) {}
 
 void AllanMonitorNode::run() {
@@ -93,15 +94,17 @@ void AllanMonitorNode::on_sample(const msg::CompensatedRate& message) {
     start(source, message);
     if (source.interval_s <= 0.0) return;
   } else if (message.order() != 0 || time <= source.newest) {
-    ++source.out_of_order;   // its place in the stream has passed: it stays a gap
+    ++source.out_of_order;  // its place in the stream has passed: it stays a gap
     return;
   } else {
     const double steps = core::seconds(time - source.newest) / source.interval_s;
-    if (steps > 1.0 + kSameIntervalWithin) missing = static_cast<std::uint64_t>(std::llround(steps)) - 1;
+    if (steps > 1.0 + kSameIntervalWithin)
+      missing = static_cast<std::uint64_t>(std::llround(steps)) - 1;
   }
   feed(source, message, missing);
   source.newest = time;
-  source.newest_sequence = std::max<std::uint64_t>(source.newest_sequence, message.sequence_number());
+  source.newest_sequence =
+      std::max<std::uint64_t>(source.newest_sequence, message.sequence_number());
   ++source.samples;
   if (missing > 0) ++source.gaps;
   if (source.paced && ++source.since_report >= kReportEvery) report_progress(source);
@@ -125,7 +128,8 @@ void AllanMonitorNode::start(Gyro& source, const msg::CompensatedRate& message) 
   }
 }
 
-void AllanMonitorNode::feed(Gyro& source, const msg::CompensatedRate& message, std::uint64_t missing) {
+void AllanMonitorNode::feed(Gyro& source, const msg::CompensatedRate& message,
+                            std::uint64_t missing) {
   for (const auto axis : kAxes) {
     const std::size_t i = index(axis);
     Axis& statistics = source.axes[i];
@@ -173,7 +177,8 @@ void AllanMonitorNode::tick() {
   }
 }
 
-void AllanMonitorNode::publish(const Gyro& source, core::Axis axis, std::uint32_t stream, const Stream& statistics) {
+void AllanMonitorNode::publish(const Gyro& source, core::Axis axis, std::uint32_t stream,
+                               const Stream& statistics) {
   const auto since_start = statistics.deviations.points(allan::Span::kSinceStart);
   msg::AllanReport report;
   report.gyro_id(source.id);
@@ -207,11 +212,12 @@ service::Status AllanMonitorNode::status() {
     late += static_cast<double>(source->out_of_order);
   }
   status.state = gyros_.empty() ? service::State::kWaiting : service::State::kRunning;
-  status.metrics = {{"samples", "1", samples},
-                    {"gaps", "1", gaps},
-                    {"out_of_order", "1", late},
-                    {"chain_p50", "us", static_cast<double>(chain_latency_.percentile_ns(0.5)) * 1e-3},
-                    {"chain_p99", "us", static_cast<double>(chain_latency_.percentile_ns(0.99)) * 1e-3}};
+  status.metrics = {
+      {"samples", "1", samples},
+      {"gaps", "1", gaps},
+      {"out_of_order", "1", late},
+      {"chain_p50", "us", static_cast<double>(chain_latency_.percentile_ns(0.5)) * 1e-3},
+      {"chain_p99", "us", static_cast<double>(chain_latency_.percentile_ns(0.99)) * 1e-3}};
   status.summary = std::to_string(gyros_.size()) + " gyro(s)";
   return status;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// One pair of statistics, raw and compensated, for each axis of each gyro that is heard. Both streams are read from
-// compensated_rate (raw = compensated + applied drift), so that they hold exactly the same samples.
+// One pair of statistics, raw and compensated, for each axis of each gyro that is heard. Both
+// streams are read from compensated_rate (raw = compensated + applied drift), so that they hold
+// exactly the same samples.
 #pragma once
 
 #include <cstdint>
@@ -34,10 +35,11 @@ class AllanMonitorNode {
 
  private:
   struct Stream {
-    Stream(const allan::RollingAllanOptions& allan_options, const allan::BlockStatisticsOptions& block_options)
+    Stream(const allan::RollingAllanOptions& allan_options,
+           const allan::BlockStatisticsOptions& block_options)
         : deviations(allan_options), blocks(block_options) {}
     allan::RollingAllan deviations;
-    allan::BlockStatistics blocks;      // since the axis was first compensated
+    allan::BlockStatistics blocks;  // since the axis was first compensated
   };
   struct Axis {
     std::optional<Stream> raw;
@@ -68,9 +70,9 @@ class AllanMonitorNode {
 
   AllanMonitorOptions options_;
   service::Host host_;
-  std::mutex mutex_;                     // between the receiving thread and the reports
+  std::mutex mutex_;  // between the receiving thread and the reports
   std::vector<std::unique_ptr<Gyro>> gyros_;
-  service::LatencyHistogram chain_latency_;   // publisher's write to arrival here
+  service::LatencyHistogram chain_latency_;  // publisher's write to arrival here
   std::int64_t reported_ns_ = 0;
   dds::Writer<msg::AllanReport> writer_;
   service::ReplayProgressReporter progress_;

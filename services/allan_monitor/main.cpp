@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rolling Allan statistics of raw and compensated rates: compensated_rate -> allan_report.
 #include "common/service/main.h"
+
 #include "services/allan_monitor/allan_monitor_node.h"
 
 int main(int argc, char** argv) {
@@ -8,7 +9,9 @@ int main(int argc, char** argv) {
   CLI::App app("Watches the noise of gyros, raw beside compensated.", "allan_monitor");
   services::AllanMonitorOptions options;
   service::add_network_options(app, options.network);
-  app.add_option("--window", options.window_s, "rolling window, s")->check(CLI::PositiveNumber)->capture_default_str();
+  app.add_option("--window", options.window_s, "rolling window, s")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   app.add_option("--longest-tau", options.longest_tau_s, "longest cluster time, s")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();

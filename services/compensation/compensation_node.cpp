@@ -15,9 +15,11 @@ using service::Severity;
 
 namespace {
 
-constexpr std::uint64_t kReportEvery = 32;                  // samples between two progress reports
-constexpr std::int64_t kSilentPublisherNs = 1000000000;     // a publisher silent this long may be replaced
-constexpr std::int64_t kGiveUpWaitingNs = 2000000000;       // a stream silent this long is not waited for
+constexpr std::uint64_t kReportEvery = 32;  // samples between two progress reports
+constexpr std::int64_t kSilentPublisherNs =
+    1000000000;  // a publisher silent this long may be replaced
+constexpr std::int64_t kGiveUpWaitingNs =
+    2000000000;  // a stream silent this long is not waited for
 constexpr const char* kConsumer = "compensation";
 
 std::string instance_name(std::uint32_t instance) {
@@ -32,16 +34,20 @@ CompensationNode::CompensationNode(const CompensationNodeOptions& options)
       reply_writer_(host_.participant(), host_.observer()),
       progress_(host_.participant(), kConsumer),
       command_reader_(
-          host_.participant(), [this](const msg::Command& m, const dds::SampleOrigin&) { on_command(m); },
+          host_.participant(),
+          [this](const msg::Command& m, const dds::SampleOrigin&) { on_command(m); },
           host_.observer()),
       reference_reader_(
-          host_.participant(), [this](const msg::RateReference& m, const dds::SampleOrigin&) { on_reference(m); },
+          host_.participant(),
+          [this](const msg::RateReference& m, const dds::SampleOrigin&) { on_reference(m); },
           host_.observer()),
       temperature_reader_(
-          host_.participant(), [this](const msg::Temperature& m, const dds::SampleOrigin&) { on_temperature(m); },
+          host_.participant(),
+          [this](const msg::Temperature& m, const dds::SampleOrigin&) { on_temperature(m); },
           host_.observer()),
       rate_reader_(
-          host_.participant(), [this](const msg::AngularRate& m, const dds::SampleOrigin& o) { on_rate(m, o); },
+          host_.participant(),
+          [this](const msg::AngularRate& m, const dds::SampleOrigin& o) { on_rate(m, o); },
           host_.observer()) {
   // A configuration that cannot work is found here, not with the first sample.
   compensation::Compensator check(options_.compensation);
@@ -61,7 +67,8 @@ void CompensationNode::run() {
   host_.run([this] { return status(); }, [this] { tick(); });
 }
 
-// ---------------------------------------------------------------------------------------------------- data path
+// ----------------------------------------------------------------------------------------------------
+// data path
 
 CompensationNode::Gyro& CompensationNode::gyro(std::uint32_t gyro_id) {
   for (auto& known : gyros_) {
@@ -72,7 +79,8 @@ CompensationNode::Gyro& CompensationNode::gyro(std::uint32_t gyro_id) {
   return *gyros_.back();
 }
 
-// One publisher an id: the first is heard until it is gone or silent, so that two streams are never mixed.
+// One publisher an id: the first is heard until it is gone or silent, so that two streams are never
+// mixed.
 bool CompensationNode::accepts(Gyro& gyro, const dds::SampleOrigin& origin, std::int64_t now_ns) {
   if (gyro.has_publisher && gyro.publisher == origin.writer) {
     gyro.heard_ns = now_ns;
@@ -83,7 +91,8 @@ bool CompensationNode::accepts(Gyro& gyro, const dds::SampleOrigin& origin, std:
     return false;
   }
   if (gyro.has_publisher) {
-    while (gyro.writer != nullptr && gyro.compensator.readiness() != Readiness::kNothing) answer(gyro);
+    while (gyro.writer != nullptr && gyro.compensator.readiness() != Readiness::kNothing)
+      answer(gyro);
     gyro.compensator.restart_stream();
   }
   gyro.publisher = origin.writer;
@@ -99,9 +108,10 @@ void CompensationNode::on_rate(const msg::AngularRate& message, const dds::Sampl
   if (!accepts(source, origin, ingress_ns)) return;
   arrival_latency_.record(ingress_ns - message.publish_time_ns());
   const auto sample = dds::from_message(message);
-  if (source.compensator.push(sample, message.publish_time_ns(), ingress_ns) == compensation::Admission::kQueueFull &&
+  if (source.compensator.push(sample, message.publish_time_ns(), ingress_ns) ==
+          compensation::Admission::kQueueFull &&
       source.writer != nullptr) {
-    answer(source);   // never lose a raw sample: the oldest goes out with what is there
+    answer(source);  // never lose a raw sample: the oldest goes out with what is there
     source.compensator.push(sample, message.publish_time_ns(), ingress_ns);
   }
   drain(source);
@@ -131,15 +141,17 @@ bool CompensationNode::may_write(Gyro& source) const {
   return source.heard_by_all;
 }
 
-// Real sensors are answered at once, with what is there. A record or simulation waits for its consumers, so its
-// samples wait here for what belongs to them, and the result does not depend on who came first.
+// Real sensors are answered at once, with what is there. A record or simulation waits for its
+// consumers, so its samples wait here for what belongs to them, and the result does not depend on
+// who came first.
 void CompensationNode::drain(Gyro& source) {
   if (!may_write(source)) return;
   compensation::Compensator& compensator = source.compensator;
   for (;;) {
     const Readiness readiness = compensator.readiness();
     if (readiness == Readiness::kNothing) break;
-    if (readiness != Readiness::kReady && core::is_paced_by_consumers(compensator.waiting_clock())) {
+    if (readiness != Readiness::kReady &&
+        core::is_paced_by_consumers(compensator.waiting_clock())) {
       if (readiness != Readiness::kAwaitsModel) {
         if (source.waiting_since_ns == 0) source.waiting_since_ns = service::monotonic_ns();
         if (source.reported_needed != compensator.needed_time()) report_progress(source);
@@ -168,7 +180,8 @@ void CompensationNode::answer(Gyro& source) {
     ++learner_wakeups_;
     learner_wakeups_.notify_one();
   }
-  if (core::is_paced_by_consumers(source.newest.raw.clock) && ++source.answered_since_report >= kReportEvery) {
+  if (core::is_paced_by_consumers(source.newest.raw.clock) &&
+      ++source.answered_since_report >= kReportEvery) {
     report_progress(source);
   }
 }
@@ -179,7 +192,8 @@ void CompensationNode::report_progress(Gyro& source) {
   progress_.report(source.id, source.newest_sequence, source.reported_needed);
 }
 
-// ---------------------------------------------------------------------------------------------------- learner
+// ----------------------------------------------------------------------------------------------------
+// learner
 
 void CompensationNode::learn_until_stopped() {
   std::vector<Gyro*> roster;
@@ -201,7 +215,8 @@ void CompensationNode::learn_until_stopped() {
   }
 }
 
-// ---------------------------------------------------------------------------------------------------- commands
+// ----------------------------------------------------------------------------------------------------
+// commands
 
 void CompensationNode::on_command(const msg::Command& command) {
   if (host_.name() != command.service().c_str()) return;
@@ -223,7 +238,8 @@ void CompensationNode::on_command(const msg::Command& command) {
   reply_writer_.write(reply);
   host_.raise({.code = "command",
                .severity = Severity::kInformation,
-               .text = std::string(command.name().c_str()) + " from " + command.issuer().c_str() + ": " + text,
+               .text = std::string(command.name().c_str()) + " from " + command.issuer().c_str() +
+                       ": " + text,
                .gyro_id = 0,
                .sensor_time_ns = 0});
 }
@@ -248,7 +264,8 @@ std::string CompensationNode::obey(Gyro& source, std::string_view command, bool&
   return "unknown command '" + std::string(command) + "'; known are freeze, learn, reset";
 }
 
-// ---------------------------------------------------------------------------------------------------- status
+// ----------------------------------------------------------------------------------------------------
+// status
 
 void CompensationNode::tick() {
   progress_.announce();
@@ -257,22 +274,24 @@ void CompensationNode::tick() {
   const std::lock_guard lock(data_mutex_);
   for (auto& source : gyros_) {
     if (source->waiting_since_ns != 0 && now - source->waiting_since_ns > kGiveUpWaitingNs) {
-      host_.raise({.code = "stream_silent",
-                   .severity = Severity::kWarning,
-                   .text = "no temperature or reference for 2 s while rates wait for it; going on without",
-                   .gyro_id = source->id,
-                   .sensor_time_ns = source->compensator.needed_time().count()});
+      host_.raise(
+          {.code = "stream_silent",
+           .severity = Severity::kWarning,
+           .text = "no temperature or reference for 2 s while rates wait for it; going on without",
+           .gyro_id = source->id,
+           .sensor_time_ns = source->compensator.needed_time().count()});
       source->compensator.give_up_waiting();
       source->waiting_since_ns = 0;
       drain(*source);
     }
-    if (source->heard_by_all && core::is_paced_by_consumers(source->newest.raw.clock)) report_progress(*source);
+    if (source->heard_by_all && core::is_paced_by_consumers(source->newest.raw.clock))
+      report_progress(*source);
     tell_of_faults(*source);
   }
 }
 
-// Creating an endpoint from a listener can deadlock the middleware, so a new gyro's writer is made here, and what
-// came meanwhile is answered.
+// Creating an endpoint from a listener can deadlock the middleware, so a new gyro's writer is made
+// here, and what came meanwhile is answered.
 void CompensationNode::make_writers() {
   std::vector<Gyro*> without;
   {
@@ -282,8 +301,8 @@ void CompensationNode::make_writers() {
     }
   }
   for (Gyro* source : without) {
-    auto writer = std::make_unique<dds::Writer<msg::CompensatedRate>>(host_.participant(), host_.observer(),
-                                                                      options_.ownership_strength);
+    auto writer = std::make_unique<dds::Writer<msg::CompensatedRate>>(
+        host_.participant(), host_.observer(), options_.ownership_strength);
     const std::lock_guard lock(data_mutex_);
     source->writer = std::move(writer);
   }
@@ -293,7 +312,8 @@ void CompensationNode::make_writers() {
 
 void CompensationNode::tell_of_faults(Gyro& source) {
   const compensation::CompensatorCounts now = source.compensator.counts();
-  const auto tell = [&](const char* code, std::string text, std::uint64_t before, std::uint64_t after) {
+  const auto tell = [&](const char* code, std::string text, std::uint64_t before,
+                        std::uint64_t after) {
     if (after <= before) return;
     host_.raise_counted({.code = code,
                          .severity = Severity::kWarning,
@@ -303,20 +323,26 @@ void CompensationNode::tell_of_faults(Gyro& source) {
                         after - before);
   };
   const compensation::CompensatorCounts& told = source.told;
-  tell("invalid_sample", "a rate is not finite or marked invalid; passed on marked invalid, not learned", told.invalid,
-       now.invalid);
-  tell("duplicate_sample", "a sequence number came twice; answered once", told.duplicates, now.duplicates);
-  tell("late_sample", "a sequence number came after a later one; answered, not learned", told.late, now.late);
-  tell("too_old_sample", "a sequence number more than 4096 behind the newest; not answered", told.too_old, now.too_old);
+  tell("invalid_sample",
+       "a rate is not finite or marked invalid; passed on marked invalid, not learned",
+       told.invalid, now.invalid);
+  tell("duplicate_sample", "a sequence number came twice; answered once", told.duplicates,
+       now.duplicates);
+  tell("late_sample", "a sequence number came after a later one; answered, not learned", told.late,
+       now.late);
+  tell("too_old_sample", "a sequence number more than 4096 behind the newest; not answered",
+       told.too_old, now.too_old);
   tell("missing_sample", "sequence numbers are missing from the stream", told.missing, now.missing);
-  tell("time_fault", "a time stamp does not increase; answered, not learned", told.time_faults, now.time_faults);
+  tell("time_fault", "a time stamp does not increase; answered, not learned", told.time_faults,
+       now.time_faults);
   tell("refused_temperature", "a temperature is not finite, implausible or out of order; not used",
        told.temperatures_refused, now.temperatures_refused);
-  tell("late_model", "the learner was late; samples went out with the model before", told.late_models,
-       now.late_models);
-  tell("skipped_label", "the learner's queue was full; a label was skipped", told.labels_skipped, now.labels_skipped);
-  tell("duplicate_publisher", "a second publisher uses this id; only the first is heard", source.told_rejected,
-       source.rejected);
+  tell("late_model", "the learner was late; samples went out with the model before",
+       told.late_models, now.late_models);
+  tell("skipped_label", "the learner's queue was full; a label was skipped", told.labels_skipped,
+       now.labels_skipped);
+  tell("duplicate_publisher", "a second publisher uses this id; only the first is heard",
+       source.told_rejected, source.rejected);
   source.told = now;
   source.told_rejected = source.rejected;
   for (const auto axis : core::kAxes) {
@@ -366,10 +392,14 @@ service::Status CompensationNode::status() {
       add(prefix + "valid" + suffix, "1", source->newest.raw.valid[i] ? 1.0 : 0.0);
       add(prefix + "mode" + suffix, "1", static_cast<double>(source->newest.mode[i]));
       add(prefix + "reason" + suffix, "1", static_cast<double>(source->newest.reason[i]));
-      add(prefix + "drift" + suffix, "deg/h", core::deg_h_from_radps(source->newest.applied_drift_radps[i]));
-      add(prefix + "support_vectors" + suffix, "1", static_cast<double>(compensator.support_vectors(axis)));
-      add(prefix + "model_rmse" + suffix, "deg/h", core::deg_h_from_radps(std::sqrt(record.model_mse)));
-      add(prefix + "persistence_rmse" + suffix, "deg/h", core::deg_h_from_radps(std::sqrt(record.bias_mse)));
+      add(prefix + "drift" + suffix, "deg/h",
+          core::deg_h_from_radps(source->newest.applied_drift_radps[i]));
+      add(prefix + "support_vectors" + suffix, "1",
+          static_cast<double>(compensator.support_vectors(axis)));
+      add(prefix + "model_rmse" + suffix, "deg/h",
+          core::deg_h_from_radps(std::sqrt(record.model_mse)));
+      add(prefix + "persistence_rmse" + suffix, "deg/h",
+          core::deg_h_from_radps(std::sqrt(record.bias_mse)));
     }
   }
   add("compute_p50", "us", static_cast<double>(compute_latency_.percentile_ns(0.5)) * 1e-3);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Subscribes, converts, hands to common/compensation, publishes. A sample is answered on the thread that received it;
-// learning happens on a thread of its own.
+// Subscribes, converts, hands to common/compensation, publishes. A sample is answered on the thread
+// that received it; learning happens on a thread of its own.
 #pragma once
 
 #include <atomic>
@@ -38,23 +38,24 @@ class CompensationNode {
  private:
   // One gyro: its compensator, whom it listens to, and what its stream did.
   struct Gyro {
-    Gyro(std::uint32_t gyro_id, const compensation::CompensationOptions& options) : id(gyro_id), compensator(options) {}
+    Gyro(std::uint32_t gyro_id, const compensation::CompensationOptions& options)
+        : id(gyro_id), compensator(options) {}
     std::uint32_t id;
     compensation::Compensator compensator;
     // Made outside of the receiving thread; samples wait for it in the compensator.
     std::unique_ptr<dds::Writer<msg::CompensatedRate>> writer;
-    bool heard_by_all = false;               // as many subscribers as were asked for
+    bool heard_by_all = false;  // as many subscribers as were asked for
     eprosima::fastrtps::rtps::GUID_t publisher{};
     bool has_publisher = false;
-    std::int64_t heard_ns = 0;               // monotonic
-    std::int64_t waiting_since_ns = 0;       // 0: not waiting for another stream
-    std::uint64_t rejected = 0;              // samples of a second publisher of the same id
-    std::uint64_t unwritten = 0;             // the middleware refused them
+    std::int64_t heard_ns = 0;          // monotonic
+    std::int64_t waiting_since_ns = 0;  // 0: not waiting for another stream
+    std::uint64_t rejected = 0;         // samples of a second publisher of the same id
+    std::uint64_t unwritten = 0;        // the middleware refused them
     std::uint64_t answered_since_report = 0;
     std::uint64_t newest_sequence = 0;
     core::SensorTime reported_needed{core::kNever};
     compensation::CompensatedSample newest;
-    compensation::CompensatorCounts told;    // what events have told so far
+    compensation::CompensatorCounts told;  // what events have told so far
     std::uint64_t told_rejected = 0;
     core::PerAxis<compensation::Mode> told_mode{};
   };
@@ -79,12 +80,13 @@ class CompensationNode {
 
   CompensationNodeOptions options_;
   service::Host host_;
-  std::mutex data_mutex_;                   // between the receiving thread and the status thread; never the learner's
+  std::mutex
+      data_mutex_;  // between the receiving thread and the status thread; never the learner's
   std::vector<std::unique_ptr<Gyro>> gyros_;
-  core::SpscQueue<Gyro*> newcomers_{128};   // gyros the learner has not seen yet
+  core::SpscQueue<Gyro*> newcomers_{128};  // gyros the learner has not seen yet
   msg::CompensatedRate message_;
-  service::LatencyHistogram compute_latency_;    // ingress to egress
-  service::LatencyHistogram arrival_latency_;    // publisher's write to ingress
+  service::LatencyHistogram compute_latency_;  // ingress to egress
+  service::LatencyHistogram arrival_latency_;  // publisher's write to ingress
 
   std::atomic<std::uint32_t> learner_wakeups_{0};
   std::atomic<std::uint32_t> models_delivered_{0};

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Takes the drift off: angular_rate + temperature [+ rate_reference] -> compensated_rate.
-#include "common/config/compensation_config.h"
 #include "common/service/main.h"
+
+#include "common/config/compensation_config.h"
 #include "services/compensation/compensation_node.h"
 
 int main(int argc, char** argv) {
@@ -10,13 +11,17 @@ int main(int argc, char** argv) {
   services::CompensationNodeOptions options;
   std::string config;
   service::add_network_options(app, options.network);
-  app.add_option("--config", config, "YAML or JSON file (idl/proto/compensation.proto); defaults without");
-  app.add_option("--instance", options.instance, "number of this instance; with several, give each its own")
+  app.add_option("--config", config,
+                 "YAML or JSON file (idl/proto/compensation.proto); defaults without");
+  app.add_option("--instance", options.instance,
+                 "number of this instance; with several, give each its own")
       ->capture_default_str();
-  app.add_option("--ownership-strength", options.ownership_strength, "the strongest living instance is heard")
+  app.add_option("--ownership-strength", options.ownership_strength,
+                 "the strongest living instance is heard")
       ->capture_default_str();
-  app.add_option("--await-subscribers", options.await_subscribers,
-                 "with records and simulations: take no sample before so many subscribers are there")
+  app.add_option(
+         "--await-subscribers", options.await_subscribers,
+         "with records and simulations: take no sample before so many subscribers are there")
       ->capture_default_str();
   return service::run_main(app, argc, argv, [&] {
     if (!config.empty()) options.compensation = config::load_compensation(config);

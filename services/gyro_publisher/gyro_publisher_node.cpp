@@ -13,7 +13,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-constexpr auto kPatience = 5000ms;    // until a line says who is waited for
+constexpr auto kPatience = 5000ms;  // until a line says who is waited for
 constexpr auto kStopCheck = 100ms;
 constexpr auto kReopenEvery = 1000ms;
 
@@ -36,19 +36,24 @@ void add_options(CLI::App& app, GyroPublisherOptions& options) {
       ->capture_default_str();
   app.add_option("--model", options.source.model, "simulation: the twin's model file");
   app.add_option("--profile", options.source.profile, "simulation: what the experiment does");
-  app.add_option("--seed", options.source.seed, "simulation: seed of all noise")->capture_default_str();
-  app.add_option("--rate", options.source.rate_hz, "simulation: sample rate, Hz; the model's nominal rate without");
+  app.add_option("--seed", options.source.seed, "simulation: seed of all noise")
+      ->capture_default_str();
+  app.add_option("--rate", options.source.rate_hz,
+                 "simulation: sample rate, Hz; the model's nominal rate without");
   app.add_option("--record", options.source.record, "record: a .csv, .csv.gz or .csv.xz file");
   app.add_option("--columns", options.source.columns, "record: names and units of a foreign CSV");
-  app.add_option("--duration", options.source.duration_s, "simulation, record: stop after so many seconds");
-  app.add_option("--speed", options.speed, "simulation, record: times real time, or max")->capture_default_str();
+  app.add_option("--duration", options.source.duration_s,
+                 "simulation, record: stop after so many seconds");
+  app.add_option("--speed", options.speed, "simulation, record: times real time, or max")
+      ->capture_default_str();
   app.add_option("--wait-for", options.wait_for,
                  "simulation, record: consumers to keep pace with; none with an empty value")
       ->delimiter(',')
       ->capture_default_str();
   app.add_option("--device", options.serial.device, "serial: tty of the gyro");
   app.add_option("--baud", options.serial.baud_rate, "serial: line speed")->capture_default_str();
-  app.add_option("--frame-rate", options.serial.frame_rate_hz, "serial: frames a second")->capture_default_str();
+  app.add_option("--frame-rate", options.serial.frame_rate_hz, "serial: frames a second")
+      ->capture_default_str();
   app.add_option("--rotation", options.serial.rotation, "serial: what the gyro sends")
       ->transform(CLI::CheckedTransformer(formats));
 }
@@ -65,8 +70,11 @@ GyroPublisherNode::GyroPublisherNode(const GyroPublisherOptions& options)
     serial_.emplace(options_.serial);
   } else {
     source_ = open_gyro_source(options_.source, [this](const std::string& line) {
-      host_.raise({.code = "record_warning", .severity = Severity::kWarning, .text = line,
-                   .gyro_id = options_.gyro_id, .sensor_time_ns = 0});
+      host_.raise({.code = "record_warning",
+                   .severity = Severity::kWarning,
+                   .text = line,
+                   .gyro_id = options_.gyro_id,
+                   .sensor_time_ns = 0});
     });
   }
 }
@@ -80,8 +88,11 @@ void GyroPublisherNode::run() {
         publish_source();
       }
     } catch (const std::exception& error) {
-      host_.raise({.code = "source_failed", .severity = Severity::kError, .text = error.what(),
-                   .gyro_id = options_.gyro_id, .sensor_time_ns = 0});
+      host_.raise({.code = "source_failed",
+                   .severity = Severity::kError,
+                   .text = error.what(),
+                   .gyro_id = options_.gyro_id,
+                   .sensor_time_ns = 0});
     }
     service::request_stop();
   });
@@ -128,13 +139,16 @@ bool GyroPublisherNode::wait_for_consumers() {
   if (!pacer_.anybody_to_wait_for()) return true;
   bool told = false;
   for (auto waited = 0ms; !stopping_; waited += kStopCheck) {
-    // A consumer announces itself before its reader may be known here: no sample goes out into the void.
+    // A consumer announces itself before its reader may be known here: no sample goes out into the
+    // void.
     if (pacer_.wait_for_consumers(kStopCheck) && writer_.matched() > 0) return true;
     if (pacer_.missing_consumers().empty()) std::this_thread::sleep_for(1ms);
     if (waited < kPatience || told) continue;
     told = true;
-    host_.raise({.code = "waiting_for_consumers", .severity = Severity::kInformation,
-                 .text = "waiting for " + pacer_.missing_consumers() + " (--wait-for)", .gyro_id = options_.gyro_id,
+    host_.raise({.code = "waiting_for_consumers",
+                 .severity = Severity::kInformation,
+                 .text = "waiting for " + pacer_.missing_consumers() + " (--wait-for)",
+                 .gyro_id = options_.gyro_id,
                  .sensor_time_ns = 0});
   }
   return false;
@@ -160,14 +174,17 @@ void GyroPublisherNode::publish_serial() {
     const auto result = serial_->wait(kStopCheck);
     const core::SensorTime now{service::unix_time_ns()};
     if (result == drivers::SerialStatus::kGone) {
-      host_.raise({.code = "device_gone", .severity = Severity::kError,
-                   .text = options_.serial.device + ": hung up or unplugged; trying to open it again",
-                   .gyro_id = options_.gyro_id, .sensor_time_ns = now.count()});
+      host_.raise(
+          {.code = "device_gone",
+           .severity = Severity::kError,
+           .text = options_.serial.device + ": hung up or unplugged; trying to open it again",
+           .gyro_id = options_.gyro_id,
+           .sensor_time_ns = now.count()});
       std::this_thread::sleep_for(kReopenEvery);
       try {
         serial_->reopen();
       } catch (const drivers::DriverError&) {
-        continue;   // told above; tried again
+        continue;  // told above; tried again
       }
     }
     for (const auto& reading : serial_->read(now)) {
@@ -180,14 +197,20 @@ void GyroPublisherNode::publish_serial() {
 }
 
 void GyroPublisherNode::tell_of_link(const drivers::KvhLinkStatistics& now) {
-  const auto tell = [&](const char* code, const char* what, std::uint64_t before, std::uint64_t after) {
-    host_.raise_counted({.code = code, .severity = Severity::kWarning, .text = options_.serial.device + ": " + what,
-                         .gyro_id = options_.gyro_id, .sensor_time_ns = 0},
+  const auto tell = [&](const char* code, const char* what, std::uint64_t before,
+                        std::uint64_t after) {
+    host_.raise_counted({.code = code,
+                         .severity = Severity::kWarning,
+                         .text = options_.serial.device + ": " + what,
+                         .gyro_id = options_.gyro_id,
+                         .sensor_time_ns = 0},
                         after - before);
   };
   tell("crc_error", "a frame with a wrong CRC was dropped", told_link_.crc_errors, now.crc_errors);
-  tell("bytes_skipped", "bytes outside any frame were skipped", told_link_.bytes_skipped, now.bytes_skipped);
-  tell("frames_missing", "sequence numbers of the gyro are missing", told_link_.frames_missing, now.frames_missing);
+  tell("bytes_skipped", "bytes outside any frame were skipped", told_link_.bytes_skipped,
+       now.bytes_skipped);
+  tell("frames_missing", "sequence numbers of the gyro are missing", told_link_.frames_missing,
+       now.frames_missing);
   told_link_ = now;
 }
 

@@ -52,7 +52,7 @@ class GyroPublisherNode {
   service::ReplayClock clock_;
   dds::Writer<msg::AngularRate> writer_;
   dds::Writer<msg::RateReference> reference_writer_;
-  dds::Writer<msg::Temperature> temperature_writer_;   // a serial gyro's own thermometer
+  dds::Writer<msg::Temperature> temperature_writer_;  // a serial gyro's own thermometer
   GyroSource source_;
   std::optional<drivers::SerialGyro> serial_;
   drivers::KvhLinkStatistics told_link_{};

@@ -15,14 +15,17 @@ namespace {
 using Warn = std::function<void(const std::string&)>;
 
 GyroSource open_simulation(const GyroSourceOptions& options, const Warn& warn) {
-  if (options.model.empty()) throw std::invalid_argument("--model: missing; a simulation needs a twin's model file");
-  if (options.profile.empty()) throw std::invalid_argument("--profile: missing; a simulation needs a profile file");
+  if (options.model.empty())
+    throw std::invalid_argument("--model: missing; a simulation needs a twin's model file");
+  if (options.profile.empty())
+    throw std::invalid_argument("--profile: missing; a simulation needs a profile file");
   const auto loaded = config::load_model(options.model);
   for (const auto& line : loaded.warnings) warn(line);
   twin::Profile profile = config::load_profile(options.profile);
   if (options.duration_s > 0.0) profile.duration_s = options.duration_s;
   const double rate_hz = options.rate_hz > 0.0 ? options.rate_hz : loaded.model.nominal_rate_hz;
-  auto simulation = std::make_shared<twin::GyroSimulation>(loaded.model, profile, options.seed, rate_hz);
+  auto simulation =
+      std::make_shared<twin::GyroSimulation>(loaded.model, profile, options.seed, rate_hz);
   return [simulation]() -> std::optional<GyroReading> {
     auto sample = simulation->next();
     if (!sample) return std::nullopt;
@@ -31,7 +34,8 @@ GyroSource open_simulation(const GyroSourceOptions& options, const Warn& warn) {
 }
 
 GyroSource open_record(const GyroSourceOptions& options, const Warn& warn) {
-  if (options.record.empty()) throw std::invalid_argument("--record: missing; a record source needs a file");
+  if (options.record.empty())
+    throw std::invalid_argument("--record: missing; a record source needs a file");
   auto reader = std::make_shared<record::RecordReader>(
       options.record, record::RecordOptions{.columns = record::parse_column_map(options.columns)});
   auto warned = std::make_shared<std::size_t>(0);
@@ -41,14 +45,16 @@ GyroSource open_record(const GyroSourceOptions& options, const Warn& warn) {
     const record::RecordRow* row = reader->next();
     for (; *warned < reader->warnings().size(); ++*warned) warn(reader->warnings()[*warned]);
     if (row == nullptr || (bounded && row->time >= end)) return std::nullopt;
-    return GyroReading{record::to_angular_rate(*row), record::to_rate_reference(*row, reader->info())};
+    return GyroReading{record::to_angular_rate(*row),
+                       record::to_rate_reference(*row, reader->info())};
   };
 }
 
 }  // namespace
 
 GyroSource open_gyro_source(const GyroSourceOptions& options, const Warn& warn) {
-  return options.kind == GyroSourceKind::kRecord ? open_record(options, warn) : open_simulation(options, warn);
+  return options.kind == GyroSourceKind::kRecord ? open_record(options, warn)
+                                                 : open_simulation(options, warn);
 }
 
 }  // namespace zerodrift::services

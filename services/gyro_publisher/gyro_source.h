@@ -15,13 +15,13 @@ enum class GyroSourceKind { kSimulation, kRecord, kSerial };
 
 struct GyroSourceOptions {
   GyroSourceKind kind = GyroSourceKind::kSimulation;
-  std::string model;      // simulation
+  std::string model;  // simulation
   std::string profile;
   std::uint64_t seed = 1;
-  double rate_hz = 0.0;   // 0: the model's nominal rate
-  std::string record;     // record
+  double rate_hz = 0.0;  // 0: the model's nominal rate
+  std::string record;    // record
   std::string columns;
-  double duration_s = 0.0;   // simulation and record: 0 = to the end
+  double duration_s = 0.0;  // simulation and record: 0 = to the end
 };
 
 // A sample and what the source knows of the true rate at that time.
@@ -33,7 +33,9 @@ struct GyroReading {
 // The next reading; nothing at the end.
 using GyroSource = std::function<std::optional<GyroReading>()>;
 
-// Simulation and record. `warn` gets one line each for what is odd but usable. Throws with one line otherwise.
-GyroSource open_gyro_source(const GyroSourceOptions& options, const std::function<void(const std::string&)>& warn);
+// Simulation and record. `warn` gets one line each for what is odd but usable. Throws with one line
+// otherwise.
+GyroSource open_gyro_source(const GyroSourceOptions& options,
+                            const std::function<void(const std::string&)>& warn);
 
 }  // namespace zerodrift::services

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Publishes angular_rate from the twin, a record, or a gyro on a serial port.
 #include "common/service/main.h"
+
 #include "services/gyro_publisher/gyro_publisher_node.h"
 
 int main(int argc, char** argv) {

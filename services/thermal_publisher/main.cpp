@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Publishes temperature from the twin, a record, or the thermometers that Linux shows as files.
 #include "common/service/main.h"
+
 #include "services/thermal_publisher/thermal_publisher_node.h"
 
 int main(int argc, char** argv) {

@@ -15,16 +15,17 @@ namespace {
 
 constexpr auto kStopCheck = 100ms;
 constexpr auto kReceiveWithin = 2000ms;
-constexpr core::SensorTime kAhead = 10s;       // of what is needed, so that rates never wait for long
+constexpr core::SensorTime kAhead = 10s;  // of what is needed, so that rates never wait for long
 constexpr core::SensorTime kAfterTheEnd = 1h;  // beyond any rate sample of the record
-constexpr std::uint64_t kInFlight = 256;       // readings of one probe; half the history kept for it
+constexpr std::uint64_t kInFlight = 256;  // readings of one probe; half the history kept for it
 
 }  // namespace
 
 void add_options(CLI::App& app, ThermalPublisherOptions& options) {
-  const std::map<std::string, ThermalSourceKind> sources{{"simulation", ThermalSourceKind::kSimulation},
-                                                         {"record", ThermalSourceKind::kRecord},
-                                                         {"sysfs", ThermalSourceKind::kSysfs}};
+  const std::map<std::string, ThermalSourceKind> sources{
+      {"simulation", ThermalSourceKind::kSimulation},
+      {"record", ThermalSourceKind::kRecord},
+      {"sysfs", ThermalSourceKind::kSysfs}};
   app.add_option("--source", options.source.kind, "simulation, record or sysfs")
       ->required()
       ->transform(CLI::CheckedTransformer(sources));
@@ -33,18 +34,23 @@ void add_options(CLI::App& app, ThermalPublisherOptions& options) {
       ->capture_default_str();
   app.add_option("--model", options.source.model, "simulation: the twin's model file");
   app.add_option("--profile", options.source.profile, "simulation: what the experiment does");
-  app.add_option("--seed", options.source.seed, "simulation: seed of all noise")->capture_default_str();
+  app.add_option("--seed", options.source.seed, "simulation: seed of all noise")
+      ->capture_default_str();
   app.add_option("--record", options.source.record, "record: a .csv, .csv.gz or .csv.xz file");
   app.add_option("--columns", options.source.columns, "record: names and units of a foreign CSV");
-  app.add_option("--duration", options.source.duration_s, "simulation, record: stop after so many seconds");
-  app.add_option("--speed", options.speed, "simulation, record without consumers: times real time, or max")
+  app.add_option("--duration", options.source.duration_s,
+                 "simulation, record: stop after so many seconds");
+  app.add_option("--speed", options.speed,
+                 "simulation, record without consumers: times real time, or max")
       ->capture_default_str();
   app.add_option("--wait-for", options.wait_for,
                  "simulation, record: consumers to keep pace with; none with an empty value")
       ->delimiter(',')
       ->capture_default_str();
-  app.add_option("--sysfs-root", options.sysfs_root, "sysfs: where to look for thermometers")->capture_default_str();
-  app.add_option("--probe", options.sysfs_probes, "sysfs: NAME=FILE (repeatable); all that are found without");
+  app.add_option("--sysfs-root", options.sysfs_root, "sysfs: where to look for thermometers")
+      ->capture_default_str();
+  app.add_option("--probe", options.sysfs_probes,
+                 "sysfs: NAME=FILE (repeatable); all that are found without");
   app.add_option("--rate", options.sysfs_rate_hz, "sysfs: readings a second")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
@@ -59,8 +65,11 @@ ThermalPublisherNode::ThermalPublisherNode(const ThermalPublisherOptions& option
     open_sysfs();
   } else {
     source_ = open_thermal_source(options_.source, [this](const std::string& line) {
-      host_.raise({.code = "record_warning", .severity = Severity::kWarning, .text = line,
-                   .gyro_id = options_.gyro_id, .sensor_time_ns = 0});
+      host_.raise({.code = "record_warning",
+                   .severity = Severity::kWarning,
+                   .text = line,
+                   .gyro_id = options_.gyro_id,
+                   .sensor_time_ns = 0});
     });
   }
 }
@@ -76,7 +85,8 @@ void ThermalPublisherNode::open_sysfs() {
   }
   if (files.empty()) files = drivers::discover_thermometers(options_.sysfs_root);
   if (files.empty()) {
-    throw std::invalid_argument(options_.sysfs_root + ": no hwmon, IIO or 1-wire thermometer found; name one with --probe");
+    throw std::invalid_argument(
+        options_.sysfs_root + ": no hwmon, IIO or 1-wire thermometer found; name one with --probe");
   }
   for (auto& file : files) thermometers_.emplace_back(std::move(file));
 }
@@ -90,8 +100,11 @@ void ThermalPublisherNode::run() {
         publish_sysfs();
       }
     } catch (const std::exception& error) {
-      host_.raise({.code = "source_failed", .severity = Severity::kError, .text = error.what(),
-                   .gyro_id = options_.gyro_id, .sensor_time_ns = 0});
+      host_.raise({.code = "source_failed",
+                   .severity = Severity::kError,
+                   .text = error.what(),
+                   .gyro_id = options_.gyro_id,
+                   .sensor_time_ns = 0});
     }
     service::request_stop();
   });
@@ -151,14 +164,18 @@ void ThermalPublisherNode::publish_sysfs() {
     for (auto& thermometer : thermometers_) {
       const auto reading = thermometer.read(core::SensorTime{service::unix_time_ns()});
       if (!reading.sample.measured) {
-        host_.raise({.code = "no_temperature", .severity = Severity::kWarning, .text = reading.reason,
-                     .gyro_id = options_.gyro_id, .sensor_time_ns = reading.sample.time.count()});
+        host_.raise({.code = "no_temperature",
+                     .severity = Severity::kWarning,
+                     .text = reading.reason,
+                     .gyro_id = options_.gyro_id,
+                     .sensor_time_ns = reading.sample.time.count()});
       }
       publish(reading.sample);
     }
     due += period;
     while (!stopping_ && std::chrono::steady_clock::now() < due) {
-      std::this_thread::sleep_for(std::min<std::chrono::nanoseconds>(kStopCheck, due - std::chrono::steady_clock::now()));
+      std::this_thread::sleep_for(
+          std::min<std::chrono::nanoseconds>(kStopCheck, due - std::chrono::steady_clock::now()));
     }
   }
 }
@@ -167,7 +184,8 @@ void ThermalPublisherNode::publish_sysfs() {
 ThermalPublisherNode::Probe& ThermalPublisherNode::probe(const std::string& name) {
   Probe& known = probes_[name];
   if (!known.writer) {
-    known.writer = std::make_unique<dds::Writer<msg::Temperature>>(host_.participant(), host_.observer());
+    known.writer =
+        std::make_unique<dds::Writer<msg::Temperature>>(host_.participant(), host_.observer());
   }
   return known;
 }

@@ -25,7 +25,7 @@ struct ThermalPublisherOptions {
   std::string speed = "1";
   std::vector<std::string> wait_for{"compensation"};
   std::string sysfs_root = "/sys";
-  std::vector<std::string> sysfs_probes;   // name=path; empty: all that are found
+  std::vector<std::string> sysfs_probes;  // name=path; empty: all that are found
   double sysfs_rate_hz = 1.0;
 };
 
@@ -41,7 +41,7 @@ class ThermalPublisherNode {
   struct Probe {
     std::unique_ptr<dds::Writer<msg::Temperature>> writer;
     std::uint64_t next_sequence = 0;
-    std::uint64_t in_flight = 0;     // since all was last received
+    std::uint64_t in_flight = 0;  // since all was last received
   };
 
   Probe& probe(const std::string& name);

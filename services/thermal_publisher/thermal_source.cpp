@@ -22,7 +22,8 @@ class SimulatedProbes {
  public:
   SimulatedProbes(const twin::Model& model, const twin::Profile& profile, std::uint64_t seed) {
     for (const auto& probe : model.probes) {
-      probes_.push_back({twin::ThermometerSimulation(model, profile, seed, probe.name), std::nullopt});
+      probes_.push_back(
+          {twin::ThermometerSimulation(model, profile, seed, probe.name), std::nullopt});
       probes_.back().next = probes_.back().simulation.next();
     }
   }
@@ -47,8 +48,10 @@ class SimulatedProbes {
 };
 
 ThermalSource open_simulation(const ThermalSourceOptions& options, const Warn& warn) {
-  if (options.model.empty()) throw std::invalid_argument("--model: missing; a simulation needs a twin's model file");
-  if (options.profile.empty()) throw std::invalid_argument("--profile: missing; a simulation needs a profile file");
+  if (options.model.empty())
+    throw std::invalid_argument("--model: missing; a simulation needs a twin's model file");
+  if (options.profile.empty())
+    throw std::invalid_argument("--profile: missing; a simulation needs a profile file");
   const auto loaded = config::load_model(options.model);
   for (const auto& line : loaded.warnings) warn(line);
   twin::Profile profile = config::load_profile(options.profile);
@@ -58,7 +61,8 @@ ThermalSource open_simulation(const ThermalSourceOptions& options, const Warn& w
 }
 
 ThermalSource open_record(const ThermalSourceOptions& options, const Warn& warn) {
-  if (options.record.empty()) throw std::invalid_argument("--record: missing; a record source needs a file");
+  if (options.record.empty())
+    throw std::invalid_argument("--record: missing; a record source needs a file");
   auto reader = std::make_shared<record::RecordReader>(
       options.record, record::RecordOptions{.columns = record::parse_column_map(options.columns)});
   if (reader->info().probes.empty()) warn(options.record + ": has no temperature column");
@@ -89,7 +93,8 @@ ThermalSource open_record(const ThermalSourceOptions& options, const Warn& warn)
 }  // namespace
 
 ThermalSource open_thermal_source(const ThermalSourceOptions& options, const Warn& warn) {
-  return options.kind == ThermalSourceKind::kRecord ? open_record(options, warn) : open_simulation(options, warn);
+  return options.kind == ThermalSourceKind::kRecord ? open_record(options, warn)
+                                                    : open_simulation(options, warn);
 }
 
 }  // namespace zerodrift::services

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// zerodrift bench end-to-end: the whole chain of processes as fast as it goes, without losing a sample.
+// zerodrift bench end-to-end: the whole chain of processes as fast as it goes, without losing a
+// sample.
 #include <fcntl.h>
 #include <signal.h>
 #include <spawn.h>
@@ -29,7 +30,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
-constexpr std::uint32_t kBenchDomain = 231;   // away from anything that runs
+constexpr std::uint32_t kBenchDomain = 231;  // away from anything that runs
 
 struct BenchOptions {
   dds::NetworkOptions network;
@@ -89,8 +90,9 @@ std::string text(double value) {
 
 int end_to_end(const BenchOptions& options) {
   const std::vector<std::string> domain{"--domain", std::to_string(options.network.domain)};
-  std::vector<std::string> source{"--source", "simulation", "--model", options.model, "--profile", options.profile,
-                                  "--speed", "max", "--duration", text(options.duration_s)};
+  std::vector<std::string> source{
+      "--source",      "simulation", "--model", options.model, "--profile",
+      options.profile, "--speed",    "max",     "--duration",  text(options.duration_s)};
   source.insert(source.end(), domain.begin(), domain.end());
   const auto with = [](std::vector<std::string> base, std::vector<std::string> more) {
     base.insert(base.end(), more.begin(), more.end());
@@ -125,11 +127,15 @@ int end_to_end(const BenchOptions& options) {
       compensation_early = compensation.resident_kb();
     }
   }
-  const double elapsed_s = std::chrono::duration<double>(Clock::now() - first.value_or(Clock::now())).count();
-  std::printf("end to end: %.0f samples of 3 axes in %.1f s: %.0f samples/s, %.0f times real time\n", answered, elapsed_s,
-              answered / elapsed_s, options.duration_s / elapsed_s);
-  std::printf("resident memory at 20 %% and at the end: compensation %ld and %ld kB, allan_monitor %ld and %ld kB\n",
-              compensation_early, compensation.resident_kb(), monitor_early, monitor.resident_kb());
+  const double elapsed_s =
+      std::chrono::duration<double>(Clock::now() - first.value_or(Clock::now())).count();
+  std::printf(
+      "end to end: %.0f samples of 3 axes in %.1f s: %.0f samples/s, %.0f times real time\n",
+      answered, elapsed_s, answered / elapsed_s, options.duration_s / elapsed_s);
+  std::printf(
+      "resident memory at 20 %% and at the end: compensation %ld and %ld kB, allan_monitor %ld and "
+      "%ld kB\n",
+      compensation_early, compensation.resident_kb(), monitor_early, monitor.resident_kb());
   std::printf("%s", board.summary().c_str());
   return service::kExitDone;
 }
@@ -139,12 +145,14 @@ int end_to_end(const BenchOptions& options) {
 void add_bench(CLI::App& app, Run& run) {
   auto* bench = app.add_subcommand("bench", "measure");
   bench->require_subcommand(1);
-  auto* command = bench->add_subcommand("end-to-end", "samples a second through all processes, none lost");
+  auto* command =
+      bench->add_subcommand("end-to-end", "samples a second through all processes, none lost");
   auto options = std::make_shared<BenchOptions>();
   options->network.domain = kBenchDomain;
   command->add_option("--model", options->model, "the twin's model file")->required();
   command->add_option("--profile", options->profile, "what the experiment does")->required();
-  command->add_option("--duration", options->duration_s, "simulated seconds")->capture_default_str();
+  command->add_option("--duration", options->duration_s, "simulated seconds")
+      ->capture_default_str();
   command->add_option("--domain", options->network.domain, "DDS domain")->capture_default_str();
   command->callback([options, &run] { run = [options] { return end_to_end(*options); }; });
 }

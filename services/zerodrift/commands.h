@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The subcommands of `zerodrift`. Each adds itself to the command line and sets `run` when it is chosen.
+// The subcommands of `zerodrift`. Each adds itself to the command line and sets `run` when it is
+// chosen.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -33,8 +33,8 @@ struct CompensateOptions {
   std::string out;
 };
 
-// Means over a minute, raw and compensated, from when an axis is first compensated; and what holding the mean of the
-// last minute would have left.
+// Means over a minute, raw and compensated, from when an axis is first compensated; and what
+// holding the mean of the last minute would have left.
 class Summary {
  public:
   explicit Summary(double interval_s) {
@@ -63,20 +63,27 @@ class Summary {
   }
 
   void print() const {
-    std::printf("axis  60 s means: raw std   compensated   persistence   raw/compensated   on model  [deg/h]\n");
+    std::printf(
+        "axis  60 s means: raw std   compensated   persistence   raw/compensated   on model  "
+        "[deg/h]\n");
     for (const auto a : core::kAxes) {
       const Axis& axis = axes_[core::index(a)];
       if (!axis.measured) continue;
       const double raw = axis.raw->moments(allan::Span::kSinceStart).standard_deviation;
       const double left = axis.compensated->moments(allan::Span::kSinceStart).standard_deviation;
-      const double held = axis.steps > 0 ? std::sqrt(axis.step_squares / static_cast<double>(axis.steps)) : 0.0;
-      const auto total = static_cast<double>(axis.rungs[0] + axis.rungs[1] + axis.rungs[2] + axis.rungs[3]);
-      std::printf("%-4s  %20.5f %13.5f %13.5f %17.1f %8.1f %%\n", std::string(core::name(a)).c_str(),
-                  core::deg_h_from_radps(raw), core::deg_h_from_radps(left), core::deg_h_from_radps(held),
-                  left > 0.0 ? raw / left : 0.0, 100.0 * static_cast<double>(axis.rungs[3]) / total);
+      const double held =
+          axis.steps > 0 ? std::sqrt(axis.step_squares / static_cast<double>(axis.steps)) : 0.0;
+      const auto total =
+          static_cast<double>(axis.rungs[0] + axis.rungs[1] + axis.rungs[2] + axis.rungs[3]);
+      std::printf(
+          "%-4s  %20.5f %13.5f %13.5f %17.1f %8.1f %%\n", std::string(core::name(a)).c_str(),
+          core::deg_h_from_radps(raw), core::deg_h_from_radps(left), core::deg_h_from_radps(held),
+          left > 0.0 ? raw / left : 0.0, 100.0 * static_cast<double>(axis.rungs[3]) / total);
     }
-    std::printf("persistence: the minute's mean held over the next minute. Each sample was compensated before any\n"
-                "label that contains it was learned (test-then-train).\n");
+    std::printf(
+        "persistence: the minute's mean held over the next minute. Each sample was compensated "
+        "before any\n"
+        "label that contains it was learned (test-then-train).\n");
   }
 
  private:
@@ -104,11 +111,13 @@ class Summary {
   core::PerAxis<Axis> axes_;
 };
 
-// Feeds a record as the publishers do and answers every sample as soon as all that belongs to it is there.
+// Feeds a record as the publishers do and answers every sample as soon as all that belongs to it is
+// there.
 class OfflineRun {
  public:
   OfflineRun(const CompensateOptions& options, compensation::Compensator& compensator)
-      : reader_(options.record, record::RecordOptions{.columns = record::parse_column_map(options.columns)}),
+      : reader_(options.record,
+                record::RecordOptions{.columns = record::parse_column_map(options.columns)}),
         compensator_(compensator) {}
 
   [[nodiscard]] const record::RecordInfo& info() const { return reader_.info(); }
@@ -122,7 +131,7 @@ class OfflineRun {
       if (probe_missing) compensator_.give_up_waiting();
       answer_ready(take);
     }
-    compensator_.give_up_waiting();   // the record is over: nothing more comes
+    compensator_.give_up_waiting();  // the record is over: nothing more comes
     answer_ready(take);
   }
 
@@ -132,7 +141,8 @@ class OfflineRun {
       record::to_temperature(row, reader_.info(), probe, temperature_);
       compensator_.push(temperature_);
     }
-    if (const auto reference = record::to_rate_reference(row, reader_.info())) compensator_.push(*reference);
+    if (const auto reference = record::to_rate_reference(row, reader_.info()))
+      compensator_.push(*reference);
     compensator_.push(record::to_angular_rate(row));
   }
 
@@ -165,7 +175,9 @@ int compensate(const CompensateOptions& options) {
     const auto& probes = offline.info().probes;
     if (std::find(probes.begin(), probes.end(), probe) == probes.end()) {
       probe_missing = true;
-      std::fprintf(stderr, "%s: has no temperature of probe '%s', which a feature needs; the model will not be used\n",
+      std::fprintf(stderr,
+                   "%s: has no temperature of probe '%s', which a feature needs; the model will "
+                   "not be used\n",
                    options.record.c_str(), probe.c_str());
     }
   }
@@ -180,7 +192,8 @@ int compensate(const CompensateOptions& options) {
   });
   for (const auto& line : offline.warnings()) std::fprintf(stderr, "%s\n", line.c_str());
   if (csv) csv->commit();
-  std::printf("%s: %llu samples compensated\n", options.record.c_str(), static_cast<unsigned long long>(samples));
+  std::printf("%s: %llu samples compensated\n", options.record.c_str(),
+              static_cast<unsigned long long>(samples));
   summary.print();
   return service::kExitDone;
 }
@@ -188,11 +201,13 @@ int compensate(const CompensateOptions& options) {
 }  // namespace
 
 void add_compensate(CLI::App& app, Run& run) {
-  auto* command = app.add_subcommand("compensate", "take the drift off a record, as the service would");
+  auto* command =
+      app.add_subcommand("compensate", "take the drift off a record, as the service would");
   auto options = std::make_shared<CompensateOptions>();
   command->add_option("--record", options->record, "a .csv, .csv.gz or .csv.xz file")->required();
   command->add_option("--columns", options->columns, "names and units of a foreign CSV");
-  command->add_option("--config", options->config, "YAML or JSON file (idl/proto/compensation.proto)");
+  command->add_option("--config", options->config,
+                      "YAML or JSON file (idl/proto/compensation.proto)");
   command->add_option("--scheme", options->scheme, "online-svr or none; overrides the file")
       ->check(CLI::IsMember({"online-svr", "none"}));
   command->add_option("--out", options->out, "record to write; without, only the summary");

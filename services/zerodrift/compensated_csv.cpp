@@ -12,7 +12,8 @@ record::RecordWriterOptions layout() {
   record::RecordWriterOptions options;
   options.metadata = {{"stream", "compensated"}};
   options.columns = {"time_s"};
-  for (const auto axis : core::kAxes) options.columns.push_back("rate_" + std::string(core::name(axis)) + "_rad_s");
+  for (const auto axis : core::kAxes)
+    options.columns.push_back("rate_" + std::string(core::name(axis)) + "_rad_s");
   options.columns.push_back("sequence");
   options.columns.push_back("model_epoch");
   for (const auto axis : core::kAxes) {
@@ -41,7 +42,8 @@ void CompensatedCsv::write(const compensation::CompensatedSample& sample) {
   for (const auto axis : core::kAxes) {
     const std::size_t i = core::index(axis);
     writer_.number(sample.applied_drift_radps[i]);
-    sample.drift_variance[i] >= 0.0 ? writer_.number(std::sqrt(sample.drift_variance[i])) : writer_.blank();
+    sample.drift_variance[i] >= 0.0 ? writer_.number(std::sqrt(sample.drift_variance[i]))
+                                    : writer_.blank();
     writer_.text(compensation::name(sample.mode[i]));
     writer_.text(compensation::name(sample.reason[i]));
     writer_.text(compensation::name(sample.rung[i]));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compensated samples as a record: what `compensate` writes offline and `record` writes from the live topic, so that
-// the two can be compared byte for byte.
+// Compensated samples as a record: what `compensate` writes offline and `record` writes from the
+// live topic, so that the two can be compared byte for byte.
 #pragma once
 
 #include <filesystem>

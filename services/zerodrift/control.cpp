@@ -31,14 +31,15 @@ struct ControlOptions {
 int show_once(const ControlOptions& options) {
   dds::Participant participant("zerodrift_ctl", options.network);
   StatusBoard board(participant);
-  const auto give_up = std::chrono::steady_clock::now() + std::chrono::duration<double>(options.wait_s);
+  const auto give_up =
+      std::chrono::steady_clock::now() + std::chrono::duration<double>(options.wait_s);
   while (!board.heard("compensation") && std::chrono::steady_clock::now() < give_up) {
     if (service::wait_for_stop(50ms)) return service::kExitNo;
   }
-  service::wait_for_stop(500ms);   // the others speak four times a second
+  service::wait_for_stop(500ms);  // the others speak four times a second
   if (!board.heard("compensation")) {
-    std::fprintf(stderr, "ctl status: no compensation service heard in domain %u within %g s\n", options.network.domain,
-                 options.wait_s);
+    std::fprintf(stderr, "ctl status: no compensation service heard in domain %u within %g s\n",
+                 options.network.domain, options.wait_s);
     return service::kExitNo;
   }
   std::fputs(board.table().c_str(), stdout);
@@ -62,7 +63,7 @@ int follow(const ControlOptions& options) {
     if (!terminal) std::fputs("\n", stdout);
     std::fflush(stdout);
   }
-  service::wait_for_stop(stopped ? 1ms : 1500ms);   // the monitor's last report
+  service::wait_for_stop(stopped ? 1ms : 1500ms);  // the monitor's last report
   std::printf("\n%s%s", board.table().c_str(), board.summary().c_str());
   return !options.until_finished || board.nothing_lost() ? service::kExitDone : service::kExitNo;
 }
@@ -72,12 +73,14 @@ int send(const ControlOptions& options) {
   const auto request = static_cast<std::uint64_t>(service::unix_time_ns());
   std::mutex mutex;
   std::optional<msg::CommandReply> answer;
-  dds::Reader<msg::CommandReply> replies(participant, [&](const msg::CommandReply& reply, const dds::SampleOrigin&) {
-    const std::lock_guard lock(mutex);
-    if (reply.request_id() == request) answer = reply;
-  });
+  dds::Reader<msg::CommandReply> replies(
+      participant, [&](const msg::CommandReply& reply, const dds::SampleOrigin&) {
+        const std::lock_guard lock(mutex);
+        if (reply.request_id() == request) answer = reply;
+      });
   dds::Writer<msg::Command> writer(participant);
-  const auto give_up = std::chrono::steady_clock::now() + std::chrono::duration<double>(options.wait_s);
+  const auto give_up =
+      std::chrono::steady_clock::now() + std::chrono::duration<double>(options.wait_s);
   bool sent = false;
   while (std::chrono::steady_clock::now() < give_up) {
     if (!sent && writer.matched() > 0 && replies.matched() > 0) {
@@ -94,8 +97,9 @@ int send(const ControlOptions& options) {
     std::printf("%s: %s\n", options.service.c_str(), answer->text().c_str());
     return answer->accepted() != 0 ? service::kExitDone : service::kExitNo;
   }
-  std::fprintf(stderr, "ctl %s: no answer from '%s' in domain %u within %g s\n", options.command.c_str(),
-               options.service.c_str(), options.network.domain, options.wait_s);
+  std::fprintf(stderr, "ctl %s: no answer from '%s' in domain %u within %g s\n",
+               options.command.c_str(), options.service.c_str(), options.network.domain,
+               options.wait_s);
   return service::kExitNo;
 }
 
@@ -108,20 +112,25 @@ void add_control(CLI::App& app, Run& run) {
 
   auto* status = control->add_subcommand("status", "what every axis does, and why");
   service::add_network_options(*status, options->network);
-  status->add_option("--wait", options->wait_s, "seconds to wait for the services")->capture_default_str();
+  status->add_option("--wait", options->wait_s, "seconds to wait for the services")
+      ->capture_default_str();
   status->add_flag("--follow", options->follow, "keep showing until Ctrl-C");
-  status->add_flag("--until-finished", options->until_finished,
-                   "with --follow: until the publisher's source has ended; exit code 1 if a sample was lost");
+  status->add_flag(
+      "--until-finished", options->until_finished,
+      "with --follow: until the publisher's source has ended; exit code 1 if a sample was lost");
   status->callback([options, &run] {
     run = [options] { return options->follow ? follow(*options) : show_once(*options); };
   });
 
-  for (const auto& [name, help] : {std::pair{"freeze", "stop learning"}, std::pair{"learn", "learn again"},
-                                   std::pair{"reset", "forget all that was learned"}}) {
+  for (const auto& [name, help] :
+       {std::pair{"freeze", "stop learning"}, std::pair{"learn", "learn again"},
+        std::pair{"reset", "forget all that was learned"}}) {
     auto* command = control->add_subcommand(name, help);
     service::add_network_options(*command, options->network);
-    command->add_option("--service", options->service, "name of the service")->capture_default_str();
-    command->add_option("--wait", options->wait_s, "seconds to wait for the answer")->capture_default_str();
+    command->add_option("--service", options->service, "name of the service")
+        ->capture_default_str();
+    command->add_option("--wait", options->wait_s, "seconds to wait for the answer")
+        ->capture_default_str();
     command->callback([options, name = std::string(name), &run] {
       options->command = name;
       run = [options] { return send(*options); };

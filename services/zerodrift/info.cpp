@@ -24,12 +24,14 @@ std::string axes(const core::PerAxis<bool>& has) {
 }
 
 int info(const InfoOptions& options) {
-  const auto record = record::inspect(options.record, {.columns = record::parse_column_map(options.columns)});
+  const auto record =
+      record::inspect(options.record, {.columns = record::parse_column_map(options.columns)});
   std::string probes;
   for (const auto& probe : record.probes) probes += (probes.empty() ? "" : ", ") + probe;
-  std::printf("%s: rate axes %s, reference axes %s, thermometers %s, a sample every %g s\n", options.record.c_str(),
-              axes(record.has_rate).c_str(), axes(record.has_reference).c_str(),
-              probes.empty() ? "none" : probes.c_str(), record.sample_period_s);
+  std::printf("%s: rate axes %s, reference axes %s, thermometers %s, a sample every %g s\n",
+              options.record.c_str(), axes(record.has_rate).c_str(),
+              axes(record.has_reference).c_str(), probes.empty() ? "none" : probes.c_str(),
+              record.sample_period_s);
   for (const auto& line : record.warnings) std::printf("%s\n", line.c_str());
   return service::kExitDone;
 }

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/service/main.h"
+
 #include "services/zerodrift/commands.h"
 
 int main(int argc, char** argv) {
   using namespace zerodrift;
-  CLI::App app("Zero-drift compensation of gyros: simulate, compensate, record, control, measure.", "zerodrift");
+  CLI::App app("Zero-drift compensation of gyros: simulate, compensate, record, control, measure.",
+               "zerodrift");
   app.require_subcommand(1);
   services::Run run;
   services::add_simulate(app, run);

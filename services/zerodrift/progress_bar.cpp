@@ -12,7 +12,8 @@ constexpr int kWidth = 40;
 constexpr std::chrono::milliseconds kRedraw{100};
 }  // namespace
 
-ProgressBar::ProgressBar(std::string what) : what_(std::move(what)), on_terminal_(isatty(STDERR_FILENO) != 0) {}
+ProgressBar::ProgressBar(std::string what)
+    : what_(std::move(what)), on_terminal_(isatty(STDERR_FILENO) != 0) {}
 
 ProgressBar::~ProgressBar() {
   if (drawn_) std::fprintf(stderr, "\r\033[K");

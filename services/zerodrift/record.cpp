@@ -30,7 +30,8 @@ class Recorder {
         host_("recorder", options.network),
         progress_(host_.participant(), "recorder"),
         reader_(
-            host_.participant(), [this](const msg::CompensatedRate& m, const dds::SampleOrigin&) { take(m); },
+            host_.participant(),
+            [this](const msg::CompensatedRate& m, const dds::SampleOrigin&) { take(m); },
             host_.observer()) {}
 
   int run() {
@@ -38,8 +39,10 @@ class Recorder {
     const std::lock_guard lock(mutex_);
     done_ = true;
     csv_.commit();
-    std::printf("%s: %llu samples\n", options_.out.c_str(), static_cast<unsigned long long>(taken_));
-    return options_.samples == 0 || taken_ >= options_.samples ? service::kExitDone : service::kExitNo;
+    std::printf("%s: %llu samples\n", options_.out.c_str(),
+                static_cast<unsigned long long>(taken_));
+    return options_.samples == 0 || taken_ >= options_.samples ? service::kExitDone
+                                                               : service::kExitNo;
   }
 
  private:
@@ -90,7 +93,8 @@ void add_record(CLI::App& app, Run& run) {
   auto options = std::make_shared<RecordOptions>();
   service::add_network_options(*command, options->network);
   command->add_option("--gyro-id", options->gyro_id, "which gyro")->capture_default_str();
-  command->add_option("--out", options->out, "record to write: .csv, .csv.gz or .csv.xz")->required();
+  command->add_option("--out", options->out, "record to write: .csv, .csv.gz or .csv.xz")
+      ->required();
   command->add_option("--samples", options->samples, "stop after so many; without, at Ctrl-C");
   command->callback([options, &run] { run = [options] { return Recorder(*options).run(); }; });
 }

@@ -35,7 +35,10 @@ double parse_duration(const std::string& text) {
     used = 0;
   }
   const std::string unit = used == 0 ? "?" : text.substr(used);
-  const double factor = unit.empty() || unit == "s" ? 1.0 : unit == "min" ? 60.0 : unit == "h" ? 3600.0 : 0.0;
+  const double factor = unit.empty() || unit == "s" ? 1.0
+                        : unit == "min"             ? 60.0
+                        : unit == "h"               ? 3600.0
+                                                    : 0.0;
   if (factor == 0.0 || !(value > 0.0)) {
     throw std::invalid_argument("--duration: found '" + text + "', expected e.g. 90s, 30min or 5h");
   }
@@ -58,14 +61,18 @@ int simulate(const SimulateOptions& options) {
   twin::GyroSimulation gyro(loaded.model, profile, options.seed, rate_hz);
   std::vector<Probe> probes;
   record::RecordWriterOptions layout;
-  layout.metadata = {{"model", options.model}, {"profile", options.profile}, {"seed", std::to_string(options.seed)}};
+  layout.metadata = {{"model", options.model},
+                     {"profile", options.profile},
+                     {"seed", std::to_string(options.seed)}};
   layout.columns = {"time_s", "rate_x_rad_s", "rate_y_rad_s", "rate_z_rad_s"};
   if (options.reference) {
-    layout.columns.insert(layout.columns.end(), {"reference_x_rad_s", "reference_y_rad_s", "reference_z_rad_s"});
+    layout.columns.insert(layout.columns.end(),
+                          {"reference_x_rad_s", "reference_y_rad_s", "reference_z_rad_s"});
   }
   for (const auto& spec : loaded.model.probes) {
     layout.columns.push_back("temperature_" + spec.name + "_degC");
-    probes.push_back({twin::ThermometerSimulation(loaded.model, profile, options.seed, spec.name), std::nullopt});
+    probes.push_back({twin::ThermometerSimulation(loaded.model, profile, options.seed, spec.name),
+                      std::nullopt});
     probes.back().next = probes.back().simulation.next();
   }
   record::RecordWriter writer(options.out, layout);
@@ -89,7 +96,8 @@ int simulate(const SimulateOptions& options) {
     if (++rows % 4096 == 0) bar.show(core::seconds(sample->time) / profile.duration_s);
   }
   writer.commit();
-  std::printf("%s: %llu samples at %g Hz\n", options.out.c_str(), static_cast<unsigned long long>(rows), rate_hz);
+  std::printf("%s: %llu samples at %g Hz\n", options.out.c_str(),
+              static_cast<unsigned long long>(rows), rate_hz);
   return service::kExitDone;
 }
 
@@ -100,10 +108,13 @@ void add_simulate(CLI::App& app, Run& run) {
   auto options = std::make_shared<SimulateOptions>();
   command->add_option("--model", options->model, "the twin's model file")->required();
   command->add_option("--profile", options->profile, "what the experiment does")->required();
-  command->add_option("--duration", options->duration, "e.g. 90s, 30min, 5h; the profile's without");
-  command->add_option("--rate", options->rate_hz, "sample rate, Hz; the model's nominal rate without");
+  command->add_option("--duration", options->duration,
+                      "e.g. 90s, 30min, 5h; the profile's without");
+  command->add_option("--rate", options->rate_hz,
+                      "sample rate, Hz; the model's nominal rate without");
   command->add_option("--seed", options->seed, "seed of all noise")->capture_default_str();
-  command->add_option("--out", options->out, "record to write: .csv, .csv.gz or .csv.xz")->required();
+  command->add_option("--out", options->out, "record to write: .csv, .csv.gz or .csv.xz")
+      ->required();
   command->add_flag("--reference", options->reference, "with the true rate as reference columns");
   command->callback([options, &run] { run = [options] { return simulate(*options); }; });
 }

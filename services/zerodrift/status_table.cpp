@@ -23,11 +23,13 @@ constexpr double kMinute = 60.0;
 std::optional<double> deviation_at(const msg::AllanReport& report, double tau_s) {
   const msg::AllanPoint* nearest = nullptr;
   for (const auto& point : report.since_start()) {
-    if (nearest == nullptr || std::abs(std::log(point.tau_s() / tau_s)) < std::abs(std::log(nearest->tau_s() / tau_s))) {
+    if (nearest == nullptr ||
+        std::abs(std::log(point.tau_s() / tau_s)) < std::abs(std::log(nearest->tau_s() / tau_s))) {
       nearest = &point;
     }
   }
-  if (nearest == nullptr || std::abs(std::log(nearest->tau_s() / tau_s)) > std::log(1.5)) return std::nullopt;
+  if (nearest == nullptr || std::abs(std::log(nearest->tau_s() / tau_s)) > std::log(1.5))
+    return std::nullopt;
   return nearest->deviation_radps();
 }
 
@@ -42,15 +44,19 @@ std::string figure(const msg::BlockStatistics& blocks) {
 }  // namespace
 
 StatusBoard::StatusBoard(dds::Participant& participant)
-    : status_reader_(participant, [this](const msg::ServiceStatus& m, const dds::SampleOrigin&) { note(m); }),
-      report_reader_(participant, [this](const msg::AllanReport& m, const dds::SampleOrigin&) { note(m); }),
-      event_reader_(participant, [this](const msg::Event& m, const dds::SampleOrigin&) { note(m); }) {}
+    : status_reader_(participant,
+                     [this](const msg::ServiceStatus& m, const dds::SampleOrigin&) { note(m); }),
+      report_reader_(participant,
+                     [this](const msg::AllanReport& m, const dds::SampleOrigin&) { note(m); }),
+      event_reader_(participant,
+                    [this](const msg::Event& m, const dds::SampleOrigin&) { note(m); }) {}
 
 void StatusBoard::note(const msg::ServiceStatus& status) {
   const std::lock_guard lock(mutex_);
   Service& service = services_[status.service().c_str()];
   service.state = status.state();
-  for (const auto& metric : status.metrics()) service.metrics[metric.name().c_str()] = metric.value();
+  for (const auto& metric : status.metrics())
+    service.metrics[metric.name().c_str()] = metric.value();
 }
 
 void StatusBoard::note(const msg::AllanReport& report) {
@@ -60,12 +66,14 @@ void StatusBoard::note(const msg::AllanReport& report) {
 
 void StatusBoard::note(const msg::Event& event) {
   const std::lock_guard lock(mutex_);
-  events_.push_back(fmt::format("{:>9.1f} s  {:<14} {} ({}x)", static_cast<double>(event.sensor_time_ns()) * 1e-9,
+  events_.push_back(fmt::format("{:>9.1f} s  {:<14} {} ({}x)",
+                                static_cast<double>(event.sensor_time_ns()) * 1e-9,
                                 event.service().c_str(), event.text().c_str(), event.count()));
   if (events_.size() > kEventsShown) events_.erase(events_.begin());
 }
 
-double StatusBoard::metric(const std::string& service, const std::string& name, double otherwise) const {
+double StatusBoard::metric(const std::string& service, const std::string& name,
+                           double otherwise) const {
   const auto known = services_.find(service);
   if (known == services_.end()) return otherwise;
   const auto value = known->second.metrics.find(name);
@@ -101,55 +109,66 @@ bool StatusBoard::nothing_lost() {
   const std::lock_guard lock(mutex_);
   const double out = metric("compensation", "samples_out", kUnknown);
   return all_answered() && metric("compensation", "missing", kUnknown) == 0.0 &&
-         metric("compensation", "unwritten", kUnknown) == 0.0 && metric("allan_monitor", "samples", kUnknown) == out;
+         metric("compensation", "unwritten", kUnknown) == 0.0 &&
+         metric("allan_monitor", "samples", kUnknown) == out;
 }
 
 std::string StatusBoard::axis_row(core::Axis axis) const {
   const std::string suffix = "_" + std::string(core::name(axis));
   if (metric("compensation", "valid" + suffix, 0.0) == 0.0) return "";
   const auto mode = static_cast<compensation::Mode>(metric("compensation", "mode" + suffix, 0.0));
-  const auto reason = static_cast<compensation::Reason>(metric("compensation", "reason" + suffix, 0.0));
+  const auto reason =
+      static_cast<compensation::Reason>(metric("compensation", "reason" + suffix, 0.0));
   std::string why(compensation::name(mode));
-  if (reason != compensation::Reason::kNone) why += fmt::format(" ({})", compensation::name(reason));
+  if (reason != compensation::Reason::kNone)
+    why += fmt::format(" ({})", compensation::name(reason));
 
-  std::string raw_std = "-", left_std = "-", ratio = "-", raw_minute = "-", left_minute = "-", held = "-";
+  std::string raw_std = "-", left_std = "-", ratio = "-", raw_minute = "-", left_minute = "-",
+              held = "-";
   const auto raw = reports_.find({static_cast<std::uint32_t>(core::index(axis)), 0});
   const auto left = reports_.find({static_cast<std::uint32_t>(core::index(axis)), 1});
   if (raw != reports_.end() && left != reports_.end()) {
     raw_std = figure(raw->second.since_start_blocks());
     left_std = figure(left->second.since_start_blocks());
     const double remainder = left->second.since_start_blocks().std_radps();
-    if (remainder > 0.0) ratio = fmt::format("{:.1f}", raw->second.since_start_blocks().std_radps() / remainder);
+    if (remainder > 0.0)
+      ratio = fmt::format("{:.1f}", raw->second.since_start_blocks().std_radps() / remainder);
     raw_minute = figure(deviation_at(raw->second, kMinute));
     left_minute = figure(deviation_at(left->second, kMinute));
     // Means of neighbouring minutes differ by sqrt(2) Allan deviations.
-    if (const auto minute = deviation_at(raw->second, kMinute)) held = figure(std::sqrt(2.0) * *minute);
+    if (const auto minute = deviation_at(raw->second, kMinute))
+      held = figure(std::sqrt(2.0) * *minute);
   }
-  return fmt::format("{:<4} {:>9} {:>9} {:>7} {:>11} {:>10} {:>9} {:>9.4g}  {}\n", core::name(axis), raw_std, left_std,
-                     ratio, held, raw_minute, left_minute, metric("compensation", "drift" + suffix, 0.0), why);
+  return fmt::format("{:<4} {:>9} {:>9} {:>7} {:>11} {:>10} {:>9} {:>9.4g}  {}\n", core::name(axis),
+                     raw_std, left_std, ratio, held, raw_minute, left_minute,
+                     metric("compensation", "drift" + suffix, 0.0), why);
 }
 
 std::string StatusBoard::totals() const {
   return fmt::format(
-      "sensor time {:.1f} s   coil {:.3f} degC, {:+.4f} degC/min   published {:.0f}  in {:.0f}  out {:.0f}  monitored {:.0f}\n"
-      "latency p50/p99 [us]: publisher to compensation {:.0f}/{:.0f}, inside {:.0f}/{:.0f}, publisher to monitor {:.0f}/{:.0f}\n"
+      "sensor time {:.1f} s   coil {:.3f} degC, {:+.4f} degC/min   published {:.0f}  in {:.0f}  "
+      "out {:.0f}  monitored {:.0f}\n"
+      "latency p50/p99 [us]: publisher to compensation {:.0f}/{:.0f}, inside {:.0f}/{:.0f}, "
+      "publisher to monitor {:.0f}/{:.0f}\n"
       "labels {:.0f}   model epoch {:.0f}   missing {:.0f}  duplicates {:.0f}  rejected {:.0f}\n",
       metric("compensation", "sensor_time", 0.0), metric("compensation", "temperature", NAN),
-      metric("compensation", "temperature_rate", NAN), metric("gyro_publisher", "samples_published", 0.0),
-      metric("compensation", "samples_in", 0.0), metric("compensation", "samples_out", 0.0),
-      metric("allan_monitor", "samples", 0.0), metric("compensation", "arrival_p50", 0.0),
-      metric("compensation", "arrival_p99", 0.0), metric("compensation", "compute_p50", 0.0),
-      metric("compensation", "compute_p99", 0.0), metric("allan_monitor", "chain_p50", 0.0),
-      metric("allan_monitor", "chain_p99", 0.0), metric("compensation", "labels", 0.0),
-      metric("compensation", "model_epoch", 0.0), metric("compensation", "missing", 0.0),
-      metric("compensation", "duplicates", 0.0), metric("compensation", "rejected", 0.0));
+      metric("compensation", "temperature_rate", NAN),
+      metric("gyro_publisher", "samples_published", 0.0), metric("compensation", "samples_in", 0.0),
+      metric("compensation", "samples_out", 0.0), metric("allan_monitor", "samples", 0.0),
+      metric("compensation", "arrival_p50", 0.0), metric("compensation", "arrival_p99", 0.0),
+      metric("compensation", "compute_p50", 0.0), metric("compensation", "compute_p99", 0.0),
+      metric("allan_monitor", "chain_p50", 0.0), metric("allan_monitor", "chain_p99", 0.0),
+      metric("compensation", "labels", 0.0), metric("compensation", "model_epoch", 0.0),
+      metric("compensation", "missing", 0.0), metric("compensation", "duplicates", 0.0),
+      metric("compensation", "rejected", 0.0));
 }
 
 std::string StatusBoard::table() {
   const std::lock_guard lock(mutex_);
   if (services_.empty()) return "";
-  std::string text = fmt::format("{:<4} {:>9} {:>9} {:>7} {:>11} {:>10} {:>9} {:>9}  {}\n", "axis", "raw std", "comp std",
-                                 "ratio", "persistence", "ADEV60 raw", "comp", "drift", "mode (why)   [deg/h; std of 60 s means]");
+  std::string text = fmt::format("{:<4} {:>9} {:>9} {:>7} {:>11} {:>10} {:>9} {:>9}  {}\n", "axis",
+                                 "raw std", "comp std", "ratio", "persistence", "ADEV60 raw",
+                                 "comp", "drift", "mode (why)   [deg/h; std of 60 s means]");
   for (const auto axis : core::kAxes) text += axis_row(axis);
   text += totals();
   for (const auto& event : events_) text += "  " + event + "\n";
@@ -163,9 +182,11 @@ std::string StatusBoard::summary() {
   for (const auto axis : core::kAxes) {
     const std::string suffix = "_" + std::string(core::name(axis));
     if (metric("compensation", "valid" + suffix, 0.0) == 0.0) continue;
-    text += fmt::format("axis {}: test-then-train RMSE of the newest labels: model {:.4g}, last stationary minute {:.4g} deg/h\n",
-                        core::name(axis), metric("compensation", "model_rmse" + suffix, 0.0),
-                        metric("compensation", "persistence_rmse" + suffix, 0.0));
+    text += fmt::format(
+        "axis {}: test-then-train RMSE of the newest labels: model {:.4g}, last stationary minute "
+        "{:.4g} deg/h\n",
+        core::name(axis), metric("compensation", "model_rmse" + suffix, 0.0),
+        metric("compensation", "persistence_rmse" + suffix, 0.0));
   }
   text += complete ? "every raw sample was answered exactly once and reached the monitor\n"
                    : "samples are missing: published, in, out and monitored differ\n";

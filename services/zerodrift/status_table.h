@@ -26,7 +26,7 @@ class StatusBoard {
   [[nodiscard]] bool finished();
   // True if each published sample was answered exactly once and seen by the monitor.
   [[nodiscard]] bool nothing_lost();
-  [[nodiscard]] double answered();        // samples
+  [[nodiscard]] double answered();  // samples
   [[nodiscard]] double sensor_time_s();
   [[nodiscard]] bool heard(const std::string& service);
 
@@ -36,12 +36,13 @@ class StatusBoard {
     std::uint32_t state = 0;
     Metrics metrics;
   };
-  using ReportKey = std::pair<std::uint32_t, std::uint32_t>;   // axis, stream
+  using ReportKey = std::pair<std::uint32_t, std::uint32_t>;  // axis, stream
 
   void note(const msg::ServiceStatus& status);
   void note(const msg::AllanReport& report);
   void note(const msg::Event& event);
-  [[nodiscard]] double metric(const std::string& service, const std::string& name, double otherwise) const;
+  [[nodiscard]] double metric(const std::string& service, const std::string& name,
+                              double otherwise) const;
   [[nodiscard]] std::string axis_row(core::Axis axis) const;
   [[nodiscard]] std::string totals() const;
   [[nodiscard]] bool all_answered() const;
@@ -49,7 +50,7 @@ class StatusBoard {
   std::mutex mutex_;
   std::map<std::string, Service> services_;
   std::map<ReportKey, msg::AllanReport> reports_;
-  std::vector<std::string> events_;   // the newest few
+  std::vector<std::string> events_;  // the newest few
   dds::Reader<msg::ServiceStatus> status_reader_;
   dds::Reader<msg::AllanReport> report_reader_;
   dds::Reader<msg::Event> event_reader_;

@@ -42,8 +42,8 @@ SystemUnderTest::~SystemUnderTest() {
   std::filesystem::remove_all(folder_);
 }
 
-ChildProcess& SystemUnderTest::start_as_is(const std::string& program, const Arguments& arguments,
-                                           const Environment& environment) {
+ChildProcess& SystemUnderTest::start_foreign(const std::string& program, const Arguments& arguments,
+                                             const Environment& environment) {
   const std::string name = std::to_string(processes_.size()) + "-" + program;
   processes_.push_back(std::make_unique<ChildProcess>(
       Program{std::filesystem::path(ZERODRIFT_BIN_DIR) / program, arguments, environment,
@@ -51,16 +51,15 @@ ChildProcess& SystemUnderTest::start_as_is(const std::string& program, const Arg
   return *processes_.back();
 }
 
-ChildProcess& SystemUnderTest::start(const std::string& program, const Arguments& arguments,
-                                     const Environment& environment) {
+ChildProcess& SystemUnderTest::start(const std::string& program, const Arguments& arguments) {
   Arguments all = arguments;
   all.insert(all.end(), {"--domain", std::to_string(network().domain)});
-  return start_as_is(program, all, environment);
+  return start_foreign(program, all);
 }
 
 Finished SystemUnderTest::run(const std::string& program, const Arguments& arguments,
                               std::chrono::milliseconds at_most) {
-  ChildProcess& process = start_as_is(program, arguments, {});
+  ChildProcess& process = start_foreign(program, arguments);
   const auto code = process.wait(at_most);
   if (!code) process.send(SIGKILL);
   return {code.value_or(-1), process.out(), process.err()};

@@ -42,8 +42,10 @@ class SystemUnderTest {
 
   // Starts a program of the build's bin/ in this test's domain: `--domain` is added. The object
   // lives as long as this one.
-  ChildProcess& start(const std::string& program, const Arguments& arguments,
-                      const Environment& environment = {});
+  ChildProcess& start(const std::string& program, const Arguments& arguments);
+  // A program that knows no --domain.
+  ChildProcess& start_foreign(const std::string& program, const Arguments& arguments,
+                              const Environment& environment = {});
   // Runs one to its end, as it is: no argument is added. Exit code -1: it took longer than
   // `at_most` and was stopped.
   Finished run(const std::string& program, const Arguments& arguments,
@@ -52,9 +54,6 @@ class SystemUnderTest {
   Finished control(Arguments arguments);
 
  private:
-  ChildProcess& start_as_is(const std::string& program, const Arguments& arguments,
-                            const Environment& environment);
-
   dds::TestDomain domain_;
   std::set<std::string> segments_before_;
   std::filesystem::path folder_;

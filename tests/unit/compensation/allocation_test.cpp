@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The data path takes no memory after its construction, and neither does the learner. Own program: it
-// replaces operator new.
+// The data path takes no memory after its construction, and neither does the learner. Own program:
+// it replaces operator new.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -64,7 +64,8 @@ Record busy_record() {
 CompensationOptions busy_options() {
   CompensationOptions options = testing::options();
   options.model.capacity = 40;
-  options.features.push_back({.kind = thermal::FeatureKind::kLaggedTemperature, .probe = "coil", .lag_s = 60.0});
+  options.features.push_back(
+      {.kind = thermal::FeatureKind::kLaggedTemperature, .probe = "coil", .lag_s = 60.0});
   return options;
 }
 
@@ -83,7 +84,8 @@ TEST(CompensatorAllocationLaws, TheCounterCounts) {
   EXPECT_EQ(allocated_by([] { ::operator delete(::operator new(10)); }), 1U);
 }
 
-// Rule: no memory is taken in push, answer_next, learning, freeze and reset, from the first sample on.
+// Rule: no memory is taken in push, answer_next, learning, freeze and reset, from the first sample
+// on.
 TEST(CompensatorAllocationLaws, DataPathAndLearnerTakeNoMemoryAfterConstruction) {
   const Record record = busy_record();
   Compensator compensator{busy_options()};
@@ -120,7 +122,8 @@ TEST(CompensatorAllocationLaws, NeitherThreadTakesMemoryWhileTheyRunBesideEachOt
   std::size_t answers = 0;
   const std::size_t taken = allocated_by([&] {
     for (const auto& sample : record.rates) {
-      for (; record.temperatures[t].time <= sample.time; ++t) compensator.push(record.temperatures[t]);
+      for (; record.temperatures[t].time <= sample.time; ++t)
+        compensator.push(record.temperatures[t]);
       compensator.push(sample);
       for (;;) {
         const Readiness readiness = compensator.readiness();
@@ -138,7 +141,8 @@ TEST(CompensatorAllocationLaws, NeitherThreadTakesMemoryWhileTheyRunBesideEachOt
   learner.join();
   EXPECT_EQ(taken, 0U);
   EXPECT_EQ(taken_by_learner, 0U);
-  EXPECT_GT(answers, record.rates.size() - 100);  // the last wait for a temperature that doesn't come
+  EXPECT_GT(answers,
+            record.rates.size() - 100);  // the last wait for a temperature that doesn't come
   EXPECT_EQ(compensator.counts().late_models, 0U);
   EXPECT_GE(compensator.learner().labels_learned() + 1, compensator.counts().labels);
 }

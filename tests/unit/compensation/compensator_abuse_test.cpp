@@ -48,31 +48,60 @@ core::RateReferenceSample& reference_near(Record& record, std::size_t sample) {
 std::vector<BadInput> bad_inputs() {
   return {
       {"rate_nan", [](Record& r, std::size_t k) { each_axis(r.rates[k], kNan); }},
-      {"rate_nan_for_20_s", [](Record& r, std::size_t k) { for (std::size_t i = k; i < k + 400; ++i) each_axis(r.rates[i], kNan); }},
+      {"rate_nan_for_20_s",
+       [](Record& r, std::size_t k) {
+         for (std::size_t i = k; i < k + 400; ++i) each_axis(r.rates[i], kNan);
+       }},
       {"rate_infinite", [](Record& r, std::size_t k) { each_axis(r.rates[k], -kInfinity); }},
       {"rate_huge", [](Record& r, std::size_t k) { each_axis(r.rates[k], 1e300); }},
-      {"rate_invalid", [](Record& r, std::size_t k) { r.rates[k].valid = {}; each_axis(r.rates[k], 5.0); }},
-      {"rate_clipped", [](Record& r, std::size_t k) { r.rates[k].clipped = {true, true, true}; each_axis(r.rates[k], 8.7); }},
+      {"rate_invalid",
+       [](Record& r, std::size_t k) {
+         r.rates[k].valid = {};
+         each_axis(r.rates[k], 5.0);
+       }},
+      {"rate_clipped",
+       [](Record& r, std::size_t k) {
+         r.rates[k].clipped = {true, true, true};
+         each_axis(r.rates[k], 8.7);
+       }},
       {"interval_nan", [](Record& r, std::size_t k) { r.rates[k].interval_s = kNan; }},
       {"interval_huge", [](Record& r, std::size_t k) { r.rates[k].interval_s = 1e18; }},
       {"time_far_ahead", [](Record& r, std::size_t k) { r.rates[k].time += from_seconds(1e8); }},
       {"time_largest", [](Record& r, std::size_t k) { r.rates[k].time = SensorTime::max(); }},
       {"time_smallest", [](Record& r, std::size_t k) { r.rates[k].time = SensorTime::min(); }},
-      {"time_an_hour_back", [](Record& r, std::size_t k) { r.rates[k].time -= from_seconds(3600.0); }},
+      {"time_an_hour_back",
+       [](Record& r, std::size_t k) { r.rates[k].time -= from_seconds(3600.0); }},
       {"time_repeated", [](Record& r, std::size_t k) { r.rates[k + 1].time = r.rates[k].time; }},
-      {"time_a_second_back", [](Record& r, std::size_t k) { r.rates[k].time -= from_seconds(1.0); }},
-      {"temperature_nan", [](Record& r, std::size_t k) { reading_near(r, k).temperature_degc = kNan; }},
-      {"temperature_infinite", [](Record& r, std::size_t k) { reading_near(r, k).temperature_degc = kInfinity; }},
-      {"temperature_of_a_broken_wire", [](Record& r, std::size_t k) { reading_near(r, k).temperature_degc = 850.0; }},
-      {"temperature_not_measured", [](Record& r, std::size_t k) { reading_near(r, k).measured = false; }},
-      {"temperature_far_ahead", [](Record& r, std::size_t k) { reading_near(r, k).time += from_seconds(1e8); }},
-      {"temperature_time_largest", [](Record& r, std::size_t k) { reading_near(r, k).time = SensorTime::max(); }},
-      {"temperature_time_smallest", [](Record& r, std::size_t k) { reading_near(r, k).time = SensorTime::min(); }},
-      {"temperature_of_an_unknown_probe", [](Record& r, std::size_t k) { reading_near(r, k).probe = "nowhere"; }},
-      {"reference_nan", [](Record& r, std::size_t k) { reference_near(r, k).rate_radps = {kNan, kNan, kNan}; }},
-      {"reference_huge", [](Record& r, std::size_t k) { reference_near(r, k).rate_radps = {1e300, -1e300, kInfinity}; }},
-      {"reference_far_ahead", [](Record& r, std::size_t k) { reference_near(r, k).time += from_seconds(1e8); }},
-      {"reference_time_smallest", [](Record& r, std::size_t k) { reference_near(r, k).time = SensorTime::min(); }},
+      {"time_a_second_back",
+       [](Record& r, std::size_t k) { r.rates[k].time -= from_seconds(1.0); }},
+      {"temperature_nan",
+       [](Record& r, std::size_t k) { reading_near(r, k).temperature_degc = kNan; }},
+      {"temperature_infinite",
+       [](Record& r, std::size_t k) { reading_near(r, k).temperature_degc = kInfinity; }},
+      {"temperature_of_a_broken_wire",
+       [](Record& r, std::size_t k) { reading_near(r, k).temperature_degc = 850.0; }},
+      {"temperature_not_measured",
+       [](Record& r, std::size_t k) { reading_near(r, k).measured = false; }},
+      {"temperature_far_ahead",
+       [](Record& r, std::size_t k) { reading_near(r, k).time += from_seconds(1e8); }},
+      {"temperature_time_largest",
+       [](Record& r, std::size_t k) { reading_near(r, k).time = SensorTime::max(); }},
+      {"temperature_time_smallest",
+       [](Record& r, std::size_t k) { reading_near(r, k).time = SensorTime::min(); }},
+      {"temperature_of_an_unknown_probe",
+       [](Record& r, std::size_t k) { reading_near(r, k).probe = "nowhere"; }},
+      {"reference_nan",
+       [](Record& r, std::size_t k) {
+         reference_near(r, k).rate_radps = {kNan, kNan, kNan};
+       }},
+      {"reference_huge",
+       [](Record& r, std::size_t k) {
+         reference_near(r, k).rate_radps = {1e300, -1e300, kInfinity};
+       }},
+      {"reference_far_ahead",
+       [](Record& r, std::size_t k) { reference_near(r, k).time += from_seconds(1e8); }},
+      {"reference_time_smallest",
+       [](Record& r, std::size_t k) { reference_near(r, k).time = SensorTime::min(); }},
   };
 }
 
@@ -96,7 +125,8 @@ std::vector<CompensatedSample> run_as_it_arrives(Compensator& compensator, const
   const auto take = [&](const CompensatedSample& answer) { answers.push_back(answer); };
   for (std::size_t k = 0; k < record.rates.size(); ++k) {
     const std::size_t second = k / 20;
-    if (k % 20 == 0 && second < record.temperatures.size()) compensator.push(record.temperatures[second]);
+    if (k % 20 == 0 && second < record.temperatures.size())
+      compensator.push(record.temperatures[second]);
     if (k < record.references.size()) compensator.push(record.references[k]);
     compensator.push(record.rates[k]);
     while (compensator.learner().run_one()) {
@@ -133,13 +163,16 @@ TEST_P(OneBadMessage, PoisonsNothing) {
         ASSERT_NEAR(answers[k].applied_drift_radps[i], record.drift_radps[k][i], 0.09 * kDegH) << k;
       }
     }
-    // 38 labels fit into 400 s; the worst costs 20 s without data, ten initial blocks and two labels.
+    // 38 labels fit into 400 s; the worst costs 20 s without data, ten initial blocks and two
+    // labels.
     EXPECT_GE(compensator.counts().labels, 33U);
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(All, OneBadMessage, ::testing::Range(std::size_t{0}, bad_inputs().size()),
-                         [](const auto& parameter) { return std::string(bad_inputs()[parameter.param].name); });
+                         [](const auto& parameter) {
+                           return std::string(bad_inputs()[parameter.param].name);
+                         });
 
 // Rule: a clock that was set, forward or back, is believed with its second sample; numbers go on.
 TEST(CompensatorAbuse, AClockThatWasSetIsBelievedWithItsSecondSample) {
@@ -149,7 +182,8 @@ TEST(CompensatorAbuse, AClockThatWasSetIsBelievedWithItsSecondSample) {
     const SensorTime step = from_seconds(step_s);
     for (std::size_t k = 4000; k < record.rates.size(); ++k) record.rates[k].time += step;
     for (std::size_t k = 4000; k < record.references.size(); ++k) record.references[k].time += step;
-    for (std::size_t t = 200; t < record.temperatures.size(); ++t) record.temperatures[t].time += step;
+    for (std::size_t t = 200; t < record.temperatures.size(); ++t)
+      record.temperatures[t].time += step;
     Compensator compensator{testing::options()};
     const auto answers = run_as_it_arrives(compensator, record);
     ASSERT_EQ(answers.size(), record.rates.size());
@@ -158,7 +192,8 @@ TEST(CompensatorAbuse, AClockThatWasSetIsBelievedWithItsSecondSample) {
     EXPECT_FALSE(answers[4001].late);
     EXPECT_GT(compensator.counts().labels, 32U);  // 39 fit without the step; it costs two or three
     for (const auto axis : kAxes) {
-      EXPECT_NEAR(answers.back().applied_drift_radps[index(axis)], record.drift_radps.back()[index(axis)], 0.09 * kDegH);
+      EXPECT_NEAR(answers.back().applied_drift_radps[index(axis)],
+                  record.drift_radps.back()[index(axis)], 0.09 * kDegH);
     }
   }
 }

@@ -30,10 +30,13 @@ GyroSpec ramp() {
 }
 
 template <typename Condition>
-std::size_t count(const std::vector<CompensatedSample>& answers, double from_s, double to_s, Condition&& holds) {
-  return static_cast<std::size_t>(std::count_if(answers.begin(), answers.end(), [&](const auto& answer) {
-    return answer.raw.time > from_seconds(from_s) && answer.raw.time <= from_seconds(to_s) && holds(answer);
-  }));
+std::size_t count(const std::vector<CompensatedSample>& answers, double from_s, double to_s,
+                  Condition&& holds) {
+  return static_cast<std::size_t>(
+      std::count_if(answers.begin(), answers.end(), [&](const auto& answer) {
+        return answer.raw.time > from_seconds(from_s) && answer.raw.time <= from_seconds(to_s) &&
+               holds(answer);
+      }));
 }
 
 bool all_axes(const CompensatedSample& answer, Mode mode, Reason reason, Rung rung) {
@@ -49,12 +52,17 @@ bool all_axes(const CompensatedSample& answer, Mode mode, Reason reason, Rung ru
 TEST(CompensatorLadder, AHealthyRunClimbsToTheLearnedModel) {
   Compensator compensator{testing::options()};
   const auto answers = testing::run(compensator, make_record(ramp()));
-  EXPECT_EQ(count(answers, 0, 24.0, [](const auto& a) {
-              return all_axes(a, Mode::kPassthrough, a.reason[0], Rung::kNone) && a.applied_drift_radps[0] == 0.0;
-            }), 480U);
-  EXPECT_EQ(count(answers, 25.0, 80.0, [](const auto& a) {
-              return all_axes(a, Mode::kFallback, a.reason[0], Rung::kStationaryBias);
-            }), 1100U);
+  EXPECT_EQ(count(answers, 0, 24.0,
+                  [](const auto& a) {
+                    return all_axes(a, Mode::kPassthrough, a.reason[0], Rung::kNone) &&
+                           a.applied_drift_radps[0] == 0.0;
+                  }),
+            480U);
+  EXPECT_EQ(count(answers, 25.0, 80.0,
+                  [](const auto& a) {
+                    return all_axes(a, Mode::kFallback, a.reason[0], Rung::kStationaryBias);
+                  }),
+            1100U);
   EXPECT_TRUE(all_axes(answers.back(), Mode::kLearning, Reason::kNone, Rung::kOnlineSvr));
   EXPECT_EQ(compensator.rest_state(), RestState::kRest);
   for (const auto axis : kAxes) {
@@ -70,18 +78,24 @@ TEST(CompensatorLadder, AHealthyRunClimbsToTheLearnedModel) {
 // temperature_stale_s old, then the last bias does, and says why.
 TEST(CompensatorLadder, WhenTemperatureStopsTheBiasTakesOver) {
   Record record = make_record(ramp());
-  std::erase_if(record.temperatures, [](const auto& reading) { return reading.time > from_seconds(600.0); });
+  std::erase_if(record.temperatures,
+                [](const auto& reading) { return reading.time > from_seconds(600.0); });
   Compensator compensator{testing::options()};
   const auto answers = testing::run(compensator, record);
   ASSERT_EQ(answers.size(), record.rates.size());
   // An estimate is renewed with each block: a second of leeway.
-  EXPECT_EQ(count(answers, 600.0, 630.0, [](const auto& a) { return a.rung[0] == Rung::kOnlineSvr; }), 600U);
-  EXPECT_EQ(count(answers, 632.0, 900.0, [](const auto& a) {
-              return all_axes(a, Mode::kFallback, Reason::kTemperatureStale, Rung::kStationaryBias);
-            }), 268U * 20U);
-  // The bias goes on being learned. Its labels are 50 s old in the mean at most (half a minute, half a label,
-  // confirmation and one more label to come); the drift moves at most 0.5 * pi / 2 * pi / 300 s = 0.0082 deg/h/s by
-  // Shupe and 0.05 * pi / 2 / 60 = 0.0013 deg/h/s by temperature.
+  EXPECT_EQ(
+      count(answers, 600.0, 630.0, [](const auto& a) { return a.rung[0] == Rung::kOnlineSvr; }),
+      600U);
+  EXPECT_EQ(count(answers, 632.0, 900.0,
+                  [](const auto& a) {
+                    return all_axes(a, Mode::kFallback, Reason::kTemperatureStale,
+                                    Rung::kStationaryBias);
+                  }),
+            268U * 20U);
+  // The bias goes on being learned. Its labels are 50 s old in the mean at most (half a minute,
+  // half a label, confirmation and one more label to come); the drift moves at most 0.5 * pi / 2 *
+  // pi / 300 s = 0.0082 deg/h/s by Shupe and 0.05 * pi / 2 / 60 = 0.0013 deg/h/s by temperature.
   EXPECT_NEAR(answers.back().applied_drift_radps[0], record.drift_radps.back()[0], 0.5 * kDegH);
 }
 
@@ -119,7 +133,9 @@ TEST(CompensatorLadder, ProbesThatStandStillTogetherAreNotStuck) {
   options.probe_stuck_s = 180.0;
   Compensator compensator{options};
   const auto answers = testing::run(compensator, make_record(spec));
-  EXPECT_EQ(count(answers, 0.0, 900.0, [](const auto& a) { return a.reason[0] == Reason::kProbeStuck; }), 0U);
+  EXPECT_EQ(
+      count(answers, 0.0, 900.0, [](const auto& a) { return a.reason[0] == Reason::kProbeStuck; }),
+      0U);
 }
 
 // Rule: without any temperature the stationary bias compensates.
@@ -131,9 +147,12 @@ TEST(CompensatorLadder, WithoutAnyTemperatureTheBiasCompensates) {
   Compensator compensator{testing::options()};
   const auto answers = testing::run(compensator, record);
   ASSERT_EQ(answers.size(), record.rates.size());
-  EXPECT_EQ(count(answers, 26.0, 900.0, [](const auto& a) {
-              return all_axes(a, Mode::kFallback, Reason::kTemperatureMissing, Rung::kStationaryBias);
-            }), 874U * 20U);
+  EXPECT_EQ(count(answers, 26.0, 900.0,
+                  [](const auto& a) {
+                    return all_axes(a, Mode::kFallback, Reason::kTemperatureMissing,
+                                    Rung::kStationaryBias);
+                  }),
+            874U * 20U);
   // Mean of six labels: sigma 0.056 / sqrt(60) = 0.0072 deg/h; 5 sigma.
   EXPECT_NEAR(answers.back().applied_drift_radps[1], record.drift_radps.back()[1], 0.036 * kDegH);
   EXPECT_TRUE(std::isnan(compensator.temperature_degc()));
@@ -176,15 +195,19 @@ TEST(CompensatorLadder, OutsideTheLearnedTemperaturesItReturnsToTheBiasAndSaysSo
     answers.push_back(answer);
     if (answers.size() == 990U * 20U) compensator.freeze();
   });
-  EXPECT_EQ(count(answers, 1035.0, 1800.0, [](const auto& a) {
-              return all_axes(a, Mode::kOutOfDomain, Reason::kOutsideLearned, Rung::kStationaryBias);
-            }), 765U * 20U);
+  EXPECT_EQ(count(answers, 1035.0, 1800.0,
+                  [](const auto& a) {
+                    return all_axes(a, Mode::kOutOfDomain, Reason::kOutsideLearned,
+                                    Rung::kStationaryBias);
+                  }),
+            765U * 20U);
   const auto first = std::find_if(answers.begin(), answers.end(), [](const auto& a) {
     return a.mode[0] == Mode::kOutOfDomain && a.raw.time > from_seconds(1000.0);
   });
   ASSERT_NE(first, answers.end());
   const double safe = (first - 1)->applied_drift_radps[0];
-  const double bias = answers.back().applied_drift_radps[0];  // after 765 s / 10 s: exp(-76) of the way left
+  const double bias =
+      answers.back().applied_drift_radps[0];  // after 765 s / 10 s: exp(-76) of the way left
   // Renewed once or twice a second: the first step goes at most 1 - exp(-0.2) of the way.
   EXPECT_LE(std::abs(first->applied_drift_radps[0] - safe), 0.19 * std::abs(bias - safe));
   const CompensatedSample& later = *(first + 50 * 20);
@@ -202,9 +225,11 @@ TEST(CompensatorLadder, EarthRateOfUnknownAttitudeIsNotLearnedByAGyroThatSeesIt)
   spec.clock = core::ClockSource::kHardware;
   Compensator compensator{testing::options()};
   const auto answers = testing::run(compensator, make_record(spec));
-  EXPECT_EQ(count(answers, 11.0, 120.0, [](const auto& a) {
-              return all_axes(a, Mode::kPassthrough, Reason::kEarthRateUnknown, Rung::kNone);
-            }), 109U * 20U);
+  EXPECT_EQ(count(answers, 11.0, 120.0,
+                  [](const auto& a) {
+                    return all_axes(a, Mode::kPassthrough, Reason::kEarthRateUnknown, Rung::kNone);
+                  }),
+            109U * 20U);
   EXPECT_EQ(compensator.counts().labels, 0U);
 
   spec.noise_deg_h_1s = 50.0;
@@ -213,7 +238,8 @@ TEST(CompensatorLadder, EarthRateOfUnknownAttitudeIsNotLearnedByAGyroThatSeesIt)
   EXPECT_GT(noisy.counts().labels, 5U);
 }
 
-// Rule: a known Earth rate is taken off before anything is learned, so it is never applied as drift.
+// Rule: a known Earth rate is taken off before anything is learned, so it is never applied as
+// drift.
 TEST(CompensatorLadder, AKnownEarthRateIsNotPartOfTheDrift) {
   GyroSpec spec = ramp();
   spec.duration_s = 120.0;
@@ -254,9 +280,11 @@ TEST(CompensatorLadder, AFreezeStopsLearningUntilToldToLearn) {
   });
   EXPECT_EQ(labels_thawed, labels_frozen);
   EXPECT_GT(compensator.counts().labels, labels_thawed + 15);  // 200 s less 5 s of confirmation
-  EXPECT_EQ(count(answers, 802.0, 1000.0, [](const auto& a) {
-              return all_axes(a, Mode::kFrozen, Reason::kCommanded, Rung::kOnlineSvr);
-            }), 198U * 20U);
+  EXPECT_EQ(count(answers, 802.0, 1000.0,
+                  [](const auto& a) {
+                    return all_axes(a, Mode::kFrozen, Reason::kCommanded, Rung::kOnlineSvr);
+                  }),
+            198U * 20U);
   // What was learned just before may take effect within the handover (1 s); then the epoch stands.
   EXPECT_EQ(answers[802U * 20U].model_epoch, answers[999U * 20U].model_epoch);
   EXPECT_TRUE(all_axes(answers.back(), Mode::kLearning, Reason::kNone, Rung::kOnlineSvr));
@@ -279,12 +307,16 @@ TEST(CompensatorLadder, AResetForgetsAndLearningBeginsAnew) {
       EXPECT_EQ(compensator.support_vectors(Axis::kX), 0U);
     }
   });
-  EXPECT_EQ(count(answers, 800.0, 814.0, [](const auto& a) {
-              return all_axes(a, Mode::kPassthrough, Reason::kNoEstimateYet, Rung::kNone);
-            }), 280U);
-  EXPECT_EQ(count(answers, 817.0, 860.0, [](const auto& a) {
-              return all_axes(a, Mode::kFallback, a.reason[0], Rung::kStationaryBias);
-            }), 860U);
+  EXPECT_EQ(count(answers, 800.0, 814.0,
+                  [](const auto& a) {
+                    return all_axes(a, Mode::kPassthrough, Reason::kNoEstimateYet, Rung::kNone);
+                  }),
+            280U);
+  EXPECT_EQ(count(answers, 817.0, 860.0,
+                  [](const auto& a) {
+                    return all_axes(a, Mode::kFallback, a.reason[0], Rung::kStationaryBias);
+                  }),
+            860U);
   EXPECT_TRUE(all_axes(answers.back(), Mode::kLearning, Reason::kNone, Rung::kOnlineSvr));
 }
 

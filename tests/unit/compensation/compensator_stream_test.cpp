@@ -55,7 +55,8 @@ Record record_with_references() {
 }
 
 // Merges the three streams, each in its own order, with each one ahead by a random run of messages.
-std::vector<CompensatedSample> run_interleaved(const Record& record, std::uint64_t seed, LearnerTiming timing) {
+std::vector<CompensatedSample> run_interleaved(const Record& record, std::uint64_t seed,
+                                               LearnerTiming timing) {
   Compensator compensator{testing::options()};
   Random random(seed);
   std::vector<CompensatedSample> answers;
@@ -63,14 +64,17 @@ std::vector<CompensatedSample> run_interleaved(const Record& record, std::uint64
   std::size_t k = 0, t = 0, r = 0;
   // A record's reference comes with every sample, so the stream is there from the beginning.
   compensator.push(record.references[r++]);
-  while (k < record.rates.size() || t < record.temperatures.size() || r < record.references.size()) {
+  while (k < record.rates.size() || t < record.temperatures.size() ||
+         r < record.references.size()) {
     const std::size_t stream = random.below(3);
     // Rates and references stay within the 4096 waiting places of each other.
     std::size_t burst = 1 + random.below(stream == 1 ? 60 : 400);
     for (; burst > 0; --burst) {
-      if (stream == 0 && k < record.rates.size() && k < r + 3000) compensator.push(record.rates[k++]);
+      if (stream == 0 && k < record.rates.size() && k < r + 3000)
+        compensator.push(record.rates[k++]);
       if (stream == 1 && t < record.temperatures.size()) compensator.push(record.temperatures[t++]);
-      if (stream == 2 && r < record.references.size() && r < k + 3000) compensator.push(record.references[r++]);
+      if (stream == 2 && r < record.references.size() && r < k + 3000)
+        compensator.push(record.references[r++]);
       if (random.below(4) == 0) answer_ready(compensator, timing, take);
     }
     if (k > answers.size() + 3500) {  // the temperatures are far behind: let them catch up
@@ -98,7 +102,8 @@ TEST(CompensatorLaws, ArrivalOrderAndLearnerTimingNeverChangeABit) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const auto other = run_interleaved(record, seed, LearnerTiming::kOnlyWhenAwaited);
     ASSERT_EQ(other.size(), first.size());
-    for (std::size_t k = 0; k < first.size(); ++k) ASSERT_EQ(bits(other[k]), bits(first[k])) << "sample " << k;
+    for (std::size_t k = 0; k < first.size(); ++k)
+      ASSERT_EQ(bits(other[k]), bits(first[k])) << "sample " << k;
   }
 }
 
@@ -178,12 +183,14 @@ TEST(CompensatorLaws, EveryAdmittedSampleHasExactlyOneAnswer) {
     std::size_t t = 0, r = 0;
     for (const auto& sample : arrivals) {
       compensator.push(sample);
-      while (t < record.temperatures.size() && random.below(2) == 0) compensator.push(record.temperatures[t++]);
+      while (t < record.temperatures.size() && random.below(2) == 0)
+        compensator.push(record.temperatures[t++]);
       if (r < record.references.size()) compensator.push(record.references[r++]);
       if (random.below(3) == 0) answer_ready(compensator, LearnerTiming::kOnlyWhenAwaited, take);
       // Now and then nobody waits for what is missing.
       if (random.below(200) == 0) compensator.give_up_waiting();
-      if (random.below(500) == 0 && compensator.readiness() != Readiness::kNothing) take(compensator.answer_next());
+      if (random.below(500) == 0 && compensator.readiness() != Readiness::kNothing)
+        take(compensator.answer_next());
     }
     while (compensator.readiness() != Readiness::kNothing) take(compensator.answer_next());
     EXPECT_EQ(answered.size(), sent.size());
@@ -196,12 +203,14 @@ TEST(CompensatorLaws, EveryAdmittedSampleHasExactlyOneAnswer) {
     EXPECT_GT(counts.late, 0U);
     const std::uint64_t last = std::max(sent.rbegin()->first, std::uint64_t{1});
     std::uint64_t after_first = 0;  // what came before the first arrival was never missed
-    for (const auto& [sequence, rate] : sent) after_first += sequence >= arrivals.front().sequence ? 1U : 0U;
+    for (const auto& [sequence, rate] : sent)
+      after_first += sequence >= arrivals.front().sequence ? 1U : 0U;
     EXPECT_EQ(counts.missing, last - arrivals.front().sequence + 1 - after_first);
   }
 }
 
-// Rule: a full queue refuses and counts nothing as seen: the same sample is taken once there is room.
+// Rule: a full queue refuses and counts nothing as seen: the same sample is taken once there is
+// room.
 TEST(Compensator, AFullQueueRefusesTheSampleAndTakesItOnceThereIsRoom) {
   Compensator compensator{testing::options()};
   core::AngularRateSample sample;
@@ -225,7 +234,8 @@ TEST(CompensatorLaws, ALateSampleChangesNoLaterAnswer) {
   spec.duration_s = 120.0;
   const Record record = make_record(spec);
   Record reordered = record;
-  std::rotate(reordered.rates.begin() + 1000, reordered.rates.begin() + 1001, reordered.rates.begin() + 1006);
+  std::rotate(reordered.rates.begin() + 1000, reordered.rates.begin() + 1001,
+              reordered.rates.begin() + 1006);
   Record without = record;
   without.rates.erase(without.rates.begin() + 1000);
   Compensator a{testing::options()}, b{testing::options()};

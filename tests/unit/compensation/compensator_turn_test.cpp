@@ -77,7 +77,8 @@ TEST_P(TurnInMidRecord, PassesUntouchedAndNothingOfItIsLearned) {
         if (t > kBegin + 2.0) {
           ASSERT_NE(with[k].mode[i], Mode::kLearning);
         }
-        largest_step = std::max(largest_step, std::abs(applied - with[k - 1].applied_drift_radps[i]));
+        largest_step =
+            std::max(largest_step, std::abs(applied - with[k - 1].applied_drift_radps[i]));
       }
       const double difference = std::abs(applied - without[k].applied_drift_radps[i]);
       if (t <= kBegin) {
@@ -90,16 +91,17 @@ TEST_P(TurnInMidRecord, PassesUntouchedAndNothingOfItIsLearned) {
   EXPECT_EQ(labels_before_new, labels_at_begin);
   // From then on one every 10 s until the end at 3600 s; two false alarms of the gate cost six.
   EXPECT_GE(static_cast<double>(labels - labels_before_new), (3600.0 - end - 18.0) / 10.0 - 7.0);
-  // (3) The coil moves up to 1.6 °C/min, its drift 0.05 + 2e-3 * 10 deg/h per °C and 0.5 * pi / 2 * pi / 900 s
-  // by Shupe: 0.005 deg/h a second; a model handed over just before moves it by less than the tube and noise of a
-  // label (4 of 0.018 deg/h). A learned turn would show its rate / 10: 36 deg/h at 0.1 deg/s.
+  // (3) The coil moves up to 1.6 °C/min, its drift 0.05 + 2e-3 * 10 deg/h per °C and 0.5 * pi / 2 *
+  // pi / 900 s by Shupe: 0.005 deg/h a second; a model handed over just before moves it by less
+  // than the tube and noise of a label (4 of 0.018 deg/h). A learned turn would show its rate / 10:
+  // 36 deg/h at 0.1 deg/s.
   EXPECT_LT(largest_step, 0.1 * kDegH);
   // (4) Both runs fit the drift within the tube (1 sigma of a label, 0.018 deg/h) plus the noise of
   // the labels each saw (4 sigma), and the second extrapolates at most the domain margin of
   // 1.5 °C * 0.07 deg/h per °C where labels are missing: 0.07 + 0.07 + 0.1 deg/h.
   EXPECT_LT(largest_difference, 0.25 * kDegH);
-  std::printf("turn %.1f deg/s: largest step %.4f deg/h, largest difference %.4f deg/h\n", rate_deg_s,
-              largest_step / kDegH, largest_difference / kDegH);
+  std::printf("turn %.1f deg/s: largest step %.4f deg/h, largest difference %.4f deg/h\n",
+              rate_deg_s, largest_step / kDegH, largest_difference / kDegH);
 }
 
 INSTANTIATE_TEST_SUITE_P(FastAndSlow, TurnInMidRecord,
@@ -156,8 +158,8 @@ double standard_deviation(const std::vector<double>& values) {
 }
 
 // Rule: after one chamber cycle, the residual's minute means spread less than a twentieth of the
-// raw ones. Test-then-train: each sample was answered before anything of it was learned, from labels
-// at least confirm + handover = 6 s older.
+// raw ones. Test-then-train: each sample was answered before anything of it was learned, from
+// labels at least confirm + handover = 6 s older.
 TEST(CompensatorScenarios, TheResidualOfALearnedChamberRampIsBelowATwentiethOfTheRawDrift) {
   GyroSpec spec = ramp(7200.0);
   spec.low_degc = -5.0;
@@ -180,8 +182,8 @@ TEST(CompensatorScenarios, TheResidualOfALearnedChamberRampIsBelowATwentiethOfTh
     }
     const double raw_std = standard_deviation(raw);
     const double residual_std = standard_deviation(residual);
-    std::printf("axis %zu: raw %.4f deg/h, residual %.4f deg/h, ratio %.1f\n", i, raw_std, residual_std,
-                raw_std / residual_std);
+    std::printf("axis %zu: raw %.4f deg/h, residual %.4f deg/h, ratio %.1f\n", i, raw_std,
+                residual_std, raw_std / residual_std);
     EXPECT_LT(residual_std, raw_std / 20.0);
   }
 }

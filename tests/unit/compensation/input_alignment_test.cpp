@@ -20,7 +20,8 @@ bool is_admitted(Admission admission) {
   return admission == Admission::kInOrder || admission == Admission::kLate;
 }
 
-// ------------------------------------------------------------------------------------------- sequences
+// -------------------------------------------------------------------------------------------
+// sequences
 
 // Rule: whatever the order, each sequence number is admitted at most once, and missing() counts
 // exactly the numbers between the first and the newest that were never admitted.
@@ -105,7 +106,8 @@ TEST(SequenceWindow, AfterRestartTheSameNumbersAreNew) {
   EXPECT_EQ(window.admit(1), Admission::kInOrder);
 }
 
-// --------------------------------------------------------------------------------------- temperatures
+// ---------------------------------------------------------------------------------------
+// temperatures
 
 PendingTemperature reading(std::size_t probe, double time_s, double temperature_degc = 20.0) {
   return {probe, from_seconds(time_s), temperature_degc, true};
@@ -130,7 +132,8 @@ TEST(TemperatureQueueLaws, ReadingsOfAllProbesComeOutInTimeOrder) {
     while (const auto next = queue.pop_until(from_seconds(until_s))) {
       ++popped;
       ASSERT_LE(next->time, from_seconds(until_s));
-      ASSERT_TRUE(next->time > last || (next->time == last && (!last_probe || next->probe > *last_probe)));
+      ASSERT_TRUE(next->time > last ||
+                  (next->time == last && (!last_probe || next->probe > *last_probe)));
       last = next->time;
       last_probe = next->probe;
     }
@@ -210,7 +213,8 @@ TEST(TemperatureQueueAbuse, AWildStampBehindChangesNothing) {
   EXPECT_EQ(queue.pop_until(from_seconds(1000.5))->time, from_seconds(1000.0));
 }
 
-// ----------------------------------------------------------------------------------------- references
+// -----------------------------------------------------------------------------------------
+// references
 
 core::RateReferenceSample reference(double time_s, double rate_radps,
                                     core::ReferenceKind kind = core::ReferenceKind::kRecord) {

@@ -17,7 +17,8 @@ using core::from_seconds;
 using core::seconds;
 using testing::Random;
 
-// --------------------------------------------------------------------------------------------- blocks
+// ---------------------------------------------------------------------------------------------
+// blocks
 
 // Rule: a block holds exactly the samples whose intervals begin within its second; its mean and
 // variance are those of the samples. Shifted sums of n values of order s lose at most about
@@ -114,7 +115,8 @@ TEST(BlockAveragerAbuse, SenselessIntervalsCountAsNone) {
   }
 }
 
-// --------------------------------------------------------------------------------------------- labels
+// ---------------------------------------------------------------------------------------------
+// labels
 
 DriftBlock still_block(int second, double mean_radps = 1e-5) {
   DriftBlock block;

@@ -58,7 +58,8 @@ TEST(ModelExchange, SnapshotsArriveInOrder) {
   while (activated < 200) {
     if (random.below(2) == 0 && submitted < activated + 20) {
       ++submitted;
-      ASSERT_TRUE(exchange.submit(job(submitted, label(0.01 * static_cast<double>(submitted), 0.0))));
+      ASSERT_TRUE(
+          exchange.submit(job(submitted, label(0.01 * static_cast<double>(submitted), 0.0))));
     }
     if (random.below(2) == 0) learner.run_one();
     if (random.below(2) == 0 && exchange.delivered(activated + 1)) {
@@ -145,7 +146,8 @@ TEST(AxisLearner, TheDomainIsWhatWasLearnedPlusTheMargin) {
   const auto options = small_options();
   AxisLearner learner(options, 1);
   AxisModel model(1, options.model.capacity);
-  for (int i = 0; i <= 10; ++i) learner.learn(1e-5, kSigma * kSigma, label(0.1 * i, 0.0).features[0]);
+  for (int i = 0; i <= 10; ++i)
+    learner.learn(1e-5, kSigma * kSigma, label(0.1 * i, 0.0).features[0]);
   learner.write(model);
   EXPECT_TRUE(model.within_domain(label(-0.149, 0.0).features[0]));
   EXPECT_FALSE(model.within_domain(label(-0.151, 0.0).features[0]));
@@ -181,7 +183,8 @@ TEST(LearnerLaws, AfterAResetItLearnsAsIfNew) {
   for (int i = -20; i < 20; ++i) {
     const auto x = label(0.1 * i, 0.0).features[0];
     EXPECT_EQ(active(used_exchange).axes[1].predict(x), active(fresh_exchange).axes[1].predict(x));
-    EXPECT_EQ(active(used_exchange).axes[1].within_domain(x), active(fresh_exchange).axes[1].within_domain(x));
+    EXPECT_EQ(active(used_exchange).axes[1].within_domain(x),
+              active(fresh_exchange).axes[1].within_domain(x));
   }
 }
 

@@ -38,7 +38,8 @@ class Blocks {
     const double sample_variance = sigma_deg_h_ * sigma_deg_h_ * kDegH * kDegH * kSamples;
     for (const auto axis : kAxes) {
       const std::size_t i = index(axis);
-      block.mean_radps[i] = kDegH * (level_deg_h(begin_s, axis) + sigma_deg_h_ * random_.gaussian());
+      block.mean_radps[i] =
+          kDegH * (level_deg_h(begin_s, axis) + sigma_deg_h_ * random_.gaussian());
       // Sampling spread of a variance of 200 samples: sqrt(2 / 199) = 10 %.
       block.variance_radps2[i] =
           sample_variance * spread_factor * spread_factor * (1.0 + 0.1 * random_.gaussian());
@@ -80,7 +81,9 @@ TEST(RestGateLaws, BlockSigmaIsTheNoiseOfABlockMean) {
     for (int i = 0; i < 2000; ++i) gate.add(blocks.next(still));
     for (const auto axis : kAxes) {
       EXPECT_NEAR(gate.block_sigma(axis), sigma_deg_h * kDegH, 0.2 * sigma_deg_h * kDegH);
-      EXPECT_NEAR(gate.sample_variance(axis) / (sigma_deg_h * sigma_deg_h * kDegH * kDegH * kSamples), 1.0, 0.1);
+      EXPECT_NEAR(
+          gate.sample_variance(axis) / (sigma_deg_h * sigma_deg_h * kDegH * kDegH * kSamples), 1.0,
+          0.1);
     }
   }
 }
@@ -109,7 +112,9 @@ TEST(RestGateScenarios, FastAndSlowTurnsAreSeenWithinOneBlock) {
     RestGate gate{RestGateOptions{}};
     Blocks blocks(5, kFogSigmaDegH);
     settle(gate, blocks);
-    const auto level = [&](double, Axis axis) { return 2.0 + (axis == Axis::kZ ? turn_deg_h : 0.0); };
+    const auto level = [&](double, Axis axis) {
+      return 2.0 + (axis == Axis::kZ ? turn_deg_h : 0.0);
+    };
     EXPECT_EQ(gate.add(blocks.next(level)), RestState::kMotion);
   }
 }
@@ -214,7 +219,8 @@ TEST(RestGateScenarios, AConsumerMemsRecoversFromEveryStep) {
   for (int step = 1; step <= 4; ++step) {
     while (blocks.now_s() < 1500.0 * step + 470.0) gate.add(blocks.next(level));
     int rest = 0;
-    while (blocks.now_s() < 1500.0 * step + 1499.0) rest += gate.add(blocks.next(level)) == RestState::kRest ? 1 : 0;
+    while (blocks.now_s() < 1500.0 * step + 1499.0)
+      rest += gate.add(blocks.next(level)) == RestState::kRest ? 1 : 0;
     EXPECT_GT(rest, 900) << "step " << step;  // of 1029
   }
 }
@@ -315,7 +321,8 @@ TEST(RestGateAbuse, ConstantInputIsRestAndATurnOnItIsSeen) {
     RestGate gate{RestGateOptions{}};
     Blocks blocks(17, 0.0);
     const auto constant = [&](double, Axis) { return constant_deg_h; };
-    EXPECT_EQ(not_at_rest(gate, blocks, 1000, constant), 9);  // the tenth block is the first at rest
+    EXPECT_EQ(not_at_rest(gate, blocks, 1000, constant),
+              9);  // the tenth block is the first at rest
     EXPECT_GT(gate.block_sigma(Axis::kX), 0.0);
     EXPECT_EQ(gate.add(blocks.next([](double, Axis) { return 360.0; })), RestState::kMotion);
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A small deterministic gyro with thermal drift for the tests of this folder: known truth at every sample.
+// A small deterministic gyro with thermal drift for the tests of this folder: known truth at every
+// sample.
 #pragma once
 
 #include <cmath>
@@ -60,8 +61,8 @@ struct GyroSpec {
   double high_degc = 20.0;
   double ramp_degc_per_min = 1.0;
   double offset_deg_h = 2.0;
-  double per_degc_deg_h = 0.05;      // bias over temperature, linear
-  double per_degc2_deg_h = 1e-3;     // and quadratic
+  double per_degc_deg_h = 0.05;   // bias over temperature, linear
+  double per_degc2_deg_h = 1e-3;  // and quadratic
   double shupe_deg_h_per_degc_min = 0.5;
   double temperature_interval_s = 1.0;
   core::ClockSource clock = core::ClockSource::kSimulation;
@@ -80,7 +81,8 @@ struct Record {
   std::vector<core::PerAxis<double>> noise_radps;
 };
 
-// Between low and high as a raised cosine: smooth, as the coil inside a chamber is; the mean of |dT/dt| is the ramp.
+// Between low and high as a raised cosine: smooth, as the coil inside a chamber is; the mean of
+// |dT/dt| is the ramp.
 struct Chamber {
   explicit Chamber(const GyroSpec& spec) : spec_(spec) {}
   [[nodiscard]] double temperature_degc(double time_s) const {
@@ -135,7 +137,8 @@ inline Record make_record(const GyroSpec& spec) {
     record.noise_radps.push_back(noise);
   }
   std::uint64_t sequence = 0;
-  for (double time_s = 0.0; time_s <= spec.duration_s + 2.0; time_s += spec.temperature_interval_s) {
+  for (double time_s = 0.0; time_s <= spec.duration_s + 2.0;
+       time_s += spec.temperature_interval_s) {
     for (const auto& probe : spec.probes) {
       core::TemperatureSample reading;
       reading.probe = probe;
@@ -211,7 +214,9 @@ inline std::vector<CompensatedSample> run(Compensator& compensator, const Record
                                           LearnerTiming timing = LearnerTiming::kAtOnce) {
   std::vector<CompensatedSample> answers;
   answers.reserve(record.rates.size());
-  run(compensator, record, [&](const CompensatedSample& answer) { answers.push_back(answer); }, timing);
+  run(
+      compensator, record, [&](const CompensatedSample& answer) { answers.push_back(answer); },
+      timing);
   return answers;
 }
 

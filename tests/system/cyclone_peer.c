@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// A subscriber of compensated_rate made with another vendor's middleware: cyclone_peer DOMAIN SAMPLES
+// One line a sample on standard output, every number so that it reads back to the same bits. Ends
+// with 0 after SAMPLES samples, with 1 when none came for 20 s, with 2 for wrong usage.
+#include <dds/dds.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "compensated_rate.h"
+
+#define BATCH 64
+
+// The counterpart of the writer's quality of service in common/dds/topics.h.
+static dds_entity_t create_reader(dds_entity_t participant) {
+  const dds_entity_t topic = dds_create_topic(
+      participant, &zerodrift_msg_CompensatedRate_desc, "compensated_rate", NULL, NULL);
+  dds_qos_t* qos = dds_create_qos();
+  dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
+  dds_qset_durability(qos, DDS_DURABILITY_VOLATILE);
+  dds_qset_history(qos, DDS_HISTORY_KEEP_ALL, 0);
+  dds_qset_ownership(qos, DDS_OWNERSHIP_EXCLUSIVE);
+  const dds_entity_t reader = dds_create_reader(participant, topic, qos, NULL);
+  dds_delete_qos(qos);
+  return reader;
+}
+
+static void print_values(const double* values, size_t count) {
+  for (size_t i = 0; i < count; ++i) printf(" %a", values[i]);
+}
+
+static void print_octets(const uint8_t* values) {
+  for (size_t i = 0; i < 3; ++i) printf(" %u", values[i]);
+}
+
+static void print_sample(const zerodrift_msg_CompensatedRate* sample) {
+  printf("%" PRIu32 " %" PRIu64 " %" PRId64 " %" PRIu32, sample->gyro_id, sample->sequence_number,
+         sample->sensor_time_ns, sample->validity);
+  print_values(sample->rate_radps, 3);
+  print_values(sample->delta_angle_rad, 3);
+  print_values(&sample->interval_s, 1);
+  print_values(sample->applied_drift_radps, 3);
+  print_values(sample->drift_variance_radps2, 3);
+  print_values(sample->rate_covariance_radps2, 9);
+  printf(" %" PRIu64, sample->model_epoch);
+  print_octets(sample->mode);
+  print_octets(sample->reason);
+  print_octets(sample->rung);
+  printf(" %u %" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRId64 " %" PRId64 " %" PRId64 "\n", sample->order,
+         sample->frame, sample->clock_source, sample->instance, sample->publish_time_ns,
+         sample->ingress_time_ns, sample->egress_time_ns);
+}
+
+// Prints what is there; the number of samples, or negative where the middleware failed.
+static int take(dds_entity_t reader) {
+  void* samples[BATCH] = {NULL};   // NULL: lent by the middleware
+  dds_sample_info_t infos[BATCH];
+  const int count = dds_take(reader, samples, infos, BATCH, BATCH);
+  int valid = 0;
+  for (int i = 0; i < count; ++i) {
+    if (!infos[i].valid_data) continue;
+    print_sample(samples[i]);
+    ++valid;
+  }
+  if (count > 0) dds_return_loan(reader, samples, count);
+  return count < 0 ? count : valid;
+}
+
+static int receive(dds_entity_t participant, dds_entity_t reader, long wanted) {
+  const dds_entity_t condition = dds_create_readcondition(reader, DDS_ANY_STATE);
+  const dds_entity_t waitset = dds_create_waitset(participant);
+  dds_waitset_attach(waitset, condition, 0);
+  for (long received = 0; received < wanted;) {
+    if (dds_waitset_wait(waitset, NULL, 0, DDS_SECS(20)) <= 0) return 1;
+    const int count = take(reader);
+    if (count < 0) return 1;
+    received += count;
+  }
+  return 0;
+}
+
+int main(int argc, char** argv) {
+  if (argc != 3) {
+    fprintf(stderr, "usage: cyclone_peer DOMAIN SAMPLES\n");
+    return 2;
+  }
+  const dds_domainid_t domain = (dds_domainid_t)strtoul(argv[1], NULL, 10);
+  const dds_entity_t participant = dds_create_participant(domain, NULL, NULL);
+  const dds_entity_t reader = participant < 0 ? participant : create_reader(participant);
+  if (reader < 0) {
+    fprintf(stderr, "cyclone_peer: %s\n", dds_strretcode(reader));
+    return 2;
+  }
+  const int code = receive(participant, reader, strtol(argv[2], NULL, 10));
+  dds_delete(participant);
+  return code;
+}

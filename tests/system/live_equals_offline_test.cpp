@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// Same inputs, same outputs: what goes over DDS, through five processes, at any pace, is what one
+// process computes from the file.
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "tests/system/files.h"
+#include "tests/system/pipeline.h"
+
+namespace zerodrift::system_test {
+namespace {
+
+constexpr int kDurationS = 600;
+constexpr std::uint64_t kSamples = 120000;   // at 200 Hz
+
+// Sequence numbers are 0, 1, 2, ...: nothing lost, nothing twice.
+void expect_every_sample_once(const std::filesystem::path& out, std::uint64_t samples) {
+  const Table table = read_table(out);
+  ASSERT_EQ(table.rows.size(), samples);
+  const std::size_t sequence = table.column("sequence");
+  for (std::uint64_t k = 0; k < samples; ++k) {
+    ASSERT_EQ(table.rows[k][sequence], std::to_string(k));
+  }
+}
+
+// The comparison would say little of a run in which nothing was learned.
+void expect_model_at_work(const std::filesystem::path& out) {
+  const Table table = read_table(out);
+  for (const char* axis : {"x", "y", "z"}) {
+    EXPECT_EQ(table.rows.back()[table.column(std::string("rung_") + axis)], "online_svr");
+  }
+}
+
+TEST(LiveRun, OfARecordEqualsOfflineCompensationToTheByte) {
+  SystemUnderTest system(Domain::kRecordLive);
+  const Simulation simulation{.profile = write_ramp_profile(system, kDurationS)};
+  const auto record = system.path("record.csv");
+  simulate(system, simulation, record);
+  run_offline(system, record, system.path("offline.csv"));
+  run_live(system, {.source = {"--source", "record", "--record", record},
+                    .samples = kSamples,
+                    .out = system.path("live.csv")});
+  EXPECT_EQ(first_difference(system.path("live.csv"), system.path("offline.csv")), "");
+  expect_every_sample_once(system.path("live.csv"), kSamples);
+  expect_model_at_work(system.path("live.csv"));
+}
+
+TEST(LiveRun, OfASimulationEqualsOfflineCompensationOfItsRecordToTheByte) {
+  SystemUnderTest system(Domain::kSimulationLive);
+  const Simulation simulation{.profile = write_ramp_profile(system, kDurationS), .seed = 7};
+  const auto record = system.path("record.csv");
+  simulate(system, simulation, record);
+  run_offline(system, record, system.path("offline.csv"));
+  Arguments source{"--source", "simulation"};
+  for (const auto& argument : simulation.arguments()) source.push_back(argument);
+  run_live(system, {.source = source,
+                    .gyro = {"--rate", "200"},
+                    .samples = kSamples,
+                    .out = system.path("live.csv")});
+  EXPECT_EQ(first_difference(system.path("live.csv"), system.path("offline.csv")), "");
+}
+
+// Two gyros that have nothing in common but the service.
+TEST(LiveRun, OfTwoGyrosThroughOneServiceEqualsTheOfflineRunOfEach) {
+  SystemUnderTest system(Domain::kTwoGyros);
+  const auto profile = write_ramp_profile(system, 200);
+  constexpr std::uint64_t kEach = 20000;   // 200 s at 100 Hz
+  const auto name = [&](int gyro, const char* what) {
+    return system.path(what + std::to_string(gyro) + ".csv");
+  };
+  for (const int gyro : {1, 2}) {
+    simulate(system, {.profile = profile, .seed = gyro, .rate_hz = 100}, name(gyro, "record"));
+    run_offline(system, name(gyro, "record"), name(gyro, "offline"));
+  }
+  std::vector<ChildProcess*> recorders;
+  system.start("allan_monitor", {});
+  for (const int gyro : {1, 2}) {
+    recorders.push_back(&system.start("zerodrift", {"record", "--gyro-id", std::to_string(gyro), "--out",
+                                                    name(gyro, "live"), "--samples", std::to_string(kEach)}));
+  }
+  system.start("compensation", {"--await-subscribers", "3"});
+  for (const int gyro : {1, 2}) {
+    const std::string id = std::to_string(gyro);
+    const std::string record = name(gyro, "record");
+    system.start("thermal_publisher", {"--source", "record", "--record", record, "--gyro-id", id});
+    system.start("gyro_publisher", {"--source", "record", "--record", record, "--gyro-id", id, "--speed",
+                                    "max", "--wait-for", "compensation,allan_monitor,recorder"});
+  }
+  for (ChildProcess* recorder : recorders) EXPECT_EQ(recorder->wait(std::chrono::seconds(40)), 0);
+  for (const int gyro : {1, 2}) {
+    EXPECT_EQ(first_difference(name(gyro, "live"), name(gyro, "offline")), "") << "gyro " << gyro;
+    expect_every_sample_once(name(gyro, "live"), kEach);
+  }
+  EXPECT_NE(first_difference(name(1, "live"), name(2, "live")), "") << "the gyros must differ";
+}
+
+}  // namespace
+}  // namespace zerodrift::system_test

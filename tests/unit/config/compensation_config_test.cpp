@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: Apache-2.0
+// The configuration of compensation: defaults, every key, and one clear line for what is wrong.
+#include "common/config/compensation_config.h"
+
+#include <google/protobuf/descriptor.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <map>
+#include <set>
+#include <sstream>
+#include <string>
+#include <utility>
+
+#include "common/config/whole_file.h"
+#include "common/core/units.h"
+
+namespace zerodrift::config {
+namespace {
+
+using compensation::CompensationOptions;
+
+class CompensationFile : public testing::Test {
+ protected:
+  CompensationFile() { std::filesystem::create_directories(folder_); }
+  ~CompensationFile() override { std::filesystem::remove_all(folder_); }
+
+  [[nodiscard]] CompensationOptions loaded(const std::string& text) const {
+    write_whole(path_, text);
+    return load_compensation(path_);
+  }
+
+  // What follows "<folder>/compensation.yaml:" in the error of loading this text.
+  [[nodiscard]] std::string error(const std::string& text) const {
+    try {
+      (void)loaded(text);
+    } catch (const ConfigError& problem) {
+      const std::string line = problem.what();
+      EXPECT_EQ(line.find('\n'), std::string::npos) << line;
+      return line.substr((path_.string() + ':').size());
+    }
+    return "no error";
+  }
+
+ private:
+  std::filesystem::path folder_ =
+      std::filesystem::temp_directory_path() / ("zerodrift-config-" + std::to_string(::getpid()));
+  std::filesystem::path path_ = folder_ / "compensation.yaml";
+};
+
+// Everything that a file can set, to the bit.
+std::string described(const CompensationOptions& o) {
+  std::ostringstream text;
+  text << std::hexfloat << static_cast<int>(o.scheme);
+  for (const auto& feature : o.features) {
+    text << " | feature " << static_cast<int>(feature.kind) << ' ' << feature.probe << ' '
+         << feature.second_probe << ' ' << feature.lag_s << ' ' << feature.offset << ' '
+         << feature.scale.value_or(-1.0);
+  }
+  text << " | rate " << static_cast<int>(o.track.rate_method) << ' '
+       << o.track.local_polynomial.window_s << ' ' << o.track.sliding_mean.window_samples;
+  text << " | svr " << o.model.capacity << ' ' << o.model.epsilon << ' ' << o.model.box_constraint
+       << ' ' << static_cast<int>(o.model.kernel.kind) << ' ' << o.model.kernel.gamma << ' '
+       << static_cast<int>(o.model.window) << ' ' << o.model.domain_margin;
+  text << " | learning " << o.learning.label_interval_s << ' ' << o.learning.confirm_s << ' '
+       << o.learning.handover_s << ' ' << o.learning.initial_labels << ' '
+       << o.learning.rest.dwell_s << ' ' << o.learning.rest.max_level_radps << ' '
+       << o.learning.rest.max_slew_radps2;
+  text << " | earth " << static_cast<int>(o.earth_rate.mode);
+  for (const double rate : o.earth_rate.rate_radps) text << ' ' << rate;
+  for (const auto& polynomial : o.factory_polynomial_radps) {
+    text << " | polynomial";
+    for (const double coefficient : polynomial) text << ' ' << coefficient;
+  }
+  text << " | times " << o.temperature_delay_s << ' ' << o.temperature_stale_s << ' '
+       << o.probe_stuck_s;
+  return text.str();
+}
+
+// All keys of a message type, as paths.
+void collect_keys(const google::protobuf::Descriptor& type, const std::string& path,
+                  std::set<std::string>& keys) {
+  for (int i = 0; i < type.field_count(); ++i) {
+    const auto& field = *type.field(i);
+    const std::string key = path.empty() ? field.name() : path + '.' + field.name();
+    if (field.message_type() != nullptr) {
+      collect_keys(*field.message_type(), key, keys);
+    } else {
+      keys.insert(key);
+    }
+  }
+}
+
+TEST_F(CompensationFile, AnEmptyOneKeepsEveryDefault) {
+  for (const char* text : {"", "{}", "# only a comment\n", "svr: {}\nlearning:\nfeatures: []\n"}) {
+    EXPECT_EQ(described(loaded(text)), described(CompensationOptions{})) << text;
+  }
+}
+
+TEST_F(CompensationFile, EveryKeyChangesSomething) {
+  const std::string earth =
+      "earth_rate: {mode: known, latitude_deg: 40, roll_deg: 1, pitch_deg: 2, heading_deg: 3}";
+  const auto earth_with = [&](const std::string& from, const std::string& to) {
+    std::string changed = earth;
+    changed.replace(changed.find(from), from.size(), to);
+    return std::pair{earth, changed};
+  };
+  // For each key, a text without and one with it (or with another value of it).
+  const std::map<std::string, std::pair<std::string, std::string>> cases{
+      {"scheme", {"", "scheme: none"}},
+      {"features.kind",
+       {"features: [{kind: temperature}]", "features: [{kind: temperature_rate}]"}},
+      {"features.probe",
+       {"features: [{kind: temperature}]", "features: [{kind: temperature, probe: case}]"}},
+      {"features.second_probe",
+       {"features: [{kind: probe_difference, second_probe: case}]",
+        "features: [{kind: probe_difference, second_probe: board}]"}},
+      {"features.lag_s",
+       {"features: [{kind: lagged_temperature, lag_s: 1}]",
+        "features: [{kind: lagged_temperature, lag_s: 2}]"}},
+      {"features.scale",
+       {"features: [{kind: temperature}]", "features: [{kind: temperature, scale: 3}]"}},
+      {"temperature_rate.estimator", {"", "temperature_rate: {estimator: sliding_mean}"}},
+      {"temperature_rate.window_s", {"", "temperature_rate: {window_s: 30}"}},
+      {"svr.capacity", {"", "svr: {capacity: 100}"}},
+      {"svr.epsilon", {"", "svr: {epsilon: 0.02}"}},
+      {"svr.box_constraint", {"", "svr: {box_constraint: 10}"}},
+      {"svr.rbf_gamma", {"", "svr: {rbf_gamma: 0.5}"}},
+      {"svr.window", {"", "svr: {window: fifo}"}},
+      {"learning.label_interval_s", {"", "learning: {label_interval_s: 10}"}},
+      {"learning.confirm_s", {"", "learning: {confirm_s: 10}"}},
+      {"learning.handover_s", {"", "learning: {handover_s: 2}"}},
+      {"learning.max_drift_deg_h", {"", "learning: {max_drift_deg_h: 5}"}},
+      {"learning.max_drift_slew_deg_h_s", {"", "learning: {max_drift_slew_deg_h_s: 0.1}"}},
+      {"earth_rate.mode", {"", "earth_rate: {mode: unknown}"}},
+      {"earth_rate.latitude_deg", earth_with("latitude_deg: 40", "latitude_deg: 41")},
+      {"earth_rate.roll_deg", earth_with("roll_deg: 1", "roll_deg: 5")},
+      {"earth_rate.pitch_deg", earth_with("pitch_deg: 2", "pitch_deg: 5")},
+      {"earth_rate.heading_deg", earth_with("heading_deg: 3", "heading_deg: 5")},
+      {"factory_polynomial.x_deg_h", {"", "factory_polynomial: {x_deg_h: [1, 2]}"}},
+      {"factory_polynomial.y_deg_h", {"", "factory_polynomial: {y_deg_h: [1, 2]}"}},
+      {"factory_polynomial.z_deg_h", {"", "factory_polynomial: {z_deg_h: [1, 2]}"}},
+      {"temperature_delay_s", {"", "temperature_delay_s: 0.1"}},
+      {"temperature_stale_s", {"", "temperature_stale_s: 5"}},
+      {"probe_stuck_s", {"", "probe_stuck_s: 60"}},
+  };
+  std::set<std::string> tried;
+  for (const auto& [key, texts] : cases) {
+    tried.insert(key);
+    EXPECT_NE(described(loaded(texts.first)), described(loaded(texts.second))) << key;
+  }
+  std::set<std::string> keys;
+  collect_keys(*proto::CompensationConfig::descriptor(), "", keys);
+  EXPECT_EQ(tried, keys) << "every key of compensation.proto needs a case here";
+}
+
+TEST_F(CompensationFile, ValuesArriveInTheirUnits) {
+  const auto options = loaded(
+      "learning: {max_drift_deg_h: 5, confirm_s: 7}\n"
+      "temperature_rate: {window_s: 60}\n"
+      "factory_polynomial: {y_deg_h: [0.5, -0.25]}\n");
+  EXPECT_EQ(options.learning.rest.max_level_radps, core::radps_from_deg_h(5.0));
+  EXPECT_EQ(options.learning.rest.dwell_s, 7.0);
+  EXPECT_EQ(options.track.sliding_mean.window_samples, 12000U) << "K of the paper at 200 Hz";
+  EXPECT_TRUE(options.factory_polynomial_radps[0].empty());
+  ASSERT_EQ(options.factory_polynomial_radps[1].size(), 2U);
+  EXPECT_EQ(options.factory_polynomial_radps[1][1], core::radps_from_deg_h(-0.25));
+}
+
+TEST_F(CompensationFile, AnUnknownKeyIsNamed) {
+  EXPECT_EQ(error("svr:\n  epsilom: 1\n"), "2: svr.epsilom: unknown key; did you mean 'epsilon'?");
+  EXPECT_EQ(error("schema: none\n"), "1: schema: unknown key; did you mean 'scheme'?");
+}
+
+TEST_F(CompensationFile, AWordThatIsNoChoiceIsNamedWithTheChoices) {
+  EXPECT_EQ(error("\nscheme: offline\n"),
+            "2: scheme: found 'offline', expected one of online-svr, none");
+  EXPECT_EQ(error("svr:\n  window: lifo\n"),
+            "2: svr.window: found 'lifo', expected one of two_tier, fifo");
+  EXPECT_EQ(error("earth_rate: {mode: flat}\n"),
+            "1: earth_rate.mode: found 'flat', expected one of auto, included, known, unknown");
+  EXPECT_EQ(error("temperature_rate:\n  estimator: mean\n"),
+            "2: temperature_rate.estimator: found 'mean', expected one of sliding_mean, "
+            "local_polynomial");
+  EXPECT_EQ(error("features:\n  - kind: temperature\n  - kind: humidity\n"),
+            "3: features[1].kind: found 'humidity', expected one of temperature, "
+            "temperature_rate, temperature_times_rate, lagged_temperature, probe_difference, "
+            "pulse_mean, pulse_rate");
+}
+
+TEST_F(CompensationFile, AWrongTypeIsNamed) {
+  EXPECT_EQ(error("svr: {epsilon: small}\n"),
+            "1: svr.epsilon: expected a plain number, found 'small'");
+  EXPECT_EQ(error("svr: {capacity: 10.5}\n"),
+            "1: svr.capacity: expected a whole number from 0 to 4294967295, found '10.5'");
+  EXPECT_EQ(error("probe_stuck_s: 15 min\n"),
+            "1: probe_stuck_s: expected a plain number in s, found '15 min'");
+  EXPECT_EQ(error("svr: 3\n"), "1: svr: expected keys and values, found '3'");
+  EXPECT_EQ(error("features: temperature\n"), "1: features: expected a list, found 'temperature'");
+}
+
+TEST_F(CompensationFile, AValueOutOfRangeIsNamed) {
+  const std::map<std::string, std::string> cases{
+      {"svr:\n  epsilon: 0\n", "2: svr.epsilon: found 0.000000, expected a number above 0"},
+      {"svr:\n  box_constraint: -1\n",
+       "2: svr.box_constraint: found -1.000000, expected a number above 0"},
+      {"svr:\n  rbf_gamma: 0\n", "2: svr.rbf_gamma: found 0.000000, expected a number above 0"},
+      {"svr:\n  capacity: 9\n", "2: svr.capacity: found 9, expected 10 to 5000"},
+      {"svr:\n  capacity: 5001\n", "2: svr.capacity: found 5001, expected 10 to 5000"},
+      {"learning:\n  label_interval_s: 0\n",
+       "2: learning.label_interval_s: found 0.000000, expected a number above 0"},
+      {"learning:\n  handover_s: 0\n",
+       "2: learning.handover_s: found 0.000000, expected a number above 0"},
+      {"learning:\n  confirm_s: 601\n",
+       "2: learning.confirm_s: found 601.000000, expected 0 to 600"},
+      {"learning:\n  max_drift_deg_h: -1\n",
+       "2: learning.max_drift_deg_h: found -1.000000, expected a number above 0"},
+      {"learning:\n  max_drift_slew_deg_h_s: 0\n",
+       "2: learning.max_drift_slew_deg_h_s: found 0.000000, expected a number above 0"},
+      {"temperature_delay_s: 11\n", "1: temperature_delay_s: found 11.000000, expected 0 to 10"},
+      {"temperature_stale_s: 0\n",
+       "1: temperature_stale_s: found 0.000000, expected a number above 0"},
+      {"probe_stuck_s: -5\n", "1: probe_stuck_s: found -5.000000, expected a number above 0"},
+      {"temperature_rate:\n  window_s: 0\n",
+       "2: temperature_rate.window_s: found 0.000000, expected 1 to 3600"},
+      {"temperature_rate:\n  estimator: sliding_mean\n  window_s: 1e30\n",
+       "3: temperature_rate.window_s: found 1000000000000000019884624838656.000000, expected 1 to "
+       "3600"},
+      {"features:\n  - kind: lagged_temperature\n    lag_s: -1\n",
+       "3: features[0].lag_s: is -1.000000, must be above 0 and at most 1e6"},
+      {"features:\n  - {kind: temperature, scale: 0}\n",
+       "2: features[0].scale: is 0.000000, must be finite and above 0"},
+      {"earth_rate: {mode: known, latitude_deg: 91, roll_deg: 0, pitch_deg: 0, heading_deg: 0}\n",
+       "1: earth_rate.latitude_deg: found 91.000000, expected -90 to 90"},
+  };
+  for (const auto& [text, line] : cases) EXPECT_EQ(error(text), line) << text;
+}
+
+TEST_F(CompensationFile, AKnownEarthRateNeedsItsAngles) {
+  EXPECT_EQ(error("scheme: none\nearth_rate:\n  mode: known\n  latitude_deg: 40\n"),
+            "3: earth_rate: mode known needs latitude_deg, roll_deg, pitch_deg and heading_deg");
+}
+
+}  // namespace
+}  // namespace zerodrift::config
