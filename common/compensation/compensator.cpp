@@ -16,23 +16,27 @@ using core::kAxes;
 
 namespace {
 
-constexpr std::size_t kWaiting = 4096;            // raw samples; publishers of records keep far below it
+constexpr std::size_t kWaiting = 4096;  // raw samples; publishers of records keep far below it
 constexpr std::size_t kTemperaturesWaiting = 4096;
 constexpr std::size_t kDue = 64;
 constexpr double kBlockS = 1.0;
 constexpr double kStationaryMinuteS = 60.0;
 constexpr double kOldestReferenceS = 1.0;
-// Above this true rate a scale-factor error of 100 ppm passes for .036 deg/h of drift: not learned from.
+// Above this true rate a scale-factor error of 100 ppm passes for .036 deg/h of drift: not learned
+// from.
 constexpr double kLargestReferenceRadps = 0.1 * core::kRadPerDeg;
-constexpr double kLargestRateRadps = 1e3;         // 57 000 deg/s: no gyro measures that, the number is corrupt
-constexpr double kReturnToSafeS = 10.0;           // time constant of the return to the stationary bias out of domain
-constexpr double kMseGain = 1.0 / 12.0;           // memory of 12 labels
+constexpr double kLargestRateRadps =
+    1e3;  // 57 000 deg/s: no gyro measures that, the number is corrupt
+constexpr double kReturnToSafeS =
+    10.0;  // time constant of the return to the stationary bias out of domain
+constexpr double kMseGain = 1.0 / 12.0;  // memory of 12 labels
 constexpr std::uint64_t kLabelsBeforeTrust = 3;
-constexpr double kDistrustRatio = 2.25;           // model error 1.5 times the bias's: trust is lost
-constexpr double kMovedDegc = 1.0;                // a probe counts as moving past this
+constexpr double kDistrustRatio = 2.25;  // model error 1.5 times the bias's: trust is lost
+constexpr double kMovedDegc = 1.0;       // a probe counts as moving past this
 
 bool is_usable(const core::AngularRateSample& sample, std::size_t axis) {
-  return sample.valid[axis] && std::abs(sample.rate_radps[axis]) <= kLargestRateRadps;   // false for NaN
+  return sample.valid[axis] &&
+         std::abs(sample.rate_radps[axis]) <= kLargestRateRadps;  // false for NaN
 }
 
 std::size_t checked_probe_count(const CompensationOptions& options) {
@@ -68,7 +72,8 @@ Compensator::Compensator(const CompensationOptions& options)
 
 Compensator::~Compensator() = default;
 
-// ---------------------------------------------------------------------------------------------------- taking in
+// ----------------------------------------------------------------------------------------------------
+// taking in
 
 Admission Compensator::push(const core::AngularRateSample& sample, std::int64_t publish_time_ns,
                             std::int64_t ingress_time_ns) noexcept {
@@ -90,11 +95,13 @@ void Compensator::push(const core::TemperatureSample& sample) noexcept {
   ++counts_.temperatures;
   const bool usable = sample.measured && std::isfinite(sample.temperature_degc);
   if (sample.measured && !usable) ++counts_.temperatures_refused;
-  temperatures_.push({static_cast<std::size_t>(probe - probes_.begin()), sample.time, sample.temperature_degc, usable});
+  temperatures_.push({static_cast<std::size_t>(probe - probes_.begin()), sample.time,
+                      sample.temperature_degc, usable});
 }
 
 void Compensator::push(const core::RateReferenceSample& sample) noexcept {
-  // A filter's residual needs the correction it was seen under; such labels are not formed from the raw rate.
+  // A filter's residual needs the correction it was seen under; such labels are not formed from the
+  // raw rate.
   if (sample.kind == core::ReferenceKind::kNavigationResidual) return;
   core::RateReferenceSample reference = sample;
   for (const auto axis : kAxes) {
@@ -141,7 +148,7 @@ void Compensator::restart_histories() noexcept {
   gate_.restart();
   labels_.discard();
   for (auto& axis : axes_) axis.safe_time = axis.newest_label = core::kNever;
-  for (std::size_t i = 0; i < due_.size(); ++i) due_[i].time = core::kNever;   // due at once
+  for (std::size_t i = 0; i < due_.size(); ++i) due_[i].time = core::kNever;  // due at once
   newest_ = doubted_ = core::kNever;
   estimate_outdated_ = true;
 }
@@ -152,7 +159,7 @@ bool Compensator::reset_models() noexcept {
   ++jobs_;
   due_.push({newest_, jobs_});
   for (auto& axis : axes_) {
-    core::RingBuffer<Bias> emptied = std::move(axis.biases);   // its memory is kept
+    core::RingBuffer<Bias> emptied = std::move(axis.biases);  // its memory is kept
     emptied.clear();
     axis = AxisState{.biases = std::move(emptied)};
   }
@@ -161,7 +168,8 @@ bool Compensator::reset_models() noexcept {
   return true;
 }
 
-// ---------------------------------------------------------------------------------------------------- answering
+// ----------------------------------------------------------------------------------------------------
+// answering
 
 CompensatedSample Compensator::answer_next() noexcept {
   Pending pending = waiting_.front();
@@ -170,10 +178,11 @@ CompensatedSample Compensator::answer_next() noexcept {
   if (!pending.late && !is_timely(sample.time)) {
     ++counts_.time_faults;
     doubted_ = sample.time;
-    pending.late = true;   // answered with the drift in force; moves nothing forward
+    pending.late = true;  // answered with the drift in force; moves nothing forward
   }
   if (!pending.late) {
-    if (newest_ != core::kNever && sample.time < newest_) restart_histories();   // the clock was set back
+    if (newest_ != core::kNever && sample.time < newest_)
+      restart_histories();  // the clock was set back
     newest_ = sample.time;
     doubted_ = core::kNever;
     clock_ = sample.clock;
@@ -186,7 +195,8 @@ CompensatedSample Compensator::answer_next() noexcept {
   return answer(pending);
 }
 
-// A stamp that jumps by more than kLargestStep, either way, is believed when a second sample follows it.
+// A stamp that jumps by more than kLargestStep, either way, is believed when a second sample
+// follows it.
 bool Compensator::is_timely(core::SensorTime time) const noexcept {
   if (!thermal::is_usable(time)) return false;
   if (newest_ == core::kNever) return true;
@@ -212,7 +222,9 @@ CompensatedSample Compensator::answer(const Pending& pending) const noexcept {
     out.applied_drift_radps[i] = usable ? state.applied_radps : 0.0;
     out.rate_radps[i] = sample.rate_radps[i] - out.applied_drift_radps[i];
     out.drift_variance[i] = usable ? state.variance : -1.0;
-    out.sensor_variance[i] = gate_.state() != RestState::kInitial && gate_.knows(axis) ? gate_.sample_variance(axis) : -1.0;
+    out.sensor_variance[i] = gate_.state() != RestState::kInitial && gate_.knows(axis)
+                                 ? gate_.sample_variance(axis)
+                                 : -1.0;
     out.mode[i] = usable ? state.mode : Mode::kPassthrough;
     out.reason[i] = usable ? state.reason : Reason::kInvalidInput;
     out.rung[i] = usable ? state.rung : Rung::kNone;
@@ -235,7 +247,8 @@ void Compensator::take_temperatures(core::SensorTime until) noexcept {
   }
 }
 
-// One a sample, even if several are due: readiness() asks for one, and the learner can't have more than three ready.
+// One a sample, even if several are due: readiness() asks for one, and the learner can't have more
+// than three ready.
 void Compensator::take_models(core::SensorTime now) noexcept {
   if (due_.empty() || due_.front().time > now) return;
   if (!exchange_.delivered(due_.front().job)) {
@@ -248,7 +261,8 @@ void Compensator::take_models(core::SensorTime now) noexcept {
   estimate_outdated_ = true;
 }
 
-// ---------------------------------------------------------------------------------------------------- observing
+// ----------------------------------------------------------------------------------------------------
+// observing
 
 EarthRateMode Compensator::earth_rate_mode(core::ClockSource clock) const noexcept {
   if (options_.earth_rate.mode != EarthRateMode::kAuto) return options_.earth_rate.mode;
@@ -258,10 +272,11 @@ EarthRateMode Compensator::earth_rate_mode(core::ClockSource clock) const noexce
 void Compensator::observe(const core::AngularRateSample& sample) noexcept {
   const auto closed = blocks_.advance(sample.time, sample.interval_s);
   if (closed) {
-    estimate_outdated_ = true;   // ages grow even when no temperature comes
+    estimate_outdated_ = true;  // ages grow even when no temperature comes
     close_block(*closed);
   }
-  const core::RateReferenceSample* reference = references_.at(sample.time, core::from_seconds(kOldestReferenceS));
+  const core::RateReferenceSample* reference =
+      references_.at(sample.time, core::from_seconds(kOldestReferenceS));
   referenced_ = reference != nullptr;
   if (referenced_) blocks_.mark_reference();
   const bool earth_known = earth_rate_mode(sample.clock) == EarthRateMode::kKnown;
@@ -273,7 +288,7 @@ void Compensator::observe(const core::AngularRateSample& sample) noexcept {
       continue;
     }
     if (sample.clipped[i]) {
-      blocks_.mark_turning();   // a saturated axis says nothing of its drift
+      blocks_.mark_turning();  // a saturated axis says nothing of its drift
       continue;
     }
     double known_radps = 0.0;
@@ -302,7 +317,7 @@ void Compensator::close_block(DriftBlock block) noexcept {
     const double sigma = gate_.block_sigma(axis);
     context[index(axis)] = axes_[index(axis)].context;
     variance[index(axis)] = sigma * sigma;
-    if (!gate_.knows(axis)) block.count[index(axis)] = 0;   // its motion would go unnoticed
+    if (!gate_.knows(axis)) block.count[index(axis)] = 0;  // its motion would go unnoticed
   }
   if (const auto label = labels_.add(block, context, variance)) learn_from(*label);
 }
@@ -314,7 +329,8 @@ void Compensator::learn_from(const Label& label) noexcept {
     if (!label.valid[i]) continue;
     judge(axes_[i], label, i);
     auto& biases = axes_[i].biases;
-    while (!biases.empty() && core::seconds(label.end - biases.front().end) >= kStationaryMinuteS) biases.pop();
+    while (!biases.empty() && core::seconds(label.end - biases.front().end) >= kStationaryMinuteS)
+      biases.pop();
     biases.push_overwriting({label.end, label.drift_radps[i], label.variance_radps2[i]});
     axes_[i].newest_label = label.end;
   }
@@ -342,19 +358,26 @@ void Compensator::judge(AxisState& axis, const Label& label, std::size_t i) noex
   axis.trusted = record.labels >= kLabelsBeforeTrust && record.model_mse <= ratio * record.bias_mse;
 }
 
-// ---------------------------------------------------------------------------------------------------- estimating
+// ----------------------------------------------------------------------------------------------------
+// estimating
 
 Reason Compensator::gate_reason() const noexcept {
   if (commanded_freeze_) return Reason::kCommanded;
   switch (gate_.state()) {
-    case RestState::kInitial: return Reason::kNoEstimateYet;
-    case RestState::kMotion: return Reason::kMotion;
-    case RestState::kLevelImplausible: return Reason::kLevelImplausible;
-    case RestState::kSettling: return Reason::kSettling;
-    case RestState::kRest: break;
+    case RestState::kInitial:
+      return Reason::kNoEstimateYet;
+    case RestState::kMotion:
+      return Reason::kMotion;
+    case RestState::kLevelImplausible:
+      return Reason::kLevelImplausible;
+    case RestState::kSettling:
+      return Reason::kSettling;
+    case RestState::kRest:
+      break;
   }
   if (referenced_ || earth_rate_mode(clock_) != EarthRateMode::kUnknown) return Reason::kNone;
-  // Earth rate is then an error of up to 15 deg/h in every label: only a gyro noisier than that may learn.
+  // Earth rate is then an error of up to 15 deg/h in every label: only a gyro noisier than that may
+  // learn.
   const bool noisy = std::all_of(kAxes.begin(), kAxes.end(), [&](core::Axis axis) {
     return gate_.block_sigma(axis) > navigation::kUnknownAttitudeSigmaRadps;
   });
@@ -366,21 +389,28 @@ bool Compensator::a_probe_is_stuck(core::SensorTime now) const noexcept {
   for (const auto& track : tracks_) {
     const auto unchanged = track.unchanged_for(now);
     if (!unchanged || *unchanged < limit) continue;
-    const bool another_moved = std::any_of(tracks_.begin(), tracks_.end(), [&](const thermal::TemperatureTrack& other) {
-      const auto then = other.temperature_degc_at(now - limit);
-      return then && other.newest() && std::abs(other.newest()->temperature_degc - *then) > kMovedDegc;
-    });
+    const bool another_moved =
+        std::any_of(tracks_.begin(), tracks_.end(), [&](const thermal::TemperatureTrack& other) {
+          const auto then = other.temperature_degc_at(now - limit);
+          return then && other.newest() &&
+                 std::abs(other.newest()->temperature_degc - *then) > kMovedDegc;
+        });
     if (another_moved) return true;
   }
   return false;
 }
 
-Reason Compensator::input_reason(thermal::FeatureStatus status, core::SensorTime now) const noexcept {
+Reason Compensator::input_reason(thermal::FeatureStatus status,
+                                 core::SensorTime now) const noexcept {
   switch (status) {
-    case thermal::FeatureStatus::kReady: return a_probe_is_stuck(now) ? Reason::kProbeStuck : Reason::kNone;
-    case thermal::FeatureStatus::kNoTemperature: return Reason::kTemperatureMissing;
-    case thermal::FeatureStatus::kTemperatureStale: return Reason::kTemperatureStale;
-    default: return Reason::kRateNotReady;
+    case thermal::FeatureStatus::kReady:
+      return a_probe_is_stuck(now) ? Reason::kProbeStuck : Reason::kNone;
+    case thermal::FeatureStatus::kNoTemperature:
+      return Reason::kTemperatureMissing;
+    case thermal::FeatureStatus::kTemperatureStale:
+      return Reason::kTemperatureStale;
+    default:
+      return Reason::kRateNotReady;
   }
 }
 
@@ -393,7 +423,8 @@ void Compensator::estimate(core::SensorTime now) noexcept {
     if (!state.biases.empty()) pulse.mean_radps = bias_mean(state);
     if (state.biases.size() > 1) {
       const double span_s = core::seconds(state.biases.back().end - state.biases.front().end);
-      pulse.slope_radps2 = (state.biases.back().drift_radps - state.biases.front().drift_radps) / span_s;
+      pulse.slope_radps2 =
+          (state.biases.back().drift_radps - state.biases.front().drift_radps) / span_s;
     }
     const thermal::FeatureVector vector = features_.build(now, tracks_, pulse);
     const Reason input = input_reason(vector.status, now);
@@ -403,7 +434,8 @@ void Compensator::estimate(core::SensorTime now) noexcept {
   }
 }
 
-void Compensator::estimate_axis(core::Axis axis, core::SensorTime now, Reason gate, Reason input) noexcept {
+void Compensator::estimate_axis(core::Axis axis, core::SensorTime now, Reason gate,
+                                Reason input) noexcept {
   AxisState& state = axes_[index(axis)];
   state.context.model_radps.reset();
   state.context.bias_radps.reset();
@@ -421,11 +453,14 @@ void Compensator::estimate_axis(core::Axis axis, core::SensorTime now, Reason ga
     state.safe_radps = state.context.model_radps;
     state.safe_time = now;
     const Mode mode = gate == Reason::kNone ? Mode::kLearning : Mode::kFrozen;
-    return apply(state, Rung::kOnlineSvr, mode, gate, *state.context.model_radps, state.record.model_mse);
+    return apply(state, Rung::kOnlineSvr, mode, gate, *state.context.model_radps,
+                 state.record.model_mse);
   }
   if (model_ready && state.trusted && state.safe_radps && state.context.bias_radps) {
-    // Outside what was learned: from the last estimate within the domain to the last stationary bias.
-    const double away_s = state.safe_time == core::kNever ? 1e9 : core::seconds(now - state.safe_time);
+    // Outside what was learned: from the last estimate within the domain to the last stationary
+    // bias.
+    const double away_s =
+        state.safe_time == core::kNever ? 1e9 : core::seconds(now - state.safe_time);
     const double weight = std::exp(-away_s / kReturnToSafeS);
     const double drift = weight * *state.safe_radps + (1.0 - weight) * *state.context.bias_radps;
     return apply(state, Rung::kStationaryBias, Mode::kOutOfDomain, Reason::kOutsideLearned, drift,
@@ -433,16 +468,19 @@ void Compensator::estimate_axis(core::Axis axis, core::SensorTime now, Reason ga
   }
   if (state.context.bias_radps) {
     Reason reason = input;
-    if (reason == Reason::kNone) reason = within ? Reason::kModelWorseThanBias : Reason::kInitialSet;
+    if (reason == Reason::kNone)
+      reason = within ? Reason::kModelWorseThanBias : Reason::kInitialSet;
     if (within && state.record.labels < kLabelsBeforeTrust) reason = Reason::kInitialSet;
     if (model_ready && !within) reason = Reason::kOutsideLearned;
     return apply(state, Rung::kStationaryBias, Mode::kFallback, reason, *state.context.bias_radps,
                  bias_variance(state, now));
   }
   if (const auto factory = factory_drift(axis)) {
-    return apply(state, Rung::kFactoryPolynomial, Mode::kFallback, Reason::kNoEstimateYet, *factory, -1.0);
+    return apply(state, Rung::kFactoryPolynomial, Mode::kFallback, Reason::kNoEstimateYet, *factory,
+                 -1.0);
   }
-  apply(state, Rung::kNone, Mode::kPassthrough, gate == Reason::kNone ? Reason::kNoEstimateYet : gate, 0.0, -1.0);
+  apply(state, Rung::kNone, Mode::kPassthrough,
+        gate == Reason::kNone ? Reason::kNoEstimateYet : gate, 0.0, -1.0);
 }
 
 void Compensator::apply(AxisState& axis, Rung rung, Mode mode, Reason reason, double drift_radps,
@@ -460,12 +498,15 @@ double Compensator::bias_mean(const AxisState& axis) const noexcept {
   return sum / static_cast<double>(axis.biases.size());
 }
 
-// The bias's own error on labels one horizon ahead, growing like a random walk while no label comes.
+// The bias's own error on labels one horizon ahead, growing like a random walk while no label
+// comes.
 double Compensator::bias_variance(const AxisState& axis, core::SensorTime now) const noexcept {
-  const double one_horizon = axis.record.labels > 0 ? axis.record.bias_mse : axis.biases.back().variance;
-  const double horizon_s =
-      options_.learning.label_interval_s + options_.learning.confirm_s + options_.learning.handover_s;
-  const double age_s = axis.newest_label == core::kNever ? horizon_s : core::seconds(now - axis.newest_label);
+  const double one_horizon =
+      axis.record.labels > 0 ? axis.record.bias_mse : axis.biases.back().variance;
+  const double horizon_s = options_.learning.label_interval_s + options_.learning.confirm_s +
+                           options_.learning.handover_s;
+  const double age_s =
+      axis.newest_label == core::kNever ? horizon_s : core::seconds(now - axis.newest_label);
   return one_horizon * std::max(1.0, age_s / horizon_s);
 }
 
@@ -474,11 +515,13 @@ std::optional<double> Compensator::factory_drift(core::Axis axis) const noexcept
   if (coefficients.empty() || tracks_.empty() || !tracks_.front().newest()) return std::nullopt;
   const double temperature_degc = tracks_.front().newest()->temperature_degc;
   double drift = 0.0;
-  for (auto c = coefficients.rbegin(); c != coefficients.rend(); ++c) drift = drift * temperature_degc + *c;
+  for (auto c = coefficients.rbegin(); c != coefficients.rend(); ++c)
+    drift = drift * temperature_degc + *c;
   return drift;
 }
 
-// ---------------------------------------------------------------------------------------------------- telling
+// ----------------------------------------------------------------------------------------------------
+// telling
 
 CompensatorCounts Compensator::counts() const noexcept {
   CompensatorCounts counts = counts_;

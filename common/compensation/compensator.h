@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // The one implementation of compensation that the service and `zerodrift compensate` share.
 //
-// Three streams go in, in any order of arrival; one compensated sample comes out for each raw sample. Everything
-// is driven by sensor time, and a learned model takes effect at a fixed sensor time after the label it came from, so
-// equal inputs give equal outputs to the bit as long as nobody had to go on without waiting (see readiness()).
+// Three streams go in, in any order of arrival; one compensated sample comes out for each raw
+// sample. Everything is driven by sensor time, and a learned model takes effect at a fixed sensor
+// time after the label it came from, so equal inputs give equal outputs to the bit as long as
+// nobody had to go on without waiting (see readiness()).
 //
-//   raw sample -> ladder (online SVR > stationary bias > factory polynomial > nothing) -> compensated sample
-//        \-> one-second blocks -> rest gate -> labels -> learner (another thread) -> snapshot, active at its due time
+//   raw sample -> ladder (online SVR > stationary bias > factory polynomial > nothing) ->
+//   compensated sample
+//        \-> one-second blocks -> rest gate -> labels -> learner (another thread) -> snapshot,
+//        active at its due time
 //
 // Data-path calls are noexcept, take no lock, allocate nothing and do bounded work.
 #pragma once
@@ -30,22 +33,30 @@
 namespace zerodrift::compensation {
 
 struct CompensatedSample {
-  core::AngularRateSample raw;                   // as it came; rate = raw.rate - applied_drift
-  bool late = false;                             // answered after a later sequence
-  core::PerAxis<double> rate_radps{};            // frame b
+  core::AngularRateSample raw;         // as it came; rate = raw.rate - applied_drift
+  bool late = false;                   // answered after a later sequence
+  core::PerAxis<double> rate_radps{};  // frame b
   core::PerAxis<double> applied_drift_radps{};
-  core::PerAxis<double> drift_variance{};        // (rad/s)²; -1 unknown
-  core::PerAxis<double> sensor_variance{};       // of one sample about its one-second mean at rest; -1 unknown
+  core::PerAxis<double> drift_variance{};  // (rad/s)²; -1 unknown
+  core::PerAxis<double>
+      sensor_variance{};  // of one sample about its one-second mean at rest; -1 unknown
   core::PerAxis<Mode> mode{};
   core::PerAxis<Reason> reason{};
   core::PerAxis<Rung> rung{};
   std::uint64_t model_epoch = 0;
-  std::int64_t publish_time_ns = 0;              // carried along for the owner, never looked at
+  std::int64_t publish_time_ns = 0;  // carried along for the owner, never looked at
   std::int64_t ingress_time_ns = 0;
 };
 
-// Whether the oldest waiting sample can be answered with everything that sensor time says it should have.
-enum class Readiness : std::uint8_t { kNothing, kReady, kAwaitsTemperature, kAwaitsReference, kAwaitsModel };
+// Whether the oldest waiting sample can be answered with everything that sensor time says it should
+// have.
+enum class Readiness : std::uint8_t {
+  kNothing,
+  kReady,
+  kAwaitsTemperature,
+  kAwaitsReference,
+  kAwaitsModel
+};
 
 struct CompensatorCounts {
   std::uint64_t samples_in = 0;
@@ -53,9 +64,10 @@ struct CompensatorCounts {
   std::uint64_t duplicates = 0;
   std::uint64_t too_old = 0;
   std::uint64_t late = 0;
-  std::uint64_t invalid = 0;               // with an axis not finite or marked invalid
-  std::uint64_t missing = 0;               // sequence numbers never seen
-  std::uint64_t time_faults = 0;           // time stamps that did not increase, or jumped and were not confirmed
+  std::uint64_t invalid = 0;  // with an axis not finite or marked invalid
+  std::uint64_t missing = 0;  // sequence numbers never seen
+  std::uint64_t time_faults =
+      0;  // time stamps that did not increase, or jumped and were not confirmed
   std::uint64_t temperatures = 0;
   std::uint64_t temperatures_refused = 0;  // unknown probe, not finite, implausible, late
   std::uint64_t labels = 0;                // confirmed
@@ -63,12 +75,13 @@ struct CompensatorCounts {
   std::uint64_t late_models = 0;           // answered before the due model was there
 };
 
-// What the statistics of the labels say of an estimate, test-then-train: each label was predicted by what was in
-// force while it was measured, from labels at least confirm + handover seconds older.
+// What the statistics of the labels say of an estimate, test-then-train: each label was predicted
+// by what was in force while it was measured, from labels at least confirm + handover seconds
+// older.
 struct TestThenTrain {
   std::uint64_t labels = 0;
-  double model_mse = 0.0;    // (rad/s)², exponential mean over about 12 labels
-  double bias_mse = 0.0;     // of the last stationary bias (persistence) on the same labels
+  double model_mse = 0.0;  // (rad/s)², exponential mean over about 12 labels
+  double bias_mse = 0.0;   // of the last stationary bias (persistence) on the same labels
 };
 
 class Compensator {
@@ -84,17 +97,20 @@ class Compensator {
   void push(const core::RateReferenceSample& sample) noexcept;
 
   [[nodiscard]] Readiness readiness() noexcept;
-  // Sensor time up to which inputs are needed to go on: of the oldest waiting sample, else the newest answered.
+  // Sensor time up to which inputs are needed to go on: of the oldest waiting sample, else the
+  // newest answered.
   [[nodiscard]] core::SensorTime needed_time() const noexcept;
   // Clock of the oldest waiting sample; only when readiness() is not kNothing.
-  [[nodiscard]] core::ClockSource waiting_clock() const noexcept { return waiting_.front().sample.clock; }
+  [[nodiscard]] core::ClockSource waiting_clock() const noexcept {
+    return waiting_.front().sample.clock;
+  }
   // Answers the oldest waiting sample with what is there. Only when readiness() is not kNothing.
   CompensatedSample answer_next() noexcept;
   // Stops waiting for streams that fell silent, until they speak again.
   void give_up_waiting() noexcept;
 
-  // The source started anew: sequence numbers and time may go back. Models are kept, histories are not. Samples still
-  // waiting are answered as late ones.
+  // The source started anew: sequence numbers and time may go back. Models are kept, histories are
+  // not. Samples still waiting are answered as late ones.
   void restart_stream() noexcept;
   void freeze() noexcept { commanded_freeze_ = true; }
   void learn() noexcept { commanded_freeze_ = false; }
@@ -134,8 +150,8 @@ class Compensator {
   // Everything that decides one axis's applied drift.
   struct AxisState {
     AxisContext context{};
-    core::RingBuffer<Bias> biases{64};     // labels of the last stationary minute
-    std::optional<double> safe_radps{};    // last estimate within the domain
+    core::RingBuffer<Bias> biases{64};   // labels of the last stationary minute
+    std::optional<double> safe_radps{};  // last estimate within the domain
     core::SensorTime safe_time{core::kNever};
     core::SensorTime newest_label{core::kNever};
     TestThenTrain record{};
@@ -157,14 +173,16 @@ class Compensator {
   void judge(AxisState& axis, const Label& label, std::size_t i) noexcept;
   void estimate(core::SensorTime now) noexcept;
   void estimate_axis(core::Axis axis, core::SensorTime now, Reason gate, Reason input) noexcept;
-  void apply(AxisState& axis, Rung rung, Mode mode, Reason reason, double drift_radps, double variance) noexcept;
+  void apply(AxisState& axis, Rung rung, Mode mode, Reason reason, double drift_radps,
+             double variance) noexcept;
   [[nodiscard]] double bias_mean(const AxisState& axis) const noexcept;
   [[nodiscard]] double bias_variance(const AxisState& axis, core::SensorTime now) const noexcept;
   [[nodiscard]] std::optional<double> factory_drift(core::Axis axis) const noexcept;
   [[nodiscard]] Reason gate_reason() const noexcept;
   [[nodiscard]] EarthRateMode earth_rate_mode(core::ClockSource clock) const noexcept;
   [[nodiscard]] bool a_probe_is_stuck(core::SensorTime now) const noexcept;
-  [[nodiscard]] Reason input_reason(thermal::FeatureStatus status, core::SensorTime now) const noexcept;
+  [[nodiscard]] Reason input_reason(thermal::FeatureStatus status,
+                                    core::SensorTime now) const noexcept;
   [[nodiscard]] CompensatedSample answer(const Pending& pending) const noexcept;
 
   CompensationOptions options_;
@@ -191,9 +209,10 @@ class Compensator {
 
   CompensatorCounts counts_;
   core::SensorTime newest_{core::kNever};
-  core::SensorTime doubted_{core::kNever};   // a stamp that jumped; believed if the next sample follows it
+  core::SensorTime doubted_{
+      core::kNever};  // a stamp that jumped; believed if the next sample follows it
   core::ClockSource clock_ = core::ClockSource::kUnknown;
-  bool referenced_ = false;              // the newest sample had a reference
+  bool referenced_ = false;  // the newest sample had a reference
   bool estimate_outdated_ = true;
   bool commanded_freeze_ = false;
 };

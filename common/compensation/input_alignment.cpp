@@ -15,8 +15,9 @@ bool is_far_ahead(core::SensorTime time, core::SensorTime of) noexcept {
 // A front stamped far ahead of the two readings that came last would hold up all that follow it.
 template <typename Reading>
 void drop_wild_front(core::RingBuffer<Reading>& queue) noexcept {
-  while (queue.size() > 2 &&
-         is_far_ahead(queue.front().time, std::max(queue.back().time, queue[queue.size() - 2].time))) {
+  while (
+      queue.size() > 2 &&
+      is_far_ahead(queue.front().time, std::max(queue.back().time, queue[queue.size() - 2].time))) {
     queue.pop();
   }
 }
@@ -30,19 +31,21 @@ Admission SequenceWindow::admit(std::uint64_t sequence) noexcept {
     seen_.set(sequence % kSpan);
     return Admission::kInOrder;
   }
+  if (doubted_ == sequence) return Admission::kDuplicate;
+  const bool far_ahead = sequence > newest_ && sequence - newest_ >= kSpan;
+  const bool far_behind = sequence < newest_ && newest_ - sequence >= kSpan;
+  if (far_ahead || far_behind) {
+    if (doubted_ && sequence > *doubted_ && sequence - *doubted_ < kSpan) return jump_to(sequence);
+    doubted_ = sequence;
+    return far_ahead ? Admission::kLate : Admission::kTooOld;
+  }
   if (sequence > newest_) {
-    const std::uint64_t step = sequence - newest_;
-    if (step >= kSpan) {
-      seen_.reset();
-    } else {
-      for (std::uint64_t s = newest_ + 1; s < sequence; ++s) seen_.reset(s % kSpan);
-    }
-    missing_ += step - 1;
+    for (std::uint64_t s = newest_ + 1; s < sequence; ++s) seen_.reset(s % kSpan);
+    missing_ += sequence - newest_ - 1;
     newest_ = sequence;
     seen_.set(sequence % kSpan);
     return Admission::kInOrder;
   }
-  if (newest_ - sequence >= kSpan) return Admission::kTooOld;
   if (seen_.test(sequence % kSpan)) return Admission::kDuplicate;
   seen_.set(sequence % kSpan);
   if (sequence > first_) --missing_;
@@ -53,6 +56,20 @@ void StreamProgress::hear(core::SensorTime time) noexcept {
   const core::SensorTime said = std::max(previous_, time);
   spoken_to_ = is_far_ahead(spoken_to_, said) ? said : std::max(spoken_to_, time);
   previous_ = time;
+}
+
+// The stream really went on elsewhere: a second sample followed the doubted one.
+Admission SequenceWindow::jump_to(std::uint64_t sequence) noexcept {
+  const std::uint64_t from = *doubted_;
+  if (from > newest_) missing_ += from - newest_ - 1;
+  missing_ += sequence - from - 1;
+  if (from < newest_) first_ = from;
+  seen_.reset();
+  seen_.set(from % kSpan);
+  seen_.set(sequence % kSpan);
+  newest_ = sequence;
+  doubted_.reset();
+  return Admission::kInOrder;
 }
 
 TemperatureQueue::TemperatureQueue(std::size_t probes, std::size_t capacity) {
@@ -72,8 +89,9 @@ bool TemperatureQueue::push(const PendingTemperature& reading) noexcept {
 }
 
 bool TemperatureQueue::complete_to(core::SensorTime time) const noexcept {
-  return std::all_of(probes_.begin(), probes_.end(),
-                     [&](const Probe& probe) { return probe.absent || probe.progress.spoken_to() > time; });
+  return std::all_of(probes_.begin(), probes_.end(), [&](const Probe& probe) {
+    return probe.absent || probe.progress.spoken_to() > time;
+  });
 }
 
 std::optional<PendingTemperature> TemperatureQueue::pop_until(core::SensorTime time) noexcept {
@@ -81,7 +99,8 @@ std::optional<PendingTemperature> TemperatureQueue::pop_until(core::SensorTime t
   for (Probe& probe : probes_) {
     drop_wild_front(probe.readings);
     if (probe.readings.empty() || probe.readings.front().time > time) continue;
-    if (first == nullptr || probe.readings.front().time < first->readings.front().time) first = &probe;
+    if (first == nullptr || probe.readings.front().time < first->readings.front().time)
+      first = &probe;
   }
   if (first == nullptr) return std::nullopt;
   const PendingTemperature reading = first->readings.front();
@@ -113,13 +132,15 @@ bool ReferenceQueue::complete_to(core::SensorTime time) const noexcept {
   return !expected_ || progress_.spoken_to() >= time;
 }
 
-const core::RateReferenceSample* ReferenceQueue::at(core::SensorTime time, core::SensorTime longest_age) noexcept {
+const core::RateReferenceSample* ReferenceQueue::at(core::SensorTime time,
+                                                    core::SensorTime longest_age) noexcept {
   drop_wild_front(queue_);
   while (!queue_.empty() && queue_.front().time <= time) {
     if (!newest_due_ || queue_.front().time >= newest_due_->time) newest_due_ = queue_.front();
     queue_.pop();
   }
-  if (!newest_due_ || thermal::saturating_difference(time, newest_due_->time) > longest_age) return nullptr;
+  if (!newest_due_ || thermal::saturating_difference(time, newest_due_->time) > longest_age)
+    return nullptr;
   return &*newest_due_;
 }
 

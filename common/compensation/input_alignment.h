@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Brings three streams that arrive in any order into the one order that sensor time dictates, so that live and
-// offline runs compute the same bits.
+// Brings three streams that arrive in any order into the one order that sensor time dictates, so
+// that live and offline runs compute the same bits.
 #pragma once
 
 #include <bitset>
@@ -14,19 +14,23 @@
 
 namespace zerodrift::compensation {
 
-// A stamp further than this from what its stream said before is wild: it is not believed until another confirms it.
+// A stamp further than this from what its stream said before is wild: it is not believed until
+// another confirms it.
 inline constexpr core::SensorTime kLargestStep{60'000'000'000};
 
 // How a raw sample is taken in. Every accepted sample is answered exactly once.
 enum class Admission : std::uint8_t {
   kInOrder,
-  kLate,        // an earlier sequence than the newest, not answered before
-  kDuplicate,   // answered already: not answered again
-  kTooOld,      // so old that nobody knows whether it was answered
-  kQueueFull,   // the caller must not let this happen: drain first
+  kLate,  // an earlier sequence than the newest, not answered before; or one too far ahead to be
+          // believed
+  kDuplicate,  // answered already: not answered again
+  kTooOld,     // so far behind that nobody knows whether it was answered
+  kQueueFull,  // the caller must not let this happen: drain first
 };
 
-// Remembers which of the last 4096 sequence numbers were seen.
+// Remembers which of the last 4096 sequence numbers were seen. A number farther off than that is
+// doubted: one corrupt number must not make all that follow too old. It is believed when the next
+// one follows it.
 class SequenceWindow {
  public:
   Admission admit(std::uint64_t sequence) noexcept;
@@ -35,15 +39,18 @@ class SequenceWindow {
 
  private:
   static constexpr std::size_t kSpan = 4096;
+  Admission jump_to(std::uint64_t sequence) noexcept;
+
+  std::optional<std::uint64_t> doubted_;  // far from the newest, not yet confirmed
   std::bitset<kSpan> seen_;
   std::uint64_t first_ = 0;
   std::uint64_t newest_ = 0;
-  std::uint64_t missing_ = 0;    // sequence numbers since the first that were not seen so far
+  std::uint64_t missing_ = 0;  // sequence numbers since the first that were not seen so far
   bool started_ = false;
 };
 
-// How far a stream has spoken. A stream that went back by more than kLargestStep is believed after two readings, so
-// that one wild stamp neither ends the waiting for good nor starts it anew.
+// How far a stream has spoken. A stream that went back by more than kLargestStep is believed after
+// two readings, so that one wild stamp neither ends the waiting for good nor starts it anew.
 class StreamProgress {
  public:
   void hear(core::SensorTime time) noexcept;
@@ -68,7 +75,8 @@ class TemperatureQueue {
  public:
   TemperatureQueue(std::size_t probes, std::size_t capacity);
 
-  // False when full: the oldest reading is dropped to make room (a temperature, never a rate sample).
+  // False when full: the oldest reading is dropped to make room (a temperature, never a rate
+  // sample).
   bool push(const PendingTemperature& reading) noexcept;
 
   // True when no reading stamped <= time can still come from a probe that is not absent.
@@ -77,7 +85,8 @@ class TemperatureQueue {
   // The next reading stamped <= time, oldest first; ties in order of probe.
   std::optional<PendingTemperature> pop_until(core::SensorTime time) noexcept;
 
-  // The owner gave up waiting for the probes that hold things up; one that speaks again is waited for again.
+  // The owner gave up waiting for the probes that hold things up; one that speaks again is waited
+  // for again.
   void give_up_waiting(core::SensorTime time) noexcept;
 
   void restart() noexcept;
@@ -100,7 +109,8 @@ class ReferenceQueue {
   // A record's reference comes with every sample and is waited for; other kinds are not.
   [[nodiscard]] bool complete_to(core::SensorTime time) const noexcept;
   // The newest reference at or before `time`, if not older than `longest_age`.
-  [[nodiscard]] const core::RateReferenceSample* at(core::SensorTime time, core::SensorTime longest_age) noexcept;
+  [[nodiscard]] const core::RateReferenceSample* at(core::SensorTime time,
+                                                    core::SensorTime longest_age) noexcept;
   void give_up_waiting() noexcept { expected_ = false; }
   void restart() noexcept;
 

@@ -10,16 +10,18 @@ using core::kAxes;
 
 namespace {
 
-constexpr double kLongestIntervalS = 60.0;   // an interval_s beyond it, or none at all, counts as 0
+constexpr double kLongestIntervalS = 60.0;  // an interval_s beyond it, or none at all, counts as 0
 
 }  // namespace
 
-std::optional<DriftBlock> BlockAverager::advance(core::SensorTime time, double interval_s) noexcept {
+std::optional<DriftBlock> BlockAverager::advance(core::SensorTime time,
+                                                 double interval_s) noexcept {
   std::optional<DriftBlock> closed;
   const bool usable = interval_s >= 0.0 && interval_s <= kLongestIntervalS;
   const core::SensorTime start = time - core::from_seconds(usable ? interval_s : 0.0);
   const bool gap = newest_ != core::kNever && start - newest_ > block_;
-  if (begin_ != core::kNever && (gap || start - begin_ >= block_)) closed = close(gap ? newest_ : start);
+  if (begin_ != core::kNever && (gap || start - begin_ >= block_))
+    closed = close(gap ? newest_ : start);
   if (begin_ == core::kNever) begin_ = start;
   newest_ = time;
   return closed;
@@ -46,7 +48,8 @@ DriftBlock BlockAverager::close(core::SensorTime end) noexcept {
     const auto n = static_cast<double>(sums.count);
     block.mean_radps[index(axis)] = sums.shift + sums.sum / n;
     if (sums.count > 1) {
-      block.variance_radps2[index(axis)] = std::max(0.0, (sums.square - sums.sum * sums.sum / n) / (n - 1.0));
+      block.variance_radps2[index(axis)] =
+          std::max(0.0, (sums.square - sums.sum * sums.sum / n) / (n - 1.0));
     }
   }
   last_turning_ = turning_;
@@ -65,8 +68,9 @@ void BlockAverager::restart() noexcept {
 LabelBuilder::LabelBuilder(double label_s, double confirm_s)
     : label_(core::from_seconds(label_s)), confirm_(core::from_seconds(confirm_s)) {}
 
-std::optional<Label> LabelBuilder::add(const DriftBlock& block, const core::PerAxis<AxisContext>& context,
-                                       const core::PerAxis<double>& block_variance_radps2) noexcept {
+std::optional<Label> LabelBuilder::add(
+    const DriftBlock& block, const core::PerAxis<AxisContext>& context,
+    const core::PerAxis<double>& block_variance_radps2) noexcept {
   // A pause longer than a label parts two labels: what was collected before it stands for itself.
   if (begin_ != core::kNever && block.begin - end_ > label_) finish();
   accumulate(block, context, block_variance_radps2);
@@ -93,7 +97,8 @@ void LabelBuilder::accumulate(const DriftBlock& block, const core::PerAxis<AxisC
     if (context[i].bias_radps) sums.bias.add(*context[i].bias_radps);
     if (!context[i].features_ready) continue;
     ++sums.ready;
-    for (std::size_t f = 0; f < sums.features.size(); ++f) sums.features[f] += context[i].features[f];
+    for (std::size_t f = 0; f < sums.features.size(); ++f)
+      sums.features[f] += context[i].features[f];
   }
 }
 
@@ -117,7 +122,7 @@ void LabelBuilder::finish() noexcept {
       label.features[i][f] = sums.features[f] / static_cast<double>(n);
     }
   }
-  pending_.push(label);   // full: this one is lost, those nearer their confirmation stay
+  pending_.push(label);  // full: this one is lost, those nearer their confirmation stay
   reopen();
 }
 

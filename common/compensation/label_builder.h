@@ -19,8 +19,9 @@ using FeatureArray = std::array<double, thermal::kMaxFeatures>;
 struct AxisContext {
   bool features_ready = false;
   FeatureArray features{};
-  std::optional<double> model_radps;   // the model's estimate, where it was ready and within its domain
-  std::optional<double> bias_radps;    // the last stationary bias
+  std::optional<double>
+      model_radps;  // the model's estimate, where it was ready and within its domain
+  std::optional<double> bias_radps;  // the last stationary bias
 };
 
 // Sums the samples of one DriftBlock. Cost: a few additions a sample.
@@ -39,8 +40,8 @@ class BlockAverager {
  private:
   struct Sums {
     std::size_t count = 0;
-    double shift = 0.0;      // first value: variances of small differences keep their digits
-    double sum = 0.0;        // of value - shift
+    double shift = 0.0;  // first value: variances of small differences keep their digits
+    double sum = 0.0;    // of value - shift
     double square = 0.0;
   };
   [[nodiscard]] DriftBlock close(core::SensorTime end) noexcept;
@@ -60,15 +61,15 @@ struct Label {
   core::SensorTime end{0};
   core::PerAxis<bool> valid{};
   core::PerAxis<double> drift_radps{};
-  core::PerAxis<double> variance_radps2{};         // of the label as a measurement
+  core::PerAxis<double> variance_radps2{};  // of the label as a measurement
   core::PerAxis<bool> features_ready{};
-  core::PerAxis<FeatureArray> features{};          // means over the label
+  core::PerAxis<FeatureArray> features{};  // means over the label
   core::PerAxis<std::optional<double>> model_radps{};
   core::PerAxis<std::optional<double>> bias_radps{};
 };
 
-// Collects still blocks into labels and gives a label out once `confirm_s` of further stillness shows that it ended
-// before any motion began. Motion discards everything not yet confirmed.
+// Collects still blocks into labels and gives a label out once `confirm_s` of further stillness
+// shows that it ended before any motion began. Motion discards everything not yet confirmed.
 class LabelBuilder {
  public:
   LabelBuilder(double label_s, double confirm_s);
@@ -82,12 +83,15 @@ class LabelBuilder {
   struct Mean {
     std::size_t count = 0;
     double sum = 0.0;
-    void add(double value) noexcept { sum += value; ++count; }
+    void add(double value) noexcept {
+      sum += value;
+      ++count;
+    }
     [[nodiscard]] double value() const noexcept { return sum / static_cast<double>(count); }
   };
   struct AxisSums {
     Mean drift;
-    double variance = 0.0;      // sum of block variances
+    double variance = 0.0;  // sum of block variances
     Mean model;
     Mean bias;
     std::size_t ready = 0;

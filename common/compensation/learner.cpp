@@ -13,9 +13,11 @@ namespace {
 
 constexpr double kScaleInSigmas = 100.0;
 constexpr int kSettleRounds = 8;
-constexpr double kSmallestScaleRadps = 1e-10;   // 2e-5 deg/h: keeps a noise-free record from dividing by zero
+constexpr double kSmallestScaleRadps =
+    1e-10;  // 2e-5 deg/h: keeps a noise-free record from dividing by zero
 
-regression::OnlineSvrOptions svr_options(const CompensationOptions& options, std::size_t dimension) {
+regression::OnlineSvrOptions svr_options(const CompensationOptions& options,
+                                         std::size_t dimension) {
   regression::OnlineSvrOptions svr;
   svr.dimension = dimension;
   svr.capacity = options.model.capacity;
@@ -48,7 +50,8 @@ AxisLearner::AxisLearner(const CompensationOptions& options, std::size_t dimensi
   initial_.reserve(initial_labels_);
 }
 
-void AxisLearner::learn(double drift_radps, double variance_radps2, const FeatureArray& features) noexcept {
+void AxisLearner::learn(double drift_radps, double variance_radps2,
+                        const FeatureArray& features) noexcept {
   if (started_) return add(drift_radps, features);
   initial_.push_back({drift_radps, variance_radps2, features});
   if (initial_.size() == initial_labels_) begin();
@@ -72,11 +75,13 @@ void AxisLearner::begin() noexcept {
 void AxisLearner::add(double drift_radps, const FeatureArray& features) noexcept {
   const std::span x(features.data(), svr_options_.dimension);
   const double y = (drift_radps - offset_radps_) / scale_radps_;
-  // A label in ten seconds leaves time to finish what an event budget cut short; the bound keeps one job bounded.
+  // A label in ten seconds leaves time to finish what an event budget cut short; the bound keeps
+  // one job bounded.
   auto outcome = svr_.add(x, y).outcome;
   for (int round = 0; round < kSettleRounds && !svr_.is_settled(); ++round) svr_.settle();
   if (outcome == regression::UpdateOutcome::kBusy) outcome = svr_.add(x, y).outcome;
-  if (outcome == regression::UpdateOutcome::kRefused || outcome == regression::UpdateOutcome::kBusy) return;
+  if (outcome == regression::UpdateOutcome::kRefused || outcome == regression::UpdateOutcome::kBusy)
+    return;
   for (std::size_t i = 0; i < svr_options_.dimension; ++i) {
     low_[i] = std::min(low_[i], features[i]);
     high_[i] = std::max(high_[i], features[i]);
@@ -137,9 +142,11 @@ void ModelExchange::deliver() noexcept {
   free_.pop();
 }
 
-Learner::Learner(const CompensationOptions& options, ModelExchange& exchange) : exchange_(exchange) {
+Learner::Learner(const CompensationOptions& options, ModelExchange& exchange)
+    : exchange_(exchange) {
   axes_.reserve(core::kAxisCount);
-  for (std::size_t i = 0; i < core::kAxisCount; ++i) axes_.emplace_back(options, options.features.size());
+  for (std::size_t i = 0; i < core::kAxisCount; ++i)
+    axes_.emplace_back(options, options.features.size());
 }
 
 bool Learner::run_one() noexcept {

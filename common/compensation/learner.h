@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The learner's side: one online SVR an axis, fed with confirmed labels, giving immutable snapshots to the data path.
-// Labels go one way and snapshots the other through bounded queues without a lock, so that learning never delays a
-// sample. Nothing here starts a thread: the owner calls Learner::run_one() wherever it wants learning to happen.
+// The learner's side: one online SVR an axis, fed with confirmed labels, giving immutable snapshots
+// to the data path. Labels go one way and snapshots the other through bounded queues without a
+// lock, so that learning never delays a sample. Nothing here starts a thread: the owner calls
+// Learner::run_one() wherever it wants learning to happen.
 #pragma once
 
 #include <array>
@@ -19,7 +20,8 @@
 
 namespace zerodrift::compensation {
 
-// What one axis's model knows, frozen: prediction = offset + scale * svr(features), valid within [low, high].
+// What one axis's model knows, frozen: prediction = offset + scale * svr(features), valid within
+// [low, high].
 class AxisModel {
  public:
   AxisModel(std::size_t dimension, std::size_t capacity) : predictor_(dimension, capacity) {}
@@ -47,7 +49,8 @@ class AxisLearner {
  public:
   AxisLearner(const CompensationOptions& options, std::size_t dimension);
 
-  // One label; the first `initial_labels` make the initial set, whose level and noise fix offset and scale.
+  // One label; the first `initial_labels` make the initial set, whose level and noise fix offset
+  // and scale.
   void learn(double drift_radps, double variance_radps2, const FeatureArray& features) noexcept;
   void write(AxisModel& model) const noexcept;
   void reset() noexcept;
@@ -74,7 +77,7 @@ class AxisLearner {
 };
 
 struct ModelSnapshot {
-  std::uint64_t job = 0;      // the training job this answers
+  std::uint64_t job = 0;  // the training job this answers
   std::uint64_t epoch = 0;
   core::PerAxis<AxisModel> axes;
 };
@@ -86,8 +89,8 @@ struct TrainingJob {
   Label label;
 };
 
-// The two lock-free queues between data path and learner, and the snapshots that travel through them. Exactly one
-// data-path thread and one learner thread.
+// The two lock-free queues between data path and learner, and the snapshots that travel through
+// them. Exactly one data-path thread and one learner thread.
 class ModelExchange {
  public:
   explicit ModelExchange(const CompensationOptions& options);
@@ -99,13 +102,15 @@ class ModelExchange {
   [[nodiscard]] bool delivered(std::uint64_t job) noexcept;
   // Makes the oldest ready snapshot the active one.
   void activate_next() noexcept;
-  [[nodiscard]] const ModelSnapshot* active() const noexcept { return active_ ? &snapshots_[*active_] : nullptr; }
+  [[nodiscard]] const ModelSnapshot* active() const noexcept {
+    return active_ ? &snapshots_[*active_] : nullptr;
+  }
 
   // --- learner
   [[nodiscard]] TrainingJob* next_job() noexcept { return jobs_.front(); }
   void job_done() noexcept { jobs_.pop(); }
   [[nodiscard]] ModelSnapshot* free_snapshot() noexcept;
-  void deliver() noexcept;   // hands the free snapshot over
+  void deliver() noexcept;  // hands the free snapshot over
 
  private:
   static constexpr std::size_t kSnapshots = 4;
@@ -124,7 +129,9 @@ class Learner {
 
   // Does one job if there is one and a snapshot is free to answer it with. True if it did.
   bool run_one() noexcept;
-  [[nodiscard]] std::uint64_t labels_learned() const noexcept { return labels_.load(std::memory_order_relaxed); }
+  [[nodiscard]] std::uint64_t labels_learned() const noexcept {
+    return labels_.load(std::memory_order_relaxed);
+  }
 
  private:
   ModelExchange& exchange_;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a compensated sample says of itself. The numbers go out on compensated_rate and are part of the interface.
+// What a compensated sample says of itself. The numbers go out on compensated_rate and are part of
+// the interface.
 #pragma once
 
 #include <cstdint>
@@ -8,74 +9,105 @@
 namespace zerodrift::compensation {
 
 enum class Mode : std::uint8_t {
-  kPassthrough = 0,   // nothing taken off
-  kLearning = 1,      // the model compensates, and learns from what comes in
-  kFrozen = 2,        // the model compensates and does not learn
-  kFallback = 3,      // a simpler estimate compensates
-  kOutOfDomain = 4,   // temperature or rate outside what was learned: the last safe value compensates
+  kPassthrough = 0,  // nothing taken off
+  kLearning = 1,     // the model compensates, and learns from what comes in
+  kFrozen = 2,       // the model compensates and does not learn
+  kFallback = 3,     // a simpler estimate compensates
+  kOutOfDomain =
+      4,  // temperature or rate outside what was learned: the last safe value compensates
 };
 
 enum class Reason : std::uint8_t {
-  kNone = 0,                  // learning: all is as it should be
-  kNoEstimateYet = 1,         // nothing learned yet
-  kInitialSet = 2,            // the initial set is not complete
-  kMotion = 3,                // not at rest: true rotation is never learned
-  kEarthRateUnknown = 4,      // attitude unknown: Earth rate must not be learned as drift
-  kLevelImplausible = 5,      // at rest, but above the largest plausible drift
-  kCommanded = 6,             // frozen by command
-  kTemperatureMissing = 7,    // no temperature of a probe the model needs
-  kTemperatureStale = 8,      // the temperature stream stopped
-  kProbeStuck = 9,            // a probe does not move while others do
-  kRateNotReady = 10,         // the temperature rate or a lagged temperature needs a longer history
-  kModelWorseThanBias = 11,   // the last stationary bias predicts better than the model
-  kOutsideLearned = 12,       // see Mode::kOutOfDomain
-  kInvalidInput = 13,         // the raw sample was not finite or marked invalid; it passes as it came
-  kSchemeNone = 14,           // configured to compensate nothing
-  kSettling = 15,             // still again, waiting out the dwell
+  kNone = 0,                 // learning: all is as it should be
+  kNoEstimateYet = 1,        // nothing learned yet
+  kInitialSet = 2,           // the initial set is not complete
+  kMotion = 3,               // not at rest: true rotation is never learned
+  kEarthRateUnknown = 4,     // attitude unknown: Earth rate must not be learned as drift
+  kLevelImplausible = 5,     // at rest, but above the largest plausible drift
+  kCommanded = 6,            // frozen by command
+  kTemperatureMissing = 7,   // no temperature of a probe the model needs
+  kTemperatureStale = 8,     // the temperature stream stopped
+  kProbeStuck = 9,           // a probe does not move while others do
+  kRateNotReady = 10,        // the temperature rate or a lagged temperature needs a longer history
+  kModelWorseThanBias = 11,  // the last stationary bias predicts better than the model
+  kOutsideLearned = 12,      // see Mode::kOutOfDomain
+  kInvalidInput = 13,  // the raw sample was not finite or marked invalid; it passes as it came
+  kSchemeNone = 14,    // configured to compensate nothing
+  kSettling = 15,      // still again, waiting out the dwell
 };
 
 // Which rung of the fallback ladder gave the applied drift.
-enum class Rung : std::uint8_t { kNone = 0, kFactoryPolynomial = 1, kStationaryBias = 2, kOnlineSvr = 3 };
+enum class Rung : std::uint8_t {
+  kNone = 0,
+  kFactoryPolynomial = 1,
+  kStationaryBias = 2,
+  kOnlineSvr = 3
+};
 
 constexpr std::string_view name(Mode mode) {
   switch (mode) {
-    case Mode::kPassthrough: return "passthrough";
-    case Mode::kLearning: return "learning";
-    case Mode::kFrozen: return "frozen";
-    case Mode::kFallback: return "fallback";
-    case Mode::kOutOfDomain: return "out_of_domain";
+    case Mode::kPassthrough:
+      return "passthrough";
+    case Mode::kLearning:
+      return "learning";
+    case Mode::kFrozen:
+      return "frozen";
+    case Mode::kFallback:
+      return "fallback";
+    case Mode::kOutOfDomain:
+      return "out_of_domain";
   }
   return "unknown";
 }
 
 constexpr std::string_view name(Reason reason) {
   switch (reason) {
-    case Reason::kNone: return "none";
-    case Reason::kNoEstimateYet: return "no_estimate_yet";
-    case Reason::kInitialSet: return "initial_set";
-    case Reason::kMotion: return "motion";
-    case Reason::kEarthRateUnknown: return "earth_rate_unknown";
-    case Reason::kLevelImplausible: return "level_implausible";
-    case Reason::kCommanded: return "commanded";
-    case Reason::kTemperatureMissing: return "temperature_missing";
-    case Reason::kTemperatureStale: return "temperature_stale";
-    case Reason::kProbeStuck: return "probe_stuck";
-    case Reason::kRateNotReady: return "temperature_rate_not_ready";
-    case Reason::kModelWorseThanBias: return "model_worse_than_bias";
-    case Reason::kOutsideLearned: return "outside_learned";
-    case Reason::kInvalidInput: return "invalid_input";
-    case Reason::kSchemeNone: return "scheme_none";
-    case Reason::kSettling: return "settling";
+    case Reason::kNone:
+      return "none";
+    case Reason::kNoEstimateYet:
+      return "no_estimate_yet";
+    case Reason::kInitialSet:
+      return "initial_set";
+    case Reason::kMotion:
+      return "motion";
+    case Reason::kEarthRateUnknown:
+      return "earth_rate_unknown";
+    case Reason::kLevelImplausible:
+      return "level_implausible";
+    case Reason::kCommanded:
+      return "commanded";
+    case Reason::kTemperatureMissing:
+      return "temperature_missing";
+    case Reason::kTemperatureStale:
+      return "temperature_stale";
+    case Reason::kProbeStuck:
+      return "probe_stuck";
+    case Reason::kRateNotReady:
+      return "temperature_rate_not_ready";
+    case Reason::kModelWorseThanBias:
+      return "model_worse_than_bias";
+    case Reason::kOutsideLearned:
+      return "outside_learned";
+    case Reason::kInvalidInput:
+      return "invalid_input";
+    case Reason::kSchemeNone:
+      return "scheme_none";
+    case Reason::kSettling:
+      return "settling";
   }
   return "unknown";
 }
 
 constexpr std::string_view name(Rung rung) {
   switch (rung) {
-    case Rung::kNone: return "none";
-    case Rung::kFactoryPolynomial: return "factory_polynomial";
-    case Rung::kStationaryBias: return "stationary_bias";
-    case Rung::kOnlineSvr: return "online_svr";
+    case Rung::kNone:
+      return "none";
+    case Rung::kFactoryPolynomial:
+      return "factory_polynomial";
+    case Rung::kStationaryBias:
+      return "stationary_bias";
+    case Rung::kOnlineSvr:
+      return "online_svr";
   }
   return "unknown";
 }

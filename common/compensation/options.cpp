@@ -23,20 +23,23 @@ CompensationOptions::CompensationOptions() {
 }
 
 std::optional<std::string> CompensationOptions::validate() const {
-  for (const auto& [key, value] : {std::pair{"learning.label_interval_s", learning.label_interval_s},
-                                   std::pair{"learning.handover_s", learning.handover_s},
-                                   std::pair{"svr.epsilon", model.epsilon},
-                                   std::pair{"svr.box_constraint", model.box_constraint},
-                                   std::pair{"temperature_stale_s", temperature_stale_s},
-                                   std::pair{"probe_stuck_s", probe_stuck_s},
-                                   std::pair{"svr.rbf_gamma", model.kernel.gamma}}) {
+  for (const auto& [key, value] :
+       {std::pair{"learning.label_interval_s", learning.label_interval_s},
+        std::pair{"learning.handover_s", learning.handover_s},
+        std::pair{"svr.epsilon", model.epsilon},
+        std::pair{"svr.box_constraint", model.box_constraint},
+        std::pair{"temperature_stale_s", temperature_stale_s},
+        std::pair{"probe_stuck_s", probe_stuck_s},
+        std::pair{"svr.rbf_gamma", model.kernel.gamma}}) {
     if (auto line = positive(key, value)) return line;
   }
   if (!(temperature_delay_s >= 0.0) || temperature_delay_s > 10.0) {
-    return "temperature_delay_s: found " + std::to_string(temperature_delay_s) + ", expected 0 to 10";
+    return "temperature_delay_s: found " + std::to_string(temperature_delay_s) +
+           ", expected 0 to 10";
   }
   if (!(learning.confirm_s >= 0.0) || learning.confirm_s > 600.0) {
-    return "learning.confirm_s: found " + std::to_string(learning.confirm_s) + ", expected 0 to 600";
+    return "learning.confirm_s: found " + std::to_string(learning.confirm_s) +
+           ", expected 0 to 600";
   }
   if (model.capacity < 10 || model.capacity > 5000) {
     return "svr.capacity: found " + std::to_string(model.capacity) + ", expected 10 to 5000";
@@ -47,7 +50,8 @@ std::optional<std::string> CompensationOptions::validate() const {
 std::vector<std::string> CompensationOptions::probes() const {
   std::vector<std::string> names;
   const auto note = [&](const std::string& name) {
-    if (!name.empty() && std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+    if (!name.empty() && std::find(names.begin(), names.end(), name) == names.end())
+      names.push_back(name);
   };
   for (const auto& feature : features) {
     note(feature.probe);

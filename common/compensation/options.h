@@ -19,48 +19,51 @@ enum class Scheme : std::uint8_t { kNone, kOnlineSvr };
 
 // What becomes of Earth's rotation while the gyro stands still and no reference is there.
 enum class EarthRateMode : std::uint8_t {
-  kAuto,       // kIncluded for records and simulations (whose format says: no reference column, no true rate),
-               // kUnknown for real sensors
-  kIncluded,   // counts as drift: a static test in one attitude
-  kKnown,      // taken off with latitude and attitude
-  kUnknown,    // an uncertainty; only a gyro noisier than Earth rate learns at rest
+  kAuto,  // kIncluded for records and simulations (whose format says: no reference column, no true
+          // rate), kUnknown for real sensors
+  kIncluded,  // counts as drift: a static test in one attitude
+  kKnown,     // taken off with latitude and attitude
+  kUnknown,   // an uncertainty; only a gyro noisier than Earth rate learns at rest
 };
 
 struct EarthRateOptions {
   EarthRateMode mode = EarthRateMode::kAuto;
-  core::PerAxis<double> rate_radps{};   // frame b, for kKnown
+  core::PerAxis<double> rate_radps{};  // frame b, for kKnown
 };
 
 struct LearningOptions {
   double label_interval_s = 5.0;  // a label is the mean over this long
-  double confirm_s = 5.0;          // stillness after a label before it may be learned: its last second may already
-                                   // have held the beginning of a turn
-  double handover_s = 1.0;         // sensor time from a label's confirmation to the model's taking effect
-  std::size_t initial_labels = 12; // the initial set
+  double confirm_s = 5.0;  // stillness after a label before it may be learned: its last second may
+                           // already have held the beginning of a turn
+  double handover_s = 1.0;  // sensor time from a label's confirmation to the model's taking effect
+  std::size_t initial_labels = 12;  // the initial set
   RestGateOptions rest;
 };
 
-// The model's units: a label is (drift - offset) / scale with scale = 100 standard deviations of a label, so that
-// the tube half-width epsilon is in hundredths of them and one setting serves every class of gyro.
+// The model's units: a label is (drift - offset) / scale with scale = 100 standard deviations of a
+// label, so that the tube half-width epsilon is in hundredths of them and one setting serves every
+// class of gyro.
 struct ModelOptions {
   std::size_t capacity = 500;
   double epsilon = 0.01;
   double box_constraint = 100.0;
-  regression::Kernel kernel{};          // options.cpp sets the defaults
+  regression::Kernel kernel{};  // options.cpp sets the defaults
   regression::WindowPolicy window = regression::WindowPolicy::kTwoTier;
-  double domain_margin = 0.15;          // of a scaled feature beyond what was learned
+  double domain_margin = 0.15;  // of a scaled feature beyond what was learned
 };
 
 struct CompensationOptions {
   Scheme scheme = Scheme::kOnlineSvr;
-  std::vector<thermal::FeatureSpec> features;      // default: temperature and temperature rate of probe coil
-  thermal::TemperatureTrackOptions track;          // default: local polynomial over 60 s
+  std::vector<thermal::FeatureSpec>
+      features;  // default: temperature and temperature rate of probe coil
+  thermal::TemperatureTrackOptions track;  // default: local polynomial over 60 s
   ModelOptions model;
   LearningOptions learning;
   EarthRateOptions earth_rate;
-  core::PerAxis<std::vector<double>> factory_polynomial_radps;   // coefficients of 1, T, T², ... (T in °C); may be empty
-  double temperature_delay_s = 0.05;    // a rate sample at t uses temperatures stamped up to t - this, so that
-                                        // jitter below it never changes a result
+  core::PerAxis<std::vector<double>>
+      factory_polynomial_radps;       // coefficients of 1, T, T², ... (T in °C); may be empty
+  double temperature_delay_s = 0.05;  // a rate sample at t uses temperatures stamped up to t -
+                                      // this, so that jitter below it never changes a result
   double temperature_stale_s = 30.0;
   double probe_stuck_s = 900.0;
 

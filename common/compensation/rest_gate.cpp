@@ -11,10 +11,10 @@ using core::kAxes;
 
 namespace {
 
-constexpr double kLevelGain = 0.1;       // the level follows with a memory of 10 blocks
-constexpr double kNoiseGain = 0.01;      // the noise with one of 100
+constexpr double kLevelGain = 0.1;   // the level follows with a memory of 10 blocks
+constexpr double kNoiseGain = 0.01;  // the noise with one of 100
 constexpr std::size_t kSamplesForSpread = 8;
-constexpr double kSmallestSigma = 1e-13; // rad/s; keeps a noise-free input from a zero threshold
+constexpr double kSmallestSigma = 1e-13;  // rad/s; keeps a noise-free input from a zero threshold
 
 }  // namespace
 
@@ -75,8 +75,8 @@ RestState RestGate::collect_initial(const DriftBlock& block) noexcept {
   return RestState::kRest;
 }
 
-// sigma from the median absolute successive difference d: sigma = median|d| / (0.6745 sqrt 2). Robust to a start-up
-// outlier, which is then left out of level and spread by taking their medians.
+// sigma from the median absolute successive difference d: sigma = median|d| / (0.6745 sqrt 2).
+// Robust to a start-up outlier, which is then left out of level and spread by taking their medians.
 void RestGate::adopt_initial() noexcept {
   for (const auto axis : kAxes) {
     AxisState& state = axes_[index(axis)];
@@ -106,14 +106,16 @@ void RestGate::adopt_initial() noexcept {
   level_time_ = initial_[initial_count_ - 1].end;
 }
 
-// All but one of the blocks lie within the gate of the median level, and that gate is one of noise: a level that moves
-// more from block to block than samples scatter within a block, and faster than drift, is rotation.
+// All but one of the blocks lie within the gate of the median level, and that gate is one of noise:
+// a level that moves more from block to block than samples scatter within a block, and faster than
+// drift, is rotation.
 bool RestGate::initial_blocks_agree() const noexcept {
   for (const auto axis : kAxes) {
     const AxisState& state = axes_[index(axis)];
     if (!state.known) continue;
     const bool scatter_known = initial_[initial_count_ - 1].count[index(axis)] >= kSamplesForSpread;
-    const double slew = options_.max_slew_radps2 * core::seconds(initial_[0].end - initial_[0].begin);
+    const double slew =
+        options_.max_slew_radps2 * core::seconds(initial_[0].end - initial_[0].begin);
     if (scatter_known && state.noise > state.spread && state.noise > slew * slew) return false;
     std::size_t outliers = 0;
     for (std::size_t i = 0; i < initial_count_; ++i) {
@@ -137,7 +139,8 @@ double RestGate::threshold(const AxisState& axis, double elapsed_s) const noexce
 bool RestGate::level_implausible(const DriftBlock& block) const noexcept {
   if (block.has_reference) return false;
   return std::any_of(kAxes.begin(), kAxes.end(), [&](core::Axis axis) {
-    return block.count[index(axis)] > 0 && std::abs(block.mean_radps[index(axis)]) > options_.max_level_radps;
+    return block.count[index(axis)] > 0 &&
+           std::abs(block.mean_radps[index(axis)]) > options_.max_level_radps;
   });
 }
 
@@ -147,9 +150,11 @@ bool RestGate::departs(const DriftBlock& block) const noexcept {
     const AxisState& state = axes_[index(axis)];
     if (!state.known || block.count[index(axis)] == 0) continue;
     const double departure = std::abs(block.mean_radps[index(axis)] - state.level);
-    if (!(departure <= threshold(state, elapsed_s))) return true;   // also when not a number
+    if (!(departure <= threshold(state, elapsed_s))) return true;  // also when not a number
     const double widest = options_.spread_ratio * options_.spread_ratio * state.spread;
-    if (block.count[index(axis)] >= kSamplesForSpread && state.spread > 0.0 && block.variance_radps2[index(axis)] > widest) return true;
+    if (block.count[index(axis)] >= kSamplesForSpread && state.spread > 0.0 &&
+        block.variance_radps2[index(axis)] > widest)
+      return true;
   }
   return false;
 }
@@ -187,20 +192,27 @@ void RestGate::track(const DriftBlock& block) noexcept {
     AxisState& state = axes_[index(axis)];
     if (block.count[index(axis)] == 0) continue;
     const double mean = block.mean_radps[index(axis)];
-    if (state.blocks == 0) {   // an axis that appears later starts from its own first block at rest
-      state = {.known = false, .level = mean, .noise = 0.0, .spread = block.variance_radps2[index(axis)],
-               .previous = mean, .blocks = 1};
+    if (state.blocks == 0) {  // an axis that appears later starts from its own first block at rest
+      state = {.known = false,
+               .level = mean,
+               .noise = 0.0,
+               .spread = block.variance_radps2[index(axis)],
+               .previous = mean,
+               .blocks = 1};
       continue;
     }
     const double difference = mean - state.previous;
     // Clipped at 3 sigma of a difference, so that a step of the drift does not pass for noise.
-    const double cap = state.blocks > 10 && state.noise > 0.0 ? 18.0 * state.noise : difference * difference;
+    const double cap =
+        state.blocks > 10 && state.noise > 0.0 ? 18.0 * state.noise : difference * difference;
     const double half_square = 0.5 * std::min(difference * difference, cap);
-    // Until the memory is filled the gain is 1/n, so that the median of the first blocks is soon refined.
+    // Until the memory is filled the gain is 1/n, so that the median of the first blocks is soon
+    // refined.
     const double gain = std::max(kNoiseGain, 1.0 / static_cast<double>(state.blocks + 1));
     state.noise += gain * (half_square - state.noise);
     state.spread += gain * (block.variance_radps2[index(axis)] - state.spread);
-    state.level += std::max(kLevelGain, 1.0 / static_cast<double>(state.blocks + 1)) * (mean - state.level);
+    state.level +=
+        std::max(kLevelGain, 1.0 / static_cast<double>(state.blocks + 1)) * (mean - state.level);
     state.previous = mean;
     ++state.blocks;
     state.known = state.known || state.blocks >= options_.initial_blocks;

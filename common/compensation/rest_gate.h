@@ -9,36 +9,37 @@
 
 namespace zerodrift::compensation {
 
-// Mean over about one second of what is left of the rate after reference or Earth rate is taken off: drift, if the
-// gyro is at rest or the reference right.
+// Mean over about one second of what is left of the rate after reference or Earth rate is taken
+// off: drift, if the gyro is at rest or the reference right.
 struct DriftBlock {
   core::SensorTime begin{0};
   core::SensorTime end{0};
   core::PerAxis<double> mean_radps{};
-  core::PerAxis<double> variance_radps2{};      // of the samples about the mean; 0 where count < 2
-  core::PerAxis<std::size_t> count{};           // valid samples; 0: the axis was not measured
-  bool has_reference = false;                   // against a rate reference, else at rest
+  core::PerAxis<double> variance_radps2{};  // of the samples about the mean; 0 where count < 2
+  core::PerAxis<std::size_t> count{};       // valid samples; 0: the axis was not measured
+  bool has_reference = false;               // against a rate reference, else at rest
 };
 
 struct RestGateOptions {
-  double departure_sigmas = 6.0;         // a block this many sigmas off the level is motion (5 days of false alarms
-                                         // at one block a second: 1)
-  double max_slew_radps2 = 2.424e-7;     // the level may move this fast: 0.05 deg/h per s
-  double noise_slew_per_s = 0.05;        // or by this many block sigmas per second, for noisier gyros
-  double max_level_radps = 1e30;         // without a reference, a larger level is motion
-  double spread_ratio = 2.0;             // samples spread this much wider than at rest: vibration or motion
-  std::size_t initial_blocks = 10;       // blocks that must agree before the first level is believed; also those
-                                         // in which an axis that appears later must be still with the others
-  double dwell_s = 5.0;                  // stillness before the gate opens again
+  double departure_sigmas = 6.0;  // a block this many sigmas off the level is motion (5 days of
+                                  // false alarms at one block a second: 1)
+  double max_slew_radps2 = 2.424e-7;  // the level may move this fast: 0.05 deg/h per s
+  double noise_slew_per_s = 0.05;     // or by this many block sigmas per second, for noisier gyros
+  double max_level_radps = 1e30;      // without a reference, a larger level is motion
+  double spread_ratio = 2.0;  // samples spread this much wider than at rest: vibration or motion
+  std::size_t initial_blocks =
+      10;                // blocks that must agree before the first level is believed; also those
+                         // in which an axis that appears later must be still with the others
+  double dwell_s = 5.0;  // stillness before the gate opens again
 };
 
 enum class RestState { kInitial, kMotion, kLevelImplausible, kSettling, kRest };
 
-// A generalised likelihood ratio test on the block means: the hypothesis "same level as at rest, give or take what
-// drift can do since" against "another level", with the noise estimated from the blocks themselves (sigma² = half the
-// mean squared successive difference), so that no knowledge of the gyro is needed. Rotation slower than the slew
-// limit onto a level within the noise cannot be told from drift without a reference.
-// Cost: O(1) a block. One thread.
+// A generalised likelihood ratio test on the block means: the hypothesis "same level as at rest,
+// give or take what drift can do since" against "another level", with the noise estimated from the
+// blocks themselves (sigma² = half the mean squared successive difference), so that no knowledge of
+// the gyro is needed. Rotation slower than the slew limit onto a level within the noise cannot be
+// told from drift without a reference. Cost: O(1) a block. One thread.
 class RestGate {
  public:
   explicit RestGate(const RestGateOptions& options);
@@ -50,12 +51,18 @@ class RestGate {
 
   [[nodiscard]] RestState state() const noexcept { return state_; }
   // Whether motion of this axis would be noticed: its level and noise are known.
-  [[nodiscard]] bool knows(core::Axis axis) const noexcept { return axes_[core::index(axis)].known; }
+  [[nodiscard]] bool knows(core::Axis axis) const noexcept {
+    return axes_[core::index(axis)].known;
+  }
   // Standard deviation of a block mean at rest, rad/s.
   [[nodiscard]] double block_sigma(core::Axis axis) const noexcept;
   // Variance of single samples about their block mean at rest, (rad/s)².
-  [[nodiscard]] double sample_variance(core::Axis axis) const noexcept { return axes_[core::index(axis)].spread; }
-  [[nodiscard]] double level(core::Axis axis) const noexcept { return axes_[core::index(axis)].level; }
+  [[nodiscard]] double sample_variance(core::Axis axis) const noexcept {
+    return axes_[core::index(axis)].spread;
+  }
+  [[nodiscard]] double level(core::Axis axis) const noexcept {
+    return axes_[core::index(axis)].level;
+  }
 
   void restart() noexcept;
 
@@ -63,11 +70,11 @@ class RestGate {
   struct AxisState {
     bool known = false;
     double level = 0.0;
-    double noise = 0.0;        // variance of a block mean
-    double spread = 0.0;       // variance of samples within a block
+    double noise = 0.0;   // variance of a block mean
+    double spread = 0.0;  // variance of samples within a block
     double previous = 0.0;
     std::size_t blocks = 0;
-    double settling = 0.0;     // sum of the means since still_since_
+    double settling = 0.0;  // sum of the means since still_since_
     std::size_t settling_blocks = 0;
   };
   static constexpr std::size_t kMaxInitialBlocks = 32;
@@ -86,7 +93,7 @@ class RestGate {
   RestGateOptions options_;
   RestState state_ = RestState::kInitial;
   core::PerAxis<AxisState> axes_{};
-  core::SensorTime level_time_{0};       // when the level was last confirmed
+  core::SensorTime level_time_{0};  // when the level was last confirmed
   core::SensorTime still_since_{core::kNever};
   DriftBlock initial_[kMaxInitialBlocks];
   std::size_t initial_count_ = 0;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <optional>
 #include <stdexcept>
@@ -36,7 +37,8 @@ class ReplayClock {
  public:
   explicit ReplayClock(std::optional<double> speed) : speed_(speed) {}
 
-  void wait_until(core::SensorTime time) {
+  // Returns early once `stopping` is set.
+  void wait_until(core::SensorTime time, const std::atomic<bool>& stopping = kNobodyStops) {
     if (!speed_) return;
     using Clock = std::chrono::steady_clock;
     if (!first_) {
@@ -48,11 +50,16 @@ class ReplayClock {
     const auto due = start_ + std::chrono::duration_cast<Clock::duration>(offset);
     const auto now = Clock::now();
     if (now > due + kLargestLag) start_ += now - due;
-    if (due - now > kShortestSleep) std::this_thread::sleep_until(due);
+    if (due - now <= kShortestSleep) return;
+    while (!stopping && Clock::now() < due) {
+      std::this_thread::sleep_until(std::min<Clock::time_point>(due, Clock::now() + kStopCheck));
+    }
   }
 
  private:
+  inline static const std::atomic<bool> kNobodyStops{false};
   static constexpr std::chrono::milliseconds kLargestLag{100};
+  static constexpr std::chrono::milliseconds kStopCheck{100};
   static constexpr std::chrono::microseconds kShortestSleep{
       200};  // shorter ones cost more than they pace
 

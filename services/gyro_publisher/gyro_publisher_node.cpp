@@ -4,7 +4,9 @@
 #include <map>
 
 #include "common/dds/conversions.h"
+#include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
+#include "common/service/receipt.h"
 
 namespace zerodrift::services {
 
@@ -79,7 +81,7 @@ GyroPublisherNode::GyroPublisherNode(const GyroPublisherOptions& options)
   }
 }
 
-void GyroPublisherNode::run() {
+int GyroPublisherNode::run() {
   std::thread publisher([this] {
     try {
       if (serial_) {
@@ -88,17 +90,21 @@ void GyroPublisherNode::run() {
         publish_source();
       }
     } catch (const std::exception& error) {
+      failed_ = true;
       host_.raise({.code = "source_failed",
                    .severity = Severity::kError,
                    .text = error.what(),
                    .gyro_id = options_.gyro_id,
                    .sensor_time_ns = 0});
+      // What was published before is still good.
+      service::wait_for_receipt(writer_, kPatience, stopping_);
     }
     service::request_stop();
   });
   host_.run([this] { return status(); });
   stopping_ = true;
   publisher.join();
+  return failed_ ? service::kExitBadInput : service::kExitDone;
 }
 
 void GyroPublisherNode::publish_source() {
@@ -108,12 +114,12 @@ void GyroPublisherNode::publish_source() {
     const auto reading = source_();
     if (!reading) return finish();
     if (first) first_sequence_ = reading->rate.sequence;
-    clock_.wait_until(reading->rate.time);
+    clock_.wait_until(reading->rate.time, stopping_);
     if (!wait_for_room(reading->rate.sequence)) return;
     if (reading->reference) {
       publish(*reading->reference);
       // A consumer must know that references come before it meets the first rate.
-      if (first) reference_writer_.wait_until_received(kPatience);
+      if (first) service::wait_for_receipt(reference_writer_, kPatience, stopping_);
     }
     publish(reading->rate);
     first = false;
@@ -163,7 +169,7 @@ bool GyroPublisherNode::wait_for_room(std::uint64_t sequence) {
 
 // The end is reached when every consumer has taken everything.
 void GyroPublisherNode::finish() {
-  writer_.wait_until_received(kPatience);
+  service::wait_for_receipt(writer_, kPatience, stopping_);
   while (!stopping_ && !pacer_.wait_for_all(newest_sequence_, first_sequence_, kStopCheck)) {
   }
   finished_ = true;

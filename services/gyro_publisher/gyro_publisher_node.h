@@ -33,7 +33,8 @@ void add_options(CLI::App& app, GyroPublisherOptions& options);
 class GyroPublisherNode {
  public:
   explicit GyroPublisherNode(const GyroPublisherOptions& options);
-  void run();
+  // Exit code: the source may turn out bad on the way.
+  int run();
 
  private:
   void publish_source();
@@ -59,6 +60,7 @@ class GyroPublisherNode {
 
   std::atomic<bool> stopping_{false};
   std::atomic<bool> finished_{false};
+  std::atomic<bool> failed_{false};
   std::atomic<std::uint64_t> published_{0};
   std::atomic<std::uint64_t> refused_{0};
   std::uint64_t first_sequence_ = 0;

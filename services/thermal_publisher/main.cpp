@@ -11,7 +11,6 @@ int main(int argc, char** argv) {
   service::add_network_options(app, options.network);
   services::add_options(app, options);
   return service::run_main(app, argc, argv, [&] {
-    services::ThermalPublisherNode(options).run();
-    return service::kExitDone;
+    return services::ThermalPublisherNode(options).run();
   });
 }

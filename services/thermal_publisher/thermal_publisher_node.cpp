@@ -4,7 +4,9 @@
 #include <stdexcept>
 
 #include "common/dds/conversions.h"
+#include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
+#include "common/service/receipt.h"
 
 namespace zerodrift::services {
 
@@ -91,7 +93,7 @@ void ThermalPublisherNode::open_sysfs() {
   for (auto& file : files) thermometers_.emplace_back(std::move(file));
 }
 
-void ThermalPublisherNode::run() {
+int ThermalPublisherNode::run() {
   std::thread publisher([this] {
     try {
       if (thermometers_.empty()) {
@@ -100,6 +102,7 @@ void ThermalPublisherNode::run() {
         publish_sysfs();
       }
     } catch (const std::exception& error) {
+      failed_ = true;
       host_.raise({.code = "source_failed",
                    .severity = Severity::kError,
                    .text = error.what(),
@@ -111,6 +114,7 @@ void ThermalPublisherNode::run() {
   host_.run([this] { return status(); });
   stopping_ = true;
   publisher.join();
+  return failed_ ? service::kExitBadInput : service::kExitDone;
 }
 
 void ThermalPublisherNode::publish_source() {
@@ -126,7 +130,7 @@ void ThermalPublisherNode::publish_source() {
     if (!first) first = sample->time;
     newest = sample->time;
     if (!pacer_.anybody_to_wait_for()) {
-      clock_.wait_until(sample->time);
+      clock_.wait_until(sample->time, stopping_);
     } else if (sample->time - *first > kAhead && !wait_until_needed(sample->time - kAhead)) {
       return;
     }
@@ -153,7 +157,7 @@ void ThermalPublisherNode::mark_the_end(core::SensorTime newest) {
     last.clock = core::ClockSource::kReplay;
     publish(last);
   }
-  for (const auto& [name, probe] : probes_) probe.writer->wait_until_received(kReceiveWithin);
+  for (const auto& [name, probe] : probes_) service::wait_for_receipt(*probe.writer, kReceiveWithin, stopping_);
 }
 
 void ThermalPublisherNode::publish_sysfs() {
@@ -196,7 +200,7 @@ void ThermalPublisherNode::publish(const core::TemperatureSample& sample) {
   auto message = dds::to_message(sample, options_.gyro_id);
   if (source.writer->write(message)) ++published_;
   if (!pacer_.anybody_to_wait_for() || ++source.in_flight < kInFlight) return;
-  source.writer->wait_until_received(kReceiveWithin);
+  service::wait_for_receipt(*source.writer, kReceiveWithin, stopping_);
   source.in_flight = 0;
 }
 

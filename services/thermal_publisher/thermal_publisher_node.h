@@ -35,7 +35,8 @@ void add_options(CLI::App& app, ThermalPublisherOptions& options);
 class ThermalPublisherNode {
  public:
   explicit ThermalPublisherNode(const ThermalPublisherOptions& options);
-  void run();
+  // Exit code: the source may turn out bad on the way.
+  int run();
 
  private:
   struct Probe {
@@ -63,6 +64,7 @@ class ThermalPublisherNode {
   std::map<std::string, Probe> probes_;
 
   std::atomic<bool> stopping_{false};
+  std::atomic<bool> failed_{false};
   std::atomic<std::uint64_t> published_{0};
 };
 

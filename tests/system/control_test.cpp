@@ -1,1 +1,101 @@
 // SPDX-License-Identifier: Apache-2.0
+// zerodrift ctl: commands are acknowledged, and seen in what the service publishes.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+
+#include "common/compensation/mode.h"
+#include "tests/system/pipeline.h"
+
+namespace zerodrift::system_test {
+namespace {
+
+using compensation::Mode;
+using compensation::Reason;
+using namespace std::chrono_literals;
+
+TEST(Control, WithoutAServiceTheAnswerIsNo) {
+  SystemUnderTest system(Domain::kControlNobody);
+  const Finished status = system.control({"status", "--wait", "1"});
+  EXPECT_EQ(status.exit_code, 1);
+  EXPECT_NE(status.err.find("no compensation service"), std::string::npos) << status.err;
+  const Finished freeze = system.control({"freeze", "--wait", "1"});
+  EXPECT_EQ(freeze.exit_code, 1);
+  EXPECT_NE(freeze.err.find("no answer"), std::string::npos) << freeze.err;
+  EXPECT_EQ(system.control({"explode"}).exit_code, 2);
+}
+
+class ControlledRun {
+ public:
+  explicit ControlledRun(Domain domain)
+      : system(domain), participant_("test", system.network()), answers(participant_), events(participant_) {
+    Arguments source{"--source", "simulation", "--speed", "20"};
+    for (const auto& argument : Simulation{.profile = write_ramp_profile(system, 100000)}.arguments()) {
+      source.push_back(argument);
+    }
+    system.start("compensation", {});
+    system.start("thermal_publisher", source);
+    source.insert(source.end(), {"--rate", "50"});
+    system.start("gyro_publisher", source);
+  }
+
+  // True once a sample after the `from`-th has this mode and reason on every axis.
+  [[nodiscard]] bool reaches(Mode mode, Reason reason, std::size_t from) const {
+    return eventually([&] {
+      const auto all = answers.all();
+      return std::any_of(all.begin() + static_cast<std::ptrdiff_t>(from), all.end(), [&](const auto& answer) {
+        for (std::size_t i = 0; i < 3; ++i) {
+          if (answer.mode()[i] != static_cast<std::uint8_t>(mode)) return false;
+          if (answer.reason()[i] != static_cast<std::uint8_t>(reason)) return false;
+        }
+        return true;
+      });
+    }, 30000ms);
+  }
+  [[nodiscard]] std::uint64_t epoch() const { return answers.all().back().model_epoch(); }
+
+  SystemUnderTest system;
+
+ private:
+  dds::Participant participant_;
+
+ public:
+  Collector<msg::CompensatedRate> answers;
+  Collector<msg::Event> events;
+};
+
+TEST(Control, FreezeLearnAndResetAreAcknowledgedAndDoWhatTheySay) {
+  ControlledRun run(Domain::kControl);
+  ASSERT_TRUE(run.reaches(Mode::kLearning, Reason::kNone, 0));
+  const Finished status = run.system.control({"status"});
+  EXPECT_EQ(status.exit_code, 0) << status.err;
+  EXPECT_NE(status.out.find("samples"), std::string::npos) << status.out;
+
+  std::size_t from = run.answers.size();
+  const Finished freeze = run.system.control({"freeze"});
+  EXPECT_EQ(freeze.exit_code, 0) << freeze.err;
+  EXPECT_NE(freeze.out.find("frozen"), std::string::npos) << freeze.out;
+  EXPECT_TRUE(run.reaches(Mode::kFrozen, Reason::kCommanded, from));
+  // A label confirmed before the command may still come into force, one second (50 samples) later; then nothing.
+  from = run.answers.size() + 100;
+  ASSERT_TRUE(eventually([&] { return run.answers.size() > from; }));
+  const std::uint64_t frozen_epoch = run.epoch();
+  ASSERT_TRUE(eventually([&] { return run.answers.size() > from + 1500; }));   // 30 s: six labels
+  EXPECT_EQ(run.epoch(), frozen_epoch);
+
+  from = run.answers.size();
+  EXPECT_EQ(run.system.control({"learn"}).exit_code, 0);
+  EXPECT_TRUE(run.reaches(Mode::kLearning, Reason::kNone, from));
+  EXPECT_TRUE(eventually([&] { return run.epoch() > frozen_epoch; }));
+
+  from = run.answers.size();
+  EXPECT_EQ(run.system.control({"reset"}).exit_code, 0);
+  EXPECT_TRUE(run.reaches(Mode::kPassthrough, Reason::kNoEstimateYet, from));
+  EXPECT_TRUE(run.reaches(Mode::kLearning, Reason::kNone, from));
+  for (const char* command : {"freeze", "learn", "reset"}) EXPECT_TRUE(told(run.events, "command", command)) << command;
+  EXPECT_EQ(run.system.control({"freeze", "--service", "nobody", "--wait", "1"}).exit_code, 1);
+}
+
+}  // namespace
+}  // namespace zerodrift::system_test

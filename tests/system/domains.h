@@ -19,6 +19,7 @@ enum class Domain : std::uint32_t {
   kTwoPublishersOneId,
   kBadStart,
   kTruncatedRecord,
+  kBadInTheMiddle,
   kSerialGyro,
   kSysfsThermometer,
   kCyclonePeer,

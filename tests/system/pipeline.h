@@ -12,11 +12,11 @@
 namespace zerodrift::system_test {
 
 struct Live {
-  Arguments source;         // of both publishers
-  Arguments gyro;           // of the gyro publisher alone
-  Arguments compensation;
+  Arguments source{};       // of both publishers
+  Arguments gyro{};         // of the gyro publisher alone
+  Arguments compensation{};
   std::uint64_t samples = 0;
-  std::filesystem::path out;
+  std::filesystem::path out{};
   std::chrono::milliseconds at_most{60000};
 };
 
@@ -29,7 +29,7 @@ void run_offline(SystemUnderTest& system, const std::filesystem::path& record,
 
 struct Simulation {
   std::filesystem::path model = std::filesystem::path(ZERODRIFT_SOURCE_DIR) / "config/models/paper_fog.yaml";
-  std::filesystem::path profile;
+  std::filesystem::path profile{};
   int seed = 1;
   int rate_hz = 200;
   [[nodiscard]] Arguments arguments() const;   // without the rate, which only a gyro has

@@ -1,1 +1,123 @@
 // SPDX-License-Identifier: Apache-2.0
+// gyro_publisher on a serial line. The test is the gyro, at the far end of a pseudo-terminal.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdlib>
+#include <span>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "common/core/samples.h"
+#include "common/drivers/kvh_frame.h"
+#include "tests/system/system_under_test.h"
+
+namespace zerodrift::system_test {
+namespace {
+
+using drivers::KvhFrame;
+using namespace std::chrono_literals;
+
+constexpr double kFrameRateHz = 100.0;
+constexpr core::PerAxis<float> kDeltaAngleRad{1e-6F, -2e-6F, 3e-6F};
+
+class FakeGyro {
+ public:
+  FakeGyro() : line_(::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC)) {
+    if (line_ < 0 || ::grantpt(line_) != 0 || ::unlockpt(line_) != 0) std::abort();
+  }
+  ~FakeGyro() { unplug(); }
+  FakeGyro(const FakeGyro&) = delete;
+  FakeGyro& operator=(const FakeGyro&) = delete;
+
+  [[nodiscard]] std::string device() const { return ::ptsname(line_); }
+
+  void send(std::span<const std::uint8_t> bytes) const {
+    ASSERT_EQ(::write(line_, bytes.data(), bytes.size()), static_cast<ssize_t>(bytes.size()));
+  }
+  void send_frame() { send(next_frame()); }
+  std::array<std::uint8_t, drivers::kKvhFrameSize> next_frame() {
+    KvhFrame frame;
+    frame.rotation = kDeltaAngleRad;
+    frame.rotation_valid = {true, true, true};
+    frame.sequence = static_cast<std::uint8_t>(sequence_++ % drivers::kKvhSequenceModulus);
+    frame.temperature = 25;
+    return drivers::encode(frame);
+  }
+  void unplug() {
+    if (line_ >= 0) ::close(line_);
+    line_ = -1;
+  }
+
+ private:
+  int line_;
+  unsigned sequence_ = 0;
+};
+
+TEST(SerialGyro, FramesBecomeRatesBadFramesBecomeEventsAndAnUnpluggedGyroEndsNothing) {
+  SystemUnderTest system(Domain::kSerialGyro);
+  dds::Participant participant("test", system.network());
+  Collector<msg::AngularRate> rates(participant);
+  Collector<msg::Temperature> temperatures(participant);
+  Collector<msg::Event> events(participant);
+  FakeGyro fake;
+  ChildProcess& publisher = system.start(
+      "gyro_publisher", {"--source", "serial", "--device", fake.device(), "--frame-rate", "100"});
+
+  // Frames go out into the void until the publisher has opened the line and knows its reader.
+  ASSERT_TRUE(eventually([&] {
+    fake.send_frame();
+    std::this_thread::sleep_for(10ms);
+    return rates.size() > 0 && temperatures.size() > 0;
+  }));
+  std::this_thread::sleep_for(200ms);   // what is on its way arrives
+  const std::size_t before = rates.size();
+
+  for (int k = 0; k < 50; ++k) fake.send_frame();
+  const std::array<std::uint8_t, 7> noise{0xFE, 0x81, 0x00, 0x13, 0xFF, 0x55, 0x42};
+  fake.send(noise);
+  for (int k = 0; k < 50; ++k) fake.send_frame();
+  auto corrupted = fake.next_frame();
+  corrupted[10] ^= 0x04U;
+  fake.send(corrupted);
+  const auto split = fake.next_frame();
+  fake.send(std::span(split).first(17));
+  std::this_thread::sleep_for(50ms);
+  fake.send(std::span(split).subspan(17));
+  for (int k = 0; k < 49; ++k) fake.send_frame();
+
+  // All but the corrupted one, whose sequence number stays free.
+  ASSERT_TRUE(eventually([&] { return rates.size() >= before + 150; }));
+  std::this_thread::sleep_for(200ms);
+  const auto all = rates.all();
+  ASSERT_EQ(all.size(), before + 150);
+  for (std::size_t k = before; k < all.size(); ++k) {
+    const std::size_t in_burst = k - before;
+    EXPECT_EQ(all[k].sequence_number() - all[before].sequence_number(), in_burst + (in_burst >= 100 ? 1 : 0));
+    for (std::size_t i = 0; i < 3; ++i) {
+      EXPECT_EQ(all[k].rate_radps()[i], static_cast<double>(kDeltaAngleRad[i]) * kFrameRateHz);
+    }
+    EXPECT_EQ(all[k].validity(), 0b111U);
+    EXPECT_EQ(all[k].clock_source(), static_cast<std::uint32_t>(core::ClockSource::kHost));
+    EXPECT_GT(all[k].sensor_time_ns(), all[k - 1].sensor_time_ns());
+  }
+  EXPECT_EQ(temperatures.all().back().temperature_degc(), 25.0);
+  EXPECT_STREQ(temperatures.all().back().probe().c_str(), "case");
+  for (const char* code : {"crc_error", "bytes_skipped", "frames_missing"}) {
+    EXPECT_TRUE(eventually([&] { return told(events, code, fake.device()); })) << code;
+  }
+
+  const std::string device = fake.device();
+  fake.unplug();
+  EXPECT_TRUE(eventually([&] { return told(events, "device_gone", device); }));
+  EXPECT_TRUE(publisher.running());
+  publisher.send(SIGTERM);
+  EXPECT_EQ(publisher.wait(2s), 0);
+}
+
+}  // namespace
+}  // namespace zerodrift::system_test

@@ -65,10 +65,11 @@ Finished SystemUnderTest::run(const std::string& program, const Arguments& argum
   return {code.value_or(-1), process.out(), process.err()};
 }
 
-Finished SystemUnderTest::control(Arguments arguments) {
-  arguments.insert(arguments.begin(), "ctl");
-  arguments.insert(arguments.end(), {"--domain", std::to_string(network().domain)});
-  return run("zerodrift", arguments);
+Finished SystemUnderTest::control(const Arguments& arguments) {
+  Arguments all{"ctl"};
+  all.insert(all.end(), arguments.begin(), arguments.end());
+  all.insert(all.end(), {"--domain", std::to_string(network().domain)});
+  return run("zerodrift", all);
 }
 
 bool told(const Collector<msg::Event>& events, const std::string& code, const std::string& text) {

@@ -51,7 +51,7 @@ class SystemUnderTest {
   Finished run(const std::string& program, const Arguments& arguments,
                std::chrono::milliseconds at_most = std::chrono::seconds(60));
   // `zerodrift ctl ...` in this test's domain.
-  Finished control(Arguments arguments);
+  Finished control(const Arguments& arguments);
 
  private:
   dds::TestDomain domain_;
