@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 
 #include "common/service/monotonic_clock.h"
 
@@ -19,6 +20,7 @@ constexpr std::chrono::milliseconds kStatusPeriod(250);
 constexpr std::int64_t kRepeatEventNs = 1000000000;
 constexpr std::size_t kLongestEvent = 255;
 constexpr std::size_t kLongestSummary = 128;
+constexpr std::size_t kMostMetrics = 160;  // bound of service_status
 
 sigset_t stop_signals() {
   sigset_t set;
@@ -136,14 +138,24 @@ void Host::publish_events() {
 }
 
 void Host::publish(const Status& status) {
+  publish(name_, status, status.metrics);
+  for (const StatusPart& part : status.parts) {
+    publish(name_ + ":" + part.name, status, part.metrics);
+  }
+}
+
+void Host::publish(const std::string& name, const Status& status,
+                   const std::vector<Metric>& metrics) {
+  assert(metrics.size() <= kMostMetrics && "a status holds 160 metrics; make a part of the rest");
   msg::ServiceStatus message;
-  message.service(name_.c_str());
+  message.service(name.c_str());
   message.host(host_name_.c_str());
   message.process_id(static_cast<std::uint32_t>(getpid()));
   message.state(static_cast<std::uint32_t>(status.state));
   message.uptime_ms(static_cast<std::uint64_t>((monotonic_ns() - started_ns_) / 1000000));
   message.summary(status.summary.substr(0, kLongestSummary).c_str());
-  for (const Metric& metric : status.metrics) {
+  for (const Metric& metric : metrics) {
+    if (message.metrics().size() == kMostMetrics) break;
     msg::Metric out;
     out.name(metric.name.c_str());
     out.unit(metric.unit.c_str());

@@ -31,10 +31,18 @@ struct Metric {
   double value;
 };
 
+// What belongs to one of several things a service looks after, e.g. a gyro; published beside the
+// status as "<service>:<name>".
+struct StatusPart {
+  std::string name;
+  std::vector<Metric> metrics;
+};
+
 struct Status {
   State state = State::kRunning;
   std::string summary;
   std::vector<Metric> metrics;
+  std::vector<StatusPart> parts{};
 };
 
 struct Occurrence {
@@ -76,6 +84,8 @@ class Host {
   void publish(const Status& status);
 
  private:
+  void publish(const std::string& name, const Status& status, const std::vector<Metric>& metrics);
+
   struct Tally {
     std::uint64_t count = 0;
     std::uint64_t published = 0;

@@ -23,7 +23,7 @@ int run_main(CLI::App& app, int argc, char** argv, const std::function<int()>& b
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);   // --help: not an error
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help: not an error
     std::cerr << app.get_name() << ": " << error.what() << " (--help tells more)\n";
     return kExitBadInput;
   }

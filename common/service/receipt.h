@@ -9,8 +9,9 @@
 
 namespace zerodrift::service {
 
-// Until every matched reader has received everything written, the time has passed, or `stopping` is set: a reader that
-// was killed stays matched for the participants' lease, and a stop must not wait for it.
+// Until every matched reader has received everything written, the time has passed, or `stopping` is
+// set: a reader that was killed stays matched for the participants' lease, and a stop must not wait
+// for it.
 template <typename Message>
 void wait_for_receipt(dds::Writer<Message>& writer, std::chrono::milliseconds at_most,
                       const std::atomic<bool>& stopping) {

@@ -14,7 +14,9 @@ ReplayPacer::ReplayPacer(dds::Participant& participant, std::uint32_t gyro_id,
           [this](const msg::ReplayProgress& progress, const dds::SampleOrigin& origin) {
             note(progress, origin);
           },
-          {}, [this](const eprosima::fastrtps::rtps::GUID_t& writer) { forget(writer); }) {}
+          {}, [this](const eprosima::fastrtps::rtps::GUID_t& writer) { forget(writer); }) {
+  std::erase(wait_for_, "");   // what an empty option leaves
+}
 
 void ReplayPacer::note(const msg::ReplayProgress& progress, const dds::SampleOrigin& origin) {
   if (progress.gyro_id() != 0 && progress.gyro_id() != gyro_id_) return;

@@ -11,6 +11,7 @@
 namespace zerodrift::services {
 
 using compensation::Readiness;
+using compensation::Reason;
 using service::Severity;
 
 namespace {
@@ -24,6 +25,22 @@ constexpr const char* kConsumer = "compensation";
 
 std::string instance_name(std::uint32_t instance) {
   return instance == 0 ? kConsumer : std::string(kConsumer) + "/" + std::to_string(instance);
+}
+
+constexpr bool is_temperature_fault(Reason reason) {
+  return reason == Reason::kTemperatureMissing || reason == Reason::kTemperatureStale ||
+         reason == Reason::kProbeStuck;
+}
+
+constexpr std::string_view temperature_fault_text(Reason reason) {
+  switch (reason) {
+    case Reason::kTemperatureMissing:
+      return "no temperature of a probe that a feature needs";
+    case Reason::kTemperatureStale:
+      return "a temperature stream stopped, longer than temperature_stale_s ago";
+    default:
+      return "a probe has not moved for probe_stuck_s while others do";
+  }
 }
 
 }  // namespace
@@ -345,69 +362,106 @@ void CompensationNode::tell_of_faults(Gyro& source) {
        source.told_rejected, source.rejected);
   source.told = now;
   source.told_rejected = source.rejected;
+  tell_of_modes(source);
+  tell_of_temperature(source);
+}
+
+void CompensationNode::tell_of_modes(Gyro& source) {
   for (const auto axis : core::kAxes) {
     const std::size_t i = core::index(axis);
+    const auto mode = source.newest.mode[i];
     const auto reason = source.newest.reason[i];
-    if (source.newest.mode[i] == source.told_mode[i]) continue;
-    source.told_mode[i] = source.newest.mode[i];
+    if (mode == source.told_mode[i] && reason == source.told_reason[i]) continue;
+    source.told_mode[i] = mode;
+    source.told_reason[i] = reason;
     host_.raise({.code = "mode_" + std::string(core::name(axis)),
                  .severity = Severity::kInformation,
                  .text = "axis " + std::string(core::name(axis)) + ": " +
-                         std::string(compensation::name(source.newest.mode[i])) + " (" +
+                         std::string(compensation::name(mode)) + " (" +
                          std::string(compensation::name(reason)) + ")",
                  .gyro_id = source.id,
                  .sensor_time_ns = source.newest.raw.time.count()});
   }
 }
 
+// The axes share their thermometers: told once for all of them, each time it begins.
+void CompensationNode::tell_of_temperature(Gyro& source) {
+  const auto fault = std::find_if(
+      source.newest.reason.begin(), source.newest.reason.end(), is_temperature_fault);
+  const Reason now = fault == source.newest.reason.end() ? Reason::kNone : *fault;
+  if (now == source.told_temperature_fault) return;
+  source.told_temperature_fault = now;
+  if (now == Reason::kNone) return;
+  host_.raise({.code = std::string(compensation::name(now)),
+               .severity = Severity::kWarning,
+               .text = "gyro " + std::to_string(source.id) + ": " +
+                       std::string(temperature_fault_text(now)) + "; the model is not used",
+               .gyro_id = source.id,
+               .sensor_time_ns = source.newest.raw.time.count()});
+}
+
 service::Status CompensationNode::status() {
   service::Status status;
   const std::lock_guard lock(data_mutex_);
   status.state = gyros_.empty() ? service::State::kWaiting : service::State::kRunning;
-  const auto add = [&](std::string name, std::string unit, double value) {
-    status.metrics.push_back({std::move(name), std::move(unit), value});
-  };
-  for (const auto& source : gyros_) {
-    const auto& compensator = source->compensator;
-    const auto counts = compensator.counts();
-    const std::string prefix = gyros_.size() == 1 ? "" : "gyro" + std::to_string(source->id) + "_";
-    add(prefix + "samples_in", "1", static_cast<double>(counts.samples_in));
-    add(prefix + "samples_out", "1", static_cast<double>(counts.samples_out));
-    add(prefix + "missing", "1", static_cast<double>(counts.missing));
-    add(prefix + "duplicates", "1", static_cast<double>(counts.duplicates + counts.too_old));
-    add(prefix + "rejected", "1", static_cast<double>(source->rejected));
-    add(prefix + "unwritten", "1", static_cast<double>(source->unwritten));
-    add(prefix + "invalid", "1", static_cast<double>(counts.invalid));
-    add(prefix + "labels", "1", static_cast<double>(counts.labels));
-    add(prefix + "labels_skipped", "1", static_cast<double>(counts.labels_skipped));
-    add(prefix + "late_models", "1", static_cast<double>(counts.late_models));
-    add(prefix + "model_epoch", "1", static_cast<double>(source->newest.model_epoch));
-    add(prefix + "sensor_time", "s", core::seconds(source->newest.raw.time));
-    add(prefix + "temperature", "degC", compensator.temperature_degc());
-    add(prefix + "temperature_rate", "degC/min", compensator.temperature_rate_degc_per_s() * 60.0);
-    for (const auto axis : core::kAxes) {
-      const std::size_t i = core::index(axis);
-      const std::string suffix = "_" + std::string(core::name(axis));
-      const auto& record = compensator.test_then_train(axis);
-      add(prefix + "valid" + suffix, "1", source->newest.raw.valid[i] ? 1.0 : 0.0);
-      add(prefix + "mode" + suffix, "1", static_cast<double>(source->newest.mode[i]));
-      add(prefix + "reason" + suffix, "1", static_cast<double>(source->newest.reason[i]));
-      add(prefix + "drift" + suffix, "deg/h",
-          core::deg_h_from_radps(source->newest.applied_drift_radps[i]));
-      add(prefix + "support_vectors" + suffix, "1",
-          static_cast<double>(compensator.support_vectors(axis)));
-      add(prefix + "model_rmse" + suffix, "deg/h",
-          core::deg_h_from_radps(std::sqrt(record.model_mse)));
-      add(prefix + "persistence_rmse" + suffix, "deg/h",
-          core::deg_h_from_radps(std::sqrt(record.bias_mse)));
-    }
-  }
-  add("compute_p50", "us", static_cast<double>(compute_latency_.percentile_ns(0.5)) * 1e-3);
-  add("compute_p99", "us", static_cast<double>(compute_latency_.percentile_ns(0.99)) * 1e-3);
-  add("arrival_p50", "us", static_cast<double>(arrival_latency_.percentile_ns(0.5)) * 1e-3);
-  add("arrival_p99", "us", static_cast<double>(arrival_latency_.percentile_ns(0.99)) * 1e-3);
   status.summary = std::to_string(gyros_.size()) + " gyro(s)";
+  compensation::CompensatorCounts sum;
+  std::uint64_t rejected = 0;
+  std::uint64_t unwritten = 0;
+  for (const auto& source : gyros_) {
+    const auto counts = source->compensator.counts();
+    sum.samples_in += counts.samples_in;
+    sum.samples_out += counts.samples_out;
+    sum.missing += counts.missing;
+    sum.duplicates += counts.duplicates + counts.too_old;
+    rejected += source->rejected;
+    unwritten += source->unwritten;
+    status.parts.push_back(part(*source));
+  }
+  const auto latency_us = [](const service::LatencyHistogram& histogram, double share) {
+    return static_cast<double>(histogram.percentile_ns(share)) * 1e-3;
+  };
+  status.metrics = {{"samples_in", "1", static_cast<double>(sum.samples_in)},
+                    {"samples_out", "1", static_cast<double>(sum.samples_out)},
+                    {"missing", "1", static_cast<double>(sum.missing)},
+                    {"duplicates", "1", static_cast<double>(sum.duplicates)},
+                    {"rejected", "1", static_cast<double>(rejected)},
+                    {"unwritten", "1", static_cast<double>(unwritten)},
+                    {"compute_p50", "us", latency_us(compute_latency_, 0.5)},
+                    {"compute_p99", "us", latency_us(compute_latency_, 0.99)},
+                    {"arrival_p50", "us", latency_us(arrival_latency_, 0.5)},
+                    {"arrival_p99", "us", latency_us(arrival_latency_, 0.99)}};
   return status;
+}
+
+service::StatusPart CompensationNode::part(const Gyro& source) {
+  service::StatusPart part{.name = std::to_string(source.id), .metrics = {}};
+  const auto add = [&](std::string name, std::string unit, double value) {
+    part.metrics.push_back({std::move(name), std::move(unit), value});
+  };
+  const auto& compensator = source.compensator;
+  const auto counts = compensator.counts();
+  add("invalid", "1", static_cast<double>(counts.invalid));
+  add("labels", "1", static_cast<double>(counts.labels));
+  add("labels_skipped", "1", static_cast<double>(counts.labels_skipped));
+  add("late_models", "1", static_cast<double>(counts.late_models));
+  add("model_epoch", "1", static_cast<double>(source.newest.model_epoch));
+  add("sensor_time", "s", core::seconds(source.newest.raw.time));
+  add("temperature", "degC", compensator.temperature_degc());
+  add("temperature_rate", "degC/min", compensator.temperature_rate_degc_per_s() * 60.0);
+  for (const auto axis : core::kAxes) {
+    const std::size_t i = core::index(axis);
+    const std::string suffix = "_" + std::string(core::name(axis));
+    const auto& record = compensator.test_then_train(axis);
+    add("valid" + suffix, "1", source.newest.raw.valid[i] ? 1.0 : 0.0);
+    add("mode" + suffix, "1", static_cast<double>(source.newest.mode[i]));
+    add("reason" + suffix, "1", static_cast<double>(source.newest.reason[i]));
+    add("drift" + suffix, "deg/h", core::deg_h_from_radps(source.newest.applied_drift_radps[i]));
+    add("support_vectors" + suffix, "1", static_cast<double>(compensator.support_vectors(axis)));
+    add("model_rmse" + suffix, "deg/h", core::deg_h_from_radps(std::sqrt(record.model_mse)));
+    add("persistence_rmse" + suffix, "deg/h", core::deg_h_from_radps(std::sqrt(record.bias_mse)));
+  }
+  return part;
 }
 
 }  // namespace zerodrift::services

@@ -58,6 +58,8 @@ class CompensationNode {
     compensation::CompensatorCounts told;  // what events have told so far
     std::uint64_t told_rejected = 0;
     core::PerAxis<compensation::Mode> told_mode{};
+    core::PerAxis<compensation::Reason> told_reason{};
+    compensation::Reason told_temperature_fault = compensation::Reason::kNone;
   };
 
   void on_rate(const msg::AngularRate& message, const dds::SampleOrigin& origin);
@@ -74,7 +76,10 @@ class CompensationNode {
   void tick();
   void make_writers();
   void tell_of_faults(Gyro& gyro);
+  void tell_of_modes(Gyro& gyro);
+  void tell_of_temperature(Gyro& gyro);
   service::Status status();
+  static service::StatusPart part(const Gyro& source);
   void learn_until_stopped();
   std::string obey(Gyro& gyro, std::string_view command, bool& accepted);
 

@@ -108,6 +108,8 @@ int ThermalPublisherNode::run() {
                    .text = error.what(),
                    .gyro_id = options_.gyro_id,
                    .sensor_time_ns = 0});
+      // What was published before is still good.
+      wait_for_receipts();
     }
     service::request_stop();
   });
@@ -157,7 +159,13 @@ void ThermalPublisherNode::mark_the_end(core::SensorTime newest) {
     last.clock = core::ClockSource::kReplay;
     publish(last);
   }
-  for (const auto& [name, probe] : probes_) service::wait_for_receipt(*probe.writer, kReceiveWithin, stopping_);
+  wait_for_receipts();
+}
+
+void ThermalPublisherNode::wait_for_receipts() {
+  for (const auto& [name, probe] : probes_) {
+    service::wait_for_receipt(*probe.writer, kReceiveWithin, stopping_);
+  }
 }
 
 void ThermalPublisherNode::publish_sysfs() {

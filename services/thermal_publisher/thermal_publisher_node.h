@@ -52,6 +52,7 @@ class ThermalPublisherNode {
   void publish(const core::TemperatureSample& sample);
   bool wait_until_needed(core::SensorTime time);
   void mark_the_end(core::SensorTime newest);
+  void wait_for_receipts();
   service::Status status() const;
 
   ThermalPublisherOptions options_;

@@ -33,6 +33,16 @@ std::optional<double> deviation_at(const msg::AllanReport& report, double tau_s)
   return nearest->deviation_radps();
 }
 
+const std::string kPart = "compensation:";  // see service::StatusPart
+
+std::string part(std::uint32_t gyro) {
+  return kPart + std::to_string(gyro);
+}
+
+std::string known(const char* format, double value) {
+  return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : "-";
+}
+
 std::string figure(std::optional<double> rate_radps) {
   return rate_radps ? fmt::format("{:.4g}", deg_h_from_radps(*rate_radps)) : "-";
 }
@@ -61,7 +71,7 @@ void StatusBoard::note(const msg::ServiceStatus& status) {
 
 void StatusBoard::note(const msg::AllanReport& report) {
   const std::lock_guard lock(mutex_);
-  reports_[{report.axis(), report.stream()}] = report;
+  reports_[{report.gyro_id(), report.axis(), report.stream()}] = report;
 }
 
 void StatusBoard::note(const msg::Event& event) {
@@ -97,7 +107,8 @@ double StatusBoard::answered() {
 
 double StatusBoard::sensor_time_s() {
   const std::lock_guard lock(mutex_);
-  return metric("compensation", "sensor_time", 0.0);
+  const auto known = gyros();
+  return known.empty() ? 0.0 : metric(part(known.front()), "sensor_time", 0.0);
 }
 
 bool StatusBoard::all_answered() const {
@@ -113,63 +124,87 @@ bool StatusBoard::nothing_lost() {
          metric("allan_monitor", "samples", kUnknown) == out;
 }
 
-std::string StatusBoard::axis_row(core::Axis axis) const {
+std::vector<std::uint32_t> StatusBoard::gyros() const {
+  std::vector<std::uint32_t> ids;
+  for (const auto& [name, service] : services_) {
+    if (name.rfind(kPart, 0) != 0) continue;
+    ids.push_back(static_cast<std::uint32_t>(std::stoul(name.substr(kPart.size()))));
+  }
+  std::sort(ids.begin(), ids.end());
+  return ids;
+}
+
+std::string StatusBoard::axis_row(std::uint32_t gyro, core::Axis axis) const {
+  const std::string of = part(gyro);
   const std::string suffix = "_" + std::string(core::name(axis));
-  if (metric("compensation", "valid" + suffix, 0.0) == 0.0) return "";
-  const auto mode = static_cast<compensation::Mode>(metric("compensation", "mode" + suffix, 0.0));
-  const auto reason =
-      static_cast<compensation::Reason>(metric("compensation", "reason" + suffix, 0.0));
+  if (metric(of, "valid" + suffix, 0.0) == 0.0) return "";
+  const auto mode = static_cast<compensation::Mode>(metric(of, "mode" + suffix, 0.0));
+  const auto reason = static_cast<compensation::Reason>(metric(of, "reason" + suffix, 0.0));
   std::string why(compensation::name(mode));
   if (reason != compensation::Reason::kNone)
     why += fmt::format(" ({})", compensation::name(reason));
 
   std::string raw_std = "-", left_std = "-", ratio = "-", raw_minute = "-", left_minute = "-",
               held = "-";
-  const auto raw = reports_.find({static_cast<std::uint32_t>(core::index(axis)), 0});
-  const auto left = reports_.find({static_cast<std::uint32_t>(core::index(axis)), 1});
+  const auto number = static_cast<std::uint32_t>(core::index(axis));
+  const auto raw = reports_.find({gyro, number, 0});
+  const auto left = reports_.find({gyro, number, 1});
   if (raw != reports_.end() && left != reports_.end()) {
-    raw_std = figure(raw->second.since_start_blocks());
-    left_std = figure(left->second.since_start_blocks());
-    const double remainder = left->second.since_start_blocks().std_radps();
-    if (remainder > 0.0)
-      ratio = fmt::format("{:.1f}", raw->second.since_start_blocks().std_radps() / remainder);
+    const auto& raw_blocks = raw->second.since_start_blocks();
+    const auto& left_blocks = left->second.since_start_blocks();
+    raw_std = figure(raw_blocks);
+    left_std = figure(left_blocks);
+    if (left_blocks.std_radps() > 0.0) {
+      ratio = fmt::format("{:.1f}", raw_blocks.std_radps() / left_blocks.std_radps());
+    }
     raw_minute = figure(deviation_at(raw->second, kMinute));
     left_minute = figure(deviation_at(left->second, kMinute));
     // Means of neighbouring minutes differ by sqrt(2) Allan deviations.
-    if (const auto minute = deviation_at(raw->second, kMinute))
+    if (const auto minute = deviation_at(raw->second, kMinute)) {
       held = figure(std::sqrt(2.0) * *minute);
+    }
   }
   return fmt::format("{:<4} {:>9} {:>9} {:>7} {:>11} {:>10} {:>9} {:>9.4g}  {}\n", core::name(axis),
                      raw_std, left_std, ratio, held, raw_minute, left_minute,
-                     metric("compensation", "drift" + suffix, 0.0), why);
+                     metric(of, "drift" + suffix, 0.0), why);
+}
+
+std::string StatusBoard::gyro_table(std::uint32_t gyro) const {
+  const std::string of = part(gyro);
+  std::string text = fmt::format(
+      "gyro {}   sensor time {:.1f} s   temperature {} degC, {} degC/min   labels {:.0f}   model "
+      "epoch "
+      "{:.0f}\n",
+      gyro, metric(of, "sensor_time", 0.0), known("{:.3f}", metric(of, "temperature", NAN)),
+      known("{:+.4f}", metric(of, "temperature_rate", NAN)), metric(of, "labels", 0.0),
+      metric(of, "model_epoch", 0.0));
+  text += fmt::format("{:<4} {:>9} {:>9} {:>7} {:>11} {:>10} {:>9} {:>9}  {}\n", "axis", "raw std",
+                      "comp std", "ratio", "persistence", "ADEV60 raw", "comp", "drift",
+                      "mode (why)   [deg/h; std of 60 s means]");
+  for (const auto axis : core::kAxes) text += axis_row(gyro, axis);
+  return text;
 }
 
 std::string StatusBoard::totals() const {
   return fmt::format(
-      "sensor time {:.1f} s   coil {:.3f} degC, {:+.4f} degC/min   published {:.0f}  in {:.0f}  "
-      "out {:.0f}  monitored {:.0f}\n"
-      "latency p50/p99 [us]: publisher to compensation {:.0f}/{:.0f}, inside {:.0f}/{:.0f}, "
-      "publisher to monitor {:.0f}/{:.0f}\n"
-      "labels {:.0f}   model epoch {:.0f}   missing {:.0f}  duplicates {:.0f}  rejected {:.0f}\n",
-      metric("compensation", "sensor_time", 0.0), metric("compensation", "temperature", NAN),
-      metric("compensation", "temperature_rate", NAN),
+      "samples: published {:.0f}  in {:.0f}  out {:.0f}  monitored {:.0f}  missing {:.0f}  "
+      "duplicates {:.0f}  rejected {:.0f}\n"
+      "latency p50/p99 [us]: publisher to compensation {:.0f}/{:.0f}, in it (a replay waits there) "
+      "{:.0f}/{:.0f}, publisher to monitor {:.0f}/{:.0f}\n",
       metric("gyro_publisher", "samples_published", 0.0), metric("compensation", "samples_in", 0.0),
       metric("compensation", "samples_out", 0.0), metric("allan_monitor", "samples", 0.0),
-      metric("compensation", "arrival_p50", 0.0), metric("compensation", "arrival_p99", 0.0),
-      metric("compensation", "compute_p50", 0.0), metric("compensation", "compute_p99", 0.0),
-      metric("allan_monitor", "chain_p50", 0.0), metric("allan_monitor", "chain_p99", 0.0),
-      metric("compensation", "labels", 0.0), metric("compensation", "model_epoch", 0.0),
       metric("compensation", "missing", 0.0), metric("compensation", "duplicates", 0.0),
-      metric("compensation", "rejected", 0.0));
+      metric("compensation", "rejected", 0.0), metric("compensation", "arrival_p50", 0.0),
+      metric("compensation", "arrival_p99", 0.0), metric("compensation", "compute_p50", 0.0),
+      metric("compensation", "compute_p99", 0.0), metric("allan_monitor", "chain_p50", 0.0),
+      metric("allan_monitor", "chain_p99", 0.0));
 }
 
 std::string StatusBoard::table() {
   const std::lock_guard lock(mutex_);
   if (services_.empty()) return "";
-  std::string text = fmt::format("{:<4} {:>9} {:>9} {:>7} {:>11} {:>10} {:>9} {:>9}  {}\n", "axis",
-                                 "raw std", "comp std", "ratio", "persistence", "ADEV60 raw",
-                                 "comp", "drift", "mode (why)   [deg/h; std of 60 s means]");
-  for (const auto axis : core::kAxes) text += axis_row(axis);
+  std::string text;
+  for (const std::uint32_t gyro : gyros()) text += gyro_table(gyro);
   text += totals();
   for (const auto& event : events_) text += "  " + event + "\n";
   return text;
@@ -178,19 +213,25 @@ std::string StatusBoard::table() {
 std::string StatusBoard::summary() {
   const bool complete = nothing_lost();
   const std::lock_guard lock(mutex_);
-  std::string text = totals();
-  for (const auto axis : core::kAxes) {
-    const std::string suffix = "_" + std::string(core::name(axis));
-    if (metric("compensation", "valid" + suffix, 0.0) == 0.0) continue;
-    text += fmt::format(
-        "axis {}: test-then-train RMSE of the newest labels: model {:.4g}, last stationary minute "
-        "{:.4g} deg/h\n",
-        core::name(axis), metric("compensation", "model_rmse" + suffix, 0.0),
-        metric("compensation", "persistence_rmse" + suffix, 0.0));
+  std::string text;
+  for (const std::uint32_t gyro : gyros()) {
+    for (const auto axis : core::kAxes) {
+      const std::string suffix = "_" + std::string(core::name(axis));
+      if (metric(part(gyro), "valid" + suffix, 0.0) == 0.0) continue;
+      text += fmt::format(
+          "gyro {} axis {}: test-then-train RMSE of the newest labels: model {:.4g}, last "
+          "stationary "
+          "minute {:.4g} deg/h\n",
+          gyro, core::name(axis), metric(part(gyro), "model_rmse" + suffix, 0.0),
+          metric(part(gyro), "persistence_rmse" + suffix, 0.0));
+    }
   }
-  text += complete ? "every raw sample was answered exactly once and reached the monitor\n"
-                   : "samples are missing: published, in, out and monitored differ\n";
-  return text;
+  if (complete)
+    return text + "every raw sample was answered exactly once and reached the monitor\n";
+  if (metric("gyro_publisher", "finished", 0.0) == 0.0) {
+    return text + "stopped before the source's end; the counts are the services' last reports\n";
+  }
+  return text + "samples are missing: published, in, out and monitored differ\n";
 }
 
 }  // namespace zerodrift::services

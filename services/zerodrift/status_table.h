@@ -7,6 +7,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "common/core/axis.h"
@@ -36,14 +37,17 @@ class StatusBoard {
     std::uint32_t state = 0;
     Metrics metrics;
   };
-  using ReportKey = std::pair<std::uint32_t, std::uint32_t>;  // axis, stream
+  using ReportKey = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>;  // gyro, axis, stream
 
   void note(const msg::ServiceStatus& status);
   void note(const msg::AllanReport& report);
   void note(const msg::Event& event);
   [[nodiscard]] double metric(const std::string& service, const std::string& name,
                               double otherwise) const;
-  [[nodiscard]] std::string axis_row(core::Axis axis) const;
+  // Ids of the gyros that compensation speaks of, in ascending order.
+  [[nodiscard]] std::vector<std::uint32_t> gyros() const;
+  [[nodiscard]] std::string gyro_table(std::uint32_t gyro) const;
+  [[nodiscard]] std::string axis_row(std::uint32_t gyro, core::Axis axis) const;
   [[nodiscard]] std::string totals() const;
   [[nodiscard]] bool all_answered() const;
 

@@ -91,11 +91,14 @@ TEST(BadStart, ARecordCutInItsLastLineIsUsedUpToThereAndTheCutIsTold) {
   EXPECT_EQ(read_table(system.path("out.csv")).rows.size(), 3U);
 }
 
-// A record that goes bad in the middle: what came before it is answered, the publisher says where it
-// went bad and ends with 2, the service goes on.
+// A record that goes bad in the middle, beyond the rows that are looked at before anything starts: what came before
+// it is answered, the publishers say where it went bad and end with 2, the service goes on.
 TEST(BadStart, ARecordThatGoesBadInTheMiddleEndsItsPublisherAlone) {
   SystemUnderTest system(Domain::kBadInTheMiddle);
-  write(system.path("bad.csv"), std::string(kGoodRecord) + "0.3,zero,20\n0.4,1e-6,20\n");
+  constexpr std::size_t kGoodRows = 2000;
+  std::string record = "time_s,rate_x_rad_s,temperature_coil_degC\n";
+  for (std::size_t k = 0; k < kGoodRows; ++k) record += std::to_string(0.01 * static_cast<double>(k)) + ",1e-6,20\n";
+  write(system.path("bad.csv"), record + "20.1,zero,20\n20.2,1e-6,20\n");
   dds::Participant participant("test", system.network());
   Collector<msg::CompensatedRate> answers(participant);
   ChildProcess& compensation = system.start("compensation", {"--await-subscribers", "1"});
@@ -107,9 +110,9 @@ TEST(BadStart, ARecordThatGoesBadInTheMiddleEndsItsPublisherAlone) {
   for (const ChildProcess* publisher : {&gyro, &thermal}) {
     const std::string err = publisher->err();
     EXPECT_EQ(std::count(err.begin(), err.end(), '\n'), 1) << err;
-    EXPECT_NE(err.find("bad.csv:5"), std::string::npos) << err;
+    EXPECT_NE(err.find("bad.csv:2002"), std::string::npos) << err;
   }
-  EXPECT_TRUE(eventually([&] { return answers.size() == 3; })) << answers.size();
+  EXPECT_TRUE(eventually([&] { return answers.size() == kGoodRows; })) << answers.size();
   EXPECT_TRUE(compensation.running());
 }
 

@@ -239,7 +239,8 @@ void learn_on_a_ramp(Bench& bench) {
 }
 
 TEST(BadStream, ATemperatureStreamThatStopsEndsInTheFallbackAfterTemperatureStaleS) {
-  Bench bench(Domain::kTemperatureStops, "temperature_stale_s: 30\nearth_rate: {mode: included}\n");
+  Bench bench(Domain::kTemperatureStops, "temperature_stale_s: 30\nearth_rate: {mode: included}\n"
+                                          "features: [{kind: temperature, probe: coil}]\n");
   bench.connect();
   const std::uint64_t first = bench.next_sequence();
   learn_on_a_ramp(bench);
@@ -261,6 +262,7 @@ TEST(BadStream, ATemperatureStreamThatStopsEndsInTheFallbackAfterTemperatureStal
   expect_mode(answers.rbegin()->second, Mode::kFallback, Reason::kTemperatureStale);
   EXPECT_EQ(answers.rbegin()->second.rung()[0], static_cast<std::uint8_t>(Rung::kStationaryBias));
   bench.expect_event("mode_x", "fallback (temperature_stale)");
+  bench.expect_event("temperature_stale");
 
   // It comes back.
   bench.send_temperature("coil", 22.4);
@@ -288,6 +290,7 @@ TEST(BadStream, AProbeThatIsStuckEndsInTheFallback) {
   }
   expect_mode(bench.settled_answers(first).rbegin()->second, Mode::kFallback, Reason::kProbeStuck);
   bench.expect_event("mode_x", "fallback (probe_stuck)");
+  bench.expect_event("probe_stuck");
   bench.expect_alive_then_stop();
 }
 
