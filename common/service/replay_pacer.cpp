@@ -15,7 +15,7 @@ ReplayPacer::ReplayPacer(dds::Participant& participant, std::uint32_t gyro_id,
             note(progress, origin);
           },
           {}, [this](const eprosima::fastrtps::rtps::GUID_t& writer) { forget(writer); }) {
-  std::erase(wait_for_, "");   // what an empty option leaves
+  std::erase(wait_for_, "");  // what an empty option leaves
 }
 
 void ReplayPacer::note(const msg::ReplayProgress& progress, const dds::SampleOrigin& origin) {

@@ -386,8 +386,8 @@ void CompensationNode::tell_of_modes(Gyro& source) {
 
 // The axes share their thermometers: told once for all of them, each time it begins.
 void CompensationNode::tell_of_temperature(Gyro& source) {
-  const auto fault = std::find_if(
-      source.newest.reason.begin(), source.newest.reason.end(), is_temperature_fault);
+  const auto fault =
+      std::find_if(source.newest.reason.begin(), source.newest.reason.end(), is_temperature_fault);
   const Reason now = fault == source.newest.reason.end() ? Reason::kNone : *fault;
   if (now == source.told_temperature_fault) return;
   source.told_temperature_fault = now;

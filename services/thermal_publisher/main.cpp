@@ -10,7 +10,6 @@ int main(int argc, char** argv) {
   services::ThermalPublisherOptions options;
   service::add_network_options(app, options.network);
   services::add_options(app, options);
-  return service::run_main(app, argc, argv, [&] {
-    return services::ThermalPublisherNode(options).run();
-  });
+  return service::run_main(app, argc, argv,
+                           [&] { return services::ThermalPublisherNode(options).run(); });
 }

@@ -47,7 +47,8 @@ int open_output(const std::filesystem::path& path) {
 }  // namespace
 
 ChildProcess::ChildProcess(Program program) : program_(std::move(program)) {
-  // All memory is had before the fork: a child of a process with threads may only make system calls.
+  // All memory is had before the fork: a child of a process with threads may only make system
+  // calls.
   std::vector<std::string> arguments{program_.file.string()};
   arguments.insert(arguments.end(), program_.arguments.begin(), program_.arguments.end());
   std::vector<std::string> variables = environment_with(program_.environment);
@@ -63,7 +64,7 @@ ChildProcess::ChildProcess(Program program) : program_(std::move(program)) {
     if (::getppid() != parent) ::_exit(127);
     ::dup2(out, STDOUT_FILENO);
     ::dup2(err, STDERR_FILENO);
-    ::close_range(3, ~0U, 0);   // the test's sockets are not for its children
+    ::close_range(3, ~0U, 0);  // the test's sockets are not for its children
     ::execve(argv[0], argv.data(), envp.data());
     ::_exit(127);
   }
@@ -79,7 +80,9 @@ ChildProcess::~ChildProcess() {
   wait(10s);
 }
 
-bool ChildProcess::running() { return !wait(0ms); }
+bool ChildProcess::running() {
+  return !wait(0ms);
+}
 
 void ChildProcess::send(int signal) {
   if (running()) ::kill(pid_, signal);
@@ -100,8 +103,12 @@ std::optional<int> ChildProcess::wait(std::chrono::milliseconds at_most) {
   return exit_code_;
 }
 
-std::string ChildProcess::out() const { return content(with_suffix(program_.output, ".out")); }
-std::string ChildProcess::err() const { return content(with_suffix(program_.output, ".err")); }
+std::string ChildProcess::out() const {
+  return content(with_suffix(program_.output, ".out"));
+}
+std::string ChildProcess::err() const {
+  return content(with_suffix(program_.output, ".err"));
+}
 
 std::optional<std::uint64_t> ChildProcess::resident_bytes() {
   if (!running()) return std::nullopt;

@@ -21,8 +21,8 @@ using Environment = std::vector<std::pair<std::string, std::string>>;
 struct Program {
   std::filesystem::path file;
   Arguments arguments;
-  Environment environment;        // added to the test's own
-  std::filesystem::path output;   // standard output and error go to <output>.out and <output>.err
+  Environment environment;       // added to the test's own
+  std::filesystem::path output;  // standard output and error go to <output>.out and <output>.err
 };
 
 class ChildProcess {

@@ -29,9 +29,13 @@ TEST(Control, WithoutAServiceTheAnswerIsNo) {
 class ControlledRun {
  public:
   explicit ControlledRun(Domain domain)
-      : system(domain), participant_("test", system.network()), answers(participant_), events(participant_) {
+      : system(domain),
+        participant_("test", system.network()),
+        answers(participant_),
+        events(participant_) {
     Arguments source{"--source", "simulation", "--speed", "20"};
-    for (const auto& argument : Simulation{.profile = write_ramp_profile(system, 100000)}.arguments()) {
+    for (const auto& argument :
+         Simulation{.profile = write_ramp_profile(system, 100000)}.arguments()) {
       source.push_back(argument);
     }
     system.start("compensation", {});
@@ -42,16 +46,21 @@ class ControlledRun {
 
   // True once a sample after the `from`-th has this mode and reason on every axis.
   [[nodiscard]] bool reaches(Mode mode, Reason reason, std::size_t from) const {
-    return eventually([&] {
-      const auto all = answers.all();
-      return std::any_of(all.begin() + static_cast<std::ptrdiff_t>(from), all.end(), [&](const auto& answer) {
-        for (std::size_t i = 0; i < 3; ++i) {
-          if (answer.mode()[i] != static_cast<std::uint8_t>(mode)) return false;
-          if (answer.reason()[i] != static_cast<std::uint8_t>(reason)) return false;
-        }
-        return true;
-      });
-    }, 30000ms);
+    return eventually(
+        [&] {
+          const auto all = answers.all();
+          return std::any_of(all.begin() + static_cast<std::ptrdiff_t>(from), all.end(),
+                             [&](const auto& answer) {
+                               for (std::size_t i = 0; i < 3; ++i) {
+                                 if (answer.mode()[i] != static_cast<std::uint8_t>(mode))
+                                   return false;
+                                 if (answer.reason()[i] != static_cast<std::uint8_t>(reason))
+                                   return false;
+                               }
+                               return true;
+                             });
+        },
+        30000ms);
   }
   [[nodiscard]] std::uint64_t epoch() const { return answers.all().back().model_epoch(); }
 
@@ -77,11 +86,12 @@ TEST(Control, FreezeLearnAndResetAreAcknowledgedAndDoWhatTheySay) {
   EXPECT_EQ(freeze.exit_code, 0) << freeze.err;
   EXPECT_NE(freeze.out.find("frozen"), std::string::npos) << freeze.out;
   EXPECT_TRUE(run.reaches(Mode::kFrozen, Reason::kCommanded, from));
-  // A label confirmed before the command may still come into force, one second (50 samples) later; then nothing.
+  // A label confirmed before the command may still come into force, one second (50 samples) later;
+  // then nothing.
   from = run.answers.size() + 100;
   ASSERT_TRUE(eventually([&] { return run.answers.size() > from; }));
   const std::uint64_t frozen_epoch = run.epoch();
-  ASSERT_TRUE(eventually([&] { return run.answers.size() > from + 1500; }));   // 30 s: six labels
+  ASSERT_TRUE(eventually([&] { return run.answers.size() > from + 1500; }));  // 30 s: six labels
   EXPECT_EQ(run.epoch(), frozen_epoch);
 
   from = run.answers.size();

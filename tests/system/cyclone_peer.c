@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A subscriber of compensated_rate made with another vendor's middleware: cyclone_peer DOMAIN SAMPLES
-// One line a sample on standard output, every number so that it reads back to the same bits. Ends
-// with 0 after SAMPLES samples, with 1 when none came for 20 s, with 2 for wrong usage.
+// A subscriber of compensated_rate made with another vendor's middleware: cyclone_peer DOMAIN
+// SAMPLES One line a sample on standard output, every number so that it reads back to the same
+// bits. Ends with 0 after SAMPLES samples, with 1 when none came for 20 s, with 2 for wrong usage.
 #include <dds/dds.h>
 #include <inttypes.h>
 #include <stdio.h>
@@ -13,8 +13,8 @@
 
 // The counterpart of the writer's quality of service in common/dds/topics.h.
 static dds_entity_t create_reader(dds_entity_t participant) {
-  const dds_entity_t topic = dds_create_topic(
-      participant, &zerodrift_msg_CompensatedRate_desc, "compensated_rate", NULL, NULL);
+  const dds_entity_t topic = dds_create_topic(participant, &zerodrift_msg_CompensatedRate_desc,
+                                              "compensated_rate", NULL, NULL);
   dds_qos_t* qos = dds_create_qos();
   dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
   dds_qset_durability(qos, DDS_DURABILITY_VOLATILE);
@@ -46,14 +46,14 @@ static void print_sample(const zerodrift_msg_CompensatedRate* sample) {
   print_octets(sample->mode);
   print_octets(sample->reason);
   print_octets(sample->rung);
-  printf(" %u %" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRId64 " %" PRId64 " %" PRId64 "\n", sample->order,
-         sample->frame, sample->clock_source, sample->instance, sample->publish_time_ns,
-         sample->ingress_time_ns, sample->egress_time_ns);
+  printf(" %u %" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRId64 " %" PRId64 " %" PRId64 "\n",
+         sample->order, sample->frame, sample->clock_source, sample->instance,
+         sample->publish_time_ns, sample->ingress_time_ns, sample->egress_time_ns);
 }
 
 // Prints what is there; the number of samples, or negative where the middleware failed.
 static int take(dds_entity_t reader) {
-  void* samples[BATCH] = {NULL};   // NULL: lent by the middleware
+  void* samples[BATCH] = {NULL};  // NULL: lent by the middleware
   dds_sample_info_t infos[BATCH];
   const int count = dds_take(reader, samples, infos, BATCH, BATCH);
   int valid = 0;

@@ -40,8 +40,9 @@ void append_octets(std::string& line, const std::array<std::uint8_t, 3>& values)
 
 // The line that cyclone_peer prints for a sample.
 std::string line_of(const msg::CompensatedRate& sample) {
-  std::string line = std::to_string(sample.gyro_id()) + " " + std::to_string(sample.sequence_number()) + " " +
-                     std::to_string(sample.sensor_time_ns()) + " " + std::to_string(sample.validity());
+  std::string line =
+      std::to_string(sample.gyro_id()) + " " + std::to_string(sample.sequence_number()) + " " +
+      std::to_string(sample.sensor_time_ns()) + " " + std::to_string(sample.validity());
   append_values(line, sample.rate_radps());
   append_values(line, sample.delta_angle_rad());
   append_values(line, std::array{sample.interval_s()});
@@ -54,8 +55,8 @@ std::string line_of(const msg::CompensatedRate& sample) {
   append_octets(line, sample.rung());
   line += " " + std::to_string(sample.order()) + " " + std::to_string(sample.frame()) + " " +
           std::to_string(sample.clock_source()) + " " + std::to_string(sample.instance()) + " " +
-          std::to_string(sample.publish_time_ns()) + " " + std::to_string(sample.ingress_time_ns()) + " " +
-          std::to_string(sample.egress_time_ns());
+          std::to_string(sample.publish_time_ns()) + " " +
+          std::to_string(sample.ingress_time_ns()) + " " + std::to_string(sample.egress_time_ns());
   return line;
 }
 
@@ -64,7 +65,7 @@ std::string line_of(const msg::CompensatedRate& sample) {
 // 2000 samples a second, a fiftieth of what Cyclone DDS takes.
 TEST(CycloneDdsPeer, ReceivesEverySampleThatOurReaderReceivesToTheBit) {
   SystemUnderTest system(Domain::kCyclonePeer);
-  constexpr std::uint64_t kSamples = 20000;   // 200 s at 100 Hz
+  constexpr std::uint64_t kSamples = 20000;  // 200 s at 100 Hz
   const Simulation simulation{.profile = write_ramp_profile(system, 200)};
   Arguments source{"--source", "simulation", "--speed", "20"};
   for (const auto& argument : simulation.arguments()) source.push_back(argument);

@@ -14,7 +14,8 @@ namespace zerodrift::system_test {
 [[nodiscard]] std::string content(const std::filesystem::path& file);
 void write(const std::filesystem::path& file, std::string_view text);
 
-// "" where the files are equal to the byte and not empty, else the first line that differs, of each.
+// "" where the files are equal to the byte and not empty, else the first line that differs, of
+// each.
 [[nodiscard]] std::string first_difference(const std::filesystem::path& a,
                                            const std::filesystem::path& b);
 

@@ -12,7 +12,7 @@ namespace zerodrift::system_test {
 namespace {
 
 constexpr int kDurationS = 600;
-constexpr std::uint64_t kSamples = 120000;   // at 200 Hz
+constexpr std::uint64_t kSamples = 120000;  // at 200 Hz
 
 // Sequence numbers are 0, 1, 2, ...: nothing lost, nothing twice.
 void expect_every_sample_once(const std::filesystem::path& out, std::uint64_t samples) {
@@ -65,7 +65,7 @@ TEST(LiveRun, OfASimulationEqualsOfflineCompensationOfItsRecordToTheByte) {
 TEST(LiveRun, OfTwoGyrosThroughOneServiceEqualsTheOfflineRunOfEach) {
   SystemUnderTest system(Domain::kTwoGyros);
   const auto profile = write_ramp_profile(system, 200);
-  constexpr std::uint64_t kEach = 20000;   // 200 s at 100 Hz
+  constexpr std::uint64_t kEach = 20000;  // 200 s at 100 Hz
   const auto name = [&](int gyro, const char* what) {
     return system.path(what + std::to_string(gyro) + ".csv");
   };
@@ -76,16 +76,18 @@ TEST(LiveRun, OfTwoGyrosThroughOneServiceEqualsTheOfflineRunOfEach) {
   std::vector<ChildProcess*> recorders;
   system.start("allan_monitor", {});
   for (const int gyro : {1, 2}) {
-    recorders.push_back(&system.start("zerodrift", {"record", "--gyro-id", std::to_string(gyro), "--out",
-                                                    name(gyro, "live"), "--samples", std::to_string(kEach)}));
+    recorders.push_back(
+        &system.start("zerodrift", {"record", "--gyro-id", std::to_string(gyro), "--out",
+                                    name(gyro, "live"), "--samples", std::to_string(kEach)}));
   }
   system.start("compensation", {"--await-subscribers", "3"});
   for (const int gyro : {1, 2}) {
     const std::string id = std::to_string(gyro);
     const std::string record = name(gyro, "record");
     system.start("thermal_publisher", {"--source", "record", "--record", record, "--gyro-id", id});
-    system.start("gyro_publisher", {"--source", "record", "--record", record, "--gyro-id", id, "--speed",
-                                    "max", "--wait-for", "compensation,allan_monitor,recorder"});
+    system.start("gyro_publisher",
+                 {"--source", "record", "--record", record, "--gyro-id", id, "--speed", "max",
+                  "--wait-for", "compensation,allan_monitor,recorder"});
   }
   for (ChildProcess* recorder : recorders) EXPECT_EQ(recorder->wait(std::chrono::seconds(40)), 0);
   for (const int gyro : {1, 2}) {

@@ -16,13 +16,13 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr int kDurationS = 1500;
-constexpr double kSamples = 300000;   // at 200 Hz
+constexpr double kSamples = 300000;  // at 200 Hz
 constexpr double kBytesPerMegabyte = 1048576.0;
 
-// Rule: what is resident at a fifth of the run is resident at its end. By then everything bounded is full: 60 labels were
-// learned in a window of 50, the rolling Allan windows of 60 s and the history of every writer (10 s of rates, 51 s of a
-// probe) have been gone through. One megabyte is allowed for the allocator and the middleware's pools; a leak of
-// 8 bytes a sample would be 1.9 MB.
+// Rule: what is resident at a fifth of the run is resident at its end. By then everything bounded
+// is full: 60 labels were learned in a window of 50, the rolling Allan windows of 60 s and the
+// history of every writer (10 s of rates, 51 s of a probe) have been gone through. One megabyte is
+// allowed for the allocator and the middleware's pools; a leak of 8 bytes a sample would be 1.9 MB.
 TEST(Memory, OfEveryProcessIsFlatFromAFifthOfTheRunOn) {
   SystemUnderTest system(Domain::kMemory);
   write(system.path("compensation.yaml"), "svr: {capacity: 50}\n");
@@ -30,14 +30,16 @@ TEST(Memory, OfEveryProcessIsFlatFromAFifthOfTheRunOn) {
   simulate(system, simulation, system.path("record.csv"));
   const Arguments source{"--source", "record", "--record", system.path("record.csv")};
   Arguments gyro_source = source;
-  gyro_source.insert(gyro_source.end(), {"--speed", "max", "--wait-for", "compensation,allan_monitor"});
+  gyro_source.insert(gyro_source.end(),
+                     {"--speed", "max", "--wait-for", "compensation,allan_monitor"});
 
   dds::Participant participant("test", system.network());
   Collector<msg::ServiceStatus> statuses(participant);
   std::map<std::string, ChildProcess*> processes;
-  processes["allan_monitor"] = &system.start("allan_monitor", {"--window", "60", "--longest-tau", "100"});
-  processes["compensation"] =
-      &system.start("compensation", {"--await-subscribers", "1", "--config", system.path("compensation.yaml")});
+  processes["allan_monitor"] =
+      &system.start("allan_monitor", {"--window", "60", "--longest-tau", "100"});
+  processes["compensation"] = &system.start(
+      "compensation", {"--await-subscribers", "1", "--config", system.path("compensation.yaml")});
   processes["thermal_publisher"] = &system.start("thermal_publisher", source);
   processes["gyro_publisher"] = &system.start("gyro_publisher", gyro_source);
 
@@ -49,7 +51,7 @@ TEST(Memory, OfEveryProcessIsFlatFromAFifthOfTheRunOn) {
     answered = metric(statuses, "compensation", "samples_out");
     for (const auto& [name, process] : processes) {
       const auto bytes = process->resident_bytes();
-      if (!bytes) continue;   // publishers end with their source
+      if (!bytes) continue;  // publishers end with their source
       if (answered >= 0.2 * kSamples) at_a_fifth.emplace(name, *bytes);
       if (answered >= 0.8 * kSamples) at_the_end[name] = *bytes;
     }

@@ -20,14 +20,15 @@ Arguments operator+(Arguments a, const Arguments& b) {
 
 void run_live(SystemUnderTest& system, const Live& live) {
   ChildProcess& monitor = system.start("allan_monitor", {});
-  ChildProcess& recorder =
-      system.start("zerodrift", {"record", "--out", live.out, "--samples", std::to_string(live.samples)});
+  ChildProcess& recorder = system.start(
+      "zerodrift", {"record", "--out", live.out, "--samples", std::to_string(live.samples)});
   ChildProcess& compensation =
       system.start("compensation", Arguments{"--await-subscribers", "2"} + live.compensation);
   ChildProcess& thermal = system.start("thermal_publisher", live.source);
   ChildProcess& gyro = system.start(
-      "gyro_publisher", live.source + live.gyro +
-                            Arguments{"--speed", "max", "--wait-for", "compensation,allan_monitor,recorder"});
+      "gyro_publisher",
+      live.source + live.gyro +
+          Arguments{"--speed", "max", "--wait-for", "compensation,allan_monitor,recorder"});
 
   ASSERT_EQ(recorder.wait(live.at_most), 0) << "the recorder did not get all samples";
   // The sources are over: their publishers end by themselves.
@@ -52,9 +53,9 @@ Arguments Simulation::arguments() const {
 
 void simulate(SystemUnderTest& system, const Simulation& simulation,
               const std::filesystem::path& out, const Arguments& options) {
-  const Finished done = system.run(
-      "zerodrift", Arguments{"simulate", "--out", out, "--rate", std::to_string(simulation.rate_hz)} +
-                       simulation.arguments() + options);
+  const Finished done = system.run("zerodrift", Arguments{"simulate", "--out", out, "--rate",
+                                                          std::to_string(simulation.rate_hz)} +
+                                                    simulation.arguments() + options);
   ASSERT_EQ(done.exit_code, 0) << done.err;
 }
 
@@ -63,7 +64,8 @@ std::filesystem::path write_ramp_profile(const SystemUnderTest& system, int dura
   const auto file = system.path("profile.yaml");
   write(file, "name: ramp\nduration_s: " + std::to_string(duration_s) +
                   "\ninitial_temperature_degc: 0\npower_on_s: 0\nchamber:\n"
-                  "  - {time_s: 3600, temperature_degc: 60}\n" + more);
+                  "  - {time_s: 3600, temperature_degc: 60}\n" +
+                  more);
   return file;
 }
 

@@ -12,8 +12,8 @@
 namespace zerodrift::system_test {
 
 struct Live {
-  Arguments source{};       // of both publishers
-  Arguments gyro{};         // of the gyro publisher alone
+  Arguments source{};  // of both publishers
+  Arguments gyro{};    // of the gyro publisher alone
   Arguments compensation{};
   std::uint64_t samples = 0;
   std::filesystem::path out{};
@@ -28,11 +28,12 @@ void run_offline(SystemUnderTest& system, const std::filesystem::path& record,
                  const std::filesystem::path& out, const Arguments& options = {});
 
 struct Simulation {
-  std::filesystem::path model = std::filesystem::path(ZERODRIFT_SOURCE_DIR) / "config/models/paper_fog.yaml";
+  std::filesystem::path model =
+      std::filesystem::path(ZERODRIFT_SOURCE_DIR) / "config/models/paper_fog.yaml";
   std::filesystem::path profile{};
   int seed = 1;
   int rate_hz = 200;
-  [[nodiscard]] Arguments arguments() const;   // without the rate, which only a gyro has
+  [[nodiscard]] Arguments arguments() const;  // without the rate, which only a gyro has
 };
 
 // `zerodrift simulate`; options as "--reference".

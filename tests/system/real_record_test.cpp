@@ -10,7 +10,8 @@ namespace {
 
 // Its README infers the row period of 1 s and the unit of the rates.
 constexpr const char* kColumns =
-    "time=row*1.0,rate_x=gyro_x[rad/s],rate_y=gyro_y[rad/s],rate_z=gyro_z[rad/s],temperature_coil=temp_c[degC]";
+    "time=row*1.0,rate_x=gyro_x[rad/s],rate_y=gyro_y[rad/s],rate_z=gyro_z[rad/"
+    "s],temperature_coil=temp_c[degC]";
 constexpr std::uint64_t kRows = 8400;
 
 TEST(RealRecord, OfAMemsGyroInAThermalChamberLiveEqualsOffline) {

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdlib>
+#include <filesystem>
 #include <span>
 #include <string>
 #include <thread>
@@ -65,8 +66,10 @@ TEST(SerialGyro, FramesBecomeRatesBadFramesBecomeEventsAndAnUnpluggedGyroEndsNot
   Collector<msg::Temperature> temperatures(participant);
   Collector<msg::Event> events(participant);
   FakeGyro fake;
+  const auto device = system.path("ttyGYRO");  // as udev names a device
+  std::filesystem::create_symlink(fake.device(), device);
   ChildProcess& publisher = system.start(
-      "gyro_publisher", {"--source", "serial", "--device", fake.device(), "--frame-rate", "100"});
+      "gyro_publisher", {"--source", "serial", "--device", device, "--frame-rate", "100"});
 
   // Frames go out into the void until the publisher has opened the line and knows its reader.
   ASSERT_TRUE(eventually([&] {
@@ -74,7 +77,7 @@ TEST(SerialGyro, FramesBecomeRatesBadFramesBecomeEventsAndAnUnpluggedGyroEndsNot
     std::this_thread::sleep_for(10ms);
     return rates.size() > 0 && temperatures.size() > 0;
   }));
-  std::this_thread::sleep_for(200ms);   // what is on its way arrives
+  std::this_thread::sleep_for(200ms);  // what is on its way arrives
   const std::size_t before = rates.size();
 
   for (int k = 0; k < 50; ++k) fake.send_frame();
@@ -97,7 +100,8 @@ TEST(SerialGyro, FramesBecomeRatesBadFramesBecomeEventsAndAnUnpluggedGyroEndsNot
   ASSERT_EQ(all.size(), before + 150);
   for (std::size_t k = before; k < all.size(); ++k) {
     const std::size_t in_burst = k - before;
-    EXPECT_EQ(all[k].sequence_number() - all[before].sequence_number(), in_burst + (in_burst >= 100 ? 1 : 0));
+    EXPECT_EQ(all[k].sequence_number() - all[before].sequence_number(),
+              in_burst + (in_burst >= 100 ? 1 : 0));
     for (std::size_t i = 0; i < 3; ++i) {
       EXPECT_EQ(all[k].rate_radps()[i], static_cast<double>(kDeltaAngleRad[i]) * kFrameRateHz);
     }
@@ -108,13 +112,24 @@ TEST(SerialGyro, FramesBecomeRatesBadFramesBecomeEventsAndAnUnpluggedGyroEndsNot
   EXPECT_EQ(temperatures.all().back().temperature_degc(), 25.0);
   EXPECT_STREQ(temperatures.all().back().probe().c_str(), "case");
   for (const char* code : {"crc_error", "bytes_skipped", "frames_missing"}) {
-    EXPECT_TRUE(eventually([&] { return told(events, code, fake.device()); })) << code;
+    EXPECT_TRUE(eventually([&] { return told(events, code, device); })) << code;
   }
 
-  const std::string device = fake.device();
   fake.unplug();
   EXPECT_TRUE(eventually([&] { return told(events, "device_gone", device); }));
   EXPECT_TRUE(publisher.running());
+
+  // Plugged in again, under the same name: sequence and time go on.
+  FakeGyro again;
+  std::filesystem::remove(device);
+  std::filesystem::create_symlink(again.device(), device);
+  ASSERT_TRUE(eventually([&] {
+    again.send_frame();
+    std::this_thread::sleep_for(10ms);
+    return rates.size() > all.size();
+  }));
+  EXPECT_GT(rates.all().back().sequence_number(), all.back().sequence_number());
+  EXPECT_GT(rates.all().back().sensor_time_ns(), all.back().sensor_time_ns());
   publisher.send(SIGTERM);
   EXPECT_EQ(publisher.wait(2s), 0);
 }

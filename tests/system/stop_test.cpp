@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every process ends with 0 within two seconds of SIGINT or SIGTERM, whatever it is waiting for. (That nothing is left
-// in /dev/shm, SystemUnderTest checks in every test.) A process that is killed takes no other with it.
+// Every process ends with 0 within two seconds of SIGINT or SIGTERM, whatever it is waiting for.
+// (That nothing is left in /dev/shm, SystemUnderTest checks in every test.) A process that is
+// killed takes no other with it.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -39,8 +40,8 @@ bool is_heard(const Collector<msg::ServiceStatus>& statuses, const std::string& 
 
 TEST(Stop, EveryProcessThatRunsAloneEndsOnEitherSignal) {
   SystemUnderTest system(Domain::kStopAlone);
-  const Arguments source =
-      Arguments{"--source", "simulation"} + Simulation{.profile = write_ramp_profile(system, 3600)}.arguments();
+  const Arguments source = Arguments{"--source", "simulation"} +
+                           Simulation{.profile = write_ramp_profile(system, 3600)}.arguments();
   write(system.path("sys/class/hwmon/hwmon0/temp1_input"), "21500\n");
   struct Service {
     std::string heard_as;
@@ -52,7 +53,9 @@ TEST(Stop, EveryProcessThatRunsAloneEndsOnEitherSignal) {
       {"allan_monitor", "allan_monitor", {}},
       {"gyro_publisher", "gyro_publisher", source},
       {"thermal_publisher", "thermal_publisher", source},
-      {"thermal_publisher", "thermal_publisher", {"--source", "sysfs", "--sysfs-root", system.path("sys")}},
+      {"thermal_publisher",
+       "thermal_publisher",
+       {"--source", "sysfs", "--sysfs-root", system.path("sys")}},
       {"recorder", "zerodrift", {"record", "--out", system.path("out.csv")}},
       {"", "zerodrift", {"ctl", "status", "--follow"}}};
   for (const Service& service : services) {
@@ -62,7 +65,7 @@ TEST(Stop, EveryProcessThatRunsAloneEndsOnEitherSignal) {
       Collector<msg::ServiceStatus> statuses(participant);
       ChildProcess& process = system.start(service.program, service.arguments);
       if (service.heard_as.empty()) {
-        std::this_thread::sleep_for(500ms);   // it says nothing of itself
+        std::this_thread::sleep_for(500ms);  // it says nothing of itself
       } else {
         ASSERT_TRUE(is_heard(statuses, service.heard_as));
       }
@@ -80,8 +83,8 @@ struct Chain {
         monitor(system.start("allan_monitor", {})),
         compensation(system.start("compensation", {})),
         thermal(system.start("thermal_publisher", source)),
-        gyro(system.start("gyro_publisher",
-                          source + Arguments{"--rate", "50", "--wait-for", "compensation,allan_monitor"})) {}
+        gyro(system.start("gyro_publisher", source + Arguments{"--rate", "50", "--wait-for",
+                                                               "compensation,allan_monitor"})) {}
   Arguments source;
   ChildProcess& monitor;
   ChildProcess& compensation;
@@ -110,8 +113,8 @@ TEST(Stop, AllProcessesOfARunEndOnCtrlC) {
   EXPECT_LT(std::chrono::steady_clock::now() - signalled, kStopsWithin);
 }
 
-// A consumer that was killed stays matched for the participants' lease (20 s): whoever waits for its receipts or
-// its progress must still stop.
+// A consumer that was killed stays matched for the participants' lease (20 s): whoever waits for
+// its receipts or its progress must still stop.
 TEST(Stop, PublishersWhoseConsumerWasKilledEndWhenTold) {
   SystemUnderTest system(Domain::kStopWithoutConsumer);
   dds::Participant participant("test", system.network());
@@ -120,7 +123,7 @@ TEST(Stop, PublishersWhoseConsumerWasKilledEndWhenTold) {
   ASSERT_TRUE(count_reaches(statuses, "compensation", "samples_out", 1000));
   chain.compensation.send(SIGKILL);
   ASSERT_EQ(chain.compensation.wait(kStopsWithin), 128 + SIGKILL);
-  std::this_thread::sleep_for(500ms);   // they run into the waiting
+  std::this_thread::sleep_for(500ms);  // they run into the waiting
   chain.gyro.send(SIGTERM);
   chain.thermal.send(SIGTERM);
   EXPECT_EQ(chain.gyro.wait(kStopsWithin), 0);
@@ -133,7 +136,8 @@ TEST(Stop, PublishersThatSleepThroughAPauseOfTheRecordEndWhenTold) {
   Collector<msg::ServiceStatus> statuses(participant);
   write(system.path("pause.csv"),
         "time_s,rate_x_rad_s,temperature_coil_degC\n0.0,1e-6,20\n0.1,1e-6,20\n3600.0,1e-6,20\n");
-  const Arguments source{"--source", "record", "--record", system.path("pause.csv"), "--speed", "1", "--wait-for", ""};
+  const Arguments source{"--source", "record", "--record",   system.path("pause.csv"),
+                         "--speed",  "1",      "--wait-for", ""};
   ChildProcess& gyro = system.start("gyro_publisher", source);
   ChildProcess& thermal = system.start("thermal_publisher", source);
   ASSERT_TRUE(count_reaches(statuses, "gyro_publisher", "samples_published", 2));
@@ -154,7 +158,8 @@ bool has_a_bias(const msg::CompensatedRate& answer) {
 }
 
 void expect_every_sequence_once(const std::vector<msg::CompensatedRate>& answers) {
-  for (std::size_t k = 0; k < answers.size(); ++k) ASSERT_EQ(answers[k].sequence_number(), answers[0].sequence_number() + k);
+  for (std::size_t k = 0; k < answers.size(); ++k)
+    ASSERT_EQ(answers[k].sequence_number(), answers[0].sequence_number() + k);
 }
 
 // A replay waits two seconds for the temperatures that belong to its rates, then goes on without.
@@ -167,7 +172,8 @@ TEST(Killed, AThermalPublisherOfASimulationLeavesTheServiceInItsFallback) {
   ASSERT_TRUE(eventually([&] { return answers.any(has_a_bias); }, 20000ms));
   chain.thermal.send(SIGKILL);
   EXPECT_TRUE(eventually([&] { return answers.any(is_stale); }, 20000ms));
-  EXPECT_TRUE(eventually([&] { return told(events, "stream_silent") && told(events, "temperature_stale"); }));
+  EXPECT_TRUE(eventually(
+      [&] { return told(events, "stream_silent") && told(events, "temperature_stale"); }));
   EXPECT_TRUE(chain.compensation.running());
   EXPECT_TRUE(chain.gyro.running());
   expect_every_sequence_once(answers.all());
@@ -209,13 +215,15 @@ TEST(Killed, AThermalPublisherInRealTimeLeavesTheServiceInItsFallbackAfterTemper
   write(system.path("sys/class/hwmon/hwmon0/temp1_input"), "21500\n");
   write(system.path("compensation.yaml"),
         "temperature_stale_s: 2\nearth_rate: {mode: included}\n"
-        "learning: {label_interval_s: 1, confirm_s: 1}\nfeatures: [{kind: temperature, probe: coil}]\n");
+        "learning: {label_interval_s: 1, confirm_s: 1}\nfeatures: [{kind: temperature, probe: "
+        "coil}]\n");
   dds::Participant participant("test", system.network());
   Collector<msg::CompensatedRate> answers(participant);
   Collector<msg::Temperature> temperatures(participant);
-  ChildProcess& compensation = system.start("compensation", {"--config", system.path("compensation.yaml")});
-  ChildProcess& thermal =
-      system.start("thermal_publisher", {"--source", "sysfs", "--sysfs-root", system.path("sys"), "--rate", "10"});
+  ChildProcess& compensation =
+      system.start("compensation", {"--config", system.path("compensation.yaml")});
+  ChildProcess& thermal = system.start("thermal_publisher", {"--source", "sysfs", "--sysfs-root",
+                                                             system.path("sys"), "--rate", "10"});
   RealTimeGyro gyro(participant);
   ASSERT_TRUE(eventually([&] { return answers.any(has_a_bias); }, 30000ms));
   EXPECT_FALSE(answers.any(is_stale));
@@ -223,7 +231,8 @@ TEST(Killed, AThermalPublisherInRealTimeLeavesTheServiceInItsFallbackAfterTemper
   thermal.send(SIGKILL);
   ASSERT_EQ(thermal.wait(kStopsWithin), 128 + SIGKILL);
   ASSERT_TRUE(eventually([&] { return answers.any(is_stale); }));
-  const double last_reading_s = static_cast<double>(temperatures.all().back().sensor_time_ns()) * 1e-9;
+  const double last_reading_s =
+      static_cast<double>(temperatures.all().back().sensor_time_ns()) * 1e-9;
   const auto all = answers.all();
   const auto first = std::find_if(all.begin(), all.end(), is_stale);
   const double stale_after_s = static_cast<double>(first->sensor_time_ns()) * 1e-9 - last_reading_s;

@@ -15,9 +15,12 @@ namespace {
 
 using namespace std::chrono_literals;
 
-std::optional<msg::Temperature> newest(const Collector<msg::Temperature>& temperatures, const std::string& probe) {
+std::optional<msg::Temperature> newest(const Collector<msg::Temperature>& temperatures,
+                                       const std::string& probe) {
   const auto all = temperatures.all();
-  const auto found = std::find_if(all.rbegin(), all.rend(), [&](const auto& reading) { return probe == reading.probe().c_str(); });
+  const auto found = std::find_if(all.rbegin(), all.rend(), [&](const auto& reading) {
+    return probe == reading.probe().c_str();
+  });
   return found == all.rend() ? std::nullopt : std::optional(*found);
 }
 
@@ -32,12 +35,14 @@ TEST(SysfsThermometer, TemperaturesArriveAndAFileThatVanishesIsToldAndComesBack)
   Collector<msg::Temperature> temperatures(participant);
   Collector<msg::Event> events(participant);
   ChildProcess& publisher = system.start(
-      "thermal_publisher", {"--source", "sysfs", "--sysfs-root", system.path("sys"), "--rate", "20", "--gyro-id", "5"});
+      "thermal_publisher",
+      {"--source", "sysfs", "--sysfs-root", system.path("sys"), "--rate", "20", "--gyro-id", "5"});
 
   const auto reads = [&](const std::string& probe, double degc) {
     return eventually([&] {
       const auto reading = newest(temperatures, probe);
-      return reading && reading->measured() == 1 && reading->temperature_degc() == degc && reading->gyro_id() == 5;
+      return reading && reading->measured() == 1 && reading->temperature_degc() == degc &&
+             reading->gyro_id() == 5;
     });
   };
   EXPECT_TRUE(reads("coil", 21.5));

@@ -45,9 +45,8 @@ SystemUnderTest::~SystemUnderTest() {
 ChildProcess& SystemUnderTest::start_foreign(const std::string& program, const Arguments& arguments,
                                              const Environment& environment) {
   const std::string name = std::to_string(processes_.size()) + "-" + program;
-  processes_.push_back(std::make_unique<ChildProcess>(
-      Program{std::filesystem::path(ZERODRIFT_BIN_DIR) / program, arguments, environment,
-              path(name)}));
+  processes_.push_back(std::make_unique<ChildProcess>(Program{
+      std::filesystem::path(ZERODRIFT_BIN_DIR) / program, arguments, environment, path(name)}));
   return *processes_.back();
 }
 

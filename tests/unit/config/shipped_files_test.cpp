@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "common/config/compensation_config.h"
 #include "common/config/twin_config.h"
 #include "common/core/units.h"
 #include "common/twin/simulation.h"
@@ -108,6 +109,26 @@ TEST(TurnsScenario, TheProfileIsThePapersWithTwoTurns) {
   ASSERT_EQ(turns.turns.size(), 2U);
   EXPECT_DOUBLE_EQ(turns.turns[0].rate_radps, 10.0 * core::kRadPerDeg);
   EXPECT_DOUBLE_EQ(turns.turns[1].rate_radps, 0.1 * core::kRadPerDeg);
+}
+
+// Rule: a shipped configuration says what its comment says.
+TEST(ShippedCompensation, ThePapersFileUsesItsRateEstimatorAndPulseTerms) {
+  const auto options = load_compensation(shipped("paper.yaml"));
+  EXPECT_EQ(options.track.rate_method, thermal::RateMethod::kSlidingMean);
+  EXPECT_EQ(options.track.sliding_mean.window_samples, 12000U);
+  EXPECT_EQ(options.features.back().kind, thermal::FeatureKind::kPulseMean);
+  EXPECT_EQ(options.probes(), std::vector<std::string>{"coil"});
+}
+
+// Rule: on a vehicle Earth rate is taken off and an implausible level is not learned. 100 deg/h =
+// 4.848e-4 rad/s; at latitude 48 deg, level and heading north, Earth rate lies in the plane of x
+// and z.
+TEST(ShippedCompensation, TheVehiclesFileTakesEarthRateOff) {
+  const auto options = load_compensation(shipped("vehicle.yaml"));
+  EXPECT_EQ(options.earth_rate.mode, compensation::EarthRateMode::kKnown);
+  const auto& rate = options.earth_rate.rate_radps;
+  EXPECT_NEAR(std::hypot(rate[0], rate[2]), core::kEarthRateRadps, 1e-12);
+  EXPECT_NEAR(options.learning.rest.max_level_radps, core::radps_from_deg_h(100.0), 1e-12);
 }
 
 }  // namespace
