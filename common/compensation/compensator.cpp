@@ -72,8 +72,7 @@ Compensator::Compensator(const CompensationOptions& options)
 
 Compensator::~Compensator() = default;
 
-// ----------------------------------------------------------------------------------------------------
-// taking in
+// --------------------------------------------------------------------------------------- taking in
 
 Admission Compensator::push(const core::AngularRateSample& sample, std::int64_t publish_time_ns,
                             std::int64_t ingress_time_ns) noexcept {
@@ -168,8 +167,7 @@ bool Compensator::reset_models() noexcept {
   return true;
 }
 
-// ----------------------------------------------------------------------------------------------------
-// answering
+// --------------------------------------------------------------------------------------- answering
 
 CompensatedSample Compensator::answer_next() noexcept {
   Pending pending = waiting_.front();
@@ -261,8 +259,7 @@ void Compensator::take_models(core::SensorTime now) noexcept {
   estimate_outdated_ = true;
 }
 
-// ----------------------------------------------------------------------------------------------------
-// observing
+// --------------------------------------------------------------------------------------- observing
 
 EarthRateMode Compensator::earth_rate_mode(core::ClockSource clock) const noexcept {
   if (options_.earth_rate.mode != EarthRateMode::kAuto) return options_.earth_rate.mode;
@@ -358,8 +355,7 @@ void Compensator::judge(AxisState& axis, const Label& label, std::size_t i) noex
   axis.trusted = record.labels >= kLabelsBeforeTrust && record.model_mse <= ratio * record.bias_mse;
 }
 
-// ----------------------------------------------------------------------------------------------------
-// estimating
+// -------------------------------------------------------------------------------------- estimating
 
 Reason Compensator::gate_reason() const noexcept {
   if (commanded_freeze_) return Reason::kCommanded;
@@ -475,12 +471,15 @@ void Compensator::estimate_axis(core::Axis axis, core::SensorTime now, Reason ga
     return apply(state, Rung::kStationaryBias, Mode::kFallback, reason, *state.context.bias_radps,
                  bias_variance(state, now));
   }
-  if (const auto factory = factory_drift(axis)) {
+  const bool temperature_bad = input == Reason::kTemperatureMissing ||
+                               input == Reason::kTemperatureStale || input == Reason::kProbeStuck;
+  const auto factory = temperature_bad ? std::nullopt : factory_drift(axis);
+  if (factory) {
     return apply(state, Rung::kFactoryPolynomial, Mode::kFallback, Reason::kNoEstimateYet, *factory,
                  -1.0);
   }
-  apply(state, Rung::kNone, Mode::kPassthrough,
-        gate == Reason::kNone ? Reason::kNoEstimateYet : gate, 0.0, -1.0);
+  const Reason idle = temperature_bad ? input : Reason::kNoEstimateYet;
+  apply(state, Rung::kNone, Mode::kPassthrough, gate == Reason::kNone ? idle : gate, 0.0, -1.0);
 }
 
 void Compensator::apply(AxisState& axis, Rung rung, Mode mode, Reason reason, double drift_radps,
@@ -520,8 +519,7 @@ std::optional<double> Compensator::factory_drift(core::Axis axis) const noexcept
   return drift;
 }
 
-// ----------------------------------------------------------------------------------------------------
-// telling
+// ----------------------------------------------------------------------------------------- telling
 
 CompensatorCounts Compensator::counts() const noexcept {
   CompensatorCounts counts = counts_;

@@ -33,8 +33,8 @@ struct EarthRateOptions {
 
 struct LearningOptions {
   double label_interval_s = 5.0;  // a label is the mean over this long
-  double confirm_s = 5.0;  // stillness after a label before it may be learned: its last second may
-                           // already have held the beginning of a turn
+  double confirm_s = 5.0;   // stillness after a label before it may be learned: its last second may
+                            // already have held the beginning of a turn
   double handover_s = 1.0;  // sensor time from a label's confirmation to the model's taking effect
   std::size_t initial_labels = 12;  // the initial set
   RestGateOptions rest;

@@ -21,8 +21,8 @@ struct DriftBlock {
 };
 
 struct RestGateOptions {
-  double departure_sigmas = 6.0;  // a block this many sigmas off the level is motion (5 days of
-                                  // false alarms at one block a second: 1)
+  double departure_sigmas = 6.0;      // a block this many sigmas off the level is motion (5 days of
+                                      // false alarms at one block a second: 1)
   double max_slew_radps2 = 2.424e-7;  // the level may move this fast: 0.05 deg/h per s
   double noise_slew_per_s = 0.05;     // or by this many block sigmas per second, for noisier gyros
   double max_level_radps = 1e30;      // without a reference, a larger level is motion

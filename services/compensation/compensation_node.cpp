@@ -84,8 +84,7 @@ void CompensationNode::run() {
   host_.run([this] { return status(); }, [this] { tick(); });
 }
 
-// ----------------------------------------------------------------------------------------------------
-// data path
+// ---------------------------------------- data path
 
 CompensationNode::Gyro& CompensationNode::gyro(std::uint32_t gyro_id) {
   for (auto& known : gyros_) {
@@ -153,7 +152,7 @@ void CompensationNode::on_reference(const msg::RateReference& message) {
 bool CompensationNode::may_write(Gyro& source) const {
   if (source.writer == nullptr) return false;
   if (source.heard_by_all || source.compensator.readiness() == Readiness::kNothing) return true;
-  source.heard_by_all = source.writer->matched() >= options_.await_subscribers ||
+  source.heard_by_all = options_.await_subscribers == 0 ||
                         !core::is_paced_by_consumers(source.compensator.waiting_clock());
   return source.heard_by_all;
 }
@@ -209,8 +208,7 @@ void CompensationNode::report_progress(Gyro& source) {
   progress_.report(source.id, source.newest_sequence, source.reported_needed);
 }
 
-// ----------------------------------------------------------------------------------------------------
-// learner
+// ---------------------------------------- learner
 
 void CompensationNode::learn_until_stopped() {
   std::vector<Gyro*> roster;
@@ -232,8 +230,7 @@ void CompensationNode::learn_until_stopped() {
   }
 }
 
-// ----------------------------------------------------------------------------------------------------
-// commands
+// ---------------------------------------- commands
 
 void CompensationNode::on_command(const msg::Command& command) {
   if (host_.name() != command.service().c_str()) return;
@@ -253,7 +250,7 @@ void CompensationNode::on_command(const msg::Command& command) {
   reply.model_epoch(epoch);
   reply.text(text.c_str());
   reply_writer_.write(reply);
-  host_.raise({.code = "command",
+  host_.raise({.code = "command_" + std::string(command.name().c_str()),
                .severity = Severity::kInformation,
                .text = std::string(command.name().c_str()) + " from " + command.issuer().c_str() +
                        ": " + text,
@@ -281,8 +278,7 @@ std::string CompensationNode::obey(Gyro& source, std::string_view command, bool&
   return "unknown command '" + std::string(command) + "'; known are freeze, learn, reset";
 }
 
-// ----------------------------------------------------------------------------------------------------
-// status
+// ---------------------------------------- status
 
 void CompensationNode::tick() {
   progress_.announce();
@@ -324,7 +320,20 @@ void CompensationNode::make_writers() {
     source->writer = std::move(writer);
   }
   const std::lock_guard lock(data_mutex_);
-  for (auto& source : gyros_) drain(*source);
+  for (auto& source : gyros_) {
+    note_subscribers(*source);
+    drain(*source);
+  }
+}
+
+// A match is known here before it is known there, and a reader of another vendor begins with the
+// first heartbeat it hears (Fast DDS sends it 12 ms after the match): what is written at once is
+// lost to it. So subscribers count from the second tick on that sees them.
+void CompensationNode::note_subscribers(Gyro& source) {
+  if (source.writer == nullptr) return;
+  const bool are_here = source.writer->matched() >= options_.await_subscribers;
+  source.heard_by_all = source.heard_by_all || (are_here && source.subscribers_were_here);
+  source.subscribers_were_here = are_here;
 }
 
 void CompensationNode::tell_of_faults(Gyro& source) {

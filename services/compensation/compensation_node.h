@@ -44,7 +44,8 @@ class CompensationNode {
     compensation::Compensator compensator;
     // Made outside of the receiving thread; samples wait for it in the compensator.
     std::unique_ptr<dds::Writer<msg::CompensatedRate>> writer;
-    bool heard_by_all = false;  // as many subscribers as were asked for
+    bool heard_by_all = false;           // as many subscribers as were asked for
+    bool subscribers_were_here = false;  // a tick ago
     eprosima::fastrtps::rtps::GUID_t publisher{};
     bool has_publisher = false;
     std::int64_t heard_ns = 0;          // monotonic
@@ -75,6 +76,7 @@ class CompensationNode {
   void report_progress(Gyro& gyro);
   void tick();
   void make_writers();
+  void note_subscribers(Gyro& gyro);
   void tell_of_faults(Gyro& gyro);
   void tell_of_modes(Gyro& gyro);
   void tell_of_temperature(Gyro& gyro);

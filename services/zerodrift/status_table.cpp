@@ -19,18 +19,16 @@ constexpr std::size_t kEventsShown = 6;
 constexpr double kUnknown = -1.0;
 constexpr double kMinute = 60.0;
 
-// Deviation at the tau nearest to the wanted one; nothing farther off than a factor of 1.5.
-std::optional<double> deviation_at(const msg::AllanReport& report, double tau_s) {
-  const msg::AllanPoint* nearest = nullptr;
-  for (const auto& point : report.since_start()) {
-    if (nearest == nullptr ||
-        std::abs(std::log(point.tau_s() / tau_s)) < std::abs(std::log(nearest->tau_s() / tau_s))) {
-      nearest = &point;
-    }
-  }
-  if (nearest == nullptr || std::abs(std::log(nearest->tau_s() / tau_s)) > std::log(1.5))
-    return std::nullopt;
-  return nearest->deviation_radps();
+// The point nearest to a minute; nothing farther off than a factor of 1.5.
+const msg::AllanPoint* minute_point(const msg::AllanReport& report) {
+  const auto distance = [](const msg::AllanPoint& point) {
+    return std::abs(std::log(point.tau_s() / kMinute));
+  };
+  const auto& points = report.since_start();
+  const auto nearest =
+      std::min_element(points.begin(), points.end(),
+                       [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
+  return nearest == points.end() || distance(*nearest) > std::log(1.5) ? nullptr : &*nearest;
 }
 
 const std::string kPart = "compensation:";  // see service::StatusPart
@@ -43,8 +41,8 @@ std::string known(const char* format, double value) {
   return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : "-";
 }
 
-std::string figure(std::optional<double> rate_radps) {
-  return rate_radps ? fmt::format("{:.4g}", deg_h_from_radps(*rate_radps)) : "-";
+std::string figure(double rate_radps) {
+  return fmt::format("{:.4g}", deg_h_from_radps(rate_radps));
 }
 
 std::string figure(const msg::BlockStatistics& blocks) {
@@ -157,16 +155,26 @@ std::string StatusBoard::axis_row(std::uint32_t gyro, core::Axis axis) const {
     if (left_blocks.std_radps() > 0.0) {
       ratio = fmt::format("{:.1f}", raw_blocks.std_radps() / left_blocks.std_radps());
     }
-    raw_minute = figure(deviation_at(raw->second, kMinute));
-    left_minute = figure(deviation_at(left->second, kMinute));
-    // Means of neighbouring minutes differ by sqrt(2) Allan deviations.
-    if (const auto minute = deviation_at(raw->second, kMinute)) {
-      held = figure(std::sqrt(2.0) * *minute);
+    const msg::AllanPoint* raw_point = minute_point(raw->second);
+    const msg::AllanPoint* left_point = minute_point(left->second);
+    if (raw_point != nullptr && left_point != nullptr) {
+      raw_minute = figure(raw_point->deviation_radps());
+      left_minute = figure(left_point->deviation_radps());
+      // Neighbouring means differ by sqrt(2) Allan deviations.
+      held = figure(std::sqrt(2.0) * raw_point->deviation_radps());
     }
   }
   return fmt::format("{:<4} {:>9} {:>9} {:>7} {:>11} {:>10} {:>9} {:>9.4g}  {}\n", core::name(axis),
                      raw_std, left_std, ratio, held, raw_minute, left_minute,
                      metric(of, "drift" + suffix, 0.0), why);
+}
+
+// Which cluster time the Allan columns hold: the grid's nearest to a minute.
+std::string StatusBoard::minute_heading(std::uint32_t gyro) const {
+  const auto report = reports_.lower_bound({gyro, 0, 0});
+  if (report == reports_.end() || std::get<0>(report->first) != gyro) return "ADEV raw";
+  const msg::AllanPoint* point = minute_point(report->second);
+  return point == nullptr ? "ADEV raw" : fmt::format("ADEV {:.0f} s", point->tau_s());
 }
 
 std::string StatusBoard::gyro_table(std::uint32_t gyro) const {
@@ -179,7 +187,7 @@ std::string StatusBoard::gyro_table(std::uint32_t gyro) const {
       known("{:+.4f}", metric(of, "temperature_rate", NAN)), metric(of, "labels", 0.0),
       metric(of, "model_epoch", 0.0));
   text += fmt::format("{:<4} {:>9} {:>9} {:>7} {:>11} {:>10} {:>9} {:>9}  {}\n", "axis", "raw std",
-                      "comp std", "ratio", "persistence", "ADEV60 raw", "comp", "drift",
+                      "comp std", "ratio", "persistence", minute_heading(gyro), "comp", "drift",
                       "mode (why)   [deg/h; std of 60 s means]");
   for (const auto axis : core::kAxes) text += axis_row(gyro, axis);
   return text;

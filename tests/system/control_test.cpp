@@ -105,7 +105,9 @@ TEST(Control, FreezeLearnAndResetAreAcknowledgedAndDoWhatTheySay) {
   from = run.answers.size();
   EXPECT_TRUE(run.reaches(Mode::kLearning, Reason::kNone, from));
   for (const char* command : {"freeze", "learn", "reset"}) {
-    EXPECT_TRUE(eventually([&] { return told(run.events, "command", command); })) << command;
+    EXPECT_TRUE(eventually([&] {
+      return told(run.events, std::string("command_") + command, command);
+    })) << command;
   }
   EXPECT_EQ(run.system.control({"freeze", "--service", "nobody", "--wait", "1"}).exit_code, 1);
 }

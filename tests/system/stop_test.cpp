@@ -58,10 +58,10 @@ TEST(Stop, EveryProcessThatRunsAloneEndsOnEitherSignal) {
        {"--source", "sysfs", "--sysfs-root", system.path("sys")}},
       {"recorder", "zerodrift", {"record", "--out", system.path("out.csv")}},
       {"", "zerodrift", {"ctl", "status", "--follow"}}};
+  dds::Participant participant("test", system.network());
   for (const Service& service : services) {
     for (const int signal : {SIGINT, SIGTERM}) {
       SCOPED_TRACE(service.program + " " + std::to_string(signal));
-      dds::Participant participant("test", system.network());
       Collector<msg::ServiceStatus> statuses(participant);
       ChildProcess& process = system.start(service.program, service.arguments);
       if (service.heard_as.empty()) {

@@ -178,6 +178,27 @@ TEST(CompensatorLadder, BeforeAnythingIsLearnedTheFactoryPolynomialCompensates) 
   EXPECT_EQ(answer.mode[1], Mode::kPassthrough);
 }
 
+// Rule: a factory polynomial goes by a temperature that is known; with a stale one it says nothing.
+TEST(CompensatorLadder, AFactoryPolynomialIsNotAppliedToAStaleTemperature) {
+  GyroSpec spec = ramp();
+  spec.duration_s = 120.0;
+  Record record = make_record(spec);
+  std::erase_if(record.temperatures,
+                [](const auto& reading) { return reading.time > from_seconds(60.0); });
+  CompensationOptions options = testing::options();
+  options.factory_polynomial_radps[0] = {1e-5};
+  Compensator compensator{options};
+  compensator.freeze();  // so that no bias is ever learned
+  const auto answers = testing::run(compensator, record);
+  EXPECT_EQ(answers[80 * 20].rung[0], Rung::kFactoryPolynomial);
+  // Stale after 30 s without a reading; an estimate is renewed with each block.
+  EXPECT_EQ(count(answers, 92.0, 120.0,
+                  [](const auto& a) {
+                    return a.rung[0] == Rung::kNone && a.mode[0] == Mode::kPassthrough;
+                  }),
+            28U * 20U);
+}
+
 // Rule: outside the learned temperatures it says so, goes from the last safe value to the bias with
 // a time constant of 10 s, without a jump, and its variance grows.
 TEST(CompensatorLadder, OutsideTheLearnedTemperaturesItReturnsToTheBiasAndSaysSo) {
