@@ -165,10 +165,12 @@ void Host::publish(const std::string& name, const Status& status,
   status_writer_.write(message);
 }
 
-void Host::run(const std::function<Status()>& status, const std::function<void()>& tick) {
+void Host::run(const std::function<Status()>& status, const std::function<void()>& tick,
+               const std::function<void()>& on_stop) {
   bool stop = false;
   while (!stop) {
     stop = wait_for_stop(kStatusPeriod);
+    if (stop && on_stop) on_stop();
     if (tick) tick();
     Status now = status();
     if (stop) now.state = State::kStopping;

@@ -78,9 +78,10 @@ class Host {
   // For readers and writers: turns what the middleware noticed into events.
   [[nodiscard]] dds::EndpointObserver observer();
 
-  // Publishes status() about four times a second until a stop signal, then once more with
-  // State::kStopping. `tick`, if given, runs before each.
-  void run(const std::function<Status()>& status, const std::function<void()>& tick = {});
+  // Publishes status() about four times a second until a stop signal, then calls on_stop, and
+  // publishes once more with State::kStopping. `tick`, if given, runs before each.
+  void run(const std::function<Status()>& status, const std::function<void()>& tick = {},
+           const std::function<void()>& on_stop = {});
   void publish(const Status& status);
 
  private:

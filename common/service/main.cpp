@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/service/main.h"
 
+#include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <iostream>
+#include <thread>
 
 #include "common/service/host.h"
 
@@ -16,6 +19,14 @@ void add_network_options(CLI::App& app, dds::NetworkOptions& network) {
       "--interface", network.interfaces,
       "IPv4 address of an interface to use (repeatable); without it nothing leaves this machine");
   app.add_option("--peer", network.peers, "IPv4 address of another host to look for (repeatable)");
+}
+
+void end_within(std::chrono::milliseconds at_most, int exit_code) {
+  std::thread([at_most, exit_code] {
+    std::this_thread::sleep_for(at_most);
+    std::fputs("stop: the middleware did not let go in time; ended without waiting\n", stderr);
+    std::_Exit(exit_code);
+  }).detach();
 }
 
 int run_main(CLI::App& app, int argc, char** argv, const std::function<int()>& body) {

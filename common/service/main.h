@@ -4,6 +4,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <functional>
 #include <string>
 
@@ -15,7 +16,15 @@ inline constexpr int kExitDone = 0;
 inline constexpr int kExitNo = 1;        // ran, and the answer is no
 inline constexpr int kExitBadInput = 2;  // wrong usage or bad input
 
+// For end_within(): of the 2 s within which a stop takes effect.
+inline constexpr std::chrono::milliseconds kStopWithin{1500};
+
 void add_network_options(CLI::App& app, dds::NetworkOptions& network);
+
+// To be called when a stop begins and nothing durable is left to do: if ending takes longer, the
+// process ends with `exit_code` all the same. Participants that leave together were once seen to
+// wait for each other inside the middleware, and a stop has to take effect within 2 s.
+void end_within(std::chrono::milliseconds at_most, int exit_code);
 
 // Parses, then runs `body`, whose result is the exit code. Every exception ends as one line on
 // standard error and kExitBadInput.

@@ -8,6 +8,7 @@
 
 #include "common/allan/coefficients.h"
 #include "common/dds/conversions.h"
+#include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
 
 namespace zerodrift::services {
@@ -72,7 +73,8 @@ AllanMonitorNode::AllanMonitorNode(const AllanMonitorOptions& options)
           host_.observer()) {}
 
 void AllanMonitorNode::run() {
-  host_.run([this] { return status(); }, [this] { tick(); });
+  host_.run([this] { return status(); }, [this] { tick(); },
+            [] { service::end_within(service::kStopWithin, service::kExitDone); });
 }
 
 AllanMonitorNode::Gyro& AllanMonitorNode::gyro(std::uint32_t gyro_id) {

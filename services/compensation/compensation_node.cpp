@@ -6,6 +6,7 @@
 
 #include "common/core/units.h"
 #include "common/dds/conversions.h"
+#include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
 
 namespace zerodrift::services {
@@ -81,7 +82,8 @@ CompensationNode::~CompensationNode() {
 }
 
 void CompensationNode::run() {
-  host_.run([this] { return status(); }, [this] { tick(); });
+  host_.run([this] { return status(); }, [this] { tick(); },
+            [] { service::end_within(service::kStopWithin, service::kExitDone); });
 }
 
 // ---------------------------------------- data path

@@ -113,10 +113,12 @@ int ThermalPublisherNode::run() {
     }
     service::request_stop();
   });
-  host_.run([this] { return status(); });
+  const auto exit_code = [this] { return failed_ ? service::kExitBadInput : service::kExitDone; };
+  host_.run([this] { return status(); }, {},
+            [&] { service::end_within(service::kStopWithin, exit_code()); });
   stopping_ = true;
   publisher.join();
-  return failed_ ? service::kExitBadInput : service::kExitDone;
+  return exit_code();
 }
 
 void ThermalPublisherNode::publish_source() {

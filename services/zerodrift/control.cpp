@@ -65,7 +65,11 @@ int follow(const ControlOptions& options) {
   }
   service::wait_for_stop(stopped ? 1ms : 1500ms);  // the monitor's last report
   std::printf("\n%s%s", board.table().c_str(), board.summary().c_str());
-  return !options.until_finished || board.nothing_lost() ? service::kExitDone : service::kExitNo;
+  std::fflush(stdout);
+  const bool passed = !options.until_finished || board.nothing_lost();
+  const int exit_code = passed ? service::kExitDone : service::kExitNo;
+  service::end_within(service::kStopWithin, exit_code);
+  return exit_code;
 }
 
 int send(const ControlOptions& options) {

@@ -41,8 +41,11 @@ class Recorder {
     csv_.commit();
     std::printf("%s: %llu samples\n", options_.out.c_str(),
                 static_cast<unsigned long long>(taken_));
-    return options_.samples == 0 || taken_ >= options_.samples ? service::kExitDone
-                                                               : service::kExitNo;
+    const bool complete = options_.samples == 0 || taken_ >= options_.samples;
+    const int exit_code = complete ? service::kExitDone : service::kExitNo;
+    std::fflush(stdout);
+    service::end_within(service::kStopWithin, exit_code);
+    return exit_code;
   }
 
  private:
