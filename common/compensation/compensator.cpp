@@ -20,6 +20,7 @@ constexpr std::size_t kWaiting = 4096;  // raw samples; publishers of records ke
 constexpr std::size_t kTemperaturesWaiting = 4096;
 constexpr std::size_t kDue = 64;
 constexpr double kBlockS = 1.0;
+constexpr double kSlowestIntervalS = 86400.0;  // of a record that is still a stream
 constexpr double kStationaryMinuteS = 60.0;
 constexpr double kOldestReferenceS = 1.0;
 // Above this true rate a scale-factor error of 100 ppm passes for .036 deg/h of drift: not learned
@@ -113,7 +114,7 @@ void Compensator::push(const core::RateReferenceSample& sample) noexcept {
 Readiness Compensator::readiness() noexcept {
   if (waiting_.empty()) return Readiness::kNothing;
   const Pending& next = waiting_.front();
-  if (next.late || !is_timely(next.sample.time)) return Readiness::kReady;
+  if (next.late || !is_timely(next.sample)) return Readiness::kReady;
   const core::SensorTime time = next.sample.time;
   if (!temperatures_.complete_to(time - temperature_delay_)) return Readiness::kAwaitsTemperature;
   if (!references_.complete_to(time)) return Readiness::kAwaitsReference;
@@ -173,7 +174,7 @@ CompensatedSample Compensator::answer_next() noexcept {
   Pending pending = waiting_.front();
   waiting_.pop();
   const core::AngularRateSample& sample = pending.sample;
-  if (!pending.late && !is_timely(sample.time)) {
+  if (!pending.late && !is_timely(sample)) {
     ++counts_.time_faults;
     doubted_ = sample.time;
     pending.late = true;  // answered with the drift in force; moves nothing forward
@@ -193,15 +194,18 @@ CompensatedSample Compensator::answer_next() noexcept {
   return answer(pending);
 }
 
-// A stamp that jumps by more than kLargestStep, either way, is believed when a second sample
-// follows it.
-bool Compensator::is_timely(core::SensorTime time) const noexcept {
-  if (!thermal::is_usable(time)) return false;
+// A stamp that jumps by more than kLargestStep and three intervals, either way, is believed when a
+// second sample follows it.
+bool Compensator::is_timely(const core::AngularRateSample& sample) const noexcept {
+  if (!thermal::is_usable(sample.time)) return false;
   if (newest_ == core::kNever) return true;
-  const core::SensorTime step = time - newest_;
-  if (step >= -kLargestStep && step <= kLargestStep) return step > core::SensorTime{0};
-  const core::SensorTime since_doubted = thermal::saturating_difference(time, doubted_);
-  return since_doubted > core::SensorTime{0} && since_doubted <= kLargestStep;
+  const bool slow = sample.interval_s > 0.0 && sample.interval_s < kSlowestIntervalS;
+  const core::SensorTime largest =
+      slow ? std::max(kLargestStep, core::from_seconds(3.0 * sample.interval_s)) : kLargestStep;
+  const core::SensorTime step = sample.time - newest_;
+  if (step >= -largest && step <= largest) return step > core::SensorTime{0};
+  const core::SensorTime since_doubted = thermal::saturating_difference(sample.time, doubted_);
+  return since_doubted > core::SensorTime{0} && since_doubted <= largest;
 }
 
 CompensatedSample Compensator::answer(const Pending& pending) const noexcept {

@@ -163,7 +163,7 @@ class Compensator {
     Rung rung = Rung::kNone;
   };
 
-  [[nodiscard]] bool is_timely(core::SensorTime time) const noexcept;
+  [[nodiscard]] bool is_timely(const core::AngularRateSample& sample) const noexcept;
   void restart_histories() noexcept;
   void take_temperatures(core::SensorTime until) noexcept;
   void take_models(core::SensorTime now) noexcept;

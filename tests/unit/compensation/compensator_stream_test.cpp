@@ -297,5 +297,25 @@ TEST(CompensatorAbuse, SamplesThatWaitAcrossARestartAreAnsweredAndMoveNothing) {
   EXPECT_GT(compensator.counts().labels, 5U);
 }
 
+// Rule: a record slower than a sample a minute is a stream like any other; its steps are no faults.
+TEST(Compensator, ARecordOfTwoMinuteMeansIsFollowedAndCompensated) {
+  Compensator compensator{testing::options()};
+  CompensatedSample last;
+  for (std::uint64_t k = 0; k < 200; ++k) {
+    core::AngularRateSample sample;
+    sample.sequence = k;
+    sample.time = core::SensorTime{std::chrono::seconds(120 * k)};
+    sample.interval_s = 120.0;
+    sample.rate_radps.fill(1e-5 + (k % 2 == 0 ? 1e-9 : -1e-9));
+    sample.valid.fill(true);
+    sample.clock = core::ClockSource::kReplay;
+    ASSERT_EQ(compensator.push(sample), Admission::kInOrder);
+    last = compensator.answer_next();
+  }
+  EXPECT_EQ(compensator.counts().time_faults, 0U);
+  EXPECT_EQ(last.rung[0], Rung::kStationaryBias);
+  EXPECT_NEAR(last.applied_drift_radps[0], 1e-5, 1e-8);  // ten times the alternation
+}
+
 }  // namespace
 }  // namespace zerodrift::compensation
