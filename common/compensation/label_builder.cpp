@@ -86,7 +86,6 @@ void LabelBuilder::accumulate(const DriftBlock& block, const core::PerAxis<AxisC
                               const core::PerAxis<double>& block_variance_radps2) noexcept {
   if (begin_ == core::kNever) begin_ = block.begin;
   end_ = block.end;
-  ++blocks_;
   for (const auto axis : kAxes) {
     const std::size_t i = index(axis);
     if (block.count[i] == 0) continue;
@@ -128,7 +127,6 @@ void LabelBuilder::finish() noexcept {
 
 void LabelBuilder::reopen() noexcept {
   begin_ = end_ = core::kNever;
-  blocks_ = 0;
   sums_ = {};
 }
 

@@ -108,7 +108,6 @@ class LabelBuilder {
   core::SensorTime confirm_;
   core::SensorTime begin_{core::kNever};
   core::SensorTime end_{core::kNever};
-  std::size_t blocks_ = 0;
   core::PerAxis<AxisSums> sums_{};
   core::RingBuffer<Label> pending_{kPending};
 };

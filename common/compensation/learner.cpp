@@ -75,7 +75,7 @@ void AxisLearner::begin() noexcept {
 void AxisLearner::add(double drift_radps, const FeatureArray& features) noexcept {
   const std::span x(features.data(), svr_options_.dimension);
   const double y = (drift_radps - offset_radps_) / scale_radps_;
-  // A label in ten seconds leaves time to finish what an event budget cut short; the bound keeps
+  // A label in some seconds leaves time to finish what an event budget cut short; the bound keeps
   // one job bounded.
   auto outcome = svr_.add(x, y).outcome;
   for (int round = 0; round < kSettleRounds && !svr_.is_settled(); ++round) svr_.settle();

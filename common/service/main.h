@@ -22,8 +22,8 @@ inline constexpr std::chrono::milliseconds kStopWithin{1500};
 void add_network_options(CLI::App& app, dds::NetworkOptions& network);
 
 // To be called when a stop begins and nothing durable is left to do: if ending takes longer, the
-// process ends with `exit_code` all the same. Participants that leave together were once seen to
-// wait for each other inside the middleware, and a stop has to take effect within 2 s.
+// process ends with `exit_code` all the same. A publisher was once seen not to end when all
+// processes of a run were stopped together, and a stop has to take effect within 2 s.
 void end_within(std::chrono::milliseconds at_most, int exit_code);
 
 // Parses, then runs `body`, whose result is the exit code. Every exception ends as one line on

@@ -42,7 +42,7 @@ struct BenchOptions {
 // A service of this build, started quietly, ended with SIGTERM.
 class Process {
  public:
-  Process(const std::string& name, std::vector<std::string> arguments) : name_(name) {
+  Process(const std::string& name, std::vector<std::string> arguments) {
     const auto program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / name;
     arguments.insert(arguments.begin(), program.string());
     std::vector<char*> argv;
@@ -67,7 +67,6 @@ class Process {
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
 
-  [[nodiscard]] const std::string& name() const { return name_; }
   // Resident memory, kB; 0 when it has ended.
   [[nodiscard]] long resident_kb() const {
     std::ifstream status("/proc/" + std::to_string(pid_) + "/status");
@@ -78,7 +77,6 @@ class Process {
   }
 
  private:
-  std::string name_;
   pid_t pid_ = 0;
 };
 

@@ -61,10 +61,8 @@ StatusBoard::StatusBoard(dds::Participant& participant)
 
 void StatusBoard::note(const msg::ServiceStatus& status) {
   const std::lock_guard lock(mutex_);
-  Service& service = services_[status.service().c_str()];
-  service.state = status.state();
-  for (const auto& metric : status.metrics())
-    service.metrics[metric.name().c_str()] = metric.value();
+  Metrics& metrics = services_[status.service().c_str()];
+  for (const auto& metric : status.metrics()) metrics[metric.name().c_str()] = metric.value();
 }
 
 void StatusBoard::note(const msg::AllanReport& report) {
@@ -84,8 +82,8 @@ double StatusBoard::metric(const std::string& service, const std::string& name,
                            double otherwise) const {
   const auto known = services_.find(service);
   if (known == services_.end()) return otherwise;
-  const auto value = known->second.metrics.find(name);
-  return value == known->second.metrics.end() ? otherwise : value->second;
+  const auto value = known->second.find(name);
+  return value == known->second.end() ? otherwise : value->second;
 }
 
 bool StatusBoard::heard(const std::string& service) {

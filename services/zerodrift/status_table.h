@@ -33,10 +33,6 @@ class StatusBoard {
 
  private:
   using Metrics = std::map<std::string, double>;
-  struct Service {
-    std::uint32_t state = 0;
-    Metrics metrics;
-  };
   using ReportKey = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>;  // gyro, axis, stream
 
   void note(const msg::ServiceStatus& status);
@@ -53,7 +49,7 @@ class StatusBoard {
   [[nodiscard]] bool all_answered() const;
 
   std::mutex mutex_;
-  std::map<std::string, Service> services_;
+  std::map<std::string, Metrics> services_;  // newest status of each
   std::map<ReportKey, msg::AllanReport> reports_;
   std::vector<std::string> events_;  // the newest few
   dds::Reader<msg::ServiceStatus> status_reader_;
