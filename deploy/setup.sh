@@ -10,8 +10,11 @@ build=${ZERODRIFT_BUILD_DIR:-$root/build/release}
 
 missing=()
 while read -r package; do
-  case "$package" in ''|'#'*) continue ;; esac
-  dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' || missing+=("$package")
+  case "$package" in
+    '# --- '*) if [ "$what" != all ]; then break; fi ;;
+    ''|'#'*) ;;
+    *) dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' || missing+=("$package") ;;
+  esac
 done < "$root/deploy/packages.txt"
 if [ ${#missing[@]} -gt 0 ]; then
   sudo=

@@ -21,7 +21,6 @@ constexpr std::size_t kTemperaturesWaiting = 4096;
 constexpr std::size_t kDue = 64;
 constexpr double kBlockS = 1.0;
 constexpr double kSlowestIntervalS = 86400.0;  // of a record that is still a stream
-constexpr double kStationaryMinuteS = 60.0;
 constexpr double kOldestReferenceS = 1.0;
 // Above this true rate a scale-factor error of 100 ppm passes for .036 deg/h of drift: not learned
 // from.
@@ -31,8 +30,6 @@ constexpr double kLargestRateRadps =
 constexpr double kReturnToSafeS =
     10.0;  // time constant of the return to the stationary bias out of domain
 constexpr double kMseGain = 1.0 / 12.0;  // memory of 12 labels
-constexpr std::uint64_t kLabelsBeforeTrust = 3;
-constexpr double kDistrustRatio = 2.25;  // model error 1.5 times the bias's: trust is lost
 constexpr double kMovedDegc = 1.0;       // a probe counts as moving past this
 
 bool is_usable(const core::AngularRateSample& sample, std::size_t axis) {
@@ -147,7 +144,7 @@ void Compensator::restart_histories() noexcept {
   blocks_.restart();
   gate_.restart();
   labels_.discard();
-  for (auto& axis : axes_) axis.safe_time = axis.newest_label = core::kNever;
+  for (auto& axis : axes_) axis.safe_time = core::kNever;
   for (std::size_t i = 0; i < due_.size(); ++i) due_[i].time = core::kNever;  // due at once
   newest_ = doubted_ = core::kNever;
   estimate_outdated_ = true;
@@ -158,11 +155,7 @@ bool Compensator::reset_models() noexcept {
   if (due_.full() || !exchange_.submit(job)) return false;
   ++jobs_;
   due_.push({newest_, jobs_});
-  for (auto& axis : axes_) {
-    core::RingBuffer<Bias> emptied = std::move(axis.biases);  // its memory is kept
-    emptied.clear();
-    axis = AxisState{.biases = std::move(emptied)};
-  }
+  axes_ = {};
   labels_.discard();
   estimate_outdated_ = true;
   return true;
@@ -171,6 +164,7 @@ bool Compensator::reset_models() noexcept {
 // --------------------------------------------------------------------------------------- answering
 
 CompensatedSample Compensator::answer_next() noexcept {
+  label_confirmed_ = false;
   Pending pending = waiting_.front();
   waiting_.pop();
   const core::AngularRateSample& sample = pending.sample;
@@ -325,15 +319,12 @@ void Compensator::close_block(DriftBlock block) noexcept {
 
 void Compensator::learn_from(const Label& label) noexcept {
   ++counts_.labels;
+  confirmed_label_ = label;
+  label_confirmed_ = true;
   for (const auto axis : kAxes) {
     const std::size_t i = index(axis);
     if (!label.valid[i]) continue;
     judge(axes_[i], label, i);
-    auto& biases = axes_[i].biases;
-    while (!biases.empty() && core::seconds(label.end - biases.front().end) >= kStationaryMinuteS)
-      biases.pop();
-    biases.push_overwriting({label.end, label.drift_radps[i], label.variance_radps2[i]});
-    axes_[i].newest_label = label.end;
   }
   if (options_.scheme == Scheme::kNone) return;
   TrainingJob job{.number = jobs_ + 1, .kind = TrainingJob::Kind::kLabel, .label = label};
@@ -347,16 +338,14 @@ void Compensator::learn_from(const Label& label) noexcept {
 
 // Test-then-train: the label judges what was predicted for its time before it was known.
 void Compensator::judge(AxisState& axis, const Label& label, std::size_t i) noexcept {
-  if (!label.model_radps[i] || !label.bias_radps[i]) return;
-  const double model_error = label.drift_radps[i] - *label.model_radps[i];
-  const double bias_error = label.drift_radps[i] - *label.bias_radps[i];
+  if (!label.applied_radps[i] || !label.held_radps[i]) return;
+  const double applied_error = label.drift_radps[i] - *label.applied_radps[i];
+  const double held_error = label.drift_radps[i] - *label.held_radps[i];
   TestThenTrain& record = axis.record;
   ++record.labels;
   const double gain = std::max(kMseGain, 1.0 / static_cast<double>(record.labels));
-  record.model_mse += gain * (model_error * model_error - record.model_mse);
-  record.bias_mse += gain * (bias_error * bias_error - record.bias_mse);
-  const double ratio = axis.trusted ? kDistrustRatio : 1.0;
-  axis.trusted = record.labels >= kLabelsBeforeTrust && record.model_mse <= ratio * record.bias_mse;
+  record.applied_mse += gain * (applied_error * applied_error - record.applied_mse);
+  record.held_mse += gain * (held_error * held_error - record.held_mse);
 }
 
 // -------------------------------------------------------------------------------------- estimating
@@ -420,11 +409,9 @@ void Compensator::estimate(core::SensorTime now) noexcept {
   for (const auto axis : kAxes) {
     AxisState& state = axes_[index(axis)];
     thermal::PulseTerms pulse;
-    if (!state.biases.empty()) pulse.mean_radps = bias_mean(state);
-    if (state.biases.size() > 1) {
-      const double span_s = core::seconds(state.biases.back().end - state.biases.front().end);
-      pulse.slope_radps2 =
-          (state.biases.back().drift_radps - state.biases.front().drift_radps) / span_s;
+    if (const AxisModel* model = active_model(axis)) {
+      pulse = {.mean_radps = model->drift.held_radps,
+               .slope_radps2 = model->drift.held_slope_radps2};
     }
     const thermal::FeatureVector vector = features_.build(now, tracks_, pulse);
     const Reason input = input_reason(vector.status, now);
@@ -434,47 +421,60 @@ void Compensator::estimate(core::SensorTime now) noexcept {
   }
 }
 
+// The model of an axis with at least one label, if there is one.
+const AxisModel* Compensator::active_model(core::Axis axis) const noexcept {
+  const ModelSnapshot* snapshot = exchange_.active();
+  if (snapshot == nullptr || !snapshot->axes[index(axis)].drift.holds()) return nullptr;
+  return &snapshot->axes[index(axis)];
+}
+
 void Compensator::estimate_axis(core::Axis axis, core::SensorTime now, Reason gate,
                                 Reason input) noexcept {
   AxisState& state = axes_[index(axis)];
-  state.context.model_radps.reset();
-  state.context.bias_radps.reset();
-  if (!state.biases.empty()) state.context.bias_radps = bias_mean(state);
+  state.context.applied_radps.reset();
+  state.context.held_radps.reset();
   if (options_.scheme == Scheme::kNone) {
     return apply(state, Rung::kNone, Mode::kPassthrough, Reason::kSchemeNone, 0.0, -1.0);
   }
-  const ModelSnapshot* snapshot = exchange_.active();
-  const AxisModel* model = snapshot ? &snapshot->axes[index(axis)] : nullptr;
-  const bool model_ready = model != nullptr && model->ready() && input == Reason::kNone;
-  const bool within = model_ready && model->within_domain(state.context.features);
-  if (within) state.context.model_radps = model->predict(state.context.features);
+  const AxisModel* model = active_model(axis);
+  if (model == nullptr) return apply_without_labels(axis, gate, input);
+  if (model->drift.trained && input == Reason::kNone) {
+    apply_forecast(state, *model, now, gate);
+  } else {
+    const Reason reason = input == Reason::kNone ? Reason::kInitialSet : input;
+    apply(state, Rung::kStationaryBias, Mode::kFallback, reason, model->drift.held_radps,
+          held_variance(model->drift, model->trust, now));
+  }
+  state.context.applied_radps = state.applied_radps;
+  state.context.held_radps = model->drift.held_radps;
+}
 
-  if (within && state.trusted) {
-    state.safe_radps = state.context.model_radps;
-    state.safe_time = now;
+void Compensator::apply_forecast(AxisState& axis, const AxisModel& model, core::SensorTime now,
+                                 Reason gate) noexcept {
+  const Forecast made = forecast(model.drift, model.trust, axis.context.features, now);
+  if (made.kind == ForecastKind::kModel) {
+    axis.safe_radps = made.drift_radps;
+    axis.safe_time = now;
+    if (made.beyond_learned) {
+      return apply(axis, Rung::kOnlineSvr, Mode::kOutOfDomain, Reason::kOutsideLearned,
+                   made.drift_radps, made.variance);
+    }
     const Mode mode = gate == Reason::kNone ? Mode::kLearning : Mode::kFrozen;
-    return apply(state, Rung::kOnlineSvr, mode, gate, *state.context.model_radps,
-                 state.record.model_mse);
+    return apply(axis, Rung::kOnlineSvr, mode, gate, made.drift_radps, made.variance);
   }
-  if (model_ready && state.trusted && state.safe_radps && state.context.bias_radps) {
-    // Outside what was learned: from the last estimate within the domain to the last stationary
-    // bias.
-    const double away_s =
-        state.safe_time == core::kNever ? 1e9 : core::seconds(now - state.safe_time);
-    const double weight = std::exp(-away_s / kReturnToSafeS);
-    const double drift = weight * *state.safe_radps + (1.0 - weight) * *state.context.bias_radps;
-    return apply(state, Rung::kStationaryBias, Mode::kOutOfDomain, Reason::kOutsideLearned, drift,
-                 bias_variance(state, now));
+  // Back to the last stationary minute, without a jump.
+  double drift = made.drift_radps;
+  if (axis.safe_radps && axis.safe_time != core::kNever) {
+    const double weight = std::exp(-core::seconds(now - axis.safe_time) / kReturnToSafeS);
+    drift += weight * (*axis.safe_radps - drift);
   }
-  if (state.context.bias_radps) {
-    Reason reason = input;
-    if (reason == Reason::kNone)
-      reason = within ? Reason::kModelWorseThanBias : Reason::kInitialSet;
-    if (within && state.record.labels < kLabelsBeforeTrust) reason = Reason::kInitialSet;
-    if (model_ready && !within) reason = Reason::kOutsideLearned;
-    return apply(state, Rung::kStationaryBias, Mode::kFallback, reason, *state.context.bias_radps,
-                 bias_variance(state, now));
-  }
+  const bool beyond = made.kind == ForecastKind::kBeyond;
+  apply(axis, Rung::kStationaryBias, beyond ? Mode::kOutOfDomain : Mode::kFallback,
+        beyond ? Reason::kOutsideLearned : Reason::kModelWorseThanBias, drift, made.variance);
+}
+
+void Compensator::apply_without_labels(core::Axis axis, Reason gate, Reason input) noexcept {
+  AxisState& state = axes_[index(axis)];
   const bool temperature_bad = input == Reason::kTemperatureMissing ||
                                input == Reason::kTemperatureStale || input == Reason::kProbeStuck;
   const auto factory = temperature_bad ? std::nullopt : factory_drift(axis);
@@ -493,24 +493,6 @@ void Compensator::apply(AxisState& axis, Rung rung, Mode mode, Reason reason, do
   axis.reason = reason;
   axis.applied_radps = drift_radps;
   axis.variance = variance;
-}
-
-double Compensator::bias_mean(const AxisState& axis) const noexcept {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < axis.biases.size(); ++i) sum += axis.biases[i].drift_radps;
-  return sum / static_cast<double>(axis.biases.size());
-}
-
-// The bias's own error on labels one horizon ahead, growing like a random walk while no label
-// comes.
-double Compensator::bias_variance(const AxisState& axis, core::SensorTime now) const noexcept {
-  const double one_horizon =
-      axis.record.labels > 0 ? axis.record.bias_mse : axis.biases.back().variance;
-  const double horizon_s = options_.learning.label_interval_s + options_.learning.confirm_s +
-                           options_.learning.handover_s;
-  const double age_s =
-      axis.newest_label == core::kNever ? horizon_s : core::seconds(now - axis.newest_label);
-  return one_horizon * std::max(1.0, age_s / horizon_s);
 }
 
 std::optional<double> Compensator::factory_drift(core::Axis axis) const noexcept {
@@ -542,8 +524,8 @@ double Compensator::temperature_rate_degc_per_s() const noexcept {
 }
 
 std::size_t Compensator::support_vectors(core::Axis axis) const noexcept {
-  const ModelSnapshot* model = exchange_.active();
-  return model && model->axes[index(axis)].ready() ? model->axes[index(axis)].support_vectors() : 0;
+  const AxisModel* model = active_model(axis);
+  return model && model->drift.trained ? model->drift.predictor.support_size() : 0;
 }
 
 }  // namespace zerodrift::compensation

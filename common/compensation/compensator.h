@@ -80,8 +80,8 @@ struct CompensatorCounts {
 // older.
 struct TestThenTrain {
   std::uint64_t labels = 0;
-  double model_mse = 0.0;  // (rad/s)², exponential mean over about 12 labels
-  double bias_mse = 0.0;   // of the last stationary bias (persistence) on the same labels
+  double applied_mse = 0.0;  // (rad/s)², exponential mean over about 12 labels
+  double held_mse = 0.0;     // of holding the last stationary minute, on the same labels
 };
 
 class Compensator {
@@ -106,6 +106,11 @@ class Compensator {
   }
   // Answers the oldest waiting sample with what is there. Only when readiness() is not kNothing.
   CompensatedSample answer_next() noexcept;
+  // The label that the sample answered last confirmed, if it did: what is learned from, whatever
+  // the scheme.
+  [[nodiscard]] const Label* confirmed_label() const noexcept {
+    return label_confirmed_ ? &confirmed_label_ : nullptr;
+  }
   // Stops waiting for streams that fell silent, until they speak again.
   void give_up_waiting() noexcept;
 
@@ -142,20 +147,12 @@ class Compensator {
     std::uint64_t job = 0;
     bool counted_late = false;
   };
-  struct Bias {
-    core::SensorTime end{0};
-    double drift_radps = 0.0;
-    double variance = 0.0;
-  };
   // Everything that decides one axis's applied drift.
   struct AxisState {
     AxisContext context{};
-    core::RingBuffer<Bias> biases{64};   // labels of the last stationary minute
     std::optional<double> safe_radps{};  // last estimate within the domain
     core::SensorTime safe_time{core::kNever};
-    core::SensorTime newest_label{core::kNever};
     TestThenTrain record{};
-    bool trusted = false;
     double applied_radps = 0.0;
     double variance = -1.0;
     Mode mode = Mode::kPassthrough;
@@ -173,10 +170,12 @@ class Compensator {
   void judge(AxisState& axis, const Label& label, std::size_t i) noexcept;
   void estimate(core::SensorTime now) noexcept;
   void estimate_axis(core::Axis axis, core::SensorTime now, Reason gate, Reason input) noexcept;
+  void apply_forecast(AxisState& axis, const AxisModel& model, core::SensorTime now,
+                      Reason gate) noexcept;
+  void apply_without_labels(core::Axis axis, Reason gate, Reason input) noexcept;
+  [[nodiscard]] const AxisModel* active_model(core::Axis axis) const noexcept;
   void apply(AxisState& axis, Rung rung, Mode mode, Reason reason, double drift_radps,
              double variance) noexcept;
-  [[nodiscard]] double bias_mean(const AxisState& axis) const noexcept;
-  [[nodiscard]] double bias_variance(const AxisState& axis, core::SensorTime now) const noexcept;
   [[nodiscard]] std::optional<double> factory_drift(core::Axis axis) const noexcept;
   [[nodiscard]] Reason gate_reason() const noexcept;
   [[nodiscard]] EarthRateMode earth_rate_mode(core::ClockSource clock) const noexcept;
@@ -201,6 +200,8 @@ class Compensator {
   RestGate gate_;
   LabelBuilder labels_;
   core::PerAxis<AxisState> axes_;
+  Label confirmed_label_;
+  bool label_confirmed_ = false;
 
   ModelExchange exchange_;
   Learner learner_;

@@ -92,8 +92,8 @@ void LabelBuilder::accumulate(const DriftBlock& block, const core::PerAxis<AxisC
     AxisSums& sums = sums_[i];
     sums.drift.add(block.mean_radps[i]);
     sums.variance += block_variance_radps2[i];
-    if (context[i].model_radps) sums.model.add(*context[i].model_radps);
-    if (context[i].bias_radps) sums.bias.add(*context[i].bias_radps);
+    if (context[i].applied_radps) sums.applied.add(*context[i].applied_radps);
+    if (context[i].held_radps) sums.held.add(*context[i].held_radps);
     if (!context[i].features_ready) continue;
     ++sums.ready;
     for (std::size_t f = 0; f < sums.features.size(); ++f)
@@ -114,8 +114,8 @@ void LabelBuilder::finish() noexcept {
     label.drift_radps[i] = sums.drift.value();
     label.variance_radps2[i] = sums.variance / static_cast<double>(n * n);
     // A prediction is judged only where it held for the whole label.
-    if (sums.model.count == n) label.model_radps[i] = sums.model.value();
-    if (sums.bias.count == n) label.bias_radps[i] = sums.bias.value();
+    if (sums.applied.count == n) label.applied_radps[i] = sums.applied.value();
+    if (sums.held.count == n) label.held_radps[i] = sums.held.value();
     label.features_ready[i] = sums.ready == n;
     for (std::size_t f = 0; f < sums.features.size(); ++f) {
       label.features[i][f] = sums.features[f] / static_cast<double>(n);

@@ -19,9 +19,8 @@ using FeatureArray = std::array<double, thermal::kMaxFeatures>;
 struct AxisContext {
   bool features_ready = false;
   FeatureArray features{};
-  std::optional<double>
-      model_radps;  // the model's estimate, where it was ready and within its domain
-  std::optional<double> bias_radps;  // the last stationary bias
+  std::optional<double> applied_radps;  // the drift taken off, once there are labels
+  std::optional<double> held_radps;     // the last stationary minute's
 };
 
 // Sums the samples of one DriftBlock. Cost: a few additions a sample.
@@ -64,8 +63,8 @@ struct Label {
   core::PerAxis<double> variance_radps2{};  // of the label as a measurement
   core::PerAxis<bool> features_ready{};
   core::PerAxis<FeatureArray> features{};  // means over the label
-  core::PerAxis<std::optional<double>> model_radps{};
-  core::PerAxis<std::optional<double>> bias_radps{};
+  core::PerAxis<std::optional<double>> applied_radps{};
+  core::PerAxis<std::optional<double>> held_radps{};
 };
 
 // Collects still blocks into labels and gives a label out once `confirm_s` of further stillness
@@ -92,8 +91,8 @@ class LabelBuilder {
   struct AxisSums {
     Mean drift;
     double variance = 0.0;  // sum of block variances
-    Mean model;
-    Mean bias;
+    Mean applied;
+    Mean held;
     std::size_t ready = 0;
     FeatureArray features{};
   };

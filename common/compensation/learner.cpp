@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
+
+#include "common/regression/vector_operations.h"
 
 namespace zerodrift::compensation {
 
@@ -15,6 +18,16 @@ constexpr double kScaleInSigmas = 100.0;
 constexpr int kSettleRounds = 8;
 constexpr double kSmallestScaleRadps =
     1e-10;  // 2e-5 deg/h: keeps a noise-free record from dividing by zero
+constexpr double kStationaryMinuteS = 60.0;
+constexpr std::size_t kLabelsInAMinute = 64;
+constexpr double kShortestHorizonS = 8.0;  // of labels of 5 s, learned 6 s after their end
+constexpr double kHorizonInLabels = 1.6;
+// The kernel is chosen when there are so many labels, then whenever their number has doubled, and
+// from then on every kRarestSelection.
+constexpr std::uint64_t kFirstSelection = 36;
+constexpr std::uint64_t kRarestSelection = 2304;
+constexpr double kTubeInNoise = 0.5;  // half-width of the tube in standard deviations of the noise
+constexpr std::size_t kSelectionSamples = 64;  // a selection takes some 10 ms
 
 regression::OnlineSvrOptions svr_options(const CompensationOptions& options,
                                          std::size_t dimension) {
@@ -31,30 +44,38 @@ regression::OnlineSvrOptions svr_options(const CompensationOptions& options,
 
 }  // namespace
 
-bool AxisModel::within_domain(const FeatureArray& features) const noexcept {
-  for (std::size_t i = 0; i < dimension_; ++i) {
-    if (features[i] < low_[i] || features[i] > high_[i]) return false;
-  }
-  return true;
-}
-
-double AxisModel::predict(const FeatureArray& features) const noexcept {
-  return offset_radps_ + scale_radps_ * predictor_.predict({features.data(), dimension_});
-}
-
 AxisLearner::AxisLearner(const CompensationOptions& options, std::size_t dimension)
     : svr_options_(svr_options(options, dimension)),
       initial_labels_(std::max<std::size_t>(1, options.learning.initial_labels)),
-      margin_(options.model.domain_margin),
-      svr_(svr_options_) {
+      selection_(options.model.selection),
+      svr_(svr_options_),
+      next_selection_(kFirstSelection),
+      minute_(kLabelsInAMinute),
+      model_(dimension, options.model.capacity),
+      judge_(std::max(kShortestHorizonS, kHorizonInLabels * options.learning.label_interval_s),
+             dimension, options.model.capacity) {
   initial_.reserve(initial_labels_);
 }
 
-void AxisLearner::learn(double drift_radps, double variance_radps2,
-                        const FeatureArray& features) noexcept {
-  if (started_) return add(drift_radps, features);
-  initial_.push_back({drift_radps, variance_radps2, features});
-  if (initial_.size() == initial_labels_) begin();
+void AxisLearner::learn(const AxisLabel& label) noexcept {
+  if (label.time <= model_.time) {  // the clock was set back
+    minute_.clear();
+    judge_.restart();
+  }
+  std::size_t slot = regression::SampleWindow::kNoSlot;
+  if (label.features) {
+    if (model_.trained) {
+      judge_.judge({label.time, label.drift_radps, label.variance, *label.features});
+      slot = add(label);
+      if (selection_ && labels_ >= next_selection_) reselect_kernel();
+    } else {
+      initial_.push_back(label);
+      if (initial_.size() == initial_labels_) begin();
+    }
+  }
+  hold(label, slot);
+  update_model();
+  if (model_.trained) judge_.keep(model_);
 }
 
 void AxisLearner::begin() noexcept {
@@ -62,49 +83,144 @@ void AxisLearner::begin() noexcept {
   double variance = 0.0;
   for (const auto& label : initial_) {
     drift += label.drift_radps;
-    variance += label.variance_radps2;
+    variance += label.variance;
   }
   const auto n = static_cast<double>(initial_.size());
-  offset_radps_ = drift / n;
-  scale_radps_ = std::max(kScaleInSigmas * std::sqrt(variance / n), kSmallestScaleRadps);
-  low_ = high_ = initial_.front().features;
-  started_ = true;
-  for (const auto& label : initial_) add(label.drift_radps, label.features);
+  model_.offset_radps = drift / n;
+  model_.scale_radps = std::max(kScaleInSigmas * std::sqrt(variance / n), kSmallestScaleRadps);
+  model_.trained = true;
+  for (const auto& label : initial_) add(label);
 }
 
-void AxisLearner::add(double drift_radps, const FeatureArray& features) noexcept {
-  const std::span x(features.data(), svr_options_.dimension);
-  const double y = (drift_radps - offset_radps_) / scale_radps_;
+// Where the SVR keeps the label.
+std::size_t AxisLearner::add(const AxisLabel& label) noexcept {
+  const std::span x(label.features->data(), svr_options_.dimension);
+  const double y = (label.drift_radps - model_.offset_radps) / model_.scale_radps;
   // A label in some seconds leaves time to finish what an event budget cut short; the bound keeps
   // one job bounded.
-  auto outcome = svr_.add(x, y).outcome;
+  auto report = svr_.add(x, y);
   for (int round = 0; round < kSettleRounds && !svr_.is_settled(); ++round) svr_.settle();
-  if (outcome == regression::UpdateOutcome::kBusy) outcome = svr_.add(x, y).outcome;
-  if (outcome == regression::UpdateOutcome::kRefused || outcome == regression::UpdateOutcome::kBusy)
-    return;
-  for (std::size_t i = 0; i < svr_options_.dimension; ++i) {
-    low_[i] = std::min(low_[i], features[i]);
-    high_[i] = std::max(high_[i], features[i]);
+  if (report.outcome == regression::UpdateOutcome::kBusy) report = svr_.add(x, y);
+  ++labels_;
+  return report.slot;
+}
+
+// The samples of the window judge the kernel; if another one is materially better, the SVR learns
+// them anew with it, in their order.
+void AxisLearner::reselect_kernel() {
+  next_selection_ = std::min(2 * next_selection_, next_selection_ + kRarestSelection);
+  const regression::OnlineSvrState state = svr_.export_state();
+  std::vector<std::size_t> slots;
+  for (std::size_t slot = 0; slot < state.sets.size(); ++slot) {
+    if (state.sets[slot] != regression::SampleSet::kVacant) slots.push_back(slot);
   }
+  std::sort(slots.begin(), slots.end(),
+            [&](std::size_t a, std::size_t b) { return state.arrivals[a] < state.arrivals[b]; });
+  const std::size_t dimension = svr_options_.dimension;
+  const std::size_t stride = regression::padded(slots.size());
+  std::vector<double> features(dimension * stride, 0.0);
+  std::vector<double> targets;
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    for (std::size_t d = 0; d < dimension; ++d)
+      features[d * stride + i] = state.features[slots[i] * dimension + d];
+    targets.push_back(state.targets[slots[i]]);
+  }
+  regression::KernelSelectionOptions options;
+  options.criterion = *selection_;
+  options.label_noise = 1.0 / kScaleInSigmas;
+  options.dictionary_capacity = kSelectionSamples;
+  options.gamma_highest = 1.0;
+  const regression::SampleColumns samples{features.data(), stride, dimension, slots.size()};
+  const auto present = regression::score_kernel(options, svr_.options().kernel, samples, targets);
+  const auto selection = regression::select_kernel(options, samples, targets);
+  if (!present || !regression::is_materially_better(options, selection, *present)) return;
+
+  regression::OnlineSvrOptions svr_options = svr_.options();
+  svr_options.kernel = selection.best.kernel;
+  // What the features don't explain is not for the tube to follow.
+  svr_options.epsilon = std::max(svr_options_.epsilon, kTubeInNoise * selection.best.noise_sigma);
+  regression::OnlineSvr svr(svr_options);
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    const std::span x(state.features.data() + slots[i] * dimension, dimension);
+    while (svr.add(x, targets[i]).outcome == regression::UpdateOutcome::kBusy) {
+    }
+  }
+  svr_ = std::move(svr);
+  for (std::size_t i = 0; i < minute_.size(); ++i)
+    minute_[i].slot = regression::SampleWindow::kNoSlot;
+}
+
+void AxisLearner::hold(const AxisLabel& label, std::size_t slot) noexcept {
+  while (!minute_.empty() &&
+         core::seconds(label.time - minute_.front().label.time) >= kStationaryMinuteS) {
+    minute_.pop();
+  }
+  const bool kept = slot != regression::SampleWindow::kNoSlot;
+  minute_.push_overwriting({label, slot, kept ? svr_.arrival(slot) : 0});
+}
+
+// The model's drift at a held label: from the SVR's own books while it keeps the label.
+double AxisLearner::fitted(const HeldLabel& held) const noexcept {
+  const bool kept = held.slot != regression::SampleWindow::kNoSlot &&
+                    svr_.set_of(held.slot) != regression::SampleSet::kVacant &&
+                    svr_.arrival(held.slot) == held.arrival;
+  if (!kept) return model_.predict(*held.label.features);
+  return model_.offset_radps + model_.scale_radps * svr_.fitted(held.slot);
+}
+
+// O(labels of a minute + samples).
+void AxisLearner::update_model() noexcept {
+  const auto n = static_cast<double>(minute_.size());
+  double drift = 0.0;
+  double variance = 0.0;
+  for (std::size_t i = 0; i < minute_.size(); ++i) {
+    drift += minute_[i].label.drift_radps;
+    variance += minute_[i].label.variance;
+  }
+  const AxisLabel& first = minute_.front().label;
+  const AxisLabel& last = minute_.back().label;
+  const double gap = model_.predicted_held_radps - model_.held_radps;
+  model_.time = last.time;
+  model_.held_radps = drift / n;
+  model_.held_variance = variance / (n * n);
+  model_.held_slope_radps2.reset();
+  if (minute_.size() > 1) {
+    model_.held_slope_radps2 =
+        (last.drift_radps - first.drift_radps) / core::seconds(last.time - first.time);
+  }
+  if (!model_.trained) return;
+  model_.predictor.assign(svr_);
+  model_.domain.assign(svr_);
+  double predicted = 0.0;
+  double labels = 0.0;
+  for (std::size_t i = 0; i < minute_.size(); ++i) {
+    if (!minute_[i].label.features) continue;
+    predicted += fitted(minute_[i]);
+    labels += 1.0;
+  }
+  // Without any features in the minute nothing is known of the model there: its gap to what was
+  // measured stays as it was.
+  model_.predicted_held_radps = labels > 0.0 ? predicted / labels : model_.held_radps + gap;
 }
 
 void AxisLearner::write(AxisModel& model) const noexcept {
-  model.ready_ = started_;
-  model.dimension_ = svr_options_.dimension;
-  if (!started_) return;
-  model.offset_radps_ = offset_radps_;
-  model.scale_radps_ = scale_radps_;
-  for (std::size_t i = 0; i < model.dimension_; ++i) {
-    model.low_[i] = low_[i] - margin_;
-    model.high_[i] = high_[i] + margin_;
-  }
-  model.predictor_.assign(svr_);
+  model.drift = model_;
+  model.trust = judge_.trust();
 }
 
 void AxisLearner::reset() noexcept {
-  started_ = false;
+  model_.time = core::kNever;
+  model_.trained = false;
   initial_.clear();
-  svr_.clear();
+  minute_.clear();
+  if (svr_.options() == svr_options_) {
+    svr_.clear();
+  } else {
+    svr_ = regression::OnlineSvr(svr_options_);  // the kernel had been chosen anew
+  }
+  labels_ = 0;
+  next_selection_ = kFirstSelection;
+  judge_.reset();
 }
 
 ModelExchange::ModelExchange(const CompensationOptions& options) {
@@ -156,11 +272,16 @@ bool Learner::run_one() noexcept {
   if (snapshot == nullptr) return false;
   for (const auto axis : kAxes) {
     AxisLearner& learner = axes_[index(axis)];
+    const Label& label = job->label;
+    const std::size_t i = index(axis);
     if (job->kind == TrainingJob::Kind::kReset) {
       learner.reset();
-    } else if (job->label.valid[index(axis)] && job->label.features_ready[index(axis)]) {
-      learner.learn(job->label.drift_radps[index(axis)], job->label.variance_radps2[index(axis)],
-                    job->label.features[index(axis)]);
+    } else if (label.valid[i]) {
+      AxisLabel own{.time = label.end,
+                    .drift_radps = label.drift_radps[i],
+                    .variance = label.variance_radps2[i]};
+      if (label.features_ready[i]) own.features = label.features[i];
+      learner.learn(own);
     }
     learner.write(snapshot->axes[index(axis)]);
   }

@@ -12,36 +12,29 @@
 #include <optional>
 #include <vector>
 
+#include "common/compensation/drift_forecast.h"
 #include "common/compensation/label_builder.h"
 #include "common/compensation/options.h"
+#include "common/core/ring_buffer.h"
 #include "common/core/spsc_queue.h"
 #include "common/regression/online_svr.h"
-#include "common/regression/svr_predictor.h"
 
 namespace zerodrift::compensation {
 
-// What one axis's model knows, frozen: prediction = offset + scale * svr(features), valid within
-// [low, high].
-class AxisModel {
- public:
-  AxisModel(std::size_t dimension, std::size_t capacity) : predictor_(dimension, capacity) {}
+// One axis's part of a label.
+struct AxisLabel {
+  core::SensorTime time{0};  // its end
+  double drift_radps = 0.0;
+  double variance = 0.0;  // (rad/s)²
+  std::optional<FeatureArray> features{};
+};
 
-  [[nodiscard]] bool ready() const noexcept { return ready_; }
-  [[nodiscard]] bool within_domain(const FeatureArray& features) const noexcept;
-  // Drift, rad/s. O(support vectors * dimension).
-  [[nodiscard]] double predict(const FeatureArray& features) const noexcept;
-  [[nodiscard]] std::size_t support_vectors() const noexcept { return predictor_.support_size(); }
+// What one axis's data path works with, frozen.
+struct AxisModel {
+  AxisModel(std::size_t dimension, std::size_t capacity) : drift(dimension, capacity) {}
 
- private:
-  friend class AxisLearner;
-
-  bool ready_ = false;
-  std::size_t dimension_ = 0;
-  double offset_radps_ = 0.0;
-  double scale_radps_ = 1.0;
-  FeatureArray low_{};
-  FeatureArray high_{};
-  regression::SvrPredictor predictor_;
+  DriftModel drift;
+  TrustTable trust;
 };
 
 // Learns one axis.
@@ -49,31 +42,39 @@ class AxisLearner {
  public:
   AxisLearner(const CompensationOptions& options, std::size_t dimension);
 
-  // One label; the first `initial_labels` make the initial set, whose level and noise fix offset
+  // One label; takes milliseconds and allocates when it is time to choose the kernel anew, else
+  // microseconds. Without features (a temperature is missing) only the held level moves. The first
+  // `initial_labels` with features make the initial set, whose level and noise fix the SVR's offset
   // and scale.
-  void learn(double drift_radps, double variance_radps2, const FeatureArray& features) noexcept;
+  void learn(const AxisLabel& label) noexcept;
   void write(AxisModel& model) const noexcept;
   void reset() noexcept;
 
  private:
-  struct InitialLabel {
-    double drift_radps;
-    double variance_radps2;
-    FeatureArray features;
+  // A label of the last stationary minute, and where the SVR keeps it.
+  struct HeldLabel {
+    AxisLabel label{};
+    std::size_t slot = regression::SampleWindow::kNoSlot;
+    std::uint64_t arrival = 0;
   };
+
   void begin() noexcept;
-  void add(double drift_radps, const FeatureArray& features) noexcept;
+  std::size_t add(const AxisLabel& label) noexcept;
+  void hold(const AxisLabel& label, std::size_t slot) noexcept;
+  [[nodiscard]] double fitted(const HeldLabel& held) const noexcept;
+  void update_model() noexcept;
+  void reselect_kernel();
 
   regression::OnlineSvrOptions svr_options_;
   std::size_t initial_labels_;
-  double margin_;
-  std::vector<InitialLabel> initial_;
+  std::optional<regression::SelectionCriterion> selection_;
+  std::vector<AxisLabel> initial_;
   regression::OnlineSvr svr_;
-  double offset_radps_ = 0.0;
-  double scale_radps_ = 1.0;
-  FeatureArray low_{};
-  FeatureArray high_{};
-  bool started_ = false;
+  std::uint64_t labels_ = 0;          // the SVR has learned
+  std::uint64_t next_selection_ = 0;  // at so many
+  core::RingBuffer<HeldLabel> minute_;
+  DriftModel model_;
+  ForecastJudge judge_;
 };
 
 struct ModelSnapshot {

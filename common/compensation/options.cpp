@@ -19,7 +19,7 @@ CompensationOptions::CompensationOptions() {
               {.kind = thermal::FeatureKind::kTemperatureRate, .probe = "coil"}};
   track.rate_method = thermal::RateMethod::kLocalPolynomial;
   model.kernel.kind = regression::KernelKind::kRbf;
-  model.kernel.gamma = 0.3;
+  model.kernel.gamma = 0.03;
 }
 
 std::optional<std::string> CompensationOptions::validate() const {

@@ -9,6 +9,7 @@
 #include "common/compensation/rest_gate.h"
 #include "common/core/axis.h"
 #include "common/core/units.h"
+#include "common/regression/kernel_selection.h"
 #include "common/regression/online_svr.h"
 #include "common/thermal/features.h"
 #include "common/thermal/temperature_track.h"
@@ -47,9 +48,11 @@ struct ModelOptions {
   std::size_t capacity = 500;
   double epsilon = 0.01;
   double box_constraint = 100.0;
-  regression::Kernel kernel{};  // options.cpp sets the defaults
+  regression::Kernel kernel{};  // the first one; options.cpp sets the defaults
+  // By which the learner chooses kernel and gamma anew from time to time; nothing: they stay.
+  std::optional<regression::SelectionCriterion> selection =
+      regression::SelectionCriterion::kMarginalLikelihood;
   regression::WindowPolicy window = regression::WindowPolicy::kTwoTier;
-  double domain_margin = 0.15;  // of a scaled feature beyond what was learned
 };
 
 struct CompensationOptions {

@@ -1,21 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/record/record_writer.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <array>
 #include <boost/iostreams/categories.hpp>
 #include <boost/iostreams/filter/gzip.hpp>
 #include <boost/iostreams/filter/lzma.hpp>
 #include <boost/iostreams/filtering_streambuf.hpp>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <cstring>
 #include <ios>
 #include <stdexcept>
 
+#include "common/record/atomic_file.h"
 #include "common/record/csv_cells.h"
 #include "common/record/decimal_time.h"
 #include "common/record/record_error.h"
@@ -30,83 +26,27 @@ constexpr std::size_t kFlushAt = std::size_t{256} * 1024;
 // Measured on 600 000 rows of rates: level 6 makes 15 % smaller files in 19 times the time.
 constexpr unsigned kXzLevel = 1;
 
-[[noreturn]] void refuse(const std::filesystem::path& path, const std::string& what, int error) {
-  throw RecordError(path.string() + ": " + what + ": " + std::strerror(error));
-}
-
-// A file descriptor that closes itself.
-class Descriptor {
- public:
-  explicit Descriptor(int fd) noexcept : fd_(fd) {}
-  ~Descriptor() { close(); }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-
-  [[nodiscard]] int get() const noexcept { return fd_; }
-
-  // 0, or what went wrong: some file systems report a failed write only here.
-  int close() noexcept {
-    if (fd_ < 0) return 0;
-    const int result = ::close(std::exchange(fd_, -1));
-    return result == 0 ? 0 : errno;
-  }
-
- private:
-  int fd_;
-};
-
 // The end of the compression chain. boost::iostreams swallows exceptions where it closes a chain,
-// so the first failure is remembered here and asked for afterwards.
+// so the file remembers the first failure and is asked for it afterwards.
 struct FileSink {
   using char_type = char;
   using category = io::sink_tag;
 
-  int fd;
-  int* first_error;
+  AtomicFile* file;
 
   std::streamsize write(const char* data, std::streamsize size) const {
-    std::streamsize written = 0;
-    while (written < size && *first_error == 0) {
-      const ssize_t count = ::write(fd, data + written, static_cast<std::size_t>(size - written));
-      if (count >= 0) {
-        written += count;
-      } else if (errno != EINTR) {
-        *first_error = errno;
-      }
-    }
+    file->append({data, static_cast<std::size_t>(size)});
     return size;
   }
 };
 
-// ".<name>.<pid>.<n>.partial" beside the target, so that the rename stays within one file system.
-std::pair<std::filesystem::path, int> create_partial(const std::filesystem::path& target) {
-  const std::string stem =
-      std::string{"."} + target.filename().string() + '.' + std::to_string(::getpid());
-  for (int attempt = 0;; ++attempt) {
-    std::filesystem::path partial = target;
-    partial.replace_filename(stem + '.' + std::to_string(attempt) + ".partial");
-    const int fd = ::open(partial.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    if (fd >= 0) return {partial, fd};
-    if (errno != EEXIST) refuse(target, "cannot create a file in its folder", errno);
-  }
-}
-
-// Makes the rename itself survive a power cut. A file system that can't do this for a folder
-// doesn't need it.
-void sync_folder_of(const std::filesystem::path& path) {
-  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
-  const Descriptor fd{::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)};
-  if (fd.get() >= 0) ::fsync(fd.get());
-}
-
 }  // namespace
 
 struct RecordWriter::State {
-  State(const std::filesystem::path& target, std::pair<std::filesystem::path, int> created)
-      : path(target), partial(std::move(created.first)), file(created.second) {
+  explicit State(const std::filesystem::path& path) : file(path) {
     if (path.extension() == ".gz") chain.push(io::gzip_compressor());
     if (path.extension() == ".xz") chain.push(io::lzma_compressor(io::lzma_params(kXzLevel)));
-    chain.push(FileSink{file.get(), &write_error}, static_cast<std::streamsize>(kFlushAt));
+    chain.push(FileSink{&file}, static_cast<std::streamsize>(kFlushAt));
     pending.reserve(kFlushAt + 4096);
   }
 
@@ -115,7 +55,6 @@ struct RecordWriter::State {
       chain.reset();
     } catch (...) {  // what is dropped may fail to be written
     }
-    if (!committed) ::unlink(partial.c_str());
   }
   State(const State&) = delete;
   State& operator=(const State&) = delete;
@@ -127,24 +66,20 @@ struct RecordWriter::State {
   void flush() {
     chain.sputn(pending.data(), static_cast<std::streamsize>(pending.size()));
     pending.clear();
-    if (write_error != 0) refuse(path, "writing fails", write_error);
+    file.check();
   }
 
-  std::filesystem::path path;
-  std::filesystem::path partial;
-  Descriptor file;
-  int write_error = 0;
+  AtomicFile file;
   io::filtering_streambuf<io::output> chain;
   std::string pending;
   std::size_t column_count = 0;
   std::size_t cells_in_row = 0;
-  bool committed = false;
 };
 
 RecordWriter::RecordWriter(const std::filesystem::path& path, const RecordWriterOptions& options) {
   if (options.columns.empty())
     throw RecordError(path.string() + ": a record needs at least one column");
-  state_ = std::make_unique<State>(path, create_partial(path));
+  state_ = std::make_unique<State>(path);
   for (const auto& [key, value] : options.metadata) {
     if ((key + value).find_first_of("\r\n") != std::string::npos) {
       throw RecordError(path.string() + ": metadata '" + printable(key) +
@@ -199,13 +134,7 @@ void RecordWriter::commit() {
   if (s.cells_in_row != 0) throw std::logic_error("commit() within a row");
   s.flush();
   s.chain.reset();  // writes what the compressor still holds
-  if (s.write_error != 0) refuse(s.path, "writing fails", s.write_error);
-  if (::fsync(s.file.get()) != 0) refuse(s.path, "fsync fails", errno);
-  if (const int error = s.file.close()) refuse(s.path, "closing fails", error);
-  if (::rename(s.partial.c_str(), s.path.c_str()) != 0)
-    refuse(s.path, "cannot take this name", errno);
-  s.committed = true;
-  sync_folder_of(s.path);
+  s.file.commit();
 }
 
 }  // namespace zerodrift::record

@@ -15,6 +15,7 @@ namespace zerodrift::regression {
 namespace {
 
 constexpr std::size_t kNoSlot = SampleWindow::kNoSlot;
+constexpr std::size_t kSpareRow = 0;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kEpsilonOfDouble = std::numeric_limits<double>::epsilon();
 
@@ -27,12 +28,19 @@ constexpr double kResolution = 1e-5;
 constexpr double kOffMargin = 1e-2;
 // Rates and pivots below this share of the kernel's magnitude count as zero.
 constexpr double kNegligible = 1e-13;
+// Residual rates of margin samples, as a share of the terms they are the sum of, that are rounding.
+constexpr double kRounding = 1e-14;
+// Pivots below this share of the kernel's magnitude lose digits when computed as a difference.
+constexpr double kSmallPivot = 1e-8;
 // A refinement that corrects more than this share of a solution says that the factor has worn out;
 // one that corrects less than the other share leaves nothing to correct, for the next would
 // correct the square of it.
 constexpr double kWornOut = 1e-6;
 constexpr double kRefined = 1e-8;
 constexpr int kMaxRefinements = 4;
+// Kernel rows kept of samples that have left the margin: half of the rows that events need are
+// among the last so many.
+constexpr std::size_t kRowsParked = 32;
 // Rows of the margin factor and of the kernel cache that are committed in the constructor.
 constexpr std::size_t kRowsCommitted = 64;
 
@@ -68,6 +76,10 @@ double OnlineSvrOptions::kkt_bound() const noexcept {
   return kkt_tolerance * std::max(1.0, box_constraint);
 }
 
+bool OnlineSvrOptions::is_weight(double weight) const noexcept {
+  return weight > 0.0 && weight <= 1.0 && std::isnormal(weight * box_constraint);
+}
+
 std::optional<std::string> OnlineSvrOptions::validate() const {
   if (dimension < 1 || dimension > kMaxDimension) {
     return wrong("dimension", std::to_string(dimension), "1 to " + std::to_string(kMaxDimension));
@@ -99,6 +111,7 @@ OnlineSvr::OnlineSvr(const OnlineSvrOptions& options)
       factor_(slot_count_),
       features_(options.dimension * stride_),
       target_(stride_),
+      weight_(stride_, 1.0),
       theta_(stride_),
       residual_(stride_),
       self_(stride_),
@@ -106,22 +119,21 @@ OnlineSvr::OnlineSvr(const OnlineSvrOptions& options)
       lower_(stride_, -kInfinity),
       set_(slot_count_, SampleSet::kVacant),
       is_leaving_(slot_count_, 0),
-      rows_(std::make_unique_for_overwrite<double[]>((slot_count_ + 2) * stride_)),
+      rows_(new (kCacheLine) double[(slot_count_ + 1) * stride_]),
       rates_(slot_count_),
       reduced_(slot_count_),
       correction_(slot_count_),
       row_pointers_(slot_count_ + 1),
       row_rates_(slot_count_ + 1),
-      residual_rate_(stride_),
-      steps_(stride_) {
+      residual_rate_(stride_) {
   margin_slots_.reserve(slot_count_);
   margin_rows_.reserve(slot_count_);
+  parked_slots_.reserve(kRowsParked);
+  parked_rows_.reserve(kRowsParked);
   unsettled_.reserve(slot_count_);
   free_rows_.reserve(slot_count_);
-  for (std::size_t i = slot_count_ + 2; i-- > 2;) free_rows_.push_back(i);
-  driver_row_ = 0;
-  spare_row_ = 1;
-  std::fill_n(rows_.get(), std::min(kRowsCommitted, slot_count_ + 2) * stride_, 0.0);
+  for (std::size_t i = slot_count_; i > kSpareRow; --i) free_rows_.push_back(i);
+  std::fill_n(rows_.get(), std::min(kRowsCommitted, slot_count_ + 1) * stride_, 0.0);
 }
 
 SampleColumns OnlineSvr::columns() const noexcept {
@@ -134,16 +146,16 @@ void OnlineSvr::gather(std::size_t slot, double* x) const noexcept {
 
 // ---- Calls ----
 
-UpdateReport OnlineSvr::add(std::span<const double> x, double y) noexcept {
+UpdateReport OnlineSvr::add(std::span<const double> x, double y, double weight) noexcept {
   UpdateReport report;
-  if (!accepts(x, y)) return report;
+  if (!accepts(x, y, weight)) return report;
   may_refactor_ = true;
   if (!resolve(report.events)) {
     report.outcome = UpdateOutcome::kBusy;
     return report;
   }
   if (size() == options_.capacity) evict(window_.victim(), report.events);
-  report.slot = insert(x, y);
+  report.slot = insert(x, y, weight);
   report.prior_residual = residual_[report.slot];
   report.outcome = learn(report.slot, report.events);
   maintain();
@@ -174,7 +186,9 @@ bool OnlineSvr::settle() noexcept {
 }
 
 void OnlineSvr::clear() noexcept {
-  while (margin_size() > 0) detach_from_margin(margin_size() - 1);
+  while (margin_size() > 0) free_rows_.push_back(detach_from_margin(margin_size() - 1));
+  release_driver_row();
+  while (!parked_slots_.empty()) unpark_row(parked_slots_.back());
   unsettled_.clear();
   for (std::size_t slot = 0; slot < slot_count_; ++slot) {
     theta_[slot] = 0.0;
@@ -183,32 +197,34 @@ void OnlineSvr::clear() noexcept {
     assign_set(slot, SampleSet::kVacant);
   }
   window_.clear();
-  driver_row_slot_ = kNoSlot;
   bias_ = 0.0;
   arrival_count_ = 0;
   refresh_cursor_ = 0;
 }
 
-bool OnlineSvr::accepts(std::span<const double> x, double y) const noexcept {
+bool OnlineSvr::accepts(std::span<const double> x, double y, double weight) const noexcept {
   if (x.size() != options_.dimension || !is_in_range(y)) return false;
+  if (!options_.is_weight(weight)) return false;
   if (!std::all_of(x.begin(), x.end(), is_in_range)) return false;
   return is_in_range(self_value(options_.kernel, x.data(), x.size()));
 }
 
-std::size_t OnlineSvr::insert(std::span<const double> x, double y) noexcept {
+std::size_t OnlineSvr::insert(std::span<const double> x, double y, double weight) noexcept {
   const auto vacant = std::find(set_.begin(), set_.end(), SampleSet::kVacant);
   assert(vacant != set_.end());
   const auto slot = static_cast<std::size_t>(vacant - set_.begin());
   for (std::size_t d = 0; d < options_.dimension; ++d) features_[d * stride_ + slot] = x[d];
   target_[slot] = y + kJitter * options_.kkt_bound() * hash_to_unit(arrival_count_);
+  weight_[slot] = weight;
   theta_[slot] = 0.0;
   self_[slot] = self_value(options_.kernel, x.data(), x.size());
 
-  driver_row_slot_ = kNoSlot;
   load_driver_row(slot);
   const double* kernel_row = row(driver_row_);
   for (std::size_t p = 0; p < margin_size(); ++p)
     row(margin_rows_[p])[slot] = kernel_row[margin_slots_[p]];
+  for (std::size_t k = 0; k < parked_rows_.size(); ++k)
+    row(parked_rows_[k])[slot] = kernel_row[parked_slots_[k]];
   if (size() == 0) bias_ = target_[slot];
   residual_[slot] = dot(kernel_row, theta_.data(), stride_) + bias_ - target_[slot];
   window_.insert(slot, arrival_count_++, columns());
@@ -231,10 +247,7 @@ void OnlineSvr::evict(std::size_t slot, std::size_t& events) noexcept {
   if (set_[slot] == SampleSet::kMargin) {
     const auto found = std::find(margin_slots_.begin(), margin_slots_.end(), slot);
     const auto position = static_cast<std::size_t>(found - margin_slots_.begin());
-    // The cached row of the margin sample becomes the driver's.
-    std::swap(driver_row_, margin_rows_[position]);
-    driver_row_slot_ = slot;
-    detach_from_margin(position);
+    park_row(slot, detach_from_margin(position));
   }
   is_leaving_[slot] = 1;
   push_unsettled(slot);
@@ -246,7 +259,8 @@ void OnlineSvr::vacate(std::size_t slot) noexcept {
   theta_[slot] = 0.0;
   is_leaving_[slot] = 0;
   assign_set(slot, SampleSet::kVacant);
-  if (driver_row_slot_ == slot) driver_row_slot_ = kNoSlot;
+  if (driver_row_slot_ == slot) release_driver_row();
+  unpark_row(slot);
 }
 
 // ---- Events ----
@@ -274,7 +288,7 @@ bool OnlineSvr::try_to_settle(std::size_t driver) noexcept {
   }
   const double resolution = kResolution * options_.kkt_bound();
   const bool remaining = theta == 0.0 && std::fabs(h) <= options_.epsilon + resolution;
-  const bool error = std::fabs(theta) == options_.box_constraint &&
+  const bool error = std::fabs(theta) == box_of(driver) &&
                      -h * std::copysign(1.0, theta) >= options_.epsilon - resolution;
   if (!remaining && !error) return false;
   erase_unsettled(driver);
@@ -285,8 +299,7 @@ bool OnlineSvr::try_to_settle(std::size_t driver) noexcept {
 void OnlineSvr::advance(std::size_t driver) noexcept {
   load_driver_row(driver);
   const Drive drive = plan(driver);
-  const Direction direction = solve_direction(row(driver_row_), driver);
-  write_residual_rates(drive, direction);
+  const Direction direction = solve_direction(drive, driver);
   const Event event = next_event(driver, drive, direction);
   apply(driver, drive, direction, event.step);
   handle(event, driver, drive);
@@ -298,25 +311,63 @@ OnlineSvr::Drive OnlineSvr::plan(std::size_t slot) const noexcept {
   const double side = theta != 0.0 ? std::copysign(1.0, theta) : -std::copysign(1.0, h);
   const double target = -side * options_.epsilon;
   const double sign = h < target ? 1.0 : -1.0;
-  const double limit = sign == side ? side * options_.box_constraint : 0.0;
+  const double limit = sign == side ? side * box_of(slot) : 0.0;
   return {sign, limit, target, true};
 }
 
 void OnlineSvr::load_driver_row(std::size_t driver) noexcept {
   if (driver_row_slot_ == driver) return;
-  std::array<double, kMaxDimension> x;
-  gather(driver, x.data());
-  evaluate_row(options_.kernel, columns(), x.data(), row(driver_row_));
+  release_driver_row();
+  driver_row_ = take_row(driver);
   driver_row_slot_ = driver;
+}
+
+void OnlineSvr::release_driver_row() noexcept {
+  if (driver_row_slot_ != kNoSlot) park_row(driver_row_slot_, driver_row_);
+  driver_row_slot_ = kNoSlot;
+}
+
+// A row that holds the kernel row of the slot: the one parked, or a free one filled now.
+std::size_t OnlineSvr::take_row(std::size_t slot) noexcept {
+  const bool is_filled = unpark_row(slot);
+  const std::size_t kernel_row = free_rows_.back();
+  free_rows_.pop_back();
+  if (!is_filled) evaluate(slot, kernel_row);
+  return kernel_row;
+}
+
+void OnlineSvr::evaluate(std::size_t slot, std::size_t kernel_row) noexcept {
+  std::array<double, kMaxDimension> x;
+  gather(slot, x.data());
+  evaluate_row(options_.kernel, columns(), x.data(), row(kernel_row));
+}
+
+// Keeps the row for when its slot needs it again; the row parked longest makes room.
+void OnlineSvr::park_row(std::size_t slot, std::size_t kernel_row) noexcept {
+  if (parked_slots_.size() == kRowsParked) unpark_row(parked_slots_.front());
+  parked_slots_.push_back(slot);
+  parked_rows_.push_back(kernel_row);
+}
+
+// Frees the slot's parked row, if there is one; it is then the next to be taken.
+bool OnlineSvr::unpark_row(std::size_t slot) noexcept {
+  const auto found = std::find(parked_slots_.begin(), parked_slots_.end(), slot);
+  if (found == parked_slots_.end()) return false;
+  const auto position = found - parked_slots_.begin();
+  free_rows_.push_back(parked_rows_[static_cast<std::size_t>(position)]);
+  parked_slots_.erase(found);
+  parked_rows_.erase(parked_rows_.begin() + position);
+  return true;
 }
 
 double OnlineSvr::kernel_magnitude(std::size_t slot) const noexcept {
   return options_.kernel.is_stationary() ? 1.0 : self_[slot];
 }
 
-// <phi_p - phi_0, phi_c - phi_0> for the sample c that the row belongs to.
-double OnlineSvr::reduced_product(const double* kernel_row, std::size_t p) const noexcept {
-  const std::size_t reference = margin_slots_[0], slot = margin_slots_[p];
+// <phi_i - phi_0, phi_c - phi_0> for the sample i in the slot and the sample c that the row belongs
+// to.
+double OnlineSvr::reduced_product(const double* kernel_row, std::size_t slot) const noexcept {
+  const std::size_t reference = margin_slots_[0];
   return (kernel_row[slot] - kernel_row[reference]) -
          (margin_row(0)[slot] - margin_row(0)[reference]);
 }
@@ -354,32 +405,61 @@ double OnlineSvr::refine_rates(const double* kernel_row) noexcept {
 }
 
 // Writes to rates_ how the margin coefficients follow a unit change of theta_slot: A beta =
-// -reduced products. Refined once, and again as long as the refinement shows that the factor has
-// lost digits.
-OnlineSvr::Direction OnlineSvr::solve_direction(const double* kernel_row,
-                                                std::size_t slot) noexcept {
-  const std::size_t n = margin_size();
-  if (n == 0) return {1.0, 1.0, 0.0};  // only the bias moves
-  for (std::size_t p = 1; p < n; ++p) {
-    reduced_[p] = reduced_product(kernel_row, p);
+// -reduced products.
+void OnlineSvr::solve_rates(const double* kernel_row) noexcept {
+  for (std::size_t p = 1; p < margin_size(); ++p) {
+    reduced_[p] = reduced_product(kernel_row, margin_slots_[p]);
     rates_[p] = -reduced_[p];
   }
   factor_.solve(rates_.data() + 1);
   balance_rates();
-  for (int i = 0; n > 1 && i < kMaxRefinements; ++i) {
+}
+
+// The same, refined until nothing is left to correct.
+void OnlineSvr::solve_rates_refined(const double* kernel_row) noexcept {
+  solve_rates(kernel_row);
+  for (int i = 0; margin_size() > 1 && i < kMaxRefinements; ++i) {
     const double correction = refine_rates(kernel_row);
-    if (correction > kWornOut && refactor()) return solve_direction(kernel_row, slot);
+    if (correction > kWornOut && refactor()) return solve_rates_refined(kernel_row);
     if (correction < kRefined) break;
   }
+}
 
-  double rounding = 0.0;
-  for (std::size_t p = 0; p < n; ++p) {
-    rounding += std::fabs(rates_[p]) * kernel_magnitude(margin_slots_[p]);
+// The direction given by rates_.
+OnlineSvr::Direction OnlineSvr::direction_of(const double* kernel_row,
+                                             std::size_t slot) const noexcept {
+  if (margin_size() == 0) return {1.0, 1.0, 0.0, 0.0};  // only the bias moves
+  double magnitude = kernel_magnitude(slot);
+  const double own = magnitude;
+  for (std::size_t p = 0; p < margin_size(); ++p) {
+    magnitude += std::fabs(rates_[p]) * kernel_magnitude(margin_slots_[p]);
   }
-  const double magnitude = kernel_magnitude(slot);
   const double reference_rate = expansion_rate(kernel_row, margin_slots_[0]);
   return {-reference_rate, expansion_rate(kernel_row, slot) - reference_rate,
-          kNegligible * magnitude + kEpsilonOfDouble * (magnitude + rounding)};
+          kNegligible * own + kEpsilonOfDouble * magnitude, magnitude};
+}
+
+// The direction in which to drive the sample, and the residual rates. The solution is refined only
+// if the margin's own residual rates, which should be zero, show more than rounding.
+OnlineSvr::Direction OnlineSvr::solve_direction(const Drive& drive, std::size_t driver) noexcept {
+  const double* kernel_row = row(driver_row_);
+  solve_rates(kernel_row);
+  Direction direction = direction_of(kernel_row, driver);
+  write_residual_rates(drive, direction);
+  if (largest_margin_rate() > kRounding * direction.magnitude) {
+    solve_rates_refined(kernel_row);
+    direction = direction_of(kernel_row, driver);
+    write_residual_rates(drive, direction);
+  }
+  return direction;
+}
+
+double OnlineSvr::largest_margin_rate() const noexcept {
+  double largest = 0.0;
+  for (const std::size_t slot : margin_slots_) {
+    largest = std::max(largest, std::fabs(residual_rate_[slot]));
+  }
+  return largest;
 }
 
 // dh for a step of 1 in the drive's direction.
@@ -402,7 +482,7 @@ void OnlineSvr::write_residual_rates(const Drive& drive, const Direction& direct
 // The step at which a margin coefficient moving at the given rate meets 0 or its box constraint.
 double OnlineSvr::step_to_bound(std::size_t slot, double rate) const noexcept {
   const double side = residual_[slot] > 0.0 ? -1.0 : 1.0;
-  const double bound = rate * side > 0.0 ? side * options_.box_constraint : 0.0;
+  const double bound = rate * side > 0.0 ? side * box_of(slot) : 0.0;
   return std::max(0.0, (bound - theta_[slot]) / rate);
 }
 
@@ -427,11 +507,11 @@ OnlineSvr::Event OnlineSvr::next_event(std::size_t driver, const Drive& drive,
     const double step = step_to_bound(slot, rate);
     if (step < event.step) event = {Event::Kind::kMarginLeaves, step, p};
   }
-  const double step = first_crossing(
+  const Crossing crossing = first_crossing(
       {residual_.data(), residual_rate_.data(), upper_.data(), lower_.data(), direction.threshold},
-      steps_.data(), stride_);
-  if (step < event.step) {
-    event = {Event::Kind::kSampleMeets, step, first_equal(steps_.data(), step, stride_)};
+      event.step, stride_);
+  if (crossing.step < event.step) {
+    event = {Event::Kind::kSampleMeets, crossing.step, crossing.index};
   }
   return event;
 }
@@ -501,29 +581,41 @@ void OnlineSvr::put_past_border(std::size_t slot, double border, double side) no
 // False, and nothing changed, if the margin factor would become singular.
 bool OnlineSvr::enter_margin(std::size_t slot) noexcept {
   const bool is_driver = driver_row_slot_ == slot;
-  std::size_t& kernel_row = is_driver ? driver_row_ : spare_row_;
-  if (!is_driver) {
-    std::array<double, kMaxDimension> x;
-    gather(slot, x.data());
-    evaluate_row(options_.kernel, columns(), x.data(), row(kernel_row));
-  }
-  if (margin_size() > 0) {
-    const Direction direction = solve_direction(row(kernel_row), slot);
-    if (!(direction.own_residual_rate > direction.threshold)) return false;
-    factor_.solve_lower(reduced_.data() + 1);
-    factor_.append(reduced_.data() + 1, direction.own_residual_rate);
+  const std::size_t kernel_row = is_driver ? driver_row_ : take_row(slot);
+  if (margin_size() > 0 && !append_to_factor(row(kernel_row), slot)) {
+    if (!is_driver) park_row(slot, kernel_row);
+    return false;
   }
   margin_slots_.push_back(slot);
   margin_rows_.push_back(kernel_row);
-  kernel_row = free_rows_.back();
-  free_rows_.pop_back();
   if (is_driver) driver_row_slot_ = kNoSlot;
   assign_set(slot, SampleSet::kMargin);
   return true;
 }
 
-void OnlineSvr::detach_from_margin(std::size_t position) noexcept {
-  free_rows_.push_back(margin_rows_[position]);
+// False, and nothing changed, if the sample's pivot is lost in rounding. A small pivot is computed
+// with care, as the residual rate of a refined solution.
+bool OnlineSvr::append_to_factor(const double* kernel_row, std::size_t slot) noexcept {
+  const std::size_t n = margin_size();
+  for (std::size_t p = 1; p < n; ++p) reduced_[p] = reduced_product(kernel_row, margin_slots_[p]);
+  factor_.solve_lower(reduced_.data() + 1);
+  double pivot =
+      reduced_product(kernel_row, slot) - dot(reduced_.data() + 1, reduced_.data() + 1, n - 1);
+  const double magnitude = kernel_magnitude(slot) + kernel_magnitude(margin_slots_[0]);
+  if (pivot < kSmallPivot * magnitude) {
+    solve_rates_refined(kernel_row);
+    const Direction direction = direction_of(kernel_row, slot);
+    pivot = direction.own_residual_rate;
+    if (!(pivot > direction.threshold)) return false;
+    factor_.solve_lower(reduced_.data() + 1);
+  }
+  factor_.append(reduced_.data() + 1, pivot);
+  return true;
+}
+
+// Returns the sample's kernel row.
+std::size_t OnlineSvr::detach_from_margin(std::size_t position) noexcept {
+  const std::size_t kernel_row = margin_rows_[position];
   margin_slots_.erase(margin_slots_.begin() + static_cast<std::ptrdiff_t>(position));
   margin_rows_.erase(margin_rows_.begin() + static_cast<std::ptrdiff_t>(position));
   if (position == 0) {
@@ -531,14 +623,15 @@ void OnlineSvr::detach_from_margin(std::size_t position) noexcept {
   } else {
     factor_.remove_row(position - 1);
   }
+  return kernel_row;
 }
 
 // Puts the coefficient exactly on the bound it has met and files the sample by it.
 void OnlineSvr::leave_margin(std::size_t position) noexcept {
   const std::size_t slot = margin_slots_[position];
-  detach_from_margin(position);
-  const bool to_error = std::fabs(theta_[slot]) > 0.5 * options_.box_constraint;
-  theta_[slot] = to_error ? std::copysign(options_.box_constraint, -residual_[slot]) : 0.0;
+  park_row(slot, detach_from_margin(position));
+  const bool to_error = std::fabs(theta_[slot]) > 0.5 * box_of(slot);
+  theta_[slot] = to_error ? std::copysign(box_of(slot), -residual_[slot]) : 0.0;
   assign_set(slot, to_error ? SampleSet::kError : SampleSet::kRemaining);
 }
 
@@ -549,9 +642,10 @@ bool OnlineSvr::refactor() noexcept {
   factor_.clear();
   for (std::size_t p = 1; p < margin_size(); ++p) {
     const double* kernel_row = margin_row(p);
-    for (std::size_t q = 1; q < p; ++q) correction_[q] = reduced_product(kernel_row, q);
+    for (std::size_t q = 1; q < p; ++q)
+      correction_[q] = reduced_product(kernel_row, margin_slots_[q]);
     factor_.solve_lower(correction_.data() + 1);
-    const double whole = reduced_product(kernel_row, p);
+    const double whole = reduced_product(kernel_row, margin_slots_[p]);
     const double pivot = whole - dot(correction_.data() + 1, correction_.data() + 1, p - 1);
     factor_.append(correction_.data() + 1,
                    std::max(pivot, kNegligible * kernel_magnitude(margin_slots_[p])));
@@ -603,11 +697,8 @@ void OnlineSvr::refresh_one_residual() noexcept {
   refresh_cursor_ = (refresh_cursor_ + 1) % slot_count_;
   if (refresh_cursor_ == 0) balance_thetas();
   if (set_[slot] == SampleSet::kVacant) return;
-  std::array<double, kMaxDimension> x;
-  gather(slot, x.data());
-  double* kernel_row = row(spare_row_);
-  evaluate_row(options_.kernel, columns(), x.data(), kernel_row);
-  residual_[slot] = dot(kernel_row, theta_.data(), stride_) + bias_ - target_[slot];
+  evaluate(slot, kSpareRow);
+  residual_[slot] = dot(row(kSpareRow), theta_.data(), stride_) + bias_ - target_[slot];
 }
 
 // Takes what rounding has left of sum theta off the margin coefficient that is farthest from its
@@ -615,8 +706,8 @@ void OnlineSvr::refresh_one_residual() noexcept {
 void OnlineSvr::balance_thetas() noexcept {
   if (margin_size() == 0) return;
   const auto room = [&](std::size_t p) {
-    const double theta = std::fabs(theta_[margin_slots_[p]]);
-    return std::min(theta, options_.box_constraint - theta);
+    const std::size_t slot = margin_slots_[p];
+    return std::min(std::fabs(theta_[slot]), box_of(slot) - std::fabs(theta_[slot]));
   };
   std::size_t widest = 0;
   for (std::size_t p = 1; p < margin_size(); ++p) {
@@ -716,8 +807,8 @@ double OnlineSvr::max_kkt_violation() const noexcept {
     const double outside = -std::copysign(1.0, theta_[slot]) * h - options_.epsilon;
     double violation = std::fabs(outside);
     if (theta_[slot] == 0.0) violation = std::fabs(h) - options_.epsilon;
-    if (std::fabs(theta_[slot]) >= options_.box_constraint) violation = -outside;
-    largest = std::max({largest, violation, std::fabs(theta_[slot]) - options_.box_constraint});
+    if (std::fabs(theta_[slot]) >= box_of(slot)) violation = -outside;
+    largest = std::max({largest, violation, std::fabs(theta_[slot]) - box_of(slot)});
   }
   return largest;
 }

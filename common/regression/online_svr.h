@@ -2,12 +2,16 @@
 // Exact online epsilon-SVR over a bounded window: after every change the model is the optimum of
 // the samples now held.
 //
-//   f(x) = sum_i theta_i k(x_i, x) + b,   sum theta = 0,   |theta_i| <= C
+//   f(x) = sum_i theta_i k(x_i, x) + b,   sum theta = 0,   |theta_i| <= C_i = weight_i C
 //   h_i = f(x_i) - y_i                    margin residual
 //
 //   remaining set R   theta = 0             |h| <= epsilon
-//   margin set S      0 <= |theta| <= C     h = -epsilon sgn theta
-//   error set E       |theta| = C           -h sgn theta >= epsilon
+//   margin set S      0 <= |theta| <= C_i   h = -epsilon sgn theta
+//   error set E       |theta| = C_i         -h sgn theta >= epsilon
+//
+// The weight of a sample, 1 if not given, bounds how hard it may pull: C_i is its price for each
+// unit that it lies outside the tube (weighted epsilon-SVR). A label of larger variance gets a
+// smaller one.
 //
 // Method: J. Ma, J. Theiler, S. Perkins, "Accurate On-line Support Vector Regression", Neural
 // Computation 15 (2003). A change of one coefficient theta_c moves the margin coefficients and the
@@ -17,7 +21,7 @@
 //   dh_i = K_ic dtheta_c + K_iS dtheta_S + db
 //
 // up to the first sample that meets the border of its set. That sample changes set (one "event"),
-// and so on. Learning drives h_c to its margin or theta_c to C; forgetting drives theta_c to 0.
+// and so on. Learning drives h_c to its margin or theta_c to C_c; forgetting drives theta_c to 0.
 // With S empty only b moves.
 //
 // How this stands to Mao, Xu, He & Wu, Laser & Optoelectronics Progress 59(1), 0106002 (2022),
@@ -36,7 +40,8 @@
 // What keeps it exact:
 //
 // - kernels less 1 (kernel.h), so that near samples keep the digits of their distance;
-// - the bias eliminated by a reference sample, no stored inverse, every solve refined;
+// - the bias eliminated by a reference sample, no stored inverse, and every solve checked: where
+//   it leaves the margin residual rates that are more than rounding, it is refined;
 // - a sample whose feature vector lies in the span of S, or too near, first displaces a margin
 //   sample before it enters: S stays regular with identical, quantised or low-rank samples, and no
 //   ridge is needed;
@@ -59,6 +64,7 @@
 #include "common/regression/kernel.h"
 #include "common/regression/margin_factor.h"
 #include "common/regression/sample_window.h"
+#include "common/regression/vector_operations.h"
 
 namespace zerodrift::regression {
 
@@ -70,7 +76,7 @@ struct OnlineSvrOptions {
   std::size_t capacity = 500;  // W, samples held at most, >= 2
   Kernel kernel;
   double epsilon = 0.02;         // tube half-width, unit of the targets, > kkt_bound()
-  double box_constraint = 10.0;  // C, bound of |theta|, > 0
+  double box_constraint = 10.0;  // C, bound of |theta| of a sample of weight 1, > 0
   // Bound held on every KKT violation, relative to max(1, C); unit of the targets.
   double kkt_tolerance = 1e-9;
   // Events one call may spend. What is left is finished by the next call.
@@ -80,6 +86,9 @@ struct OnlineSvrOptions {
 
   // The bound on KKT violations, unit of the targets.
   [[nodiscard]] double kkt_bound() const noexcept;
+
+  // Whether a sample may have this weight: above 0, at most 1, and weight x C a normal number.
+  [[nodiscard]] bool is_weight(double weight) const noexcept;
 
   // The first wrong key and what would be right; empty if all is well.
   [[nodiscard]] std::optional<std::string> validate() const;
@@ -94,8 +103,8 @@ enum class UpdateOutcome : std::uint8_t {
   kUnfinished,   // accepted, but the event budget ran out; the model is usable, the next call
                  // finishes
   kBusy,         // not accepted: the whole budget went into finishing earlier calls
-  kRefused,  // not accepted, nothing changed: not finite, out of range, wrong dimension or no such
-             // sample
+  kRefused,  // not accepted, nothing changed: not finite, out of range, wrong dimension, no weight
+             // or no such sample
 };
 
 struct UpdateReport {
@@ -123,6 +132,7 @@ struct SetCounts {
 struct OnlineSvrState {
   std::vector<double> features;  // slot-major: feature d of slot i is features[i * dimension + d]
   std::vector<double> targets;   // jitter included
+  std::vector<double> weights;
   std::vector<double> thetas;
   std::vector<double> residuals;  // h
   std::vector<std::uint64_t> arrivals;
@@ -156,8 +166,8 @@ class OnlineSvr {
   ~OnlineSvr() = default;
 
   // Takes a sample in and, if the window is full, first forgets the one the window policy names.
-  // Refuses values beyond kLargestMagnitude.
-  UpdateReport add(std::span<const double> x, double y) noexcept;
+  // Refuses values beyond kLargestMagnitude and what options().is_weight() doesn't hold for.
+  UpdateReport add(std::span<const double> x, double y, double weight = 1.0) noexcept;
 
   // Takes the sample in `slot` out, exactly.
   UpdateReport forget(std::size_t slot) noexcept;
@@ -183,6 +193,15 @@ class OnlineSvr {
   [[nodiscard]] SampleSet set_of(std::size_t slot) const noexcept { return set_[slot]; }
   [[nodiscard]] double theta(std::size_t slot) const noexcept { return theta_[slot]; }
   [[nodiscard]] double target(std::size_t slot) const noexcept { return target_[slot]; }
+  [[nodiscard]] double weight(std::size_t slot) const noexcept { return weight_[slot]; }
+  // f of the sample's features, from its residual: O(1).
+  [[nodiscard]] double fitted(std::size_t slot) const noexcept {
+    return target_[slot] + residual_[slot];
+  }
+  // Number of the sample in the order of insertion.
+  [[nodiscard]] std::uint64_t arrival(std::size_t slot) const noexcept {
+    return window_.arrival(slot);
+  }
   [[nodiscard]] double feature(std::size_t slot, std::size_t d) const noexcept {
     return features_[d * stride_ + slot];
   }
@@ -195,7 +214,7 @@ class OnlineSvr {
   // How the driven sample's coefficient has to move.
   struct Drive {
     double sign;             // of the change of theta
-    double theta_limit;      // 0, C or -C
+    double theta_limit;      // 0 or the box constraint of either sign
     double residual_target;  // h of its margin
     bool stops_at_margin;    // false while forgetting
   };
@@ -205,6 +224,7 @@ class OnlineSvr {
     double bias_rate;
     double own_residual_rate;  // dh_c / dtheta_c: the Schur complement, >= 0
     double threshold;          // residual rates below this are rounding
+    double magnitude;          // of the kernel terms that a residual rate is the sum of
   };
 
   struct Event {
@@ -214,6 +234,10 @@ class OnlineSvr {
     std::size_t position = 0;  // kMarginLeaves: margin position; kSampleMeets: slot
   };
 
+  // C_i.
+  [[nodiscard]] double box_of(std::size_t slot) const noexcept {
+    return weight_[slot] * options_.box_constraint;
+  }
   [[nodiscard]] SampleColumns columns() const noexcept;
   void gather(std::size_t slot, double* x) const noexcept;
   [[nodiscard]] std::size_t margin_size() const noexcept { return margin_slots_.size(); }
@@ -224,8 +248,8 @@ class OnlineSvr {
     return row(margin_rows_[p]);
   }
 
-  [[nodiscard]] bool accepts(std::span<const double> x, double y) const noexcept;
-  [[nodiscard]] std::size_t insert(std::span<const double> x, double y) noexcept;
+  [[nodiscard]] bool accepts(std::span<const double> x, double y, double weight) const noexcept;
+  [[nodiscard]] std::size_t insert(std::span<const double> x, double y, double weight) noexcept;
   [[nodiscard]] UpdateOutcome learn(std::size_t slot, std::size_t& events) noexcept;
   void evict(std::size_t slot, std::size_t& events) noexcept;
   void vacate(std::size_t slot) noexcept;
@@ -235,11 +259,20 @@ class OnlineSvr {
   [[nodiscard]] bool try_to_settle(std::size_t driver) noexcept;
   [[nodiscard]] Drive plan(std::size_t slot) const noexcept;
   void load_driver_row(std::size_t driver) noexcept;
-  [[nodiscard]] Direction solve_direction(const double* kernel_row, std::size_t slot) noexcept;
+  void release_driver_row() noexcept;
+  [[nodiscard]] std::size_t take_row(std::size_t slot) noexcept;
+  void park_row(std::size_t slot, std::size_t kernel_row) noexcept;
+  bool unpark_row(std::size_t slot) noexcept;
+  void evaluate(std::size_t slot, std::size_t kernel_row) noexcept;
+  void solve_rates(const double* kernel_row) noexcept;
+  void solve_rates_refined(const double* kernel_row) noexcept;
+  [[nodiscard]] Direction direction_of(const double* kernel_row, std::size_t slot) const noexcept;
+  [[nodiscard]] Direction solve_direction(const Drive& drive, std::size_t driver) noexcept;
+  [[nodiscard]] double largest_margin_rate() const noexcept;
   void balance_rates() noexcept;
   [[nodiscard]] double expansion_rate(const double* kernel_row, std::size_t slot) const noexcept;
   [[nodiscard]] double refine_rates(const double* kernel_row) noexcept;
-  [[nodiscard]] double reduced_product(const double* kernel_row, std::size_t p) const noexcept;
+  [[nodiscard]] double reduced_product(const double* kernel_row, std::size_t slot) const noexcept;
   void write_residual_rates(const Drive& drive, const Direction& direction) noexcept;
   [[nodiscard]] Event next_event(std::size_t driver, const Drive& drive,
                                  const Direction& direction) noexcept;
@@ -251,7 +284,8 @@ class OnlineSvr {
   void put_past_border(std::size_t slot, double border, double side) noexcept;
 
   [[nodiscard]] bool enter_margin(std::size_t slot) noexcept;
-  void detach_from_margin(std::size_t position) noexcept;
+  [[nodiscard]] bool append_to_factor(const double* kernel_row, std::size_t slot) noexcept;
+  std::size_t detach_from_margin(std::size_t position) noexcept;
   void leave_margin(std::size_t position) noexcept;
   [[nodiscard]] bool refactor() noexcept;
   void assign_set(std::size_t slot, SampleSet set) noexcept;
@@ -273,9 +307,9 @@ class OnlineSvr {
   MarginFactor factor_;
 
   // By slot, padded.
-  std::vector<double> features_;  // by column
-  std::vector<double> target_, theta_, residual_, self_;
-  std::vector<double> upper_, lower_;  // residuals at which the sample changes set
+  Column features_;  // by column
+  Column target_, weight_, theta_, residual_, self_;
+  Column upper_, lower_;  // residuals at which the sample changes set
   std::vector<SampleSet> set_;
   std::vector<char> is_leaving_;
 
@@ -284,18 +318,22 @@ class OnlineSvr {
 
   std::vector<std::size_t> unsettled_;  // a stack; the last is driven
 
-  // Kernel rows of the margin samples and two more. Reserved for the worst case, committed only as
-  // far as used.
-  std::unique_ptr<double[]> rows_;
+  // Kernel rows: one spare for passing use, those of the margin samples and the driver, and those
+  // parked, the last parked at the end. Reserved for the worst case, committed only as far as used.
+  struct FreeRows {
+    void operator()(double* rows) const noexcept { ::operator delete[](rows, kCacheLine); }
+  };
+  std::unique_ptr<double[], FreeRows> rows_;
   std::vector<std::size_t> free_rows_;
-  std::size_t driver_row_ = 0, spare_row_ = 0;
+  std::vector<std::size_t> parked_slots_, parked_rows_;
+  std::size_t driver_row_ = 0;
   std::size_t driver_row_slot_ = SampleWindow::kNoSlot;
 
   // Scratch.
   std::vector<double> rates_, reduced_, correction_;  // by margin position
   std::vector<const double*> row_pointers_;
   std::vector<double> row_rates_;
-  std::vector<double> residual_rate_, steps_;  // by slot
+  Column residual_rate_;  // by slot
 
   double bias_ = 0.0;
   std::uint64_t arrival_count_ = 0;

@@ -22,6 +22,7 @@ OnlineSvrState OnlineSvr::export_state() const {
   }
   const auto slots = static_cast<std::ptrdiff_t>(slot_count_);
   state.targets.assign(target_.begin(), target_.begin() + slots);
+  state.weights.assign(weight_.begin(), weight_.begin() + slots);
   state.thetas.assign(theta_.begin(), theta_.begin() + slots);
   state.residuals.assign(residual_.begin(), residual_.begin() + slots);
   state.sets = set_;
@@ -62,6 +63,7 @@ void check_sizes(const OnlineSvrOptions& options, const OnlineSvrState& state) {
   require(state.features.size() == slots * options.dimension, "features",
           "(capacity + 1) x dimension numbers");
   require(state.targets.size() == slots, "targets", "capacity + 1 numbers");
+  require(state.weights.size() == slots, "weights", "capacity + 1 numbers");
   require(state.thetas.size() == slots, "thetas", "capacity + 1 numbers");
   require(state.residuals.size() == slots, "residuals", "capacity + 1 numbers");
   require(state.arrivals.size() == slots, "arrivals", "capacity + 1 numbers");
@@ -83,9 +85,10 @@ void check_values(const OnlineSvrOptions& options, const OnlineSvrState& state) 
     const WindowTier tier = state.tiers[slot];
     const bool vacant = set == SampleSet::kVacant;
     require(set <= SampleSet::kUnsettled, "sets", "entries 0 to 4");
-    require(theta <= options.box_constraint * (1.0 + 1e-9), "thetas", "magnitudes up to C");
-    require(set != SampleSet::kError || theta == options.box_constraint, "thetas",
-            "C in the error set");
+    const double weight = state.weights[slot], box = weight * options.box_constraint;
+    require(options.is_weight(weight), "weights", "numbers above 0 up to 1");
+    require(theta <= box * (1.0 + 1e-9), "thetas", "magnitudes up to weight C");
+    require(set != SampleSet::kError || theta == box, "thetas", "weight C in the error set");
     require((!vacant && set != SampleSet::kRemaining) || theta == 0.0, "thetas",
             "0 in the remaining set and in vacant slots");
     require(vacant == (tier == WindowTier::kNone) && tier <= WindowTier::kOld, "tiers",
@@ -135,6 +138,7 @@ OnlineSvr OnlineSvr::from_state(const OnlineSvrOptions& options, const OnlineSvr
     if (state.sets[slot] != SampleSet::kVacant) by_arrival.push_back(slot);
   }
   std::copy(state.targets.begin(), state.targets.end(), svr.target_.begin());
+  std::copy(state.weights.begin(), state.weights.end(), svr.weight_.begin());
   std::copy(state.thetas.begin(), state.thetas.end(), svr.theta_.begin());
   std::copy(state.residuals.begin(), state.residuals.end(), svr.residual_.begin());
   for (const std::size_t slot : state.forgotten_slots) svr.is_leaving_[slot] = 1;
@@ -146,13 +150,8 @@ OnlineSvr OnlineSvr::from_state(const OnlineSvrOptions& options, const OnlineSvr
     svr.window_.restore(slot, state.arrivals[slot], state.tiers[slot], svr.columns());
   }
   for (const std::size_t slot : state.margin_slots) {
-    const std::size_t kernel_row = svr.free_rows_.back();
-    svr.free_rows_.pop_back();
-    std::array<double, kMaxDimension> x;
-    svr.gather(slot, x.data());
-    evaluate_row(options.kernel, svr.columns(), x.data(), svr.row(kernel_row));
     svr.margin_slots_.push_back(slot);
-    svr.margin_rows_.push_back(kernel_row);
+    svr.margin_rows_.push_back(svr.take_row(slot));
   }
   svr.factor_.restore(state.margin_factor, std::max<std::size_t>(svr.margin_size(), 1) - 1);
   svr.bias_ = state.bias;

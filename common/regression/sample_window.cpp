@@ -30,10 +30,13 @@ SampleWindow::SampleWindow(WindowPolicy policy, std::size_t slot_count, std::siz
 std::size_t SampleWindow::victim() const noexcept {
   if (size_ == recent_size_) return oldest_recent_;
   const double closest = minimum_of_nonnegative(nearest_.data(), nearest_.size());
-  std::size_t earliest = kNoSlot;
-  for (std::size_t slot = 0; slot < tier_.size(); ++slot) {
-    if (tier_[slot] != WindowTier::kOld || nearest_[slot] != closest) continue;
-    if (earliest == kNoSlot || arrival_[slot] < arrival_[earliest]) earliest = slot;
+  if (closest == kInfinity) return next_equal(exclusion_.data(), 0.0, 0, exclusion_.size());
+  const auto next = [&](std::size_t begin) {
+    return next_equal(nearest_.data(), closest, begin, nearest_.size());
+  };
+  std::size_t earliest = next(0);
+  for (std::size_t slot = earliest; slot < nearest_.size(); slot = next(slot + 1)) {
+    if (arrival_[slot] < arrival_[earliest]) earliest = slot;
   }
   return earliest;
 }
@@ -97,8 +100,7 @@ void SampleWindow::unlink_recent(std::size_t slot) noexcept {
 }
 
 void SampleWindow::join_old(std::size_t slot, const SampleColumns& columns) noexcept {
-  measure_from(slot, columns, distance_.data());
-  nearest_[slot] = minimum_of_nonnegative(distance_.data(), distance_.size());
+  nearest_[slot] = measure_from(slot, columns, distance_.data());
   for (std::size_t i = 0; i < nearest_.size(); ++i) {
     nearest_[i] = std::min(nearest_[i], distance_[i]);
   }
@@ -109,27 +111,30 @@ void SampleWindow::join_old(std::size_t slot, const SampleColumns& columns) noex
 // Only samples as far from the leaving one as from their nearest neighbour can have lost that
 // neighbour.
 void SampleWindow::leave_old(std::size_t slot, const SampleColumns& columns) noexcept {
-  measure_from(slot, columns, distance_.data());
   exclusion_[slot] = kInfinity;
   nearest_[slot] = kInfinity;
-  for (std::size_t i = 0; i < nearest_.size(); ++i) {
-    if (exclusion_[i] != 0.0 || nearest_[i] != distance_[i]) continue;
-    measure_from(i, columns, distance_of_orphan_.data());
-    nearest_[i] = minimum_of_nonnegative(distance_of_orphan_.data(), distance_of_orphan_.size());
+  measure_from(slot, columns, distance_.data());
+  const auto next_orphan = [&](std::size_t begin) {
+    return next_equal_finite(nearest_.data(), distance_.data(), begin, nearest_.size());
+  };
+  for (std::size_t i = next_orphan(0); i < nearest_.size(); i = next_orphan(i + 1)) {
+    exclusion_[i] = kInfinity;
+    nearest_[i] = measure_from(i, columns, distance_of_orphan_.data());
+    exclusion_[i] = 0.0;
   }
 }
 
-// Squared distances to all other old samples; infinity elsewhere.
-void SampleWindow::measure_from(std::size_t slot, const SampleColumns& columns,
-                                double* distance) const noexcept {
+// Squared distances to all old samples that aren't excluded; infinity elsewhere. Returns the
+// smallest.
+double SampleWindow::measure_from(std::size_t slot, const SampleColumns& columns,
+                                  double* distance) const noexcept {
   std::array<double, kMaxDimension> features{};
   for (std::size_t d = 0; d < columns.dimension; ++d) {
     features[d] = columns.data[d * columns.stride + slot];
   }
   squared_distance_row({columns.data, columns.stride, columns.dimension, tier_.size()},
                        features.data(), distance);
-  for (std::size_t i = 0; i < tier_.size(); ++i) distance[i] += exclusion_[i];
-  distance[slot] = kInfinity;
+  return add_and_find_minimum(exclusion_.data(), distance, tier_.size());
 }
 
 }  // namespace zerodrift::regression

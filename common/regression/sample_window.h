@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/regression/kernel.h"
+#include "common/regression/vector_operations.h"
 
 namespace zerodrift::regression {
 
@@ -54,8 +55,8 @@ class SampleWindow {
   void unlink_recent(std::size_t slot) noexcept;
   void join_old(std::size_t slot, const SampleColumns& columns) noexcept;
   void leave_old(std::size_t slot, const SampleColumns& columns) noexcept;
-  void measure_from(std::size_t slot, const SampleColumns& columns,
-                    double* distance) const noexcept;
+  double measure_from(std::size_t slot, const SampleColumns& columns,
+                      double* distance) const noexcept;
 
   WindowPolicy policy_;
   std::size_t recent_capacity_;
@@ -68,9 +69,9 @@ class SampleWindow {
   std::vector<WindowTier> tier_;
   // Squared distance of an old sample to the nearest other old sample; infinity for all other
   // slots.
-  std::vector<double> nearest_;
-  std::vector<double> exclusion_;  // 0 for old samples, infinity for all other slots
-  std::vector<double> distance_, distance_of_orphan_;
+  Column nearest_;
+  Column exclusion_;  // 0 for old samples, infinity for all other slots
+  Column distance_, distance_of_orphan_;
 };
 
 }  // namespace zerodrift::regression

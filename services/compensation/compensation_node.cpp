@@ -469,8 +469,8 @@ service::StatusPart CompensationNode::part(const Gyro& source) {
     add("reason" + suffix, "1", static_cast<double>(source.newest.reason[i]));
     add("drift" + suffix, "deg/h", core::deg_h_from_radps(source.newest.applied_drift_radps[i]));
     add("support_vectors" + suffix, "1", static_cast<double>(compensator.support_vectors(axis)));
-    add("model_rmse" + suffix, "deg/h", core::deg_h_from_radps(std::sqrt(record.model_mse)));
-    add("persistence_rmse" + suffix, "deg/h", core::deg_h_from_radps(std::sqrt(record.bias_mse)));
+    add("applied_rmse" + suffix, "deg/h", core::deg_h_from_radps(std::sqrt(record.applied_mse)));
+    add("persistence_rmse" + suffix, "deg/h", core::deg_h_from_radps(std::sqrt(record.held_mse)));
   }
   return part;
 }

@@ -12,9 +12,11 @@ using Run = std::function<int()>;
 
 void add_simulate(CLI::App& app, Run& run);
 void add_compensate(CLI::App& app, Run& run);
+void add_compare(CLI::App& app, Run& run);
 void add_record(CLI::App& app, Run& run);
 void add_info(CLI::App& app, Run& run);
 void add_control(CLI::App& app, Run& run);
 void add_bench(CLI::App& app, Run& run);
+void add_bench_svr(CLI::App& bench, Run& run);  // to `zerodrift bench`
 
 }  // namespace zerodrift::services

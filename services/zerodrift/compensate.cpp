@@ -11,17 +11,14 @@
 #include "common/compensation/compensator.h"
 #include "common/config/compensation_config.h"
 #include "common/core/units.h"
-#include "common/record/record_reader.h"
-#include "common/record/record_samples.h"
 #include "common/service/main.h"
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/compensated_csv.h"
+#include "services/zerodrift/offline_run.h"
 #include "services/zerodrift/progress_bar.h"
 
 namespace zerodrift::services {
 namespace {
-
-using compensation::Readiness;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
@@ -111,81 +108,24 @@ class Summary {
   core::PerAxis<Axis> axes_;
 };
 
-// Feeds a record as the publishers do and answers every sample as soon as all that belongs to it is
-// there.
-class OfflineRun {
- public:
-  OfflineRun(const CompensateOptions& options, compensation::Compensator& compensator)
-      : reader_(options.record,
-                record::RecordOptions{.columns = record::parse_column_map(options.columns)}),
-        compensator_(compensator) {}
-
-  [[nodiscard]] const record::RecordInfo& info() const { return reader_.info(); }
-  [[nodiscard]] const std::vector<std::string>& warnings() const { return reader_.warnings(); }
-
-  // `probe_missing`: a probe the features need is not in the record, so nobody waits for it.
-  template <typename Take>
-  void run(bool probe_missing, Take&& take) {
-    while (const record::RecordRow* row = reader_.next()) {
-      push(*row);
-      if (probe_missing) compensator_.give_up_waiting();
-      answer_ready(take);
-    }
-    compensator_.give_up_waiting();  // the record is over: nothing more comes
-    answer_ready(take);
-  }
-
- private:
-  void push(const record::RecordRow& row) {
-    for (std::size_t probe = 0; probe < reader_.info().probes.size(); ++probe) {
-      record::to_temperature(row, reader_.info(), probe, temperature_);
-      compensator_.push(temperature_);
-    }
-    if (const auto reference = record::to_rate_reference(row, reader_.info()))
-      compensator_.push(*reference);
-    compensator_.push(record::to_angular_rate(row));
-  }
-
-  template <typename Take>
-  void answer_ready(Take&& take) {
-    for (;;) {
-      const Readiness readiness = compensator_.readiness();
-      if (readiness == Readiness::kAwaitsModel) {
-        if (!compensator_.learner().run_one()) return;
-        continue;
-      }
-      if (readiness != Readiness::kReady) return;
-      take(compensator_.answer_next());
-    }
-  }
-
-  record::RecordReader reader_;
-  compensation::Compensator& compensator_;
-  core::TemperatureSample temperature_;
-};
-
 int compensate(const CompensateOptions& options) {
   compensation::CompensationOptions compensation_options;
   if (!options.config.empty()) compensation_options = config::load_compensation(options.config);
   if (options.scheme == "none") compensation_options.scheme = compensation::Scheme::kNone;
   compensation::Compensator compensator(compensation_options);
-  OfflineRun offline(options, compensator);
-  bool probe_missing = false;
-  for (const auto& probe : compensation_options.probes()) {
-    const auto& probes = offline.info().probes;
-    if (std::find(probes.begin(), probes.end(), probe) == probes.end()) {
-      probe_missing = true;
-      std::fprintf(stderr,
-                   "%s: has no temperature of probe '%s', which a feature needs; the model will "
-                   "not be used\n",
-                   options.record.c_str(), probe.c_str());
-    }
+  OfflineRun offline(options.record, options.columns, compensator);
+  const auto missing = missing_probes(compensation_options, offline.info());
+  for (const auto& probe : missing) {
+    std::fprintf(stderr,
+                 "%s: has no temperature of probe '%s', which a feature needs; the model will "
+                 "not be used\n",
+                 options.record.c_str(), probe.c_str());
   }
   std::optional<CompensatedCsv> csv;
   if (!options.out.empty()) csv.emplace(options.out);
   Summary summary(offline.info().sample_period_s > 0.0 ? offline.info().sample_period_s : 1.0);
   std::uint64_t samples = 0;
-  offline.run(probe_missing, [&](const compensation::CompensatedSample& sample) {
+  offline.run(!missing.empty(), [&](const compensation::CompensatedSample& sample) {
     ++samples;
     summary.add(sample);
     if (csv) csv->write(sample);

@@ -5,12 +5,14 @@
 
 int main(int argc, char** argv) {
   using namespace zerodrift;
-  CLI::App app("Zero-drift compensation of gyros: simulate, compensate, record, control, measure.",
-               "zerodrift");
+  CLI::App app(
+      "Zero-drift compensation of gyros: simulate, compensate, compare, record, control, measure.",
+      "zerodrift");
   app.require_subcommand(1);
   services::Run run;
   services::add_simulate(app, run);
   services::add_compensate(app, run);
+  services::add_compare(app, run);
   services::add_record(app, run);
   services::add_info(app, run);
   services::add_control(app, run);

@@ -225,10 +225,10 @@ std::string StatusBoard::summary() {
       const std::string suffix = "_" + std::string(core::name(axis));
       if (metric(part(gyro), "valid" + suffix, 0.0) == 0.0) continue;
       text += fmt::format(
-          "gyro {} axis {}: test-then-train RMSE of the newest labels: model {:.4g}, last "
+          "gyro {} axis {}: test-then-train RMSE of the newest labels: applied {:.4g}, last "
           "stationary "
           "minute {:.4g} deg/h\n",
-          gyro, core::name(axis), metric(part(gyro), "model_rmse" + suffix, 0.0),
+          gyro, core::name(axis), metric(part(gyro), "applied_rmse" + suffix, 0.0),
           metric(part(gyro), "persistence_rmse" + suffix, 0.0));
     }
   }

@@ -154,7 +154,8 @@ TEST(WrongTree, ImpureSourcesAreReported) {
                   {"common/thermal/impure.h:3: <fstream>", "common/thermal/impure.h:4: <mutex>",
                    "common/thermal/impure.h:5: <random>", "common/thermal/impure.h:6: <thread>",
                    "common/thermal/impure.h:10: uses steady_clock",
-                   "common/thermal/impure.h:11: uses random_device"});
+                   "common/thermal/impure.h:11: uses random_device",
+                   "common/thermal/impure.h:13: <libsvm/svm.h>"});
 }
 
 TEST(WrongTree, WrongCMakeDependsAreReported) {

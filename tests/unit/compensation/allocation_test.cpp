@@ -61,8 +61,10 @@ Record busy_record() {
   return make_record(spec);
 }
 
+// Choosing a kernel anew takes memory, in the learner alone; without it the learner takes none.
 CompensationOptions busy_options() {
   CompensationOptions options = testing::options();
+  options.model.selection.reset();
   options.model.capacity = 40;
   options.features.push_back(
       {.kind = thermal::FeatureKind::kLaggedTemperature, .probe = "coil", .lag_s = 60.0});
@@ -104,23 +106,30 @@ TEST(CompensatorAllocationLaws, DataPathAndLearnerTakeNoMemoryAfterConstruction)
   EXPECT_GT(compensator.learner().labels_learned(), 80U);  // more than the window holds
 }
 
-// Rule: nor while the learner runs in another thread, whose own work takes none either; and every
-// label that was submitted is learned, each snapshot activated.
-TEST(CompensatorAllocationLaws, NeitherThreadTakesMemoryWhileTheyRunBesideEachOther) {
-  const Record record = busy_record();
-  Compensator compensator{busy_options()};
-  std::atomic<bool> stop{false};
+// What a run with the learner in a thread of its own takes and answers.
+struct TwoThreads {
+  std::size_t taken_by_data_path = 0;
   std::size_t taken_by_learner = 0;
+  std::size_t answers = 0;
+};
+
+TwoThreads run_beside(Compensator& compensator, const Record& record, bool count_learner) {
+  TwoThreads run;
+  std::atomic<bool> stop{false};
+  const auto learn = [&] {
+    while (!stop) {
+      if (!compensator.learner().run_one()) std::this_thread::yield();
+    }
+  };
   std::thread learner([&] {
-    taken_by_learner = allocated_by([&] {
-      while (!stop) {
-        if (!compensator.learner().run_one()) std::this_thread::yield();
-      }
-    });
+    if (count_learner) {
+      run.taken_by_learner = allocated_by(learn);
+    } else {
+      learn();
+    }
   });
   std::size_t t = 0;
-  std::size_t answers = 0;
-  const std::size_t taken = allocated_by([&] {
+  run.taken_by_data_path = allocated_by([&] {
     for (const auto& sample : record.rates) {
       for (; record.temperatures[t].time <= sample.time; ++t)
         compensator.push(record.temperatures[t]);
@@ -133,18 +142,37 @@ TEST(CompensatorAllocationLaws, NeitherThreadTakesMemoryWhileTheyRunBesideEachOt
         }
         if (readiness != Readiness::kReady) break;
         compensator.answer_next();
-        ++answers;
+        ++run.answers;
       }
     }
   });
   stop = true;
   learner.join();
-  EXPECT_EQ(taken, 0U);
-  EXPECT_EQ(taken_by_learner, 0U);
-  EXPECT_GT(answers,
+  return run;
+}
+
+// Rule: nor while the learner runs in another thread, whose own work takes none either; and every
+// label that was submitted is learned, each snapshot activated.
+TEST(CompensatorAllocationLaws, NeitherThreadTakesMemoryWhileTheyRunBesideEachOther) {
+  const Record record = busy_record();
+  Compensator compensator{busy_options()};
+  const TwoThreads run = run_beside(compensator, record, true);
+  EXPECT_EQ(run.taken_by_data_path, 0U);
+  EXPECT_EQ(run.taken_by_learner, 0U);
+  EXPECT_GT(run.answers,
             record.rates.size() - 100);  // the last wait for a temperature that doesn't come
   EXPECT_EQ(compensator.counts().late_models, 0U);
   EXPECT_GE(compensator.learner().labels_learned() + 1, compensator.counts().labels);
+}
+
+// Rule: a learner that chooses its kernel anew, which takes memory, leaves the data path without.
+TEST(CompensatorAllocationLaws, TheDataPathTakesNoMemoryWhileAKernelIsChosen) {
+  const Record record = busy_record();
+  CompensationOptions options = busy_options();
+  options.model.selection = regression::SelectionCriterion::kMarginalLikelihood;
+  Compensator compensator{options};
+  EXPECT_EQ(run_beside(compensator, record, false).taken_by_data_path, 0U);
+  EXPECT_GT(compensator.learner().labels_learned(), 36U);  // the first choice is made at 36
 }
 
 }  // namespace

@@ -310,6 +310,7 @@ TEST(Compensator, ARecordOfTwoMinuteMeansIsFollowedAndCompensated) {
     sample.valid.fill(true);
     sample.clock = core::ClockSource::kReplay;
     ASSERT_EQ(compensator.push(sample), Admission::kInOrder);
+    compensator.learner().run_one();
     last = compensator.answer_next();
   }
   EXPECT_EQ(compensator.counts().time_faults, 0U);

@@ -131,8 +131,8 @@ core::PerAxis<AxisContext> context(double value) {
   AxisContext axis;
   axis.features_ready = true;
   axis.features[0] = value;
-  axis.model_radps = 2.0 * value;
-  axis.bias_radps = 3.0 * value;
+  axis.applied_radps = 2.0 * value;
+  axis.held_radps = 3.0 * value;
   return {axis, axis, axis};
 }
 
@@ -153,8 +153,8 @@ TEST(LabelBuilder, ALabelIsTheMeanOfItsBlocks) {
   EXPECT_NEAR(label->drift_radps[1], -4.5e-6, 1e-20);
   EXPECT_DOUBLE_EQ(label->variance_radps2[2], 1.6);
   EXPECT_DOUBLE_EQ(label->features[0][0], 4.5);
-  EXPECT_DOUBLE_EQ(*label->model_radps[0], 9.0);
-  EXPECT_DOUBLE_EQ(*label->bias_radps[0], 13.5);
+  EXPECT_DOUBLE_EQ(*label->applied_radps[0], 9.0);
+  EXPECT_DOUBLE_EQ(*label->held_radps[0], 13.5);
   EXPECT_TRUE(label->features_ready[0]);
 }
 
@@ -163,12 +163,12 @@ TEST(LabelBuilder, APredictionThatHeldForPartOfALabelIsNotJudged) {
   LabelBuilder labels(10.0, 0.0);
   for (int s = 0; s < 9; ++s) labels.add(still_block(s), context(1.0), kVariance);
   auto last = context(1.0);
-  last[0].model_radps.reset();
+  last[0].applied_radps.reset();
   last[1].features_ready = false;
   const auto label = labels.add(still_block(9), last, kVariance);
   ASSERT_TRUE(label);
-  EXPECT_FALSE(label->model_radps[0]);
-  EXPECT_TRUE(label->bias_radps[0]);
+  EXPECT_FALSE(label->applied_radps[0]);
+  EXPECT_TRUE(label->held_radps[0]);
   EXPECT_FALSE(label->features_ready[1]);
   EXPECT_TRUE(label->features_ready[2]);
 }

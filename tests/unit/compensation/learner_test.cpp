@@ -41,7 +41,19 @@ Label label(double feature, double drift_radps) {
   return made;
 }
 
-TrainingJob job(std::uint64_t number, const Label& what) {
+AxisLabel axis_label(int number, double feature, double drift_radps) {
+  AxisLabel made;
+  made.time = core::from_seconds(10.0 * number);
+  made.drift_radps = drift_radps;
+  made.variance = kSigma * kSigma;
+  made.features.emplace();
+  (*made.features)[0] = feature;
+  return made;
+}
+
+// Labels end 10 s apart.
+TrainingJob job(std::uint64_t number, Label what) {
+  what.end = core::from_seconds(10.0 * static_cast<double>(number));
   return {.number = number, .kind = TrainingJob::Kind::kLabel, .label = what};
 }
 
@@ -111,15 +123,17 @@ TEST(ModelExchange, TheActiveSnapshotDoesNotChangeWhileTheLearnerWorks) {
     exchange.activate_next();
   }
   const AxisModel& model = active(exchange).axes[0];
-  ASSERT_TRUE(model.ready());
+  ASSERT_TRUE(model.drift.trained);
   FeatureArray x{};
   x[0] = 0.45;
-  const double before = model.predict(x);
+  const double before = model.drift.predict(x);
+  const double held = model.drift.held_radps;
   for (int i = 0; i < 3; ++i) {
     exchange.submit(job(++n, label(0.45, -1e-3)));
     ASSERT_TRUE(learner.run_one());
   }
-  EXPECT_EQ(model.predict(x), before);
+  EXPECT_EQ(model.drift.predict(x), before);
+  EXPECT_EQ(model.drift.held_radps, held);
 }
 
 // Rule: the initial set makes the first model; each label then lies within its tube. A straight
@@ -129,30 +143,69 @@ TEST(AxisLearner, AfterTheInitialSetLabelsAreFittedToTheTube) {
   AxisLearner learner(options, 1);
   AxisModel model(1, options.model.capacity);
   const auto drift = [](double x) { return 1e-5 + 3e-6 * x; };
-  for (std::size_t i = 0; i < 30; ++i) {
-    const double x = 0.1 * static_cast<double>(i);
-    learner.learn(drift(x), kSigma * kSigma, label(x, 0.0).features[0]);
+  for (int i = 0; i < 30; ++i) {
+    const double x = 0.1 * i;
+    learner.learn(axis_label(i, x, drift(x)));
     learner.write(model);
-    EXPECT_EQ(model.ready(), i + 1 >= options.learning.initial_labels);
+    EXPECT_EQ(model.drift.trained, i + 1 >= static_cast<int>(options.learning.initial_labels));
   }
   for (int i = 0; i < 30; ++i) {
     const double x = 0.1 * i;
-    EXPECT_NEAR(model.predict(label(x, 0.0).features[0]), drift(x), 1.001 * kSigma) << x;
+    EXPECT_NEAR(model.drift.predict(label(x, 0.0).features[0]), drift(x), 1.001 * kSigma) << x;
   }
 }
 
-// Rule: the domain is what was learned, plus a margin of 0.15 of a scaled feature.
-TEST(AxisLearner, TheDomainIsWhatWasLearnedPlusTheMargin) {
+// Rule: what is held is the mean of the labels of the last stationary minute: six of 10 s.
+TEST(AxisLearner, TheLastStationaryMinuteIsHeld) {
   const auto options = small_options();
   AxisLearner learner(options, 1);
   AxisModel model(1, options.model.capacity);
-  for (int i = 0; i <= 10; ++i)
-    learner.learn(1e-5, kSigma * kSigma, label(0.1 * i, 0.0).features[0]);
   learner.write(model);
-  EXPECT_TRUE(model.within_domain(label(-0.149, 0.0).features[0]));
-  EXPECT_FALSE(model.within_domain(label(-0.151, 0.0).features[0]));
-  EXPECT_TRUE(model.within_domain(label(1.149, 0.0).features[0]));
-  EXPECT_FALSE(model.within_domain(label(1.151, 0.0).features[0]));
+  EXPECT_FALSE(model.drift.holds());
+  for (int i = 0; i < 20; ++i) learner.learn(axis_label(i, 0.0, 1e-5 * i));
+  learner.write(model);
+  EXPECT_EQ(model.drift.time, core::from_seconds(190.0));
+  EXPECT_NEAR(model.drift.held_radps, 1e-5 * 16.5, 1e-18);
+  EXPECT_NEAR(*model.drift.held_slope_radps2, 1e-6, 1e-18);
+  // After a pause, the labels before it are older than a minute.
+  learner.learn(axis_label(100, 0.0, -3e-5));
+  learner.write(model);
+  EXPECT_EQ(model.drift.held_radps, -3e-5);
+  EXPECT_FALSE(model.drift.held_slope_radps2);
+}
+
+// Rule: without features the held level still moves; the SVR learns nothing.
+TEST(AxisLearner, WithoutFeaturesOnlyTheHeldLevelMoves) {
+  const auto options = small_options();
+  AxisLearner learner(options, 1);
+  AxisModel model(1, options.model.capacity);
+  for (int i = 0; i < 20; ++i) {
+    AxisLabel bare = axis_label(i, 0.0, 2e-5);
+    bare.features.reset();
+    learner.learn(bare);
+  }
+  learner.write(model);
+  EXPECT_FALSE(model.drift.trained);
+  EXPECT_NEAR(model.drift.held_radps, 2e-5, 1e-19);
+}
+
+// Rule: within the domain is what lies within 0.7 of a learned sample, in scaled features; a hole
+// between two far ones is outside.
+TEST(AxisLearner, TheDomainIsWhatLiesNearALearnedSample) {
+  const auto options = small_options();
+  AxisLearner learner(options, 1);
+  AxisModel model(1, options.model.capacity);
+  for (int i = 0; i <= 10; ++i) learner.learn(axis_label(i, i < 5 ? 0.0 : 3.0, 1e-5));
+  learner.write(model);
+  const auto near = [&](double x) {
+    return model.drift.has_learned_near(label(x, 0.0).features[0]);
+  };
+  EXPECT_TRUE(near(-0.699));
+  EXPECT_FALSE(near(-0.701));
+  EXPECT_TRUE(near(0.699));
+  EXPECT_FALSE(near(1.5));
+  EXPECT_TRUE(near(3.699));
+  EXPECT_FALSE(near(3.701));
 }
 
 // Rule: a reset forgets; what is learned afterwards is as from a new learner, to the bit.
@@ -176,15 +229,17 @@ TEST(LearnerLaws, AfterAResetItLearnsAsIfNew) {
   used_exchange.submit({.number = ++n, .kind = TrainingJob::Kind::kReset, .label = {}});
   ASSERT_TRUE(used.run_one());
   used_exchange.activate_next();
-  EXPECT_FALSE(active(used_exchange).axes[0].ready());
+  EXPECT_FALSE(active(used_exchange).axes[0].drift.trained);
+  EXPECT_FALSE(active(used_exchange).axes[0].drift.holds());
   std::uint64_t m = 0;
   teach(used, used_exchange, n);
   teach(fresh, fresh_exchange, m);
   for (int i = -20; i < 20; ++i) {
     const auto x = label(0.1 * i, 0.0).features[0];
-    EXPECT_EQ(active(used_exchange).axes[1].predict(x), active(fresh_exchange).axes[1].predict(x));
-    EXPECT_EQ(active(used_exchange).axes[1].within_domain(x),
-              active(fresh_exchange).axes[1].within_domain(x));
+    const DriftModel& used_model = active(used_exchange).axes[1].drift;
+    const DriftModel& fresh_model = active(fresh_exchange).axes[1].drift;
+    EXPECT_EQ(used_model.predict(x), fresh_model.predict(x));
+    EXPECT_EQ(used_model.has_learned_near(x), fresh_model.has_learned_near(x));
   }
 }
 
@@ -201,9 +256,9 @@ TEST(Learner, AnAxisWithoutFeaturesLearnsNothing) {
     learner.run_one();
     exchange.activate_next();
   }
-  EXPECT_TRUE(active(exchange).axes[0].ready());
-  EXPECT_FALSE(active(exchange).axes[1].ready());
-  EXPECT_FALSE(active(exchange).axes[2].ready());
+  EXPECT_TRUE(active(exchange).axes[0].drift.trained);
+  EXPECT_FALSE(active(exchange).axes[1].drift.trained);
+  EXPECT_FALSE(active(exchange).axes[2].drift.holds());
 }
 
 }  // namespace

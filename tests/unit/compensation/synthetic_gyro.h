@@ -160,7 +160,6 @@ inline CompensationOptions options() {
   options.learning.handover_s = 1.0;
   options.learning.initial_labels = 6;
   options.model.epsilon = 0.01;
-  options.model.domain_margin = 0.15;
   options.temperature_delay_s = 0.05;
   options.temperature_stale_s = 30.0;
   return options;

@@ -62,7 +62,7 @@ std::string described(const CompensationOptions& o) {
        << o.track.local_polynomial.window_s << ' ' << o.track.sliding_mean.window_samples;
   text << " | svr " << o.model.capacity << ' ' << o.model.epsilon << ' ' << o.model.box_constraint
        << ' ' << static_cast<int>(o.model.kernel.kind) << ' ' << o.model.kernel.gamma << ' '
-       << static_cast<int>(o.model.window) << ' ' << o.model.domain_margin;
+       << static_cast<int>(o.model.window);
   text << " | learning " << o.learning.label_interval_s << ' ' << o.learning.confirm_s << ' '
        << o.learning.handover_s << ' ' << o.learning.initial_labels << ' '
        << o.learning.rest.dwell_s << ' ' << o.learning.rest.max_level_radps << ' '

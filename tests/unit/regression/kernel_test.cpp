@@ -3,9 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "common/regression/vector_operations.h"
@@ -123,6 +125,91 @@ TEST(KernelGolden, BitsAreTheSameOnEveryProcessorAndInEveryBuild) {
                                             6675443234506828729ULL, 8495573868084625556ULL,
                                             3580347348653468300ULL};
   EXPECT_EQ(hashes, expected);
+}
+
+// The vectorised loops against their plain statements, to the bit.
+class VectorOperationLaws : public ::testing::Test {
+ protected:
+  // From an integer generator alone; every seventh number is 0, so that there are ties.
+  Column draw(std::size_t count) {
+    Column values(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      lcg_ = lcg_ * 6364136223846793005ULL + 1442695040888963407ULL;
+      values[i] =
+          (i + draws_) % 7 == 3 ? 0.0 : static_cast<double>(static_cast<std::int64_t>(lcg_) >> 11);
+      values[i] *= 0x1p-52;
+    }
+    ++draws_;
+    return values;
+  }
+
+ private:
+  std::uint64_t lcg_ = 7;
+  std::size_t draws_ = 0;
+};
+
+TEST_F(VectorOperationLaws, CombinedRowsAreTheSumInTheOrderOfTheRows) {
+  for (const std::size_t count : {8u, 40u, 64u, 200u}) {
+    for (const std::size_t row_count : {0u, 1u, 3u, 9u}) {
+      std::vector<Column> rows;
+      std::vector<const double*> pointers;
+      for (std::size_t j = 0; j < row_count; ++j) rows.push_back(draw(count));
+      for (const Column& row : rows) pointers.push_back(row.data());
+      const Column rates = draw(row_count);
+      Column combined(count);
+      combine_rows(pointers.data(), rates.data(), row_count, 0.25, combined.data(), count);
+      for (std::size_t i = 0; i < count; ++i) {
+        double expected = 0.25;
+        for (std::size_t j = 0; j < row_count; ++j) expected += rates[j] * rows[j][i];
+        ASSERT_EQ(combined[i], expected) << count << " " << row_count << " " << i;
+      }
+    }
+  }
+}
+
+TEST_F(VectorOperationLaws, TheFirstCrossingIsTheEarliestAndOnATieTheFirst) {
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  for (const std::size_t count : {8u, 72u, 504u}) {
+    for (int trial = 0; trial < 200; ++trial) {
+      const Column value = draw(count), rate = draw(count);
+      Column upper = draw(count), lower = draw(count);
+      for (std::size_t i = 0; i < count; ++i) {
+        upper[i] = i % 3 == 0 ? kInf : value[i] + std::fabs(upper[i]);
+        lower[i] = i % 5 == 0 ? -kInf : value[i] - std::fabs(lower[i]);
+      }
+      const Crossings crossings{value.data(), rate.data(), upper.data(), lower.data(), 1e-3};
+      for (const double limit : {kInf, 0.1, 1e-4}) {
+        Crossing expected{limit, count};
+        for (std::size_t i = 0; i < count; ++i) {
+          if (std::fabs(rate[i]) <= crossings.threshold) continue;
+          const double bound = rate[i] > 0.0 ? upper[i] : lower[i];
+          const double step = std::max(0.0, (bound - value[i]) / rate[i]);
+          if (step < expected.step) expected = {step, i};
+        }
+        const Crossing found = first_crossing(crossings, limit, count);
+        ASSERT_EQ(found.step, expected.step) << count << " trial " << trial;
+        ASSERT_EQ(found.index, expected.index) << count << " trial " << trial;
+      }
+    }
+  }
+}
+
+TEST_F(VectorOperationLaws, EqualEntriesAreFoundInOrderAndInfinitiesAreEqualToNothing) {
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  constexpr std::size_t kCount = 150;
+  Column a(kCount, 1.0), b(kCount, 2.0);
+  for (const std::size_t i : {3u, 70u, 149u}) a[i] = b[i] = -4.0;
+  a[10] = b[10] = kInf;
+  std::vector<std::size_t> of_value, of_pairs;
+  for (std::size_t i = 0; (i = next_equal(a.data(), -4.0, i, kCount)) < kCount; ++i) {
+    of_value.push_back(i);
+  }
+  for (std::size_t i = 0; (i = next_equal_finite(a.data(), b.data(), i, kCount)) < kCount; ++i) {
+    of_pairs.push_back(i);
+  }
+  EXPECT_EQ(of_value, (std::vector<std::size_t>{3, 70, 149}));
+  EXPECT_EQ(of_pairs, of_value);
+  EXPECT_EQ(next_equal(a.data(), 7.0, 0, kCount), kCount);
 }
 
 TEST(KernelAbuse, ValidateNamesTheWrongKey) {

@@ -24,6 +24,29 @@ std::atomic<std::size_t> allocation_count{0};
 [[gnu::noinline]] void* operator new[](std::size_t size) {
   return ::operator new(size);
 }
+[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment) {
+  ++allocation_count;
+  const auto boundary = static_cast<std::size_t>(alignment);
+  if (void* memory = std::aligned_alloc(boundary, (size + boundary - 1) / boundary * boundary)) {
+    return memory;
+  }
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void* operator new[](std::size_t size, std::align_val_t alignment) {
+  return ::operator new(size, alignment);
+}
+[[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept {
+  std::free(memory);
+}
+[[gnu::noinline]] void operator delete[](void* memory, std::align_val_t) noexcept {
+  std::free(memory);
+}
+[[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
+  std::free(memory);
+}
+[[gnu::noinline]] void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept {
+  std::free(memory);
+}
 [[gnu::noinline]] void operator delete(void* memory) noexcept {
   std::free(memory);
 }
@@ -38,6 +61,11 @@ std::atomic<std::size_t> allocation_count{0};
 }
 
 namespace zerodrift::regression::testing {
+
+std::size_t allocations_so_far() {
+  return allocation_count;
+}
+
 namespace {
 
 TEST(NoAllocation, LearningForgettingAndPredictingAllocateNothing) {

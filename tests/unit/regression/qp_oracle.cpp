@@ -35,12 +35,14 @@ double plain_kernel(const Kernel& kernel, const std::vector<double>& a,
 
 class Solver {
  public:
-  Solver(const OnlineSvrOptions& options, const std::vector<Sample>& samples)
+  Solver(const OnlineSvrOptions& options, const std::vector<Sample>& samples,
+         const std::vector<double>& weights)
       : n_(samples.size()),
-        c_(options.box_constraint),
+        box_(n_, options.box_constraint),
         epsilon_(options.epsilon),
         gram_(n_ * n_),
         theta_(n_, 0.0) {
+    for (std::size_t i = 0; i < weights.size(); ++i) box_[i] *= weights[i];
     for (std::size_t i = 0; i < n_; ++i) {
       for (std::size_t j = 0; j < n_; ++j) {
         gram_[i * n_ + j] = plain_kernel(options.kernel, samples[i].x, samples[j].x);
@@ -51,11 +53,11 @@ class Solver {
 
   // Slope of the objective for raising or lowering theta_i; infinite at the bound.
   [[nodiscard]] double slope_up(std::size_t i) const {
-    if (theta_[i] >= c_) return kInfinity;
+    if (theta_[i] >= box_[i]) return kInfinity;
     return static_cast<double>(gradient_[i]) + (theta_[i] >= 0.0 ? epsilon_ : -epsilon_);
   }
   [[nodiscard]] double slope_down(std::size_t i) const {
-    if (theta_[i] <= -c_) return -kInfinity;
+    if (theta_[i] <= -box_[i]) return -kInfinity;
     return static_cast<double>(gradient_[i]) + (theta_[i] > 0.0 ? epsilon_ : -epsilon_);
   }
 
@@ -92,8 +94,8 @@ class Solver {
 
   // Stops at bounds and at zero, where the slope of epsilon |theta| changes.
   void move(std::size_t up, std::size_t down, double length) {
-    const double up_limit = theta_[up] < 0.0 ? 0.0 : c_;
-    const double down_limit = theta_[down] > 0.0 ? 0.0 : -c_;
+    const double up_limit = theta_[up] < 0.0 ? 0.0 : box_[up];
+    const double down_limit = theta_[down] > 0.0 ? 0.0 : -box_[down];
     const double up_room = up_limit - theta_[up], down_room = theta_[down] - down_limit;
     const double t = std::min({length, up_room, down_room});
     theta_[up] = t == up_room ? up_limit : theta_[up] + t;
@@ -105,7 +107,8 @@ class Solver {
   }
 
   std::size_t n_;
-  double c_, epsilon_;
+  std::vector<double> box_;
+  double epsilon_;
   std::vector<double> gram_, theta_;
   std::vector<long double> gradient_;
 };
@@ -121,9 +124,9 @@ double OracleModel::expansion(const std::vector<double>& x) const {
 }
 
 OracleModel solve_batch(const OnlineSvrOptions& options, const std::vector<Sample>& samples,
-                        double tolerance) {
+                        double tolerance, const std::vector<double>& weights) {
   constexpr int kMaxSteps = 3000000;
-  Solver solver(options, samples);
+  Solver solver(options, samples, weights);
   int steps = 0;
   while (steps < kMaxSteps && solver.step(tolerance)) ++steps;
   double up = kInfinity, down = -kInfinity;

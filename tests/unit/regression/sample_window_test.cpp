@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <limits>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "common/regression/online_svr.h"
@@ -75,13 +76,22 @@ class SlowTwoTier {
   std::vector<Sample> samples_;
 };
 
-TEST(WindowLaws, TwoTiersKeepTheRecentAndThinTheOldByTheirNearestNeighbours) {
+// 29 recent samples of 30 leave one old sample, which has no neighbour.
+std::vector<std::pair<RecordKind, std::size_t>> kinds_and_recent_capacities() {
+  std::vector<std::pair<RecordKind, std::size_t>> all;
   for (const RecordKind kind : kAllRecordKinds) {
+    for (const std::size_t recent : {1u, 12u, 29u}) all.emplace_back(kind, recent);
+  }
+  return all;
+}
+
+TEST(WindowLaws, TwoTiersKeepTheRecentAndThinTheOldByTheirNearestNeighbours) {
+  for (const auto& [kind, recent] : kinds_and_recent_capacities()) {
     OnlineSvrOptions options = options_of(2, 30, 1.0);
     options.window = WindowPolicy::kTwoTier;
-    options.recent_capacity = 12;
+    options.recent_capacity = recent;
     OnlineSvr svr(options);
-    SlowTwoTier slow(30, 12);
+    SlowTwoTier slow(30, recent);
     RecordGenerator record(kind, 2, 9);
     for (int i = 0; i < 400; ++i) {
       const Sample sample = record.next();

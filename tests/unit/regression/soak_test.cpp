@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Long runs over all hard records, kernels and windows with C up to 1000. ZERODRIFT_SOAK_STEPS
-// sets the number of steps.
+// Long runs over all hard records, kernels and windows with C up to 1000, half of them with weights
+// down to 1e-6, and with samples forgotten out of turn. ZERODRIFT_SOAK_STEPS sets the number of
+// steps.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,6 +12,9 @@
 #include "tests/unit/regression/test_records.h"
 
 namespace zerodrift::regression::testing {
+
+std::size_t allocations_so_far();  // no_allocation_test.cpp
+
 namespace {
 
 std::size_t soak_steps() {
@@ -44,10 +48,17 @@ TEST(Soak, HardRecordsNeverBreakTheLaws) {
                  << " epsilon " << options.epsilon << " W " << options.capacity << " dimension "
                  << options.dimension);
     RecordGenerator record(kind, options.dimension, run);
+    const bool has_weights = engine() % 2 == 0;
     OnlineSvr svr(options);
     for (std::size_t i = 0; i < kStepsPerRun; ++i) {
       const Sample sample = record.next();
-      const UpdateReport report = svr.add(sample.x, sample.y);
+      const double weight = has_weights ? std::pow(10.0, -static_cast<double>(engine() % 7)) : 1.0;
+      const std::size_t allocations = allocations_so_far();
+      const UpdateReport report = svr.add(sample.x, sample.y, weight);
+      if (i % 20 == 19) svr.forget(engine() % svr.slot_count());  // refused if vacant
+      ASSERT_EQ(allocations_so_far(), allocations) << "step " << i;
+      ASSERT_TRUE(std::isfinite(report.prior_residual)) << "step " << i;
+      ASSERT_TRUE(svr.is_settled()) << "step " << i;
       ASSERT_TRUE(report.outcome == UpdateOutcome::kLearned ||
                   report.outcome == UpdateOutcome::kFitsAlready)
           << "step " << i << " outcome " << static_cast<int>(report.outcome);

@@ -30,6 +30,7 @@ void expect_equal_to_the_bit(const OnlineSvr& a, const OnlineSvr& b) {
     if (left.sets[slot] == SampleSet::kVacant) continue;
     ASSERT_EQ(left.residuals[slot], right.residuals[slot]);
     ASSERT_EQ(left.targets[slot], right.targets[slot]);
+    ASSERT_EQ(left.weights[slot], right.weights[slot]);
     ASSERT_EQ(left.arrivals[slot], right.arrivals[slot]);
   }
 }
@@ -108,7 +109,12 @@ TEST(StateAbuse, AStateThatDoesNotBelongIsRefusedByNameOfTheField) {
   expect_refused("features", [](OnlineSvrState& s) { s.features.pop_back(); });
   expect_refused("features", [](OnlineSvrState& s) { s.features[0] = std::nan(""); });
   expect_refused("targets", [](OnlineSvrState& s) { s.targets[0] = INFINITY; });
+  expect_refused("weights", [](OnlineSvrState& s) { s.weights.pop_back(); });
+  expect_refused("weights", [](OnlineSvrState& s) { s.weights[0] = 0.0; });
+  expect_refused("weights", [](OnlineSvrState& s) { s.weights[0] = 1.5; });
+  expect_refused("weights", [](OnlineSvrState& s) { s.weights[0] = std::nan(""); });
   expect_refused("thetas", [](OnlineSvrState& s) { s.thetas[0] = 11.0; });
+  expect_refused("thetas", [&](OnlineSvrState& s) { s.weights[good.margin_slots[0]] = 1e-6; });
   expect_refused("residuals", [](OnlineSvrState& s) { s.residuals[1] = std::nan(""); });
   expect_refused("bias", [](OnlineSvrState& s) { s.bias = std::nan(""); });
   expect_refused("margin_slots", [](OnlineSvrState& s) { s.margin_slots[1] = s.margin_slots[0]; });

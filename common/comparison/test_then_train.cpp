@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/comparison/test_then_train.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/regression/interval_calibrator.h"
+
+namespace zerodrift::comparison {
+namespace {
+
+constexpr double kHysteresis = 0.05;  // of the temperature's range
+constexpr double kShortestLeg = 0.1;  // of the points
+
+regression::DriftLabel label_of(const LabelledPoint& point, std::size_t dimension) {
+  return {.time_s = core::seconds(point.end),
+          .duration_s = core::seconds(point.end - point.begin),
+          .features = {point.features.data(), dimension},
+          .drift = point.drift_radps,
+          .variance = point.variance};
+}
+
+// A prediction that waits for its label.
+struct Pending {
+  double drift = 0.0;
+  regression::StatedVariance stated;
+};
+
+}  // namespace
+
+std::vector<std::optional<PredictedPoint>> predict_all(const Protocol& protocol,
+                                                       std::span<const LabelledPoint> points,
+                                                       std::size_t dimension,
+                                                       regression::DriftScheme& scheme) {
+  std::vector<std::optional<PredictedPoint>> predictions(points.size());
+  std::vector<Pending> pending(points.size());
+  regression::IntervalCalibrator calibrator;
+  const core::SensorTime delay = core::from_seconds(protocol.delay_s);
+  std::size_t learned = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const LabelledPoint& point = points[i];
+    // Of what ended `delay` before this label began.
+    while (learned < i && points[learned].end + delay <= point.begin &&
+           points[learned].end <= protocol.frozen_from) {
+      const LabelledPoint& known = points[learned];
+      calibrator.observe(known.drift_radps - pending[learned].drift, pending[learned].stated,
+                         known.variance);
+      scheme.learn(label_of(known, dimension));
+      ++learned;
+    }
+    const auto made = scheme.predict(core::seconds(point.end), {point.features.data(), dimension});
+    pending[i] = {made.drift, calibrator.calibrate(made.variance)};
+    if (learned > 0 && point.end > protocol.judged_from)
+      predictions[i] = {made.drift, pending[i].stated.calibrated};
+  }
+  return predictions;
+}
+
+ResidualStatistics residual_statistics(std::span<const LabelledPoint> points,
+                                       std::span<const std::optional<PredictedPoint>> predictions) {
+  ResidualStatistics out;
+  double sum = 0.0;
+  double absolute = 0.0;
+  double square = 0.0;
+  std::size_t stated = 0;
+  std::size_t covered = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!predictions[i]) continue;
+    const double residual = points[i].drift_radps - predictions[i]->drift_radps;
+    ++out.points;
+    sum += residual;
+    absolute += std::abs(residual);
+    square += residual * residual;
+    if (predictions[i]->variance < 0.0) continue;
+    ++stated;
+    const double variance = predictions[i]->variance + points[i].variance;
+    const double bound = regression::kIntervalHalfWidth;
+    if (residual * residual <= bound * bound * variance) ++covered;
+  }
+  if (out.points == 0) return out;
+  const auto n = static_cast<double>(out.points);
+  out.mean = sum / n;
+  out.mean_absolute = absolute / n;
+  out.root_mean_square = std::sqrt(square / n);
+  out.standard_deviation = std::sqrt(std::max(0.0, square / n - out.mean * out.mean));
+  if (stated > 0) out.coverage = static_cast<double>(covered) / static_cast<double>(stated);
+  return out;
+}
+
+core::SensorTime begin_of_last_leg(std::span<const LabelledPoint> points) {
+  const auto temperature = [&](std::size_t i) { return points[i].features[0]; };
+  double low = temperature(0);
+  double high = temperature(0);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    low = std::min(low, temperature(i));
+    high = std::max(high, temperature(i));
+  }
+  const double turned = kHysteresis * (high - low);
+  const auto n = static_cast<double>(points.size());
+  const auto first = static_cast<std::size_t>(kShortestLeg * n);
+  const auto last = static_cast<std::size_t>((1.0 - kShortestLeg) * n);
+
+  std::size_t leg = static_cast<std::size_t>(2.0 * n / 3.0);
+  std::size_t extreme = 0;  // of the present leg
+  int direction = 0;
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    const double moved = temperature(i) - temperature(extreme);
+    if (direction == 0 && std::abs(moved) > turned) direction = moved > 0.0 ? 1 : -1;
+    if (moved * direction >= 0.0 && direction != 0) extreme = i;
+    if (moved * direction < -turned) {
+      if (extreme >= first && extreme <= last) leg = extreme;
+      direction = -direction;
+      extreme = i;
+    }
+  }
+  return points[leg].end;
+}
+
+}  // namespace zerodrift::comparison

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// Honest judgement of a drift scheme on one axis of a record: every label is predicted before it,
+// or any label that could give it away, is learned.
+//
+//   one ahead  labels are learned as soon as they end: the easiest horizon, where holding the last
+//              value nearly ties with any model
+//   delayed    a label is learned only `delay_s` after its end, as in a motion that long
+//   frozen     nothing is learned from `frozen_from` on, and what comes after is judged
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/compensation/label_builder.h"
+#include "common/regression/drift_scheme.h"
+
+namespace zerodrift::comparison {
+
+// A label of one axis with the features that were known when it was measured. SI.
+struct LabelledPoint {
+  core::SensorTime begin{0};
+  core::SensorTime end{0};
+  double drift_radps = 0.0;
+  double variance = 0.0;  // of the label as a measurement
+  compensation::FeatureArray features{};
+};
+
+struct Protocol {
+  std::string name;
+  double delay_s = 0.0;
+  core::SensorTime frozen_from = core::SensorTime::max();  // labels ending later are not learned
+  core::SensorTime judged_from{0};                         // labels ending later are judged
+};
+
+// What a scheme said of a point before it knew it. Nothing where it was not judged.
+struct PredictedPoint {
+  double drift_radps = 0.0;
+  double variance = -1.0;  // of the drift, calibrated on the scheme's own past errors; -1: unknown
+};
+
+// One entry a point. The scheme must be new. O(points * (learn + predict)).
+[[nodiscard]] std::vector<std::optional<PredictedPoint>> predict_all(
+    const Protocol& protocol, std::span<const LabelledPoint> points, std::size_t dimension,
+    regression::DriftScheme& scheme);
+
+// How the residual, label less prediction, is distributed over the judged points.
+struct ResidualStatistics {
+  std::size_t points = 0;
+  double mean = 0.0;
+  double standard_deviation = 0.0;  // about the mean
+  double mean_absolute = 0.0;
+  double root_mean_square = 0.0;
+  // Share of labels within 1.96 standard deviations of the prediction, of stated variance plus the
+  // label's own; NaN where no variance was stated.
+  double coverage = std::numeric_limits<double>::quiet_NaN();
+};
+
+[[nodiscard]] ResidualStatistics residual_statistics(
+    std::span<const LabelledPoint> points,
+    std::span<const std::optional<PredictedPoint>> predictions);
+
+// Where the record's last leg begins, for the frozen judgement: the last turning point of the first
+// feature (temperature) with at least a tenth of the points before and after it, turned by more
+// than a twentieth of its range; without one, two thirds into the record. Needs three points.
+[[nodiscard]] core::SensorTime begin_of_last_leg(std::span<const LabelledPoint> points);
+
+}  // namespace zerodrift::comparison

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// Text from records, model files and the command line, made safe for a page or a terminal. All
+// O(length).
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace zerodrift::report {
+
+// `text` as valid UTF-8 on one line: tabs and line ends become blanks; control characters (a
+// terminal obeys them) and broken UTF-8 become U+FFFD.
+[[nodiscard]] std::string one_line(std::string_view text);
+
+// one_line(), with & < > " ' replaced: safe in HTML and SVG text and in quoted attributes.
+[[nodiscard]] std::string escaped(std::string_view text);
+
+// Characters (code points) of valid UTF-8: the columns it takes on a terminal, for the scripts that
+// names and units are written in.
+[[nodiscard]] std::size_t character_count(std::string_view text);
+
+// The first characters of one_line(text), at most `longest` (>= 1); what was cut off shows as "…".
+[[nodiscard]] std::string shortened(std::string_view text, std::size_t longest);
+
+}  // namespace zerodrift::report

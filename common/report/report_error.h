@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a report that can't be made throws: one line that says what is missing and what would help.
+// Files that can't be written throw record::RecordError.
+#pragma once
+
+#include <stdexcept>
+
+namespace zerodrift::report {
+
+class ReportError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+}  // namespace zerodrift::report

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// zerodrift compare: all schemes on one record, judged honestly, and as the paper did.
+#include <cstdio>
+#include <memory>
+
+#include "common/config/compensation_config.h"
+#include "common/report/json_file.h"
+#include "common/service/main.h"
+#include "services/zerodrift/commands.h"
+#include "services/zerodrift/comparison_report.h"
+#include "services/zerodrift/comparison_run.h"
+
+namespace zerodrift::services {
+namespace {
+
+struct CompareOptions {
+  ComparisonRequest request;
+  std::string config;
+  std::string json;
+  std::string html;
+  double train_until_s = 0.0;
+};
+
+int compare(CompareOptions options) {
+  if (!options.config.empty()) options.request.options = config::load_compensation(options.config);
+  if (options.train_until_s > 0.0) options.request.train_until_s = options.train_until_s;
+  const ComparisonResult result = run_comparison(options.request);
+  for (const auto& line : result.warnings) std::fprintf(stderr, "%s\n", line.c_str());
+  for (const AxisComparison& axis : result.axes) {
+    for (const report::Table& table : comparison_tables(axis, result))
+      std::printf("%s\n", report::text_table(table).c_str());
+  }
+  const report::Document page = comparison_page(result);
+  std::printf("%s\n", page.verdict.c_str());
+  if (!options.json.empty()) report::write_json(options.json, comparison_json(result));
+  if (!options.html.empty()) report::write_html(options.html, page);
+  return service::kExitDone;
+}
+
+}  // namespace
+
+void add_compare(CLI::App& app, Run& run) {
+  auto* command = app.add_subcommand(
+      "compare", "judge compensation schemes on a record: test-then-train, delayed, frozen");
+  auto options = std::make_shared<CompareOptions>();
+  ComparisonRequest& request = options->request;
+  request.schemes.assign(comparison::kSchemeNames.begin(), comparison::kSchemeNames.end());
+  request.delays_s = {60.0, 600.0};
+  command->add_option("--record", request.record, "a .csv, .csv.gz or .csv.xz file")->required();
+  command->add_option("--columns", request.columns, "names and units of a foreign CSV");
+  command->add_option("--config", options->config,
+                      "YAML or JSON file (idl/proto/compensation.proto)");
+  command->add_option("--schemes", request.schemes, "which to compare")
+      ->delimiter(',')
+      ->check(CLI::IsMember(std::vector<std::string>(comparison::kSchemeNames.begin(),
+                                                     comparison::kSchemeNames.end())))
+      ->capture_default_str();
+  command->add_option("--delays", request.delays_s, "ages of the newest label to judge at, s")
+      ->delimiter(',')
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command
+      ->add_option("--train-until", options->train_until_s,
+                   "record time from which models are frozen, s; without, the last leg of the "
+                   "temperature is kept unseen")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--json", options->json, "file for all figures");
+  command->add_option("--html", options->html, "file for a report with pictures");
+  command->callback([options, &run] { run = [options] { return compare(*options); }; });
+}
+
+}  // namespace zerodrift::services

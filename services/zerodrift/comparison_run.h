@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// All schemes on all axes of a record under every protocol, and under the paper's procedure. The
+// record is read twice: for its labels, then for the unsmoothed compensated streams.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/comparison/compared_scheme.h"
+#include "common/comparison/paper_procedure.h"
+#include "common/comparison/residual_stream.h"
+#include "common/comparison/test_then_train.h"
+
+namespace zerodrift::services {
+
+struct ComparisonRequest {
+  std::string record;
+  std::string columns;
+  compensation::CompensationOptions options;
+  std::vector<std::string> schemes;
+  std::vector<double> delays_s;
+  std::optional<double> train_until_s;  // of the frozen judgement; else the last leg is found
+};
+
+struct SchemeOutcome {
+  std::string name;
+  std::vector<std::optional<comparison::PredictedPoint>> predicted;  // by point
+  comparison::ResidualStatistics statistics;
+  comparison::StreamReport stream;
+  double seconds_a_point = 0.0;  // to predict and to learn
+};
+
+struct ProtocolOutcome {
+  comparison::Protocol protocol;
+  std::vector<SchemeOutcome> schemes;
+  comparison::StreamReport raw;  // of the same samples
+};
+
+struct PaperOutcome {
+  std::string name;
+  std::vector<double> residual_radps;  // by prepared point
+  comparison::Moments moments;
+  std::optional<comparison::PaperCoefficients> coefficients;
+  double seconds = 0.0;  // temperature rate, prediction and learning of all points
+};
+
+struct AxisComparison {
+  core::Axis axis = core::Axis::kX;
+  std::vector<comparison::LabelledPoint> points;
+  std::vector<ProtocolOutcome> protocols;
+  double paper_interval_s = 0.0;
+  std::vector<double> paper_radps;  // the prepared rate itself
+  std::vector<PaperOutcome> paper;  // none: too short, or not evenly sampled
+};
+
+struct ComparisonResult {
+  std::string record;
+  std::vector<std::string> warnings;
+  double label_s = 0.0;
+  std::size_t initial_labels = 0;  // that train the batch schemes; judged is what comes after
+  bool is_paper_like = false;      // a record of the shipped model and profile
+  std::vector<AxisComparison> axes;
+};
+
+// Throws record::RecordError, std::invalid_argument with one line.
+[[nodiscard]] ComparisonResult run_comparison(const ComparisonRequest& request);
+
+}  // namespace zerodrift::services

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/report/plain_text.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <random>
+
+#include "tests/unit/report/markup.h"
+
+namespace zerodrift::report {
+namespace {
+
+TEST(PlainText, KeepsUnitsAndGreekLetters) {
+  EXPECT_EQ(one_line("σ(τ) in deg/√h, 24 °C, 𝜎"), "σ(τ) in deg/√h, 24 °C, 𝜎");
+}
+
+TEST(PlainText, IsOneLineWithoutControlCharacters) {
+  EXPECT_EQ(one_line("a\tb\r\nc"), "a b  c");
+  EXPECT_EQ(one_line("\x1b[31mred"), "\uFFFD[31mred");
+  EXPECT_EQ(one_line(std::string_view{"a\0b\x7f", 4}), "a\uFFFDb\uFFFD");
+  EXPECT_EQ(one_line("\u009b31m"), "\uFFFD31m");  // CSI as one character
+}
+
+TEST(PlainText, BrokenUtf8BecomesReplacementCharacters) {
+  EXPECT_EQ(one_line("\xff"), "\uFFFD");
+  EXPECT_EQ(one_line("a\xc3"), "a\uFFFD");                              // cut off
+  EXPECT_EQ(one_line("\xc0\xbc"), "\uFFFD\uFFFD");                      // '<' written too long
+  EXPECT_EQ(one_line("\xed\xa0\x80"), "\uFFFD\uFFFD\uFFFD");            // a surrogate
+  EXPECT_EQ(one_line("\xf4\x90\x80\x80"), "\uFFFD\uFFFD\uFFFD\uFFFD");  // above U+10FFFF
+}
+
+TEST(PlainText, EscapesWhatMarkupMeans) {
+  EXPECT_EQ(escaped("<a href=\"x\">'&'</a>"),
+            "&lt;a href=&quot;x&quot;&gt;&#39;&amp;&#39;&lt;/a&gt;");
+}
+
+TEST(PlainText, AnyBytesMakeWellFormedMarkup) {
+  constexpr std::uint64_t kSeed = 5;
+  std::mt19937_64 random{kSeed};
+  for (int round = 0; round < 2000; ++round) {
+    std::string bytes;
+    for (int i = 0; i < 40; ++i) bytes += static_cast<char>(random() >> 56U);
+    const std::string safe = escaped(bytes);
+    const Markup markup = read_markup("<p title=\"" + safe + "\">" + safe + "</p>");
+    ASSERT_EQ(markup.error, "") << "seed " << kSeed << " round " << round;
+    ASSERT_EQ(markup.elements.size(), 1U);
+    ASSERT_EQ(one_line(safe), safe);
+  }
+}
+
+TEST(PlainText, ShortensByCharactersNotByBytes) {
+  EXPECT_EQ(shortened("√√√", 3), "√√√");
+  EXPECT_EQ(shortened("√√√√", 3), "√√…");
+  EXPECT_EQ(shortened("", 3), "");
+  EXPECT_EQ(character_count("deg/√h"), 6U);
+}
+
+}  // namespace
+}  // namespace zerodrift::report
