@@ -287,13 +287,15 @@ void Compensator::observe(const core::AngularRateSample& sample) noexcept {
       continue;
     }
     double known_radps = 0.0;
+    double variance = 0.0;
     if (reference != nullptr && reference->valid[i]) {
       known_radps = reference->rate_radps[i];
+      if (std::isfinite(reference->variance[i])) variance = std::max(0.0, reference->variance[i]);
       if (std::abs(known_radps) > kLargestReferenceRadps) blocks_.mark_turning();
     } else if (earth_known) {
       known_radps = options_.earth_rate.rate_radps[i];
     }
-    blocks_.add(axis, sample.rate_radps[i] - known_radps);
+    blocks_.add(axis, sample.rate_radps[i] - known_radps, variance);
   }
   if (any_invalid) ++counts_.invalid;
 }

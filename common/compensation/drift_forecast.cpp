@@ -9,15 +9,16 @@ namespace zerodrift::compensation {
 namespace {
 
 constexpr std::array<double, kHorizons> kHorizonRatios{1.0, 2.5, 7.5, 25.0, 75.0, 250.0};
-// A model is judged at ages from its horizon to twice that: 1.5 in the mean.
+// A model is judged at ages from its horizon to twice that: 1.5 in the mean, until ages are known.
 constexpr double kMeanAge = 1.5;
+constexpr double kOldestMeanAge = 2.0;
 constexpr double kOldestJudged = 3.0;
 constexpr double kJudgedEvery = 0.125;  // of its horizon: errors within one are much the same
 constexpr double kMemoryWindows = 8.0;
 constexpr double kLongMemoryWindows = 64.0;
 constexpr double kLargestChangeInRms = 3.0;
 constexpr double kScaleWindows = 1.0;
-constexpr double kVarianceWindows = 2.0;
+constexpr double kVarianceWindows = 8.0;
 constexpr double kVarianceLabels = 12.0;  // at least so many labels make a variance
 // (2e-7 deg/h)²: keeps a noise-free record from dividing by zero.
 constexpr double kSmallestVariance = 1e-24;
@@ -74,6 +75,10 @@ double variance_at(const std::array<ForecastTrust, kHorizons>& trust, const Trus
     return trust[k].*variance >= 0.0 ? trust[k].*variance : grown(k);
   };
   if (horizon_s > table.horizon_s.back()) return grown(kHorizons - 1);
+  if (horizon_s < table.horizon_s.front()) {
+    return std::lerp(std::min(own_variance, entry(0)), entry(0),
+                     horizon_s / table.horizon_s.front());
+  }
   return (1.0 - position.share) * entry(position.below) + position.share * entry(position.above);
 }
 
@@ -129,8 +134,12 @@ ForecastJudge::ForecastJudge(double shortest_horizon_s, std::size_t dimension,
   for (std::size_t k = 0; k < kHorizons; ++k) {
     const double age_s = shortest_horizon_s * kHorizonRatios[k];
     horizons_.push_back({age_s, {dimension, capacity}, {dimension, capacity}});
-    table_.horizon_s[k] = kMeanAge * age_s;
   }
+  place_horizons();
+}
+
+void ForecastJudge::place_horizons() noexcept {
+  for (std::size_t k = 0; k < kHorizons; ++k) table_.horizon_s[k] = kMeanAge * horizons_[k].age_s;
 }
 
 void ForecastJudge::judge(const JudgedLabel& label) noexcept {
@@ -166,7 +175,7 @@ void ForecastJudge::judge(std::size_t k, const JudgedLabel& label) noexcept {
                                   ? kJudgedEvery * horizons_[k].age_s
                                   : core::seconds(label.time - horizons_[k].last_judged);
   horizons_[k].last_judged = label.time;
-  const double window = std::clamp(since_last_s / table_.horizon_s[k], 1e-6, 1.0);
+  const double window = std::clamp(since_last_s / (kMeanAge * horizons_[k].age_s), 1e-6, 1.0);
   const auto fade = [&](double& sum, double windows) { sum *= std::exp(-window / windows); };
 
   fade(seen.error_scale, kScaleWindows);
@@ -204,8 +213,12 @@ void ForecastJudge::judge(std::size_t k, const JudgedLabel& label) noexcept {
   Horizon& horizon = horizons_[k];
   fade(horizon.moved_square, kLongMemoryWindows);
   fade(horizon.moved_weight, kLongMemoryWindows);
+  fade(horizon.aged, kLongMemoryWindows);
   horizon.moved_square += window * held_error * held_error;
   horizon.moved_weight += window;
+  horizon.aged += window * core::seconds(label.time - model.time);
+  table_.horizon_s[k] = std::clamp(horizon.aged / horizon.moved_weight, horizon.age_s,
+                                   kOldestMeanAge * horizon.age_s);
   table_.largest_change_radps[k] =
       kLargestChangeInRms * std::sqrt(horizon.moved_square / horizon.moved_weight);
 
@@ -290,11 +303,10 @@ void ForecastJudge::reset() noexcept {
   restart();
   for (Horizon& horizon : horizons_) {
     horizon.learned = horizon.beyond = {};
-    horizon.moved_square = horizon.moved_weight = 0.0;
+    horizon.moved_square = horizon.moved_weight = horizon.aged = 0.0;
   }
-  const auto horizon_s = table_.horizon_s;
   table_ = {};
-  table_.horizon_s = horizon_s;
+  place_horizons();
 }
 
 }  // namespace zerodrift::compensation

@@ -153,10 +153,12 @@ class ForecastJudge {
     Experience beyond{};
     double moved_square = 0.0;  // of holding's error, over a long memory
     double moved_weight = 0.0;
+    double aged = 0.0;  // sum of the ages at which models were judged, s
     core::SensorTime last_judged{core::kNever};
   };
 
   void judge(std::size_t horizon, const JudgedLabel& label) noexcept;
+  void place_horizons() noexcept;
   [[nodiscard]] static ForecastWeights best_weights(const Experience& experience,
                                                     double prior_change,
                                                     double prior_windows) noexcept;

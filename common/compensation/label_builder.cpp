@@ -27,13 +27,14 @@ std::optional<DriftBlock> BlockAverager::advance(core::SensorTime time,
   return closed;
 }
 
-void BlockAverager::add(core::Axis axis, double drift_radps) noexcept {
+void BlockAverager::add(core::Axis axis, double drift_radps, double reference_variance) noexcept {
   Sums& sums = sums_[index(axis)];
   if (sums.count == 0) sums.shift = drift_radps;
   const double value = drift_radps - sums.shift;
   ++sums.count;
   sums.sum += value;
   sums.square += value * value;
+  sums.reference_variance = std::max(sums.reference_variance, reference_variance);
 }
 
 DriftBlock BlockAverager::close(core::SensorTime end) noexcept {
@@ -47,6 +48,7 @@ DriftBlock BlockAverager::close(core::SensorTime end) noexcept {
     if (sums.count == 0) continue;
     const auto n = static_cast<double>(sums.count);
     block.mean_radps[index(axis)] = sums.shift + sums.sum / n;
+    block.reference_variance[index(axis)] = sums.reference_variance;
     if (sums.count > 1) {
       block.variance_radps2[index(axis)] =
           std::max(0.0, (sums.square - sums.sum * sums.sum / n) / (n - 1.0));
@@ -92,6 +94,7 @@ void LabelBuilder::accumulate(const DriftBlock& block, const core::PerAxis<AxisC
     AxisSums& sums = sums_[i];
     sums.drift.add(block.mean_radps[i]);
     sums.variance += block_variance_radps2[i];
+    sums.reference_variance += block.reference_variance[i];
     if (context[i].applied_radps) sums.applied.add(*context[i].applied_radps);
     if (context[i].held_radps) sums.held.add(*context[i].held_radps);
     if (!context[i].features_ready) continue;
@@ -112,7 +115,8 @@ void LabelBuilder::finish() noexcept {
     if (n == 0) continue;
     label.valid[i] = true;
     label.drift_radps[i] = sums.drift.value();
-    label.variance_radps2[i] = sums.variance / static_cast<double>(n * n);
+    label.variance_radps2[i] = sums.variance / static_cast<double>(n * n) +
+                               sums.reference_variance / static_cast<double>(n);
     // A prediction is judged only where it held for the whole label.
     if (sums.applied.count == n) label.applied_radps[i] = sums.applied.value();
     if (sums.held.count == n) label.held_radps[i] = sums.held.value();

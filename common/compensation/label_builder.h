@@ -30,7 +30,8 @@ class BlockAverager {
 
   // The block that this sample's time ends, if any; the sample itself then opens the next one.
   std::optional<DriftBlock> advance(core::SensorTime time, double interval_s) noexcept;
-  void add(core::Axis axis, double drift_radps) noexcept;
+  // `reference_variance`: of what was taken off the rate, (rad/s)²; 0 where that is exact.
+  void add(core::Axis axis, double drift_radps, double reference_variance = 0.0) noexcept;
   void mark_reference() noexcept { referenced_ = true; }
   void mark_turning() noexcept { turning_ = true; }
   [[nodiscard]] bool turning() const noexcept { return last_turning_; }
@@ -42,6 +43,7 @@ class BlockAverager {
     double shift = 0.0;  // first value: variances of small differences keep their digits
     double sum = 0.0;    // of value - shift
     double square = 0.0;
+    double reference_variance = 0.0;
   };
   [[nodiscard]] DriftBlock close(core::SensorTime end) noexcept;
 
@@ -60,7 +62,9 @@ struct Label {
   core::SensorTime end{0};
   core::PerAxis<bool> valid{};
   core::PerAxis<double> drift_radps{};
-  core::PerAxis<double> variance_radps2{};  // of the label as a measurement
+  // Of the label as a measurement: the gyro's noise, and the reference's error, which is taken to
+  // last for the whole label.
+  core::PerAxis<double> variance_radps2{};
   core::PerAxis<bool> features_ready{};
   core::PerAxis<FeatureArray> features{};  // means over the label
   core::PerAxis<std::optional<double>> applied_radps{};
@@ -90,7 +94,8 @@ class LabelBuilder {
   };
   struct AxisSums {
     Mean drift;
-    double variance = 0.0;  // sum of block variances
+    double variance = 0.0;            // sum of block variances
+    double reference_variance = 0.0;  // sum over blocks
     Mean applied;
     Mean held;
     std::size_t ready = 0;

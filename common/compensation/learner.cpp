@@ -15,6 +15,7 @@ using core::kAxes;
 namespace {
 
 constexpr double kScaleInSigmas = 100.0;
+constexpr double kSmallestWeight = 1e-4;
 constexpr int kSettleRounds = 8;
 constexpr double kSmallestScaleRadps =
     1e-10;  // 2e-5 deg/h: keeps a noise-free record from dividing by zero
@@ -98,9 +99,13 @@ std::size_t AxisLearner::add(const AxisLabel& label) noexcept {
   const double y = (label.drift_radps - model_.offset_radps) / model_.scale_radps;
   // A label in some seconds leaves time to finish what an event budget cut short; the bound keeps
   // one job bounded.
-  auto report = svr_.add(x, y);
+  // A label less certain than those of the initial set pulls less.
+  const double sigma = model_.scale_radps / kScaleInSigmas;
+  const double weight =
+      label.variance > 0.0 ? std::clamp(sigma * sigma / label.variance, kSmallestWeight, 1.0) : 1.0;
+  auto report = svr_.add(x, y, weight);
   for (int round = 0; round < kSettleRounds && !svr_.is_settled(); ++round) svr_.settle();
-  if (report.outcome == regression::UpdateOutcome::kBusy) report = svr_.add(x, y);
+  if (report.outcome == regression::UpdateOutcome::kBusy) report = svr_.add(x, y, weight);
   ++labels_;
   return report.slot;
 }
@@ -142,7 +147,8 @@ void AxisLearner::reselect_kernel() {
   regression::OnlineSvr svr(svr_options);
   for (std::size_t i = 0; i < slots.size(); ++i) {
     const std::span x(state.features.data() + slots[i] * dimension, dimension);
-    while (svr.add(x, targets[i]).outcome == regression::UpdateOutcome::kBusy) {
+    while (svr.add(x, targets[i], state.weights[slots[i]]).outcome ==
+           regression::UpdateOutcome::kBusy) {
     }
   }
   svr_ = std::move(svr);

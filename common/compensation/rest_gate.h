@@ -15,9 +15,10 @@ struct DriftBlock {
   core::SensorTime begin{0};
   core::SensorTime end{0};
   core::PerAxis<double> mean_radps{};
-  core::PerAxis<double> variance_radps2{};  // of the samples about the mean; 0 where count < 2
-  core::PerAxis<std::size_t> count{};       // valid samples; 0: the axis was not measured
-  bool has_reference = false;               // against a rate reference, else at rest
+  core::PerAxis<double> variance_radps2{};     // of the samples about the mean; 0 where count < 2
+  core::PerAxis<std::size_t> count{};          // valid samples; 0: the axis was not measured
+  core::PerAxis<double> reference_variance{};  // (rad/s)², largest of the references taken off
+  bool has_reference = false;                  // against a rate reference, else at rest
 };
 
 struct RestGateOptions {

@@ -205,6 +205,10 @@ class OnlineSvr {
   [[nodiscard]] double feature(std::size_t slot, std::size_t d) const noexcept {
     return features_[d * stride_ + slot];
   }
+  // Feature d of all slots, vacant ones included.
+  [[nodiscard]] std::span<const double> feature_column(std::size_t d) const noexcept {
+    return {features_.data() + d * stride_, slot_count_};
+  }
 
   // Largest violation of the KKT conditions by any settled sample, from residuals computed anew.
   // O(W²), for checks.

@@ -16,13 +16,17 @@ SampleDomain::SampleDomain(std::size_t dimension, std::size_t capacity)
       stride_(padded(capacity + 1)),  // a sample that is still leaving counts as well
       features_(dimension * stride_, 0.0) {}
 
+// Vacant slots are put out of reach instead of being left out, so that columns are copied whole.
 void SampleDomain::assign(const OnlineSvr& svr) noexcept {
-  size_ = 0;
-  for (std::size_t slot = 0; slot < svr.slot_count(); ++slot) {
-    if (svr.set_of(slot) == SampleSet::kVacant) continue;
-    for (std::size_t d = 0; d < dimension_; ++d)
-      features_[d * stride_ + size_] = svr.feature(slot, d);
-    ++size_;
+  size_ = svr.slot_count();
+  for (std::size_t d = 0; d < dimension_; ++d) {
+    const auto column = svr.feature_column(d);
+    std::copy(column.begin(), column.end(),
+              features_.begin() + static_cast<std::ptrdiff_t>(d * stride_));
+  }
+  for (std::size_t slot = 0; slot < size_; ++slot) {
+    if (svr.set_of(slot) == SampleSet::kVacant)
+      features_[slot] = std::numeric_limits<double>::infinity();
   }
 }
 

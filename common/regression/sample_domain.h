@@ -25,12 +25,10 @@ class SampleDomain {
   // O(samples).
   [[nodiscard]] double squared_distance(std::span<const double> x) const noexcept;
 
-  [[nodiscard]] std::size_t size() const noexcept { return size_; }
-
  private:
   std::size_t dimension_;
   std::size_t stride_;
-  std::size_t size_ = 0;
+  std::size_t size_ = 0;  // slots
   std::vector<double> features_;  // by column
 };
 
