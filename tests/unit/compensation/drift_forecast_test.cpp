@@ -250,7 +250,7 @@ TEST(JudgeLaws, WeightsMinimiseTheRidgeObjectiveOverTheUnitSquare) {
         ageing[k].prior = k > 0 ? judge.trust().learned[k - 1].weights.change : 0.0;
         const DriftModel& m = models[*ageing[k].judged];
         ASSERT_LE(time_s - core::seconds(m.time), 3.0 * ages_s[k]);
-        seen[k].push_back({.window = std::min(1.0, *since_s / judge.trust().horizon_s[k]),
+        seen[k].push_back({.window = std::min(1.0, *since_s / (1.5 * ages_s[k])),
                            .change = m.predict(features) - m.predicted_held_radps,
                            .level = m.predicted_held_radps - m.held_radps,
                            .held_error = drift - m.held_radps,
