@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/comparison/paper_preparation.h"
 #include "common/regression/interval_calibrator.h"
 
 namespace zerodrift::comparison {
@@ -22,6 +23,7 @@ regression::DriftLabel label_of(const LabelledPoint& point, std::size_t dimensio
 
 // A prediction that waits for its label.
 struct Pending {
+  bool knew_something = false;  // the scheme had learned a label
   double drift = 0.0;
   regression::StatedVariance stated;
 };
@@ -43,13 +45,14 @@ std::vector<std::optional<PredictedPoint>> predict_all(const Protocol& protocol,
     while (learned < i && points[learned].end + delay <= point.begin &&
            points[learned].end <= protocol.frozen_from) {
       const LabelledPoint& known = points[learned];
-      calibrator.observe(known.drift_radps - pending[learned].drift, pending[learned].stated,
-                         known.variance);
+      const Pending& said = pending[learned];
+      if (said.knew_something && known.end > protocol.calibrated_from)
+        calibrator.observe(known.drift_radps - said.drift, said.stated, known.variance);
       scheme.learn(label_of(known, dimension));
       ++learned;
     }
     const auto made = scheme.predict(core::seconds(point.end), {point.features.data(), dimension});
-    pending[i] = {made.drift, calibrator.calibrate(made.variance)};
+    pending[i] = {learned > 0, made.drift, calibrator.calibrate(made.variance)};
     if (learned > 0 && point.end > protocol.judged_from)
       predictions[i] = {made.drift, pending[i].stated.calibrated};
   }
@@ -59,43 +62,42 @@ std::vector<std::optional<PredictedPoint>> predict_all(const Protocol& protocol,
 ResidualStatistics residual_statistics(std::span<const LabelledPoint> points,
                                        std::span<const std::optional<PredictedPoint>> predictions) {
   ResidualStatistics out;
-  double sum = 0.0;
-  double absolute = 0.0;
-  double square = 0.0;
+  std::vector<double> residuals;
+  residuals.reserve(points.size());
   std::size_t stated = 0;
   std::size_t covered = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!predictions[i]) continue;
     const double residual = points[i].drift_radps - predictions[i]->drift_radps;
-    ++out.points;
-    sum += residual;
-    absolute += std::abs(residual);
-    square += residual * residual;
+    residuals.push_back(residual);
     if (predictions[i]->variance < 0.0) continue;
     ++stated;
     const double variance = predictions[i]->variance + points[i].variance;
     const double bound = regression::kIntervalHalfWidth;
     if (residual * residual <= bound * bound * variance) ++covered;
   }
-  if (out.points == 0) return out;
-  const auto n = static_cast<double>(out.points);
-  out.mean = sum / n;
-  out.mean_absolute = absolute / n;
-  out.root_mean_square = std::sqrt(square / n);
-  out.standard_deviation = std::sqrt(std::max(0.0, square / n - out.mean * out.mean));
+  out.points = residuals.size();
+  const Moments m = moments(residuals);
+  // moments() leaves out what is not finite; here a prediction that is no number may not vanish.
+  if (m.points == 0 || m.points < residuals.size()) return out;
+  out.mean = m.mean;
+  out.standard_deviation = m.standard_deviation;
+  out.mean_absolute = m.mean_absolute_error;
+  out.root_mean_square = m.root_mean_square;
   if (stated > 0) out.coverage = static_cast<double>(covered) / static_cast<double>(stated);
   return out;
 }
 
-core::SensorTime begin_of_last_leg(std::span<const LabelledPoint> points) {
-  const auto temperature = [&](std::size_t i) { return points[i].features[0]; };
+core::SensorTime begin_of_last_leg(std::span<const LabelledPoint> points, std::size_t feature,
+                                   double least_turn) {
+  const auto temperature = [&](std::size_t i) { return points[i].features[feature]; };
   double low = temperature(0);
   double high = temperature(0);
   for (std::size_t i = 0; i < points.size(); ++i) {
     low = std::min(low, temperature(i));
     high = std::max(high, temperature(i));
   }
-  const double turned = kHysteresis * (high - low);
+  const double turned = std::max(kHysteresis * (high - low), least_turn);
   const auto n = static_cast<double>(points.size());
   const auto first = static_cast<std::size_t>(kShortestLeg * n);
   const auto last = static_cast<std::size_t>((1.0 - kShortestLeg) * n);

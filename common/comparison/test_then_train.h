@@ -34,6 +34,9 @@ struct Protocol {
   double delay_s = 0.0;
   core::SensorTime frozen_from = core::SensorTime::max();  // labels ending later are not learned
   core::SensorTime judged_from{0};                         // labels ending later are judged
+  // Errors at labels ending earlier don't calibrate the scheme's intervals: those of a scheme that
+  // has still to be trained say nothing of it.
+  core::SensorTime calibrated_from{0};
 };
 
 // What a scheme said of a point before it knew it. Nothing where it was not judged.
@@ -42,18 +45,21 @@ struct PredictedPoint {
   double variance = -1.0;  // of the drift, calibrated on the scheme's own past errors; -1: unknown
 };
 
-// One entry a point. The scheme must be new. O(points * (learn + predict)).
+// One entry a point; nothing either before the scheme has learned a label. The scheme must be new,
+// the points in the order of time and not overlapping. O(points * (learn + predict)).
 [[nodiscard]] std::vector<std::optional<PredictedPoint>> predict_all(
     const Protocol& protocol, std::span<const LabelledPoint> points, std::size_t dimension,
     regression::DriftScheme& scheme);
 
-// How the residual, label less prediction, is distributed over the judged points.
+// How the residual, label less prediction, is distributed over the judged points; all NaN without
+// any, or if a prediction is not finite.
 struct ResidualStatistics {
   std::size_t points = 0;
-  double mean = 0.0;
-  double standard_deviation = 0.0;  // about the mean
-  double mean_absolute = 0.0;
-  double root_mean_square = 0.0;
+  double mean = std::numeric_limits<double>::quiet_NaN();
+  // About the mean, of the population: root_mean_square² = mean² + standard_deviation².
+  double standard_deviation = std::numeric_limits<double>::quiet_NaN();
+  double mean_absolute = std::numeric_limits<double>::quiet_NaN();
+  double root_mean_square = std::numeric_limits<double>::quiet_NaN();
   // Share of labels within 1.96 standard deviations of the prediction, of stated variance plus the
   // label's own; NaN where no variance was stated.
   double coverage = std::numeric_limits<double>::quiet_NaN();
@@ -63,9 +69,11 @@ struct ResidualStatistics {
     std::span<const LabelledPoint> points,
     std::span<const std::optional<PredictedPoint>> predictions);
 
-// Where the record's last leg begins, for the frozen judgement: the last turning point of the first
-// feature (temperature) with at least a tenth of the points before and after it, turned by more
-// than a twentieth of its range; without one, two thirds into the record. Needs three points.
-[[nodiscard]] core::SensorTime begin_of_last_leg(std::span<const LabelledPoint> points);
+// Where the record's last leg begins, for the frozen judgement: the last turning point of a feature
+// (the temperature) with at least a tenth of the points before and after it, turned by more than a
+// twentieth of its range and by more than `least_turn`, in the feature's units; without one, two
+// thirds of the points into the record. Needs a point.
+[[nodiscard]] core::SensorTime begin_of_last_leg(std::span<const LabelledPoint> points,
+                                                 std::size_t feature, double least_turn);
 
 }  // namespace zerodrift::comparison

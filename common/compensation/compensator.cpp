@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "common/navigation/earth_rate.h"
 #include "common/thermal/integer_time.h"
@@ -159,6 +160,29 @@ bool Compensator::reset_models() noexcept {
   labels_.discard();
   estimate_outdated_ = true;
   return true;
+}
+
+bool Compensator::restore_models(std::shared_ptr<RestoredLearner> restored) noexcept {
+  TrainingJob job{.number = jobs_ + 1,
+                  .kind = TrainingJob::Kind::kRestore,
+                  .label = {},
+                  .restored = std::move(restored)};
+  if (due_.full() || !exchange_.submit(job)) return false;
+  ++jobs_;
+  due_.push({newest_, jobs_});
+  for (auto& axis : axes_) axis.record = {};  // of the model before
+  labels_.discard();                          // predicted by the model before
+  estimate_outdated_ = true;
+  return true;
+}
+
+void Compensator::finish_learning() noexcept {
+  while (!due_.empty()) {
+    if (!exchange_.delivered(due_.front().job) && !learner_.run_one()) return;
+    exchange_.activate_next();
+    due_.pop();
+  }
+  estimate_outdated_ = true;
 }
 
 // --------------------------------------------------------------------------------------- answering

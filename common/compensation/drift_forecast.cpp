@@ -22,8 +22,8 @@ constexpr double kVarianceWindows = 8.0;
 constexpr double kVarianceLabels = 12.0;  // at least so many labels make a variance
 // (2e-7 deg/h)²: keeps a noise-free record from dividing by zero.
 constexpr double kSmallestVariance = 1e-24;
-// Windows of experience that the prior counts for: the next shorter horizon's weight, and holding
-// for the shortest, which gathers experience of its own within minutes.
+// Windows that the prior counts for: the next shorter horizon's weight, and holding for the
+// shortest, which gathers experience of its own within minutes.
 constexpr double kPriorWindows = 3.0;
 constexpr double kPriorWindowsOfShortest = 0.3;
 // Proof asked for within what was learned: half a window in which the forecast beat holding, and
@@ -89,8 +89,7 @@ double DriftModel::predict(const FeatureArray& features) const noexcept {
 }
 
 bool DriftModel::has_learned_near(const FeatureArray& features) const noexcept {
-  return domain.squared_distance({features.data(), predictor.dimension()}) <=
-         kDomainRadius * kDomainRadius;
+  return domain.has_within({features.data(), predictor.dimension()}, kDomainRadius * kDomainRadius);
 }
 
 double held_variance(const DriftModel& model, const TrustTable& trust,
@@ -128,6 +127,36 @@ Forecast forecast(const DriftModel& model, const TrustTable& trust, const Featur
   return out;
 }
 
+ForecastWeights likeliest_weights(const WeightEvidence& evidence, double ridge,
+                                  double prior_change) noexcept {
+  const double a = evidence.change_change + ridge;
+  const double c = evidence.level_level + ridge;
+  const double b = evidence.change_level;
+  const double u = evidence.change_error + ridge * prior_change;
+  const double v = evidence.level_error;
+  ForecastWeights best;
+  double least = std::numeric_limits<double>::infinity();
+  const auto consider = [&](double change, double level) {
+    const double cost = a * change * change + 2.0 * b * change * level + c * level * level -
+                        2.0 * (u * change + v * level);
+    if (cost < least) {
+      least = cost;
+      best = {change, level};
+    }
+  };
+  const double determinant = a * c - b * b;  // > 0 with a ridge unless a term is absent
+  if (determinant > 0.0) {
+    const double change = (u * c - v * b) / determinant;
+    const double level = (a * v - b * u) / determinant;
+    if (change >= 0.0 && change <= 1.0 && level >= 0.0 && level <= 1.0) consider(change, level);
+  }
+  for (const double edge : {0.0, 1.0}) {
+    consider(edge, c > 0.0 ? clamped((v - b * edge) / c) : 0.0);
+    consider(a > 0.0 ? clamped((u - b * edge) / a) : 0.0, edge);
+  }
+  return best;
+}
+
 ForecastJudge::ForecastJudge(double shortest_horizon_s, std::size_t dimension,
                              std::size_t capacity) {
   horizons_.reserve(kHorizons);
@@ -144,7 +173,13 @@ void ForecastJudge::place_horizons() noexcept {
 
 void ForecastJudge::judge(const JudgedLabel& label) noexcept {
   for (std::size_t k = 0; k < kHorizons; ++k) {
-    const Horizon& horizon = horizons_[k];
+    Horizon& horizon = horizons_[k];
+    const bool aged = horizon.waiting.holds() &&
+                      core::seconds(label.time - horizon.waiting.time) >= horizon.age_s;
+    if (aged) {
+      std::swap(horizon.judged, horizon.waiting);
+      horizon.waiting.time = core::kNever;
+    }
     const DriftModel& model = horizon.judged;
     // After a pause an old model says nothing of this horizon any more.
     const bool in_age =
@@ -185,10 +220,11 @@ void ForecastJudge::judge(std::size_t k, const JudgedLabel& label) noexcept {
   seen.scale_windows += window;
   const double weight = window * seen.scale_windows / seen.error_scale;
 
+  const double kept = std::exp(-window / kMemoryWindows);
   for (double* sum : {&seen.windows, &seen.change_change, &seen.change_level, &seen.level_level,
                       &seen.change_error, &seen.level_error, &seen.forecast_loss, &seen.held_loss,
                       &seen.model_loss}) {
-    fade(*sum, kMemoryWindows);
+    *sum *= kept;
   }
   seen.windows += window;
   seen.change_change += weight * change * change;
@@ -224,46 +260,19 @@ void ForecastJudge::judge(std::size_t k, const JudgedLabel& label) noexcept {
 
   auto& entries = beyond ? table_.beyond : table_.learned;
   const double prior = k > 0 ? entries[k - 1].weights.change : 0.0;
-  seen.weights = best_weights(seen, prior, k > 0 ? kPriorWindows : kPriorWindowsOfShortest);
+  // In units of the forecast's own error, so that a clear relation is not held back: a prior with
+  // standard deviations of 1 against errors that are one and the same for some windows.
+  const double ridge =
+      (k > 0 ? kPriorWindows : kPriorWindowsOfShortest) * seen.forecast_loss / seen.windows;
+  seen.weights = likeliest_weights({seen.change_change, seen.change_level, seen.level_level,
+                                    seen.change_error, seen.level_error},
+                                   ridge, prior);
   const double most = beyond ? kLargestLossRatioBeyond : kLargestLossRatio;
   const double most_of_model = beyond ? kLargestLossRatioBeyond : kLargestModelLossRatio;
   const bool proved = seen.windows >= (beyond ? kWindowsToProveBeyond : kWindowsToProve) &&
                       seen.forecast_loss <= most * seen.held_loss &&
                       seen.model_loss <= most_of_model * seen.held_loss;
   entries[k] = trust_of(seen, proved);
-}
-
-// Minimises the weighted square error plus prior_windows windows of a prior (prior_change, 0), over
-// [0, 1]²: the inner optimum if it lies there, else the best of the four edges.
-ForecastWeights ForecastJudge::best_weights(const Experience& seen, double prior_change,
-                                            double prior_windows) noexcept {
-  const double ridge = prior_windows / seen.windows;
-  const double a = seen.change_change * (1.0 + ridge);
-  const double c = seen.level_level * (1.0 + ridge);
-  const double b = seen.change_level;
-  const double u = seen.change_error + ridge * seen.change_change * prior_change;
-  const double v = seen.level_error;
-  ForecastWeights best;
-  double least = std::numeric_limits<double>::infinity();
-  const auto consider = [&](double change, double level) {
-    const double cost = a * change * change + 2.0 * b * change * level + c * level * level -
-                        2.0 * (u * change + v * level);
-    if (cost < least) {
-      least = cost;
-      best = {change, level};
-    }
-  };
-  const double determinant = a * c - b * b;  // > 0 with the ridge unless a term is absent
-  if (determinant > 0.0) {
-    const double change = (u * c - v * b) / determinant;
-    const double level = (a * v - b * u) / determinant;
-    if (change >= 0.0 && change <= 1.0 && level >= 0.0 && level <= 1.0) consider(change, level);
-  }
-  for (const double edge : {0.0, 1.0}) {
-    consider(edge, c > 0.0 ? clamped((v - b * edge) / c) : 0.0);
-    consider(a > 0.0 ? clamped((u - b * edge) / a) : 0.0, edge);
-  }
-  return best;
 }
 
 ForecastTrust ForecastJudge::trust_of(const Experience& seen, bool proved) noexcept {
@@ -282,12 +291,6 @@ ForecastTrust ForecastJudge::trust_of(const Experience& seen, bool proved) noexc
 
 void ForecastJudge::keep(const DriftModel& model) noexcept {
   for (Horizon& horizon : horizons_) {
-    const bool aged = horizon.waiting.holds() &&
-                      core::seconds(model.time - horizon.waiting.time) >= horizon.age_s;
-    if (aged) {
-      std::swap(horizon.judged, horizon.waiting);
-      horizon.waiting.time = core::kNever;
-    }
     if (!horizon.waiting.holds()) horizon.waiting = model;
   }
 }

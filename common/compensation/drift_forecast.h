@@ -65,6 +65,17 @@ struct ForecastWeights {
   double level = 0.0;
 };
 
+// Sums over judged labels of change², change * level, level², and of both times holding's error.
+struct WeightEvidence {
+  double change_change = 0.0, change_level = 0.0, level_level = 0.0;
+  double change_error = 0.0, level_error = 0.0;
+};
+
+// The likeliest weights in [0, 1]², for a prior of (prior_change, 0) that counts for `ridge` in the
+// sums' unit: the inner optimum if it lies there, else the best of the four edges.
+[[nodiscard]] ForecastWeights likeliest_weights(const WeightEvidence& evidence, double ridge,
+                                                double prior_change) noexcept;
+
 // What experience says of forecasts at one horizon, within or beyond what was learned.
 struct ForecastTrust {
   ForecastWeights weights;        // zeros unless proved
@@ -112,6 +123,8 @@ struct JudgedLabel {
   const FeatureArray& features;
 };
 
+struct ForecastJudgeState;
+
 // Keeps old models back, lets them forecast new labels, and learns how far to trust them.
 class ForecastJudge {
  public:
@@ -130,7 +143,11 @@ class ForecastJudge {
   void restart() noexcept;
   void reset() noexcept;
 
- private:
+  // To be saved, and back (learner_state.h). Throws std::invalid_argument, naming the field, where
+  // the state can't belong to this judge.
+  [[nodiscard]] ForecastJudgeState export_state() const;
+  void restore(const ForecastJudgeState& state);
+
   // Sums over the labels judged, fading over kMemoryWindows windows; a window is as long as the
   // horizon, for within it errors are one and the same.
   struct Experience {
@@ -145,6 +162,8 @@ class ForecastJudge {
     double forecast_square = 0.0, held_square = 0.0, square_weight = 0.0, label_variance = 0.0;
     ForecastWeights weights{};  // the best so far, proved or not
   };
+
+ private:
   struct Horizon {
     double age_s;  // a model is judged from this age to twice it
     DriftModel judged;
@@ -159,9 +178,6 @@ class ForecastJudge {
 
   void judge(std::size_t horizon, const JudgedLabel& label) noexcept;
   void place_horizons() noexcept;
-  [[nodiscard]] static ForecastWeights best_weights(const Experience& experience,
-                                                    double prior_change,
-                                                    double prior_windows) noexcept;
   [[nodiscard]] static ForecastTrust trust_of(const Experience& experience, bool proved) noexcept;
 
   std::vector<Horizon> horizons_;

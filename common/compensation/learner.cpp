@@ -28,7 +28,7 @@ constexpr double kHorizonInLabels = 1.6;
 constexpr std::uint64_t kFirstSelection = 36;
 constexpr std::uint64_t kRarestSelection = 2304;
 constexpr double kTubeInNoise = 0.5;  // half-width of the tube in standard deviations of the noise
-constexpr std::size_t kSelectionSamples = 64;  // a selection takes some 10 ms
+constexpr std::size_t kSelectionSamples = 48;  // a selection takes some 10 ms
 
 regression::OnlineSvrOptions svr_options(const CompensationOptions& options,
                                          std::size_t dimension) {
@@ -276,6 +276,7 @@ bool Learner::run_one() noexcept {
   if (job == nullptr) return false;
   ModelSnapshot* snapshot = exchange_.free_snapshot();
   if (snapshot == nullptr) return false;
+  const std::uint64_t epoch = job->restored ? install(*job->restored) : epoch_ + 1;
   for (const auto axis : kAxes) {
     AxisLearner& learner = axes_[index(axis)];
     const Label& label = job->label;
@@ -292,9 +293,13 @@ bool Learner::run_one() noexcept {
     learner.write(snapshot->axes[index(axis)]);
   }
   snapshot->job = job->number;
-  snapshot->epoch = ++epoch_;
+  snapshot->epoch = epoch_ = epoch;
   labels_.fetch_add(job->kind == TrainingJob::Kind::kLabel ? 1 : 0, std::memory_order_relaxed);
   exchange_.deliver();
+  if (job->restored) {
+    job->restored->installed_as = epoch;
+    job->restored.reset();
+  }
   exchange_.job_done();
   return true;
 }

@@ -9,6 +9,8 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -20,6 +22,9 @@
 #include "common/regression/online_svr.h"
 
 namespace zerodrift::compensation {
+
+struct AxisLearnerState;
+struct LearnerState;
 
 // One axis's part of a label.
 struct AxisLabel {
@@ -49,6 +54,12 @@ class AxisLearner {
   void learn(const AxisLabel& label) noexcept;
   void write(AxisModel& model) const noexcept;
   void reset() noexcept;
+
+  // To be saved, and back (learner_state.h): continues to the bit. Throws std::invalid_argument,
+  // naming the field, where the state can't belong to the options.
+  [[nodiscard]] AxisLearnerState export_state() const;
+  [[nodiscard]] static AxisLearner from_state(const CompensationOptions& options,
+                                              std::size_t dimension, const AxisLearnerState& state);
 
  private:
   // A label of the last stationary minute, and where the SVR keeps it.
@@ -83,11 +94,26 @@ struct ModelSnapshot {
   core::PerAxis<AxisModel> axes;
 };
 
+// What a saved learner knew, on its way into a learner by a job of kind kRestore. Afterwards it
+// holds what that one knew before.
+struct RestoredLearner {
+  static constexpr std::uint64_t kNotYet = std::numeric_limits<std::uint64_t>::max();
+
+  // Throws std::invalid_argument, naming the field, where the state can't belong to the options.
+  RestoredLearner(const CompensationOptions& options, const LearnerState& state);
+
+  std::vector<AxisLearner> axes;
+  std::uint64_t epoch = 0;
+  std::uint64_t labels = 0;
+  std::atomic<std::uint64_t> installed_as{kNotYet};  // model epoch, for whoever gave it
+};
+
 struct TrainingJob {
-  enum class Kind : std::uint8_t { kLabel, kReset };
+  enum class Kind : std::uint8_t { kLabel, kReset, kRestore };
   std::uint64_t number = 0;
   Kind kind = Kind::kLabel;
   Label label;
+  std::shared_ptr<RestoredLearner> restored{};  // kRestore only; shared with whoever gave it
 };
 
 // The two lock-free queues between data path and learner, and the snapshots that travel through
@@ -133,8 +159,12 @@ class Learner {
   [[nodiscard]] std::uint64_t labels_learned() const noexcept {
     return labels_.load(std::memory_order_relaxed);
   }
+  // All it knows after its newest job. The learner's thread.
+  [[nodiscard]] LearnerState export_state() const;
 
  private:
+  [[nodiscard]] std::uint64_t install(RestoredLearner& restored) noexcept;
+
   ModelExchange& exchange_;
   std::vector<AxisLearner> axes_;
   std::uint64_t epoch_ = 0;

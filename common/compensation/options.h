@@ -47,7 +47,7 @@ struct LearningOptions {
 struct ModelOptions {
   std::size_t capacity = 500;
   double epsilon = 0.01;
-  double box_constraint = 100.0;
+  double box_constraint = 1000.0;
   regression::Kernel kernel{};  // the first one; options.cpp sets the defaults
   // By which the learner chooses kernel and gamma anew from time to time; nothing: they stay.
   std::optional<regression::SelectionCriterion> selection =

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -33,6 +34,18 @@ constexpr std::array kSchemes{std::pair{"online-svr", compensation::Scheme::kOnl
                               std::pair{"none", compensation::Scheme::kNone}};
 constexpr std::array kWindows{std::pair{"two_tier", regression::WindowPolicy::kTwoTier},
                               std::pair{"fifo", regression::WindowPolicy::kFifo}};
+constexpr std::array kKernels{std::pair{"rbf", regression::KernelKind::kRbf},
+                              std::pair{"matern32", regression::KernelKind::kMatern32},
+                              std::pair{"matern52", regression::KernelKind::kMatern52},
+                              std::pair{"polynomial", regression::KernelKind::kPolynomial},
+                              std::pair{"linear", regression::KernelKind::kLinear}};
+using Selection = std::optional<regression::SelectionCriterion>;
+constexpr std::array kSelections{
+    std::pair{"marginal_likelihood",
+              Selection(regression::SelectionCriterion::kMarginalLikelihood)},
+    std::pair{"leave_one_out", Selection(regression::SelectionCriterion::kLeaveOneOut)},
+    std::pair{"paper", Selection(regression::SelectionCriterion::kPaper)},
+    std::pair{"fixed", Selection()}};
 constexpr std::array kEarthRates{std::pair{"auto", compensation::EarthRateMode::kAuto},
                                  std::pair{"included", compensation::EarthRateMode::kIncluded},
                                  std::pair{"known", compensation::EarthRateMode::kKnown},
@@ -92,11 +105,32 @@ void read_rate_estimator(const YamlDocument& file, const proto::TemperatureRateC
       static_cast<std::size_t>(in.window_s() * out.track.sliding_mean.sample_rate_hz);
 }
 
+// A key without effect on the kernel is a mistake about the kernel.
+void read_kernel(const YamlDocument& file, const proto::SvrConfig& in, regression::Kernel& out) {
+  using regression::KernelKind;
+  if (!in.kernel().empty()) out.kind = choose(file, "svr.kernel", in.kernel(), kKernels);
+  if (in.has_gamma() && out.kind == KernelKind::kLinear) {
+    throw file.error("svr.gamma", "found a gamma of kernel linear, which has none");
+  }
+  for (const auto& [key, is_there] :
+       {std::pair{"svr.degree", in.has_degree()}, std::pair{"svr.offset", in.has_offset()}}) {
+    if (is_there && out.kind != KernelKind::kPolynomial) {
+      throw file.error(key, "expected with kernel polynomial only");
+    }
+  }
+  if (in.has_gamma()) out.gamma = in.gamma();
+  if (in.has_degree()) out.degree = in.degree();
+  if (in.has_offset()) out.offset = in.offset();
+}
+
 void read_model(const YamlDocument& file, const proto::SvrConfig& in, CompensationOptions& out) {
   if (in.has_capacity()) out.model.capacity = in.capacity();
   if (in.has_epsilon()) out.model.epsilon = in.epsilon();
   if (in.has_box_constraint()) out.model.box_constraint = in.box_constraint();
-  if (in.has_rbf_gamma()) out.model.kernel.gamma = in.rbf_gamma();
+  read_kernel(file, in, out.model.kernel);
+  if (!in.selection().empty()) {
+    out.model.selection = choose(file, "svr.selection", in.selection(), kSelections);
+  }
   if (!in.window().empty()) out.model.window = choose(file, "svr.window", in.window(), kWindows);
 }
 

@@ -115,10 +115,16 @@ void check_lists(const OnlineSvrState& state) {
   require(std::all_of(state.margin_factor.begin(), state.margin_factor.end(),
                       [](double l) { return std::isfinite(l); }),
           "margin_factor", "finite numbers");
+  std::vector<char> is_leaving(state.sets.size(), 0);
   for (const std::size_t slot : state.forgotten_slots) {
-    require(slot < state.sets.size() && state.sets[slot] == SampleSet::kUnsettled,
-            "forgotten_slots", "unsettled slots");
+    require(
+        slot < state.sets.size() && state.sets[slot] == SampleSet::kUnsettled && !is_leaving[slot],
+        "forgotten_slots", "unsettled slots, each once");
+    is_leaving[slot] = 1;
   }
+  // One slot more than samples may stay: the next sample needs it.
+  const auto vacant = std::count(state.sets.begin(), state.sets.end(), SampleSet::kVacant);
+  require(vacant > 0 || !state.forgotten_slots.empty(), "sets", "at most capacity samples to stay");
 }
 
 }  // namespace

@@ -21,14 +21,25 @@ class SampleDomain {
   // be these. O(slots).
   void assign(const OnlineSvr& svr) noexcept;
 
+  // The samples, one after the other; and back. restore() throws std::invalid_argument where they
+  // can't belong to this dimension and capacity.
+  [[nodiscard]] std::vector<double> export_samples() const;
+  void restore(std::span<const double> samples);
+
   // Squared Euclidean distance from x to the nearest sample; infinity while there is none.
   // O(samples).
   [[nodiscard]] double squared_distance(std::span<const double> x) const noexcept;
 
+  // Whether a sample lies within the distance: mostly found early. O(samples) at worst.
+  [[nodiscard]] bool has_within(std::span<const double> x, double squared) const noexcept;
+
  private:
+  [[nodiscard]] double squared_distance_of_block(std::span<const double> x,
+                                                 std::size_t begin) const noexcept;
+
   std::size_t dimension_;
   std::size_t stride_;
-  std::size_t size_ = 0;  // slots
+  std::size_t size_ = 0;          // slots
   std::vector<double> features_;  // by column
 };
 

@@ -14,6 +14,14 @@ namespace zerodrift::regression {
 
 class OnlineSvr;
 
+// All that decides its predictions.
+struct SvrPredictorState {
+  Kernel kernel{};
+  double bias = 0.0;
+  std::vector<double> features;  // support vector after support vector
+  std::vector<double> weights;   // theta, in the same order
+};
+
 class SvrPredictor {
  public:
   // Predicts 0 until assigned. Capacity: the capacity of the learner. All memory is allocated here.
@@ -25,6 +33,11 @@ class SvrPredictor {
 
   // Equal to the bit to the learner's predict() at the time of assign(). O(support vectors).
   [[nodiscard]] double predict(std::span<const double> x) const noexcept;
+
+  [[nodiscard]] SvrPredictorState export_state() const;
+  // Predicts as the saved one, to the bit. Throws std::invalid_argument, naming the field, where
+  // the state can't belong to this dimension and capacity.
+  void restore(const SvrPredictorState& state);
 
   [[nodiscard]] std::size_t dimension() const noexcept { return dimension_; }
   [[nodiscard]] std::size_t support_size() const noexcept { return support_size_; }

@@ -70,12 +70,18 @@ CompensationNode::CompensationNode(const CompensationNodeOptions& options)
   // A configuration that cannot work is found here, not with the first sample.
   compensation::Compensator check(options_.compensation);
   learner_thread_ = std::thread([this] { learn_until_stopped(); });
+  request_thread_ = std::thread([this] { serve_requests_until_stopped(); });
 }
 
 CompensationNode::~CompensationNode() {
+  {
+    const std::lock_guard lock(requests_mutex_);
+    requests_closed_ = true;
+  }
+  requests_changed_.notify_all();
+  request_thread_.join();  // while the learner still answers
   stopping_ = true;
-  ++learner_wakeups_;
-  learner_wakeups_.notify_all();
+  wake_learner();
   ++models_delivered_;
   models_delivered_.notify_all();
   learner_thread_.join();
@@ -194,10 +200,7 @@ void CompensationNode::answer(Gyro& source) {
   if (!source.writer->write(message_)) ++source.unwritten;
   compute_latency_.record(egress_ns - source.newest.ingress_time_ns);
   source.newest_sequence = std::max(source.newest_sequence, source.newest.raw.sequence);
-  if (source.compensator.counts().labels != labels) {
-    ++learner_wakeups_;
-    learner_wakeups_.notify_one();
-  }
+  if (source.compensator.counts().labels != labels) wake_learner();
   if (core::is_paced_by_consumers(source.newest.raw.clock) &&
       ++source.answered_since_report >= kReportEvery) {
     report_progress(source);
@@ -212,6 +215,11 @@ void CompensationNode::report_progress(Gyro& source) {
 
 // ---------------------------------------- learner
 
+void CompensationNode::wake_learner() {
+  ++learner_wakeups_;
+  learner_wakeups_.notify_one();
+}
+
 void CompensationNode::learn_until_stopped() {
   std::vector<Gyro*> roster;
   while (!stopping_) {
@@ -219,6 +227,10 @@ void CompensationNode::learn_until_stopped() {
     for (Gyro** newcomer = newcomers_.front(); newcomer != nullptr; newcomer = newcomers_.front()) {
       roster.push_back(*newcomer);
       newcomers_.pop();
+    }
+    for (auto* question = questions_.front(); question != nullptr; question = questions_.front()) {
+      (*question)();
+      questions_.pop();
     }
     bool learned = false;
     for (Gyro* source : roster) {
@@ -237,25 +249,36 @@ void CompensationNode::learn_until_stopped() {
 void CompensationNode::on_command(const msg::Command& command) {
   if (host_.name() != command.service().c_str()) return;
   const std::lock_guard lock(data_mutex_);
+  const std::string_view name = command.name().c_str();
+  const bool of_checkpoints = name == "checkpoint" || name == "restore";
+  const Verdict verdict = of_checkpoints ? hand_over(command) : obey(command);
+  if (verdict.outcome != Outcome::kLater) reply(command, verdict);
+}
+
+CompensationNode::Verdict CompensationNode::obey(const msg::Command& command) {
+  Verdict verdict{.text = "no gyro has been heard yet"};
   bool accepted = false;
-  std::string text = "no gyro has been heard yet";
-  std::uint64_t epoch = 0;
   for (auto& source : gyros_) {
-    text = obey(*source, command.name().c_str(), accepted);
-    epoch = source->newest.model_epoch;
+    verdict.text = obey(*source, command.name().c_str(), accepted);
+    verdict.model_epoch = source->newest.model_epoch;
     if (!accepted) break;
   }
+  if (accepted) verdict.outcome = Outcome::kAccepted;
+  return verdict;
+}
+
+void CompensationNode::reply(const msg::Command& command, const Verdict& verdict) {
   msg::CommandReply reply;
   reply.service(host_.name().c_str());
   reply.request_id(command.request_id());
-  reply.accepted(accepted ? 1 : 0);
-  reply.model_epoch(epoch);
-  reply.text(text.c_str());
+  reply.accepted(verdict.outcome == Outcome::kAccepted ? 1 : 0);
+  reply.model_epoch(verdict.model_epoch);
+  reply.text(verdict.text.c_str());
   reply_writer_.write(reply);
   host_.raise({.code = "command_" + std::string(command.name().c_str()),
                .severity = Severity::kInformation,
                .text = std::string(command.name().c_str()) + " from " + command.issuer().c_str() +
-                       ": " + text,
+                       ": " + verdict.text,
                .gyro_id = 0,
                .sensor_time_ns = 0});
 }
@@ -272,12 +295,12 @@ std::string CompensationNode::obey(Gyro& source, std::string_view command, bool&
   }
   if (command == "reset") {
     accepted = source.compensator.reset_models();
-    ++learner_wakeups_;
-    learner_wakeups_.notify_one();
+    wake_learner();
     return accepted ? "all that was learned is forgotten" : "the learner is busy; try again";
   }
   accepted = false;
-  return "unknown command '" + std::string(command) + "'; known are freeze, learn, reset";
+  return "unknown command '" + std::string(command) +
+         "'; known are freeze, learn, reset, checkpoint, restore";
 }
 
 // ---------------------------------------- status

@@ -1,16 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 // Subscribes, converts, hands to common/compensation, publishes. A sample is answered on the thread
-// that received it; learning happens on a thread of its own.
+// that received it; learning happens on a thread of its own, reading and writing checkpoints on
+// another.
 #pragma once
 
 #include <atomic>
+#include <condition_variable>
 #include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <future>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <thread>
 #include <vector>
 
 #include "common/compensation/compensator.h"
+#include "common/compensation/learner_state.h"
 #include "common/core/spsc_queue.h"
 #include "common/dds/participant.h"
 #include "common/service/host.h"
@@ -25,6 +32,7 @@ struct CompensationNodeOptions {
   std::uint32_t instance = 0;
   std::uint32_t ownership_strength = 0;
   int await_subscribers = 0;
+  std::filesystem::path checkpoint_dir{};  // empty: no checkpoints
 };
 
 class CompensationNode {
@@ -63,6 +71,19 @@ class CompensationNode {
     compensation::Reason told_temperature_fault = compensation::Reason::kNone;
   };
 
+  // What becomes of a command.
+  enum class Outcome : std::uint8_t { kRefused, kAccepted, kLater };
+  struct Verdict {
+    Outcome outcome = Outcome::kRefused;
+    std::string text{};
+    std::uint64_t model_epoch = 0;
+  };
+  struct CheckpointRequest {
+    msg::Command command{};
+    std::string name{};
+    std::vector<Gyro*> gyros{};
+  };
+
   void on_rate(const msg::AngularRate& message, const dds::SampleOrigin& origin);
   void on_temperature(const msg::Temperature& message);
   void on_reference(const msg::RateReference& message);
@@ -83,7 +104,19 @@ class CompensationNode {
   service::Status status();
   static service::StatusPart part(const Gyro& source);
   void learn_until_stopped();
+  void wake_learner();
+  Verdict obey(const msg::Command& command);
   std::string obey(Gyro& gyro, std::string_view command, bool& accepted);
+  void reply(const msg::Command& command, const Verdict& verdict);
+
+  // checkpoint_requests.cpp
+  Verdict hand_over(const msg::Command& command);
+  void serve_requests_until_stopped();
+  Verdict save(const CheckpointRequest& request);
+  Verdict restore(const CheckpointRequest& request);
+  compensation::LearnerState learned_by(Gyro& source);
+  [[nodiscard]] std::filesystem::path checkpoint_file(std::uint32_t gyro_id,
+                                                      const std::string& name) const;
 
   CompensationNodeOptions options_;
   service::Host host_;
@@ -99,6 +132,14 @@ class CompensationNode {
   std::atomic<std::uint32_t> models_delivered_{0};
   std::atomic<bool> stopping_{false};
   std::thread learner_thread_;
+
+  // From the request thread to the learner: to be answered between two labels.
+  core::SpscQueue<std::packaged_task<compensation::LearnerState()>> questions_{1};
+  std::mutex requests_mutex_;  // held for a push or a pop
+  std::condition_variable requests_changed_;
+  std::deque<CheckpointRequest> requests_;
+  std::atomic<bool> requests_closed_{false};
+  std::thread request_thread_;
 
   dds::Writer<msg::CommandReply> reply_writer_;
   service::ReplayProgressReporter progress_;

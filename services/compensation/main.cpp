@@ -23,6 +23,9 @@ int main(int argc, char** argv) {
          "--await-subscribers", options.await_subscribers,
          "with records and simulations: take no sample before so many subscribers are there")
       ->capture_default_str();
+  app.add_option("--checkpoint-dir", options.checkpoint_dir,
+                 "existing folder of `ctl checkpoint` and `ctl restore`; without, both are refused")
+      ->check(CLI::ExistingDirectory);
   return service::run_main(app, argc, argv, [&] {
     if (!config.empty()) options.compensation = config::load_compensation(config);
     services::CompensationNode(options).run();

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // zerodrift compare: all schemes on one record, judged honestly, and as the paper did.
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 
 #include "common/config/compensation_config.h"
+#include "common/record/atomic_file.h"
 #include "common/report/json_file.h"
 #include "common/service/main.h"
 #include "services/zerodrift/commands.h"
@@ -18,22 +20,46 @@ struct CompareOptions {
   std::string config;
   std::string json;
   std::string html;
-  double train_until_s = 0.0;
+  std::optional<double> train_until;
 };
+
+constexpr std::size_t kTextWidth = 110;
+
+// A paragraph in lines of at most kTextWidth, broken at blanks.
+void print_paragraph(const std::string& text) {
+  std::size_t column = 0;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find(' ', begin), text.size());
+    const std::size_t length = end - begin;
+    if (column > 0) {
+      const bool fits = column + 1 + length <= kTextWidth;
+      std::putchar(fits ? ' ' : '\n');
+      column = fits ? column + 1 : 0;
+    }
+    std::printf("%.*s", static_cast<int>(length), text.c_str() + begin);
+    column += length;
+    begin = end + 1;
+  }
+  std::printf("\n\n");
+}
+
+// A file that can't be written is better known before minutes of computing than after.
+void require_writable(const std::string& file) {
+  if (!file.empty()) static_cast<void>(record::AtomicFile(file));
+}
 
 int compare(CompareOptions options) {
   if (!options.config.empty()) options.request.options = config::load_compensation(options.config);
-  if (options.train_until_s > 0.0) options.request.train_until_s = options.train_until_s;
+  if (options.train_until) options.request.train_until_s = options.train_until;
+  require_writable(options.json);
+  require_writable(options.html);
   const ComparisonResult result = run_comparison(options.request);
   for (const auto& line : result.warnings) std::fprintf(stderr, "%s\n", line.c_str());
-  for (const AxisComparison& axis : result.axes) {
-    for (const report::Table& table : comparison_tables(axis, result))
-      std::printf("%s\n", report::text_table(table).c_str());
-  }
-  const report::Document page = comparison_page(result);
-  std::printf("%s\n", page.verdict.c_str());
+  for (const report::Table& table : comparison_tables(result))
+    std::printf("%s\n", report::text_table(table).c_str());
+  for (const std::string& note : comparison_notes(result)) print_paragraph(note);
   if (!options.json.empty()) report::write_json(options.json, comparison_json(result));
-  if (!options.html.empty()) report::write_html(options.html, page);
+  if (!options.html.empty()) report::write_html(options.html, comparison_page(result));
   return service::kExitDone;
 }
 
@@ -57,13 +83,10 @@ void add_compare(CLI::App& app, Run& run) {
       ->capture_default_str();
   command->add_option("--delays", request.delays_s, "ages of the newest label to judge at, s")
       ->delimiter(',')
-      ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  command
-      ->add_option("--train-until", options->train_until_s,
-                   "record time from which models are frozen, s; without, the last leg of the "
-                   "temperature is kept unseen")
-      ->check(CLI::PositiveNumber);
+  command->add_option("--train-until", options->train_until,
+                      "record time from which models are frozen, s; without, the last leg of the "
+                      "temperature is kept unseen");
   command->add_option("--json", options->json, "file for all figures");
   command->add_option("--html", options->html, "file for a report with pictures");
   command->callback([options, &run] { run = [options] { return compare(*options); }; });

@@ -2,8 +2,10 @@
 #include "services/zerodrift/comparison_report.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "common/allan/noise_units.h"
 #include "common/core/units.h"
@@ -18,11 +20,23 @@ using report::significant;
 
 constexpr int kDigits = 3;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr std::string_view kOurs = "online-svr";
+constexpr std::string_view kHolding = "persistence";
+constexpr std::string_view kNothingTakenOff = "none";
+constexpr std::string_view kPaperProcedure = "the paper's procedure";
+// Figures that differ by less print alike.
+constexpr double kEqual = 1.005;
 // Curves of the pictures: a reader tells so many apart.
-constexpr std::array<std::string_view, 3> kDrawn{"persistence", "polynomial", "online-svr"};
+constexpr std::size_t kMostDrawn = 3;
+constexpr std::array<std::string_view, kMostDrawn> kDrawn{kHolding, "polynomial", kOurs};
 
-bool is_drawn(const std::string& name) {
-  return std::find(kDrawn.begin(), kDrawn.end(), name) != kDrawn.end();
+// Those above that were compared; without any of them the first ones.
+bool is_drawn(const ProtocolOutcome& protocol, const SchemeOutcome& scheme) {
+  const auto is_one = [](const SchemeOutcome& other) {
+    return std::find(kDrawn.begin(), kDrawn.end(), other.name) != kDrawn.end();
+  };
+  if (std::any_of(protocol.schemes.begin(), protocol.schemes.end(), is_one)) return is_one(scheme);
+  return &scheme < protocol.schemes.data() + kMostDrawn;
 }
 
 std::string deg_h(double radps) {
@@ -58,70 +72,118 @@ std::vector<std::string> allan_cells(const comparison::StreamReport& stream) {
       coefficient(stream.coefficients[NoiseTerm::kRateRandomWalk], allan::kDegPerHourPerRootHour)};
 }
 
-// The scheme of a protocol with the smallest value.
-template <typename Value>
-const SchemeOutcome* best_of(const ProtocolOutcome& protocol, Value&& value) {
-  const auto found = std::min_element(
-      protocol.schemes.begin(), protocol.schemes.end(),
-      [&](const SchemeOutcome& a, const SchemeOutcome& b) { return value(a) < value(b); });
+double deg_h_or_nothing(const allan::BlockMoments& minutes) {
+  return minutes.blocks > 1 ? deg_h_from_radps(minutes.standard_deviation) : kNaN;
+}
+
+const SchemeOutcome* find(const ProtocolOutcome& protocol, std::string_view name) {
+  const auto found = std::find_if(protocol.schemes.begin(), protocol.schemes.end(),
+                                  [&](const SchemeOutcome& s) { return s.name == name; });
   return found == protocol.schemes.end() ? nullptr : &*found;
 }
 
-report::Table protocol_table(const AxisComparison& axis, const ProtocolOutcome& protocol,
-                             const ComparisonResult& result) {
+const SchemeOutcome* smallest_rmse(const ProtocolOutcome& protocol) {
+  const SchemeOutcome* best = nullptr;
+  for (const SchemeOutcome& scheme : protocol.schemes) {
+    const double rmse = scheme.statistics.root_mean_square;
+    if (std::isfinite(rmse) && (!best || rmse < best->statistics.root_mean_square)) best = &scheme;
+  }
+  return best;
+}
+
+// Mean length of a label: longer than asked for where samples are rarer.
+double label_s(const AxisComparison& axis) {
+  double sum_s = 0.0;
+  for (const auto& point : axis.points) sum_s += core::seconds(point.end - point.begin);
+  return sum_s / static_cast<double>(axis.points.size());
+}
+
+report::Table protocol_table(const AxisComparison& axis, const ProtocolOutcome& protocol) {
   report::Table table;
   table.caption = axis_name(axis) + ", " + protocol.protocol.name + ": residual of " +
                   std::to_string(protocol.schemes.front().statistics.points) + " labels of " +
-                  significant(result.label_s, 2) + " s";
+                  significant(label_s(axis), 2) + " s, deg/h";
   table.columns = {
-      {"scheme", Align::kLeft},      {"mean", Align::kRight},    {"std", Align::kRight},
-      {"MAE", Align::kRight},        {"RMSE", Align::kRight},    {"60 s std", Align::kRight},
-      {"95 % holds", Align::kRight}, {"N", Align::kRight},       {"B", Align::kRight},
-      {"K", Align::kRight},          {"us/label", Align::kRight}};
-  const SchemeOutcome* best =
-      best_of(protocol, [](const SchemeOutcome& s) { return s.statistics.root_mean_square; });
-  const auto add = [&](const std::string& name, const comparison::ResidualStatistics* s,
-                       const comparison::StreamReport& stream, double seconds, bool highlighted) {
-    report::Row row;
-    row.cells = {
-        name,
-        s ? deg_h(s->mean) : "",
-        s ? deg_h(s->standard_deviation) : "",
-        s ? deg_h(s->mean_absolute) : "",
-        s ? deg_h(s->root_mean_square) : "",
-        deg_h(stream.minute_means.standard_deviation),
-        s && std::isfinite(s->coverage) ? significant(100.0 * s->coverage, kDigits) + " %" : ""};
-    for (auto& cell : allan_cells(stream)) row.cells.push_back(std::move(cell));
-    row.cells.push_back(seconds > 0.0 ? significant(1e6 * seconds, 2) : "");
-    row.highlighted = highlighted;
-    table.rows.push_back(std::move(row));
+      {"scheme", Align::kLeft},       {"mean", Align::kRight},     {"std", Align::kRight},
+      {"MAE", Align::kRight},         {"RMSE", Align::kRight},     {"60 s std", Align::kRight},
+      {"95 % holds", Align::kRight},  {"N deg/√h", Align::kRight}, {"B deg/h", Align::kRight},
+      {"K deg/h^1.5", Align::kRight}, {"us/label", Align::kRight}};
+  const SchemeOutcome* best = smallest_rmse(protocol);
+  const auto add = [&](std::vector<std::string> cells, const comparison::StreamReport& stream,
+                       std::string time, bool highlighted) {
+    for (auto& cell : allan_cells(stream)) cells.push_back(std::move(cell));
+    cells.push_back(std::move(time));
+    table.rows.push_back({std::move(cells), highlighted});
   };
-  add("raw", nullptr, protocol.raw, 0.0, false);
-  for (const SchemeOutcome& scheme : protocol.schemes)
-    add(scheme.name, &scheme.statistics, scheme.stream, scheme.seconds_a_point, &scheme == best);
-  table.footnote =
-      "deg/h; N deg/sqrt(h), B deg/h, K deg/h^1.5 of the unsmoothed stream, fitted with a ramp. "
-      "Highlighted: smallest RMSE.";
+  if (find(protocol, kNothingTakenOff) == nullptr) {
+    add({"before", "", "", "", "",
+         significant(deg_h_or_nothing(protocol.raw.minute_means), kDigits), ""},
+        protocol.raw, "", false);
+  }
+  const auto labels = static_cast<double>(axis.points.size());
+  for (const SchemeOutcome& scheme : protocol.schemes) {
+    const auto& s = scheme.statistics;
+    add({scheme.name == kNothingTakenOff ? "none (before)" : scheme.name, deg_h(s.mean),
+         deg_h(s.standard_deviation), deg_h(s.mean_absolute), deg_h(s.root_mean_square),
+         significant(deg_h_or_nothing(scheme.stream.minute_means), kDigits),
+         std::isfinite(s.coverage) ? significant(100.0 * s.coverage, kDigits) + " %" : "n/a"},
+        scheme.stream, significant(1e6 * scheme.seconds / labels, 2), &scheme == best);
+  }
   return table;
+}
+
+// "" where before or after is not known.
+std::string ratio(double before, double after) {
+  return after > 0.0 && std::isfinite(before) ? significant(before / after, kDigits) : "n/a";
+}
+
+const PaperOutcome* find(const std::vector<PaperOutcome>& outcomes, std::string_view name) {
+  const auto found = std::find_if(outcomes.begin(), outcomes.end(),
+                                  [&](const PaperOutcome& o) { return o.name == name; });
+  return found == outcomes.end() ? nullptr : &*found;
+}
+
+// How many times smaller online-svr leaves what the paper measured before.
+std::string before_over_after(const AxisComparison& axis, bool beside_the_paper) {
+  const PaperOutcome* before = find(axis.paper, kNothingTakenOff);
+  const PaperOutcome* after = find(axis.paper, kOurs);
+  if (!before || !after || !before->coefficients || !after->coefficients) return {};
+  const auto& b = *before->coefficients;
+  const auto& a = *after->coefficients;
+  const auto told = [&](const char* name, const std::string& ours, const char* papers) {
+    return std::string(name) + " " + ours +
+           (beside_the_paper ? std::string(" (paper ") + papers + ")" : "");
+  };
+  return "Before over after, online-svr: " +
+         told("std", ratio(before->moments.standard_deviation, after->moments.standard_deviation),
+              "51.6") +
+         ", " + told("B", ratio(b.bias_instability_radps, a.bias_instability_radps), "8.7") + ", " +
+         told("K", ratio(b.rate_random_walk_radps_rts, a.rate_random_walk_radps_rts), "2.9") + ".";
+}
+
+// The shipped model's axis x has the paper's statistics before compensation.
+bool is_beside_the_paper(const AxisComparison& axis, const ComparisonResult& result) {
+  return result.is_paper_like && axis.axis == core::Axis::kX;
 }
 
 report::Table paper_table(const AxisComparison& axis, const ComparisonResult& result) {
   report::Table table;
-  table.caption = axis_name(axis) + ", the paper's procedure: " +
+  table.caption = axis_name(axis) + ", " + std::string(kPaperProcedure) + ": residual of " +
                   std::to_string(axis.paper.front().residual_radps.size()) +
-                  " points of a moving minute, one step ahead";
-  table.columns = {{"scheme", Align::kLeft},  {"mean", Align::kRight}, {"std", Align::kRight},
-                   {"MAE", Align::kRight},    {"RMSE", Align::kRight}, {"N", Align::kRight},
-                   {"B", Align::kRight},      {"K", Align::kRight},    {"s in all", Align::kRight},
-                   {"s/point", Align::kRight}};
-  const bool beside = result.is_paper_like && axis.axis == core::Axis::kX;
+                  " points of a moving minute, one step ahead, deg/h";
+  table.columns = {{"scheme", Align::kLeft},    {"mean", Align::kRight},
+                   {"std", Align::kRight},      {"MAE", Align::kRight},
+                   {"RMSE", Align::kRight},     {"N deg/√h", Align::kRight},
+                   {"B deg/h", Align::kRight},  {"K deg/h^1.5", Align::kRight},
+                   {"s in all", Align::kRight}, {"s/point", Align::kRight}};
+  const bool beside = is_beside_the_paper(axis, result);
   for (const PaperOutcome& outcome : axis.paper) {
     const auto& m = outcome.moments;
     const auto& c = outcome.coefficients;
     const auto points = static_cast<double>(outcome.residual_radps.size());
     report::Row row;
     row.cells = {
-        outcome.name,
+        outcome.name == kNothingTakenOff ? "none (before)" : outcome.name,
         deg_h(m.mean),
         deg_h(m.standard_deviation),
         deg_h(m.mean_absolute_error),
@@ -149,10 +211,7 @@ report::Table paper_table(const AxisComparison& axis, const ComparisonResult& re
            false});
     }
   }
-  table.footnote =
-      "Neighbouring points share nearly all their samples: compare with persistence. rbf and svr "
-      "were trained on every 25th point of the same series. Times are this machine's, the paper's "
-      "its own.";
+  table.footnote = before_over_after(axis, beside);
   return table;
 }
 
@@ -167,7 +226,7 @@ report::Chart drift_chart(const AxisComparison& axis, const ProtocolOutcome& pro
     return core::seconds(point.end) / core::kSecondsPerHour;
   };
   if (!residuals) {
-    report::Curve labels{.name = "label", .style = report::CurveStyle::kPoints};
+    report::Curve labels{.name = "label"};
     for (const auto& point : axis.points) {
       labels.x.push_back(hours(point));
       labels.y.push_back(deg_h_from_radps(point.drift_radps));
@@ -175,7 +234,7 @@ report::Chart drift_chart(const AxisComparison& axis, const ProtocolOutcome& pro
     chart.curves.push_back(std::move(labels));
   }
   for (const SchemeOutcome& scheme : protocol.schemes) {
-    if (!is_drawn(scheme.name)) continue;
+    if (!is_drawn(protocol, scheme)) continue;
     report::Curve curve{.name = scheme.name};
     for (std::size_t i = 0; i < axis.points.size(); ++i) {
       if (!scheme.predicted[i]) continue;
@@ -206,57 +265,221 @@ report::Chart allan_chart(const AxisComparison& axis, const ProtocolOutcome& pro
   chart.x_label = "cluster time (s)";
   chart.y_label = "deviation (deg/h)";
   chart.x_scale = chart.y_scale = report::AxisScale::kLogarithmic;
-  chart.curves.push_back(allan_curve("raw", protocol.raw));
+  chart.curves.push_back(allan_curve("before", protocol.raw));
   for (const SchemeOutcome& scheme : protocol.schemes) {
-    if (is_drawn(scheme.name)) chart.curves.push_back(allan_curve(scheme.name, scheme.stream));
+    if (is_drawn(protocol, scheme)) chart.curves.push_back(allan_curve(scheme.name, scheme.stream));
   }
   return chart;
 }
 
-const SchemeOutcome* find(const ProtocolOutcome& protocol, std::string_view name) {
-  const auto found = std::find_if(protocol.schemes.begin(), protocol.schemes.end(),
-                                  [&](const SchemeOutcome& s) { return s.name == name; });
-  return found == protocol.schemes.end() ? nullptr : &*found;
-}
+// A figure of one scheme; NaN: not known.
+struct Figure {
+  std::string scheme;
+  double value = kNaN;    // in rad/s
+  bool is_bound = false;  // at most `value`
+};
 
-// Where online-svr stands: for each axis and protocol against the best of the others.
-std::string verdict(const ComparisonResult& result) {
-  std::size_t cases = 0;
-  std::size_t best = 0;
-  std::string behind;
-  for (const AxisComparison& axis : result.axes) {
-    for (const ProtocolOutcome& protocol : axis.protocols) {
-      const SchemeOutcome* ours = find(protocol, "online-svr");
-      const SchemeOutcome* least =
-          best_of(protocol, [](const SchemeOutcome& s) { return s.statistics.root_mean_square; });
-      if (ours == nullptr || protocol.schemes.size() < 2) continue;
-      ++cases;
-      if (least == ours) {
-        ++best;
-        continue;
-      }
-      behind += (behind.empty() ? "" : "; ") + axis_name(axis) + " " + protocol.protocol.name +
-                ": " + least->name + " leaves " + deg_h(least->statistics.root_mean_square) +
-                ", online-svr " + deg_h(ours->statistics.root_mean_square) + " deg/h";
+// Where a scheme is better than online-svr.
+struct Behind {
+  std::string axis;
+  std::string judged;
+  std::string figure;
+  Figure best;
+  double ours = 0.0;
+};
+
+struct Standing {
+  struct Count {
+    std::size_t judged = 0;  // online-svr's figure and another's are known
+    std::size_t best = 0;    // online-svr has the smallest, or one that prints alike
+  };
+  std::map<std::string, Count> figures;
+  std::vector<Behind> behind;
+};
+
+// A bound takes part as if it were the value: below online-svr's value it proves the other better.
+// Online-svr's own bound decides nothing.
+void place(Standing& standing, const std::string& axis, const std::string& judged,
+           const std::string& figure, const std::vector<Figure>& figures) {
+  const Figure* ours = nullptr;
+  const Figure* best = nullptr;
+  for (const Figure& one : figures) {
+    if (!std::isfinite(one.value)) continue;
+    if (one.scheme == kOurs) {
+      ours = &one;
+    } else if (best == nullptr || one.value < best->value) {
+      best = &one;
     }
   }
-  if (cases == 0) return "Statistics of the chosen schemes.";
-  std::string text = "online-svr leaves the smallest RMSE in " + std::to_string(best) + " of " +
-                     std::to_string(cases) + " comparisons of axis and protocol.";
-  if (!behind.empty()) text += " Not so: " + behind + ".";
+  if (ours == nullptr || best == nullptr || ours->is_bound) return;
+  Standing::Count& count = standing.figures[figure];
+  ++count.judged;
+  if (ours->value <= kEqual * best->value) {
+    ++count.best;
+  } else {
+    standing.behind.push_back({axis, judged, figure, *best, ours->value});
+  }
+}
+
+Figure bias_instability(const SchemeOutcome& scheme) {
+  const auto& b = scheme.stream.coefficients[allan::NoiseTerm::kBiasInstability];
+  switch (b.identification) {
+    case allan::Identification::kInterval:
+      return {scheme.name, b.value, false};
+    case allan::Identification::kUpperBound:
+      return {scheme.name, b.upper, true};
+    case allan::Identification::kNotFitted:
+      break;
+  }
+  return {scheme.name};
+}
+
+Standing standing_of(const ComparisonResult& result) {
+  Standing standing;
+  for (const AxisComparison& axis : result.axes) {
+    const std::string name = axis_name(axis);
+    std::vector<Figure> deviation, rmse, b;
+    for (const ProtocolOutcome& protocol : axis.protocols) {
+      deviation = rmse = b = {};
+      for (const SchemeOutcome& scheme : protocol.schemes) {
+        deviation.push_back({scheme.name, scheme.statistics.standard_deviation});
+        rmse.push_back({scheme.name, scheme.statistics.root_mean_square});
+        b.push_back(bias_instability(scheme));
+      }
+      place(standing, name, protocol.protocol.name, "std", deviation);
+      place(standing, name, protocol.protocol.name, "RMSE", rmse);
+      place(standing, name, protocol.protocol.name, "B", b);
+    }
+    deviation = rmse = b = {};
+    for (const PaperOutcome& outcome : axis.paper) {
+      deviation.push_back({outcome.name, outcome.moments.standard_deviation});
+      rmse.push_back({outcome.name, outcome.moments.root_mean_square});
+      if (outcome.coefficients)
+        b.push_back({outcome.name, outcome.coefficients->bias_instability_radps});
+    }
+    place(standing, name, std::string(kPaperProcedure), "std", deviation);
+    place(standing, name, std::string(kPaperProcedure), "RMSE", rmse);
+    place(standing, name, std::string(kPaperProcedure), "B", b);
+  }
+  return standing;
+}
+
+// The largest RMSE of online-svr in those of holding the last minute; "" without the two.
+std::string against_holding(const ComparisonResult& result) {
+  double worst = 0.0;
+  std::string where;
+  for (const AxisComparison& axis : result.axes) {
+    for (const ProtocolOutcome& protocol : axis.protocols) {
+      const SchemeOutcome* ours = find(protocol, kOurs);
+      const SchemeOutcome* holding = find(protocol, kHolding);
+      if (ours == nullptr || holding == nullptr) continue;
+      const double times = ours->statistics.root_mean_square / holding->statistics.root_mean_square;
+      if (!(times > worst)) continue;
+      worst = times;
+      where = axis_name(axis) + ", " + protocol.protocol.name;
+    }
+  }
+  if (where.empty()) return {};
+  return " Its RMSE is at most " + significant(worst, kDigits) +
+         " times that of persistence, which holds the last minute (" + where + ").";
+}
+
+// Between which shares the 95 % intervals of online-svr hold; "" without any.
+std::string interval_coverage(const ComparisonResult& result) {
+  double least = 2.0;
+  double most = -1.0;
+  std::string where;
+  for (const AxisComparison& axis : result.axes) {
+    for (const ProtocolOutcome& protocol : axis.protocols) {
+      const SchemeOutcome* ours = find(protocol, kOurs);
+      if (ours == nullptr || !std::isfinite(ours->statistics.coverage)) continue;
+      most = std::max(most, ours->statistics.coverage);
+      if (ours->statistics.coverage >= least) continue;
+      least = ours->statistics.coverage;
+      where = axis_name(axis) + ", " + protocol.protocol.name;
+    }
+  }
+  if (where.empty()) return {};
+  return " Its 95 % intervals hold " + significant(100.0 * least, kDigits) + " % (" + where +
+         ") to " + significant(100.0 * most, kDigits) + " % of the labels.";
+}
+
+std::string verdict(const ComparisonResult& result, const Standing& standing) {
+  if (standing.figures.empty())
+    return "Statistics of the chosen schemes; nothing to compare online-svr with.";
+  std::string text =
+      "Of all judgements, each an axis by a protocol, online-svr is best, or equal within 0.5 %,";
+  bool first = true;
+  for (const auto* figure : {"RMSE", "std", "B"}) {
+    const auto found = standing.figures.find(figure);
+    if (found == standing.figures.end()) continue;
+    text += std::string(first ? " in " : ", in ") + figure + " in " +
+            std::to_string(found->second.best) + " of " + std::to_string(found->second.judged);
+    first = false;
+  }
+  text += standing.behind.empty() ? "." : "; where another scheme is better, a table says so.";
+  return text + against_holding(result) + interval_coverage(result);
+}
+
+std::optional<report::Table> behind_table(const Standing& standing) {
+  if (standing.behind.empty()) return std::nullopt;
+  report::Table table;
+  table.caption = "Where another scheme is better than online-svr, deg/h";
+  table.columns = {{"axis", Align::kLeft},        {"judged", Align::kLeft},
+                   {"figure", Align::kLeft},      {"best scheme", Align::kLeft},
+                   {"its figure", Align::kRight}, {"online-svr's", Align::kRight},
+                   {"times", Align::kRight}};
+  for (const Behind& b : standing.behind) {
+    table.rows.push_back({{b.axis, b.judged, b.figure, b.best.scheme,
+                           (b.best.is_bound ? "< " : "") + deg_h(b.best.value), deg_h(b.ours),
+                           significant(b.ours / b.best.value, kDigits)},
+                          false});
+  }
+  return table;
+}
+
+// Said once for all tables.
+std::vector<std::string> notes(const ComparisonResult& result) {
+  std::vector<std::string> text{
+      "Every label, a mean of the drift at rest, was predicted before it or anything later was "
+      "learned. One ahead: labels are learned as they end. Delayed: only so long afterwards, as in "
+      "a motion of that length. Frozen: nothing is learned from that time on.",
+      "rbf and svr are trained once: on the labels before the first judged one, for the frozen "
+      "judgement on all before it. *, or a marked row: smallest RMSE. 95 % holds: share of the "
+      "judged labels within the interval stated for them; n/a: the scheme states none. 60 s std: "
+      "of "
+      "the means of whole minutes. N, B and K: of every sample of the judged labels less its "
+      "prediction, fitted to the overlapping Allan deviation together with a ramp; <: not seen, "
+      "and at 95 % confidence below. B is the floor within minutes and knows nothing of slow "
+      "drift, so that of an uncompensated stream can be lower. us/label: to predict and to learn "
+      "one "
+      "label."};
+  const bool paper = std::any_of(result.axes.begin(), result.axes.end(),
+                                 [](const AxisComparison& axis) { return !axis.paper.empty(); });
+  if (paper) {
+    text.emplace_back(
+        "The paper's procedure is told for comparison with the paper only: neighbouring points "
+        "share nearly all their samples, so persistence does well; rbf and svr are trained on "
+        "every "
+        "25th point of the series that they are judged on; N, B and K of a smoothed series "
+        "describe "
+        "its drift more than the gyro's noise. Seconds are from the temperature rate to the "
+        "compensated output, on this machine and on the paper's.");
+  }
   return text;
 }
 
 nlohmann::ordered_json json_of(const comparison::StreamReport& stream) {
   using allan::NoiseTerm;
   nlohmann::ordered_json json;
-  json["std_60s_deg_h"] = deg_h_from_radps(stream.minute_means.standard_deviation);
+  json["std_60s_deg_h"] = deg_h_or_nothing(stream.minute_means);
   const auto add = [&](const char* key, NoiseTerm term, double unit) {
     const auto& c = stream.coefficients[term];
     const bool known = c.identification == allan::Identification::kInterval;
+    const bool fitted = c.identification != allan::Identification::kNotFitted;
     json[key] = {{"value", known ? unit * c.value : kNaN},
-                 {"lower", known ? unit * c.lower : 0.0},
-                 {"upper", unit * c.upper}};
+                 {"lower", known ? unit * c.lower : kNaN},
+                 {"upper", fitted ? unit * c.upper : kNaN}};
   };
   add("angle_random_walk_deg_rth", NoiseTerm::kAngleRandomWalk, allan::kDegPerRootHour);
   add("bias_instability_deg_h", NoiseTerm::kBiasInstability, b_unit());
@@ -271,6 +494,11 @@ nlohmann::ordered_json json_of(const comparison::StreamReport& stream) {
   return json;
 }
 
+// What depends on the machine stands apart under "times".
+nlohmann::ordered_json times(double seconds, std::size_t points) {
+  return {{"seconds", seconds}, {"seconds_per_point", seconds / static_cast<double>(points)}};
+}
+
 nlohmann::ordered_json json_of(const SchemeOutcome& scheme) {
   const auto& s = scheme.statistics;
   nlohmann::ordered_json json{{"points", s.points},
@@ -279,7 +507,7 @@ nlohmann::ordered_json json_of(const SchemeOutcome& scheme) {
                               {"mae_deg_h", deg_h_from_radps(s.mean_absolute)},
                               {"rmse_deg_h", deg_h_from_radps(s.root_mean_square)},
                               {"coverage_95", s.coverage},
-                              {"seconds_per_label", scheme.seconds_a_point}};
+                              {"times", times(scheme.seconds, scheme.predicted.size())}};
   json.update(json_of(scheme.stream));
   return json;
 }
@@ -296,69 +524,225 @@ nlohmann::ordered_json json_of(const PaperOutcome& outcome) {
           {"bias_instability_deg_h", c ? deg_h_from_radps(c->bias_instability_radps) : kNaN},
           {"rate_random_walk_deg_h_rth",
            c ? c->rate_random_walk_radps_rts * allan::kDegPerHourPerRootHour : kNaN},
-          {"seconds", outcome.seconds}};
+          {"times", times(outcome.seconds, outcome.residual_radps.size())}};
+}
+
+// The page is narrower than a terminal: the columns of a protocol's table in two.
+report::Table without_columns(report::Table table, std::size_t first, std::size_t count) {
+  const auto cut = [&](auto& all) {
+    const auto begin = all.begin() + static_cast<std::ptrdiff_t>(first);
+    all.erase(begin, begin + static_cast<std::ptrdiff_t>(count));
+  };
+  cut(table.columns);
+  for (report::Row& row : table.rows) cut(row.cells);
+  return table;
+}
+
+std::string with_interval(const allan::Coefficient& c, double unit) {
+  if (c.identification != allan::Identification::kInterval) return coefficient(c, unit);
+  return coefficient(c, unit) + " (" + report::scientific(unit * c.lower, 2) + " to " +
+         report::scientific(unit * c.upper, 2) + ")";
+}
+
+report::Table noise_table(const AxisComparison& axis, const ProtocolOutcome& protocol) {
+  using allan::NoiseTerm;
+  report::Table table;
+  table.caption = axis_name(axis) + ", " + protocol.protocol.name +
+                  ": noise of the compensated stream, with 95 % intervals";
+  table.columns = {{"scheme", Align::kLeft},
+                   {"N deg/√h", Align::kRight},
+                   {"B deg/h", Align::kRight},
+                   {"K deg/h^1.5", Align::kRight}};
+  const auto add = [&](const std::string& name, const comparison::StreamReport& stream) {
+    const auto& c = stream.coefficients;
+    table.rows.push_back(
+        {{name, with_interval(c[NoiseTerm::kAngleRandomWalk], allan::kDegPerRootHour),
+          with_interval(c[NoiseTerm::kBiasInstability], b_unit()),
+          with_interval(c[NoiseTerm::kRateRandomWalk], allan::kDegPerHourPerRootHour)},
+         false});
+  };
+  add("before", protocol.raw);
+  for (const SchemeOutcome& scheme : protocol.schemes) {
+    if (scheme.name != kNothingTakenOff) add(scheme.name, scheme.stream);
+  }
+  return table;
+}
+
+// As the paper's table 2.
+report::Table time_table(const AxisComparison& axis, bool beside_the_paper) {
+  report::Table table;
+  table.caption = axis_name(axis) + ", " + std::string(kPaperProcedure) +
+                  ": time from temperature rate to compensated output";
+  table.columns = {{"scheme", Align::kLeft},
+                   {"points", Align::kRight},
+                   {"s in all", Align::kRight},
+                   {"s/point", Align::kRight}};
+  if (beside_the_paper) {
+    table.columns.push_back({"paper: s in all", Align::kRight});
+    table.columns.push_back({"paper: s/point", Align::kRight});
+  }
+  for (const PaperOutcome& outcome : axis.paper) {
+    const std::size_t points = outcome.residual_radps.size();
+    report::Row row{{outcome.name, std::to_string(points), significant(outcome.seconds, kDigits),
+                     report::scientific(outcome.seconds / static_cast<double>(points), kDigits)}};
+    if (beside_the_paper) {
+      double printed_s = kNaN;
+      for (const auto& printed : comparison::paper_figures()) {
+        if (printed.scheme == outcome.name) printed_s = printed.seconds_a_point;
+      }
+      const bool known = std::isfinite(printed_s);
+      row.cells.push_back(known ? significant(printed_s * 15'000.0, kDigits) : "");
+      row.cells.push_back(known ? report::scientific(printed_s, kDigits) : "");
+    }
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+void add_tables(report::Document& page, const AxisComparison& axis,
+                const ComparisonResult& result) {
+  constexpr std::size_t kFirstNoiseColumn = 7;
+  for (const ProtocolOutcome& protocol : axis.protocols) {
+    page.blocks.emplace_back(report::Subheading{protocol.protocol.name});
+    page.blocks.emplace_back(without_columns(protocol_table(axis, protocol), kFirstNoiseColumn, 3));
+    page.blocks.emplace_back(noise_table(axis, protocol));
+  }
+  if (axis.paper.empty()) return;
+  constexpr std::size_t kFirstTimeColumn = 8;
+  page.blocks.emplace_back(report::Subheading{std::string(kPaperProcedure)});
+  page.blocks.emplace_back(without_columns(paper_table(axis, result), kFirstTimeColumn, 2));
+  page.blocks.emplace_back(time_table(axis, is_beside_the_paper(axis, result)));
+}
+
+// The drift as measured, by label; the residual is this less what a scheme predicted.
+nlohmann::ordered_json json_of(const std::vector<comparison::LabelledPoint>& points) {
+  nlohmann::ordered_json json{{"end_s", nlohmann::ordered_json::array()},
+                              {"drift_deg_h", nlohmann::ordered_json::array()}};
+  for (const auto& point : points) {
+    json["end_s"].push_back(core::seconds(point.end));
+    json["drift_deg_h"].push_back(deg_h_from_radps(point.drift_radps));
+  }
+  return json;
+}
+
+nlohmann::ordered_json predicted_of(const SchemeOutcome& scheme) {
+  auto json = nlohmann::ordered_json::array();
+  for (const auto& predicted : scheme.predicted)
+    json.push_back(predicted ? deg_h_from_radps(predicted->drift_radps) : kNaN);
+  return json;
+}
+
+bool is_frozen(const comparison::Protocol& protocol) {
+  return protocol.frozen_from != core::SensorTime::max();
+}
+
+// "one_ahead", "delayed_600_s", "frozen": nothing of the record is in a key.
+std::string key_of(const comparison::Protocol& protocol) {
+  if (is_frozen(protocol)) return "frozen";
+  std::string key = protocol.name;
+  std::replace(key.begin(), key.end(), ' ', '_');
+  return key;
+}
+
+nlohmann::ordered_json json_of(const ProtocolOutcome& outcome) {
+  const comparison::Protocol& protocol = outcome.protocol;
+  nlohmann::ordered_json json{
+      {"delay_s", protocol.delay_s},
+      {"frozen_from_s", is_frozen(protocol) ? core::seconds(protocol.frozen_from) : kNaN},
+      {"judged_from_s", core::seconds(protocol.judged_from)},
+      {"before", json_of(outcome.raw)}};
+  for (const SchemeOutcome& scheme : outcome.schemes) {
+    auto& told = json["schemes"][scheme.name] = json_of(scheme);
+    if (is_drawn(outcome, scheme)) told["predicted_deg_h"] = predicted_of(scheme);
+  }
+  return json;
+}
+
+// The pictures of one axis: the hardest horizon, and the Allan curves of the easiest and of the
+// unseen leg.
+void add_figures(report::Document& page, const AxisComparison& axis) {
+  const ProtocolOutcome* latest = &axis.protocols.front();
+  for (const ProtocolOutcome& protocol : axis.protocols) {
+    if (protocol.protocol.delay_s > latest->protocol.delay_s) latest = &protocol;
+  }
+  const ProtocolOutcome& last = axis.protocols.back();
+  page.blocks.emplace_back(report::Figure{
+      drift_chart(axis, *latest, false),
+      "Labels as measured, and what was predicted for them with the newest label so old."});
+  page.blocks.emplace_back(
+      report::Figure{drift_chart(axis, *latest, true), "What each scheme leaves of the labels."});
+  if (is_frozen(last.protocol)) {
+    page.blocks.emplace_back(
+        report::Figure{drift_chart(axis, last, true), "What each scheme leaves of the last leg."});
+  }
+  const char* caption =
+      "Of every sample of the judged labels less its prediction, with 95 % confidence bands.";
+  page.blocks.emplace_back(report::Figure{allan_chart(axis, axis.protocols.front()), caption});
+  if (&last != &axis.protocols.front())
+    page.blocks.emplace_back(report::Figure{allan_chart(axis, last), caption});
 }
 
 }  // namespace
 
-std::vector<report::Table> comparison_tables(const AxisComparison& axis,
-                                             const ComparisonResult& result) {
+std::vector<report::Table> comparison_tables(const ComparisonResult& result) {
   std::vector<report::Table> tables;
-  for (const ProtocolOutcome& protocol : axis.protocols)
-    tables.push_back(protocol_table(axis, protocol, result));
-  if (!axis.paper.empty()) tables.push_back(paper_table(axis, result));
+  for (const AxisComparison& axis : result.axes) {
+    for (const ProtocolOutcome& protocol : axis.protocols)
+      tables.push_back(protocol_table(axis, protocol));
+    if (!axis.paper.empty()) tables.push_back(paper_table(axis, result));
+  }
+  if (auto behind = behind_table(standing_of(result))) tables.push_back(std::move(*behind));
   return tables;
 }
 
 report::Document comparison_page(const ComparisonResult& result) {
+  const Standing standing = standing_of(result);
   report::Document page;
   page.title = "Compensation schemes compared";
   page.subtitle = result.record;
-  page.verdict = verdict(result);
-  page.blocks.emplace_back(report::Paragraph{
-      "Every label, a mean of the drift at rest, was predicted before it or anything later was "
-      "learned. One ahead: labels are learned as they end. Delayed: only so long afterwards, as "
-      "in a motion of that length. Frozen: nothing is learned from that time on. The first " +
-      std::to_string(result.initial_labels) +
-      " labels train rbf and svr and are not judged; for the frozen judgement they are trained on "
-      "all labels before it. 95 % holds: the share of labels within the interval stated for "
-      "them."});
+  page.verdict = verdict(result, standing);
+  if (auto behind = behind_table(standing)) page.blocks.emplace_back(std::move(*behind));
+  page.blocks.emplace_back(report::Heading{"How to read this"});
+  for (std::string& note : notes(result))
+    page.blocks.emplace_back(report::Paragraph{std::move(note)});
+  for (const std::string& warning : result.warnings)
+    page.blocks.emplace_back(report::Paragraph{"Note: " + warning + "."});
   for (const AxisComparison& axis : result.axes) {
     page.blocks.emplace_back(report::Heading{"Axis " + std::string(core::name(axis.axis))});
-    for (const ProtocolOutcome& protocol : axis.protocols) {
-      page.blocks.emplace_back(report::Subheading{protocol.protocol.name});
-      page.blocks.emplace_back(protocol_table(axis, protocol, result));
-      page.blocks.emplace_back(
-          report::Figure{drift_chart(axis, protocol, false), "Drift and predictions."});
-      page.blocks.emplace_back(
-          report::Figure{drift_chart(axis, protocol, true), "What each scheme leaves."});
-      page.blocks.emplace_back(report::Figure{
-          allan_chart(axis, protocol),
-          "Of the unsmoothed stream over the judged labels, with 95 % confidence bands."});
-    }
-    if (axis.paper.empty()) continue;
-    page.blocks.emplace_back(report::Subheading{"the paper's procedure"});
-    page.blocks.emplace_back(paper_table(axis, result));
+    add_figures(page, axis);
+    add_tables(page, axis, result);
   }
   return page;
 }
 
+std::vector<std::string> comparison_notes(const ComparisonResult& result) {
+  std::vector<std::string> text = notes(result);
+  text.push_back(verdict(result, standing_of(result)));
+  return text;
+}
+
 nlohmann::ordered_json comparison_json(const ComparisonResult& result) {
+  const Standing standing = standing_of(result);
   nlohmann::ordered_json json{{"record", result.record},
-                              {"label_s", result.label_s},
-                              {"initial_labels", result.initial_labels},
                               {"paper_like", result.is_paper_like},
-                              {"verdict", verdict(result)}};
+                              {"warnings", result.warnings},
+                              {"verdict", verdict(result, standing)}};
+  auto& better = json["better_than_online_svr"] = nlohmann::ordered_json::array();
+  for (const Behind& b : standing.behind) {
+    better.push_back({{"axis", b.axis},
+                      {"judged", b.judged},
+                      {"figure", b.figure},
+                      {"scheme", b.best.scheme},
+                      {"value_deg_h", deg_h_from_radps(b.best.value)},
+                      {"online_svr_deg_h", deg_h_from_radps(b.ours)}});
+  }
   for (const AxisComparison& axis : result.axes) {
     auto& own = json["axis"][std::string(core::name(axis.axis))];
-    for (const ProtocolOutcome& protocol : axis.protocols) {
-      auto& told = own["protocols"][protocol.protocol.name];
-      told["delay_s"] = protocol.protocol.delay_s;
-      told["judged_from_s"] = core::seconds(protocol.protocol.judged_from);
-      told["raw"] = json_of(protocol.raw);
-      for (const SchemeOutcome& scheme : protocol.schemes)
-        told["schemes"][scheme.name] = json_of(scheme);
-    }
+    own["label_s"] = label_s(axis);
+    own["initial_labels"] = axis.initial_labels;
+    own["labels"] = json_of(axis.points);
+    for (const ProtocolOutcome& protocol : axis.protocols)
+      own["protocols"][key_of(protocol.protocol)] = json_of(protocol);
     for (const PaperOutcome& outcome : axis.paper)
       own["paper_procedure"][outcome.name] = json_of(outcome);
   }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <string>
 #include <vector>
 
 #include "common/report/html_document.h"
@@ -10,9 +11,13 @@
 
 namespace zerodrift::services {
 
-[[nodiscard]] std::vector<report::Table> comparison_tables(const AxisComparison& axis,
-                                                           const ComparisonResult& result);
+// Axis by axis, then where another scheme is better than online-svr in standard deviation, RMSE or
+// bias instability.
+[[nodiscard]] std::vector<report::Table> comparison_tables(const ComparisonResult& result);
+// How the tables are to be read; the last one is the verdict. A paragraph each.
+[[nodiscard]] std::vector<std::string> comparison_notes(const ComparisonResult& result);
 [[nodiscard]] report::Document comparison_page(const ComparisonResult& result);
+// Keys depend on the request alone. What depends on the machine is in objects named "times".
 [[nodiscard]] nlohmann::ordered_json comparison_json(const ComparisonResult& result);
 
 }  // namespace zerodrift::services

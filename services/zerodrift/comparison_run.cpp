@@ -2,9 +2,14 @@
 #include "services/zerodrift/comparison_run.h"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <limits>
+#include <set>
 #include <stdexcept>
 
 #include "common/report/numbers.h"
@@ -21,6 +26,17 @@ using Clock = std::chrono::steady_clock;
 constexpr std::size_t kFewestLabels = 60;
 constexpr std::size_t kMostInitialLabels = 600;
 constexpr double kInitialShare = 1.0 / 6.0;
+// Turned by less, a temperature is taken to be held.
+constexpr double kLeastTurnDegc = 1.0;
+// A record at rest all the time gives labels over this share of it.
+constexpr double kAtRest = 0.9;
+// Beyond it (a month and a half) a time is a mistake.
+constexpr double kLongestTimeS = 4e6;
+// Shares of the progress bar, as a record of 5 h at 200 Hz takes them.
+constexpr double kFirstReading = 0.25;
+constexpr double kJudging = 0.1;
+constexpr double kSecondReading = 0.55;
+constexpr std::string_view kNothingTakenOff = "none";
 constexpr std::string_view kPaperModel = "paper_fog.yaml";
 constexpr std::string_view kPaperProfile = "paper_chamber.yaml";
 
@@ -56,6 +72,55 @@ bool needs_own_output(const compensation::CompensationOptions& options) {
   });
 }
 
+// "600", "0.5": as short as it reads back to the same number.
+std::string shortest(double value) {
+  std::array<char, 32> text{};
+  const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(), value);
+  return {text.data(), end};
+}
+
+std::string axis_name(core::Axis axis) {
+  return "axis " + std::string(core::name(axis));
+}
+
+// Before minutes of reading.
+void check(const ComparisonRequest& request) {
+  if (const auto wrong = request.options.validate()) throw std::invalid_argument(*wrong);
+  const auto usable = [](double seconds) { return seconds > 0.0 && seconds <= kLongestTimeS; };
+  std::set<std::string> schemes;
+  for (const std::string& name : request.schemes) {
+    if (!schemes.insert(name).second)
+      throw std::invalid_argument("--schemes: found '" + name + "' twice, expected each once");
+    static_cast<void>(comparison::make_compared_scheme(name, request.options, {}));
+  }
+  if (schemes.empty()) throw std::invalid_argument("--schemes: found none, expected at least one");
+  std::set<double> delays;
+  for (const double delay_s : request.delays_s) {
+    if (!usable(delay_s) || !delays.insert(delay_s).second) {
+      throw std::invalid_argument("--delays: found " + shortest(delay_s) +
+                                  ", expected different times above 0 and up to 4e6 s");
+    }
+  }
+  if (request.train_until_s && !usable(*request.train_until_s)) {
+    throw std::invalid_argument("--train-until: found " + shortest(*request.train_until_s) +
+                                ", expected a time above 0 and up to 4e6 s");
+  }
+}
+
+// Rows of a plain CSV, from its size and its first lines; nothing of a compressed one.
+std::optional<double> estimated_rows(const std::filesystem::path& record) {
+  std::error_code error;
+  const auto size = std::filesystem::file_size(record, error);
+  if (error || record.extension() != ".csv") return std::nullopt;
+  std::string begin(std::size_t{1} << 16U, '\0');
+  std::ifstream file(record, std::ios::binary);
+  file.read(begin.data(), static_cast<std::streamsize>(begin.size()));
+  begin.resize(static_cast<std::size_t>(file.gcount()));
+  const auto lines = std::count(begin.begin(), begin.end(), '\n');
+  if (lines == 0) return std::nullopt;
+  return static_cast<double>(size) * static_cast<double>(lines) / static_cast<double>(begin.size());
+}
+
 // What the first reading of a record gives.
 struct Labels {
   core::PerAxis<std::vector<LabelledPoint>> points;
@@ -65,7 +130,7 @@ struct Labels {
   std::vector<std::string> warnings;
 };
 
-Labels read_labels(const ComparisonRequest& request) {
+Labels read_labels(const ComparisonRequest& request, ProgressBar& bar) {
   compensation::CompensationOptions options = request.options;
   // The labels don't depend on what is learned, unless features are made from the compensation's
   // own output.
@@ -77,10 +142,13 @@ Labels read_labels(const ComparisonRequest& request) {
   if (const auto missing = missing_probes(options, labels.info); !missing.empty()) {
     throw std::invalid_argument(request.record + ": found no temperature of probe '" +
                                 missing.front() + "', expected a column temperature_" +
-                                missing.front() + "_degC");
+                                missing.front() + "_degC, or --columns 'temperature_" +
+                                missing.front() + "=NAME[degC]'");
   }
+  const std::optional<double> rows = estimated_rows(request.record);
   offline.run(false, [&](const compensation::CompensatedSample& sample) {
     ++labels.samples;
+    if (rows) bar.show(kFirstReading * static_cast<double>(labels.samples) / *rows);
     labels.last_time = std::max(labels.last_time, sample.raw.time);
     const compensation::Label* label = compensator.confirmed_label();
     if (label == nullptr) return;
@@ -94,27 +162,39 @@ Labels read_labels(const ComparisonRequest& request) {
   return labels;
 }
 
+// Where the last leg begins that was kept unseen.
+core::SensorTime begin_of_unseen(const ComparisonRequest& request,
+                                 const std::vector<LabelledPoint>& points) {
+  if (request.train_until_s) return core::from_seconds(*request.train_until_s);
+  const auto& features = request.options.features;
+  const auto found = std::find_if(features.begin(), features.end(), [](const auto& feature) {
+    return feature.kind == thermal::FeatureKind::kTemperature;
+  });
+  if (found == features.end()) return comparison::begin_of_last_leg(points, 0, 0.0);
+  const double scale = found->scale.value_or(thermal::default_scale(found->kind));
+  return comparison::begin_of_last_leg(points, static_cast<std::size_t>(found - features.begin()),
+                                       kLeastTurnDegc / scale);
+}
+
 std::vector<Protocol> protocols_of(const ComparisonRequest& request,
                                    const std::vector<LabelledPoint>& points,
                                    std::size_t initial_labels) {
   const core::SensorTime trained = points[initial_labels - 1].end;
   std::vector<Protocol> protocols{{.name = "one ahead", .judged_from = trained}};
   for (const double delay_s : request.delays_s) {
-    protocols.push_back({.name = "delayed " + report::significant(delay_s, 2) + " s",
+    protocols.push_back({.name = "delayed " + shortest(delay_s) + " s",
                          .delay_s = delay_s,
                          .judged_from = trained + core::from_seconds(delay_s)});
   }
-  const core::SensorTime frozen = request.train_until_s ? core::from_seconds(*request.train_until_s)
-                                                        : comparison::begin_of_last_leg(points);
+  const core::SensorTime frozen = begin_of_unseen(request, points);
   protocols.push_back({.name = "frozen at " + report::significant(core::seconds(frozen), 4) + " s",
                        .frozen_from = frozen,
                        .judged_from = frozen});
   return protocols;
 }
 
-SchemeOutcome judge(const std::string& name, const ComparisonRequest& request,
-                    const Protocol& protocol, const std::vector<LabelledPoint>& points,
-                    std::size_t initial_labels) {
+SchemeOutcome judge(const std::string& name, const ComparisonRequest& request, Protocol protocol,
+                    const std::vector<LabelledPoint>& points, std::size_t initial_labels) {
   // A frozen model was trained on everything before.
   const bool is_frozen = protocol.frozen_from != core::SensorTime::max();
   regression::InitialSetOptions initial{.labels = initial_labels};
@@ -124,28 +204,52 @@ SchemeOutcome judge(const std::string& name, const ComparisonRequest& request,
     });
     initial.labels = std::max<std::size_t>(2, static_cast<std::size_t>(known));
   }
+  if (comparison::is_batch_trained(name)) protocol.calibrated_from = protocol.judged_from;
   TimedScheme scheme(comparison::make_compared_scheme(name, request.options, initial));
   SchemeOutcome outcome;
   outcome.name = name;
   outcome.predicted =
       comparison::predict_all(protocol, points, request.options.features.size(), scheme);
   outcome.statistics = comparison::residual_statistics(points, outcome.predicted);
-  outcome.seconds_a_point = scheme.seconds() / static_cast<double>(points.size());
+  outcome.seconds = scheme.seconds();
   return outcome;
+}
+
+// All schemes on one axis; what a protocol leaves nothing to judge of is told in `warnings`.
+AxisComparison judge_axis(core::Axis axis, const std::vector<LabelledPoint>& points,
+                          const ComparisonRequest& request, std::vector<std::string>& warnings) {
+  AxisComparison compared;
+  compared.axis = axis;
+  compared.points = points;
+  compared.initial_labels =
+      std::min(kMostInitialLabels,
+               static_cast<std::size_t>(kInitialShare * static_cast<double>(points.size())));
+  for (const Protocol& protocol : protocols_of(request, points, compared.initial_labels)) {
+    ProtocolOutcome outcome{protocol, {}, {}};
+    for (const std::string& name : request.schemes)
+      outcome.schemes.push_back(judge(name, request, protocol, points, compared.initial_labels));
+    if (outcome.schemes.front().statistics.points > 0) {
+      compared.protocols.push_back(std::move(outcome));
+    } else {
+      warnings.push_back(axis_name(axis) + ", " + protocol.name +
+                         ": left out, no label is left to judge; labels lie between " +
+                         report::significant(core::seconds(points.front().begin), 4) + " and " +
+                         report::significant(core::seconds(points.back().end), 4) + " s");
+    }
+  }
+  return compared;
 }
 
 // The second reading: every sample into every stream, and the paper's preparation.
 class Streams {
  public:
-  Streams(ComparisonResult& result, const Labels& labels)
-      : result_(result),
-        period_s_(labels.info.sample_period_s),
-        temperature_(period_s_, std::max(period_s_ * static_cast<double>(labels.samples), 1.0)) {
+  Streams(ComparisonResult& result, const Labels& labels, bool as_the_paper)
+      : result_(result), period_s_(labels.info.sample_period_s) {
+    const double duration_s = period_s_ * static_cast<double>(labels.samples);
+    if (as_the_paper) temperature_.emplace(period_s_, duration_s);
     for (const AxisComparison& axis : result.axes) {
-      axes_.push_back(
-          {comparison::PointFinder(axis.points),
-           {},
-           {period_s_, std::max(period_s_ * static_cast<double>(labels.samples), 1.0)}});
+      axes_.push_back({comparison::PointFinder(axis.points), {}, {}});
+      if (as_the_paper) axes_.back().prepared.emplace(period_s_, duration_s);
       for (const ProtocolOutcome& protocol : axis.protocols) {
         std::vector<std::optional<comparison::PredictedPoint>> nothing_off =
             protocol.schemes.front().predicted;
@@ -153,8 +257,10 @@ class Streams {
           if (predicted) predicted->drift_radps = 0.0;
         }
         axes_.back().streams.emplace_back(period_s_, nothing_off);
-        for (const SchemeOutcome& scheme : protocol.schemes)
-          axes_.back().streams.emplace_back(period_s_, scheme.predicted);
+        for (const SchemeOutcome& scheme : protocol.schemes) {
+          if (scheme.name != kNothingTakenOff)
+            axes_.back().streams.emplace_back(period_s_, scheme.predicted);
+        }
       }
     }
   }
@@ -168,13 +274,13 @@ class Streams {
     previous_ = row.time;
     if (probe && std::isfinite(row.temperature_degc[*probe]))
       newest_degc_ = row.temperature_degc[*probe];
-    temperature_.add(newest_degc_);
+    if (temperature_) temperature_->add(newest_degc_);
     for (std::size_t a = 0; a < axes_.size(); ++a) {
       const std::size_t i = core::index(result_.axes[a].axis);
       const double drift = row.rate_radps[i] - row.reference_radps[i];
       const auto point = axes_[a].finder.find(row.time);
       for (auto& stream : axes_[a].streams) stream.add(point, drift, missing);
-      axes_[a].prepared.add(drift);
+      if (axes_[a].prepared) axes_[a].prepared->add(drift);
     }
   }
 
@@ -183,28 +289,31 @@ class Streams {
       auto stream = axes_[a].streams.begin();
       for (ProtocolOutcome& protocol : result_.axes[a].protocols) {
         protocol.raw = (stream++)->report();
-        for (SchemeOutcome& scheme : protocol.schemes) scheme.stream = (stream++)->report();
+        for (SchemeOutcome& scheme : protocol.schemes)
+          scheme.stream = scheme.name == kNothingTakenOff ? protocol.raw : (stream++)->report();
       }
-      result_.axes[a].paper_interval_s = axes_[a].prepared.interval_s();
-      const auto points = axes_[a].prepared.points();
+      if (!axes_[a].prepared) continue;
+      result_.axes[a].paper_interval_s = axes_[a].prepared->interval_s();
+      const auto points = axes_[a].prepared->points();
       result_.axes[a].paper_radps.assign(points.begin(), points.end());
     }
   }
 
-  [[nodiscard]] std::span<const double> temperature_degc() const { return temperature_.points(); }
+  // Only where the paper is followed.
+  [[nodiscard]] std::span<const double> temperature_degc() const { return temperature_->points(); }
 
  private:
   struct AxisStreams {
     comparison::PointFinder finder;
     std::vector<comparison::ResidualStream> streams;
-    comparison::PaperPreparation prepared;
+    std::optional<comparison::PaperPreparation> prepared;
   };
 
   ComparisonResult& result_;
   double period_s_;
   std::optional<core::SensorTime> previous_;
   double newest_degc_ = std::numeric_limits<double>::quiet_NaN();
-  comparison::PaperPreparation temperature_;
+  std::optional<comparison::PaperPreparation> temperature_;
   std::vector<AxisStreams> axes_;
 };
 
@@ -258,75 +367,97 @@ bool is_paper_like(const record::RecordInfo& info) {
   return names("model", kPaperModel) && names("profile", kPaperProfile);
 }
 
-// The paper's 15 000 points lie evenly over time, so the samples must.
-bool is_evenly_sampled(const Labels& labels) {
+// Why the paper's procedure says nothing of this record; empty where it does.
+std::string obstacle_to_the_paper(const Labels& labels, const ComparisonRequest& request,
+                                  const std::vector<LabelledPoint>& points) {
+  if (request.options.probes().empty()) return "no feature is made from a temperature";
+  const double period_s = labels.info.sample_period_s;
+  if (period_s > comparison::kPaperWindowS)
+    return "a sample every " + shortest(period_s) + " s leaves no minute to average over";
+  // Its 15 000 points lie evenly over time, so the samples must.
   const double spanned_s = core::seconds(labels.last_time - labels.info.first_time);
-  const double counted_s = static_cast<double>(labels.samples - 1) * labels.info.sample_period_s;
-  return std::abs(spanned_s - counted_s) <= 0.001 * spanned_s;
+  const double counted_s = static_cast<double>(labels.samples - 1) * period_s;
+  if (std::abs(spanned_s - counted_s) > 0.001 * spanned_s)
+    return "the samples are not evenly spaced in time";
+  double labelled_s = 0.0;
+  for (const auto& point : points) labelled_s += core::seconds(point.end - point.begin);
+  if (labelled_s < kAtRest * spanned_s)
+    return "labels at rest, with all features, are only " +
+           report::significant(100.0 * labelled_s / spanned_s, 2) + " % of the record";
+  return {};
+}
+
+void read_streams(const ComparisonRequest& request, const Labels& labels, Streams& streams,
+                  ProgressBar& bar) {
+  record::RecordReader reader(
+      request.record, record::RecordOptions{.columns = record::parse_column_map(request.columns)});
+  const std::vector<std::string> wanted = request.options.probes();
+  std::optional<std::size_t> probe;
+  if (!wanted.empty()) {
+    const auto& probes = labels.info.probes;
+    const auto found = std::find(probes.begin(), probes.end(), wanted.front());
+    probe = static_cast<std::size_t>(found - probes.begin());
+  }
+  std::uint64_t rows = 0;
+  while (const record::RecordRow* row = reader.next()) {
+    streams.add(*row, probe);
+    const double share = static_cast<double>(++rows) / static_cast<double>(labels.samples);
+    bar.show(kFirstReading + kJudging + kSecondReading * share);
+  }
+  streams.report();
 }
 
 }  // namespace
 
 ComparisonResult run_comparison(const ComparisonRequest& request) {
+  check(request);
   ProgressBar bar("compare");
   bar.show(0.0);
-  const Labels labels = read_labels(request);
+  const Labels labels = read_labels(request, bar);
   ComparisonResult result;
   result.record = request.record;
   result.warnings = labels.warnings;
-  result.label_s = request.options.learning.label_interval_s;
   result.is_paper_like = is_paper_like(labels.info);
-  const auto axes = std::count_if(labels.points.begin(), labels.points.end(),
-                                  [](const auto& p) { return p.size() >= kFewestLabels; });
-  if (axes == 0) {
-    const auto most =
-        std::max_element(labels.points.begin(), labels.points.end(),
-                         [](const auto& a, const auto& b) { return a.size() < b.size(); });
+  const double label_s = request.options.learning.label_interval_s;
+  std::size_t most = 0;
+  for (const auto& points : labels.points) most = std::max(most, points.size());
+  if (most < kFewestLabels) {
     throw std::invalid_argument(
-        request.record + ": found " + std::to_string(most->size()) +
+        request.record + ": found " + std::to_string(most) +
         " labels at rest with all features on any axis, expected at least " +
-        std::to_string(kFewestLabels));
+        std::to_string(kFewestLabels) + " (a label is " + report::significant(label_s, 2) +
+        " s of samples at rest; the record has one every " +
+        report::significant(labels.info.sample_period_s, 2) + " s)");
   }
-  constexpr double kFirstReading = 0.25;
-  constexpr double kJudging = 0.5;
-  double done = 0.0;
   for (const auto axis : core::kAxes) {
     const auto& points = labels.points[core::index(axis)];
-    if (points.size() < kFewestLabels) continue;
-    AxisComparison& compared = result.axes.emplace_back();
-    compared.axis = axis;
-    compared.points = points;
-    const auto initial =
-        std::min(kMostInitialLabels,
-                 static_cast<std::size_t>(kInitialShare * static_cast<double>(points.size())));
-    result.initial_labels = initial;
-    for (const Protocol& protocol : protocols_of(request, points, initial)) {
-      ProtocolOutcome outcome{protocol, {}, {}};
-      for (const std::string& name : request.schemes)
-        outcome.schemes.push_back(judge(name, request, protocol, points, initial));
-      if (outcome.schemes.front().statistics.points > 0)
-        compared.protocols.push_back(std::move(outcome));
-      done += 1.0 / static_cast<double>(request.delays_s.size() + 2);
-      bar.show(kFirstReading + kJudging * done / static_cast<double>(axes));
+    if (points.size() >= kFewestLabels) {
+      result.axes.push_back(judge_axis(axis, points, request, result.warnings));
+    } else if (labels.info.has_rate[core::index(axis)]) {
+      result.warnings.push_back(axis_name(axis) + ": left out, found " +
+                                std::to_string(points.size()) + " labels at rest, expected " +
+                                std::to_string(kFewestLabels));
     }
+    const auto axes_done = static_cast<double>(core::index(axis) + 1);
+    bar.show(kFirstReading + kJudging * axes_done / static_cast<double>(core::kAxisCount));
   }
 
-  Streams streams(result, labels);
-  record::RecordReader reader(
-      request.record, record::RecordOptions{.columns = record::parse_column_map(request.columns)});
-  const auto& probes = labels.info.probes;
-  const auto found = std::find(probes.begin(), probes.end(), request.options.probes().front());
-  const auto probe = static_cast<std::size_t>(found - probes.begin());
-  std::uint64_t rows = 0;
-  while (const record::RecordRow* row = reader.next()) {
-    streams.add(*row, probe);
-    bar.show(kFirstReading + kJudging +
-             0.2 * static_cast<double>(++rows) / static_cast<double>(labels.samples));
+  const std::string obstacle = obstacle_to_the_paper(labels, request, result.axes.front().points);
+  Streams streams(result, labels, obstacle.empty());
+  read_streams(request, labels, streams, bar);
+  if (!obstacle.empty()) {
+    result.warnings.push_back("the paper's procedure is left out: " + obstacle);
+    return result;
   }
-  streams.report();
-  if (is_evenly_sampled(labels)) {
-    for (AxisComparison& axis : result.axes)
-      follow_the_paper(request, streams.temperature_degc(), axis);
+  double done = kFirstReading + kJudging + kSecondReading;
+  const double step = (1.0 - done) / static_cast<double>(result.axes.size());
+  for (AxisComparison& axis : result.axes) {
+    follow_the_paper(request, streams.temperature_degc(), axis);
+    if (axis.paper.empty())
+      result.warnings.push_back(axis_name(axis.axis) +
+                                ": the paper's procedure is left out, too "
+                                "few minutes of it are whole");
+    bar.show(done += step);
   }
   return result;
 }

@@ -28,7 +28,7 @@ struct SchemeOutcome {
   std::vector<std::optional<comparison::PredictedPoint>> predicted;  // by point
   comparison::ResidualStatistics statistics;
   comparison::StreamReport stream;
-  double seconds_a_point = 0.0;  // to predict and to learn
+  double seconds = 0.0;  // to predict and to learn all points
 };
 
 struct ProtocolOutcome {
@@ -48,22 +48,22 @@ struct PaperOutcome {
 struct AxisComparison {
   core::Axis axis = core::Axis::kX;
   std::vector<comparison::LabelledPoint> points;
+  std::size_t initial_labels = 0;  // that train the batch schemes; judged is what comes after
   std::vector<ProtocolOutcome> protocols;
   double paper_interval_s = 0.0;
   std::vector<double> paper_radps;  // the prepared rate itself
-  std::vector<PaperOutcome> paper;  // none: too short, or not evenly sampled
+  std::vector<PaperOutcome> paper;  // none: a warning says why
 };
 
 struct ComparisonResult {
   std::string record;
-  std::vector<std::string> warnings;
-  double label_s = 0.0;
-  std::size_t initial_labels = 0;  // that train the batch schemes; judged is what comes after
-  bool is_paper_like = false;      // a record of the shipped model and profile
+  std::vector<std::string> warnings;  // of the record, and what could not be judged and why
+  bool is_paper_like = false;         // a record of the shipped model and profile
   std::vector<AxisComparison> axes;
 };
 
-// Throws record::RecordError, std::invalid_argument with one line.
+// Every axis with labels enough. Shows its progress on a terminal. Throws record::RecordError,
+// std::invalid_argument with one line: what is wrong with the request, or what the record lacks.
 [[nodiscard]] ComparisonResult run_comparison(const ComparisonRequest& request);
 
 }  // namespace zerodrift::services

@@ -4,10 +4,12 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "common/allan/block_statistics.h"
+#include "common/checkpoint/checkpoint_file.h"
 #include "common/compensation/compensator.h"
 #include "common/config/compensation_config.h"
 #include "common/core/units.h"
@@ -28,6 +30,9 @@ struct CompensateOptions {
   std::string config;
   std::string scheme;
   std::string out;
+  std::uint32_t gyro_id = 1;
+  std::string checkpoint;
+  std::string save_checkpoint;
 };
 
 // Means over a minute, raw and compensated, from when an axis is first compensated; and what
@@ -108,11 +113,30 @@ class Summary {
   core::PerAxis<Axis> axes_;
 };
 
+void resume(const std::string& file, const checkpoint::Owner& owner,
+            compensation::Compensator& compensator) {
+  const auto restored = checkpoint::load(file, owner);
+  compensator.restore_models(restored);
+  std::printf("%s: resumed, model epoch %llu\n", file.c_str(),
+              static_cast<unsigned long long>(restored->epoch));
+}
+
+void save(const std::string& file, const checkpoint::Owner& owner,
+          compensation::Compensator& compensator) {
+  compensator.finish_learning();
+  const compensation::LearnerState state = compensator.learner().export_state();
+  checkpoint::save(file, owner, state);
+  std::printf("%s: saved, model epoch %llu\n", file.c_str(),
+              static_cast<unsigned long long>(state.epoch));
+}
+
 int compensate(const CompensateOptions& options) {
   compensation::CompensationOptions compensation_options;
   if (!options.config.empty()) compensation_options = config::load_compensation(options.config);
   if (options.scheme == "none") compensation_options.scheme = compensation::Scheme::kNone;
   compensation::Compensator compensator(compensation_options);
+  const checkpoint::Owner owner{options.gyro_id, compensation_options};
+  if (!options.checkpoint.empty()) resume(options.checkpoint, owner, compensator);
   OfflineRun offline(options.record, options.columns, compensator);
   const auto missing = missing_probes(compensation_options, offline.info());
   for (const auto& probe : missing) {
@@ -132,6 +156,7 @@ int compensate(const CompensateOptions& options) {
   });
   for (const auto& line : offline.warnings()) std::fprintf(stderr, "%s\n", line.c_str());
   if (csv) csv->commit();
+  if (!options.save_checkpoint.empty()) save(options.save_checkpoint, owner, compensator);
   std::printf("%s: %llu samples compensated\n", options.record.c_str(),
               static_cast<unsigned long long>(samples));
   summary.print();
@@ -151,6 +176,16 @@ void add_compensate(CLI::App& app, Run& run) {
   command->add_option("--scheme", options->scheme, "online-svr or none; overrides the file")
       ->check(CLI::IsMember({"online-svr", "none"}));
   command->add_option("--out", options->out, "record to write; without, only the summary");
+  command->add_option("--checkpoint", options->checkpoint,
+                      "go on with what was learned then, from the first sample on; rest detection, "
+                      "temperature histories and labels not yet confirmed begin anew");
+  command->add_option("--save-checkpoint", options->save_checkpoint,
+                      "write what is learned by the end; labels not confirmed by then are not in "
+                      "it");
+  command
+      ->add_option("--gyro-id", options->gyro_id,
+                   "whose checkpoint it is; only that gyro's is taken")
+      ->capture_default_str();
   command->callback([options, &run] { run = [options] { return compensate(*options); }; });
 }
 

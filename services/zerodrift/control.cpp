@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <thread>
 
 #include "common/service/host.h"
@@ -26,6 +27,7 @@ struct ControlOptions {
   double wait_s = 5.0;
   std::string service = "compensation";
   std::string command;
+  std::string argument;
 };
 
 int show_once(const ControlOptions& options) {
@@ -72,6 +74,10 @@ int follow(const ControlOptions& options) {
   return exit_code;
 }
 
+bool takes_name(std::string_view command) {
+  return command == "checkpoint" || command == "restore";
+}
+
 int send(const ControlOptions& options) {
   dds::Participant participant("zerodrift_ctl", options.network);
   const auto request = static_cast<std::uint64_t>(service::unix_time_ns());
@@ -91,6 +97,7 @@ int send(const ControlOptions& options) {
       msg::Command command;
       command.service(options.service.c_str());
       command.name(options.command.c_str());
+      command.argument(options.argument.c_str());
       command.issuer("zerodrift ctl");
       command.request_id(request);
       sent = writer.write(command);
@@ -128,8 +135,14 @@ void add_control(CLI::App& app, Run& run) {
 
   for (const auto& [name, help] :
        {std::pair{"freeze", "stop learning"}, std::pair{"learn", "learn again"},
-        std::pair{"reset", "forget all that was learned"}}) {
+        std::pair{"reset", "forget all that was learned"},
+        std::pair{"checkpoint", "save what was learned in the service's --checkpoint-dir"},
+        std::pair{"restore",
+                  "go on with what was saved; the present model stays if it can't be"}}) {
     auto* command = control->add_subcommand(name, help);
+    if (takes_name(name)) {
+      command->add_option("name", options->argument, "name of the checkpoint; default latest");
+    }
     service::add_network_options(*command, options->network);
     command->add_option("--service", options->service, "name of the service")
         ->capture_default_str();

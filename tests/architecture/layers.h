@@ -29,6 +29,7 @@ inline constexpr std::array kLayers{
     Layer{"common/compensation", Purity::kPure,   {"common/core", "common/thermal", "common/regression", "common/navigation"}},
     Layer{"common/comparison",   Purity::kPure,   {"common/core", "common/thermal", "common/regression", "common/allan", "common/compensation"}},
     Layer{"common/record",       Purity::kSystem, {"common/core"}},
+    Layer{"common/checkpoint",   Purity::kSystem, {"common/core", "common/thermal", "common/regression", "common/compensation", "common/record", "idl/proto"}},
     Layer{"common/report",       Purity::kSystem, {"common/record"}},
     Layer{"common/drivers",      Purity::kSystem, {"common/core"}},
     Layer{"common/config",       Purity::kSystem, {"common/core", "common/thermal", "common/regression", "common/navigation", "common/compensation", "common/twin", "idl/proto"}},

@@ -32,6 +32,8 @@ enum class Domain : std::uint32_t {
   kThermalKilledAtRealTime,
   kControl,
   kControlNobody,
+  kCompare,
+  kCheckpoint,
   kLast = 199,
 };
 

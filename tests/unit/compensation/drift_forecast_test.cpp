@@ -156,139 +156,50 @@ TEST(ForecastLaws, WithoutExperienceTheVarianceGrowsLikeARandomWalk) {
 
 // --------------------------------------------------------------------------------------- the judge
 
-// Ages models as the judge promises: a model is kept back until it is as old as the horizon, and
-// judged until the next one is, by one label in an eighth of the horizon.
-struct Ageing {
-  double age_s;
-  std::optional<std::size_t> judged{};
-  std::optional<std::size_t> waiting{};
-  std::optional<double> last_judged_s{};
-  double prior = 0.0;  // the next shorter horizon's weight at that label
-
-  // How many seconds a label stands for; nothing: this horizon passes it over.
-  std::optional<double> judge(double time_s) {
-    if (!judged) return std::nullopt;
-    const double every_s = 0.125 * age_s;
-    const double since_s = last_judged_s ? time_s - *last_judged_s : every_s;
-    if (since_s < every_s) return std::nullopt;
-    last_judged_s = time_s;
-    return since_s;
-  }
-
-  void keep(const std::vector<DriftModel>& models) {
-    const std::size_t newest = models.size() - 1;
-    if (waiting && core::seconds(models[newest].time - models[*waiting].time) >= age_s) {
-      judged = waiting;
-      waiting.reset();
-    }
-    if (!waiting) waiting = newest;
-  }
-};
-
-struct Judgement {
-  double window;
-  double change, level, held_error, label_variance;
-};
-
-// The ridge objective, summed label by label as it is written down.
-struct Objective {
-  double cc = 0.0, cl = 0.0, ll = 0.0, ce = 0.0, le = 0.0, windows = 0.0;
-
-  explicit Objective(const std::vector<Judgement>& seen) {
-    for (std::size_t i = 0; i < seen.size(); ++i) {
-      double later = 0.0;
-      for (std::size_t j = i + 1; j < seen.size(); ++j) later += seen[j].window;
-      const double faded = std::exp(-later / 8.0);
-      double square = 0.0, weight = 0.0, since = 0.0;
-      for (std::size_t j = i + 1; j-- > 0; since += seen[j].window) {
-        const double w = seen[j].window * std::exp(-since);
-        square += w * (seen[j].held_error * seen[j].held_error + seen[j].label_variance);
-        weight += w;
-      }
-      const double w = faded * seen[i].window * weight / square;
-      windows += faded * seen[i].window;
-      cc += w * seen[i].change * seen[i].change;
-      cl += w * seen[i].change * seen[i].level;
-      ll += w * seen[i].level * seen[i].level;
-      ce += w * seen[i].change * seen[i].held_error;
-      le += w * seen[i].level * seen[i].held_error;
-    }
-  }
-  // Less what doesn't depend on the weights.
-  [[nodiscard]] double cost(double change, double level, double prior, double prior_windows) const {
-    const double ridge = prior_windows / windows;
-    return cc * change * change + 2.0 * cl * change * level + ll * level * level -
-           2.0 * (ce * change + le * level) +
-           ridge * (cc * (change - prior) * (change - prior) + ll * level * level);
-  }
-};
-
-// Rule: weights in use lie in [0, 1]² and no point of a 101 x 101 grid serves better; the objective
-// is summed here from its definition. Rounding of sums over 400 labels: 1e-9 of the largest term.
-TEST(JudgeLaws, WeightsMinimiseTheRidgeObjectiveOverTheUnitSquare) {
-  const std::array<double, kHorizons> ages_s{8.0, 20.0, 60.0, 200.0, 600.0, 2000.0};
-  std::size_t compared = 0, inner = 0, on_edge = 0;
-  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+// Rule: the weights lie in [0, 1]² and no point of a 101 x 101 grid serves better, for evidence of
+// labels whose change and level are related in any way, also where one of them is absent.
+TEST(WeightLaws, WeightsMinimiseTheRidgeObjectiveOverTheUnitSquare) {
+  std::size_t inner = 0, on_edge = 0;
+  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
     Random random(seed);
-    ForecastJudge judge(kShortestS, 1, kCapacity);
-    std::vector<DriftModel> models;
-    std::array<Ageing, kHorizons> ageing{};
-    std::array<std::vector<Judgement>, kHorizons> seen;
-    for (std::size_t k = 0; k < kHorizons; ++k) ageing[k].age_s = ages_s[k];
-    const DriftModel pattern = linear_model(0.0, 1e-6);
-    for (int i = 0; i < 400; ++i) {
-      const double time_s = 10.0 * i;
-      const double x = 4.0 * std::sin(0.07 * i);
-      // Seed 1: the model tells half of the change; 2: more than all; 3: level helps, change not.
-      const double share = seed == 1 ? 0.5 : seed == 2 ? 1.3 : -0.2;
-      const double drift = share * 1e-6 * x + 3e-7 * random.gaussian();
-      const FeatureArray features = features_at(x);
-      if (i > 0) judge.judge({from_seconds(time_s), drift, kSigma * kSigma, features});
-      for (std::size_t k = 0; k < kHorizons && i > 0; ++k) {
-        const auto since_s = ageing[k].judge(time_s);
-        if (!since_s) continue;
-        ageing[k].prior = k > 0 ? judge.trust().learned[k - 1].weights.change : 0.0;
-        const DriftModel& m = models[*ageing[k].judged];
-        ASSERT_LE(time_s - core::seconds(m.time), 3.0 * ages_s[k]);
-        seen[k].push_back({.window = std::min(1.0, *since_s / (1.5 * ages_s[k])),
-                           .change = m.predict(features) - m.predicted_held_radps,
-                           .level = m.predicted_held_radps - m.held_radps,
-                           .held_error = drift - m.held_radps,
-                           .label_variance = kSigma * kSigma});
-      }
-      DriftModel model = pattern;
-      model.time = from_seconds(time_s);
-      model.held_radps = drift;
-      model.predicted_held_radps =
-          seed == 3 ? drift * 0.5 + 1e-7 * random.gaussian() : model.predict(features);
-      judge.keep(model);
-      models.push_back(model);
-      for (Ageing& horizon : ageing) horizon.keep(models);
-      if (i % 40 != 39) continue;
-      for (std::size_t k = 0; k < kHorizons; ++k) {
-        const ForecastWeights& w = judge.trust().learned[k].weights;
-        ASSERT_TRUE(w.change >= 0.0 && w.change <= 1.0 && w.level >= 0.0 && w.level <= 1.0);
-        if (w.change == 0.0 && w.level == 0.0) continue;  // not in use
-        const Objective objective(seen[k]);
-        const double prior = ageing[k].prior;
-        const double prior_windows = k > 0 ? 3.0 : 0.3;
-        double least = std::numeric_limits<double>::infinity();
-        for (int a = 0; a <= 100; ++a)
-          for (int b = 0; b <= 100; ++b)
-            least = std::min(least, objective.cost(0.01 * a, 0.01 * b, prior, prior_windows));
-        const double tolerance = 1e-9 * (objective.cc + objective.ll + std::abs(objective.ce));
-        EXPECT_LE(objective.cost(w.change, w.level, prior, prior_windows), least + tolerance)
-            << "seed " << seed << " label " << i << " horizon " << k << ": " << w.change << ", "
-            << w.level;
-        ++compared;
-        const bool edge = w.change == 0.0 || w.change == 1.0 || w.level == 0.0 || w.level == 1.0;
-        ++(edge ? on_edge : inner);
-      }
+    WeightEvidence evidence;
+    const double true_change = 3.0 * random.uniform() - 1.0;
+    const double true_level = seed % 3 == 0 ? 0.0 : 3.0 * random.uniform() - 1.0;
+    const double shared = random.uniform();
+    double squares = 0.0;
+    for (int i = 0; i < 20; ++i) {
+      const double change = random.gaussian();
+      const double level = seed % 3 == 0 ? 0.0 : shared * change + random.gaussian();
+      const double error = true_change * change + true_level * level + 0.3 * random.gaussian();
+      evidence.change_change += change * change;
+      evidence.change_level += change * level;
+      evidence.level_level += level * level;
+      evidence.change_error += change * error;
+      evidence.level_error += level * error;
+      squares += error * error;
     }
+    const double ridge = 3.0 * random.uniform();
+    const double prior = random.uniform();
+    const auto cost = [&](double change, double level) {
+      return evidence.change_change * change * change +
+             2.0 * evidence.change_level * change * level + evidence.level_level * level * level -
+             2.0 * (evidence.change_error * change + evidence.level_error * level) +
+             ridge * ((change - prior) * (change - prior) + level * level);
+    };
+    const ForecastWeights w = likeliest_weights(evidence, ridge, prior);
+    ASSERT_TRUE(w.change >= 0.0 && w.change <= 1.0 && w.level >= 0.0 && w.level <= 1.0);
+    double least = std::numeric_limits<double>::infinity();
+    for (int a = 0; a <= 100; ++a) {
+      for (int b = 0; b <= 100; ++b) least = std::min(least, cost(0.01 * a, 0.01 * b));
+    }
+    // Rounding of some twenty terms.
+    EXPECT_LE(cost(w.change, w.level), least + 1e-12 * (squares + evidence.change_change + 10.0))
+        << "seed " << seed;
+    const bool edge = w.change == 0.0 || w.change == 1.0 || w.level == 0.0 || w.level == 1.0;
+    ++(edge ? on_edge : inner);
   }
-  EXPECT_GT(compared, 50U);
-  EXPECT_GT(inner, 5U);
-  EXPECT_GT(on_edge, 5U);
+  EXPECT_GT(inner, 20U);
+  EXPECT_GT(on_edge, 20U);
 }
 
 // Feeds a judge at 10 s with labels `drift(i)` at features `x(i)`, and the linear model as it would
@@ -355,9 +266,9 @@ TEST(JudgeLaws, SameLabelsGiveTheSameBitsAlsoAfterAReset) {
   EXPECT_TRUE(same_bits(one.trust(), other.trust()));
 }
 
-// Rule: what is more than three times as old as its horizon judges nothing. The judged models are
-// one to two horizons old; a pause of 150 s makes those of 8, 20 and 60 s too old (150 + 60 > 180)
-// and none of the others (150 + 400 <= 600), a long one all.
+// Rule: what is more than three times as old as its horizon judges nothing. The youngest model old
+// enough judges; a pause of 150 s makes those of 8 and 20 s too old (150 > 60) and none of the
+// others (150 + 10 <= 180), a long one all.
 TEST(JudgeLaws, AfterAPauseAnOldModelJudgesNothing) {
   for (const double pause_s : {150.0, 1e5, 3e9}) {
     ForecastJudge judge(kShortestS, 1, kCapacity);
@@ -369,7 +280,7 @@ TEST(JudgeLaws, AfterAPauseAnOldModelJudgesNothing) {
       const bool unmoved =
           same_bits(before.learned[k].held_variance, judge.trust().learned[k].held_variance);
       ASSERT_GE(before.learned[k].held_variance, 0.0) << k;
-      EXPECT_EQ(unmoved, k < 3 || pause_s > 1e4) << "pause " << pause_s << " horizon " << k;
+      EXPECT_EQ(unmoved, k < 2 || pause_s > 1e4) << "pause " << pause_s << " horizon " << k;
     }
   }
 }
@@ -631,10 +542,10 @@ std::array<Score, 3> score(World world, double duration_s, double from_s) {
 
 // Rule: where drift follows what the SVR can learn, the change is believed at every horizon that
 // has experience: of ten hours all six (the longest is judged from 2000 s on). One cycle takes two
-// hours, so that what came after the first lies within what was learned. Over the two shortest
-// horizons (at most 40 s) the SVR's own error, a fraction of the label's, is not small beside the
-// change (0.4 x 1 °C/min at most), so that a weight below 1 serves best: more than a half is asked
-// for, and less error than holding's; over the others 0.9, and half its variance.
+// hours, so that what came after the first lies within what was learned. Over the shorter horizons
+// the SVR's own error, a fraction of the label's, is not small beside the change (0.4 x 1 °C/min at
+// most: 0.3 deg/h in 40 s), so that a weight below 1 serves best and the prior counts: less is
+// asked for there.
 TEST(LearnerScenario, AModelThatTellsTheTruthIsBelievedAtEveryHorizon) {
   World world;
   const double duration_s = 10.0 * 3600.0;
@@ -642,9 +553,10 @@ TEST(LearnerScenario, AModelThatTellsTheTruthIsBelievedAtEveryHorizon) {
   AxisLearner learner(learner_options(), 2);
   TrustTable last;
   learn(learner, world, duration_s, [&](double, const AxisModel& model) { last = model.trust; });
+  const std::array<double, kHorizons> least_change{0.3, 0.4, 0.6, 0.8, 0.9, 0.9};
   for (std::size_t k = 0; k < kHorizons; ++k) {
     ASSERT_GE(last.learned[k].forecast_variance, 0.0) << k;
-    EXPECT_GT(last.learned[k].weights.change, k < 2 ? 0.5 : 0.9) << k;
+    EXPECT_GT(last.learned[k].weights.change, least_change[k]) << k;
     EXPECT_LT(last.learned[k].forecast_variance,
               (k < 2 ? 1.0 : 0.5) * last.learned[k].held_variance)
         << k;
@@ -764,8 +676,9 @@ TEST(LearnerScenario, AClockSetBackKeepsTheTrust) {
 
 // Rule: what was measured without features is not counted twice. Temperature is lost for ten
 // minutes in which drift and temperature go on, by some 0.6 deg/h; the forecast a minute later,
-// when it is back, is right to 0.1 deg/h: three standard deviations of the random walk over those
-// 660 s, 0.026 each, and the label's noise. The change since the last label with features, added to
+// when it is back, is right to 0.15 deg/h: three standard deviations of the random walk over those
+// 660 s, 0.026 each, the label's noise, and a third of the change of the last minute and a half,
+// which the weights may not believe. The change since the last label with features, added to
 // what is held now, would be wrong by 0.47. (With other seeds the level weight is larger and hides
 // it.)
 TEST(LearnerScenario, AfterAMinuteWithoutFeaturesNoChangeIsCountedTwice) {
@@ -789,7 +702,7 @@ TEST(LearnerScenario, AfterAMinuteWithoutFeaturesNoChangeIsCountedTwice) {
     const Forecast made =
         forecast(model.drift, model.trust, world.features(later_s), from_seconds(later_s));
     EXPECT_EQ(made.kind, ForecastKind::kModel);
-    EXPECT_NEAR(made.drift_radps, world.drift(later_s), 0.1 * kDegH);
+    EXPECT_NEAR(made.drift_radps, world.drift(later_s), 0.15 * kDegH);
   }
 }
 

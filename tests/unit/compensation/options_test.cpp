@@ -30,7 +30,15 @@ TEST(CompensationOptions, AWrongValueIsRefusedByItsKey) {
       {"learning.confirm_s", [](auto& o) { o.learning.confirm_s = -1.0; }},
       {"svr.epsilon", [](auto& o) { o.model.epsilon = -0.1; }},
       {"svr.box_constraint", [=](auto& o) { o.model.box_constraint = nan; }},
-      {"svr.rbf_gamma", [](auto& o) { o.model.kernel.gamma = 0.0; }},
+      {"svr.gamma", [](auto& o) { o.model.kernel.gamma = 0.0; }},
+      {"svr.degree",
+       [](auto& o) {
+         o.model.kernel = {regression::KernelKind::kPolynomial, 0.03, 0, 1.0};
+       }},
+      {"svr.offset",
+       [=](auto& o) {
+         o.model.kernel = {regression::KernelKind::kPolynomial, 0.03, 2, nan};
+       }},
       {"svr.capacity", [](auto& o) { o.model.capacity = 3; }},
       {"temperature_delay_s", [=](auto& o) { o.temperature_delay_s = nan; }},
       {"temperature_stale_s", [](auto& o) { o.temperature_stale_s = 0.0; }},

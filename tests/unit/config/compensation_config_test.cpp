@@ -8,11 +8,13 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <set>
 #include <sstream>
 #include <string>
 #include <utility>
 
+#include "common/compensation/compensator.h"
 #include "common/config/whole_file.h"
 #include "common/core/units.h"
 
@@ -62,6 +64,8 @@ std::string described(const CompensationOptions& o) {
        << o.track.local_polynomial.window_s << ' ' << o.track.sliding_mean.window_samples;
   text << " | svr " << o.model.capacity << ' ' << o.model.epsilon << ' ' << o.model.box_constraint
        << ' ' << static_cast<int>(o.model.kernel.kind) << ' ' << o.model.kernel.gamma << ' '
+       << o.model.kernel.degree << ' ' << o.model.kernel.offset << ' '
+       << (o.model.selection ? static_cast<int>(*o.model.selection) : -1) << ' '
        << static_cast<int>(o.model.window);
   text << " | learning " << o.learning.label_interval_s << ' ' << o.learning.confirm_s << ' '
        << o.learning.handover_s << ' ' << o.learning.initial_labels << ' '
@@ -126,7 +130,11 @@ TEST_F(CompensationFile, EveryKeyChangesSomething) {
       {"svr.capacity", {"", "svr: {capacity: 100}"}},
       {"svr.epsilon", {"", "svr: {epsilon: 0.02}"}},
       {"svr.box_constraint", {"", "svr: {box_constraint: 10}"}},
-      {"svr.rbf_gamma", {"", "svr: {rbf_gamma: 0.5}"}},
+      {"svr.kernel", {"", "svr: {kernel: matern52}"}},
+      {"svr.gamma", {"", "svr: {gamma: 0.5}"}},
+      {"svr.degree", {"svr: {kernel: polynomial}", "svr: {kernel: polynomial, degree: 2}"}},
+      {"svr.offset", {"svr: {kernel: polynomial}", "svr: {kernel: polynomial, offset: 2}"}},
+      {"svr.selection", {"", "svr: {selection: fixed}"}},
       {"svr.window", {"", "svr: {window: fifo}"}},
       {"learning.label_interval_s", {"", "learning: {label_interval_s: 10}"}},
       {"learning.confirm_s", {"", "learning: {confirm_s: 10}"}},
@@ -168,8 +176,66 @@ TEST_F(CompensationFile, ValuesArriveInTheirUnits) {
   EXPECT_EQ(options.factory_polynomial_radps[1][1], core::radps_from_deg_h(-0.25));
 }
 
+TEST_F(CompensationFile, TheKernelAndItsSelectionArriveByTheirNames) {
+  using regression::KernelKind;
+  using regression::SelectionCriterion;
+  const std::pair<std::string, KernelKind> kernels[] = {{"rbf", KernelKind::kRbf},
+                                                        {"matern32", KernelKind::kMatern32},
+                                                        {"matern52", KernelKind::kMatern52},
+                                                        {"polynomial", KernelKind::kPolynomial},
+                                                        {"linear", KernelKind::kLinear}};
+  for (const auto& [name, kind] : kernels)
+    EXPECT_EQ(loaded("svr: {kernel: " + name + "}").model.kernel.kind, kind) << name;
+
+  const std::pair<std::string, std::optional<SelectionCriterion>> selections[] = {
+      {"marginal_likelihood", SelectionCriterion::kMarginalLikelihood},
+      {"leave_one_out", SelectionCriterion::kLeaveOneOut},
+      {"paper", SelectionCriterion::kPaper},
+      {"fixed", std::nullopt}};
+  for (const auto& [name, criterion] : selections)
+    EXPECT_EQ(loaded("svr: {selection: " + name + "}").model.selection, criterion) << name;
+
+  const auto kernel =
+      loaded("svr: {kernel: polynomial, gamma: 0.5, degree: 2, offset: 0.25}").model.kernel;
+  EXPECT_EQ(kernel, (regression::Kernel{KernelKind::kPolynomial, 0.5, 2, 0.25}));
+}
+
+TEST_F(CompensationFile, AKeyThatTheKernelHasNotIsNamed) {
+  EXPECT_EQ(error("svr:\n  degree: 2\n"), "2: svr.degree: expected with kernel polynomial only");
+  EXPECT_EQ(error("svr:\n  kernel: matern32\n  offset: 1\n"),
+            "3: svr.offset: expected with kernel polynomial only");
+  EXPECT_EQ(error("svr:\n  kernel: linear\n  gamma: 1\n"),
+            "3: svr.gamma: found a gamma of kernel linear, which has none");
+}
+
+// Rule: what passes here never fails where the learner is made, at any corner of the ranges.
+TEST_F(CompensationFile, WhatIsAcceptedTheLearnerAcceptsToo) {
+  const std::string kernels[] = {"rbf, gamma: 1e-4",
+                                 "matern52, gamma: 1e4",
+                                 "linear",
+                                 "polynomial, degree: 8, offset: 5.6",
+                                 "polynomial, offset: 100",
+                                 "polynomial, degree: 1, offset: 1e6"};
+  std::size_t accepted = 0;
+  for (const std::string& kernel : kernels) {
+    for (const char* epsilon : {"1e-4", "1.1e-3", "1"}) {
+      for (const char* box : {"1e-3", "1", "1e6"}) {
+        const std::string text = "svr: {capacity: 10, kernel: " + kernel + ", epsilon: " + epsilon +
+                                 ", box_constraint: " + box + "}";
+        if (error(text) != "no error") continue;
+        ++accepted;
+        EXPECT_NO_THROW(compensation::Compensator{loaded(text)}) << text;
+      }
+    }
+  }
+  EXPECT_EQ(accepted, 6U * (3U * 3U - 1U))
+      << "only the smallest tube with the largest C is refused";
+}
+
 TEST_F(CompensationFile, AnUnknownKeyIsNamed) {
   EXPECT_EQ(error("svr:\n  epsilom: 1\n"), "2: svr.epsilom: unknown key; did you mean 'epsilon'?");
+  EXPECT_EQ(error("svr:\n  rbf_gamma: 1\n"),
+            "2: svr.rbf_gamma: unknown key; did you mean 'gamma'?");
   EXPECT_EQ(error("schema: none\n"), "1: schema: unknown key; did you mean 'scheme'?");
 }
 
@@ -178,6 +244,12 @@ TEST_F(CompensationFile, AWordThatIsNoChoiceIsNamedWithTheChoices) {
             "2: scheme: found 'offline', expected one of online-svr, none");
   EXPECT_EQ(error("svr:\n  window: lifo\n"),
             "2: svr.window: found 'lifo', expected one of two_tier, fifo");
+  EXPECT_EQ(error("svr:\n  kernel: gauss\n"),
+            "2: svr.kernel: found 'gauss', expected one of rbf, matern32, matern52, polynomial, "
+            "linear");
+  EXPECT_EQ(error("svr:\n  selection: none\n"),
+            "2: svr.selection: found 'none', expected one of marginal_likelihood, leave_one_out, "
+            "paper, fixed");
   EXPECT_EQ(error("earth_rate: {mode: flat}\n"),
             "1: earth_rate.mode: found 'flat', expected one of auto, included, known, unknown");
   EXPECT_EQ(error("temperature_rate:\n  estimator: mean\n"),
@@ -202,26 +274,36 @@ TEST_F(CompensationFile, AWrongTypeIsNamed) {
 
 TEST_F(CompensationFile, AValueOutOfRangeIsNamed) {
   const std::map<std::string, std::string> cases{
-      {"svr:\n  epsilon: 0\n", "2: svr.epsilon: found 0.000000, expected a number above 0"},
-      {"svr:\n  box_constraint: -1\n",
-       "2: svr.box_constraint: found -1.000000, expected a number above 0"},
-      {"svr:\n  rbf_gamma: 0\n", "2: svr.rbf_gamma: found 0.000000, expected a number above 0"},
+      {"svr:\n  epsilon: 0\n", "2: svr.epsilon: found 0, expected 0.0001 to 1"},
+      {"svr:\n  epsilon: 1.5\n", "2: svr.epsilon: found 1.5, expected 0.0001 to 1"},
+      {"svr:\n  box_constraint: 1e6\n  epsilon: 1e-3\n",
+       "3: svr.epsilon: found 0.001, expected more than 0.001, 1e-9 box_constraint"},
+      {"svr:\n  box_constraint: -1\n", "2: svr.box_constraint: found -1, expected 0.001 to 1e+06"},
+      {"svr:\n  box_constraint: 2e6\n",
+       "2: svr.box_constraint: found 2e+06, expected 0.001 to 1e+06"},
+      {"svr:\n  gamma: -1\n", "2: svr.gamma: found -1, expected 0.0001 to 10000"},
+      {"svr:\n  gamma: 1e-5\n", "2: svr.gamma: found 1e-05, expected 0.0001 to 10000"},
+      {"svr:\n  gamma: 1e5\n", "2: svr.gamma: found 100000, expected 0.0001 to 10000"},
+      {"svr:\n  kernel: polynomial\n  degree: 0\n", "3: svr.degree: found 0, expected 1 to 8"},
+      {"svr:\n  kernel: polynomial\n  degree: 9\n", "3: svr.degree: found 9, expected 1 to 8"},
+      {"svr:\n  kernel: polynomial\n  degree: -2\n", "3: svr.degree: found -2, expected 1 to 8"},
+      {"svr:\n  kernel: polynomial\n  offset: -1\n", "3: svr.offset: found -1, expected 0 to 100"},
+      {"svr:\n  kernel: polynomial\n  degree: 2\n  offset: 1001\n",
+       "4: svr.offset: found 1001, expected 0 to 1000"},
       {"svr:\n  capacity: 9\n", "2: svr.capacity: found 9, expected 10 to 5000"},
       {"svr:\n  capacity: 5001\n", "2: svr.capacity: found 5001, expected 10 to 5000"},
       {"learning:\n  label_interval_s: 0\n",
-       "2: learning.label_interval_s: found 0.000000, expected a number above 0"},
+       "2: learning.label_interval_s: found 0, expected a number above 0"},
       {"learning:\n  handover_s: 0\n",
-       "2: learning.handover_s: found 0.000000, expected a number above 0"},
-      {"learning:\n  confirm_s: 601\n",
-       "2: learning.confirm_s: found 601.000000, expected 0 to 600"},
+       "2: learning.handover_s: found 0, expected a number above 0"},
+      {"learning:\n  confirm_s: 601\n", "2: learning.confirm_s: found 601, expected 0 to 600"},
       {"learning:\n  max_drift_deg_h: -1\n",
        "2: learning.max_drift_deg_h: found -1.000000, expected a number above 0"},
       {"learning:\n  max_drift_slew_deg_h_s: 0\n",
        "2: learning.max_drift_slew_deg_h_s: found 0.000000, expected a number above 0"},
-      {"temperature_delay_s: 11\n", "1: temperature_delay_s: found 11.000000, expected 0 to 10"},
-      {"temperature_stale_s: 0\n",
-       "1: temperature_stale_s: found 0.000000, expected a number above 0"},
-      {"probe_stuck_s: -5\n", "1: probe_stuck_s: found -5.000000, expected a number above 0"},
+      {"temperature_delay_s: 11\n", "1: temperature_delay_s: found 11, expected 0 to 10"},
+      {"temperature_stale_s: 0\n", "1: temperature_stale_s: found 0, expected a number above 0"},
+      {"probe_stuck_s: -5\n", "1: probe_stuck_s: found -5, expected a number above 0"},
       {"temperature_rate:\n  window_s: 0\n",
        "2: temperature_rate.window_s: found 0.000000, expected 1 to 3600"},
       {"temperature_rate:\n  estimator: sliding_mean\n  window_s: 1e30\n",

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/checkpoint/checkpoint_bytes.h"
+
+#include <google/protobuf/io/coded_stream.h>
+#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
+
+#include <boost/crc.hpp>
+#include <limits>
+
+#include "common/checkpoint/checkpoint_error.h"
+#include "common/checkpoint/deciding_options.h"
+#include "common/checkpoint/learner_message.h"
+
+namespace zerodrift::checkpoint {
+namespace {
+
+// Where what stands in the envelope.
+constexpr std::string_view kMagic = "ZDRIFTCP";
+constexpr std::size_t kVersionAt = 8;
+constexpr std::size_t kCrcAt = 12;
+constexpr std::size_t kLengthAt = 16;
+
+template <typename Unsigned>
+std::string little_endian(Unsigned value) {
+  std::string bytes;
+  for (std::size_t i = 0; i < sizeof(Unsigned); ++i)
+    bytes.push_back(static_cast<char>((value >> (8 * i)) & 0xFFU));
+  return bytes;
+}
+
+template <typename Unsigned>
+Unsigned number_at(std::string_view bytes, std::size_t at) {
+  Unsigned value = 0;
+  for (std::size_t i = 0; i < sizeof(Unsigned); ++i)
+    value |= static_cast<Unsigned>(static_cast<unsigned char>(bytes[at + i])) << (8 * i);
+  return value;
+}
+
+// Of the version, the length and the message.
+std::uint32_t crc_of(std::string_view version, std::string_view rest) {
+  boost::crc_32_type crc;
+  crc.process_bytes(version.data(), version.size());
+  crc.process_bytes(rest.data(), rest.size());
+  return crc.checksum();
+}
+
+// Unlike SerializeAsString() this promises the same bytes for the same message.
+std::string serialise(const proto::Checkpoint& message) {
+  std::string bytes;
+  google::protobuf::io::StringOutputStream stream(&bytes);
+  google::protobuf::io::CodedOutputStream coded(&stream);
+  coded.SetSerializationDeterministic(true);
+  if (!message.SerializeToCodedStream(&coded)) throw CheckpointError("cannot be serialised");
+  coded.Trim();
+  return bytes;
+}
+
+std::string_view open_envelope(std::string_view bytes) {
+  if (bytes.substr(0, kMagic.size()) != kMagic.substr(0, bytes.size()) || bytes.empty()) {
+    throw CheckpointError(
+        "found something else than a checkpoint; expected a file that begins with " +
+        std::string(kMagic));
+  }
+  const auto cut = [&](std::uint64_t expected) {
+    return CheckpointError("found " + std::to_string(bytes.size()) + " bytes, expected " +
+                           (bytes.size() < kEnvelopeSize ? "at least " : "") +
+                           std::to_string(expected) + ": the checkpoint is truncated or damaged");
+  };
+  if (bytes.size() < kEnvelopeSize) throw cut(kEnvelopeSize);
+  const auto length = number_at<std::uint64_t>(bytes, kLengthAt);
+  if (length != bytes.size() - kEnvelopeSize) throw cut(kEnvelopeSize + length);
+  const auto found = crc_of(bytes.substr(kVersionAt, kCrcAt - kVersionAt), bytes.substr(kLengthAt));
+  const auto expected = number_at<std::uint32_t>(bytes, kCrcAt);
+  if (found != expected) {
+    throw CheckpointError("found CRC-32 " + std::to_string(found) + ", expected " +
+                          std::to_string(expected) + ": the checkpoint is damaged");
+  }
+  const auto version = number_at<std::uint32_t>(bytes, kVersionAt);
+  if (version != kFormatVersion) {
+    throw CheckpointError("found format version " + std::to_string(version) + ", expected " +
+                          std::to_string(kFormatVersion) +
+                          (version > kFormatVersion ? ": saved by a newer zerodrift" : ""));
+  }
+  return bytes.substr(kEnvelopeSize);
+}
+
+std::string value_of(const google::protobuf::RepeatedPtrField<proto::CheckpointOption>& options,
+                     const std::string& key) {
+  for (const auto& option : options) {
+    if (option.key() == key) return option.value();
+  }
+  return "nothing";
+}
+
+// By key, so that the line names what differs; a key too many is a difference as well.
+void check_owner(const proto::Checkpoint& message, const Owner& owner) {
+  if (message.gyro_id() != owner.gyro_id) {
+    throw CheckpointError("found a checkpoint of gyro " + std::to_string(message.gyro_id()) +
+                          ", expected one of gyro " + std::to_string(owner.gyro_id));
+  }
+  const auto expected = deciding_options(owner.options);
+  for (const auto& [key, value] : expected) {
+    const std::string found = value_of(message.options(), key);
+    if (found != value) {
+      throw CheckpointError("found a checkpoint made with " + key + " '" + found + "', expected '" +
+                            value + "' as configured");
+    }
+  }
+  if (message.options_size() > static_cast<int>(expected.size())) {
+    throw CheckpointError("found a checkpoint made with " +
+                          message.options(static_cast<int>(expected.size())).key() +
+                          ", which is not configured");
+  }
+}
+
+}  // namespace
+
+std::string encode(const Owner& owner, const compensation::LearnerState& state) {
+  proto::Checkpoint message;
+  message.set_producer("zerodrift " ZERODRIFT_VERSION);
+  message.set_gyro_id(owner.gyro_id);
+  for (const auto& [key, value] : deciding_options(owner.options)) {
+    auto* option = message.add_options();
+    option->set_key(key);
+    option->set_value(value);
+  }
+  const core::SensorTime newest = state.newest_label();
+  if (newest != core::kNever) message.set_newest_label_ns(newest.count());
+  to_message(state, *message.mutable_learner());
+
+  const std::string contents = serialise(message);
+  const std::string version = little_endian(kFormatVersion);
+  const std::string rest = little_endian(std::uint64_t{contents.size()}) + contents;
+  return std::string(kMagic) + version + little_endian(crc_of(version, rest)) + rest;
+}
+
+compensation::LearnerState decode(std::string_view bytes, const Owner& owner) {
+  const std::string_view contents = open_envelope(bytes);
+  proto::Checkpoint message;
+  if (contents.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()) ||
+      !message.ParseFromArray(contents.data(), static_cast<int>(contents.size()))) {
+    throw CheckpointError("found contents that are no checkpoint message");
+  }
+  check_owner(message, owner);
+  compensation::LearnerState state = from_message(message.learner());
+  const core::SensorTime newest =
+      message.has_newest_label_ns() ? core::SensorTime{message.newest_label_ns()} : core::kNever;
+  if (newest != state.newest_label()) {
+    throw CheckpointError("found a newest label that is not the newest of the axes");
+  }
+  return state;
+}
+
+}  // namespace zerodrift::checkpoint

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// A checkpoint as bytes: the envelope and the message of idl/proto/checkpoint.proto. The same state
+// gives the same bytes.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "common/compensation/learner_state.h"
+#include "common/compensation/options.h"
+
+namespace zerodrift::checkpoint {
+
+inline constexpr std::uint32_t kFormatVersion = 1;
+inline constexpr std::size_t kEnvelopeSize = 24;
+
+// Whose checkpoint it is: only a learner of the same gyro under the same deciding options may
+// continue it.
+struct Owner {
+  std::uint32_t gyro_id;
+  const compensation::CompensationOptions& options;
+};
+
+[[nodiscard]] std::string encode(const Owner& owner, const compensation::LearnerState& state);
+
+// Throws CheckpointError: not a checkpoint, truncated, damaged, of another format version, gyro or
+// configuration. Every truncation and every change of up to 32 successive bits is recognised before
+// anything is made of the contents (CRC-32).
+[[nodiscard]] compensation::LearnerState decode(std::string_view bytes, const Owner& owner);
+
+}  // namespace zerodrift::checkpoint

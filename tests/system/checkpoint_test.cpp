@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+// What was learned outlives the process that learned it; a bad checkpoint changes nothing.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/compensation/mode.h"
+#include "tests/system/files.h"
+#include "tests/system/pipeline.h"
+
+namespace zerodrift::system_test {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kOnlineSvr = static_cast<std::uint8_t>(compensation::Rung::kOnlineSvr);
+
+bool is_on_model(const msg::CompensatedRate& answer) {
+  return std::all_of(answer.rung().begin(), answer.rung().end(),
+                     [](std::uint8_t rung) { return rung == kOnlineSvr; });
+}
+
+// A simulation at 20 times real time, compensated by a service that may be started again.
+class RestartedRun {
+ public:
+  RestartedRun()
+      : system(Domain::kCheckpoint), participant_("test", system.network()), answers(participant_) {
+    Arguments source{"--source", "simulation", "--speed", "20"};
+    for (const auto& argument :
+         Simulation{.profile = write_ramp_profile(system, 100000)}.arguments()) {
+      source.push_back(argument);
+    }
+    std::filesystem::create_directory(folder());
+    start_compensation();
+    system.start("thermal_publisher", source);
+    source.insert(source.end(), {"--rate", "50"});
+    system.start("gyro_publisher", source);
+  }
+
+  [[nodiscard]] std::filesystem::path folder() const { return system.path("checkpoints"); }
+
+  void start_compensation() {
+    compensation_ = &system.start("compensation", {"--checkpoint-dir", folder().string()});
+  }
+  void stop_compensation() {
+    compensation_->send(SIGTERM);
+    ASSERT_EQ(compensation_->wait(2s), 0);
+  }
+
+  // Index of the first answer from the `from`-th on that is so.
+  [[nodiscard]] std::optional<std::size_t> first(
+      std::size_t from, const std::function<bool(const msg::CompensatedRate&)>& is_so) const {
+    const auto all = answers.all();
+    const auto found =
+        std::find_if(all.begin() + static_cast<std::ptrdiff_t>(from), all.end(), is_so);
+    if (found == all.end()) return std::nullopt;
+    return static_cast<std::size_t>(found - all.begin());
+  }
+  [[nodiscard]] bool comes(std::size_t from,
+                           const std::function<bool(const msg::CompensatedRate&)>& is_so) const {
+    return eventually([&] { return first(from, is_so).has_value(); }, 30000ms);
+  }
+
+  SystemUnderTest system;
+
+ private:
+  dds::Participant participant_;
+  ChildProcess* compensation_ = nullptr;
+
+ public:
+  Collector<msg::CompensatedRate> answers;
+};
+
+// Rule: after a restart and `ctl restore` the restored model compensates as soon as the temperature
+// rate is known again (60 s), long before a new model could be; and the epoch goes on counting.
+TEST(Checkpoint, OutlivesARestartOfTheService) {
+  RestartedRun run;
+  ASSERT_TRUE(run.comes(0, is_on_model));
+  const Finished saved = run.system.control({"checkpoint"});
+  ASSERT_EQ(saved.exit_code, 0) << saved.out << saved.err;
+  EXPECT_NE(saved.out.find("saved " + (run.folder() / "1-latest.ckpt").string()), std::string::npos)
+      << saved.out;
+  ASSERT_TRUE(std::filesystem::exists(run.folder() / "1-latest.ckpt"));
+  const std::uint64_t saved_epoch = run.answers.all().back().model_epoch();
+  ASSERT_GT(saved_epoch, 10U);
+
+  run.stop_compensation();
+  const std::size_t stopped = run.answers.size();
+  run.start_compensation();
+  ASSERT_TRUE(run.comes(stopped, [](const auto&) { return true; }));
+  const Finished restored = run.system.control({"restore"});
+  ASSERT_EQ(restored.exit_code, 0) << restored.out << restored.err;
+  EXPECT_NE(restored.out.find("restored"), std::string::npos) << restored.out;
+
+  // The epoch that was saved may be some labels older than the last one seen.
+  const auto is_restored = [&](const auto& answer) {
+    return answer.model_epoch() + 5 > saved_epoch;
+  };
+  ASSERT_TRUE(run.comes(stopped, is_restored));
+  const std::size_t since = run.first(stopped, is_restored).value_or(0);
+  ASSERT_TRUE(run.comes(since, is_on_model));
+  const auto all = run.answers.all();
+  const std::size_t on_model = run.first(since, is_on_model).value_or(0);
+  const auto apart_s = [&](std::size_t from, std::size_t to) {
+    return 1e-9 * static_cast<double>(all[to].sensor_time_ns() - all[from].sensor_time_ns());
+  };
+  // Two seconds for blocks and readings that straddle the minute.
+  EXPECT_LT(apart_s(stopped, on_model), std::max(62.0, apart_s(stopped, since) + 2.0));
+  // Before, the last stationary minute of the saved model held: never nothing.
+  for (std::size_t k = since; k < on_model; ++k) ASSERT_NE(all[k].rung()[0], 0) << k;
+}
+
+// Rule: what can't be restored is refused with the reason, and the model at work goes on.
+TEST(Checkpoint, ABadOneIsRefusedAndTheModelGoesOn) {
+  RestartedRun run;
+  ASSERT_TRUE(run.comes(0, is_on_model));
+  ASSERT_EQ(run.system.control({"checkpoint", "good"}).exit_code, 0);
+  std::string bytes = content(run.folder() / "1-good.ckpt");
+  ASSERT_GT(bytes.size(), 1000U);
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+  write(run.folder() / "1-flipped.ckpt", bytes);
+  write(run.folder() / "1-cut.ckpt", bytes.substr(0, 500));
+
+  const std::size_t from = run.answers.size();
+  const std::uint64_t epoch = run.answers.all().back().model_epoch();
+  for (const auto& [name, reason] :
+       {std::pair{"flipped", "the checkpoint is damaged"}, std::pair{"cut", "truncated"},
+        std::pair{"none", "no such file"}, std::pair{"../1-good", "found name '../1-good'"}}) {
+    const Finished refused = run.system.control({"restore", name});
+    EXPECT_EQ(refused.exit_code, 1) << name;
+    EXPECT_NE(refused.out.find(reason), std::string::npos) << refused.out;
+  }
+  EXPECT_EQ(run.system.control({"checkpoint", "a/b"}).exit_code, 1);
+  ASSERT_TRUE(
+      run.comes(from, [&](const auto& answer) { return answer.model_epoch() > epoch + 3; }));
+  const auto all = run.answers.all();
+  for (std::size_t k = from; k < all.size(); ++k) {
+    ASSERT_NE(all[k].rung()[0], 0) << k;
+    ASSERT_GE(all[k].model_epoch(), all[k - 1].model_epoch()) << k;
+  }
+
+  const Finished restored = run.system.control({"restore", "good"});
+  EXPECT_EQ(restored.exit_code, 0) << restored.out;
+  EXPECT_NE(restored.out.find("model epoch"), std::string::npos) << restored.out;
+}
+
+TEST(Checkpoint, WithoutAFolderTheServiceSaysHowToEnableIt) {
+  SystemUnderTest system(Domain::kCheckpoint);
+  system.start("compensation", {});
+  for (const char* command : {"checkpoint", "restore"}) {
+    const Finished refused = system.control({command});
+    EXPECT_EQ(refused.exit_code, 1);
+    EXPECT_NE(refused.out.find("--checkpoint-dir"), std::string::npos) << refused.out;
+  }
+  EXPECT_EQ(system.run("compensation", {"--checkpoint-dir", "/no/such/folder"}).exit_code, 2);
+}
+
+// Rule: on a bad checkpoint `compensate` does not start, and leaves no output behind.
+TEST(Checkpoint, OfflineABadOneIsRefusedBeforeAnythingIsWritten) {
+  SystemUnderTest system(Domain::kCheckpoint);
+  const auto record = system.path("record.csv");
+  simulate(system, {.profile = write_ramp_profile(system, 300), .rate_hz = 20}, record);
+  const auto first = system.path("first.ckpt");
+  run_offline(system, record, system.path("first.csv"), {"--save-checkpoint", first});
+  run_offline(system, record, system.path("second.csv"), {"--checkpoint", first});
+  const Table table = read_table(system.path("second.csv"));
+  EXPECT_EQ(table.rows.front()[table.column("rung_x")], "stationary_bias");
+
+  const auto refused = [&](const Arguments& more, const char* reason) {
+    Arguments arguments{"compensate", "--record", record, "--out", system.path("none.csv")};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Finished done = system.run("zerodrift", arguments);
+    EXPECT_EQ(done.exit_code, 2);
+    EXPECT_NE(done.err.find(reason), std::string::npos) << done.err;
+    EXPECT_EQ(std::count(done.err.begin(), done.err.end(), '\n'), 1) << done.err;
+    EXPECT_FALSE(std::filesystem::exists(system.path("none.csv")));
+  };
+  refused({"--checkpoint", first, "--gyro-id", "2"}, "gyro 1, expected one of gyro 2");
+  write(system.path("cut.ckpt"), content(first).substr(0, 1000));
+  refused({"--checkpoint", system.path("cut.ckpt")}, "truncated");
+  refused({"--checkpoint", system.path("none.ckpt")}, "no such file");
+}
+
+}  // namespace
+}  // namespace zerodrift::system_test

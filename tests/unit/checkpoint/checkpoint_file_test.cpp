@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+// Checkpoints as files: whole or not at all, and one line that names the file.
+#include "common/checkpoint/checkpoint_file.h"
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "common/record/record_error.h"
+#include "tests/unit/checkpoint/saved_learner.h"
+
+namespace zerodrift::checkpoint {
+namespace {
+
+using testing::Bench;
+using testing::saved_after;
+using testing::small_options;
+
+class CheckpointFile : public ::testing::Test {
+ protected:
+  CheckpointFile() {
+    std::string name = (std::filesystem::temp_directory_path() / "checkpoint-XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make " + name);
+    folder_ = name;
+  }
+  ~CheckpointFile() override { std::filesystem::remove_all(folder_); }
+
+  [[nodiscard]] std::filesystem::path path(const char* name) const { return folder_ / name; }
+  [[nodiscard]] std::string content(const char* name) const {
+    std::ifstream file(path(name), std::ios::binary);
+    std::ostringstream bytes;
+    bytes << file.rdbuf();
+    return bytes.str();
+  }
+  [[nodiscard]] std::string refusal(const char* name) const {
+    try {
+      static_cast<void>(load(path(name), owner_));
+    } catch (const CheckpointError& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  compensation::CompensationOptions options_ = small_options();
+  Owner owner_{1, options_};
+  std::filesystem::path folder_;
+};
+
+TEST_F(CheckpointFile, WhatIsLoadedIsWhatWasSaved) {
+  const auto state = saved_after(40);
+  save(path("a.ckpt"), owner_, state);
+  EXPECT_EQ(content("a.ckpt"), encode(owner_, state));
+  Bench bench(options_);
+  bench.restore(load(path("a.ckpt"), owner_));
+  EXPECT_EQ(encode(owner_, bench.state()), encode(owner_, state));
+  EXPECT_TRUE(bench.active().axes[0].drift.trained);
+}
+
+TEST_F(CheckpointFile, SavingReplacesAnOlderOneAndLeavesNothingElse) {
+  save(path("a.ckpt"), owner_, saved_after(40));
+  save(path("a.ckpt"), owner_, saved_after(50));
+  EXPECT_EQ(content("a.ckpt"), encode(owner_, saved_after(50)));
+  const std::filesystem::directory_iterator files(folder_);
+  EXPECT_EQ(std::distance(begin(files), end(files)), 1);
+}
+
+TEST_F(CheckpointFile, WhereItCannotBeWrittenTheErrorNamesIt) {
+  try {
+    save(path("no/such/folder.ckpt"), owner_, saved_after(5));
+    FAIL() << "written into a folder that isn't there";
+  } catch (const record::RecordError& error) {
+    EXPECT_NE(std::string(error.what()).find("folder.ckpt"), std::string::npos) << error.what();
+  }
+}
+
+TEST_F(CheckpointFile, EveryRefusalIsOneLineThatNamesTheFile) {
+  std::filesystem::create_directory(path("folder"));
+  save(path("good"), owner_, saved_after(40));
+  const std::string good = content("good");
+  std::ofstream(path("empty")).close();
+  std::ofstream(path("cut"), std::ios::binary) << good.substr(0, good.size() / 2);
+  std::string flipped = good;
+  flipped[good.size() / 2] = static_cast<char>(flipped[good.size() / 2] ^ 4);
+  std::ofstream(path("flipped"), std::ios::binary) << flipped;
+  save(path("other"), {2, options_}, saved_after(40));
+  auto state = saved_after(40);
+  state.axes[1].model.scale_radps = -1.0;
+  save(path("senseless"), owner_, state);
+
+  EXPECT_EQ(refusal("good"), "");
+  for (const auto& [name, what] :
+       {std::pair{"none", "no such file"}, std::pair{"folder", "a folder or device"},
+        std::pair{"empty", "something else than a checkpoint"}, std::pair{"cut", "truncated"},
+        std::pair{"flipped", "CRC-32"}, std::pair{"other", "gyro 2, expected one of gyro 1"},
+        std::pair{"senseless", "no learner has"}}) {
+    const std::string line = refusal(name);
+    EXPECT_EQ(line.rfind(path(name).string() + ": ", 0), 0U) << line;
+    EXPECT_NE(line.find(what), std::string::npos) << line;
+    EXPECT_EQ(line.find('\n'), std::string::npos) << line;
+  }
+}
+
+}  // namespace
+}  // namespace zerodrift::checkpoint

@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: Apache-2.0
+// A learner saved in mid-run and restored elsewhere goes on as if nothing had happened.
+#include "common/compensation/learner_state.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "tests/unit/compensation/synthetic_gyro.h"
+
+namespace zerodrift::compensation {
+namespace {
+
+using testing::Random;
+
+constexpr double kSigma = 1e-7;
+constexpr std::size_t kLabels = 400;
+constexpr std::size_t kPauseAt = 120;
+constexpr std::size_t kResetAt = 260;
+constexpr std::size_t kClockSetBackAt = 330;
+
+CompensationOptions small_options() {
+  CompensationOptions options = testing::options();
+  options.model.capacity = 60;       // smaller than the run: the window forgets
+  options.model.kernel.gamma = 3.0;  // so poor a choice that the learner makes another
+  return options;
+}
+
+// What a gyro's life may hold: labels of unequal certainty, axes not measured, temperatures
+// missing, drift that breaks its ways, a pause longer than the judge's shorter horizons, a reset
+// and a clock set back.
+std::vector<TrainingJob> life() {
+  std::vector<TrainingJob> jobs;
+  Random random(7);
+  double time_s = 0.0;
+  for (std::size_t n = 0; n < kLabels; ++n) {
+    time_s += n == kPauseAt ? 900.0 : 10.0;
+    if (n == kClockSetBackAt) time_s = 5.0;
+    if (n == kResetAt) {
+      jobs.push_back({.kind = TrainingJob::Kind::kReset, .label = {}});
+      continue;
+    }
+    Label label;
+    label.end = core::from_seconds(time_s);
+    const double t = 2.0 * std::sin(time_s / 700.0);
+    const double rate = 2.0 * std::cos(time_s / 700.0);
+    for (std::size_t i = 0; i < core::kAxisCount; ++i) {
+      const double sigma = kSigma * (random.below(5) == 0 ? 4.0 : 1.0);
+      const double sign = i == 1 ? -1.0 : 1.0;
+      label.valid[i] = random.below(40) != 0;
+      label.features_ready[i] = random.below(30) != 0;
+      label.features[i][0] = t + 0.01 * random.gaussian();
+      label.features[i][1] = rate;
+      label.drift_radps[i] = sign * (1e-5 + 4e-6 * t + 2e-6 * t * t + 3e-6 * std::sin(2.0 * rate)) +
+                             sigma * random.gaussian();
+      label.variance_radps2[i] = sigma * sigma;
+    }
+    jobs.push_back({.kind = TrainingJob::Kind::kLabel, .label = label});
+  }
+  return jobs;
+}
+
+class Print {
+ public:
+  void add(double value) { bits_.push_back(std::bit_cast<std::uint64_t>(value)); }
+  void add(const std::vector<double>& values) {
+    add(static_cast<double>(values.size()));
+    for (const double value : values) add(value);
+  }
+  void add(core::SensorTime time) { bits_.push_back(static_cast<std::uint64_t>(time.count())); }
+  void add(const ForecastTrust& trust) {
+    add(trust.weights.change);
+    add(trust.weights.level);
+    add(trust.forecast_variance);
+    add(trust.held_variance);
+  }
+  void add(const DriftModel& model) {
+    add(model.time);
+    add(model.held_radps);
+    add(model.held_slope_radps2.value_or(-1.0));
+    add(model.held_variance);
+    add(model.predicted_held_radps);
+    add(model.trained ? 1.0 : 0.0);
+    if (!model.trained) return;  // nobody may ask for the rest
+    add(model.offset_radps);
+    add(model.scale_radps);
+    const auto predictor = model.predictor.export_state();
+    add(static_cast<double>(predictor.kernel.kind));
+    add(predictor.kernel.gamma);
+    add(predictor.bias);
+    add(predictor.features);
+    add(predictor.weights);
+    add(model.domain.export_samples());
+  }
+  void add(const ModelSnapshot& snapshot) {
+    bits_.push_back(snapshot.epoch);
+    for (const auto& axis : snapshot.axes) {
+      add(axis.drift);
+      for (const auto& trust : axis.trust.learned) add(trust);
+      for (const auto& trust : axis.trust.beyond) add(trust);
+      for (const double horizon : axis.trust.horizon_s) add(horizon);
+      for (const double change : axis.trust.largest_change_radps) add(change);
+    }
+  }
+  friend bool operator==(const Print&, const Print&) = default;
+
+ private:
+  std::vector<std::uint64_t> bits_;
+};
+
+// A learner with its queues, worked by one thread.
+class Bench {
+ public:
+  explicit Bench(const CompensationOptions& options)
+      : exchange_(options), learner_(options, exchange_) {}
+
+  const ModelSnapshot& work(TrainingJob job) {
+    job.number = ++jobs_;
+    exchange_.submit(job);
+    learner_.run_one();
+    exchange_.activate_next();
+    if (exchange_.active() == nullptr) throw std::logic_error("no active snapshot");
+    return *exchange_.active();
+  }
+  Print print(const TrainingJob& job) {
+    Print made;
+    made.add(work(job));
+    return made;
+  }
+  [[nodiscard]] LearnerState state() const { return learner_.export_state(); }
+  [[nodiscard]] const Learner& learner() const { return learner_; }
+
+ private:
+  ModelExchange exchange_;
+  Learner learner_;
+  std::uint64_t jobs_ = 0;
+};
+
+TrainingJob restore_job(const std::shared_ptr<RestoredLearner>& restored) {
+  return {.kind = TrainingJob::Kind::kRestore, .label = {}, .restored = restored};
+}
+
+LearnerState state_after(const CompensationOptions& options, std::size_t labels) {
+  Bench bench(options);
+  const auto jobs = life();
+  for (std::size_t n = 0; n < labels; ++n) bench.work(jobs[n]);
+  return bench.state();
+}
+
+// Rule: saved after any label and restored in a new learner, every later snapshot is the same to
+// the bit, epoch and count of labels included. Cuts: all through the initial set, about each choice
+// of a kernel (from 36 labels on), the pause, the reset and the clock set back, and all along.
+TEST(LearnerStateLaws, RestoredAtAnyCutEveryLaterSnapshotIsTheSameToTheBit) {
+  const auto options = small_options();
+  const auto jobs = life();
+  Bench whole(options);
+  std::vector<Print> expected;
+  std::vector<LearnerState> saved{whole.state()};
+  std::set<std::string> kernels;
+  for (const auto& job : jobs) {
+    expected.push_back(whole.print(job));
+    saved.push_back(whole.state());
+    const auto& kernel = saved.back().axes[0].svr_options.kernel;
+    kernels.insert(std::to_string(static_cast<int>(kernel.kind)) + std::to_string(kernel.gamma));
+  }
+  ASSERT_GT(kernels.size(), 1U) << "the kernel must have been chosen anew for this to say anything";
+
+  std::set<std::size_t> cuts{kLabels - 1};
+  for (std::size_t cut = 0; cut < kLabels; cut += cut < 9 ? 1 : 29) cuts.insert(cut);
+  for (const std::size_t event :
+       {std::size_t{38}, std::size_t{77}, kPauseAt, std::size_t{156}, kResetAt, kClockSetBackAt}) {
+    for (std::size_t cut = event - 1; cut <= event + 2; ++cut) cuts.insert(cut);
+  }
+  for (const std::size_t cut : cuts) {
+    Bench resumed(options);
+    resumed.work(restore_job(std::make_shared<RestoredLearner>(options, saved[cut])));
+    for (std::size_t n = cut; n < kLabels; ++n) {
+      ASSERT_TRUE(resumed.print(jobs[n]) == expected[n]) << "cut " << cut << ", label " << n;
+    }
+    EXPECT_EQ(resumed.learner().labels_learned(), whole.learner().labels_learned());
+  }
+}
+
+// Rule: the snapshot that answers a restore is the one that was last given before saving.
+TEST(LearnerStateLaws, TheRestoredModelIsTheSavedOneToTheBit) {
+  const auto options = small_options();
+  const auto jobs = life();
+  Bench whole(options);
+  for (std::size_t n = 0; n < 200; ++n) {
+    const Print last = whole.print(jobs[n]);
+    if (n % 40 != 3) continue;
+    Bench resumed(options);
+    EXPECT_TRUE(resumed.print(
+                    restore_job(std::make_shared<RestoredLearner>(options, whole.state()))) == last)
+        << n;
+  }
+}
+
+// Rule: into a learner at work, a restore is a new model: its epoch was given neither here nor
+// there before. Whoever gave it is told the epoch, and what the learner knew before is gone.
+TEST(LearnerState, IntoALearnerAtWorkTheEpochCountsUp) {
+  const auto options = small_options();
+  const LearnerState early = state_after(options, 20);
+  const auto jobs = life();
+  Bench bench(options);
+  for (std::size_t n = 0; n < 50; ++n) bench.work(jobs[n]);
+  const auto restored = std::make_shared<RestoredLearner>(options, early);
+  EXPECT_EQ(restored->installed_as, RestoredLearner::kNotYet);
+  EXPECT_EQ(bench.work(restore_job(restored)).epoch, 51U);
+  EXPECT_EQ(restored->installed_as, 51U);
+  EXPECT_EQ(bench.learner().labels_learned(), 20U);
+  EXPECT_EQ(bench.work(jobs[20]).epoch, 52U);
+
+  Bench young(options);
+  for (std::size_t n = 0; n < 5; ++n) young.work(jobs[n]);
+  EXPECT_EQ(young.work(restore_job(std::make_shared<RestoredLearner>(options, early))).epoch, 20U);
+}
+
+// Rule: a state that can't belong to the options is refused by name; nothing is made of it.
+TEST(LearnerState, WhatCannotBelongToTheOptionsIsRefused) {
+  const auto options = small_options();
+  const LearnerState good = state_after(options, 100);
+  EXPECT_NO_THROW(RestoredLearner(options, good));
+  const auto refused = [&](const char* what, auto&& spoil) {
+    LearnerState bad = good;
+    spoil(bad.axes[1], bad);
+    try {
+      const RestoredLearner restored(options, bad);
+      ADD_FAILURE() << what << " was taken";
+    } catch (const std::invalid_argument& error) {
+      EXPECT_NE(std::string(error.what()).find(what), std::string::npos) << error.what();
+    }
+  };
+  const double nan = std::nan("");
+  refused("initial set", [](auto& axis, auto&) { axis.initial.resize(1); });
+  refused("epsilon", [](auto& axis, auto&) { axis.svr_options.epsilon = -1.0; });
+  refused("gamma", [](auto& axis, auto&) { axis.svr_options.kernel.gamma = 0.0; });
+  refused("SVR capacity", [](auto& axis, auto&) { axis.svr_options.capacity = 61; });
+  refused("thetas", [](auto& axis, auto&) { axis.svr.thetas[0] = 1e9; });
+  refused("last minute", [](auto& axis, auto&) { axis.minute.front().slot = 61; });
+  refused("last minute", [](auto& axis, auto&) { axis.minute.pop_back(); });
+  refused("last minute", [](auto& axis, auto&) { std::swap(axis.minute[0], axis.minute[1]); });
+  refused("last minute", [&](auto& axis, auto&) { axis.minute[0].label.variance = nan; });
+  refused("model", [](auto& axis, auto&) { axis.model.scale_radps = 0.0; });
+  refused("model", [&](auto& axis, auto&) { axis.model.held_radps = nan; });
+  refused("kept model",
+          [](auto& axis, auto&) { axis.judge.horizons[0].judged->drift.trained = false; });
+  refused("weights",
+          [](auto& axis, auto&) { axis.judge.horizons[0].waiting->predictor.weights.resize(99); });
+  refused("sample domain",
+          [](auto& axis, auto&) { axis.judge.horizons[0].waiting->domain.pop_back(); });
+  refused("experience", [](auto& axis, auto&) { axis.judge.horizons[2].learned.windows = -1.0; });
+  refused("experience",
+          [&](auto& axis, auto&) { axis.judge.horizons[2].learned.weights.level = nan; });
+  refused("trust", [](auto& axis, auto&) { axis.judge.table.horizon_s[3] = 0.0; });
+  refused("trust", [](auto& axis, auto&) { axis.judge.table.learned[0].weights.change = 2.0; });
+  refused("horizon", [](auto& axis, auto&) { axis.judge.horizons[1].aged = -1.0; });
+  refused("epoch", [](auto&, auto& state) { state.epoch = RestoredLearner::kNotYet; });
+
+  CompensationOptions other = options;
+  other.model.capacity = 61;
+  EXPECT_THROW(RestoredLearner(other, good), std::invalid_argument);
+}
+
+// Rule: given before the first sample, a saved learner is in force from that sample on; and the
+// labels of the second stream are learned as one learner would have learned those of both.
+TEST(LearnerStateLaws, ACompensatorThatResumesLearnsAsOneLearnerOfBothStreams) {
+  testing::GyroSpec spec;
+  spec.duration_s = 1500.0;
+  spec.high_degc = 40.0;
+  const auto options = testing::options();
+  Bench both(options);
+  const auto compensate = [&](Compensator& compensator, const testing::Record& record) {
+    std::vector<CompensatedSample> answers;
+    testing::run(compensator, record, [&](const CompensatedSample& answer) {
+      answers.push_back(answer);
+      if (const Label* label = compensator.confirmed_label()) {
+        both.work({.kind = TrainingJob::Kind::kLabel, .label = *label});
+      }
+    });
+    compensator.finish_learning();
+    return answers;
+  };
+  const auto print = [](const LearnerState& state, const CompensationOptions& with) {
+    Bench reader(with);
+    return reader.print(restore_job(std::make_shared<RestoredLearner>(with, state)));
+  };
+
+  Compensator first(options);
+  const auto answers = compensate(first, testing::make_record(spec));
+  ASSERT_EQ(answers.back().rung[0], Rung::kOnlineSvr) << "nothing was learned that could be saved";
+  const LearnerState saved = first.learner().export_state();
+  EXPECT_TRUE(print(saved, options) == print(both.state(), options));
+
+  // The second stream goes on in time, a minute later, with temperatures of its own.
+  testing::Record record = testing::make_record(spec);
+  const core::SensorTime later = core::from_seconds(spec.duration_s + 60.0);
+  for (auto& sample : record.rates) sample.time += later;
+  for (auto& reading : record.temperatures) reading.time += later;
+  Compensator second(options);
+  ASSERT_TRUE(second.restore_models(std::make_shared<RestoredLearner>(options, saved)));
+  const auto resumed = compensate(second, record);
+  EXPECT_EQ(resumed.front().model_epoch, saved.epoch);
+  // Its temperature rate needs a minute; until then the last stationary minute is held.
+  EXPECT_EQ(resumed.front().rung[0], Rung::kStationaryBias);
+  EXPECT_EQ(resumed[static_cast<std::size_t>(70.0 * spec.rate_hz)].rung[0], Rung::kOnlineSvr);
+  EXPECT_TRUE(print(second.learner().export_state(), options) == print(both.state(), options));
+}
+
+// Rule: what was confirmed and isn't due yet is learned at the end, however long the handover.
+TEST(LearnerState, AtTheEndEverythingConfirmedIsLearned) {
+  auto options = testing::options();
+  options.learning.handover_s = 120.0;  // twelve labels on their way
+  testing::GyroSpec spec;
+  spec.duration_s = 400.0;
+  Compensator compensator(options);
+  testing::run(compensator, testing::make_record(spec));
+  EXPECT_LT(compensator.learner().labels_learned(), compensator.counts().labels);
+  compensator.finish_learning();
+  EXPECT_EQ(compensator.learner().labels_learned(), compensator.counts().labels);
+}
+
+}  // namespace
+}  // namespace zerodrift::compensation
