@@ -121,9 +121,9 @@ class Compensator {
   void learn() noexcept { commanded_freeze_ = false; }
   // Forgets everything learned. False: the learner's queue is full.
   bool reset_models() noexcept;
-  // Puts a saved learner in the learner's place: in force with the next sample that the learner can
-  // be waited for; given before the first sample, from that one on. False: the learner's queue is
-  // full.
+  // Puts a saved learner in the learner's place: in force as soon as the learner has answered,
+  // after the models already due; given before the first sample, from that one on. False: the
+  // learner's queue is full.
   bool restore_models(std::shared_ptr<RestoredLearner> restored) noexcept;
   // The streams are over: learns what was confirmed and is not yet due. Only where one thread is
   // data path and learner.
