@@ -16,6 +16,7 @@ struct AllanPoint {
   double lower_radps = 0.0;         // chi-square bounds at the confidence that was asked for
   double upper_radps = 0.0;
   NoiseType noise = NoiseType::kAngleRandomWalk;  // identified at this tau
+  double clusters = 0.0;  // pairs over pairs per tau, about T/tau - 2; 0 where not known
 };
 
 }  // namespace zerodrift::allan

@@ -69,6 +69,37 @@ double upper_gamma_fraction(double a, double x) {
   return fraction * gamma_kernel(a, x);
 }
 
+// Modified Lentz for DLMF 8.17.22; converges fast for x < (a + 1) / (a + b + 2).
+double beta_fraction(double x, double a, double b) {
+  constexpr double kTiny = 1e-300;
+  const auto away_from_zero = [](double v) { return std::abs(v) < kTiny ? kTiny : v; };
+  double c = 1.0;
+  double d = 1.0 / away_from_zero(1.0 - (a + b) * x / (a + 1.0));
+  double fraction = d;
+  for (int m = 1; m < kMaxTerms; ++m) {
+    const double even = m * (b - m) * x / ((a + 2.0 * m - 1.0) * (a + 2.0 * m));
+    d = 1.0 / away_from_zero(1.0 + even * d);
+    c = away_from_zero(1.0 + even / c);
+    fraction *= d * c;
+    const double odd = -(a + m) * (a + b + m) * x / ((a + 2.0 * m) * (a + 2.0 * m + 1.0));
+    d = 1.0 / away_from_zero(1.0 + odd * d);
+    c = away_from_zero(1.0 + odd / c);
+    fraction *= d * c;
+    if (std::abs(d * c - 1.0) < 4.0 * kRelativePrecision) break;
+  }
+  return fraction;
+}
+
+// I_x(a, b), the complement 1 - x given beside x so that neither loses digits.
+double regularised_beta(double x, double complement, double a, double b) {
+  if (x <= 0.0) return 0.0;
+  if (complement <= 0.0) return 1.0;
+  const double kernel = std::exp(a * std::log(x) + b * std::log(complement) + log_gamma(a + b) -
+                                 log_gamma(a) - log_gamma(b));
+  if (x < (a + 1.0) / (a + b + 2.0)) return kernel * beta_fraction(x, a, b) / a;
+  return 1.0 - kernel * beta_fraction(complement, b, a) / b;
+}
+
 double chi_square_expansion(double probability, double nu) {
   const double z = normal_quantile(probability);
   const double z2 = z * z;
@@ -134,6 +165,16 @@ double chi_square_quantile(double probability, double degrees_of_freedom) noexce
     if (settled) break;
   }
   return x;
+}
+
+double f_upper_tail(double f, double first_degrees_of_freedom,
+                    double second_degrees_of_freedom) noexcept {
+  assert(f >= 0.0 && first_degrees_of_freedom > 0.0 && second_degrees_of_freedom > 0.0);
+  if (std::isinf(f)) return 0.0;
+  const double first = first_degrees_of_freedom * f;
+  const double sum = second_degrees_of_freedom + first;
+  return regularised_beta(second_degrees_of_freedom / sum, first / sum,
+                          0.5 * second_degrees_of_freedom, 0.5 * first_degrees_of_freedom);
 }
 
 }  // namespace zerodrift::allan

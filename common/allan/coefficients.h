@@ -2,6 +2,10 @@
 // Noise coefficients from an Allan deviation curve (IEEE Std 952 annex C):
 //
 //   sigma²(tau) = 3 Q²/tau² + N²/tau + (2 ln 2/pi) B² + K² tau/3 + R² tau²/2
+//     + A² (sin²(pi f tau)/(pi f tau))²                                     sinusoid
+//     + (q T)²/tau [1 - (T/2 tau)(3 - 4 e^(-tau/T) + e^(-2 tau/T))]          first-order Markov
+//
+// N, B and K are always fitted; the rest where it is asked for or where the curve asks for it.
 //
 // Inside everything is SI; noise_units.h converts.
 #pragma once
@@ -46,6 +50,10 @@ using PerNoiseTerm = std::array<T, kNoiseTermCount>;
 // What a coefficient of 1 adds to the Allan variance at tau: the factors of the equation above.
 [[nodiscard]] double unit_variance(NoiseTerm term, double tau_s) noexcept;
 
+// The same for a sinusoid of amplitude 1 rad/s and for a Markov noise with q = 1 rad/s^1.5.
+[[nodiscard]] double sinusoid_unit_variance(double frequency_hz, double tau_s) noexcept;
+[[nodiscard]] double markov_unit_variance(double time_constant_s, double tau_s) noexcept;
+
 // Allan variance of a sum of noises with the given coefficients, (rad/s)².
 [[nodiscard]] double model_variance(const PerNoiseTerm<double>& coefficients,
                                     double tau_s) noexcept;
@@ -64,11 +72,35 @@ struct Coefficient {
   double upper = 0.0;
 };
 
+// A rate A sin(2 pi f t + phase).
+struct Sinusoid {
+  Coefficient amplitude_radps;
+  Coefficient frequency_hz;
+};
+
+// First-order Markov rate dy/dt = -y/T + q w, w white of unit density: walks with K = q below T,
+// is white with N = qT above; standard deviation q sqrt(T/2).
+struct MarkovNoise {
+  Coefficient drive_radps_rts;  // q, rad/s^1.5
+  Coefficient time_constant_s;  // T
+};
+
+// Terms that are added one by one where the curve cannot be explained without them.
+struct TermsOnEvidence {
+  bool quantization = false;
+  bool rate_ramp = false;
+  bool sinusoid = false;
+  bool markov = false;
+};
+
+inline constexpr TermsOnEvidence kEveryTermOnEvidence{true, true, true, true};
+
 struct CoefficientOptions {
   PerNoiseTerm<bool> fitted{false, true, true, true, false};  // N, B, K
   double confidence = 0.95;
   double min_degrees_of_freedom = 2.0;  // points with fewer are left out
   int max_iterations = 50;
+  TermsOnEvidence on_evidence{};  // besides `fitted`
 
   // Names the first wrong key.
   [[nodiscard]] std::optional<std::string> validate() const;
@@ -85,24 +117,46 @@ struct CoefficientReport {
   PerNoiseTerm<Coefficient> coefficients{};
   std::size_t points = 0;  // used
   int iterations = 0;
-  // Weighted square residuals over points - terms. The points are correlated, so values below 1 are
-  // usual; values well above 1 say that the model lacks a term.
+  // Square residuals over points - terms, weighted by the inverse of the points' covariance. Values
+  // well above 1 say that the model lacks a term.
   double reduced_chi_square = 0.0;
+  std::optional<Sinusoid> sinusoid;   // where the curve asked for one
+  std::optional<MarkovNoise> markov;  // where the curve asked for one
 
   [[nodiscard]] const Coefficient& operator[](NoiseTerm term) const {
     return coefficients[index(term)];
   }
 };
 
-// Non-negative least squares on sigma² with weights edf / (2 sigma⁴), sigma² from the fitted model,
-// iterated until the weights rest. Covariance by the sandwich formula with the correlation of
-// overlapping estimates at different taus; bounds on the log scale. A term whose estimate does not
-// exceed its uncertainty gets an upper bound only: the largest coefficient that would leave so
-// small an estimate (very loose where the record is short for the term). Throws
-// std::invalid_argument with validate()'s sentence. O(2^terms * points) an iteration, O(points²) at
-// the end; allocates.
+// Generalised non-negative least squares on sigma²: weights are the inverse of the points'
+// covariance (edf, and the correlation of overlapping estimates at different taus) under the fitted
+// model, iterated until they rest; covariance by the sandwich formula; bounds on the log scale. A
+// term whose estimate does not exceed its uncertainty gets an upper bound only: the largest
+// coefficient that would leave so small an estimate (very loose where the record is short for the
+// term).
+//
+// Terms on evidence, by forward selection: of the terms not in the model the one whose score - the
+// part of the whitened residual that only this term can take up, in standard deviations under the
+// model without it - is farthest above its threshold is added, f or T refined, and the search goes
+// on. The thresholds (3.3 for Q and R, 4.3 for the sinusoid and the Markov noise, whose f and T
+// are searched for) give a record of N, B and K a chance below 2 % to get any further term
+// (measured: CoefficientPromise of the unit tests). A sinusoid needs its first two peaks on the
+// curve (1.5/f up to the longest tau) and f below a fifth of the sampling rate; a Markov noise 5 T
+// up to the longest tau. Longer ones stay in B, K and R. A noise of short T is easily taken for B,
+// and a few octaves of Markov noise *are* B: the simpler story is kept until it fails.
+//
+// Throws std::invalid_argument with validate()'s sentence. O(2^terms + points³) an iteration;
+// allocates.
 [[nodiscard]] CoefficientReport fit_coefficients(std::span<const AllanPoint> points,
                                                  const CoefficientOptions& options = {});
+
+// fit_coefficients with every term on evidence.
+[[nodiscard]] CoefficientReport identify_noise(std::span<const AllanPoint> points,
+                                               CoefficientOptions options = {});
+
+// Allan variance of everything that was fitted, (rad/s)², for the curve beside the points. Terms
+// that have an upper bound only count with their best value.
+[[nodiscard]] double model_variance(const CoefficientReport& report, double tau_s) noexcept;
 
 // Correlation of the overlapping Allan variances at two taus of one record of one pure noise, T
 // much longer than both: the integral of the squared cross-covariance of their second differences

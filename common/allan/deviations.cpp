@@ -173,7 +173,8 @@ std::vector<AllanPoint> overlapping_allan(std::span<const double> angle_rad,
                                                       .terms_per_tau = static_cast<double>(m)});
     const Bounds bounds = deviation_bounds(measured->deviation, edf, confidence);
     points.push_back({measured->tau_s, measured->deviation, measured->terms, edf, bounds.lower,
-                      bounds.upper, noise});
+                      bounds.upper, noise,
+                      static_cast<double>(measured->terms) / static_cast<double>(m)});
   }
   return points;
 }

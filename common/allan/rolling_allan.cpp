@@ -222,6 +222,7 @@ std::optional<AllanPoint> RollingAllan::point(std::size_t i, Span span,
   point.tau_s = tau_s(i);
   point.pairs = s.square_count;
   const auto terms = static_cast<double>(s.square_count);
+  point.clusters = terms / static_cast<double>(taus_[i].lag);
   point.deviation_radps = angle_resolution_rad_ / point.tau_s * std::sqrt(0.5 * s.squares / terms);
   point.noise = noise(i, span);
   point.degrees_of_freedom =

@@ -1,63 +1,44 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/allan_monitor/allan_monitor_node.h"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
+#include <fmt/format.h>
 
-#include "common/allan/coefficients.h"
+#include <algorithm>
+#include <limits>
+#include <utility>
+
 #include "common/dds/conversions.h"
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
+#include "services/allan_monitor/report_message.h"
 
 namespace zerodrift::services {
 
+using allan::Arrival;
+using allan::Excess;
 using core::index;
 using core::kAxes;
 using service::Severity;
+using Output = allan::StuckDetector::Output;
 
 namespace {
 
-constexpr std::uint64_t kReportEvery = 32;  // samples between two progress reports
-constexpr double kBlockS = 60.0;
-constexpr double kSameIntervalWithin = 0.5;  // of an interval; farther apart in time is a gap
+constexpr std::uint64_t kProgressEvery = 32;        // samples between two progress reports
+constexpr std::int64_t kRepeatNs = 10'000'000'000;  // between two events of what keeps happening
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t kMostPoints = 160;  // bound of allan_report's sequences
+constexpr double kMicro = 1e-3;  // of a nanosecond count
 
-msg::BlockStatistics to_message(const allan::BlockStatistics& blocks, allan::Span span) {
-  const auto moments = blocks.moments(span);
-  msg::BlockStatistics message;
-  message.block_s(blocks.block_s());
-  message.mean_radps(moments.mean);
-  message.std_radps(moments.standard_deviation);
-  message.blocks(moments.blocks);
-  return message;
+allan::StreamStatisticsOptions stream_options(const AllanMonitorOptions& options,
+                                              double interval_s) {
+  allan::StreamStatisticsOptions result;
+  result.sample_interval_s = interval_s;
+  result.window_s = options.window_s;
+  result.longest_tau_s = options.longest_tau_s;
+  return result;
 }
 
-std::vector<msg::AllanPoint> to_message(const std::vector<allan::AllanPoint>& points) {
-  std::vector<msg::AllanPoint> messages;
-  for (const auto& point : points) {
-    if (messages.size() == kMostPoints) break;
-    msg::AllanPoint message;
-    message.tau_s(point.tau_s);
-    message.deviation_radps(point.deviation_radps);
-    message.lower_radps(point.lower_radps);
-    message.upper_radps(point.upper_radps);
-    message.degrees_of_freedom(point.degrees_of_freedom);
-    message.pairs(point.pairs);
-    messages.push_back(message);
-  }
-  return messages;
-}
-
-msg::NoiseCoefficient to_message(const allan::Coefficient& coefficient) {
-  msg::NoiseCoefficient message;
-  message.value(coefficient.value);
-  message.lower(coefficient.lower);
-  message.upper(coefficient.upper);
-  message.identified(coefficient.identification == allan::Identification::kInterval ? 1 : 0);
-  return message;
+std::string code_of(const char* what, core::Axis axis) {
+  return std::string(what) + "_" + std::string(core::name(axis));
 }
 
 }  // namespace
@@ -77,150 +58,337 @@ void AllanMonitorNode::run() {
             [] { service::end_within(service::kStopWithin, service::kExitDone); });
 }
 
-AllanMonitorNode::Gyro& AllanMonitorNode::gyro(std::uint32_t gyro_id) {
+// ---------------------------------------- samples
+
+AllanMonitorNode::Gyro* AllanMonitorNode::gyro(std::uint32_t gyro_id) {
   for (auto& known : gyros_) {
-    if (known->id == gyro_id) return *known;
+    if (known->id == gyro_id) return known.get();
   }
+  if (gyros_.size() >= options_.max_gyros) return nullptr;
   gyros_.push_back(std::make_unique<Gyro>());
   gyros_.back()->id = gyro_id;
-  return *gyros_.back();
+  return gyros_.back().get();
 }
 
 void AllanMonitorNode::on_sample(const msg::CompensatedRate& message) {
   const std::lock_guard lock(mutex_);
-  Gyro& source = gyro(message.gyro_id());
-  chain_latency_.record(service::monotonic_ns() - message.publish_time_ns());
-  const core::SensorTime time{message.sensor_time_ns()};
-  std::uint64_t missing = 0;
-  if (source.interval_s <= 0.0) {
-    start(source, message);
-    if (source.interval_s <= 0.0) return;
-  } else if (message.order() != 0 || time <= source.newest) {
-    ++source.out_of_order;  // its place in the stream has passed: it stays a gap
+  Gyro* source = gyro(message.gyro_id());
+  if (source == nullptr) {
+    ++strangers_;
+    newest_stranger_ = message.gyro_id();
     return;
-  } else {
-    const double steps = core::seconds(time - source.newest) / source.interval_s;
-    if (steps > 1.0 + kSameIntervalWithin)
-      missing = static_cast<std::uint64_t>(std::llround(steps)) - 1;
   }
-  feed(source, message, missing);
-  source.newest = time;
-  source.newest_sequence =
-      std::max<std::uint64_t>(source.newest_sequence, message.sequence_number());
-  ++source.samples;
-  if (missing > 0) ++source.gaps;
-  if (source.paced && ++source.since_report >= kReportEvery) report_progress(source);
+  chain_latency_.record(service::monotonic_ns() - message.publish_time_ns());
+  const auto sample = dds::from_message(message);
+  if (sample.late) {
+    ++source->statistics.counts.out_of_order;  // its place in the stream has passed: it stays a gap
+    return;
+  }
+  place(*source, sample);
 }
 
-void AllanMonitorNode::start(Gyro& source, const msg::CompensatedRate& message) {
-  source.interval_s = dds::from_message(message).raw.interval_s;
-  source.paced = core::is_paced_by_consumers(dds::from_message(message).raw.clock);
-  if (source.interval_s <= 0.0) return;
-  allan::RollingAllanOptions deviations;
-  deviations.sample_interval_s = source.interval_s;
-  deviations.window_s = std::max(options_.window_s, 64.0 * source.interval_s);
-  deviations.longest_tau_s = std::max(options_.longest_tau_s, 16.0 * source.interval_s);
-  allan::BlockStatisticsOptions blocks;
-  blocks.sample_interval_s = source.interval_s;
-  blocks.block_s = std::max(kBlockS, source.interval_s);
-  blocks.window_s = std::max(options_.window_s, blocks.block_s);
-  for (auto& axis : source.axes) {
-    axis.raw.emplace(deviations, blocks);
-    axis.compensated.emplace(deviations, blocks);
+void AllanMonitorNode::place(Gyro& source, const compensation::CompensatedSample& sample) {
+  Counts& counts = source.statistics.counts;
+  const allan::Placement placement = source.timing.place(sample.raw.time, sample.raw.interval_s);
+  switch (placement.arrival) {
+    case Arrival::kRefused:
+    case Arrival::kOtherInterval:
+      ++counts.refused;
+      return;
+    case Arrival::kDuplicate:
+      ++counts.duplicates;
+      return;
+    case Arrival::kBehind:
+      ++counts.out_of_order;
+      return;
+    case Arrival::kTimeRestarted:
+      ++counts.time_restarts;
+      source.newest_sequence = 0;
+      break;
+    case Arrival::kFirst:
+    case Arrival::kNewRate:
+      start(source);
+      break;
+    case Arrival::kNext:
+      break;
+  }
+  source.paced = core::is_paced_by_consumers(sample.raw.clock);
+  if (placement.missing > 0) {
+    ++counts.gaps;
+    counts.missing += placement.missing;
+    counts.longest_gap = std::max(counts.longest_gap, placement.missing);
+  }
+  feed(source, sample, placement.missing);
+  source.newest_sequence = std::max(source.newest_sequence, sample.raw.sequence);
+  source.statistics.newest = sample.raw.time;
+  ++counts.samples;
+  if (source.paced && ++source.since_progress >= kProgressEvery) report_progress(source);
+}
+
+void AllanMonitorNode::start(Gyro& source) {
+  source.statistics.interval_s = source.timing.interval_s();
+  ++source.statistics.counts.starts;
+  const auto options = stream_options(options_, source.timing.interval_s());
+  for (auto& axis : source.statistics.axes) {
+    axis.raw.emplace(options);
+    axis.compensated.emplace(options);
+    axis.compensating = false;
   }
 }
 
-void AllanMonitorNode::feed(Gyro& source, const msg::CompensatedRate& message,
+void AllanMonitorNode::feed(Gyro& source, const compensation::CompensatedSample& sample,
                             std::uint64_t missing) {
   for (const auto axis : kAxes) {
     const std::size_t i = index(axis);
-    Axis& statistics = source.axes[i];
-    const bool valid = (message.validity() >> i & 1U) != 0;
-    const double compensated = valid ? message.rate_radps()[i] : kNone;
-    const double raw = valid ? compensated + message.applied_drift_radps()[i] : kNone;
-    if (missing > 0) {
-      statistics.raw->deviations.gap(missing);
-      statistics.compensated->deviations.gap(missing);
+    Axis& statistics = source.statistics.axes[i];
+    const bool valid = sample.raw.valid[i];
+    if (!valid && statistics.raw->samples() > 0) ++statistics.invalid;
+    if (!statistics.compensating && valid && sample.mode[i] != compensation::Mode::kPassthrough) {
+      statistics.compensating = true;
+      statistics.raw->begin_blocks();
+      statistics.compensated->begin_blocks();
     }
-    statistics.raw->deviations.add(raw);
-    statistics.compensated->deviations.add(compensated);
-    statistics.compensating = statistics.compensating || (valid && message.mode()[i] != 0);
-    if (!statistics.compensating) continue;
-    if (missing > 0) {
-      statistics.raw->blocks.gap(missing);
-      statistics.compensated->blocks.gap(missing);
-    }
-    statistics.raw->blocks.add(raw);
-    statistics.compensated->blocks.add(compensated);
+    statistics.raw->gap(missing);
+    statistics.compensated->gap(missing);
+    statistics.raw->add(valid ? sample.raw.rate_radps[i] : kNone);
+    statistics.compensated->add(valid ? sample.rate_radps[i] : kNone);
   }
 }
 
 void AllanMonitorNode::report_progress(Gyro& source) {
-  source.since_report = 0;
+  source.since_progress = 0;
   // It needs no temperatures: a time that nobody waits for.
   progress_.report(source.id, source.newest_sequence, core::kNever);
 }
 
+// ---------------------------------------- reports
+
 void AllanMonitorNode::tick() {
   progress_.announce();
   const std::int64_t now = service::monotonic_ns();
-  const bool due = static_cast<double>(now - reported_ns_) >= options_.period_s * 1e9;
-  if (due) reported_ns_ = now;
-  const std::lock_guard lock(mutex_);
-  for (const auto& source : gyros_) {
-    if (source->paced && source->samples > 0) report_progress(*source);
-    if (!due || source->interval_s <= 0.0) continue;
-    for (const auto axis : kAxes) {
-      const Axis& statistics = source->axes[index(axis)];
-      if (statistics.raw->deviations.samples() == 0) continue;
-      publish(*source, axis, 0, *statistics.raw);
-      publish(*source, axis, 1, *statistics.compensated);
-    }
+  const bool due =
+      !reported_ns_ || static_cast<double>(now - *reported_ns_) >= options_.period_s * 1e9;
+  const std::vector<Watch*> watches = copy_statistics(due);
+  if (watches.empty()) return;
+  reported_ns_ = now;
+  for (Watch* watch : watches) report(*watch);
+  report_cost_ns_ = service::monotonic_ns() - now;
+}
+
+// The lock is held for one gyro at a time.
+std::vector<AllanMonitorNode::Watch*> AllanMonitorNode::copy_statistics(bool due) {
+  std::vector<Watch*> copied;
+  for (std::size_t i = 0;; ++i) {
+    if (i == watches_.size()) watches_.push_back(std::make_unique<Watch>());
+    Watch& watch = *watches_[i];
+    const std::lock_guard lock(mutex_);
+    if (i == gyros_.size()) return copied;
+    watch.gyro = gyros_[i].get();
+    if (watch.gyro->statistics.counts.samples == 0 && watch.gyro->statistics.counts.refused == 0)
+      continue;
+    if (watch.gyro->paced) report_progress(*watch.gyro);
+    if (!due) continue;
+    const std::int64_t began_ns = service::monotonic_ns();
+    watch.statistics = watch.gyro->statistics;
+    copy_cost_ns_ = std::max(copy_cost_ns_, service::monotonic_ns() - began_ns);
+    copied.push_back(&watch);
   }
 }
 
-void AllanMonitorNode::publish(const Gyro& source, core::Axis axis, std::uint32_t stream,
-                               const Stream& statistics) {
-  const auto since_start = statistics.deviations.points(allan::Span::kSinceStart);
-  msg::AllanReport report;
-  report.gyro_id(source.id);
-  report.axis(static_cast<std::uint32_t>(index(axis)));
-  report.stream(stream);
-  report.gaps(static_cast<std::uint32_t>(statistics.deviations.gaps()));
-  report.sensor_time_ns(source.newest.count());
-  report.samples(statistics.deviations.samples());
-  report.sample_interval_s(source.interval_s);
-  report.window_s(options_.window_s);
-  report.since_start_blocks(to_message(statistics.blocks, allan::Span::kSinceStart));
-  report.rolling_blocks(to_message(statistics.blocks, allan::Span::kRolling));
-  const auto fit = allan::fit_coefficients(since_start);
-  report.angle_random_walk(to_message(fit[allan::NoiseTerm::kAngleRandomWalk]));
-  report.bias_instability(to_message(fit[allan::NoiseTerm::kBiasInstability]));
-  report.rate_random_walk(to_message(fit[allan::NoiseTerm::kRateRandomWalk]));
-  report.since_start(to_message(since_start));
-  report.rolling(to_message(statistics.deviations.points(allan::Span::kRolling)));
-  writer_.write(report);
+void AllanMonitorNode::report(Watch& watch) {
+  tell_of_stream(watch);
+  for (const auto axis : kAxes) {
+    const auto& statistics = watch.statistics.axes[index(axis)];
+    if (statistics.raw && statistics.raw->samples() > 0) report(watch, axis);
+  }
+}
+
+void AllanMonitorNode::report(Watch& watch, core::Axis axis) {
+  const auto& statistics = watch.statistics.axes[index(axis)];
+  const allan::StreamReport raw = statistics.raw->report();
+  const allan::StreamReport compensated = statistics.compensated->report();
+  tell_of_noise(watch, axis, raw, compensated);
+  tell_of_output(watch, axis, raw);
+  publish(watch, axis, Stream::kRaw, raw);
+  publish(watch, axis, Stream::kCompensated, compensated);
+}
+
+void AllanMonitorNode::publish(const Watch& watch, core::Axis axis, Stream stream,
+                               const allan::StreamReport& report) {
+  const AxisWatch& verdicts = watch.axes[index(axis)];
+  const bool is_raw = stream == Stream::kRaw;
+  msg::AllanReport message = to_message(report);
+  message.gyro_id(watch.gyro->id);
+  message.axis(static_cast<std::uint32_t>(index(axis)));
+  message.stream(static_cast<std::uint32_t>(stream));
+  message.sensor_time_ns(watch.statistics.newest.count());
+  message.noise_grown(verdicts.growth[static_cast<std::size_t>(stream)].grown() ? 1 : 0);
+  message.stuck(is_raw && verdicts.output == Output::kStuck ? 1 : 0);
+  message.worse_than_raw(!is_raw && verdicts.worse.exceeds() ? 1 : 0);
+  writer_.write(message);
+}
+
+// ---------------------------------------- events
+
+void AllanMonitorNode::tell_of_noise(Watch& watch, core::Axis axis, const allan::StreamReport& raw,
+                                     const allan::StreamReport& compensated) {
+  AxisWatch& watched = watch.axes[index(axis)];
+  const auto tell_finding = [&](const allan::Finding& finding, Stream stream, const char* began,
+                                const char* ended, auto began_text, auto ended_text) {
+    if (finding.excess == Excess::kNone || finding.excess == Excess::kLasts) return;
+    const bool begins = finding.excess == Excess::kBegan;
+    tell(watch, code_of(begins ? began : ended, axis),
+         begins ? Severity::kWarning : Severity::kInformation,
+         subject(watch.gyro->id, axis, stream) +
+             (begins ? began_text : ended_text)(finding, raw.window_s));
+  };
+  const auto look = [&](Stream stream, const allan::StreamReport& report) {
+    return watched.growth[static_cast<std::size_t>(stream)].look(
+        report.since_start, report.rolling, report.observed_s(), report.window_s);
+  };
+  tell_finding(look(Stream::kRaw, raw), Stream::kRaw, "noise_grew_raw", "noise_normal_raw",
+               noise_grew, noise_is_back);
+  tell_finding(look(Stream::kCompensated, compensated), Stream::kCompensated,
+               "noise_grew_compensated", "noise_normal_compensated", noise_grew, noise_is_back);
+  tell_finding(
+      watched.worse.look(paired(compensated.rolling, raw.rolling), compensated.observed_s()),
+      Stream::kCompensated, "compensation_harms", "compensation_harms_no_more", worse_than_raw,
+      no_longer_worse);
+}
+
+void AllanMonitorNode::tell_of_output(Watch& watch, core::Axis axis,
+                                      const allan::StreamReport& raw) {
+  AxisWatch& watched = watch.axes[index(axis)];
+  if (raw.output != watched.output) {
+    watched.output = raw.output;
+    const bool stuck = raw.output == Output::kStuck;
+    tell(watch, code_of(stuck ? "output_stuck" : "output_moves", axis),
+         stuck ? Severity::kError : Severity::kInformation,
+         subject(watch.gyro->id, axis, Stream::kRaw) +
+             (stuck ? "the output does not move: the same value for longer than its noise explains"
+                    : "the output moves again"));
+  }
+  const auto& statistics = watch.statistics.axes[index(axis)];
+  tell_counted(watch, code_of("invalid_sample", axis),
+               subject(watch.gyro->id, axis, Stream::kRaw) +
+                   fmt::format("{} samples were no number or marked invalid; gaps in their place",
+                               statistics.invalid),
+               statistics.invalid, watched.invalid);
+}
+
+// A new interval is told before anything that is found with it.
+void AllanMonitorNode::tell_of_stream(Watch& watch) {
+  const Statistics& now = watch.statistics;
+  const Counts& counts = now.counts;
+  const auto in_s = [&](std::uint64_t samples) {
+    return static_cast<double>(samples) * now.interval_s;
+  };
+  const std::string who = fmt::format("gyro {}: ", watch.gyro->id);
+  if (counts.starts != watch.starts.count) {
+    if (watch.starts.count > 0) {
+      tell(watch, "interval_changed", Severity::kWarning,
+           who + fmt::format("the sample interval is {:.6g} s, was {:.6g} s; all its Allan "
+                             "statistics begin anew",
+                             now.interval_s, watch.told_interval_s));
+    }
+    watch.starts.count = counts.starts;
+    watch.told_interval_s = now.interval_s;
+    for (AxisWatch& axis : watch.axes) {
+      axis.growth.fill(allan::GrowthWatch());
+      axis.worse = allan::ExcessWatch();
+    }
+  }
+  tell_counted(watch, "gap",
+               who + fmt::format("{} gap(s) in the stream, {:.6g} s missing in all, the longest "
+                                 "{:.6g} s; no difference reaches across one",
+                                 counts.gaps, in_s(counts.missing), in_s(counts.longest_gap)),
+               counts.gaps, watch.gaps);
+  tell_counted(watch, "time_backwards",
+               who + fmt::format("{} sample(s) came late or with an earlier time; left out",
+                                 counts.out_of_order),
+               counts.out_of_order, watch.out_of_order);
+  tell_counted(
+      watch, "duplicate_time",
+      who + fmt::format("{} sample(s) with a time that was there; left out", counts.duplicates),
+      counts.duplicates, watch.duplicates);
+  tell_counted(watch, "interval_refused",
+               who + fmt::format("{} sample(s) with an interval that is neither the stream's "
+                                 "{:.6g} s nor from 0.0001 to 100 s; left out",
+                                 counts.refused, now.interval_s),
+               counts.refused, watch.refused);
+  tell_counted(watch, "time_restarted",
+               who + "sensor time began anew; the stream goes on after a gap", counts.time_restarts,
+               watch.time_restarts);
+}
+
+void AllanMonitorNode::tell(const Watch& watch, std::string code, Severity severity,
+                            std::string text, std::uint64_t times) {
+  host_.raise_counted({.code = std::move(code),
+                       .severity = severity,
+                       .text = std::move(text),
+                       .gyro_id = watch.gyro->id,
+                       .sensor_time_ns = watch.statistics.newest.count()},
+                      times);
+}
+
+// The first at once, then what came in ten seconds in one.
+void AllanMonitorNode::tell_counted(const Watch& watch, std::string code, const std::string& text,
+                                    std::uint64_t count, Told& told) {
+  if (count == told.count) return;
+  const std::int64_t now = service::monotonic_ns();
+  if (told.count > 0 && now - told.at_ns < kRepeatNs) return;
+  tell(watch, std::move(code), Severity::kWarning, text, count - told.count);
+  told = {count, now};
 }
 
 service::Status AllanMonitorNode::status() {
   service::Status status;
-  const std::lock_guard lock(mutex_);
-  double samples = 0.0;
-  double gaps = 0.0;
-  double late = 0.0;
-  for (const auto& source : gyros_) {
-    samples += static_cast<double>(source->samples);
-    gaps += static_cast<double>(source->gaps);
-    late += static_cast<double>(source->out_of_order);
+  Counts sum;
+  std::uint64_t strangers = 0;
+  std::uint32_t newest_stranger = 0;
+  std::size_t gyros = 0;
+  double chain_p50_us = 0.0;
+  double chain_p99_us = 0.0;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& source : gyros_) {
+      const Counts& counts = source->statistics.counts;
+      sum.samples += counts.samples;
+      sum.gaps += counts.gaps;
+      sum.out_of_order += counts.out_of_order;
+      sum.duplicates += counts.duplicates;
+      sum.refused += counts.refused;
+      sum.starts += counts.starts;
+    }
+    gyros = gyros_.size();
+    strangers = strangers_;
+    newest_stranger = newest_stranger_;
+    chain_p50_us = static_cast<double>(chain_latency_.percentile_ns(0.5)) * kMicro;
+    chain_p99_us = static_cast<double>(chain_latency_.percentile_ns(0.99)) * kMicro;
   }
-  status.state = gyros_.empty() ? service::State::kWaiting : service::State::kRunning;
-  status.metrics = {
-      {"samples", "1", samples},
-      {"gaps", "1", gaps},
-      {"out_of_order", "1", late},
-      {"chain_p50", "us", static_cast<double>(chain_latency_.percentile_ns(0.5)) * 1e-3},
-      {"chain_p99", "us", static_cast<double>(chain_latency_.percentile_ns(0.99)) * 1e-3}};
-  status.summary = std::to_string(gyros_.size()) + " gyro(s)";
+  if (strangers > told_strangers_.count) {
+    host_.raise_counted(
+        {.code = "too_many_gyros",
+         .severity = Severity::kError,
+         .text = fmt::format("gyro {} is one too many: {} gyros are watched (--max-gyros), the "
+                             "samples of others are left out",
+                             newest_stranger, options_.max_gyros)},
+        strangers - told_strangers_.count);
+    told_strangers_.count = strangers;
+  }
+  status.state = gyros == 0 ? service::State::kWaiting : service::State::kRunning;
+  status.metrics = {{"samples", "1", static_cast<double>(sum.samples)},
+                    {"gaps", "1", static_cast<double>(sum.gaps)},
+                    {"out_of_order", "1", static_cast<double>(sum.out_of_order)},
+                    {"duplicates", "1", static_cast<double>(sum.duplicates)},
+                    {"refused", "1", static_cast<double>(sum.refused)},
+                    {"too_many_gyros", "1", static_cast<double>(strangers)},
+                    {"starts", "1", static_cast<double>(sum.starts)},
+                    {"report_cost", "us", static_cast<double>(report_cost_ns_) * kMicro},
+                    {"copy_cost", "us", static_cast<double>(copy_cost_ns_) * kMicro},
+                    {"chain_p50", "us", chain_p50_us},
+                    {"chain_p99", "us", chain_p99_us}};
+  status.summary = std::to_string(gyros) + " gyro(s)";
   return status;
 }
 

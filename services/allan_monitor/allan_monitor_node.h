@@ -1,23 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
-// One pair of statistics, raw and compensated, for each axis of each gyro that is heard. Both
-// streams are read from compensated_rate (raw = compensated + applied drift), so that they hold
-// exactly the same samples.
+// Statistics, raw and compensated, for each axis of each gyro that is heard. Both streams are read
+// from compensated_rate (raw = compensated + applied drift), so that they hold exactly the same
+// samples.
+//
+// Two threads: samples are counted on the middleware's receiving thread; reports and the watches
+// run on the host's. Between them only a copy of the sums is made under the lock, see
+// StreamStatistics.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <vector>
 
-#include "common/allan/block_statistics.h"
-#include "common/allan/rolling_allan.h"
+#include "common/allan/noise_watch.h"
+#include "common/allan/stream_statistics.h"
+#include "common/allan/stream_timing.h"
+#include "common/compensation/compensator.h"
 #include "common/core/axis.h"
 #include "common/core/time.h"
 #include "common/dds/participant.h"
 #include "common/service/host.h"
 #include "common/service/latency_histogram.h"
 #include "common/service/replay_pacer.h"
+#include "services/allan_monitor/event_text.h"
 
 namespace zerodrift::services {
 
@@ -26,54 +35,105 @@ struct AllanMonitorOptions {
   double window_s = 3600.0;
   double longest_tau_s = 1e4;
   double period_s = 1.0;
+  std::size_t max_gyros = 64;  // 0.4 MB each with the defaults at 200 Hz
 };
 
 class AllanMonitorNode {
  public:
+  // Throws std::invalid_argument where the options cannot work.
   explicit AllanMonitorNode(const AllanMonitorOptions& options);
   void run();
 
  private:
-  struct Stream {
-    Stream(const allan::RollingAllanOptions& allan_options,
-           const allan::BlockStatisticsOptions& block_options)
-        : deviations(allan_options), blocks(block_options) {}
-    allan::RollingAllan deviations;
-    allan::BlockStatistics blocks;  // since the axis was first compensated
-  };
   struct Axis {
-    std::optional<Stream> raw;
-    std::optional<Stream> compensated;
+    std::optional<allan::StreamStatistics> raw;
+    std::optional<allan::StreamStatistics> compensated;
+    std::uint64_t invalid = 0;  // since the axis was first measured
     bool compensating = false;
+  };
+  struct Counts {
+    std::uint64_t samples = 0;
+    std::uint64_t gaps = 0;
+    std::uint64_t missing = 0;
+    std::uint64_t longest_gap = 0;  // samples
+    std::uint64_t duplicates = 0;
+    std::uint64_t out_of_order = 0;
+    std::uint64_t refused = 0;  // for their interval
+    std::uint64_t time_restarts = 0;
+    std::uint64_t starts = 0;  // 1, and one more for each new sample interval
+  };
+  // What a report needs, in one piece.
+  struct Statistics {
+    core::SensorTime newest{0};
+    double interval_s = 0.0;
+    Counts counts;
+    core::PerAxis<Axis> axes;
   };
   struct Gyro {
     std::uint32_t id = 0;
-    double interval_s = 0.0;
     std::uint64_t newest_sequence = 0;
-    std::uint64_t out_of_order = 0;
-    std::uint64_t gaps = 0;
-    std::uint64_t samples = 0;
-    core::SensorTime newest{0};
-    std::uint64_t since_report = 0;
+    std::uint64_t since_progress = 0;
     bool paced = false;
-    core::PerAxis<Axis> axes;
+    allan::StreamTiming timing;
+    Statistics statistics;
+  };
+  // Of one code of one gyro: how much of a count was told, and when.
+  struct Told {
+    std::uint64_t count = 0;
+    std::int64_t at_ns = 0;
+  };
+  struct AxisWatch {
+    std::array<allan::GrowthWatch, 2> growth;  // by stream
+    allan::ExcessWatch worse;
+    allan::StuckDetector::Output output = allan::StuckDetector::Output::kAlive;
+    Told invalid;
+  };
+  // What the reporting thread keeps of a gyro; no lock.
+  struct Watch {
+    Gyro* gyro = nullptr;
+    Statistics statistics;  // the copy
+    core::PerAxis<AxisWatch> axes;
+    double told_interval_s = 0.0;
+    Told gaps, out_of_order, duplicates, refused, time_restarts, starts;
   };
 
+  // Receiving thread, under the lock.
   void on_sample(const msg::CompensatedRate& message);
-  void start(Gyro& gyro, const msg::CompensatedRate& message);
-  void feed(Gyro& gyro, const msg::CompensatedRate& message, std::uint64_t missing);
-  Gyro& gyro(std::uint32_t gyro_id);
+  Gyro* gyro(std::uint32_t gyro_id);
+  void place(Gyro& gyro, const compensation::CompensatedSample& sample);
+  void start(Gyro& gyro);
+  void feed(Gyro& gyro, const compensation::CompensatedSample& sample, std::uint64_t missing);
   void report_progress(Gyro& gyro);
+
+  // Reporting thread.
   void tick();
-  void publish(const Gyro& gyro, core::Axis axis, std::uint32_t stream, const Stream& statistics);
+  std::vector<Watch*> copy_statistics(bool due);
+  void report(Watch& watch);
+  void report(Watch& watch, core::Axis axis);
+  void publish(const Watch& watch, core::Axis axis, Stream stream,
+               const allan::StreamReport& report);
+  void tell_of_noise(Watch& watch, core::Axis axis, const allan::StreamReport& raw,
+                     const allan::StreamReport& compensated);
+  void tell_of_output(Watch& watch, core::Axis axis, const allan::StreamReport& raw);
+  void tell_of_stream(Watch& watch);
+  void tell(const Watch& watch, std::string code, service::Severity severity, std::string text,
+            std::uint64_t times = 1);
+  void tell_counted(const Watch& watch, std::string code, const std::string& text,
+                    std::uint64_t count, Told& told);
   service::Status status();
 
   AllanMonitorOptions options_;
   service::Host host_;
   std::mutex mutex_;  // between the receiving thread and the reports
   std::vector<std::unique_ptr<Gyro>> gyros_;
+  std::uint64_t strangers_ = 0;  // samples of gyros beyond max_gyros
+  std::uint32_t newest_stranger_ = 0;
   service::LatencyHistogram chain_latency_;  // publisher's write to arrival here
-  std::int64_t reported_ns_ = 0;
+  std::vector<std::unique_ptr<Watch>> watches_;
+  Told told_strangers_;
+  std::optional<std::int64_t> reported_ns_;
+  std::int64_t report_cost_ns_ = 0;  // of all gyros, the last time
+  std::int64_t copy_cost_ns_ = 0;    // longest time the lock was held for a copy
   dds::Writer<msg::AllanReport> writer_;
   service::ReplayProgressReporter progress_;
   dds::Reader<msg::CompensatedRate> reader_;

@@ -18,6 +18,9 @@ int main(int argc, char** argv) {
   app.add_option("--period", options.period_s, "time between two reports, s")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  app.add_option("--max-gyros", options.max_gyros, "gyros watched at most")
+      ->check(CLI::Range(1, 128))
+      ->capture_default_str();
   return service::run_main(app, argc, argv, [&] {
     services::AllanMonitorNode(options).run();
     return service::kExitDone;

@@ -207,45 +207,6 @@ TEST(RollingAllanLaws, RemaindersAreCarriedNotLost) {
   }
 }
 
-// Share of runs whose 95 % interval holds the truth, for every tau to T/5.
-void expect_coverage(const std::function<double(std::mt19937_64&)>& next,
-                     const std::function<double(double)>& truth, double shortest_tau_s) {
-  constexpr int kRuns = 400;
-  constexpr int kSamples = 2048;
-  std::map<double, int> covered;
-  std::mt19937_64 random(77);
-  for (int run = 0; run < kRuns; ++run) {
-    RollingAllan allan({.sample_interval_s = 1.0, .longest_tau_s = kSamples / 5.0});
-    for (int i = 0; i < kSamples; ++i) allan.add(next(random));
-    for (const AllanPoint& p : allan.points(Span::kSinceStart)) {
-      const double deviation = truth(p.tau_s);
-      covered[p.tau_s] += p.lower_radps <= deviation && deviation <= p.upper_radps ? 1 : 0;
-    }
-  }
-  for (const auto& [tau_s, count] : covered) {
-    if (tau_s < shortest_tau_s) continue;
-    // 4 sigma of a binomial share of 0.95 in 400 runs: 0.044.
-    EXPECT_NEAR(count / static_cast<double>(kRuns), 0.95, 0.044)
-        << "tau = " << tau_s << ", seed 77";
-  }
-}
-
-TEST(RollingAllanLaws, TheIntervalCoversWhiteNoiseAsOftenAsItSays) {
-  std::normal_distribution<double> normal(0.0, 1e-3);
-  expect_coverage([&](auto& random) { return normal(random); },
-                  [](double tau_s) { return 1e-3 / std::sqrt(tau_s); }, 1.0);
-}
-
-TEST(RollingAllanLaws, TheIntervalCoversRandomWalkAsOftenAsItSays) {
-  std::normal_distribution<double> normal(0.0, 1e-6);
-  double rate = 0.0;
-  // sigma² = K² tau / 3 (1 + 1 / (2 m²)) for a walk in steps.
-  expect_coverage(
-      [&](auto& random) { return rate += normal(random); },
-      [](double tau_s) { return 1e-6 * std::sqrt(tau_s / 3.0 * (1.0 + 0.5 / (tau_s * tau_s))); },
-      2.0);
-}
-
 TEST(RollingAllanLaws, RollingForgetsASpikeThatSinceStartKeeps) {
   test::WhiteNoise source(2.7e-7, 0.005, 9);
   RollingAllan allan({.longest_tau_s = 1.0, .window_s = 20.0});

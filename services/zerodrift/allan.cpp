@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// zerodrift allan: what a record says of a gyro's noise, as a metrologist would have it.
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <stdexcept>
+
+#include "common/record/atomic_file.h"
+#include "common/report/json_file.h"
+#include "common/service/main.h"
+#include "services/zerodrift/allan_paragraph.h"
+#include "services/zerodrift/allan_report.h"
+#include "services/zerodrift/allan_run.h"
+#include "services/zerodrift/commands.h"
+
+namespace zerodrift::services {
+namespace {
+
+using allan::Statistic;
+
+constexpr Statistic kStatistics[] = {Statistic::kOadev, Statistic::kAdev, Statistic::kMdev,
+                                     Statistic::kTdev,  Statistic::kHdev, Statistic::kOhdev,
+                                     Statistic::kTotdev};
+
+struct AllanOptions {
+  AllanRequest request;
+  std::string json;
+  std::string html;
+};
+
+std::map<std::string, Statistic> statistics_by_name() {
+  std::map<std::string, Statistic> names;
+  for (const Statistic statistic : kStatistics)
+    names.emplace(std::string(allan::name(statistic)), statistic);
+  return names;
+}
+
+void check(const AllanRequest& request) {
+  const auto& asked = request.statistics;
+  for (auto one = asked.begin(); one != asked.end(); ++one) {
+    if (std::find(asked.begin(), one, *one) != one)
+      throw std::invalid_argument("--statistic " + std::string(allan::name(*one)) +
+                                  " is there twice; name each once");
+  }
+  if (!(request.confidence > 0.0 && request.confidence < 1.0))
+    throw std::invalid_argument("--confidence " + std::to_string(request.confidence) +
+                                " must be between 0 and 1, as .95");
+}
+
+// A file that can't be written is better known before the reading than after.
+void require_writable(const std::string& file) {
+  if (!file.empty()) static_cast<void>(record::AtomicFile(file));
+}
+
+int allan_command(const AllanOptions& options) {
+  check(options.request);
+  require_writable(options.json);
+  require_writable(options.html);
+  const auto result = run_allan(options.request);
+  if (!result) return service::kExitNo;
+  for (const auto& line : result->warnings) std::fprintf(stderr, "%s\n", line.c_str());
+  for (const report::Table& table : allan_tables(*result))
+    std::printf("%s\n", report::text_table(table).c_str());
+  for (const std::string& note : allan_notes(*result)) print_paragraph(note);
+  if (!options.json.empty()) report::write_json(options.json, allan_json(*result));
+  if (!options.html.empty()) report::write_html(options.html, allan_page(*result));
+  return service::kExitDone;
+}
+
+}  // namespace
+
+void add_allan(CLI::App& app, Run& run) {
+  auto* command = app.add_subcommand("allan", "Allan deviation and noise coefficients of a record");
+  auto options = std::make_shared<AllanOptions>();
+  AllanRequest& request = options->request;
+  command->add_option("--record", request.record, "a .csv, .csv.gz or .csv.xz file")->required();
+  command->add_option("--columns", request.columns, "names and units of a foreign CSV");
+  command
+      ->add_option("--statistic", request.statistics,
+                   "of oadev, adev, mdev, tdev, hdev, ohdev and totdev, by commas")
+      ->delimiter(',')
+      ->transform(CLI::CheckedTransformer(statistics_by_name()))
+      ->default_str("oadev");
+  command->add_option("--taus", request.grid, "octave or quarter: cluster times an octave has")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, allan::TauGrid>{
+          {"octave", allan::TauGrid::kOctave}, {"quarter", allan::TauGrid::kQuarterOctave}}))
+      ->default_str("octave");
+  command->add_option("--confidence", request.confidence, "of the intervals")
+      ->capture_default_str();
+  command
+      ->add_option("--memory", request.memory_mb,
+                   "MB for the samples; a longer record goes through a cascade of fixed size")
+      ->check(CLI::Range(0, 1'000'000))
+      ->capture_default_str();
+  command->add_option("--json", options->json, "file for all figures, in SI");
+  command->add_option("--html", options->html, "file for a report with pictures");
+  command->callback([options, &run] { run = [options] { return allan_command(*options); }; });
+}
+
+}  // namespace zerodrift::services

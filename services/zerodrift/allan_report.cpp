@@ -1,0 +1,485 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/zerodrift/allan_report.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "common/allan/noise_units.h"
+#include "common/core/units.h"
+#include "common/report/numbers.h"
+#include "services/zerodrift/allan_chart.h"
+#include "services/zerodrift/allan_units.h"
+
+namespace zerodrift::services {
+namespace {
+
+using allan::Coefficient;
+using allan::Identification;
+using allan::NoiseTerm;
+using allan::Statistic;
+using core::deg_h_from_radps;
+using nlohmann::ordered_json;
+using report::Align;
+using report::significant;
+
+constexpr int kDigits = 4;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+// Compensation is slow: it cannot lower the angle random walk. Off by more, something smooths.
+constexpr double kEqualNoise = 0.05;
+
+std::string title(const AllanStream& stream) {
+  return "axis " + std::string(core::name(stream.axis)) + ", " + std::string(name(stream.kind));
+}
+
+bool is_alone(const AllanStream& stream, const AllanResult& result) {
+  return std::none_of(result.streams.begin(), result.streams.end(), [&](const AllanStream& other) {
+    return other.axis == stream.axis && other.kind != stream.kind;
+  });
+}
+
+// "axis x", and "raw" only where there is a compensated one beside it.
+std::string short_title(const AllanStream& stream, const AllanResult& result) {
+  return is_alone(stream, result) ? "axis " + std::string(core::name(stream.axis)) : title(stream);
+}
+
+std::string percent(double confidence) {
+  return significant(100.0 * confidence, 2) + " %";
+}
+
+std::string long_name(Statistic statistic) {
+  switch (statistic) {
+    case Statistic::kAdev:
+      return "Allan deviation without overlap";
+    case Statistic::kOadev:
+      return "overlapping Allan deviation";
+    case Statistic::kMdev:
+      return "modified Allan deviation";
+    case Statistic::kTdev:
+      return "time deviation, here of the angle";
+    case Statistic::kHdev:
+      return "Hadamard deviation without overlap";
+    case Statistic::kOhdev:
+      return "overlapping Hadamard deviation";
+    case Statistic::kTotdev:
+      return "total deviation, its bias left in";
+  }
+  return "unknown";
+}
+
+// --- tables
+
+report::Table statistic_table(const AllanStream& stream, const allan::StatisticCurve& curve,
+                              const AllanResult& result) {
+  report::Table table;
+  const DeviationUnit unit = unit_of(curve.statistic);
+  table.caption = short_title(stream, result) + ": " + long_name(curve.statistic);
+  if (result.less_reference[core::index(stream.axis)]) table.caption += " of rate - reference";
+  table.columns = {
+      {"tau s", Align::kRight},
+      {std::string(allan::name(curve.statistic)) + " " + std::string(unit.text), Align::kRight},
+      {percent(result.request.confidence) + " from", Align::kRight},
+      {"to", Align::kRight},
+      {"edf", Align::kRight},
+      {"pairs", Align::kRight},
+      {"noise", Align::kLeft}};
+  for (const auto& p : curve.points) {
+    table.rows.push_back(
+        {{significant(p.tau_s, kDigits), significant(unit.per_si * p.deviation, kDigits),
+          significant(unit.per_si * p.lower, kDigits), significant(unit.per_si * p.upper, kDigits),
+          significant(p.degrees_of_freedom, 3), std::to_string(p.terms),
+          std::string(allan::name(p.noise))},
+         false});
+  }
+  return table;
+}
+
+std::string value_cell(const Coefficient& c, double unit) {
+  switch (c.identification) {
+    case Identification::kInterval:
+      return significant(unit * c.value, 3);
+    case Identification::kUpperBound:
+      return "< " + significant(unit * c.upper, 3);
+    case Identification::kNotFitted:
+      break;
+  }
+  return "-";
+}
+
+std::string interval_cell(const Coefficient& c, double unit) {
+  if (c.identification != Identification::kInterval) return "";
+  return significant(unit * c.lower, 3) + " to " + significant(unit * c.upper, 3);
+}
+
+// What only a curve that asks for it has.
+struct FoundTerm {
+  std::string text;
+  std::string_view unit;
+  double per_si;
+  std::string_view si_key;
+  Coefficient value;
+};
+
+std::vector<FoundTerm> found_terms(const allan::CoefficientReport& r) {
+  std::vector<FoundTerm> found;
+  if (r.sinusoid) {
+    found.push_back({"sinusoid, amplitude", "deg/h", kDegPerHourPerRadPerSecond,
+                     "sinusoid_amplitude_rad_s", r.sinusoid->amplitude_radps});
+    found.push_back(
+        {"sinusoid, frequency", "Hz", 1.0, "sinusoid_frequency_hz", r.sinusoid->frequency_hz});
+  }
+  if (r.markov) {
+    found.push_back({"Markov noise, drive", "deg/h^1.5", allan::kDegPerHourPerRootHour,
+                     "markov_drive_rad_s_rts", r.markov->drive_radps_rts});
+    found.push_back({"Markov noise, correlation time", "s", 1.0, "markov_time_constant_s",
+                     r.markov->time_constant_s});
+  }
+  return found;
+}
+
+std::string reading_place(NoiseTerm term, const allan::SeriesReport& r) {
+  if (term != NoiseTerm::kBiasInstability) return std::string(texts_of(term).read_at);
+  return r.lowest ? "lowest point, " + significant(r.lowest->tau_s, 3) + " s, / 0.664" : "";
+}
+
+report::Table coefficient_table(const AllanStream& stream, const AllanResult& result) {
+  const allan::SeriesReport& r = stream.report;
+  report::Table table;
+  table.caption = short_title(stream, result) + ": noise coefficients";
+  table.columns = {
+      {"coefficient", Align::kLeft},    {"unit", Align::kLeft},
+      {"fitted", Align::kRight},        {percent(result.request.confidence), Align::kRight},
+      {"slope reading", Align::kRight}, {"read at", Align::kLeft}};
+  for (const NoiseTerm term : allan::kNoiseTerms) {
+    const TermText text = texts_of(term);
+    const Coefficient& c = r.coefficients[term];
+    const auto& slope = r.slopes[allan::index(term)];
+    table.rows.push_back(
+        {{std::string(allan::symbol(term)) + " " + std::string(text.name), std::string(text.unit),
+          value_cell(c, text.per_si), interval_cell(c, text.per_si),
+          slope ? significant(text.per_si * *slope, 3) : "-", reading_place(term, r)},
+         false});
+  }
+  for (const FoundTerm& found : found_terms(r.coefficients)) {
+    table.rows.push_back(
+        {{found.text, std::string(found.unit), value_cell(found.value, found.per_si),
+          interval_cell(found.value, found.per_si), "-", "fitted on evidence"},
+         false});
+  }
+  if (r.coefficients.status != allan::FitStatus::kTooFewPoints)
+    table.footnote = "fit of " + std::to_string(r.coefficients.points) +
+                     " points, reduced chi-square " +
+                     significant(r.coefficients.reduced_chi_square, 2) +
+                     (r.coefficients.status == allan::FitStatus::kIterationLimit
+                          ? "; its weights had not come to rest"
+                          : "");
+  else
+    table.footnote = "too few points with two degrees of freedom for a fit";
+  return table;
+}
+
+// --- sentences
+
+std::string coefficient_text(const allan::SeriesReport& r, NoiseTerm term) {
+  const TermText text = texts_of(term);
+  const Coefficient& c = r.coefficients[term];
+  const std::string unit = " " + std::string(text.unit);
+  const std::string symbol(allan::symbol(term));
+  switch (c.identification) {
+    case Identification::kInterval:
+      return symbol + " " + value_cell(c, text.per_si) + unit + " (" +
+             interval_cell(c, text.per_si) + ")";
+    case Identification::kUpperBound:
+      return symbol + " not seen, below " + significant(text.per_si * c.upper, 3) + unit;
+    case Identification::kNotFitted:
+      break;
+  }
+  return {};
+}
+
+std::string found_text(const allan::CoefficientReport& r) {
+  std::string text;
+  if (r.sinusoid) {
+    text += ", a sinusoid of " +
+            value_cell(r.sinusoid->amplitude_radps, kDegPerHourPerRadPerSecond) + " deg/h at " +
+            value_cell(r.sinusoid->frequency_hz, 1.0) + " Hz";
+  }
+  if (r.markov) {
+    text += ", Markov noise of " +
+            value_cell(r.markov->drive_radps_rts, allan::kDegPerHourPerRootHour) +
+            " deg/h^1.5 with a correlation time of " + value_cell(r.markov->time_constant_s, 1.0) +
+            " s";
+  }
+  return text;
+}
+
+std::string stream_sentence(const AllanStream& stream, const AllanResult& result) {
+  const allan::SeriesReport& r = stream.report;
+  std::string text = short_title(stream, result) + ": ";
+  bool any = false;
+  for (const NoiseTerm term : allan::kNoiseTerms) {
+    const std::string one = coefficient_text(r, term);
+    if (one.empty()) continue;
+    text += (any ? ", " : "") + one;
+    any = true;
+  }
+  text += found_text(r.coefficients);
+  if (!any) text += "too short for coefficients";
+  if (!r.lowest) return text + ".";
+  const bool at_the_end = r.lowest->tau_s >= r.allan.back().point.tau_s;
+  text += "; lowest deviation " + significant(deg_h_from_radps(r.lowest->deviation_radps), 3) +
+          " deg/h at " + significant(r.lowest->tau_s, 3) + " s";
+  return text + (at_the_end ? ", the longest there is: a longer record may go lower."
+                            : ", longer averages are no better.");
+}
+
+// What compensation did, where both streams are there.
+std::string compensation_sentence(core::Axis axis, const AllanResult& result) {
+  const allan::SeriesReport* raw = nullptr;
+  const allan::SeriesReport* compensated = nullptr;
+  for (const AllanStream& stream : result.streams) {
+    if (stream.axis != axis) continue;
+    (stream.kind == StreamKind::kRaw ? raw : compensated) = &stream.report;
+  }
+  if (raw == nullptr || compensated == nullptr) return {};
+  std::string text = "Axis " + std::string(core::name(axis)) + ", compensated over raw:";
+  bool any = false;
+  for (const NoiseTerm term : allan::kNoiseTerms) {
+    const auto ratio = allan::coefficient_ratio(compensated->coefficients, raw->coefficients, term);
+    if (!ratio) continue;
+    text += std::string(any ? ", " : " ") + std::string(allan::symbol(term)) + " " +
+            significant(*ratio, 3);
+    any = true;
+  }
+  if (raw->lowest && compensated->lowest && raw->lowest->deviation_radps > 0.0) {
+    text += std::string(any ? ", " : " ") + "lowest deviation " +
+            significant(compensated->lowest->deviation_radps / raw->lowest->deviation_radps, 3);
+  }
+  text += ".";
+  const auto n = allan::coefficient_ratio(compensated->coefficients, raw->coefficients,
+                                          NoiseTerm::kAngleRandomWalk);
+  if (n && std::abs(*n - 1.0) > kEqualNoise)
+    text += " A compensation does not change N; here something smooths or adds noise.";
+  return text;
+}
+
+std::string verdict(const AllanResult& result) {
+  std::string text;
+  for (const AllanStream& stream : result.streams) {
+    std::string sentence = stream_sentence(stream, result);
+    sentence.front() = 'A';
+    text += (text.empty() ? "" : " ") + sentence;
+  }
+  for (const auto axis : core::kAxes) {
+    const std::string sentence = compensation_sentence(axis, result);
+    if (!sentence.empty()) text += " " + sentence;
+  }
+  return text;
+}
+
+std::string record_note(const AllanResult& result) {
+  std::string text = std::to_string(result.samples) + " samples, one every " +
+                     significant(result.period_s, 4) + " s, over " +
+                     significant(result.duration_s / core::kSecondsPerHour, 4) + " h.";
+  std::string with, without;
+  for (const AllanStream& stream : result.streams) {
+    if (stream.kind != StreamKind::kRaw) continue;
+    auto& list = result.less_reference[core::index(stream.axis)] ? with : without;
+    list += (list.empty() ? "" : ", ") + std::string(core::name(stream.axis));
+  }
+  if (!with.empty()) text += " Analysed is the drift, rate - reference, of " + with + ".";
+  if (!without.empty())
+    text += " Without a reference the rate itself is analysed, of " + without +
+            ": the gyro must have been at rest.";
+  return text;
+}
+
+std::string reading_note(const AllanResult& result) {
+  std::string text =
+      "Interval: chi-square, with the equivalent degrees of freedom (edf) of the noise that is "
+      "identified at that tau. Fitted: non-negative least squares on the variance, weighted by "
+      "these; Q, R, a sinusoid and a Markov noise only where the curve cannot do without; <: not "
+      "seen, and below that at " +
+      percent(result.request.confidence) +
+      " confidence. Slope reading: where the curve has the term's own slope, carried along it to "
+      "the "
+      "reading point; it counts neighbouring noises as its own and has no interval.";
+  const auto& streams = result.streams;
+  const bool cascade = std::any_of(streams.begin(), streams.end(), [](const AllanStream& s) {
+    return s.report.method == allan::SeriesMethod::kCascade;
+  });
+  const auto& asked = result.request.statistics;
+  if (!cascade && std::find(asked.begin(), asked.end(), Statistic::kTotdev) != asked.end())
+    text += " The total deviation is left with its bias (SP 1065, table 6).";
+  return text;
+}
+
+// --- JSON
+
+std::string statistic_key(Statistic statistic) {
+  return std::string(allan::name(statistic));
+}
+
+ordered_json json_of(const allan::StatisticCurve& curve, const AllanStream& stream) {
+  const std::string unit = curve.statistic == Statistic::kTdev ? "_rad" : "_rad_s";
+  auto points = ordered_json::array();
+  for (std::size_t i = 0; i < curve.points.size(); ++i) {
+    const auto& p = curve.points[i];
+    ordered_json point{{"tau_s", p.tau_s},
+                       {"deviation" + unit, p.deviation},
+                       {"lower" + unit, p.lower},
+                       {"upper" + unit, p.upper},
+                       {"degrees_of_freedom", p.degrees_of_freedom},
+                       {"terms", p.terms},
+                       {"noise", std::string(allan::name(p.noise))}};
+    if (curve.statistic == Statistic::kOadev)
+      point["clusters_may_lack_samples"] =
+          stream.report.allan[i].rule == allan::GapRule::kNearlyComplete;
+    points.push_back(std::move(point));
+  }
+  return points;
+}
+
+std::string name(Identification identification) {
+  switch (identification) {
+    case Identification::kNotFitted:
+      return "not_fitted";
+    case Identification::kUpperBound:
+      return "upper_bound";
+    case Identification::kInterval:
+      return "interval";
+  }
+  return "unknown";
+}
+
+ordered_json json_of(const Coefficient& c) {
+  const bool has_interval = c.identification == Identification::kInterval;
+  const bool is_fitted = c.identification != Identification::kNotFitted;
+  return {{"identification", name(c.identification)},
+          {"value", has_interval ? c.value : kNaN},
+          {"lower", has_interval ? c.lower : kNaN},
+          {"upper", is_fitted ? c.upper : kNaN}};
+}
+
+ordered_json coefficients_json(const allan::SeriesReport& r) {
+  ordered_json json;
+  for (const NoiseTerm term : allan::kNoiseTerms) {
+    auto& own = json[std::string(texts_of(term).si_key)] = json_of(r.coefficients[term]);
+    own["slope_reading"] = r.slopes[allan::index(term)].value_or(kNaN);
+  }
+  for (const FoundTerm& found : found_terms(r.coefficients))
+    json[std::string(found.si_key)] = json_of(found.value);
+  return json;
+}
+
+std::string name(allan::SeriesMethod method) {
+  switch (method) {
+    case allan::SeriesMethod::kFullOverlap:
+      return "full_overlap";
+    case allan::SeriesMethod::kFullOverlapWithGaps:
+      return "full_overlap_with_gaps";
+    case allan::SeriesMethod::kCascade:
+      return "cascade";
+  }
+  return "unknown";
+}
+
+ordered_json json_of(const AllanStream& stream) {
+  const allan::SeriesReport& r = stream.report;
+  ordered_json json{
+      {"method", name(r.method)},        {"samples", r.findings.samples},
+      {"missing_samples", r.missing},    {"gaps", r.interruptions},
+      {"outliers", r.findings.outliers}, {"longest_run_of_equal_samples", r.findings.longest_run},
+      {"is_stuck", r.findings.is_stuck}};
+  for (const auto& curve : r.curves) {
+    json[statistic_key(curve.statistic)] = json_of(curve, stream);
+    if (curve.stretch)
+      json[statistic_key(curve.statistic) + "_stretch"] = {{"first_sample", curve.stretch->begin},
+                                                           {"samples", curve.stretch->count}};
+  }
+  json["coefficients"] = coefficients_json(r);
+  json["fit"] = {{"points", r.coefficients.points},
+                 {"converged", r.coefficients.status == allan::FitStatus::kConverged},
+                 {"reduced_chi_square", r.coefficients.reduced_chi_square}};
+  if (r.lowest)
+    json["lowest"] = {{"tau_s", r.lowest->tau_s}, {"deviation_rad_s", r.lowest->deviation_radps}};
+  return json;
+}
+
+// --- the page
+
+void add_stream(report::Document& page, const AllanStream& stream, const AllanResult& result) {
+  if (!is_alone(stream, result))
+    page.blocks.emplace_back(report::Subheading{std::string(name(stream.kind))});
+  page.blocks.emplace_back(
+      report::Figure{noise_chart(stream, result), noise_caption(result.request.confidence)});
+  page.blocks.emplace_back(coefficient_table(stream, result));
+  for (const auto& curve : stream.report.curves)
+    page.blocks.emplace_back(statistic_table(stream, curve, result));
+  if (auto chart = statistics_chart(stream)) {
+    page.blocks.emplace_back(report::Figure{
+        std::move(*chart), "The statistics beside each other, with " +
+                               percent(result.request.confidence) + " confidence bands."});
+  }
+}
+
+}  // namespace
+
+std::vector<report::Table> allan_tables(const AllanResult& result) {
+  std::vector<report::Table> tables;
+  for (const AllanStream& stream : result.streams) {
+    for (const auto& curve : stream.report.curves)
+      tables.push_back(statistic_table(stream, curve, result));
+    tables.push_back(coefficient_table(stream, result));
+  }
+  return tables;
+}
+
+std::vector<std::string> allan_notes(const AllanResult& result) {
+  return {record_note(result), reading_note(result), verdict(result)};
+}
+
+report::Document allan_page(const AllanResult& result) {
+  report::Document page;
+  page.title = "Allan deviation";
+  page.subtitle = result.request.record;
+  page.verdict = verdict(result);
+  page.blocks.emplace_back(report::Paragraph{record_note(result)});
+  for (const std::string& warning : result.warnings)
+    page.blocks.emplace_back(report::Paragraph{"Note: " + warning + "."});
+  for (const auto axis : core::kAxes) {
+    bool is_first = true;
+    for (const AllanStream& stream : result.streams) {
+      if (stream.axis != axis) continue;
+      if (is_first) {
+        page.blocks.emplace_back(report::Heading{"Axis " + std::string(core::name(axis))});
+        if (!is_alone(stream, result))
+          page.blocks.emplace_back(
+              report::Figure{beside_chart(axis, result), "Raw and compensated, with " +
+                                                             percent(result.request.confidence) +
+                                                             " confidence bands."});
+      }
+      is_first = false;
+      add_stream(page, stream, result);
+    }
+  }
+  page.blocks.emplace_back(report::Heading{"How to read this"});
+  page.blocks.emplace_back(report::Paragraph{reading_note(result)});
+  return page;
+}
+
+ordered_json allan_json(const AllanResult& result) {
+  ordered_json json{{"record", result.request.record}, {"confidence", result.request.confidence},
+                    {"samples", result.samples},       {"sample_period_s", result.period_s},
+                    {"duration_s", result.duration_s}, {"warnings", result.warnings},
+                    {"verdict", verdict(result)}};
+  for (const AllanStream& stream : result.streams) {
+    auto& axis = json["axis"][std::string(core::name(stream.axis))];
+    axis["less_reference"] = result.less_reference[core::index(stream.axis)];
+    axis[std::string(name(stream.kind))] = json_of(stream);
+  }
+  return json;
+}
+
+}  // namespace zerodrift::services

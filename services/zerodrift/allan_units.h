@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// How the coefficients and deviations of a gyro are called and in which units they are told.
+#pragma once
+
+#include <string_view>
+
+#include "common/allan/coefficients.h"
+#include "common/allan/deviations.h"
+#include "common/allan/noise_units.h"
+#include "common/core/units.h"
+
+namespace zerodrift::services {
+
+inline constexpr double kArcsecondsPerRadian = 3600.0 / core::kRadPerDeg;
+inline constexpr double kDegPerHourPerRadPerSecond = 1.0 / core::kRadPerSecPerDegPerHour;
+
+struct TermText {
+  std::string_view name;
+  std::string_view unit;
+  double per_si = 1.0;       // of that unit
+  std::string_view si_key;   // in JSON
+  std::string_view read_at;  // of the term's own line
+};
+
+[[nodiscard]] constexpr TermText texts_of(allan::NoiseTerm term) {
+  using allan::NoiseTerm;
+  switch (term) {
+    case NoiseTerm::kQuantization:
+      return {"quantization", "arcsec", kArcsecondsPerRadian, "quantization_rad", "√3 s"};
+    case NoiseTerm::kAngleRandomWalk:
+      return {"angle random walk", "deg/√h", allan::kDegPerRootHour, "angle_random_walk_rad_rts",
+              "1 s"};
+    case NoiseTerm::kBiasInstability:
+      return {"bias instability", "deg/h", kDegPerHourPerRadPerSecond, "bias_instability_rad_s",
+              "lowest point / 0.664"};
+    case NoiseTerm::kRateRandomWalk:
+      return {"rate random walk", "deg/h^1.5", allan::kDegPerHourPerRootHour,
+              "rate_random_walk_rad_s_rts", "3 s"};
+    case NoiseTerm::kRateRamp:
+      return {"rate ramp", "deg/h²", allan::kDegPerHourPerHour, "rate_ramp_rad_s2", "√2 s"};
+  }
+  return {};
+}
+
+struct DeviationUnit {
+  std::string_view text;
+  double per_si = 1.0;
+};
+
+[[nodiscard]] constexpr DeviationUnit unit_of(allan::Statistic statistic) {
+  if (statistic == allan::Statistic::kTdev) return {"arcsec", kArcsecondsPerRadian};
+  return {"deg/h", kDegPerHourPerRadPerSecond};
+}
+
+}  // namespace zerodrift::services
