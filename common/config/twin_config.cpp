@@ -156,6 +156,31 @@ twin::Turn turn_from(const proto::TwinTurn& m, int i) {
           m.rate_deg_s() * core::kRadPerDeg, m.ramp_s()};
 }
 
+twin::PowerCycle power_cycle_from(const proto::TwinPowerCycle& m, int i) {
+  require(m.has_off_s(), in_list("power_cycles", i, "off_s"));
+  require(m.has_on_s(), in_list("power_cycles", i, "on_s"));
+  return {m.off_s(), m.on_s()};
+}
+
+twin::Excitation excitation_from(const proto::TwinExcitation& m, int i) {
+  require(m.has_start_s(), in_list("excitations", i, "start_s"));
+  require(m.has_duration_s(), in_list("excitations", i, "duration_s"));
+  require(m.has_value(), in_list("excitations", i, "value"));
+  const auto quantity = twin::excited_quantity(m.quantity());
+  if (!quantity) {
+    throw InvalidField({in_list("excitations", i, "quantity"),
+                        "no quantity is called '" + m.quantity() + "'" +
+                            twin::suggestion(m.quantity(), twin::excited_quantity_names())});
+  }
+  const std::string axis_key = in_list("excitations", i, "axis");
+  if (!twin::has_axis(*quantity) && !m.axis().empty()) {
+    throw InvalidField({axis_key, m.quantity() + " has no axis, found '" + m.axis() + "'"});
+  }
+  const core::Axis axis =
+      twin::has_axis(*quantity) ? axis_from(m.axis(), axis_key) : core::Axis::kX;
+  return {m.start_s(), m.duration_s(), *quantity, axis, m.value(), m.ramp_s()};
+}
+
 twin::EarthRateSetup earth_rate_from(const proto::TwinEarthRate& m) {
   require(m.has_latitude_deg(), "earth_rate.latitude_deg");
   return {m.latitude_deg() * core::kRadPerDeg, m.heading_deg() * core::kRadPerDeg,
@@ -220,6 +245,12 @@ twin::Profile profile_from_proto(const proto::TwinProfile& message) {
   }
   for (int i = 0; i < message.turns_size(); ++i) {
     profile.turns.push_back(turn_from(message.turns(i), i));
+  }
+  for (int i = 0; i < message.power_cycles_size(); ++i) {
+    profile.power_cycles.push_back(power_cycle_from(message.power_cycles(i), i));
+  }
+  for (int i = 0; i < message.excitations_size(); ++i) {
+    profile.excitations.push_back(excitation_from(message.excitations(i), i));
   }
   if (message.has_earth_rate()) profile.earth_rate = earth_rate_from(message.earth_rate());
   if (auto problem = profile.find_problem()) throw InvalidField(*std::move(problem));

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an effect of the catalogue is: a definition (name, equation, parameters) that makes a
-// running instance for one axis of one gyro.
+// What an effect of the catalogue is: a definition (name, equation, parameters, what a record must
+// hold to test it) that makes a running instance for one axis of one gyro. An instance runs on any
+// inputs, a simulation's or a record's: what it adds for unit amplitudes are the columns of a
+// regression that looks for the effect.
 #pragma once
 
 #include <cstdint>
@@ -18,14 +20,31 @@
 
 namespace zerodrift::twin {
 
-// What an effect may depend on at one sample.
+// What source current and supply are unless a profile or a record says otherwise.
+inline constexpr double kNominalSourceCurrentMa = 100.0;
+inline constexpr double kNominalSupplyV = 5.0;
+
+// What an effect may depend on at one sample. Where a value isn't finite, effects that read it give
+// NaN or hold their last state; they are finite again as soon as it is.
 struct EffectInputs {
-  std::uint64_t sample = 0;                 // index of the sample since the record's start
+  std::uint64_t sample = 0;                 // counts up by one from 0, without gaps
   double time_s = 0.0;                      // end of the integration interval
   double since_power_on_s = 0.0;            // >= 0
   ThermalState thermal;                     // at time_s
   core::PerAxis<double> true_rate_radps{};  // mean over the interval, frame b
   double rate_radps = 0.0;  // for output effects: the rate that all others give together
+  core::PerAxis<double> magnetic_ut{};        // field, frame b
+  core::PerAxis<double> acceleration_mps2{};  // specific force, frame b
+  double vibration_g = 0.0;                   // rms
+  double source_current_ma = kNominalSourceCurrentMa;
+  double supply_v = kNominalSupplyV;
+};
+
+// What became of a sample, the worse the later.
+enum class SampleStatus {
+  kMeasured,
+  kClipped,  // measured, but the sensor saturated
+  kLost,     // nothing came
 };
 
 // One running effect on one axis. Steps once a sample, in order; no allocation.
@@ -34,6 +53,15 @@ class Effect {
   virtual ~Effect() = default;
   // What it adds to the measured rate, rad/s.
   virtual double step(const EffectInputs& inputs) noexcept = 0;
+  // Of the sample last stepped. Asked of output effects only.
+  [[nodiscard]] virtual SampleStatus status() const noexcept { return SampleStatus::kMeasured; }
+};
+
+// How an effect shows in a record, hence how one looks for it.
+enum class Family {
+  kDeterministic,  // a function of the inputs: a regressor
+  kStochastic,     // has a spectrum
+  kRecordFault,    // local: the record's own fault, not the gyro's
 };
 
 // Which part of the measured rate an effect makes, for the truth accessors of the simulation.
@@ -43,18 +71,60 @@ enum class Contribution {
   kOutput,  // acts on the total, after all others; never part of the true drift
 };
 
+// How a parameter enters, hence how it is fitted.
+enum class ParameterRole {
+  kAmplitude,   // what the effect adds is jointly linear in all amplitudes, and 0 where they are 0
+  kShape,       // enters non-linearly: searched, then refined
+  kConvention,  // a reference point that amplitudes of this or another effect absorb, or a value
+                // known from elsewhere: never fitted
+};
+
 struct ParameterDefinition {
   std::string name;  // ends in its unit
   std::string meaning;
   double default_value = 0.0;  // a typical magnitude
   double minimum = -std::numeric_limits<double>::max();
   double maximum = std::numeric_limits<double>::max();
+  ParameterRole role = ParameterRole::kAmplitude;
+  std::vector<double> grid{};  // kShape: what a search tries, increasing, within the limits
+};
+
+// What a record must hold, and move, before it can say anything about an effect.
+enum class Need {
+  kTemperature,
+  kTemperatureDifference,  // two probes
+  kTemperatureCycles,      // the same temperatures up and down
+  kPowerOn,                // a power-on within the record, or its time
+  kReferenceRate,          // about the gyro's own axis
+  kSlowReferenceRate,      // the same, with rates near 0
+  kCrossAxisRate,          // about the other two axes
+  kMagnetic,
+  kAcceleration,
+  kVibration,
+  kSourceCurrent,
+  kSupply,
+  kLongRecord,  // hours
+  kRawRate,     // samples as the sensor gave them, not averaged
+  kTimeStamps,  // of each sample, or a counter
+};
+
+using Parameters = std::map<std::string, double>;
+
+// A stochastic effect's spectrum.
+struct Spectrum {
+  // The parameter whose square the density is proportional to.
+  std::string scale;
+  // One-sided power spectral density of the rate, (rad/s)²/Hz, of the series that the effect makes
+  // at this interval, at 0 < frequency_hz <= 1/(2 interval_s); its integral up to there is the
+  // variance where that exists. `parameters` is complete (see complete_parameters()).
+  std::function<double(const Parameters& parameters, double frequency_hz, double interval_s)>
+      density;
 };
 
 // Everything an instance is made from.
 struct EffectContext {
-  std::map<std::string, double> parameters;  // complete: defaults filled in
-  std::vector<TemperaturePoint> inputs;      // complete: defaults filled in
+  Parameters parameters;                 // complete: defaults filled in
+  std::vector<TemperaturePoint> inputs;  // complete: defaults filled in
   core::Axis axis = core::Axis::kX;
   double interval_s = 0.0;
   NoiseStream noise;
@@ -66,15 +136,31 @@ struct EffectDefinition {
   std::string kind;
   std::string equation;
   std::string source;
+  Family family = Family::kDeterministic;
   Contribution contribution = Contribution::kDrift;
   std::vector<ParameterDefinition> parameters;
-  std::vector<TemperaturePoint> inputs;  // defaults of the temperatures it reads
+  std::vector<TemperaturePoint> inputs{};  // defaults of the temperatures it reads
+  std::vector<Need> needs{};
+  std::vector<std::string> confused_with{};  // effects of the catalogue that look alike
+  Spectrum spectrum{};                       // Family::kStochastic only
   std::function<std::unique_ptr<Effect>(const EffectContext&)> make;
 };
 
-// The lag parameter that temperature effects share.
+// The lag parameter that temperature effects share: which lag a search tries besides none.
 inline ParameterDefinition lag_parameter() {
-  return {"lag_s", "first-order lag of the effect behind the temperature", 0.0, 0.0, 1e5};
+  return {"lag_s",
+          "first-order lag of the effect behind the temperature",
+          0.0,
+          0.0,
+          1e5,
+          ParameterRole::kShape,
+          {0.0, 60.0, 180.0, 600.0, 1800.0}};
+}
+
+// The temperature that temperature effects count from.
+inline ParameterDefinition reference_parameter() {
+  return {"reference_degc",          "temperature without contribution", 25.0, -273.15, 1e3,
+          ParameterRole::kConvention};
 }
 
 inline double temperature_degc(const EffectInputs& inputs, TemperaturePoint point) noexcept {

@@ -2,6 +2,7 @@
 #include "common/twin/effect_catalogue.h"
 
 #include <algorithm>
+#include <stdexcept>
 #include <vector>
 
 // One line an effect: effects/<name>.cpp defines EffectDefinition effects::<name>().
@@ -11,16 +12,36 @@
   X(shupe)                           \
   X(coil_lag)                        \
   X(gradient)                        \
+  X(gradient_rate)                   \
   X(shupe_temperature)               \
+  X(sensor_lag)                      \
+  X(hysteresis)                      \
   X(warm_up)                         \
   X(scale_factor)                    \
+  X(scale_factor_temperature)        \
+  X(scale_factor_nonlinearity)       \
+  X(scale_factor_asymmetry)          \
+  X(misalignment)                    \
+  X(dead_band)                       \
   X(quantization)                    \
   X(angle_random_walk)               \
   X(bias_instability)                \
   X(rate_random_walk)                \
   X(rate_ramp)                       \
   X(markov)                          \
-  X(line)
+  X(telegraph)                       \
+  X(line)                            \
+  X(vibration_rectification)         \
+  X(acceleration_sensitivity)        \
+  X(magnetic)                        \
+  X(source_intensity)                \
+  X(temperature_step)                \
+  X(etalon_fringe)                   \
+  X(modulator_reset)                 \
+  X(spikes)                          \
+  X(saturation)                      \
+  X(dropped_samples)                 \
+  X(clock_offset)
 
 namespace zerodrift::twin {
 namespace effects {
@@ -53,6 +74,40 @@ std::span<const std::string> effect_names() {
     return names;
   }();
   return kNames;
+}
+
+bool depends_on(const Model& model, Need need) {
+  return std::any_of(model.effects.begin(), model.effects.end(), [need](const EffectSpec& spec) {
+    const EffectDefinition* definition = find_effect(spec.kind);
+    if (definition == nullptr || spec.parameters.empty()) return false;
+    const auto& needs = definition->needs;
+    return std::find(needs.begin(), needs.end(), need) != needs.end();
+  });
+}
+
+Parameters complete_parameters(const EffectDefinition& definition, const Parameters& given) {
+  Parameters complete;
+  for (const ParameterDefinition& parameter : definition.parameters) {
+    const auto found = given.find(parameter.name);
+    complete[parameter.name] = found == given.end() ? parameter.default_value : found->second;
+  }
+  return complete;
+}
+
+std::unique_ptr<Effect> make_effect(const EffectSpec& spec, double interval_s,
+                                    const NoiseStream& noise) {
+  if (const auto problem = spec.find_problem()) throw std::invalid_argument(problem->text());
+  if (!(interval_s >= 1e-6 && interval_s <= 1e6)) {
+    throw std::invalid_argument("interval_s: must be within 1e-6 and 1e6 s, found " +
+                                std::to_string(interval_s));
+  }
+  const EffectDefinition& definition = *find_effect(spec.kind);
+  EffectContext context{complete_parameters(definition, spec.parameters), definition.inputs,
+                        spec.axis, interval_s, noise};
+  for (std::size_t i = 0; i < spec.inputs.size(); ++i) {
+    context.inputs[i] = temperature_point(spec.inputs[i]).value();
+  }
+  return definition.make(context);
 }
 
 }  // namespace zerodrift::twin

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The list of all effects the twin can simulate. Their names are part of the interface.
+// The list of all effects the twin can simulate, and how one of them is run by itself. Their names
+// are part of the interface.
 #pragma once
 
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -18,5 +20,19 @@ namespace zerodrift::twin {
 [[nodiscard]] const EffectDefinition* find_effect(std::string_view kind);
 
 [[nodiscard]] std::span<const std::string> effect_names();
+
+// True where an effect that the model simulates needs this of a record.
+[[nodiscard]] bool depends_on(const Model& model, Need need);
+
+// The given parameters and, for those left out, the catalogue's defaults.
+[[nodiscard]] Parameters complete_parameters(const EffectDefinition& definition,
+                                             const Parameters& given);
+
+// One running effect, as GyroSimulation runs it: step it once every interval_s with the inputs of a
+// simulation or a record. Only stochastic effects and random faults read `noise`. An effect without
+// parameters gets the defaults. Throws std::invalid_argument naming the wrong key, or an interval
+// that isn't within 1e-6 and 1e6 s.
+[[nodiscard]] std::unique_ptr<Effect> make_effect(const EffectSpec& spec, double interval_s,
+                                                  const NoiseStream& noise);
 
 }  // namespace zerodrift::twin

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/twin/spectrum.h"
+
 namespace zerodrift::twin {
 namespace {
 
@@ -26,12 +28,27 @@ double markov_allan_variance(double tau_s, double correlation_s) noexcept {
   return 2.0 / x * (1.0 - (3.0 - 4.0 * std::exp(-x) + std::exp(-2.0 * x)) / (2.0 * x));
 }
 
+// The variance of each process.
+double level_variance(const FlickerNoiseOptions& options) noexcept {
+  return std::numbers::ln2 / std::numbers::pi * options.bias_instability * options.bias_instability;
+}
+
 }  // namespace
+
+double flicker_density(const FlickerNoiseOptions& options, double frequency_hz,
+                       double interval_s) noexcept {
+  double sum = 0.0;
+  double correlation_s = options.shortest_correlation_s;
+  for (;; correlation_s *= 2.0) {
+    sum += first_order_density(1.0, correlation_s, frequency_hz, interval_s);
+    if (correlation_s >= options.longest_correlation_s) break;
+  }
+  return level_variance(options) * sum;
+}
 
 FlickerNoise::FlickerNoise(const FlickerNoiseOptions& options, double interval_s,
                            const NoiseStream& noise)
-    : level_variance_(std::numbers::ln2 / std::numbers::pi * options.bias_instability *
-                      options.bias_instability) {
+    : level_variance_(level_variance(options)) {
   const double deviation = std::sqrt(level_variance_);
   double correlation_s = options.shortest_correlation_s;
   for (std::uint64_t number = 0;; ++number, correlation_s *= 2.0) {

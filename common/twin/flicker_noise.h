@@ -16,6 +16,12 @@ struct FlickerNoiseOptions {
   double longest_correlation_s = 1e6;    // to at least here
 };
 
+// One-sided power spectral density of FlickerNoise at this interval, in its unit squared per Hz:
+// within 2 % of B²/(pi f) for 1/f from 150 times the shortest (or 250 times interval_s, where that
+// is longer) to 1/4 of the longest correlation time.
+[[nodiscard]] double flicker_density(const FlickerNoiseOptions& options, double frequency_hz,
+                                     double interval_s) noexcept;
+
 // Flicker of bias instability B has the one-sided spectrum B²/(pi f) and the flat Allan variance
 // (2 ln2/pi) B² (IEEE Std 952-1997, Annex C). A Markov process of variance s² and correlation time
 // T has 4 s² T/(1 + (2 pi f T)²); summed over T = T0 2^j that is s²/(ln2 f), hence s² = (ln2/pi) B²

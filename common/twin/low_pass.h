@@ -7,13 +7,15 @@
 namespace zerodrift::twin {
 
 // tau dy/dt = u - y at a fixed step, exact for an input that is constant over the step. The first
-// step returns its input (steady state); tau_s = 0 passes everything through. O(1).
+// step returns its input (steady state); tau_s = 0 passes everything through. An input that isn't
+// finite is returned and forgotten. O(1).
 class LowPass {
  public:
   LowPass(double tau_s, double interval_s) noexcept
       : gain_(tau_s > 0.0 ? -std::expm1(-interval_s / tau_s) : 1.0) {}
 
   double step(double input) noexcept {
+    if (!std::isfinite(input)) return input;
     output_ = started_ ? output_ + gain_ * (input - output_) : input;
     started_ = true;
     return output_;

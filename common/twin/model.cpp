@@ -156,22 +156,6 @@ std::optional<Problem> problem_of_inputs(const EffectSpec& spec,
   return std::nullopt;
 }
 
-std::optional<Problem> problem_of_effect(const EffectSpec& spec, bool newer_model) {
-  const EffectDefinition* definition = find_effect(spec.kind);
-  if (definition == nullptr) {
-    if (newer_model) return std::nullopt;
-    return Problem{"kind", "the catalogue has no effect '" + spec.kind + "'" +
-                               suggestion(spec.kind, effect_names())};
-  }
-  for (const auto& [name, value] : spec.parameters) {
-    if (auto problem = problem_of_parameter(name, value, *definition)) {
-      return problem;
-    }
-  }
-  if (auto problem = problem_of_standard_errors(spec, *definition)) return problem;
-  return problem_of_inputs(spec, *definition);
-}
-
 std::optional<Problem> within(std::optional<Problem> problem, const char* list, std::size_t i) {
   if (problem) problem->key = std::string(list) + '[' + std::to_string(i) + "]." + problem->key;
   return problem;
@@ -191,6 +175,19 @@ std::optional<Problem> problem_of_repeated_probe(const std::vector<ProbeSpec>& p
 
 }  // namespace
 
+std::optional<Problem> EffectSpec::find_problem() const {
+  const EffectDefinition* definition = find_effect(kind);
+  if (definition == nullptr) {
+    return Problem{"kind",
+                   "the catalogue has no effect '" + kind + "'" + suggestion(kind, effect_names())};
+  }
+  for (const auto& [name, value] : parameters) {
+    if (auto problem = problem_of_parameter(name, value, *definition)) return problem;
+  }
+  if (auto problem = problem_of_standard_errors(*this, *definition)) return problem;
+  return problem_of_inputs(*this, *definition);
+}
+
 std::optional<Problem> Model::find_problem() const {
   if (format_version == 0) return Problem{"format_version", "must be given, 1 or more"};
   if (!is_rate(nominal_rate_hz, kHighestRateHz)) {
@@ -204,9 +201,8 @@ std::optional<Problem> Model::find_problem() const {
   }
   if (auto problem = problem_of_repeated_probe(probes)) return problem;
   for (std::size_t i = 0; i < effects.size(); ++i) {
-    if (auto problem = within(problem_of_effect(effects[i], is_newer()), "effects", i)) {
-      return problem;
-    }
+    if (is_newer() && find_effect(effects[i].kind) == nullptr) continue;
+    if (auto problem = within(effects[i].find_problem(), "effects", i)) return problem;
   }
   return std::nullopt;
 }

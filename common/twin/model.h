@@ -47,6 +47,9 @@ struct EffectSpec {
   std::vector<std::string> inputs{};  // temperatures it reads; empty = the catalogue's default
   Origin origin{};
   UnknownKeys unknown_keys{};
+
+  // The first problem ("parameters.tau_s", ...), or none.
+  [[nodiscard]] std::optional<Problem> find_problem() const;
 };
 
 // Lumped thermal network of the gyro (thermal_plant.h). The defaults are a palm-sized FOG of about
@@ -60,7 +63,7 @@ struct ThermalParameters {
   double case_coil_outer_w_per_k = 0.16;
   double coil_outer_inner_w_per_k = 0.25;
   double case_board_w_per_k = 0.5;
-  double board_power_w = 3.0;  // dissipated from power-on on
+  double board_power_w = 3.0;  // dissipated while the gyro is on
   UnknownKeys unknown_keys{};
 };
 

@@ -2,6 +2,7 @@
 #include "common/twin/profile.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -55,6 +56,42 @@ std::optional<Problem> problem_of_turn(const Turn& turn, std::size_t i) {
   return std::nullopt;
 }
 
+std::optional<Problem> problem_of_excitation(const Excitation& excitation, std::size_t i) {
+  if (!std::isfinite(excitation.start_s) || excitation.start_s < 0.0) {
+    return Problem{at("excitations", i, "start_s"), "must be >= 0 s" + found(excitation.start_s)};
+  }
+  if (!std::isfinite(excitation.duration_s) || excitation.duration_s <= 0.0) {
+    return Problem{at("excitations", i, "duration_s"),
+                   "must be > 0 s" + found(excitation.duration_s)};
+  }
+  if (!(std::abs(excitation.value) <= 1e9)) {
+    return Problem{at("excitations", i, "value"),
+                   "must be within -1e9 and 1e9" + found(excitation.value)};
+  }
+  if (!(excitation.ramp_s >= 0.0 && 2.0 * excitation.ramp_s <= excitation.duration_s)) {
+    return Problem{at("excitations", i, "ramp_s"),
+                   "must be within 0 and half of duration_s" + found(excitation.ramp_s)};
+  }
+  return std::nullopt;
+}
+
+std::optional<Problem> problem_of_power_cycles(const Profile& profile) {
+  double on_s = profile.power_on_s;
+  for (std::size_t i = 0; i < profile.power_cycles.size(); ++i) {
+    const PowerCycle& cycle = profile.power_cycles[i];
+    if (!(cycle.off_s > on_s)) {
+      return Problem{at("power_cycles", i, "off_s"), "must be after the power-on before it, at " +
+                                                         std::to_string(on_s) + " s" +
+                                                         found(cycle.off_s)};
+    }
+    if (!(cycle.on_s > cycle.off_s && cycle.on_s <= 1e9)) {
+      return Problem{at("power_cycles", i, "on_s"), "must be after off_s" + found(cycle.on_s)};
+    }
+    on_s = cycle.on_s;
+  }
+  return std::nullopt;
+}
+
 std::optional<Problem> problem_of_earth_rate(const EarthRateSetup& setup) {
   if (!(std::abs(setup.latitude_rad) <= std::numbers::pi / 2.0 + 1e-12)) {
     return Problem{"earth_rate.latitude_deg", "must be within -90 and 90 degrees"};
@@ -67,6 +104,23 @@ std::optional<Problem> problem_of_earth_rate(const EarthRateSetup& setup) {
 
 }  // namespace
 
+std::span<const std::string> excited_quantity_names() {
+  static const std::array<std::string, 5> kNames{"magnetic_ut", "acceleration_mps2", "vibration_g",
+                                                 "source_current_ma", "supply_v"};
+  return kNames;
+}
+
+std::optional<ExcitedQuantity> excited_quantity(std::string_view name) {
+  const auto names = excited_quantity_names();
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) return std::nullopt;
+  return static_cast<ExcitedQuantity>(found - names.begin());
+}
+
+bool has_axis(ExcitedQuantity quantity) noexcept {
+  return quantity == ExcitedQuantity::kMagneticUt || quantity == ExcitedQuantity::kAccelerationMps2;
+}
+
 std::optional<Problem> Profile::find_problem() const {
   if (!(duration_s > 0.0 && duration_s <= 1e8)) {
     return Problem{"duration_s", "must be within 0 and 1e8 s" + found(duration_s)};
@@ -78,9 +132,13 @@ std::optional<Problem> Profile::find_problem() const {
   if (!(std::abs(power_on_s) <= 1e6)) {
     return Problem{"power_on_s", "must be within -1e6 and 1e6 s" + found(power_on_s)};
   }
+  if (auto problem = problem_of_power_cycles(*this)) return problem;
   if (auto problem = problem_of_chamber(chamber)) return problem;
   for (std::size_t i = 0; i < turns.size(); ++i) {
     if (auto problem = problem_of_turn(turns[i], i)) return problem;
+  }
+  for (std::size_t i = 0; i < excitations.size(); ++i) {
+    if (auto problem = problem_of_excitation(excitations[i], i)) return problem;
   }
   return earth_rate ? problem_of_earth_rate(*earth_rate) : std::nullopt;
 }
@@ -101,6 +159,27 @@ double chamber_temperature_degc(const Profile& profile, double time_s) noexcept 
     from = to;
   }
   return from.temperature_degc;
+}
+
+PowerState power_at(const Profile& profile, double time_s) noexcept {
+  PowerState state{Power::kNotYetOn, time_s - profile.power_on_s};
+  if (state.since_on_s < 0.0) return state;
+  state.power = Power::kOn;
+  for (const PowerCycle& cycle : profile.power_cycles) {
+    if (time_s < cycle.off_s) break;
+    state.power = time_s < cycle.on_s ? Power::kOff : Power::kOn;
+    if (state.power == Power::kOn) state.since_on_s = time_s - cycle.on_s;
+  }
+  return state;
+}
+
+double excited_value(const Excitation& excitation, double time_s) noexcept {
+  const double elapsed_s = time_s - excitation.start_s;
+  const double left_s = excitation.duration_s - elapsed_s;
+  if (elapsed_s < 0.0 || left_s <= 0.0) return 0.0;
+  const double from_edge_s = std::min(elapsed_s, left_s);
+  if (from_edge_s >= excitation.ramp_s) return excitation.value;
+  return excitation.value * from_edge_s / excitation.ramp_s;
 }
 
 double turned_angle_rad(const Turn& turn, double time_s) noexcept {

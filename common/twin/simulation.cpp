@@ -28,21 +28,6 @@ double checked_rate(double rate_hz) {
                               std::to_string(rate_hz));
 }
 
-EffectContext context_of(const EffectSpec& spec, const EffectDefinition& definition,
-                         double interval_s, const NoiseStream& noise) {
-  EffectContext context{{}, {}, spec.axis, interval_s, noise};
-  for (const ParameterDefinition& parameter : definition.parameters) {
-    const auto given = spec.parameters.find(parameter.name);
-    context.parameters[parameter.name] =
-        given == spec.parameters.end() ? parameter.default_value : given->second;
-  }
-  context.inputs = definition.inputs;
-  for (std::size_t i = 0; i < spec.inputs.size(); ++i) {
-    context.inputs[i] = temperature_point(spec.inputs[i]).value();
-  }
-  return context;
-}
-
 // Named after what the effect is, not where it stands in the list. Repeated effects of one kind
 // on one axis are counted.
 NoiseStream noise_of(const Model& model, std::size_t effect, std::uint64_t seed) {
@@ -77,13 +62,42 @@ double sum_of(const std::vector<std::unique_ptr<Effect>>& effects,
   return sum;
 }
 
+void excite(const Profile& profile, EffectInputs& inputs) noexcept {
+  inputs.magnetic_ut = {};
+  inputs.acceleration_mps2 = {};
+  inputs.vibration_g = 0.0;
+  inputs.source_current_ma = kNominalSourceCurrentMa;
+  inputs.supply_v = kNominalSupplyV;
+  for (const Excitation& excitation : profile.excitations) {
+    const double value = excited_value(excitation, inputs.time_s);
+    const std::size_t axis = core::index(excitation.axis);
+    switch (excitation.quantity) {
+      case ExcitedQuantity::kMagneticUt:
+        inputs.magnetic_ut[axis] += value;
+        break;
+      case ExcitedQuantity::kAccelerationMps2:
+        inputs.acceleration_mps2[axis] += value;
+        break;
+      case ExcitedQuantity::kVibrationG:
+        inputs.vibration_g += value;
+        break;
+      case ExcitedQuantity::kSourceCurrentMa:
+        inputs.source_current_ma += value;
+        break;
+      case ExcitedQuantity::kSupplyV:
+        inputs.supply_v += value;
+        break;
+    }
+  }
+}
+
 }  // namespace
 
 GyroSimulation::GyroSimulation(const Model& model, const Profile& profile, std::uint64_t seed,
                                double rate_hz)
     : rate_hz_(checked_rate(rate_hz)),
       end_(core::from_seconds(profile.duration_s)),
-      power_on_s_(profile.power_on_s),
+      profile_(profile),
       plant_(checked(model, profile).thermal_plant, profile),
       motion_(profile, 1.0 / rate_hz) {
   for (std::size_t i = 0; i < model.effects.size(); ++i) {
@@ -94,8 +108,7 @@ GyroSimulation::GyroSimulation(const Model& model, const Profile& profile, std::
     auto& group = definition->contribution == Contribution::kDrift   ? axis.drift
                   : definition->contribution == Contribution::kNoise ? axis.noise
                                                                      : axis.output;
-    group.push_back(
-        definition->make(context_of(spec, *definition, 1.0 / rate_hz, noise_of(model, i, seed))));
+    group.push_back(make_effect(spec, 1.0 / rate_hz, noise_of(model, i, seed)));
   }
 }
 
@@ -108,31 +121,44 @@ std::optional<core::AngularRateSample> GyroSimulation::next() noexcept {
   sample.time = time;
   sample.interval_s = 1.0 / rate_hz_;
   sample.clock = core::ClockSource::kSimulation;
-  const bool powered = inputs_.since_power_on_s >= 0.0;
-  for (const core::Axis axis : core::kAxes) {
-    const std::size_t i = core::index(axis);
-    sample.valid[i] = powered;
-    sample.rate_radps[i] = powered ? step_axis(axis) : std::numeric_limits<double>::quiet_NaN();
-  }
+  for (const core::Axis axis : core::kAxes) measure(axis, sample);
   return sample;
 }
 
 void GyroSimulation::prepare_inputs(core::SensorTime time) noexcept {
   inputs_.sample = next_sample_;
   inputs_.time_s = core::seconds(time);
-  inputs_.since_power_on_s = inputs_.time_s - power_on_s_;
+  const PowerState state = power_at(profile_, inputs_.time_s);
+  power_ = state.power;
+  inputs_.since_power_on_s = state.since_on_s;
   inputs_.thermal = plant_.at(time);
   true_rate_ = motion_.step(time);
   inputs_.true_rate_radps = true_rate_;
+  excite(profile_, inputs_);
 }
 
-double GyroSimulation::step_axis(core::Axis axis) noexcept {
+void GyroSimulation::measure(core::Axis axis, core::AngularRateSample& sample) noexcept {
+  const std::size_t i = core::index(axis);
+  sample.rate_radps[i] = std::numeric_limits<double>::quiet_NaN();
+  if (power_ == Power::kNotYetOn) return;
+  const SampleStatus status = step_axis(axis);
+  if (power_ == Power::kOff || status == SampleStatus::kLost) return;
+  sample.valid[i] = true;
+  sample.clipped[i] = status == SampleStatus::kClipped;
+  sample.rate_radps[i] = inputs_.rate_radps;
+}
+
+SampleStatus GyroSimulation::step_axis(core::Axis axis) noexcept {
   const std::size_t i = core::index(axis);
   AxisEffects& effects = effects_[i];
   true_drift_[i] = sum_of(effects.drift, inputs_);
   inputs_.rate_radps = true_rate_[i] + true_drift_[i] + sum_of(effects.noise, inputs_);
-  for (const auto& effect : effects.output) inputs_.rate_radps += effect->step(inputs_);
-  return inputs_.rate_radps;
+  SampleStatus worst = SampleStatus::kMeasured;
+  for (const auto& effect : effects.output) {
+    inputs_.rate_radps += effect->step(inputs_);
+    worst = std::max(worst, effect->status());
+  }
+  return worst;
 }
 
 ThermometerSimulation::ThermometerSimulation(const Model& model, const Profile& profile,

@@ -27,17 +27,22 @@ class GyroSimulation {
   GyroSimulation(const Model& model, const Profile& profile, std::uint64_t seed, double rate_hz);
 
   // Sample k at round(k 10⁹ / rate_hz) ns, k = 0, 1, ... while that is before the profile's end;
-  // then none. Before power-on samples are invalid and NaN. No allocation.
+  // then none. Invalid and NaN are samples while the gyro is off and those that dropped_samples
+  // loses; what saturation cut is clipped. Effects run from the first power-on on, also while the
+  // gyro is off in a power cycle. No allocation.
   [[nodiscard]] std::optional<core::AngularRateSample> next() noexcept;
 
   // Truth of the sample last given, rad/s, frame b. The drift is everything deterministic and
   // everything slow and stochastic: all but white noise (angle_random_walk) and output effects
-  // (quantization).
+  // (quantization, record faults).
   [[nodiscard]] const core::PerAxis<double>& true_rate_radps() const noexcept { return true_rate_; }
   [[nodiscard]] const core::PerAxis<double>& true_drift_radps() const noexcept {
     return true_drift_;
   }
   [[nodiscard]] const ThermalState& thermal_state() const noexcept { return inputs_.thermal; }
+  // What the effects saw of the world at the sample last given (field, acceleration, vibration,
+  // source current, supply beside the above).
+  [[nodiscard]] const EffectInputs& inputs() const noexcept { return inputs_; }
 
  private:
   struct AxisEffects {
@@ -47,15 +52,18 @@ class GyroSimulation {
   };
 
   void prepare_inputs(core::SensorTime time) noexcept;
-  [[nodiscard]] double step_axis(core::Axis axis) noexcept;
+  void measure(core::Axis axis, core::AngularRateSample& sample) noexcept;
+  // Leaves the measured rate in inputs_.rate_radps.
+  [[nodiscard]] SampleStatus step_axis(core::Axis axis) noexcept;
 
   double rate_hz_;
   core::SensorTime end_;
-  double power_on_s_;
+  Profile profile_;
   ThermalPlant plant_;
   TrueMotion motion_;
   core::PerAxis<AxisEffects> effects_;
   std::uint64_t next_sample_ = 0;
+  Power power_ = Power::kNotYetOn;
   EffectInputs inputs_;
   core::PerAxis<double> true_rate_{};
   core::PerAxis<double> true_drift_{};

@@ -105,7 +105,12 @@ double ThermalPlant::grid_time_s(std::int64_t step) const noexcept {
 }
 
 double ThermalPlant::power_w(std::int64_t step) const noexcept {
-  return step >= power_on_step_ ? parameters_.board_power_w : 0.0;
+  if (step < power_on_step_) return 0.0;
+  for (const PowerCycle& cycle : profile_.power_cycles) {
+    if (step < std::llround(cycle.off_s / kStepS)) break;
+    if (step < std::llround(cycle.on_s / kStepS)) return 0.0;
+  }
+  return parameters_.board_power_w;
 }
 
 }  // namespace zerodrift::twin

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// zerodrift simulate: the twin's record of a profile, as a file.
+// zerodrift simulate: the twin's record of a profile, as a file. What the gyro doesn't say (while
+// it is off, dropped samples) are blank cells of rows that are there.
+#include <algorithm>
 #include <cstdio>
 #include <optional>
 #include <string>
@@ -8,6 +10,7 @@
 #include "common/config/twin_config.h"
 #include "common/record/record_writer.h"
 #include "common/service/main.h"
+#include "common/twin/effect_catalogue.h"
 #include "common/twin/simulation.h"
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/progress_bar.h"
@@ -51,6 +54,53 @@ struct Probe {
   std::optional<core::TemperatureSample> next;
 };
 
+// An input's columns, and where its values are.
+struct InputColumns {
+  std::vector<std::string> names;
+  std::vector<double> (*values)(const twin::EffectInputs& inputs);
+  twin::ExcitedQuantity quantity;
+  twin::Need need;
+};
+
+std::vector<double> vector_of(const core::PerAxis<double>& v) {
+  return {v.begin(), v.end()};
+}
+
+// Those that the profile moves or that one of the model's effects depends on.
+std::vector<InputColumns> input_columns(const twin::Model& model, const twin::Profile& profile) {
+  using twin::ExcitedQuantity;
+  using twin::Need;
+  std::vector<InputColumns> all{
+      {{"magnetic_x_uT", "magnetic_y_uT", "magnetic_z_uT"},
+       [](const twin::EffectInputs& i) { return vector_of(i.magnetic_ut); },
+       ExcitedQuantity::kMagneticUt,
+       Need::kMagnetic},
+      {{"acceleration_x_m_s2", "acceleration_y_m_s2", "acceleration_z_m_s2"},
+       [](const twin::EffectInputs& i) { return vector_of(i.acceleration_mps2); },
+       ExcitedQuantity::kAccelerationMps2,
+       Need::kAcceleration},
+      {{"vibration_g"},
+       [](const twin::EffectInputs& i) { return std::vector{i.vibration_g}; },
+       ExcitedQuantity::kVibrationG,
+       Need::kVibration},
+      {{"source_current_mA"},
+       [](const twin::EffectInputs& i) { return std::vector{i.source_current_ma}; },
+       ExcitedQuantity::kSourceCurrentMa,
+       Need::kSourceCurrent},
+      {{"supply_V"},
+       [](const twin::EffectInputs& i) { return std::vector{i.supply_v}; },
+       ExcitedQuantity::kSupplyV,
+       Need::kSupply}};
+  std::erase_if(all, [&](const InputColumns& columns) {
+    const bool moved = std::any_of(profile.excitations.begin(), profile.excitations.end(),
+                                   [&](const twin::Excitation& excitation) {
+                                     return excitation.quantity == columns.quantity;
+                                   });
+    return !moved && !twin::depends_on(model, columns.need);
+  });
+  return all;
+}
+
 int simulate(const SimulateOptions& options) {
   const auto loaded = config::load_model(options.model);
   for (const auto& line : loaded.warnings) std::fprintf(stderr, "%s\n", line.c_str());
@@ -69,6 +119,10 @@ int simulate(const SimulateOptions& options) {
     layout.columns.insert(layout.columns.end(),
                           {"reference_x_rad_s", "reference_y_rad_s", "reference_z_rad_s"});
   }
+  const auto inputs = input_columns(loaded.model, profile);
+  for (const auto& columns : inputs) {
+    layout.columns.insert(layout.columns.end(), columns.names.begin(), columns.names.end());
+  }
   for (const auto& spec : loaded.model.probes) {
     layout.columns.push_back("temperature_" + spec.name + "_degC");
     probes.push_back({twin::ThermometerSimulation(loaded.model, profile, options.seed, spec.name),
@@ -83,6 +137,9 @@ int simulate(const SimulateOptions& options) {
     for (const auto axis : core::kAxes) writer.number(sample->rate_radps[core::index(axis)]);
     if (options.reference) {
       for (const auto axis : core::kAxes) writer.number(gyro.true_rate_radps()[core::index(axis)]);
+    }
+    for (const auto& columns : inputs) {
+      for (const double value : columns.values(gyro.inputs())) writer.number(value);
     }
     for (auto& probe : probes) {
       if (!probe.next || probe.next->time > sample->time) {

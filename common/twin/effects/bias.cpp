@@ -26,6 +26,8 @@ EffectDefinition bias() {
           .contribution = Contribution::kDrift,
           .parameters = {{"bias_deg_h", "offset b0", 0.1}},
           .inputs = {},
+          .needs = {},
+          .confused_with = {},
           .make = [](const EffectContext& c) { return std::make_unique<Bias>(c); }};
 }
 

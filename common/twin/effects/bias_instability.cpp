@@ -8,16 +8,21 @@
 namespace zerodrift::twin::effects {
 namespace {
 
-FlickerNoiseOptions options_of(const EffectContext& context) {
-  return {.bias_instability = core::radps_from_deg_h(context.parameter("coefficient_deg_h")),
-          .shortest_correlation_s = context.parameter("shortest_correlation_s"),
-          .longest_correlation_s = context.parameter("longest_correlation_s")};
+FlickerNoiseOptions options_of(const Parameters& parameters) {
+  return {.bias_instability = core::radps_from_deg_h(parameters.at("coefficient_deg_h")),
+          .shortest_correlation_s = parameters.at("shortest_correlation_s"),
+          .longest_correlation_s = parameters.at("longest_correlation_s")};
+}
+
+// B²/(pi f) between the ends of the range.
+double density(const Parameters& parameters, double frequency_hz, double interval_s) {
+  return flicker_density(options_of(parameters), frequency_hz, interval_s);
 }
 
 class BiasInstability final : public Effect {
  public:
   explicit BiasInstability(const EffectContext& context)
-      : flicker_(options_of(context), context.interval_s, context.noise) {}
+      : flicker_(options_of(context.parameters), context.interval_s, context.noise) {}
 
   double step(const EffectInputs& inputs) noexcept override { return flicker_.step(inputs.sample); }
 
@@ -32,13 +37,17 @@ EffectDefinition bias_instability() {
   return {.kind = "bias_instability",
           .equation = "flicker noise of one-sided spectrum B^2/(pi f)",
           .source = "IEEE Std 952-1997, Annex C",
+          .family = Family::kStochastic,
           .contribution = Contribution::kDrift,
           .parameters = {{"coefficient_deg_h", "B", 0.05, 0.0},
                          {"shortest_correlation_s", "where the 1/f spectrum ends at high frequency",
-                          range.shortest_correlation_s, 1e-3, 1e3},
+                          range.shortest_correlation_s, 1e-3, 1e3, ParameterRole::kConvention},
                          {"longest_correlation_s", "where it ends at low frequency",
-                          range.longest_correlation_s, 1e3, 1e9}},
+                          range.longest_correlation_s, 1e3, 1e9, ParameterRole::kConvention}},
           .inputs = {},
+          .needs = {Need::kLongRecord},
+          .confused_with = {"markov", "rate_random_walk"},
+          .spectrum = {"coefficient_deg_h", density},
           .make = [](const EffectContext& c) { return std::make_unique<BiasInstability>(c); }};
 }
 

@@ -39,13 +39,15 @@ EffectDefinition bias_temperature() {
           .equation = "c1 D + c2 D^2 + c3 D^3 + c4 D^4, D = LP_lag(T) - T_ref",
           .source = "IEEE Std 952-1997, model equation",
           .contribution = Contribution::kDrift,
-          .parameters = {{"reference_degc", "temperature without contribution", 25.0, -273.15, 1e3},
+          .parameters = {reference_parameter(),
                          {"c1_deg_h_per_degc", "linear coefficient", 0.01},
                          {"c2_deg_h_per_degc2", "quadratic coefficient", 0.0},
                          {"c3_deg_h_per_degc3", "cubic coefficient", 0.0},
                          {"c4_deg_h_per_degc4", "quartic coefficient", 0.0},
                          lag_parameter()},
           .inputs = {TemperaturePoint::kCoil},
+          .needs = {Need::kTemperature},
+          .confused_with = {"shupe_temperature", "rate_ramp"},
           .make = [](const EffectContext& c) { return std::make_unique<BiasTemperature>(c); }};
 }
 

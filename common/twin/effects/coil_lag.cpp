@@ -36,8 +36,16 @@ EffectDefinition coil_lag() {
           .source = "Mohr, J. Lightwave Technology 14 (1996) 27 (heat conduction into the coil)",
           .contribution = Contribution::kDrift,
           .parameters = {{"coefficient_deg_h_min_per_degc", "s, deg/h per °C/min", 0.5},
-                         {"tau_s", "lag of the rate", 600.0, 0.0, 1e5}},
+                         {"tau_s",
+                          "lag of the rate",
+                          600.0,
+                          0.0,
+                          1e5,
+                          ParameterRole::kShape,
+                          {120.0, 240.0, 480.0, 900.0, 1500.0, 2400.0}}},
           .inputs = {TemperaturePoint::kCoil},
+          .needs = {Need::kTemperature},
+          .confused_with = {"shupe", "gradient"},
           .make = [](const EffectContext& c) { return std::make_unique<CoilLag>(c); }};
 }
 

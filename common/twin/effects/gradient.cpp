@@ -38,6 +38,8 @@ EffectDefinition gradient() {
           .contribution = Contribution::kDrift,
           .parameters = {{"coefficient_deg_h_per_degc", "g", 0.2}, lag_parameter()},
           .inputs = {TemperaturePoint::kCoilOuter, TemperaturePoint::kCoilInner},
+          .needs = {Need::kTemperatureDifference},
+          .confused_with = {"coil_lag"},
           .make = [](const EffectContext& c) { return std::make_unique<Gradient>(c); }};
 }
 

@@ -6,9 +6,16 @@
 
 #include "common/core/units.h"
 #include "common/twin/effect.h"
+#include "common/twin/spectrum.h"
 
 namespace zerodrift::twin::effects {
 namespace {
+
+double density(const Parameters& parameters, double frequency_hz, double interval_s) {
+  const double sigma_radps = core::radps_from_deg_h(parameters.at("sigma_deg_h"));
+  return first_order_density(sigma_radps * sigma_radps, parameters.at("tau_s"), frequency_hz,
+                             interval_s);
+}
 
 class Markov final : public Effect {
  public:
@@ -39,10 +46,20 @@ EffectDefinition markov() {
   return {.kind = "markov",
           .equation = "db/dt = -b/tau + q w(t), q^2 = 2 sigma^2/tau",
           .source = "IEEE Std 952-1997, Annex C",
+          .family = Family::kStochastic,
           .contribution = Contribution::kDrift,
           .parameters = {{"sigma_deg_h", "standard deviation", 0.05, 0.0},
-                         {"tau_s", "correlation time", 600.0, 1e-3, 1e9}},
+                         {"tau_s",
+                          "correlation time",
+                          600.0,
+                          1e-3,
+                          1e9,
+                          ParameterRole::kShape,
+                          {10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0}}},
           .inputs = {},
+          .needs = {Need::kLongRecord},
+          .confused_with = {"bias_instability", "telegraph"},
+          .spectrum = {"sigma_deg_h", density},
           .make = [](const EffectContext& c) { return std::make_unique<Markov>(c); }};
 }
 

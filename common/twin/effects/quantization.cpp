@@ -4,6 +4,7 @@
 //     rate = (round(theta_k / q) - round(theta_(k-1) / q)) q / dt
 // Allan variance 3 Q²/tau² with Q = q/sqrt(12). Default: 0.1 arcsec a count.
 #include <cmath>
+#include <numbers>
 
 #include "common/core/units.h"
 #include "common/twin/effect.h"
@@ -20,6 +21,7 @@ class Quantization final : public Effect {
         interval_s_(context.interval_s) {}
 
   double step(const EffectInputs& inputs) noexcept override {
+    if (!std::isfinite(inputs.rate_radps)) return 0.0;
     const double angle_rad = remainder_rad_ + inputs.rate_radps * interval_s_;
     const double counted_rad = std::round(angle_rad / step_rad_) * step_rad_;
     remainder_rad_ = angle_rad - counted_rad;
@@ -32,15 +34,33 @@ class Quantization final : public Effect {
   double remainder_rad_ = 0.0;
 };
 
+// The difference of white rounding errors of variance q²/12:
+//     8 (q²/12) sin²(pi f dt)/dt, far below 1/dt the 2 Q² dt (2 pi f)² of IEEE Std 952
+double density(const Parameters& parameters, double frequency_hz, double interval_s) {
+  const double step_rad = parameters.at("step_arcsec") * kRadPerArcsec;
+  const double half_angle = std::sin(std::numbers::pi * frequency_hz * interval_s);
+  return 8.0 / 12.0 * step_rad * step_rad * half_angle * half_angle / interval_s;
+}
+
 }  // namespace
 
 EffectDefinition quantization() {
   return {.kind = "quantization",
           .equation = "(round(theta_k / q) - round(theta_(k-1) / q)) q / dt",
           .source = "IEEE Std 952-1997, Annex C",
+          .family = Family::kStochastic,
           .contribution = Contribution::kOutput,
-          .parameters = {{"step_arcsec", "q", 0.1, 1e-9, 1e6}},
+          .parameters = {{"step_arcsec",
+                          "q",
+                          0.1,
+                          1e-9,
+                          1e6,
+                          ParameterRole::kShape,
+                          {0.01, 0.03, 0.1, 0.3, 1.0, 3.0}}},
           .inputs = {},
+          .needs = {Need::kRawRate},
+          .confused_with = {"angle_random_walk"},
+          .spectrum = {"step_arcsec", density},
           .make = [](const EffectContext& c) { return std::make_unique<Quantization>(c); }};
 }
 

@@ -40,8 +40,16 @@ EffectDefinition rate_ramp() {
           .contribution = Contribution::kDrift,
           .parameters = {{"ramp_deg_per_h2", "R, deg/h per hour", 0.01},
                          {"logarithm_deg_h", "L", 0.0},
-                         {"logarithm_tau_s", "tau", 3600.0, 1e-3, 1e9}},
+                         {"logarithm_tau_s",
+                          "tau",
+                          3600.0,
+                          1e-3,
+                          1e9,
+                          ParameterRole::kShape,
+                          {60.0, 300.0, 1200.0, 3600.0, 14400.0}}},
           .inputs = {},
+          .needs = {Need::kLongRecord},
+          .confused_with = {"rate_random_walk"},
           .make = [](const EffectContext& c) { return std::make_unique<RateRamp>(c); }};
 }
 

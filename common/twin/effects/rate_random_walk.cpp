@@ -2,19 +2,30 @@
 // Random walk of the rate, from 0 at the first sample. Allan variance K² tau/3.
 // Default: 0.05 deg/h^1.5.
 #include <cmath>
+#include <numbers>
 
 #include "common/core/units.h"
 #include "common/twin/effect.h"
+#include "common/twin/spectrum.h"
 
 namespace zerodrift::twin::effects {
 namespace {
 
+double step_radps(const Parameters& parameters, double interval_s) {
+  return core::radps_from_deg_h(parameters.at("coefficient_deg_per_h_1_5")) *
+         std::sqrt(interval_s / core::kSecondsPerHour);
+}
+
+// Of the sum of white steps: 2 K²/(2 pi f)² far below 1/dt.
+double density(const Parameters& parameters, double frequency_hz, double interval_s) {
+  const double increment = 2.0 * std::sin(std::numbers::pi * frequency_hz * interval_s);
+  return white_density(std::pow(step_radps(parameters, interval_s) / increment, 2.0), interval_s);
+}
+
 class RateRandomWalk final : public Effect {
  public:
   explicit RateRandomWalk(const EffectContext& context)
-      : noise_(context.noise),
-        step_radps_(core::radps_from_deg_h(context.parameter("coefficient_deg_per_h_1_5")) *
-                    std::sqrt(context.interval_s / core::kSecondsPerHour)) {}
+      : noise_(context.noise), step_radps_(step_radps(context.parameters, context.interval_s)) {}
 
   double step(const EffectInputs& inputs) noexcept override {
     const double rate_radps = rate_radps_;
@@ -34,9 +45,13 @@ EffectDefinition rate_random_walk() {
   return {.kind = "rate_random_walk",
           .equation = "db/dt = K w(t), w white with unit spectral density",
           .source = "IEEE Std 952-1997, Annex C",
+          .family = Family::kStochastic,
           .contribution = Contribution::kDrift,
           .parameters = {{"coefficient_deg_per_h_1_5", "K", 0.05, 0.0}},
           .inputs = {},
+          .needs = {Need::kLongRecord},
+          .confused_with = {"rate_ramp"},
+          .spectrum = {"coefficient_deg_per_h_1_5", density},
           .make = [](const EffectContext& c) { return std::make_unique<RateRandomWalk>(c); }};
 }
 

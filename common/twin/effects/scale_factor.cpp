@@ -30,6 +30,8 @@ EffectDefinition scale_factor() {
           .contribution = Contribution::kDrift,
           .parameters = {{"error_ppm", "k", 100.0, -1e6, 1e6}},
           .inputs = {},
+          .needs = {Need::kReferenceRate},
+          .confused_with = {"misalignment"},
           .make = [](const EffectContext& c) { return std::make_unique<ScaleFactor>(c); }};
 }
 

@@ -33,6 +33,8 @@ EffectDefinition shupe() {
           .contribution = Contribution::kDrift,
           .parameters = {{"coefficient_deg_h_min_per_degc", "s, deg/h per °C/min", 1.0}},
           .inputs = {TemperaturePoint::kCoil},
+          .needs = {Need::kTemperature},
+          .confused_with = {"coil_lag", "gradient"},
           .make = [](const EffectContext& c) { return std::make_unique<Shupe>(c); }};
 }
 

@@ -37,10 +37,12 @@ EffectDefinition shupe_temperature() {
           .equation = "s (LP_lag(T) - T_ref) dT/dt",
           .source = "Shupe, Applied Optics 19 (1980) 654, with a coefficient linear in T",
           .contribution = Contribution::kDrift,
-          .parameters = {{"reference_degc", "temperature without contribution", 25.0, -273.15, 1e3},
+          .parameters = {reference_parameter(),
                          {"coefficient_deg_h_min_per_degc2", "s, deg/h per °C/min and °C", 0.01},
                          lag_parameter()},
           .inputs = {TemperaturePoint::kCoil},
+          .needs = {Need::kTemperature},
+          .confused_with = {"bias_temperature"},
           .make = [](const EffectContext& c) { return std::make_unique<ShupeTemperature>(c); }};
 }
 

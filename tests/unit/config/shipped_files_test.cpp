@@ -10,6 +10,7 @@
 #include "common/config/compensation_config.h"
 #include "common/config/twin_config.h"
 #include "common/core/units.h"
+#include "common/twin/effect_catalogue.h"
 #include "common/twin/simulation.h"
 
 namespace zerodrift::config {
@@ -110,6 +111,57 @@ TEST(TurnsScenario, TheProfileIsThePapersWithTwoTurns) {
   ASSERT_EQ(turns.turns.size(), 2U);
   EXPECT_DOUBLE_EQ(turns.turns[0].rate_radps, 10.0 * core::kRadPerDeg);
   EXPECT_DOUBLE_EQ(turns.turns[1].rate_radps, 0.1 * core::kRadPerDeg);
+}
+
+std::vector<core::AngularRateSample> diagnosis_record(const twin::Model& model) {
+  const auto profile = load_profile(shipped("profiles/diagnosis_chamber.yaml"));
+  twin::GyroSimulation gyro(model, profile, 1, 1.0);
+  std::vector<core::AngularRateSample> samples;
+  while (const auto sample = gyro.next()) samples.push_back(*sample);
+  return samples;
+}
+
+// Rule: the experiment moves what every effect depends on, on each axis, so that none is
+// untestable. A gyro that saturates at 500 deg/s would need another rate table.
+TEST(DiagnosisChamberScenario, ExcitesEveryEffectOfTheCatalogue) {
+  twin::Model model = load_model(shipped("models/lab_fog.yaml")).model;
+  const auto nothing_hidden = diagnosis_record(model);
+  EXPECT_EQ(nothing_hidden.size(), 18'000U);
+  for (const twin::EffectDefinition& definition : twin::effect_catalogue()) {
+    if (definition.kind == "saturation") continue;
+    twin::Model hidden = model;
+    for (const core::Axis axis : core::kAxes) {
+      hidden.effects.push_back({.kind = definition.kind,
+                                .axis = axis,
+                                .parameters = twin::complete_parameters(definition, {})});
+    }
+    const auto samples = diagnosis_record(hidden);
+    for (std::size_t axis = 0; axis < core::kAxisCount; ++axis) {
+      std::size_t different = 0;
+      for (std::size_t i = 0; i < samples.size(); ++i) {
+        const bool valid = samples[i].valid[axis];
+        if (valid != nothing_hidden[i].valid[axis]) ++different;
+        if (valid && samples[i].rate_radps[axis] != nothing_hidden[i].rate_radps[axis]) ++different;
+      }
+      EXPECT_GT(different, 0U) << definition.kind << " on axis " << axis;
+    }
+  }
+}
+
+TEST(DiagnosisChamberScenario, PassesTheSameTemperaturesUpAndDownAtSeveralRates) {
+  const auto profile = load_profile(shipped("profiles/diagnosis_chamber.yaml"));
+  ASSERT_EQ(profile.power_cycles.size(), 1U);
+  EXPECT_EQ(chamber_temperature_degc(profile, profile.power_cycles[0].off_s - 600.0),
+            chamber_temperature_degc(profile, profile.duration_s));
+  std::vector<double> rates_degc_per_min;
+  for (double t = 0.0; t + 60.0 < profile.duration_s; t += 60.0) {
+    const double from = chamber_temperature_degc(profile, t);
+    const double to = chamber_temperature_degc(profile, t + 60.0);
+    if ((from - 30.0) * (to - 30.0) <= 0.0 && from != 30.0) rates_degc_per_min.push_back(to - from);
+  }
+  ASSERT_EQ(rates_degc_per_min.size(), 5U);
+  const double expected[] = {2.0, -0.5, 1.0, -2.0, 0.5};
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_NEAR(rates_degc_per_min[i], expected[i], 1e-9) << i;
 }
 
 // Rule: a shipped configuration says what its comment says.

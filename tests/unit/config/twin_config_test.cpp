@@ -122,6 +122,28 @@ TEST_F(TwinFileLaws, AProfileConvertsDegreesAndKeepsWhatItSays) {
   EXPECT_DOUBLE_EQ(profile.earth_rate->latitude_rad, 45.0 * core::kRadPerDeg);
 }
 
+TEST_F(TwinFileLaws, AProfileKeepsItsPowerCyclesAndExcitations) {
+  const twin::Profile profile = load_profile(written(
+      "duration_s: 100\n"
+      "initial_temperature_degc: 20\n"
+      "power_cycles: [{off_s: 40, on_s: 50}]\n"
+      "excitations:\n"
+      "  - {start_s: 1, duration_s: 9, quantity: magnetic_ut, axis: y, value: -50, ramp_s: 2}\n"
+      "  - {start_s: 2, duration_s: 8, quantity: supply_v, value: 0.5}\n"));
+  ASSERT_EQ(profile.power_cycles.size(), 1U);
+  EXPECT_EQ(profile.power_cycles[0].off_s, 40.0);
+  EXPECT_EQ(profile.power_cycles[0].on_s, 50.0);
+  ASSERT_EQ(profile.excitations.size(), 2U);
+  const twin::Excitation& field = profile.excitations[0];
+  EXPECT_EQ(field.start_s, 1.0);
+  EXPECT_EQ(field.duration_s, 9.0);
+  EXPECT_EQ(field.quantity, twin::ExcitedQuantity::kMagneticUt);
+  EXPECT_EQ(field.axis, core::Axis::kY);
+  EXPECT_EQ(field.value, -50.0);
+  EXPECT_EQ(field.ramp_s, 2.0);
+  EXPECT_EQ(profile.excitations[1].quantity, twin::ExcitedQuantity::kSupplyV);
+}
+
 TEST_F(TwinFileLaws, AProbeSitsWhereItsNameSaysUnlessToldOtherwise) {
   const auto model =
       load_model(written("probes: [{name: board}, {name: lid, node: case}]\n")).model;
@@ -173,6 +195,26 @@ TEST_F(TwinFileAbuse, AProfileWithoutDurationOrWithATurnOfUnknownRateIsRefused) 
             "4: turns[0].rate_deg_s: must be given");
   EXPECT_EQ(profile_error("duration_s: -1\ninitial_temperature_degc: 1\n"),
             "1: duration_s: must be within 0 and 1e8 s, found -1.000000");
+}
+
+TEST_F(TwinFileAbuse, WrongExcitationsAndPowerCyclesAreErrorsWithTheirLines) {
+  const auto error_of = [this](const std::string& rest) {
+    return profile_error("duration_s: 9\ninitial_temperature_degc: 1\n" + rest);
+  };
+  const std::string at = "excitations:\n  - {start_s: 0, duration_s: 1, ";
+  EXPECT_EQ(error_of(at + "quantity: magnetic, axis: x, value: 1}\n"),
+            "4: excitations[0].quantity: no quantity is called 'magnetic'; did you mean "
+            "'magnetic_ut'?");
+  EXPECT_EQ(error_of(at + "quantity: magnetic_ut, value: 1}\n"),
+            "4: excitations[0].axis: must be x, y or z, found ''");
+  EXPECT_EQ(error_of(at + "quantity: vibration_g, axis: x, value: 1}\n"),
+            "4: excitations[0].axis: vibration_g has no axis, found 'x'");
+  EXPECT_EQ(error_of(at + "quantity: vibration_g}\n"), "4: excitations[0].value: must be given");
+  EXPECT_EQ(error_of(at + "quantity: vibration_g, value: 1, ramp_s: 1}\n"),
+            "4: excitations[0].ramp_s: must be within 0 and half of duration_s, found 1.000000");
+  EXPECT_EQ(error_of("power_cycles:\n  - {off_s: 5}\n"), "4: power_cycles[0].on_s: must be given");
+  EXPECT_EQ(error_of("power_cycles:\n  - {off_s: 5, on_s: 4}\n"),
+            "4: power_cycles[0].on_s: must be after off_s, found 4.000000");
 }
 
 TEST_F(TwinFileAbuse, AFileThatCannotBeWrittenThrowsAndLeavesNothing) {

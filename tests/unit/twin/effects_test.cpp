@@ -4,11 +4,9 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
-#include <set>
 #include <vector>
 
 #include "common/core/units.h"
-#include "common/twin/effect_catalogue.h"
 #include "common/twin/flicker_noise.h"
 #include "common/twin/simulation.h"
 #include "tests/unit/twin/examples.h"
@@ -55,39 +53,6 @@ double allan_variance(const std::vector<double>& rates, std::size_t m) {
     sum += std::pow(clusters[i] - clusters[i - 1], 2.0);
   }
   return sum / (2.0 * static_cast<double>(clusters.size() - 1));
-}
-
-TEST(EffectCatalogueLaws, NamesAreUniqueAndEveryEntryIsComplete) {
-  std::set<std::string> seen;
-  for (const EffectDefinition& definition : effect_catalogue()) {
-    EXPECT_TRUE(seen.insert(definition.kind).second) << definition.kind;
-    EXPECT_FALSE(definition.equation.empty() || definition.source.empty()) << definition.kind;
-    EXPECT_FALSE(definition.parameters.empty()) << definition.kind;
-    EXPECT_EQ(find_effect(definition.kind), &definition);
-    for (const ParameterDefinition& parameter : definition.parameters) {
-      EXPECT_GE(parameter.default_value, parameter.minimum) << parameter.name;
-      EXPECT_LE(parameter.default_value, parameter.maximum) << parameter.name;
-    }
-  }
-  EXPECT_EQ(seen.size(), 15U);
-}
-
-TEST(EffectCatalogueLaws, EveryEffectWithDefaultsRunsFiniteAndDoesSomething) {
-  Profile profile = examples::heating_and_cooling();
-  profile.turns = {
-      {.start_s = 10.0, .duration_s = 50.0, .axis = core::Axis::kX, .rate_radps = 0.1}};
-  for (const EffectDefinition& definition : effect_catalogue()) {
-    const ParameterDefinition& first = definition.parameters.front();
-    const EffectSpec spec = effect(definition.kind, {{first.name, first.default_value}});
-    const auto without = simulate({}, profile, 1.0);
-    const auto with = simulate({spec}, profile, 1.0);
-    double difference = 0.0;
-    for (std::size_t i = 0; i < with.size(); ++i) {
-      ASSERT_TRUE(std::isfinite(with[i])) << definition.kind << " sample " << i;
-      difference = std::max(difference, std::abs(with[i] - without[i]));
-    }
-    EXPECT_GT(difference, 0.0) << definition.kind;
-  }
 }
 
 TEST(EffectLaws, AnEffectWithoutParametersWaitsToBeFittedAndContributesNothing) {

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bias that jumps where a temperature passes a threshold (a mode hop, a contact that opens), with
+// hysteresis:
+//     A while switched on; on above T_c + h/2, off below T_c - h/2, in between as before,  T behind
+//     lag_s
+// At the first sample it is on above T_c. Default: 0.1 deg/h at 25 °C, 0.5 °C wide.
+#include <cmath>
+
+#include "common/core/units.h"
+#include "common/twin/effect.h"
+#include "common/twin/low_pass.h"
+
+namespace zerodrift::twin::effects {
+namespace {
+
+class TemperatureStep final : public Effect {
+ public:
+  explicit TemperatureStep(const EffectContext& context)
+      : input_(context.inputs.at(0)),
+        lag_(context.parameter("lag_s"), context.interval_s),
+        radps_(core::radps_from_deg_h(context.parameter("amplitude_deg_h"))),
+        threshold_degc_(context.parameter("threshold_degc")),
+        half_width_degc_(context.parameter("width_degc") / 2.0) {}
+
+  double step(const EffectInputs& inputs) noexcept override {
+    const double above_degc = lag_.step(temperature_degc(inputs, input_)) - threshold_degc_;
+    if (std::isfinite(above_degc)) follow(above_degc);
+    return side_ == Side::kAbove ? radps_ : 0.0;
+  }
+
+ private:
+  enum class Side { kUnknown, kBelow, kAbove };
+
+  void follow(double above_degc) noexcept {
+    const double half_width_degc = side_ == Side::kUnknown ? 0.0 : half_width_degc_;
+    if (above_degc > half_width_degc) {
+      side_ = Side::kAbove;
+    } else if (above_degc < -half_width_degc || side_ == Side::kUnknown) {
+      side_ = Side::kBelow;
+    }
+  }
+
+  TemperaturePoint input_;
+  LowPass lag_;
+  double radps_;
+  double threshold_degc_;
+  double half_width_degc_;
+  Side side_ = Side::kUnknown;
+};
+
+}  // namespace
+
+EffectDefinition temperature_step() {
+  return {
+      .kind = "temperature_step",
+      .equation = "A while on; on above T_c + h/2, off below T_c - h/2, T behind lag",
+      .source = "Brokate & Sprekels, Hysteresis and Phase Transitions (1996), relay",
+      .contribution = Contribution::kDrift,
+      .parameters = {{"amplitude_deg_h", "A", 0.1},
+                     {"threshold_degc",
+                      "T_c",
+                      25.0,
+                      -273.15,
+                      1e3,
+                      ParameterRole::kShape,
+                      {-15.0, -5.0, 5.0, 15.0, 25.0, 35.0, 45.0, 55.0}},
+                     {"width_degc", "h", 0.5, 0.0, 100.0, ParameterRole::kShape, {0.0, 0.5, 2.0}},
+                     lag_parameter()},
+      .inputs = {TemperaturePoint::kCoil},
+      .needs = {Need::kTemperature},
+      .confused_with = {"telegraph"},
+      .make = [](const EffectContext& c) { return std::make_unique<TemperatureStep>(c); }};
+}
+
+}  // namespace zerodrift::twin::effects
