@@ -5,6 +5,8 @@
 #include <charconv>
 #include <optional>
 
+#include "common/compensation/drift_prior.h"
+
 namespace zerodrift::checkpoint {
 namespace {
 
@@ -99,11 +101,14 @@ std::vector<DecidingOption> deciding_options(const compensation::CompensationOpt
   all.push_back({"learning.label_interval_s", text(options.learning.label_interval_s)});
   all.push_back({"learning.initial_labels", std::to_string(options.learning.initial_labels)});
   all.push_back({"earth_rate.mode", text(options.earth_rate.mode)});
-  if (options.earth_rate.mode != compensation::EarthRateMode::kKnown) return all;
-  for (const auto axis : core::kAxes) {
-    all.push_back({"earth_rate." + std::string(core::name(axis)) + " [rad/s]",
-                   text(options.earth_rate.rate_radps[core::index(axis)])});
+  if (options.earth_rate.mode == compensation::EarthRateMode::kKnown) {
+    for (const auto axis : core::kAxes) {
+      all.push_back({"earth_rate." + std::string(core::name(axis)) + " [rad/s]",
+                     text(options.earth_rate.rate_radps[core::index(axis)])});
+    }
   }
+  // Last, and without one not at all: files from before there were priors can still be continued.
+  if (options.prior) all.push_back({"prior", compensation::prior_identity(*options.prior)});
   return all;
 }
 

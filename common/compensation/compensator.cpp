@@ -49,6 +49,12 @@ thermal::FeatureBuilderOptions builder_options(const CompensationOptions& option
 
 }  // namespace
 
+PriorChange::PriorChange(const CompensationOptions& options,
+                         const std::optional<twin::Model>& model)
+    : learner(std::make_shared<RestoredLearner>(options)) {
+  if (model) prior = std::make_unique<DriftPrior>(*model, options.probes());
+}
+
 Compensator::Compensator(const CompensationOptions& options)
     : options_(options),
       probes_(options.probes()),
@@ -61,12 +67,14 @@ Compensator::Compensator(const CompensationOptions& options)
       blocks_(kBlockS),
       gate_(options.learning.rest),
       labels_(options.learning.label_interval_s, options.learning.confirm_s),
+      readings_(probes_.size()),
       exchange_(options),
       learner_(options, exchange_),
       due_(kDue) {
   thermal::TemperatureTrackOptions track = options.track;
   track.history_span_s = std::max(track.history_span_s, features_.longest_lag_s() + 60.0);
   for (std::size_t i = 0; i < probes_.size(); ++i) tracks_.emplace_back(track);
+  if (options.prior) prior_ = std::make_unique<DriftPrior>(*options.prior, probes_);
 }
 
 Compensator::~Compensator() = default;
@@ -145,6 +153,9 @@ void Compensator::restart_histories() noexcept {
   blocks_.restart();
   gate_.restart();
   labels_.discard();
+  if (prior_) prior_->restart();
+  stream_began_ = core::kNever;
+  ++streams_;
   for (auto& axis : axes_) axis.safe_time = core::kNever;
   for (std::size_t i = 0; i < due_.size(); ++i) due_[i].time = core::kNever;  // due at once
   newest_ = doubted_ = core::kNever;
@@ -155,7 +166,7 @@ bool Compensator::reset_models() noexcept {
   TrainingJob job{.number = jobs_ + 1, .kind = TrainingJob::Kind::kReset, .label = {}};
   if (due_.full() || !exchange_.submit(job)) return false;
   ++jobs_;
-  due_.push({newest_, jobs_});
+  due_.push({.time = newest_, .job = jobs_});
   axes_ = {};
   labels_.discard();
   estimate_outdated_ = true;
@@ -169,18 +180,49 @@ bool Compensator::restore_models(std::shared_ptr<RestoredLearner> restored) noex
                   .restored = std::move(restored)};
   if (due_.full() || !exchange_.submit(job)) return false;
   ++jobs_;
-  due_.push({newest_, jobs_});
+  due_.push({.time = newest_, .job = jobs_});
   for (auto& axis : axes_) axis.record = {};  // of the model before
   labels_.discard();                          // predicted by the model before
   estimate_outdated_ = true;
   return true;
 }
 
+bool Compensator::change_prior(std::shared_ptr<PriorChange> change) noexcept {
+  change->in_force = false;
+  for (const auto axis : kAxes) {
+    const bool had = changes_due_ > 0 || (prior_ && prior_->covers(axis));
+    change->learner->exchanged[index(axis)] = had || (change->prior && change->prior->covers(axis));
+  }
+  change->learner->installed_as = RestoredLearner::kNotYet;
+  TrainingJob job{.number = jobs_ + 1,
+                  .kind = TrainingJob::Kind::kExchange,
+                  .label = {},
+                  .restored = change->learner};
+  if (due_.full() || !exchange_.submit(job)) return false;
+  ++jobs_;
+  due_.push({.time = newest_, .job = jobs_, .change = std::move(change)});
+  ++changes_due_;
+  labels_.discard();  // measured against the prior before
+  return true;
+}
+
+// All that was derived from the prior before is void.
+void Compensator::bring_into_force(PriorChange& change) noexcept {
+  prior_.swap(change.prior);
+  if (prior_ && change.stream != streams_) prior_->restart();
+  change.stream = streams_;
+  for (const auto axis : kAxes) {
+    if (change.learner->exchanged[index(axis)]) axes_[index(axis)] = {};
+  }
+  labels_.discard();
+  --changes_due_;
+  change.in_force = true;
+}
+
 void Compensator::finish_learning() noexcept {
   while (!due_.empty()) {
     if (!exchange_.delivered(due_.front().job) && !learner_.run_one()) return;
-    exchange_.activate_next();
-    due_.pop();
+    activate_next();
   }
   estimate_outdated_ = true;
 }
@@ -201,11 +243,13 @@ CompensatedSample Compensator::answer_next() noexcept {
     if (newest_ != core::kNever && sample.time < newest_)
       restart_histories();  // the clock was set back
     newest_ = sample.time;
+    if (stream_began_ == core::kNever) stream_began_ = newest_;
     doubted_ = core::kNever;
     clock_ = sample.clock;
     take_temperatures(sample.time - temperature_delay_);
     take_models(sample.time);
     observe(sample);
+    if (prior_) step_prior(sample.time);
     if (estimate_outdated_) estimate(sample.time);
   }
   ++counts_.samples_out;
@@ -276,9 +320,45 @@ void Compensator::take_models(core::SensorTime now) noexcept {
     due_.front().counted_late = true;
     return;
   }
-  exchange_.activate_next();
-  due_.pop();
+  activate_next();
   estimate_outdated_ = true;
+}
+
+void Compensator::activate_next() noexcept {
+  exchange_.activate_next();
+  if (due_.front().change) bring_into_force(*due_.front().change);
+  due_.front().change.reset();  // the queue keeps what was popped: nothing may live on in it
+  due_.pop();
+}
+
+void Compensator::step_prior(core::SensorTime now) noexcept {
+  if (!prior_->is_due(now)) return;
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    readings_[i] = {};
+    const auto age = tracks_[i].age(now);
+    if (!age || *age > core::from_seconds(options_.temperature_stale_s)) continue;
+    readings_[i].temperature_degc = tracks_[i].newest()->temperature_degc;
+    if (const auto rate = tracks_[i].rate_degc_per_s()) readings_[i].rate_degc_per_s = *rate;
+  }
+  core::PerAxis<PriorStatus> before{};
+  for (const auto axis : kAxes) before[index(axis)] = prior_->status(axis);
+  prior_->step(now, stream_began_, readings_);
+  for (const auto axis : kAxes) follow_prior(axis, before[index(axis)]);
+}
+
+// The remainder's estimate stays as it is: estimates are made at the same samples as without a
+// prior, unless the prior comes or goes.
+void Compensator::follow_prior(core::Axis axis, PriorStatus before) noexcept {
+  AxisState& state = axes_[index(axis)];
+  const auto drift_radps = prior_->covers(axis) ? prior_->drift_radps(axis) : std::nullopt;
+  if (state.on_prior != drift_radps.has_value() || prior_->status(axis) != before)
+    estimate_outdated_ = true;
+  if (!state.on_prior || !drift_radps || !state.adds_prior) return;
+  const double change = *drift_radps - state.context.prior_radps;
+  state.context.prior_radps = *drift_radps;
+  state.applied_radps = state.remainder_radps + *drift_radps;
+  if (state.context.applied_radps) state.context.applied_radps = state.applied_radps;
+  if (state.context.held_radps) *state.context.held_radps += change;
 }
 
 // --------------------------------------------------------------------------------------- observing
@@ -339,6 +419,9 @@ void Compensator::close_block(DriftBlock block) noexcept {
     context[index(axis)] = axes_[index(axis)].context;
     variance[index(axis)] = sigma * sigma;
     if (!gate_.knows(axis)) block.count[index(axis)] = 0;  // its motion would go unnoticed
+    // What the prior leaves can't be told without it.
+    const bool needs_prior = prior_ && prior_->covers(axis);
+    if (needs_prior && !context[index(axis)].prior_ready) block.count[index(axis)] = 0;
   }
   if (const auto label = labels_.add(block, context, variance)) learn_from(*label);
 }
@@ -352,14 +435,14 @@ void Compensator::learn_from(const Label& label) noexcept {
     if (!label.valid[i]) continue;
     judge(axes_[i], label, i);
   }
-  if (options_.scheme == Scheme::kNone) return;
+  if (options_.scheme == Scheme::kNone || changes_due_ > 0) return;
   TrainingJob job{.number = jobs_ + 1, .kind = TrainingJob::Kind::kLabel, .label = label};
   if (due_.full() || !exchange_.submit(job)) {
     ++counts_.labels_skipped;
     return;
   }
   ++jobs_;
-  due_.push({newest_ + handover_, jobs_});
+  due_.push({.time = newest_ + handover_, .job = jobs_});
 }
 
 // Test-then-train: the label judges what was predicted for its time before it was known.
@@ -440,11 +523,36 @@ void Compensator::estimate(core::SensorTime now) noexcept {
                .slope_radps2 = model->drift.held_slope_radps2};
     }
     const thermal::FeatureVector vector = features_.build(now, tracks_, pulse);
-    const Reason input = input_reason(vector.status, now);
+    note_prior(axis);
+    Reason input = input_reason(vector.status, now);
+    if (input == Reason::kNone) input = prior_reason(axis);
     state.context.features_ready = input == Reason::kNone;
     state.context.features = vector.values;
     estimate_axis(axis, now, gate, input);
   }
+}
+
+void Compensator::note_prior(core::Axis axis) noexcept {
+  AxisState& state = axes_[index(axis)];
+  const bool covered = prior_ && prior_->covers(axis);
+  const auto drift_radps = covered ? prior_->drift_radps(axis) : std::nullopt;
+  state.on_prior = drift_radps.has_value();
+  state.context.prior_ready = state.on_prior;
+  state.context.prior_radps = drift_radps.value_or(0.0);
+}
+
+// Why the prior of an axis has no value, or one that stands still.
+Reason Compensator::prior_reason(core::Axis axis) const noexcept {
+  if (!prior_ || !prior_->covers(axis)) return Reason::kNone;
+  switch (prior_->status(axis)) {
+    case PriorStatus::kReady:
+      return Reason::kNone;
+    case PriorStatus::kRateNotReady:
+      return Reason::kRateNotReady;
+    case PriorStatus::kTemperatureMissing:
+      break;
+  }
+  return prior_->drift_radps(axis) ? Reason::kTemperatureStale : Reason::kTemperatureMissing;
 }
 
 // The model of an axis with at least one label, if there is one.
@@ -463,7 +571,9 @@ void Compensator::estimate_axis(core::Axis axis, core::SensorTime now, Reason ga
     return apply(state, Rung::kNone, Mode::kPassthrough, Reason::kSchemeNone, 0.0, -1.0);
   }
   const AxisModel* model = active_model(axis);
-  if (model == nullptr) return apply_without_labels(axis, gate, input);
+  // What a learner knows of the remainder is no drift without the prior.
+  const bool lacks_prior = prior_ && prior_->covers(axis) && !state.on_prior;
+  if (model == nullptr || lacks_prior) return apply_without_labels(axis, gate, input);
   if (model->drift.trained && input == Reason::kNone) {
     apply_forecast(state, *model, now, gate);
   } else {
@@ -473,6 +583,7 @@ void Compensator::estimate_axis(core::Axis axis, core::SensorTime now, Reason ga
   }
   state.context.applied_radps = state.applied_radps;
   state.context.held_radps = model->drift.held_radps;
+  if (state.on_prior) *state.context.held_radps += state.context.prior_radps;
 }
 
 void Compensator::apply_forecast(AxisState& axis, const AxisModel& model, core::SensorTime now,
@@ -503,21 +614,30 @@ void Compensator::apply_without_labels(core::Axis axis, Reason gate, Reason inpu
   AxisState& state = axes_[index(axis)];
   const bool temperature_bad = input == Reason::kTemperatureMissing ||
                                input == Reason::kTemperatureStale || input == Reason::kProbeStuck;
+  if (state.on_prior) {
+    return apply(state, Rung::kPrior, Mode::kFallback,
+                 temperature_bad ? input : Reason::kNoEstimateYet, 0.0, -1.0);
+  }
   const auto factory = temperature_bad ? std::nullopt : factory_drift(axis);
   if (factory) {
     return apply(state, Rung::kFactoryPolynomial, Mode::kFallback, Reason::kNoEstimateYet, *factory,
                  -1.0);
   }
-  const Reason idle = temperature_bad ? input : Reason::kNoEstimateYet;
-  apply(state, Rung::kNone, Mode::kPassthrough, gate == Reason::kNone ? idle : gate, 0.0, -1.0);
+  const bool lacks_prior = prior_ && prior_->covers(axis);
+  const Reason idle = temperature_bad || lacks_prior ? input : Reason::kNoEstimateYet;
+  const bool is_idle = gate == Reason::kNone || lacks_prior;
+  apply(state, Rung::kNone, Mode::kPassthrough, is_idle ? idle : gate, 0.0, -1.0);
 }
 
+// `drift_radps`: with a prior, what it leaves; except on the rungs below it.
 void Compensator::apply(AxisState& axis, Rung rung, Mode mode, Reason reason, double drift_radps,
                         double variance) noexcept {
+  axis.adds_prior = axis.on_prior && rung != Rung::kNone && rung != Rung::kFactoryPolynomial;
   axis.rung = rung;
   axis.mode = mode;
   axis.reason = reason;
-  axis.applied_radps = drift_radps;
+  axis.remainder_radps = drift_radps;
+  axis.applied_radps = axis.adds_prior ? drift_radps + axis.context.prior_radps : drift_radps;
   axis.variance = variance;
 }
 

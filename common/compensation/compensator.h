@@ -6,15 +6,24 @@
 // time after the label it came from, so equal inputs give equal outputs to the bit as long as
 // nobody had to go on without waiting (see readiness()).
 //
-//   raw sample -> ladder (online SVR > stationary bias > factory polynomial > nothing) ->
+//   raw sample -> ladder (online SVR > stationary bias > prior > factory polynomial > nothing) ->
 //   compensated sample
 //        \-> one-second blocks -> rest gate -> labels -> learner (another thread) -> snapshot,
 //        active at its due time
+//
+// With a prior (a model of the twin, drift_prior.h) the drift is prior + remainder: labels, held
+// level, forecast, domain and variance are the remainder's, and the prior is added to what they
+// give. The rest gate judges what was measured. Beyond what was learned the remainder goes back to
+// its held level; the prior goes on, as a physical model extrapolates. While a temperature that the
+// prior reads is missing, its value stands still and the axis counts as without temperature. Where
+// the prior has never had a value yet, its axis learns nothing and has nothing taken off but the
+// factory polynomial.
 //
 // Data-path calls are noexcept, take no lock, allocate nothing and do bounded work.
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -22,6 +31,7 @@
 #include <string_view>
 #include <vector>
 
+#include "common/compensation/drift_prior.h"
 #include "common/compensation/input_alignment.h"
 #include "common/compensation/label_builder.h"
 #include "common/compensation/learner.h"
@@ -84,6 +94,20 @@ struct TestThenTrain {
   double held_mse = 0.0;     // of holding the last stationary minute, on the same labels
 };
 
+// Another prior and a learner of what it leaves, on their way into force. Afterwards it holds those
+// that were in force before: given again, it brings them back as they were.
+struct PriorChange {
+  // `model` may be nothing: no prior. `options` are the compensator's. Throws std::invalid_argument
+  // with one line where the model can't be a prior or reads a probe that options.probes() doesn't
+  // name.
+  PriorChange(const CompensationOptions& options, const std::optional<twin::Model>& model);
+
+  std::unique_ptr<DriftPrior> prior;         // the data path's, from giving it to in_force
+  std::shared_ptr<RestoredLearner> learner;  // installed_as tells the model epoch
+  std::uint64_t stream = 0;                  // in which `prior` was stepped last
+  std::atomic<bool> in_force{false};
+};
+
 class Compensator {
  public:
   // Throws std::invalid_argument with one line that names the wrong key.
@@ -125,6 +149,11 @@ class Compensator {
   // after the models already due; given before the first sample, from that one on. False: the
   // learner's queue is full.
   bool restore_models(std::shared_ptr<RestoredLearner> restored) noexcept;
+  // Makes another prior the one in force, with its learner, as restore_models() does with a
+  // learner: both take effect with the same sample, from which on the model epoch is a new one.
+  // Axes that neither prior has effects of keep what they learned. Labels not yet learned are
+  // dropped. False: the learner's queue is full.
+  bool change_prior(std::shared_ptr<PriorChange> change) noexcept;
   // The streams are over: learns what was confirmed and is not yet due. Only where one thread is
   // data path and learner.
   void finish_learning() noexcept;
@@ -153,6 +182,7 @@ class Compensator {
     core::SensorTime time{0};
     std::uint64_t job = 0;
     bool counted_late = false;
+    std::shared_ptr<PriorChange> change{};  // takes effect with the model
   };
   // Everything that decides one axis's applied drift.
   struct AxisState {
@@ -165,17 +195,26 @@ class Compensator {
     Mode mode = Mode::kPassthrough;
     Reason reason = Reason::kNoEstimateYet;
     Rung rung = Rung::kNone;
+    bool on_prior = false;         // the prior has a value
+    bool adds_prior = false;       // which is part of the applied drift
+    double remainder_radps = 0.0;  // of the applied drift, without the prior
   };
 
   [[nodiscard]] bool is_timely(const core::AngularRateSample& sample) const noexcept;
   void restart_histories() noexcept;
   void take_temperatures(core::SensorTime until) noexcept;
   void take_models(core::SensorTime now) noexcept;
+  void activate_next() noexcept;
+  void bring_into_force(PriorChange& change) noexcept;
+  void step_prior(core::SensorTime now) noexcept;
+  void follow_prior(core::Axis axis, PriorStatus before) noexcept;
   void observe(const core::AngularRateSample& sample) noexcept;
   void close_block(DriftBlock block) noexcept;
   void learn_from(const Label& label) noexcept;
   void judge(AxisState& axis, const Label& label, std::size_t i) noexcept;
   void estimate(core::SensorTime now) noexcept;
+  void note_prior(core::Axis axis) noexcept;
+  [[nodiscard]] Reason prior_reason(core::Axis axis) const noexcept;
   void estimate_axis(core::Axis axis, core::SensorTime now, Reason gate, Reason input) noexcept;
   void apply_forecast(AxisState& axis, const AxisModel& model, core::SensorTime now,
                       Reason gate) noexcept;
@@ -206,6 +245,11 @@ class Compensator {
   BlockAverager blocks_;
   RestGate gate_;
   LabelBuilder labels_;
+  std::unique_ptr<DriftPrior> prior_;  // null: none
+  std::vector<PriorReading> readings_;
+  core::SensorTime stream_began_{core::kNever};  // taken for the time of power-on
+  std::uint64_t streams_ = 0;                    // how often one began anew
+  std::size_t changes_due_ = 0;                  // of the prior
   core::PerAxis<AxisState> axes_;
   Label confirmed_label_;
   bool label_confirmed_ = false;

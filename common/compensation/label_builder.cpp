@@ -93,6 +93,7 @@ void LabelBuilder::accumulate(const DriftBlock& block, const core::PerAxis<AxisC
     if (block.count[i] == 0) continue;
     AxisSums& sums = sums_[i];
     sums.drift.add(block.mean_radps[i]);
+    sums.prior.add(context[i].prior_radps);
     sums.variance += block_variance_radps2[i];
     sums.reference_variance += block.reference_variance[i];
     if (context[i].applied_radps) sums.applied.add(*context[i].applied_radps);
@@ -115,6 +116,7 @@ void LabelBuilder::finish() noexcept {
     if (n == 0) continue;
     label.valid[i] = true;
     label.drift_radps[i] = sums.drift.value();
+    label.prior_radps[i] = sums.prior.value();
     label.variance_radps2[i] = sums.variance / static_cast<double>(n * n) +
                                sums.reference_variance / static_cast<double>(n);
     // A prediction is judged only where it held for the whole label.

@@ -19,6 +19,8 @@ using FeatureArray = std::array<double, thermal::kMaxFeatures>;
 struct AxisContext {
   bool features_ready = false;
   FeatureArray features{};
+  bool prior_ready = false;             // looked at with a prior only
+  double prior_radps = 0.0;             // the prior's drift; 0 without one
   std::optional<double> applied_radps;  // the drift taken off, once there are labels
   std::optional<double> held_radps;     // the last stationary minute's
 };
@@ -61,7 +63,8 @@ struct Label {
   core::SensorTime begin{0};
   core::SensorTime end{0};
   core::PerAxis<bool> valid{};
-  core::PerAxis<double> drift_radps{};
+  core::PerAxis<double> drift_radps{};  // as measured
+  core::PerAxis<double> prior_radps{};  // the prior's part of it; the learner learns the rest
   // Of the label as a measurement: the gyro's noise, and the reference's error, which is taken to
   // last for the whole label.
   core::PerAxis<double> variance_radps2{};
@@ -94,6 +97,7 @@ class LabelBuilder {
   };
   struct AxisSums {
     Mean drift;
+    Mean prior;
     double variance = 0.0;            // sum of block variances
     double reference_variance = 0.0;  // sum over blocks
     Mean applied;

@@ -276,7 +276,11 @@ bool Learner::run_one() noexcept {
   if (job == nullptr) return false;
   ModelSnapshot* snapshot = exchange_.free_snapshot();
   if (snapshot == nullptr) return false;
-  const std::uint64_t epoch = job->restored ? install(*job->restored) : epoch_ + 1;
+  std::uint64_t epoch = epoch_ + 1;
+  if (job->restored) {
+    epoch =
+        job->kind == TrainingJob::Kind::kExchange ? trade(*job->restored) : install(*job->restored);
+  }
   for (const auto axis : kAxes) {
     AxisLearner& learner = axes_[index(axis)];
     const Label& label = job->label;
@@ -285,7 +289,7 @@ bool Learner::run_one() noexcept {
       learner.reset();
     } else if (label.valid[i]) {
       AxisLabel own{.time = label.end,
-                    .drift_radps = label.drift_radps[i],
+                    .drift_radps = label.drift_radps[i] - label.prior_radps[i],
                     .variance = label.variance_radps2[i]};
       if (label.features_ready[i]) own.features = label.features[i];
       learner.learn(own);

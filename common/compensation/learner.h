@@ -94,26 +94,31 @@ struct ModelSnapshot {
   core::PerAxis<AxisModel> axes;
 };
 
-// What a saved learner knew, on its way into a learner by a job of kind kRestore. Afterwards it
-// holds what that one knew before.
+// What a saved learner knew, on its way into a learner by a job of kind kRestore or kExchange.
+// Afterwards it holds what that one knew before.
 struct RestoredLearner {
   static constexpr std::uint64_t kNotYet = std::numeric_limits<std::uint64_t>::max();
 
   // Throws std::invalid_argument, naming the field, where the state can't belong to the options.
   RestoredLearner(const CompensationOptions& options, const LearnerState& state);
+  // One that knows nothing.
+  explicit RestoredLearner(const CompensationOptions& options);
 
   std::vector<AxisLearner> axes;
+  core::PerAxis<bool> exchanged{true, true, true};  // by kExchange; the others learn on
   std::uint64_t epoch = 0;
   std::uint64_t labels = 0;
   std::atomic<std::uint64_t> installed_as{kNotYet};  // model epoch, for whoever gave it
 };
 
 struct TrainingJob {
-  enum class Kind : std::uint8_t { kLabel, kReset, kRestore };
+  // kExchange: as kRestore, but the epoch is always a new one, the count of labels goes on, and
+  // axes may be left as they are.
+  enum class Kind : std::uint8_t { kLabel, kReset, kRestore, kExchange };
   std::uint64_t number = 0;
   Kind kind = Kind::kLabel;
   Label label;
-  std::shared_ptr<RestoredLearner> restored{};  // kRestore only; shared with whoever gave it
+  std::shared_ptr<RestoredLearner> restored{};  // kRestore, kExchange; shared with whoever gave it
 };
 
 // The two lock-free queues between data path and learner, and the snapshots that travel through
@@ -164,6 +169,7 @@ class Learner {
 
  private:
   [[nodiscard]] std::uint64_t install(RestoredLearner& restored) noexcept;
+  [[nodiscard]] std::uint64_t trade(RestoredLearner& other) noexcept;
 
   ModelExchange& exchange_;
   std::vector<AxisLearner> axes_;

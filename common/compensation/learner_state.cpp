@@ -279,6 +279,12 @@ core::SensorTime LearnerState::newest_label() const noexcept {
   return newest;
 }
 
+RestoredLearner::RestoredLearner(const CompensationOptions& options) {
+  axes.reserve(core::kAxisCount);
+  for (std::size_t i = 0; i < core::kAxisCount; ++i)
+    axes.emplace_back(options, options.features.size());
+}
+
 RestoredLearner::RestoredLearner(const CompensationOptions& options, const LearnerState& state)
     : epoch(state.epoch), labels(state.labels) {
   require(epoch < kNotYet / 2, "epoch", "a number that can be counted up");
@@ -303,6 +309,14 @@ std::uint64_t Learner::install(RestoredLearner& restored) noexcept {
   axes_.swap(restored.axes);
   labels_.store(restored.labels, std::memory_order_relaxed);
   return std::max(epoch_ == 0 ? 0 : epoch_ + 1, restored.epoch);
+}
+
+// The newest epoch goes with neither: both learners count on from it.
+std::uint64_t Learner::trade(RestoredLearner& other) noexcept {
+  for (std::size_t i = 0; i < core::kAxisCount; ++i) {
+    if (other.exchanged[i]) std::swap(axes_[i], other.axes[i]);
+  }
+  return epoch_ + 1;
 }
 
 }  // namespace zerodrift::compensation

@@ -3,6 +3,7 @@
 // the interface.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string_view>
 
@@ -36,13 +37,17 @@ enum class Reason : std::uint8_t {
   kSettling = 15,      // still again, waiting out the dwell
 };
 
-// Which rung of the fallback ladder gave the applied drift.
+// Which rung of the fallback ladder gave the applied drift. With a prior, kStationaryBias and
+// kOnlineSvr speak of what it leaves, and it is part of the applied drift.
 enum class Rung : std::uint8_t {
   kNone = 0,
   kFactoryPolynomial = 1,
   kStationaryBias = 2,
-  kOnlineSvr = 3
+  kOnlineSvr = 3,
+  kPrior = 4,  // the twin's model alone; between the factory polynomial and the stationary bias
 };
+
+inline constexpr std::size_t kRungs = 5;
 
 constexpr std::string_view name(Mode mode) {
   switch (mode) {
@@ -108,6 +113,8 @@ constexpr std::string_view name(Rung rung) {
       return "stationary_bias";
     case Rung::kOnlineSvr:
       return "online_svr";
+    case Rung::kPrior:
+      return "prior";
   }
   return "unknown";
 }

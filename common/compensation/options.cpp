@@ -8,6 +8,8 @@
 #include <initializer_list>
 #include <utility>
 
+#include "common/compensation/drift_prior.h"
+
 namespace zerodrift::compensation {
 namespace {
 
@@ -97,6 +99,9 @@ std::optional<std::string> CompensationOptions::validate() const {
     return line;
   }
   if (auto line = find_wrong(model)) return line;
+  if (prior) {
+    if (auto line = find_wrong_prior(*prior)) return line;
+  }
   return track.validate();
 }
 
@@ -109,6 +114,10 @@ std::vector<std::string> CompensationOptions::probes() const {
   for (const auto& feature : features) {
     note(feature.probe);
     note(feature.second_probe);
+  }
+  for (const auto& name : more_probes) note(name);
+  if (prior) {
+    for (const auto& name : prior_probes(*prior, names)) note(name);
   }
   return names;
 }

@@ -13,6 +13,7 @@
 #include "common/regression/online_svr.h"
 #include "common/thermal/features.h"
 #include "common/thermal/temperature_track.h"
+#include "common/twin/model.h"
 
 namespace zerodrift::compensation {
 
@@ -64,7 +65,12 @@ struct CompensationOptions {
   LearningOptions learning;
   EarthRateOptions earth_rate;
   core::PerAxis<std::vector<double>>
-      factory_polynomial_radps;       // coefficients of 1, T, T², ... (T in °C); may be empty
+      factory_polynomial_radps;  // coefficients of 1, T, T², ... (T in °C); may be empty
+  // The twin's model that drift is predicted by before anything is learned (drift_prior.h); what is
+  // learned is then the remainder.
+  std::optional<twin::Model> prior{};
+  // To be listened to besides those that features and prior read: for a model adopted later.
+  std::vector<std::string> more_probes{};
   double temperature_delay_s = 0.05;  // a rate sample at t uses temperatures stamped up to t -
                                       // this, so that jitter below it never changes a result
   double temperature_stale_s = 30.0;
@@ -73,7 +79,8 @@ struct CompensationOptions {
   CompensationOptions();
   // Nothing when usable, else one line that names the wrong key.
   [[nodiscard]] std::optional<std::string> validate() const;
-  // Names of the probes that features need, in order of first use.
+  // Names of the probes that features need, in order of first use; then more_probes, then those
+  // that only the prior reads.
   [[nodiscard]] std::vector<std::string> probes() const;
 };
 

@@ -6,9 +6,12 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
+#include "common/compensation/drift_prior.h"
+#include "common/config/twin_config.h"
 #include "common/config/yaml_to_proto.h"
 #include "common/core/units.h"
 #include "common/navigation/earth_rate.h"
@@ -205,11 +208,37 @@ compensation::CompensationOptions load_compensation(const std::filesystem::path&
   out.factory_polynomial_radps = {polynomial(in.factory_polynomial().x_deg_h()),
                                   polynomial(in.factory_polynomial().y_deg_h()),
                                   polynomial(in.factory_polynomial().z_deg_h())};
+  out.more_probes.assign(in.probes().begin(), in.probes().end());
+  for (std::size_t i = 0; i < out.more_probes.size(); ++i) {
+    if (out.more_probes[i].empty()) {
+      throw file.error("probes[" + std::to_string(i) + "]", "found nothing, expected a name");
+    }
+  }
+  if (!in.prior().empty()) out.prior = load_prior(path.parent_path() / in.prior());
   if (in.has_temperature_delay_s()) out.temperature_delay_s = in.temperature_delay_s();
   if (in.has_temperature_stale_s()) out.temperature_stale_s = in.temperature_stale_s();
   if (in.has_probe_stuck_s()) out.probe_stuck_s = in.probe_stuck_s();
   check(file, out);
   return out;
+}
+
+twin::Model load_prior(const std::filesystem::path& path) {
+  std::error_code problem;
+  if (std::filesystem::exists(path, problem)) {
+    if (!std::filesystem::is_regular_file(path, problem)) {
+      throw ConfigError(path.string() + ": found something else than a file, expected a model");
+    }
+    const std::uintmax_t size = std::filesystem::file_size(path, problem);
+    if (problem || size > kLargestModelFile) {
+      throw ConfigError(path.string() + ": found more bytes than a model has, expected at most " +
+                        std::to_string(kLargestModelFile));
+    }
+  }
+  twin::Model model = load_model(path).model;
+  if (const auto line = compensation::find_wrong_prior(model)) {
+    throw ConfigError(path.string() + ": " + *line);
+  }
+  return model;
 }
 
 }  // namespace zerodrift::config

@@ -2,10 +2,12 @@
 // The configuration file of compensation (idl/proto/compensation.proto).
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 
 #include "common/compensation/options.h"
 #include "common/config/config_error.h"
+#include "common/twin/model.h"
 #include "idl/proto/compensation.pb.h"
 
 namespace zerodrift::config {
@@ -14,5 +16,11 @@ namespace zerodrift::config {
 // ConfigError with one line that names file, line and key.
 [[nodiscard]] compensation::CompensationOptions load_compensation(
     const std::filesystem::path& path);
+
+// A twin's model that can be a prior (compensation/drift_prior.h). Throws ConfigError with one line
+// that names the file: what load_model() refuses, a model without a usable effect, something else
+// than a regular file of at most kLargestModelFile bytes.
+inline constexpr std::uintmax_t kLargestModelFile = 1U << 20U;
+[[nodiscard]] twin::Model load_prior(const std::filesystem::path& path);
 
 }  // namespace zerodrift::config

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The commands checkpoint and restore. Files are read and written on a thread of their own: the
-// data path hands a request over and goes on, the learner gives a copy of what it knows.
+// The commands checkpoint and restore: the learner gives a copy of what it knows, or takes one.
 #include <algorithm>
-#include <chrono>
 #include <utility>
 
 #include "common/checkpoint/checkpoint_file.h"
@@ -11,12 +9,9 @@
 namespace zerodrift::services {
 namespace {
 
-using namespace std::chrono_literals;
-
 constexpr const char* kDefaultName = "latest";
 constexpr std::size_t kLongestName = 64;
-constexpr std::size_t kMostRequests = 8;
-constexpr auto kInstalledWithin = 2000ms;  // else the reply doesn't wait for it
+constexpr const char* kChangeAwaited = "an adopted model is not in force yet; try again";
 
 // A name becomes part of a file's name: nothing that could leave the folder.
 bool is_name(const std::string& name) {
@@ -26,6 +21,13 @@ bool is_name(const std::string& name) {
   };
   return !name.empty() && name.size() <= kLongestName &&
          std::all_of(name.begin(), name.end(), is_allowed);
+}
+
+// What is wrong with a name, or nothing.
+std::optional<std::string> problem_of(const std::string& name) {
+  if (is_name(name)) return std::nullopt;
+  return "found name '" + name.substr(0, kLongestName) +
+         "', expected 1 to 64 of letters, digits, '-', '_' and '.'";
 }
 
 std::string count_of(const std::vector<std::string>& files) {
@@ -40,51 +42,16 @@ std::filesystem::path CompensationNode::checkpoint_file(std::uint32_t gyro_id,
   return options_.checkpoint_dir / (std::to_string(gyro_id) + "-" + name + ".ckpt");
 }
 
-CompensationNode::Verdict CompensationNode::hand_over(const msg::Command& command) {
-  if (options_.checkpoint_dir.empty()) {
-    return {.text = "checkpoints are off; start the service with --checkpoint-dir DIR"};
-  }
-  CheckpointRequest request{.command = command, .name = command.argument().c_str(), .gyros = {}};
-  if (request.name.empty()) request.name = kDefaultName;
-  if (!is_name(request.name)) {
-    return {.text = "found name '" + request.name.substr(0, kLongestName) +
-                    "', expected 1 to 64 of letters, digits, '-', '_' and '.'"};
-  }
-  for (auto& source : gyros_) request.gyros.push_back(source.get());
-  if (request.gyros.empty()) return {.text = "no gyro has been heard yet"};
-  const std::lock_guard lock(requests_mutex_);
-  if (requests_.size() >= kMostRequests) return {.text = "busy with other checkpoints; try again"};
-  requests_.push_back(std::move(request));
-  requests_changed_.notify_one();
-  return {.outcome = Outcome::kLater};
-}
-
-void CompensationNode::serve_requests_until_stopped() {
-  for (;;) {
-    CheckpointRequest request;
-    {
-      std::unique_lock lock(requests_mutex_);
-      requests_changed_.wait(lock, [this] { return requests_closed_ || !requests_.empty(); });
-      if (requests_closed_) return;
-      request = std::move(requests_.front());
-      requests_.pop_front();
-    }
-    const bool saves = std::string_view(request.command.name().c_str()) == "checkpoint";
-    try {
-      reply(request.command, saves ? save(request) : restore(request));
-    } catch (const std::exception& error) {
-      reply(request.command, {.text = error.what()});
-    }
-  }
-}
-
-CompensationNode::Verdict CompensationNode::save(const CheckpointRequest& request) {
+CompensationNode::Verdict CompensationNode::save(const Request& request) {
+  const std::string name = request.argument.empty() ? kDefaultName : request.argument;
+  if (const auto problem = problem_of(name)) return {.text = *problem};
   Verdict verdict{.outcome = Outcome::kAccepted};
   std::vector<std::string> files;
   for (Gyro* source : request.gyros) {
+    if (awaits_change(*source)) return {.text = kChangeAwaited};
     const compensation::LearnerState state = learned_by(*source);
-    const auto file = checkpoint_file(source->id, request.name);
-    checkpoint::save(file, {source->id, options_.compensation}, state);
+    const auto file = checkpoint_file(source->id, name);
+    checkpoint::save(file, {source->id, source->options}, state);
     files.push_back(file.string());
     verdict.model_epoch = state.epoch;
   }
@@ -94,12 +61,15 @@ CompensationNode::Verdict CompensationNode::save(const CheckpointRequest& reques
 }
 
 // All files are read before the first learner is touched: one bad file, and every model stays.
-CompensationNode::Verdict CompensationNode::restore(const CheckpointRequest& request) {
+CompensationNode::Verdict CompensationNode::restore(const Request& request) {
+  const std::string name = request.argument.empty() ? kDefaultName : request.argument;
+  if (const auto problem = problem_of(name)) return {.text = *problem};
   std::vector<std::shared_ptr<compensation::RestoredLearner>> loaded;
   std::vector<std::string> files;
   for (Gyro* source : request.gyros) {
-    files.push_back(checkpoint_file(source->id, request.name).string());
-    loaded.push_back(checkpoint::load(files.back(), {source->id, options_.compensation}));
+    if (awaits_change(*source)) return {.text = kChangeAwaited};
+    files.push_back(checkpoint_file(source->id, name).string());
+    loaded.push_back(checkpoint::load(files.back(), {source->id, source->options}));
   }
   {
     const std::lock_guard lock(data_mutex_);
@@ -112,17 +82,11 @@ CompensationNode::Verdict CompensationNode::restore(const CheckpointRequest& req
   }
   wake_learner();
   Verdict verdict{.outcome = Outcome::kAccepted};
-  const auto give_up = std::chrono::steady_clock::now() + kInstalledWithin;
-  while (loaded.back()->installed_as == compensation::RestoredLearner::kNotYet) {
-    if (requests_closed_ || std::chrono::steady_clock::now() > give_up) {
-      verdict.text = "restored " + count_of(files) + "; in force as soon as samples come";
-      return verdict;
-    }
-    std::this_thread::sleep_for(5ms);
-  }
-  verdict.model_epoch = loaded.back()->installed_as;
-  verdict.text =
-      "restored " + count_of(files) + ", model epoch " + std::to_string(verdict.model_epoch);
+  const auto epoch = installed(*loaded.back());
+  verdict.model_epoch = epoch.value_or(0);
+  verdict.text = "restored " + count_of(files) +
+                 (epoch ? ", model epoch " + std::to_string(*epoch)
+                        : std::string("; in force as soon as samples come"));
   return verdict;
 }
 

@@ -36,7 +36,7 @@ constexpr bool is_temperature_fault(Reason reason) {
 constexpr std::string_view temperature_fault_text(Reason reason) {
   switch (reason) {
     case Reason::kTemperatureMissing:
-      return "no temperature of a probe that a feature needs";
+      return "no temperature of a probe that a feature or the prior needs";
     case Reason::kTemperatureStale:
       return "a temperature stream stopped, longer than temperature_stale_s ago";
     default:
@@ -69,6 +69,7 @@ CompensationNode::CompensationNode(const CompensationNodeOptions& options)
           host_.observer()) {
   // A configuration that cannot work is found here, not with the first sample.
   compensation::Compensator check(options_.compensation);
+  tell_of_prior();
   learner_thread_ = std::thread([this] { learn_until_stopped(); });
   request_thread_ = std::thread([this] { serve_requests_until_stopped(); });
 }
@@ -250,8 +251,9 @@ void CompensationNode::on_command(const msg::Command& command) {
   if (host_.name() != command.service().c_str()) return;
   const std::lock_guard lock(data_mutex_);
   const std::string_view name = command.name().c_str();
-  const bool of_checkpoints = name == "checkpoint" || name == "restore";
-  const Verdict verdict = of_checkpoints ? hand_over(command) : obey(command);
+  const bool needs_files =
+      name == "checkpoint" || name == "restore" || name == "adopt" || name == "revert";
+  const Verdict verdict = needs_files ? hand_over(command) : obey(command);
   if (verdict.outcome != Outcome::kLater) reply(command, verdict);
 }
 
@@ -300,7 +302,7 @@ std::string CompensationNode::obey(Gyro& source, std::string_view command, bool&
   }
   accepted = false;
   return "unknown command '" + std::string(command) +
-         "'; known are freeze, learn, reset, checkpoint, restore";
+         "'; known are freeze, learn, reset, checkpoint, restore, adopt, revert";
 }
 
 // ---------------------------------------- status

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Subscribes, converts, hands to common/compensation, publishes. A sample is answered on the thread
-// that received it; learning happens on a thread of its own, reading and writing checkpoints on
-// another.
+// that received it; learning happens on a thread of its own, reading and writing checkpoints and
+// models on another.
 #pragma once
 
 #include <atomic>
@@ -46,9 +46,15 @@ class CompensationNode {
  private:
   // One gyro: its compensator, whom it listens to, and what its stream did.
   struct Gyro {
-    Gyro(std::uint32_t gyro_id, const compensation::CompensationOptions& options)
-        : id(gyro_id), compensator(options) {}
+    Gyro(std::uint32_t gyro_id, const compensation::CompensationOptions& configured)
+        : id(gyro_id), options(configured), compensator(configured) {}
     std::uint32_t id;
+    // As configured, with the prior that was adopted last; the request thread's.
+    compensation::CompensationOptions options;
+    // Given to the compensator last, and then what it was given for; the request thread's.
+    std::shared_ptr<compensation::PriorChange> change{};
+    std::optional<twin::Model> prior_before{};
+    bool can_revert = false;
     compensation::Compensator compensator;
     // Made outside of the receiving thread; samples wait for it in the compensator.
     std::unique_ptr<dds::Writer<msg::CompensatedRate>> writer;
@@ -78,9 +84,10 @@ class CompensationNode {
     std::string text{};
     std::uint64_t model_epoch = 0;
   };
-  struct CheckpointRequest {
+  // A command that needs files; served on the request thread.
+  struct Request {
     msg::Command command{};
-    std::string name{};
+    std::string argument{};
     std::vector<Gyro*> gyros{};
   };
 
@@ -109,14 +116,29 @@ class CompensationNode {
   std::string obey(Gyro& gyro, std::string_view command, bool& accepted);
   void reply(const msg::Command& command, const Verdict& verdict);
 
-  // checkpoint_requests.cpp
+  // requests.cpp
   Verdict hand_over(const msg::Command& command);
   void serve_requests_until_stopped();
-  Verdict save(const CheckpointRequest& request);
-  Verdict restore(const CheckpointRequest& request);
+  Verdict serve(const Request& request);
+  // The model epoch from which on the learner is in the learner's place; nothing if that takes
+  // longer than a reply waits.
+  std::optional<std::uint64_t> installed(const compensation::RestoredLearner& learner);
+  // A model of this gyro was adopted or taken back, and no sample has come since.
+  [[nodiscard]] bool awaits_change(const Gyro& source);
+
+  // checkpoint_requests.cpp
+  Verdict save(const Request& request);
+  Verdict restore(const Request& request);
   compensation::LearnerState learned_by(Gyro& source);
   [[nodiscard]] std::filesystem::path checkpoint_file(std::uint32_t gyro_id,
                                                       const std::string& name) const;
+
+  // prior_requests.cpp
+  void tell_of_prior();
+  Verdict adopt(const Request& request);
+  Verdict revert(const Request& request);
+  Verdict change_prior(Gyro& source, std::shared_ptr<compensation::PriorChange> change,
+                       const std::string& what);
 
   CompensationNodeOptions options_;
   service::Host host_;
@@ -137,7 +159,7 @@ class CompensationNode {
   core::SpscQueue<std::packaged_task<compensation::LearnerState()>> questions_{1};
   std::mutex requests_mutex_;  // held for a push or a pop
   std::condition_variable requests_changed_;
-  std::deque<CheckpointRequest> requests_;
+  std::deque<Request> requests_;
   std::atomic<bool> requests_closed_{false};
   std::thread request_thread_;
 

@@ -10,9 +10,13 @@ int main(int argc, char** argv) {
   CLI::App app("Compensates the zero drift of gyros, one online SVR an axis.", "compensation");
   services::CompensationNodeOptions options;
   std::string config;
+  std::string prior;
   service::add_network_options(app, options.network);
   app.add_option("--config", config,
                  "YAML or JSON file (idl/proto/compensation.proto); defaults without");
+  app.add_option("--prior", prior,
+                 "a twin's model: drift = model + what is learned of the remainder; overrides the "
+                 "file. Of one gyro: run a service for each");
   app.add_option("--instance", options.instance,
                  "number of this instance; with several, give each its own")
       ->capture_default_str();
@@ -28,6 +32,7 @@ int main(int argc, char** argv) {
       ->check(CLI::ExistingDirectory);
   return service::run_main(app, argc, argv, [&] {
     if (!config.empty()) options.compensation = config::load_compensation(config);
+    if (!prior.empty()) options.compensation.prior = config::load_prior(prior);
     services::CompensationNode(options).run();
     return service::kExitDone;
   });

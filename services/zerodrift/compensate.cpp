@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // zerodrift compensate: the service's computation on a record, without the services.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <string>
 
 #include "common/allan/block_statistics.h"
 #include "common/checkpoint/checkpoint_file.h"
 #include "common/compensation/compensator.h"
+#include "common/compensation/drift_prior.h"
 #include "common/config/compensation_config.h"
 #include "common/core/units.h"
 #include "common/service/main.h"
@@ -29,6 +32,7 @@ struct CompensateOptions {
   std::string columns;
   std::string config;
   std::string scheme;
+  std::string prior;
   std::string out;
   std::uint32_t gyro_id = 1;
   std::string checkpoint;
@@ -76,7 +80,7 @@ class Summary {
       const double held =
           axis.steps > 0 ? std::sqrt(axis.step_squares / static_cast<double>(axis.steps)) : 0.0;
       const auto total =
-          static_cast<double>(axis.rungs[0] + axis.rungs[1] + axis.rungs[2] + axis.rungs[3]);
+          static_cast<double>(std::accumulate(axis.rungs.begin(), axis.rungs.end(), 0ULL));
       std::printf(
           "%-4s  %20.5f %13.5f %13.5f %17.1f %8.1f %%\n", std::string(core::name(a)).c_str(),
           core::deg_h_from_radps(raw), core::deg_h_from_radps(left), core::deg_h_from_radps(held),
@@ -94,7 +98,7 @@ class Summary {
     std::optional<allan::BlockStatistics> compensated;
     bool measured = false;
     bool compensating = false;
-    std::uint64_t rungs[4] = {};
+    std::array<std::uint64_t, compensation::kRungs> rungs{};
     std::optional<double> last_mean;
     double step_squares = 0.0;
     std::uint64_t steps = 0;
@@ -130,15 +134,40 @@ void save(const std::string& file, const checkpoint::Owner& owner,
               static_cast<unsigned long long>(state.epoch));
 }
 
+// The prior is part of every estimate: unlike the model, it can't be left aside where a temperature
+// is missing.
+void require_probes_of_prior(const std::string& record,
+                             const compensation::CompensationOptions& options,
+                             const std::vector<std::string>& missing) {
+  if (!options.prior) return;
+  const auto configured = options.probes();
+  for (const auto& probe : compensation::prior_probes(*options.prior, configured)) {
+    if (std::find(missing.begin(), missing.end(), probe) == missing.end()) continue;
+    throw std::invalid_argument(record + ": has no temperature of probe '" + probe +
+                                "', which the prior reads");
+  }
+}
+
 int compensate(const CompensateOptions& options) {
   compensation::CompensationOptions compensation_options;
   if (!options.config.empty()) compensation_options = config::load_compensation(options.config);
   if (options.scheme == "none") compensation_options.scheme = compensation::Scheme::kNone;
+  if (!options.prior.empty()) compensation_options.prior = config::load_prior(options.prior);
   compensation::Compensator compensator(compensation_options);
   const checkpoint::Owner owner{options.gyro_id, compensation_options};
   if (!options.checkpoint.empty()) resume(options.checkpoint, owner, compensator);
   OfflineRun offline(options.record, options.columns, compensator);
   const auto missing = missing_probes(compensation_options, offline.info());
+  require_probes_of_prior(options.record, compensation_options, missing);
+  if (compensation_options.prior) {
+    std::string names;
+    for (const auto& effect : compensation::effects_left_out(*compensation_options.prior))
+      names += (names.empty() ? "" : ", ") + effect;
+    if (!names.empty()) {
+      std::fprintf(stderr, "prior: left out, as not driven by temperature and time alone: %s\n",
+                   names.c_str());
+    }
+  }
   for (const auto& probe : missing) {
     std::fprintf(stderr,
                  "%s: has no temperature of probe '%s', which a feature needs; the model will "
@@ -175,6 +204,9 @@ void add_compensate(CLI::App& app, Run& run) {
                       "YAML or JSON file (idl/proto/compensation.proto)");
   command->add_option("--scheme", options->scheme, "online-svr or none; overrides the file")
       ->check(CLI::IsMember({"online-svr", "none"}));
+  command->add_option("--prior", options->prior,
+                      "a twin's model: drift = model + what is learned of the remainder; overrides "
+                      "the file");
   command->add_option("--out", options->out, "record to write; without, only the summary");
   command->add_option("--checkpoint", options->checkpoint,
                       "go on with what was learned then, from the first sample on; rest detection, "

@@ -4,7 +4,9 @@
 
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -20,6 +22,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
+constexpr std::size_t kLongestArgument = 255;  // of a Command
+
 struct ControlOptions {
   dds::NetworkOptions network;
   bool follow = false;
@@ -28,6 +32,8 @@ struct ControlOptions {
   std::string service = "compensation";
   std::string command;
   std::string argument;
+  std::string model;
+  std::uint32_t gyro_id = 0;  // 0: the only one
 };
 
 int show_once(const ControlOptions& options) {
@@ -76,6 +82,23 @@ int follow(const ControlOptions& options) {
 
 bool takes_name(std::string_view command) {
   return command == "checkpoint" || command == "restore";
+}
+
+bool changes_prior(std::string_view command) {
+  return command == "adopt" || command == "revert";
+}
+
+// "[gyro id:][absolute path of the model]"
+std::string prior_argument(const ControlOptions& options) {
+  std::string argument;
+  if (options.gyro_id != 0) argument = std::to_string(options.gyro_id) + ':';
+  if (!options.model.empty()) argument += std::filesystem::absolute(options.model).string();
+  if (argument.size() > kLongestArgument) {
+    throw std::invalid_argument("ctl " + options.command + ": found a path of " +
+                                std::to_string(argument.size()) + " characters, expected at most " +
+                                std::to_string(kLongestArgument));
+  }
+  return argument;
 }
 
 int send(const ControlOptions& options) {
@@ -137,20 +160,35 @@ void add_control(CLI::App& app, Run& run) {
        {std::pair{"freeze", "stop learning"}, std::pair{"learn", "learn again"},
         std::pair{"reset", "forget all that was learned"},
         std::pair{"checkpoint", "save what was learned in the service's --checkpoint-dir"},
-        std::pair{"restore",
-                  "go on with what was saved; the present model stays if it can't be"}}) {
+        std::pair{"restore", "go on with what was saved; the present model stays if it can't be"},
+        std::pair{"adopt", "make a twin's model the prior; what was learned is set aside"},
+        std::pair{"revert", "go back to the prior before, and to what was learned with it"}}) {
     auto* command = control->add_subcommand(name, help);
     if (takes_name(name)) {
       command->add_option("name", options->argument, "name of the checkpoint; default latest");
+    }
+    const bool of_prior = changes_prior(name);
+    if (of_prior) {
+      command->add_option("--gyro-id", options->gyro_id,
+                          "needed where the service hears several gyros");
+    }
+    if (std::string_view(name) == "adopt") {
+      command
+          ->add_option("--model", options->model,
+                       "model file on the service's machine; a relative path counts from here")
+          ->required();
     }
     service::add_network_options(*command, options->network);
     command->add_option("--service", options->service, "name of the service")
         ->capture_default_str();
     command->add_option("--wait", options->wait_s, "seconds to wait for the answer")
         ->capture_default_str();
-    command->callback([options, name = std::string(name), &run] {
+    command->callback([options, name = std::string(name), of_prior, &run] {
       options->command = name;
-      run = [options] { return send(*options); };
+      run = [options, of_prior] {
+        if (of_prior) options->argument = prior_argument(*options);
+        return send(*options);
+      };
     });
   }
 }

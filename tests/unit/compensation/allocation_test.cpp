@@ -8,6 +8,7 @@
 #include <new>
 #include <thread>
 
+#include "tests/unit/compensation/prior_models.h"
 #include "tests/unit/compensation/synthetic_gyro.h"
 
 namespace {
@@ -104,6 +105,31 @@ TEST(CompensatorAllocationLaws, DataPathAndLearnerTakeNoMemoryAfterConstruction)
   EXPECT_EQ(taken, 0U);
   EXPECT_EQ(answers, record.rates.size());
   EXPECT_GT(compensator.learner().labels_learned(), 80U);  // more than the window holds
+}
+
+// Rule: nor with a prior whose effects have states, when these begin anew, and when another prior
+// comes into force and goes again.
+TEST(CompensatorAllocationLaws, APriorAndItsChangesTakeNoMemory) {
+  const Record record = busy_record();
+  CompensationOptions options = busy_options();
+  options.prior = testing::model_with_states();
+  options.prior->effects.resize(4);  // those that read the coil's temperature alone
+  Compensator compensator{options};
+  auto change = std::make_shared<PriorChange>(options, testing::model_of(GyroSpec{}));
+  std::size_t answers = 0;
+  std::size_t on_prior = 0;
+  const std::size_t taken = allocated_by([&] {
+    testing::run(compensator, record, [&](const CompensatedSample& answer) {
+      ++answers;
+      if (answer.rung[0] == Rung::kPrior) ++on_prior;
+      if (answers == 12'000 || answers == 16'000) compensator.change_prior(change);
+    });
+    compensator.restart_stream();
+  });
+  EXPECT_EQ(taken, 0U);
+  EXPECT_EQ(answers, record.rates.size());
+  EXPECT_GT(on_prior, 100U);
+  EXPECT_TRUE(change->in_force);
 }
 
 // What a run with the learner in a thread of its own takes and answers.

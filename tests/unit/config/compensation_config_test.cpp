@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "common/compensation/compensator.h"
+#include "common/compensation/drift_prior.h"
 #include "common/config/whole_file.h"
 #include "common/core/units.h"
 
@@ -33,6 +34,14 @@ class CompensationFile : public testing::Test {
     return load_compensation(path_);
   }
 
+  // Name of a model file beside the configuration, whose only effect is a bias.
+  [[nodiscard]] std::string model_of_bias(const std::string& bias_deg_h) const {
+    write_whole(folder_ / "model.yaml",
+                "format_version: 1\neffects:\n  - {kind: bias, axis: x, parameters: {bias_deg_h: " +
+                    bias_deg_h + "}}\n");
+    return "model.yaml";
+  }
+
   // What follows "<folder>/compensation.yaml:" in the error of loading this text.
   [[nodiscard]] std::string error(const std::string& text) const {
     try {
@@ -44,6 +53,8 @@ class CompensationFile : public testing::Test {
     }
     return "no error";
   }
+
+  [[nodiscard]] std::string folder_name() const { return folder_.filename().string(); }
 
  private:
   std::filesystem::path folder_ =
@@ -79,6 +90,8 @@ std::string described(const CompensationOptions& o) {
   }
   text << " | times " << o.temperature_delay_s << ' ' << o.temperature_stale_s << ' '
        << o.probe_stuck_s;
+  text << " | prior " << (o.prior ? compensation::prior_identity(*o.prior) : "none");
+  for (const auto& probe : o.more_probes) text << ' ' << probe;
   return text.str();
 }
 
@@ -152,6 +165,8 @@ TEST_F(CompensationFile, EveryKeyChangesSomething) {
       {"temperature_delay_s", {"", "temperature_delay_s: 0.1"}},
       {"temperature_stale_s", {"", "temperature_stale_s: 5"}},
       {"probe_stuck_s", {"", "probe_stuck_s: 60"}},
+      {"prior", {"", "prior: " + model_of_bias("0.5")}},
+      {"probes", {"", "probes: [board]"}},
   };
   std::set<std::string> tried;
   for (const auto& [key, texts] : cases) {
@@ -317,6 +332,33 @@ TEST_F(CompensationFile, AValueOutOfRangeIsNamed) {
        "1: earth_rate.latitude_deg: found 91.000000, expected -90 to 90"},
   };
   for (const auto& [text, line] : cases) EXPECT_EQ(error(text), line) << text;
+}
+
+// Rule: the path counts from the configuration's folder, and what is wrong is told of the model's
+// file.
+TEST_F(CompensationFile, ThePriorIsAModelFileBesideTheConfiguration) {
+  const auto options = loaded("prior: " + model_of_bias("0.5") + "\n");
+  ASSERT_TRUE(options.prior.has_value());
+  EXPECT_EQ(options.prior->effects.front().parameters.at("bias_deg_h"), 0.5);
+  EXPECT_EQ(loaded("prior: ../" + folder_name() + "/model.yaml\n").prior->effects.size(), 1U);
+  const auto refused = [&](const std::string& text, const std::string& file,
+                           const std::string& what) {
+    try {
+      (void)loaded(text);
+      ADD_FAILURE() << text;
+    } catch (const ConfigError& problem) {
+      const std::string line = problem.what();
+      EXPECT_EQ(line.find('\n'), std::string::npos) << line;
+      EXPECT_NE(line.find(file), std::string::npos) << line;
+      EXPECT_NE(line.find(what), std::string::npos) << line;
+    }
+  };
+  refused("prior: none.yaml\n", "none.yaml", "");
+  refused("prior: .\n", "", "found something else than a file");
+  refused("prior: " + model_of_bias("wide") + "\n", "model.yaml:3", "bias_deg_h");
+  refused("probes: ['']\n", "compensation.yaml:1", "probes[0]");
+  (void)model_of_bias("1}}\n  - {kind: biass, axis: x, parameters: {bias_deg_h: 1");
+  refused("prior: model.yaml\n", "model.yaml:4", "biass");
 }
 
 TEST_F(CompensationFile, AKnownEarthRateNeedsItsAngles) {

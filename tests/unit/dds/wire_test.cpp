@@ -98,8 +98,9 @@ TEST(WireNumbers, OfRungsArePinned) {
   expect_numbers<Rung>({{Rung::kNone, 0},
                         {Rung::kFactoryPolynomial, 1},
                         {Rung::kStationaryBias, 2},
-                        {Rung::kOnlineSvr, 3}});
-  expect_names<Rung>({"none", "factory_polynomial", "stationary_bias", "online_svr"});
+                        {Rung::kOnlineSvr, 3},
+                        {Rung::kPrior, 4}});
+  expect_names<Rung>({"none", "factory_polynomial", "stationary_bias", "online_svr", "prior"});
 }
 
 TEST(WireNumbers, OfClocksAndReferencesArePinned) {

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// Commands that read or write files are served on a thread of their own: the data path hands a
+// request over and goes on.
+#include <chrono>
+#include <string_view>
+#include <utility>
+
+#include "services/compensation/compensation_node.h"
+
+namespace zerodrift::services {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::size_t kMostRequests = 8;
+constexpr auto kInstalledWithin = 2000ms;  // else the reply doesn't wait for it
+
+bool is_of_checkpoints(const msg::Command& command) {
+  const std::string_view name = command.name().c_str();
+  return name == "checkpoint" || name == "restore";
+}
+
+}  // namespace
+
+CompensationNode::Verdict CompensationNode::hand_over(const msg::Command& command) {
+  if (is_of_checkpoints(command) && options_.checkpoint_dir.empty()) {
+    return {.text = "checkpoints are off; start the service with --checkpoint-dir DIR"};
+  }
+  Request request{.command = command, .argument = command.argument().c_str(), .gyros = {}};
+  for (auto& source : gyros_) request.gyros.push_back(source.get());
+  if (request.gyros.empty()) return {.text = "no gyro has been heard yet"};
+  const std::lock_guard lock(requests_mutex_);
+  if (requests_.size() >= kMostRequests) return {.text = "busy with other requests; try again"};
+  requests_.push_back(std::move(request));
+  requests_changed_.notify_one();
+  return {.outcome = Outcome::kLater};
+}
+
+void CompensationNode::serve_requests_until_stopped() {
+  for (;;) {
+    Request request;
+    {
+      std::unique_lock lock(requests_mutex_);
+      requests_changed_.wait(lock, [this] { return requests_closed_ || !requests_.empty(); });
+      if (requests_closed_) return;
+      request = std::move(requests_.front());
+      requests_.pop_front();
+    }
+    try {
+      reply(request.command, serve(request));
+    } catch (const std::exception& error) {
+      reply(request.command, {.text = error.what()});
+    }
+  }
+}
+
+CompensationNode::Verdict CompensationNode::serve(const Request& request) {
+  const std::string_view name = request.command.name().c_str();
+  if (name == "checkpoint") return save(request);
+  if (name == "restore") return restore(request);
+  return name == "adopt" ? adopt(request) : revert(request);
+}
+
+std::optional<std::uint64_t> CompensationNode::installed(
+    const compensation::RestoredLearner& learner) {
+  const auto give_up = std::chrono::steady_clock::now() + kInstalledWithin;
+  while (learner.installed_as == compensation::RestoredLearner::kNotYet) {
+    if (requests_closed_ || std::chrono::steady_clock::now() > give_up) return std::nullopt;
+    std::this_thread::sleep_for(5ms);
+  }
+  return learner.installed_as;
+}
+
+bool CompensationNode::awaits_change(const Gyro& source) {
+  const std::lock_guard lock(data_mutex_);
+  return source.change && !source.change->in_force;
+}
+
+}  // namespace zerodrift::services
