@@ -154,6 +154,7 @@ void add_bench(CLI::App& app, Run& run) {
   command->add_option("--domain", options->network.domain, "DDS domain")->capture_default_str();
   command->callback([options, &run] { run = [options] { return end_to_end(*options); }; });
   add_bench_svr(*bench, run);
+  add_bench_allan(*bench, run);
 }
 
 }  // namespace zerodrift::services

@@ -13,6 +13,8 @@ int main(int argc, char** argv) {
   services::add_simulate(app, run);
   services::add_compensate(app, run);
   services::add_compare(app, run);
+  services::add_allan(app, run);
+  services::add_diagnose(app, run);
   services::add_record(app, run);
   services::add_info(app, run);
   services::add_control(app, run);

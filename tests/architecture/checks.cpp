@@ -160,7 +160,8 @@ bool is_pure_header(const std::string& header) {
   const auto in = [&](const auto& names) {
     return std::find(names.begin(), names.end(), header) != names.end();
   };
-  return in(kPureStandardHeaders) || in(kMorePureHeaders) || header.starts_with("Eigen/");
+  return in(kPureStandardHeaders) || in(kMorePureHeaders) || header.starts_with("Eigen/") ||
+         header == "unsupported/Eigen/FFT";  // of the same package
 }
 
 // --- single edges; empty when allowed

@@ -34,6 +34,18 @@ enum class Domain : std::uint32_t {
   kControlNobody,
   kCompare,
   kCheckpoint,
+  kAllanLateJoiner,
+  kAllanTwoGyros,
+  kAllanNoiseStep,
+  kAllanHarmfulCompensation,
+  kAllanStuck,
+  kAllanGap,
+  kAllanBadSamples,
+  kAllanNewRate,
+  kAllanSameN,
+  kAllanCommand,
+  kPrior,
+  kDiagnoseCommand,
   kLast = 199,
 };
 

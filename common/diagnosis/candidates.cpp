@@ -1,0 +1,381 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/diagnosis/candidates.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "common/core/units.h"
+#include "common/diagnosis/rounded_text.h"
+#include "common/twin/effect_catalogue.h"
+
+namespace zerodrift::diagnosis {
+
+using twin::EffectDefinition;
+using twin::Need;
+using twin::ParameterDefinition;
+using twin::ParameterRole;
+using twin::TemperaturePoint;
+
+namespace {
+
+// What moves less than this says nothing about an effect.
+constexpr double kLeastTemperatureRangeDegc = 0.5;
+constexpr double kLeastTemperatureDifferenceDegc = 0.05;  // standard deviation
+constexpr double kLeastRecordS = 3600.0;                  // for what needs hours
+constexpr double kLeastCycleDegc = 1.0;                   // travelled both up and down
+
+struct Range {
+  double low = 0.0;
+  double high = 0.0;
+
+  [[nodiscard]] double width() const { return high - low; }
+};
+
+Range range_of(const std::vector<double>& values) {
+  if (values.empty()) return {};
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  return {*low, *high};
+}
+
+bool moves(const std::vector<double>& channel) {
+  const Range range = range_of(channel);
+  return range.width() > 1e-9 * std::max(std::abs(range.low), std::abs(range.high));
+}
+
+std::vector<double> temperatures(const Playback& playback, TemperaturePoint point) {
+  std::vector<double> values;
+  values.reserve(playback.inputs().size());
+  for (const auto& in : playback.inputs())
+    values.push_back(in.thermal.temperature_degc[twin::index(point)]);
+  return values;
+}
+
+std::optional<std::string> no_temperature(const Playback& playback) {
+  const auto points = playback.measured_points();
+  if (points.empty()) return "no temperature in the record";
+  double widest = 0.0;
+  for (const auto point : points)
+    widest = std::max(widest, range_of(temperatures(playback, point)).width());
+  if (widest >= kLeastTemperatureRangeDegc) return std::nullopt;
+  return "the temperature moves by " + rounded(widest) + " °C only";
+}
+
+double standard_deviation(const std::vector<double>& values) {
+  double mean = 0.0;
+  for (const double v : values) mean += v;
+  mean /= static_cast<double>(values.size());
+  double squares = 0.0;
+  for (const double v : values) squares += (v - mean) * (v - mean);
+  return std::sqrt(squares / static_cast<double>(values.size()));
+}
+
+std::optional<std::string> no_difference(const MeasuredSeries& series) {
+  if (series.probes.size() < 2) return "needs two thermometers";
+  double widest = 0.0;
+  for (std::size_t p = 1; p < series.probes.size(); ++p) {
+    for (std::size_t q = 0; q < p; ++q) {
+      std::vector<double> difference(series.size);
+      for (std::size_t i = 0; i < series.size; ++i)
+        difference[i] = series.probes[p].temperature_degc[i] - series.probes[q].temperature_degc[i];
+      widest = std::max(widest, standard_deviation(difference));
+    }
+  }
+  if (widest >= kLeastTemperatureDifferenceDegc) return std::nullopt;
+  return "no two thermometers differ";
+}
+
+// Travel up and travel down, the smaller of both, of any probe.
+std::optional<std::string> no_cycle(const MeasuredSeries& series) {
+  double largest = 0.0;
+  for (const ProbeSeries& probe : series.probes) {
+    double up = 0.0;
+    double down = 0.0;
+    for (const double rate : probe.rate_degc_per_s) (rate > 0.0 ? up : down) += std::abs(rate);
+    largest = std::max(largest, std::min(up, down) * series.interval_s);
+  }
+  if (largest >= kLeastCycleDegc) return std::nullopt;
+  return "the temperature never turns back";
+}
+
+std::optional<std::string> no_channel(const std::vector<double>& channel, const char* what) {
+  if (channel.empty()) return std::string("no ") + what + " in the record";
+  if (!moves(channel)) return std::string("the ") + what + " never changes";
+  return std::nullopt;
+}
+
+std::optional<std::string> no_vector(const core::PerAxis<std::vector<double>>& channels,
+                                     const char* what) {
+  std::optional<std::string> why;
+  for (const auto& channel : channels) {
+    const auto wrong = no_channel(channel, what);
+    if (!wrong) return std::nullopt;
+    if (!why || !channel.empty()) why = wrong;
+  }
+  return why;
+}
+
+std::optional<std::string> no_rate(const MeasuredSeries& series, core::Axis axis) {
+  if (!series.has_reference) return "no reference rate in the record";
+  if (!moves(series.reference_radps[core::index(axis)]))
+    return "the reference rate about this axis never changes";
+  return std::nullopt;
+}
+
+std::optional<std::string> no_cross_rate(const MeasuredSeries& series, core::Axis axis) {
+  if (!series.has_reference) return "no reference rate in the record";
+  for (const core::Axis other : core::kAxes) {
+    if (other != axis && moves(series.reference_radps[core::index(other)])) return std::nullopt;
+  }
+  return "the reference rates about the other axes never change";
+}
+
+std::optional<std::string> unmet(Need need, const MeasuredSeries& series, const Playback& playback,
+                                 core::Axis axis) {
+  switch (need) {
+    case Need::kTemperature:
+      return no_temperature(playback);
+    case Need::kTemperatureDifference:
+      return no_difference(series);
+    case Need::kTemperatureCycles:
+      return no_cycle(series);
+    case Need::kReferenceRate:
+    case Need::kSlowReferenceRate:
+      return no_rate(series, axis);
+    case Need::kCrossAxisRate:
+      return no_cross_rate(series, axis);
+    case Need::kMagnetic:
+      return no_vector(series.magnetic_ut, "magnetic field");
+    case Need::kAcceleration:
+      return no_vector(series.acceleration_mps2, "acceleration");
+    case Need::kVibration:
+      return no_channel(series.vibration_g, "vibration");
+    case Need::kSourceCurrent:
+      return no_channel(series.source_current_ma, "source current");
+    case Need::kSupply:
+      return no_channel(series.supply_v, "supply voltage");
+    case Need::kLongRecord: {
+      const double duration_s = series.interval_s * static_cast<double>(series.size);
+      if (duration_s >= kLeastRecordS) return std::nullopt;
+      return "needs an hour, the record has " + rounded(duration_s / 60.0) + " min";
+    }
+    case Need::kPowerOn:
+    case Need::kRawRate:
+    case Need::kTimeStamps:
+      return std::nullopt;
+  }
+  return std::nullopt;
+}
+
+// Quantiles of the temperature, for thresholds within its range.
+std::vector<double> thresholds(const Playback& playback, TemperaturePoint point) {
+  constexpr int kThresholds = 15;
+  auto values = temperatures(playback, point);
+  std::sort(values.begin(), values.end());
+  const Range range{values.front(), values.back()};
+  std::vector<double> grid;
+  for (int i = 1; i <= kThresholds; ++i)
+    grid.push_back(range.low + range.width() * i / (kThresholds + 1.0));
+  return grid;
+}
+
+std::vector<double> inverse(const std::vector<double>& frequencies, double scale) {
+  std::vector<double> periods;
+  for (const double frequency : frequencies) periods.push_back(scale / frequency);
+  return periods;
+}
+
+// What a search tries for one shape parameter, and how many independent values that stands for.
+struct Grid {
+  std::vector<double> values;
+  double looked_at;
+};
+
+Grid grid_of(const ParameterDefinition& parameter, const Playback& playback,
+             const std::vector<TemperaturePoint>& inputs, const Oscillations& oscillations) {
+  constexpr double kArcsecPerRad = 3600.0 / core::kRadPerDeg;
+  if (parameter.name == "frequency_hz")
+    return {oscillations.lines.frequencies, oscillations.lines.looked_at};
+  if (parameter.name == "angle_arcsec") {
+    return {inverse(oscillations.resets.frequencies, kArcsecPerRad), oscillations.resets.looked_at};
+  }
+  if (parameter.name == "period_degc" && !inputs.empty()) {
+    const auto& fringes = oscillations.fringes[twin::index(inputs.front())];
+    return {inverse(fringes.frequencies, 1.0), fringes.looked_at};
+  }
+  std::vector<double> values =
+      parameter.name == "threshold_degc" && !inputs.empty() ? thresholds(playback, inputs.front())
+      : parameter.grid.empty() ? std::vector<double>{parameter.default_value}
+                               : parameter.grid;
+  std::erase_if(values,
+                [&](double v) { return !(v >= parameter.minimum && v <= parameter.maximum); });
+  const auto count = static_cast<double>(values.size());
+  return {std::move(values), count};
+}
+
+// Every choice of measured places for `count` inputs; pairs without regard to their order, since an
+// amplitude has either sign.
+std::vector<std::vector<TemperaturePoint>> input_choices(const Playback& playback,
+                                                         std::size_t count) {
+  if (count == 0) return {{}};
+  const auto points = playback.measured_points();
+  std::vector<std::vector<TemperaturePoint>> choices;
+  if (count == 1) {
+    for (const auto point : points) choices.push_back({point});
+  } else if (count == 2) {
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      for (std::size_t j = i + 1; j < points.size(); ++j) choices.push_back({points[i], points[j]});
+    }
+  }
+  return choices;
+}
+
+void add_variants(Candidate& candidate, const Playback& playback,
+                  const std::vector<TemperaturePoint>& inputs, const Oscillations& oscillations) {
+  std::vector<Variant> variants{{.inputs = inputs}};
+  double looked_at = 1.0;
+  for (const ParameterDefinition& parameter : candidate.definition->parameters) {
+    if (parameter.role != ParameterRole::kShape) continue;
+    const Grid grid = grid_of(parameter, playback, inputs, oscillations);
+    looked_at *= grid.looked_at;
+    std::vector<Variant> longer;
+    for (const double value : grid.values) {
+      for (Variant variant : variants) {
+        variant.shapes[parameter.name] = value;
+        longer.push_back(std::move(variant));
+      }
+    }
+    variants = std::move(longer);
+  }
+  for (Variant& variant : variants) variant.log_prior = -std::log(looked_at);
+  candidate.variants.insert(candidate.variants.end(), variants.begin(), variants.end());
+}
+
+const twin::EffectSpec* find_in(const twin::Model& model, core::Axis axis, std::string_view kind) {
+  for (const twin::EffectSpec& spec : model.effects) {
+    if (spec.axis == axis && spec.kind == kind) return &spec;
+  }
+  return nullptr;
+}
+
+// Values that an effect copies from the axis's bias_temperature, which has the same names for them.
+twin::Parameters copied(const EffectDefinition& definition, const twin::Model& model,
+                        core::Axis axis) {
+  twin::Parameters values;
+  const twin::EffectSpec* known = find_in(model, axis, "bias_temperature");
+  if (known == nullptr) return values;
+  for (const std::string& name : names_of(definition, ParameterRole::kConvention)) {
+    const auto given = known->parameters.find(name);
+    if (given != known->parameters.end()) values[name] = given->second;
+  }
+  return values;
+}
+
+std::optional<std::string> nothing_to_copy(const EffectDefinition& definition,
+                                           const twin::Model& model, core::Axis axis) {
+  if (definition.kind != "sensor_lag") return std::nullopt;
+  const twin::EffectSpec* known = find_in(model, axis, "bias_temperature");
+  if (known != nullptr && !known->parameters.empty()) return std::nullopt;
+  return "the model has no bias_temperature that a thermometer could lag behind";
+}
+
+bool is_regressor(const EffectDefinition& definition) {
+  if (definition.kind == "bias") return false;  // the mean: always refitted
+  return definition.family == twin::Family::kDeterministic || definition.kind == "clock_offset";
+}
+
+}  // namespace
+
+Oscillations find_oscillations(std::span<const double> weighted, const Playback& playback,
+                               core::Axis axis) {
+  constexpr std::size_t kPeaks = 6;
+  constexpr double kShortestPeriodDegc = 0.5;
+  constexpr double kLowestFringes = 1.5;  // below, a polynomial does as well
+  Oscillations found;
+  found.lines = line_peaks(weighted, playback.interval_s(), kPeaks);
+  for (const TemperaturePoint point : playback.measured_points()) {
+    found.fringes[twin::index(point)] =
+        oscillation_peaks(weighted, temperatures(playback, point),
+                          {.lowest_cycles = kLowestFringes,
+                           .highest_frequency = 1.0 / kShortestPeriodDegc,
+                           .peaks = kPeaks});
+  }
+  std::vector<double> angle_rad;
+  double turned = 0.0;
+  for (const auto& in : playback.inputs()) {
+    turned += in.true_rate_radps[core::index(axis)] * playback.interval_s();
+    angle_rad.push_back(turned);
+  }
+  found.resets =
+      oscillation_peaks(weighted, angle_rad,
+                        {.highest_frequency = std::numeric_limits<double>::max(), .peaks = kPeaks});
+  return found;
+}
+
+std::vector<std::string> names_of(const EffectDefinition& definition, ParameterRole role) {
+  std::vector<std::string> names;
+  for (const ParameterDefinition& parameter : definition.parameters) {
+    if (parameter.role == role) names.push_back(parameter.name);
+  }
+  return names;
+}
+
+std::optional<std::string> why_not_testable(const EffectDefinition& definition,
+                                            const MeasuredSeries& series, const Playback& playback,
+                                            core::Axis axis) {
+  for (const Need need : definition.needs) {
+    if (auto why = unmet(need, series, playback, axis)) return why;
+  }
+  return std::nullopt;
+}
+
+Candidates candidates(const MeasuredSeries& series, const Playback& playback,
+                      const twin::Model& model, core::Axis axis, const Oscillations& oscillations) {
+  Candidates result;
+  for (const EffectDefinition& definition : twin::effect_catalogue()) {
+    if (!is_regressor(definition) || find_in(model, axis, definition.kind) != nullptr) continue;
+    auto why = why_not_testable(definition, series, playback, axis);
+    if (!why) why = nothing_to_copy(definition, model, axis);
+    if (why) {
+      result.not_testable.push_back({definition.kind, *why});
+      continue;
+    }
+    Candidate candidate{.definition = &definition,
+                        .axis = axis,
+                        .amplitudes = names_of(definition, ParameterRole::kAmplitude),
+                        .conventions = copied(definition, model, axis)};
+    const auto choices = input_choices(playback, definition.inputs.size());
+    for (const auto& inputs : choices) add_variants(candidate, playback, inputs, oscillations);
+    if (candidate.variants.empty()) continue;
+    for (Variant& variant : candidate.variants)
+      variant.log_prior -= std::log(static_cast<double>(choices.size()));
+    result.testable.push_back(std::move(candidate));
+  }
+  return result;
+}
+
+std::vector<std::vector<double>> columns_of(const Playback& playback,
+                                            const EffectDefinition& definition,
+                                            const twin::EffectContext& context) {
+  const auto amplitudes = names_of(definition, ParameterRole::kAmplitude);
+  if (amplitudes.empty()) return {playback.run(definition, context)};
+  std::vector<std::vector<double>> columns;
+  for (const std::string& amplitude : amplitudes) {
+    twin::EffectContext unit = context;
+    for (const std::string& other : amplitudes)
+      unit.parameters[other] = other == amplitude ? 1.0 : 0.0;
+    columns.push_back(playback.run(definition, unit));
+  }
+  return columns;
+}
+
+twin::EffectContext context_of(const Candidate& candidate, const Variant& variant,
+                               double interval_s) {
+  twin::EffectContext context = default_context(*candidate.definition, candidate.axis, interval_s);
+  context.inputs = variant.inputs;
+  for (const auto& [name, value] : candidate.conventions) context.parameters[name] = value;
+  for (const auto& [name, value] : variant.shapes) context.parameters[name] = value;
+  return context;
+}
+
+}  // namespace zerodrift::diagnosis

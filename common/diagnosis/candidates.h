@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+// What could be missing from a model: every deterministic effect of the catalogue that the model
+// lacks and the record can show, in all its variants (which temperature, which lag, which shape),
+// as columns of a regression made by running the twin's own effect with unit amplitudes.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/core/axis.h"
+#include "common/diagnosis/diagnosis.h"
+#include "common/diagnosis/measured_series.h"
+#include "common/diagnosis/oscillation_scan.h"
+#include "common/diagnosis/playback.h"
+#include "common/twin/effect.h"
+#include "common/twin/model.h"
+
+namespace zerodrift::diagnosis {
+
+// One choice of an effect's inner parameters.
+struct Variant {
+  std::vector<twin::TemperaturePoint> inputs{};
+  twin::Parameters shapes{};  // kShape parameters by name
+  // Natural logarithm of its share among all that were looked at; of a scan only the peaks are
+  // here.
+  double log_prior = 0.0;
+};
+
+struct Candidate {
+  const twin::EffectDefinition* definition = nullptr;
+  core::Axis axis = core::Axis::kX;
+  // Names of the kAmplitude parameters, one a column. None: the effect has a size of its own and
+  // makes one column, whose amplitude must come out near 1.
+  std::vector<std::string> amplitudes{};
+  twin::Parameters conventions{};  // kConvention parameters taken from the model
+  std::vector<Variant> variants{};
+};
+
+struct Candidates {
+  std::vector<Candidate> testable{};
+  std::vector<NotTestable> not_testable{};
+};
+
+// Where the residual oscillates: which frequencies and periods are worth a variant.
+struct Oscillations {
+  OscillationPeaks lines{};                    // Hz
+  twin::PerPoint<OscillationPeaks> fringes{};  // cycles per °C, of measured places
+  OscillationPeaks resets{};                   // cycles per rad turned through
+};
+
+// `weighted`: residual of the axis divided by its noise covariance, 0 where it isn't valid.
+// O(samples * some thousand frequencies).
+[[nodiscard]] Oscillations find_oscillations(std::span<const double> weighted,
+                                             const Playback& playback, core::Axis axis);
+
+// Effects that the model lists for the axis (with or without parameters) are left out: they are
+// refitted, not named. What an effect copies from the model (T_ref, b') is taken from there.
+[[nodiscard]] Candidates candidates(const MeasuredSeries& series, const Playback& playback,
+                                    const twin::Model& model, core::Axis axis,
+                                    const Oscillations& oscillations);
+
+// Why a record can't test an effect, or nothing.
+[[nodiscard]] std::optional<std::string> why_not_testable(const twin::EffectDefinition& definition,
+                                                          const MeasuredSeries& series,
+                                                          const Playback& playback,
+                                                          core::Axis axis);
+
+// One column for each amplitude: what the effect adds for an amplitude of 1 in its own unit, rad/s;
+// without amplitudes one column, the effect as it is.
+[[nodiscard]] std::vector<std::vector<double>> columns_of(const Playback& playback,
+                                                          const twin::EffectDefinition& definition,
+                                                          const twin::EffectContext& context);
+[[nodiscard]] twin::EffectContext context_of(const Candidate& candidate, const Variant& variant,
+                                             double interval_s);
+
+// Names of the parameters of a role.
+[[nodiscard]] std::vector<std::string> names_of(const twin::EffectDefinition& definition,
+                                                twin::ParameterRole role);
+
+}  // namespace zerodrift::diagnosis

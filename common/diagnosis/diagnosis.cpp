@@ -1,0 +1,415 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/diagnosis/diagnosis.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "common/core/units.h"
+#include "common/diagnosis/disagreement.h"
+#include "common/diagnosis/gap.h"
+#include "common/diagnosis/next_experiment.h"
+#include "common/diagnosis/playback.h"
+#include "common/diagnosis/record_faults.h"
+#include "common/diagnosis/rounded_text.h"
+#include "common/diagnosis/trial.h"
+
+namespace zerodrift::diagnosis {
+namespace {
+
+constexpr double kMeanS = 60.0;  // RMS figures are of means over this
+constexpr double kShortestRecordS = 600.0;
+constexpr std::size_t kFewestIntervals = 60;
+constexpr double kShortestForBlocksS = 3600.0;  // below, nothing is kept back
+constexpr double kGuardS = 300.0;               // between what is fitted and what is kept back
+// Held-out figures may be worse by this and still count as equal.
+constexpr double kTolerance = 1.0;
+constexpr double kAllanTolerance = 0.02;
+constexpr std::size_t kMostRanges = 10;  // of disagreement that are told
+
+struct HeldOutPart {
+  const MeasuredSeries* series;
+  const Playback* playback;
+  std::vector<std::uint8_t> valid;
+};
+
+struct Split {
+  HeldOut kind = HeldOut::kNothing;
+  std::vector<std::uint8_t> fitted{};
+  std::vector<HeldOutPart> held_out{};
+};
+
+std::size_t intervals_in(double duration_s, double interval_s) {
+  return static_cast<std::size_t>(std::max(1.0, std::round(duration_s / interval_s)));
+}
+
+// Two of ten blocks are kept back, neither at the ends, with guards on both sides.
+Split split_in_blocks(const MeasuredSeries& series, const Playback& playback,
+                      const std::vector<std::uint8_t>& sound) {
+  Split split{.fitted = sound};
+  const double duration_s = series.interval_s * static_cast<double>(series.size);
+  if (duration_s < kShortestForBlocksS) return split;
+  split.kind = HeldOut::kBlocks;
+  std::vector<std::uint8_t> kept(series.size, 0);
+  const std::size_t guard = intervals_in(kGuardS, series.interval_s);
+  for (const std::size_t tenth : {3U, 7U}) {
+    const std::size_t begin = series.size * tenth / 10;
+    const std::size_t end = series.size * (tenth + 1) / 10;
+    for (std::size_t i = begin; i < end; ++i) {
+      split.fitted[i] = 0;
+      const bool guarded = i < begin + guard || i + guard >= end;
+      if (!guarded) kept[i] = sound[i];
+    }
+  }
+  split.held_out.push_back({&series, &playback, std::move(kept)});
+  return split;
+}
+
+bool has_axis(const MeasuredSeries& series, core::Axis axis) {
+  return !series.rate_radps[core::index(axis)].empty();
+}
+
+struct Comparison {
+  Gap gap;
+  AllanDistance allan;
+};
+
+Comparison compare_on(const std::vector<HeldOutPart>& parts, const twin::Model& before,
+                      const twin::Model& after, core::Axis axis) {
+  Comparison result;
+  double weight = 0.0;
+  for (const HeldOutPart& part : parts) {
+    const MeasuredSeries& series = *part.series;
+    const auto measured = measured_drift(series, axis);
+    const auto drift_before = part.playback->drift(before, axis);
+    const auto drift_after = part.playback->drift(after, axis);
+    const std::size_t block = intervals_in(kMeanS, series.interval_s);
+    const auto rms = [&](const std::vector<double>& drift) {
+      return rms_of_block_means(difference(measured, drift, part.valid), part.valid, block);
+    };
+    const auto noise_before = model_noise(before, axis, series.interval_s, series.size);
+    const auto noise_after = model_noise(after, axis, series.interval_s, series.size);
+    const auto curves = allan_curves(measured, part.valid, series.interval_s,
+                                     {drift_before, noise_before}, {drift_after, noise_after});
+    const AllanDistance distance = allan_distance(curves);
+    const double w = static_cast<double>(series.size);
+    const auto add = [w](double& sum, double value) { sum += w * value * value; };
+    add(result.gap.before_rms_radps, rms(drift_before));
+    add(result.gap.after_rms_radps, rms(drift_after));
+    add(result.gap.noise_floor_rms_radps, expected_rms_of_block_means(noise_after, block));
+    result.allan.before += w * distance.before;
+    result.allan.after += w * distance.after;
+    weight += w;
+  }
+  if (weight == 0.0) return result;
+  for (double* square : {&result.gap.before_rms_radps, &result.gap.after_rms_radps,
+                         &result.gap.noise_floor_rms_radps})
+    *square = std::sqrt(*square / weight);
+  result.allan.before /= weight;
+  result.allan.after /= weight;
+  return result;
+}
+
+bool changed_drift(const Trial& trial) {
+  return !trial.effects.empty() || !trial.recalibrated.empty();
+}
+
+Acceptance judge(const Trial& trial, const Comparison& held_out, HeldOut kind) {
+  if (!changed_drift(trial)) return Acceptance::kNothingToProve;
+  if (kind == HeldOut::kNothing) return Acceptance::kAccepted;
+  const bool closer = held_out.gap.after_rms_radps <= kTolerance * held_out.gap.before_rms_radps ||
+                      held_out.allan.after + kAllanTolerance < held_out.allan.before;
+  const bool no_worse = held_out.gap.after_rms_radps <= 1.02 * held_out.gap.before_rms_radps &&
+                        held_out.allan.after <= held_out.allan.before + kAllanTolerance;
+  return closer && no_worse ? Acceptance::kAccepted : Acceptance::kReverted;
+}
+
+Verdict verdict_of(const AxisDiagnosis& axis) {
+  if (axis.unknown) return Verdict::kUnknownEffect;
+  if (!axis.effects.empty()) {
+    const bool certain =
+        std::all_of(axis.effects.begin(), axis.effects.end(),
+                    [](const NamedEffect& effect) { return effect.alternatives.empty(); });
+    return certain ? Verdict::kEffectNamed : Verdict::kAmbiguous;
+  }
+  return axis.recalibrated.empty() ? Verdict::kConsistent : Verdict::kRecalibrated;
+}
+
+std::string list_of(const std::vector<NamedEffect>& effects) {
+  std::string text;
+  for (const NamedEffect& effect : effects) {
+    if (!text.empty()) text += " and ";
+    text += effect.name;
+    if (effect.alternatives.empty()) continue;
+    text += " (or";
+    for (std::size_t i = 0; i < effect.alternatives.size(); ++i)
+      text += (i > 0 ? ", " : " ") + effect.alternatives[i].name;
+    text += ")";
+  }
+  return text;
+}
+
+std::string sentence_of(const AxisDiagnosis& axis) {
+  const Gap& gap = axis.held_out_kind == HeldOut::kNothing ? axis.fit : axis.held_out;
+  const std::string figures =
+      " The gap on " +
+      std::string(axis.held_out_kind == HeldOut::kNothing ? "the record" : "held-out data") +
+      " falls from " + rounded(core::deg_h_from_radps(gap.before_rms_radps)) + " to " +
+      rounded(core::deg_h_from_radps(gap.after_rms_radps)) + " deg/h rms.";
+  std::string text;
+  if (axis.acceptance == Acceptance::kReverted && !axis.unknown) {
+    return "The record suggests " +
+           (axis.effects.empty() ? std::string("other parameters") : list_of(axis.effects)) +
+           ", but held-out data don't confirm it: the model is left as it was.";
+  }
+  switch (axis.verdict) {
+    case Verdict::kConsistent:
+      return "Nothing is missing that this record could have shown.";
+    case Verdict::kRecalibrated:
+      text = "No effect is missing, but parameters of the model were wrong.";
+      break;
+    case Verdict::kEffectNamed:
+    case Verdict::kAmbiguous:
+      text = "Missing: " + list_of(axis.effects) + ".";
+      break;
+    case Verdict::kUnknownEffect:
+      text = "Something is missing that the catalogue doesn't know: " + axis.unknown->description +
+             ".";
+      if (!axis.effects.empty()) text += " Also missing: " + list_of(axis.effects) + ".";
+      break;
+  }
+  if (axis.acceptance == Acceptance::kAccepted) text += figures;
+  return text;
+}
+
+std::vector<double> means_on(const std::vector<double>& centres, const std::vector<double>& values,
+                             std::size_t block) {
+  std::vector<double> means;
+  for (const double centre : centres) {
+    const auto begin = static_cast<std::size_t>(centre - 0.5 * static_cast<double>(block));
+    double sum = 0.0;
+    for (std::size_t i = begin; i < begin + block; ++i) sum += values[i];
+    means.push_back(sum / static_cast<double>(block));
+  }
+  return means;
+}
+
+Waveforms waveforms_of(const MeasuredSeries& series, const std::vector<double>& measured,
+                       const std::vector<std::uint8_t>& valid, const std::vector<double>& before,
+                       const std::vector<double>& after) {
+  const std::size_t block = intervals_in(kMeanS, series.interval_s);
+  const BlockMeans means = block_means(measured, valid, block);
+  Waveforms curves;
+  for (const double centre : means.centre)
+    curves.time_s.push_back(series.start_s + centre * series.interval_s);
+  curves.measured_radps = means.mean;
+  curves.before_radps = means_on(means.centre, before, block);
+  curves.after_radps = means_on(means.centre, after, block);
+  return curves;
+}
+
+// The input that the first named effect reads, or that the unknown one depends on.
+std::optional<ResidualAgainstInput> residual_against_input(const AxisDiagnosis& axis,
+                                                           const MeasuredSeries& series,
+                                                           core::Axis which,
+                                                           const std::vector<double>& residual,
+                                                           const std::vector<double>& explained,
+                                                           const std::vector<std::uint8_t>& valid) {
+  const auto channels = moving_inputs(series, which);
+  std::string wanted;
+  if (axis.unknown && !axis.unknown->depends_on.empty()) {
+    wanted = axis.unknown->depends_on.front();
+  } else if (!axis.effects.empty() && !axis.effects.front().inputs.empty()) {
+    wanted = "temperature_" + axis.effects.front().inputs.front();
+  } else if (!axis.where.empty()) {
+    wanted = axis.where.front().kind;
+  }
+  if (channels.empty() || wanted.empty()) return std::nullopt;
+  const InputChannel* channel = &channels.front();
+  for (const InputChannel& candidate : channels) {
+    if (candidate.name == wanted) channel = &candidate;
+  }
+  const std::size_t block = intervals_in(kMeanS, series.interval_s);
+  const BlockMeans means = block_means(residual, valid, block);
+  return ResidualAgainstInput{channel->name + " (" + channel->unit + ")",
+                              means_on(means.centre, channel->values, block), means.mean,
+                              means_on(means.centre, explained, block)};
+}
+
+// An axis's own part of one model into another.
+void copy_axis(const twin::Model& from, twin::Model& to, core::Axis axis) {
+  std::erase_if(to.effects, [axis](const twin::EffectSpec& e) { return e.axis == axis; });
+  for (const twin::EffectSpec& effect : from.effects) {
+    if (effect.axis == axis) to.effects.push_back(effect);
+  }
+}
+
+class AxisExamination {
+ public:
+  AxisExamination(const twin::Model& model, const MeasuredSeries& series, const Playback& playback,
+                  core::Axis axis, const DiagnosisOptions& options)
+      : model_(model), series_(series), playback_(playback), axis_(axis), options_(options) {}
+
+  AxisDiagnosis run(const std::vector<MeasuredSeries>& validation,
+                    const std::vector<Playback>& playbacks, twin::Model& repaired) {
+    const auto measured = measured_drift(series_, axis_);
+    const auto before = playback_.drift(model_, axis_);
+    const std::size_t a = core::index(axis_);
+    const RecordFaults faults =
+        find_record_faults(series_, axis_, difference(measured, before, series_.valid[a]));
+    Split split = held_out_parts(validation, playbacks, faults.sound);
+    Trial trial = repair({model_, series_, playback_, axis_, split.fitted, options_});
+    AxisDiagnosis result;
+    result.not_testable = trial.not_testable;
+    if (trial.refusal) {
+      result.sentence = "This axis can't be diagnosed: " + *trial.refusal + ".";
+      return result;
+    }
+    const Comparison held_out = compare_on(split.held_out, model_, trial.repaired, axis_);
+    result.held_out_kind = split.kind;
+    result.held_out = held_out.gap;
+    result.acceptance = judge(trial, held_out, split.kind);
+    const bool adopted = result.acceptance == Acceptance::kAccepted;
+    const twin::Model& final_model = adopted ? trial.repaired : model_;
+    if (adopted) copy_axis(trial.repaired, repaired, axis_);
+    take(result, trial, faults);
+    describe(result, trial, measured, before, final_model, faults.sound);
+    if (split.kind != HeldOut::kNothing) result.allan_log_distance = held_out.allan;
+    settle(result);
+    return result;
+  }
+
+ private:
+  Split held_out_parts(const std::vector<MeasuredSeries>& validation,
+                       const std::vector<Playback>& playbacks,
+                       const std::vector<std::uint8_t>& sound) const {
+    Split split{.kind = HeldOut::kRecords, .fitted = sound};
+    for (std::size_t i = 0; i < validation.size(); ++i) {
+      if (!has_axis(validation[i], axis_)) continue;
+      const auto residual =
+          difference(measured_drift(validation[i], axis_), playbacks[i].drift(model_, axis_),
+                     validation[i].valid[core::index(axis_)]);
+      split.held_out.push_back({&validation[i], &playbacks[i],
+                                find_record_faults(validation[i], axis_, residual).sound});
+    }
+    return split.held_out.empty() ? split_in_blocks(series_, playback_, sound) : split;
+  }
+
+  static void take(AxisDiagnosis& result, const Trial& trial, const RecordFaults& faults) {
+    result.effects = trial.effects;
+    result.recalibrated = trial.recalibrated;
+    result.unknown = trial.unknown;
+    result.could_have_seen = trial.could_have_seen;
+    result.evidence = trial.evidence;
+    result.effects.insert(result.effects.end(), faults.effects.begin(), faults.effects.end());
+  }
+
+  void describe(AxisDiagnosis& result, const Trial& trial, const std::vector<double>& measured,
+                const std::vector<double>& before, const twin::Model& final_model,
+                const std::vector<std::uint8_t>& sound) const {
+    const auto after = playback_.drift(final_model, axis_);
+    const std::size_t block = intervals_in(kMeanS, series_.interval_s);
+    const auto residual = difference(measured, before, sound);
+    result.fit = {rms_of_block_means(residual, sound, block),
+                  rms_of_block_means(difference(measured, after, sound), sound, block),
+                  expected_rms_of_block_means(trial.noise_dct_variances, block)};
+    share_the_gap(result);
+    const auto noise_before = model_noise(model_, axis_, series_.interval_s, series_.size);
+    const auto noise_after = model_noise(final_model, axis_, series_.interval_s, series_.size);
+    result.allan = allan_curves(measured, sound, series_.interval_s, {before, noise_before},
+                                {after, noise_after});
+    result.allan_log_distance = allan_distance(result.allan);
+    const auto channels = moving_inputs(series_, axis_);
+    result.where =
+        locate({residual, sound, trial.noise_dct_variances, series_.interval_s}, channels);
+    const auto taus =
+        locate_cluster_times(result.allan, series_.interval_s * static_cast<double>(series_.size));
+    result.where.insert(result.where.end(), taus.begin(), taus.end());
+    result.waveforms = waveforms_of(series_, measured, sound, before, after);
+    std::vector<double> explained(after.size());
+    for (std::size_t i = 0; i < after.size(); ++i) explained[i] = after[i] - before[i];
+    result.residual = residual_against_input(result, series_, axis_, residual, explained, sound);
+  }
+
+  // Mean squares of the effects' waveforms become shares of what they explain together.
+  static void share_the_gap(AxisDiagnosis& result) {
+    const double explained = result.fit.before_rms_radps * result.fit.before_rms_radps -
+                             result.fit.after_rms_radps * result.fit.after_rms_radps;
+    for (NamedEffect& effect : result.effects)
+      effect.share_of_gap =
+          explained > 0.0 ? std::clamp(effect.share_of_gap / explained, 0.0, 1.0) : 0.0;
+  }
+
+  void settle(AxisDiagnosis& result) const {
+    result.verdict = verdict_of(result);
+    if (result.acceptance == Acceptance::kReverted)
+      result.verdict = result.unknown ? Verdict::kUnknownEffect : Verdict::kConsistent;
+    result.sentence = sentence_of(result);
+    result.next_experiment = next_experiment(model_, axis_, result);
+    if (result.acceptance == Acceptance::kReverted) {
+      result.effects.clear();
+      result.recalibrated.clear();
+    }
+  }
+
+  const twin::Model& model_;
+  const MeasuredSeries& series_;
+  const Playback& playback_;
+  core::Axis axis_;
+  const DiagnosisOptions& options_;
+};
+
+}  // namespace
+
+std::string_view name(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kConsistent:
+      return "consistent";
+    case Verdict::kRecalibrated:
+      return "recalibrated";
+    case Verdict::kEffectNamed:
+      return "effect_named";
+    case Verdict::kAmbiguous:
+      return "ambiguous";
+    case Verdict::kUnknownEffect:
+      return "unknown_effect";
+  }
+  return "unknown";
+}
+
+std::optional<std::string> DiagnosisOptions::validate() const {
+  if (!(false_names_per_record > 0.0 && false_names_per_record < 0.5)) {
+    return "false_names_per_record is " + std::to_string(false_names_per_record) +
+           ", must be inside (0, 0.5)";
+  }
+  if (most_effects < 1 || most_effects > 8)
+    return "most_effects is " + std::to_string(most_effects) + ", must be 1 to 8";
+  return std::nullopt;
+}
+
+Diagnosis diagnose(const twin::Model& model, const MeasuredSeries& series,
+                   const std::vector<MeasuredSeries>& validation, const DiagnosisOptions& options) {
+  if (const auto wrong = options.validate()) throw std::invalid_argument(*wrong);
+  if (const auto wrong = model.validate()) throw std::invalid_argument("model: " + *wrong);
+  Diagnosis diagnosis{.repaired = model};
+  const double duration_s = series.interval_s * static_cast<double>(series.size);
+  if (duration_s < kShortestRecordS || series.size < kFewestIntervals) {
+    diagnosis.warnings.push_back("the record is " + std::to_string(duration_s / 60.0) +
+                                 " min long in " + std::to_string(series.size) +
+                                 " intervals: too short for a diagnosis (10 min, 60)");
+    return diagnosis;
+  }
+  const Playback playback(series);
+  std::vector<Playback> playbacks;
+  for (const MeasuredSeries& record : validation) playbacks.emplace_back(record);
+  for (const core::Axis axis : core::kAxes) {
+    if (!has_axis(series, axis)) continue;
+    AxisDiagnosis result = AxisExamination(model, series, playback, axis, options)
+                               .run(validation, playbacks, diagnosis.repaired);
+    diagnosis.verdict = std::max(diagnosis.verdict, result.verdict);
+    diagnosis.axes[core::index(axis)] = std::move(result);
+  }
+  return diagnosis;
+}
+
+}  // namespace zerodrift::diagnosis

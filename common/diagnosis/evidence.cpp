@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/diagnosis/evidence.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace zerodrift::diagnosis {
+namespace {
+
+constexpr std::size_t kLongestMean = 300;
+
+double mean_of(std::span<const double> values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+bool all_finite(std::span<const double> values) {
+  return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+}
+
+// Averages log BF(s) over the range of scales; the grid is fine enough for a factor smooth in log
+// s.
+double scale_averaged(double chi_square, int rank, const EvidenceOptions& options) {
+  constexpr std::size_t kPoints = 14;
+  std::array<double, kPoints> terms{};
+  const double step = std::log(options.largest_scale / options.smallest_scale) / (kPoints - 1.0);
+  for (std::size_t i = 0; i < kPoints; ++i) {
+    const double scale = options.smallest_scale * std::exp(step * static_cast<double>(i));
+    const double square = scale * scale;
+    terms[i] = -0.5 * rank * std::log1p(square) + 0.5 * chi_square * square / (1.0 + square);
+  }
+  return log_sum(terms) - std::log(static_cast<double>(kPoints));
+}
+
+}  // namespace
+
+GapBridge::GapBridge(std::span<const std::uint8_t> valid) {
+  const std::size_t n = valid.size();
+  std::size_t missing = 0;
+  for (std::size_t i = 0; i < n;) {
+    if (valid[i] != 0) {
+      ++i;
+      continue;
+    }
+    Gap gap{i, i, i, i};
+    while (gap.end < n && valid[gap.end] == 0) ++gap.end;
+    const std::size_t length = gap.end - gap.begin;
+    const std::size_t reach = std::clamp<std::size_t>(length / 2, 1, kLongestMean);
+    gap.before_begin = gap.begin;
+    while (gap.before_begin > 0 && valid[gap.before_begin - 1] != 0 &&
+           gap.begin - gap.before_begin < reach) {
+      --gap.before_begin;
+    }
+    gap.after_end = gap.end;
+    while (gap.after_end < n && valid[gap.after_end] != 0 && gap.after_end - gap.end < reach) {
+      ++gap.after_end;
+    }
+    missing += length;
+    gaps_.push_back(gap);
+    i = gap.end;
+  }
+  if (n > 0) missing_share_ = static_cast<double>(missing) / static_cast<double>(n);
+}
+
+void GapBridge::apply(std::span<double> column) const {
+  for (const Gap& gap : gaps_) {
+    const std::size_t before = gap.begin - gap.before_begin;
+    const std::size_t after = gap.after_end - gap.end;
+    if (before + after == 0) {
+      std::fill(column.begin(), column.end(), 0.0);
+      continue;
+    }
+    const double left = before > 0 ? mean_of(column.subspan(gap.before_begin, before)) : 0.0;
+    const double right = after > 0 ? mean_of(column.subspan(gap.end, after)) : left;
+    const double from = before > 0 ? left : right;
+    // The means lie half their length away from the gap's edges.
+    const double left_at = static_cast<double>(gap.begin) - 0.5 * static_cast<double>(before + 1);
+    const double right_at = static_cast<double>(gap.end) + 0.5 * static_cast<double>(after) - 0.5;
+    for (std::size_t i = gap.begin; i < gap.end; ++i) {
+      const double share = (static_cast<double>(i) - left_at) / (right_at - left_at);
+      column[i] = from + share * (right - from);
+    }
+  }
+}
+
+ColumnTransform::ColumnTransform(const SpectralBands& bands, std::span<const std::uint8_t> valid)
+    : bands_(bands), transform_(bands.samples()), gaps_(valid), weight_(1.0) {
+  assert(valid.size() == bands.samples());
+  const double present = 1.0 - gaps_.missing_share();
+  weight_ = present * present;
+}
+
+SpectralColumn ColumnTransform::split(const Eigen::VectorXd& cosine) const {
+  SpectralColumn column;
+  column.singles = cosine.segment(1, bands_.singles());
+  column.rest = cosine.tail(cosine.size() - 1 - bands_.singles()).cast<float>();
+  return column;
+}
+
+std::optional<std::vector<SpectralColumn>> ColumnTransform::columns(
+    std::vector<std::vector<double>> values) {
+  constexpr double kConstant = 1e-10;  // of the largest value: what rounding leaves of a constant
+  std::vector<SpectralColumn> result;
+  for (std::vector<double>& v : values) {
+    if (v.size() != bands_.samples() || !all_finite(v)) return std::nullopt;
+    gaps_.apply(v);
+  }
+  for (std::size_t i = 0; i < values.size(); i += 2) {
+    std::array<Eigen::VectorXd, 2> cosine;
+    const std::size_t second = std::min(i + 1, values.size() - 1);
+    // Scales may differ by many powers of ten, and the two share a transform's rounding.
+    std::array<double, 2> largest{};
+    for (std::size_t j = 0; j < 2; ++j) {
+      std::vector<double>& v = values[j == 0 ? i : second];
+      if (j == 1 && second == i) {
+        largest[1] = largest[0];
+        break;
+      }
+      const double mean = mean_of(v);
+      double peak = 0.0;
+      double spread = 0.0;
+      for (double& x : v) {
+        peak = std::max(peak, std::abs(x));
+        x -= mean;
+        spread = std::max(spread, std::abs(x));
+      }
+      largest[j] = spread > kConstant * peak ? spread : 0.0;
+      for (double& x : v) x = largest[j] > 0.0 ? x / largest[j] : 0.0;
+    }
+    transform_.forward(values[i], values[second], cosine[0], cosine[1]);
+    for (std::size_t j = 0; j < (second == i ? 1u : 2u); ++j) {
+      cosine[j](0) = 0.0;
+      const double norm = cosine[j].norm();
+      if (norm > 0.0) cosine[j] *= std::sqrt(weight_) / norm;
+      result.push_back(split(cosine[j]));
+      result.back().norm = norm * largest[j];
+    }
+  }
+  return result;
+}
+
+SpectralColumn ColumnTransform::series(std::span<const double> values,
+                                       std::span<const std::uint8_t> valid) {
+  std::vector<double> bridged(values.begin(), values.end());
+  for (std::size_t i = 0; i < bridged.size(); ++i) {
+    if (valid[i] == 0) bridged[i] = 0.0;
+  }
+  gaps_.apply(bridged);
+  const double mean = mean_of(bridged);
+  for (double& x : bridged) x -= mean;
+  Eigen::VectorXd cosine = transform_.forward(bridged);
+  SpectralColumn column = split(cosine * std::sqrt(weight_));
+  column.norm = 1.0;
+  return column;
+}
+
+Eigen::VectorXd bin_products(const SpectralBands& bands, const SpectralColumn& a,
+                             const SpectralColumn& b) {
+  Eigen::VectorXd products(bands.bins());
+  const std::size_t offset = static_cast<std::size_t>(bands.singles()) + 1;
+  for (Eigen::Index bin = 0; bin < bands.bins(); ++bin) {
+    const Eigen::Index row = bands.singles() + bin;
+    const auto begin = static_cast<Eigen::Index>(bands.first(row) - offset);
+    const auto length = static_cast<Eigen::Index>(bands.first(row + 1) - bands.first(row));
+    products(bin) =
+        static_cast<double>(a.rest.segment(begin, length).dot(b.rest.segment(begin, length)));
+  }
+  return products;
+}
+
+std::optional<std::string> EvidenceOptions::validate() const {
+  if (!(smallest_scale > 0.0)) {
+    return "smallest_scale is " + std::to_string(smallest_scale) + ", must be > 0";
+  }
+  if (!(largest_scale > smallest_scale)) {
+    return "largest_scale is " + std::to_string(largest_scale) + ", must be above smallest_scale";
+  }
+  if (!(smallest_kept_share > 0.0 && smallest_kept_share < 1.0)) {
+    return "smallest_kept_share is " + std::to_string(smallest_kept_share) +
+           ", must be inside (0, 1)";
+  }
+  return std::nullopt;
+}
+
+double log_sum(std::span<const double> logarithms) noexcept {
+  double largest = -std::numeric_limits<double>::infinity();
+  for (const double v : logarithms) largest = std::max(largest, v);
+  if (!std::isfinite(largest)) return largest;
+  double sum = 0.0;
+  for (const double v : logarithms) sum += std::exp(v - largest);
+  return largest + std::log(sum);
+}
+
+double log_bayes_factor_with_prior(double gram, double product, double prior_sd) {
+  const double square = prior_sd * prior_sd * gram;
+  if (!(gram > 0.0)) return 0.0;
+  return -0.5 * std::log1p(square) + 0.5 * product * product / gram * square / (1.0 + square);
+}
+
+ColumnEvidence column_evidence(const ProjectedColumns& columns, const EvidenceOptions& options,
+                               Detail detail) {
+  const Eigen::Index q = columns.products.size();
+  ColumnEvidence evidence;
+  // Cholesky in the order given; a column that the model and the columns before it explain is left
+  // out.
+  Eigen::MatrixXd factor = Eigen::MatrixXd::Zero(q, q);
+  Eigen::VectorXd reduced(q);
+  std::vector<Eigen::Index> kept;
+  for (Eigen::Index j = 0; j < q; ++j) {
+    const double full = columns.unprojected(j);
+    if (!(full > 0.0)) continue;
+    evidence.kept_share = std::max(evidence.kept_share, columns.gram(j, j) / full);
+    const auto r = static_cast<Eigen::Index>(kept.size());
+    double square = columns.gram(j, j);
+    double product = columns.products(j);
+    for (Eigen::Index i = 0; i < r; ++i) {
+      double value = columns.gram(j, kept[static_cast<std::size_t>(i)]);
+      for (Eigen::Index m = 0; m < i; ++m) value -= factor(r, m) * factor(i, m);
+      factor(r, i) = value / factor(i, i);
+      square -= factor(r, i) * factor(r, i);
+      product -= factor(r, i) * reduced(i);
+    }
+    if (!(square > options.smallest_kept_share * full)) continue;
+    factor(r, r) = std::sqrt(square);
+    reduced(r) = product / factor(r, r);
+    kept.push_back(j);
+  }
+  evidence.rank = static_cast<int>(kept.size());
+  const auto rank = static_cast<Eigen::Index>(kept.size());
+  if (rank > 0) {
+    evidence.chi_square = reduced.head(rank).squaredNorm();
+    evidence.log_bayes_factor = scale_averaged(evidence.chi_square, evidence.rank, options);
+  }
+  if (detail == Detail::kEvidence) return evidence;
+  evidence.amplitudes = Eigen::VectorXd::Zero(q);
+  evidence.covariance = Eigen::MatrixXd::Zero(q, q);
+  if (rank == 0) return evidence;
+  const Eigen::MatrixXd inverse = factor.topLeftCorner(rank, rank)
+                                      .triangularView<Eigen::Lower>()
+                                      .solve(Eigen::MatrixXd::Identity(rank, rank));
+  const Eigen::VectorXd amplitudes = inverse.transpose() * reduced.head(rank);
+  const Eigen::MatrixXd covariance = inverse.transpose() * inverse;
+  for (Eigen::Index i = 0; i < rank; ++i) {
+    const Eigen::Index to = kept[static_cast<std::size_t>(i)];
+    evidence.amplitudes(to) = amplitudes(i);
+    for (Eigen::Index j = 0; j < rank; ++j) {
+      evidence.covariance(to, kept[static_cast<std::size_t>(j)]) = covariance(i, j);
+    }
+  }
+  return evidence;
+}
+
+}  // namespace zerodrift::diagnosis

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+// Log Bayes factor of a set of columns beside a model's columns, by generalised least squares in
+// the cosine domain.
+//
+// Model: series = X a + Z b + noise. a: the model's amplitudes, any value or with a prior. In
+// coordinates whitened by the noise, Z with X projected out has the Gram matrix G, and
+//   b ~ N(0, s² G^-1),  log BF(s) = -q/2 log(1+s²) + s²/(1+s²) chi²/2,  chi² = z'G^-1 z
+// (Zellner 1986; q columns, z = Z'P y). s is how many standard errors the amplitudes are large,
+// averaged over a log-uniform range. The factor doesn't depend on how the columns are scaled or
+// mixed.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/diagnosis/cosine_transform.h"
+#include "common/diagnosis/noise_spectrum.h"
+
+namespace zerodrift::diagnosis {
+
+// A column without its mean, scaled to unit norm, split like the rows of SpectralBands.
+struct SpectralColumn {
+  Eigen::VectorXd singles;
+  Eigen::VectorXf rest;  // above the singles, one by one; single precision saves half the memory
+  double norm = 0.0;     // of the column without its mean; 0: constant
+};
+
+// Missing samples are bridged by a straight line between the means of up to 300 samples, at most
+// half the gap's length, on either side; ends are held. Series and columns go through the same
+// linear operator, so that what the columns explain they still explain exactly, and the noise that
+// a bridge carries into the low coefficients stays near what white noise would have had there.
+class GapBridge {
+ public:
+  GapBridge() = default;  // bridges nothing
+  // valid: 0 is missing.
+  explicit GapBridge(std::span<const std::uint8_t> valid);
+
+  [[nodiscard]] double missing_share() const noexcept { return missing_share_; }
+  void apply(std::span<double> column) const;
+
+ private:
+  struct Gap {
+    std::size_t begin, end;               // missing samples
+    std::size_t before_begin, after_end;  // valid samples averaged
+  };
+  std::vector<Gap> gaps_;
+  double missing_share_ = 0.0;
+};
+
+// Turns time series into columns. Coefficients weigh (1 - missing)²: once because missing samples
+// carry no information, once because bridging takes as much of white noise's power away.
+class ColumnTransform {
+ public:
+  ColumnTransform(const SpectralBands& bands, std::span<const std::uint8_t> valid);
+
+  [[nodiscard]] const SpectralBands& bands() const noexcept { return bands_; }
+  [[nodiscard]] double coefficient_weight() const noexcept { return weight_; }
+  // Empty where a value is not finite or a length is wrong.
+  [[nodiscard]] std::optional<std::vector<SpectralColumn>> columns(
+      std::vector<std::vector<double>> values);
+  // The series itself: not scaled (norm is 1), missing values may be anything.
+  [[nodiscard]] SpectralColumn series(std::span<const double> values,
+                                      std::span<const std::uint8_t> valid);
+
+ private:
+  [[nodiscard]] SpectralColumn split(const Eigen::VectorXd& cosine) const;
+
+  SpectralBands bands_;
+  CosineTransform transform_;
+  GapBridge gaps_;
+  double weight_;
+};
+
+// Cross products of the coefficients above the singles, bin by bin.
+[[nodiscard]] Eigen::VectorXd bin_products(const SpectralBands& bands, const SpectralColumn& a,
+                                           const SpectralColumn& b);
+
+struct EvidenceOptions {
+  // Standard errors that amplitudes are expected to be large: log-uniform in between.
+  double smallest_scale = 1.0;
+  double largest_scale = 1000.0;
+  // A column that keeps less of its whitened square norm beside the model says nothing of its own.
+  double smallest_kept_share = 1e-4;
+
+  [[nodiscard]] std::optional<std::string> validate() const;
+};
+
+// Z beside X at one noise spectrum.
+struct ProjectedColumns {
+  Eigen::MatrixXd gram;         // G, of columns of unit norm before whitening
+  Eigen::VectorXd products;     // z
+  Eigen::VectorXd unprojected;  // diagonal of the whitened Gram matrix before projection
+};
+
+struct ColumnEvidence {
+  double log_bayes_factor = 0.0;
+  double chi_square = 0.0;     // d², that the columns explain at the best fit
+  int rank = 0;                // columns that count
+  double kept_share = 0.0;     // largest share of a column's square norm left by the model
+  Eigen::VectorXd amplitudes;  // of columns of unit norm; 0 where a column doesn't count
+  Eigen::MatrixXd covariance;  // of the amplitudes
+};
+
+enum class Detail : std::uint8_t { kEvidence, kAmplitudesToo };
+
+// O(q³).
+[[nodiscard]] ColumnEvidence column_evidence(const ProjectedColumns& columns,
+                                             const EvidenceOptions& options,
+                                             Detail detail = Detail::kAmplitudesToo);
+
+// One column with its amplitude's own prior N(0, sd²) in place of the range of scales.
+[[nodiscard]] double log_bayes_factor_with_prior(double gram, double product, double prior_sd);
+
+// log sum exp; -infinity of nothing.
+[[nodiscard]] double log_sum(std::span<const double> logarithms) noexcept;
+
+}  // namespace zerodrift::diagnosis

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/diagnosis/generic_functions.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "common/core/units.h"
+
+namespace zerodrift::diagnosis {
+namespace {
+
+constexpr int kSplineIntervals = 6;
+constexpr int kDegree = 3;
+
+// While the gyro was measured: the supply's step at switch-on is not a movement.
+bool moves(const std::vector<double>& values, const std::vector<std::uint8_t>& valid) {
+  double low = 0.0, high = 0.0;
+  bool any = false;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (valid[i] == 0) continue;
+    low = any ? std::min(low, values[i]) : values[i];
+    high = any ? std::max(high, values[i]) : values[i];
+    any = true;
+  }
+  return high - low > 1e-9 * std::max(std::abs(low), std::abs(high));
+}
+
+std::vector<double> scaled_by(std::vector<double> values, double factor) {
+  for (double& value : values) value *= factor;
+  return values;
+}
+
+// Knots at quantiles, strictly increasing, the outer ones repeated for the degree.
+std::vector<double> knots_of(const std::vector<double>& values, int intervals) {
+  std::vector<double> sorted = values;
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<double> inner;
+  const double span = sorted.back() - sorted.front();
+  for (int i = 0; i <= intervals; ++i) {
+    const auto place = static_cast<std::size_t>(
+        std::llround(static_cast<double>(sorted.size() - 1) * i / intervals));
+    const double knot = sorted[place];
+    if (inner.empty() || knot > inner.back() + 1e-3 * span) inner.push_back(knot);
+  }
+  inner.back() = sorted.back();
+  std::vector<double> knots(kDegree, inner.front());
+  knots.insert(knots.end(), inner.begin(), inner.end());
+  knots.insert(knots.end(), kDegree, inner.back());
+  return knots;
+}
+
+// Values of the four B-splines that are not zero at x, the first of which has index `first`.
+struct LocalSplines {
+  std::size_t first;
+  std::array<double, kDegree + 1> values;
+};
+
+LocalSplines splines_at(const std::vector<double>& knots, double x) {
+  const std::size_t last_interval = knots.size() - kDegree - 2;
+  std::size_t j = kDegree;
+  while (j < last_interval && x >= knots[j + 1]) ++j;
+  LocalSplines local{j - kDegree, {1.0, 0.0, 0.0, 0.0}};
+  std::array<double, kDegree + 1> left{};
+  std::array<double, kDegree + 1> right{};
+  for (std::size_t d = 1; d <= kDegree; ++d) {  // de Boor's recurrence
+    left[d] = x - knots[j + 1 - d];
+    right[d] = knots[j + d] - x;
+    double saved = 0.0;
+    for (std::size_t r = 0; r < d; ++r) {
+      const double width = right[r + 1] + left[d - r];
+      const double share = width > 0.0 ? local.values[r] / width : 0.0;
+      local.values[r] = saved + right[r + 1] * share;
+      saved = left[d - r] * share;
+    }
+    local.values[d] = saved;
+  }
+  return local;
+}
+
+std::vector<double> to_unit_range(const std::vector<double>& values) {
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  const double middle = 0.5 * (*low + *high);
+  const double half = 0.5 * (*high - *low);
+  std::vector<double> scaled(values.size());
+  std::transform(values.begin(), values.end(), scaled.begin(),
+                 [&](double v) { return (v - middle) / half; });
+  return scaled;
+}
+
+GenericFunction product_of(const InputChannel& a, const InputChannel& b) {
+  const auto u = to_unit_range(a.values);
+  const auto v = to_unit_range(b.values);
+  GenericFunction product{{a.name, b.name},
+                          std::vector<std::vector<double>>(3, std::vector<double>(u.size()))};
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    product.columns[0][i] = u[i] * v[i];
+    product.columns[1][i] = u[i] * u[i] * v[i];
+    product.columns[2][i] = u[i] * v[i] * v[i];
+  }
+  return product;
+}
+
+}  // namespace
+
+std::vector<InputChannel> moving_inputs(const MeasuredSeries& series, core::Axis axis) {
+  std::vector<InputChannel> channels;
+  const auto& valid = series.valid[core::index(axis)];
+  const auto take = [&](std::string name, std::string unit, std::vector<double> values) {
+    if (moves(values, valid))
+      channels.push_back({std::move(name), std::move(unit), std::move(values)});
+  };
+  for (const ProbeSeries& probe : series.probes)
+    take("temperature_" + probe.name, "°C", probe.temperature_degc);
+  for (const ProbeSeries& probe : series.probes)
+    take("temperature_rate_" + probe.name, "°C/min", scaled_by(probe.rate_degc_per_s, 60.0));
+  for (const core::Axis a : core::kAxes) {
+    const std::string suffix = a == axis ? "" : "_" + std::string(core::name(a));
+    take("rate" + suffix, "deg/h",
+         scaled_by(series.reference_radps[core::index(a)], 1.0 / core::radps_from_deg_h(1.0)));
+  }
+  for (const core::Axis a : core::kAxes) {
+    const std::string suffix = "_" + std::string(core::name(a));
+    take("magnetic" + suffix, "uT", series.magnetic_ut[core::index(a)]);
+    take("acceleration" + suffix, "m/s^2", series.acceleration_mps2[core::index(a)]);
+  }
+  take("vibration", "g", series.vibration_g);
+  take("source_current", "mA", series.source_current_ma);
+  take("supply", "V", series.supply_v);
+  take("time", "s", series.since_power_on_s);
+  return channels;
+}
+
+std::vector<std::vector<double>> spline_basis(const std::vector<double>& values, int intervals) {
+  const std::vector<double> knots = knots_of(values, intervals);
+  const std::size_t count = knots.size() - kDegree - 1;
+  std::vector<std::vector<double>> basis(count, std::vector<double>(values.size(), 0.0));
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const LocalSplines local = splines_at(knots, values[i]);
+    for (std::size_t d = 0; d <= kDegree; ++d) basis[local.first + d][i] = local.values[d];
+  }
+  return basis;
+}
+
+std::vector<GenericFunction> generic_functions(const std::vector<InputChannel>& channels) {
+  std::vector<GenericFunction> functions;
+  for (const InputChannel& channel : channels) {
+    auto columns = spline_basis(channel.values, kSplineIntervals);
+    columns.pop_back();  // they sum to 1: the mean is the model's
+    functions.push_back({{channel.name}, std::move(columns)});
+  }
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    for (std::size_t j = i + 1; j < channels.size(); ++j) {
+      if (channels[i].name == "time" || channels[j].name == "time") continue;
+      functions.push_back(product_of(channels[i], channels[j]));
+    }
+  }
+  return functions;
+}
+
+}  // namespace zerodrift::diagnosis

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// What competes with the catalogue: smooth functions of each input, and products of two, that no
+// physics stands behind. Where one of them explains what no effect of the catalogue does, something
+// unknown is missing, and the function says what it depends on.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/core/axis.h"
+#include "common/diagnosis/measured_series.h"
+
+namespace zerodrift::diagnosis {
+
+// A quantity that the gyro was exposed to and that moved.
+struct InputChannel {
+  std::string name;  // "temperature_coil", "temperature_rate_coil", "rate", "magnetic_x", "time"
+  std::string unit;  // of the values
+  std::vector<double> values{};
+};
+
+struct GenericFunction {
+  std::vector<std::string> depends_on{};  // one or two names
+  std::vector<std::vector<double>> columns{};
+};
+
+// All channels that move. Rates are those of the reference about `axis` ("rate") and the others
+// ("rate_y").
+[[nodiscard]] std::vector<InputChannel> moving_inputs(const MeasuredSeries& series,
+                                                      core::Axis axis);
+
+// Cubic B-splines with knots at quantiles for each channel (de Boor 1978; the constant is left to
+// the model), and for each pair the products u v, u² v, u v² of the channels scaled to [-1, 1].
+[[nodiscard]] std::vector<GenericFunction> generic_functions(
+    const std::vector<InputChannel>& channels);
+
+// The spline basis alone: `intervals` + 3 functions that sum to 1 everywhere; fewer where the
+// channel has fewer distinct values. O(values).
+[[nodiscard]] std::vector<std::vector<double>> spline_basis(const std::vector<double>& values,
+                                                            int intervals);
+
+}  // namespace zerodrift::diagnosis

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/diagnosis/known_effects.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "common/core/units.h"
+#include "common/twin/effect_catalogue.h"
+
+namespace zerodrift::diagnosis {
+
+using twin::EffectDefinition;
+using twin::EffectSpec;
+using twin::ParameterDefinition;
+using twin::ParameterRole;
+
+namespace {
+
+constexpr double kExpectedErrors = 5.0;
+constexpr double kExpectedShareOfAmplitude = 0.5;
+constexpr double kExpectedShareOfShape = 0.3;
+constexpr double kDifferenceShare = 0.02;  // step of the difference columns
+
+double standard_error_of(const EffectSpec& spec, const std::string& parameter) {
+  const auto found = spec.standard_errors.find(parameter);
+  return found == spec.standard_errors.end() ? 0.0 : found->second;
+}
+
+std::vector<double> amplitude_column(const Playback& playback, const EffectSpec& spec,
+                                     const EffectDefinition& definition,
+                                     const std::string& amplitude) {
+  twin::EffectContext unit = context_of(spec, definition, playback.interval_s());
+  for (const ParameterDefinition& parameter : definition.parameters) {
+    if (parameter.role == ParameterRole::kAmplitude)
+      unit.parameters[parameter.name] = parameter.name == amplitude ? 1.0 : 0.0;
+  }
+  return playback.run(definition, unit);
+}
+
+// (f(p + h) - f(p - h)) / 2h.
+std::vector<double> shape_column(const Playback& playback, const EffectSpec& spec,
+                                 const EffectDefinition& definition, const std::string& shape) {
+  twin::EffectContext context = context_of(spec, definition, playback.interval_s());
+  const double value = context.parameters[shape];
+  const double step = kDifferenceShare * std::abs(value);
+  context.parameters[shape] = value + step;
+  std::vector<double> column = playback.run(definition, context);
+  context.parameters[shape] = value - step;
+  const auto below = playback.run(definition, context);
+  for (std::size_t i = 0; i < column.size(); ++i) column[i] = (column[i] - below[i]) / (2.0 * step);
+  return column;
+}
+
+bool is_fitted_amplitude(const ParameterDefinition& parameter, const EffectSpec& spec) {
+  return parameter.role == ParameterRole::kAmplitude && spec.parameters.contains(parameter.name);
+}
+
+bool is_fitted_shape(const ParameterDefinition& parameter, const EffectSpec& spec) {
+  if (parameter.role != ParameterRole::kShape) return false;
+  const auto given = spec.parameters.find(parameter.name);
+  return given != spec.parameters.end() && given->second != 0.0;
+}
+
+double limited(const EffectDefinition& definition, const std::string& name, double value) {
+  for (const ParameterDefinition& parameter : definition.parameters) {
+    if (parameter.name == name) return std::clamp(value, parameter.minimum, parameter.maximum);
+  }
+  return value;
+}
+
+}  // namespace
+
+std::vector<KnownParameter> known_parameters(const twin::Model& model, core::Axis axis,
+                                             const Playback& playback) {
+  std::vector<KnownParameter> known;
+  for (std::size_t i = 0; i < model.effects.size(); ++i) {
+    const EffectSpec& spec = model.effects[i];
+    const EffectDefinition* definition = twin::find_effect(spec.kind);
+    if (definition == nullptr || spec.axis != axis || spec.parameters.empty()) continue;
+    if (definition->family != twin::Family::kDeterministic || spec.kind == "bias") continue;
+    for (const ParameterDefinition& parameter : definition->parameters) {
+      const bool amplitude = is_fitted_amplitude(parameter, spec);
+      if (!amplitude && !is_fitted_shape(parameter, spec)) continue;
+      const double value = spec.parameters.at(parameter.name);
+      const double share = amplitude ? kExpectedShareOfAmplitude : kExpectedShareOfShape;
+      double expected = std::max(kExpectedErrors * standard_error_of(spec, parameter.name),
+                                 share * std::abs(value));
+      if (expected == 0.0) expected = std::numeric_limits<double>::infinity();
+      known.push_back(
+          {i,
+           parameter.name,
+           value,
+           {.name = spec.kind + "." + parameter.name,
+            .values = amplitude ? amplitude_column(playback, spec, *definition, parameter.name)
+                                : shape_column(playback, spec, *definition, parameter.name),
+            .prior_sd = expected}});
+    }
+  }
+  return known;
+}
+
+std::vector<Recalibration> recalibrate(twin::Model& model, const std::vector<KnownParameter>& known,
+                                       const std::vector<CorrectionFinding>& corrections) {
+  assert(known.size() == corrections.size());
+  std::vector<Recalibration> told;
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    const CorrectionFinding& correction = corrections[i];
+    if (correction.testability != Testability::kTestable) continue;
+    EffectSpec& spec = model.effects[known[i].effect];
+    const EffectDefinition& definition = *twin::find_effect(spec.kind);
+    const double to = limited(definition, known[i].parameter, known[i].value + correction.value);
+    spec.parameters[known[i].parameter] = to;
+    spec.standard_errors[known[i].parameter] = correction.standard_error;
+    if (!correction.significant) continue;
+    told.push_back({spec.kind, known[i].parameter, known[i].value, to, correction.standard_error});
+  }
+  return told;
+}
+
+void shift_bias(twin::Model& model, core::Axis axis, double by_radps) {
+  constexpr const char* kParameter = "bias_deg_h";
+  const double by_deg_h = by_radps / core::radps_from_deg_h(1.0);
+  for (EffectSpec& spec : model.effects) {
+    if (spec.kind != "bias" || spec.axis != axis) continue;
+    const auto given = spec.parameters.find(kParameter);
+    spec.parameters[kParameter] = (given == spec.parameters.end() ? 0.0 : given->second) + by_deg_h;
+    return;
+  }
+  model.effects.push_back({.kind = "bias", .axis = axis, .parameters = {{kParameter, by_deg_h}}});
+}
+
+}  // namespace zerodrift::diagnosis

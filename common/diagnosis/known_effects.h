@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// The effects a model has already: the columns along which their parameters may be wrong, and the
+// model with corrected parameters.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "common/core/axis.h"
+#include "common/diagnosis/diagnosis.h"
+#include "common/diagnosis/playback.h"
+#include "common/diagnosis/search.h"
+#include "common/twin/model.h"
+
+namespace zerodrift::diagnosis {
+
+struct KnownParameter {
+  std::size_t effect = 0;  // in Model::effects
+  std::string parameter;
+  double value = 0.0;
+  KnownColumn column{};  // what one unit more of it adds, to first order, rad/s
+};
+
+// Parameters that the file gives for deterministic effects of the axis. Amplitudes: exact columns.
+// Shapes (lags, decay times): difference columns. A correction is expected within
+// max(5 standard errors, half the value); that of a shape within max(5 standard errors, 0.3 of it).
+[[nodiscard]] std::vector<KnownParameter> known_parameters(const twin::Model& model,
+                                                           core::Axis axis,
+                                                           const Playback& playback);
+
+// Adds the corrections found to the model's parameters, kept within their limits, with standard
+// errors; the bias of the axis takes up `mean_radps`. What was significant is told.
+[[nodiscard]] std::vector<Recalibration> recalibrate(
+    twin::Model& model, const std::vector<KnownParameter>& known,
+    const std::vector<CorrectionFinding>& corrections);
+
+// Adds to the axis's bias, which is added to the list where the model has none.
+void shift_bias(twin::Model& model, core::Axis axis, double by_radps);
+
+}  // namespace zerodrift::diagnosis

@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/diagnosis/next_experiment.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "common/core/units.h"
+#include "common/diagnosis/candidates.h"
+#include "common/diagnosis/cosine_transform.h"
+#include "common/diagnosis/gap.h"
+#include "common/diagnosis/known_effects.h"
+#include "common/diagnosis/playback.h"
+#include "common/diagnosis/rounded_text.h"
+#include "common/twin/effect_catalogue.h"
+#include "common/twin/profile.h"
+#include "common/twin/thermal_plant.h"
+
+namespace zerodrift::diagnosis {
+namespace {
+
+constexpr double kDurationS = 4.0 * 3600.0;
+constexpr double kIntervalS = 2.0;
+
+// What is done to the gyro besides its temperature.
+enum class Exposure { kNothing, kRates, kSurroundings };
+
+struct Experiment {
+  const char* name;
+  double power_on_s;
+  std::vector<twin::ChamberPoint> chamber;
+  Exposure exposure;
+};
+
+std::vector<twin::ChamberPoint> cycles(double low, double high, double ramp_s, double soak_s) {
+  std::vector<twin::ChamberPoint> points;
+  for (double time = soak_s; time < kDurationS; time += 2.0 * (ramp_s + soak_s)) {
+    points.push_back({time, low});
+    points.push_back({time + ramp_s, high});
+    points.push_back({time + ramp_s + soak_s, high});
+    points.push_back({time + 2.0 * ramp_s + soak_s, low});
+  }
+  return points;
+}
+
+std::vector<Experiment> menu() {
+  return {
+      {"switching on and four hours at constant temperature", 0.0, {}, Exposure::kNothing},
+      {"slow ramps up and down over the same temperatures (0.5 °C/min)", -7200.0,
+       cycles(0.0, 50.0, 6000.0, 1200.0), Exposure::kNothing},
+      {"fast ramps up and down with soaks (3 °C/min)", -7200.0, cycles(0.0, 50.0, 1000.0, 1800.0),
+       Exposure::kNothing},
+      {"small temperature cycles (5 °C) about one level", -7200.0, cycles(22.5, 27.5, 600.0, 300.0),
+       Exposure::kNothing},
+      {"a rate table at constant temperature, slow and fast, both ways",
+       -7200.0,
+       {},
+       Exposure::kRates},
+      {"a rate table while the temperature ramps", -7200.0, cycles(0.0, 50.0, 3000.0, 1800.0),
+       Exposure::kRates},
+      {"blocks of magnetic field, tilt, vibration and source current at constant temperature",
+       -7200.0,
+       {},
+       Exposure::kSurroundings},
+  };
+}
+
+// A level for each block of ten minutes, of alternating sign and different size for each channel.
+double level_in_block(double time_s, int channel) {
+  constexpr std::array kLevels{0.0, 1.0, -1.0, 0.3, -0.3, 0.05, 0.7, -0.05};
+  const auto block = static_cast<std::size_t>(time_s / 600.0);
+  return kLevels[(block * (2 * static_cast<std::size_t>(channel) + 1)) % kLevels.size()];
+}
+
+void expose(MeasuredSeries& series, Exposure exposure) {
+  const auto fill = [&series](std::vector<double>& channel, double offset, double size, int which) {
+    channel.resize(series.size);
+    for (std::size_t i = 0; i < series.size; ++i)
+      channel[i] = offset + size * level_in_block(static_cast<double>(i) * kIntervalS, which);
+  };
+  for (const core::Axis axis : core::kAxes) {
+    const std::size_t a = core::index(axis);
+    const int which = static_cast<int>(a);
+    const double rate = exposure == Exposure::kRates ? 10.0 * core::kRadPerDeg : 0.0;
+    fill(series.reference_radps[a], 0.0, rate, which);
+    if (exposure != Exposure::kSurroundings) continue;
+    fill(series.magnetic_ut[a], 0.0, 100.0, which);
+    fill(series.acceleration_mps2[a], 0.0, 9.8, which + 1);
+  }
+  series.has_reference = exposure == Exposure::kRates;
+  if (exposure != Exposure::kSurroundings) return;
+  fill(series.vibration_g, 1.0, 1.0, 1);
+  fill(series.source_current_ma, twin::kNominalSourceCurrentMa, 5.0, 2);
+}
+
+MeasuredSeries simulate(const Experiment& experiment, const twin::ThermalParameters& plant_of) {
+  twin::Profile profile;
+  profile.duration_s = kDurationS;
+  profile.initial_temperature_degc = 25.0;
+  profile.power_on_s = experiment.power_on_s;
+  profile.chamber = experiment.chamber;
+  twin::ThermalPlant plant(plant_of, profile);
+  MeasuredSeries series;
+  series.interval_s = series.sample_period_s = kIntervalS;
+  series.size = static_cast<std::size_t>(kDurationS / kIntervalS);
+  constexpr std::array kPoints{twin::TemperaturePoint::kCoilOuter,
+                               twin::TemperaturePoint::kCoilInner, twin::TemperaturePoint::kBoard};
+  for (const auto point : kPoints)
+    series.probes.push_back({.name = std::string(twin::name(point))});
+  for (std::size_t i = 0; i < series.size; ++i) {
+    const auto state = plant.at(core::from_seconds(static_cast<double>(i) * kIntervalS));
+    for (std::size_t p = 0; p < kPoints.size(); ++p) {
+      series.probes[p].temperature_degc.push_back(state.temperature_degc[twin::index(kPoints[p])]);
+      series.probes[p].rate_degc_per_s.push_back(
+          state.temperature_rate_degc_per_s[twin::index(kPoints[p])]);
+    }
+    series.since_power_on_s.push_back(static_cast<double>(i + 1) * kIntervalS -
+                                      experiment.power_on_s);
+  }
+  expose(series, experiment.exposure);
+  return series;
+}
+
+using Columns = std::vector<std::vector<double>>;
+
+class Whitener {
+ public:
+  Whitener(const twin::Model& model, core::Axis axis, std::size_t size)
+      : transform_(size), variances_(model_noise(model, axis, kIntervalS, size)) {
+    const double white = *std::max_element(variances_.begin(), variances_.end());
+    for (double& v : variances_) v = v > 0.0 ? v : std::max(white, 1e-300);
+  }
+
+  [[nodiscard]] Eigen::MatrixXd matrix(const Columns& columns) {
+    const auto n = static_cast<Eigen::Index>(variances_.size());
+    Eigen::MatrixXd result(n, static_cast<Eigen::Index>(columns.size()));
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      Eigen::VectorXd cosine = transform_.forward(columns[c]);
+      cosine(0) = 0.0;
+      for (Eigen::Index k = 1; k < n; ++k)
+        cosine(k) /= std::sqrt(variances_[static_cast<std::size_t>(k)]);
+      result.col(static_cast<Eigen::Index>(c)) = cosine;
+    }
+    return result;
+  }
+
+ private:
+  CosineTransform transform_;
+  std::vector<double> variances_;
+};
+
+double norm_beside(const Eigen::VectorXd& waveform, const Eigen::MatrixXd& others) {
+  if (others.cols() == 0) return waveform.norm();
+  const Eigen::VectorXd scale = others.colwise().norm().cwiseMax(1e-300).transpose();
+  const Eigen::MatrixXd unit = others * scale.cwiseInverse().asDiagonal();
+  const Eigen::VectorXd fit = unit * unit.colPivHouseholderQr().solve(waveform);
+  return (waveform - fit).norm();
+}
+
+// The effect as found, over an experiment.
+Columns waveform_of(const NamedEffect& effect, const Playback& playback, core::Axis axis) {
+  const twin::EffectDefinition* definition = twin::find_effect(effect.name);
+  if (definition == nullptr || definition->family != twin::Family::kDeterministic) return {};
+  const twin::EffectSpec spec{
+      .kind = effect.name, .axis = axis, .parameters = effect.parameters, .inputs = effect.inputs};
+  return {playback.run(*definition, context_of(spec, *definition, kIntervalS))};
+}
+
+// Columns of the rival at each of its variants; no more than enough to cover its shapes.
+std::vector<Columns> rivals_of(const std::string& name, const MeasuredSeries& series,
+                               const Playback& playback, const twin::Model& model,
+                               core::Axis axis) {
+  constexpr std::size_t kMostVariants = 24;
+  std::vector<Columns> rivals;
+  const Candidates all = candidates(series, playback, model, axis, {});
+  for (const Candidate& candidate : all.testable) {
+    if (candidate.definition->kind != name) continue;
+    const std::size_t stride = candidate.variants.size() / kMostVariants + 1;
+    for (std::size_t v = 0; v < candidate.variants.size(); v += stride) {
+      rivals.push_back(columns_of(playback, *candidate.definition,
+                                  context_of(candidate, candidate.variants[v], kIntervalS)));
+    }
+  }
+  return rivals;
+}
+
+double separation(const Experiment& experiment, const twin::Model& model, core::Axis axis,
+                  const NamedEffect& effect, const std::string& rival) {
+  const MeasuredSeries series = simulate(experiment, model.thermal_plant);
+  const Playback playback(series);
+  const Columns waveform = waveform_of(effect, playback, axis);
+  if (waveform.empty()) return 0.0;
+  Whitener whitener(model, axis, series.size);
+  const Eigen::VectorXd found = whitener.matrix(waveform).col(0);
+  Columns known;
+  for (auto& parameter : known_parameters(model, axis, playback))
+    known.push_back(std::move(parameter.column.values));
+  const Eigen::MatrixXd beside = whitener.matrix(known);
+  double nearest = norm_beside(found, beside);
+  for (const Columns& columns : rivals_of(rival, series, playback, model, axis)) {
+    const Eigen::MatrixXd of_rival = whitener.matrix(columns);
+    Eigen::MatrixXd both(beside.rows(), beside.cols() + of_rival.cols());
+    both << beside, of_rival;
+    nearest = std::min(nearest, norm_beside(found, both));
+  }
+  return nearest;
+}
+
+std::string to_separate(const twin::Model& model, core::Axis axis, const NamedEffect& effect) {
+  const std::string& rival = effect.alternatives.front().name;
+  const auto experiments = menu();
+  std::size_t best = 0;
+  double largest = -1.0;
+  for (std::size_t i = 0; i < experiments.size(); ++i) {
+    const double d = separation(experiments[i], model, axis, effect, rival);
+    if (d > largest) {
+      largest = d;
+      best = i;
+    }
+  }
+  if (!(largest > 0.0)) return {};
+  return "To tell " + effect.name + " from " + rival + ": " + experiments[best].name +
+         " (they would be " + rounded(largest, 2) + " standard errors apart).";
+}
+
+std::string to_test_more(const twin::Model& model, core::Axis axis,
+                         const std::vector<NotTestable>& not_testable) {
+  std::string best;
+  std::vector<std::string> most;
+  for (const Experiment& experiment : menu()) {
+    const MeasuredSeries series = simulate(experiment, model.thermal_plant);
+    const Playback playback(series);
+    std::vector<std::string> names;
+    for (const NotTestable& effect : not_testable) {
+      const auto* definition = twin::find_effect(effect.name);
+      if (definition != nullptr && !why_not_testable(*definition, series, playback, axis))
+        names.push_back(effect.name);
+    }
+    if (names.size() <= most.size()) continue;
+    most = names;
+    best = experiment.name;
+  }
+  if (most.empty()) return {};
+  std::string text = "To test what this record could not: " + best + " (";
+  for (std::size_t i = 0; i < most.size(); ++i) text += (i > 0 ? ", " : "") + most[i];
+  return text + ").";
+}
+
+}  // namespace
+
+std::string next_experiment(const twin::Model& model, core::Axis axis,
+                            const AxisDiagnosis& diagnosis) {
+  for (const NamedEffect& effect : diagnosis.effects) {
+    if (effect.alternatives.empty()) continue;
+    const std::string answer = to_separate(model, axis, effect);
+    if (!answer.empty()) return answer;
+  }
+  return to_test_more(model, axis, diagnosis.not_testable);
+}
+
+}  // namespace zerodrift::diagnosis

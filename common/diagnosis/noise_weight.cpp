@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/diagnosis/noise_weight.h"
+
+#include <cassert>
+#include <complex>
+#include <unsupported/Eigen/FFT>
+
+#include "common/diagnosis/cosine_transform.h"
+
+namespace zerodrift::diagnosis {
+
+std::vector<double> dct_variances(std::span<const NoiseTerm> terms, std::span<const double> squares,
+                                  std::size_t size, double interval_s) {
+  assert(terms.size() == squares.size());
+  std::vector<double> variances(size, 0.0);
+  for (std::size_t t = 0; t < terms.size(); ++t) {
+    if (squares[t] == 0.0) continue;
+    for (std::size_t k = 1; k < size; ++k)
+      variances[k] +=
+          squares[t] * unit_spectrum(terms[t], laplacian_eigenvalue(k, size), interval_s);
+  }
+  return variances;
+}
+
+std::vector<double> divided_by_noise(std::span<const double> series,
+                                     std::span<const double> variances) {
+  using Complex = std::complex<double>;
+  const std::size_t n = series.size();
+  assert(variances.size() == n);
+  if (n == 0) return {};
+  std::vector<Complex> mirrored(2 * n);
+  for (std::size_t i = 0; i < n; ++i) mirrored[i] = mirrored[2 * n - 1 - i] = series[i];
+  std::vector<Complex> spectrum;
+  Eigen::FFT<double> fft;
+  fft.fwd(spectrum, mirrored);
+  spectrum[0] = spectrum[n] = 0.0;  // the mirrored series has no component at n
+  for (std::size_t k = 1; k < n; ++k) {
+    const double weight = variances[k] > 0.0 ? 1.0 / variances[k] : 0.0;
+    spectrum[k] *= weight;
+    spectrum[2 * n - k] *= weight;
+  }
+  fft.inv(mirrored, spectrum);
+  std::vector<double> weighted(n);
+  for (std::size_t i = 0; i < n; ++i) weighted[i] = mirrored[i].real();
+  return weighted;
+}
+
+std::size_t quick_length(std::size_t n) {
+  for (std::size_t length = n; length > 0; --length) {
+    std::size_t rest = length;
+    for (const std::size_t prime : {2U, 3U, 5U}) {
+      while (rest % prime == 0) rest /= prime;
+    }
+    if (rest == 1) return length;
+  }
+  return 0;
+}
+
+}  // namespace zerodrift::diagnosis

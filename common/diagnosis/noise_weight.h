@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// A fitted noise applied to time series: its variances on the full cosine grid, and a series
+// divided by its covariance.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "common/diagnosis/noise_spectrum.h"
+
+namespace zerodrift::diagnosis {
+
+// Variance of every DCT-II coefficient of n samples; element 0, the mean, is 0.
+[[nodiscard]] std::vector<double> dct_variances(std::span<const NoiseTerm> terms,
+                                                std::span<const double> squares, std::size_t size,
+                                                double interval_s);
+
+// C^-1 x for the covariance C that the variances are the eigenvalues of; the mean is dropped. Equal
+// to a filter over the series and its mirror image. O(n log n) where n has small prime factors.
+[[nodiscard]] std::vector<double> divided_by_noise(std::span<const double> series,
+                                                   std::span<const double> variances);
+
+// Largest length up to n whose only prime factors are 2, 3 and 5.
+[[nodiscard]] std::size_t quick_length(std::size_t n);
+
+}  // namespace zerodrift::diagnosis

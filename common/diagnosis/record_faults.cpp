@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/diagnosis/record_faults.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "common/core/units.h"
+
+namespace zerodrift::diagnosis {
+namespace {
+
+constexpr std::size_t kHalfWindow = 30;
+constexpr double kSpikeSigmas = 8.0;
+constexpr std::size_t kFewestSpikes = 2;
+constexpr std::size_t kFewestInARow = 3;
+constexpr std::size_t kFewestDropouts = 3;
+constexpr std::size_t kLongestDropout = 5;  // samples; longer is a gap
+constexpr double kMadToSigma = 1.4826;
+
+double median_of(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Departure from the median of the neighbours, in robust standard deviations of the whole record
+// where the neighbourhood's own is smaller.
+std::vector<double> departures(std::span<const double> values,
+                               const std::vector<std::uint8_t>& valid) {
+  std::vector<double> departure(values.size(), 0.0);
+  std::vector<double> around;
+  std::vector<double> all;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (valid[i] == 0) continue;
+    around.clear();
+    const std::size_t begin = i > kHalfWindow ? i - kHalfWindow : 0;
+    for (std::size_t j = begin; j < std::min(i + kHalfWindow + 1, values.size()); ++j) {
+      if (valid[j] != 0) around.push_back(values[j]);
+    }
+    departure[i] = values[i] - median_of(around);
+    all.push_back(std::abs(departure[i]));
+  }
+  if (all.empty()) return departure;
+  const double sigma = kMadToSigma * median_of(all);
+  for (double& d : departure) d = sigma > 0.0 ? d / sigma : 0.0;
+  return departure;
+}
+
+NamedEffect certain(const char* name) {
+  NamedEffect effect;
+  effect.name = name;
+  effect.probability = 1.0;
+  return effect;
+}
+
+std::optional<NamedEffect> spikes(const MeasuredSeries& series, std::span<const double> residual,
+                                  std::vector<std::uint8_t>& sound) {
+  const auto departure = departures(residual, sound);
+  std::vector<double> heights;
+  double sigma = 0.0;
+  for (std::size_t i = 0; i < departure.size(); ++i) {
+    if (!(std::abs(departure[i]) > kSpikeSigmas)) continue;
+    sound[i] = 0;
+    heights.push_back(residual[i]);
+    sigma += departure[i] * departure[i];
+  }
+  if (heights.size() < kFewestSpikes) return std::nullopt;
+  const auto count = static_cast<double>(heights.size());
+  double squares = 0.0;
+  for (const double height : heights) squares += height * height;
+  NamedEffect effect = certain("spikes");
+  const double hours = series.interval_s * static_cast<double>(series.size) / core::kSecondsPerHour;
+  const double deviation = std::sqrt(squares / count) / core::radps_from_deg_h(1.0);
+  effect.parameters = {{"deviation_deg_h", deviation}, {"spikes_per_h", count / hours}};
+  effect.standard_errors = {{"deviation_deg_h", deviation / std::sqrt(2.0 * count)},
+                            {"spikes_per_h", std::sqrt(count) / hours}};
+  effect.log_evidence = 0.5 * sigma;
+  return effect;
+}
+
+// A reading of so few steps repeats its extremes by itself.
+bool is_coarse(std::vector<double> rate) {
+  constexpr std::ptrdiff_t kFewestValues = 50;
+  std::sort(rate.begin(), rate.end());
+  return std::unique(rate.begin(), rate.end()) - rate.begin() < kFewestValues;
+}
+
+std::optional<NamedEffect> saturation(const std::vector<double>& rate,
+                                      std::vector<std::uint8_t>& sound) {
+  double low = 0.0, high = 0.0;
+  bool any = false;
+  for (std::size_t i = 0; i < rate.size(); ++i) {
+    if (sound[i] == 0) continue;
+    low = any ? std::min(low, rate[i]) : rate[i];
+    high = any ? std::max(high, rate[i]) : rate[i];
+    any = true;
+  }
+  if (!any || low == high || is_coarse(rate)) return std::nullopt;
+  std::size_t clipped = 0;
+  for (std::size_t begin = 0; begin < rate.size();) {
+    std::size_t end = begin + 1;
+    while (end < rate.size() && rate[end] == rate[begin] && sound[end] != 0) ++end;
+    const bool extreme = rate[begin] == low || rate[begin] == high;
+    if (extreme && sound[begin] != 0 && end - begin >= kFewestInARow) {
+      std::fill(sound.begin() + static_cast<std::ptrdiff_t>(begin),
+                sound.begin() + static_cast<std::ptrdiff_t>(end), std::uint8_t{0});
+      clipped += end - begin;
+    }
+    begin = end;
+  }
+  if (clipped == 0) return std::nullopt;
+  NamedEffect effect = certain("saturation");
+  effect.parameters = {{"limit_deg_s", std::max(std::abs(low), std::abs(high)) / core::kRadPerDeg}};
+  return effect;
+}
+
+std::optional<NamedEffect> dropped_samples(const MeasuredSeries& series,
+                                           const std::vector<std::uint8_t>& valid) {
+  std::size_t places = 0, lost = 0;
+  for (std::size_t begin = 1; begin < valid.size();) {
+    if (valid[begin] != 0) {
+      ++begin;
+      continue;
+    }
+    std::size_t end = begin;
+    while (end < valid.size() && valid[end] == 0) ++end;
+    if (end < valid.size() && end - begin <= kLongestDropout) {
+      ++places;
+      lost += end - begin;
+    }
+    begin = end;
+  }
+  if (places < kFewestDropouts) return std::nullopt;
+  NamedEffect effect = certain("dropped_samples");
+  effect.parameters = {
+      {"share", static_cast<double>(lost) / static_cast<double>(valid.size())},
+      {"mean_burst_s", lost == places ? 0.0
+                                      : series.interval_s * static_cast<double>(lost) /
+                                            static_cast<double>(places)}};
+  return effect;
+}
+
+}  // namespace
+
+RecordFaults find_record_faults(const MeasuredSeries& series, core::Axis axis,
+                                std::span<const double> residual_radps) {
+  const std::size_t a = core::index(axis);
+  RecordFaults faults;
+  faults.sound = series.valid[a];
+  // A sample lost in a block of many leaves the block's mean: the grid can't show single ones.
+  if (auto dropped = dropped_samples(series, series.valid[a])) faults.effects.push_back(*dropped);
+  if (auto clipped = saturation(series.rate_radps[a], faults.sound))
+    faults.effects.push_back(*clipped);
+  if (auto spiked = spikes(series, residual_radps, faults.sound)) faults.effects.push_back(*spiked);
+  return faults;
+}
+
+}  // namespace zerodrift::diagnosis

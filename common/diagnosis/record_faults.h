@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// Faults of the record itself, seen locally: spikes, clipped samples, lost samples. They are looked
+// for before anything is fitted, so that nothing is fitted to them.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/diagnosis/diagnosis.h"
+#include "common/diagnosis/measured_series.h"
+
+namespace zerodrift::diagnosis {
+
+struct RecordFaults {
+  std::vector<NamedEffect> effects{};  // spikes, saturation, dropped_samples
+  std::vector<std::uint8_t> sound{};   // 0: not valid, a spike, or clipped
+};
+
+// Spikes: more than 8 robust standard deviations off the median of 61 neighbours (Hampel), at least
+// two in the record. Saturation: three or more samples in a row at exactly the largest or smallest
+// value the axis ever has. Dropped: single samples missing at three places or more; a longer
+// outage is a gap, not an effect. O(n).
+[[nodiscard]] RecordFaults find_record_faults(const MeasuredSeries& series, core::Axis axis,
+                                              std::span<const double> residual_radps);
+
+}  // namespace zerodrift::diagnosis

@@ -1,0 +1,435 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/diagnosis/search_board.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+namespace zerodrift::diagnosis {
+namespace {
+
+double missing(std::span<const std::uint8_t> valid) {
+  const auto count = std::count(valid.begin(), valid.end(), std::uint8_t{0});
+  return static_cast<double>(count) / static_cast<double>(valid.size());
+}
+
+// Largest of f on [low, high], unimodal or nearly so.
+template <typename F>
+double golden_maximum(F&& f, double low, double high, int evaluations) {
+  constexpr double kGolden = 0.6180339887498949;
+  double a = high - kGolden * (high - low);
+  double b = low + kGolden * (high - low);
+  double fa = f(a);
+  double fb = f(b);
+  for (int i = 2; i < evaluations; ++i) {
+    if (fa >= fb) {
+      high = std::exchange(b, a);
+      fb = fa;
+      a = high - kGolden * (high - low);
+      fa = f(a);
+    } else {
+      low = std::exchange(a, b);
+      fa = fb;
+      b = low + kGolden * (high - low);
+      fb = f(b);
+    }
+  }
+  return fa >= fb ? a : b;
+}
+
+}  // namespace
+
+// The base's columns and the series, weighted by the inverse spectrum, and the factor of their
+// normal equations.
+struct Board::WhitenedBase {
+  Base base;
+  Eigen::VectorXd inverse_spectrum;
+  Eigen::MatrixXd weighted;     // singles x (p + 1)
+  Eigen::VectorXd base_series;  // p
+  Eigen::VectorXd scale;        // p
+  Eigen::LLT<Eigen::MatrixXd> factor;
+};
+
+Board::Board(const SearchProblem& problem, const SearchOptions& options)
+    : problem_(problem),
+      options_(options),
+      transform_(SpectralBands(problem.series.size(), options.single_coefficients), problem.valid),
+      dictionary_(transform_.bands(), problem.interval_s, problem.noise),
+      missing_share_(missing(problem.valid)),
+      members_(problem.groups.size()) {
+  add_active(transform_.series(problem.series, problem.valid), "series", 0.0);
+  add_known(problem.known);
+  for (std::size_t g = 0; g < problem.groups.size(); ++g) {
+    for (const CandidateVariant& definition : problem.groups[g].variants) {
+      members_[g].push_back(variants_.size());
+      variants_.push_back(make_variant(g, definition));
+    }
+  }
+}
+
+void Board::add_active(SpectralColumn column, std::string column_name, double ridge) {
+  active_.push_back(std::move(column));
+  names_.push_back(std::move(column_name));
+  ridges_.push_back(ridge);
+  std::vector<Eigen::VectorXd> products;
+  for (const SpectralColumn& other : active_) {
+    products.push_back(bin_products(bands(), active_.back(), other));
+  }
+  active_products_.push_back(std::move(products));
+  for (BoardVariant& v : variants_) {
+    if (v.testability == Testability::kTestable) add_cross(v, active_.size() - 1);
+  }
+}
+
+// A known column that the ones before it explain would make the normal equations singular.
+void Board::add_known(const std::vector<KnownColumn>& known) {
+  for (const KnownColumn& k : known) {
+    auto column = transform_.columns({k.values});
+    known_testability_.push_back(Testability::kTestable);
+    if (!column) {
+      known_testability_.back() = Testability::kUnusable;
+    } else if (!(column->front().norm > 0.0)) {
+      known_testability_.back() = Testability::kNotExcited;
+    }
+    if (known_testability_.back() != Testability::kTestable) continue;
+    const double sd = k.prior_sd * column->front().norm;  // of a column of unit norm
+    add_active(std::move(column->front()), k.name, std::isfinite(sd) ? 1.0 / (sd * sd) : 0.0);
+    Base with = known_;
+    with.push_back(active_.size() - 1);
+    const auto p = static_cast<Eigen::Index>(with.size());
+    const Eigen::MatrixXd gram =
+        weighted_gram(rows(with), Eigen::VectorXd::Ones(bands().rows())).topLeftCorner(p, p);
+    const Eigen::LLT<Eigen::MatrixXd> factor(gram);
+    const double kept = factor.info() == Eigen::Success
+                            ? factor.matrixLLT()(p - 1, p - 1) * factor.matrixLLT()(p - 1, p - 1)
+                            : 0.0;
+    if (kept > 1e-7 * gram(p - 1, p - 1)) {
+      known_ = std::move(with);
+    } else {
+      known_testability_.back() = Testability::kCollinear;
+    }
+  }
+}
+
+void Board::add_cross(BoardVariant& v, std::size_t active) const {
+  Eigen::MatrixXd products(bands().bins(), static_cast<Eigen::Index>(v.columns.size()));
+  for (std::size_t j = 0; j < v.columns.size(); ++j) {
+    products.col(static_cast<Eigen::Index>(j)) =
+        bin_products(bands(), v.columns[j], active_[active]);
+  }
+  v.cross.resize(std::max(v.cross.size(), active + 1));
+  v.cross[active] = std::move(products);
+}
+
+BoardVariant Board::make_variant(std::size_t group, CandidateVariant definition) {
+  BoardVariant v;
+  v.group = group;
+  v.definition = std::move(definition);
+  auto columns = transform_.columns(problem_.groups[group].columns(v.definition.shape));
+  if (!columns || columns->empty()) {
+    v.testability = Testability::kUnusable;
+    return v;
+  }
+  v.columns = std::move(*columns);
+  const bool constant = std::all_of(v.columns.begin(), v.columns.end(),
+                                    [](const SpectralColumn& c) { return !(c.norm > 0.0); });
+  if (constant) {
+    v.testability = Testability::kNotExcited;
+    return v;
+  }
+  const auto q = static_cast<Eigen::Index>(v.columns.size());
+  v.own.resize(bands().bins(), q * q);
+  v.plain_gram.resize(q, q);
+  for (Eigen::Index i = 0; i < q; ++i) {
+    const SpectralColumn& a = v.columns[static_cast<std::size_t>(i)];
+    for (Eigen::Index j = 0; j <= i; ++j) {
+      const SpectralColumn& b = v.columns[static_cast<std::size_t>(j)];
+      v.own.col(i * q + j) = v.own.col(j * q + i) = bin_products(bands(), a, b);
+      v.plain_gram(i, j) = v.plain_gram(j, i) =
+          a.singles.dot(b.singles) + v.own.col(i * q + j).sum();
+    }
+  }
+  for (std::size_t a = 0; a < active_.size(); ++a) add_cross(v, a);
+  return v;
+}
+
+double Board::series_power() const {
+  return active_[0].singles.squaredNorm() + active_products_[0][0].sum();
+}
+
+Base Board::activate(std::size_t variant) {
+  Base places;
+  const std::string& group = problem_.groups[variants_[variant].group].name;
+  const std::vector<SpectralColumn> columns = variants_[variant].columns;  // variants_ changes
+  for (const SpectralColumn& column : columns) {
+    places.push_back(active_.size());
+    add_active(column, group, 0.0);
+  }
+  return places;
+}
+
+void Board::reshape(std::size_t variant, const std::vector<double>& shape) {
+  CandidateVariant definition = variants_[variant].definition;
+  definition.shape = shape;
+  BoardVariant changed = make_variant(variants_[variant].group, std::move(definition));
+  if (changed.testability == Testability::kTestable) variants_[variant] = std::move(changed);
+}
+
+RowSystem Board::rows(const Base& base, const BoardVariant* variant) const {
+  const auto x = static_cast<Eigen::Index>(base.size());
+  const Eigen::Index q = variant ? static_cast<Eigen::Index>(variant->columns.size()) : 0;
+  const Eigen::Index p = x + q;
+  const Eigen::Index p1 = p + 1;
+  RowSystem r;
+  r.singles.resize(bands().singles(), p1);
+  r.products.resize(bands().bins(), p1 * p1);
+  r.ridge.setZero(p);
+  const auto set = [&](Eigen::Index i, Eigen::Index j, const auto& product) {
+    r.products.col(i * p1 + j) = product;
+    if (i != j) r.products.col(j * p1 + i) = product;
+  };
+  const auto place = [&](Eigen::Index i) {  // among the active ones; the series comes last
+    return i == p ? std::size_t{0} : base[static_cast<std::size_t>(i)];
+  };
+  const auto is_active = [&](Eigen::Index i) { return i < x || i == p; };
+  for (Eigen::Index i = 0; i < p1; ++i) {
+    if (is_active(i)) {
+      r.singles.col(i) = active_[place(i)].singles;
+      if (i < x) r.ridge(i) = ridges_[place(i)];
+    } else {
+      r.singles.col(i) = variant->columns[static_cast<std::size_t>(i - x)].singles;
+    }
+    for (Eigen::Index j = 0; j <= i; ++j) {
+      if (is_active(i) && is_active(j)) {
+        const std::size_t a = place(i);
+        const std::size_t b = place(j);
+        set(i, j, active_products_[std::max(a, b)][std::min(a, b)]);
+      } else if (is_active(i)) {
+        set(i, j, variant->cross[place(i)].col(j - x));
+      } else if (is_active(j)) {
+        set(i, j, variant->cross[place(j)].col(i - x));
+      } else {
+        set(i, j, variant->own.col((i - x) * q + j - x));
+      }
+    }
+  }
+  r.counts.resize(bands().rows());
+  for (Eigen::Index row = 0; row < bands().rows(); ++row) {
+    r.counts(row) = transform_.coefficient_weight() * bands().count(row);
+  }
+  return r;
+}
+
+NoiseFit Board::fit(const Base& base, const Eigen::VectorXd& start) const {
+  return fit_noise(rows(base), dictionary_, options_.noise_fit, start);
+}
+
+Board::WhitenedBase Board::whiten(const Base& base, const Eigen::VectorXd& spectrum) const {
+  const RowSystem r = rows(base);
+  const auto p = static_cast<Eigen::Index>(base.size());
+  WhitenedBase w;
+  w.base = base;
+  w.inverse_spectrum = spectrum.cwiseInverse();
+  w.weighted = w.inverse_spectrum.head(bands().singles()).asDiagonal() * r.singles;
+  const Eigen::MatrixXd gram = weighted_gram(r, spectrum);
+  // Priors of known amplitudes play no part here: what a known column could explain at any
+  // amplitude is no news.
+  const Eigen::MatrixXd a = gram.topLeftCorner(p, p);
+  w.scale = a.diagonal().cwiseSqrt().cwiseInverse();
+  if (p > 0) w.factor.compute(w.scale.asDiagonal() * a * w.scale.asDiagonal());
+  w.base_series = gram.col(p).head(p);
+  return w;
+}
+
+ProjectedColumns Board::project(const WhitenedBase& w, const BoardVariant& v) const {
+  const auto q = static_cast<Eigen::Index>(v.columns.size());
+  const auto p = static_cast<Eigen::Index>(w.base.size());
+  const Eigen::Index singles = bands().singles();
+  Eigen::MatrixXd z(singles, q);
+  for (Eigen::Index j = 0; j < q; ++j) z.col(j) = v.columns[static_cast<std::size_t>(j)].singles;
+  const auto bin_weight = w.inverse_spectrum.tail(bands().bins());
+  Eigen::MatrixXd with_base = z.transpose() * w.weighted;  // q x (p + 1)
+  for (Eigen::Index i = 0; i <= p; ++i) {
+    const std::size_t place = i == p ? 0 : w.base[static_cast<std::size_t>(i)];
+    with_base.col(i) += v.cross[place].transpose() * bin_weight;
+  }
+  ProjectedColumns c;
+  const Eigen::VectorXd own = v.own.transpose() * bin_weight;
+  c.gram = z.transpose() * (w.inverse_spectrum.head(singles).asDiagonal() * z) +
+           Eigen::Map<const Eigen::MatrixXd>(own.data(), q, q);
+  c.unprojected = c.gram.diagonal();
+  c.products = with_base.col(p);
+  if (p > 0) {
+    const Eigen::MatrixXd half =
+        w.factor.matrixL().solve(w.scale.asDiagonal() * with_base.leftCols(p).transpose());
+    c.gram -= half.transpose() * half;
+    c.products -= half.transpose() * w.factor.matrixL().solve(w.scale.cwiseProduct(w.base_series));
+  }
+  return c;
+}
+
+std::vector<ProjectedColumns> Board::project(const Base& base,
+                                             const std::vector<std::size_t>& variants,
+                                             const Eigen::VectorXd& spectrum) const {
+  const WhitenedBase whitened = whiten(base, spectrum);
+  std::vector<ProjectedColumns> projected;
+  for (const std::size_t i : variants) projected.push_back(project(whitened, variants_[i]));
+  return projected;
+}
+
+// Lets every variant chosen have the noise if it likes it better than the ones before.
+void Board::score_at(Evaluation& evaluation, const Base& base, const RowSystem& base_rows,
+                     std::size_t noise, const std::vector<std::size_t>& chosen) const {
+  const Eigen::VectorXd& squares = evaluation.noises[noise];
+  const double likelihood = noise == 0
+                                ? 0.0
+                                : restricted_log_likelihood(base_rows, dictionary_, squares) -
+                                      evaluation.null.log_likelihood;
+  if (!std::isfinite(likelihood)) return;
+  const WhitenedBase whitened = whiten(base, dictionary_.spectra() * squares);
+  for (const std::size_t i : chosen) {
+    const BoardVariant& v = variants_[i];
+    if (v.testability != Testability::kTestable) continue;
+    const ColumnEvidence e =
+        column_evidence(project(whitened, v), options_.evidence, Detail::kEvidence);
+    VariantScore& score = evaluation.variants[i];
+    score.kept_share = std::max(score.kept_share, e.kept_share);
+    if (e.rank == 0 || likelihood + e.log_bayes_factor <= score.log_evidence) continue;
+    score.log_evidence = likelihood + e.log_bayes_factor;
+    score.chi_square = e.chi_square;
+    score.rank = e.rank;
+    score.noise = noise;
+  }
+}
+
+void Board::collect_groups(Evaluation& evaluation) const {
+  evaluation.groups.assign(members_.size(), GroupScore{});
+  for (std::size_t g = 0; g < members_.size(); ++g) {
+    std::vector<double> terms;
+    std::vector<double> priors;
+    GroupScore& score = evaluation.groups[g];
+    double best = -std::numeric_limits<double>::infinity();
+    for (const std::size_t i : members_[g]) {
+      const VariantScore& v = evaluation.variants[i];
+      if (!std::isfinite(v.log_evidence)) continue;
+      const double log_prior = variants_[i].definition.log_prior;
+      priors.push_back(log_prior);
+      terms.push_back(v.log_evidence + log_prior);
+      if (terms.back() <= best) continue;
+      best = terms.back();
+      score.best_variant = i;
+      score.chi_square = v.chi_square;
+      score.rank = v.rank;
+    }
+    if (!terms.empty()) score.log_evidence = log_sum(terms) - log_sum(priors);
+  }
+}
+
+Evaluation Board::evaluate(const Base& base, const std::vector<std::size_t>& excluded,
+                           const Eigen::VectorXd& start) const {
+  Evaluation e;
+  const RowSystem base_rows = rows(base);
+  e.null = fit_noise(base_rows, dictionary_, options_.noise_fit, start);
+  e.noises.push_back(e.null.squares);
+  e.variants.resize(variants_.size());
+  std::vector<std::size_t> all;
+  for (std::size_t i = 0; i < variants_.size(); ++i) {
+    const bool out =
+        std::find(excluded.begin(), excluded.end(), variants_[i].group) != excluded.end();
+    if (!out) all.push_back(i);
+  }
+  score_at(e, base, base_rows, 0, all);
+  collect_groups(e);
+
+  // Noise of their own for the leading groups; the first winner's is offered to all, since the
+  // null's may have swallowed what a variant explains.
+  std::vector<std::size_t> refitted;
+  const auto refit = [&](std::size_t variant) {
+    const RowSystem full = rows(base, &variants_[variant]);
+    const NoiseFit own = fit_noise(full, dictionary_, options_.noise_fit, e.null.squares);
+    refitted.push_back(variant);
+    if (own.status == NoiseFitStatus::kNoPower) return;
+    e.noises.push_back(own.squares);
+    score_at(e, base, base_rows, e.noises.size() - 1, members_[variants_[variant].group]);
+  };
+  const auto refit_leaders = [&](std::size_t count) {
+    std::vector<std::size_t> order(members_.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      return e.groups[a].log_evidence > e.groups[b].log_evidence;
+    });
+    for (std::size_t i = 0; i < std::min(count, order.size()); ++i) {
+      const GroupScore& g = e.groups[order[i]];
+      if (!std::isfinite(g.log_evidence)) break;
+      if (std::find(refitted.begin(), refitted.end(), g.best_variant) == refitted.end()) {
+        refit(g.best_variant);
+      }
+    }
+    collect_groups(e);
+  };
+  refit_leaders((options_.refits + 1) / 2);
+  const auto leader = [&](CandidateKind kind) -> const GroupScore* {
+    const GroupScore* best = nullptr;
+    for (std::size_t g = 0; g < e.groups.size(); ++g) {
+      if (problem_.groups[g].kind != kind || !std::isfinite(e.groups[g].log_evidence)) continue;
+      if (!best || e.groups[g].log_evidence > best->log_evidence) best = &e.groups[g];
+    }
+    return best;
+  };
+  for (const CandidateKind kind : {CandidateKind::kNamed, CandidateKind::kGeneric}) {
+    const GroupScore* best = leader(kind);
+    if (!best || best->log_evidence < 1.0) continue;
+    const std::size_t noise = e.variants[best->best_variant].noise;
+    if (noise != 0) score_at(e, base, base_rows, noise, all);
+  }
+  collect_groups(e);
+  refit_leaders(options_.refits);
+  return e;
+}
+
+void Board::refine(std::size_t variant, const Base& base, const Eigen::VectorXd& squares) {
+  constexpr int kEvaluations = 9;
+  const std::vector<ShapeRange>& ranges = problem_.groups[variants_[variant].group].ranges;
+  std::vector<double> shape = variants_[variant].definition.shape;
+  if (ranges.size() != shape.size()) return;
+  const WhitenedBase whitened = whiten(base, dictionary_.spectra() * squares);
+  const auto evidence = [&](const std::vector<double>& at) {
+    CandidateVariant definition = variants_[variant].definition;
+    definition.shape = at;
+    const BoardVariant v = make_variant(variants_[variant].group, std::move(definition));
+    if (v.testability != Testability::kTestable) return -std::numeric_limits<double>::infinity();
+    return column_evidence(project(whitened, v), options_.evidence, Detail::kEvidence)
+        .log_bayes_factor;
+  };
+  double best = evidence(shape);
+  for (std::size_t i = 0; i < shape.size(); ++i) {
+    const ShapeRange& range = ranges[i];
+    if (range.scale == ShapeScale::kFixed) continue;
+    const bool logarithmic = range.scale == ShapeScale::kLogarithmic;
+    const auto to = [&](double x) { return logarithmic ? std::log(x) : x; };
+    const auto from = [&](double x) { return logarithmic ? std::exp(x) : x; };
+    const double reach = to(range.step);
+    const double centre = to(shape[i]);
+    const double low = std::max(centre - reach, to(range.lowest));
+    const double high = std::min(centre + reach, to(range.highest));
+    if (!(high > low)) continue;
+    std::vector<double> moved = shape;
+    const double at = golden_maximum(
+        [&](double x) {
+          moved[i] = from(x);
+          return evidence(moved);
+        },
+        low, high, kEvaluations);
+    moved[i] = from(at);
+    const double value = evidence(moved);
+    if (value <= best) continue;
+    best = value;
+    shape = moved;
+  }
+  if (shape != variants_[variant].definition.shape) reshape(variant, shape);
+}
+
+}  // namespace zerodrift::diagnosis

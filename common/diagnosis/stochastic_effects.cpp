@@ -1,0 +1,397 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/diagnosis/stochastic_effects.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <string_view>
+
+#include "common/core/units.h"
+#include "common/diagnosis/noise_weight.h"
+#include "common/diagnosis/search_board.h"
+#include "common/twin/effect_catalogue.h"
+
+namespace zerodrift::diagnosis {
+
+using twin::EffectSpec;
+
+namespace {
+
+// A noise coefficient of the model file in the program's units, and back.
+struct Scale {
+  NoiseKind kind;
+  std::string_view effect;
+  std::string_view parameter;
+  double si_per_unit;
+};
+
+constexpr double kRadPerArcsec = core::kRadPerDeg / 3600.0;
+constexpr double kRoot12 = 3.4641016151377544;
+constexpr std::array kScales{
+    Scale{NoiseKind::kWhite, "angle_random_walk", "coefficient_deg_per_sqrt_h",
+          core::kRadPerDeg / 60.0},
+    Scale{NoiseKind::kFlicker, "bias_instability", "coefficient_deg_h",
+          core::kRadPerSecPerDegPerHour},
+    Scale{NoiseKind::kRandomWalk, "rate_random_walk", "coefficient_deg_per_h_1_5",
+          core::kRadPerSecPerDegPerHour / 60.0},
+    // An angle rounded to steps q is wrong by q/sqrt(12) rms.
+    Scale{NoiseKind::kQuantization, "quantization", "step_arcsec", kRadPerArcsec / kRoot12},
+    Scale{NoiseKind::kMarkov, "markov", "sigma_deg_h", core::kRadPerSecPerDegPerHour},
+};
+
+const Scale& scale_of(NoiseKind kind) {
+  return *std::find_if(kScales.begin(), kScales.end(),
+                       [kind](const Scale& s) { return s.kind == kind; });
+}
+
+const Scale* scale_of(const std::string& effect) {
+  const auto found = std::find_if(kScales.begin(), kScales.end(),
+                                  [&](const Scale& s) { return s.effect == effect; });
+  return found == kScales.end() ? nullptr : &*found;
+}
+
+double value_in_file(const Scale& scale, double square) {
+  return std::sqrt(square) / scale.si_per_unit;
+}
+
+double given_or_default(const EffectSpec& spec, const std::string& parameter) {
+  return twin::complete_parameters(*twin::find_effect(spec.kind), spec.parameters).at(parameter);
+}
+
+// A two-level signal has the spectrum of a Markov noise of its variance.
+KnownNoise telegraph_noise(const EffectSpec& spec, double relative_sigma) {
+  const double up = given_or_default(spec, "up_s");
+  const double down = given_or_default(spec, "down_s");
+  const double amplitude = core::radps_from_deg_h(given_or_default(spec, "amplitude_deg_h"));
+  const double share = up / (up + down);
+  return {{NoiseKind::kMarkov, 1.0 / (1.0 / up + 1.0 / down)},
+          amplitude * amplitude * share * (1.0 - share),
+          relative_sigma};
+}
+
+struct ListedNoise {
+  std::size_t effect;  // in the model
+  KnownNoise noise;
+};
+
+std::vector<ListedNoise> listed_noise(const twin::Model& model, core::Axis axis,
+                                      double relative_sigma) {
+  std::vector<ListedNoise> listed;
+  for (std::size_t i = 0; i < model.effects.size(); ++i) {
+    const EffectSpec& spec = model.effects[i];
+    if (spec.axis != axis) continue;
+    if (spec.kind == "telegraph") {
+      listed.push_back({i, telegraph_noise(spec, relative_sigma)});
+      continue;
+    }
+    const Scale* scale = scale_of(spec.kind);
+    if (scale == nullptr) continue;
+    const double value = given_or_default(spec, std::string(scale->parameter)) * scale->si_per_unit;
+    KnownNoise noise{{scale->kind, 0.0}, value * value, relative_sigma};
+    if (scale->kind == NoiseKind::kMarkov)
+      noise.term.correlation_s = given_or_default(spec, "tau_s");
+    listed.push_back({i, noise});
+  }
+  return listed;
+}
+
+constexpr double kAnyValue = 50.0;  // relative sigma: no prior to speak of
+
+struct Hypothesis {
+  double log_likelihood = 0.0;
+  std::vector<NoiseTerm> terms{};
+  std::vector<double> squares{};
+};
+
+class Likelihoods {
+ public:
+  Likelihoods(const NoiseQuestion& question, const SearchOptions& options)
+      : question_(question), options_(options) {}
+
+  [[nodiscard]] Hypothesis of(const std::vector<KnownNoise>& known) const {
+    const SearchProblem problem = with_noise(known);
+    const Board board(problem, options_);
+    const NoiseFit fit = board.fit(board.known());
+    return {fit.log_likelihood,
+            board.dictionary().terms(),
+            {fit.squares.data(), fit.squares.data() + fit.squares.size()}};
+  }
+
+  // What holding the first `held` terms at their values costs, nats: the likelihood that the free
+  // hypothesis has at the coefficients fitted under the constraint.
+  [[nodiscard]] double cost_of_holding(const std::vector<KnownNoise>& free,
+                                       const Hypothesis& free_fit, std::size_t held,
+                                       double relative_sigma) const {
+    std::vector<KnownNoise> constrained = free;
+    constrained[held].relative_sigma = relative_sigma;
+    const Hypothesis fit = of(constrained);
+    const SearchProblem problem = with_noise(free);
+    const Board board(problem, options_);
+    const Eigen::Map<const Eigen::VectorXd> squares(fit.squares.data(),
+                                                    static_cast<Eigen::Index>(fit.squares.size()));
+    return free_fit.log_likelihood -
+           restricted_log_likelihood(board.rows(board.known()), board.dictionary(), squares);
+  }
+
+ private:
+  [[nodiscard]] SearchProblem with_noise(const std::vector<KnownNoise>& known) const {
+    SearchProblem problem = question_.problem;
+    problem.groups.clear();
+    problem.noise = {known, UnlistedNoise::kExcluded};
+    return problem;
+  }
+
+  const NoiseQuestion& question_;
+  const SearchOptions& options_;
+};
+
+// Of a white noise with the series' own mean square: where a free coefficient begins.
+double typical_square(const NoiseQuestion& question, const NoiseTerm& term) {
+  const SearchProblem& problem = question.problem;
+  double squares = 0.0;
+  double count = 1.0;
+  for (std::size_t i = 0; i < problem.series.size(); ++i) {
+    if (problem.valid[i] == 0) continue;
+    squares += problem.series[i] * problem.series[i];
+    count += 1.0;
+  }
+  constexpr double kMiddleEigenvalue = 0.01;
+  return 0.1 * squares / count / unit_spectrum(term, kMiddleEigenvalue, problem.interval_s);
+}
+
+std::vector<NoiseTerm> missing_terms(const std::vector<KnownNoise>& present,
+                                     const NoiseQuestion& question) {
+  const auto has = [&](NoiseKind kind) {
+    return std::any_of(present.begin(), present.end(),
+                       [kind](const KnownNoise& n) { return n.term.kind == kind; });
+  };
+  std::vector<NoiseTerm> missing;
+  for (const NoiseTerm& term :
+       usual_noise_terms(question.problem.series.size(), question.problem.interval_s)) {
+    if (!has(term.kind)) missing.push_back(term);
+  }
+  return missing;
+}
+
+struct Addition {
+  NoiseTerm term;
+  Hypothesis hypothesis;
+  double evidence = 0.0;  // nats, after what its freedom costs
+};
+
+// Probabilities of the kinds; Markov at its best correlation time.
+std::vector<Addition> best_of_each_kind(std::vector<Addition> additions) {
+  std::sort(additions.begin(), additions.end(),
+            [](const Addition& a, const Addition& b) { return a.evidence > b.evidence; });
+  std::vector<Addition> best;
+  for (const Addition& addition : additions) {
+    const bool seen = std::any_of(best.begin(), best.end(), [&](const Addition& b) {
+      return b.term.kind == addition.term.kind;
+    });
+    if (!seen) best.push_back(addition);
+  }
+  return best;
+}
+
+double kurtosis_of(const std::vector<double>& values, const std::vector<std::uint8_t>& valid) {
+  double n = 0.0, mean = 0.0, second = 0.0, fourth = 0.0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (valid[i] == 0) continue;
+    mean += values[i];
+    n += 1.0;
+  }
+  if (n < 2.0) return 3.0;
+  mean /= n;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (valid[i] == 0) continue;
+    const double d = (values[i] - mean) * (values[i] - mean);
+    second += d;
+    fourth += d * d;
+  }
+  return second > 0.0 ? n * fourth / (second * second) : 3.0;
+}
+
+// Of the most probable course of the Markov part.
+double kurtosis_of_course(const NoiseQuestion& question, const Addition& markov) {
+  const SearchProblem& problem = question.problem;
+  const std::size_t n = quick_length(problem.series.size());
+  const auto all =
+      dct_variances(markov.hypothesis.terms, markov.hypothesis.squares, n, problem.interval_s);
+  const std::size_t last = markov.hypothesis.terms.size() - 1;
+  const auto part =
+      dct_variances(std::span(markov.hypothesis.terms).subspan(last),
+                    std::span(markov.hypothesis.squares).subspan(last), n, problem.interval_s);
+  std::vector<double> inverse_gain(n, 0.0);
+  for (std::size_t k = 1; k < n; ++k) inverse_gain[k] = part[k] > 0.0 ? all[k] / part[k] : 0.0;
+  const auto course = divided_by_noise(problem.series.first(n), inverse_gain);
+  return kurtosis_of(
+      course, {problem.valid.begin(), problem.valid.begin() + static_cast<std::ptrdiff_t>(n)});
+}
+
+NamedEffect named(const Addition& addition, const std::vector<Addition>& rivals) {
+  constexpr double kCredible = 0.95;
+  NamedEffect effect;
+  const Scale& scale = scale_of(addition.term.kind);
+  effect.name = scale.effect;
+  const double value = value_in_file(scale, addition.hypothesis.squares.back());
+  effect.parameters = {{std::string(scale.parameter), value}};
+  if (addition.term.kind == NoiseKind::kMarkov)
+    effect.parameters["tau_s"] = addition.term.correlation_s;
+  effect.log_evidence = addition.evidence;
+  double sum = 0.0;
+  for (const Addition& rival : rivals) sum += std::exp(rival.evidence - addition.evidence);
+  double mass = 0.0;
+  for (const Addition& rival : rivals) {
+    const double probability = std::exp(rival.evidence - addition.evidence) / sum;
+    if (rival.term.kind == addition.term.kind) {
+      effect.probability = probability;
+    } else if (mass < kCredible) {
+      effect.alternatives.push_back({std::string(scale_of(rival.term.kind).effect), probability});
+    }
+    mass += probability;
+  }
+  return effect;
+}
+
+// Turns a Markov noise into a telegraph where its course has two levels.
+void consider_telegraph(NamedEffect& effect, const NoiseQuestion& question,
+                        const Addition& markov) {
+  constexpr double kGaussian = 3.0;
+  constexpr double kTwoLevels = 2.0;
+  const double duration_s =
+      question.problem.interval_s * static_cast<double>(question.problem.series.size());
+  const double dwells = std::max(1.0, duration_s / (2.0 * markov.term.correlation_s));
+  const double error = std::sqrt(24.0 / dwells);
+  const double kurtosis = kurtosis_of_course(question, markov);
+  // Log likelihood ratio of the two readings of the kurtosis, two levels against a Gaussian course.
+  const double nats = (std::pow((kurtosis - kGaussian) / error, 2) -
+                       std::pow(std::max(kurtosis - kTwoLevels, 0.0) / error, 2)) /
+                      2.0;
+  const double telegraph = 1.0 / (1.0 + std::exp(kurtosis < kGaussian ? -nats : nats));
+  if (telegraph <= 0.5) {
+    if (telegraph > 0.05)
+      effect.alternatives.insert(effect.alternatives.begin(),
+                                 {"telegraph", telegraph * effect.probability});
+    effect.probability *= 1.0 - telegraph;
+    return;
+  }
+  const double sigma = effect.parameters.at("sigma_deg_h");
+  const double dwell_s = 2.0 * markov.term.correlation_s;
+  if (telegraph < 0.95) {
+    effect.alternatives.insert(effect.alternatives.begin(),
+                               {"markov", (1.0 - telegraph) * effect.probability});
+  }
+  effect.name = "telegraph";
+  effect.probability *= telegraph;
+  effect.parameters = {{"amplitude_deg_h", 2.0 * sigma}, {"up_s", dwell_s}, {"down_s", dwell_s}};
+}
+
+std::vector<KnownNoise> free_noise(const std::vector<ListedNoise>& listed) {
+  std::vector<KnownNoise> known;
+  for (const ListedNoise& entry : listed) {
+    known.push_back(entry.noise);
+    known.back().relative_sigma = kAnyValue;
+  }
+  return known;
+}
+
+// A coefficient of the model is wrong where the likelihood falls by more than the threshold when it
+// is held at the model's value.
+std::vector<Recalibration> wrong_coefficients(const NoiseQuestion& question,
+                                              const Likelihoods& likelihoods,
+                                              const std::vector<ListedNoise>& listed,
+                                              const std::vector<KnownNoise>& extra,
+                                              const Hypothesis& free) {
+  constexpr double kHeld = 0.01;
+  constexpr double kNatsToBeWrong = 7.0;
+  std::vector<Recalibration> wrong;
+  for (std::size_t i = 0; i < listed.size(); ++i) {
+    const EffectSpec& spec = question.model.effects[listed[i].effect];
+    const Scale* scale = scale_of(spec.kind);
+    if (scale == nullptr || spec.parameters.empty() || !(listed[i].noise.square > 0.0)) continue;
+    auto known = free_noise(listed);
+    known.insert(known.end(), extra.begin(), extra.end());
+    const double lost = likelihoods.cost_of_holding(known, free, i, kHeld);
+    if (lost < kNatsToBeWrong) continue;
+    const double from = value_in_file(*scale, listed[i].noise.square);
+    const double to = value_in_file(*scale, free.squares[i]);
+    wrong.push_back({spec.kind, std::string(scale->parameter), from, to,
+                     std::abs(to - from) / std::sqrt(2.0 * lost)});
+  }
+  return wrong;
+}
+
+}  // namespace
+
+NoisePrior noise_prior(const twin::Model& model, core::Axis axis, double relative_sigma) {
+  NoisePrior prior;
+  for (const ListedNoise& entry : listed_noise(model, axis, relative_sigma)) {
+    if (entry.noise.square > 0.0) prior.known.push_back(entry.noise);
+  }
+  return prior;
+}
+
+NoiseFindings examine_noise(const NoiseQuestion& question, const SearchOptions& options) {
+  const Likelihoods likelihoods(question, options);
+  auto listed = listed_noise(question.model, question.axis, kAnyValue);
+  std::erase_if(listed, [](const ListedNoise& l) { return !(l.noise.square > 0.0); });
+  std::vector<KnownNoise> present = free_noise(listed);
+  NoiseFindings findings;
+  if (present.empty()) {  // something has to be there
+    const NoiseTerm white{NoiseKind::kWhite, 0.0};
+    present.push_back({white, typical_square(question, white), kAnyValue});
+  }
+  Hypothesis best = likelihoods.of(present);
+  const double of_freedom = 0.5 * std::log(static_cast<double>(options.single_coefficients));
+  for (std::size_t added = 0; added < options.max_effects; ++added) {
+    const auto missing = missing_terms(present, question);
+    std::vector<Addition> additions;
+    double markovs = 0.0;
+    for (const NoiseTerm& term : missing) markovs += term.kind == NoiseKind::kMarkov ? 1.0 : 0.0;
+    for (const NoiseTerm& term : missing) {
+      auto known = present;
+      known.push_back({term, typical_square(question, term), kAnyValue});
+      Hypothesis with = likelihoods.of(known);
+      const double looked_at = term.kind == NoiseKind::kMarkov ? std::log(markovs) : 0.0;
+      const double evidence = with.log_likelihood - best.log_likelihood - of_freedom - looked_at;
+      additions.push_back({term, std::move(with), evidence});
+    }
+    const auto rivals = best_of_each_kind(std::move(additions));
+    const double threshold = std::log(static_cast<double>(kScales.size()) / question.false_alarm);
+    if (rivals.empty() || rivals.front().evidence < threshold) break;
+    NamedEffect effect = named(rivals.front(), rivals);
+    if (rivals.front().term.kind == NoiseKind::kMarkov)
+      consider_telegraph(effect, question, rivals.front());
+    findings.effects.push_back(std::move(effect));
+    best = rivals.front().hypothesis;
+    present.push_back({rivals.front().term, best.squares.back(), kAnyValue});
+  }
+  const std::vector<KnownNoise> extra(present.begin() + static_cast<std::ptrdiff_t>(listed.size()),
+                                      present.end());
+  findings.recalibrated = wrong_coefficients(question, likelihoods, listed, extra, best);
+  findings.terms = best.terms;
+  findings.squares = best.squares;
+  return findings;
+}
+
+void adopt_noise(twin::Model& model, core::Axis axis, const NoiseFindings& findings,
+                 const twin::Origin& origin) {
+  for (const Recalibration& change : findings.recalibrated) {
+    for (EffectSpec& spec : model.effects) {
+      if (spec.axis != axis || spec.kind != change.name) continue;
+      spec.parameters[change.parameter] = change.to;
+      spec.standard_errors[change.parameter] = change.standard_error;
+    }
+  }
+  for (const NamedEffect& effect : findings.effects) {
+    model.effects.push_back({.kind = effect.name,
+                             .axis = axis,
+                             .parameters = effect.parameters,
+                             .standard_errors = effect.standard_errors,
+                             .origin = origin});
+  }
+}
+
+}  // namespace zerodrift::diagnosis

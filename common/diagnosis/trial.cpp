@@ -1,0 +1,504 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/diagnosis/trial.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <numeric>
+
+#include "common/core/units.h"
+#include "common/diagnosis/candidates.h"
+#include "common/diagnosis/generic_functions.h"
+#include "common/diagnosis/known_effects.h"
+#include "common/diagnosis/noise_weight.h"
+#include "common/diagnosis/rounded_text.h"
+#include "common/diagnosis/stochastic_effects.h"
+#include "common/twin/effect_catalogue.h"
+
+namespace zerodrift::diagnosis {
+
+using twin::EffectSpec;
+using twin::ParameterDefinition;
+using twin::ParameterRole;
+
+namespace {
+
+constexpr double kModelNoiseSigma = 0.5;  // relative, of the squares that the model file gives
+
+double mean_of(std::span<const double> values, std::span<const std::uint8_t> valid) {
+  double sum = 0.0, count = 0.0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (valid[i] == 0) continue;
+    sum += values[i];
+    count += 1.0;
+  }
+  return count > 0.0 ? sum / count : 0.0;
+}
+
+// How a shape parameter moves between the values listed.
+ShapeRange range_of(const ParameterDefinition& parameter, const MeasuredSeries& series) {
+  const double lowest = parameter.minimum;
+  const double highest = parameter.maximum;
+  const double duration_s = series.interval_s * static_cast<double>(series.size);
+  if (parameter.name == "frequency_hz")
+    return {ShapeScale::kLinear, 0.5 / duration_s, 0.5 / series.interval_s, 0.25 / duration_s};
+  if (parameter.name == "period_degc" || parameter.name == "angle_arcsec")
+    return {ShapeScale::kLogarithmic, lowest, highest, 1.02};
+  if (parameter.name == "threshold_degc") return {ShapeScale::kLinear, lowest, highest, 1.0};
+  if (parameter.name == "lag_s") return {ShapeScale::kLinear, lowest, duration_s / 4.0, 60.0};
+  if (parameter.grid.size() < 2) return {};
+  if (parameter.grid.front() > 0.0) {
+    return {ShapeScale::kLogarithmic, parameter.grid.front() / 4.0, parameter.grid.back() * 4.0,
+            parameter.grid[1] / parameter.grid[0]};
+  }
+  return {ShapeScale::kLinear, lowest, highest, parameter.grid[1] - parameter.grid[0]};
+}
+
+std::string family_of(const twin::EffectDefinition& definition) {
+  for (const twin::Need need : definition.needs) {
+    switch (need) {
+      case twin::Need::kReferenceRate:
+      case twin::Need::kSlowReferenceRate:
+      case twin::Need::kCrossAxisRate:
+        return "rate";
+      case twin::Need::kMagnetic:
+        return "magnetic";
+      case twin::Need::kAcceleration:
+        return "acceleration";
+      case twin::Need::kVibration:
+        return "vibration";
+      case twin::Need::kSourceCurrent:
+        return "source_current";
+      case twin::Need::kSupply:
+        return "supply";
+      default:
+        break;
+    }
+  }
+  return definition.inputs.empty() ? "time" : "temperature";
+}
+
+std::string family_of(const std::string& channel) {
+  for (const char* family : {"temperature", "rate", "magnetic", "acceleration", "vibration",
+                             "source_current", "supply", "time"}) {
+    if (channel.starts_with(family)) return family;
+  }
+  return {};
+}
+
+std::string parent_of(const std::string& kind) {
+  return kind == "coil_lag" ? "shupe" : std::string();  // tau -> 0
+}
+
+// A group's shape: which choice of inputs, then the kShape parameters in the definition's order.
+struct ShapeCode {
+  std::vector<std::vector<twin::TemperaturePoint>> choices{};
+  std::vector<std::string> names{};
+
+  explicit ShapeCode(const Candidate& candidate)
+      : names(names_of(*candidate.definition, ParameterRole::kShape)) {
+    for (const Variant& variant : candidate.variants) {
+      if (std::find(choices.begin(), choices.end(), variant.inputs) == choices.end())
+        choices.push_back(variant.inputs);
+    }
+  }
+
+  [[nodiscard]] std::vector<double> encode(const Variant& variant) const {
+    const auto choice = std::find(choices.begin(), choices.end(), variant.inputs);
+    std::vector<double> shape{static_cast<double>(choice - choices.begin())};
+    for (const std::string& name : names) shape.push_back(variant.shapes.at(name));
+    return shape;
+  }
+
+  [[nodiscard]] Variant decode(const std::vector<double>& shape) const {
+    Variant variant;
+    variant.inputs = choices.at(static_cast<std::size_t>(std::llround(shape.front())));
+    for (std::size_t i = 0; i < names.size(); ++i) variant.shapes[names[i]] = shape[i + 1];
+    return variant;
+  }
+};
+
+// The candidates of a search, with what is needed to read its answer.
+struct Lineup {
+  std::vector<Candidate> named{};
+  std::vector<ShapeCode> codes{};
+  std::vector<GenericFunction> generic{};
+  std::vector<InputChannel> channels{};
+
+  [[nodiscard]] const Candidate* find(const std::string& name) const {
+    for (const Candidate& candidate : named) {
+      if (candidate.definition->kind == name) return &candidate;
+    }
+    return nullptr;
+  }
+  [[nodiscard]] const ShapeCode& code_of(const Candidate& candidate) const {
+    return codes[static_cast<std::size_t>(&candidate - named.data())];
+  }
+};
+
+std::string generic_name(const GenericFunction& function) {
+  std::string name = "f(" + function.depends_on.front();
+  for (std::size_t i = 1; i < function.depends_on.size(); ++i)
+    name += ", " + function.depends_on[i];
+  return name + ")";
+}
+
+CandidateGroup group_of(const Candidate& candidate, const ShapeCode& code,
+                        const TrialInput& input) {
+  CandidateGroup group;
+  group.name = candidate.definition->kind;
+  group.family = family_of(*candidate.definition);
+  group.parent = parent_of(group.name);
+  for (const Variant& variant : candidate.variants)
+    group.variants.push_back({code.encode(variant), variant.log_prior});
+  group.ranges.push_back({});
+  for (const ParameterDefinition& parameter : candidate.definition->parameters) {
+    if (parameter.role == ParameterRole::kShape)
+      group.ranges.push_back(range_of(parameter, input.series));
+  }
+  group.columns = [&candidate, &code, &input](const std::vector<double>& shape) {
+    const twin::EffectContext context =
+        context_of(candidate, code.decode(shape), input.series.interval_s);
+    return columns_of(input.playback, *candidate.definition, context);
+  };
+  return group;
+}
+
+CandidateGroup group_of(const GenericFunction& function) {
+  CandidateGroup group;
+  group.name = generic_name(function);
+  group.kind = CandidateKind::kGeneric;
+  // A product belongs to the input that is not a temperature: without it there is no effect.
+  for (const std::string& channel : function.depends_on) {
+    const std::string family = family_of(channel);
+    if (group.family.empty() || group.family == "temperature") group.family = family;
+  }
+  group.variants.push_back({});
+  group.columns = [&function](const std::vector<double>&) { return function.columns; };
+  return group;
+}
+
+std::vector<KnownColumn> columns_of(const std::vector<KnownParameter>& known) {
+  std::vector<KnownColumn> columns;
+  columns.reserve(known.size());
+  for (const KnownParameter& parameter : known) columns.push_back(parameter.column);
+  return columns;
+}
+
+SearchOptions search_options(const DiagnosisOptions& options) {
+  SearchOptions search;
+  search.false_alarm = 0.5 * options.false_names_per_record;
+  search.max_effects = options.most_effects;
+  return search;
+}
+
+// Lists the effects that the model knows without parameters as candidates of a search of their own,
+// and gives them what it finds.
+void fit_listed(twin::Model& model, const TrialInput& input, std::vector<Recalibration>& told) {
+  std::vector<std::size_t> waiting;
+  twin::Model without = model;
+  for (std::size_t i = 0; i < model.effects.size(); ++i) {
+    const EffectSpec& spec = model.effects[i];
+    const auto* definition = twin::find_effect(spec.kind);
+    if (spec.axis != input.axis || !spec.parameters.empty() || definition == nullptr) continue;
+    if (definition->family == twin::Family::kDeterministic && spec.kind != "bias")
+      waiting.push_back(i);
+  }
+  if (waiting.empty()) return;
+  std::erase_if(without.effects, [&](const EffectSpec& spec) {
+    return spec.axis == input.axis && spec.parameters.empty();
+  });
+  const auto drift = input.playback.drift(without, input.axis);
+  const auto residual = difference(measured_drift(input.series, input.axis), drift, input.valid);
+  const auto known = known_parameters(without, input.axis, input.playback);
+  Lineup lineup;
+  const Candidates all = candidates(input.series, input.playback, without, input.axis, {});
+  for (const std::size_t i : waiting) {
+    for (const Candidate& candidate : all.testable) {
+      if (candidate.definition->kind == model.effects[i].kind) lineup.named.push_back(candidate);
+    }
+  }
+  for (const Candidate& candidate : lineup.named) lineup.codes.emplace_back(candidate);
+  SearchProblem problem{.series = residual,
+                        .valid = input.valid,
+                        .interval_s = input.series.interval_s,
+                        .known = columns_of(known),
+                        .noise = noise_prior(model, input.axis, kModelNoiseSigma)};
+  for (std::size_t i = 0; i < lineup.named.size(); ++i)
+    problem.groups.push_back(group_of(lineup.named[i], lineup.codes[i], input));
+  SearchOptions options = search_options(input.options);
+  options.false_alarm = 0.1;  // they are known to be there
+  const SearchReport report = search(problem, options);
+  for (const FoundEffect& found : report.effects) {
+    const Candidate* candidate = lineup.find(found.name);
+    if (candidate == nullptr) continue;
+    for (const std::size_t i : waiting) {
+      EffectSpec& spec = model.effects[i];
+      if (spec.kind != found.name || !spec.parameters.empty()) continue;
+      const Variant variant = lineup.code_of(*candidate).decode(found.shape);
+      spec.inputs.clear();
+      for (const auto point : variant.inputs) spec.inputs.emplace_back(twin::name(point));
+      spec.parameters = variant.shapes;
+      for (std::size_t a = 0; a < candidate->amplitudes.size(); ++a) {
+        const auto row = static_cast<Eigen::Index>(a);
+        const double error = std::sqrt(std::max(found.covariance(row, row), 0.0));
+        spec.parameters[candidate->amplitudes[a]] = found.amplitudes[a];
+        spec.standard_errors[candidate->amplitudes[a]] = error;
+        told.push_back({spec.kind, candidate->amplitudes[a], 0.0, found.amplitudes[a], error});
+      }
+    }
+  }
+}
+
+Lineup line_up(const twin::Model& model, const TrialInput& input,
+               const std::vector<double>& residual, const std::vector<KnownColumn>& known,
+               std::vector<NotTestable>& not_testable) {
+  // Noise beside the known effects alone, to see oscillations against.
+  const SearchProblem problem{.series = residual,
+                              .valid = input.valid,
+                              .interval_s = input.series.interval_s,
+                              .known = known,
+                              .noise = noise_prior(model, input.axis, kModelNoiseSigma)};
+  const SearchReport noise = search(problem, search_options(input.options));
+  std::vector<double> corrected = residual;
+  for (std::size_t c = 0; c < noise.corrections.size(); ++c) {
+    for (std::size_t i = 0; i < corrected.size(); ++i) {
+      if (input.valid[i] != 0) corrected[i] -= noise.corrections[c].value * known[c].values[i];
+    }
+  }
+  const double mean = mean_of(corrected, input.valid);
+  for (std::size_t i = 0; i < corrected.size(); ++i)
+    corrected[i] = input.valid[i] != 0 ? corrected[i] - mean : 0.0;
+  const std::size_t quick = quick_length(corrected.size());
+  const auto variances =
+      dct_variances(noise.noise_terms, noise.noise_squares, quick, input.series.interval_s);
+  auto weighted = divided_by_noise(std::span(corrected).first(quick), variances);
+  weighted.resize(corrected.size(), 0.0);
+  const Oscillations oscillations = find_oscillations(weighted, input.playback, input.axis);
+
+  Lineup lineup;
+  Candidates found = candidates(input.series, input.playback, model, input.axis, oscillations);
+  lineup.named = std::move(found.testable);
+  not_testable.insert(not_testable.end(), found.not_testable.begin(), found.not_testable.end());
+  for (const Candidate& candidate : lineup.named) lineup.codes.emplace_back(candidate);
+  lineup.channels = moving_inputs(input.series, input.axis);
+  lineup.generic = generic_functions(lineup.channels);
+  return lineup;
+}
+
+NamedEffect named_effect(const FoundEffect& found, const Lineup& lineup) {
+  NamedEffect effect;
+  effect.name = found.name;
+  effect.probability = found.probability;
+  effect.log_evidence = found.log_evidence;
+  for (const RankedName& ranked : found.credible_set) {
+    if (ranked.name != found.name) effect.alternatives.push_back({ranked.name, ranked.probability});
+  }
+  const Candidate* candidate = lineup.find(found.name);
+  if (candidate == nullptr) return effect;
+  const Variant variant = lineup.code_of(*candidate).decode(found.shape);
+  for (const auto point : variant.inputs) effect.inputs.emplace_back(twin::name(point));
+  effect.parameters = candidate->conventions;
+  for (const auto& [name, value] : variant.shapes) effect.parameters[name] = value;
+  for (std::size_t a = 0; a < candidate->amplitudes.size(); ++a) {
+    const auto row = static_cast<Eigen::Index>(a);
+    effect.parameters[candidate->amplitudes[a]] = found.amplitudes[a];
+    effect.standard_errors[candidate->amplitudes[a]] =
+        std::sqrt(std::max(found.covariance(row, row), 0.0));
+  }
+  // Without an amplitude of its own a small delay is as large as its column has to be.
+  if (candidate->amplitudes.empty() && found.name == "clock_offset" && !found.amplitudes.empty())
+    effect.parameters["delay_s"] *= found.amplitudes.front();
+  return effect;
+}
+
+std::string shape_in_words(const std::vector<double>& input, const std::vector<double>& rate,
+                           const InputChannel& channel) {
+  const auto largest = std::max_element(
+      rate.begin(), rate.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
+  const double at = input[static_cast<std::size_t>(largest - rate.begin())];
+  const bool inside = largest != rate.begin() && largest + 1 != rate.end();
+  const std::string place = rounded(at) + " " + channel.unit + " in " + channel.name;
+  return (inside ? "bump at " : "grows towards ") + place;
+}
+
+// Mean of the waveform over quantile bins of the channel.
+void tabulate(UnknownEffect& unknown, const InputChannel& channel,
+              const std::vector<double>& waveform) {
+  constexpr std::size_t kBins = 24;
+  std::vector<std::size_t> order(channel.values.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return channel.values[a] < channel.values[b];
+  });
+  for (std::size_t bin = 0; bin < kBins; ++bin) {
+    const std::size_t begin = order.size() * bin / kBins;
+    const std::size_t end = order.size() * (bin + 1) / kBins;
+    if (begin == end) continue;
+    double x = 0.0, y = 0.0;
+    for (std::size_t i = begin; i < end; ++i) {
+      x += channel.values[order[i]];
+      y += waveform[order[i]];
+    }
+    const auto count = static_cast<double>(end - begin);
+    unknown.input.push_back(x / count);
+    unknown.rate_radps.push_back(y / count);
+  }
+}
+
+UnknownEffect unknown_effect(const FoundEffect& found, const Lineup& lineup) {
+  UnknownEffect unknown;
+  unknown.rms_radps = found.rms;
+  for (const GenericFunction& function : lineup.generic) {
+    if (generic_name(function) == found.name) unknown.depends_on = function.depends_on;
+  }
+  unknown.description = "something that depends on " + found.name.substr(2, found.name.size() - 3);
+  for (const InputChannel& channel : lineup.channels) {
+    if (unknown.depends_on.empty() || channel.name != unknown.depends_on.front()) continue;
+    tabulate(unknown, channel, found.waveform);
+    if (unknown.depends_on.size() == 1)
+      unknown.description = shape_in_words(unknown.input, unknown.rate_radps, channel);
+  }
+  return unknown;
+}
+
+void take_groups(Trial& trial, const SearchReport& report) {
+  for (const GroupFinding& group : report.groups) {
+    if (group.kind == CandidateKind::kNamed && group.testability != Testability::kTestable) {
+      trial.not_testable.push_back(
+          {group.name, group.testability == Testability::kCollinear
+                           ? "the record can't tell it from " + group.collinear_with
+                           : "the record doesn't excite it"});
+      continue;
+    }
+    trial.evidence.push_back({group.name, group.log_evidence, group.separation, group.rms});
+    if (group.kind == CandidateKind::kNamed && std::isfinite(group.smallest_rms))
+      trial.could_have_seen.push_back({group.name, group.smallest_rms});
+  }
+  std::stable_sort(
+      trial.evidence.begin(), trial.evidence.end(),
+      [](const Evidence& a, const Evidence& b) { return a.log_evidence > b.log_evidence; });
+}
+
+void add_to_model(Trial& trial, const TrialInput& input) {
+  for (const NamedEffect& effect : trial.effects) {
+    trial.repaired.effects.push_back(
+        {.kind = effect.name,
+         .axis = input.axis,
+         .parameters = effect.parameters,
+         .standard_errors = effect.standard_errors,
+         .inputs = effect.inputs,
+         .origin = {.by = "diagnose",
+                    .record = input.options.record,
+                    .date = input.options.date,
+                    .evidence = "log Bayes factor " + rounded(effect.log_evidence)}});
+  }
+}
+
+bool any_significant(const std::vector<CorrectionFinding>& corrections) {
+  return std::any_of(corrections.begin(), corrections.end(),
+                     [](const CorrectionFinding& c) { return c.significant; });
+}
+
+// What is left after the search, with the known columns that were refitted: for the noise.
+std::vector<double> remainder_of(const std::vector<double>& residual, const SearchReport& report,
+                                 const std::vector<KnownColumn>& known,
+                                 std::span<const std::uint8_t> valid) {
+  std::vector<double> left = residual;
+  const auto take_off = [&](const std::vector<double>& waveform, double factor) {
+    for (std::size_t i = 0; i < left.size(); ++i) left[i] -= factor * waveform[i];
+  };
+  for (const FoundEffect& effect : report.effects) take_off(effect.waveform, 1.0);
+  if (report.unknown) take_off(report.unknown->waveform, 1.0);
+  for (std::size_t c = 0; c < report.corrections.size(); ++c) {
+    if (report.corrections[c].testability == Testability::kTestable)
+      take_off(known[c].values, report.corrections[c].value);
+  }
+  const double mean = mean_of(left, valid);
+  for (std::size_t i = 0; i < left.size(); ++i) left[i] = valid[i] != 0 ? left[i] - mean : 0.0;
+  return left;
+}
+
+void examine_noise_of(Trial& trial, const TrialInput& input, const SearchProblem& problem,
+                      const std::vector<double>& remainder) {
+  SearchProblem of_noise{.series = remainder,
+                         .valid = problem.valid,
+                         .interval_s = problem.interval_s,
+                         .known = problem.known};
+  const SearchOptions options = search_options(input.options);
+  const NoiseFindings noise = examine_noise(
+      {of_noise, trial.repaired, input.axis, 0.5 * input.options.false_names_per_record}, options);
+  trial.noise_dct_variances =
+      dct_variances(noise.terms, noise.squares, remainder.size(), input.series.interval_s);
+  adopt_noise(trial.repaired, input.axis, noise,
+              {.by = "diagnose",
+               .record = input.options.record,
+               .date = input.options.date,
+               .evidence = "noise spectrum"});
+  trial.effects.insert(trial.effects.end(), noise.effects.begin(), noise.effects.end());
+  trial.recalibrated.insert(trial.recalibrated.end(), noise.recalibrated.begin(),
+                            noise.recalibrated.end());
+}
+
+}  // namespace
+
+std::vector<double> measured_drift(const MeasuredSeries& series, core::Axis axis) {
+  const std::size_t a = core::index(axis);
+  return difference(series.rate_radps[a], series.reference_radps[a], series.valid[a]);
+}
+
+std::vector<double> difference(std::span<const double> a, std::span<const double> b,
+                               std::span<const std::uint8_t> valid) {
+  std::vector<double> result(a.size(), 0.0);
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (valid[i] != 0) result[i] = a[i] - b[i];
+  }
+  return result;
+}
+
+Trial repair(const TrialInput& input) {
+  Trial trial{.repaired = input.model};
+  fit_listed(trial.repaired, input, trial.recalibrated);
+  const auto residual = difference(measured_drift(input.series, input.axis),
+                                   input.playback.drift(trial.repaired, input.axis), input.valid);
+  const auto known = known_parameters(trial.repaired, input.axis, input.playback);
+  SearchProblem problem{.series = residual,
+                        .valid = input.valid,
+                        .interval_s = input.series.interval_s,
+                        .known = columns_of(known),
+                        .noise = noise_prior(trial.repaired, input.axis, kModelNoiseSigma)};
+  const Lineup lineup = line_up(trial.repaired, input, residual, problem.known, trial.not_testable);
+  for (std::size_t i = 0; i < lineup.named.size(); ++i)
+    problem.groups.push_back(group_of(lineup.named[i], lineup.codes[i], input));
+  for (const GenericFunction& function : lineup.generic)
+    problem.groups.push_back(group_of(function));
+
+  const SearchReport report = search(problem, search_options(input.options));
+  if (report.outcome == SearchOutcome::kRefused) {
+    trial.refusal = report.reason;
+    return trial;
+  }
+  take_groups(trial, report);
+  for (const FoundEffect& found : report.effects) {
+    NamedEffect effect = named_effect(found, lineup);
+    effect.share_of_gap = found.rms * found.rms;
+    trial.effects.push_back(std::move(effect));
+  }
+  if (report.unknown) trial.unknown = unknown_effect(*report.unknown, lineup);
+  // Corrections belong to the joint fit: all of them where anything was found, none elsewhere.
+  if (!report.effects.empty() || report.unknown || any_significant(report.corrections)) {
+    const auto changes = recalibrate(trial.repaired, known, report.corrections);
+    trial.recalibrated.insert(trial.recalibrated.end(), changes.begin(), changes.end());
+  }
+  add_to_model(trial, input);
+  examine_noise_of(trial, input, problem,
+                   remainder_of(residual, report, problem.known, input.valid));
+  // The mean that is left goes to the bias.
+  const auto left = difference(measured_drift(input.series, input.axis),
+                               input.playback.drift(trial.repaired, input.axis), input.valid);
+  shift_bias(trial.repaired, input.axis, mean_of(left, input.valid));
+  return trial;
+}
+
+}  // namespace zerodrift::diagnosis

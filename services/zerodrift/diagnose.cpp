@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+// zerodrift diagnose: where twin and measurement disagree, what is missing, and the repaired twin.
+// Every honest verdict is exit code 0; what it is stands in the JSON.
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <utility>
+
+#include "common/config/twin_config.h"
+#include "common/record/atomic_file.h"
+#include "common/report/json_file.h"
+#include "common/report/plain_text.h"
+#include "common/service/main.h"
+#include "common/service/monotonic_clock.h"
+#include "services/zerodrift/allan_paragraph.h"
+#include "services/zerodrift/commands.h"
+#include "services/zerodrift/diagnosis_report.h"
+#include "services/zerodrift/diagnosis_run.h"
+
+namespace zerodrift::services {
+namespace {
+
+struct DiagnoseOptions {
+  DiagnosisRequest request;
+  std::vector<std::string> axes;
+  std::string out_model;
+  std::string json;
+  std::string html;
+};
+
+std::string today() {
+  using std::chrono::floor;
+  const std::chrono::sys_time<std::chrono::nanoseconds> now{
+      std::chrono::nanoseconds(service::unix_time_ns())};
+  const std::chrono::year_month_day date{floor<std::chrono::days>(now)};
+  char text[32];
+  std::snprintf(text, sizeof text, "%04d-%02u-%02u", static_cast<int>(date.year()),
+                static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()));
+  return text;
+}
+
+std::string check_date(const std::string& text) {
+  int year = 0;
+  unsigned month = 0;
+  unsigned day = 0;
+  int used = 0;
+  const bool read = std::sscanf(text.c_str(), "%4d-%2u-%2u%n", &year, &month, &day, &used) == 3 &&
+                    text.size() == 10 && used == 10;
+  const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(month),
+                                         std::chrono::day(day)};
+  if (read && date.ok()) return {};
+  return "found '" + text + "', expected a date as 2026-03-31";
+}
+
+// Written last and over whatever is there, so none may be what was read.
+void check_outputs(const DiagnoseOptions& options) {
+  std::vector<std::string> inputs = options.request.validation;
+  inputs.push_back(options.request.record);
+  const std::vector<std::pair<const char*, const std::string&>> outputs{
+      {"--out-model", options.out_model}, {"--json", options.json}, {"--html", options.html}};
+  for (const auto& [option, file] : outputs) {
+    if (file.empty()) continue;
+    for (const std::string& input : inputs) {
+      std::error_code error;
+      if (file == input || std::filesystem::equivalent(file, input, error))
+        throw std::invalid_argument(std::string(option) + ": found '" + file +
+                                    "', which is a record to read; expected another file");
+    }
+    for (const auto& [other_option, other] : outputs) {
+      if (&other != &file && other == file)
+        throw std::invalid_argument(std::string(option) + ": found '" + file + "', which is also " +
+                                    other_option + "; expected another file");
+    }
+    // A file that can't be written is better known before the computing than after.
+    static_cast<void>(record::AtomicFile(file));
+  }
+}
+
+void write_model(const DiagnosisResult& result, const std::string& file) {
+  config::save_model(result.diagnosis.repaired, file);
+  print_paragraph(result.change == ModelChange::kRepaired
+                      ? file + ": the repaired model"
+                      : file + ": the model as it was, nothing was changed");
+}
+
+int diagnose(DiagnoseOptions options) {
+  for (const std::string& name : options.axes) {
+    for (const auto axis : core::kAxes) {
+      if (core::name(axis) == name) options.request.axes.push_back(axis);
+    }
+  }
+  if (options.request.date.empty()) options.request.date = today();
+  check_outputs(options);
+  const DiagnosisResult result = run_diagnosis(options.request);
+  for (const auto& line : result.warnings)
+    std::fprintf(stderr, "%s\n", report::one_line(line).c_str());
+  for (const std::string& sentence : diagnosis_sentences(result))
+    print_paragraph(report::one_line(sentence));
+  for (const report::Table& table : diagnosis_tables(result))
+    std::printf("%s\n", report::text_table(table).c_str());
+  for (const std::string& note : diagnosis_notes(result)) print_paragraph(report::one_line(note));
+  if (!options.json.empty()) report::write_json(options.json, diagnosis_json(result));
+  if (!options.html.empty()) report::write_html(options.html, diagnosis_page(result));
+  if (!options.out_model.empty()) write_model(result, options.out_model);
+  return service::kExitDone;
+}
+
+}  // namespace
+
+void add_diagnose(CLI::App& app, Run& run) {
+  auto* command = app.add_subcommand(
+      "diagnose", "find where twin and measurement disagree, name what is missing, repair, prove");
+  auto options = std::make_shared<DiagnoseOptions>();
+  DiagnosisRequest& request = options->request;
+  command->add_option("--model", request.model, "the twin's model file")->required();
+  command->add_option("--record", request.record, "a .csv, .csv.gz or .csv.xz file")->required();
+  command->add_option("--columns", request.columns,
+                      "names and units of a foreign CSV; of all records");
+  command->add_option("--validate", request.validation,
+                      "records that the repair is proved on; without, blocks of the record");
+  command->add_option("--axis", options->axes, "only these axes: x,y,z")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"x", "y", "z"}));
+  command
+      ->add_option("--date", request.date,
+                   "date that the repaired model gives for its origin; today without")
+      ->check(check_date);
+  command->add_option("--out-model", options->out_model,
+                      "file for the repaired model; if nothing is repaired, the model as it was");
+  command->add_option("--json", options->json, "file for all figures");
+  command->add_option("--html", options->html, "file for a report with pictures");
+  command->footer("Exit codes: 0 diagnosed, whatever the verdict; 2 wrong usage or bad input.");
+  command->callback([options, &run] { run = [options] { return diagnose(*options); }; });
+}
+
+}  // namespace zerodrift::services

@@ -1,0 +1,524 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/zerodrift/measured_record.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <stdexcept>
+
+#include "common/core/units.h"
+#include "common/record/record_reader.h"
+#include "common/report/numbers.h"
+#include "common/report/plain_text.h"
+
+namespace zerodrift::services {
+namespace {
+
+using record::BoundColumn;
+using record::Quantity;
+using report::significant;
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr core::PerAxis<double> kNoAxis{kNone, kNone, kNone};
+// What is compared are means of 60 s: ten of them are the least that tells drift from chance.
+constexpr double kShortestS = 600.0;
+constexpr std::size_t kFewestIntervals = 60;
+constexpr double kLongestPeriodS = 60.0;
+// Below it slow effects and slow noise look alike.
+constexpr double kShortS = 1800.0;
+// So many equal readings in a row from the first to the last are no measurement.
+constexpr std::uint64_t kReadingsOfAStuckSensor = 100;
+// A thermometer that never moves is stuck if another one does by so much.
+constexpr double kMovedDegc = 1.0;
+// A step in time is a gap from so many sample periods on.
+constexpr double kGapPeriods = 2.5;
+// A gyro at rest shows less, also a poor one.
+constexpr double kLargestBiasRadps = 10.0 * core::kRadPerDeg;
+constexpr double kGravityMps2 = 9.80665;
+constexpr int kDigits = 3;
+constexpr std::uint64_t kRowsPerProgress = 8192;
+
+// What a sensor can have measured, in the default unit of the quantity.
+struct Limits {
+  double lowest = 0.0;
+  double highest = 0.0;
+  const char* text = "";
+};
+
+Limits limits_of(Quantity quantity) {
+  constexpr double kFastestRadps = 1e4 * core::kRadPerDeg;
+  constexpr double kStrongestUt = 1e5;
+  constexpr double kHardestMps2 = 1e3 * kGravityMps2;
+  switch (quantity) {
+    case Quantity::kRate:
+    case Quantity::kReference:
+      return {-kFastestRadps, kFastestRadps, "-10000 to 10000 deg/s"};
+    case Quantity::kTemperature:
+      return {-100.0, 200.0, "-100 to 200 degC"};
+    case Quantity::kMagnetic:
+      return {-kStrongestUt, kStrongestUt, "-100 to 100 mT"};
+    case Quantity::kAcceleration:
+      return {-kHardestMps2, kHardestMps2, "-1000 to 1000 g"};
+    case Quantity::kVibration:
+      return {0.0, 1e3, "0 to 1000 g"};
+    case Quantity::kSourceCurrent:
+      return {0.0, 1e5, "0 to 100 A"};
+    case Quantity::kSupply:
+      return {-1e3, 1e3, "-1000 to 1000 V"};
+    case Quantity::kTime:
+      break;
+  }
+  return {-std::numeric_limits<double>::max(), std::numeric_limits<double>::max(), "any"};
+}
+
+// One column: passes on what can have been measured and remembers the rest.
+class ColumnWatch {
+ public:
+  explicit ColumnWatch(BoundColumn column)
+      : column_(std::move(column)), limits_(limits_of(column_.channel.quantity)) {}
+
+  // The reading, or NaN.
+  double pass(double value) {
+    if (std::isnan(value)) return value;
+    if (!(value >= limits_.lowest && value <= limits_.highest)) {
+      ++impossible_;
+      lowest_impossible_ = std::min(lowest_impossible_, value);
+      highest_impossible_ = std::max(highest_impossible_, value);
+      return kNone;
+    }
+    if (readings_ > 0) sum_of_steps_ += std::abs(value - last_);
+    ++readings_;
+    last_ = value;
+    lowest_ = std::min(lowest_, value);
+    highest_ = std::max(highest_, value);
+    return value;
+  }
+
+  [[nodiscard]] const BoundColumn& column() const { return column_; }
+  [[nodiscard]] std::uint64_t readings() const { return readings_; }
+  [[nodiscard]] bool never_moves() const {
+    return readings_ >= kReadingsOfAStuckSensor && !(lowest_ < highest_);
+  }
+  [[nodiscard]] double range() const { return readings_ > 0 ? highest_ - lowest_ : 0.0; }
+  [[nodiscard]] double last() const { return last_; }
+
+  // Standard deviation of white noise with such steps: E|x - y| = 2 sigma / sqrt(pi).
+  [[nodiscard]] double noise() const {
+    if (readings_ < 2) return kNone;
+    const double mean_step = sum_of_steps_ / static_cast<double>(readings_ - 1);
+    return 0.5 * mean_step / std::numbers::inv_sqrtpi;
+  }
+
+  // A line on the readings that were not passed on, if any.
+  [[nodiscard]] std::optional<std::string> complaint() const {
+    if (impossible_ == 0) return std::nullopt;
+    const std::uint64_t all = impossible_ + readings_;
+    std::string text = column_name() + ": " + std::to_string(impossible_) + " of " +
+                       std::to_string(all) + " readings lie between " +
+                       significant(in_unit(lowest_impossible_), 4) + " and " +
+                       significant(in_unit(highest_impossible_), 4) + " " + unit() + ", expected " +
+                       limits_.text + "; taken as not measured" + hint();
+    return text;
+  }
+
+  [[nodiscard]] std::string column_name() const {
+    return "column " + report::shortened(column_.header, 60);
+  }
+
+ private:
+  [[nodiscard]] bool is_rate() const {
+    return column_.channel.quantity == Quantity::kRate ||
+           column_.channel.quantity == Quantity::kReference;
+  }
+  [[nodiscard]] double in_unit(double value) const {
+    return is_rate() ? value / core::kRadPerDeg : value;
+  }
+  [[nodiscard]] std::string unit() const {
+    return is_rate() ? "deg/s" : std::string(record::default_unit(column_.channel.quantity));
+  }
+
+  // What the unit probably is, where nearly all is impossible.
+  [[nodiscard]] std::string hint() const {
+    if (impossible_ < readings_) return {};
+    constexpr double kZeroDegcInKelvin = 273.15;
+    const auto fits = [&](double offset) {
+      return lowest_impossible_ + offset >= limits_.lowest &&
+             highest_impossible_ + offset <= limits_.highest;
+    };
+    const auto mapped = [&](const char* unit) {
+      return " (is it in " + std::string(unit) + "? then --columns '" +
+             record::name(column_.channel) + "=" + report::shortened(column_.header, 60) + "[" +
+             unit + "]')";
+    };
+    if (column_.channel.quantity == Quantity::kTemperature) {
+      if (fits(-kZeroDegcInKelvin)) return mapped("K");
+      if (fits(kZeroDegcInKelvin)) return mapped("degC");
+    }
+    if (is_rate()) return " (is the unit right? rad/s, deg/s and deg/h are accepted)";
+    return " (is the unit right? accepted: " + record::accepted_units(column_.channel.quantity) +
+           ")";
+  }
+
+  BoundColumn column_;
+  Limits limits_;
+  std::uint64_t readings_ = 0;
+  std::uint64_t impossible_ = 0;
+  double last_ = kNone;
+  double sum_of_steps_ = 0.0;
+  double lowest_ = std::numeric_limits<double>::infinity();
+  double highest_ = -std::numeric_limits<double>::infinity();
+  double lowest_impossible_ = std::numeric_limits<double>::infinity();
+  double highest_impossible_ = -std::numeric_limits<double>::infinity();
+};
+
+double value_of(const record::RecordRow& row, const BoundColumn& column) {
+  const std::size_t axis = core::index(column.channel.axis);
+  switch (column.channel.quantity) {
+    case Quantity::kRate:
+      return row.rate_radps[axis];
+    case Quantity::kReference:
+      return row.reference_radps[axis];
+    case Quantity::kTemperature:
+      return row.temperature_degc[column.slot];
+    case Quantity::kMagnetic:
+      return row.inputs.magnetic_ut[axis];
+    case Quantity::kAcceleration:
+      return row.inputs.acceleration_mps2[axis];
+    case Quantity::kVibration:
+      return row.inputs.vibration_g;
+    case Quantity::kSourceCurrent:
+      return row.inputs.source_current_ma;
+    case Quantity::kSupply:
+      return row.inputs.supply_v;
+    case Quantity::kTime:
+      break;
+  }
+  return kNone;
+}
+
+void put(double value, const BoundColumn& column, diagnosis::MeasuredRow& row,
+         std::vector<double>& temperature_degc) {
+  const std::size_t axis = core::index(column.channel.axis);
+  switch (column.channel.quantity) {
+    case Quantity::kRate:
+      row.rate_radps[axis] = value;
+      break;
+    case Quantity::kReference:
+      row.reference_radps[axis] = value;
+      break;
+    case Quantity::kTemperature:
+      temperature_degc[column.slot] = value;
+      break;
+    case Quantity::kMagnetic:
+      row.magnetic_ut[axis] = value;
+      break;
+    case Quantity::kAcceleration:
+      row.acceleration_mps2[axis] = value;
+      break;
+    case Quantity::kVibration:
+      row.vibration_g = value;
+      break;
+    case Quantity::kSourceCurrent:
+      row.source_current_ma = value;
+      break;
+    case Quantity::kSupply:
+      row.supply_v = value;
+      break;
+    case Quantity::kTime:
+      break;
+  }
+}
+
+// Steps in time that are longer than a sample period.
+struct Gaps {
+  std::uint64_t count = 0;
+  double longest_s = 0.0;
+  double lost_s = 0.0;
+
+  void add(double step_s, double period_s) {
+    if (step_s <= kGapPeriods * period_s) return;
+    ++count;
+    longest_s = std::max(longest_s, step_s);
+    lost_s += step_s - period_s;
+  }
+};
+
+// Rows of a plain CSV, from its size and its first lines; nothing of a compressed one.
+std::optional<double> estimated_rows(const std::filesystem::path& file) {
+  std::error_code error;
+  const auto size = std::filesystem::file_size(file, error);
+  if (error || file.extension() != ".csv") return std::nullopt;
+  std::string begin(std::size_t{1} << 16U, '\0');
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(begin.data(), static_cast<std::streamsize>(begin.size()));
+  begin.resize(static_cast<std::size_t>(stream.gcount()));
+  const auto lines = std::count(begin.begin(), begin.end(), '\n');
+  if (lines == 0) return std::nullopt;
+  return static_cast<double>(size) * static_cast<double>(lines) / static_cast<double>(begin.size());
+}
+
+std::string axis_names(const core::PerAxis<bool>& has) {
+  std::string names;
+  for (const auto axis : core::kAxes) {
+    if (!has[core::index(axis)]) continue;
+    (names += names.empty() ? "" : ", ") += core::name(axis);
+  }
+  return names.empty() ? "none" : names;
+}
+
+void require_axes(const record::RecordInfo& info, const MeasuredRecordRequest& request) {
+  const core::PerAxis<bool> none{};
+  if (info.has_rate == none) {
+    throw std::invalid_argument(request.record +
+                                ": found no angular rate, expected a column rate_x_rad_s (or y, z, "
+                                "deg_s, deg_h), or --columns 'rate_x=NAME[deg/s]'");
+  }
+  for (const auto axis : request.axes) {
+    if (info.has_rate[core::index(axis)]) continue;
+    throw std::invalid_argument(request.record + ": found no rate of axis " +
+                                std::string(core::name(axis)) + ", expected one of the axes " +
+                                axis_names(info.has_rate));
+  }
+}
+
+double require_period(const record::RecordInfo& info, const std::string& file) {
+  const double period_s = info.sample_period_s;
+  if (period_s > 0.0 && period_s <= kLongestPeriodS) return period_s;
+  throw std::invalid_argument(
+      file + ": found " +
+      (period_s > 0.0 ? "a sample every " + significant(period_s, kDigits) + " s"
+                      : "a single sample") +
+      ", expected one every minute or more often: means of 60 s are compared");
+}
+
+// Reads one record.
+class Reading {
+ public:
+  explicit Reading(const MeasuredRecordRequest& request)
+      : request_(request),
+        map_(record::parse_column_map(request.columns)),
+        reader_(request.record, record::RecordOptions{.columns = map_}) {
+    const record::RecordInfo& info = reader_.info();
+    require_axes(info, request);
+    period_s_ = require_period(info, request.record);
+    const auto layout = record::bind_columns(info.path, info.columns, map_);
+    for (const BoundColumn& column : layout.columns) {
+      if (column.role != record::ColumnRole::kValue) continue;
+      if (column.channel.quantity == Quantity::kRate && !is_wanted(column.channel.axis)) continue;
+      watches_.emplace_back(column);
+    }
+    temperature_degc_.assign(info.probes.size(), kNone);
+    has_reference_ = info.has_reference != core::PerAxis<bool>{};
+  }
+
+  MeasuredRecord read(const std::function<void(double)>& progress) {
+    diagnosis::SeriesBuilder builder({.probes = reader_.info().probes,
+                                      .has_reference = has_reference_,
+                                      .sample_period_s = period_s_});
+    const std::optional<double> expected_rows = estimated_rows(request_.record);
+    std::uint64_t rows = 0;
+    while (const record::RecordRow* row = reader_.next()) {
+      add(*row, builder);
+      if (rows++ > 0) gaps_.add(row->interval_s, period_s_);
+      if (expected_rows && rows % kRowsPerProgress == 0)
+        progress(static_cast<double>(rows) / *expected_rows);
+    }
+    MeasuredRecord measured{.file = request_.record};
+    measured.series = finish(builder);
+    require_length(measured);
+    measured.sample_noise_radps = kNoAxis;
+    for (std::string line : reader_.warnings()) measured.warnings.push_back(std::move(line));
+    tell_of_columns(measured);
+    tell_of_rest(measured);
+    tell_of_time(measured);
+    return measured;
+  }
+
+ private:
+  [[nodiscard]] bool is_wanted(core::Axis axis) const {
+    return request_.axes.empty() ||
+           std::find(request_.axes.begin(), request_.axes.end(), axis) != request_.axes.end();
+  }
+
+  void add(const record::RecordRow& row, diagnosis::SeriesBuilder& builder) {
+    diagnosis::MeasuredRow measured{.time_s = core::seconds(row.time),
+                                    .rate_radps = kNoAxis,
+                                    .reference_radps = {},
+                                    .temperature_degc = temperature_degc_,
+                                    .magnetic_ut = kNoAxis,
+                                    .acceleration_mps2 = kNoAxis,
+                                    .vibration_g = kNone,
+                                    .source_current_ma = kNone,
+                                    .supply_v = kNone};
+    for (ColumnWatch& watch : watches_) {
+      const double value = watch.pass(value_of(row, watch.column()));
+      put(value, watch.column(), measured, temperature_degc_);
+    }
+    builder.add(measured);
+  }
+
+  void require_length(const MeasuredRecord& measured) const {
+    if (measured.duration_s() >= kShortestS && measured.series.size >= kFewestIntervals) return;
+    throw std::invalid_argument(request_.record + ": found " +
+                                significant(measured.duration_s(), kDigits) +
+                                " s with a sample every " + significant(period_s_, kDigits) +
+                                " s, expected at least 10 min and 60 samples");
+  }
+
+  [[nodiscard]] diagnosis::MeasuredSeries finish(diagnosis::SeriesBuilder& builder) const {
+    try {
+      return builder.finish();
+    } catch (const std::invalid_argument& error) {
+      std::string why;
+      for (const ColumnWatch& watch : watches_) {
+        if (watch.column().channel.quantity != Quantity::kRate) continue;
+        if (const auto complaint = watch.complaint()) why = "; " + *complaint;
+      }
+      throw std::invalid_argument(request_.record + ": " + error.what() + why);
+    }
+  }
+
+  void warn(MeasuredRecord& measured, const std::string& text) const {
+    measured.warnings.push_back(request_.record + ": " + text);
+  }
+
+  void tell_of_columns(MeasuredRecord& measured) const {
+    double moved_degc = 0.0;
+    for (const ColumnWatch& watch : watches_) {
+      if (watch.column().channel.quantity == Quantity::kTemperature)
+        moved_degc = std::max(moved_degc, watch.range());
+    }
+    for (const ColumnWatch& watch : watches_) {
+      if (const auto complaint = watch.complaint()) warn(measured, *complaint);
+      switch (watch.column().channel.quantity) {
+        case Quantity::kRate:
+          tell_of_rate(measured, watch);
+          break;
+        case Quantity::kTemperature:
+          tell_of_probe(measured, watch, moved_degc);
+          break;
+        default:
+          break;
+      }
+    }
+    tell_of_acceleration(measured);
+    const core::PerAxis<std::vector<double>> none{};
+    if (measured.series.rate_radps != none) return;
+    throw std::invalid_argument(request_.record +
+                                ": every reading of every rate is equal, a gyro's never are; "
+                                "expected an axis that moves");
+  }
+
+  void tell_of_rate(MeasuredRecord& measured, const ColumnWatch& watch) const {
+    const std::size_t axis = core::index(watch.column().channel.axis);
+    measured.rate_column[axis] = watch.column().header;
+    if (watch.never_moves()) {
+      warn(measured, watch.column_name() + ": all " + std::to_string(watch.readings()) +
+                         " readings are equal, a gyro's never are; the axis is left out");
+      measured.series.rate_radps[axis].clear();
+      measured.series.valid[axis].clear();
+      measured.series.sample_variance[axis].clear();
+      return;
+    }
+    measured.sample_noise_radps[axis] = watch.noise();
+  }
+
+  // A stuck probe beside moving ones would pass for the other end of a gradient.
+  void tell_of_probe(MeasuredRecord& measured, const ColumnWatch& watch, double moved_degc) const {
+    const std::string& name = watch.column().channel.probe;
+    auto& probes = measured.series.probes;
+    const auto found = std::find_if(probes.begin(), probes.end(),
+                                    [&](const auto& probe) { return probe.name == name; });
+    if (!watch.never_moves() || found == probes.end()) return;
+    const std::string equal = watch.column_name() + ": all " + std::to_string(watch.readings()) +
+                              " readings are " + significant(watch.last(), 4) + " degC";
+    if (moved_degc > kMovedDegc) {
+      warn(measured, equal + " while another probe moves by " + significant(moved_degc, kDigits) +
+                         " degC; the probe is left out");
+      probes.erase(found);
+    } else {
+      warn(measured, equal + "; nothing of temperature can be tested");
+    }
+  }
+
+  // Gravity tells the unit of an accelerometer.
+  void tell_of_acceleration(MeasuredRecord& measured) const {
+    double square = 0.0;
+    for (const auto& axis : measured.series.acceleration_mps2) {
+      if (axis.empty()) return;
+      double sum = 0.0;
+      for (const double value : axis) sum += value * value;
+      square += sum / static_cast<double>(axis.size());
+    }
+    const double in_g = std::sqrt(square) / kGravityMps2;
+    const auto near = [&](double factor) { return in_g > 0.8 * factor && in_g < 1.25 * factor; };
+    if (!near(1.0 / kGravityMps2) && !near(kGravityMps2)) return;
+    warn(measured, "columns of acceleration: the root mean square is " +
+                       significant(in_g, kDigits) + " g; is their unit right? accepted: " +
+                       record::accepted_units(Quantity::kAcceleration));
+  }
+
+  void tell_of_rest(MeasuredRecord& measured) const {
+    if (has_reference_) return;
+    warn(measured,
+         "no true rate (reference_x_deg_h, ...): taken as 0, so the gyro must have been at rest");
+    for (std::size_t axis = 0; axis < core::kAxisCount; ++axis) {
+      const auto& rate = measured.series.rate_radps[axis];
+      const auto& valid = measured.series.valid[axis];
+      double sum = 0.0;
+      double count = 0.0;
+      for (std::size_t i = 0; i < rate.size(); ++i) {
+        if (valid[i] == 0) continue;
+        sum += std::abs(rate[i]);
+        count += 1.0;
+      }
+      if (count < 1.0 || sum / count < kLargestBiasRadps) continue;
+      warn(measured, "column " + report::shortened(measured.rate_column[axis], 60) +
+                         ": the mean size of the rate is " +
+                         significant(sum / count / core::kRadPerDeg, kDigits) +
+                         " deg/s, too much for a gyro at rest; is the unit right, or a reference "
+                         "missing?");
+    }
+  }
+
+  void tell_of_time(MeasuredRecord& measured) const {
+    if (measured.series.probes.empty())
+      warn(measured, "no temperature (temperature_coil_degC, ...): its effects can't be tested");
+    if (gaps_.count > 0) {
+      warn(measured, std::to_string(gaps_.count) + (gaps_.count == 1 ? " gap" : " gaps") +
+                         ", the longest of " + significant(gaps_.longest_s, kDigits) +
+                         " s; in all " + significant(gaps_.lost_s, kDigits) + " s are missing");
+    }
+    if (measured.duration_s() < kShortS) {
+      warn(measured, "only " + significant(measured.duration_s() / 60.0, kDigits) +
+                         " min long: slow effects and slow noise look alike in it");
+    }
+    if (period_s_ > 1.0) {
+      warn(measured, "a sample every " + significant(period_s_, kDigits) +
+                         " s: nothing faster than that can be seen");
+    }
+  }
+
+  const MeasuredRecordRequest& request_;
+  std::vector<record::ColumnMapping> map_;
+  record::RecordReader reader_;
+  double period_s_ = 0.0;
+  bool has_reference_ = false;
+  std::vector<ColumnWatch> watches_;
+  std::vector<double> temperature_degc_;
+  Gaps gaps_;
+};
+
+}  // namespace
+
+MeasuredRecord read_measured_record(const MeasuredRecordRequest& request,
+                                    const std::function<void(double)>& progress) {
+  return Reading(request).read(progress);
+}
+
+}  // namespace zerodrift::services

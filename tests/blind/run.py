@@ -1,0 +1,120 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""Generates the cases of a suite, lets `zerodrift diagnose` loose on each, and scores its JSON.
+
+    run.py --diagnose PATH_TO_zerodrift --suite fast --seed S [--jobs 2] [--work DIR] [--table out.md] [--keep]
+    run.py --diagnose PATH_TO_zerodrift_blind_baselines --baseline bic|stlsq ...
+
+A case is made, diagnosed and its records deleted, so that a suite needs little room. diagnose is given the paths of the
+case alone; the truth lies in another folder. One case may take --timeout seconds; then it counts as failed.
+"""
+import argparse
+import concurrent.futures
+import json
+import os
+import pathlib
+import resource
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import generate
+import score
+import suites
+
+
+def command_for(program, baseline, case, out_model, out_json):
+    head = [program, "--method", baseline] if baseline else [program, "diagnose"]
+    return head + ["--model", str(case / "model.yaml"), "--record", str(case / "record.csv"), "--validate",
+                   str(case / "validation.csv"), "--out-model", str(out_model), "--json", str(out_json)]
+
+
+def run_bounded(command, log, timeout_s):
+    """Runs it in one process; {exit_code, timed_out, wall_s, cpu_s}."""
+    start = time.monotonic()
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    timed_out = False
+    with open(log, "w") as output:
+        try:
+            code = subprocess.run(command, stdout=output, stderr=subprocess.STDOUT, timeout=timeout_s,
+                                  stdin=subprocess.DEVNULL).returncode
+        except subprocess.TimeoutExpired:
+            code, timed_out = None, True
+    now = resource.getrusage(resource.RUSAGE_CHILDREN)
+    cpu = now.ru_utime + now.ru_stime - used.ru_utime - used.ru_stime
+    return {"exit_code": code, "timed_out": timed_out, "wall_s": round(time.monotonic() - start, 3),
+            "cpu_s": round(cpu, 3)}
+
+
+def one_case(job):
+    """In a worker process, which has one child at a time: its use of the processor is that child's."""
+    options, index = job
+    work = pathlib.Path(options["work"])
+    name = generate.write_case(options["suite"], options["seed"], index, work / "cases", work / "truth")
+    results = work / "results"
+    answer = results / f"{name}.json"
+    answer.unlink(missing_ok=True)
+    command = command_for(options["program"], options["baseline"], work / "cases" / name,
+                          results / f"{name}.model.yaml", answer)
+    run = run_bounded(command, results / f"{name}.log", options["timeout_s"])
+    if run["timed_out"]:
+        answer.unlink(missing_ok=True)
+    (results / f"{name}.run.json").write_text(json.dumps(run) + "\n")
+    if not options["keep"]:
+        for record in ("record.csv", "validation.csv"):
+            (work / "cases" / name / record).unlink()
+    return name, run
+
+
+def run_suite(options, indices, jobs):
+    with concurrent.futures.ProcessPoolExecutor(max_workers=jobs) as pool:
+        for name, run in pool.map(one_case, [(options, index) for index in indices]):
+            state = "time-out" if run["timed_out"] else f"exit {run['exit_code']}"
+            print(f"{name}: {state}, {run['cpu_s']:.2f} s CPU", file=sys.stderr)
+
+
+def main(argv=None):
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--diagnose", required=True, help="the program")
+    parser.add_argument("--suite", required=True, choices=sorted(suites.SEEDS))
+    parser.add_argument("--seed", required=True, type=int)
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--baseline", choices=["bic", "stlsq"])
+    parser.add_argument("--timeout", type=float, default=60.0, help="seconds per case")
+    parser.add_argument("--only", default="", help="case numbers: 3,17 or 0:20")
+    parser.add_argument("--work", help="default: a temporary folder, deleted at the end")
+    parser.add_argument("--keep", action="store_true", help="keep the records (needs --work)")
+    parser.add_argument("--table", help="also write the table here")
+    options = parser.parse_args(argv)
+    try:
+        suites.check_seed(options.suite, options.seed)
+    except suites.SeedError as problem:
+        print(problem, file=sys.stderr)
+        return 2
+    work = pathlib.Path(options.work or tempfile.mkdtemp(prefix="blind_"))
+    try:
+        # answers and truths of an earlier run would be scored with this one's
+        for folder in ("truth", "results"):
+            shutil.rmtree(work / folder, ignore_errors=True)
+            (work / folder).mkdir(parents=True)
+        indices = generate.parse_only(options.only, len(suites.plan(options.suite, options.seed)))
+        run_suite({"program": str(pathlib.Path(options.diagnose).resolve()), "baseline": options.baseline,
+                   "suite": options.suite, "seed": options.seed, "work": str(work), "timeout_s": options.timeout,
+                   "keep": options.keep and bool(options.work)}, indices, options.jobs)
+        title = f"suite {options.suite}, seed {options.seed}, {options.baseline or 'diagnose'}"
+        text = score.table_text(score.load_results(work / "truth", work / "results"), title)
+        print(text, end="")
+        if options.table:
+            pathlib.Path(options.table).write_text(text)
+    finally:
+        if not options.work:
+            shutil.rmtree(work)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which cases a suite holds, and which seeds belong to which suite.
+
+The ranges are disjoint: what was looked at while developing is never scored, and the small suite that every test run
+shows is not the one that is reported.
+"""
+import numpy as np
+
+import effects
+
+SEEDS = {"dev": range(1, 10_000), "fast": range(10_000, 20_000), "full": range(20_000, 2**31)}
+SIZES = {"dev": (100, 100, 40, 60), "full": (100, 100, 40, 60), "fast": (8, 9, 3, 4)}  # null, single, double, unknown
+RECALIBRATION_SHARE = 0.3  # of the null cases
+MODEL_NOISE_CASES = 3      # of the null cases of a large suite: white noise above what the model says
+
+
+class SeedError(ValueError):
+    """The seed belongs to another suite."""
+
+
+def check_seed(suite, seed):
+    if seed not in SEEDS[suite]:
+        r = SEEDS[suite]
+        raise SeedError(f"seed {seed}: suite {suite} takes {r.start} to {r.stop - 1}")
+
+
+def case_rng(suite, seed, index):
+    check_seed(suite, seed)
+    return np.random.default_rng([sorted(SEEDS).index(suite), seed, index])
+
+
+def single_names(rng, count):
+    """Every effect equally often; the rest of the count at random. angle_random_walk comes once at most: being in
+    the model already it is a recalibration, and more of it stands among the null cases."""
+    others = [name for name in effects.HIDEABLE if name != "angle_random_walk"]
+    names = others * (count // len(others))
+    if len(names) < count and names:
+        names.append("angle_random_walk")
+    rest = count - len(names)
+    return names + [str(name) for name in rng.permutation(others)[:rest]]
+
+
+def allowed_pair(first, second):
+    """At most one of two hidden effects is random or a fault of the record: d is then defined for both."""
+    special = set(effects.STOCHASTIC + effects.FAULTS + ["clock_offset", "sensor_lag", "telegraph"])
+    pair = {first, second}
+    # a lagging thermometer needs a bias that the factory knows
+    contradictory = pair == {"sensor_lag", "bias_temperature"}
+    return len(pair) == 2 and not pair <= special and "angle_random_walk" not in pair and not contradictory
+
+
+def draw_pair(rng):
+    while True:
+        first, second = (str(name) for name in rng.choice(effects.HIDEABLE, 2, replace=False))
+        if allowed_pair(first, second):
+            return [first, second]
+
+
+def plan(suite, seed):
+    """The cases in the suite's order, shuffled: (class, names) each. Class null has sub-kinds as its name."""
+    check_seed(suite, seed)
+    rng = np.random.default_rng([sorted(SEEDS).index(suite), seed])
+    nulls, singles, doubles, unknowns = SIZES[suite]
+    recalibrated = int(round(RECALIBRATION_SHARE * nulls))
+    noisy = MODEL_NOISE_CASES if nulls >= 50 else 0
+    kinds = ["recalibration"] * (recalibrated - noisy) + ["model_noise"] * noisy + ["nothing"] * (nulls - recalibrated)
+    unknown_names = sorted(effects.UNKNOWNS)
+    cases = [("null", [kind]) for kind in kinds]
+    cases += [("single", [name]) for name in single_names(rng, singles)]
+    cases += [("double", draw_pair(rng)) for _ in range(doubles)]
+    offset = int(rng.integers(len(unknown_names)))
+    cases += [("unknown", [unknown_names[(i + offset) % len(unknown_names)]]) for i in range(unknowns)]
+    return [cases[i] for i in rng.permutation(len(cases))]

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+// `zerodrift diagnose` as its users call it: what it answers and writes, and what it refuses.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "common/config/twin_config.h"
+#include "tests/system/files.h"
+#include "tests/system/system_under_test.h"
+
+namespace zerodrift::system_test {
+namespace {
+
+using namespace std::chrono_literals;
+using Json = nlohmann::ordered_json;
+
+// A twin of axis z that knows a bias and its white noise, and a key of a newer version.
+constexpr const char* kModel =
+    "format_version: 2\n"
+    "gyro: a gyro at test\n"
+    "gyro_id: tested\n"
+    "nominal_rate_hz: 1\n"
+    "colour_of_the_box: green\n"
+    "probes:\n"
+    "  - {name: coil, node: coil, rate_hz: 1}\n"
+    "effects:\n"
+    "  - {kind: bias, axis: z, parameters: {bias_deg_h: 1}}\n"
+    "  - {kind: angle_random_walk, axis: z, parameters: {coefficient_deg_per_sqrt_h: 0.002}}\n";
+
+// White and uniform, with a standard deviation of 1.
+class Noise {
+ public:
+  explicit Noise(std::uint64_t seed) : state_(seed) {}
+  double next() {
+    state_ = state_ * 6364136223846793005ULL + 1442695040888963407ULL;
+    const double unit = static_cast<double>(state_ >> 11U) / static_cast<double>(1ULL << 53U);
+    return (2.0 * unit - 1.0) * std::sqrt(3.0);
+  }
+
+ private:
+  std::uint64_t state_;
+};
+
+struct Recording {
+  int seconds = 14'400;
+  double shupe_deg_h_min_per_degc = 0.0;  // the hidden effect
+  std::uint64_t seed = 1;
+  std::string header = "time_s,rate_z_deg_h,temperature_coil_degC";
+};
+
+// At 1 Hz; the chamber goes up and down by 20 °C within an hour and a half.
+std::string record_of(const Recording& recording) {
+  // 0.002 deg/√h in samples of a second: times 60.
+  constexpr double kNoiseDegH = 0.12;
+  constexpr double kOmega = 2.0 * 3.14159265358979 / 5400.0;
+  Noise noise(recording.seed);
+  std::string text = recording.header + "\n";
+  for (int t = 0; t < recording.seconds; ++t) {
+    const double temperature = 20.0 + 20.0 * std::sin(kOmega * t);
+    const double degc_per_min = 60.0 * 20.0 * kOmega * std::cos(kOmega * t);
+    const double rate =
+        1.0 + recording.shupe_deg_h_min_per_degc * degc_per_min + kNoiseDegH * noise.next();
+    char row[96];
+    std::snprintf(row, sizeof row, "%d,%.9g,%.4f\n", t, rate, temperature);
+    text += row;
+  }
+  return text;
+}
+
+class Diagnose : public ::testing::Test {
+ protected:
+  Diagnose() { write(system_.path("model.yaml"), kModel); }
+
+  [[nodiscard]] std::string path(const std::string& name) const { return system_.path(name); }
+
+  std::string record(const std::string& name, const Recording& recording) const {
+    write(system_.path(name), record_of(recording));
+    return path(name);
+  }
+
+  Finished run(const std::string& record, const Arguments& more) {
+    Arguments arguments{"diagnose", "--model", path("model.yaml"), "--record", record};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return system_.run("zerodrift", arguments, 100s);
+  }
+
+  [[nodiscard]] Json json(const std::string& name) const {
+    return Json::parse(content(system_.path(name)));
+  }
+
+  SystemUnderTest system_{Domain::kDiagnoseCommand};
+};
+
+// ------------------------------------------------------------------------------------ answers
+
+TEST_F(Diagnose, NamesAHiddenEffectProvesItAndWritesWholeFiles) {
+  const std::string fitted = record("r.csv", {.shupe_deg_h_min_per_degc = 1.0});
+  const std::string unseen = record("v.csv", {.shupe_deg_h_min_per_degc = 1.0, .seed = 2});
+  const Finished end =
+      run(fitted, {"--validate", unseen, "--out-model", path("m.yaml"), "--json", path("d.json"),
+                   "--html", path("d.html"), "--date", "2026-03-31"});
+  ASSERT_EQ(end.exit_code, 0) << end.err;
+  EXPECT_TRUE(end.out.starts_with("Axis z: ")) << end.out;
+  const Json diagnosis = json("d.json");
+  const Json& axis = diagnosis.at("axis").at("z");
+  for (const auto* key : {"where", "effects", "recalibrated", "unknown", "gap", "not_testable",
+                          "could_have_seen", "next_experiment"})
+    EXPECT_TRUE(axis.contains(key)) << key;
+  ASSERT_FALSE(axis.at("effects").empty()) << end.out;
+  EXPECT_TRUE(diagnosis.at("model_changed").get<bool>());
+  EXPECT_EQ(axis.at("held_out_kind"), "records");
+  const Json& held_out = axis.at("gap").at("held_out");
+  // 0.99 deg/h rms of the effect become 60 s means of the noise alone, 0.015 deg/h.
+  EXPECT_LT(held_out.at("after_rms_deg_h").get<double>(),
+            0.1 * held_out.at("before_rms_deg_h").get<double>());
+  EXPECT_TRUE(content(path("d.html")).ends_with("</html>\n"));
+}
+
+// What a newer version wrote into the model survives the repair, and the origin says who and when.
+TEST_F(Diagnose, TheRepairedModelKeepsUnknownKeysAndTellsItsOrigin) {
+  const std::string fitted = record("r.csv", {.shupe_deg_h_min_per_degc = 1.0});
+  const Finished end = run(fitted, {"--out-model", path("m.yaml"), "--date", "2026-03-31"});
+  ASSERT_EQ(end.exit_code, 0) << end.err;
+  EXPECT_NE(end.out.find("the repaired model"), std::string::npos) << end.out;
+  EXPECT_NE(content(path("m.yaml")).find("colour_of_the_box"), std::string::npos);
+  const twin::Model repaired = config::load_model(path("m.yaml")).model;
+  const auto added =
+      std::find_if(repaired.effects.begin(), repaired.effects.end(),
+                   [](const auto& effect) { return effect.origin.by == "diagnose"; });
+  ASSERT_NE(added, repaired.effects.end());
+  EXPECT_EQ(added->origin.date, "2026-03-31");
+  EXPECT_EQ(added->origin.record, fitted);
+}
+
+TEST_F(Diagnose, WhereNothingIsMissingItSaysSoAndWritesTheModelAsItWas) {
+  const Finished end =
+      run(record("r.csv", {}), {"--out-model", path("m.yaml"), "--json", path("d.json")});
+  ASSERT_EQ(end.exit_code, 0) << end.err;
+  const Json axis = json("d.json").at("axis").at("z");
+  EXPECT_EQ(axis.at("verdict"), "consistent") << end.out;
+  EXPECT_TRUE(axis.at("effects").empty());
+  EXPECT_NE(end.out.find("the model as it was"), std::string::npos) << end.out;
+  EXPECT_EQ(config::load_model(path("m.yaml")).model.effects.size(), 2U);
+}
+
+TEST_F(Diagnose, EqualInputGivesEqualBytes) {
+  const std::string fitted = record("r.csv", {.shupe_deg_h_min_per_degc = 0.5});
+  for (const std::string name : {"a", "b"}) {
+    ASSERT_EQ(run(fitted, {"--date", "2026-03-31", "--json", path(name + ".json"), "--html",
+                           path(name + ".html"), "--out-model", path(name + ".yaml")})
+                  .exit_code,
+              0);
+  }
+  for (const auto* suffix : {".json", ".html", ".yaml"}) {
+    EXPECT_EQ(first_difference(path(std::string("a") + suffix), path(std::string("b") + suffix)),
+              "");
+  }
+}
+
+// A record that can't tell is never a false name.
+TEST_F(Diagnose, OfPoorRecordsNothingIsNamed) {
+  const std::vector<std::pair<std::string, Recording>> records{
+      {"no temperature", {.header = "time_s,rate_z_deg_h,something"}},
+      {"ten minutes", {.seconds = 600}}};
+  for (const auto& [what, recording] : records) {
+    SCOPED_TRACE(what);
+    const Finished end = run(record("r.csv", recording), {"--json", path("d.json")});
+    ASSERT_EQ(end.exit_code, 0) << end.err;
+    EXPECT_TRUE(json("d.json").at("axis").at("z").at("effects").empty()) << end.out;
+  }
+}
+
+TEST_F(Diagnose, ATemperatureInTheWrongUnitIsPointedOutInOneLine) {
+  const std::string kelvin = record("r.csv", {.header = "time_s,rate_z_deg_h,temperature_coil_K"});
+  const Finished end = run(kelvin, {"--json", path("d.json")});
+  ASSERT_EQ(end.exit_code, 0) << end.err;
+  EXPECT_NE(end.err.find("temperature_coil_K"), std::string::npos) << end.err;
+  EXPECT_NE(end.err.find("[degC]"), std::string::npos) << end.err;
+  EXPECT_TRUE(json("d.json").at("axis").at("z").at("effects").empty()) << end.out;
+}
+
+// ----------------------------------------------------------------------------------- refusals
+
+TEST_F(Diagnose, RefusesBadInputWithCodeTwoOneLineAndNoFile) {
+  const std::string good = record("good.csv", {.seconds = 1200});
+  const std::string brief = record("short.csv", {.seconds = 300});
+  const std::string stuck = path("stuck.csv");
+  std::string text = "time_s,rate_z_deg_h\n";
+  for (int t = 0; t < 1200; ++t) text += std::to_string(t) + ",1\n";
+  write(stuck, text);
+  write(path("bad.yaml"), "format_version: 1\ngyro: 7\neffects:\n  - {kind: magic, axis: z}\n");
+  struct Case {
+    std::string what;
+    std::string record;
+    Arguments arguments;
+    std::vector<std::string> named;
+  };
+  const std::vector<Case> cases{
+      {"no record", path("none.csv"), {}, {"none.csv"}},
+      {"too short", brief, {}, {"short.csv", "10 min"}},
+      {"a rate that never moves", stuck, {}, {"stuck.csv"}},
+      {"an axis that is not there", good, {"--axis", "x"}, {"good.csv", "axis x"}},
+      {"no such axis", good, {"--axis", "w"}, {"--axis", "w"}},
+      {"no date", good, {"--date", "31.3.2026"}, {"--date", "31.3.2026"}},
+      {"no day of the calendar", good, {"--date", "2026-02-30"}, {"--date", "2026-02-30"}},
+      {"proved on itself", good, {"--validate", good}, {"--validate", "good.csv"}},
+      {"no record to prove on", good, {"--validate", path("none.csv")}, {"none.csv"}},
+      {"a column that is not there", good, {"--columns", "rate_z=gz[deg/s]"}, {"gz"}},
+      {"writes over the record", good, {"--html", good}, {"--html", "good.csv"}},
+      {"two files of one name", good, {"--html", path("out.json")}, {"out.json"}},
+      {"a folder that is not there", good, {"--out-model", path("nowhere/m.yaml")}, {"nowhere"}}};
+  const std::string before = content(good);
+  for (const Case& bad : cases) {
+    SCOPED_TRACE(bad.what);
+    Arguments arguments{"--json", path("out.json")};
+    arguments.insert(arguments.end(), bad.arguments.begin(), bad.arguments.end());
+    const Finished end = run(bad.record, arguments);
+    EXPECT_EQ(end.exit_code, 2) << end.out << end.err;
+    EXPECT_EQ(std::count(end.err.begin(), end.err.end(), '\n'), 1) << end.err;
+    EXPECT_EQ(end.out, "");
+    for (const auto& name : bad.named)
+      EXPECT_NE(end.err.find(name), std::string::npos) << name << " is not named in: " << end.err;
+  }
+  EXPECT_EQ(content(good), before);
+  EXPECT_FALSE(std::filesystem::exists(path("out.json")));
+  const Finished end =
+      system_.run("zerodrift", {"diagnose", "--model", path("bad.yaml"), "--record", good}, 20s);
+  EXPECT_EQ(end.exit_code, 2);
+  EXPECT_NE(end.err.find("bad.yaml"), std::string::npos) << end.err;
+}
+
+}  // namespace
+}  // namespace zerodrift::system_test

@@ -1,0 +1,334 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/diagnosis/search.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "tests/unit/diagnosis/search_record.h"
+
+namespace zerodrift::diagnosis {
+namespace {
+
+using test::Chamber;
+using test::NoiseLevels;
+using test::Series;
+
+// Five hours at one point in 8 s: everything the search does, at an eighth of the points.
+constexpr std::size_t kPoints = 2250;
+constexpr double kIntervalS = 8.0;
+constexpr NoiseLevels kNoise{1.0, 0.05, 4e-4};
+
+class Record {
+ public:
+  explicit Record(std::uint64_t seed, NoiseLevels levels = kNoise)
+      : chamber_(kPoints, kIntervalS, seed),
+        levels_(levels),
+        series(test::coloured_noise(kPoints, kIntervalS, levels, seed)),
+        valid(kPoints, 1),
+        groups(test::usual_groups(chamber_)) {}
+
+  const CandidateGroup& group(const std::string& name) const {
+    return *std::find_if(groups.begin(), groups.end(),
+                         [&](const CandidateGroup& g) { return g.name == name; });
+  }
+
+  // Hides an effect of separation d; returns the waveform.
+  Series hide(const std::string& name, const std::vector<double>& shape, double d) {
+    return hide(group(name).columns(shape).front(), d);
+  }
+  Series hide(Series waveform, double d) {
+    const double factor = test::scale_for(waveform, d, kIntervalS, levels_);
+    for (std::size_t i = 0; i < kPoints; ++i) {
+      waveform[i] *= factor;
+      series[i] += waveform[i];
+    }
+    return waveform;
+  }
+
+  [[nodiscard]] SearchProblem problem() const {
+    SearchProblem p;
+    p.series = series;
+    p.valid = valid;
+    p.interval_s = kIntervalS;
+    p.groups = groups;
+    return p;
+  }
+
+ private:
+  Chamber chamber_;
+  NoiseLevels levels_;
+
+ public:
+  const Chamber& chamber() const { return chamber_; }
+  Series series;
+  std::vector<std::uint8_t> valid;
+  std::vector<CandidateGroup> groups;
+};
+
+std::string names(const SearchReport& report) {
+  std::string all(name(report.outcome));
+  for (const FoundEffect& e : report.effects) all += ' ' + e.name;
+  if (report.unknown) all += " unknown: " + report.unknown->name;
+  return all;
+}
+
+bool is_in_set(const FoundEffect& effect, const std::string& name) {
+  return std::any_of(effect.credible_set.begin(), effect.credible_set.end(),
+                     [&](const RankedName& r) { return r.name == name; });
+}
+
+TEST(SearchScenario, NoiseAloneGetsNoName) {
+  constexpr int kRecords = 10;
+  int false_names = 0;
+  int false_corrections = 0;
+  for (std::uint64_t seed = 0; seed < kRecords; ++seed) {
+    // Flicker and random walk from a third to ten times the usual.
+    const double loudness = std::pow(10.0, -0.5 + 0.15 * static_cast<double>(seed));
+    Record record(100 + seed, {1.0, 0.05 * loudness, 4e-4 * loudness});
+    SearchProblem problem = record.problem();
+    problem.known.push_back({"known", record.chamber().temperature(3)});
+    const SearchReport report = search(problem);
+    EXPECT_EQ(report.noise_status, NoiseFitStatus::kConverged);
+    false_names += report.outcome != SearchOutcome::kNothingMissing ? 1 : 0;
+    false_corrections += report.corrections.at(0).significant ? 1 : 0;
+  }
+  std::printf("%d of %d records of noise got a name, %d a correction\n", false_names, kRecords,
+              false_corrections);
+  // At 2 % a record, two or more in ten have a chance of 1.6 %.
+  EXPECT_LE(false_names, 1);
+  EXPECT_LE(false_corrections, 1);
+}
+
+TEST(SearchScenario, AHiddenEffectIsFoundWithItsSizeAmongAllOthers) {
+  struct Case {
+    std::string name;
+    std::vector<double> shape;
+  };
+  const double span = kPoints * kIntervalS;
+  const std::vector<Case> cases{{"shupe_temperature", {1.0, span / 200.0}},
+                                {"scale_factor_asymmetry", {}},
+                                {"etalon_fringe", {1.0, 7.0}},
+                                {"magnetic", {}},
+                                {"temperature_step", {0.0, 20.0}}};
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    Record record(200 + i);
+    const Series truth = record.hide(cases[i].name, cases[i].shape, 15.0);
+    const SearchReport report = search(record.problem());
+    ASSERT_EQ(report.outcome, SearchOutcome::kNamed) << cases[i].name << ": " << names(report);
+    ASSERT_EQ(report.effects.size(), 1u) << cases[i].name << ": " << names(report);
+    const FoundEffect& found = report.effects.front();
+    EXPECT_EQ(found.name, cases[i].name);
+    EXPECT_TRUE(is_in_set(found, cases[i].name));
+    EXPECT_GT(found.log_evidence, report.threshold_nats);
+    const Series standard = test::standardised(truth);
+    double projection = 0.0;
+    double size = 0.0;
+    for (std::size_t j = 0; j < kPoints; ++j) {
+      projection += standard[j] * found.waveform[j];
+      size += standard[j] * truth[j];
+    }
+    // 5 sigma of an amplitude known to 1/15, and a grid of shapes.
+    EXPECT_NEAR(projection / size, 1.0, 0.4) << cases[i].name;
+  }
+}
+
+TEST(SearchScenario, TwoEffectsOfDifferentInputsAreBothFound) {
+  Record record(301);
+  record.hide("scale_factor", {}, 15.0);
+  record.hide("shupe", {0.0}, 20.0);
+  const SearchReport report = search(record.problem());
+  EXPECT_EQ(report.outcome, SearchOutcome::kNamed) << names(report);
+  ASSERT_EQ(report.effects.size(), 2u) << names(report);
+  bool scale_factor = false;
+  bool shupe = false;
+  for (const FoundEffect& e : report.effects) {
+    scale_factor = scale_factor || is_in_set(e, "scale_factor");
+    shupe = shupe || is_in_set(e, "shupe");
+  }
+  EXPECT_TRUE(scale_factor) << names(report);
+  EXPECT_TRUE(shupe) << names(report);
+}
+
+TEST(SearchScenario, ABumpThatTheCatalogueLacksIsUnknownAndNamesItsInput) {
+  Record record(401);
+  Series bump = record.chamber().temperature(1);
+  for (double& t : bump) t = std::exp(-0.5 * std::pow((t - 24.0) / 5.0, 2));
+  record.hide(bump, 30.0);
+  const SearchReport report = search(record.problem());
+  ASSERT_EQ(report.outcome, SearchOutcome::kUnknown) << names(report);
+  ASSERT_TRUE(report.unknown.has_value());
+  EXPECT_EQ(report.unknown->name.substr(0, 11), "spline of T") << names(report);
+  EXPECT_FALSE(report.reason.empty());
+}
+
+TEST(SearchScenario, AKnownEffectOfAnotherSizeIsACorrectionAndNoNewEffect) {
+  Record record(501);
+  const Series known = record.hide("scale_factor", {}, 20.0);
+  SearchProblem problem = record.problem();
+  problem.known.push_back({"scale_factor", known, 5.0});  // the truth is a correction of 1
+  const SearchReport report = search(problem);
+  EXPECT_EQ(report.outcome, SearchOutcome::kNothingMissing) << names(report);
+  ASSERT_EQ(report.corrections.size(), 1u);
+  EXPECT_TRUE(report.corrections[0].significant);
+  // 5 sigma, and the standard error is 1/d.
+  EXPECT_NEAR(report.corrections[0].value, 1.0, 0.25);
+  EXPECT_NEAR(report.corrections[0].standard_error, 0.05, 0.015);
+  const auto group = std::find_if(report.groups.begin(), report.groups.end(),
+                                  [](const GroupFinding& g) { return g.name == "scale_factor"; });
+  EXPECT_EQ(group->testability, Testability::kCollinear);
+  EXPECT_EQ(group->collinear_with, "scale_factor");
+}
+
+TEST(SearchScenario, KnownNoiseKeepsAnEffectFromBeingTakenForNoise) {
+  Record record(601);
+  record.hide("rate_ramp", {0.0}, 12.0);
+  SearchProblem problem = record.problem();
+  const double freely = search(problem).groups.at(10).log_evidence;
+  problem.noise.known = {
+      {{NoiseKind::kWhite, 0.0}, 1.0, 0.1},
+      {{NoiseKind::kFlicker, 0.0}, kNoise.flicker * kNoise.flicker, 0.3},
+      {{NoiseKind::kRandomWalk, 0.0}, kNoise.random_walk * kNoise.random_walk, 0.3}};
+  problem.noise.unlisted = UnlistedNoise::kExcluded;
+  const SearchReport report = search(problem);
+  EXPECT_EQ(report.groups.at(10).name, "rate_ramp");
+  EXPECT_GT(report.groups.at(10).log_evidence, freely);
+}
+
+TEST(SearchScenario, DroppedSamplesAndAnOutageNeitherFeignNorHideAnEffect) {
+  for (const bool effect : {false, true}) {
+    Record record(701);
+    if (effect) record.hide("scale_factor_asymmetry", {}, 15.0);
+    for (std::size_t i = 0; i < kPoints; i += 97) record.valid[i] = 0;  // 1 %
+    for (std::size_t i = 1000; i < 1075; ++i) record.valid[i] = 0;      // 10 min
+    for (std::size_t i = 0; i < kPoints; ++i) {
+      if (record.valid[i] == 0) record.series[i] = std::numeric_limits<double>::quiet_NaN();
+    }
+    const SearchReport report = search(record.problem());
+    EXPECT_NEAR(report.missing_share, 0.043, 0.001);
+    if (!effect) {
+      EXPECT_EQ(report.outcome, SearchOutcome::kNothingMissing) << names(report);
+      continue;
+    }
+    ASSERT_EQ(report.effects.size(), 1u) << names(report);
+    EXPECT_EQ(report.effects[0].name, "scale_factor_asymmetry");
+    EXPECT_NEAR(report.effects[0].separation, 15.0, 4.0);  // 3 sigma of a unit normal, and 4 %
+  }
+}
+
+TEST(SearchLaws, TheSmallestVisibleAmplitudeHasTheSeparationItPromises) {
+  Record record(801);
+  const SearchReport before = search(record.problem());
+  const auto of = [](const SearchReport& report) {
+    return *std::find_if(report.groups.begin(), report.groups.end(),
+                         [](const GroupFinding& g) { return g.name == "magnetic"; });
+  };
+  const double amplitude = of(before).smallest_amplitude.value();
+  const Series& field = record.chamber().field;
+  for (std::size_t i = 0; i < kPoints; ++i) record.series[i] += 3.0 * amplitude * field[i];
+  const SearchReport report = search(record.problem());
+  ASSERT_EQ(report.effects.size(), 1u) << names(report);
+  // d = 24 with the same noise: 5 sigma of a unit normal.
+  EXPECT_NEAR(report.effects[0].separation, 24.0, 5.0);
+  EXPECT_NEAR(report.effects[0].amplitudes.at(0), 3.0 * amplitude, 5.0 / 24.0 * 3.0 * amplitude);
+}
+
+TEST(SearchLaws, ScalingTheSeriesChangesNoEvidence) {
+  Record record(901);
+  record.hide("magnetic", {}, 12.0);
+  const SearchReport once = search(record.problem());
+  for (double& v : record.series) v *= 1e-7;
+  const SearchReport scaled = search(record.problem());
+  EXPECT_EQ(names(once), names(scaled));
+  for (std::size_t g = 0; g < once.groups.size(); ++g) {
+    // Fits end when 1e-6 nats are left by a quadratic model.
+    EXPECT_NEAR(once.groups[g].log_evidence, scaled.groups[g].log_evidence, 0.05);
+  }
+}
+
+SearchProblem tiny(const Series& series, const std::vector<std::uint8_t>& valid,
+                   std::vector<Series> columns) {
+  SearchProblem p;
+  p.series = series;
+  p.valid = valid;
+  CandidateGroup g;
+  g.name = "group";
+  g.variants = {{}};
+  g.columns = [columns = std::move(columns)](const std::vector<double>&) { return columns; };
+  p.groups.push_back(std::move(g));
+  return p;
+}
+
+TEST(SearchAbuse, ARecordThatSaysNothingIsRefusedWithAReason) {
+  const std::vector<std::uint8_t> all(200, 1);
+  const std::vector<std::uint8_t> none(200, 0);
+  const Series flat(200, 4.0);
+  const Series noise = test::coloured_noise(200, 1.0, kNoise, 1);
+  Series ramp(200);
+  for (std::size_t i = 0; i < 200; ++i) ramp[i] = static_cast<double>(i);
+  Series broken = noise;
+  broken[17] = std::numeric_limits<double>::infinity();
+  for (const SearchReport& report :
+       {search(tiny(flat, all, {ramp})), search(tiny(noise, none, {ramp})),
+        search(tiny(broken, all, {ramp})),
+        search(tiny(Series(10, 1.0), std::vector<std::uint8_t>(10, 1), {Series(10, 2.0)}))}) {
+    EXPECT_EQ(report.outcome, SearchOutcome::kRefused);
+    EXPECT_FALSE(report.reason.empty());
+    EXPECT_TRUE(report.effects.empty());
+  }
+}
+
+TEST(SearchAbuse, ColumnsThatCanNotAnswerAreNotTestable) {
+  const std::vector<std::uint8_t> all(200, 1);
+  const Series noise = test::coloured_noise(200, 1.0, kNoise, 1);
+  Series nan(200, 1.0);
+  nan[3] = std::numeric_limits<double>::quiet_NaN();
+  const auto verdict = [&](std::vector<Series> columns) {
+    const SearchReport report = search(tiny(noise, all, std::move(columns)));
+    EXPECT_EQ(report.outcome, SearchOutcome::kNothingMissing);
+    return report.groups.at(0).testability;
+  };
+  EXPECT_EQ(verdict({nan}), Testability::kUnusable);
+  EXPECT_EQ(verdict({}), Testability::kUnusable);
+  EXPECT_EQ(verdict({Series(7, 1.0)}), Testability::kUnusable);
+  EXPECT_EQ(verdict({Series(200, 25.0)}), Testability::kNotExcited);
+}
+
+TEST(SearchAbuse, MoreColumnsThanDataNameNothing) {
+  constexpr std::size_t kN = 20;
+  const Series noise = test::coloured_noise(kN, 1.0, kNoise, 1);
+  const std::vector<std::uint8_t> all(kN, 1);
+  std::vector<Series> many;
+  for (std::uint64_t i = 0; i < 30; ++i) {
+    many.push_back(test::coloured_noise(kN, 1.0, kNoise, 100 + i));
+  }
+  EXPECT_NE(search(tiny(noise, all, many)).outcome, SearchOutcome::kNamed);
+  SearchProblem problem = tiny(noise, all, {many[0]});
+  for (std::size_t i = 1; i < many.size(); ++i) problem.known.push_back({"known", many[i]});
+  EXPECT_NE(search(problem).outcome, SearchOutcome::kNamed);
+}
+
+TEST(SearchAbuse, ContradictionsAndWrongOptionsAreNamed) {
+  const std::vector<std::uint8_t> short_mask(5, 1);
+  const Series noise = test::coloured_noise(50, 1.0, kNoise, 1);
+  EXPECT_THROW((void)search(tiny(noise, short_mask, {noise})), std::invalid_argument);
+  const std::vector<std::uint8_t> all(50, 1);
+  SearchProblem problem = tiny(noise, all, {noise});
+  problem.groups[0].columns = nullptr;
+  EXPECT_THROW((void)search(problem), std::invalid_argument);
+  SearchOptions options;
+  options.false_alarm = 0.0;
+  ASSERT_TRUE(options.validate().has_value());
+  EXPECT_NE(options.validate()->find("false_alarm"), std::string::npos);
+  options = {};
+  options.evidence.largest_scale = 0.5;
+  EXPECT_NE(options.validate()->find("evidence: largest_scale"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace zerodrift::diagnosis
