@@ -18,6 +18,8 @@
 namespace zerodrift::allan {
 namespace {
 
+constexpr double kExplained = 3.0;       // reduced chi-square; 1 where the model is right
+constexpr std::size_t kSparePoints = 4;  // beyond the terms, for a chi-square
 constexpr double kBiasVariance = 2.0 * std::numbers::ln2 / std::numbers::pi;  // 0.664²
 
 ShapeSet shape_set(const PerNoiseTerm<bool>& fitted) {
@@ -42,17 +44,67 @@ std::vector<AllanPoint> usable(std::span<const AllanPoint> points, double min_de
   return result;
 }
 
-// The model with every term the curve asks for.
+// The model with every term the curve asks for and can resolve.
 FittedModel fitted_on_evidence(const std::vector<AllanPoint>& points, ShapeSet candidates,
                                FittedModel fit, int max_iterations) {
   for (std::size_t i = size(candidates & ~fit.allowed); i > 0; --i) {
     auto next = with_missing_shape(points, fit, candidates, max_iterations);
     if (!next) break;
     const ShapeSet added = next->allowed & ~fit.allowed;
-    if ((next->active & added) == 0) break;  // at its own optimum it is not there
-    fit = std::move(*next);
+    if ((next->active & added) != 0 && is_resolved(points, *next)) {
+      fit = std::move(*next);
+    } else {
+      candidates &= ~added;  // at its own optimum it is not there, or does another shape's work
+    }
   }
   return fit;
+}
+
+double reduced_chi_square(const FittedModel& fit, std::size_t points) {
+  std::size_t spent = size(fit.active);
+  for (const Shape shape : {Shape::kSinusoid, Shape::kMarkov})
+    spent += contains(fit.active, shape) ? 1u : 0u;
+  return points > spent ? fit.residual / static_cast<double>(points - spent) : 0.0;
+}
+
+struct Explained {
+  std::vector<AllanPoint> points;
+  FittedModel fit;
+};
+
+// All points; where the model cannot explain these, those from the shortest tau on that it can, and
+// an octave less, since what chi-square does not see yet bends N all the same; where there are
+// none, all again.
+Explained explained(const std::vector<AllanPoint>& points, ShapeSet wanted,
+                    const CoefficientOptions& options) {
+  const ShapeSet candidates = shape_set(options.on_evidence);
+  const auto fitted = [&](std::vector<AllanPoint> some) {
+    FittedModel fit =
+        fitted_on_evidence(some, candidates, fit_model(some, wanted, {}, options.max_iterations),
+                           options.max_iterations);
+    return Explained{std::move(some), std::move(fit)};
+  };
+  const auto without = [&](int octaves) {
+    std::vector<AllanPoint> left;
+    const double from_s = 0.999 * points.front().tau_s * std::exp2(octaves);
+    std::copy_if(points.begin(), points.end(), std::back_inserter(left),
+                 [&](const AllanPoint& p) { return p.tau_s >= from_s; });
+    return left;
+  };
+  const auto is_explained = [](const Explained& e) {
+    return reduced_chi_square(e.fit, e.points.size()) <= kExplained;
+  };
+  Explained all = fitted(points);
+  if (is_explained(all)) return all;
+  for (int octaves = 1; octaves <= options.most_octaves_left_out; ++octaves) {
+    std::vector<AllanPoint> left = without(octaves);
+    if (left.size() < size(wanted) + kSparePoints) break;
+    Explained some = fitted(std::move(left));
+    if (!is_explained(some)) continue;
+    left = without(octaves + 1);
+    return left.size() < size(wanted) + kSparePoints ? some : fitted(std::move(left));
+  }
+  return all;
 }
 
 // Standard errors of the squared coefficients, and of ln f and ln T, where the true model is
@@ -208,6 +260,9 @@ std::optional<std::string> CoefficientOptions::validate() const {
   if (!(min_degrees_of_freedom > 0.0)) {
     return "min_degrees_of_freedom is " + std::to_string(min_degrees_of_freedom) + ", must be > 0";
   }
+  if (most_octaves_left_out < 0) {
+    return "most_octaves_left_out is " + std::to_string(most_octaves_left_out) + ", must be >= 0";
+  }
   if (max_iterations < 1)
     return "max_iterations is " + std::to_string(max_iterations) + ", must be >= 1";
   return std::nullopt;
@@ -217,14 +272,14 @@ CoefficientReport fit_coefficients(std::span<const AllanPoint> all_points,
                                    const CoefficientOptions& options) {
   if (const auto error = options.validate()) throw std::invalid_argument(*error);
   const ShapeSet wanted = shape_set(options.fitted);
-  const std::vector<AllanPoint> points = usable(all_points, options.min_degrees_of_freedom);
+  const std::vector<AllanPoint> all = usable(all_points, options.min_degrees_of_freedom);
   CoefficientReport report;
-  report.points = points.size();
-  if (points.size() < size(wanted)) return report;
+  report.points = all.size();
+  if (all.size() < size(wanted)) return report;
 
-  const FittedModel fit = fitted_on_evidence(points, shape_set(options.on_evidence),
-                                             fit_model(points, wanted, {}, options.max_iterations),
-                                             options.max_iterations);
+  const auto [points, fit] = explained(all, wanted, options);
+  report.points = points.size();
+  report.shortest_tau_s = points.front().tau_s;
   report.status = fit.converged ? FitStatus::kConverged : FitStatus::kIterationLimit;
   report.iterations = fit.iterations;
 
@@ -254,14 +309,13 @@ CoefficientReport fit_coefficients(std::span<const AllanPoint> all_points,
     report.markov = MarkovNoise{coefficient(Shape::kMarkov),
                                 parameter(Shape::kMarkov, fit.model.time_constant_s)};
   }
-  const std::size_t spent = design.shapes.size() + design.parameters.size();
-  report.reduced_chi_square =
-      points.size() > spent ? fit.residual / static_cast<double>(points.size() - spent) : 0.0;
+  report.reduced_chi_square = reduced_chi_square(fit, points.size());
   return report;
 }
 
 CoefficientReport identify_noise(std::span<const AllanPoint> points, CoefficientOptions options) {
   options.on_evidence = kEveryTermOnEvidence;
+  options.most_octaves_left_out = kMostOctavesLeftOut;
   return fit_coefficients(points, options);
 }
 

@@ -95,12 +95,17 @@ struct TermsOnEvidence {
 
 inline constexpr TermsOnEvidence kEveryTermOnEvidence{true, true, true, true};
 
+inline constexpr int kMostOctavesLeftOut = 5;
+
 struct CoefficientOptions {
   PerNoiseTerm<bool> fitted{false, true, true, true, false};  // N, B, K
   double confidence = 0.95;
   double min_degrees_of_freedom = 2.0;  // points with fewer are left out
   int max_iterations = 50;
   TermsOnEvidence on_evidence{};  // besides `fitted`
+  // Shortest octaves of tau that may be left out, and one more, where the model cannot explain the
+  // curve with them: a sensor's bandwidth, or a hum near half the sampling rate.
+  int most_octaves_left_out = 0;
 
   // Names the first wrong key.
   [[nodiscard]] std::optional<std::string> validate() const;
@@ -115,7 +120,8 @@ enum class FitStatus : std::uint8_t {
 struct CoefficientReport {
   FitStatus status = FitStatus::kTooFewPoints;
   PerNoiseTerm<Coefficient> coefficients{};
-  std::size_t points = 0;  // used
+  std::size_t points = 0;       // used
+  double shortest_tau_s = 0.0;  // of these
   int iterations = 0;
   // Square residuals over points - terms, weighted by the inverse of the points' covariance. Values
   // well above 1 say that the model lacks a term.
@@ -138,19 +144,29 @@ struct CoefficientReport {
 // Terms on evidence, by forward selection: of the terms not in the model the one whose score - the
 // part of the whitened residual that only this term can take up, in standard deviations under the
 // model without it - is farthest above its threshold is added, f or T refined, and the search goes
-// on. The thresholds (3.3 for Q and R, 4.3 for the sinusoid and the Markov noise, whose f and T
-// are searched for) give a record of N, B and K a chance below 2 % to get any further term
-// (measured: CoefficientPromise of the unit tests). A sinusoid needs its first two peaks on the
-// curve (1.5/f up to the longest tau) and f below a fifth of the sampling rate; a Markov noise 5 T
-// up to the longest tau. Longer ones stay in B, K and R. A noise of short T is easily taken for B,
-// and a few octaves of Markov noise *are* B: the simpler story is kept until it fails.
+// on. The thresholds (3.3 for Q and R, 4.8 for the sinusoid and 4.3 for the Markov noise, whose f
+// and T are searched for) give a record of N, of N and K, or of N, B and K a chance below 2 % to
+// get any further term (measured: CoefficientPromise of the unit tests). A sinusoid needs its first
+// two peaks on the curve (1.5/f up to the longest tau) and f below a fifth of the sampling rate; a
+// Markov noise T of at least eight times the shortest tau and 5 T up to the longest. Longer ones
+// stay in B, K and R, shorter ones in N. What is refined to beyond its range is not added. A noise
+// of short T is easily taken for B, and a few octaves of Markov noise *are* B: the simpler story is
+// kept until it fails.
+//
+// Octaves left out: where the reduced chi-square of all points is above 3, one after the other up
+// to `most_octaves_left_out` until it is not; one more then, for what it does not see; none where
+// no number helps, since then the reason is elsewhere. The shortest taus are known to parts in a
+// thousand and would outvote all others: fitted to all of an ADIS16405's, whose bandwidth shows up
+// to 0.1 s, N comes out a fifth too small. N is meant to be the white noise that accumulates to an
+// angle: over times longer than the sensor's own.
 //
 // Throws std::invalid_argument with validate()'s sentence. O(2^terms + points³) an iteration;
 // allocates.
 [[nodiscard]] CoefficientReport fit_coefficients(std::span<const AllanPoint> points,
                                                  const CoefficientOptions& options = {});
 
-// fit_coefficients with every term on evidence.
+// fit_coefficients with every term on evidence, and the shortest octaves of tau left out where the
+// curve asks for it.
 [[nodiscard]] CoefficientReport identify_noise(std::span<const AllanPoint> points,
                                                CoefficientOptions options = {});
 

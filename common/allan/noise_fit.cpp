@@ -120,20 +120,28 @@ bool has_parameter(Shape shape) {
   return shape == Shape::kSinusoid || shape == Shape::kMarkov;
 }
 
-// Where the curve can show the shape. A sinusoid: the first two peaks, at tau f = 0.37 and 1.47,
-// and rates that are not far from means over the sampling interval. A Markov noise: rise, peak at
-// 1.9 T and fall.
-std::vector<double> parameter_grid(const std::vector<AllanPoint>& points, Shape shape) {
+struct Resolvable {
+  double least = 1.0;
+  double most = 1.0;
+};
+
+// Where the curve can show the shape and tell it from the power laws. A sinusoid: the first two
+// peaks, at tau f = 0.37 and 1.47, and rates that are not far from means over the sampling
+// interval. A Markov noise: rise, peak at 1.9 T and fall; one of T near the shortest tau is white
+// noise to all points but the first, and the two would share N as the first points like.
+Resolvable resolvable(const std::vector<AllanPoint>& points, Shape shape) {
   const double shortest = points.front().tau_s;
   const double longest = points.back().tau_s;
+  if (shape == Shape::kSinusoid) return {1.5 / longest, 0.2 / shortest};
+  return {8.0 * shortest, 0.2 * longest};
+}
+
+std::vector<double> parameter_grid(const std::vector<AllanPoint>& points, Shape shape) {
+  if (!has_parameter(shape)) return {1.0};
+  const Resolvable range = resolvable(points, shape);
+  const double step = std::exp2(shape == Shape::kSinusoid ? 0.125 : 0.5);
   std::vector<double> grid;
-  if (shape == Shape::kSinusoid) {
-    for (double f = 1.5 / longest; f <= 0.2 / shortest; f *= std::exp2(0.125)) grid.push_back(f);
-  } else if (shape == Shape::kMarkov) {
-    for (double t = 2.0 * shortest; t <= 0.2 * longest; t *= std::exp2(0.5)) grid.push_back(t);
-  } else {
-    grid.push_back(1.0);
-  }
+  for (double value = range.least; value <= range.most; value *= step) grid.push_back(value);
   return grid;
 }
 
@@ -170,11 +178,13 @@ class ScoreTest {
 // Standard deviations at which a shape is believed. A one-sided chance of 0.1 % for each shape,
 // shared among the independent values of its parameter that a record offers - some 20 frequencies,
 // 6 time constants - would be 3.1, 3.9 and 3.6; what is above that answers for the tabulated
-// correlations. Tuned on simulated records of N, B and K (5 h, 20 Hz): 2.8, 3.7 and 3.4 gave 10 of
-// the first 363 a further term, these 1 of 600 of the same set.
+// correlations and their tails. Tuned on simulated records (5 h, 20 Hz): with 3.3 and 4.3, 1 of 300
+// of N, B and K, 5 of 300 of N and 7 of 300 of N and K got a further term, each time a sinusoid;
+// with these, on other records, 0, 2 and 1.
 double believed_at(Shape shape) {
   switch (shape) {
     case Shape::kSinusoid:
+      return 4.8;
     case Shape::kMarkov:
       return 4.3;
     default:
@@ -354,6 +364,15 @@ FittedModel refined(const std::vector<AllanPoint>& points, FittedModel fit, int 
     fit = newton_steps(points, std::move(fit), shape, max_iterations);
   }
   return fit;
+}
+
+bool is_resolved(const std::vector<AllanPoint>& points, const FittedModel& fit) {
+  const auto inside = [&](Shape shape, double value) {
+    const Resolvable range = resolvable(points, shape);
+    return !contains(fit.active, shape) || (value >= range.least && value <= range.most);
+  };
+  return inside(Shape::kSinusoid, fit.model.frequency_hz) &&
+         inside(Shape::kMarkov, fit.model.time_constant_s);
 }
 
 std::optional<FittedModel> with_missing_shape(const std::vector<AllanPoint>& points,

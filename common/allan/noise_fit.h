@@ -77,6 +77,10 @@ struct Design {
 [[nodiscard]] FittedModel refined(const std::vector<AllanPoint>& points, FittedModel fit,
                                   int max_iterations);
 
+// Whether the points can tell the frequency and the time constant of the active shapes from the
+// other shapes.
+[[nodiscard]] bool is_resolved(const std::vector<AllanPoint>& points, const FittedModel& fit);
+
 // The candidate that is missed most, added; nothing where no candidate of the set shows enough
 // evidence.
 [[nodiscard]] std::optional<FittedModel> with_missing_shape(const std::vector<AllanPoint>& points,

@@ -99,7 +99,7 @@ void RollingAllan::add(double rate_radps) noexcept {
   }
   if (!segment_open_) begin_segment();
   const double steps = rate_radps * steps_per_radps_ + remainder_;
-  const auto whole_steps = static_cast<std::int64_t>(steps);
+  const auto whole_steps = static_cast<std::int64_t>(steps + std::copysign(0.5, steps));
   remainder_ = steps - static_cast<double>(whole_steps);
   angle_ += static_cast<std::uint64_t>(whole_steps);
   ++index_;

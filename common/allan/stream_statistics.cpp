@@ -112,7 +112,8 @@ StreamReport StreamStatistics::report() const {
   report.window_s = window_s_;
   report.since_start = deviations_.points(Span::kSinceStart);
   report.rolling = deviations_.points(Span::kRolling);
-  report.coefficients = fit_coefficients(report.since_start);
+  report.coefficients =
+      fit_coefficients(report.since_start, {.most_octaves_left_out = kMostOctavesLeftOut});
   report.block_s = blocks_.block_s();
   report.since_start_blocks = blocks_.moments(Span::kSinceStart);
   report.rolling_blocks = blocks_.moments(Span::kRolling);

@@ -69,8 +69,8 @@ class StreamStatistics {
   [[nodiscard]] std::uint64_t samples() const noexcept { return deviations_.samples(); }
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
-  // Points at 95 % confidence, coefficients by fit_coefficients(). A few milliseconds (most of it
-  // quantiles and the fit); allocates.
+  // Points at 95 % confidence; coefficients N, B, K by fit_coefficients(), short octaves left out
+  // as in identify_noise(). A few milliseconds (most of it quantiles and the fit); allocates.
   [[nodiscard]] StreamReport report() const;
 
  private:

@@ -82,8 +82,7 @@ struct SmallestVisible {
   double rms_radps = 0.0;  // of its waveform over this record, at d = 8
 };
 
-// RMS of the 60 s means of measurement minus twin; the mean over the record is taken off, since the
-// bias of a switch-on is anyone's.
+// RMS of the 60 s means of measurement minus twin, an offset included.
 struct Gap {
   double before_rms_radps = 0.0;
   double after_rms_radps = 0.0;
@@ -170,8 +169,8 @@ struct Diagnosis {
 struct DiagnosisOptions {
   double false_names_per_record = 0.02;  // accepted rate on records in which nothing is missing
   std::size_t most_effects = 4;          // added to an axis
-  std::string record;                    // for the origin of what is added
-  std::string date;
+  std::string record{};                  // for the origin of what is added
+  std::string date{};
 
   // Names the first wrong key.
   [[nodiscard]] std::optional<std::string> validate() const;

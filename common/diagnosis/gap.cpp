@@ -89,15 +89,15 @@ BlockMeans block_means(std::span<const double> values, std::span<const std::uint
   return means;
 }
 
-double rms_of_block_means(std::span<const double> values, std::span<const std::uint8_t> valid,
-                          std::size_t block) {
+BlockRms rms_of_block_means(std::span<const double> values, std::span<const std::uint8_t> valid,
+                            std::size_t block) {
   const std::vector<double> means = block_means(values, valid, block).mean;
-  if (means.size() < 2) return 0.0;
+  if (means.size() < 2) return {};
   const auto n = static_cast<double>(means.size());
   const double mean = std::accumulate(means.begin(), means.end(), 0.0) / n;
   double squares = 0.0;
   for (const double value : means) squares += (value - mean) * (value - mean);
-  return std::sqrt(squares / n);
+  return {std::sqrt(squares / n + mean * mean), std::sqrt(squares / n)};
 }
 
 double expected_rms_of_block_means(std::span<const double> dct_variances, std::size_t block) {

@@ -26,11 +26,16 @@ struct BlockMeans {
 [[nodiscard]] BlockMeans block_means(std::span<const double> values,
                                      std::span<const std::uint8_t> valid, std::size_t block);
 
-// Root mean square of the block means about their mean; 0 without two blocks.
-[[nodiscard]] double rms_of_block_means(std::span<const double> values,
-                                        std::span<const std::uint8_t> valid, std::size_t block);
+// Root mean square of the block means, and about their mean; 0 without two blocks.
+struct BlockRms {
+  double about_zero = 0.0;
+  double about_mean = 0.0;
+};
+[[nodiscard]] BlockRms rms_of_block_means(std::span<const double> values,
+                                          std::span<const std::uint8_t> valid, std::size_t block);
 
-// The same, expected of a noise: sqrt(sum_k lambda_k (sin(pi f_k m dt) / (m sin(pi f_k dt)))² / n).
+// About the mean, expected of a noise: sqrt(sum_k lambda_k (sin(pi f_k m dt) / (m sin(pi f_k dt)))²
+// / n).
 [[nodiscard]] double expected_rms_of_block_means(std::span<const double> dct_variances,
                                                  std::size_t block);
 

@@ -10,7 +10,7 @@
 namespace zerodrift::diagnosis {
 namespace {
 
-constexpr int kSplineIntervals = 6;
+constexpr int kSplineIntervals = 10;
 constexpr int kDegree = 3;
 
 // While the gyro was measured: the supply's step at switch-on is not a movement.

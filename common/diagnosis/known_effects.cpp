@@ -106,28 +106,28 @@ std::vector<Recalibration> recalibrate(twin::Model& model, const std::vector<Kno
   std::vector<Recalibration> told;
   for (std::size_t i = 0; i < known.size(); ++i) {
     const CorrectionFinding& correction = corrections[i];
-    if (correction.testability != Testability::kTestable) continue;
+    if (!correction.significant) continue;
     EffectSpec& spec = model.effects[known[i].effect];
     const EffectDefinition& definition = *twin::find_effect(spec.kind);
     const double to = limited(definition, known[i].parameter, known[i].value + correction.value);
     spec.parameters[known[i].parameter] = to;
     spec.standard_errors[known[i].parameter] = correction.standard_error;
-    if (!correction.significant) continue;
     told.push_back({spec.kind, known[i].parameter, known[i].value, to, correction.standard_error});
   }
   return told;
 }
 
-void shift_bias(twin::Model& model, core::Axis axis, double by_radps) {
+double shift_bias(twin::Model& model, core::Axis axis, double by_radps) {
   constexpr const char* kParameter = "bias_deg_h";
   const double by_deg_h = by_radps / core::radps_from_deg_h(1.0);
   for (EffectSpec& spec : model.effects) {
     if (spec.kind != "bias" || spec.axis != axis) continue;
     const auto given = spec.parameters.find(kParameter);
-    spec.parameters[kParameter] = (given == spec.parameters.end() ? 0.0 : given->second) + by_deg_h;
-    return;
+    const double to = (given == spec.parameters.end() ? 0.0 : given->second) + by_deg_h;
+    return spec.parameters[kParameter] = to;
   }
   model.effects.push_back({.kind = "bias", .axis = axis, .parameters = {{kParameter, by_deg_h}}});
+  return by_deg_h;
 }
 
 }  // namespace zerodrift::diagnosis

@@ -29,13 +29,14 @@ struct KnownParameter {
                                                            core::Axis axis,
                                                            const Playback& playback);
 
-// Adds the corrections found to the model's parameters, kept within their limits, with standard
-// errors; the bias of the axis takes up `mean_radps`. What was significant is told.
+// Adds the significant corrections to the model's parameters, kept within their limits, with
+// standard errors, and tells them.
 [[nodiscard]] std::vector<Recalibration> recalibrate(
     twin::Model& model, const std::vector<KnownParameter>& known,
     const std::vector<CorrectionFinding>& corrections);
 
-// Adds to the axis's bias, which is added to the list where the model has none.
-void shift_bias(twin::Model& model, core::Axis axis, double by_radps);
+// Adds to the axis's bias, which is added to the list where the model has none. The new bias,
+// deg/h.
+double shift_bias(twin::Model& model, core::Axis axis, double by_radps);
 
 }  // namespace zerodrift::diagnosis

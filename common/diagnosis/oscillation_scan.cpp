@@ -11,7 +11,7 @@
 namespace zerodrift::diagnosis {
 namespace {
 
-constexpr double kStepsPerCycle = 4.0;  // frequency steps within one resolution cell
+constexpr double kStepsPerCycle = 2.0;  // frequency steps within one resolution cell
 
 using Complex = std::complex<double>;
 
@@ -50,37 +50,40 @@ std::vector<std::size_t> strongest(const std::vector<double>& ratio, std::size_t
 
 }  // namespace
 
+// The phase variable in bins much narrower than a cycle makes the sum a Fourier transform.
 OscillationPeaks oscillation_peaks(std::span<const double> weighted,
                                    std::span<const double> phase_variable,
                                    const OscillationScan& scan) {
+  constexpr double kBinsPerCycle = 4.0;
   OscillationPeaks result;
   if (weighted.empty()) return result;
   const auto [low, high] = std::minmax_element(phase_variable.begin(), phase_variable.end());
   const double range = *high - *low;
   if (!(range > 0.0)) return result;
-  const double step = 1.0 / (kStepsPerCycle * range);
-  const double lowest = scan.lowest_cycles / range;
-  const double wanted = std::floor((scan.highest_frequency - lowest) / step) + 1.0;
-  if (!(wanted >= 1.0)) return result;
-  const auto steps = static_cast<std::size_t>(std::min(wanted, static_cast<double>(scan.most)));
-
-  // Each sample's phasor turns on by a constant angle from one frequency to the next.
-  std::vector<Complex> sums(steps);
-  for (std::size_t i = 0; i < weighted.size(); ++i) {
-    const double u = 2.0 * std::numbers::pi * (phase_variable[i] - *low);
-    Complex phasor = std::polar(1.0, lowest * u);
-    const Complex turn = std::polar(1.0, step * u);
-    for (std::size_t s = 0; s < steps; ++s) {
-      sums[s] += weighted[i] * phasor;
-      phasor *= turn;
-    }
-  }
-  std::vector<double> power(steps);
-  std::transform(sums.begin(), sums.end(), power.begin(),
-                 [](const Complex& sum) { return std::norm(sum); });
-  for (const std::size_t s : strongest(flattened(power), scan.peaks))
-    result.frequencies.push_back(lowest + static_cast<double>(s) * step);
-  result.looked_at = std::max(1.0, static_cast<double>(steps) / kStepsPerCycle);
+  const double highest =
+      std::min(scan.highest_frequency, static_cast<double>(scan.most_bins) / kBinsPerCycle / range);
+  const double cycles = highest * range;
+  if (!(cycles > scan.lowest_cycles)) return result;
+  const auto bins = static_cast<std::size_t>(std::ceil(cycles * kBinsPerCycle)) + 1;
+  std::size_t padded = 1;
+  while (padded < static_cast<std::size_t>(kStepsPerCycle) * bins) padded *= 2;
+  std::vector<double> binned(padded, 0.0);
+  const double per_unit = static_cast<double>(bins - 1) / range;
+  for (std::size_t i = 0; i < weighted.size(); ++i)
+    binned[static_cast<std::size_t>(std::lround((phase_variable[i] - *low) * per_unit))] +=
+        weighted[i];
+  std::vector<Complex> spectrum;
+  Eigen::FFT<double> fft;
+  fft.SetFlag(Eigen::FFT<double>::HalfSpectrum);
+  fft.fwd(spectrum, binned);
+  const double step = per_unit / static_cast<double>(padded);  // of frequency
+  const auto first = static_cast<std::size_t>(std::ceil(scan.lowest_cycles / range / step));
+  const auto last = static_cast<std::size_t>(highest / step);
+  std::vector<double> power;
+  for (std::size_t k = first; k <= last; ++k) power.push_back(std::norm(spectrum[k]));
+  for (const std::size_t k : strongest(flattened(power), scan.peaks))
+    result.frequencies.push_back(static_cast<double>(first + k) * step);
+  result.looked_at = std::max(1.0, cycles - scan.lowest_cycles);
   return result;
 }
 

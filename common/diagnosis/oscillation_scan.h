@@ -15,14 +15,14 @@ struct OscillationPeaks {
   double looked_at = 1.0;             // independent frequencies
 };
 
-// Peaks of |sum w exp(2 pi i f u)|² over its running median, at steps of 1/4 of 1/range(u) from
-// `lowest_cycles` cycles over the range of u to `highest_frequency` (at most `most` steps; the
-// range of frequencies is cut there). `weighted`: the residual divided by its noise covariance, so
-// that coloured noise leaves a flat background. O(steps * samples).
+// Peaks of |sum w exp(2 pi i f u)|² over its running median, in steps of half of 1/range(u) or
+// finer, from `lowest_cycles` cycles over the range of u to `highest_frequency`, or as far as
+// `most_bins` bins of a quarter of a cycle reach. `weighted`: the residual divided by its noise
+// covariance, so that coloured noise leaves a flat background. O(samples + bins log bins).
 struct OscillationScan {
   double lowest_cycles = 1.0;
   double highest_frequency = 0.5;
-  std::size_t most = 4000;
+  std::size_t most_bins = std::size_t{1} << 21;
   std::size_t peaks = 6;
 };
 [[nodiscard]] OscillationPeaks oscillation_peaks(std::span<const double> weighted,

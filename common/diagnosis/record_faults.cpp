@@ -24,6 +24,17 @@ double median_of(std::vector<double>& values) {
   return *middle;
 }
 
+// Smallest difference between two neighbours that differ.
+double smallest_step(std::span<const double> values, const std::vector<std::uint8_t>& valid) {
+  double step = 0.0;
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    const double difference = std::abs(values[i] - values[i - 1]);
+    if (valid[i] == 0 || valid[i - 1] == 0 || difference == 0.0) continue;
+    step = step == 0.0 ? difference : std::min(step, difference);
+  }
+  return step;
+}
+
 // Departure from the median of the neighbours, in robust standard deviations of the whole record
 // where the neighbourhood's own is smaller.
 std::vector<double> departures(std::span<const double> values,
@@ -42,9 +53,18 @@ std::vector<double> departures(std::span<const double> values,
     all.push_back(std::abs(departure[i]));
   }
   if (all.empty()) return departure;
-  const double sigma = kMadToSigma * median_of(all);
+  // Of a coarse reading more than half may be equal: a step is not a departure.
+  const double sigma = std::max(kMadToSigma * median_of(all), smallest_step(values, valid));
   for (double& d : departure) d = sigma > 0.0 ? d / sigma : 0.0;
   return departure;
+}
+
+// Far off, with neighbours that are not: what lasts is no spike.
+bool is_alone(const std::vector<double>& departure, std::size_t i) {
+  if (!(std::abs(departure[i]) > kSpikeSigmas)) return false;
+  const bool before = i > 0 && std::abs(departure[i - 1]) > 0.5 * kSpikeSigmas;
+  const bool after = i + 1 < departure.size() && std::abs(departure[i + 1]) > 0.5 * kSpikeSigmas;
+  return !before && !after;
 }
 
 NamedEffect certain(const char* name) {
@@ -60,7 +80,7 @@ std::optional<NamedEffect> spikes(const MeasuredSeries& series, std::span<const 
   std::vector<double> heights;
   double sigma = 0.0;
   for (std::size_t i = 0; i < departure.size(); ++i) {
-    if (!(std::abs(departure[i]) > kSpikeSigmas)) continue;
+    if (!is_alone(departure, i)) continue;
     sound[i] = 0;
     heights.push_back(residual[i]);
     sigma += departure[i] * departure[i];
@@ -79,11 +99,25 @@ std::optional<NamedEffect> spikes(const MeasuredSeries& series, std::span<const 
   return effect;
 }
 
-// A reading of so few steps repeats its extremes by itself.
-bool is_coarse(std::vector<double> rate) {
-  constexpr std::ptrdiff_t kFewestValues = 50;
-  std::sort(rate.begin(), rate.end());
-  return std::unique(rate.begin(), rate.end()) - rate.begin() < kFewestValues;
+// Clipped readings pile up at the limit; those of a coarse reading thin out towards their extremes.
+bool piles_up(const std::vector<double>& rate, const std::vector<std::uint8_t>& sound,
+              double extreme) {
+  constexpr double kPile = 3.0;
+  double nearest = extreme;
+  double at_extreme = 0.0, at_nearest = 0.0;
+  for (std::size_t i = 0; i < rate.size(); ++i) {
+    if (sound[i] == 0) continue;
+    const double distance = std::abs(rate[i] - extreme);
+    if (distance == 0.0) {
+      at_extreme += 1.0;
+    } else if (nearest == extreme || distance < std::abs(nearest - extreme)) {
+      nearest = rate[i];
+      at_nearest = 1.0;
+    } else if (rate[i] == nearest) {
+      at_nearest += 1.0;
+    }
+  }
+  return at_extreme > kPile * at_nearest;
 }
 
 std::optional<NamedEffect> saturation(const std::vector<double>& rate,
@@ -96,12 +130,14 @@ std::optional<NamedEffect> saturation(const std::vector<double>& rate,
     high = any ? std::max(high, rate[i]) : rate[i];
     any = true;
   }
-  if (!any || low == high || is_coarse(rate)) return std::nullopt;
+  if (!any || low == high) return std::nullopt;
+  const bool at_low = piles_up(rate, sound, low);
+  const bool at_high = piles_up(rate, sound, high);
   std::size_t clipped = 0;
   for (std::size_t begin = 0; begin < rate.size();) {
     std::size_t end = begin + 1;
     while (end < rate.size() && rate[end] == rate[begin] && sound[end] != 0) ++end;
-    const bool extreme = rate[begin] == low || rate[begin] == high;
+    const bool extreme = (at_low && rate[begin] == low) || (at_high && rate[begin] == high);
     if (extreme && sound[begin] != 0 && end - begin >= kFewestInARow) {
       std::fill(sound.begin() + static_cast<std::ptrdiff_t>(begin),
                 sound.begin() + static_cast<std::ptrdiff_t>(end), std::uint8_t{0});

@@ -52,12 +52,27 @@ const Scale* scale_of(const std::string& effect) {
   return found == kScales.end() ? nullptr : &*found;
 }
 
-double value_in_file(const Scale& scale, double square) {
-  return std::sqrt(square) / scale.si_per_unit;
+double seen_share(NoiseKind kind, double share) {
+  return kind == NoiseKind::kWhite || kind == NoiseKind::kQuantization ? share : 1.0;
+}
+
+// `square` as seen in a series of which `share` is valid.
+double value_in_file(const Scale& scale, double square, double share) {
+  return std::sqrt(square / seen_share(scale.kind, share)) / scale.si_per_unit;
 }
 
 double given_or_default(const EffectSpec& spec, const std::string& parameter) {
   return twin::complete_parameters(*twin::find_effect(spec.kind), spec.parameters).at(parameter);
+}
+
+// Relative, where the file gives a standard error.
+std::optional<double> error_of_square(const EffectSpec& spec, const std::string& parameter) {
+  constexpr double kSmallest = 0.05;
+  const auto error = spec.standard_errors.find(parameter);
+  const auto value = spec.parameters.find(parameter);
+  if (error == spec.standard_errors.end() || value == spec.parameters.end()) return std::nullopt;
+  if (!(error->second > 0.0 && value->second > 0.0)) return std::nullopt;
+  return std::max(kSmallest, 2.0 * error->second / value->second);
 }
 
 // A two-level signal has the spectrum of a Markov noise of its variance.
@@ -77,7 +92,7 @@ struct ListedNoise {
 };
 
 std::vector<ListedNoise> listed_noise(const twin::Model& model, core::Axis axis,
-                                      double relative_sigma) {
+                                      double relative_sigma, double share) {
   std::vector<ListedNoise> listed;
   for (std::size_t i = 0; i < model.effects.size(); ++i) {
     const EffectSpec& spec = model.effects[i];
@@ -89,7 +104,9 @@ std::vector<ListedNoise> listed_noise(const twin::Model& model, core::Axis axis,
     const Scale* scale = scale_of(spec.kind);
     if (scale == nullptr) continue;
     const double value = given_or_default(spec, std::string(scale->parameter)) * scale->si_per_unit;
-    KnownNoise noise{{scale->kind, 0.0}, value * value, relative_sigma};
+    KnownNoise noise{{scale->kind, 0.0},
+                     value * value * seen_share(scale->kind, share),
+                     error_of_square(spec, std::string(scale->parameter)).value_or(relative_sigma)};
     if (scale->kind == NoiseKind::kMarkov)
       noise.term.correlation_s = given_or_default(spec, "tau_s");
     listed.push_back({i, noise});
@@ -230,12 +247,12 @@ double kurtosis_of_course(const NoiseQuestion& question, const Addition& markov)
       course, {problem.valid.begin(), problem.valid.begin() + static_cast<std::ptrdiff_t>(n)});
 }
 
-NamedEffect named(const Addition& addition, const std::vector<Addition>& rivals) {
+NamedEffect named(const Addition& addition, const std::vector<Addition>& rivals, double share) {
   constexpr double kCredible = 0.95;
   NamedEffect effect;
   const Scale& scale = scale_of(addition.term.kind);
   effect.name = scale.effect;
-  const double value = value_in_file(scale, addition.hypothesis.squares.back());
+  const double value = value_in_file(scale, addition.hypothesis.squares.back(), share);
   effect.parameters = {{std::string(scale.parameter), value}};
   if (addition.term.kind == NoiseKind::kMarkov)
     effect.parameters["tau_s"] = addition.term.correlation_s;
@@ -265,11 +282,12 @@ void consider_telegraph(NamedEffect& effect, const NoiseQuestion& question,
   const double dwells = std::max(1.0, duration_s / (2.0 * markov.term.correlation_s));
   const double error = std::sqrt(24.0 / dwells);
   const double kurtosis = kurtosis_of_course(question, markov);
+  constexpr double kPriorNats = -1.5;  // a Markov noise is the commoner one
   // Log likelihood ratio of the two readings of the kurtosis, two levels against a Gaussian course.
-  const double nats = (std::pow((kurtosis - kGaussian) / error, 2) -
-                       std::pow(std::max(kurtosis - kTwoLevels, 0.0) / error, 2)) /
-                      2.0;
-  const double telegraph = 1.0 / (1.0 + std::exp(kurtosis < kGaussian ? -nats : nats));
+  const double nats = kPriorNats + (std::pow((kurtosis - kGaussian) / error, 2) -
+                                    std::pow(std::max(kurtosis - kTwoLevels, 0.0) / error, 2)) /
+                                       2.0;
+  const double telegraph = 1.0 / (1.0 + std::exp(-nats));
   if (telegraph <= 0.5) {
     if (telegraph > 0.05)
       effect.alternatives.insert(effect.alternatives.begin(),
@@ -306,6 +324,7 @@ std::vector<Recalibration> wrong_coefficients(const NoiseQuestion& question,
                                               const Hypothesis& free) {
   constexpr double kHeld = 0.01;
   constexpr double kNatsToBeWrong = 7.0;
+  const double share = valid_share(question.problem.valid);
   std::vector<Recalibration> wrong;
   for (std::size_t i = 0; i < listed.size(); ++i) {
     const EffectSpec& spec = question.model.effects[listed[i].effect];
@@ -315,8 +334,8 @@ std::vector<Recalibration> wrong_coefficients(const NoiseQuestion& question,
     known.insert(known.end(), extra.begin(), extra.end());
     const double lost = likelihoods.cost_of_holding(known, free, i, kHeld);
     if (lost < kNatsToBeWrong) continue;
-    const double from = value_in_file(*scale, listed[i].noise.square);
-    const double to = value_in_file(*scale, free.squares[i]);
+    const double from = value_in_file(*scale, listed[i].noise.square, share);
+    const double to = value_in_file(*scale, free.squares[i], share);
     wrong.push_back({spec.kind, std::string(scale->parameter), from, to,
                      std::abs(to - from) / std::sqrt(2.0 * lost)});
   }
@@ -325,9 +344,15 @@ std::vector<Recalibration> wrong_coefficients(const NoiseQuestion& question,
 
 }  // namespace
 
-NoisePrior noise_prior(const twin::Model& model, core::Axis axis, double relative_sigma) {
+double valid_share(std::span<const std::uint8_t> valid) {
+  const auto present = std::count_if(valid.begin(), valid.end(), [](auto v) { return v != 0; });
+  return valid.empty() ? 1.0 : static_cast<double>(present) / static_cast<double>(valid.size());
+}
+
+NoisePrior noise_prior(const twin::Model& model, core::Axis axis, double relative_sigma,
+                       double valid_share) {
   NoisePrior prior;
-  for (const ListedNoise& entry : listed_noise(model, axis, relative_sigma)) {
+  for (const ListedNoise& entry : listed_noise(model, axis, relative_sigma, valid_share)) {
     if (entry.noise.square > 0.0) prior.known.push_back(entry.noise);
   }
   return prior;
@@ -335,7 +360,8 @@ NoisePrior noise_prior(const twin::Model& model, core::Axis axis, double relativ
 
 NoiseFindings examine_noise(const NoiseQuestion& question, const SearchOptions& options) {
   const Likelihoods likelihoods(question, options);
-  auto listed = listed_noise(question.model, question.axis, kAnyValue);
+  const double share = valid_share(question.problem.valid);
+  auto listed = listed_noise(question.model, question.axis, kAnyValue, share);
   std::erase_if(listed, [](const ListedNoise& l) { return !(l.noise.square > 0.0); });
   std::vector<KnownNoise> present = free_noise(listed);
   NoiseFindings findings;
@@ -361,7 +387,7 @@ NoiseFindings examine_noise(const NoiseQuestion& question, const SearchOptions& 
     const auto rivals = best_of_each_kind(std::move(additions));
     const double threshold = std::log(static_cast<double>(kScales.size()) / question.false_alarm);
     if (rivals.empty() || rivals.front().evidence < threshold) break;
-    NamedEffect effect = named(rivals.front(), rivals);
+    NamedEffect effect = named(rivals.front(), rivals, share);
     if (rivals.front().term.kind == NoiseKind::kMarkov)
       consider_telegraph(effect, question, rivals.front());
     findings.effects.push_back(std::move(effect));
@@ -373,6 +399,8 @@ NoiseFindings examine_noise(const NoiseQuestion& question, const SearchOptions& 
   findings.recalibrated = wrong_coefficients(question, likelihoods, listed, extra, best);
   findings.terms = best.terms;
   findings.squares = best.squares;
+  for (std::size_t t = 0; t < findings.terms.size(); ++t)
+    findings.squares[t] /= seen_share(findings.terms[t].kind, share);
   return findings;
 }
 

@@ -3,6 +3,8 @@
 // noise is missing.
 #pragma once
 
+#include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -14,9 +16,14 @@
 
 namespace zerodrift::diagnosis {
 
-// The stochastic effects that a model lists for an axis, as terms of a noise spectrum.
+// The stochastic effects that a model lists for an axis, as terms of a noise spectrum of a series
+// of which this share is valid: bridges over missing samples carry none of the white noises (white
+// rate, white angle), whose power falls by as much. `relative_sigma` of a square where the file
+// gives no standard error.
 [[nodiscard]] NoisePrior noise_prior(const twin::Model& model, core::Axis axis,
-                                     double relative_sigma);
+                                     double relative_sigma, double valid_share);
+
+[[nodiscard]] double valid_share(std::span<const std::uint8_t> valid);
 
 struct NoiseFindings {
   std::vector<NamedEffect> effects{};  // kinds the model lacks

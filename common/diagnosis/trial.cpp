@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <memory>
 #include <numeric>
 
 #include "common/core/units.h"
 #include "common/diagnosis/candidates.h"
+#include "common/diagnosis/gap.h"
 #include "common/diagnosis/generic_functions.h"
 #include "common/diagnosis/known_effects.h"
 #include "common/diagnosis/noise_weight.h"
@@ -24,7 +26,7 @@ using twin::ParameterRole;
 
 namespace {
 
-constexpr double kModelNoiseSigma = 0.5;  // relative, of the squares that the model file gives
+constexpr double kModelNoiseSigma = 0.3;  // relative, of squares without a standard error
 
 double mean_of(std::span<const double> values, std::span<const std::uint8_t> valid) {
   double sum = 0.0, count = 0.0;
@@ -36,15 +38,38 @@ double mean_of(std::span<const double> values, std::span<const std::uint8_t> val
   return count > 0.0 ? sum / count : 0.0;
 }
 
+double angle_range_rad(const MeasuredSeries& series, core::Axis axis) {
+  double angle = 0.0, low = 0.0, high = 0.0;
+  for (const double rate : series.reference_radps[core::index(axis)]) {
+    angle += rate * series.interval_s;
+    low = std::min(low, angle);
+    high = std::max(high, angle);
+  }
+  return high - low;
+}
+
+// Between two peaks of a scan over the angle: a quarter of its resolution at the period listed
+// first.
+ShapeRange reset_range(const ParameterDefinition& parameter, const Candidate& candidate,
+                       const MeasuredSeries& series) {
+  constexpr double kRadPerArcsec = core::kRadPerDeg / 3600.0;
+  const double period_rad = candidate.variants.front().shapes.at(parameter.name) * kRadPerArcsec;
+  const double range_rad = angle_range_rad(series, candidate.axis);
+  if (!(range_rad > 0.0)) return {};
+  return {ShapeScale::kLogarithmic, parameter.minimum, parameter.maximum,
+          1.0 + 0.25 * period_rad / range_rad};
+}
+
 // How a shape parameter moves between the values listed.
-ShapeRange range_of(const ParameterDefinition& parameter, const MeasuredSeries& series) {
+ShapeRange range_of(const ParameterDefinition& parameter, const Candidate& candidate,
+                    const MeasuredSeries& series) {
   const double lowest = parameter.minimum;
   const double highest = parameter.maximum;
   const double duration_s = series.interval_s * static_cast<double>(series.size);
   if (parameter.name == "frequency_hz")
     return {ShapeScale::kLinear, 0.5 / duration_s, 0.5 / series.interval_s, 0.25 / duration_s};
-  if (parameter.name == "period_degc" || parameter.name == "angle_arcsec")
-    return {ShapeScale::kLogarithmic, lowest, highest, 1.02};
+  if (parameter.name == "angle_arcsec") return reset_range(parameter, candidate, series);
+  if (parameter.name == "period_degc") return {ShapeScale::kLogarithmic, lowest, highest, 1.02};
   if (parameter.name == "threshold_degc") return {ShapeScale::kLinear, lowest, highest, 1.0};
   if (parameter.name == "lag_s") return {ShapeScale::kLinear, lowest, duration_s / 4.0, 60.0};
   if (parameter.grid.size() < 2) return {};
@@ -88,7 +113,9 @@ std::string family_of(const std::string& channel) {
 }
 
 std::string parent_of(const std::string& kind) {
-  return kind == "coil_lag" ? "shupe" : std::string();  // tau -> 0
+  if (kind == "coil_lag") return "shupe";                // tau -> 0
+  if (kind == "modulator_reset") return "scale_factor";  // no fringe
+  return {};
 }
 
 // A group's shape: which choice of inputs, then the kShape parameters in the definition's order.
@@ -155,7 +182,7 @@ CandidateGroup group_of(const Candidate& candidate, const ShapeCode& code,
   group.ranges.push_back({});
   for (const ParameterDefinition& parameter : candidate.definition->parameters) {
     if (parameter.role == ParameterRole::kShape)
-      group.ranges.push_back(range_of(parameter, input.series));
+      group.ranges.push_back(range_of(parameter, candidate, input.series));
   }
   group.columns = [&candidate, &code, &input](const std::vector<double>& shape) {
     const twin::EffectContext context =
@@ -220,11 +247,12 @@ void fit_listed(twin::Model& model, const TrialInput& input, std::vector<Recalib
     }
   }
   for (const Candidate& candidate : lineup.named) lineup.codes.emplace_back(candidate);
-  SearchProblem problem{.series = residual,
-                        .valid = input.valid,
-                        .interval_s = input.series.interval_s,
-                        .known = columns_of(known),
-                        .noise = noise_prior(model, input.axis, kModelNoiseSigma)};
+  SearchProblem problem{
+      .series = residual,
+      .valid = input.valid,
+      .interval_s = input.series.interval_s,
+      .known = columns_of(known),
+      .noise = noise_prior(model, input.axis, kModelNoiseSigma, valid_share(input.valid))};
   for (std::size_t i = 0; i < lineup.named.size(); ++i)
     problem.groups.push_back(group_of(lineup.named[i], lineup.codes[i], input));
   SearchOptions options = search_options(input.options);
@@ -255,11 +283,12 @@ Lineup line_up(const twin::Model& model, const TrialInput& input,
                const std::vector<double>& residual, const std::vector<KnownColumn>& known,
                std::vector<NotTestable>& not_testable) {
   // Noise beside the known effects alone, to see oscillations against.
-  const SearchProblem problem{.series = residual,
-                              .valid = input.valid,
-                              .interval_s = input.series.interval_s,
-                              .known = known,
-                              .noise = noise_prior(model, input.axis, kModelNoiseSigma)};
+  const SearchProblem problem{
+      .series = residual,
+      .valid = input.valid,
+      .interval_s = input.series.interval_s,
+      .known = known,
+      .noise = noise_prior(model, input.axis, kModelNoiseSigma, valid_share(input.valid))};
   const SearchReport noise = search(problem, search_options(input.options));
   std::vector<double> corrected = residual;
   for (std::size_t c = 0; c < noise.corrections.size(); ++c) {
@@ -307,10 +336,50 @@ NamedEffect named_effect(const FoundEffect& found, const Lineup& lineup) {
     effect.standard_errors[candidate->amplitudes[a]] =
         std::sqrt(std::max(found.covariance(row, row), 0.0));
   }
-  // Without an amplitude of its own a small delay is as large as its column has to be.
-  if (candidate->amplitudes.empty() && found.name == "clock_offset" && !found.amplitudes.empty())
-    effect.parameters["delay_s"] *= found.amplitudes.front();
   return effect;
+}
+
+// r' C^-1 r of what an effect with these parameters would leave.
+double misfit(const NamedEffect& effect, const std::vector<double>& without,
+              const std::vector<double>& dct_variances, const TrialInput& input) {
+  const EffectSpec spec{.kind = effect.name,
+                        .axis = input.axis,
+                        .parameters = effect.parameters,
+                        .inputs = effect.inputs};
+  const twin::EffectDefinition& definition = *twin::find_effect(effect.name);
+  const auto waveform =
+      input.playback.run(definition, context_of(spec, definition, input.series.interval_s));
+  std::vector<double> left = difference(without, waveform, input.valid);
+  const double mean = mean_of(left, input.valid);
+  for (std::size_t i = 0; i < left.size(); ++i)
+    left[i] = input.valid[i] != 0 ? left[i] - mean : 0.0;
+  left.resize(dct_variances.size());
+  const auto weighted = divided_by_noise(left, dct_variances);
+  return std::inner_product(left.begin(), left.end(), weighted.begin(), 0.0);
+}
+
+// An effect without an amplitude has the size that its shape gives it: the shape that fits as it
+// is, within a factor of five of the one whose column was chosen.
+void fit_size(NamedEffect& effect, const Candidate& candidate, const std::vector<double>& without,
+              const SearchReport& report, const TrialInput& input) {
+  constexpr int kSteps = 60;
+  const auto shapes = names_of(*candidate.definition, ParameterRole::kShape);
+  if (!candidate.amplitudes.empty() || shapes.size() != 1) return;
+  const auto variances = dct_variances(report.noise_terms, report.noise_squares,
+                                       quick_length(without.size()), input.series.interval_s);
+  double& value = effect.parameters[shapes.front()];
+  const double chosen = value;
+  double best = chosen;
+  double least = std::numeric_limits<double>::infinity();
+  for (int step = -kSteps; step <= kSteps; ++step) {
+    value = chosen * std::pow(5.0, static_cast<double>(step) / kSteps);
+    const double left = misfit(effect, without, variances, input);
+    if (left < least) {
+      least = left;
+      best = value;
+    }
+  }
+  value = best;
 }
 
 std::string shape_in_words(const std::vector<double>& input, const std::vector<double>& rate,
@@ -396,11 +465,6 @@ void add_to_model(Trial& trial, const TrialInput& input) {
   }
 }
 
-bool any_significant(const std::vector<CorrectionFinding>& corrections) {
-  return std::any_of(corrections.begin(), corrections.end(),
-                     [](const CorrectionFinding& c) { return c.significant; });
-}
-
 // What is left after the search, with the known columns that were refitted: for the noise.
 std::vector<double> remainder_of(const std::vector<double>& residual, const SearchReport& report,
                                  const std::vector<KnownColumn>& known,
@@ -420,17 +484,19 @@ std::vector<double> remainder_of(const std::vector<double>& residual, const Sear
   return left;
 }
 
-void examine_noise_of(Trial& trial, const TrialInput& input, const SearchProblem& problem,
-                      const std::vector<double>& remainder) {
-  SearchProblem of_noise{.series = remainder,
-                         .valid = problem.valid,
-                         .interval_s = problem.interval_s,
-                         .known = problem.known};
-  const SearchOptions options = search_options(input.options);
-  const NoiseFindings noise = examine_noise(
-      {of_noise, trial.repaired, input.axis, 0.5 * input.options.false_names_per_record}, options);
+NoiseFindings noise_of(const std::vector<double>& remainder, const TrialInput& input,
+                       const SearchProblem& problem, const twin::Model& model) {
+  const SearchProblem of_noise{.series = remainder,
+                               .valid = problem.valid,
+                               .interval_s = problem.interval_s,
+                               .known = problem.known};
+  return examine_noise({of_noise, model, input.axis, 0.5 * input.options.false_names_per_record},
+                       search_options(input.options));
+}
+
+void take_noise(Trial& trial, const TrialInput& input, const NoiseFindings& noise) {
   trial.noise_dct_variances =
-      dct_variances(noise.terms, noise.squares, remainder.size(), input.series.interval_s);
+      dct_variances(noise.terms, noise.squares, input.series.size, input.series.interval_s);
   adopt_noise(trial.repaired, input.axis, noise,
               {.by = "diagnose",
                .record = input.options.record,
@@ -439,6 +505,131 @@ void examine_noise_of(Trial& trial, const TrialInput& input, const SearchProblem
   trial.effects.insert(trial.effects.end(), noise.effects.begin(), noise.effects.end());
   trial.recalibrated.insert(trial.recalibrated.end(), noise.recalibrated.begin(),
                             noise.recalibrated.end());
+}
+
+// The bias takes up the mean that is left where it is more than slow noise makes of a mean.
+void recalibrate_bias(Trial& trial, const TrialInput& input, double mean_radps) {
+  constexpr double kSigmas = 3.0;
+  constexpr double kMeanS = 60.0;
+  const auto block = static_cast<std::size_t>(std::max(1.0, kMeanS / input.series.interval_s));
+  const double slow = expected_rms_of_block_means(trial.noise_dct_variances, block);
+  if (std::abs(mean_radps) <= kSigmas * slow) return;
+  const double to = shift_bias(trial.repaired, input.axis, mean_radps);
+  trial.recalibrated.push_back({"bias", "bias_deg_h", to - core::deg_h_from_radps(mean_radps), to,
+                                core::deg_h_from_radps(slow)});
+}
+
+double evidence_of(const SearchReport& report) {
+  double sum = report.unknown ? report.unknown->log_evidence : 0.0;
+  for (const FoundEffect& effect : report.effects) sum += effect.log_evidence;
+  return sum;
+}
+
+double evidence_of(const NoiseFindings& noise) {
+  double sum = 0.0;
+  for (const NamedEffect& effect : noise.effects) sum += effect.log_evidence;
+  return sum;
+}
+
+// An unknown dependence on an input, told by a spline, leaves a remainder that effects of the same
+// input seem to explain: with an unknown of their family none of them is named.
+SearchReport search_without_family_of_unknown(SearchProblem& problem,
+                                              const SearchOptions& options) {
+  SearchReport report = search(problem, options);
+  if (!report.unknown || report.effects.empty()) return report;
+  const auto family = [&](const std::string& group_name) {
+    for (const CandidateGroup& group : problem.groups) {
+      if (group.name == group_name) return group.family;
+    }
+    return std::string();
+  };
+  const std::string of_unknown = family(report.unknown->name);
+  const auto named_there =
+      std::count_if(report.effects.begin(), report.effects.end(),
+                    [&](const FoundEffect& effect) { return family(effect.name) == of_unknown; });
+  if (named_there == 0) return report;
+  std::erase_if(problem.groups, [&](const CandidateGroup& group) {
+    return group.kind == CandidateKind::kNamed && group.family == of_unknown;
+  });
+  SearchReport again = search(problem, options);
+  again.groups = std::move(report.groups);
+  return again;
+}
+
+// The amplitudes once more beside the known parameters that were found wrong; the others stay as
+// the model has them. In the search all were free, so that a small error of theirs is not mistaken
+// for an effect; but corrections within their errors make a twin worse elsewhere.
+void settle_amplitudes(SearchReport& report, SearchProblem problem, const SearchOptions& options) {
+  std::vector<KnownColumn> wrong;
+  for (std::size_t i = 0; i < report.corrections.size(); ++i) {
+    if (!report.corrections[i].significant) continue;
+    wrong.push_back(problem.known[i]);
+    wrong.back().prior_sd = std::numeric_limits<double>::infinity();
+  }
+  problem.known = std::move(wrong);
+  std::vector<CandidateGroup> chosen;
+  const auto choose = [&](const FoundEffect& effect) {
+    for (const CandidateGroup& group : problem.groups) {
+      if (group.name != effect.name) continue;
+      chosen.push_back(group);
+      chosen.back().kind = CandidateKind::kNamed;
+      chosen.back().variants = {{.shape = effect.shape}};
+      chosen.back().ranges.clear();
+      chosen.back().parent.clear();
+    }
+  };
+  for (const FoundEffect& effect : report.effects) choose(effect);
+  if (report.unknown) choose(*report.unknown);
+  problem.groups = std::move(chosen);
+  SearchOptions certain = options;
+  certain.false_alarm = 0.49;
+  certain.form_mismatch_share = 1e-6;
+  certain.max_effects = std::max<std::size_t>(1, problem.groups.size());
+  const SearchReport settled = search(problem, certain);
+  if (settled.effects.size() != problem.groups.size()) return;  // keep what fits together
+  const auto take = [&](FoundEffect& effect) {
+    for (const FoundEffect& now : settled.effects) {
+      if (now.name != effect.name) continue;
+      effect.amplitudes = now.amplitudes;
+      effect.covariance = now.covariance;
+      effect.waveform = now.waveform;
+      effect.rms = now.rms;
+    }
+  };
+  for (FoundEffect& effect : report.effects) take(effect);
+  if (report.unknown) take(*report.unknown);
+  std::size_t of_settled = 0;
+  for (CorrectionFinding& correction : report.corrections) {
+    correction.value = 0.0;
+    if (!correction.significant) continue;
+    const CorrectionFinding& now = settled.corrections[of_settled++];
+    correction.value = now.value;
+    correction.standard_error = now.standard_error;
+  }
+}
+
+// A missing kind of noise looks like missing effects, and the other way round. First the model's
+// own kinds of noise only: flexible noise would absorb effects. Where a kind is missing beside what
+// was found, or explains the record better than all that was found, the search is made again with
+// it.
+SearchReport search_beside_noise(SearchProblem& problem, const TrialInput& input,
+                                 const twin::Model& model, const std::vector<double>& residual) {
+  const SearchOptions options = search_options(input.options);
+  const std::size_t listed = problem.noise.known.size();
+  if (listed == 0) return search_without_family_of_unknown(problem, options);
+  problem.noise.unlisted = UnlistedNoise::kExcluded;
+  SearchReport report = search_without_family_of_unknown(problem, options);
+  if (report.outcome == SearchOutcome::kRefused) return report;
+  NoiseFindings noise =
+      noise_of(remainder_of(residual, report, problem.known, input.valid), input, problem, model);
+  if (noise.effects.empty()) {
+    if (report.effects.empty() && !report.unknown) return report;
+    noise = noise_of(residual, input, problem, model);
+    if (evidence_of(noise) <= evidence_of(report)) return report;
+  }
+  for (std::size_t t = listed; t < noise.terms.size(); ++t)
+    problem.noise.known.push_back({noise.terms[t], noise.squares[t], kModelNoiseSigma});
+  return search_without_family_of_unknown(problem, options);
 }
 
 }  // namespace
@@ -463,41 +654,43 @@ Trial repair(const TrialInput& input) {
   const auto residual = difference(measured_drift(input.series, input.axis),
                                    input.playback.drift(trial.repaired, input.axis), input.valid);
   const auto known = known_parameters(trial.repaired, input.axis, input.playback);
-  SearchProblem problem{.series = residual,
-                        .valid = input.valid,
-                        .interval_s = input.series.interval_s,
-                        .known = columns_of(known),
-                        .noise = noise_prior(trial.repaired, input.axis, kModelNoiseSigma)};
+  SearchProblem problem{
+      .series = residual,
+      .valid = input.valid,
+      .interval_s = input.series.interval_s,
+      .known = columns_of(known),
+      .noise = noise_prior(trial.repaired, input.axis, kModelNoiseSigma, valid_share(input.valid))};
   const Lineup lineup = line_up(trial.repaired, input, residual, problem.known, trial.not_testable);
   for (std::size_t i = 0; i < lineup.named.size(); ++i)
     problem.groups.push_back(group_of(lineup.named[i], lineup.codes[i], input));
   for (const GenericFunction& function : lineup.generic)
     problem.groups.push_back(group_of(function));
 
-  const SearchReport report = search(problem, search_options(input.options));
+  SearchReport report = search_beside_noise(problem, input, trial.repaired, residual);
   if (report.outcome == SearchOutcome::kRefused) {
     trial.refusal = report.reason;
     return trial;
   }
+  settle_amplitudes(report, problem, search_options(input.options));
   take_groups(trial, report);
+  const auto remainder = remainder_of(residual, report, problem.known, input.valid);
   for (const FoundEffect& found : report.effects) {
     NamedEffect effect = named_effect(found, lineup);
     effect.share_of_gap = found.rms * found.rms;
+    std::vector<double> without = remainder;
+    for (std::size_t i = 0; i < without.size(); ++i) without[i] += found.waveform[i];
+    if (const Candidate* candidate = lineup.find(found.name))
+      fit_size(effect, *candidate, without, report, input);
     trial.effects.push_back(std::move(effect));
   }
   if (report.unknown) trial.unknown = unknown_effect(*report.unknown, lineup);
-  // Corrections belong to the joint fit: all of them where anything was found, none elsewhere.
-  if (!report.effects.empty() || report.unknown || any_significant(report.corrections)) {
-    const auto changes = recalibrate(trial.repaired, known, report.corrections);
-    trial.recalibrated.insert(trial.recalibrated.end(), changes.begin(), changes.end());
-  }
+  const auto changes = recalibrate(trial.repaired, known, report.corrections);
+  trial.recalibrated.insert(trial.recalibrated.end(), changes.begin(), changes.end());
   add_to_model(trial, input);
-  examine_noise_of(trial, input, problem,
-                   remainder_of(residual, report, problem.known, input.valid));
-  // The mean that is left goes to the bias.
+  take_noise(trial, input, noise_of(remainder, input, problem, trial.repaired));
   const auto left = difference(measured_drift(input.series, input.axis),
                                input.playback.drift(trial.repaired, input.axis), input.valid);
-  shift_bias(trial.repaired, input.axis, mean_of(left, input.valid));
+  recalibrate_bias(trial, input, mean_of(left, input.valid));
   return trial;
 }
 

@@ -24,6 +24,7 @@ using Output = allan::StuckDetector::Output;
 namespace {
 
 constexpr std::uint64_t kProgressEvery = 32;        // samples between two progress reports
+constexpr std::size_t kMostStrangers = 1024;        // that are told how far they are heard
 constexpr std::int64_t kRepeatNs = 10'000'000'000;  // between two events of what keeps happening
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kMicro = 1e-3;  // of a nanosecond count
@@ -66,25 +67,48 @@ AllanMonitorNode::Gyro* AllanMonitorNode::gyro(std::uint32_t gyro_id) {
   }
   if (gyros_.size() >= options_.max_gyros) return nullptr;
   gyros_.push_back(std::make_unique<Gyro>());
-  gyros_.back()->id = gyro_id;
+  gyros_.back()->id = gyros_.back()->pace.gyro_id = gyro_id;
   return gyros_.back().get();
 }
 
 void AllanMonitorNode::on_sample(const msg::CompensatedRate& message) {
   const std::lock_guard lock(mutex_);
+  const auto sample = dds::from_message(message);
   Gyro* source = gyro(message.gyro_id());
   if (source == nullptr) {
-    ++strangers_;
-    newest_stranger_ = message.gyro_id();
+    leave_out(sample, message.gyro_id());
     return;
   }
   chain_latency_.record(service::monotonic_ns() - message.publish_time_ns());
-  const auto sample = dds::from_message(message);
+  keep_pace(source->pace, sample);
   if (sample.late) {
     ++source->statistics.counts.out_of_order;  // its place in the stream has passed: it stays a gap
     return;
   }
   place(*source, sample);
+}
+
+// A replay waits for this consumer, whether it has a use for the gyro or not.
+void AllanMonitorNode::leave_out(const compensation::CompensatedSample& sample,
+                                 std::uint32_t gyro_id) {
+  ++strangers_;
+  newest_stranger_ = gyro_id;
+  auto known = std::find_if(stranger_paces_.begin(), stranger_paces_.end(),
+                            [&](const Pace& pace) { return pace.gyro_id == gyro_id; });
+  if (known == stranger_paces_.end()) {
+    if (stranger_paces_.size() >= kMostStrangers) return;
+    known = stranger_paces_.insert(known, {.gyro_id = gyro_id});
+  }
+  keep_pace(*known, sample);
+}
+
+// Samples that the statistics leave out were taken all the same. A late one is older than what was
+// reported.
+void AllanMonitorNode::keep_pace(Pace& pace, const compensation::CompensatedSample& sample) {
+  pace.is_waited_for = core::is_paced_by_consumers(sample.raw.clock);
+  if (!pace.is_waited_for || sample.late) return;
+  pace.newest_sequence = sample.raw.sequence;
+  if (++pace.since_report >= kProgressEvery) report_progress(pace);
 }
 
 void AllanMonitorNode::place(Gyro& source, const compensation::CompensatedSample& sample) {
@@ -103,7 +127,6 @@ void AllanMonitorNode::place(Gyro& source, const compensation::CompensatedSample
       return;
     case Arrival::kTimeRestarted:
       ++counts.time_restarts;
-      source.newest_sequence = 0;
       break;
     case Arrival::kFirst:
     case Arrival::kNewRate:
@@ -112,17 +135,14 @@ void AllanMonitorNode::place(Gyro& source, const compensation::CompensatedSample
     case Arrival::kNext:
       break;
   }
-  source.paced = core::is_paced_by_consumers(sample.raw.clock);
   if (placement.missing > 0) {
     ++counts.gaps;
     counts.missing += placement.missing;
     counts.longest_gap = std::max(counts.longest_gap, placement.missing);
   }
   feed(source, sample, placement.missing);
-  source.newest_sequence = std::max(source.newest_sequence, sample.raw.sequence);
   source.statistics.newest = sample.raw.time;
   ++counts.samples;
-  if (source.paced && ++source.since_progress >= kProgressEvery) report_progress(source);
 }
 
 void AllanMonitorNode::start(Gyro& source) {
@@ -155,16 +175,16 @@ void AllanMonitorNode::feed(Gyro& source, const compensation::CompensatedSample&
   }
 }
 
-void AllanMonitorNode::report_progress(Gyro& source) {
-  source.since_progress = 0;
+void AllanMonitorNode::report_progress(Pace& pace) {
+  pace.since_report = 0;
   // It needs no temperatures: a time that nobody waits for.
-  progress_.report(source.id, source.newest_sequence, core::kNever);
+  progress_.report(pace.gyro_id, pace.newest_sequence, core::kNever);
 }
 
 // ---------------------------------------- reports
 
 void AllanMonitorNode::tick() {
-  progress_.announce();
+  report_all_progress();
   const std::int64_t now = service::monotonic_ns();
   const bool due =
       !reported_ns_ || static_cast<double>(now - *reported_ns_) >= options_.period_s * 1e9;
@@ -173,6 +193,18 @@ void AllanMonitorNode::tick() {
   reported_ns_ = now;
   for (Watch* watch : watches) report(*watch);
   report_cost_ns_ = service::monotonic_ns() - now;
+}
+
+// Also to replays that come later, and of what came since the last round number.
+void AllanMonitorNode::report_all_progress() {
+  const std::lock_guard lock(mutex_);
+  progress_.announce();
+  for (const auto& source : gyros_) {
+    if (source->pace.is_waited_for) report_progress(source->pace);
+  }
+  for (Pace& pace : stranger_paces_) {
+    if (pace.is_waited_for) report_progress(pace);
+  }
 }
 
 // The lock is held for one gyro at a time.
@@ -186,7 +218,6 @@ std::vector<AllanMonitorNode::Watch*> AllanMonitorNode::copy_statistics(bool due
     watch.gyro = gyros_[i].get();
     if (watch.gyro->statistics.counts.samples == 0 && watch.gyro->statistics.counts.refused == 0)
       continue;
-    if (watch.gyro->paced) report_progress(*watch.gyro);
     if (!due) continue;
     const std::int64_t began_ns = service::monotonic_ns();
     watch.statistics = watch.gyro->statistics;

@@ -69,11 +69,16 @@ class AllanMonitorNode {
     Counts counts;
     core::PerAxis<Axis> axes;
   };
+  // What a replay that waits for this consumer is told of one gyro.
+  struct Pace {
+    std::uint32_t gyro_id = 0;
+    std::uint64_t newest_sequence = 0;
+    std::uint64_t since_report = 0;
+    bool is_waited_for = false;
+  };
   struct Gyro {
     std::uint32_t id = 0;
-    std::uint64_t newest_sequence = 0;
-    std::uint64_t since_progress = 0;
-    bool paced = false;
+    Pace pace;
     allan::StreamTiming timing;
     Statistics statistics;
   };
@@ -103,10 +108,15 @@ class AllanMonitorNode {
   void place(Gyro& gyro, const compensation::CompensatedSample& sample);
   void start(Gyro& gyro);
   void feed(Gyro& gyro, const compensation::CompensatedSample& sample, std::uint64_t missing);
-  void report_progress(Gyro& gyro);
+  void leave_out(const compensation::CompensatedSample& sample, std::uint32_t gyro_id);
+  void keep_pace(Pace& pace, const compensation::CompensatedSample& sample);
+
+  // Either, under the lock.
+  void report_progress(Pace& pace);
 
   // Reporting thread.
   void tick();
+  void report_all_progress();
   std::vector<Watch*> copy_statistics(bool due);
   void report(Watch& watch);
   void report(Watch& watch, core::Axis axis);
@@ -128,6 +138,7 @@ class AllanMonitorNode {
   std::vector<std::unique_ptr<Gyro>> gyros_;
   std::uint64_t strangers_ = 0;  // samples of gyros beyond max_gyros
   std::uint32_t newest_stranger_ = 0;
+  std::vector<Pace> stranger_paces_;         // of the first kMostStrangers
   service::LatencyHistogram chain_latency_;  // publisher's write to arrival here
   std::vector<std::unique_ptr<Watch>> watches_;
   Told told_strangers_;

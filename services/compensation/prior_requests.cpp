@@ -76,9 +76,10 @@ CompensationNode::Verdict CompensationNode::adopt(const Request& request) {
   // The compensator's own options: its probes are those that were configured.
   auto change = std::make_shared<compensation::PriorChange>(options_.compensation, model);
   Verdict verdict =
-      change_prior(source, std::move(change),
-                   "adopted " + compensation::prior_identity(model) + left_out(model));
+      change_prior(source, std::move(change), "adopted " + compensation::prior_identity(model));
   if (verdict.outcome != Outcome::kAccepted) return verdict;
+  // Last, since a long list is cut where the reply ends: the epoch never is.
+  verdict.text += left_out(model);
   source.prior_before = std::exchange(source.options.prior, model);
   source.can_revert = true;
   return verdict;

@@ -9,10 +9,10 @@
 #include "common/record/atomic_file.h"
 #include "common/report/json_file.h"
 #include "common/service/main.h"
-#include "services/zerodrift/allan_paragraph.h"
 #include "services/zerodrift/allan_report.h"
 #include "services/zerodrift/allan_run.h"
 #include "services/zerodrift/commands.h"
+#include "services/zerodrift/paragraph.h"
 
 namespace zerodrift::services {
 namespace {

@@ -143,6 +143,15 @@ std::string reading_place(NoiseTerm term, const allan::SeriesReport& r) {
   return r.lowest ? "lowest point, " + significant(r.lowest->tau_s, 3) + " s, / 0.664" : "";
 }
 
+// Where the model cannot explain the shortest taus.
+std::string begin_of_fit(const allan::SeriesReport& r) {
+  const double from_s = r.coefficients.shortest_tau_s;
+  if (r.allan.empty() || from_s <= 1.01 * r.allan.front().point.tau_s) return "";
+  return " from " + significant(from_s, 3) +
+         " s on (shorter taus follow no mixture of these noises: "
+         "the bandwidth of the sensor, a filter or a vibration)";
+}
+
 report::Table coefficient_table(const AllanStream& stream, const AllanResult& result) {
   const allan::SeriesReport& r = stream.report;
   report::Table table;
@@ -168,8 +177,8 @@ report::Table coefficient_table(const AllanStream& stream, const AllanResult& re
          false});
   }
   if (r.coefficients.status != allan::FitStatus::kTooFewPoints)
-    table.footnote = "fit of " + std::to_string(r.coefficients.points) +
-                     " points, reduced chi-square " +
+    table.footnote = "fit of " + std::to_string(r.coefficients.points) + " points" +
+                     begin_of_fit(r) + ", reduced chi-square " +
                      significant(r.coefficients.reduced_chi_square, 2) +
                      (r.coefficients.status == allan::FitStatus::kIterationLimit
                           ? "; its weights had not come to rest"
@@ -264,18 +273,26 @@ std::string compensation_sentence(core::Axis axis, const AllanResult& result) {
   return text;
 }
 
-std::string verdict(const AllanResult& result) {
+std::string capital(std::string sentence) {
+  sentence.front() = 'A';  // of "axis"
+  return sentence;
+}
+
+std::string compensation_sentences(const AllanResult& result) {
   std::string text;
-  for (const AllanStream& stream : result.streams) {
-    std::string sentence = stream_sentence(stream, result);
-    sentence.front() = 'A';
-    text += (text.empty() ? "" : " ") + sentence;
-  }
   for (const auto axis : core::kAxes) {
     const std::string sentence = compensation_sentence(axis, result);
-    if (!sentence.empty()) text += " " + sentence;
+    if (!sentence.empty()) text += (text.empty() ? "" : " ") + sentence;
   }
   return text;
+}
+
+std::string verdict(const AllanResult& result) {
+  std::string text;
+  for (const AllanStream& stream : result.streams)
+    text += (text.empty() ? "" : " ") + capital(stream_sentence(stream, result));
+  const std::string compensation = compensation_sentences(result);
+  return compensation.empty() ? text : text + " " + compensation;
 }
 
 std::string record_note(const AllanResult& result) {
@@ -400,6 +417,7 @@ ordered_json json_of(const AllanStream& stream) {
   }
   json["coefficients"] = coefficients_json(r);
   json["fit"] = {{"points", r.coefficients.points},
+                 {"shortest_tau_s", r.coefficients.shortest_tau_s},
                  {"converged", r.coefficients.status == allan::FitStatus::kConverged},
                  {"reduced_chi_square", r.coefficients.reduced_chi_square}};
   if (r.lowest)
@@ -412,6 +430,8 @@ ordered_json json_of(const AllanStream& stream) {
 void add_stream(report::Document& page, const AllanStream& stream, const AllanResult& result) {
   if (!is_alone(stream, result))
     page.blocks.emplace_back(report::Subheading{std::string(name(stream.kind))});
+  if (!is_alone(stream, result))
+    page.blocks.emplace_back(report::Paragraph{capital(stream_sentence(stream, result))});
   page.blocks.emplace_back(
       report::Figure{noise_chart(stream, result), noise_caption(result.request.confidence)});
   page.blocks.emplace_back(coefficient_table(stream, result));
@@ -444,7 +464,8 @@ report::Document allan_page(const AllanResult& result) {
   report::Document page;
   page.title = "Allan deviation";
   page.subtitle = result.request.record;
-  page.verdict = verdict(result);
+  const std::string compensation = compensation_sentences(result);
+  page.verdict = compensation.empty() ? verdict(result) : compensation;
   page.blocks.emplace_back(report::Paragraph{record_note(result)});
   for (const std::string& warning : result.warnings)
     page.blocks.emplace_back(report::Paragraph{"Note: " + warning + "."});

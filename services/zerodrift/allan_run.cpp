@@ -5,8 +5,6 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <limits>
 #include <stdexcept>
 
@@ -17,6 +15,7 @@
 #include "common/report/numbers.h"
 #include "common/service/host.h"
 #include "services/zerodrift/progress_bar.h"
+#include "services/zerodrift/record_rows.h"
 
 namespace zerodrift::services {
 namespace {
@@ -69,22 +68,6 @@ double nominal_period_s(const AllanRequest& request) {
                                 "says something from hundreds on");
   }
   return allan::nominal_period_s(std::move(steps_s));
-}
-
-// Rows of a plain file, judged by the length of its first ones; 0: not known.
-double expected_rows(const std::string& file) {
-  constexpr std::size_t kLooked = 1 << 16;
-  if (std::filesystem::path(file).extension() != ".csv") return 0.0;
-  std::ifstream stream(file, std::ios::binary);
-  std::string head(kLooked, '\0');
-  stream.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<std::size_t>(stream.gcount()));
-  const auto lines = std::count(head.begin(), head.end(), '\n');
-  if (lines == 0) return 0.0;
-  std::error_code error;
-  const auto bytes = std::filesystem::file_size(file, error);
-  if (error) return 0.0;
-  return static_cast<double>(bytes) * static_cast<double>(lines) / static_cast<double>(head.size());
 }
 
 // One axis of the record as it is read.
@@ -166,14 +149,14 @@ enum class Reading { kWhole, kStopped };
 
 Reading read_all(const AllanRequest& request, RecordReader& reader, allan::SampleClock& clock,
                  std::vector<Source>& sources, AllanResult& result, ProgressBar& bar) {
-  const double rows_expected = expected_rows(request.record);
+  const std::optional<double> rows_expected = estimated_rows(request.record);
   RowNumbers rows;
   std::optional<core::SensorTime> first, previous;
   while (const RecordRow* row = reader.next()) {
     if (row->index % kLookEvery == 0) {
       if (service::wait_for_stop(std::chrono::milliseconds(0))) return Reading::kStopped;
-      if (rows_expected > 0.0)
-        bar.show(kReading * std::min(1.0, static_cast<double>(row->index) / rows_expected));
+      if (rows_expected)
+        bar.show(kReading * std::min(1.0, static_cast<double>(row->index) / *rows_expected));
     }
     if (!has_any_rate(*row)) continue;
     rows.add(row->index);
@@ -207,7 +190,7 @@ void warn(const AllanStream& stream, double longest_gap_s, AllanResult& result) 
   const SeriesReport& r = stream.report;
   const std::string who = label(stream) + ": ";
   const auto at = [&](std::uint64_t place) {
-    return significant(static_cast<double>(place) * result.period_s, 6) +
+    return (place == 0 ? "0" : significant(static_cast<double>(place) * result.period_s, 6)) +
            " s after the first sample";
   };
   auto& lines = result.warnings;

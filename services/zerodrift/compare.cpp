@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // zerodrift compare: all schemes on one record, judged honestly, and as the paper did.
-#include <algorithm>
 #include <cstdio>
 #include <memory>
 
@@ -11,6 +10,7 @@
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/comparison_report.h"
 #include "services/zerodrift/comparison_run.h"
+#include "services/zerodrift/paragraph.h"
 
 namespace zerodrift::services {
 namespace {
@@ -22,26 +22,6 @@ struct CompareOptions {
   std::string html;
   std::optional<double> train_until;
 };
-
-constexpr std::size_t kTextWidth = 110;
-
-// A paragraph in lines of at most kTextWidth, broken at blanks.
-void print_paragraph(const std::string& text) {
-  std::size_t column = 0;
-  for (std::size_t begin = 0; begin < text.size();) {
-    const std::size_t end = std::min(text.find(' ', begin), text.size());
-    const std::size_t length = end - begin;
-    if (column > 0) {
-      const bool fits = column + 1 + length <= kTextWidth;
-      std::putchar(fits ? ' ' : '\n');
-      column = fits ? column + 1 : 0;
-    }
-    std::printf("%.*s", static_cast<int>(length), text.c_str() + begin);
-    column += length;
-    begin = end + 1;
-  }
-  std::printf("\n\n");
-}
 
 // A file that can't be written is better known before minutes of computing than after.
 void require_writable(const std::string& file) {

@@ -6,8 +6,6 @@
 #include <charconv>
 #include <chrono>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <limits>
 #include <set>
 #include <stdexcept>
@@ -15,6 +13,7 @@
 #include "common/report/numbers.h"
 #include "services/zerodrift/offline_run.h"
 #include "services/zerodrift/progress_bar.h"
+#include "services/zerodrift/record_rows.h"
 
 namespace zerodrift::services {
 namespace {
@@ -105,20 +104,6 @@ void check(const ComparisonRequest& request) {
     throw std::invalid_argument("--train-until: found " + shortest(*request.train_until_s) +
                                 ", expected a time above 0 and up to 4e6 s");
   }
-}
-
-// Rows of a plain CSV, from its size and its first lines; nothing of a compressed one.
-std::optional<double> estimated_rows(const std::filesystem::path& record) {
-  std::error_code error;
-  const auto size = std::filesystem::file_size(record, error);
-  if (error || record.extension() != ".csv") return std::nullopt;
-  std::string begin(std::size_t{1} << 16U, '\0');
-  std::ifstream file(record, std::ios::binary);
-  file.read(begin.data(), static_cast<std::streamsize>(begin.size()));
-  begin.resize(static_cast<std::size_t>(file.gcount()));
-  const auto lines = std::count(begin.begin(), begin.end(), '\n');
-  if (lines == 0) return std::nullopt;
-  return static_cast<double>(size) * static_cast<double>(lines) / static_cast<double>(begin.size());
 }
 
 // What the first reading of a record gives.

@@ -4,25 +4,34 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <memory>
+#include <stdexcept>
 #include <utility>
 
 #include "common/config/twin_config.h"
 #include "common/record/atomic_file.h"
+#include "common/record/record_reader.h"
 #include "common/report/json_file.h"
+#include "common/report/numbers.h"
 #include "common/report/plain_text.h"
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
-#include "services/zerodrift/allan_paragraph.h"
 #include "services/zerodrift/commands.h"
+#include "services/zerodrift/diagnosis_live.h"
 #include "services/zerodrift/diagnosis_report.h"
 #include "services/zerodrift/diagnosis_run.h"
+#include "services/zerodrift/paragraph.h"
 
 namespace zerodrift::services {
 namespace {
 
+constexpr double kShortestS = 600.0;  // that a diagnosis can be made of
+
 struct DiagnoseOptions {
   DiagnosisRequest request;
+  bool live = false;
+  LiveOptions listening;
   std::vector<std::string> axes;
   std::string out_model;
   std::string json;
@@ -56,7 +65,7 @@ std::string check_date(const std::string& text) {
 // Written last and over whatever is there, so none may be what was read.
 void check_outputs(const DiagnoseOptions& options) {
   std::vector<std::string> inputs = options.request.validation;
-  inputs.push_back(options.request.record);
+  if (!options.live) inputs.push_back(options.request.record);
   const std::vector<std::pair<const char*, const std::string&>> outputs{
       {"--out-model", options.out_model}, {"--json", options.json}, {"--html", options.html}};
   for (const auto& [option, file] : outputs) {
@@ -84,15 +93,25 @@ void write_model(const DiagnosisResult& result, const std::string& file) {
                       : file + ": the model as it was, nothing was changed");
 }
 
-int diagnose(DiagnoseOptions options) {
-  for (const std::string& name : options.axes) {
-    for (const auto axis : core::kAxes) {
-      if (core::name(axis) == name) options.request.axes.push_back(axis);
-    }
+// Better known before listening for an hour than after.
+void check_inputs(const DiagnoseOptions& options) {
+  if (options.live != options.request.record.empty()) {
+    throw std::invalid_argument(options.live
+                                    ? "--record: found beside --live, expected one of both"
+                                    : "--record: missing; name a record, or listen with --live");
   }
-  if (options.request.date.empty()) options.request.date = today();
-  check_outputs(options);
-  const DiagnosisResult result = run_diagnosis(options.request);
+  if (!options.live) return;
+  if (!(options.listening.duration_s >= kShortestS)) {
+    throw std::invalid_argument("--duration: found " +
+                                report::significant(options.listening.duration_s, 3) +
+                                " s, expected at least 600 s: less says nothing of drift");
+  }
+  static_cast<void>(config::load_model(options.request.model));
+  for (const std::string& file : options.request.validation)
+    static_cast<void>(record::inspect(file));
+}
+
+void take(const DiagnoseOptions& options, const DiagnosisResult& result) {
   for (const auto& line : result.warnings)
     std::fprintf(stderr, "%s\n", report::one_line(line).c_str());
   for (const std::string& sentence : diagnosis_sentences(result))
@@ -103,6 +122,25 @@ int diagnose(DiagnoseOptions options) {
   if (!options.json.empty()) report::write_json(options.json, diagnosis_json(result));
   if (!options.html.empty()) report::write_html(options.html, diagnosis_page(result));
   if (!options.out_model.empty()) write_model(result, options.out_model);
+  std::fflush(stdout);
+}
+
+int diagnose(DiagnoseOptions options) {
+  for (const std::string& name : options.axes) {
+    for (const auto axis : core::kAxes) {
+      if (core::name(axis) == name) options.request.axes.push_back(axis);
+    }
+  }
+  if (options.request.date.empty()) options.request.date = today();
+  check_inputs(options);
+  check_outputs(options);
+  if (options.live) {
+    LiveDiagnosis live(options.request, options.listening);
+    live.run([&options](const DiagnosisResult& result) { take(options, result); });
+    service::end_within(service::kStopWithin, service::kExitDone);
+  } else {
+    take(options, run_diagnosis(options.request));
+  }
   return service::kExitDone;
 }
 
@@ -114,7 +152,19 @@ void add_diagnose(CLI::App& app, Run& run) {
   auto options = std::make_shared<DiagnoseOptions>();
   DiagnosisRequest& request = options->request;
   command->add_option("--model", request.model, "the twin's model file")->required();
-  command->add_option("--record", request.record, "a .csv, .csv.gz or .csv.xz file")->required();
+  command->add_option("--record", request.record, "a .csv, .csv.gz or .csv.xz file");
+  command->add_flag("--live", options->live,
+                    "in place of a record: what a running system publishes; Ctrl-C diagnoses what "
+                    "was heard so far");
+  command
+      ->add_option("--duration", options->listening.duration_s,
+                   "with --live: listen for so long, in sensor time: 90min, 5h; s without a unit")
+      ->transform(CLI::AsNumberWithUnit(
+          std::map<std::string, double>{{"s", 1.0}, {"min", 60.0}, {"h", 3600.0}}))
+      ->capture_default_str();
+  command->add_option("--gyro-id", options->listening.gyro_id, "with --live: which gyro")
+      ->capture_default_str();
+  service::add_network_options(*command, options->listening.network);
   command->add_option("--columns", request.columns,
                       "names and units of a foreign CSV; of all records");
   command->add_option("--validate", request.validation,

@@ -123,41 +123,31 @@ bool is_equal(const twin::EffectSpec& a, const twin::EffectSpec& b) {
          a.standard_errors == b.standard_errors && a.inputs == b.inputs;
 }
 
-}  // namespace
-
-ModelChange change_between(const twin::Model& model, const twin::Model& repaired) {
-  const bool equal = std::equal(model.effects.begin(), model.effects.end(),
-                                repaired.effects.begin(), repaired.effects.end(), is_equal);
-  return equal ? ModelChange::kUnchanged : ModelChange::kRepaired;
-}
-
-DiagnosisResult run_diagnosis(const DiagnosisRequest& request) {
-  check(request);
+DiagnosisResult diagnose_with(const DiagnosisRequest& request, const MeasuredRecord& record,
+                              ProgressBar& bar) {
   const config::LoadedModel loaded = config::load_model(request.model);
   DiagnosisResult result;
   result.model = request.model;
   result.gyro = loaded.model.gyro;
   result.warnings = loaded.warnings;
-
-  ProgressBar bar("diagnose");
-  const double step = kReading / static_cast<double>(1 + request.validation.size());
-  double done = 0.0;
-  const auto read = [&](const std::string& file, const std::vector<core::Axis>& axes) {
-    bar.show(done);
-    MeasuredRecord record =
-        read_measured_record({.record = file, .columns = request.columns, .axes = axes},
-                             [&](double share) { bar.show(done + step * share); });
-    done += step;
-    result.warnings.insert(result.warnings.end(), record.warnings.begin(), record.warnings.end());
-    compare_noise(loaded.model, record, result.warnings);
-    return record;
+  const auto note = [&](const MeasuredRecord& measured) {
+    result.warnings.insert(result.warnings.end(), measured.warnings.begin(),
+                           measured.warnings.end());
+    compare_noise(loaded.model, measured, result.warnings);
   };
-  const MeasuredRecord record = read(request.record, request.axes);
+  note(record);
   name_bare_axes(loaded.model, request, record, result.warnings);
   result.record = summary_of(record);
   std::vector<diagnosis::MeasuredSeries> validation;
+  const double share_of_each = kReading / static_cast<double>(1 + request.validation.size());
+  double done = share_of_each;
   for (const std::string& file : request.validation) {
-    MeasuredRecord held_out = read(file, {});
+    bar.show(done);
+    MeasuredRecord held_out =
+        read_measured_record({.record = file, .columns = request.columns},
+                             [&](double share) { bar.show(done + share_of_each * share); });
+    done += share_of_each;
+    note(held_out);
     require_common_axis(record, held_out);
     result.validation.push_back(summary_of(held_out));
     validation.push_back(std::move(held_out.series));
@@ -169,6 +159,31 @@ DiagnosisResult run_diagnosis(const DiagnosisRequest& request) {
   require_an_axis(result);
   result.change = change_between(loaded.model, result.diagnosis.repaired);
   return result;
+}
+
+}  // namespace
+
+ModelChange change_between(const twin::Model& model, const twin::Model& repaired) {
+  const bool equal = std::equal(model.effects.begin(), model.effects.end(),
+                                repaired.effects.begin(), repaired.effects.end(), is_equal);
+  return equal ? ModelChange::kUnchanged : ModelChange::kRepaired;
+}
+
+DiagnosisResult run_diagnosis(const DiagnosisRequest& request) {
+  check(request);
+  ProgressBar bar("diagnose");
+  const double share_of_each = kReading / static_cast<double>(1 + request.validation.size());
+  bar.show(0.0);
+  const MeasuredRecord record = read_measured_record(
+      {.record = request.record, .columns = request.columns, .axes = request.axes},
+      [&](double share) { bar.show(share_of_each * share); });
+  return diagnose_with(request, record, bar);
+}
+
+DiagnosisResult run_diagnosis(const DiagnosisRequest& request, const MeasuredRecord& record) {
+  check(request);
+  ProgressBar bar("diagnose");
+  return diagnose_with(request, record, bar);
 }
 
 }  // namespace zerodrift::services

@@ -8,6 +8,7 @@
 #include "common/core/axis.h"
 #include "common/diagnosis/diagnosis.h"
 #include "common/twin/model.h"
+#include "services/zerodrift/measured_record.h"
 
 namespace zerodrift::services {
 
@@ -49,5 +50,8 @@ struct DiagnosisResult {
 // Shows its progress on a terminal. Throws config::ConfigError, record::RecordError,
 // std::invalid_argument with one line: what is wrong with the request, or what a record lacks.
 [[nodiscard]] DiagnosisResult run_diagnosis(const DiagnosisRequest& request);
+// The same with a record that was measured already; request.record is its name.
+[[nodiscard]] DiagnosisResult run_diagnosis(const DiagnosisRequest& request,
+                                            const MeasuredRecord& record);
 
 }  // namespace zerodrift::services

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -15,6 +13,8 @@
 #include "common/record/record_reader.h"
 #include "common/report/numbers.h"
 #include "common/report/plain_text.h"
+#include "common/twin/temperature_point.h"
+#include "services/zerodrift/record_rows.h"
 
 namespace zerodrift::services {
 namespace {
@@ -91,7 +91,6 @@ class ColumnWatch {
       highest_impossible_ = std::max(highest_impossible_, value);
       return kNone;
     }
-    if (readings_ > 0) sum_of_steps_ += std::abs(value - last_);
     ++readings_;
     last_ = value;
     lowest_ = std::min(lowest_, value);
@@ -106,13 +105,6 @@ class ColumnWatch {
   }
   [[nodiscard]] double range() const { return readings_ > 0 ? highest_ - lowest_ : 0.0; }
   [[nodiscard]] double last() const { return last_; }
-
-  // Standard deviation of white noise with such steps: E|x - y| = 2 sigma / sqrt(pi).
-  [[nodiscard]] double noise() const {
-    if (readings_ < 2) return kNone;
-    const double mean_step = sum_of_steps_ / static_cast<double>(readings_ - 1);
-    return 0.5 * mean_step / std::numbers::inv_sqrtpi;
-  }
 
   // A line on the readings that were not passed on, if any.
   [[nodiscard]] std::optional<std::string> complaint() const {
@@ -169,7 +161,6 @@ class ColumnWatch {
   std::uint64_t readings_ = 0;
   std::uint64_t impossible_ = 0;
   double last_ = kNone;
-  double sum_of_steps_ = 0.0;
   double lowest_ = std::numeric_limits<double>::infinity();
   double highest_ = -std::numeric_limits<double>::infinity();
   double lowest_impossible_ = std::numeric_limits<double>::infinity();
@@ -234,6 +225,26 @@ void put(double value, const BoundColumn& column, diagnosis::MeasuredRow& row,
   }
 }
 
+// Noise from sample to sample. E|x - y| of white noise is 2 sigma / sqrt(pi).
+class StepNoise {
+ public:
+  void add(double value) {
+    if (!std::isfinite(value)) return;
+    if (readings_ > 0) sum_ += std::abs(value - last_);
+    ++readings_;
+    last_ = value;
+  }
+  [[nodiscard]] double standard_deviation() const {
+    if (readings_ < 2) return kNone;
+    return 0.5 * sum_ / static_cast<double>(readings_ - 1) / std::numbers::inv_sqrtpi;
+  }
+
+ private:
+  std::uint64_t readings_ = 0;
+  double last_ = 0.0;
+  double sum_ = 0.0;
+};
+
 // Steps in time that are longer than a sample period.
 struct Gaps {
   std::uint64_t count = 0;
@@ -247,20 +258,6 @@ struct Gaps {
     lost_s += step_s - period_s;
   }
 };
-
-// Rows of a plain CSV, from its size and its first lines; nothing of a compressed one.
-std::optional<double> estimated_rows(const std::filesystem::path& file) {
-  std::error_code error;
-  const auto size = std::filesystem::file_size(file, error);
-  if (error || file.extension() != ".csv") return std::nullopt;
-  std::string begin(std::size_t{1} << 16U, '\0');
-  std::ifstream stream(file, std::ios::binary);
-  stream.read(begin.data(), static_cast<std::streamsize>(begin.size()));
-  begin.resize(static_cast<std::size_t>(stream.gcount()));
-  const auto lines = std::count(begin.begin(), begin.end(), '\n');
-  if (lines == 0) return std::nullopt;
-  return static_cast<double>(size) * static_cast<double>(lines) / static_cast<double>(begin.size());
-}
 
 std::string axis_names(const core::PerAxis<bool>& has) {
   std::string names;
@@ -286,8 +283,7 @@ void require_axes(const record::RecordInfo& info, const MeasuredRecordRequest& r
   }
 }
 
-double require_period(const record::RecordInfo& info, const std::string& file) {
-  const double period_s = info.sample_period_s;
+double require_period(double period_s, const std::string& file) {
   if (period_s > 0.0 && period_s <= kLongestPeriodS) return period_s;
   throw std::invalid_argument(
       file + ": found " +
@@ -296,56 +292,52 @@ double require_period(const record::RecordInfo& info, const std::string& file) {
       ", expected one every minute or more often: means of 60 s are compared");
 }
 
-// Reads one record.
-class Reading {
+// Places of the twin first, in its order; the others by name.
+void sort_probes(std::vector<diagnosis::ProbeSeries>& probes) {
+  const auto place = [](const diagnosis::ProbeSeries& probe) {
+    const auto point = twin::temperature_point(probe.name);
+    return point ? twin::index(*point) : twin::kTemperaturePointCount;
+  };
+  std::sort(probes.begin(), probes.end(), [&](const auto& a, const auto& b) {
+    return std::pair(place(a), a.name) < std::pair(place(b), b.name);
+  });
+}
+
+MeasuredColumns columns_of(const record::RecordInfo& info, const MeasuredRecordRequest& request,
+                           const std::vector<record::ColumnMapping>& map) {
+  require_axes(info, request);
+  MeasuredColumns columns{.file = request.record,
+                          .probes = info.probes,
+                          .has_reference = info.has_reference != core::PerAxis<bool>{},
+                          .sample_period_s = info.sample_period_s};
+  const auto is_wanted = [&](core::Axis axis) {
+    return request.axes.empty() ||
+           std::find(request.axes.begin(), request.axes.end(), axis) != request.axes.end();
+  };
+  for (const BoundColumn& column : record::bind_columns(info.path, info.columns, map).columns) {
+    if (column.role != record::ColumnRole::kValue) continue;
+    if (column.channel.quantity == Quantity::kRate && !is_wanted(column.channel.axis)) continue;
+    columns.columns.push_back(column);
+  }
+  return columns;
+}
+
+}  // namespace
+
+// Takes the rows of one record.
+class MeasuredRecordBuilder::Implementation {
  public:
-  explicit Reading(const MeasuredRecordRequest& request)
-      : request_(request),
-        map_(record::parse_column_map(request.columns)),
-        reader_(request.record, record::RecordOptions{.columns = map_}) {
-    const record::RecordInfo& info = reader_.info();
-    require_axes(info, request);
-    period_s_ = require_period(info, request.record);
-    const auto layout = record::bind_columns(info.path, info.columns, map_);
-    for (const BoundColumn& column : layout.columns) {
-      if (column.role != record::ColumnRole::kValue) continue;
-      if (column.channel.quantity == Quantity::kRate && !is_wanted(column.channel.axis)) continue;
-      watches_.emplace_back(column);
-    }
-    temperature_degc_.assign(info.probes.size(), kNone);
-    has_reference_ = info.has_reference != core::PerAxis<bool>{};
+  explicit Implementation(MeasuredColumns columns)
+      : columns_(std::move(columns)),
+        series_({.probes = columns_.probes,
+                 .has_reference = columns_.has_reference,
+                 .sample_period_s = require_period(columns_.sample_period_s, columns_.file)}),
+        temperature_degc_(columns_.probes.size(), kNone) {
+    for (const BoundColumn& column : columns_.columns) watches_.emplace_back(column);
   }
 
-  MeasuredRecord read(const std::function<void(double)>& progress) {
-    diagnosis::SeriesBuilder builder({.probes = reader_.info().probes,
-                                      .has_reference = has_reference_,
-                                      .sample_period_s = period_s_});
-    const std::optional<double> expected_rows = estimated_rows(request_.record);
-    std::uint64_t rows = 0;
-    while (const record::RecordRow* row = reader_.next()) {
-      add(*row, builder);
-      if (rows++ > 0) gaps_.add(row->interval_s, period_s_);
-      if (expected_rows && rows % kRowsPerProgress == 0)
-        progress(static_cast<double>(rows) / *expected_rows);
-    }
-    MeasuredRecord measured{.file = request_.record};
-    measured.series = finish(builder);
-    require_length(measured);
-    measured.sample_noise_radps = kNoAxis;
-    for (std::string line : reader_.warnings()) measured.warnings.push_back(std::move(line));
-    tell_of_columns(measured);
-    tell_of_rest(measured);
-    tell_of_time(measured);
-    return measured;
-  }
-
- private:
-  [[nodiscard]] bool is_wanted(core::Axis axis) const {
-    return request_.axes.empty() ||
-           std::find(request_.axes.begin(), request_.axes.end(), axis) != request_.axes.end();
-  }
-
-  void add(const record::RecordRow& row, diagnosis::SeriesBuilder& builder) {
+  void add(const record::RecordRow& row) {
+    if (rows_++ > 0) gaps_.add(row.interval_s, columns_.sample_period_s);
     diagnosis::MeasuredRow measured{.time_s = core::seconds(row.time),
                                     .rate_radps = kNoAxis,
                                     .reference_radps = {},
@@ -359,32 +351,48 @@ class Reading {
       const double value = watch.pass(value_of(row, watch.column()));
       put(value, watch.column(), measured, temperature_degc_);
     }
-    builder.add(measured);
+    // Turns are no noise.
+    for (std::size_t axis = 0; axis < core::kAxisCount; ++axis)
+      noise_[axis].add(measured.rate_radps[axis] - measured.reference_radps[axis]);
+    series_.add(measured);
   }
 
+  MeasuredRecord finish() {
+    MeasuredRecord measured{.file = columns_.file};
+    measured.series = finished_series();
+    require_length(measured);
+    measured.sample_noise_radps = kNoAxis;
+    tell_of_columns(measured);
+    tell_of_rest(measured);
+    tell_of_time(measured);
+    sort_probes(measured.series.probes);
+    return measured;
+  }
+
+ private:
   void require_length(const MeasuredRecord& measured) const {
     if (measured.duration_s() >= kShortestS && measured.series.size >= kFewestIntervals) return;
-    throw std::invalid_argument(request_.record + ": found " +
-                                significant(measured.duration_s(), kDigits) +
-                                " s with a sample every " + significant(period_s_, kDigits) +
-                                " s, expected at least 10 min and 60 samples");
+    throw std::invalid_argument(
+        columns_.file + ": found " + significant(measured.duration_s(), kDigits) +
+        " s with a sample every " + significant(columns_.sample_period_s, kDigits) +
+        " s, expected at least 10 min and 60 samples");
   }
 
-  [[nodiscard]] diagnosis::MeasuredSeries finish(diagnosis::SeriesBuilder& builder) const {
+  [[nodiscard]] diagnosis::MeasuredSeries finished_series() {
     try {
-      return builder.finish();
+      return series_.finish();
     } catch (const std::invalid_argument& error) {
       std::string why;
       for (const ColumnWatch& watch : watches_) {
         if (watch.column().channel.quantity != Quantity::kRate) continue;
         if (const auto complaint = watch.complaint()) why = "; " + *complaint;
       }
-      throw std::invalid_argument(request_.record + ": " + error.what() + why);
+      throw std::invalid_argument(columns_.file + ": " + error.what() + why);
     }
   }
 
   void warn(MeasuredRecord& measured, const std::string& text) const {
-    measured.warnings.push_back(request_.record + ": " + text);
+    measured.warnings.push_back(columns_.file + ": " + text);
   }
 
   void tell_of_columns(MeasuredRecord& measured) const {
@@ -409,7 +417,7 @@ class Reading {
     tell_of_acceleration(measured);
     const core::PerAxis<std::vector<double>> none{};
     if (measured.series.rate_radps != none) return;
-    throw std::invalid_argument(request_.record +
+    throw std::invalid_argument(columns_.file +
                                 ": every reading of every rate is equal, a gyro's never are; "
                                 "expected an axis that moves");
   }
@@ -425,7 +433,7 @@ class Reading {
       measured.series.sample_variance[axis].clear();
       return;
     }
-    measured.sample_noise_radps[axis] = watch.noise();
+    measured.sample_noise_radps[axis] = noise_[axis].standard_deviation();
   }
 
   // A stuck probe beside moving ones would pass for the other end of a gradient.
@@ -464,7 +472,7 @@ class Reading {
   }
 
   void tell_of_rest(MeasuredRecord& measured) const {
-    if (has_reference_) return;
+    if (columns_.has_reference) return;
     warn(measured,
          "no true rate (reference_x_deg_h, ...): taken as 0, so the gyro must have been at rest");
     for (std::size_t axis = 0; axis < core::kAxisCount; ++axis) {
@@ -498,27 +506,51 @@ class Reading {
       warn(measured, "only " + significant(measured.duration_s() / 60.0, kDigits) +
                          " min long: slow effects and slow noise look alike in it");
     }
-    if (period_s_ > 1.0) {
-      warn(measured, "a sample every " + significant(period_s_, kDigits) +
+    if (columns_.sample_period_s > 1.0) {
+      warn(measured, "a sample every " + significant(columns_.sample_period_s, kDigits) +
                          " s: nothing faster than that can be seen");
     }
   }
 
-  const MeasuredRecordRequest& request_;
-  std::vector<record::ColumnMapping> map_;
-  record::RecordReader reader_;
-  double period_s_ = 0.0;
-  bool has_reference_ = false;
+  const MeasuredColumns columns_;
+  diagnosis::SeriesBuilder series_;
   std::vector<ColumnWatch> watches_;
+  core::PerAxis<StepNoise> noise_;
   std::vector<double> temperature_degc_;
+  std::uint64_t rows_ = 0;
   Gaps gaps_;
 };
 
-}  // namespace
+MeasuredRecordBuilder::MeasuredRecordBuilder(MeasuredColumns columns)
+    : implementation_(std::make_unique<Implementation>(std::move(columns))) {}
+MeasuredRecordBuilder::~MeasuredRecordBuilder() = default;
+MeasuredRecordBuilder::MeasuredRecordBuilder(MeasuredRecordBuilder&&) noexcept = default;
+MeasuredRecordBuilder& MeasuredRecordBuilder::operator=(MeasuredRecordBuilder&&) noexcept = default;
+
+void MeasuredRecordBuilder::add(const record::RecordRow& row) {
+  implementation_->add(row);
+}
+
+MeasuredRecord MeasuredRecordBuilder::finish() {
+  return implementation_->finish();
+}
 
 MeasuredRecord read_measured_record(const MeasuredRecordRequest& request,
                                     const std::function<void(double)>& progress) {
-  return Reading(request).read(progress);
+  const auto map = record::parse_column_map(request.columns);
+  record::RecordReader reader(request.record, record::RecordOptions{.columns = map});
+  MeasuredRecordBuilder builder(columns_of(reader.info(), request, map));
+  const std::optional<double> expected_rows = estimated_rows(request.record);
+  std::uint64_t rows = 0;
+  while (const record::RecordRow* row = reader.next()) {
+    builder.add(*row);
+    if (expected_rows && ++rows % kRowsPerProgress == 0)
+      progress(static_cast<double>(rows) / *expected_rows);
+  }
+  MeasuredRecord measured = builder.finish();
+  measured.warnings.insert(measured.warnings.begin(), reader.warnings().begin(),
+                           reader.warnings().end());
+  return measured;
 }
 
 }  // namespace zerodrift::services

@@ -4,11 +4,14 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "common/core/axis.h"
 #include "common/diagnosis/measured_series.h"
+#include "common/record/record_layout.h"
+#include "common/record/record_reader.h"
 
 namespace zerodrift::services {
 
@@ -21,7 +24,7 @@ struct MeasuredRecordRequest {
 struct MeasuredRecord {
   std::string file;
   diagnosis::MeasuredSeries series{};
-  // From sample to sample, rad/s; NaN where nothing is known.
+  // From sample to sample, true rate taken off, rad/s; NaN where nothing is known.
   core::PerAxis<double> sample_noise_radps{};
   core::PerAxis<std::string> rate_column{};
   std::vector<std::string> warnings{};  // one line each, beginning with the file's name
@@ -32,6 +35,35 @@ struct MeasuredRecord {
   [[nodiscard]] bool has(core::Axis axis) const {
     return !series.rate_radps[core::index(axis)].empty();
   }
+};
+
+// What the rows of a record, or of what was heard live, are to be taken for.
+struct MeasuredColumns {
+  std::string file;                            // or a name; each line on what was found begins so
+  std::vector<record::BoundColumn> columns{};  // values alone; rates of the wanted axes
+  std::vector<std::string> probes{};
+  bool has_reference = false;
+  double sample_period_s = 1.0;
+};
+
+// The same rows make the same record, whoever brings them. The probes of the series are in the
+// order of the twin's places, others after them by name. Memory O(grid points).
+class MeasuredRecordBuilder {
+ public:
+  // Throws std::invalid_argument where the sample period is too long for a diagnosis.
+  explicit MeasuredRecordBuilder(MeasuredColumns columns);
+  ~MeasuredRecordBuilder();
+  MeasuredRecordBuilder(MeasuredRecordBuilder&&) noexcept;
+  MeasuredRecordBuilder& operator=(MeasuredRecordBuilder&&) noexcept;
+
+  // In time order. interval_s: since the row before.
+  void add(const record::RecordRow& row);
+  // Throws std::invalid_argument as read_measured_record().
+  [[nodiscard]] MeasuredRecord finish();
+
+ private:
+  class Implementation;
+  std::unique_ptr<Implementation> implementation_;
 };
 
 // `progress` is told the share that was read, 0 to 1. Reads the file once, O(rows). Throws

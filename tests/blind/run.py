@@ -4,6 +4,7 @@
 
     run.py --diagnose PATH_TO_zerodrift --suite fast --seed S [--jobs 2] [--work DIR] [--table out.md] [--keep]
     run.py --diagnose PATH_TO_zerodrift_blind_baselines --baseline bic|stlsq ...
+    run.py ... --at-most-false-names 1 --at-least-right 10 --at-most-failed 0    bars: exit code 1 where one is missed
 
 A case is made, diagnosed and its records deleted, so that a suite needs little room. diagnose is given the paths of the
 case alone; the truth lies in another folder. One case may take --timeout seconds; then it counts as failed.
@@ -89,6 +90,9 @@ def main(argv=None):
     parser.add_argument("--work", help="default: a temporary folder, deleted at the end")
     parser.add_argument("--keep", action="store_true", help="keep the records (needs --work)")
     parser.add_argument("--table", help="also write the table here")
+    parser.add_argument("--at-most-false-names", type=int, help="bar: null cases with a false name or unknown effect")
+    parser.add_argument("--at-least-right", type=int, help="bar: right cases that hide something (score.is_right)")
+    parser.add_argument("--at-most-failed", type=int, help="bar: cases without a readable result")
     options = parser.parse_args(argv)
     try:
         suites.check_seed(options.suite, options.seed)
@@ -106,10 +110,16 @@ def main(argv=None):
                    "suite": options.suite, "seed": options.seed, "work": str(work), "timeout_s": options.timeout,
                    "keep": options.keep and bool(options.work)}, indices, options.jobs)
         title = f"suite {options.suite}, seed {options.seed}, {options.baseline or 'diagnose'}"
-        text = score.table_text(score.load_results(work / "truth", work / "results"), title)
+        scored = score.load_results(work / "truth", work / "results")
+        text = score.table_text(scored, title)
         print(text, end="")
         if options.table:
             pathlib.Path(options.table).write_text(text)
+        missed = score.missed_bars(scored, options.at_most_false_names, options.at_least_right, options.at_most_failed)
+        for line in missed:
+            print(line, file=sys.stderr)
+        if missed:
+            return 1
     finally:
         if not options.work:
             shutil.rmtree(work)

@@ -171,6 +171,18 @@ def separation(result):
     return effect["d"] * math.sqrt(1 - nearest["share"]) if nearest else None
 
 
+def is_right(result):
+    """A case that hides something: the first name right and no unknown rest; both named; or unknown flagged."""
+    if result.failed:
+        return False
+    kind = result.truth["class"]
+    if kind == "unknown":
+        return result.says_unknown
+    if kind == "double":
+        return all(result.main.found(name) for name in result.true_names)
+    return result.main.top(result.true_names[0]) and not result.says_unknown
+
+
 def score_null(results, failures):
     named = Rate("null: a false name", 0.02, at_least=False)
     unknown = Rate("null: falsely `unknown_effect`", None, at_least=False)
@@ -196,7 +208,7 @@ def score_single(results, failures):
     sizes = []
     for r in results:
         name = r.true_names[0]
-        right = not r.failed and r.main.top(name) and not r.says_unknown
+        right = is_right(r)
         (strong if true_d(r) >= STRONG_D else weak).add(right)
         if separation(r) is not None and separation(r) >= SEPARABLE_D:
             separable.add(right)
@@ -217,7 +229,7 @@ def score_double(results, failures):
     both = Rate("two effects: both named", 0.75)
     precision = Rate("two effects: names that are true", 0.90)
     for r in results:
-        right = not r.failed and all(r.main.found(name) for name in r.true_names)
+        right = is_right(r)
         both.add(right)
         for name in r.main.names:
             precision.add(name in r.true_names)
@@ -231,7 +243,7 @@ def score_unknown(results, failures):
     strong = Rate(f"unknown effect, d ≥ {STRONG_D:.0f}: flagged", None)
     wrong = Rate("unknown effect: a wrong name with probability ≥ 95 %", 0.10, at_least=False)
     for r in results:
-        said = not r.failed and r.says_unknown
+        said = is_right(r)
         certain = r.main.certain_names()
         flagged.add(said)
         if true_d(r) >= STRONG_D:
@@ -310,6 +322,23 @@ def score(results):
             score_double(by_class["double"], failures) + score_unknown(by_class["unknown"], failures) +
             score_proof(results, failures) + score_running(results))
     return rows, failures
+
+
+def missed_bars(results, most_false_names=None, least_right=None, most_failed=None):
+    """A line for each bar that is missed; None is no bar."""
+    nulls = [r for r in results if r.truth["class"] == "null"]
+    hiding = [r for r in results if r.truth["class"] != "null"]
+    false_names = sum(r.failed or bool(r.main.effects) or r.says_unknown for r in nulls)
+    right = sum(is_right(r) for r in hiding)
+    failed = sum(r.failed for r in results)
+    lines = []
+    if most_false_names is not None and false_names > most_false_names:
+        lines.append(f"found {false_names} false findings on {len(nulls)} null cases, expected at most {most_false_names}")
+    if least_right is not None and right < least_right:
+        lines.append(f"found {right} right of {len(hiding)} cases that hide something, expected {least_right} at least")
+    if most_failed is not None and failed > most_failed:
+        lines.append(f"found {failed} of {len(results)} cases without a readable result, expected {most_failed} at most")
+    return lines
 
 
 def confusion(results):

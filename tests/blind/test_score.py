@@ -39,6 +39,27 @@ def rows_of(*pairs):
     return {row[0]: row for row in rows}, failures
 
 
+class Bars(unittest.TestCase):
+    RESULTS = [score.Result(t, r, {}) for t, r in (
+        (truth("null"), report()), (truth("null"), report([named("shupe")])), (truth("null"), None),
+        (truth("single", ["magnetic"]), report([named("magnetic")])),
+        (truth("single", ["magnetic"]), report([named("magnetic")], unknown={"description": "?"})),
+        (truth("double", ["magnetic", "line"]), report([named("magnetic"), named("line")])),
+        (truth("unknown", ["bump"]), report(unknown={"description": "?"})))]
+
+    def test_what_reaches_its_bars_misses_none(self):
+        self.assertEqual(score.missed_bars(self.RESULTS), [])
+        self.assertEqual(score.missed_bars(self.RESULTS, most_false_names=2, least_right=3, most_failed=1), [])
+
+    def test_each_bar_can_be_missed_and_says_so_in_a_line(self):
+        for bars, words in (({"most_false_names": 1}, "2 false findings on 3"),
+                            ({"least_right": 4}, "3 right of 4"),
+                            ({"most_failed": 0}, "1 of 7 cases without")):
+            lines = score.missed_bars(self.RESULTS, **bars)
+            self.assertEqual(len(lines), 1)
+            self.assertIn(words, lines[0])
+
+
 class Intervals(unittest.TestCase):
     def test_wilson_interval_of_a_textbook_case(self):
         # Wilson 1927; 10 of 100 at 95 %: 5.52 to 17.44 %

@@ -17,6 +17,7 @@
 #include <tuple>
 #include <vector>
 
+#include "common/allan/coefficients.h"
 #include "common/allan/rolling_allan.h"
 #include "common/core/units.h"
 #include "common/dds/conversions.h"
@@ -52,7 +53,7 @@ class Gyro {
     sample.raw.time = core::from_seconds(time_s);
     sample.raw.interval_s = 1.0 / rate_hz;
     sample.raw.valid = {true, true, true};
-    sample.raw.clock = core::ClockSource::kHardware;
+    sample.raw.clock = clock;
     for (std::size_t i = 0; i < 3; ++i) {
       sample.applied_drift_radps[i] =
           radps_from_deg_h(0.3 + 1e-3 * std::sin(time_s)) + drift_noise[i] * normal_(random_);
@@ -82,6 +83,7 @@ class Gyro {
 
   double rate_hz;
   double time_s = 1000.0;
+  core::ClockSource clock = core::ClockSource::kHardware;
   core::PerAxis<double> noise_radps{radps_from_deg_h(1.0), radps_from_deg_h(1.0),
                                     radps_from_deg_h(1.0)};
   core::PerAxis<double> drift_noise{};
@@ -105,7 +107,8 @@ class Bench {
         participant("test", system.network()),
         reports(participant),
         events(participant),
-        statuses(participant) {
+        statuses(participant),
+        progress(participant) {
     Arguments arguments{"--window", "60", "--longest-tau", "20", "--period", period_s};
     arguments.insert(arguments.end(), options.begin(), options.end());
     monitor = &system.start("allan_monitor", arguments);
@@ -166,6 +169,7 @@ class Bench {
   Collector<msg::AllanReport> reports;
   Collector<msg::Event> events;
   Collector<msg::ServiceStatus> statuses;
+  Collector<msg::ReplayProgress> progress;
   ChildProcess* monitor = nullptr;
 };
 
@@ -254,6 +258,40 @@ TEST(AllanMonitor, GyrosAreFoundAsTheyComeUpToTheBound) {
       }
     }
   }
+  bench.expect_alive_then_stop();
+}
+
+// A replay that waits for the monitor would wait for ever.
+TEST(AllanMonitor, AReplayIsToldOfSamplesThatAreLeftOutToo) {
+  Bench bench(Domain::kAllanProgress, "0.1", {"--max-gyros", "1"});
+  const auto taken = [&](std::uint32_t id, std::uint64_t sequence) {
+    return eventually(
+        [&] {
+          const auto all = bench.progress.all();
+          return std::any_of(all.begin(), all.end(), [&](const msg::ReplayProgress& p) {
+            return p.gyro_id() == id && p.sequence_number() == sequence;
+          });
+        },
+        5000ms);
+  };
+  Gyro first(bench.participant, 7);
+  first.clock = core::ClockSource::kReplay;
+  first.connect();
+  first.send_for(1.0);  // 0 to 49
+  EXPECT_TRUE(taken(7, 49));
+  for (int k = 0; k < 20; ++k) {
+    auto odd = first.next();
+    odd.raw.interval_s = 1e300;
+    first.send(odd);
+  }
+  first.settle();
+  EXPECT_TRUE(taken(7, 69)) << "samples that are refused";
+
+  Gyro one_too_many(bench.participant, 8);
+  one_too_many.clock = core::ClockSource::kReplay;
+  one_too_many.connect();
+  one_too_many.send_for(1.0);
+  EXPECT_TRUE(taken(8, 49)) << "a gyro beyond the bound";
   bench.expect_alive_then_stop();
 }
 
@@ -434,10 +472,13 @@ struct Columns {
 };
 
 // A temperature regressor cannot lower the true N, and must not raise it: N_compensated / N_raw = 1
-// ± 0.02. Five hours of the paper's chamber at 20 Hz. N is read at the shortest tau, 0.05 s, where
-// white noise is all but a thousandth of the variance: known within 0.15 % there, and shared by
-// both streams. Not by the fit of N, B, K: what the compensation adds between 1 s and 50 s has none
-// of their shapes, and moves the fitted N by up to 3 %.
+// ± 0.02. Five hours of the paper's chamber at 20 Hz. N is read twice: at the shortest tau, 0.05 s,
+// where white noise is all but a thousandth of the variance, known within 0.15 % and shared by both
+// streams; and as identify_noise() gives it from the whole curve. The latter needs its terms on
+// evidence: the compensation adds a hump between 1 s and 50 s (the noise of the temperature rates
+// it learns from) that N, B and K have no shape for - a fit of these three alone is off by up to 3
+// % - and that a Markov noise and a sinusoid describe as far as N is concerned. They describe it
+// badly (reduced chi-square 10): what they say of the hump itself is not to be believed.
 TEST(AllanMonitor, CompensationLeavesTheAngleRandomWalkAsItIs) {
   SystemUnderTest system(Domain::kAllanSameN);
   simulate(system,
@@ -488,15 +529,22 @@ TEST(AllanMonitor, CompensationLeavesTheAngleRandomWalkAsItIs) {
   EXPECT_GT(largest_drift_radps, radps_from_deg_h(0.5)) << "nothing was compensated";
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_EQ(raw[i].samples(), 360000U);
-    const auto n = [](const allan::RollingAllan& stream) {
+    const auto at_shortest_tau = [](const allan::RollingAllan& stream) {
       const auto shortest = stream.point(0, allan::Span::kSinceStart).value();
       return shortest.deviation_radps * std::sqrt(shortest.tau_s);
     };
-    const double n_raw = n(raw[i]);
-    const double n_compensated = n(compensated[i]);
-    std::printf("axis %zu: N raw %.5e, compensated %.5e rad/rt(s), ratio %.5f\n", i, n_raw,
-                n_compensated, n_compensated / n_raw);
-    EXPECT_NEAR(n_compensated / n_raw, 1.0, 0.02);
+    const auto identified = [](const allan::RollingAllan& stream) {
+      const auto report = allan::identify_noise(stream.points(allan::Span::kSinceStart));
+      return report[allan::NoiseTerm::kAngleRandomWalk].value;
+    };
+    for (const auto& [how, n_raw, n_compensated] :
+         {std::tuple{"at the shortest tau", at_shortest_tau(raw[i]),
+                     at_shortest_tau(compensated[i])},
+          std::tuple{"identified", identified(raw[i]), identified(compensated[i])}}) {
+      std::printf("axis %zu, N %s: raw %.5e, compensated %.5e rad/rt(s), ratio %.5f\n", i, how,
+                  n_raw, n_compensated, n_compensated / n_raw);
+      EXPECT_NEAR(n_compensated / n_raw, 1.0, 0.02) << how;
+    }
   }
 }
 

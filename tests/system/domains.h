@@ -46,6 +46,9 @@ enum class Domain : std::uint32_t {
   kAllanCommand,
   kPrior,
   kDiagnoseCommand,
+  kAllanProgress,
+  kDiagnoseLive,
+  kDiagnoseLiveStop,
   kLast = 199,
 };
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Slow ageing-like trend since power-on:
+// Slow ageing-like trend over the record, that a power-on doesn't restart:
 //     R t + L ln(1 + t/tau)
 // Allan variance of the linear part R² tau²/2. Default: 0.01 deg/h per hour, no logarithm.
+#include <algorithm>
 #include <cmath>
 
 #include "common/core/units.h"
@@ -19,7 +20,7 @@ class RateRamp final : public Effect {
         tau_s_(context.parameter("logarithm_tau_s")) {}
 
   double step(const EffectInputs& inputs) noexcept override {
-    const double t = inputs.since_power_on_s;
+    const double t = std::max(inputs.time_s, 0.0);
     const double logarithm =
         logarithm_radps_ != 0.0 ? logarithm_radps_ * std::log1p(t / tau_s_) : 0.0;
     return radps2_ * t + logarithm;
@@ -35,7 +36,7 @@ class RateRamp final : public Effect {
 
 EffectDefinition rate_ramp() {
   return {.kind = "rate_ramp",
-          .equation = "R t + L ln(1 + t/tau), t since power-on",
+          .equation = "R t + L ln(1 + t/tau), t since the start of the record",
           .source = "IEEE Std 952-1997, Annex C",
           .contribution = Contribution::kDrift,
           .parameters = {{"ramp_deg_per_h2", "R, deg/h per hour", 0.01},

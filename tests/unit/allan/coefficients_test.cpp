@@ -64,6 +64,23 @@ TEST(CoefficientLaws, ATermThatIsNotThereGetsAnUpperBound) {
   EXPECT_EQ(report[NoiseTerm::kQuantization].identification, Identification::kNotFitted);
 }
 
+// The first three of 20 octaves are half of what the rest says; one more goes for good measure.
+TEST(CoefficientLaws, OnlyTheOctavesThatDoNotFitAreLeftOutAndOnlyWhereThatHelps) {
+  const PerNoiseTerm<double> truth{0.0, 3e-7, 8e-8, 1e-9, 0.0};
+  auto points = curve(truth);
+  const CoefficientOptions options{.most_octaves_left_out = kMostOctavesLeftOut};
+  EXPECT_EQ(fit_coefficients(points, options).shortest_tau_s, points.front().tau_s);
+  for (std::size_t i = 0; i < 3; ++i) points[i].deviation_radps *= 0.5;
+  const CoefficientReport report = fit_coefficients(points, options);
+  EXPECT_EQ(report.shortest_tau_s, points[4].tau_s);
+  EXPECT_EQ(report.points, points.size() - 4);
+  EXPECT_NEAR(report[NoiseTerm::kAngleRandomWalk].value / 3e-7, 1.0, 1e-6);
+  // Nothing explains a dip in the middle, with the first octaves or without.
+  points = curve(truth);
+  points[8].deviation_radps *= 0.5;
+  EXPECT_EQ(fit_coefficients(points, options).points, points.size());
+}
+
 // The integral behind the table, by a Riemann sum with a step of a 32nd of the shorter tau.
 double integrated_correlation(int alpha, double ratio) {
   const auto s = [alpha](double t) {
@@ -185,6 +202,8 @@ TEST(CoefficientAbuse, WrongOptionsAreNamed) {
   EXPECT_NE(CoefficientOptions{.min_degrees_of_freedom = 0.0}.validate()->find("min_degrees"),
             std::string::npos);
   EXPECT_NE(CoefficientOptions{.max_iterations = 0}.validate()->find("max_iterations"),
+            std::string::npos);
+  EXPECT_NE(CoefficientOptions{.most_octaves_left_out = -1}.validate()->find("most_octaves"),
             std::string::npos);
 }
 

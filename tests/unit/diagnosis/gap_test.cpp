@@ -25,9 +25,17 @@ TEST(GapLaws, BlockMeansOfWhiteNoiseFallWithTheRootOfTheBlock) {
   const std::vector<std::uint8_t> valid(kSize, 1);
   const std::vector<double> variances(kSize, 4.0);
   // 1000 blocks: a standard deviation is known within 1/sqrt(2000) = 2.2 %; 4 sigma.
-  EXPECT_NEAR(rms_of_block_means(noise, valid, 60) / (2.0 / std::sqrt(60.0)), 1.0, 0.09);
+  EXPECT_NEAR(rms_of_block_means(noise, valid, 60).about_mean / (2.0 / std::sqrt(60.0)), 1.0, 0.09);
   // The mean is not counted: one of 60 000 coefficients, of 1000 that a mean over 60 lets through.
   EXPECT_NEAR(expected_rms_of_block_means(variances, 60) / (2.0 / std::sqrt(60.0)), 1.0, 1e-3);
+}
+
+TEST(GapLaws, AnOffsetCountsAboutZeroAndNotAboutTheMean) {
+  const std::vector<double> values{4.0, 4.0, 2.0, 2.0};
+  const std::vector<std::uint8_t> valid(4, 1);
+  const BlockRms rms = rms_of_block_means(values, valid, 2);
+  EXPECT_DOUBLE_EQ(rms.about_mean, 1.0);
+  EXPECT_DOUBLE_EQ(rms.about_zero, std::sqrt(10.0));
 }
 
 TEST(GapLaws, AllanVarianceOfWhiteAndRandomWalkFollowTheirFormulas) {
@@ -71,7 +79,7 @@ TEST(GapAbuse, BlocksWithTooLittleInThemAreLeftOut) {
   const std::vector<std::uint8_t> valid{1, 1, 1, 0, 1};
   EXPECT_EQ(block_means(values, valid, 2).mean, (std::vector<double>{1.0, 5.0}));
   const std::vector<std::uint8_t> none(5, 0);
-  EXPECT_EQ(rms_of_block_means(values, none, 2), 0.0);
+  EXPECT_EQ(rms_of_block_means(values, none, 2).about_zero, 0.0);
 }
 
 }  // namespace

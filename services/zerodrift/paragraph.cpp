@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/zerodrift/allan_paragraph.h"
+#include "services/zerodrift/paragraph.h"
 
 #include <algorithm>
 #include <cstdio>

@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/zerodrift/diagnosis_live.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include "common/dds/conversions.h"
+#include "common/service/main.h"
+#include "services/zerodrift/diagnosis_event.h"
+
+namespace zerodrift::services {
+namespace {
+
+constexpr const char* kName = "diagnose";
+constexpr std::uint64_t kProgressEvery = 32;  // samples between two progress reports
+// Ticks of 0.25 s: a match is known here before it is known there, so that whoever announces itself
+// at once may miss the first samples; and temperatures of the last rates are waited for.
+constexpr int kTicksToBeKnown = 2;
+constexpr int kTicksForTheRest = 8;
+
+record::BoundColumn column_of(std::string header, record::Quantity quantity, core::Axis axis,
+                              std::string probe = {}, std::size_t slot = 0) {
+  record::BoundColumn column;
+  column.header = std::move(header);
+  column.role = record::ColumnRole::kValue;
+  column.channel.quantity = quantity;
+  column.channel.axis = axis;
+  column.channel.probe = std::move(probe);
+  column.slot = slot;
+  return column;
+}
+
+void note(std::vector<std::string>& warnings, const std::string& name, std::uint64_t count,
+          const std::string& what) {
+  if (count > 0) warnings.push_back(name + ": " + std::to_string(count) + " " + what);
+}
+
+}  // namespace
+
+std::string live_name(std::uint32_t gyro_id) {
+  return "gyro " + std::to_string(gyro_id) + " live";
+}
+
+LiveDiagnosis::LiveDiagnosis(const DiagnosisRequest& request, const LiveOptions& options)
+    : request_(request),
+      options_(options),
+      host_(kName, options.network),
+      progress_(host_.participant(), kName),
+      reference_reader_(
+          host_.participant(),
+          [this](const msg::RateReference& m, const dds::SampleOrigin&) { on_reference(m); },
+          host_.observer()),
+      temperature_reader_(
+          host_.participant(),
+          [this](const msg::Temperature& m, const dds::SampleOrigin&) { on_temperature(m); },
+          host_.observer()),
+      rate_reader_(
+          host_.participant(),
+          [this](const msg::AngularRate& m, const dds::SampleOrigin& o) { on_rate(m, o); },
+          host_.observer(),
+          [this](const eprosima::fastrtps::rtps::GUID_t& writer) {
+            const std::lock_guard lock(publisher_mutex_);
+            if (publisher_ == writer) publisher_.reset();
+          }) {
+  request_.record = live_name(options.gyro_id);
+}
+
+// ---------------------------------------- samples
+
+// One publisher an id, so that two streams are never mixed; another one once the first is gone.
+bool LiveDiagnosis::accepts(const dds::SampleOrigin& origin) {
+  const std::lock_guard lock(publisher_mutex_);
+  if (!publisher_) publisher_ = origin.writer;
+  if (*publisher_ == origin.writer) return true;
+  ++rejected_;
+  return false;
+}
+
+void LiveDiagnosis::on_rate(const msg::AngularRate& message, const dds::SampleOrigin& origin) {
+  if (message.gyro_id() != options_.gyro_id) return;
+  if (!accepts(origin)) return;
+  const auto sample = dds::from_message(message);
+  const std::lock_guard lock(mutex_);
+  paced_ = core::is_paced_by_consumers(sample.clock);
+  newest_sequence_ = sample.sequence;
+  // Also of what comes after the watch: whoever replays must not wait for it.
+  if (paced_ && ++heard_ % kProgressEvery == 0) report_progress();
+  if (phase_ != Phase::kListening || over_) return;
+  if (!first_) first_ = sample.time;
+  if (core::seconds(sample.time - *first_) >= options_.duration_s) {
+    over_ = true;
+  } else {
+    newest_ = std::max(newest_, sample.time);
+    rows_.push(sample);
+  }
+  drain();
+}
+
+void LiveDiagnosis::on_temperature(const msg::Temperature& message) {
+  if (message.gyro_id() != options_.gyro_id) return;
+  const auto sample = dds::from_message(message);
+  const std::lock_guard lock(mutex_);
+  if (phase_ != Phase::kListening) return;
+  rows_.push(sample);
+  drain();
+}
+
+void LiveDiagnosis::on_reference(const msg::RateReference& message) {
+  if (message.gyro_id() != options_.gyro_id) return;
+  const auto sample = dds::from_message(message);
+  const std::lock_guard lock(mutex_);
+  if (phase_ != Phase::kListening) return;
+  rows_.push(sample);
+  drain();
+}
+
+void LiveDiagnosis::drain() {
+  add_ready_rows();
+  if (over_ && rows_.waiting() == 0) complete();
+}
+
+void LiveDiagnosis::add_ready_rows() {
+  try {
+    while (const record::RecordRow* row = rows_.next()) {
+      if (!builder_) builder_.emplace(columns());
+      builder_->add(*row);
+    }
+  } catch (const std::exception& error) {
+    failure_ = error.what();
+    complete();
+  }
+}
+
+void LiveDiagnosis::complete() {
+  if (phase_ != Phase::kListening) return;
+  phase_ = Phase::kComplete;
+  service::request_stop();
+}
+
+// Temperatures are needed up to the newest rate, so that those of a replay come.
+void LiveDiagnosis::report_progress() {
+  progress_.report(options_.gyro_id, newest_sequence_, newest_);
+}
+
+MeasuredColumns LiveDiagnosis::columns() const {
+  MeasuredColumns columns{.file = request_.record,
+                          .probes = rows_.probes(),
+                          .has_reference = rows_.has_reference(),
+                          .sample_period_s = rows_.sample_period_s()};
+  const auto& wanted = request_.axes;
+  for (const auto axis : core::kAxes) {
+    if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), axis) == wanted.end()) continue;
+    columns.columns.push_back(column_of("rate_" + std::string(core::name(axis)) + "_rad_s",
+                                        record::Quantity::kRate, axis));
+  }
+  for (const auto axis : core::kAxes) {
+    if (!rows_.has_reference()) break;
+    columns.columns.push_back(column_of("reference_" + std::string(core::name(axis)) + "_rad_s",
+                                        record::Quantity::kReference, axis));
+  }
+  for (std::size_t p = 0; p < rows_.probes().size(); ++p) {
+    const std::string& probe = rows_.probes()[p];
+    columns.columns.push_back(column_of("temperature_" + probe + "_degC",
+                                        record::Quantity::kTemperature, core::Axis::kX, probe, p));
+  }
+  return columns;
+}
+
+MeasuredRecord LiveDiagnosis::finish() {
+  const std::lock_guard lock(mutex_);
+  phase_ = Phase::kDiagnosing;
+  rows_.finish();
+  add_ready_rows();
+  if (!failure_.empty()) throw std::invalid_argument(failure_);
+  if (!builder_) {
+    throw std::invalid_argument(request_.record + ": found no angular_rate in domain " +
+                                std::to_string(options_.network.domain) +
+                                ", expected a publisher of gyro id " +
+                                std::to_string(options_.gyro_id) + " (--gyro-id, --domain)");
+  }
+  MeasuredRecord measured = builder_->finish();
+  builder_.reset();
+  const LiveCounts& counts = rows_.counts();
+  const auto tell = [&](std::uint64_t count, const std::string& what) {
+    note(measured.warnings, request_.record, count, what);
+  };
+  tell(counts.rates_refused, "rates left out: a time stamp not after the one before, or wild");
+  tell(counts.readings_refused,
+       "temperatures left out: a time stamp not after the one before, or wild");
+  tell(counts.late_probes, "temperatures of probes first heard after the start left out");
+  tell(counts.late_references, "true rates left out: the first came after the start");
+  tell(counts.without_reference, "rates left out: nobody told the true rate");
+  tell(rejected_, "rates of a second publisher with this id left out");
+  return measured;
+}
+
+// ---------------------------------------- run
+
+void LiveDiagnosis::tick() {
+  const std::lock_guard lock(mutex_);
+  ticks_matched_ = rate_reader_.matched() > 0 ? ticks_matched_ + 1 : 0;
+  if (ticks_matched_ >= kTicksToBeKnown) progress_.announce();
+  if (paced_) report_progress();
+  if (phase_ == Phase::kListening) {
+    over_ = over_ || (paced_ && rate_reader_.matched() == 0);
+    if (over_ && ++ticks_over_ > kTicksForTheRest) complete();
+  }
+  if (phase_ != Phase::kDone) return;
+  if (finding_) {
+    host_.raise(*finding_);
+    finding_.reset();
+  } else {
+    service::request_stop();
+  }
+}
+
+service::Status LiveDiagnosis::status() {
+  const std::lock_guard lock(mutex_);
+  const double listened_s = first_ ? core::seconds(newest_ - *first_) : 0.0;
+  const bool listening = phase_ == Phase::kListening || phase_ == Phase::kComplete;
+  return {.state = first_ ? service::State::kRunning : service::State::kWaiting,
+          .summary = listening ? "listening to gyro " + std::to_string(options_.gyro_id)
+                               : "diagnosing gyro " + std::to_string(options_.gyro_id),
+          .metrics = {{"listened", "s", listened_s},
+                      {"wanted", "s", options_.duration_s},
+                      {"waiting", "1", static_cast<double>(rows_.waiting())}}};
+}
+
+void LiveDiagnosis::run(const std::function<void(const DiagnosisResult&)>& take) {
+  host_.run([this] { return status(); }, [this] { tick(); });
+  const MeasuredRecord record = finish();
+  std::exception_ptr error;
+  std::thread worker([&] {
+    try {
+      const DiagnosisResult result = run_diagnosis(request_, record);
+      take(result);
+      const std::lock_guard lock(mutex_);
+      finding_ = diagnosis_event(result, options_.gyro_id, newest_.count());
+    } catch (...) {
+      error = std::current_exception();
+    }
+    const std::lock_guard lock(mutex_);
+    phase_ = Phase::kDone;
+  });
+  host_.run([this] { return status(); }, [this] { tick(); });
+  {
+    const std::lock_guard lock(mutex_);
+    if (phase_ != Phase::kDone) {
+      std::fputs("diagnose: stopped before the diagnosis was done\n", stderr);
+      std::_Exit(service::kExitNo);
+    }
+  }
+  worker.join();
+  if (error) std::rethrow_exception(error);
+}
+
+}  // namespace zerodrift::services

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// `zerodrift diagnose --live`: listens to a running system for a while, then diagnoses what it
+// heard as if it were a record.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "common/dds/participant.h"
+#include "common/service/host.h"
+#include "common/service/replay_pacer.h"
+#include "services/zerodrift/diagnosis_run.h"
+#include "services/zerodrift/live_rows.h"
+#include "services/zerodrift/measured_record.h"
+
+namespace zerodrift::services {
+
+struct LiveOptions {
+  dds::NetworkOptions network;
+  std::uint32_t gyro_id = 1;
+  double duration_s = 3600.0;  // of sensor time
+};
+
+// The name that a live diagnosis gives what it listened to.
+[[nodiscard]] std::string live_name(std::uint32_t gyro_id);
+
+// Samples are taken on the middleware's thread, the diagnosis runs on one of its own, status and
+// event on the host's.
+class LiveDiagnosis {
+ public:
+  LiveDiagnosis(const DiagnosisRequest& request, const LiveOptions& options);
+
+  // Listens for the duration, to the end of a replay, or until a stop signal; diagnoses; hands the
+  // result to `take`, then publishes the event. A second stop signal ends the process. Throws as
+  // run_diagnosis() does, and where too little was heard.
+  void run(const std::function<void(const DiagnosisResult&)>& take);
+
+ private:
+  enum class Phase { kListening, kComplete, kDiagnosing, kDone };
+
+  void on_rate(const msg::AngularRate& message, const dds::SampleOrigin& origin);
+  void on_temperature(const msg::Temperature& message);
+  void on_reference(const msg::RateReference& message);
+  [[nodiscard]] bool accepts(const dds::SampleOrigin& origin);
+  // Under the lock.
+  void drain();
+  void add_ready_rows();
+  void complete();
+  void report_progress();
+  [[nodiscard]] MeasuredColumns columns() const;
+  [[nodiscard]] MeasuredRecord finish();
+
+  // Host's thread.
+  void tick();
+  service::Status status();
+
+  DiagnosisRequest request_;
+  LiveOptions options_;
+  service::Host host_;
+  // Never held while anything is published: the middleware tells of a lost publisher with its own
+  // locks held.
+  std::mutex publisher_mutex_;
+  std::optional<eprosima::fastrtps::rtps::GUID_t> publisher_;
+  std::atomic<std::uint64_t> rejected_{0};  // samples of a second publisher with this id
+  std::mutex mutex_;
+  Phase phase_ = Phase::kListening;
+  LiveRows rows_;
+  std::optional<MeasuredRecordBuilder> builder_;
+  std::string failure_;
+  std::optional<core::SensorTime> first_;
+  core::SensorTime newest_{0};
+  std::uint64_t newest_sequence_ = 0;
+  std::uint64_t heard_ = 0;
+  bool paced_ = false;
+  bool over_ = false;                           // the duration has passed or the source has ended
+  int ticks_over_ = 0;                          // since then
+  int ticks_matched_ = 0;                       // since a publisher's writer was matched
+  std::optional<service::Occurrence> finding_;  // to be published
+  service::ReplayProgressReporter progress_;
+  dds::Reader<msg::RateReference> reference_reader_;
+  dds::Reader<msg::Temperature> temperature_reader_;
+  dds::Reader<msg::AngularRate> rate_reader_;
+};
+
+}  // namespace zerodrift::services

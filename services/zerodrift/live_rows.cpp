@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/zerodrift/live_rows.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "common/twin/temperature_point.h"
+
+namespace zerodrift::services {
+namespace {
+
+constexpr std::size_t kStepsForPeriod = 100;
+// A true rate holds so long; a record's comes with every sample.
+constexpr core::SensorTime kReferenceHolds = std::chrono::seconds(1);
+
+bool tells_true_rate(core::ReferenceKind kind) {
+  return kind == core::ReferenceKind::kRest || kind == core::ReferenceKind::kRateTable ||
+         kind == core::ReferenceKind::kRecord;
+}
+
+double median_step_s(const std::deque<core::AngularRateSample>& rates) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < rates.size() && i <= kStepsForPeriod; ++i)
+    steps.push_back(core::seconds(rates[i].time - rates[i - 1].time));
+  if (steps.empty()) return 0.0;
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return *middle;
+}
+
+bool is_before(const std::string& a, const std::string& b) {
+  const auto place = [](const std::string& name) {
+    const auto point = twin::temperature_point(name);
+    return point ? twin::index(*point) : twin::kTemperaturePointCount;
+  };
+  return std::pair(place(a), a) < std::pair(place(b), b);
+}
+
+}  // namespace
+
+bool TimeGate::admits(core::SensorTime time) noexcept {
+  if (newest_ && time <= *newest_) return false;
+  const bool is_near = !newest_ || time - *newest_ <= kLargestStep;
+  const bool is_confirmed = doubted_ && time > *doubted_ && time - *doubted_ <= kLargestStep;
+  if (!is_near && !is_confirmed) {
+    doubted_ = time;
+    return false;
+  }
+  newest_ = time;
+  doubted_.reset();
+  return true;
+}
+
+void LiveRows::Stream::hear(core::SensorTime time) noexcept {
+  spoken_to = std::max(spoken_to, time);
+  waited_for = true;
+}
+
+void LiveRows::push(const core::AngularRateSample& sample) {
+  if (!gate_.admits(sample.time)) {
+    ++counts_.rates_refused;
+    return;
+  }
+  rates_.push_back(sample);
+  if (rates_.size() > options_.most_waiting) stop_waiting(rates_.front().time);
+}
+
+void LiveRows::push(const core::RateReferenceSample& reference) {
+  if (!tells_true_rate(reference.kind)) return;
+  if (started_ && !has_reference_) {
+    ++counts_.late_references;
+    return;
+  }
+  if (!reference_.gate.admits(reference.time)) return;
+  reference_.hear(reference.time);
+  references_.push_back(reference);
+  if (references_.size() > options_.most_waiting) references_.pop_front();
+}
+
+void LiveRows::push(const core::TemperatureSample& reading) {
+  if (started_ && !probes_.contains(reading.probe)) {
+    ++counts_.late_probes;
+    return;
+  }
+  Probe& probe = probes_[reading.probe];
+  if (!reading.measured) return probe.hear(reading.time);
+  if (!probe.gate.admits(reading.time)) {
+    ++counts_.readings_refused;
+    return;
+  }
+  probe.hear(reading.time);
+  probe.readings.push_back({reading.time, reading.temperature_degc});
+  if (probe.readings.size() > options_.most_waiting) probe.readings.pop_front();
+}
+
+void LiveRows::finish() {
+  finished_ = true;
+}
+
+void LiveRows::start() {
+  started_ = true;
+  for (const auto& [name, probe] : probes_) probe_names_.push_back(name);
+  std::sort(probe_names_.begin(), probe_names_.end(), is_before);
+  has_reference_ = !references_.empty();
+  sample_period_s_ = median_step_s(rates_);
+  row_.temperature_degc.assign(probe_names_.size(), record::kNotMeasured);
+  // What was read before the first rate belongs to no row.
+  for (auto& [name, probe] : probes_) {
+    while (!probe.readings.empty() && probe.readings.front().time < rates_.front().time)
+      probe.readings.pop_front();
+  }
+}
+
+bool LiveRows::is_complete(core::SensorTime time) const {
+  if (finished_) return true;
+  if (has_reference_ && reference_.holds_up(time)) return false;
+  return std::none_of(probes_.begin(), probes_.end(),
+                      [time](const auto& entry) { return entry.second.holds_up(time); });
+}
+
+// One that speaks again is waited for again.
+void LiveRows::stop_waiting(core::SensorTime time) {
+  if (reference_.holds_up(time)) reference_.waited_for = false;
+  for (auto& [name, probe] : probes_) {
+    if (probe.holds_up(time)) probe.waited_for = false;
+  }
+}
+
+const record::RecordRow* LiveRows::next() {
+  if (rates_.empty()) return nullptr;
+  if (!started_) {
+    if (!finished_ && rates_.size() < options_.rates_before_start) return nullptr;
+    start();
+  }
+  const core::AngularRateSample& rate = rates_.front();
+  if (!is_complete(rate.time)) return nullptr;
+  row_.index = previous_ ? row_.index + 1 : 0;
+  row_.time = rate.time;
+  row_.interval_s = previous_ ? core::seconds(rate.time - *previous_) : sample_period_s_;
+  for (std::size_t i = 0; i < core::kAxisCount; ++i)
+    row_.rate_radps[i] = rate.valid[i] ? rate.rate_radps[i] : record::kNotMeasured;
+  take_temperatures(rate.time);
+  if (has_reference_) take_reference(rate.time);
+  previous_ = rate.time;
+  rates_.pop_front();
+  return &row_;
+}
+
+// The mean of a probe's readings since the row before.
+void LiveRows::take_temperatures(core::SensorTime time) {
+  for (std::size_t p = 0; p < probe_names_.size(); ++p) {
+    std::deque<Reading>& readings = probes_.find(probe_names_[p])->second.readings;
+    double sum_degc = 0.0;
+    double count = 0.0;
+    while (!readings.empty() && readings.front().time <= time) {
+      sum_degc += readings.front().temperature_degc;
+      count += 1.0;
+      readings.pop_front();
+    }
+    row_.temperature_degc[p] = count > 0.0 ? sum_degc / count : record::kNotMeasured;
+  }
+}
+
+void LiveRows::take_reference(core::SensorTime time) {
+  while (!references_.empty() && references_.front().time <= time) {
+    newest_reference_ = references_.front();
+    references_.pop_front();
+  }
+  const bool is_known = newest_reference_ && time - newest_reference_->time <= kReferenceHolds;
+  if (!is_known) {
+    row_.rate_radps = record::kNoAxisMeasured;
+    row_.reference_radps = record::kNoAxisMeasured;
+    ++counts_.without_reference;
+    return;
+  }
+  for (std::size_t i = 0; i < core::kAxisCount; ++i) {
+    row_.reference_radps[i] =
+        newest_reference_->valid[i] ? newest_reference_->rate_radps[i] : record::kNotMeasured;
+  }
+}
+
+}  // namespace zerodrift::services

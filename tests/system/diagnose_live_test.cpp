@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: Apache-2.0
+// `zerodrift diagnose --live`: hears of a running system what its record would have said, finds the
+// same, and the model it repairs becomes the prior of the service that runs on.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "common/compensation/mode.h"
+#include "tests/system/files.h"
+#include "tests/system/pipeline.h"
+
+namespace zerodrift::system_test {
+namespace {
+
+using namespace std::chrono_literals;
+using Json = nlohmann::ordered_json;
+
+const std::filesystem::path kSource = ZERODRIFT_SOURCE_DIR;
+
+// A gyro's five hours in the chamber, as far as topics carry them: rates, true rates, temperatures.
+std::filesystem::path write_chamber_record(SystemUnderTest& system) {
+  const auto whole = system.path("whole.csv");
+  simulate(system,
+           {.model = kSource / "config/models/lab_fog.yaml",
+            .profile = kSource / "config/profiles/diagnosis_chamber.yaml",
+            .rate_hz = 1},
+           whole, {"--reference"});
+  const Table table = read_table(whole);
+  std::string text;
+  const auto add_row = [&](const std::vector<std::string>& cells) {
+    std::string row;
+    for (std::size_t c = 0; c < table.columns.size(); ++c) {
+      const std::string& name = table.columns[c];
+      const bool carried = name == "time_s" || name.starts_with("rate_") ||
+                           name.starts_with("reference_") || name.starts_with("temperature_");
+      if (carried) row += (row.empty() ? "" : ",") + cells[c];
+    }
+    text += row + "\n";
+  };
+  add_row(table.columns);
+  for (const auto& row : table.rows) add_row(row);
+  write(system.path("record.csv"), text);
+  return system.path("record.csv");
+}
+
+// The factory's model without the Shupe effect of x.
+std::filesystem::path write_lacking_model(const SystemUnderTest& system) {
+  std::string text = content(kSource / "config/models/lab_fog.yaml");
+  const std::string effect =
+      "  - kind: shupe\n    axis: x\n    parameters: {coefficient_deg_h_min_per_degc: 0.9}\n";
+  const std::size_t at = text.find(effect);
+  if (at == std::string::npos) throw std::runtime_error("lab_fog.yaml lists no such effect");
+  write(system.path("model.yaml"), text.erase(at, effect.size()));
+  return system.path("model.yaml");
+}
+
+std::filesystem::path write_compensation_config(const SystemUnderTest& system) {
+  write(system.path("compensation.yaml"),
+        "features:\n"
+        "  - {kind: temperature, probe: coil_outer}\n"
+        "  - {kind: temperature_rate, probe: coil_outer}\n"
+        "probes: [coil_outer, coil_inner, board]\n");
+  return system.path("compensation.yaml");
+}
+
+std::string replaced(std::string text, const std::string& what, const std::string& with) {
+  for (std::size_t at = text.find(what); at != std::string::npos;
+       at = text.find(what, at + with.size()))
+    text.replace(at, what.size(), with);
+  return text;
+}
+
+// Rule: what runs is diagnosed as its record is, to the byte; the finding is an event; the repaired
+// model is adopted with a new epoch and taken back.
+TEST(DiagnoseLive, FindsWhatTheRecordShowsAndItsModelIsAdopted) {
+  SystemUnderTest system(Domain::kDiagnoseLive);
+  const auto record = write_chamber_record(system);
+  const auto model = write_lacking_model(system);
+  const Arguments common{"diagnose", "--model", model, "--axis", "x", "--date", "2026-03-31"};
+  const auto with = [&](Arguments more) {
+    more.insert(more.begin(), common.begin(), common.end());
+    return more;
+  };
+  const Finished offline =
+      system.run("zerodrift", with({"--record", record, "--json", system.path("offline.json"),
+                                    "--out-model", system.path("offline.yaml")}));
+  ASSERT_EQ(offline.exit_code, 0) << offline.err;
+
+  dds::Participant participant("test", system.network());
+  Collector<msg::Event> events(participant);
+  Collector<msg::CompensatedRate> answers(participant);
+  ChildProcess& live = system.start(
+      "zerodrift", with({"--live", "--duration", "5h", "--json", system.path("live.json"), "--html",
+                         system.path("live.html"), "--out-model", system.path("live.yaml")}));
+  system.start("compensation", {"--config", write_compensation_config(system)});
+  const Arguments source{"--source", "record", "--record", record, "--speed", "max"};
+  const auto plus = [](Arguments a, const Arguments& b) {
+    a.insert(a.end(), b.begin(), b.end());
+    return a;
+  };
+  ChildProcess& thermal = system.start("thermal_publisher", source);
+  ChildProcess& gyro =
+      system.start("gyro_publisher", plus(source, {"--wait-for", "compensation,diagnose"}));
+  ASSERT_EQ(live.wait(90s), 0) << live.err();
+  EXPECT_EQ(gyro.wait(10s), 0);
+  EXPECT_EQ(thermal.wait(10s), 0);
+
+  const auto as_live = [&](const std::string& file) {
+    return replaced(content(system.path(file)), record.string(), "gyro 1 live");
+  };
+  EXPECT_EQ(as_live("offline.json"), content(system.path("live.json")));
+  EXPECT_EQ(as_live("offline.yaml"), content(system.path("live.yaml")));
+  EXPECT_TRUE(content(system.path("live.html")).ends_with("</html>\n"));
+  const Json x = Json::parse(content(system.path("live.json"))).at("axis").at("x");
+  ASSERT_FALSE(x.at("effects").empty()) << live.out();
+  EXPECT_EQ(x.at("effects").at(0).at("name"), "shupe");
+  const std::string code = "diagnosis_" + x.at("verdict").get<std::string>();
+  EXPECT_TRUE(eventually([&] { return told(events, code, "gyro 1; axis x: missing shupe"); }));
+  EXPECT_TRUE(told(events, code, "gap"));
+
+  // Samples to be compensated with the repaired model: the record once more, 200 times as fast.
+  const Arguments again{"--source", "record", "--record", record, "--speed", "200"};
+  system.start("thermal_publisher", again);
+  system.start("gyro_publisher", again);
+  std::size_t before = answers.size();
+  ASSERT_TRUE(eventually([&] { return answers.size() > before + 400; }, 20000ms));
+  const auto comes_after = [&](std::size_t from, bool prior) {
+    return eventually(
+        [&] {
+          const auto all = answers.all();
+          return std::any_of(
+              all.begin() + static_cast<std::ptrdiff_t>(from), all.end(), [&](const auto& answer) {
+                const bool is_prior =
+                    answer.rung()[0] == static_cast<std::uint8_t>(compensation::Rung::kPrior);
+                return is_prior == prior;
+              });
+        },
+        20000ms);
+  };
+  before = answers.size();
+  const std::uint64_t epoch = answers.all().back().model_epoch();
+  const Finished adopted = system.control({"adopt", "--model", system.path("live.yaml")});
+  ASSERT_EQ(adopted.exit_code, 0) << adopted.out << adopted.err;
+  EXPECT_NE(adopted.out.find("adopted lab_fog"), std::string::npos) << adopted.out;
+  EXPECT_NE(adopted.out.find("model epoch"), std::string::npos) << adopted.out;
+  EXPECT_TRUE(comes_after(before, true));
+  const std::uint64_t adopted_epoch = answers.all().back().model_epoch();
+  EXPECT_GT(adopted_epoch, epoch);
+  before = answers.size();
+  const Finished reverted = system.control({"revert"});
+  EXPECT_EQ(reverted.exit_code, 0) << reverted.out << reverted.err;
+  EXPECT_TRUE(comes_after(before, false));
+  EXPECT_GT(answers.all().back().model_epoch(), adopted_epoch);
+}
+
+class DiagnoseLiveStop : public ::testing::Test {
+ protected:
+  DiagnoseLiveStop() {
+    // 7200 s of a chamber that ramps.
+    simulate(system_,
+             {.model = kSource / "config/models/lab_fog.yaml",
+              .profile = write_ramp_profile(system_, 7200),
+              .rate_hz = 1},
+             record_);
+  }
+
+  ChildProcess& listen() {
+    return system_.start("zerodrift",
+                         {"diagnose", "--live", "--model", kSource / "config/models/lab_fog.yaml",
+                          "--axis", "x", "--duration", "5h", "--json", json_});
+  }
+  void publish(const Arguments& more) {
+    Arguments source{"--source", "record", "--record", record_, "--wait-for", "diagnose"};
+    source.insert(source.end(), more.begin(), more.end());
+    system_.start("thermal_publisher", source);
+    system_.start("gyro_publisher", source);
+  }
+
+  SystemUnderTest system_{Domain::kDiagnoseLiveStop};
+  const std::filesystem::path record_ = system_.path("record.csv");
+  const std::filesystem::path json_ = system_.path("d.json");
+};
+
+TEST_F(DiagnoseLiveStop, CtrlCDiagnosesWhatIsThere) {
+  dds::Participant participant("test", system_.network());
+  Collector<msg::ServiceStatus> statuses(participant);
+  ChildProcess& live = listen();
+  publish({"--speed", "1000"});
+  ASSERT_TRUE(
+      eventually([&] { return metric(statuses, "diagnose", "listened") > 1000.0; }, 20000ms));
+  live.send(SIGINT);
+  ASSERT_EQ(live.wait(30s), 0) << live.err();
+  EXPECT_TRUE(Json::parse(content(json_)).at("axis").contains("x"));
+}
+
+TEST_F(DiagnoseLiveStop, TheEndOfAReplayIsTheEndOfTheWatch) {
+  ChildProcess& live = listen();
+  publish({"--speed", "max", "--duration", "1500"});
+  ASSERT_EQ(live.wait(40s), 0) << live.err();
+  EXPECT_TRUE(Json::parse(content(json_)).at("axis").contains("x"));
+}
+
+TEST_F(DiagnoseLiveStop, TooLittleEndsWithCodeTwoAndOneLine) {
+  ChildProcess& brief = listen();
+  publish({"--speed", "max", "--duration", "300"});
+  ASSERT_EQ(brief.wait(40s), 2) << brief.err();
+  EXPECT_NE(brief.err().find("gyro 1 live: found 300 s"), std::string::npos) << brief.err();
+  const std::string lines = brief.err();
+  EXPECT_EQ(std::count(lines.begin(), lines.end(), '\n'), 1) << lines;
+
+  ChildProcess& nothing = listen();
+  EXPECT_FALSE(nothing.wait(1500ms));
+  nothing.send(SIGINT);
+  ASSERT_EQ(nothing.wait(5s), 2) << nothing.err();
+  EXPECT_NE(nothing.err().find("found no angular_rate"), std::string::npos) << nothing.err();
+  EXPECT_FALSE(std::filesystem::exists(json_));
+
+  for (const auto& [arguments, named] :
+       {std::pair{Arguments{"--live", "--record", record_}, "--record"},
+        std::pair{Arguments{"--live", "--duration", "60"}, "--duration"},
+        std::pair{Arguments{}, "--live"}}) {
+    Arguments all{"diagnose", "--model", kSource / "config/models/lab_fog.yaml"};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    const Finished end = system_.run("zerodrift", all);
+    EXPECT_EQ(end.exit_code, 2);
+    EXPECT_NE(end.err.find(named), std::string::npos) << end.err;
+  }
+}
+
+}  // namespace
+}  // namespace zerodrift::system_test

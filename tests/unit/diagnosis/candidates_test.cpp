@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/diagnosis/candidates.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "common/diagnosis/known_effects.h"
+#include "common/twin/effect_catalogue.h"
+#include "tests/unit/diagnosis/simulated_series.h"
+
+namespace zerodrift::diagnosis {
+namespace {
+
+class CandidatesTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    series_ = new MeasuredSeries(test::simulated(test::lab_model(), test::chamber_profile(), 1));
+    playback_ = new Playback(*series_);
+  }
+  static void TearDownTestSuite() {
+    delete playback_;
+    delete series_;
+  }
+  static inline MeasuredSeries* series_ = nullptr;
+  static inline Playback* playback_ = nullptr;
+};
+
+bool has(const std::vector<Candidate>& candidates, const std::string& kind) {
+  return std::any_of(candidates.begin(), candidates.end(),
+                     [&](const Candidate& c) { return c.definition->kind == kind; });
+}
+
+TEST_F(CandidatesTest, EveryRegressorOfTheCatalogueIsOneUnlessTheModelHasIt) {
+  const twin::Model model = test::lab_model();
+  const Candidates found = candidates(*series_, *playback_, model, core::Axis::kX, {});
+  for (const auto& definition : twin::effect_catalogue()) {
+    const bool known = std::any_of(model.effects.begin(), model.effects.end(),
+                                   [&](const auto& e) { return e.kind == definition.kind; });
+    const bool regressor = definition.family == twin::Family::kDeterministic;
+    // Without a scan these three have nothing to try.
+    const bool scanned = definition.kind == "line" || definition.kind == "etalon_fringe" ||
+                         definition.kind == "modulator_reset";
+    if (!regressor || known || scanned || definition.kind == "bias") continue;
+    EXPECT_TRUE(has(found.testable, definition.kind)) << definition.kind;
+  }
+  EXPECT_FALSE(has(found.testable, "shupe"));
+}
+
+TEST_F(CandidatesTest, PriorsOfTheVariantsSumToOne) {
+  const Candidates found = candidates(*series_, *playback_, test::lab_model(), core::Axis::kX, {});
+  for (const Candidate& candidate : found.testable) {
+    double sum = 0.0;
+    for (const Variant& variant : candidate.variants) sum += std::exp(variant.log_prior);
+    EXPECT_NEAR(sum, 1.0, 1e-9) << candidate.definition->kind;
+  }
+}
+
+TEST_F(CandidatesTest, ColumnsAreTheEffectsThemselves) {
+  const twin::EffectDefinition& definition = *twin::find_effect("magnetic");
+  twin::EffectContext context = default_context(definition, core::Axis::kX, series_->interval_s);
+  const auto columns = columns_of(*playback_, definition, context);
+  const auto amplitudes = names_of(definition, twin::ParameterRole::kAmplitude);
+  ASSERT_EQ(columns.size(), amplitudes.size());
+  for (std::size_t a = 0; a < amplitudes.size(); ++a)
+    context.parameters[amplitudes[a]] = 0.5 * (1.0 + static_cast<double>(a));
+  const auto whole = playback_->run(definition, context);
+  for (std::size_t i = 0; i < whole.size(); i += 97) {
+    double sum = 0.0;
+    for (std::size_t a = 0; a < columns.size(); ++a)
+      sum += 0.5 * (1.0 + static_cast<double>(a)) * columns[a][i];
+    EXPECT_NEAR(whole[i], sum, 1e-12 * std::abs(sum) + 1e-20);
+  }
+}
+
+TEST(CandidatesAbuse, WhatARecordDoesNotExciteIsNotTestableAndSaysWhy) {
+  MeasuredSeries series;
+  series.interval_s = 1.0;
+  series.size = 3000;
+  series.rate_radps[0].assign(3000, 0.0);
+  series.valid[0].assign(3000, 1);
+  for (auto& reference : series.reference_radps) reference.assign(3000, 0.0);
+  series.since_power_on_s.assign(3000, 1.0);
+  series.magnetic_ut[0].assign(3000, 30.0);
+  const Playback playback(series);
+  const Candidates found = candidates(series, playback, test::lab_model(), core::Axis::kX, {});
+  const auto why = [&](const std::string& kind) {
+    for (const NotTestable& entry : found.not_testable) {
+      if (entry.name == kind) return entry.why;
+    }
+    return std::string("testable");
+  };
+  EXPECT_EQ(why("hysteresis"), "no temperature in the record");
+  EXPECT_EQ(why("gradient"), "needs two thermometers");
+  EXPECT_EQ(why("misalignment"), "no reference rate in the record");
+  EXPECT_EQ(why("magnetic"), "the magnetic field never changes");
+  EXPECT_EQ(why("vibration_rectification"), "no vibration in the record");
+  EXPECT_EQ(why("rate_ramp"), "needs an hour, the record has 50 min");
+}
+
+TEST_F(CandidatesTest, KnownParametersHaveTheColumnsOfTheirOwnChange) {
+  twin::Model model =
+      test::with(test::lab_model(), {.kind = "warm_up",
+                                     .axis = core::Axis::kX,
+                                     .parameters = {{"amplitude_deg_h", 0.5}, {"tau_s", 900.0}}});
+  const auto known = known_parameters(model, core::Axis::kX, *playback_);
+  const auto drift = playback_->drift(model, core::Axis::kX);
+  for (const KnownParameter& parameter : known) {
+    twin::Model changed = model;
+    const double step = 1e-3 * std::abs(parameter.value);
+    changed.effects[parameter.effect].parameters[parameter.parameter] += step;
+    const auto moved = playback_->drift(changed, core::Axis::kX);
+    double error = 0.0, size = 0.0;
+    for (std::size_t i = 0; i < drift.size(); ++i) {
+      const double change = (moved[i] - drift[i]) / step;
+      error += std::pow(change - parameter.column.values[i], 2.0);
+      size += change * change;
+    }
+    // Shapes: a difference over 4 % against one over 0.1 %.
+    EXPECT_LT(std::sqrt(error), 5e-3 * std::sqrt(size)) << parameter.column.name;
+    EXPECT_GT(size, 0.0) << parameter.column.name;
+  }
+  EXPECT_TRUE(std::any_of(known.begin(), known.end(),
+                          [](const auto& k) { return k.column.name == "warm_up.tau_s"; }));
+}
+
+TEST(KnownEffects, ABiasIsShiftedOrAdded) {
+  twin::Model model = test::lab_model();
+  const double to = shift_bias(model, core::Axis::kX, core::radps_from_deg_h(0.1));
+  EXPECT_NEAR(to, 0.45, 1e-12);
+  model = test::without(model, "bias");
+  EXPECT_NEAR(shift_bias(model, core::Axis::kX, core::radps_from_deg_h(0.1)), 0.1, 1e-12);
+  EXPECT_EQ(model.effects.back().kind, "bias");
+}
+
+}  // namespace
+}  // namespace zerodrift::diagnosis

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+// The whole way, on records of the shipped model and profile in which something is hidden by the
+// twin's own effects. (Records made by other formulas: tests/blind.)
+#include "common/diagnosis/diagnosis.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "common/core/units.h"
+#include "tests/unit/diagnosis/simulated_series.h"
+
+namespace zerodrift::diagnosis {
+namespace {
+
+constexpr core::Axis kX = core::Axis::kX;
+
+const DiagnosisOptions kOptions{.record = "simulated", .date = "2026-01-01"};
+
+AxisDiagnosis diagnosed(const twin::Model& given, const twin::Model& truth,
+                        twin::Model* repaired = nullptr) {
+  const twin::Profile profile = test::chamber_profile();
+  const MeasuredSeries record = test::simulated(truth, profile, 11);
+  const MeasuredSeries other = test::simulated(truth, profile, 12);
+  const Diagnosis diagnosis = diagnose(given, record, {other}, kOptions);
+  if (repaired != nullptr) *repaired = diagnosis.repaired;
+  return *diagnosis.axes[0];
+}
+
+TEST(DiagnosisScenario, ACompleteModelIsConsistentAndStaysAsItIs) {
+  const twin::Model model = test::lab_model();
+  twin::Model repaired;
+  const AxisDiagnosis axis = diagnosed(model, model, &repaired);
+  EXPECT_EQ(axis.verdict, Verdict::kConsistent) << axis.sentence;
+  EXPECT_TRUE(axis.effects.empty());
+  EXPECT_FALSE(axis.could_have_seen.empty());
+  ASSERT_EQ(repaired.effects.size(), model.effects.size());
+  for (std::size_t i = 0; i < model.effects.size(); ++i)
+    EXPECT_EQ(repaired.effects[i].parameters, model.effects[i].parameters);
+}
+
+TEST(DiagnosisScenario, AHiddenEffectIsNamedAddedAndProved) {
+  const twin::Model given = test::lab_model();
+  const twin::Model truth = test::with(
+      given, {.kind = "magnetic", .axis = kX, .parameters = {{"x_deg_h_per_ut", 1e-3}}});
+  twin::Model repaired;
+  const AxisDiagnosis axis = diagnosed(given, truth, &repaired);
+  ASSERT_EQ(axis.effects.size(), 1U) << axis.sentence;
+  EXPECT_EQ(axis.effects[0].name, "magnetic");
+  EXPECT_EQ(axis.acceptance, Acceptance::kAccepted);
+  EXPECT_EQ(axis.held_out_kind, HeldOut::kRecords);
+  EXPECT_LT(axis.held_out.after_rms_radps, 0.8 * axis.held_out.before_rms_radps);
+  ASSERT_EQ(repaired.effects.size(), given.effects.size() + 1);
+  const twin::EffectSpec& added = repaired.effects.back();
+  EXPECT_EQ(added.origin.by, "diagnose");
+  const double error = added.standard_errors.at("x_deg_h_per_ut");
+  EXPECT_NEAR(added.parameters.at("x_deg_h_per_ut"), 1e-3, 5.0 * error);
+  // Diagnosed again, the repaired model lacks nothing.
+  EXPECT_TRUE(diagnosed(repaired, truth).effects.empty());
+}
+
+TEST(DiagnosisScenario, AWrongParameterIsRecalibratedNotNamed) {
+  const twin::Model truth = test::lab_model();
+  twin::Model given = truth;
+  for (twin::EffectSpec& effect : given.effects) {
+    if (effect.kind == "scale_factor") effect.parameters["error_ppm"] = -10.0;
+  }
+  const AxisDiagnosis axis = diagnosed(given, truth);
+  EXPECT_EQ(axis.verdict, Verdict::kRecalibrated) << axis.sentence;
+  EXPECT_TRUE(axis.effects.empty());
+  const auto found = std::find_if(axis.recalibrated.begin(), axis.recalibrated.end(),
+                                  [](const auto& r) { return r.parameter == "error_ppm"; });
+  ASSERT_NE(found, axis.recalibrated.end());
+  EXPECT_NEAR(found->to, 60.0, 5.0 * found->standard_error);
+}
+
+TEST(DiagnosisScenario, AMissingKindOfNoiseIsNamed) {
+  const twin::Model truth = test::lab_model();
+  twin::Model strong = test::without(truth, "rate_random_walk");
+  const twin::Model hidden = test::with(
+      strong,
+      {.kind = "markov", .axis = kX, .parameters = {{"sigma_deg_h", 0.03}, {"tau_s", 300.0}}});
+  const AxisDiagnosis axis = diagnosed(strong, hidden);
+  ASSERT_FALSE(axis.effects.empty()) << axis.sentence;
+  EXPECT_EQ(axis.effects[0].name, "markov");
+  EXPECT_LT(axis.allan_log_distance.after, axis.allan_log_distance.before);
+}
+
+TEST(DiagnosisScenario, WithoutAnotherRecordBlocksAreKeptBack) {
+  const twin::Model truth = test::lab_model();
+  const MeasuredSeries record = test::simulated(truth, test::chamber_profile(), 11);
+  const Diagnosis diagnosis = diagnose(test::without(truth, "shupe"), record, {}, kOptions);
+  const AxisDiagnosis& axis = *diagnosis.axes[0];
+  EXPECT_EQ(axis.held_out_kind, HeldOut::kBlocks);
+  ASSERT_FALSE(axis.effects.empty()) << axis.sentence;
+  EXPECT_EQ(axis.effects[0].name, "shupe");
+  EXPECT_LT(axis.held_out.after_rms_radps, 0.5 * axis.held_out.before_rms_radps);
+}
+
+TEST(DiagnosisLaws, EqualInputGivesEqualAnswers) {
+  const twin::Model truth = test::lab_model();
+  const twin::Model given = test::without(truth, "shupe");
+  const MeasuredSeries record = test::simulated(truth, test::chamber_profile(), 5);
+  const auto a = *diagnose(given, record, {}, kOptions).axes[0];
+  const auto b = *diagnose(given, record, {}, kOptions).axes[0];
+  ASSERT_EQ(a.effects.size(), b.effects.size());
+  for (std::size_t i = 0; i < a.effects.size(); ++i)
+    EXPECT_EQ(a.effects[i].parameters, b.effects[i].parameters);
+  EXPECT_EQ(a.held_out.after_rms_radps, b.held_out.after_rms_radps);
+}
+
+TEST(DiagnosisAbuse, ARecordOfFiveMinutesIsRefusedWithOneLine) {
+  twin::Profile profile = test::chamber_profile();
+  profile.duration_s = 300.0;
+  std::erase_if(profile.turns,
+                [](const auto& turn) { return turn.start_s + turn.duration_s > 300.0; });
+  profile.excitations.clear();
+  profile.power_cycles.clear();
+  const MeasuredSeries record = test::simulated(test::lab_model(), profile, 1);
+  const Diagnosis diagnosis = diagnose(test::lab_model(), record, {}, kOptions);
+  EXPECT_FALSE(diagnosis.axes[0].has_value());
+  ASSERT_EQ(diagnosis.warnings.size(), 1U);
+  EXPECT_NE(diagnosis.warnings[0].find("too short"), std::string::npos);
+}
+
+TEST(DiagnosisAbuse, WrongOptionsAreNamed) {
+  EXPECT_NE(DiagnosisOptions{.false_names_per_record = 0.0}.validate()->find("false_names"),
+            std::string::npos);
+  EXPECT_NE(DiagnosisOptions{.most_effects = 0}.validate()->find("most_effects"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace zerodrift::diagnosis

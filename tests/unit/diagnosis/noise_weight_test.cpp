@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/diagnosis/noise_weight.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <numbers>
+
+#include "common/diagnosis/cosine_transform.h"
+
+namespace zerodrift::diagnosis {
+namespace {
+
+TEST(NoiseWeightLaws, DividingByTheNoiseIsTheInverseOfItsCovariance) {
+  constexpr Eigen::Index kSize = 12;
+  std::vector<double> variances(kSize, 0.0);
+  for (std::size_t k = 1; k < kSize; ++k) variances[k] = 1.0 + 10.0 / static_cast<double>(k * k);
+  Eigen::MatrixXd basis(kSize, kSize);  // columns: the cosines
+  for (Eigen::Index k = 0; k < kSize; ++k) {
+    for (Eigen::Index j = 0; j < kSize; ++j) {
+      basis(j, k) = std::sqrt((k == 0 ? 1.0 : 2.0) / kSize) *
+                    std::cos(std::numbers::pi * (static_cast<double>(j) + 0.5) *
+                             static_cast<double>(k) / kSize);
+    }
+  }
+  Eigen::VectorXd weights = Eigen::VectorXd::Zero(kSize);
+  for (Eigen::Index k = 1; k < kSize; ++k)
+    weights(k) = 1.0 / variances[static_cast<std::size_t>(k)];
+  Eigen::VectorXd x(kSize);
+  for (Eigen::Index j = 0; j < kSize; ++j) x(j) = std::sin(1.7 * static_cast<double>(j * j));
+  const Eigen::VectorXd expected = basis * weights.asDiagonal() * basis.transpose() * x;
+  const auto found = divided_by_noise({x.data(), static_cast<std::size_t>(kSize)}, variances);
+  for (Eigen::Index j = 0; j < kSize; ++j)
+    EXPECT_NEAR(found[static_cast<std::size_t>(j)], expected(j), 1e-12);
+}
+
+TEST(NoiseWeight, VariancesAreTheSumOfTheTerms) {
+  const std::vector<NoiseTerm> terms{{NoiseKind::kWhite, 0.0}, {NoiseKind::kRandomWalk, 0.0}};
+  const std::vector<double> squares{2.0, 3.0};
+  const auto variances = dct_variances(terms, squares, 100, 0.5);
+  EXPECT_EQ(variances[0], 0.0);
+  const double eigenvalue = laplacian_eigenvalue(7, 100);
+  EXPECT_DOUBLE_EQ(variances[7], 2.0 * unit_spectrum(terms[0], eigenvalue, 0.5) +
+                                     3.0 * unit_spectrum(terms[1], eigenvalue, 0.5));
+}
+
+TEST(NoiseWeight, QuickLengthsHaveSmallPrimesOnly) {
+  EXPECT_EQ(quick_length(18'000), 18'000U);
+  for (const std::size_t n : {7U, 97U, 17'989U}) {
+    std::size_t rest = quick_length(n);
+    EXPECT_LE(rest, n);
+    EXPECT_GE(static_cast<double>(rest), 0.8 * static_cast<double>(n));
+    for (const std::size_t prime : {2U, 3U, 5U}) {
+      while (rest % prime == 0) rest /= prime;
+    }
+    EXPECT_EQ(rest, 1U);
+  }
+}
+
+}  // namespace
+}  // namespace zerodrift::diagnosis

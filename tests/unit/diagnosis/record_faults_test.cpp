@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/diagnosis/record_faults.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace zerodrift::diagnosis {
+namespace {
+
+constexpr std::size_t kSize = 10'000;
+
+MeasuredSeries white_series(std::uint64_t seed) {
+  MeasuredSeries series;
+  series.interval_s = 1.0;
+  series.size = kSize;
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal(0.0, 1e-6);
+  for (std::size_t i = 0; i < kSize; ++i) series.rate_radps[0].push_back(normal(random));
+  series.valid[0].assign(kSize, 1);
+  return series;
+}
+
+std::vector<std::string> names_of(const RecordFaults& faults) {
+  std::vector<std::string> names;
+  for (const NamedEffect& effect : faults.effects) names.push_back(effect.name);
+  return names;
+}
+
+RecordFaults faults_of(const MeasuredSeries& series) {
+  return find_record_faults(series, core::Axis::kX, series.rate_radps[0]);
+}
+
+TEST(RecordFaults, ASoundRecordHasNone) {
+  for (const std::uint64_t seed : {1U, 2U, 3U, 4U, 5U}) {
+    const MeasuredSeries series = white_series(seed);
+    const RecordFaults faults = faults_of(series);
+    EXPECT_TRUE(faults.effects.empty());
+    EXPECT_EQ(faults.sound, series.valid[0]);
+  }
+}
+
+TEST(RecordFaults, SpikesAreCountedAndTakenOut) {
+  MeasuredSeries series = white_series(1);
+  for (const std::size_t i : {100U, 4000U, 9000U}) series.rate_radps[0][i] += 5e-5;
+  const RecordFaults faults = faults_of(series);
+  ASSERT_EQ(names_of(faults), (std::vector<std::string>{"spikes"}));
+  EXPECT_NEAR(faults.effects[0].parameters.at("spikes_per_h"), 3.0 * 3600.0 / kSize, 1e-9);
+  EXPECT_NEAR(faults.effects[0].parameters.at("deviation_deg_h"), 5e-5 * 206264.806, 0.6);
+  EXPECT_EQ(std::count(faults.sound.begin(), faults.sound.end(), 0), 3);
+}
+
+TEST(RecordFaults, ASlowHumpIsNoSpike) {
+  MeasuredSeries series = white_series(1);
+  for (std::size_t i = 0; i < kSize; ++i)
+    series.rate_radps[0][i] +=
+        1e-4 * std::exp(-std::pow((static_cast<double>(i) - 5000.0) / 500.0, 2.0));
+  EXPECT_TRUE(faults_of(series).effects.empty());
+}
+
+TEST(RecordFaults, ClippingIsSeenAndAFewCoarseStepsAreNot) {
+  MeasuredSeries series = white_series(1);
+  for (double& rate : series.rate_radps[0]) rate = std::clamp(rate, -1e-6, 1e-6);
+  const RecordFaults faults = faults_of(series);
+  ASSERT_EQ(names_of(faults), (std::vector<std::string>{"saturation"}));
+  EXPECT_NEAR(faults.effects[0].parameters.at("limit_deg_s"), 1e-6 * 57.29578, 1e-9);
+  MeasuredSeries coarse = white_series(1);
+  for (double& rate : coarse.rate_radps[0]) rate = 2e-6 * std::round(rate / 2e-6);
+  EXPECT_TRUE(names_of(faults_of(coarse)).empty());
+}
+
+TEST(RecordFaults, ACoarseReadingHasNeitherSpikesNorLimits) {
+  MeasuredSeries series = white_series(3);
+  for (std::size_t i = 0; i < kSize; ++i) {  // many levels, most samples equal to their neighbours
+    const double slow = 4e-5 * std::sin(static_cast<double>(i) / 700.0);
+    series.rate_radps[0][i] = 3e-6 * std::round((slow + 0.5 * series.rate_radps[0][i]) / 3e-6);
+  }
+  EXPECT_TRUE(names_of(faults_of(series)).empty());
+}
+
+TEST(RecordFaults, AStepOfSomeSecondsIsNoSpike) {
+  MeasuredSeries series = white_series(4);
+  for (const std::size_t begin : {1000U, 5000U, 8000U}) {
+    for (std::size_t i = begin; i < begin + 5; ++i) series.rate_radps[0][i] += 5e-5;
+  }
+  EXPECT_TRUE(names_of(faults_of(series)).empty());
+}
+
+TEST(RecordFaults, LostSamplesAreAnEffectAndAnOutageIsNot) {
+  MeasuredSeries series = white_series(1);
+  for (std::size_t i = 2000; i < 2600; ++i) series.valid[0][i] = 0;
+  EXPECT_TRUE(faults_of(series).effects.empty());
+  for (const std::size_t i : {10U, 500U, 3000U, 7000U}) series.valid[0][i] = 0;
+  const RecordFaults faults = faults_of(series);
+  ASSERT_EQ(names_of(faults), (std::vector<std::string>{"dropped_samples"}));
+  EXPECT_NEAR(faults.effects[0].parameters.at("share"), 4.0 / kSize, 1e-12);
+}
+
+}  // namespace
+}  // namespace zerodrift::diagnosis
