@@ -14,6 +14,8 @@ using core::kAxes;
 
 namespace {
 
+// Features are scaled to some units each: a narrower kernel would see every label alone.
+constexpr double kNarrowestGamma = 1.0;
 constexpr double kScaleInSigmas = 100.0;
 constexpr double kSmallestWeight = 1e-4;
 constexpr int kSettleRounds = 8;
@@ -97,13 +99,13 @@ void AxisLearner::begin() noexcept {
 std::size_t AxisLearner::add(const AxisLabel& label) noexcept {
   const std::span x(label.features->data(), svr_options_.dimension);
   const double y = (label.drift_radps - model_.offset_radps) / model_.scale_radps;
-  // A label in some seconds leaves time to finish what an event budget cut short; the bound keeps
-  // one job bounded.
   // A label less certain than those of the initial set pulls less.
   const double sigma = model_.scale_radps / kScaleInSigmas;
   const double weight =
       label.variance > 0.0 ? std::clamp(sigma * sigma / label.variance, kSmallestWeight, 1.0) : 1.0;
   auto report = svr_.add(x, y, weight);
+  // A label in some seconds leaves time to finish what an event budget cut short; the bound keeps
+  // one job bounded.
   for (int round = 0; round < kSettleRounds && !svr_.is_settled(); ++round) svr_.settle();
   if (report.outcome == regression::UpdateOutcome::kBusy) report = svr_.add(x, y, weight);
   ++labels_;
@@ -134,7 +136,7 @@ void AxisLearner::reselect_kernel() {
   options.criterion = *selection_;
   options.label_noise = 1.0 / kScaleInSigmas;
   options.dictionary_capacity = kSelectionSamples;
-  options.gamma_highest = 1.0;
+  options.gamma_highest = kNarrowestGamma;
   const regression::SampleColumns samples{features.data(), stride, dimension, slots.size()};
   const auto present = regression::score_kernel(options, svr_.options().kernel, samples, targets);
   const auto selection = regression::select_kernel(options, samples, targets);

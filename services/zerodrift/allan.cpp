@@ -81,11 +81,11 @@ void add_allan(CLI::App& app, Run& run) {
                    "of oadev, adev, mdev, tdev, hdev, ohdev and totdev, by commas")
       ->delimiter(',')
       ->transform(CLI::CheckedTransformer(statistics_by_name()))
-      ->default_str("oadev");
+      ->option_text("NAME,... [oadev]");
   command->add_option("--taus", request.grid, "octave or quarter: cluster times an octave has")
       ->transform(CLI::CheckedTransformer(std::map<std::string, allan::TauGrid>{
           {"octave", allan::TauGrid::kOctave}, {"quarter", allan::TauGrid::kQuarterOctave}}))
-      ->default_str("octave");
+      ->option_text("GRID [octave]");
   command->add_option("--confidence", request.confidence, "of the intervals")
       ->capture_default_str();
   command

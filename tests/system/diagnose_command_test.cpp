@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -171,6 +172,69 @@ TEST_F(Diagnose, OfPoorRecordsNothingIsNamed) {
     const Finished end = run(record("r.csv", recording), {"--json", path("d.json")});
     ASSERT_EQ(end.exit_code, 0) << end.err;
     EXPECT_TRUE(json("d.json").at("axis").at("z").at("effects").empty()) << end.out;
+  }
+}
+
+// A model that knows a bias and white noise on each axis, for real records.
+std::string bias_and_noise(double angle_random_walk_deg_per_sqrt_h) {
+  std::string text =
+      "format_version: 1\ngyro: a real gyro\ngyro_id: real\nnominal_rate_hz: 1\neffects:\n";
+  for (const std::string axis : {"x", "y", "z"}) {
+    text += "  - {kind: bias, axis: " + axis + ", parameters: {bias_deg_h: 0}}\n";
+    text += "  - {kind: angle_random_walk, axis: " + axis +
+            ", parameters: {coefficient_deg_per_sqrt_h: " +
+            std::to_string(angle_random_walk_deg_per_sqrt_h) + "}}\n";
+  }
+  return text;
+}
+
+TEST_F(Diagnose, OnARealThermalCycleTheHeldOutGapShrinksOrTheModelStays) {
+  const auto file =
+      std::filesystem::path(ZERODRIFT_SHARED_DIR) / "data/imu_thermal_chamber/imu_thermal.csv";
+  if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not there: nothing checked";
+  write(system_.path("model.yaml"), bias_and_noise(1.0));
+  const Finished finished =
+      run(file, {"--columns",
+                 "time=row*1.0,rate_x=gyro_x[rad/s],rate_y=gyro_y[rad/s],rate_z=gyro_z[rad/s],"
+                 "temperature_coil=temp_c[degC]",
+                 "--json", path("d.json")});
+  ASSERT_EQ(finished.exit_code, 0) << finished.err;
+  const Json axes = json("d.json").at("axis");
+  for (const auto& [axis, found] : axes.items()) {
+    const Json& gap = found["gap"]["held_out"];
+    EXPECT_LE(gap["after_rms_deg_h"].get<double>(), 1.02 * gap["before_rms_deg_h"].get<double>())
+        << axis;
+  }
+  // Axis y follows temperature (correlation 0.96): without it at most a tenth is left.
+  const Json& y = axes["y"];
+  EXPECT_EQ(y["effects"][0]["name"], "bias_temperature") << y.dump(1);
+  EXPECT_LT(y["gap"]["held_out"]["after_rms_deg_h"].get<double>(),
+            0.1 * y["gap"]["held_out"]["before_rms_deg_h"].get<double>());
+}
+
+TEST_F(Diagnose, OnARealStaticRecordNothingThermalIsNamed) {
+  const auto file =
+      std::filesystem::path(ZERODRIFT_SHARED_DIR) / "data/adis16405_static/adis16405_run1.csv.xz";
+  if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not there: nothing checked";
+  write(system_.path("model.yaml"), bias_and_noise(2.5));
+  const Finished finished =
+      run(file, {"--columns",
+                 "time=row*0.01,rate_x=gx_lsb*0.05[deg/s],rate_y=gy_lsb*0.05[deg/s],"
+                 "rate_z=gz_lsb*0.05[deg/s]",
+                 "--json", path("d.json")});
+  ASSERT_EQ(finished.exit_code, 0) << finished.err;
+  const Json axes = json("d.json").at("axis");
+  ASSERT_EQ(axes.size(), 3U);
+  for (const auto& [axis, found] : axes.items()) {
+    for (const Json& effect : found["effects"]) {
+      const auto name = effect["name"].get<std::string>();
+      EXPECT_TRUE(name == "bias_instability" || name == "rate_random_walk" || name == "markov" ||
+                  name == "telegraph" || name == "quantization")
+          << axis << ": " << name;
+    }
+    EXPECT_TRUE(found["unknown"].is_null()) << axis << ": " << found["unknown"];
+    const auto not_testable = found["not_testable"].dump();
+    EXPECT_NE(not_testable.find("no temperature in the record"), std::string::npos);
   }
 }
 
