@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
-#include <memory>
 #include <numeric>
 
 #include "common/core/units.h"
@@ -279,26 +277,37 @@ void fit_listed(twin::Model& model, const TrialInput& input, std::vector<Recalib
   }
 }
 
-Lineup line_up(const twin::Model& model, const TrialInput& input,
-               const std::vector<double>& residual, const std::vector<KnownColumn>& known,
-               std::vector<NotTestable>& not_testable) {
-  // Noise beside the known effects alone, to see oscillations against.
-  const SearchProblem problem{
-      .series = residual,
-      .valid = input.valid,
-      .interval_s = input.series.interval_s,
-      .known = known,
-      .noise = noise_prior(model, input.axis, kModelNoiseSigma, valid_share(input.valid))};
-  const SearchReport noise = search(problem, search_options(input.options));
-  std::vector<double> corrected = residual;
-  for (std::size_t c = 0; c < noise.corrections.size(); ++c) {
-    for (std::size_t i = 0; i < corrected.size(); ++i) {
-      if (input.valid[i] != 0) corrected[i] -= noise.corrections[c].value * known[c].values[i];
-    }
+// Takes the mean of what is valid off, and sets the rest to 0.
+void centre(std::vector<double>& values, std::span<const std::uint8_t> valid) {
+  const double mean = mean_of(values, valid);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[i] = valid[i] != 0 ? values[i] - mean : 0.0;
+}
+
+// What is left after the search, with the known columns that were refitted: for the noise.
+std::vector<double> remainder_of(const std::vector<double>& residual, const SearchReport& report,
+                                 const std::vector<KnownColumn>& known,
+                                 std::span<const std::uint8_t> valid) {
+  std::vector<double> left = residual;
+  const auto take_off = [&](const std::vector<double>& waveform, double factor) {
+    for (std::size_t i = 0; i < left.size(); ++i) left[i] -= factor * waveform[i];
+  };
+  for (const FoundEffect& effect : report.effects) take_off(effect.waveform, 1.0);
+  if (report.unknown) take_off(report.unknown->waveform, 1.0);
+  for (std::size_t c = 0; c < report.corrections.size(); ++c) {
+    if (report.corrections[c].testability == Testability::kTestable)
+      take_off(known[c].values, report.corrections[c].value);
   }
-  const double mean = mean_of(corrected, input.valid);
-  for (std::size_t i = 0; i < corrected.size(); ++i)
-    corrected[i] = input.valid[i] != 0 ? corrected[i] - mean : 0.0;
+  centre(left, valid);
+  return left;
+}
+
+// `problem` has no groups yet: its search gives the noise beside the known effects alone, against
+// which oscillations are seen.
+Lineup line_up(const twin::Model& model, const TrialInput& input, const SearchProblem& problem,
+               const std::vector<double>& residual, std::vector<NotTestable>& not_testable) {
+  const SearchReport noise = search(problem, search_options(input.options));
+  const std::vector<double> corrected = remainder_of(residual, noise, problem.known, input.valid);
   const std::size_t quick = quick_length(corrected.size());
   const auto variances =
       dct_variances(noise.noise_terms, noise.noise_squares, quick, input.series.interval_s);
@@ -350,9 +359,7 @@ double misfit(const NamedEffect& effect, const std::vector<double>& without,
   const auto waveform =
       input.playback.run(definition, context_of(spec, definition, input.series.interval_s));
   std::vector<double> left = difference(without, waveform, input.valid);
-  const double mean = mean_of(left, input.valid);
-  for (std::size_t i = 0; i < left.size(); ++i)
-    left[i] = input.valid[i] != 0 ? left[i] - mean : 0.0;
+  centre(left, input.valid);
   left.resize(dct_variances.size());
   const auto weighted = divided_by_noise(left, dct_variances);
   return std::inner_product(left.begin(), left.end(), weighted.begin(), 0.0);
@@ -463,25 +470,6 @@ void add_to_model(Trial& trial, const TrialInput& input) {
                     .date = input.options.date,
                     .evidence = "log Bayes factor " + rounded(effect.log_evidence)}});
   }
-}
-
-// What is left after the search, with the known columns that were refitted: for the noise.
-std::vector<double> remainder_of(const std::vector<double>& residual, const SearchReport& report,
-                                 const std::vector<KnownColumn>& known,
-                                 std::span<const std::uint8_t> valid) {
-  std::vector<double> left = residual;
-  const auto take_off = [&](const std::vector<double>& waveform, double factor) {
-    for (std::size_t i = 0; i < left.size(); ++i) left[i] -= factor * waveform[i];
-  };
-  for (const FoundEffect& effect : report.effects) take_off(effect.waveform, 1.0);
-  if (report.unknown) take_off(report.unknown->waveform, 1.0);
-  for (std::size_t c = 0; c < report.corrections.size(); ++c) {
-    if (report.corrections[c].testability == Testability::kTestable)
-      take_off(known[c].values, report.corrections[c].value);
-  }
-  const double mean = mean_of(left, valid);
-  for (std::size_t i = 0; i < left.size(); ++i) left[i] = valid[i] != 0 ? left[i] - mean : 0.0;
-  return left;
 }
 
 NoiseFindings noise_of(const std::vector<double>& remainder, const TrialInput& input,
@@ -660,7 +648,7 @@ Trial repair(const TrialInput& input) {
       .interval_s = input.series.interval_s,
       .known = columns_of(known),
       .noise = noise_prior(trial.repaired, input.axis, kModelNoiseSigma, valid_share(input.valid))};
-  const Lineup lineup = line_up(trial.repaired, input, residual, problem.known, trial.not_testable);
+  const Lineup lineup = line_up(trial.repaired, input, problem, residual, trial.not_testable);
   for (std::size_t i = 0; i < lineup.named.size(); ++i)
     problem.groups.push_back(group_of(lineup.named[i], lineup.codes[i], input));
   for (const GenericFunction& function : lineup.generic)
