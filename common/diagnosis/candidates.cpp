@@ -169,7 +169,7 @@ std::optional<std::string> unmet(Need need, const MeasuredSeries& series, const 
 
 // Quantiles of the temperature, for thresholds within its range.
 std::vector<double> thresholds(const Playback& playback, TemperaturePoint point) {
-  constexpr int kThresholds = 15;
+  constexpr int kThresholds = 24;
   auto values = temperatures(playback, point);
   std::sort(values.begin(), values.end());
   const Range range{values.front(), values.back()};
@@ -280,8 +280,7 @@ std::optional<std::string> nothing_to_copy(const EffectDefinition& definition,
 }
 
 bool is_regressor(const EffectDefinition& definition) {
-  if (definition.kind == "bias") return false;  // the mean: always refitted
-  return definition.family == twin::Family::kDeterministic || definition.kind == "clock_offset";
+  return is_waveform(definition) && definition.kind != "bias";  // the mean: always refitted
 }
 
 }  // namespace
@@ -300,15 +299,19 @@ Oscillations find_oscillations(std::span<const double> weighted, const Playback&
                            .highest_frequency = 1.0 / kShortestPeriodDegc,
                            .peaks = kPeaks});
   }
-  std::vector<double> angle_rad;
+  std::vector<double> middle_rad, turn_rad;  // since power-on; in each interval
   double turned = 0.0;
+  double since_power_on_s = 0.0;
   for (const auto& in : playback.inputs()) {
-    turned += in.true_rate_radps[core::index(axis)] * playback.interval_s();
-    angle_rad.push_back(turned);
+    const bool was_off = since_power_on_s == 0.0 || in.since_power_on_s < since_power_on_s;
+    if (was_off) turned = 0.0;
+    since_power_on_s = in.since_power_on_s;
+    const double turn = in.true_rate_radps[core::index(axis)] * playback.interval_s();
+    middle_rad.push_back(turned + 0.5 * turn);
+    turn_rad.push_back(turn);
+    turned += turn;
   }
-  found.resets =
-      oscillation_peaks(weighted, angle_rad,
-                        {.highest_frequency = std::numeric_limits<double>::max(), .peaks = kPeaks});
+  found.resets = angle_peaks(weighted, middle_rad, turn_rad, kPeaks);
   return found;
 }
 

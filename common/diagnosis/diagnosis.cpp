@@ -9,6 +9,7 @@
 #include "common/diagnosis/disagreement.h"
 #include "common/diagnosis/gap.h"
 #include "common/diagnosis/next_experiment.h"
+#include "common/diagnosis/noise_weight.h"
 #include "common/diagnosis/playback.h"
 #include "common/diagnosis/record_faults.h"
 #include "common/diagnosis/rounded_text.h"
@@ -25,6 +26,7 @@ constexpr double kShortestForBlocksS = 3600.0;  // below, nothing is kept back
 constexpr double kGuardS = 300.0;               // between what is fitted and what is kept back
 // Held-out figures may be worse by this and still count as equal.
 constexpr double kNoWorse = 1.02;
+constexpr double kMeanNoWorse = 1.05;  // with the mean, of which two records say little
 constexpr double kAllanTolerance = 0.02;
 constexpr std::size_t kMostRanges = 10;  // of disagreement that are told
 
@@ -87,6 +89,9 @@ struct Comparison {
   // About the mean: what is judged, since the bias of a switch-on is anyone's.
   double shape_before_radps = 0.0;
   double shape_after_radps = 0.0;
+  // How much likelier the drift afterwards makes the data about their mean, nats; 0 where the model
+  // has no noise to judge by.
+  double gain_nats = 0.0;
   AllanDistance allan;
 };
 
@@ -117,6 +122,11 @@ Comparison compare_on(const std::vector<HeldOutPart>& parts, const twin::Model& 
     add(result.shape_before_radps, rms_before.about_mean);
     add(result.shape_after_radps, rms_after.about_mean);
     add(result.gap.noise_floor_rms_radps, expected_rms_of_block_means(noise_after, block));
+    const auto variances = model_noise(after, axis, series.interval_s, quick_length(series.size));
+    const auto misfit = [&](const std::vector<double>& drift) {
+      return weighted_square(difference(measured, drift, part.valid), part.valid, variances);
+    };
+    result.gain_nats += 0.5 * (misfit(drift_before) - misfit(drift_after));
     result.allan.before += w * distance.before;
     result.allan.after += w * distance.after;
     weight += w;
@@ -139,15 +149,21 @@ bool changes_shape(const Changes& changes) {
   });
 }
 
-// What changes the drift's shape has to bring it closer; what is noise, the Allan curve; a bias,
-// the mean. Neither may make the others worse.
+// What changes the drift's shape has to make the data likelier, which tells more than their RMS
+// where noise is red; what is noise, the Allan curve; a bias, the mean. Neither may make the others
+// worse.
 Acceptance judge(const Trial& trial, const Comparison& held_out, HeldOut kind) {
   if (trial.effects.empty() && trial.recalibrated.empty()) return Acceptance::kNothingToProve;
   if (kind == HeldOut::kNothing) return Acceptance::kAccepted;
   const bool shape = changes_shape(trial.effects) || changes_shape(trial.recalibrated);
+  const Gap& gap = held_out.gap;
   const bool no_worse = held_out.shape_after_radps <= kNoWorse * held_out.shape_before_radps &&
+                        gap.after_rms_radps <= kMeanNoWorse * gap.before_rms_radps &&
                         held_out.allan.after <= held_out.allan.before + kAllanTolerance;
-  const bool closer = shape ? held_out.shape_after_radps < held_out.shape_before_radps
+  const bool likelier = held_out.gain_nats != 0.0
+                            ? held_out.gain_nats > 0.0
+                            : held_out.shape_after_radps < held_out.shape_before_radps;
+  const bool closer = shape ? likelier
                             : held_out.allan.after < held_out.allan.before ||
                                   held_out.gap.after_rms_radps < held_out.gap.before_rms_radps;
   return closer && no_worse ? Acceptance::kAccepted : Acceptance::kReverted;
@@ -287,28 +303,71 @@ class AxisExamination {
     const RecordFaults faults =
         find_record_faults(series_, axis_, difference(measured, before, series_.valid[a]));
     Split split = held_out_parts(validation, playbacks, faults.sound);
-    Trial trial = repair({model_, series_, playback_, axis_, split.fitted, options_});
+    Judged judged = attempt(split, {});
     AxisDiagnosis result;
-    result.not_testable = trial.not_testable;
-    if (trial.refusal) {
-      result.sentence = "This axis can't be diagnosed: " + *trial.refusal + ".";
+    result.not_testable = judged.trial.not_testable;
+    if (judged.trial.refusal) {
+      result.sentence = "This axis can't be diagnosed: " + *judged.trial.refusal + ".";
       return result;
     }
-    const Comparison held_out = compare_on(split.held_out, model_, trial.repaired, axis_);
+    const std::vector<std::string> refuted = refuted_by(judged);
+    const bool tried_again = !refuted.empty() && try_without(refuted, split, judged);
+    const bool adopted = judged.acceptance == Acceptance::kAccepted;
+    if (!adopted) judged.held_out = compare_on(split.held_out, model_, model_, axis_);
     result.held_out_kind = split.kind;
-    result.held_out = held_out.gap;
-    result.acceptance = judge(trial, held_out, split.kind);
-    const bool adopted = result.acceptance == Acceptance::kAccepted;
-    const twin::Model& final_model = adopted ? trial.repaired : model_;
-    if (adopted) copy_axis(trial.repaired, repaired, axis_);
-    take(result, trial, faults);
-    describe(result, trial, measured, before, final_model, faults.sound);
-    if (split.kind != HeldOut::kNothing) result.allan_log_distance = held_out.allan;
+    result.acceptance = judged.acceptance;
+    result.held_out = judged.held_out.gap;
+    const twin::Model& final_model = adopted ? judged.trial.repaired : model_;
+    if (adopted) copy_axis(judged.trial.repaired, repaired, axis_);
+    take(result, judged.trial, faults);
+    describe(result, judged.trial, measured, before, final_model, faults.sound);
+    if (split.kind != HeldOut::kNothing) result.allan_log_distance = judged.held_out.allan;
     settle(result);
+    if (tried_again) result.sentence += spoken_against(refuted);
     return result;
   }
 
  private:
+  struct Judged {
+    Trial trial;
+    Comparison held_out;
+    Acceptance acceptance = Acceptance::kNothingToProve;
+  };
+
+  [[nodiscard]] Judged attempt(const Split& split, std::span<const std::string> refuted) const {
+    Judged judged{repair({model_, series_, playback_, axis_, split.fitted, options_, refuted}), {}};
+    if (judged.trial.refusal) return judged;
+    judged.held_out = compare_on(split.held_out, model_, judged.trial.repaired, axis_);
+    judged.acceptance = judge(judged.trial, judged.held_out, split.kind);
+    return judged;
+  }
+
+  static std::vector<std::string> refuted_by(const Judged& judged) {
+    std::vector<std::string> names;
+    if (judged.acceptance != Acceptance::kReverted || judged.trial.unknown) return names;
+    for (const NamedEffect& effect : judged.trial.effects) {
+      if (!is_like_noise(effect.name)) names.push_back(effect.name);
+    }
+    return names;
+  }
+
+  static std::string spoken_against(std::span<const std::string> refuted) {
+    std::string names;
+    for (const std::string& name : refuted) names += (names.empty() ? "" : " and ") + name;
+    return " It looks like " + names + ", but held-out data speak against that.";
+  }
+
+  // What is significant in the record but not the effect it was taken for is another one, or none
+  // that the catalogue knows.
+  // True where that led to an answer, which then replaces the first one.
+  bool try_without(std::span<const std::string> refuted, const Split& split, Judged& judged) const {
+    Judged second = attempt(split, refuted);
+    if (second.acceptance != Acceptance::kAccepted && !second.trial.unknown) return false;
+    second.trial.evidence = judged.trial.evidence;
+    judged = std::move(second);
+    return true;
+  }
+
   Split held_out_parts(const std::vector<MeasuredSeries>& validation,
                        const std::vector<Playback>& playbacks,
                        const std::vector<std::uint8_t>& sound) const {

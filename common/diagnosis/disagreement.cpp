@@ -3,10 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <limits>
 #include <numbers>
+#include <numeric>
 
 #include "common/allan/chi_square.h"
 #include "common/diagnosis/cosine_transform.h"
+#include "common/diagnosis/evidence.h"
 #include "common/diagnosis/noise_weight.h"
 
 namespace zerodrift::diagnosis {
@@ -23,40 +27,70 @@ double two_sided_p(double chi_square) {
   return std::erfc(std::sqrt(0.5 * chi_square));
 }
 
-std::vector<double> edges_of(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  std::vector<double> edges;
-  for (std::size_t i = 0; i <= kRanges; ++i) {
-    const double edge = values[(values.size() - 1) * i / kRanges];
-    if (edges.empty() || edge > edges.back()) edges.push_back(edge);
+// Values of an input that are looked at together: from <= value < below.
+struct InputRange {
+  double from;
+  double below;
+  double to;  // largest value told of
+};
+
+// About as many values in each. A value that fills a range by itself is one; of an input with two
+// levels only the rarer one is looked at, since the other says the same.
+std::vector<InputRange> ranges_of(const std::vector<double>& values) {
+  std::vector<double> sorted = values;
+  std::sort(sorted.begin(), sorted.end());
+  const auto quantile = [&](std::size_t i) { return sorted[(sorted.size() - 1) * i / kRanges]; };
+  constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+  std::vector<InputRange> ranges;
+  const auto begin_at = [&](double value) {
+    if (!ranges.empty()) {
+      if (value <= ranges.back().from) return;
+      ranges.back().below = value;
+      ranges.back().to = std::min(ranges.back().to, value);
+    }
+    ranges.push_back({value, kNoLimit, sorted.back()});
+  };
+  for (std::size_t i = 0; i < kRanges; ++i) {
+    begin_at(quantile(i));
+    if (quantile(i) < quantile(i + 1)) continue;
+    const auto next = std::upper_bound(sorted.begin(), sorted.end(), quantile(i));
+    if (quantile(i) == ranges.back().from) ranges.back().to = quantile(i);
+    if (next != sorted.end()) begin_at(*next);
   }
-  return edges;
+  if (ranges.size() == 2 && ranges.front().from == ranges.front().to) {
+    const auto lower = std::upper_bound(sorted.begin(), sorted.end(), ranges.front().to);
+    const bool lower_is_rarer = 2 * (lower - sorted.begin()) <= std::ssize(sorted);
+    ranges.erase(lower_is_rarer ? ranges.end() - 1 : ranges.begin());
+  }
+  return ranges;
 }
 
 void add_channel(std::vector<Range>& ranges, const InputChannel& channel, const ResidualView& view,
-                 const std::vector<double>& weighted, CosineTransform& transform) {
+                 const std::vector<double>& weighted, const GapBridge& gaps,
+                 CosineTransform& transform) {
+  constexpr double kLeastVarying = 1e-9;  // of a column's square norm: what rounding leaves
   const std::size_t n = weighted.size();
-  const std::vector<double> edges = edges_of(channel.values);
-  for (std::size_t e = 0; e + 1 < edges.size(); ++e) {
-    const bool last = e + 2 == edges.size();
-    std::vector<double> inside(n, 0.0);
-    double level = 0.0;
+  const std::vector<InputRange> of_input = ranges_of(channel.values);
+  for (std::size_t r = 0; r < of_input.size(); ++r) {
+    const InputRange& range = of_input[r];
+    std::vector<double> inside(n);
     for (std::size_t i = 0; i < n; ++i) {
       const double value = channel.values[i];
-      const bool in = value >= edges[e] && (last ? value <= edges[e + 1] : value < edges[e + 1]);
-      if (!in || view.valid[i] == 0) continue;
-      inside[i] = 1.0;
-      level += weighted[i];
+      inside[i] = value >= range.from && value < range.below ? 1.0 : 0.0;
     }
+    gaps.apply(inside);
+    const double level = std::inner_product(inside.begin(), inside.end(), weighted.begin(), 0.0);
     const Eigen::VectorXd cosine = transform.forward(inside);
     double information = 0.0;
+    double varying = 0.0;
     for (std::size_t k = 1; k < n; ++k) {
       const double c = cosine(static_cast<Eigen::Index>(k));
+      varying += c * c;
       if (view.dct_variances[k] > 0.0) information += c * c / view.dct_variances[k];
     }
-    if (!(information > 0.0)) continue;
+    if (!(information > 0.0) || varying <= kLeastVarying * cosine.squaredNorm()) continue;
     const double excess = level * level / information;
-    ranges.push_back({{channel.name, edges[e], edges[e + 1], excess, two_sided_p(excess)}, e});
+    ranges.push_back({{channel.name, range.from, range.to, excess, two_sided_p(excess)}, r});
   }
 }
 
@@ -109,6 +143,23 @@ std::vector<Disagreement> joined(std::vector<Range> ranges) {
   return result;
 }
 
+// Without its mean, for the rounding's sake; missing values as GapBridge has them.
+std::vector<double> bridged(std::span<const double> residual, std::span<const std::uint8_t> valid,
+                            const GapBridge& gaps) {
+  std::vector<double> values(residual.begin(), residual.end());
+  double sum = 0.0;
+  double count = 0.0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (valid[i] == 0) values[i] = 0.0;
+    sum += values[i];
+    count += valid[i] != 0 ? 1.0 : 0.0;
+  }
+  const double mean = count > 0.0 ? sum / count : 0.0;
+  for (double& value : values) value -= mean;
+  gaps.apply(values);
+  return values;
+}
+
 std::vector<Range> significant(std::vector<Range> ranges, double significance) {
   const auto looked_at = static_cast<double>(ranges.size());
   for (Range& range : ranges) range.found.p_value = std::min(1.0, range.found.p_value * looked_at);
@@ -121,7 +172,7 @@ std::vector<Range> significant(std::vector<Range> ranges, double significance) {
 std::vector<Disagreement> locate(const ResidualView& view,
                                  const std::vector<InputChannel>& channels, double significance) {
   const std::size_t n = quick_length(view.residual_radps.size());
-  if (n < 2 * kRanges) return {};
+  if (n < 2 * kRanges || view.dct_variances.empty()) return {};
   CosineTransform transform(n);
   // Variances of the shortened series, read off at equal frequencies.
   std::vector<double> variances(n, 0.0);
@@ -130,13 +181,14 @@ std::vector<Disagreement> locate(const ResidualView& view,
     const auto at = static_cast<std::size_t>(std::llround(static_cast<double>(k) * stretch));
     variances[k] = view.dct_variances[std::min(at, view.dct_variances.size() - 1)];
   }
-  const ResidualView shortened{view.residual_radps.first(n), view.valid.first(n), variances,
-                               view.interval_s};
+  const GapBridge gaps(view.valid.first(n));
+  const std::vector<double> residual = bridged(view.residual_radps.first(n), view.valid, gaps);
+  const ResidualView shortened{residual, view.valid.first(n), variances, view.interval_s};
   const auto weighted = divided_by_noise(shortened.residual_radps, variances);
   std::vector<Range> ranges;
   for (InputChannel channel : channels) {
     channel.values.resize(n);
-    add_channel(ranges, channel, shortened, weighted, transform);
+    add_channel(ranges, channel, shortened, weighted, gaps, transform);
   }
   add_octaves(ranges, shortened, transform, n);
   return joined(significant(std::move(ranges), significance));

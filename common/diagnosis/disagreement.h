@@ -13,12 +13,15 @@
 namespace zerodrift::diagnosis {
 
 struct ResidualView {
-  std::span<const double> residual_radps;  // measured minus twin, 0 where not valid
+  std::span<const double> residual_radps;  // measured minus twin; any value where not valid
   std::span<const std::uint8_t> valid;
   std::span<const double> dct_variances;  // of the noise
   double interval_s = 1.0;
 };
 
+// Series and ranges are bridged where samples are missing (GapBridge); the mean says nothing. An
+// input has up to twelve ranges with about as many values in each, and one for each value that
+// fills one by itself.
 // Ranges whose corrected p-value is below `significance`, most significant first; neighbouring ones
 // of one kind are joined. In a range of an input the statistic is the generalised least-squares
 // level of the residual there, c'C^-1 r / sqrt(c'C^-1 c); in an octave the residual's power over

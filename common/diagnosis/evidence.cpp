@@ -12,6 +12,7 @@ namespace zerodrift::diagnosis {
 namespace {
 
 constexpr std::size_t kLongestMean = 300;
+constexpr std::size_t kShortGap = 20;
 
 double mean_of(std::span<const double> values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
@@ -37,50 +38,74 @@ double scale_averaged(double chi_square, int rank, const EvidenceOptions& option
 
 }  // namespace
 
-GapBridge::GapBridge(std::span<const std::uint8_t> valid) {
+GapBridge::GapBridge(std::span<const std::uint8_t> valid) : valid_(valid.begin(), valid.end()) {
   const std::size_t n = valid.size();
   std::size_t missing = 0;
+  std::size_t missing_in_short = 0;
   for (std::size_t i = 0; i < n;) {
     if (valid[i] != 0) {
       ++i;
       continue;
     }
-    Gap gap{i, i, i, i};
+    Gap gap;
+    gap.begin = gap.end = i;
     while (gap.end < n && valid[gap.end] == 0) ++gap.end;
-    const std::size_t length = gap.end - gap.begin;
-    const std::size_t reach = std::clamp<std::size_t>(length / 2, 1, kLongestMean);
-    gap.before_begin = gap.begin;
-    while (gap.before_begin > 0 && valid[gap.before_begin - 1] != 0 &&
-           gap.begin - gap.before_begin < reach) {
-      --gap.before_begin;
-    }
-    gap.after_end = gap.end;
-    while (gap.after_end < n && valid[gap.after_end] != 0 && gap.after_end - gap.end < reach) {
-      ++gap.after_end;
-    }
-    missing += length;
-    gaps_.push_back(gap);
     i = gap.end;
+    missing += gap.length();
+    if (gap.length() <= kShortGap) missing_in_short += gap.length();
+    gaps_.push_back(gap);
   }
-  if (n > 0) missing_share_ = static_cast<double>(missing) / static_cast<double>(n);
+  if (n == 0) return;
+  missing_share_ = static_cast<double>(missing) / static_cast<double>(n);
+  const std::size_t window = missing_in_short * missing_in_short / n;  // n p²
+  for (Gap& gap : gaps_) {
+    const std::size_t least = gap.length() <= kShortGap ? std::max<std::size_t>(1, window / 2) : 1;
+    place_means(gap, std::clamp(std::max(gap.length() / 2, least), std::size_t{1}, kLongestMean));
+  }
+}
+
+// Means over the valid ones of `reach` samples on either side; the one beside a gap is valid.
+void GapBridge::place_means(Gap& gap, std::size_t reach) const {
+  gap.before_begin = gap.begin - std::min(gap.begin, reach);
+  gap.after_end = std::min(valid_.size(), gap.end + reach);
+  for (std::size_t i = gap.before_begin; i < gap.begin; ++i) {
+    if (valid_[i] == 0) continue;
+    ++gap.before;
+    gap.left_at += static_cast<double>(i);
+  }
+  for (std::size_t i = gap.end; i < gap.after_end; ++i) {
+    if (valid_[i] == 0) continue;
+    ++gap.after;
+    gap.right_at += static_cast<double>(i);
+  }
+  if (gap.before > 0) gap.left_at /= static_cast<double>(gap.before);
+  if (gap.after > 0) gap.right_at /= static_cast<double>(gap.after);
 }
 
 void GapBridge::apply(std::span<double> column) const {
+  if (gaps_.empty()) return;
+  // Of the valid values before each place; the first one is taken off for the rounding's sake.
+  const auto first_valid =
+      std::find_if(valid_.begin(), valid_.end(), [](auto v) { return v != 0; });
+  if (first_valid == valid_.end()) {
+    std::fill(column.begin(), column.end(), 0.0);
+    return;
+  }
+  const double origin = column[static_cast<std::size_t>(first_valid - valid_.begin())];
+  std::vector<double> sums(column.size() + 1, 0.0);
+  for (std::size_t i = 0; i < column.size(); ++i)
+    sums[i + 1] = sums[i] + (valid_[i] != 0 ? column[i] - origin : 0.0);
+  const auto mean = [&](std::size_t begin, std::size_t end, std::size_t count) {
+    return origin + (sums[end] - sums[begin]) / static_cast<double>(count);
+  };
   for (const Gap& gap : gaps_) {
-    const std::size_t before = gap.begin - gap.before_begin;
-    const std::size_t after = gap.after_end - gap.end;
-    if (before + after == 0) {
-      std::fill(column.begin(), column.end(), 0.0);
-      continue;
-    }
-    const double left = before > 0 ? mean_of(column.subspan(gap.before_begin, before)) : 0.0;
-    const double right = after > 0 ? mean_of(column.subspan(gap.end, after)) : left;
-    const double from = before > 0 ? left : right;
-    // The means lie half their length away from the gap's edges.
-    const double left_at = static_cast<double>(gap.begin) - 0.5 * static_cast<double>(before + 1);
-    const double right_at = static_cast<double>(gap.end) + 0.5 * static_cast<double>(after) - 0.5;
+    const double left = gap.before > 0 ? mean(gap.before_begin, gap.begin, gap.before) : 0.0;
+    const double right = gap.after > 0 ? mean(gap.end, gap.after_end, gap.after) : left;
+    const double from = gap.before > 0 ? left : right;
+    const bool at_an_end = gap.before == 0 || gap.after == 0;
     for (std::size_t i = gap.begin; i < gap.end; ++i) {
-      const double share = (static_cast<double>(i) - left_at) / (right_at - left_at);
+      const double share =
+          at_an_end ? 0.0 : (static_cast<double>(i) - gap.left_at) / (gap.right_at - gap.left_at);
       column[i] = from + share * (right - from);
     }
   }

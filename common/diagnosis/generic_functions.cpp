@@ -11,6 +11,7 @@ namespace zerodrift::diagnosis {
 namespace {
 
 constexpr int kSplineIntervals = 10;
+constexpr int kFineIntervals = 24;
 constexpr int kDegree = 3;
 
 // While the gyro was measured: the supply's step at switch-on is not a movement.
@@ -31,8 +32,8 @@ std::vector<double> scaled_by(std::vector<double> values, double factor) {
   return values;
 }
 
-// Knots at quantiles, strictly increasing, the outer ones repeated for the degree.
-std::vector<double> knots_of(const std::vector<double>& values, int intervals) {
+// Strictly increasing, the outer ones repeated for the degree.
+std::vector<double> knots_of(const std::vector<double>& values, int intervals, Knots spacing) {
   std::vector<double> sorted = values;
   std::sort(sorted.begin(), sorted.end());
   std::vector<double> inner;
@@ -40,7 +41,9 @@ std::vector<double> knots_of(const std::vector<double>& values, int intervals) {
   for (int i = 0; i <= intervals; ++i) {
     const auto place = static_cast<std::size_t>(
         std::llround(static_cast<double>(sorted.size() - 1) * i / intervals));
-    const double knot = sorted[place];
+    const double knot = spacing == Knots::kQuantiles
+                            ? sorted[place]
+                            : sorted.front() + span * static_cast<double>(i) / intervals;
     if (inner.empty() || knot > inner.back() + 1e-3 * span) inner.push_back(knot);
   }
   inner.back() = sorted.back();
@@ -88,17 +91,77 @@ std::vector<double> to_unit_range(const std::vector<double>& values) {
   return scaled;
 }
 
+bool is_temperature(const InputChannel& channel) {
+  return channel.unit == "°C";
+}
+
+// The mean of two others adds nothing to their products.
+bool may_multiply(const InputChannel& channel) {
+  return channel.name != "time" && channel.origin == ChannelOrigin::kMeasured;
+}
+
+// Of the coil's two faces; empty unless both are measured and the middle is not.
+std::vector<double> mean_coil(const MeasuredSeries& series) {
+  const ProbeSeries* outer = nullptr;
+  const ProbeSeries* inner = nullptr;
+  std::vector<double> mean;
+  for (const ProbeSeries& probe : series.probes) {
+    if (probe.name == "coil_outer") outer = &probe;
+    if (probe.name == "coil_inner") inner = &probe;
+    if (probe.name == "coil") return mean;
+  }
+  if (outer == nullptr || inner == nullptr) return mean;
+  for (std::size_t i = 0; i < series.size; ++i)
+    mean.push_back(0.5 * (outer->temperature_degc[i] + inner->temperature_degc[i]));
+  return mean;
+}
+
+std::vector<double> lagged(std::vector<double> values, double lag_s, double interval_s) {
+  const double gain = 1.0 - std::exp(-interval_s / lag_s);
+  for (std::size_t i = 1; i < values.size(); ++i)
+    values[i] = values[i - 1] + gain * (values[i] - values[i - 1]);
+  return values;
+}
+
+const std::vector<double>* values_of(const std::vector<InputChannel>& channels,
+                                     const std::string& name) {
+  for (const InputChannel& channel : channels) {
+    if (channel.name == name) return &channel.values;
+  }
+  return nullptr;
+}
+
+// Temperatures of places within the winding, as far as its two faces tell.
+std::vector<std::vector<double>> inside_coil(const std::vector<InputChannel>& channels,
+                                             double interval_s) {
+  struct Place {
+    double outer_share;
+    double lag_s;
+  };
+  constexpr std::array kPlaces{Place{0.5, 120.0}, Place{0.25, 40.0}, Place{0.75, 40.0}};
+  const auto* outer = values_of(channels, "temperature_coil_outer");
+  const auto* inner = values_of(channels, "temperature_coil_inner");
+  std::vector<std::vector<double>> inside;
+  if (outer == nullptr || inner == nullptr) return inside;
+  for (const Place& place : kPlaces) {
+    std::vector<double> mean(outer->size());
+    for (std::size_t i = 0; i < mean.size(); ++i)
+      mean[i] = place.outer_share * (*outer)[i] + (1.0 - place.outer_share) * (*inner)[i];
+    inside.push_back(lagged(std::move(mean), place.lag_s, interval_s));
+  }
+  return inside;
+}
+
 GenericFunction product_of(const InputChannel& a, const InputChannel& b) {
   const auto u = to_unit_range(a.values);
   const auto v = to_unit_range(b.values);
-  GenericFunction product{{a.name, b.name},
-                          std::vector<std::vector<double>>(3, std::vector<double>(u.size()))};
+  std::vector<std::vector<double>> columns(3, std::vector<double>(u.size()));
   for (std::size_t i = 0; i < u.size(); ++i) {
-    product.columns[0][i] = u[i] * v[i];
-    product.columns[1][i] = u[i] * u[i] * v[i];
-    product.columns[2][i] = u[i] * v[i] * v[i];
+    columns[0][i] = u[i] * v[i];
+    columns[1][i] = u[i] * u[i] * v[i];
+    columns[2][i] = u[i] * v[i] * v[i];
   }
-  return product;
+  return {{a.name, b.name}, {std::move(columns)}};
 }
 
 }  // namespace
@@ -112,6 +175,10 @@ std::vector<InputChannel> moving_inputs(const MeasuredSeries& series, core::Axis
   };
   for (const ProbeSeries& probe : series.probes)
     take("temperature_" + probe.name, "°C", probe.temperature_degc);
+  auto mean = mean_coil(series);
+  if (moves(mean, valid)) {
+    channels.push_back({"temperature_coil", "°C", std::move(mean), ChannelOrigin::kMeanOfFaces});
+  }
   for (const ProbeSeries& probe : series.probes)
     take("temperature_rate_" + probe.name, "°C/min", scaled_by(probe.rate_degc_per_s, 60.0));
   for (const core::Axis a : core::kAxes) {
@@ -131,8 +198,9 @@ std::vector<InputChannel> moving_inputs(const MeasuredSeries& series, core::Axis
   return channels;
 }
 
-std::vector<std::vector<double>> spline_basis(const std::vector<double>& values, int intervals) {
-  const std::vector<double> knots = knots_of(values, intervals);
+std::vector<std::vector<double>> spline_basis(const std::vector<double>& values, int intervals,
+                                              Knots spacing) {
+  const std::vector<double> knots = knots_of(values, intervals, spacing);
   const std::size_t count = knots.size() - kDegree - 1;
   std::vector<std::vector<double>> basis(count, std::vector<double>(values.size(), 0.0));
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -142,16 +210,24 @@ std::vector<std::vector<double>> spline_basis(const std::vector<double>& values,
   return basis;
 }
 
-std::vector<GenericFunction> generic_functions(const std::vector<InputChannel>& channels) {
+std::vector<GenericFunction> generic_functions(const std::vector<InputChannel>& channels,
+                                               double interval_s) {
   std::vector<GenericFunction> functions;
   for (const InputChannel& channel : channels) {
-    auto columns = spline_basis(channel.values, kSplineIntervals);
-    columns.pop_back();  // they sum to 1: the mean is the model's
-    functions.push_back({{channel.name}, std::move(columns)});
+    GenericFunction function{{channel.name}, {spline_basis(channel.values, kSplineIntervals)}};
+    if (is_temperature(channel)) {
+      function.resolutions.push_back(spline_basis(channel.values, kFineIntervals, Knots::kUniform));
+    }
+    if (channel.origin == ChannelOrigin::kMeanOfFaces) {
+      for (const auto& inside : inside_coil(channels, interval_s))
+        function.resolutions.push_back(spline_basis(inside, kFineIntervals, Knots::kUniform));
+    }
+    for (auto& columns : function.resolutions) columns.pop_back();  // they sum to 1: a mean
+    functions.push_back(std::move(function));
   }
   for (std::size_t i = 0; i < channels.size(); ++i) {
     for (std::size_t j = i + 1; j < channels.size(); ++j) {
-      if (channels[i].name == "time" || channels[j].name == "time") continue;
+      if (!may_multiply(channels[i]) || !may_multiply(channels[j])) continue;
       functions.push_back(product_of(channels[i], channels[j]));
     }
   }

@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
+#include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "common/core/units.h"
@@ -17,6 +18,7 @@
 #include "common/diagnosis/rounded_text.h"
 #include "common/twin/effect_catalogue.h"
 #include "common/twin/profile.h"
+#include "common/twin/random.h"
 #include "common/twin/thermal_plant.h"
 
 namespace zerodrift::diagnosis {
@@ -24,6 +26,8 @@ namespace {
 
 constexpr double kDurationS = 4.0 * 3600.0;
 constexpr double kIntervalS = 2.0;
+// Standard errors: below, an experiment tells nothing apart.
+constexpr double kLeastSeparation = 1.0;
 
 // What is done to the gyro besides its temperature.
 enum class Exposure { kNothing, kRates, kSurroundings };
@@ -68,32 +72,49 @@ std::vector<Experiment> menu() {
   };
 }
 
-// A level for each block of ten minutes, of alternating sign and different size for each channel.
-double level_in_block(double time_s, int channel) {
+// Blocks of ten minutes, a level for each.
+constexpr double kBlockS = 600.0;
+
+// What is moved, each with a pattern of its own.
+enum Moved : std::uint64_t { kRate = 1, kField = 4, kTilt = 7, kVibration = 10, kCurrent = 11 };
+
+// All levels equally often, in an order of its own for each channel: of 24 blocks, two channels are
+// correlated by .2.
+std::vector<double> levels_of(std::uint64_t channel) {
   constexpr std::array kLevels{0.0, 1.0, -1.0, 0.3, -0.3, 0.05, 0.7, -0.05};
-  const auto block = static_cast<std::size_t>(time_s / 600.0);
-  return kLevels[(block * (2 * static_cast<std::size_t>(channel) + 1)) % kLevels.size()];
+  const auto blocks = static_cast<std::size_t>(kDurationS / kBlockS);
+  std::vector<double> levels;
+  for (std::size_t b = 0; b < blocks; ++b) levels.push_back(kLevels[b % kLevels.size()]);
+  const twin::NoiseStream random(channel, "levels");
+  for (std::size_t b = blocks - 1; b > 0; --b) {
+    const double place = random.uniform(b) * static_cast<double>(b + 1);
+    std::swap(levels[b], levels[static_cast<std::size_t>(place)]);
+  }
+  return levels;
 }
 
 void expose(MeasuredSeries& series, Exposure exposure) {
-  const auto fill = [&series](std::vector<double>& channel, double offset, double size, int which) {
+  const auto fill = [&series](std::vector<double>& channel, double offset, double size,
+                              std::uint64_t which) {
+    const std::vector<double> levels = levels_of(which);
     channel.resize(series.size);
-    for (std::size_t i = 0; i < series.size; ++i)
-      channel[i] = offset + size * level_in_block(static_cast<double>(i) * kIntervalS, which);
+    for (std::size_t i = 0; i < series.size; ++i) {
+      const auto block = static_cast<std::size_t>(static_cast<double>(i) * kIntervalS / kBlockS);
+      channel[i] = offset + size * levels[std::min(block, levels.size() - 1)];
+    }
   };
   for (const core::Axis axis : core::kAxes) {
     const std::size_t a = core::index(axis);
-    const int which = static_cast<int>(a);
     const double rate = exposure == Exposure::kRates ? 10.0 * core::kRadPerDeg : 0.0;
-    fill(series.reference_radps[a], 0.0, rate, which);
+    fill(series.reference_radps[a], 0.0, rate, Moved::kRate + a);
     if (exposure != Exposure::kSurroundings) continue;
-    fill(series.magnetic_ut[a], 0.0, 100.0, which);
-    fill(series.acceleration_mps2[a], 0.0, 9.8, which + 1);
+    fill(series.magnetic_ut[a], 0.0, 100.0, Moved::kField + a);
+    fill(series.acceleration_mps2[a], 0.0, 9.8, Moved::kTilt + a);
   }
   series.has_reference = exposure == Exposure::kRates;
   if (exposure != Exposure::kSurroundings) return;
-  fill(series.vibration_g, 1.0, 1.0, 1);
-  fill(series.source_current_ma, twin::kNominalSourceCurrentMa, 5.0, 2);
+  fill(series.vibration_g, 1.0, 1.0, Moved::kVibration);
+  fill(series.source_current_ma, twin::kNominalSourceCurrentMa, 5.0, Moved::kCurrent);
 }
 
 MeasuredSeries simulate(const Experiment& experiment, const twin::ThermalParameters& plant_of) {
@@ -128,10 +149,11 @@ using Columns = std::vector<std::vector<double>>;
 
 class Whitener {
  public:
-  Whitener(const twin::Model& model, core::Axis axis, std::size_t size)
-      : transform_(size), variances_(model_noise(model, axis, kIntervalS, size)) {
-    const double white = *std::max_element(variances_.begin(), variances_.end());
-    for (double& v : variances_) v = v > 0.0 ? v : std::max(white, 1e-300);
+  // dct_variances: of a noise, not all of them 0.
+  explicit Whitener(std::vector<double> dct_variances)
+      : transform_(dct_variances.size()), variances_(std::move(dct_variances)) {
+    const double largest = *std::max_element(variances_.begin(), variances_.end());
+    for (double& v : variances_) v = v > 0.0 ? v : largest;
   }
 
   [[nodiscard]] Eigen::MatrixXd matrix(const Columns& columns) {
@@ -163,19 +185,40 @@ double norm_beside(const Eigen::VectorXd& waveform, const Eigen::MatrixXd& other
 // The effect as found, over an experiment.
 Columns waveform_of(const NamedEffect& effect, const Playback& playback, core::Axis axis) {
   const twin::EffectDefinition* definition = twin::find_effect(effect.name);
-  if (definition == nullptr || definition->family != twin::Family::kDeterministic) return {};
+  if (definition == nullptr || !is_waveform(*definition)) return {};
   const twin::EffectSpec spec{
       .kind = effect.name, .axis = axis, .parameters = effect.parameters, .inputs = effect.inputs};
   return {playback.run(*definition, context_of(spec, *definition, kIntervalS))};
 }
 
-// Columns of the rival at each of its variants; no more than enough to cover its shapes.
+// The periods and frequencies that the catalogue offers to a search, as if a record showed them.
+Oscillations offered_oscillations() {
+  constexpr double kArcsecPerRad = 3600.0 / core::kRadPerDeg;
+  const auto frequencies = [](const char* kind, const char* parameter, double of_one, bool period) {
+    OscillationPeaks peaks;
+    for (const auto& definition : twin::find_effect(kind)->parameters) {
+      if (definition.name != parameter) continue;
+      for (const double v : definition.grid)
+        peaks.frequencies.push_back(period ? of_one / v : of_one * v);
+    }
+    peaks.looked_at = static_cast<double>(peaks.frequencies.size());
+    return peaks;
+  };
+  Oscillations offered;
+  offered.lines = frequencies("line", "frequency_hz", 1.0, false);
+  offered.fringes.fill(frequencies("etalon_fringe", "period_degc", 1.0, true));
+  offered.resets = frequencies("modulator_reset", "angle_arcsec", kArcsecPerRad, true);
+  return offered;
+}
+
+// Columns of the rival at each of its variants; no more than enough to cover its shapes. None where
+// the experiment doesn't excite it.
 std::vector<Columns> rivals_of(const std::string& name, const MeasuredSeries& series,
                                const Playback& playback, const twin::Model& model,
                                core::Axis axis) {
   constexpr std::size_t kMostVariants = 24;
   std::vector<Columns> rivals;
-  const Candidates all = candidates(series, playback, model, axis, {});
+  const Candidates all = candidates(series, playback, model, axis, offered_oscillations());
   for (const Candidate& candidate : all.testable) {
     if (candidate.definition->kind != name) continue;
     const std::size_t stride = candidate.variants.size() / kMostVariants + 1;
@@ -188,18 +231,18 @@ std::vector<Columns> rivals_of(const std::string& name, const MeasuredSeries& se
 }
 
 double separation(const Experiment& experiment, const twin::Model& model, core::Axis axis,
-                  const NamedEffect& effect, const std::string& rival) {
+                  const NamedEffect& effect, const std::string& rival, Whitener& whitener) {
   const MeasuredSeries series = simulate(experiment, model.thermal_plant);
   const Playback playback(series);
   const Columns waveform = waveform_of(effect, playback, axis);
   if (waveform.empty()) return 0.0;
-  Whitener whitener(model, axis, series.size);
   const Eigen::VectorXd found = whitener.matrix(waveform).col(0);
   Columns known;
   for (auto& parameter : known_parameters(model, axis, playback))
     known.push_back(std::move(parameter.column.values));
   const Eigen::MatrixXd beside = whitener.matrix(known);
   double nearest = norm_beside(found, beside);
+  if (nearest < kLeastSeparation) return nearest;
   for (const Columns& columns : rivals_of(rival, series, playback, model, axis)) {
     const Eigen::MatrixXd of_rival = whitener.matrix(columns);
     Eigen::MatrixXd both(beside.rows(), beside.cols() + of_rival.cols());
@@ -209,35 +252,52 @@ double separation(const Experiment& experiment, const twin::Model& model, core::
   return nearest;
 }
 
+// Only a waveform can be run over an experiment: a noise, or what this catalogue doesn't know, may
+// be near or far.
+bool can_be_run(const std::string& name) {
+  const twin::EffectDefinition* definition = twin::find_effect(name);
+  return definition != nullptr && is_waveform(*definition);
+}
+
 std::string to_separate(const twin::Model& model, core::Axis axis, const NamedEffect& effect) {
   const std::string& rival = effect.alternatives.front().name;
+  if (!can_be_run(effect.name) || !can_be_run(rival)) return {};
+  auto noise =
+      model_noise(model, axis, kIntervalS, static_cast<std::size_t>(kDurationS / kIntervalS));
+  if (!(*std::max_element(noise.begin(), noise.end()) > 0.0)) return {};  // no unit to count in
+  Whitener whitener(std::move(noise));
   const auto experiments = menu();
   std::size_t best = 0;
   double largest = -1.0;
   for (std::size_t i = 0; i < experiments.size(); ++i) {
-    const double d = separation(experiments[i], model, axis, effect, rival);
+    const double d = separation(experiments[i], model, axis, effect, rival, whitener);
     if (d > largest) {
       largest = d;
       best = i;
     }
   }
-  if (!(largest > 0.0)) return {};
+  if (!(largest >= kLeastSeparation)) return {};
   return "To tell " + effect.name + " from " + rival + ": " + experiments[best].name +
          " (they would be " + rounded(largest, 2) + " standard errors apart).";
 }
 
+bool would_test(const Candidates& of_experiment, const std::string& name) {
+  return std::any_of(of_experiment.testable.begin(), of_experiment.testable.end(),
+                     [&](const Candidate& c) { return c.definition->kind == name; });
+}
+
 std::string to_test_more(const twin::Model& model, core::Axis axis,
                          const std::vector<NotTestable>& not_testable) {
+  if (not_testable.empty()) return {};
   std::string best;
   std::vector<std::string> most;
   for (const Experiment& experiment : menu()) {
     const MeasuredSeries series = simulate(experiment, model.thermal_plant);
     const Playback playback(series);
+    const Candidates all = candidates(series, playback, model, axis, offered_oscillations());
     std::vector<std::string> names;
     for (const NotTestable& effect : not_testable) {
-      const auto* definition = twin::find_effect(effect.name);
-      if (definition != nullptr && !why_not_testable(*definition, series, playback, axis))
-        names.push_back(effect.name);
+      if (would_test(all, effect.name)) names.push_back(effect.name);
     }
     if (names.size() <= most.size()) continue;
     most = names;

@@ -3,6 +3,7 @@
 
 #include <cassert>
 #include <complex>
+#include <numeric>
 #include <unsupported/Eigen/FFT>
 
 #include "common/diagnosis/cosine_transform.h"
@@ -43,6 +44,26 @@ std::vector<double> divided_by_noise(std::span<const double> series,
   std::vector<double> weighted(n);
   for (std::size_t i = 0; i < n; ++i) weighted[i] = mirrored[i].real();
   return weighted;
+}
+
+void centre(std::vector<double>& values, std::span<const std::uint8_t> valid) {
+  double sum = 0.0, count = 0.0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (valid[i] == 0) continue;
+    sum += values[i];
+    count += 1.0;
+  }
+  const double mean = count > 0.0 ? sum / count : 0.0;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[i] = valid[i] != 0 ? values[i] - mean : 0.0;
+}
+
+double weighted_square(std::vector<double> series, std::span<const std::uint8_t> valid,
+                       std::span<const double> variances) {
+  centre(series, valid);
+  series.resize(variances.size());
+  const auto weighted = divided_by_noise(series, variances);
+  return std::inner_product(series.begin(), series.end(), weighted.begin(), 0.0);
 }
 
 std::size_t quick_length(std::size_t n) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -20,6 +21,15 @@ namespace zerodrift::diagnosis {
 // to a filter over the series and its mirror image. O(n log n) where n has small prime factors.
 [[nodiscard]] std::vector<double> divided_by_noise(std::span<const double> series,
                                                    std::span<const double> variances);
+
+// Takes the mean of what is valid off, and sets the rest to 0.
+void centre(std::vector<double>& values, std::span<const std::uint8_t> valid);
+
+// x'C^-1 x about the mean, over the first variances.size() samples: by how much it falls is twice
+// the log likelihood that an explanation gains.
+[[nodiscard]] double weighted_square(std::vector<double> series,
+                                     std::span<const std::uint8_t> valid,
+                                     std::span<const double> variances);
 
 // Largest length up to n whose only prime factors are 2, 3 and 5.
 [[nodiscard]] std::size_t quick_length(std::size_t n);

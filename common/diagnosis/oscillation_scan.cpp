@@ -7,27 +7,36 @@
 #include <cstdint>
 #include <numbers>
 #include <unsupported/Eigen/FFT>
+#include <utility>
 
 namespace zerodrift::diagnosis {
 namespace {
 
+constexpr double kBinsPerCycle = 4.0;
 constexpr double kStepsPerCycle = 2.0;  // frequency steps within one resolution cell
 
 using Complex = std::complex<double>;
 
-// Power over the median of its neighbourhood.
+double median_of(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Power over the median of its neighbourhood, which blocks of places share.
 std::vector<double> flattened(const std::vector<double>& power) {
   constexpr std::size_t kHalf = 60;
+  constexpr std::size_t kBlock = 30;
   std::vector<double> ratio(power.size(), 0.0);
-  std::vector<double> around;
-  for (std::size_t i = 0; i < power.size(); ++i) {
-    const std::size_t begin = i > kHalf ? i - kHalf : 0;
-    const std::size_t end = std::min(i + kHalf + 1, power.size());
-    around.assign(power.begin() + static_cast<std::ptrdiff_t>(begin),
-                  power.begin() + static_cast<std::ptrdiff_t>(end));
-    const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
-    std::nth_element(around.begin(), middle, around.end());
-    if (*middle > 0.0) ratio[i] = power[i] / *middle;
+  for (std::size_t block = 0; block < power.size(); block += kBlock) {
+    const std::size_t block_end = std::min(block + kBlock, power.size());
+    const std::size_t centre = (block + block_end) / 2;
+    const std::size_t begin = centre > kHalf ? centre - kHalf : 0;
+    const std::size_t end = std::min(centre + kHalf + 1, power.size());
+    const double median = median_of({power.begin() + static_cast<std::ptrdiff_t>(begin),
+                                     power.begin() + static_cast<std::ptrdiff_t>(end)});
+    if (!(median > 0.0)) continue;
+    for (std::size_t i = block; i < block_end; ++i) ratio[i] = power[i] / median;
   }
   return ratio;
 }
@@ -48,14 +57,17 @@ std::vector<std::size_t> strongest(const std::vector<double>& ratio, std::size_t
   return places;
 }
 
-}  // namespace
+struct Periodogram {
+  std::vector<double> power{};
+  double first = 0.0;  // frequency of the first, in steps
+  double step = 0.0;
+  double cells = 0.0;  // of independent frequencies
+};
 
 // The phase variable in bins much narrower than a cycle makes the sum a Fourier transform.
-OscillationPeaks oscillation_peaks(std::span<const double> weighted,
-                                   std::span<const double> phase_variable,
-                                   const OscillationScan& scan) {
-  constexpr double kBinsPerCycle = 4.0;
-  OscillationPeaks result;
+Periodogram scan_power(std::span<const double> weighted, std::span<const double> phase_variable,
+                       const OscillationScan& scan) {
+  Periodogram result;
   if (weighted.empty()) return result;
   const auto [low, high] = std::minmax_element(phase_variable.begin(), phase_variable.end());
   const double range = *high - *low;
@@ -64,7 +76,7 @@ OscillationPeaks oscillation_peaks(std::span<const double> weighted,
       std::min(scan.highest_frequency, static_cast<double>(scan.most_bins) / kBinsPerCycle / range);
   const double cycles = highest * range;
   if (!(cycles > scan.lowest_cycles)) return result;
-  const auto bins = static_cast<std::size_t>(std::ceil(cycles * kBinsPerCycle)) + 1;
+  const auto bins = static_cast<std::size_t>(std::ceil(cycles * kBinsPerCycle));
   std::size_t padded = 1;
   while (padded < static_cast<std::size_t>(kStepsPerCycle) * bins) padded *= 2;
   std::vector<double> binned(padded, 0.0);
@@ -76,14 +88,78 @@ OscillationPeaks oscillation_peaks(std::span<const double> weighted,
   Eigen::FFT<double> fft;
   fft.SetFlag(Eigen::FFT<double>::HalfSpectrum);
   fft.fwd(spectrum, binned);
-  const double step = per_unit / static_cast<double>(padded);  // of frequency
-  const auto first = static_cast<std::size_t>(std::ceil(scan.lowest_cycles / range / step));
-  const auto last = static_cast<std::size_t>(highest / step);
-  std::vector<double> power;
-  for (std::size_t k = first; k <= last; ++k) power.push_back(std::norm(spectrum[k]));
-  for (const std::size_t k : strongest(flattened(power), scan.peaks))
-    result.frequencies.push_back(static_cast<double>(first + k) * step);
-  result.looked_at = std::max(1.0, cycles - scan.lowest_cycles);
+  result.step = per_unit / static_cast<double>(padded);
+  result.cells = cycles - scan.lowest_cycles;
+  const auto first = static_cast<std::size_t>(std::ceil(scan.lowest_cycles / range / result.step));
+  const auto last = std::min(static_cast<std::size_t>(highest / result.step), spectrum.size() - 1);
+  result.first = static_cast<double>(first);
+  for (std::size_t k = first; k <= last; ++k) result.power.push_back(std::norm(spectrum[k]));
+  return result;
+}
+
+void take_strongest(OscillationPeaks& result, const Periodogram& periodogram,
+                    const std::vector<double>& ratio, std::size_t count) {
+  for (const std::size_t k : strongest(ratio, count)) {
+    result.frequencies.push_back((periodogram.first + static_cast<double>(k)) * periodogram.step);
+    result.ratios.push_back(ratio[k]);
+  }
+}
+
+}  // namespace
+
+OscillationPeaks oscillation_peaks(std::span<const double> weighted,
+                                   std::span<const double> phase_variable,
+                                   const OscillationScan& scan) {
+  const Periodogram periodogram = scan_power(weighted, phase_variable, scan);
+  OscillationPeaks result;
+  take_strongest(result, periodogram, flattened(periodogram.power), scan.peaks);
+  result.looked_at = std::max(1.0, periodogram.cells);
+  return result;
+}
+
+OscillationPeaks angle_peaks(std::span<const double> weighted, std::span<const double> middle,
+                             std::span<const double> turn, std::size_t peaks) {
+  constexpr double kSlowest = 1.0 / 300.0;  // of a cycle in an interval
+  constexpr double kFastest = 0.8;
+  const OscillationScan usual;
+  OscillationPeaks result{.looked_at = 0.0};
+  std::vector<std::pair<double, double>> found;  // ratio, frequency
+  if (middle.empty()) return result;
+  const auto [low, high] = std::minmax_element(middle.begin(), middle.end());
+  const double range = *high - *low;
+  if (!(range > 0.0)) return result;
+  std::vector<double> telling(weighted.size());
+  double highest = static_cast<double>(usual.most_bins) / kBinsPerCycle / range;
+  for (; highest * range > 2.0 * usual.lowest_cycles; highest *= 0.5) {
+    const double typical = highest / std::numbers::sqrt2;
+    for (std::size_t i = 0; i < telling.size(); ++i) {
+      const double cycles = std::abs(turn[i]) * typical;
+      const double angle = std::numbers::pi * cycles;
+      const bool tells = cycles > kSlowest && cycles < kFastest;
+      telling[i] = tells ? weighted[i] * std::sin(angle) / angle : 0.0;
+    }
+    const Periodogram octave = scan_power(
+        telling, middle, {.lowest_cycles = 0.5 * highest * range, .highest_frequency = highest});
+    if (octave.power.empty()) continue;
+    // What few stretches of slow turning tell spreads over many steps: against the whole octave.
+    std::vector<double> ratio = octave.power;
+    const double median = median_of(octave.power);
+    if (!(median > 0.0)) continue;
+    for (double& r : ratio) r /= median;
+    OscillationPeaks strong;
+    take_strongest(strong, octave, ratio, peaks);
+    for (std::size_t i = 0; i < strong.frequencies.size(); ++i)
+      found.emplace_back(strong.ratios[i], strong.frequencies[i]);
+    result.looked_at += octave.cells;
+  }
+  std::stable_sort(found.begin(), found.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  found.resize(std::min(found.size(), peaks));
+  for (const auto& [ratio, frequency] : found) {
+    result.frequencies.push_back(frequency);
+    result.ratios.push_back(ratio);
+  }
+  result.looked_at = std::max(1.0, result.looked_at);
   return result;
 }
 
@@ -102,9 +178,11 @@ OscillationPeaks line_peaks(std::span<const double> weighted, double interval_s,
   const auto first = 2 * padded / weighted.size();
   std::vector<double> power(padded / 2 - first);
   for (std::size_t k = 0; k < power.size(); ++k) power[k] = std::norm(spectrum[first + k]);
-  for (const std::size_t k : strongest(flattened(power), peaks)) {
+  const std::vector<double> ratio = flattened(power);
+  for (const std::size_t k : strongest(ratio, peaks)) {
     result.frequencies.push_back(static_cast<double>(first + k) /
                                  (static_cast<double>(padded) * interval_s));
+    result.ratios.push_back(ratio[k]);
   }
   result.looked_at = static_cast<double>(weighted.size()) / 2.0;
   return result;

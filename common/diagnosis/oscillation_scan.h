@@ -12,6 +12,7 @@ namespace zerodrift::diagnosis {
 
 struct OscillationPeaks {
   std::vector<double> frequencies{};  // cycles per unit of the phase variable, strongest first
+  std::vector<double> ratios{};       // of each one's power to the median around it
   double looked_at = 1.0;             // independent frequencies
 };
 
@@ -28,6 +29,14 @@ struct OscillationScan {
 [[nodiscard]] OscillationPeaks oscillation_peaks(std::span<const double> weighted,
                                                  std::span<const double> phase_variable,
                                                  const OscillationScan& scan);
+
+// The same along an angle that the series is a mean over: `turn` of it in each interval, `middle`
+// of the interval. Octave by octave, since at a period R only those intervals tell in which the
+// phase moves, |turn| > R/300 (else a slow drift looks the same), but doesn't average out, |turn| <
+// 0.8 R; they count as sin(pi turn/R) / (pi turn/R). Twice the cost of one scan.
+[[nodiscard]] OscillationPeaks angle_peaks(std::span<const double> weighted,
+                                           std::span<const double> middle,
+                                           std::span<const double> turn, std::size_t peaks);
 
 // The same along time on a uniform grid, by a Fourier transform; up to the Nyquist frequency.
 [[nodiscard]] OscillationPeaks line_peaks(std::span<const double> weighted, double interval_s,

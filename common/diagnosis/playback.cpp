@@ -153,11 +153,15 @@ std::vector<double> Playback::drift(const twin::Model& model, core::Axis axis) c
   for (const twin::EffectSpec& spec : model.effects) {
     const twin::EffectDefinition* definition = twin::find_effect(spec.kind);
     if (definition == nullptr || spec.axis != axis || spec.parameters.empty()) continue;
-    if (definition->family != twin::Family::kDeterministic) continue;
+    if (!is_waveform(*definition)) continue;
     const auto added = run(*definition, context_of(spec, *definition, interval_s_));
     for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += added[i];
   }
   return sum;
+}
+
+bool is_waveform(const twin::EffectDefinition& definition) {
+  return definition.family == twin::Family::kDeterministic || definition.kind == "clock_offset";
 }
 
 twin::EffectContext default_context(const twin::EffectDefinition& definition, core::Axis axis,

@@ -32,13 +32,13 @@ class Playback {
   [[nodiscard]] std::span<const twin::EffectInputs> inputs() const { return inputs_; }
   [[nodiscard]] double interval_s() const { return interval_s_; }
 
-  // What one deterministic effect adds in each interval, rad/s; 0 where it isn't finite. `context`
-  // gives all parameters and inputs.
+  // What one effect that is a waveform adds in each interval, rad/s; 0 where it isn't finite.
+  // `context` gives all parameters and inputs.
   [[nodiscard]] std::vector<double> run(const twin::EffectDefinition& definition,
                                         const twin::EffectContext& context) const;
 
-  // Sum of the model's deterministic effects of one axis, rad/s. Effects without parameters, and
-  // those of a newer catalogue, add nothing.
+  // Sum of the model's waveforms of one axis, rad/s. Effects without parameters, and those of a
+  // newer catalogue, add nothing.
   [[nodiscard]] std::vector<double> drift(const twin::Model& model, core::Axis axis) const;
 
  private:
@@ -50,6 +50,9 @@ class Playback {
   bool coil_is_mean_ = false;
   std::vector<twin::EffectInputs> inputs_;
 };
+
+// A function of a record's inputs: the deterministic effects, and a clock's offset.
+[[nodiscard]] bool is_waveform(const twin::EffectDefinition& definition);
 
 // A context with the catalogue's defaults, no noise.
 [[nodiscard]] twin::EffectContext default_context(const twin::EffectDefinition& definition,

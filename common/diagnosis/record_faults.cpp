@@ -11,7 +11,8 @@ namespace zerodrift::diagnosis {
 namespace {
 
 constexpr std::size_t kHalfWindow = 30;
-constexpr double kSpikeSigmas = 8.0;
+constexpr double kSpikeSigmas = 5.0;
+constexpr double kSpikeNats = 12.0;  // of all together, after where each could have been
 constexpr std::size_t kFewestSpikes = 2;
 constexpr std::size_t kFewestInARow = 3;
 constexpr std::size_t kFewestDropouts = 3;
@@ -24,20 +25,22 @@ double median_of(std::vector<double>& values) {
   return *middle;
 }
 
-// Smallest difference between two neighbours that differ.
-double smallest_step(std::span<const double> values, const std::vector<std::uint8_t>& valid) {
+// Smallest difference between two neighbouring readings that differ by more than rounding.
+double smallest_step(std::span<const double> readings, const std::vector<std::uint8_t>& valid) {
+  constexpr double kRounding = 1e-12;
   double step = 0.0;
-  for (std::size_t i = 1; i < values.size(); ++i) {
-    const double difference = std::abs(values[i] - values[i - 1]);
-    if (valid[i] == 0 || valid[i - 1] == 0 || difference == 0.0) continue;
+  for (std::size_t i = 1; i < readings.size(); ++i) {
+    const double difference = std::abs(readings[i] - readings[i - 1]);
+    if (valid[i] == 0 || valid[i - 1] == 0) continue;
+    if (difference <= kRounding * std::abs(readings[i])) continue;
     step = step == 0.0 ? difference : std::min(step, difference);
   }
   return step;
 }
 
-// Departure from the median of the neighbours, in robust standard deviations of the whole record
-// where the neighbourhood's own is smaller.
-std::vector<double> departures(std::span<const double> values,
+// Departure from the median of the neighbours, in robust standard deviations of the whole record or
+// steps of the reading, whichever is larger.
+std::vector<double> departures(std::span<const double> values, std::span<const double> readings,
                                const std::vector<std::uint8_t>& valid) {
   std::vector<double> departure(values.size(), 0.0);
   std::vector<double> around;
@@ -54,7 +57,7 @@ std::vector<double> departures(std::span<const double> values,
   }
   if (all.empty()) return departure;
   // Of a coarse reading more than half may be equal: a step is not a departure.
-  const double sigma = std::max(kMadToSigma * median_of(all), smallest_step(values, valid));
+  const double sigma = std::max(kMadToSigma * median_of(all), smallest_step(readings, valid));
   for (double& d : departure) d = sigma > 0.0 ? d / sigma : 0.0;
   return departure;
 }
@@ -74,18 +77,21 @@ NamedEffect certain(const char* name) {
   return effect;
 }
 
-std::optional<NamedEffect> spikes(const MeasuredSeries& series, std::span<const double> residual,
+std::optional<NamedEffect> spikes(const MeasuredSeries& series, core::Axis axis,
+                                  std::span<const double> residual,
                                   std::vector<std::uint8_t>& sound) {
-  const auto departure = departures(residual, sound);
+  const auto departure = departures(residual, series.rate_radps[core::index(axis)], sound);
+  std::vector<std::size_t> places;
   std::vector<double> heights;
-  double sigma = 0.0;
+  double nats = 0.0;
   for (std::size_t i = 0; i < departure.size(); ++i) {
     if (!is_alone(departure, i)) continue;
-    sound[i] = 0;
+    places.push_back(i);
     heights.push_back(residual[i]);
-    sigma += departure[i] * departure[i];
+    nats += 0.5 * departure[i] * departure[i] - std::log(static_cast<double>(departure.size()));
   }
-  if (heights.size() < kFewestSpikes) return std::nullopt;
+  if (heights.size() < kFewestSpikes || nats < kSpikeNats) return std::nullopt;
+  for (const std::size_t i : places) sound[i] = 0;
   const auto count = static_cast<double>(heights.size());
   double squares = 0.0;
   for (const double height : heights) squares += height * height;
@@ -95,7 +101,7 @@ std::optional<NamedEffect> spikes(const MeasuredSeries& series, std::span<const 
   effect.parameters = {{"deviation_deg_h", deviation}, {"spikes_per_h", count / hours}};
   effect.standard_errors = {{"deviation_deg_h", deviation / std::sqrt(2.0 * count)},
                             {"spikes_per_h", std::sqrt(count) / hours}};
-  effect.log_evidence = 0.5 * sigma;
+  effect.log_evidence = nats;
   return effect;
 }
 
@@ -188,7 +194,8 @@ RecordFaults find_record_faults(const MeasuredSeries& series, core::Axis axis,
   if (auto dropped = dropped_samples(series, series.valid[a])) faults.effects.push_back(*dropped);
   if (auto clipped = saturation(series.rate_radps[a], faults.sound))
     faults.effects.push_back(*clipped);
-  if (auto spiked = spikes(series, residual_radps, faults.sound)) faults.effects.push_back(*spiked);
+  if (auto spiked = spikes(series, axis, residual_radps, faults.sound))
+    faults.effects.push_back(*spiked);
   return faults;
 }
 

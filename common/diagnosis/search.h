@@ -33,7 +33,8 @@ namespace zerodrift::diagnosis {
 // Inner parameters that enter the columns other than as a factor: lags, exponents, which probe.
 struct CandidateVariant {
   std::vector<double> shape{};
-  double log_prior = 0.0;  // within the group, need not be normalised
+  // Within the group. The variants' sum counts up to 1: of many, the few best may be listed.
+  double log_prior = 0.0;
 };
 
 enum class ShapeScale : std::uint8_t { kFixed, kLinear, kLogarithmic };

@@ -40,6 +40,42 @@ double golden_maximum(F&& f, double low, double high, int evaluations) {
   return fa >= fb ? a : b;
 }
 
+// Moves shape[i] to the largest f within a step of `centre`; that value.
+template <typename F>
+double refine_along(std::size_t i, const ShapeRange& range, double centre,
+                    std::vector<double>& shape, F&& f) {
+  constexpr int kEvenSteps = 8;
+  constexpr int kGoldenSteps = 6;
+  constexpr double kNothing = -std::numeric_limits<double>::infinity();
+  if (range.scale == ShapeScale::kFixed) return kNothing;
+  const bool logarithmic = range.scale == ShapeScale::kLogarithmic;
+  const auto to = [&](double x) { return logarithmic ? std::log(x) : x; };
+  const auto from = [&](double x) { return logarithmic ? std::exp(x) : x; };
+  const double low = std::max(to(centre) - to(range.step), to(range.lowest));
+  const double high = std::min(to(centre) + to(range.step), to(range.highest));
+  if (!(high > low)) return kNothing;
+  const auto at = [&](double x) {
+    shape[i] = from(x);
+    return f(shape);
+  };
+  const double spacing = (high - low) / kEvenSteps;
+  double best = low;
+  double value = at(low);
+  for (int step = 1; step <= kEvenSteps; ++step) {
+    const double x = low + spacing * step;
+    const double here = at(x);
+    if (here <= value) continue;
+    value = here;
+    best = x;
+  }
+  const double finest = golden_maximum(at, std::max(low, best - spacing),
+                                       std::min(high, best + spacing), kGoldenSteps);
+  const double golden = at(finest);
+  if (golden > value) return golden;
+  shape[i] = from(best);
+  return value;
+}
+
 }  // namespace
 
 // The base's columns and the series, weighted by the inverse spectrum, and the factor of their
@@ -125,10 +161,15 @@ void Board::add_cross(BoardVariant& v, std::size_t active) const {
 }
 
 BoardVariant Board::make_variant(std::size_t group, CandidateVariant definition) {
-  BoardVariant v;
-  v.group = group;
-  v.definition = std::move(definition);
-  auto columns = transform_.columns(problem_.groups[group].columns(v.definition.shape));
+  BoardVariant v{make_columns(group, definition.shape), group, std::move(definition), {}};
+  if (v.testability != Testability::kTestable) return v;
+  for (std::size_t a = 0; a < active_.size(); ++a) add_cross(v, a);
+  return v;
+}
+
+ShapeColumns Board::make_columns(std::size_t group, const std::vector<double>& shape) {
+  ShapeColumns v;
+  auto columns = transform_.columns(problem_.groups[group].columns(shape));
   if (!columns || columns->empty()) {
     v.testability = Testability::kUnusable;
     return v;
@@ -152,7 +193,6 @@ BoardVariant Board::make_variant(std::size_t group, CandidateVariant definition)
           a.singles.dot(b.singles) + v.own.col(i * q + j).sum();
     }
   }
-  for (std::size_t a = 0; a < active_.size(); ++a) add_cross(v, a);
   return v;
 }
 
@@ -310,12 +350,14 @@ void Board::collect_groups(Evaluation& evaluation) const {
   for (std::size_t g = 0; g < members_.size(); ++g) {
     std::vector<double> terms;
     std::vector<double> priors;
+    std::vector<double> listed;  // those that can't be judged too
     GroupScore& score = evaluation.groups[g];
     double best = -std::numeric_limits<double>::infinity();
     for (const std::size_t i : members_[g]) {
       const VariantScore& v = evaluation.variants[i];
-      if (!std::isfinite(v.log_evidence)) continue;
       const double log_prior = variants_[i].definition.log_prior;
+      listed.push_back(log_prior);
+      if (!std::isfinite(v.log_evidence)) continue;
       priors.push_back(log_prior);
       terms.push_back(v.log_evidence + log_prior);
       if (terms.back() <= best) continue;
@@ -324,7 +366,8 @@ void Board::collect_groups(Evaluation& evaluation) const {
       score.chi_square = v.chi_square;
       score.rank = v.rank;
     }
-    if (!terms.empty()) score.log_evidence = log_sum(terms) - log_sum(priors);
+    if (!terms.empty())
+      score.log_evidence = log_sum(terms) - log_sum(priors) + std::min(0.0, log_sum(listed));
   }
 }
 
@@ -390,46 +433,36 @@ Evaluation Board::evaluate(const Base& base, const std::vector<std::size_t>& exc
   return e;
 }
 
+// One shape parameter after the other: the best of some even steps over the range, then by golden
+// section between its neighbours. Twice, since parameters depend on each other.
 void Board::refine(std::size_t variant, const Base& base, const Eigen::VectorXd& squares) {
-  constexpr int kEvaluations = 9;
-  const std::vector<ShapeRange>& ranges = problem_.groups[variants_[variant].group].ranges;
-  std::vector<double> shape = variants_[variant].definition.shape;
-  if (ranges.size() != shape.size()) return;
+  constexpr int kRounds = 2;
+  const std::size_t group = variants_[variant].group;
+  const std::vector<ShapeRange>& ranges = problem_.groups[group].ranges;
+  const CandidateVariant start = variants_[variant].definition;
+  if (ranges.size() != start.shape.size()) return;
   const WhitenedBase whitened = whiten(base, dictionary_.spectra() * squares);
   const auto evidence = [&](const std::vector<double>& at) {
-    CandidateVariant definition = variants_[variant].definition;
-    definition.shape = at;
-    const BoardVariant v = make_variant(variants_[variant].group, std::move(definition));
+    const BoardVariant v = make_variant(group, {at, start.log_prior});
     if (v.testability != Testability::kTestable) return -std::numeric_limits<double>::infinity();
     return column_evidence(project(whitened, v), options_.evidence, Detail::kEvidence)
         .log_bayes_factor;
   };
+  std::vector<double> shape = start.shape;
   double best = evidence(shape);
-  for (std::size_t i = 0; i < shape.size(); ++i) {
-    const ShapeRange& range = ranges[i];
-    if (range.scale == ShapeScale::kFixed) continue;
-    const bool logarithmic = range.scale == ShapeScale::kLogarithmic;
-    const auto to = [&](double x) { return logarithmic ? std::log(x) : x; };
-    const auto from = [&](double x) { return logarithmic ? std::exp(x) : x; };
-    const double reach = to(range.step);
-    const double centre = to(shape[i]);
-    const double low = std::max(centre - reach, to(range.lowest));
-    const double high = std::min(centre + reach, to(range.highest));
-    if (!(high > low)) continue;
-    std::vector<double> moved = shape;
-    const double at = golden_maximum(
-        [&](double x) {
-          moved[i] = from(x);
-          return evidence(moved);
-        },
-        low, high, kEvaluations);
-    moved[i] = from(at);
-    const double value = evidence(moved);
-    if (value <= best) continue;
-    best = value;
-    shape = moved;
+  const auto free = std::count_if(ranges.begin(), ranges.end(), [](const ShapeRange& range) {
+    return range.scale != ShapeScale::kFixed;
+  });
+  for (int round = 0; round < (free > 1 ? kRounds : 1); ++round) {
+    for (std::size_t i = 0; i < shape.size(); ++i) {
+      std::vector<double> moved = shape;
+      const double value = refine_along(i, ranges[i], start.shape[i], moved, evidence);
+      if (value <= best) continue;
+      best = value;
+      shape = moved;
+    }
   }
-  if (shape != variants_[variant].definition.shape) reshape(variant, shape);
+  if (shape != start.shape) reshape(variant, shape);
 }
 
 }  // namespace zerodrift::diagnosis

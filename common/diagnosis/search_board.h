@@ -16,14 +16,18 @@ namespace zerodrift::diagnosis {
 // Columns that a hypothesis takes for granted, by their place among the active ones.
 using Base = std::vector<std::size_t>;
 
-struct BoardVariant {
-  std::size_t group = 0;
-  CandidateVariant definition;
+// What a shape's columns are, whatever stands beside them.
+struct ShapeColumns {
   Testability testability = Testability::kTestable;
   std::vector<SpectralColumn> columns;
-  Eigen::MatrixXd own;                 // bins x q²
+  Eigen::MatrixXd own;         // bins x q²
+  Eigen::MatrixXd plain_gram;  // q x q, of unit columns, not whitened
+};
+
+struct BoardVariant : ShapeColumns {
+  std::size_t group = 0;
+  CandidateVariant definition;
   std::vector<Eigen::MatrixXd> cross;  // per active column: bins x q
-  Eigen::MatrixXd plain_gram;          // q x q, of unit columns, not whitened
 };
 
 struct VariantScore {
@@ -96,6 +100,7 @@ class Board {
   struct WhitenedBase;
 
   [[nodiscard]] BoardVariant make_variant(std::size_t group, CandidateVariant definition);
+  [[nodiscard]] ShapeColumns make_columns(std::size_t group, const std::vector<double>& shape);
   void add_active(SpectralColumn column, std::string column_name, double ridge);
   void add_known(const std::vector<KnownColumn>& known);
   void add_cross(BoardVariant& variant, std::size_t active) const;

@@ -52,10 +52,6 @@ const Scale* scale_of(const std::string& effect) {
   return found == kScales.end() ? nullptr : &*found;
 }
 
-double seen_share(NoiseKind kind, double share) {
-  return kind == NoiseKind::kWhite || kind == NoiseKind::kQuantization ? share : 1.0;
-}
-
 // `square` as seen in a series of which `share` is valid.
 double value_in_file(const Scale& scale, double square, double share) {
   return std::sqrt(square / seen_share(scale.kind, share)) / scale.si_per_unit;
@@ -86,6 +82,8 @@ KnownNoise telegraph_noise(const EffectSpec& spec, double relative_sigma) {
           relative_sigma};
 }
 
+constexpr double kAnyValue = 50.0;  // relative sigma: no prior to speak of
+
 struct ListedNoise {
   std::size_t effect;  // in the model
   KnownNoise noise;
@@ -107,6 +105,7 @@ std::vector<ListedNoise> listed_noise(const twin::Model& model, core::Axis axis,
     KnownNoise noise{{scale->kind, 0.0},
                      value * value * seen_share(scale->kind, share),
                      error_of_square(spec, std::string(scale->parameter)).value_or(relative_sigma)};
+    if (spec.parameters.empty()) noise.relative_sigma = kAnyValue;
     if (scale->kind == NoiseKind::kMarkov)
       noise.term.correlation_s = given_or_default(spec, "tau_s");
     listed.push_back({i, noise});
@@ -114,7 +113,9 @@ std::vector<ListedNoise> listed_noise(const twin::Model& model, core::Axis axis,
   return listed;
 }
 
-constexpr double kAnyValue = 50.0;  // relative sigma: no prior to speak of
+// Relative sigma of a square that is held. It enters as 2 / sigma² degrees of freedom, which must
+// be far more than a record has values.
+constexpr double kHeld = 1e-4;
 
 struct Hypothesis {
   double log_likelihood = 0.0;
@@ -164,18 +165,27 @@ class Likelihoods {
   const SearchOptions& options_;
 };
 
-// Of a white noise with the series' own mean square: where a free coefficient begins.
-double typical_square(const NoiseQuestion& question, const NoiseTerm& term) {
-  const SearchProblem& problem = question.problem;
-  double squares = 0.0;
-  double count = 1.0;
+// Variance of the valid samples; 0 where they stand still.
+double variance_of(const SearchProblem& problem) {
+  constexpr double kRounding = 1e-12;  // of the largest value
+  double mean = 0.0, squares = 0.0, count = 0.0, largest = 0.0;
   for (std::size_t i = 0; i < problem.series.size(); ++i) {
     if (problem.valid[i] == 0) continue;
-    squares += problem.series[i] * problem.series[i];
     count += 1.0;
+    const double from_mean = problem.series[i] - mean;
+    mean += from_mean / count;
+    squares += from_mean * (problem.series[i] - mean);
+    largest = std::max(largest, std::abs(problem.series[i]));
   }
+  const double variance = count > 0.0 ? squares / count : 0.0;
+  return std::sqrt(variance) > kRounding * largest ? variance : 0.0;
+}
+
+// Of a white noise with the series' own variance: where a free coefficient begins.
+double typical_square(const NoiseQuestion& question, const NoiseTerm& term) {
   constexpr double kMiddleEigenvalue = 0.01;
-  return 0.1 * squares / count / unit_spectrum(term, kMiddleEigenvalue, problem.interval_s);
+  return 0.1 * variance_of(question.problem) /
+         unit_spectrum(term, kMiddleEigenvalue, question.problem.interval_s);
 }
 
 std::vector<NoiseTerm> missing_terms(const std::vector<KnownNoise>& present,
@@ -212,26 +222,31 @@ std::vector<Addition> best_of_each_kind(std::vector<Addition> additions) {
   return best;
 }
 
-double kurtosis_of(const std::vector<double>& values, const std::vector<std::uint8_t>& valid) {
-  double n = 0.0, mean = 0.0, second = 0.0, fourth = 0.0;
+// Kurtosis less the square of the skewness: 1 of two levels however long each lasts, 3 of a
+// Gaussian.
+double peakedness_of(const std::vector<double>& values, const std::vector<std::uint8_t>& valid) {
+  constexpr double kGaussian = 3.0;
+  double n = 0.0, mean = 0.0, second = 0.0, third = 0.0, fourth = 0.0;
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (valid[i] == 0) continue;
     mean += values[i];
     n += 1.0;
   }
-  if (n < 2.0) return 3.0;
+  if (n < 2.0) return kGaussian;
   mean /= n;
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (valid[i] == 0) continue;
-    const double d = (values[i] - mean) * (values[i] - mean);
-    second += d;
-    fourth += d * d;
+    const double d = values[i] - mean;
+    second += d * d / n;
+    third += d * d * d / n;
+    fourth += d * d * d * d / n;
   }
-  return second > 0.0 ? n * fourth / (second * second) : 3.0;
+  if (!(second > 0.0)) return kGaussian;
+  return fourth / (second * second) - third * third / (second * second * second);
 }
 
 // Of the most probable course of the Markov part.
-double kurtosis_of_course(const NoiseQuestion& question, const Addition& markov) {
+double peakedness_of_course(const NoiseQuestion& question, const Addition& markov) {
   const SearchProblem& problem = question.problem;
   const std::size_t n = quick_length(problem.series.size());
   const auto all =
@@ -243,7 +258,7 @@ double kurtosis_of_course(const NoiseQuestion& question, const Addition& markov)
   std::vector<double> inverse_gain(n, 0.0);
   for (std::size_t k = 1; k < n; ++k) inverse_gain[k] = part[k] > 0.0 ? all[k] / part[k] : 0.0;
   const auto course = divided_by_noise(problem.series.first(n), inverse_gain);
-  return kurtosis_of(
+  return peakedness_of(
       course, {problem.valid.begin(), problem.valid.begin() + static_cast<std::ptrdiff_t>(n)});
 }
 
@@ -281,11 +296,11 @@ void consider_telegraph(NamedEffect& effect, const NoiseQuestion& question,
       question.problem.interval_s * static_cast<double>(question.problem.series.size());
   const double dwells = std::max(1.0, duration_s / (2.0 * markov.term.correlation_s));
   const double error = std::sqrt(24.0 / dwells);
-  const double kurtosis = kurtosis_of_course(question, markov);
+  const double peakedness = peakedness_of_course(question, markov);
   constexpr double kPriorNats = -1.5;  // a Markov noise is the commoner one
-  // Log likelihood ratio of the two readings of the kurtosis, two levels against a Gaussian course.
-  const double nats = kPriorNats + (std::pow((kurtosis - kGaussian) / error, 2) -
-                                    std::pow(std::max(kurtosis - kTwoLevels, 0.0) / error, 2)) /
+  // Log likelihood ratio of the two readings of it, two levels against a Gaussian course.
+  const double nats = kPriorNats + (std::pow((peakedness - kGaussian) / error, 2) -
+                                    std::pow(std::max(peakedness - kTwoLevels, 0.0) / error, 2)) /
                                        2.0;
   const double telegraph = 1.0 / (1.0 + std::exp(-nats));
   if (telegraph <= 0.5) {
@@ -315,6 +330,37 @@ std::vector<KnownNoise> free_noise(const std::vector<ListedNoise>& listed) {
   return known;
 }
 
+constexpr double kNatsToBeWrong = 7.0;
+
+// Of a coefficient, relative: from what the likelihood loses where its square is held off the best
+// one by a tenth.
+double relative_error(const Likelihoods& likelihoods, const std::vector<KnownNoise>& free,
+                      const Hypothesis& fit, std::size_t which) {
+  constexpr double kOff = 1.1;
+  std::vector<KnownNoise> known = free;
+  known[which].square = kOff * fit.squares[which];
+  const double lost = likelihoods.cost_of_holding(known, fit, which, kHeld);
+  return lost > 0.0 ? (std::sqrt(kOff) - 1.0) / std::sqrt(2.0 * lost) : 0.0;
+}
+
+// The twin makes none of a noise listed without coefficients. One that the record has is told of
+// as recalibrated from 0.
+std::optional<Recalibration> fitted_from_nothing(const Likelihoods& likelihoods,
+                                                 const std::vector<KnownNoise>& free,
+                                                 const Hypothesis& fit, std::size_t which,
+                                                 const Scale& scale, double share) {
+  std::vector<KnownNoise> others = free;
+  others.erase(others.begin() + static_cast<std::ptrdiff_t>(which));
+  if (!(fit.squares[which] > 0.0)) return std::nullopt;
+  if (!others.empty() &&
+      fit.log_likelihood - likelihoods.of(others).log_likelihood < kNatsToBeWrong) {
+    return std::nullopt;
+  }
+  const double to = value_in_file(scale, fit.squares[which], share);
+  return Recalibration{std::string(scale.effect), std::string(scale.parameter), 0.0, to,
+                       to * relative_error(likelihoods, free, fit, which)};
+}
+
 // A coefficient of the model is wrong where the likelihood falls by more than the threshold when it
 // is held at the model's value.
 std::vector<Recalibration> wrong_coefficients(const NoiseQuestion& question,
@@ -322,16 +368,19 @@ std::vector<Recalibration> wrong_coefficients(const NoiseQuestion& question,
                                               const std::vector<ListedNoise>& listed,
                                               const std::vector<KnownNoise>& extra,
                                               const Hypothesis& free) {
-  constexpr double kHeld = 0.01;
-  constexpr double kNatsToBeWrong = 7.0;
   const double share = valid_share(question.problem.valid);
+  auto known = free_noise(listed);
+  known.insert(known.end(), extra.begin(), extra.end());
   std::vector<Recalibration> wrong;
   for (std::size_t i = 0; i < listed.size(); ++i) {
     const EffectSpec& spec = question.model.effects[listed[i].effect];
     const Scale* scale = scale_of(spec.kind);
-    if (scale == nullptr || spec.parameters.empty() || !(listed[i].noise.square > 0.0)) continue;
-    auto known = free_noise(listed);
-    known.insert(known.end(), extra.begin(), extra.end());
+    if (scale == nullptr || !(listed[i].noise.square > 0.0)) continue;
+    if (spec.parameters.empty()) {
+      if (auto found = fitted_from_nothing(likelihoods, known, free, i, *scale, share))
+        wrong.push_back(std::move(*found));
+      continue;
+    }
     const double lost = likelihoods.cost_of_holding(known, free, i, kHeld);
     if (lost < kNatsToBeWrong) continue;
     const double from = value_in_file(*scale, listed[i].noise.square, share);
@@ -343,6 +392,10 @@ std::vector<Recalibration> wrong_coefficients(const NoiseQuestion& question,
 }
 
 }  // namespace
+
+double seen_share(NoiseKind kind, double share) {
+  return kind == NoiseKind::kWhite || kind == NoiseKind::kQuantization ? share : 1.0;
+}
 
 double valid_share(std::span<const std::uint8_t> valid) {
   const auto present = std::count_if(valid.begin(), valid.end(), [](auto v) { return v != 0; });
@@ -359,6 +412,7 @@ NoisePrior noise_prior(const twin::Model& model, core::Axis axis, double relativ
 }
 
 NoiseFindings examine_noise(const NoiseQuestion& question, const SearchOptions& options) {
+  if (!(variance_of(question.problem) > 0.0)) return {};
   const Likelihoods likelihoods(question, options);
   const double share = valid_share(question.problem.valid);
   auto listed = listed_noise(question.model, question.axis, kAnyValue, share);

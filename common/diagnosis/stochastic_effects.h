@@ -25,6 +25,10 @@ namespace zerodrift::diagnosis {
 
 [[nodiscard]] double valid_share(std::span<const std::uint8_t> valid);
 
+// Share of a noise's power that is left in a series of which `share` is valid, as GapBridge bridges
+// it: `share` of the white noises, all of the slow ones.
+[[nodiscard]] double seen_share(NoiseKind kind, double share);
+
 struct NoiseFindings {
   std::vector<NamedEffect> effects{};  // kinds the model lacks
   std::vector<Recalibration> recalibrated{};
@@ -44,7 +48,10 @@ struct NoiseQuestion {
 // at a time (angle random walk, bias instability, rate random walk, quantisation, Markov at several
 // correlation times), accepted above log(kinds / false_alarm) after half a log of the number of
 // degrees of freedom for its coefficient. A Markov noise whose most probable course has two levels
-// is a telegraph (its kurtosis, about its sampling error for as many dwell times as there are).
+// is a telegraph (kurtosis less the square of the skewness, 1 of any two levels and 3 of a
+// Gaussian, about its sampling error for as many dwell times as there are). A kind that the model
+// lists without coefficients is fitted and told of as recalibrated from 0. Nothing is found in a
+// record that stands still.
 [[nodiscard]] NoiseFindings examine_noise(const NoiseQuestion& question,
                                           const SearchOptions& options);
 

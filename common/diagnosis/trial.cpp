@@ -58,6 +58,16 @@ ShapeRange reset_range(const ParameterDefinition& parameter, const Candidate& ca
           1.0 + 0.25 * period_rad / range_rad};
 }
 
+// Between the first two values listed.
+double spacing_of(const std::string& parameter, const Candidate& candidate) {
+  const double first = candidate.variants.front().shapes.at(parameter);
+  for (const Variant& variant : candidate.variants) {
+    const double value = variant.shapes.at(parameter);
+    if (value != first) return std::abs(value - first);
+  }
+  return 1.0;
+}
+
 // How a shape parameter moves between the values listed.
 ShapeRange range_of(const ParameterDefinition& parameter, const Candidate& candidate,
                     const MeasuredSeries& series) {
@@ -68,7 +78,8 @@ ShapeRange range_of(const ParameterDefinition& parameter, const Candidate& candi
     return {ShapeScale::kLinear, 0.5 / duration_s, 0.5 / series.interval_s, 0.25 / duration_s};
   if (parameter.name == "angle_arcsec") return reset_range(parameter, candidate, series);
   if (parameter.name == "period_degc") return {ShapeScale::kLogarithmic, lowest, highest, 1.02};
-  if (parameter.name == "threshold_degc") return {ShapeScale::kLinear, lowest, highest, 1.0};
+  if (parameter.name == "threshold_degc")
+    return {ShapeScale::kLinear, lowest, highest, spacing_of(parameter.name, candidate)};
   if (parameter.name == "lag_s") return {ShapeScale::kLinear, lowest, duration_s / 4.0, 60.0};
   if (parameter.grid.size() < 2) return {};
   if (parameter.grid.front() > 0.0) {
@@ -199,8 +210,11 @@ CandidateGroup group_of(const GenericFunction& function) {
     const std::string family = family_of(channel);
     if (group.family.empty() || group.family == "temperature") group.family = family;
   }
-  group.variants.push_back({});
-  group.columns = [&function](const std::vector<double>&) { return function.columns; };
+  for (std::size_t i = 0; i < function.resolutions.size(); ++i)
+    group.variants.push_back({.shape = {static_cast<double>(i)}});
+  group.columns = [&function](const std::vector<double>& shape) {
+    return function.resolutions.at(static_cast<std::size_t>(std::llround(shape.front())));
+  };
   return group;
 }
 
@@ -277,13 +291,6 @@ void fit_listed(twin::Model& model, const TrialInput& input, std::vector<Recalib
   }
 }
 
-// Takes the mean of what is valid off, and sets the rest to 0.
-void centre(std::vector<double>& values, std::span<const std::uint8_t> valid) {
-  const double mean = mean_of(values, valid);
-  for (std::size_t i = 0; i < values.size(); ++i)
-    values[i] = valid[i] != 0 ? values[i] - mean : 0.0;
-}
-
 // What is left after the search, with the known columns that were refitted: for the noise.
 std::vector<double> remainder_of(const std::vector<double>& residual, const SearchReport& report,
                                  const std::vector<KnownColumn>& known,
@@ -307,21 +314,28 @@ std::vector<double> remainder_of(const std::vector<double>& residual, const Sear
 Lineup line_up(const twin::Model& model, const TrialInput& input, const SearchProblem& problem,
                const std::vector<double>& residual, std::vector<NotTestable>& not_testable) {
   const SearchReport noise = search(problem, search_options(input.options));
+  const bool fitted = noise.noise_squares.size() == noise.noise_terms.size();
   const std::vector<double> corrected = remainder_of(residual, noise, problem.known, input.valid);
   const std::size_t quick = quick_length(corrected.size());
   const auto variances =
-      dct_variances(noise.noise_terms, noise.noise_squares, quick, input.series.interval_s);
+      fitted ? dct_variances(noise.noise_terms, noise.noise_squares, quick, input.series.interval_s)
+             : std::vector<double>(quick, 0.0);
   auto weighted = divided_by_noise(std::span(corrected).first(quick), variances);
   weighted.resize(corrected.size(), 0.0);
-  const Oscillations oscillations = find_oscillations(weighted, input.playback, input.axis);
+  const Oscillations oscillations =
+      fitted ? find_oscillations(weighted, input.playback, input.axis) : Oscillations{};
 
   Lineup lineup;
   Candidates found = candidates(input.series, input.playback, model, input.axis, oscillations);
   lineup.named = std::move(found.testable);
+  std::erase_if(lineup.named, [&](const Candidate& candidate) {
+    return std::find(input.refuted.begin(), input.refuted.end(), candidate.definition->kind) !=
+           input.refuted.end();
+  });
   not_testable.insert(not_testable.end(), found.not_testable.begin(), found.not_testable.end());
   for (const Candidate& candidate : lineup.named) lineup.codes.emplace_back(candidate);
   lineup.channels = moving_inputs(input.series, input.axis);
-  lineup.generic = generic_functions(lineup.channels);
+  lineup.generic = generic_functions(lineup.channels, input.series.interval_s);
   return lineup;
 }
 
@@ -358,32 +372,36 @@ double misfit(const NamedEffect& effect, const std::vector<double>& without,
   const twin::EffectDefinition& definition = *twin::find_effect(effect.name);
   const auto waveform =
       input.playback.run(definition, context_of(spec, definition, input.series.interval_s));
-  std::vector<double> left = difference(without, waveform, input.valid);
-  centre(left, input.valid);
-  left.resize(dct_variances.size());
-  const auto weighted = divided_by_noise(left, dct_variances);
-  return std::inner_product(left.begin(), left.end(), weighted.begin(), 0.0);
+  return weighted_square(difference(without, waveform, input.valid), input.valid, dct_variances);
 }
 
 // An effect without an amplitude has the size that its shape gives it: the shape that fits as it
-// is, within a factor of five of the one whose column was chosen.
-void fit_size(NamedEffect& effect, const Candidate& candidate, const std::vector<double>& without,
-              const SearchReport& report, const TrialInput& input) {
+// is, within a factor of five of the one whose column was chosen, or of what it would be if its
+// waveform grew with it.
+void fit_size(NamedEffect& effect, const Candidate& candidate, double factor,
+              const std::vector<double>& without, const SearchReport& report,
+              const TrialInput& input) {
   constexpr int kSteps = 60;
   const auto shapes = names_of(*candidate.definition, ParameterRole::kShape);
   if (!candidate.amplitudes.empty() || shapes.size() != 1) return;
   const auto variances = dct_variances(report.noise_terms, report.noise_squares,
                                        quick_length(without.size()), input.series.interval_s);
+  const ParameterDefinition& parameter = *std::find_if(
+      candidate.definition->parameters.begin(), candidate.definition->parameters.end(),
+      [&](const ParameterDefinition& p) { return p.name == shapes.front(); });
   double& value = effect.parameters[shapes.front()];
   const double chosen = value;
   double best = chosen;
   double least = std::numeric_limits<double>::infinity();
-  for (int step = -kSteps; step <= kSteps; ++step) {
-    value = chosen * std::pow(5.0, static_cast<double>(step) / kSteps);
-    const double left = misfit(effect, without, variances, input);
-    if (left < least) {
-      least = left;
-      best = value;
+  for (const double around : {chosen, chosen * factor}) {
+    for (int step = -kSteps; step <= kSteps; ++step) {
+      value = around * std::pow(5.0, static_cast<double>(step) / kSteps);
+      if (!(value >= parameter.minimum && value <= parameter.maximum)) continue;
+      const double left = misfit(effect, without, variances, input);
+      if (left < least) {
+        least = left;
+        best = value;
+      }
     }
   }
   value = best;
@@ -598,8 +616,8 @@ void settle_amplitudes(SearchReport& report, SearchProblem problem, const Search
 
 // A missing kind of noise looks like missing effects, and the other way round. First the model's
 // own kinds of noise only: flexible noise would absorb effects. Where a kind is missing beside what
-// was found, or explains the record better than all that was found, the search is made again with
-// it.
+// was found, or explains the record better than all that was found with it, the search is made
+// again with it.
 SearchReport search_beside_noise(SearchProblem& problem, const TrialInput& input,
                                  const twin::Model& model, const std::vector<double>& residual) {
   const SearchOptions options = search_options(input.options);
@@ -610,13 +628,16 @@ SearchReport search_beside_noise(SearchProblem& problem, const TrialInput& input
   if (report.outcome == SearchOutcome::kRefused) return report;
   NoiseFindings noise =
       noise_of(remainder_of(residual, report, problem.known, input.valid), input, problem, model);
-  if (noise.effects.empty()) {
-    if (report.effects.empty() && !report.unknown) return report;
-    noise = noise_of(residual, input, problem, model);
-    if (evidence_of(noise) <= evidence_of(report)) return report;
+  if (!report.effects.empty() || report.unknown) {
+    NoiseFindings alone = noise_of(residual, input, problem, model);
+    if (evidence_of(alone) > evidence_of(report) + evidence_of(noise)) noise = std::move(alone);
   }
-  for (std::size_t t = listed; t < noise.terms.size(); ++t)
-    problem.noise.known.push_back({noise.terms[t], noise.squares[t], kModelNoiseSigma});
+  if (noise.effects.empty()) return report;
+  const double share = valid_share(input.valid);
+  for (std::size_t t = listed; t < noise.terms.size(); ++t) {
+    const double seen = noise.squares[t] * seen_share(noise.terms[t].kind, share);
+    problem.noise.known.push_back({noise.terms[t], seen, kModelNoiseSigma});
+  }
   return search_without_family_of_unknown(problem, options);
 }
 
@@ -668,7 +689,7 @@ Trial repair(const TrialInput& input) {
     std::vector<double> without = remainder;
     for (std::size_t i = 0; i < without.size(); ++i) without[i] += found.waveform[i];
     if (const Candidate* candidate = lineup.find(found.name))
-      fit_size(effect, *candidate, without, report, input);
+      fit_size(effect, *candidate, found.amplitudes.front(), without, report, input);
     trial.effects.push_back(std::move(effect));
   }
   if (report.unknown) trial.unknown = unknown_effect(*report.unknown, lineup);

@@ -25,6 +25,7 @@ struct TrialInput {
   core::Axis axis = core::Axis::kX;
   std::span<const std::uint8_t> valid;  // samples that may be looked at
   const DiagnosisOptions& options;
+  std::span<const std::string> refuted{};  // effects that held-out data spoke against
 };
 
 struct Trial {

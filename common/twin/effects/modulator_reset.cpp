@@ -4,8 +4,8 @@
 //     k W + s <sin phi> + c <cos phi>,  dphi/dt = 2 pi W/R,  <> the mean over the integration
 //     interval
 // where R is the angle turned through between resets (n lambda/D: 4.6 arcsec for a coil of 0.1 m).
-// The mean is exact for a rate that is constant over the interval; resets faster than the samples
-// average out. Default: 10 ppm, 0.02 deg/h.
+// The ramp starts anew at each power-on. The mean is exact for a rate that is constant over the
+// interval; resets faster than the samples average out. Default: 10 ppm, 0.02 deg/h.
 #include <cmath>
 #include <numbers>
 
@@ -26,6 +26,9 @@ class ModulatorReset final : public Effect {
         resets_per_rad_(1.0 / (context.parameter("angle_arcsec") * core::kRadPerDeg / 3600.0)) {}
 
   double step(const EffectInputs& inputs) noexcept override {
+    const bool was_off = since_power_on_s_ == 0.0 || inputs.since_power_on_s < since_power_on_s_;
+    if (was_off) phase_turns_ = 0.0;
+    since_power_on_s_ = inputs.since_power_on_s;
     const double rate = inputs.true_rate_radps[axis_];
     const double resets = rate * interval_s_ * resets_per_rad_;
     if (!std::isfinite(resets)) return resets;
@@ -46,6 +49,7 @@ class ModulatorReset final : public Effect {
   double cosine_radps_;
   double resets_per_rad_;
   double phase_turns_ = 0.0;  // at the interval's start, within 0 and 1
+  double since_power_on_s_ = 0.0;
 };
 
 }  // namespace

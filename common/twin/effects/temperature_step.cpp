@@ -48,6 +48,13 @@ class TemperatureStep final : public Effect {
   Side side_ = Side::kUnknown;
 };
 
+// A jump is narrow: many thresholds are tried for it, hence few lags.
+ParameterDefinition short_lag() {
+  ParameterDefinition lag = lag_parameter();
+  lag.grid = {0.0, 60.0, 180.0};
+  return lag;
+}
+
 }  // namespace
 
 EffectDefinition temperature_step() {
@@ -64,8 +71,8 @@ EffectDefinition temperature_step() {
                       1e3,
                       ParameterRole::kShape,
                       {-15.0, -5.0, 5.0, 15.0, 25.0, 35.0, 45.0, 55.0}},
-                     {"width_degc", "h", 0.5, 0.0, 100.0, ParameterRole::kShape, {0.0, 0.5, 2.0}},
-                     lag_parameter()},
+                     {"width_degc", "h", 0.5, 0.0, 100.0, ParameterRole::kShape, {0.0, 1.0, 3.0}},
+                     short_lag()},
       .inputs = {TemperaturePoint::kCoil},
       .needs = {Need::kTemperature},
       .confused_with = {"telegraph"},

@@ -41,8 +41,8 @@ TEST(DiagnosisScenario, ACompleteModelIsConsistentAndStaysAsItIs) {
 
 TEST(DiagnosisScenario, AHiddenEffectIsNamedAddedAndProved) {
   const twin::Model given = test::lab_model();
-  const twin::Model truth = test::with(
-      given, {.kind = "magnetic", .axis = kX, .parameters = {{"x_deg_h_per_ut", 1e-3}}});
+  const twin::Model truth =
+      test::with(given, {.kind = "magnetic", .axis = kX, .parameters = {{"x_deg_h_per_ut", 1e-3}}});
   twin::Model repaired;
   const AxisDiagnosis axis = diagnosed(given, truth, &repaired);
   ASSERT_EQ(axis.effects.size(), 1U) << axis.sentence;
@@ -57,6 +57,38 @@ TEST(DiagnosisScenario, AHiddenEffectIsNamedAddedAndProved) {
   EXPECT_NEAR(added.parameters.at("x_deg_h_per_ut"), 1e-3, 5.0 * error);
   // Diagnosed again, the repaired model lacks nothing.
   EXPECT_TRUE(diagnosed(repaired, truth).effects.empty());
+}
+
+TEST(DiagnosisScenario, AClocksOffsetIsNamedSizedAndProved) {
+  constexpr double kDelayS = 4e-4;  // below every delay that the search lists
+  const twin::Model given = test::lab_model();
+  const twin::Model truth =
+      test::with(given, {.kind = "clock_offset", .axis = kX, .parameters = {{"delay_s", kDelayS}}});
+  twin::Model repaired;
+  const AxisDiagnosis axis = diagnosed(given, truth, &repaired);
+  ASSERT_EQ(axis.effects.size(), 1U) << axis.sentence;
+  EXPECT_EQ(axis.effects[0].name, "clock_offset");
+  EXPECT_EQ(axis.acceptance, Acceptance::kAccepted);
+  EXPECT_LT(axis.held_out.after_rms_radps, axis.held_out.before_rms_radps);
+  // Sizes are tried in steps of 5^(1/60).
+  EXPECT_NEAR(repaired.effects.back().parameters.at("delay_s"), kDelayS, 0.05 * kDelayS);
+}
+
+TEST(DiagnosisScenario, ANameThatAnotherRecordSpeaksAgainstIsNotGivenAndChangesNothing) {
+  const twin::Model given = test::lab_model();
+  const twin::Model truth =
+      test::with(given, {.kind = "magnetic", .axis = kX, .parameters = {{"x_deg_h_per_ut", 1e-3}}});
+  const MeasuredSeries record = test::simulated(truth, test::chamber_profile(), 11);
+  const MeasuredSeries other = test::simulated(given, test::chamber_profile(), 12);
+  const Diagnosis diagnosis = diagnose(given, record, {other}, kOptions);
+  const AxisDiagnosis& axis = *diagnosis.axes[0];
+  EXPECT_NE(axis.acceptance, Acceptance::kAccepted);
+  EXPECT_TRUE(axis.effects.empty());
+  EXPECT_NE(axis.sentence.find("looks like magnetic"), std::string::npos) << axis.sentence;
+  ASSERT_TRUE(axis.unknown.has_value()) << axis.sentence;  // the record does depend on it
+  EXPECT_EQ(axis.unknown->depends_on.front(), "magnetic_x");
+  EXPECT_EQ(diagnosis.repaired.effects.size(), given.effects.size());
+  EXPECT_EQ(axis.held_out.after_rms_radps, axis.held_out.before_rms_radps);
 }
 
 TEST(DiagnosisScenario, AWrongParameterIsRecalibratedNotNamed) {

@@ -45,6 +45,19 @@ TEST(NoiseWeight, VariancesAreTheSumOfTheTerms) {
                                      3.0 * unit_spectrum(terms[1], eigenvalue, 0.5));
 }
 
+TEST(NoiseWeight, OfWhiteNoiseTheWeightedSquareIsThatOfTheDeparturesFromTheMean) {
+  const std::vector<double> x{1.0, -2.0, 4.0, 100.0, 3.0, 0.5};
+  const std::vector<std::uint8_t> valid{1, 1, 1, 0, 1, 1};
+  std::vector<double> variances(x.size(), 0.25);
+  variances[0] = 0.0;
+  const double mean = (1.0 - 2.0 + 4.0 + 3.0 + 0.5) / 5.0;
+  double squares = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i)
+    squares += valid[i] != 0 ? (x[i] - mean) * (x[i] - mean) : 0.0;
+  EXPECT_NEAR(weighted_square(x, valid, variances), squares / 0.25, 1e-12 * squares);
+  EXPECT_EQ(weighted_square(x, std::vector<std::uint8_t>(x.size(), 0), variances), 0.0);
+}
+
 TEST(NoiseWeight, QuickLengthsHaveSmallPrimesOnly) {
   EXPECT_EQ(quick_length(18'000), 18'000U);
   for (const std::size_t n : {7U, 97U, 17'989U}) {

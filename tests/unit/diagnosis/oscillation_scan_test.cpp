@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -47,10 +48,50 @@ TEST(OscillationScanScenario, FindsALineInTime) {
   EXPECT_EQ(peaks.looked_at, 5000.0);
 }
 
+TEST(OscillationScanScenario, FindsResetsThatShowOnlyWhileTheGyroTurnsSlowly) {
+  constexpr std::size_t kSize = 18'000;
+  constexpr double kPeriod = 137.0;
+  auto series = white(kSize, 3);
+  std::mt19937_64 random(4);
+  std::vector<double> middle(kSize), turn(kSize);
+  double angle = 0.0;
+  double rate = 0.0;
+  for (std::size_t i = 0; i < kSize; ++i) {
+    if (i % 200 == 0) {  // at rest, slow or fast, as on a rate table
+      const double sign = random() % 2 == 0 ? 1.0 : -1.0;
+      const double kind = static_cast<double>(random() % 3);
+      rate = sign * kind * (kind < 1.5 ? 1.0 + static_cast<double>(random() % 40) : 5000.0);
+    }
+    turn[i] = rate;
+    middle[i] = angle + 0.5 * rate;
+    angle += rate;
+    const double half = std::numbers::pi * rate / kPeriod;
+    const double kept = half == 0.0 ? 1.0 : std::sin(half) / half;
+    // A third of the record shows it: d = .25 sqrt(3000) = 14.
+    series[i] += 0.25 * kept * std::sin(kTurn * middle[i] / kPeriod);
+  }
+  const auto peaks = angle_peaks(series, middle, turn, 6);
+  ASSERT_FALSE(peaks.frequencies.empty());
+  const auto [low, high] = std::minmax_element(middle.begin(), middle.end());
+  // What short stretches tell is a bundle of peaks; one of the strongest is within a cell of
+  // resolution.
+  const bool found = std::any_of(peaks.frequencies.begin(), peaks.frequencies.end(), [&](double f) {
+    return std::abs(f - 1.0 / kPeriod) < 1.0 / (*high - *low);
+  });
+  EXPECT_TRUE(found) << peaks.frequencies.front();
+  // Nothing of it without the effect: exponential, the largest of some 1e6 over the median is 20.
+  const auto none = angle_peaks(white(kSize, 5), middle, turn, 6);
+  EXPECT_LT(none.ratios.front(), 26.0);
+  EXPECT_GT(peaks.ratios.front(), 26.0);
+}
+
 TEST(OscillationScanAbuse, NothingToScanGivesNoPeak) {
   const std::vector<double> constant(100, 1.0);
   EXPECT_TRUE(oscillation_peaks(constant, constant, {}).frequencies.empty());
   EXPECT_TRUE(oscillation_peaks({}, {}, {}).frequencies.empty());
+  EXPECT_TRUE(angle_peaks({}, {}, {}, 3).frequencies.empty());
+  EXPECT_TRUE(
+      angle_peaks(constant, constant, std::vector<double>(100, 0.0), 3).frequencies.empty());
   EXPECT_TRUE(line_peaks(std::vector<double>(4, 1.0), 1.0, 3).frequencies.empty());
   EXPECT_TRUE(line_peaks(std::vector<double>(100, 0.0), 1.0, 3).frequencies.empty());
 }

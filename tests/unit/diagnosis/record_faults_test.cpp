@@ -80,6 +80,20 @@ TEST(RecordFaults, ACoarseReadingHasNeitherSpikesNorLimits) {
   EXPECT_TRUE(names_of(faults_of(series)).empty());
 }
 
+TEST(RecordFaults, AFineModelBesideACoarseReadingMakesNoSpikes) {
+  constexpr double kStep = 1e-5;  // ten times the noise: most readings are equal
+  MeasuredSeries series = white_series(5);
+  std::vector<double> residual(kSize);
+  for (std::size_t i = 0; i < kSize; ++i) {
+    const double drift = 4e-5 * std::sin(static_cast<double>(i) / 700.0);
+    double& rate = series.rate_radps[0][i];
+    rate = kStep * std::round((drift + 0.1 * rate) / kStep);
+    residual[i] =
+        rate - kStep * std::round(drift / kStep) - 1e-9 * std::sin(0.1 * static_cast<double>(i));
+  }
+  EXPECT_TRUE(names_of(find_record_faults(series, core::Axis::kX, residual)).empty());
+}
+
 TEST(RecordFaults, AStepOfSomeSecondsIsNoSpike) {
   MeasuredSeries series = white_series(4);
   for (const std::size_t begin : {1000U, 5000U, 8000U}) {

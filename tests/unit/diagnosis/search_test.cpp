@@ -264,6 +264,23 @@ SearchProblem tiny(const Series& series, const std::vector<std::uint8_t>& valid,
   return p;
 }
 
+TEST(SearchLaws, TheBestOfManyCountsForWhatShareOfThemItIs) {
+  Record record(31);
+  record.hide("magnetic", {}, 15.0);
+  SearchProblem problem = record.problem();
+  const auto at = std::find_if(problem.groups.begin(), problem.groups.end(),
+                               [](const CandidateGroup& g) { return g.name == "magnetic"; });
+  ASSERT_EQ(at->variants.size(), 1U);
+  const auto place = static_cast<std::size_t>(at - problem.groups.begin());
+  const double alone = search(problem).groups[place].log_evidence;
+  at->variants.front().log_prior = -std::log(1000.0);
+  EXPECT_NEAR(search(problem).groups[place].log_evidence, alone - std::log(1000.0), 1e-9);
+  // Twice the same at half the prior is the same.
+  at->variants.front().log_prior = -std::log(2.0);
+  at->variants.push_back(at->variants.front());
+  EXPECT_NEAR(search(problem).groups[place].log_evidence, alone, 1e-9);
+}
+
 TEST(SearchAbuse, ARecordThatSaysNothingIsRefusedWithAReason) {
   const std::vector<std::uint8_t> all(200, 1);
   const std::vector<std::uint8_t> none(200, 0);

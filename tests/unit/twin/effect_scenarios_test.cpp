@@ -36,11 +36,12 @@ std::vector<EffectInputs> at_temperatures(const std::vector<double>& temperature
   return record;
 }
 
-// A record of rates about x.
+// A record of rates about x, one a second, switched on at its start.
 std::vector<EffectInputs> at_rates(const std::vector<double>& rates_radps) {
   std::vector<EffectInputs> record(rates_radps.size());
   for (std::size_t i = 0; i < record.size(); ++i) {
     record[i].sample = i;
+    record[i].since_power_on_s = static_cast<double>(i + 1);
     record[i].true_rate_radps[0] = rates_radps[i];
     record[i].rate_radps = rates_radps[i];
   }
@@ -235,6 +236,15 @@ TEST(ModulatorResetScenario, AveragesTheFringeOverEachInterval) {
     // Midpoint rule: (10.7 rad/1e4)²/24 = 5e-8 of 0.05 deg/h.
     EXPECT_NEAR(added[i], 30e-6 * core::deg_h_from_radps(rates[i]) + mean, 1e-8) << i;
   }
+  // The ramp starts anew at each power-on.
+  auto twice = at_rates(rates);
+  const auto again = at_rates(rates);
+  twice.push_back(at_rates({0.4 * reset_rad}).front());
+  twice.back().since_power_on_s = 0.0;
+  twice.insert(twice.end(), again.begin(), again.end());
+  const auto second = run_deg_h(spec, twice, 1.0);
+  for (std::size_t i = 0; i < rates.size(); ++i)
+    EXPECT_NEAR(second[rates.size() + 1 + i], added[i], 1e-12) << i;
   // Whole resets within an interval average out.
   const auto whole = run_deg_h(spec, at_rates({3.0 * reset_rad}), 1.0);
   EXPECT_NEAR(whole[0], 30e-6 * 15.0, 1e-12);
