@@ -19,6 +19,7 @@ constexpr double kNarrowestGamma = 1.0;
 constexpr double kScaleInSigmas = 100.0;
 constexpr double kSmallestWeight = 1e-4;
 constexpr int kSettleRounds = 8;
+constexpr int kRelearnRounds = 64;  // of all samples together, at another kernel
 constexpr double kSmallestScaleRadps =
     1e-10;  // 2e-5 deg/h: keeps a noise-free record from dividing by zero
 constexpr double kStationaryMinuteS = 60.0;
@@ -147,11 +148,12 @@ void AxisLearner::reselect_kernel() {
   // What the features don't explain is not for the tube to follow.
   svr_options.epsilon = std::max(svr_options_.epsilon, kTubeInNoise * selection.best.noise_sigma);
   regression::OnlineSvr svr(svr_options);
+  int rounds = 0;
   for (std::size_t i = 0; i < slots.size(); ++i) {
     const std::span x(state.features.data() + slots[i] * dimension, dimension);
-    while (svr.add(x, targets[i], state.weights[slots[i]]).outcome ==
-           regression::UpdateOutcome::kBusy) {
-    }
+    svr.add(x, targets[i], state.weights[slots[i]]);
+    for (; rounds < kRelearnRounds && !svr.is_settled(); ++rounds) svr.settle();
+    if (!svr.is_settled()) return;  // a kernel that the samples don't settle with is none to take
   }
   svr_ = std::move(svr);
   for (std::size_t i = 0; i < minute_.size(); ++i)
