@@ -28,6 +28,8 @@ constexpr double kGuardS = 300.0;               // between what is fitted and wh
 constexpr double kNoWorse = 1.02;
 constexpr double kMeanNoWorse = 1.05;  // with the mean, of which two records say little
 constexpr double kAllanTolerance = 0.02;
+constexpr double kClearNats = 10.0;  // a likelihood that outweighs the few points of an Allan curve
+constexpr double kNatsOfALine = 3.0;     // that noise alone gains by a free size and phase
 constexpr std::size_t kMostRanges = 10;  // of disagreement that are told
 
 struct HeldOutPart {
@@ -72,16 +74,35 @@ bool has_axis(const MeasuredSeries& series, core::Axis axis) {
   return !series.rate_radps[core::index(axis)].empty();
 }
 
-// Nobody can tell the phase that a line has in another record: it is judged as noise is.
-bool is_like_noise(const std::string& kind) {
+bool is_record_fault(const std::string& kind) {
   const auto* definition = twin::find_effect(kind);
-  return kind == "line" ||
-         (definition != nullptr && definition->family == twin::Family::kStochastic);
+  return definition != nullptr && definition->family == twin::Family::kRecordFault &&
+         !is_waveform(*definition);
 }
 
+bool is_noise(const std::string& kind) {
+  const auto* definition = twin::find_effect(kind);
+  return definition != nullptr && definition->family == twin::Family::kStochastic;
+}
+
+// Nobody can tell the phase that a line has in another record: its frequency has to be there.
 twin::Model without_lines(twin::Model model) {
   std::erase_if(model.effects, [](const twin::EffectSpec& e) { return e.kind == "line"; });
   return model;
+}
+
+std::vector<double> added_lines_hz(const twin::Model& before, const twin::Model& after,
+                                   core::Axis axis) {
+  std::vector<double> frequencies;
+  for (const twin::EffectSpec& effect : after.effects) {
+    if (effect.kind != "line" || effect.axis != axis || effect.parameters.empty()) continue;
+    const bool is_old =
+        std::any_of(before.effects.begin(), before.effects.end(), [&](const twin::EffectSpec& old) {
+          return old.kind == "line" && old.axis == axis && old.parameters == effect.parameters;
+        });
+    if (!is_old) frequencies.push_back(effect.parameters.at("frequency_hz"));
+  }
+  return frequencies;
 }
 
 struct Comparison {
@@ -92,6 +113,7 @@ struct Comparison {
   // How much likelier the drift afterwards makes the data about their mean, nats; 0 where the model
   // has no noise to judge by.
   double gain_nats = 0.0;
+  double noise_gain_nats = 0.0;  // of the noise afterwards, on what the drift afterwards leaves
   AllanDistance allan;
 };
 
@@ -115,8 +137,10 @@ Comparison compare_on(const std::vector<HeldOutPart>& parts, const twin::Model& 
     const AllanDistance distance = allan_distance(curves);
     const double w = static_cast<double>(series.size);
     const auto add = [w](double& sum, double value) { sum += w * value * value; };
-    const BlockRms rms_before = rms(part.playback->drift(without_lines(before), axis));
-    const BlockRms rms_after = rms(part.playback->drift(without_lines(after), axis));
+    const auto quiet_before = part.playback->drift(without_lines(before), axis);
+    const auto quiet_after = part.playback->drift(without_lines(after), axis);
+    const BlockRms rms_before = rms(quiet_before);
+    const BlockRms rms_after = rms(quiet_after);
     add(result.gap.before_rms_radps, rms_before.about_zero);
     add(result.gap.after_rms_radps, rms_after.about_zero);
     add(result.shape_before_radps, rms_before.about_mean);
@@ -126,7 +150,16 @@ Comparison compare_on(const std::vector<HeldOutPart>& parts, const twin::Model& 
     const auto misfit = [&](const std::vector<double>& drift) {
       return weighted_square(difference(measured, drift, part.valid), part.valid, variances);
     };
-    result.gain_nats += 0.5 * (misfit(drift_before) - misfit(drift_after));
+    result.gain_nats += 0.5 * (misfit(quiet_before) - misfit(quiet_after));
+    const auto variances_before =
+        model_noise(before, axis, series.interval_s, quick_length(series.size));
+    result.noise_gain_nats += noise_gain_nats(difference(measured, quiet_after, part.valid),
+                                              part.valid, variances_before, variances);
+    for (const double frequency_hz : added_lines_hz(before, after, axis)) {
+      result.gain_nats -= kNatsOfALine;
+      result.gain_nats += line_gain_nats(difference(measured, quiet_after, part.valid), part.valid,
+                                         variances, frequency_hz, series.interval_s);
+    }
     result.allan.before += w * distance.before;
     result.allan.after += w * distance.after;
     weight += w;
@@ -145,13 +178,13 @@ Comparison compare_on(const std::vector<HeldOutPart>& parts, const twin::Model& 
 template <typename Changes>
 bool changes_shape(const Changes& changes) {
   return std::any_of(changes.begin(), changes.end(), [](const auto& change) {
-    return !is_like_noise(change.name) && change.name != "bias";
+    return !is_noise(change.name) && change.name != "bias";
   });
 }
 
 // What changes the drift's shape has to make the data likelier, which tells more than their RMS
-// where noise is red; what is noise, the Allan curve; a bias, the mean. Neither may make the others
-// worse.
+// where noise is red; what is noise, too, or bring the Allan curve closer; a bias, the mean.
+// Neither may make the others worse.
 Acceptance judge(const Trial& trial, const Comparison& held_out, HeldOut kind) {
   if (trial.effects.empty() && trial.recalibrated.empty()) return Acceptance::kNothingToProve;
   if (kind == HeldOut::kNothing) return Acceptance::kAccepted;
@@ -159,12 +192,14 @@ Acceptance judge(const Trial& trial, const Comparison& held_out, HeldOut kind) {
   const Gap& gap = held_out.gap;
   const bool no_worse = held_out.shape_after_radps <= kNoWorse * held_out.shape_before_radps &&
                         gap.after_rms_radps <= kMeanNoWorse * gap.before_rms_radps &&
-                        held_out.allan.after <= held_out.allan.before + kAllanTolerance;
+                        (held_out.allan.after <= held_out.allan.before + kAllanTolerance ||
+                         held_out.noise_gain_nats > kClearNats);
   const bool likelier = held_out.gain_nats != 0.0
                             ? held_out.gain_nats > 0.0
                             : held_out.shape_after_radps < held_out.shape_before_radps;
   const bool closer = shape ? likelier
-                            : held_out.allan.after < held_out.allan.before ||
+                            : held_out.noise_gain_nats > 0.0 ||
+                                  held_out.allan.after < held_out.allan.before ||
                                   held_out.gap.after_rms_radps < held_out.gap.before_rms_radps;
   return closer && no_worse ? Acceptance::kAccepted : Acceptance::kReverted;
 }
@@ -346,7 +381,7 @@ class AxisExamination {
     std::vector<std::string> names;
     if (judged.acceptance != Acceptance::kReverted || judged.trial.unknown) return names;
     for (const NamedEffect& effect : judged.trial.effects) {
-      if (!is_like_noise(effect.name)) names.push_back(effect.name);
+      if (!is_noise(effect.name)) names.push_back(effect.name);
     }
     return names;
   }
@@ -430,14 +465,16 @@ class AxisExamination {
 
   void settle(AxisDiagnosis& result) const {
     result.verdict = verdict_of(result);
-    if (result.acceptance == Acceptance::kReverted)
-      result.verdict = result.unknown ? Verdict::kUnknownEffect : Verdict::kConsistent;
     result.sentence = sentence_of(result);
     result.next_experiment = next_experiment(model_, axis_, result);
-    if (result.acceptance == Acceptance::kReverted) {
-      result.effects.clear();
-      result.recalibrated.clear();
-    }
+    if (result.acceptance != Acceptance::kReverted) return;
+    // A record's own faults need no proof by another one.
+    std::erase_if(result.effects,
+                  [](const NamedEffect& effect) { return !is_record_fault(effect.name); });
+    result.recalibrated.clear();
+    result.verdict = verdict_of(result);
+    if (!result.effects.empty())
+      result.sentence += " The record has " + list_of(result.effects) + ".";
   }
 
   const twin::Model& model_;

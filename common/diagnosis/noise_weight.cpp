@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/diagnosis/noise_weight.h"
 
+#include <Eigen/Dense>
+#include <array>
 #include <cassert>
+#include <cmath>
 #include <complex>
+#include <numbers>
 #include <numeric>
 #include <unsupported/Eigen/FFT>
 
@@ -64,6 +68,50 @@ double weighted_square(std::vector<double> series, std::span<const std::uint8_t>
   series.resize(variances.size());
   const auto weighted = divided_by_noise(series, variances);
   return std::inner_product(series.begin(), series.end(), weighted.begin(), 0.0);
+}
+
+double noise_gain_nats(std::vector<double> series, std::span<const std::uint8_t> valid,
+                       std::span<const double> before, std::span<const double> after) {
+  assert(before.size() == after.size());
+  const std::size_t n = after.size();
+  if (n < 2 || !(before[1] > 0.0) || !(after[1] > 0.0)) return 0.0;
+  centre(series, valid);
+  series.resize(n);
+  const Eigen::VectorXd cosine = CosineTransform(n).forward(series);
+  double gain = 0.0;
+  for (std::size_t k = 1; k < n; ++k) {
+    const double square =
+        cosine(static_cast<Eigen::Index>(k)) * cosine(static_cast<Eigen::Index>(k));
+    gain += 0.5 * (std::log(before[k] / after[k]) + square / before[k] - square / after[k]);
+  }
+  return gain;
+}
+
+double line_gain_nats(std::vector<double> series, std::span<const std::uint8_t> valid,
+                      std::span<const double> variances, double frequency_hz, double interval_s) {
+  const std::size_t n = variances.size();
+  centre(series, valid);
+  series.resize(n);
+  const auto weighted = divided_by_noise(series, variances);
+  std::array<std::vector<double>, 2> line;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double angle =
+        2.0 * std::numbers::pi * frequency_hz * interval_s * static_cast<double>(i);
+    line[0].push_back(valid[i] != 0 ? std::sin(angle) : 0.0);
+    line[1].push_back(valid[i] != 0 ? std::cos(angle) : 0.0);
+  }
+  const auto product = [](const std::vector<double>& a, const std::vector<double>& b) {
+    return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+  };
+  Eigen::Matrix2d gram;
+  Eigen::Vector2d products;
+  for (int i = 0; i < 2; ++i) {
+    const auto own = divided_by_noise(line[static_cast<std::size_t>(i)], variances);
+    for (int j = 0; j < 2; ++j) gram(i, j) = product(own, line[static_cast<std::size_t>(j)]);
+    products(i) = product(weighted, line[static_cast<std::size_t>(i)]);
+  }
+  if (!(gram.determinant() > 0.0)) return 0.0;
+  return 0.5 * products.dot(gram.inverse() * products);
 }
 
 std::size_t quick_length(std::size_t n) {

@@ -31,6 +31,18 @@ void centre(std::vector<double>& values, std::span<const std::uint8_t> valid);
                                      std::span<const std::uint8_t> valid,
                                      std::span<const double> variances);
 
+// How much likelier the series about its mean is under a noise `after` than under `before`, over
+// the first after.size() samples, nats (Whittle 1953). 0 where one of them is no noise.
+[[nodiscard]] double noise_gain_nats(std::vector<double> series,
+                                     std::span<const std::uint8_t> valid,
+                                     std::span<const double> before, std::span<const double> after);
+
+// Log likelihood that a line of this frequency, of any size and phase, gains on the series about
+// its mean, over the first variances.size() samples, nats.
+[[nodiscard]] double line_gain_nats(std::vector<double> series, std::span<const std::uint8_t> valid,
+                                    std::span<const double> variances, double frequency_hz,
+                                    double interval_s);
+
 // Largest length up to n whose only prime factors are 2, 3 and 5.
 [[nodiscard]] std::size_t quick_length(std::size_t n);
 

@@ -137,6 +137,16 @@ class Likelihoods {
             {fit.squares.data(), fit.squares.data() + fit.squares.size()}};
   }
 
+  // Log likelihood of these squares.
+  [[nodiscard]] double at(const std::vector<KnownNoise>& known,
+                          const std::vector<double>& squares) const {
+    const SearchProblem problem = with_noise(known);
+    const Board board(problem, options_);
+    const Eigen::Map<const Eigen::VectorXd> values(squares.data(),
+                                                   static_cast<Eigen::Index>(squares.size()));
+    return restricted_log_likelihood(board.rows(board.known()), board.dictionary(), values);
+  }
+
   // What holding the first `held` terms at their values costs, nats: the likelihood that the free
   // hypothesis has at the coefficients fitted under the constraint.
   [[nodiscard]] double cost_of_holding(const std::vector<KnownNoise>& free,
@@ -145,12 +155,7 @@ class Likelihoods {
     std::vector<KnownNoise> constrained = free;
     constrained[held].relative_sigma = relative_sigma;
     const Hypothesis fit = of(constrained);
-    const SearchProblem problem = with_noise(free);
-    const Board board(problem, options_);
-    const Eigen::Map<const Eigen::VectorXd> squares(fit.squares.data(),
-                                                    static_cast<Eigen::Index>(fit.squares.size()));
-    return free_fit.log_likelihood -
-           restricted_log_likelihood(board.rows(board.known()), board.dictionary(), squares);
+    return free_fit.log_likelihood - at(free, fit.squares);
   }
 
  private:
@@ -391,6 +396,51 @@ std::vector<Recalibration> wrong_coefficients(const NoiseQuestion& question,
   return wrong;
 }
 
+// Each kind that is missing beside those present, and what it gains over `base`.
+std::vector<Addition> additions_to(const std::vector<KnownNoise>& present, const Hypothesis& base,
+                                   const Likelihoods& likelihoods, const NoiseQuestion& question,
+                                   const SearchOptions& options) {
+  const double of_freedom = 0.5 * std::log(static_cast<double>(options.single_coefficients));
+  const auto missing = missing_terms(present, question);
+  const auto markovs = std::count_if(missing.begin(), missing.end(), [](const NoiseTerm& term) {
+    return term.kind == NoiseKind::kMarkov;
+  });
+  std::vector<Addition> additions;
+  for (const NoiseTerm& term : missing) {
+    auto known = present;
+    known.push_back({term, typical_square(question, term), kAnyValue});
+    Hypothesis with = likelihoods.of(known);
+    const double looked_at =
+        term.kind == NoiseKind::kMarkov ? std::log(static_cast<double>(markovs)) : 0.0;
+    const double evidence = with.log_likelihood - base.log_likelihood - of_freedom - looked_at;
+    additions.push_back({term, std::move(with), evidence});
+  }
+  return additions;
+}
+
+// The same where the model's coefficients are as well known as its file says. Free ones take in
+// what another kind explains, as a random walk does a telegraph; so a kind counts that explains the
+// record better than any other values of the coefficients (`free`).
+std::vector<Addition> additions_to_the_files(const std::vector<KnownNoise>& present,
+                                             const Hypothesis& free, const Likelihoods& likelihoods,
+                                             const NoiseQuestion& question,
+                                             const SearchOptions& options) {
+  constexpr double kFileSigma = 0.3;  // relative, of squares without a standard error
+  std::vector<KnownNoise> known;
+  const double share = valid_share(question.problem.valid);
+  for (const ListedNoise& entry : listed_noise(question.model, question.axis, kFileSigma, share)) {
+    if (entry.noise.square > 0.0) known.push_back(entry.noise);
+  }
+  if (known.empty()) return {};
+  auto additions = additions_to(known, likelihoods.of(known), likelihoods, question, options);
+  std::erase_if(additions, [&](const Addition& addition) {
+    auto with = present;
+    with.push_back({addition.term, addition.hypothesis.squares.back(), kAnyValue});
+    return likelihoods.at(with, addition.hypothesis.squares) < free.log_likelihood;
+  });
+  return best_of_each_kind(std::move(additions));
+}
+
 }  // namespace
 
 double seen_share(NoiseKind kind, double share) {
@@ -424,22 +474,15 @@ NoiseFindings examine_noise(const NoiseQuestion& question, const SearchOptions& 
     present.push_back({white, typical_square(question, white), kAnyValue});
   }
   Hypothesis best = likelihoods.of(present);
-  const double of_freedom = 0.5 * std::log(static_cast<double>(options.single_coefficients));
-  for (std::size_t added = 0; added < options.max_effects; ++added) {
-    const auto missing = missing_terms(present, question);
-    std::vector<Addition> additions;
-    double markovs = 0.0;
-    for (const NoiseTerm& term : missing) markovs += term.kind == NoiseKind::kMarkov ? 1.0 : 0.0;
-    for (const NoiseTerm& term : missing) {
-      auto known = present;
-      known.push_back({term, typical_square(question, term), kAnyValue});
-      Hypothesis with = likelihoods.of(known);
-      const double looked_at = term.kind == NoiseKind::kMarkov ? std::log(markovs) : 0.0;
-      const double evidence = with.log_likelihood - best.log_likelihood - of_freedom - looked_at;
-      additions.push_back({term, std::move(with), evidence});
+  const double threshold = std::log(static_cast<double>(kScales.size()) / question.false_alarm);
+  bool trusts_file = false;
+  while (findings.effects.size() < options.max_effects) {
+    auto rivals = best_of_each_kind(additions_to(present, best, likelihoods, question, options));
+    if (rivals.empty()) break;
+    if (rivals.front().evidence < threshold && findings.effects.empty()) {
+      rivals = additions_to_the_files(present, best, likelihoods, question, options);
+      trusts_file = true;
     }
-    const auto rivals = best_of_each_kind(std::move(additions));
-    const double threshold = std::log(static_cast<double>(kScales.size()) / question.false_alarm);
     if (rivals.empty() || rivals.front().evidence < threshold) break;
     NamedEffect effect = named(rivals.front(), rivals, share);
     if (rivals.front().term.kind == NoiseKind::kMarkov)
@@ -447,10 +490,13 @@ NoiseFindings examine_noise(const NoiseQuestion& question, const SearchOptions& 
     findings.effects.push_back(std::move(effect));
     best = rivals.front().hypothesis;
     present.push_back({rivals.front().term, best.squares.back(), kAnyValue});
+    if (trusts_file) break;
   }
-  const std::vector<KnownNoise> extra(present.begin() + static_cast<std::ptrdiff_t>(listed.size()),
-                                      present.end());
-  findings.recalibrated = wrong_coefficients(question, likelihoods, listed, extra, best);
+  if (!trusts_file || findings.effects.empty()) {
+    const std::vector<KnownNoise> extra(
+        present.begin() + static_cast<std::ptrdiff_t>(listed.size()), present.end());
+    findings.recalibrated = wrong_coefficients(question, likelihoods, listed, extra, best);
+  }
   findings.terms = best.terms;
   findings.squares = best.squares;
   for (std::size_t t = 0; t < findings.terms.size(); ++t)

@@ -106,6 +106,41 @@ TEST(DiagnosisScenario, AWrongParameterIsRecalibratedNotNamed) {
   EXPECT_NEAR(found->to, 60.0, 5.0 * found->standard_error);
 }
 
+TEST(DiagnosisScenario, ALineIsProvedByItsFrequencyThoughItsPhaseIsAnother) {
+  const twin::Model given = test::lab_model();
+  const auto with_line = [&](double phase_rad) {
+    return test::with(given, {.kind = "line",
+                              .axis = kX,
+                              .parameters = {{"amplitude_deg_h", 0.03},
+                                             {"quadrature_deg_h", 0.0},
+                                             {"frequency_hz", 0.04},
+                                             {"phase_rad", phase_rad}}});
+  };
+  const twin::Profile profile = test::chamber_profile();
+  const MeasuredSeries record = test::simulated(with_line(0.0), profile, 11);
+  const MeasuredSeries other = test::simulated(with_line(2.0), profile, 12);
+  const AxisDiagnosis axis = *diagnose(given, record, {other}, kOptions).axes[0];
+  ASSERT_EQ(axis.effects.size(), 1U) << axis.sentence;
+  EXPECT_EQ(axis.effects[0].name, "line");
+  EXPECT_EQ(axis.acceptance, Acceptance::kAccepted);
+  const MeasuredSeries without = test::simulated(given, profile, 12);
+  const AxisDiagnosis refuted = *diagnose(given, record, {without}, kOptions).axes[0];
+  EXPECT_NE(refuted.acceptance, Acceptance::kAccepted);
+}
+
+TEST(DiagnosisScenario, AFaultOfTheRecordStandsWhenAllElseIsReverted) {
+  const twin::Model given = test::lab_model();
+  const twin::Model truth =
+      test::with(given, {.kind = "magnetic", .axis = kX, .parameters = {{"x_deg_h_per_ut", 1e-3}}});
+  MeasuredSeries record = test::simulated(truth, test::chamber_profile(), 11);
+  for (std::size_t i = 500; i < record.size; i += 900)
+    record.rate_radps[0][i] += core::radps_from_deg_h(20.0);
+  const MeasuredSeries other = test::simulated(given, test::chamber_profile(), 12);
+  const AxisDiagnosis axis = *diagnose(given, record, {other}, kOptions).axes[0];
+  ASSERT_EQ(axis.effects.size(), 1U) << axis.sentence;
+  EXPECT_EQ(axis.effects[0].name, "spikes");
+}
+
 TEST(DiagnosisScenario, AMissingKindOfNoiseIsNamed) {
   const twin::Model truth = test::lab_model();
   twin::Model strong = test::without(truth, "rate_random_walk");

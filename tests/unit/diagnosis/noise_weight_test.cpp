@@ -6,6 +6,7 @@
 #include <Eigen/Dense>
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include "common/diagnosis/cosine_transform.h"
 
@@ -56,6 +57,37 @@ TEST(NoiseWeight, OfWhiteNoiseTheWeightedSquareIsThatOfTheDeparturesFromTheMean)
     squares += valid[i] != 0 ? (x[i] - mean) * (x[i] - mean) : 0.0;
   EXPECT_NEAR(weighted_square(x, valid, variances), squares / 0.25, 1e-12 * squares);
   EXPECT_EQ(weighted_square(x, std::vector<std::uint8_t>(x.size(), 0), variances), 0.0);
+}
+
+TEST(NoiseWeight, ALineGainsHalfItsSquaredSeparationAtItsFrequencyWhateverItsPhase) {
+  constexpr std::size_t kSize = 4000;
+  constexpr double kAmplitude = 0.2;  // d² = .5 4000 .2² = 80 under noise of 1
+  const std::vector<std::uint8_t> valid(kSize, 1);
+  const std::vector<double> variances(kSize, 1.0);
+  for (const double phase : {0.0, 1.0, 2.5}) {
+    std::vector<double> series(kSize);
+    for (std::size_t i = 0; i < kSize; ++i)
+      series[i] =
+          kAmplitude * std::sin(2.0 * std::numbers::pi * 0.0625 * static_cast<double>(i) + phase);
+    EXPECT_NEAR(line_gain_nats(series, valid, variances, 0.03125, 2.0), 40.0, 0.1);
+    EXPECT_NEAR(line_gain_nats(series, valid, variances, 0.04, 2.0), 0.0, 0.1);
+  }
+}
+
+TEST(NoiseWeight, TheRightNoiseIsLikelierAndNoNoiseSaysNothing) {
+  constexpr std::size_t kSize = 2000;
+  const std::vector<std::uint8_t> valid(kSize, 1);
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> normal(0.0, 2.0);
+  std::vector<double> series(kSize);
+  for (double& x : series) x = normal(random);
+  const std::vector<double> right(kSize, 4.0);
+  const std::vector<double> wrong(kSize, 1.0);
+  // n/2 (4 - 1 - ln 4), give or take 3/2 sqrt(2 n).
+  EXPECT_NEAR(noise_gain_nats(series, valid, wrong, right), 0.5 * kSize * (3.0 - std::log(4.0)),
+              5.0 * 1.5 * std::sqrt(2.0 * kSize));
+  EXPECT_EQ(noise_gain_nats(series, valid, right, right), 0.0);
+  EXPECT_EQ(noise_gain_nats(series, valid, std::vector<double>(kSize, 0.0), right), 0.0);
 }
 
 TEST(NoiseWeight, QuickLengthsHaveSmallPrimesOnly) {
