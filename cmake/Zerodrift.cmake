@@ -26,8 +26,12 @@ find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 add_library(zerodrift_warnings INTERFACE)
 target_compile_options(zerodrift_warnings INTERFACE
   -Wall -Wextra -Wpedantic -Werror -Wshadow -Wconversion -Wsign-conversion -Wdouble-promotion -Wold-style-cast
-  -Wnull-dereference -Wduplicated-cond -Wlogical-op -Wcast-align -Wformat=2 -Wnon-virtual-dtor -Woverloaded-virtual
-  -Wno-restrict)  # GCC 12 warns falsely on std::string concatenation (GCC bug 105651)
+  -Wnull-dereference -Wcast-align -Wformat=2 -Wnon-virtual-dtor -Woverloaded-virtual)
+if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+  target_compile_options(zerodrift_warnings INTERFACE
+    -Wduplicated-cond -Wlogical-op
+    -Wno-restrict)  # GCC 12 warns falsely on std::string concatenation (GCC bug 105651)
+endif()
 
 # Same input, same output, to the bit: no contraction into fused operations, never -ffast-math.
 add_library(zerodrift_options INTERFACE)

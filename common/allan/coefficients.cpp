@@ -277,7 +277,9 @@ CoefficientReport fit_coefficients(std::span<const AllanPoint> all_points,
   report.points = all.size();
   if (all.size() < size(wanted)) return report;
 
-  const auto [points, fit] = explained(all, wanted, options);
+  const Explained found = explained(all, wanted, options);
+  const auto& points = found.points;  // no structured binding: clang 14 captures none in a lambda
+  const auto& fit = found.fit;
   report.points = points.size();
   report.shortest_tau_s = points.front().tau_s;
   report.status = fit.converged ? FitStatus::kConverged : FitStatus::kIterationLimit;

@@ -2,6 +2,9 @@
 #pragma once
 
 #include <stdexcept>
+#include <string>
+
+#include "common/core/one_line.h"
 
 namespace zerodrift::checkpoint {
 
@@ -9,7 +12,7 @@ namespace zerodrift::checkpoint {
 // the file where there is one.
 class CheckpointError : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit CheckpointError(const std::string& line) : std::runtime_error(core::one_line(line)) {}
 };
 
 }  // namespace zerodrift::checkpoint

@@ -2,6 +2,9 @@
 #pragma once
 
 #include <stdexcept>
+#include <string>
+
+#include "common/core/one_line.h"
 
 namespace zerodrift::config {
 
@@ -9,7 +12,7 @@ namespace zerodrift::config {
 // what was found and what would be right.
 class ConfigError : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit ConfigError(const std::string& line) : std::runtime_error(core::one_line(line)) {}
 };
 
 }  // namespace zerodrift::config

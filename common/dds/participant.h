@@ -23,6 +23,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/dds/checked_type_support.h"
 #include "common/dds/topics.h"
 
 namespace zerodrift::dds {
@@ -156,9 +157,9 @@ class Writer {
                   std::uint32_t ownership_strength = 0)
       : publisher_(participant.publisher_),
         listener_(TopicOf<Message>::kSpec.name, std::move(observer)) {
-    auto* topic = participant.topic(
-        TopicOf<Message>::kSpec,
-        eprosima::fastdds::dds::TypeSupport(new typename TopicOf<Message>::TypeSupport));
+    auto* topic =
+        participant.topic(TopicOf<Message>::kSpec,
+                          eprosima::fastdds::dds::TypeSupport(new CheckedTypeSupport<Message>));
     writer_ = publisher_->create_datawriter(
         topic, writer_qos(TopicOf<Message>::kSpec, ownership_strength), &listener_);
     if (writer_ == nullptr) {
@@ -206,9 +207,9 @@ class Reader {
       : subscriber_(participant.subscriber_),
         listener_(TopicOf<Message>::kSpec.name, std::move(observer), std::move(on_sample),
                   std::move(on_gone)) {
-    auto* topic = participant.topic(
-        TopicOf<Message>::kSpec,
-        eprosima::fastdds::dds::TypeSupport(new typename TopicOf<Message>::TypeSupport));
+    auto* topic =
+        participant.topic(TopicOf<Message>::kSpec,
+                          eprosima::fastdds::dds::TypeSupport(new CheckedTypeSupport<Message>));
     reader_ =
         subscriber_->create_datareader(topic, reader_qos(TopicOf<Message>::kSpec), &listener_);
     if (reader_ == nullptr) {

@@ -4,12 +4,15 @@
 #pragma once
 
 #include <stdexcept>
+#include <string>
+
+#include "common/core/one_line.h"
 
 namespace zerodrift::record {
 
 class RecordError : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit RecordError(const std::string& line) : std::runtime_error(core::one_line(line)) {}
 };
 
 }  // namespace zerodrift::record

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <set>
 
 #include "common/record/csv_cells.h"
 #include "common/record/record_error.h"
@@ -52,15 +54,8 @@ class Binder {
 
   [[nodiscard]] std::string columns_there() const { return "the columns are: " + list_of(header_); }
 
-  [[nodiscard]] const BoundColumn* column_of(const Channel& channel) const {
-    const auto found = std::find_if(
-        layout_.columns.begin(), layout_.columns.end(),
-        [&](const BoundColumn& c) { return c.role != ColumnRole::kExtra && c.channel == channel; });
-    return found == layout_.columns.end() ? nullptr : &*found;
-  }
-
   [[nodiscard]] bool is_given(const Channel& channel) const {
-    return channel.quantity == Quantity::kTime ? has_time_ : column_of(channel) != nullptr;
+    return channel.quantity == Quantity::kTime ? has_time_ : given_.contains(name(channel));
   }
 
   void bind_mapped(const ColumnMapping& mapping) {
@@ -87,21 +82,19 @@ class Binder {
   }
 
   void bind_canonical() {
-    std::vector<BoundColumn*> found_here;
+    std::map<std::string, const BoundColumn*> found_here;  // by channel
     for (BoundColumn& column : layout_.columns) {
       if (column.role != ColumnRole::kExtra) continue;
       const std::optional<CanonicalName> parsed = parse_canonical_name(column.header);
       if (!parsed || !unit_conversion(parsed->channel.quantity, parsed->unit)) continue;
-      const auto rival =
-          std::find_if(found_here.begin(), found_here.end(),
-                       [&](const BoundColumn* c) { return c->channel == parsed->channel; });
+      const auto rival = found_here.find(name(parsed->channel));
       if (rival != found_here.end()) {
-        refuse("columns '" + (*rival)->header + "' and '" + column.header + "' are both " +
+        refuse("columns '" + rival->second->header + "' and '" + column.header + "' are both " +
                name(parsed->channel) + "; keep one, or choose by --columns");
       }
       if (is_given(parsed->channel)) continue;  // by the map
       give_meaning(column, parsed->channel, parsed->unit, 1.0);
-      found_here.push_back(&column);
+      found_here.emplace(name(parsed->channel), &column);
     }
   }
 
@@ -122,6 +115,7 @@ class Binder {
   void give_meaning(BoundColumn& column, const Channel& channel, const std::string& unit,
                     double factor) {
     column.channel = channel;
+    given_.insert(name(channel));
     if (channel.quantity == Quantity::kTime) {
       column.role = ColumnRole::kTime;
       set_time_unit(unit, factor);
@@ -155,6 +149,7 @@ class Binder {
   const std::filesystem::path& path_;
   const std::vector<std::string>& header_;
   RecordLayout layout_;
+  std::set<std::string> given_;  // names of the channels that a column has
   bool has_time_ = false;
 };
 

@@ -28,6 +28,8 @@ constexpr double kResolution = 1e-5;
 constexpr double kOffMargin = 1e-2;
 // Rates and pivots below this share of the kernel's magnitude count as zero.
 constexpr double kNegligible = 1e-13;
+// What rounding may make of a refined pivot, as a share of the terms it is the sum of.
+constexpr double kPivotRounding = 8.0 * kEpsilonOfDouble;
 // Residual rates of margin samples, as a share of the terms they are the sum of, that are rounding.
 constexpr double kRounding = 1e-14;
 // Pivots below this share of the kernel's magnitude lose digits when computed as a difference.
@@ -119,6 +121,7 @@ OnlineSvr::OnlineSvr(const OnlineSvrOptions& options)
       lower_(stride_, -kInfinity),
       set_(slot_count_, SampleSet::kVacant),
       is_leaving_(slot_count_, 0),
+      was_driven_(slot_count_, 0),
       rows_(new (kCacheLine) double[(slot_count_ + 1) * stride_]),
       rates_(slot_count_),
       reduced_(slot_count_),
@@ -149,7 +152,7 @@ void OnlineSvr::gather(std::size_t slot, double* x) const noexcept {
 UpdateReport OnlineSvr::add(std::span<const double> x, double y, double weight) noexcept {
   UpdateReport report;
   if (!accepts(x, y, weight)) return report;
-  may_refactor_ = true;
+  begin_call();
   if (!resolve(report.events)) {
     report.outcome = UpdateOutcome::kBusy;
     return report;
@@ -165,7 +168,7 @@ UpdateReport OnlineSvr::add(std::span<const double> x, double y, double weight) 
 UpdateReport OnlineSvr::forget(std::size_t slot) noexcept {
   UpdateReport report;
   if (slot >= slot_count_ || set_[slot] == SampleSet::kVacant || is_leaving_[slot]) return report;
-  may_refactor_ = true;
+  begin_call();
   if (!resolve(report.events)) {
     report.outcome = UpdateOutcome::kBusy;
     return report;
@@ -179,10 +182,19 @@ UpdateReport OnlineSvr::forget(std::size_t slot) noexcept {
 
 bool OnlineSvr::settle() noexcept {
   std::size_t events = 0;
-  may_refactor_ = true;
+  begin_call();
   const bool settled = resolve(events);
   maintain();
   return settled;
+}
+
+// What is remembered of events is of one call only: a learner that is saved and restored between
+// two calls goes the same way.
+void OnlineSvr::begin_call() noexcept {
+  may_refactor_ = true;
+  is_factor_fresh_ = false;
+  refused_ = kNoSlot;
+  std::fill(was_driven_.begin(), was_driven_.end(), char{0});
 }
 
 void OnlineSvr::clear() noexcept {
@@ -291,6 +303,7 @@ bool OnlineSvr::try_to_settle(std::size_t driver) noexcept {
   const bool error = std::fabs(theta) == box_of(driver) &&
                      -h * std::copysign(1.0, theta) >= options_.epsilon - resolution;
   if (!remaining && !error) return false;
+  was_driven_[driver] = 1;
   erase_unsettled(driver);
   assign_set(driver, remaining ? SampleSet::kRemaining : SampleSet::kError);
   return true;
@@ -302,7 +315,19 @@ void OnlineSvr::advance(std::size_t driver) noexcept {
   const Direction direction = solve_direction(drive, driver);
   const Event event = next_event(driver, drive, direction);
   apply(driver, drive, direction, event.step);
+  if (drive.stops_at_margin && !reaches_margin(driver, direction)) {
+    keep_before_margin(driver, drive);
+  }
   handle(event, driver, drive);
+}
+
+// The residual rate of a driver that can't reach its margin counts as zero. Yet a coefficient that
+// moves far takes the residual along, and once past the margin the driver would be sent back the
+// whole way, and forth again without end. It stays on the side from which it came.
+void OnlineSvr::keep_before_margin(std::size_t driver, const Drive& drive) noexcept {
+  const double before =
+      drive.residual_target - drive.sign * 2.0 * kResolution * options_.kkt_bound();
+  if ((residual_[driver] - before) * drive.sign > 0.0) residual_[driver] = before;
 }
 
 OnlineSvr::Drive OnlineSvr::plan(std::size_t slot) const noexcept {
@@ -440,7 +465,9 @@ OnlineSvr::Direction OnlineSvr::direction_of(const double* kernel_row,
 }
 
 // The direction in which to drive the sample, and the residual rates. The solution is refined only
-// if the margin's own residual rates, which should be zero, show more than rounding.
+// if the margin's own residual rates, which should be zero, show more than rounding. A Schur
+// complement below zero says that refining didn't converge, because removals have worn the factor
+// out: with such a direction samples enter the margin and leave it at once, for ever.
 OnlineSvr::Direction OnlineSvr::solve_direction(const Drive& drive, std::size_t driver) noexcept {
   const double* kernel_row = row(driver_row_);
   solve_rates(kernel_row);
@@ -449,6 +476,11 @@ OnlineSvr::Direction OnlineSvr::solve_direction(const Drive& drive, std::size_t 
   if (largest_margin_rate() > kRounding * direction.magnitude) {
     solve_rates_refined(kernel_row);
     direction = direction_of(kernel_row, driver);
+    if (direction.own_residual_rate < -direction.threshold && !is_factor_fresh_) {
+      renew_factor();
+      solve_rates_refined(kernel_row);
+      direction = direction_of(kernel_row, driver);
+    }
     write_residual_rates(drive, direction);
   }
   return direction;
@@ -492,7 +524,7 @@ OnlineSvr::Event OnlineSvr::next_event(std::size_t driver, const Drive& drive,
                                        const Direction& direction) noexcept {
   Event event{Event::Kind::kDriverAtLimit, kInfinity, driver};
   const double residual_rate = direction.own_residual_rate;
-  if (drive.stops_at_margin && residual_rate > direction.threshold) {
+  if (drive.stops_at_margin && reaches_margin(driver, direction)) {
     const double distance = std::fabs(residual_[driver] - drive.residual_target);
     event = {Event::Kind::kDriverAtMargin, distance / residual_rate, driver};
   }
@@ -530,7 +562,13 @@ void OnlineSvr::apply(std::size_t driver, const Drive& drive, const Direction& d
 void OnlineSvr::handle(const Event& event, std::size_t driver, const Drive& drive) noexcept {
   switch (event.kind) {
     case Event::Kind::kDriverAtMargin:
-      if (theta_[driver] != 0.0 && enter_margin(driver)) erase_unsettled(driver);
+      if (theta_[driver] == 0.0) return;
+      if (enter_margin(driver)) {
+        erase_unsettled(driver);
+      } else if (was_driven_[driver]) {
+        refused_ = driver;
+      }
+      was_driven_[driver] = 1;
       return;  // with theta = 0 it now fits, which the next try_to_settle() sees
     case Event::Kind::kDriverAtLimit:
       theta_[driver] = drive.theta_limit;
@@ -590,7 +628,22 @@ bool OnlineSvr::enter_margin(std::size_t slot) noexcept {
   margin_rows_.push_back(kernel_row);
   if (is_driver) driver_row_slot_ = kNoSlot;
   assign_set(slot, SampleSet::kMargin);
+  refused_ = kNoSlot;
   return true;
+}
+
+// The pivot above which a sample may enter the margin. Displacing a sample that is near the span of
+// the margin's but not in it disturbs the others a little, so that two of them might displace each
+// other in turn for ever: once driven in this call, a sample enters with any pivot that is more
+// than rounding.
+double OnlineSvr::smallest_pivot(std::size_t slot, const Direction& direction) const noexcept {
+  return was_driven_[slot] ? kPivotRounding * direction.magnitude : direction.threshold;
+}
+
+// Whether the driver's residual can be brought to its margin by its own coefficient.
+bool OnlineSvr::reaches_margin(std::size_t driver, const Direction& direction) const noexcept {
+  if (margin_size() == 0) return true;
+  return driver != refused_ && direction.own_residual_rate > smallest_pivot(driver, direction);
 }
 
 // False, and nothing changed, if the sample's pivot is lost in rounding. A small pivot is computed
@@ -606,7 +659,7 @@ bool OnlineSvr::append_to_factor(const double* kernel_row, std::size_t slot) noe
     solve_rates_refined(kernel_row);
     const Direction direction = direction_of(kernel_row, slot);
     pivot = direction.own_residual_rate;
-    if (!(pivot > direction.threshold)) return false;
+    if (!(pivot > smallest_pivot(slot, direction))) return false;
     factor_.solve_lower(reduced_.data() + 1);
   }
   factor_.append(reduced_.data() + 1, pivot);
@@ -616,6 +669,8 @@ bool OnlineSvr::append_to_factor(const double* kernel_row, std::size_t slot) noe
 // Returns the sample's kernel row.
 std::size_t OnlineSvr::detach_from_margin(std::size_t position) noexcept {
   const std::size_t kernel_row = margin_rows_[position];
+  refused_ = kNoSlot;
+  is_factor_fresh_ = false;
   margin_slots_.erase(margin_slots_.begin() + static_cast<std::ptrdiff_t>(position));
   margin_rows_.erase(margin_rows_.begin() + static_cast<std::ptrdiff_t>(position));
   if (position == 0) {
@@ -635,10 +690,17 @@ void OnlineSvr::leave_margin(std::size_t position) noexcept {
   assign_set(slot, to_error ? SampleSet::kError : SampleSet::kRemaining);
 }
 
-// Computes the factor anew from the kernel rows. False if it was already done in this call.
+// Renews a factor that has worn out. False if it was already done in this call.
 bool OnlineSvr::refactor() noexcept {
   if (!may_refactor_) return false;
   may_refactor_ = false;
+  renew_factor();
+  return true;
+}
+
+// Computes the factor anew from the kernel rows.
+void OnlineSvr::renew_factor() noexcept {
+  is_factor_fresh_ = true;
   factor_.clear();
   for (std::size_t p = 1; p < margin_size(); ++p) {
     const double* kernel_row = margin_row(p);
@@ -650,7 +712,6 @@ bool OnlineSvr::refactor() noexcept {
     factor_.append(correction_.data() + 1,
                    std::max(pivot, kNegligible * kernel_magnitude(margin_slots_[p])));
   }
-  return true;
 }
 
 // Files the sample and sets the residuals at which it changes set again.

@@ -44,7 +44,7 @@
 //   it leaves the margin residual rates that are more than rounding, it is refined;
 // - a sample whose feature vector lies in the span of S, or too near, first displaces a margin
 //   sample before it enters: S stays regular with identical, quantised or low-rank samples, and no
-//   ridge is needed;
+//   ridge is needed; a driver that can't reach its margin never turns back for having passed it;
 // - ties broken by a hash-made jitter of the targets, 1e-4 of the KKT bound;
 // - residuals computed anew round-robin, one a call.
 //
@@ -258,8 +258,10 @@ class OnlineSvr {
   void evict(std::size_t slot, std::size_t& events) noexcept;
   void vacate(std::size_t slot) noexcept;
 
+  void begin_call() noexcept;
   bool resolve(std::size_t& events) noexcept;
   void advance(std::size_t driver) noexcept;
+  void keep_before_margin(std::size_t driver, const Drive& drive) noexcept;
   [[nodiscard]] bool try_to_settle(std::size_t driver) noexcept;
   [[nodiscard]] Drive plan(std::size_t slot) const noexcept;
   void load_driver_row(std::size_t driver) noexcept;
@@ -291,7 +293,10 @@ class OnlineSvr {
   [[nodiscard]] bool append_to_factor(const double* kernel_row, std::size_t slot) noexcept;
   std::size_t detach_from_margin(std::size_t position) noexcept;
   void leave_margin(std::size_t position) noexcept;
+  [[nodiscard]] double smallest_pivot(std::size_t slot, const Direction& direction) const noexcept;
+  [[nodiscard]] bool reaches_margin(std::size_t driver, const Direction& direction) const noexcept;
   [[nodiscard]] bool refactor() noexcept;
+  void renew_factor() noexcept;
   void assign_set(std::size_t slot, SampleSet set) noexcept;
   void await(std::size_t slot) noexcept;
   void push_unsettled(std::size_t slot) noexcept;
@@ -316,6 +321,7 @@ class OnlineSvr {
   Column upper_, lower_;  // residuals at which the sample changes set
   std::vector<SampleSet> set_;
   std::vector<char> is_leaving_;
+  std::vector<char> was_driven_;  // to a bound or its margin, in this call
 
   // By margin position; the reference is at 0.
   std::vector<std::size_t> margin_slots_, margin_rows_;
@@ -342,7 +348,9 @@ class OnlineSvr {
   double bias_ = 0.0;
   std::uint64_t arrival_count_ = 0;
   std::size_t refresh_cursor_ = 0;
-  bool may_refactor_ = true;  // once a call
+  bool may_refactor_ = true;      // once a call
+  bool is_factor_fresh_ = false;  // no row was removed since it was renewed in this call
+  std::size_t refused_ = SampleWindow::kNoSlot;  // the driver that the present margin didn't take
 };
 
 }  // namespace zerodrift::regression

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 
 namespace zerodrift::service {
 
@@ -29,6 +30,13 @@ void LatencyHistogram::record(std::int64_t latency_ns) noexcept {
   count.store(count.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   if (latency_ns > max_.load(std::memory_order_relaxed))
     max_.store(latency_ns, std::memory_order_relaxed);
+}
+
+void LatencyHistogram::record_between(std::int64_t earlier_ns, std::int64_t later_ns) noexcept {
+  constexpr std::int64_t kLongest = std::numeric_limits<std::int64_t>::max();
+  if (later_ns <= earlier_ns) return record(0);
+  const bool fits = earlier_ns >= 0 || later_ns <= kLongest + earlier_ns;
+  record(fits ? later_ns - earlier_ns : kLongest);
 }
 
 std::uint64_t LatencyHistogram::count() const noexcept {

@@ -15,6 +15,8 @@ class LatencyHistogram {
  public:
   // No lock, no allocation. Negative latencies (clocks that disagree) count as 0.
   void record(std::int64_t latency_ns) noexcept;
+  // Of two stamps, of which another process may have given one: defined for any.
+  void record_between(std::int64_t earlier_ns, std::int64_t later_ns) noexcept;
 
   [[nodiscard]] std::uint64_t count() const noexcept;
   // Upper edge of the bucket that holds the given share of the records; 0 when empty. O(buckets).

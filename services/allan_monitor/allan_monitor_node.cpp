@@ -79,7 +79,7 @@ void AllanMonitorNode::on_sample(const msg::CompensatedRate& message) {
     leave_out(sample, message.gyro_id());
     return;
   }
-  chain_latency_.record(service::monotonic_ns() - message.publish_time_ns());
+  chain_latency_.record_between(message.publish_time_ns(), service::monotonic_ns());
   keep_pace(source->pace, sample);
   if (sample.late) {
     ++source->statistics.counts.out_of_order;  // its place in the stream has passed: it stays a gap

@@ -131,7 +131,7 @@ void CompensationNode::on_rate(const msg::AngularRate& message, const dds::Sampl
   const std::lock_guard lock(data_mutex_);
   Gyro& source = gyro(message.gyro_id());
   if (!accepts(source, origin, ingress_ns)) return;
-  arrival_latency_.record(ingress_ns - message.publish_time_ns());
+  arrival_latency_.record_between(message.publish_time_ns(), ingress_ns);
   const auto sample = dds::from_message(message);
   if (source.compensator.push(sample, message.publish_time_ns(), ingress_ns) ==
           compensation::Admission::kQueueFull &&

@@ -139,8 +139,23 @@ TEST(YamlToProtoAbuse, BrokenYamlNamesTheLine) {
             0U)
       << profile_error("name: a\nchamber: [1, 2\n");
   EXPECT_EQ(profile_error("name: a\n---\nname: b\n"),
-            "test.yaml: expected one YAML document, found 2");
+            "test.yaml: expected one YAML document, found more");
   EXPECT_EQ(profile_error(""), "no error");
+}
+
+// YAML::LoadAll() takes memory without end here.
+TEST(YamlToProtoAbuse, ATextThatSeemsToHoldDocumentsWithoutEndIsRefused) {
+  EXPECT_EQ(profile_error("- a: b\n  c:\n    (d in (\n\"e\",\n    f\n    )  )\n    )"),
+            "test.yaml: expected one YAML document, found more");
+}
+
+TEST(YamlToProtoAbuse, AnErrorIsOneLineWhateverItQuotes) {
+  EXPECT_EQ(profile_error("duration_s: \"a\\nb\""),
+            "test.yaml:1: duration_s: expected a plain number in s, found the text \"a?b\"");
+  proto::TwinModel model;
+  const auto unknown = YamlDocument::parse("\"a\\nb\": 1", "m").fill(model);
+  ASSERT_EQ(unknown.size(), 1U);
+  EXPECT_EQ(unknown.front().rfind("m:1: a?b: unknown key", 0), 0U) << unknown.front();
 }
 
 TEST(YamlToProtoAbuse, AnEndlessUnknownValueIsRefusedAndNotFollowed) {
@@ -155,6 +170,48 @@ TEST(YamlToProtoAbuse, AnEndlessUnknownValueIsRefusedAndNotFollowed) {
     bomb << "]\n";
   }
   EXPECT_THROW((void)YamlDocument::parse(bomb.str(), "m").fill(model), ConfigError);
+}
+
+TEST(YamlToProtoAbuse, AliasesThatStandForTooManyValuesAreRefused) {
+  std::ostringstream many;
+  many << "probes:\n  - &a {";
+  for (int i = 0; i < 400; ++i) many << (i > 0 ? ", k" : "k") << i << ": 1";
+  many << "}\n";
+  for (int i = 0; i < 400; ++i) many << "  - *a\n";
+  proto::TwinModel model;
+  EXPECT_THROW((void)YamlDocument::parse(many.str(), "m").fill(model), ConfigError);
+}
+
+TEST(YamlToProtoAbuse, UnknownValuesThatAreTooLargeTogetherAreRefused) {
+  std::ostringstream many;
+  many << "a: &a " << std::string(200000, 'x') << '\n';
+  for (int i = 0; i < 4; ++i) many << 'b' << i << ": *a\n";
+  proto::TwinModel model;
+  EXPECT_NO_THROW((void)YamlDocument::parse(many.str(), "m").fill(model));
+  many << "c: *a\n";
+  model.Clear();
+  EXPECT_THROW((void)YamlDocument::parse(many.str(), "m").fill(model), ConfigError);
+}
+
+// A key that is kept is written back, where YAML allows it 1024 characters, escapes included.
+TEST(YamlToProtoAbuse, AKeyTooLongToBeWrittenBackIsRefused) {
+  for (const bool inner : {false, true}) {
+    for (const std::size_t length : {160U, 161U}) {
+      const std::string key = '"' + std::string(length, '\x12') + "\": 1";
+      proto::TwinModel model;
+      const auto fill = [&] {
+        return YamlDocument::parse(inner ? "later: {" + key + "}" : key, "m").fill(model);
+      };
+      if (length > 160) {
+        EXPECT_THROW((void)fill(), ConfigError) << inner;
+        continue;
+      }
+      EXPECT_EQ(fill().size(), 1U);
+      proto::TwinModel again;
+      EXPECT_NO_THROW((void)YamlDocument::parse(to_yaml(model), "m").fill(again));
+      EXPECT_TRUE(MessageDifferencer::Equals(model, again)) << inner;
+    }
+  }
 }
 
 TEST(YamlToProtoAbuse, AMissingFileOrADirectoryIsNamed) {

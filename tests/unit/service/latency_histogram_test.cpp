@@ -118,6 +118,23 @@ TEST(LatencyHistogramAbuse, SharesOutsideZeroToOneAreThoseOfTheirEnd) {
   EXPECT_EQ(histogram.percentile_ns(std::numeric_limits<double>::quiet_NaN()), 0);
 }
 
+// A stamp of another process may be anything; the span from the least to the greatest doesn't fit.
+TEST(LatencyHistogramAbuse, ALatencyBetweenAnyTwoStampsIsDefined) {
+  constexpr std::int64_t kLeast = std::numeric_limits<std::int64_t>::min();
+  constexpr std::int64_t kGreatest = std::numeric_limits<std::int64_t>::max();
+  LatencyHistogram histogram;
+  histogram.record_between(kGreatest, kLeast);
+  EXPECT_EQ(histogram.max_ns(), 0);
+  histogram.record_between(100, 130);
+  EXPECT_EQ(histogram.max_ns(), 30);
+  histogram.record_between(-1, kGreatest - 2);
+  EXPECT_EQ(histogram.max_ns(), kGreatest - 1);
+  histogram.record_between(kLeast, kGreatest);
+  EXPECT_EQ(histogram.max_ns(), kGreatest);
+  EXPECT_EQ(histogram.count(), 4U);
+  EXPECT_EQ(histogram.percentile_ns(1.0), kGreatest);
+}
+
 TEST(LatencyHistogramLaws, AnotherThreadMayReadMeanwhile) {
   constexpr std::int64_t kSmallest = 1000;
   constexpr std::int64_t kLargest = 2000;

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+// Writes the binary seeds of corpus/ anew, for when a format has changed:
+//   fuzz_seeds tests/fuzz/corpus
+// Text seeds are written by hand.
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "common/checkpoint/checkpoint_bytes.h"
+#include "common/checkpoint/learner_message.h"
+#include "common/dds/topics.h"
+#include "common/drivers/kvh_frame.h"
+#include "tests/unit/checkpoint/saved_learner.h"
+
+namespace zerodrift::fuzz {
+namespace {
+
+std::filesystem::path root;
+
+void write(const char* target, const char* name, const std::string& bytes) {
+  const auto folder = root / target;
+  std::filesystem::create_directories(folder);
+  std::ofstream file(folder / name, std::ios::binary);
+  if (!file.write(bytes.data(), static_cast<std::streamsize>(bytes.size())))
+    throw std::runtime_error("cannot write " + (folder / name).string());
+}
+
+template <typename T>
+void append(std::string& bytes, const T& value) {
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+// ---------------------------------------- checkpoint
+
+std::string axis_bytes(int labels) {
+  proto::LearnerCheckpoint message;
+  checkpoint::to_message(checkpoint::testing::saved_after(labels), message);
+  return message.axes(0).SerializeAsString();
+}
+
+void checkpoint_seeds() {
+  const auto options = checkpoint::testing::small_options();
+  const std::string file = checkpoint::encode({7, options}, checkpoint::testing::saved_after(0));
+  write("checkpoint", "file_of_a_new_learner", "f" + file);
+  write("checkpoint", "file_cut", "f" + file.substr(0, file.size() / 2));
+  write("checkpoint", "message_of_a_new_learner", "m" + file.substr(checkpoint::kEnvelopeSize));
+  write("checkpoint", "axis_with_its_initial_set", "a" + axis_bytes(3));
+  write("checkpoint", "axis_just_begun", "a" + axis_bytes(5));
+  write("checkpoint", "axis_with_models_kept", "a" + axis_bytes(9));
+}
+
+// ---------------------------------------- DDS
+
+template <typename Message>
+void dds_seed(char topic, const char* name, Message message) {
+  typename dds::TopicOf<Message>::TypeSupport type;
+  eprosima::fastrtps::rtps::SerializedPayload_t payload(type.getSerializedSizeProvider(&message)());
+  if (!type.serialize(&message, &payload)) throw std::runtime_error("cannot be serialised");
+  std::string bytes(1, topic);
+  bytes.append(reinterpret_cast<const char*>(payload.data), payload.length);
+  write("dds_payload", name, bytes);
+  if (topic != 0) return;
+  bytes[2] = 0x7F;  // an encapsulation that nobody knows
+  write("dds_payload", "unknown_encapsulation", bytes);
+}
+
+msg::AllanReport allan_report() {
+  msg::AllanReport report;
+  report.gyro_id(1);
+  msg::AllanPoint point;
+  point.tau_s(1.0);
+  point.deviation_radps(1e-6);
+  report.since_start().assign(2, point);
+  report.rolling().assign(1, point);
+  return report;
+}
+
+msg::ServiceStatus service_status() {
+  msg::ServiceStatus status;
+  status.service("compensation");
+  status.host("host");
+  status.summary("1 gyro(s)");
+  msg::Metric metric;
+  metric.name("samples_in");
+  metric.unit("1");
+  status.metrics().assign(2, metric);
+  return status;
+}
+
+void dds_seeds() {
+  msg::AngularRate rate;
+  rate.gyro_id(1);
+  rate.validity(7);
+  rate.interval_s(0.005);
+  rate.rate_radps({1e-5, -1e-5, 7e-5});
+  dds_seed(0, "angular_rate", rate);
+  msg::Temperature temperature;
+  temperature.probe("coil");
+  temperature.temperature_degc(20.0);
+  temperature.measured(1);
+  dds_seed(1, "temperature", temperature);
+  msg::RateReference reference;
+  reference.kind(2);
+  reference.validity(7);
+  dds_seed(2, "rate_reference", reference);
+  msg::CompensatedRate compensated;
+  compensated.validity(7);
+  compensated.mode({1, 2, 3});
+  dds_seed(3, "compensated_rate", compensated);
+  dds_seed(4, "allan_report", allan_report());
+  dds_seed(5, "service_status", service_status());
+  msg::Event event;
+  event.service("compensation");
+  event.code("missing_sample");
+  event.text("sequence numbers are missing from the stream");
+  dds_seed(6, "event", event);
+  msg::Command command;
+  command.service("compensation");
+  command.name("adopt");
+  command.argument("1:/tmp/model.yaml");
+  dds_seed(7, "command", command);
+  msg::CommandReply reply;
+  reply.service("compensation");
+  reply.text("learning is frozen");
+  dds_seed(8, "command_reply", reply);
+  msg::ReplayProgress progress;
+  progress.consumer("compensation");
+  progress.gyro_id(1);
+  dds_seed(9, "replay_progress", progress);
+}
+
+// ---------------------------------------- serial frames
+
+std::string frames(int count, int step) {
+  std::string bytes;
+  for (int i = 0; i < count; ++i) {
+    drivers::KvhFrame frame;
+    frame.rotation = {1e-5F, -1e-5F, 7e-5F};
+    frame.rotation_valid = {true, true, true};
+    frame.sequence = static_cast<std::uint8_t>(i * step % 128);
+    frame.temperature = 25;
+    const auto encoded = drivers::encode(frame);
+    bytes.append(encoded.begin(), encoded.end());
+  }
+  return bytes;
+}
+
+void serial_seeds() {
+  write("serial_frames", "four_frames", frames(4, 1));
+  write("serial_frames", "sequence_with_holes", frames(6, 50));
+  write("serial_frames", "begins_within_a_frame", frames(3, 1).substr(20));
+  std::string damaged = frames(3, 1);
+  damaged[45] = static_cast<char>(damaged[45] ^ 1);
+  write("serial_frames", "one_damaged", damaged);
+  write("serial_frames", "headers_without_frames", std::string(80, '\xFE') + frames(1, 1));
+}
+
+// ---------------------------------------- streams
+
+void any_rate(std::string& bytes, std::uint64_t sequence, std::int64_t time, double rate) {
+  bytes += '\x05';
+  append(bytes, sequence);
+  append(bytes, time);
+  append(bytes, 0.1);
+  for (int i = 0; i < 3; ++i) append(bytes, rate);
+  bytes += "\x07\x03";
+}
+
+void stream_seeds() {
+  std::string good(1, '\0');
+  for (int i = 0; i < 8; ++i) good += "\x02\x3F";
+  write("sample_stream", "fifty_seconds", good);
+  good[0] = 1;
+  write("sample_stream", "fifty_seconds_with_a_prior", good);
+  std::string orders = "\x01\x02\x3F";
+  for (char order = 0; order < 5; ++order) (orders += '\x03') += order, orders += "\x02\x20";
+  write("sample_stream", "every_order", orders);
+  std::string wild = std::string(1, '\0') + "\x02\x3F";
+  any_rate(wild, ~0ULL, std::numeric_limits<std::int64_t>::max(), 1e300);
+  any_rate(wild, 0, std::numeric_limits<std::int64_t>::min(), -1e300);
+  wild += "\x02\x3F";
+  wild += '\x06';
+  append(wild, std::numeric_limits<std::int64_t>::max());
+  append(wild, 1e300);
+  wild += '\x01';
+  wild += '\x07';
+  append(wild, std::numeric_limits<std::int64_t>::min());
+  for (int i = 0; i < 4; ++i) append(wild, 1e300);
+  wild += "\x03\x01";
+  wild += "\x02\x3F";
+  write("sample_stream", "wild_stamps_and_values", wild);
+}
+
+}  // namespace
+}  // namespace zerodrift::fuzz
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::fputs("usage: fuzz_seeds <corpus folder>\n", stderr);
+    return 2;
+  }
+  zerodrift::fuzz::root = argv[1];
+  zerodrift::fuzz::checkpoint_seeds();
+  zerodrift::fuzz::dds_seeds();
+  zerodrift::fuzz::serial_seeds();
+  zerodrift::fuzz::stream_seeds();
+  return 0;
+}

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every parser that takes foreign bytes, as a function of these bytes. A target refuses what the
+// parser may refuse and throws Broken where it did what no input may make it do; a sanitizer sees
+// the rest.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <stdexcept>
+#include <string_view>
+
+namespace zerodrift::fuzz {
+
+using Bytes = std::span<const std::uint8_t>;
+
+class Broken : public std::logic_error {
+ public:
+  using std::logic_error::logic_error;
+};
+
+// What an input looks like stands at the head of targets/<name>.cpp.
+void checkpoint(Bytes input);
+void column_map(Bytes input);
+void compensation_config(Bytes input);
+void dds_payload(Bytes input);
+void record_csv(Bytes input);
+void sample_stream(Bytes input);
+void serial_frames(Bytes input);
+void sysfs_thermometer(Bytes input);
+void twin_model(Bytes input);
+void twin_profile(Bytes input);
+
+struct Target {
+  std::string_view
+      name;  // of the file in targets/, the folder in corpus/ and the program fuzz_<name>
+  void (*run)(Bytes input);
+};
+
+inline constexpr std::array kTargets{
+    Target{"checkpoint", checkpoint},
+    Target{"column_map", column_map},
+    Target{"compensation_config", compensation_config},
+    Target{"dds_payload", dds_payload},
+    Target{"record_csv", record_csv},
+    Target{"sample_stream", sample_stream},
+    Target{"serial_frames", serial_frames},
+    Target{"sysfs_thermometer", sysfs_thermometer},
+    Target{"twin_model", twin_model},
+    Target{"twin_profile", twin_profile},
+};
+
+}  // namespace zerodrift::fuzz
