@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "common/core/units.h"
 #include "common/diagnosis/rounded_text.h"
 #include "common/twin/effect_catalogue.h"
+#include "common/twin/power_on.h"
 
 namespace zerodrift::diagnosis {
 
@@ -303,8 +303,7 @@ Oscillations find_oscillations(std::span<const double> weighted, const Playback&
   double turned = 0.0;
   double since_power_on_s = 0.0;
   for (const auto& in : playback.inputs()) {
-    const bool was_off = since_power_on_s == 0.0 || in.since_power_on_s < since_power_on_s;
-    if (was_off) turned = 0.0;
+    if (twin::was_off(since_power_on_s, in.since_power_on_s)) turned = 0.0;
     since_power_on_s = in.since_power_on_s;
     const double turn = in.true_rate_radps[core::index(axis)] * playback.interval_s();
     middle_rad.push_back(turned + 0.5 * turn);

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "common/core/units.h"
+#include "common/twin/low_pass.h"
 
 namespace zerodrift::diagnosis {
 namespace {
@@ -116,13 +117,6 @@ std::vector<double> mean_coil(const MeasuredSeries& series) {
   return mean;
 }
 
-std::vector<double> lagged(std::vector<double> values, double lag_s, double interval_s) {
-  const double gain = 1.0 - std::exp(-interval_s / lag_s);
-  for (std::size_t i = 1; i < values.size(); ++i)
-    values[i] = values[i - 1] + gain * (values[i] - values[i - 1]);
-  return values;
-}
-
 const std::vector<double>* values_of(const std::vector<InputChannel>& channels,
                                      const std::string& name) {
   for (const InputChannel& channel : channels) {
@@ -144,10 +138,12 @@ std::vector<std::vector<double>> inside_coil(const std::vector<InputChannel>& ch
   std::vector<std::vector<double>> inside;
   if (outer == nullptr || inner == nullptr) return inside;
   for (const Place& place : kPlaces) {
+    twin::LowPass lag(place.lag_s, interval_s);
     std::vector<double> mean(outer->size());
-    for (std::size_t i = 0; i < mean.size(); ++i)
-      mean[i] = place.outer_share * (*outer)[i] + (1.0 - place.outer_share) * (*inner)[i];
-    inside.push_back(lagged(std::move(mean), place.lag_s, interval_s));
+    for (std::size_t i = 0; i < mean.size(); ++i) {
+      mean[i] = lag.step(place.outer_share * (*outer)[i] + (1.0 - place.outer_share) * (*inner)[i]);
+    }
+    inside.push_back(std::move(mean));
   }
   return inside;
 }

@@ -9,6 +9,8 @@
 #include <unsupported/Eigen/FFT>
 #include <utility>
 
+#include "common/diagnosis/median.h"
+
 namespace zerodrift::diagnosis {
 namespace {
 
@@ -16,12 +18,6 @@ constexpr double kBinsPerCycle = 4.0;
 constexpr double kStepsPerCycle = 2.0;  // frequency steps within one resolution cell
 
 using Complex = std::complex<double>;
-
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Power over the median of its neighbourhood, which blocks of places share.
 std::vector<double> flattened(const std::vector<double>& power) {

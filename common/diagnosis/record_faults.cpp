@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "common/core/units.h"
+#include "common/diagnosis/median.h"
 
 namespace zerodrift::diagnosis {
 namespace {
@@ -18,12 +19,6 @@ constexpr std::size_t kFewestInARow = 3;
 constexpr std::size_t kFewestDropouts = 3;
 constexpr std::size_t kLongestDropout = 5;  // samples; longer is a gap
 constexpr double kMadToSigma = 1.4826;
-
-double median_of(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Smallest difference between two neighbouring readings that differ by more than rounding.
 double smallest_step(std::span<const double> readings, const std::vector<std::uint8_t>& valid) {

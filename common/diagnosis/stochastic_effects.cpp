@@ -425,10 +425,10 @@ std::vector<Addition> additions_to_the_files(const std::vector<KnownNoise>& pres
                                              const Hypothesis& free, const Likelihoods& likelihoods,
                                              const NoiseQuestion& question,
                                              const SearchOptions& options) {
-  constexpr double kFileSigma = 0.3;  // relative, of squares without a standard error
   std::vector<KnownNoise> known;
   const double share = valid_share(question.problem.valid);
-  for (const ListedNoise& entry : listed_noise(question.model, question.axis, kFileSigma, share)) {
+  for (const ListedNoise& entry :
+       listed_noise(question.model, question.axis, kModelNoiseSigma, share)) {
     if (entry.noise.square > 0.0) known.push_back(entry.noise);
   }
   if (known.empty()) return {};

@@ -16,6 +16,9 @@
 
 namespace zerodrift::diagnosis {
 
+// Relative standard error of a model's noise squares without one in the file.
+inline constexpr double kModelNoiseSigma = 0.3;
+
 // The stochastic effects that a model lists for an axis, as terms of a noise spectrum of a series
 // of which this share is valid: bridges over missing samples carry none of the white noises (white
 // rate, white angle), whose power falls by as much. `relative_sigma` of a square where the file

@@ -24,8 +24,6 @@ using twin::ParameterRole;
 
 namespace {
 
-constexpr double kModelNoiseSigma = 0.3;  // relative, of squares without a standard error
-
 double mean_of(std::span<const double> values, std::span<const std::uint8_t> valid) {
   double sum = 0.0, count = 0.0;
   for (std::size_t i = 0; i < values.size(); ++i) {

@@ -53,11 +53,11 @@ LiveDiagnosis::LiveDiagnosis(const DiagnosisRequest& request, const LiveOptions&
       progress_(host_.participant(), kName),
       reference_reader_(
           host_.participant(),
-          [this](const msg::RateReference& m, const dds::SampleOrigin&) { on_reference(m); },
+          [this](const msg::RateReference& m, const dds::SampleOrigin&) { on_companion(m); },
           host_.observer()),
       temperature_reader_(
           host_.participant(),
-          [this](const msg::Temperature& m, const dds::SampleOrigin&) { on_temperature(m); },
+          [this](const msg::Temperature& m, const dds::SampleOrigin&) { on_companion(m); },
           host_.observer()),
       rate_reader_(
           host_.participant(),
@@ -101,16 +101,8 @@ void LiveDiagnosis::on_rate(const msg::AngularRate& message, const dds::SampleOr
   drain();
 }
 
-void LiveDiagnosis::on_temperature(const msg::Temperature& message) {
-  if (message.gyro_id() != options_.gyro_id) return;
-  const auto sample = dds::from_message(message);
-  const std::lock_guard lock(mutex_);
-  if (phase_ != Phase::kListening) return;
-  rows_.push(sample);
-  drain();
-}
-
-void LiveDiagnosis::on_reference(const msg::RateReference& message) {
+template <typename Message>
+void LiveDiagnosis::on_companion(const Message& message) {
   if (message.gyro_id() != options_.gyro_id) return;
   const auto sample = dds::from_message(message);
   const std::lock_guard lock(mutex_);

@@ -43,8 +43,8 @@ class LiveDiagnosis {
   enum class Phase { kListening, kComplete, kDiagnosing, kDone };
 
   void on_rate(const msg::AngularRate& message, const dds::SampleOrigin& origin);
-  void on_temperature(const msg::Temperature& message);
-  void on_reference(const msg::RateReference& message);
+  template <typename Message>  // a temperature or a reference
+  void on_companion(const Message& message);
   [[nodiscard]] bool accepts(const dds::SampleOrigin& origin);
   // Under the lock.
   void drain();

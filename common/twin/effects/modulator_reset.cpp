@@ -11,6 +11,7 @@
 
 #include "common/core/units.h"
 #include "common/twin/effect.h"
+#include "common/twin/power_on.h"
 
 namespace zerodrift::twin::effects {
 namespace {
@@ -26,8 +27,7 @@ class ModulatorReset final : public Effect {
         resets_per_rad_(1.0 / (context.parameter("angle_arcsec") * core::kRadPerDeg / 3600.0)) {}
 
   double step(const EffectInputs& inputs) noexcept override {
-    const bool was_off = since_power_on_s_ == 0.0 || inputs.since_power_on_s < since_power_on_s_;
-    if (was_off) phase_turns_ = 0.0;
+    if (was_off(since_power_on_s_, inputs.since_power_on_s)) phase_turns_ = 0.0;
     since_power_on_s_ = inputs.since_power_on_s;
     const double rate = inputs.true_rate_radps[axis_];
     const double resets = rate * interval_s_ * resets_per_rad_;
