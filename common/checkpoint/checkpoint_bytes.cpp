@@ -6,6 +6,8 @@
 
 #include <boost/crc.hpp>
 #include <limits>
+#include <stdexcept>
+#include <utility>
 
 #include "common/checkpoint/checkpoint_error.h"
 #include "common/checkpoint/deciding_options.h"
@@ -19,6 +21,8 @@ constexpr std::string_view kMagic = "ZDRIFTCP";
 constexpr std::size_t kVersionAt = 8;
 constexpr std::size_t kCrcAt = 12;
 constexpr std::size_t kLengthAt = 16;
+
+constexpr const char* kProducer = "zerodrift " ZERODRIFT_VERSION;
 
 template <typename Unsigned>
 std::string little_endian(Unsigned value) {
@@ -113,28 +117,34 @@ void check_owner(const proto::Checkpoint& message, const Owner& owner) {
   }
 }
 
-}  // namespace
-
-std::string encode(const Owner& owner, const compensation::LearnerState& state) {
-  proto::Checkpoint message;
-  message.set_producer("zerodrift " ZERODRIFT_VERSION);
-  message.set_gyro_id(owner.gyro_id);
-  for (const auto& [key, value] : deciding_options(owner.options)) {
-    auto* option = message.add_options();
+void put(const std::vector<DecidingOption>& from,
+         google::protobuf::RepeatedPtrField<proto::CheckpointOption>& to) {
+  for (const auto& [key, value] : from) {
+    auto* option = to.Add();
     option->set_key(key);
     option->set_value(value);
   }
+}
+
+proto::Checkpoint message_of(const Owner& owner, const compensation::LearnerState& state) {
+  proto::Checkpoint message;
+  message.set_producer(kProducer);
+  message.set_gyro_id(owner.gyro_id);
+  put(deciding_options(owner.options), *message.mutable_options());
   const core::SensorTime newest = state.newest_label();
   if (newest != core::kNever) message.set_newest_label_ns(newest.count());
   to_message(state, *message.mutable_learner());
+  return message;
+}
 
+std::string enveloped(const proto::Checkpoint& message) {
   const std::string contents = serialise(message);
   const std::string version = little_endian(kFormatVersion);
   const std::string rest = little_endian(std::uint64_t{contents.size()}) + contents;
   return std::string(kMagic) + version + little_endian(crc_of(version, rest)) + rest;
 }
 
-compensation::LearnerState decode(std::string_view bytes, const Owner& owner) {
+proto::Checkpoint checked(std::string_view bytes, const Owner& owner) {
   const std::string_view contents = open_envelope(bytes);
   proto::Checkpoint message;
   if (contents.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()) ||
@@ -142,6 +152,10 @@ compensation::LearnerState decode(std::string_view bytes, const Owner& owner) {
     throw CheckpointError("found contents that are no checkpoint message");
   }
   check_owner(message, owner);
+  return message;
+}
+
+compensation::LearnerState learner_of(const proto::Checkpoint& message) {
   compensation::LearnerState state = from_message(message.learner());
   const core::SensorTime newest =
       message.has_newest_label_ns() ? core::SensorTime{message.newest_label_ns()} : core::kNever;
@@ -149,6 +163,57 @@ compensation::LearnerState decode(std::string_view bytes, const Owner& owner) {
     throw CheckpointError("found a newest label that is not the newest of the axes");
   }
   return state;
+}
+
+void check_path(const proto::Checkpoint& message, const Owner& owner) {
+  if (message.producer() != kProducer) {
+    throw CheckpointError("found a state of " + message.producer() + ", expected one of " +
+                          kProducer);
+  }
+  for (const auto& [key, value] : path_options(owner.options)) {
+    const std::string found = value_of(message.path_options(), key);
+    if (found == value) continue;
+    throw CheckpointError("found a state made with " + key + " '" + found + "', expected '" +
+                          value + "' as configured");
+  }
+}
+
+}  // namespace
+
+std::string encode(const Owner& owner, const compensation::LearnerState& state) {
+  return enveloped(message_of(owner, state));
+}
+
+compensation::LearnerState decode(std::string_view bytes, const Owner& owner) {
+  return learner_of(checked(bytes, owner));
+}
+
+std::string encode_running(const Owner& owner, const compensation::LearnerState& state,
+                           std::string data_path) {
+  proto::Checkpoint message = message_of(owner, state);
+  put(path_options(owner.options), *message.mutable_path_options());
+  message.set_data_path(std::move(data_path));
+  return enveloped(message);
+}
+
+std::unique_ptr<compensation::Compensator> decode_running(std::string_view bytes,
+                                                          const Owner& owner) {
+  const proto::Checkpoint message = checked(bytes, owner);
+  check_path(message, owner);
+  try {
+    auto compensator = std::make_unique<compensation::Compensator>(owner.options);
+    compensator->restore_models(
+        std::make_shared<compensation::RestoredLearner>(owner.options, learner_of(message)));
+    compensator->finish_learning();
+    core::StateArchive archive{std::string_view(message.data_path())};
+    compensator->carry(archive);
+    if (!archive.ok() || !archive.at_end()) {
+      throw CheckpointError("found a data path's state that doesn't fit its options");
+    }
+    return compensator;
+  } catch (const std::invalid_argument& error) {
+    throw CheckpointError(std::string("found values that no learner has: ") + error.what());
+  }
 }
 
 }  // namespace zerodrift::checkpoint

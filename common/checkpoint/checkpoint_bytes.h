@@ -4,9 +4,11 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
 
+#include "common/compensation/compensator.h"
 #include "common/compensation/learner_state.h"
 #include "common/compensation/options.h"
 
@@ -28,5 +30,16 @@ struct Owner {
 // configuration. Every truncation and every change of up to 32 successive bits is recognised before
 // anything is made of the contents (CRC-32).
 [[nodiscard]] compensation::LearnerState decode(std::string_view bytes, const Owner& owner);
+
+// Everything a compensator is: what it learned and what its data path holds, for a standby of the
+// same build that goes on from there to the bit. `data_path` is Compensator::carry()'s.
+[[nodiscard]] std::string encode_running(const Owner& owner,
+                                         const compensation::LearnerState& state,
+                                         std::string data_path);
+
+// A compensator in that state. Throws CheckpointError: whatever decode() refuses, another version
+// of the program, other options of the data path, or a state that doesn't fit them.
+[[nodiscard]] std::unique_ptr<compensation::Compensator> decode_running(std::string_view bytes,
+                                                                        const Owner& owner);
 
 }  // namespace zerodrift::checkpoint

@@ -112,4 +112,44 @@ std::vector<DecidingOption> deciding_options(const compensation::CompensationOpt
   return all;
 }
 
+std::vector<DecidingOption> path_options(const compensation::CompensationOptions& options) {
+  std::string probes;
+  for (const auto& probe : options.probes()) probes += (probes.empty() ? "" : ", ") + probe;
+  const auto& learning = options.learning;
+  const auto& rest = learning.rest;
+  const auto& track = options.track;
+  std::vector<DecidingOption> all{
+      {"scheme", options.scheme == compensation::Scheme::kNone ? "none" : "online_svr"},
+      {"probes", probes},
+      {"learning.confirm_s", text(learning.confirm_s)},
+      {"learning.handover_s", text(learning.handover_s)},
+      {"learning.rest.departure_sigmas", text(rest.departure_sigmas)},
+      {"learning.rest.max_slew", text(rest.max_slew_radps2)},
+      {"learning.rest.noise_slew", text(rest.noise_slew_per_s)},
+      {"learning.rest.max_level", text(rest.max_level_radps)},
+      {"learning.rest.spread_ratio", text(rest.spread_ratio)},
+      {"learning.rest.initial_blocks", std::to_string(rest.initial_blocks)},
+      {"learning.rest.dwell_s", text(rest.dwell_s)},
+      {"temperature_rate.span_s", text(track.history_span_s)},
+      {"temperature_rate.step_s", text(track.history_step_s)},
+      {"temperature_rate.bridged_s", text(track.history_max_gap_s)},
+      {"temperature_rate.gaps_s",
+       text(track.sliding_mean.max_gap_s) + ", " + text(track.local_polynomial.max_gap_s)},
+      {"temperature_rate.bins", std::to_string(track.local_polynomial.bins) + ", " +
+                                    std::to_string(track.local_polynomial.min_bins) + ", " +
+                                    text(track.local_polynomial.min_span_fraction)},
+      {"temperature_rate.range_degc",
+       text(track.min_temperature_degc) + " to " + text(track.max_temperature_degc)},
+      {"temperature_delay_s", text(options.temperature_delay_s)},
+      {"temperature_stale_s", text(options.temperature_stale_s)},
+      {"probe_stuck_s", text(options.probe_stuck_s)}};
+  for (const auto axis : core::kAxes) {
+    std::string polynomial;
+    for (const double c : options.factory_polynomial_radps[core::index(axis)])
+      polynomial += (polynomial.empty() ? "" : ", ") + text(c);
+    all.push_back({"factory_polynomial." + std::string(core::name(axis)), polynomial});
+  }
+  return all;
+}
+
 }  // namespace zerodrift::checkpoint

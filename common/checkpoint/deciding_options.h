@@ -18,4 +18,9 @@ struct DecidingOption {
 [[nodiscard]] std::vector<DecidingOption> deciding_options(
     const compensation::CompensationOptions& options);
 
+// The other ones: those that decide what the data path does. With both alike, equal inputs give
+// equal samples.
+[[nodiscard]] std::vector<DecidingOption> path_options(
+    const compensation::CompensationOptions& options);
+
 }  // namespace zerodrift::checkpoint

@@ -651,6 +651,34 @@ std::optional<double> Compensator::factory_drift(core::Axis axis) const noexcept
   return drift;
 }
 
+// ------------------------------------------------------------------------------------------- state
+
+void Compensator::carry(core::StateArchive& archive) {
+  archive(sequences_, temperatures_, references_, blocks_, gate_, labels_);
+  if (prior_) archive(*prior_);
+  for (auto& track : tracks_) archive(track);
+  archive(stream_began_, streams_, axes_, counts_, newest_, doubted_, clock_, referenced_,
+          estimate_outdated_, commanded_freeze_);
+}
+
+bool Compensator::has_heard(const core::TemperatureSample& sample) const noexcept {
+  const auto probe = std::find(probes_.begin(), probes_.end(), sample.probe);
+  if (probe == probes_.end()) return true;
+  return sample.time <= temperatures_.spoken_to(static_cast<std::size_t>(probe - probes_.begin()));
+}
+
+bool Compensator::has_heard(const core::RateReferenceSample& sample) const noexcept {
+  return sample.time <= references_.spoken_to();
+}
+
+core::SensorTime Compensator::model_late_by() noexcept {
+  if (due_.empty() || due_.front().time == core::kNever || newest_ <= due_.front().time ||
+      exchange_.delivered(due_.front().job)) {
+    return core::SensorTime{0};
+  }
+  return newest_ - due_.front().time;
+}
+
 // ----------------------------------------------------------------------------------------- telling
 
 CompensatorCounts Compensator::counts() const noexcept {

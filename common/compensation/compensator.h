@@ -83,6 +83,11 @@ struct CompensatorCounts {
   std::uint64_t labels = 0;                // confirmed
   std::uint64_t labels_skipped = 0;        // the learner's queue was full
   std::uint64_t late_models = 0;           // answered before the due model was there
+
+  void carry(core::StateArchive& archive) {
+    archive(samples_in, samples_out, duplicates, too_old, late, invalid, missing, time_faults,
+            temperatures, temperatures_refused, labels, labels_skipped, late_models);
+  }
 };
 
 // What the statistics of the labels say of an estimate, test-then-train: each label was predicted
@@ -92,6 +97,8 @@ struct TestThenTrain {
   std::uint64_t labels = 0;
   double applied_mse = 0.0;  // (rad/s)², exponential mean over about 12 labels
   double held_mse = 0.0;     // of holding the last stationary minute, on the same labels
+
+  void carry(core::StateArchive& archive) { archive(labels, applied_mse, held_mse); }
 };
 
 // Another prior and a learner of what it leaves, on their way into force. Afterwards it holds those
@@ -168,6 +175,20 @@ class Compensator {
   [[nodiscard]] double temperature_rate_degc_per_s() const noexcept;
   [[nodiscard]] std::size_t support_vectors(core::Axis axis) const noexcept;
 
+  // --- its state, for another compensator of the same options that is to go on to the bit
+  // No sample waits and no model is due: the learner's newest model is the one in force.
+  [[nodiscard]] bool is_settled() const noexcept { return waiting_.empty() && due_.empty(); }
+  // The job whose model is in force once it is settled.
+  [[nodiscard]] std::uint64_t newest_job() const noexcept { return jobs_; }
+  // The data path's part, only while it is settled; to be read by one whose learner was restored
+  // to the state after newest_job() (Learner::export_state) and that has seen no input.
+  void carry(core::StateArchive& archive);
+  // Part of the state already: not to be pushed again where inputs are repeated after it.
+  [[nodiscard]] bool has_heard(const core::TemperatureSample& sample) const noexcept;
+  [[nodiscard]] bool has_heard(const core::RateReferenceSample& sample) const noexcept;
+  // Sensor time by which the model due first is late; 0 where none is.
+  [[nodiscard]] core::SensorTime model_late_by() noexcept;
+
   // --- learner: one other thread, or the same one between samples
   Learner& learner() noexcept { return learner_; }
 
@@ -198,6 +219,11 @@ class Compensator {
     bool on_prior = false;         // the prior has a value
     bool adds_prior = false;       // which is part of the applied drift
     double remainder_radps = 0.0;  // of the applied drift, without the prior
+
+    void carry(core::StateArchive& archive) {
+      archive(context, safe_radps, safe_time, record, applied_radps, variance, mode, reason, rung,
+              on_prior, adds_prior, remainder_radps);
+    }
   };
 
   [[nodiscard]] bool is_timely(const core::AngularRateSample& sample) const noexcept;

@@ -215,6 +215,14 @@ void DriftPrior::restart() noexcept {
   newest_.reset();
 }
 
+void DriftPrior::carry(core::StateArchive& archive) {
+  for (AxisPrior& axis : axes_) {
+    for (const auto& effect : axis.effects) effect->carry(archive);
+    archive(axis.stepped_to, axis.steps, axis.drift_radps, axis.status);
+  }
+  archive(newest_);
+}
+
 bool DriftPrior::is_due(core::SensorTime now) const noexcept {
   return newest_ != grid_index(now);
 }

@@ -32,6 +32,7 @@
 #include <vector>
 
 #include "common/core/axis.h"
+#include "common/core/state_archive.h"
 #include "common/core/time.h"
 #include "common/twin/effect.h"
 #include "common/twin/model.h"
@@ -100,6 +101,9 @@ class DriftPrior {
   [[nodiscard]] PriorStatus status(core::Axis axis) const noexcept {
     return axes_[core::index(axis)].status;
   }
+
+  // Its state (core/state_archive.h).
+  void carry(core::StateArchive& archive);
 
  private:
   static constexpr std::size_t kPrepared = 16;

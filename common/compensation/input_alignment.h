@@ -11,6 +11,7 @@
 
 #include "common/core/ring_buffer.h"
 #include "common/core/samples.h"
+#include "common/core/state_archive.h"
 
 namespace zerodrift::compensation {
 
@@ -37,6 +38,11 @@ class SequenceWindow {
   void restart() noexcept { *this = {}; }
   [[nodiscard]] std::uint64_t missing() const noexcept { return missing_; }
 
+  // Its state (core/state_archive.h).
+  void carry(core::StateArchive& archive) {
+    archive(doubted_, seen_, first_, newest_, missing_, started_);
+  }
+
  private:
   static constexpr std::size_t kSpan = 4096;
   Admission jump_to(std::uint64_t sequence) noexcept;
@@ -56,6 +62,9 @@ class StreamProgress {
   void hear(core::SensorTime time) noexcept;
   [[nodiscard]] core::SensorTime spoken_to() const noexcept { return spoken_to_; }
 
+  // Its state (core/state_archive.h).
+  void carry(core::StateArchive& archive) { archive(spoken_to_, previous_); }
+
  private:
   core::SensorTime spoken_to_{core::kNever};
   core::SensorTime previous_{core::kNever};
@@ -67,6 +76,12 @@ struct PendingTemperature {
   core::SensorTime time{0};
   double temperature_degc = 0.0;
   bool measured = false;
+
+  void carry(core::StateArchive& archive) {
+    std::uint64_t index = probe;
+    archive(index, time, temperature_degc, measured);
+    probe = static_cast<std::size_t>(index);
+  }
 };
 
 // Readings of the needed probes, handed on in time order once a rate sample's time has passed them.
@@ -89,7 +104,21 @@ class TemperatureQueue {
   // for again.
   void give_up_waiting(core::SensorTime time) noexcept;
 
+  // How far a probe has spoken; kNever before.
+  [[nodiscard]] core::SensorTime spoken_to(std::size_t probe) const noexcept {
+    return probes_[probe].progress.spoken_to();
+  }
+
   void restart() noexcept;
+
+  // Its state (core/state_archive.h).
+  void carry(core::StateArchive& archive) {
+    for (std::size_t p = 0; p < probes_.size(); ++p) {
+      archive(probes_[p].readings, probes_[p].progress, probes_[p].absent);
+      for (std::size_t i = 0; i < probes_[p].readings.size(); ++i)
+        archive.require(probes_[p].readings[i].probe == p);
+    }
+  }
 
  private:
   struct Probe {
@@ -112,7 +141,11 @@ class ReferenceQueue {
   [[nodiscard]] const core::RateReferenceSample* at(core::SensorTime time,
                                                     core::SensorTime longest_age) noexcept;
   void give_up_waiting() noexcept { expected_ = false; }
+  [[nodiscard]] core::SensorTime spoken_to() const noexcept { return progress_.spoken_to(); }
   void restart() noexcept;
+
+  // Its state (core/state_archive.h).
+  void carry(core::StateArchive& archive) { archive(queue_, newest_due_, progress_, expected_); }
 
  private:
   core::RingBuffer<core::RateReferenceSample> queue_;

@@ -9,6 +9,7 @@
 
 #include "common/compensation/rest_gate.h"
 #include "common/core/ring_buffer.h"
+#include "common/core/state_archive.h"
 #include "common/thermal/features.h"
 
 namespace zerodrift::compensation {
@@ -23,6 +24,10 @@ struct AxisContext {
   double prior_radps = 0.0;             // the prior's drift; 0 without one
   std::optional<double> applied_radps;  // the drift taken off, once there are labels
   std::optional<double> held_radps;     // the last stationary minute's
+
+  void carry(core::StateArchive& archive) {
+    archive(features_ready, features, prior_ready, prior_radps, applied_radps, held_radps);
+  }
 };
 
 // Sums the samples of one DriftBlock. Cost: a few additions a sample.
@@ -39,6 +44,11 @@ class BlockAverager {
   [[nodiscard]] bool turning() const noexcept { return last_turning_; }
   void restart() noexcept;
 
+  // Its state (core/state_archive.h).
+  void carry(core::StateArchive& archive) {
+    archive(begin_, newest_, sums_, referenced_, turning_, last_turning_);
+  }
+
  private:
   struct Sums {
     std::size_t count = 0;
@@ -46,6 +56,10 @@ class BlockAverager {
     double sum = 0.0;    // of value - shift
     double square = 0.0;
     double reference_variance = 0.0;
+
+    void carry(core::StateArchive& archive) {
+      archive(count, shift, sum, square, reference_variance);
+    }
   };
   [[nodiscard]] DriftBlock close(core::SensorTime end) noexcept;
 
@@ -72,6 +86,11 @@ struct Label {
   core::PerAxis<FeatureArray> features{};  // means over the label
   core::PerAxis<std::optional<double>> applied_radps{};
   core::PerAxis<std::optional<double>> held_radps{};
+
+  void carry(core::StateArchive& archive) {
+    archive(begin, end, valid, drift_radps, prior_radps, variance_radps2, features_ready, features,
+            applied_radps, held_radps);
+  }
 };
 
 // Collects still blocks into labels and gives a label out once `confirm_s` of further stillness
@@ -85,6 +104,9 @@ class LabelBuilder {
                            const core::PerAxis<double>& block_variance_radps2) noexcept;
   void discard() noexcept;
 
+  // Its state (core/state_archive.h).
+  void carry(core::StateArchive& archive) { archive(begin_, end_, sums_, pending_); }
+
  private:
   struct Mean {
     std::size_t count = 0;
@@ -94,6 +116,8 @@ class LabelBuilder {
       ++count;
     }
     [[nodiscard]] double value() const noexcept { return sum / static_cast<double>(count); }
+
+    void carry(core::StateArchive& archive) { archive(count, sum); }
   };
   struct AxisSums {
     Mean drift;
@@ -104,6 +128,10 @@ class LabelBuilder {
     Mean held;
     std::size_t ready = 0;
     FeatureArray features{};
+
+    void carry(core::StateArchive& archive) {
+      archive(drift, prior, variance, reference_variance, applied, held, ready, features);
+    }
   };
   static constexpr std::size_t kPending = 64;
 

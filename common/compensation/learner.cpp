@@ -300,7 +300,7 @@ bool Learner::run_one() noexcept {
     }
     learner.write(snapshot->axes[index(axis)]);
   }
-  snapshot->job = job->number;
+  snapshot->job = job_ = job->number;
   snapshot->epoch = epoch_ = epoch;
   labels_.fetch_add(job->kind == TrainingJob::Kind::kLabel ? 1 : 0, std::memory_order_relaxed);
   exchange_.deliver();

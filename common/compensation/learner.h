@@ -164,8 +164,9 @@ class Learner {
   [[nodiscard]] std::uint64_t labels_learned() const noexcept {
     return labels_.load(std::memory_order_relaxed);
   }
-  // All it knows after its newest job. The learner's thread.
+  // All it knows after its newest job, and that job's number. The learner's thread.
   [[nodiscard]] LearnerState export_state() const;
+  [[nodiscard]] std::uint64_t newest_job() const noexcept { return job_; }
 
  private:
   [[nodiscard]] std::uint64_t install(RestoredLearner& restored) noexcept;
@@ -174,6 +175,7 @@ class Learner {
   ModelExchange& exchange_;
   std::vector<AxisLearner> axes_;
   std::uint64_t epoch_ = 0;
+  std::uint64_t job_ = 0;
   std::atomic<std::uint64_t> labels_{0};
 };
 

@@ -294,7 +294,7 @@ RestoredLearner::RestoredLearner(const CompensationOptions& options, const Learn
 }
 
 LearnerState Learner::export_state() const {
-  const auto& [exchange, axes, epoch, labels] = *this;
+  const auto& [exchange, axes, epoch, job, labels] = *this;
   static_cast<void>(exchange);  // what is on its way is not yet known
   LearnerState state;
   for (std::size_t i = 0; i < core::kAxisCount; ++i) state.axes[i] = axes[i].export_state();

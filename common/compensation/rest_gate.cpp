@@ -65,7 +65,8 @@ RestState RestGate::collect_initial(const DriftBlock& block) noexcept {
     return RestState::kInitial;
   }
   if (initial_count_ == options_.initial_blocks) {
-    std::move(initial_ + 1, initial_ + initial_count_, initial_);
+    const auto end = initial_.begin() + static_cast<std::ptrdiff_t>(initial_count_);
+    std::move(initial_.begin() + 1, end, initial_.begin());
     --initial_count_;
   }
   initial_[initial_count_++] = block;

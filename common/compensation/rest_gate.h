@@ -2,9 +2,11 @@
 // Decides when a gyro's output may be taken for drift. True rotation is never learned.
 #pragma once
 
+#include <array>
 #include <cstddef>
 
 #include "common/core/axis.h"
+#include "common/core/state_archive.h"
 #include "common/core/time.h"
 
 namespace zerodrift::compensation {
@@ -19,6 +21,10 @@ struct DriftBlock {
   core::PerAxis<std::size_t> count{};          // valid samples; 0: the axis was not measured
   core::PerAxis<double> reference_variance{};  // (rad/s)², largest of the references taken off
   bool has_reference = false;                  // against a rate reference, else at rest
+
+  void carry(core::StateArchive& archive) {
+    archive(begin, end, mean_radps, variance_radps2, count, reference_variance, has_reference);
+  }
 };
 
 struct RestGateOptions {
@@ -67,6 +73,12 @@ class RestGate {
 
   void restart() noexcept;
 
+  // Its state (core/state_archive.h).
+  void carry(core::StateArchive& archive) {
+    archive(state_, axes_, level_time_, still_since_, initial_, initial_count_);
+    archive.require(initial_count_ <= kMaxInitialBlocks);
+  }
+
  private:
   struct AxisState {
     bool known = false;
@@ -77,6 +89,10 @@ class RestGate {
     std::size_t blocks = 0;
     double settling = 0.0;  // sum of the means since still_since_
     std::size_t settling_blocks = 0;
+
+    void carry(core::StateArchive& archive) {
+      archive(known, level, noise, spread, previous, blocks, settling, settling_blocks);
+    }
   };
   static constexpr std::size_t kMaxInitialBlocks = 32;
 
@@ -96,7 +112,7 @@ class RestGate {
   core::PerAxis<AxisState> axes_{};
   core::SensorTime level_time_{0};  // when the level was last confirmed
   core::SensorTime still_since_{core::kNever};
-  DriftBlock initial_[kMaxInitialBlocks];
+  std::array<DriftBlock, kMaxInitialBlocks> initial_{};
   std::size_t initial_count_ = 0;
 };
 

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "common/core/axis.h"
+#include "common/core/state_archive.h"
 #include "common/core/time.h"
 
 namespace zerodrift::core {
@@ -65,6 +66,10 @@ struct RateReferenceSample {
   PerAxis<bool> valid{};
   ReferenceKind kind = ReferenceKind::kNone;
   std::uint64_t model_epoch = 0;  // for kNavigationResidual: the epoch the residual was seen under
+
+  void carry(StateArchive& archive) {
+    archive(time, rate_radps, variance, valid, kind, model_epoch);
+  }
 };
 
 }  // namespace zerodrift::core

@@ -7,9 +7,11 @@
 #include <fastrtps/xmlparser/XMLProfileManager.h>
 #include <ifaddrs.h>
 #include <netinet/in.h>
+#include <unistd.h>
 
 #include <array>
 #include <cstring>
+#include <fastdds/dds/core/policy/ParameterTypes.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/log/Log.hpp>
 #include <mutex>
@@ -102,6 +104,22 @@ void confine_to(const NetworkOptions& network, fdds::DomainParticipantQos& qos) 
   }
 }
 
+// What an event about this process calls it, beside its name.
+void set_process(fdds::DomainParticipantQos& qos) {
+  auto& properties = qos.properties().properties();
+  const std::string key = fdds::parameter_policy_physical_data_process;
+  std::erase_if(properties, [&](const auto& property) { return property.name() == key; });
+  properties.emplace_back(key, std::to_string(getpid()), true);
+}
+
+// Manual by topic, wherever there is a lease; what is offered is what is asked for.
+template <typename Qos>
+void set_timing(const TopicSpec& spec, Qos& qos) {
+  if (spec.lease.count() == 0) return;
+  qos.liveliness().kind = fdds::MANUAL_BY_TOPIC_LIVELINESS_QOS;
+  qos.liveliness().lease_duration = duration(spec.lease);
+}
+
 fdds::ReliabilityQosPolicyKind reliability(const TopicSpec& spec) {
   return spec.reliability == Reliability::kReliable ? fdds::RELIABLE_RELIABILITY_QOS
                                                     : fdds::BEST_EFFORT_RELIABILITY_QOS;
@@ -141,19 +159,63 @@ Participant::Participant(const std::string& name, const NetworkOptions& network)
   discovery.leaseDuration = Duration_t(20, 0);
   discovery.leaseDuration_announcementperiod = Duration_t(2, 0);
 
-  participant_ =
-      fdds::DomainParticipantFactory::get_instance()->create_participant(network.domain, qos);
+  set_process(qos);
+  fdds::DomainParticipantListener* listener = &discovery_;
+  const bool secured = !network.security_dir.empty();
+  if (secured) {
+    security_ = secure(name, network.security_dir, discovery_, qos);
+    listener = security_->listener();
+  } else {
+    security_ = guard_transports(qos);
+  }
+
+  participant_ = fdds::DomainParticipantFactory::get_instance()->create_participant(
+      network.domain, qos, listener, fdds::StatusMask::none());
+  if (participant_ == nullptr && secured) {
+    throw DdsError("security: the middleware does not take " + network.security_dir.string() +
+                   refusal() + "; are its documents for domain " + std::to_string(network.domain) +
+                   '?');
+  }
   if (participant_ == nullptr) {
     throw DdsError("dds: cannot create a participant in domain " + std::to_string(network.domain) +
                    "; are the interfaces up and UDP ports free?");
   }
-  publisher_ = participant_->create_publisher(fdds::PUBLISHER_QOS_DEFAULT);
-  subscriber_ = participant_->create_subscriber(fdds::SUBSCRIBER_QOS_DEFAULT);
 }
 
 Participant::~Participant() {
   participant_->delete_contained_entities();
   fdds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
+}
+
+std::string Participant::refusal() const {
+  const std::string reason = security_->listener() != nullptr ? last_security_error() : "";
+  return reason.empty() ? "" : ": " + reason;
+}
+
+std::vector<SecurityNotice> Participant::take_security_notices() {
+  return security_->take(std::chrono::steady_clock::now());
+}
+
+fdds::Publisher* Participant::publisher(const Partitions& partitions) {
+  const std::lock_guard lock(groups_mutex_);
+  fdds::Publisher*& made = publishers_[partitions];
+  if (made == nullptr) {
+    fdds::PublisherQos qos;
+    for (const auto& name : partitions) qos.partition().push_back(name.c_str());
+    made = participant_->create_publisher(qos);
+  }
+  return made;
+}
+
+fdds::Subscriber* Participant::subscriber(const Partitions& partitions) {
+  const std::lock_guard lock(groups_mutex_);
+  fdds::Subscriber*& made = subscribers_[partitions];
+  if (made == nullptr) {
+    fdds::SubscriberQos qos;
+    for (const auto& name : partitions) qos.partition().push_back(name.c_str());
+    made = participant_->create_subscriber(qos);
+  }
+  return made;
 }
 
 fdds::Topic* Participant::topic(const TopicSpec& spec, fdds::TypeSupport type) {
@@ -192,9 +254,13 @@ fdds::DataWriterQos writer_qos(const TopicSpec& spec, std::uint32_t ownership_st
     qos.ownership_strength().value = ownership_strength;
   }
   if (spec.lifespan.count() > 0) qos.lifespan().duration = duration(spec.lifespan);
+  set_timing(spec, qos);
   qos.reliable_writer_qos().times.heartbeatPeriod = duration(spec.heartbeat);
   qos.reliable_writer_qos().times.nackResponseDelay = duration(std::chrono::milliseconds(0));
-  qos.reliable_writer_qos().times.nackSupressionDuration = duration(std::chrono::milliseconds(0));
+  // A nack of a sample sent less than this ago is not heard. Not 0: Fast DDS starts this timer with
+  // each sample that finds it stopped, before the datagram goes out, and 0 wakes its event thread
+  // with every sample (DECISIONS.md).
+  qos.reliable_writer_qos().times.nackSupressionDuration = duration(spec.heartbeat);
   return qos;
 }
 
@@ -213,6 +279,7 @@ fdds::DataReaderQos reader_qos(const TopicSpec& spec) {
   qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
   qos.data_sharing().off();
   if (spec.ownership == Ownership::kExclusive) qos.ownership().kind = fdds::EXCLUSIVE_OWNERSHIP_QOS;
+  set_timing(spec, qos);
   qos.reliable_reader_qos().times.heartbeatResponseDelay = duration(std::chrono::milliseconds(0));
   return qos;
 }
@@ -220,55 +287,74 @@ fdds::DataReaderQos reader_qos(const TopicSpec& spec) {
 namespace detail {
 namespace {
 
-void tell(const EndpointObserver& observer, EndpointEvent::Kind kind, std::string_view topic,
-          std::int64_t count, std::string detail) {
-  if (observer) observer({kind, topic, static_cast<std::uint64_t>(count), std::move(detail)});
+std::string ms(std::chrono::milliseconds span) {
+  return std::to_string(span.count()) + " ms";
 }
 
 }  // namespace
 
+using Kind = EndpointEvent::Kind;
+
 void WriterListener::on_offered_incompatible_qos(fdds::DataWriter*,
                                                  const fdds::OfferedIncompatibleQosStatus& status) {
-  tell(observer_, EndpointEvent::Kind::kIncompatibleQos, topic_, status.total_count,
-       "a reader asks for another " + policy_name(status.last_policy_id) +
-           " than this writer offers");
+  discovery_.note_unmet(endpoint_, policy_name(status.last_policy_id));
 }
 
-void WriterListener::on_offered_deadline_missed(fdds::DataWriter*,
-                                                const fdds::OfferedDeadlineMissedStatus& status) {
-  tell(observer_, EndpointEvent::Kind::kDeadlineMissed, topic_, status.total_count,
-       "offered deadline missed");
+void WriterListener::on_liveliness_lost(fdds::DataWriter*, const fdds::LivelinessLostStatus&) {
+  discovery_.note(
+      endpoint_, Kind::kLivelinessLost, rtps::GUID_t::unknown(),
+      "this writer wrote nothing for " + ms(endpoint_.spec.lease) + ": readers take it for gone");
 }
 
-void WriterListener::on_liveliness_lost(fdds::DataWriter*,
-                                        const fdds::LivelinessLostStatus& status) {
-  tell(observer_, EndpointEvent::Kind::kLivelinessLost, topic_, status.total_count,
-       "liveliness lost");
+void ReaderListener::on_subscription_matched(fdds::DataReader*,
+                                             const fdds::SubscriptionMatchedStatus& status) {
+  matched_.store(status.current_count, std::memory_order_release);
+  if (status.current_count_change >= 0) return;
+  const rtps::GUID_t writer = iHandle2GUID(status.last_publication_handle);
+  heard_.forget(writer);
+  {
+    const std::lock_guard lock(silent_mutex_);
+    if (silent_.erase(writer) > 0) return;  // told when it fell silent
+  }
+  on_writer_gone(writer);
+}
+
+// A writer that is deleted counts as one alive less, but not as one not alive more.
+void ReaderListener::on_liveliness_changed(fdds::DataReader*,
+                                           const fdds::LivelinessChangedStatus& status) {
+  const rtps::GUID_t writer = iHandle2GUID(status.last_publication_handle);
+  if (status.not_alive_count_change > 0) {
+    {
+      const std::lock_guard lock(silent_mutex_);
+      if (!silent_.insert(writer).second) return;
+    }
+    discovery_.note(endpoint_, Kind::kLivelinessLost, writer,
+                    "wrote nothing for " + ms(endpoint_.spec.lease) + ": taken for gone");
+    heard_.forget(writer);
+    on_writer_gone(writer);
+  } else if (status.alive_count_change > 0) {
+    {
+      const std::lock_guard lock(silent_mutex_);
+      if (silent_.erase(writer) == 0) return;  // the first time
+    }
+    discovery_.note(endpoint_, Kind::kLivelinessRegained, writer, "is heard again");
+  }
 }
 
 void ReaderListener::on_requested_incompatible_qos(
     fdds::DataReader*, const fdds::RequestedIncompatibleQosStatus& status) {
-  tell(observer_, EndpointEvent::Kind::kIncompatibleQos, topic_, status.total_count,
-       "a writer offers another " + policy_name(status.last_policy_id) +
-           " than this reader asks for");
+  discovery_.note_unmet(endpoint_, policy_name(status.last_policy_id));
 }
 
-void ReaderListener::on_requested_deadline_missed(
-    fdds::DataReader*, const fdds::RequestedDeadlineMissedStatus& status) {
-  tell(observer_, EndpointEvent::Kind::kDeadlineMissed, topic_, status.total_count,
-       "requested deadline missed");
-}
-
+// These two are the receiving thread's: counted, told later.
 void ReaderListener::on_sample_lost(fdds::DataReader*, const fdds::SampleLostStatus& status) {
-  tell(observer_, EndpointEvent::Kind::kSampleLost, topic_, status.total_count,
-       "samples lost on the way");
+  endpoint_.samples_lost.store(static_cast<std::uint64_t>(status.total_count),
+                               std::memory_order_relaxed);
 }
 
 void ReaderListener::on_sample_rejected(fdds::DataReader*,
                                         const eprosima::fastrtps::SampleRejectedStatus& status) {
-  tell(observer_, EndpointEvent::Kind::kSampleRejected, topic_,
-       static_cast<std::int64_t>(status.total_count),
-       "samples rejected: the reader's history is full");
+  endpoint_.samples_rejected.store(status.total_count, std::memory_order_relaxed);
 }
 
 }  // namespace detail

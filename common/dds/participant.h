@@ -16,14 +16,22 @@
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <fastdds/dds/topic/Topic.hpp>
+#include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
+#include <mutex>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "common/core/samples.h"
 #include "common/dds/checked_type_support.h"
+#include "common/dds/discovery.h"
+#include "common/dds/repeat_filter.h"
+#include "common/dds/security.h"
 #include "common/dds/topics.h"
 
 namespace zerodrift::dds {
@@ -38,30 +46,12 @@ struct NetworkOptions {
   std::uint32_t domain = 0;  // 0..232
   std::vector<std::string>
       interfaces;  // IPv4 addresses to use; empty: 127.0.0.1 only, nothing leaves the machine
-  std::vector<std::string> peers;  // IPv4 addresses of other hosts; used only with interfaces
+  std::vector<std::string> peers;        // IPv4 addresses of other hosts; used only with interfaces
+  std::filesystem::path security_dir{};  // keys and certificates; empty: no security
 };
 
-// What the middleware noticed about an endpoint. Counts are totals since the endpoint was made.
-struct EndpointEvent {
-  enum class Kind : std::uint8_t {
-    kIncompatibleQos,
-    kSampleLost,
-    kSampleRejected,
-    kDeadlineMissed,
-    kLivelinessLost
-  };
-  Kind kind;
-  std::string_view topic;
-  std::uint64_t count;
-  std::string detail;
-};
-using EndpointObserver = std::function<void(const EndpointEvent&)>;
-
-// Who sent a sample, and of which key. Compare only.
-struct SampleOrigin {
-  eprosima::fastrtps::rtps::GUID_t writer;
-  eprosima::fastdds::dds::InstanceHandle_t instance;
-};
+// Endpoints meet where they share a partition; "" is that of endpoints that name none.
+using Partitions = std::vector<std::string>;
 
 class Participant {
  public:
@@ -69,6 +59,14 @@ class Participant {
   ~Participant();
   Participant(const Participant&) = delete;
   Participant& operator=(const Participant&) = delete;
+
+  // Tells what the middleware noticed since the last call, each event to its endpoint's observer,
+  // or to `otherwise` where it has none. Observers run here and nowhere else: an endpoint's trouble
+  // never holds up its samples. Not from a reader's callback.
+  void tell_events(const EndpointObserver& otherwise = {}) { discovery_.tell(otherwise); }
+  // What was refused since the last call: malformed datagrams, and with security much more. As
+  // tell_events().
+  std::vector<SecurityNotice> take_security_notices();
 
  private:
   template <typename>
@@ -78,10 +76,18 @@ class Participant {
 
   eprosima::fastdds::dds::Topic* topic(const TopicSpec& spec,
                                        eprosima::fastdds::dds::TypeSupport type);
+  // Made when first asked for.
+  eprosima::fastdds::dds::Publisher* publisher(const Partitions& partitions);
+  eprosima::fastdds::dds::Subscriber* subscriber(const Partitions& partitions);
+  // ": <reason>" where security refused something just now, else empty.
+  [[nodiscard]] std::string refusal() const;
 
+  detail::Discovery discovery_;              // outlives the participant, whose listener it is
+  std::shared_ptr<SecurityWatch> security_;  // so does this, in front of it
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
-  eprosima::fastdds::dds::Publisher* publisher_ = nullptr;
-  eprosima::fastdds::dds::Subscriber* subscriber_ = nullptr;
+  std::mutex groups_mutex_;
+  std::map<Partitions, eprosima::fastdds::dds::Publisher*> publishers_;
+  std::map<Partitions, eprosima::fastdds::dds::Subscriber*> subscribers_;
 };
 
 eprosima::fastdds::dds::DataWriterQos writer_qos(const TopicSpec& spec,
@@ -90,11 +96,35 @@ eprosima::fastdds::dds::DataReaderQos reader_qos(const TopicSpec& spec);
 
 namespace detail {
 
+// False where a missed deadline says nothing: samples that come at the pace of their consumers, and
+// those of a gyro that is slower than the topic's deadline.
+template <typename Message>
+bool deadline_applies(const Message& message) noexcept {
+  if constexpr (requires { message.clock_source(); }) {
+    const auto source = static_cast<core::ClockSource>(message.clock_source());
+    if (core::is_paced_by_consumers(source)) return false;
+  }
+  if constexpr (requires { message.interval_s(); }) {
+    constexpr std::chrono::duration<double> kDeadline = TopicOf<Message>::kSpec.deadline;
+    return 2.0 * message.interval_s() <= kDeadline.count();
+  }
+  return true;
+}
+
+template <typename Message>
+constexpr std::uint32_t gyro_of([[maybe_unused]] const Message& message) noexcept {
+  if constexpr (requires { message.gyro_id(); }) return message.gyro_id();
+  return 0;
+}
+
 // Counts matches and passes on what went wrong; no sample passes here.
 class WriterListener : public eprosima::fastdds::dds::DataWriterListener {
  public:
-  WriterListener(std::string_view topic, EndpointObserver observer)
-      : topic_(topic), observer_(std::move(observer)) {}
+  WriterListener(Discovery& discovery, const TopicSpec& spec, EndpointObserver observer)
+      : discovery_(discovery), endpoint_(spec, Direction::kWriter, std::move(observer)) {
+    discovery_.enter(endpoint_);
+  }
+  ~WriterListener() override { discovery_.leave(endpoint_); }
   void on_publication_matched(
       eprosima::fastdds::dds::DataWriter*,
       const eprosima::fastdds::dds::PublicationMatchedStatus& status) override {
@@ -103,47 +133,54 @@ class WriterListener : public eprosima::fastdds::dds::DataWriterListener {
   void on_offered_incompatible_qos(
       eprosima::fastdds::dds::DataWriter*,
       const eprosima::fastdds::dds::OfferedIncompatibleQosStatus& status) override;
-  void on_offered_deadline_missed(
-      eprosima::fastdds::dds::DataWriter*,
-      const eprosima::fastdds::dds::OfferedDeadlineMissedStatus& status) override;
   void on_liveliness_lost(eprosima::fastdds::dds::DataWriter*,
                           const eprosima::fastdds::dds::LivelinessLostStatus& status) override;
   [[nodiscard]] int matched() const { return matched_.load(std::memory_order_acquire); }
+  // Before each sample; the writing thread.
+  void note_write(bool deadline_applies) noexcept {
+    endpoint_.written.hear(steady_ns(), deadline_applies, endpoint_.spec.deadline);
+  }
 
  private:
-  std::string_view topic_;
-  EndpointObserver observer_;
+  Discovery& discovery_;
+  Endpoint endpoint_;
   std::atomic<int> matched_{0};
 };
 
 class ReaderListener : public eprosima::fastdds::dds::DataReaderListener {
  public:
-  ReaderListener(std::string_view topic, EndpointObserver observer)
-      : topic_(topic), observer_(std::move(observer)) {}
+  ReaderListener(Discovery& discovery, const TopicSpec& spec, EndpointObserver observer)
+      : discovery_(discovery), endpoint_(spec, Direction::kReader, std::move(observer)) {
+    endpoint_.heard = &heard_;
+    discovery_.enter(endpoint_);
+  }
+  ~ReaderListener() override { discovery_.leave(endpoint_); }
   void on_subscription_matched(
       eprosima::fastdds::dds::DataReader*,
-      const eprosima::fastdds::dds::SubscriptionMatchedStatus& status) override {
-    matched_.store(status.current_count, std::memory_order_release);
-    if (status.current_count_change < 0)
-      on_writer_gone(iHandle2GUID(status.last_publication_handle));
-  }
+      const eprosima::fastdds::dds::SubscriptionMatchedStatus& status) override;
+  void on_liveliness_changed(
+      eprosima::fastdds::dds::DataReader*,
+      const eprosima::fastdds::dds::LivelinessChangedStatus& status) override;
   void on_requested_incompatible_qos(
       eprosima::fastdds::dds::DataReader*,
       const eprosima::fastdds::dds::RequestedIncompatibleQosStatus& status) override;
-  void on_requested_deadline_missed(
-      eprosima::fastdds::dds::DataReader*,
-      const eprosima::fastdds::dds::RequestedDeadlineMissedStatus& status) override;
   void on_sample_lost(eprosima::fastdds::dds::DataReader*,
                       const eprosima::fastdds::dds::SampleLostStatus& status) override;
   void on_sample_rejected(eprosima::fastdds::dds::DataReader*,
                           const eprosima::fastrtps::SampleRejectedStatus& status) override;
   [[nodiscard]] int matched() const { return matched_.load(std::memory_order_acquire); }
 
+ protected:
+  HeardWriters& heard() noexcept { return heard_; }
+
  private:
   virtual void on_writer_gone(const eprosima::fastrtps::rtps::GUID_t& writer) = 0;
 
-  std::string_view topic_;
-  EndpointObserver observer_;
+  Discovery& discovery_;
+  HeardWriters heard_;
+  Endpoint endpoint_;
+  std::mutex silent_mutex_;
+  std::set<eprosima::fastrtps::rtps::GUID_t> silent_;  // matched, and said to be gone
   std::atomic<int> matched_{0};
 };
 
@@ -154,9 +191,9 @@ template <typename Message>
 class Writer {
  public:
   explicit Writer(Participant& participant, EndpointObserver observer = {},
-                  std::uint32_t ownership_strength = 0)
-      : publisher_(participant.publisher_),
-        listener_(TopicOf<Message>::kSpec.name, std::move(observer)) {
+                  std::uint32_t ownership_strength = 0, const Partitions& partitions = {})
+      : publisher_(participant.publisher(partitions)),
+        listener_(participant.discovery_, TopicOf<Message>::kSpec, std::move(observer)) {
     auto* topic =
         participant.topic(TopicOf<Message>::kSpec,
                           eprosima::fastdds::dds::TypeSupport(new CheckedTypeSupport<Message>));
@@ -164,15 +201,26 @@ class Writer {
         topic, writer_qos(TopicOf<Message>::kSpec, ownership_strength), &listener_);
     if (writer_ == nullptr) {
       throw DdsError("dds: cannot create a writer for topic '" +
-                     std::string(TopicOf<Message>::kSpec.name) + "'");
+                     std::string(TopicOf<Message>::kSpec.name) + "'" + participant.refusal());
     }
   }
-  ~Writer() { publisher_->delete_datawriter(writer_); }
+  // Empties the history first: Fast DDS 2.9 goes on sending heartbeats while it releases what is
+  // kept, and one that meets released samples looks for holes between their numbers, which are 0:
+  // for good, with the writer's mutex held (DECISIONS.md).
+  ~Writer() {
+    std::size_t removed = 0;
+    writer_->clear_history(&removed);
+    publisher_->delete_datawriter(writer_);
+  }
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
 
   // False: the middleware refused the sample.
-  bool write(Message& message) noexcept { return writer_->write(&message); }
+  bool write(Message& message) noexcept {
+    if constexpr (TopicOf<Message>::kSpec.deadline.count() > 0)
+      listener_.note_write(detail::deadline_applies(message));
+    return writer_->write(&message);
+  }
 
   // Readers matched now.
   [[nodiscard]] int matched() const { return listener_.matched(); }
@@ -198,14 +246,15 @@ template <typename Message>
 class Reader {
  public:
   using OnSample = std::function<void(const Message&, const SampleOrigin&)>;
-  // A writer was deleted, or its process has not been heard of for the participants' lease. (Fast
-  // DDS tells nothing of the kind a key at a time.)
+  // A writer was deleted, its process has not been heard of for the participants' lease, or it
+  // wrote nothing for the topic's lease: then it may be heard again. (Fast DDS tells nothing of the
+  // kind a key at a time.)
   using OnGone = std::function<void(const eprosima::fastrtps::rtps::GUID_t& writer)>;
 
   Reader(Participant& participant, OnSample on_sample, EndpointObserver observer = {},
-         OnGone on_gone = {})
-      : subscriber_(participant.subscriber_),
-        listener_(TopicOf<Message>::kSpec.name, std::move(observer), std::move(on_sample),
+         OnGone on_gone = {}, const Partitions& partitions = {})
+      : subscriber_(participant.subscriber(partitions)),
+        listener_(participant.discovery_, std::move(observer), std::move(on_sample),
                   std::move(on_gone)) {
     auto* topic =
         participant.topic(TopicOf<Message>::kSpec,
@@ -214,7 +263,7 @@ class Reader {
         subscriber_->create_datareader(topic, reader_qos(TopicOf<Message>::kSpec), &listener_);
     if (reader_ == nullptr) {
       throw DdsError("dds: cannot create a reader for topic '" +
-                     std::string(TopicOf<Message>::kSpec.name) + "'");
+                     std::string(TopicOf<Message>::kSpec.name) + "'" + participant.refusal());
     }
   }
   ~Reader() { subscriber_->delete_datareader(reader_); }
@@ -227,15 +276,20 @@ class Reader {
  private:
   class Listener final : public detail::ReaderListener {
    public:
-    Listener(std::string_view topic, EndpointObserver observer, OnSample on_sample, OnGone on_gone)
-        : ReaderListener(topic, std::move(observer)),
+    Listener(detail::Discovery& discovery, EndpointObserver observer, OnSample on_sample,
+             OnGone on_gone)
+        : ReaderListener(discovery, TopicOf<Message>::kSpec, std::move(observer)),
           on_sample_(std::move(on_sample)),
           on_gone_(std::move(on_gone)) {}
     void on_data_available(eprosima::fastdds::dds::DataReader* reader) override {
       eprosima::fastdds::dds::SampleInfo info;
       while (reader->take_next_sample(&message_, &info) == ReturnCode_t::RETCODE_OK) {
         if (!info.valid_data) continue;
-        on_sample_(message_, {info.sample_identity.writer_guid(), info.instance_handle});
+        const SampleOrigin origin{info.sample_identity.writer_guid(), info.instance_handle};
+        if constexpr (TopicOf<Message>::kSpec.deadline.count() > 0)
+          heard().hear(origin, detail::gyro_of(message_), detail::deadline_applies(message_),
+                       TopicOf<Message>::kSpec.deadline);
+        if (!repeats_.is_repeat(message_, origin.writer)) on_sample_(message_, origin);
       }
     }
 
@@ -247,6 +301,7 @@ class Reader {
     OnSample on_sample_;
     OnGone on_gone_;
     Message message_{};
+    RepeatFilter<Message> repeats_;
   };
 
   eprosima::fastdds::dds::Subscriber* subscriber_;

@@ -9,6 +9,7 @@
 
 #include "idl/dds/allan_reportPubSubTypes.h"
 #include "idl/dds/angular_ratePubSubTypes.h"
+#include "idl/dds/checkpointPubSubTypes.h"
 #include "idl/dds/compensated_ratePubSubTypes.h"
 #include "idl/dds/rate_referencePubSubTypes.h"
 #include "idl/dds/servicePubSubTypes.h"
@@ -37,28 +38,44 @@ struct TopicSpec {
   Ownership ownership;
   std::chrono::milliseconds heartbeat;
   std::chrono::milliseconds lifespan;  // 0: unlimited
+  // A longer time from one sample of a key to the next is told, on both sides; 0: never. Watched by
+  // our own endpoints and no deadline QoS: for that the middleware restarts a timer with every
+  // sample at both ends, a tenth to a fifth of a hop (DECISIONS.md).
+  std::chrono::milliseconds deadline{0};
+  // A writer that wrote nothing for so long counts as gone until it writes again (liveliness
+  // MANUAL_BY_TOPIC); 0: never, as long as its participant is there. The kinds by participant are
+  // never used with a lease: any process that lives asserts them for all (DECISIONS.md).
+  std::chrono::milliseconds lease{0};
 };
 
 // 2000 samples: 10 s at 200 Hz, 1 s at 2 kHz. Progress is sent once in a window, see ReplayPacer.
 inline constexpr std::int32_t kSampleDepth = 2000;
 
 using std::chrono_literals::operator""ms;
+// Where a deadline or lease is:
+// - angular_rate, 100 ms: ten periods of the slowest gyro that navigation uses (100 Hz).
+// - compensated_rate, 100 ms: as angular_rate, since it comes at that pace.
+// - service_status, 1 s and 2 s: four periods and eight; a status is written four times a second.
+// - replay_progress, 2 s: how long a replay waits for a consumer that was killed. A consumer says
+//   that it is there from a thread that does nothing else (ReplayProgressReporter), so being busy
+//   never makes it count as gone.
 // clang-format off
-inline constexpr TopicSpec kAngularRate{"angular_rate", "zerodrift::msg::AngularRate", kSampleDepth, 128, Reliability::kReliable, Durability::kVolatile, Ownership::kShared, 5ms, 0ms};
+inline constexpr TopicSpec kAngularRate{"angular_rate", "zerodrift::msg::AngularRate", kSampleDepth, 128, Reliability::kReliable, Durability::kVolatile, Ownership::kShared, 5ms, 0ms, 100ms};
 inline constexpr TopicSpec kTemperature{"temperature", "zerodrift::msg::Temperature", 512, 1024, Reliability::kReliable, Durability::kTransientLocal, Ownership::kShared, 20ms, 0ms};
 inline constexpr TopicSpec kRateReference{"rate_reference", "zerodrift::msg::RateReference", kSampleDepth, 128, Reliability::kReliable, Durability::kVolatile, Ownership::kShared, 5ms, 1000ms};
-inline constexpr TopicSpec kCompensatedRate{"compensated_rate", "zerodrift::msg::CompensatedRate", kSampleDepth, 128, Reliability::kReliable, Durability::kVolatile, Ownership::kExclusive, 5ms, 0ms};
+inline constexpr TopicSpec kCompensatedRate{"compensated_rate", "zerodrift::msg::CompensatedRate", kSampleDepth, 128, Reliability::kReliable, Durability::kVolatile, Ownership::kExclusive, 5ms, 0ms, 100ms};
 inline constexpr TopicSpec kAllanReport{"allan_report", "zerodrift::msg::AllanReport", 1, 1024, Reliability::kReliable, Durability::kTransientLocal, Ownership::kShared, 20ms, 0ms};
-inline constexpr TopicSpec kServiceStatus{"service_status", "zerodrift::msg::ServiceStatus", 1, 128, Reliability::kReliable, Durability::kTransientLocal, Ownership::kShared, 20ms, 0ms};
+inline constexpr TopicSpec kServiceStatus{"service_status", "zerodrift::msg::ServiceStatus", 1, 128, Reliability::kReliable, Durability::kTransientLocal, Ownership::kShared, 20ms, 0ms, 1000ms, 2000ms};
 inline constexpr TopicSpec kEvent{"event", "zerodrift::msg::Event", 256, 1, Reliability::kReliable, Durability::kTransientLocal, Ownership::kShared, 20ms, 0ms};
 inline constexpr TopicSpec kCommand{"command", "zerodrift::msg::Command", 64, 128, Reliability::kReliable, Durability::kVolatile, Ownership::kShared, 20ms, 0ms};
 inline constexpr TopicSpec kCommandReply{"command_reply", "zerodrift::msg::CommandReply", 64, 128, Reliability::kReliable, Durability::kVolatile, Ownership::kShared, 20ms, 0ms};
-inline constexpr TopicSpec kReplayProgress{"replay_progress", "zerodrift::msg::ReplayProgress", 1, 512, Reliability::kBestEffort, Durability::kVolatile, Ownership::kShared, 5ms, 0ms};
+inline constexpr TopicSpec kReplayProgress{"replay_progress", "zerodrift::msg::ReplayProgress", 1, 512, Reliability::kBestEffort, Durability::kVolatile, Ownership::kShared, 5ms, 0ms, 0ms, 2000ms};
+inline constexpr TopicSpec kCheckpoint{"checkpoint", "zerodrift::msg::CheckpointPart", 64, 128, Reliability::kReliable, Durability::kVolatile, Ownership::kShared, 20ms, 0ms};
 // clang-format on
 
 inline constexpr std::array kAllTopics{
-    kAngularRate,   kTemperature, kRateReference, kCompensatedRate, kAllanReport,
-    kServiceStatus, kEvent,       kCommand,       kCommandReply,    kReplayProgress};
+    kAngularRate, kTemperature, kRateReference, kCompensatedRate, kAllanReport, kServiceStatus,
+    kEvent,       kCommand,     kCommandReply,  kReplayProgress,  kCheckpoint};
 
 // Binds a message type to its topic and its generated type support.
 template <typename Message>
@@ -113,6 +130,12 @@ template <>
 struct TopicOf<msg::ReplayProgress> {
   using TypeSupport = msg::ReplayProgressPubSubType;
   static constexpr TopicSpec kSpec = kReplayProgress;
+};
+
+template <>
+struct TopicOf<msg::CheckpointPart> {
+  using TypeSupport = msg::CheckpointPartPubSubType;
+  static constexpr TopicSpec kSpec = kCheckpoint;
 };
 
 }  // namespace zerodrift::dds

@@ -21,6 +21,9 @@ constexpr std::int64_t kRepeatEventNs = 1000000000;
 constexpr std::size_t kLongestEvent = 255;
 constexpr std::size_t kLongestSummary = 128;
 constexpr std::size_t kMostMetrics = 160;  // bound of service_status
+constexpr std::size_t kMostTallies = 1024;
+// Four rounds a second: whatever goes wrong, events cost a millisecond or so of each round.
+constexpr std::size_t kEventsARound = 32;
 
 sigset_t stop_signals() {
   sigset_t set;
@@ -48,6 +51,12 @@ std::string endpoint_code(dds::EndpointEvent::Kind kind) {
       return "deadline_missed";
     case dds::EndpointEvent::Kind::kLivelinessLost:
       return "liveliness_lost";
+    case dds::EndpointEvent::Kind::kLivelinessRegained:
+      return "liveliness_regained";
+    case dds::EndpointEvent::Kind::kTypeMismatch:
+      return "type_mismatch";
+    case dds::EndpointEvent::Kind::kPeerLost:
+      return "peer_lost";
   }
   return "endpoint";
 }
@@ -84,7 +93,9 @@ Host::Host(const std::string& name, const dds::NetworkOptions& network)
   }
 }
 
+// What went wrong before run() is at least in the log.
 Host::~Host() {
+  for (const DueEvent& event : due_events()) log_first(event);
   spdlog::drop(name_);
 }
 
@@ -95,50 +106,101 @@ void Host::raise(const Occurrence& occurrence) {
 void Host::raise_counted(Occurrence occurrence, std::uint64_t times) {
   if (times == 0) return;
   const std::lock_guard lock(events_mutex_);
-  Tally& tally = tallies_[{occurrence.code, occurrence.gyro_id}];
-  if (tally.count == 0) {
-    const auto level = occurrence.severity == Severity::kError         ? spdlog::level::err
-                       : occurrence.severity == Severity::kInformation ? spdlog::level::info
-                                                                       : spdlog::level::warn;
-    spdlog::log(level, "{}: {}", occurrence.code, occurrence.text);
+  TallyKey key{occurrence.code, occurrence.gyro_id, occurrence.subject};
+  if (tallies_.size() >= kMostTallies && !tallies_.contains(key)) {
+    key = {"other_events", 0, ""};
+    occurrence.text = occurrence.code + ": " + occurrence.text;
+    occurrence.code = key.code;
   }
+  Tally& tally = tallies_[key];
   tally.count += times;
   tally.latest = std::move(occurrence);
 }
 
 dds::EndpointObserver Host::observer() {
-  return [this](const dds::EndpointEvent& event) {
-    raise({.code = endpoint_code(event.kind),
-           .severity = Severity::kWarning,
-           .text = "topic " + std::string(event.topic) + ": " + event.detail,
-           .gyro_id = 0,
-           .sensor_time_ns = 0});
-  };
+  return [this](const dds::EndpointEvent& event) { note(event); };
+}
+
+void Host::note(const dds::EndpointEvent& event) {
+  const std::string code = endpoint_code(event.kind);
+  const std::string topic(event.topic);
+  {
+    const std::lock_guard lock(events_mutex_);
+    endpoint_totals_[topic.empty() ? code : topic + "_" + code] += event.count;
+  }
+  const bool is_good = event.kind == dds::EndpointEvent::Kind::kLivelinessRegained;
+  raise_counted({.code = code,
+                 .severity = is_good ? Severity::kInformation : Severity::kWarning,
+                 .text = (topic.empty() ? "" : "topic " + topic + ": ") + event.detail,
+                 .gyro_id = event.gyro_id,
+                 .sensor_time_ns = 0,
+                 .subject = topic + "/" + event.peer},
+                event.count);
+}
+
+std::vector<Host::DueEvent> Host::due_events() {
+  std::vector<DueEvent> due;
+  const std::lock_guard lock(events_mutex_);
+  const std::int64_t now = monotonic_ns();
+  auto next = tallies_.upper_bound(last_published_);
+  for (std::size_t seen = 0; seen < tallies_.size() && due.size() < kEventsARound; ++seen) {
+    if (next == tallies_.end()) next = tallies_.begin();
+    auto& [key, tally] = *next++;
+    if (tally.count == tally.published) continue;
+    if (tally.published > 0 && now - tally.published_at_ns < kRepeatEventNs) continue;
+    due.push_back({tally.latest, tally.count, tally.published == 0});
+    tally.published = tally.count;
+    tally.published_at_ns = now;
+    last_published_ = key;
+  }
+  return due;
+}
+
+void Host::log_first(const DueEvent& event) const {
+  if (!event.is_first) return;
+  const Severity severity = event.occurrence.severity;
+  const auto level = severity == Severity::kError         ? spdlog::level::err
+                     : severity == Severity::kInformation ? spdlog::level::info
+                                                          : spdlog::level::warn;
+  spdlog::log(level, "{}: {}", event.occurrence.code, event.occurrence.text);
+}
+
+void Host::raise_security_notices() {
+  for (const dds::SecurityNotice& notice : participant_.take_security_notices()) {
+    raise_counted({.code = notice.code,
+                   .severity = Severity::kWarning,
+                   .text = notice.text,
+                   .gyro_id = 0,
+                   .sensor_time_ns = 0},
+                  notice.count);
+  }
 }
 
 void Host::publish_events() {
-  const std::lock_guard lock(events_mutex_);
-  const std::int64_t now = monotonic_ns();
-  for (auto& [key, tally] : tallies_) {
-    if (tally.count == tally.published) continue;
-    if (tally.published > 0 && now - tally.published_at_ns < kRepeatEventNs) continue;
+  for (const DueEvent& event : due_events()) {
+    log_first(event);
+    const Occurrence& occurrence = event.occurrence;
     msg::Event message;
     message.service(name_.c_str());
-    message.code(tally.latest.code.c_str());
-    message.text(tally.latest.text.substr(0, kLongestEvent).c_str());
-    message.severity(static_cast<std::uint32_t>(tally.latest.severity));
-    message.gyro_id(tally.latest.gyro_id);
-    message.count(tally.count);
-    message.sensor_time_ns(tally.latest.sensor_time_ns);
+    message.code(occurrence.code.c_str());
+    message.text(occurrence.text.substr(0, kLongestEvent).c_str());
+    message.severity(static_cast<std::uint32_t>(occurrence.severity));
+    message.gyro_id(occurrence.gyro_id);
+    message.count(event.count);
+    message.sensor_time_ns(occurrence.sensor_time_ns);
     message.wall_time_ns(unix_time_ns());
     event_writer_.write(message);
-    tally.published = tally.count;
-    tally.published_at_ns = now;
   }
 }
 
 void Host::publish(const Status& status) {
-  publish(name_, status, status.metrics);
+  std::vector<Metric> metrics = status.metrics;
+  {
+    const std::lock_guard lock(events_mutex_);
+    for (const auto& [name, total] : endpoint_totals_)
+      if (metrics.size() < kMostMetrics) metrics.push_back({name, "1", static_cast<double>(total)});
+  }
+  publish(name_, status, metrics);
   for (const StatusPart& part : status.parts) {
     publish(name_ + ":" + part.name, status, part.metrics);
   }
@@ -172,9 +234,11 @@ void Host::run(const std::function<Status()>& status, const std::function<void()
     stop = wait_for_stop(kStatusPeriod);
     if (stop && on_stop) on_stop();
     if (tick) tick();
+    participant_.tell_events(observer());
     Status now = status();
     if (stop) now.state = State::kStopping;
     publish(now);
+    raise_security_notices();
     publish_events();
   }
   status_writer_.wait_until_received(std::chrono::milliseconds(200));

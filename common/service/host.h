@@ -3,8 +3,8 @@
 #pragma once
 
 #include <chrono>
+#include <compare>
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <map>
 #include <mutex>
@@ -51,6 +51,7 @@ struct Occurrence {
   std::string text;  // one clear line
   std::uint32_t gyro_id = 0;
   std::int64_t sensor_time_ns = 0;
+  std::string subject{};  // of several that share a code, tallied apart: e.g. a topic and a peer
 };
 
 // Blocks SIGINT and SIGTERM for this thread and all it starts later, so that only wait_for_stop()
@@ -70,12 +71,15 @@ class Host {
   [[nodiscard]] dds::Participant& participant() noexcept { return participant_; }
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
 
-  // Any thread. Logged and published once for each new code and gyro, then at most once a second
-  // with its count.
+  // Any thread, though not once a sample: takes memory and a lock, held by others for as long as it
+  // takes to copy what is due. Logged and published by run(), once for each new code, gyro and
+  // subject, then at most once a second with its count.
   void raise(const Occurrence& occurrence);
   // Adds `times` at once; nothing happens for 0. For counters that a data path kept.
   void raise_counted(Occurrence occurrence, std::uint64_t times);
-  // For readers and writers: turns what the middleware noticed into events.
+  // For readers and writers: turns what the middleware noticed into events and into totals,
+  // published as metrics `<topic>_<code>` of the status once they are not 0. Endpoints without an
+  // observer have this one.
   [[nodiscard]] dds::EndpointObserver observer();
 
   // Publishes status() about four times a second until a stop signal, then calls on_stop, and
@@ -87,20 +91,38 @@ class Host {
  private:
   void publish(const std::string& name, const Status& status, const std::vector<Metric>& metrics);
 
+  struct TallyKey {
+    std::string code;
+    std::uint32_t gyro_id = 0;
+    std::string subject;
+    auto operator<=>(const TallyKey&) const = default;
+  };
   struct Tally {
     std::uint64_t count = 0;
     std::uint64_t published = 0;
     std::int64_t published_at_ns = 0;
     Occurrence latest;
   };
+  struct DueEvent {
+    Occurrence occurrence;
+    std::uint64_t count = 0;
+    bool is_first = false;
+  };
+  void note(const dds::EndpointEvent& event);
+  // At most a round's worth; what is left is due in the next.
+  std::vector<DueEvent> due_events();
+  void raise_security_notices();
   void publish_events();
+  void log_first(const DueEvent& event) const;
 
   std::string name_;
   std::string host_name_;
   std::int64_t started_ns_;
   dds::Participant participant_;
   std::mutex events_mutex_;
-  std::map<std::pair<std::string, std::uint32_t>, Tally> tallies_;
+  std::map<TallyKey, Tally> tallies_;
+  TallyKey last_published_;  // the next round begins behind it
+  std::map<std::string, std::uint64_t> endpoint_totals_;
   dds::Writer<msg::ServiceStatus> status_writer_;
   dds::Writer<msg::Event> event_writer_;
 };

@@ -45,6 +45,14 @@ std::uint64_t LatencyHistogram::count() const noexcept {
   return sum;
 }
 
+std::uint64_t LatencyHistogram::count_up_to(std::int64_t latency_ns) const noexcept {
+  if (latency_ns < 0) return 0;
+  const std::size_t last = bucket(static_cast<std::uint64_t>(latency_ns));
+  std::uint64_t sum = 0;
+  for (std::size_t i = 0; i <= last; ++i) sum += counts_[i].load(std::memory_order_relaxed);
+  return sum;
+}
+
 std::int64_t LatencyHistogram::percentile_ns(double share) const noexcept {
   const auto total = static_cast<double>(count());
   const double wanted = std::ceil(std::clamp(share, 0.0, 1.0) * total);

@@ -21,6 +21,9 @@ class LatencyHistogram {
   [[nodiscard]] std::uint64_t count() const noexcept;
   // Upper edge of the bucket that holds the given share of the records; 0 when empty. O(buckets).
   [[nodiscard]] std::int64_t percentile_ns(double share) const noexcept;
+  // Records in the buckets up to and with that of this latency: those that took at most so long, to
+  // 1/16 of it; 0 for a negative one. O(buckets).
+  [[nodiscard]] std::uint64_t count_up_to(std::int64_t latency_ns) const noexcept;
   [[nodiscard]] std::int64_t max_ns() const noexcept {
     return max_.load(std::memory_order_relaxed);
   }

@@ -19,6 +19,9 @@ void add_network_options(CLI::App& app, dds::NetworkOptions& network) {
       "--interface", network.interfaces,
       "IPv4 address of an interface to use (repeatable); without it nothing leaves this machine");
   app.add_option("--peer", network.peers, "IPv4 address of another host to look for (repeatable)");
+  app.add_option("--security", network.security_dir,
+                 "folder of keys and certificates made by deploy/security/make_certificates.sh: "
+                 "everything is authenticated and encrypted; off without");
 }
 
 void end_within(std::chrono::milliseconds at_most, int exit_code) {

@@ -4,6 +4,13 @@
 #include <algorithm>
 
 namespace zerodrift::service {
+namespace {
+
+// Eight to a lease.
+constexpr std::chrono::milliseconds kAnnounceEvery{250};
+static_assert(8 * kAnnounceEvery <= dds::kReplayProgress.lease);
+
+}  // namespace
 
 ReplayPacer::ReplayPacer(dds::Participant& participant, std::uint32_t gyro_id,
                          std::vector<std::string> wait_for)
@@ -125,7 +132,27 @@ bool ReplayPacer::wait_until_needed(core::SensorTime time, std::chrono::millisec
 }
 
 ReplayProgressReporter::ReplayProgressReporter(dds::Participant& participant, std::string consumer)
-    : consumer_(std::move(consumer)), writer_(participant) {}
+    : consumer_(std::move(consumer)),
+      writer_(participant),
+      announcer_([this] { announce_until_closed(); }) {}
+
+ReplayProgressReporter::~ReplayProgressReporter() {
+  {
+    const std::lock_guard lock(closing_mutex_);
+    closed_ = true;
+  }
+  closing_.notify_all();
+  announcer_.join();
+}
+
+void ReplayProgressReporter::announce_until_closed() {
+  std::unique_lock lock(closing_mutex_);
+  while (!closing_.wait_for(lock, kAnnounceEvery, [this] { return closed_; })) {
+    lock.unlock();
+    announce();
+    lock.lock();
+  }
+}
 
 void ReplayProgressReporter::announce() {
   report(0, 0, core::SensorTime{0});
@@ -138,6 +165,7 @@ void ReplayProgressReporter::report(std::uint32_t gyro_id, std::uint64_t sequenc
   progress.gyro_id(gyro_id);
   progress.sequence_number(sequence);
   progress.needed_time_ns(needed.count());
+  const std::lock_guard lock(mutex_);
   writer_.write(progress);
 }
 

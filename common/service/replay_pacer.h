@@ -2,7 +2,8 @@
 // How publishers of records and simulations keep from outrunning their consumers: credit, not
 // guesswork. Each consumer that must not lose a sample publishes how far it is (replay_progress,
 // best effort, the newest repeated); a publisher stays within a window of the slowest. A consumer
-// that is gone is no longer waited for.
+// that is gone, or that said nothing for the topic's lease, is no longer waited for; one that is
+// heard again stands where the replay is then.
 #pragma once
 
 #include <chrono>
@@ -12,6 +13,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "common/core/time.h"
@@ -77,18 +79,31 @@ class ReplayPacer {
   dds::Reader<msg::ReplayProgress> reader_;
 };
 
-// The consumer's side. One thread at a time.
+// The consumer's side. Says four times a second, on a thread of its own, that there is a consumer:
+// for publishers that come later, and so that a consumer that is busy for longer than the topic's
+// lease (a learner that chooses its kernel, a report of many gyros) isn't taken for gone. Whether a
+// consumer gets on, its progress says. Any thread.
 class ReplayProgressReporter {
  public:
   ReplayProgressReporter(dds::Participant& participant, std::string consumer);
+  ~ReplayProgressReporter();
+  ReplayProgressReporter(const ReplayProgressReporter&) = delete;
+  ReplayProgressReporter& operator=(const ReplayProgressReporter&) = delete;
 
-  // Says that there is a consumer; to be repeated, for publishers that come later.
+  // Beside what the thread says, at once.
   void announce();
   void report(std::uint32_t gyro_id, std::uint64_t sequence, core::SensorTime needed);
 
  private:
+  void announce_until_closed();
+
   std::string consumer_;
   dds::Writer<msg::ReplayProgress> writer_;
+  std::mutex mutex_;  // of the writer; held for a write
+  std::mutex closing_mutex_;
+  std::condition_variable closing_;
+  bool closed_ = false;
+  std::thread announcer_;
 };
 
 }  // namespace zerodrift::service

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "common/core/ring_buffer.h"
+#include "common/core/state_archive.h"
 #include "common/core/time.h"
 
 namespace zerodrift::thermal {
@@ -14,6 +15,8 @@ namespace zerodrift::thermal {
 struct Reading {
   core::SensorTime time{0};
   double temperature_degc = 0.0;
+
+  void carry(core::StateArchive& archive) { archive(time, temperature_degc); }
 };
 
 // Keeps mean time and mean temperature of each interval [i step, (i + 1) step) that had readings.
@@ -32,6 +35,12 @@ class DecimatedHistory {
   // reading. Nothing before the first point, after the newest reading, or where the neighbours are
   // too far apart.
   [[nodiscard]] std::optional<double> at(core::SensorTime time) const noexcept;
+
+  // Its state (core/state_archive.h).
+  void carry(core::StateArchive& archive) {
+    archive(points_, newest_, open_step_, open_readings_, open_offset_sum_s_,
+            open_temperature_sum_degc_);
+  }
 
  private:
   void close_step() noexcept;

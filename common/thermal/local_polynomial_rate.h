@@ -21,6 +21,7 @@
 #include <optional>
 #include <string>
 
+#include "common/core/state_archive.h"
 #include "common/core/time.h"
 
 namespace zerodrift::thermal {
@@ -64,6 +65,11 @@ class LocalPolynomialRate {
   // Age of the rate on a parabola with a full window: 0 for degree 2, window / 2 for degree 1.
   [[nodiscard]] double lag_s() const noexcept;
 
+  // Its state (core/state_archive.h).
+  void carry(core::StateArchive& archive) {
+    archive(bins_, empty_, newest_time_, newest_temperature_degc_);
+  }
+
  private:
   struct Bin {
     std::int64_t index = 0;      // bin start = index * bin width
@@ -71,6 +77,10 @@ class LocalPolynomialRate {
     double offset_sum_s = 0.0;   // times since the bin's start
     double offset_square_sum_s2 = 0.0;
     double temperature_sum_degc = 0.0;
+
+    void carry(core::StateArchive& archive) {
+      archive(index, readings, offset_sum_s, offset_square_sum_s2, temperature_sum_degc);
+    }
   };
 
   struct NormalEquations;

@@ -18,6 +18,7 @@
 #include <string>
 
 #include "common/core/ring_buffer.h"
+#include "common/core/state_archive.h"
 #include "common/core/time.h"
 
 namespace zerodrift::thermal {
@@ -53,6 +54,11 @@ class SlidingMeanRate {
 
   // Standard deviation of the rate for white noise of 1 °C a reading, 1/s.
   [[nodiscard]] double noise_gain_per_s() const noexcept;
+
+  // Its state (core/state_archive.h).
+  void carry(core::StateArchive& archive) {
+    archive(window_, rate_, grid_origin_, grid_index_, newest_time_);
+  }
 
  private:
   [[nodiscard]] std::int64_t nearest_grid_index(core::SensorTime time) const noexcept;

@@ -159,4 +159,9 @@ void TemperatureTrack::accept(const Reading& reading) noexcept {
   });
 }
 
+void TemperatureTrack::carry(core::StateArchive& archive) {
+  with(estimator_, [&](auto& estimator) { archive(estimator); });
+  archive(history_, newest_, rate_, changed_at_, counts_);
+}
+
 }  // namespace zerodrift::thermal

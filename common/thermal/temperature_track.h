@@ -10,6 +10,7 @@
 #include <variant>
 
 #include "common/core/samples.h"
+#include "common/core/state_archive.h"
 #include "common/thermal/decimated_history.h"
 #include "common/thermal/local_polynomial_rate.h"
 #include "common/thermal/sliding_mean_rate.h"
@@ -54,6 +55,10 @@ struct ReadingCounts {
   std::uint64_t out_of_order = 0;
 
   friend bool operator==(const ReadingCounts&, const ReadingCounts&) = default;
+
+  void carry(core::StateArchive& archive) {
+    archive(accepted, not_measured, not_finite, out_of_range, out_of_order);
+  }
 };
 
 // Allocates in the constructor only.
@@ -87,6 +92,9 @@ class TemperatureTrack {
   [[nodiscard]] std::optional<core::SensorTime> unchanged_for(core::SensorTime now) const noexcept;
 
   [[nodiscard]] const ReadingCounts& counts() const noexcept { return counts_; }
+
+  // Its state (core/state_archive.h).
+  void carry(core::StateArchive& archive);
 
  private:
   using RateEstimator = std::variant<SlidingMeanRate, LocalPolynomialRate>;

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "common/core/axis.h"
+#include "common/core/state_archive.h"
 #include "common/twin/random.h"
 #include "common/twin/temperature_point.h"
 #include "common/twin/thermal_plant.h"
@@ -55,6 +56,9 @@ class Effect {
   virtual double step(const EffectInputs& inputs) noexcept = 0;
   // Of the sample last stepped. Asked of output effects only.
   [[nodiscard]] virtual SampleStatus status() const noexcept { return SampleStatus::kMeasured; }
+  // What it remembers from step to step, of deterministic effects of the drift
+  // (core/state_archive.h).
+  virtual void carry(core::StateArchive& /*archive*/) {}
 };
 
 // How an effect shows in a record, hence how one looks for it.

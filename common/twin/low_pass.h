@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "common/core/state_archive.h"
+
 namespace zerodrift::twin {
 
 // tau dy/dt = u - y at a fixed step, exact for an input that is constant over the step. The first
@@ -20,6 +22,8 @@ class LowPass {
     started_ = true;
     return output_;
   }
+
+  void carry(core::StateArchive& archive) { archive(output_, started_); }
 
  private:
   double gain_;

@@ -72,6 +72,7 @@ AllanMonitorNode::Gyro* AllanMonitorNode::gyro(std::uint32_t gyro_id) {
 }
 
 void AllanMonitorNode::on_sample(const msg::CompensatedRate& message) {
+  const std::int64_t arrival_ns = service::monotonic_ns();
   const std::lock_guard lock(mutex_);
   const auto sample = dds::from_message(message);
   Gyro* source = gyro(message.gyro_id());
@@ -79,7 +80,8 @@ void AllanMonitorNode::on_sample(const msg::CompensatedRate& message) {
     leave_out(sample, message.gyro_id());
     return;
   }
-  chain_latency_.record_between(message.publish_time_ns(), service::monotonic_ns());
+  delivery_latency_.record_between(message.egress_time_ns(), arrival_ns);
+  chain_latency_.record_between(message.publish_time_ns(), arrival_ns);
   keep_pace(source->pace, sample);
   if (sample.late) {
     ++source->statistics.counts.out_of_order;  // its place in the stream has passed: it stays a gap
@@ -378,8 +380,6 @@ service::Status AllanMonitorNode::status() {
   std::uint64_t strangers = 0;
   std::uint32_t newest_stranger = 0;
   std::size_t gyros = 0;
-  double chain_p50_us = 0.0;
-  double chain_p99_us = 0.0;
   {
     const std::lock_guard lock(mutex_);
     for (const auto& source : gyros_) {
@@ -394,8 +394,6 @@ service::Status AllanMonitorNode::status() {
     gyros = gyros_.size();
     strangers = strangers_;
     newest_stranger = newest_stranger_;
-    chain_p50_us = static_cast<double>(chain_latency_.percentile_ns(0.5)) * kMicro;
-    chain_p99_us = static_cast<double>(chain_latency_.percentile_ns(0.99)) * kMicro;
   }
   if (strangers > told_strangers_.count) {
     host_.raise_counted(
@@ -416,9 +414,11 @@ service::Status AllanMonitorNode::status() {
                     {"too_many_gyros", "1", static_cast<double>(strangers)},
                     {"starts", "1", static_cast<double>(sum.starts)},
                     {"report_cost", "us", static_cast<double>(report_cost_ns_) * kMicro},
-                    {"copy_cost", "us", static_cast<double>(copy_cost_ns_) * kMicro},
-                    {"chain_p50", "us", chain_p50_us},
-                    {"chain_p99", "us", chain_p99_us}};
+                    {"copy_cost", "us", static_cast<double>(copy_cost_ns_) * kMicro}};
+  const std::array<const service::HopLatency*, 2> hops{&delivery_latency_, &chain_latency_};
+  const std::vector<service::Metric> latencies = service::latency_metrics(hops);
+  status.metrics.insert(status.metrics.end(), latencies.begin(), latencies.end());
+  status.parts.push_back(service::latency_part(hops));
   status.summary = std::to_string(gyros) + " gyro(s)";
   return status;
 }

@@ -23,8 +23,8 @@
 #include "common/core/axis.h"
 #include "common/core/time.h"
 #include "common/dds/participant.h"
+#include "common/service/hop_latency.h"
 #include "common/service/host.h"
-#include "common/service/latency_histogram.h"
 #include "common/service/replay_pacer.h"
 #include "services/allan_monitor/event_text.h"
 
@@ -138,8 +138,9 @@ class AllanMonitorNode {
   std::vector<std::unique_ptr<Gyro>> gyros_;
   std::uint64_t strangers_ = 0;  // samples of gyros beyond max_gyros
   std::uint32_t newest_stranger_ = 0;
-  std::vector<Pace> stranger_paces_;         // of the first kMostStrangers
-  service::LatencyHistogram chain_latency_;  // publisher's write to arrival here
+  std::vector<Pace> stranger_paces_;  // of the first kMostStrangers
+  service::HopLatency delivery_latency_{"delivery"};
+  service::HopLatency chain_latency_{"chain"};
   std::vector<std::unique_ptr<Watch>> watches_;
   Told told_strangers_;
   std::optional<std::int64_t> reported_ns_;

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The commands checkpoint and restore: the learner gives a copy of what it knows, or takes one.
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include "common/checkpoint/checkpoint_file.h"
+#include "common/service/monotonic_clock.h"
 #include "services/compensation/compensation_node.h"
 
 namespace zerodrift::services {
@@ -74,7 +76,7 @@ CompensationNode::Verdict CompensationNode::restore(const Request& request) {
   {
     const std::lock_guard lock(data_mutex_);
     for (std::size_t i = 0; i < loaded.size(); ++i) {
-      if (!request.gyros[i]->compensator.restore_models(loaded[i])) {
+      if (!request.gyros[i]->compensator->restore_models(loaded[i])) {
         return {.text = "the learner of gyro " + std::to_string(request.gyros[i]->id) +
                         " is busy; try again"};
       }
@@ -92,12 +94,82 @@ CompensationNode::Verdict CompensationNode::restore(const Request& request) {
 
 // The learner copies what it knows between two labels.
 compensation::LearnerState CompensationNode::learned_by(Gyro& source) {
-  std::packaged_task<compensation::LearnerState()> question(
-      [&source] { return source.compensator.learner().export_state(); });
-  auto answer = question.get_future();
-  questions_.push(std::move(question));  // one at a time is asked: never full
-  wake_learner();
-  return answer.get();
+  return *learned(source).state;
+}
+
+CompensationNode::Learned CompensationNode::learned(Gyro& source) {
+  const auto answer = std::make_shared<Learned>();
+  compensation::Compensator* compensator = source.compensator.get();
+  ask_learner([answer, compensator] {
+    answer->state = compensator->learner().export_state();
+    answer->job = compensator->learner().newest_job();
+  });
+  return *answer;
+}
+
+// What was learned since is lost with the process, never more: at most one period.
+void CompensationNode::save_from_time_to_time() {
+  const std::int64_t now = service::monotonic_ns();
+  const std::int64_t period_ns = std::chrono::nanoseconds(options_.checkpoint_period).count();
+  if (options_.checkpoint_dir.empty() || now - saved_ns_ < period_ns) return;
+  saved_ns_ = now;
+  for (auto& known : gyros_) {
+    Gyro* source = known.get();
+    const std::uint64_t epoch = source->newest.model_epoch;
+    if (epoch == source->saved_epoch ||
+        source->standby.role() != service::HotStandby::Role::kActive)
+      continue;
+    source->saved_epoch = epoch;
+    ask_request_thread([this, source] { save_of_itself(*source); });
+  }
+}
+
+void CompensationNode::save_of_itself(Gyro& source) {
+  const auto file = checkpoint_file(source.id, kDefaultName);
+  try {
+    if (!awaits_change(source))
+      checkpoint::save(file, {source.id, source.options}, learned_by(source));
+  } catch (const std::exception& error) {
+    host_.raise({.code = "checkpoint_failed",
+                 .severity = service::Severity::kError,
+                 .text = error.what(),
+                 .gyro_id = source.id,
+                 .sensor_time_ns = 0});
+  }
+}
+
+// Before the first sample is answered. A checkpoint that can't be used is told of, and learning
+// begins anew.
+void CompensationNode::resume(Gyro& source) {
+  const auto file = checkpoint_file(source.id, kDefaultName);
+  std::error_code none;
+  if (options_.checkpoint_dir.empty() || !std::filesystem::exists(file, none)) return;
+  const auto tell = [&](const char* code, service::Severity severity, const std::string& text) {
+    host_.raise({.code = code,
+                 .severity = severity,
+                 .text = "gyro " + std::to_string(source.id) + ": " + text,
+                 .gyro_id = source.id,
+                 .sensor_time_ns = 0});
+  };
+  try {
+    const auto age = std::chrono::duration_cast<std::chrono::seconds>(
+        std::filesystem::file_time_type::clock::now() - std::filesystem::last_write_time(file));
+    const auto loaded = checkpoint::load(file, {source.id, options_.compensation});
+    {
+      const std::lock_guard lock(data_mutex_);
+      source.compensator->restore_models(loaded);
+    }
+    wake_learner();
+    const auto epoch = installed(*loaded);
+    source.saved_epoch = epoch.value_or(0);
+    tell("resumed", service::Severity::kInformation,
+         "goes on from " + file.string() + ", saved " + std::to_string(age.count()) +
+             " s ago, model epoch " + std::to_string(epoch.value_or(0)) +
+             "; what was learned since is lost");
+  } catch (const std::exception& error) {
+    tell("cannot_resume", service::Severity::kWarning,
+         std::string(error.what()) + "; learning begins anew");
+  }
 }
 
 }  // namespace zerodrift::services

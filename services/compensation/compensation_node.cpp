@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/compensation/compensation_node.h"
 
+#include <pthread.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "common/core/units.h"
 #include "common/dds/conversions.h"
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
+#include "common/service/realtime.h"
+#include "services/compensation/instances.h"
 
 namespace zerodrift::services {
 
@@ -23,6 +28,7 @@ constexpr std::int64_t kSilentPublisherNs =
 constexpr std::int64_t kGiveUpWaitingNs =
     2000000000;  // a stream silent this long is not waited for
 constexpr const char* kConsumer = "compensation";
+constexpr const char* kLearnerThread = "learner";
 
 std::string instance_name(std::uint32_t instance) {
   return instance == 0 ? kConsumer : std::string(kConsumer) + "/" + std::to_string(instance);
@@ -48,6 +54,7 @@ constexpr std::string_view temperature_fault_text(Reason reason) {
 
 CompensationNode::CompensationNode(const CompensationNodeOptions& options)
     : options_(options),
+      strength_(service::first_strength(service::unix_time_ns(), options.ownership_strength)),
       host_(instance_name(options.instance), options.network),
       reply_writer_(host_.participant(), host_.observer()),
       progress_(host_.participant(), kConsumer),
@@ -72,9 +79,23 @@ CompensationNode::CompensationNode(const CompensationNodeOptions& options)
   tell_of_prior();
   learner_thread_ = std::thread([this] { learn_until_stopped(); });
   request_thread_ = std::thread([this] { serve_requests_until_stopped(); });
+  if (!is_one_of_several()) return;
+  checkpoint_writer_.emplace(host_.participant(), host_.observer());
+  checkpoint_reader_.emplace(
+      host_.participant(),
+      [this](const msg::CheckpointPart& m, const dds::SampleOrigin&) { on_checkpoint(m); },
+      host_.observer());
+  peer_reader_.emplace(
+      host_.participant(),
+      [this](const msg::CompensatedRate& m, const dds::SampleOrigin&) { on_peer(m); },
+      host_.observer(), dds::Reader<msg::CompensatedRate>::OnGone{},
+      partitions_of_others(options_.instance));
+  takeover_thread_ = std::thread([this] { take_over_until_stopped(); });
 }
 
 CompensationNode::~CompensationNode() {
+  stopping_takeovers_ = true;
+  if (takeover_thread_.joinable()) takeover_thread_.join();
   {
     const std::lock_guard lock(requests_mutex_);
     requests_closed_ = true;
@@ -99,8 +120,12 @@ CompensationNode::Gyro& CompensationNode::gyro(std::uint32_t gyro_id) {
   for (auto& known : gyros_) {
     if (known->id == gyro_id) return *known;
   }
-  gyros_.push_back(std::make_unique<Gyro>(gyro_id, options_.compensation));
-  newcomers_.push(gyros_.back().get());
+  const service::HotStandby role =
+      is_one_of_several()
+          ? service::HotStandby(options_.instance, strength_, service::monotonic_ns())
+          : service::HotStandby(strength_);
+  gyros_.push_back(std::make_unique<Gyro>(gyro_id, options_.compensation, role));
+  newcomers_.push(gyros_.back()->compensator.get());
   return *gyros_.back();
 }
 
@@ -116,9 +141,9 @@ bool CompensationNode::accepts(Gyro& gyro, const dds::SampleOrigin& origin, std:
     return false;
   }
   if (gyro.has_publisher) {
-    while (gyro.writer != nullptr && gyro.compensator.readiness() != Readiness::kNothing)
+    while (gyro.writer != nullptr && gyro.compensator->readiness() != Readiness::kNothing)
       answer(gyro);
-    gyro.compensator.restart_stream();
+    gyro.compensator->restart_stream();
   }
   gyro.publisher = origin.writer;
   gyro.has_publisher = true;
@@ -131,38 +156,52 @@ void CompensationNode::on_rate(const msg::AngularRate& message, const dds::Sampl
   const std::lock_guard lock(data_mutex_);
   Gyro& source = gyro(message.gyro_id());
   if (!accepts(source, origin, ingress_ns)) return;
-  arrival_latency_.record_between(message.publish_time_ns(), ingress_ns);
+  note_arrival(message, ingress_ns);
   const auto sample = dds::from_message(message);
-  if (source.compensator.push(sample, message.publish_time_ns(), ingress_ns) ==
+  if (source.catch_up.logging) source.catch_up.log.emplace_back(sample);
+  if (source.compensator->push(sample, message.publish_time_ns(), ingress_ns) ==
           compensation::Admission::kQueueFull &&
       source.writer != nullptr) {
     answer(source);  // never lose a raw sample: the oldest goes out with what is there
-    source.compensator.push(sample, message.publish_time_ns(), ingress_ns);
+    source.compensator->push(sample, message.publish_time_ns(), ingress_ns);
   }
   drain(source);
+}
+
+// A gyro whose samples are stamped with the host's Unix time says how old they were when published.
+void CompensationNode::note_arrival(const msg::AngularRate& message,
+                                    std::int64_t ingress_ns) noexcept {
+  arrival_latency_.record_between(message.publish_time_ns(), ingress_ns);
+  if (message.clock_source() != static_cast<std::uint32_t>(core::ClockSource::kHost)) return;
+  const std::int64_t published_ns = service::unix_time_of(
+      message.publish_time_ns(), {.unix_ns = service::unix_time_ns(), .monotonic_ns = ingress_ns});
+  sensor_latency_.record_between(message.sensor_time_ns(), published_ns);
 }
 
 void CompensationNode::on_temperature(const msg::Temperature& message) {
   const auto sample = dds::from_message(message);
   const std::lock_guard lock(data_mutex_);
   Gyro& source = gyro(message.gyro_id());
-  source.compensator.push(sample);
+  if (source.catch_up.logging) source.catch_up.log.emplace_back(sample);
+  source.compensator->push(sample);
   drain(source);
 }
 
 void CompensationNode::on_reference(const msg::RateReference& message) {
   const std::lock_guard lock(data_mutex_);
   Gyro& source = gyro(message.gyro_id());
-  source.compensator.push(dds::from_message(message));
+  const auto sample = dds::from_message(message);
+  if (source.catch_up.logging) source.catch_up.log.emplace_back(sample);
+  source.compensator->push(sample);
   drain(source);
 }
 
 // A record or simulation also waits for the subscribers that were asked for.
 bool CompensationNode::may_write(Gyro& source) const {
   if (source.writer == nullptr) return false;
-  if (source.heard_by_all || source.compensator.readiness() == Readiness::kNothing) return true;
+  if (source.heard_by_all || source.compensator->readiness() == Readiness::kNothing) return true;
   source.heard_by_all = options_.await_subscribers == 0 ||
-                        !core::is_paced_by_consumers(source.compensator.waiting_clock());
+                        !core::is_paced_by_consumers(source.compensator->waiting_clock());
   return source.heard_by_all;
 }
 
@@ -171,7 +210,7 @@ bool CompensationNode::may_write(Gyro& source) const {
 // who came first.
 void CompensationNode::drain(Gyro& source) {
   if (!may_write(source)) return;
-  compensation::Compensator& compensator = source.compensator;
+  compensation::Compensator& compensator = *source.compensator;
   for (;;) {
     const Readiness readiness = compensator.readiness();
     if (readiness == Readiness::kNothing) break;
@@ -192,25 +231,30 @@ void CompensationNode::drain(Gyro& source) {
 }
 
 void CompensationNode::answer(Gyro& source) {
-  const std::uint64_t labels = source.compensator.counts().labels;
+  const std::uint64_t labels = source.compensator->counts().labels;
   source.waiting_since_ns = 0;
-  source.newest = source.compensator.answer_next();
+  source.newest = source.compensator->answer_next();
   dds::to_message(source.newest, source.id, options_.instance, message_);
-  const std::int64_t egress_ns = service::monotonic_ns();
-  message_.egress_time_ns(egress_ns);
-  if (!source.writer->write(message_)) ++source.unwritten;
-  compute_latency_.record(egress_ns - source.newest.ingress_time_ns);
+  if (source.standby.take(message_, service::monotonic_ns())) write(source, message_);
   source.newest_sequence = std::max(source.newest_sequence, source.newest.raw.sequence);
-  if (source.compensator.counts().labels != labels) wake_learner();
+  if (source.compensator->counts().labels != labels) wake_learner();
   if (core::is_paced_by_consumers(source.newest.raw.clock) &&
       ++source.answered_since_report >= kReportEvery) {
     report_progress(source);
   }
 }
 
+void CompensationNode::write(Gyro& source, msg::CompensatedRate& message) {
+  message.ownership_strength(source.standby.strength());
+  const std::int64_t egress_ns = service::monotonic_ns();
+  message.egress_time_ns(egress_ns);
+  if (!source.writer->write(message)) ++source.unwritten;
+  compute_latency_.record(egress_ns - message.ingress_time_ns());
+}
+
 void CompensationNode::report_progress(Gyro& source) {
   source.answered_since_report = 0;
-  source.reported_needed = source.compensator.needed_time();
+  source.reported_needed = source.compensator->needed_time();
   progress_.report(source.id, source.newest_sequence, source.reported_needed);
 }
 
@@ -222,11 +266,12 @@ void CompensationNode::wake_learner() {
 }
 
 void CompensationNode::learn_until_stopped() {
-  std::vector<Gyro*> roster;
+  pthread_setname_np(pthread_self(), kLearnerThread);  // for those who look at a running service
+  service::leave_realtime();
   while (!stopping_) {
     const std::uint32_t seen = learner_wakeups_.load();
-    for (Gyro** newcomer = newcomers_.front(); newcomer != nullptr; newcomer = newcomers_.front()) {
-      roster.push_back(*newcomer);
+    for (auto** newcomer = newcomers_.front(); newcomer != nullptr; newcomer = newcomers_.front()) {
+      roster_.push_back(*newcomer);
       newcomers_.pop();
     }
     for (auto* question = questions_.front(); question != nullptr; question = questions_.front()) {
@@ -234,8 +279,8 @@ void CompensationNode::learn_until_stopped() {
       questions_.pop();
     }
     bool learned = false;
-    for (Gyro* source : roster) {
-      while (source->compensator.learner().run_one()) {
+    for (compensation::Compensator* compensator : roster_) {
+      while (compensator->learner().run_one()) {
         learned = true;
         ++models_delivered_;
         models_delivered_.notify_all();
@@ -250,6 +295,7 @@ void CompensationNode::learn_until_stopped() {
 void CompensationNode::on_command(const msg::Command& command) {
   if (host_.name() != command.service().c_str()) return;
   const std::lock_guard lock(data_mutex_);
+  if (is_repeated(command)) return;
   const std::string_view name = command.name().c_str();
   const bool needs_files =
       name == "checkpoint" || name == "restore" || name == "adopt" || name == "revert";
@@ -257,9 +303,21 @@ void CompensationNode::on_command(const msg::Command& command) {
   if (verdict.outcome != Outcome::kLater) reply(command, verdict);
 }
 
+// Senders repeat a command until it is answered: the addressee may be matched late.
+bool CompensationNode::is_repeated(const msg::Command& command) {
+  const std::size_t key =
+      std::hash<std::string_view>{}(command.issuer().c_str()) ^ command.request_id();
+  const auto known = obeyed_.begin() + static_cast<std::ptrdiff_t>(
+                                           std::min<std::size_t>(obeyed_count_, obeyed_.size()));
+  if (std::find(obeyed_.begin(), known, key) != known) return true;
+  obeyed_[obeyed_count_++ % obeyed_.size()] = key;
+  return false;
+}
+
 CompensationNode::Verdict CompensationNode::obey(const msg::Command& command) {
   Verdict verdict{.text = "no gyro has been heard yet"};
   bool accepted = false;
+  if (is_standby()) return {.text = kStandbyText};
   for (auto& source : gyros_) {
     verdict.text = obey(*source, command.name().c_str(), accepted);
     verdict.model_epoch = source->newest.model_epoch;
@@ -288,15 +346,15 @@ void CompensationNode::reply(const msg::Command& command, const Verdict& verdict
 std::string CompensationNode::obey(Gyro& source, std::string_view command, bool& accepted) {
   accepted = true;
   if (command == "freeze") {
-    source.compensator.freeze();
+    source.compensator->freeze();
     return "learning is frozen";
   }
   if (command == "learn") {
-    source.compensator.learn();
+    source.compensator->learn();
     return "learning goes on when at rest";
   }
   if (command == "reset") {
-    accepted = source.compensator.reset_models();
+    accepted = source.compensator->reset_models();
     wake_learner();
     return accepted ? "all that was learned is forgotten" : "the learner is busy; try again";
   }
@@ -319,30 +377,36 @@ void CompensationNode::tick() {
            .severity = Severity::kWarning,
            .text = "no temperature or reference for 2 s while rates wait for it; going on without",
            .gyro_id = source->id,
-           .sensor_time_ns = source->compensator.needed_time().count()});
-      source->compensator.give_up_waiting();
+           .sensor_time_ns = source->compensator->needed_time().count()});
+      source->compensator->give_up_waiting();
       source->waiting_since_ns = 0;
       drain(*source);
     }
     if (source->heard_by_all && core::is_paced_by_consumers(source->newest.raw.clock))
       report_progress(*source);
     tell_of_faults(*source);
+    look_after_standby(*source);
   }
+  save_from_time_to_time();
 }
 
 // Creating an endpoint from a listener can deadlock the middleware, so a new gyro's writer is made
 // here, and what came meanwhile is answered.
 void CompensationNode::make_writers() {
   std::vector<Gyro*> without;
+  std::vector<Gyro*> weak;
   {
     const std::lock_guard lock(data_mutex_);
     for (auto& source : gyros_) {
+      const bool is_weak = source->standby.wanted_strength() != source->standby.strength();
       if (source->writer == nullptr) without.push_back(source.get());
+      if (source->writer != nullptr && is_weak) weak.push_back(source.get());
     }
   }
+  for (Gyro* source : weak) renew_writer(*source);
   for (Gyro* source : without) {
-    auto writer = std::make_unique<dds::Writer<msg::CompensatedRate>>(
-        host_.participant(), host_.observer(), options_.ownership_strength);
+    resume(*source);
+    auto writer = make_writer(strength_);
     const std::lock_guard lock(data_mutex_);
     source->writer = std::move(writer);
   }
@@ -364,7 +428,7 @@ void CompensationNode::note_subscribers(Gyro& source) {
 }
 
 void CompensationNode::tell_of_faults(Gyro& source) {
-  const compensation::CompensatorCounts now = source.compensator.counts();
+  const compensation::CompensatorCounts now = source.compensator->counts();
   const auto tell = [&](const char* code, std::string text, std::uint64_t before,
                         std::uint64_t after) {
     if (after <= before) return;
@@ -434,70 +498,6 @@ void CompensationNode::tell_of_temperature(Gyro& source) {
                        std::string(temperature_fault_text(now)) + "; the model is not used",
                .gyro_id = source.id,
                .sensor_time_ns = source.newest.raw.time.count()});
-}
-
-service::Status CompensationNode::status() {
-  service::Status status;
-  const std::lock_guard lock(data_mutex_);
-  status.state = gyros_.empty() ? service::State::kWaiting : service::State::kRunning;
-  status.summary = std::to_string(gyros_.size()) + " gyro(s)";
-  compensation::CompensatorCounts sum;
-  std::uint64_t rejected = 0;
-  std::uint64_t unwritten = 0;
-  for (const auto& source : gyros_) {
-    const auto counts = source->compensator.counts();
-    sum.samples_in += counts.samples_in;
-    sum.samples_out += counts.samples_out;
-    sum.missing += counts.missing;
-    sum.duplicates += counts.duplicates + counts.too_old;
-    rejected += source->rejected;
-    unwritten += source->unwritten;
-    status.parts.push_back(part(*source));
-  }
-  const auto latency_us = [](const service::LatencyHistogram& histogram, double share) {
-    return static_cast<double>(histogram.percentile_ns(share)) * 1e-3;
-  };
-  status.metrics = {{"samples_in", "1", static_cast<double>(sum.samples_in)},
-                    {"samples_out", "1", static_cast<double>(sum.samples_out)},
-                    {"missing", "1", static_cast<double>(sum.missing)},
-                    {"duplicates", "1", static_cast<double>(sum.duplicates)},
-                    {"rejected", "1", static_cast<double>(rejected)},
-                    {"unwritten", "1", static_cast<double>(unwritten)},
-                    {"compute_p50", "us", latency_us(compute_latency_, 0.5)},
-                    {"compute_p99", "us", latency_us(compute_latency_, 0.99)},
-                    {"arrival_p50", "us", latency_us(arrival_latency_, 0.5)},
-                    {"arrival_p99", "us", latency_us(arrival_latency_, 0.99)}};
-  return status;
-}
-
-service::StatusPart CompensationNode::part(const Gyro& source) {
-  service::StatusPart part{.name = std::to_string(source.id), .metrics = {}};
-  const auto add = [&](std::string name, std::string unit, double value) {
-    part.metrics.push_back({std::move(name), std::move(unit), value});
-  };
-  const auto& compensator = source.compensator;
-  const auto counts = compensator.counts();
-  add("invalid", "1", static_cast<double>(counts.invalid));
-  add("labels", "1", static_cast<double>(counts.labels));
-  add("labels_skipped", "1", static_cast<double>(counts.labels_skipped));
-  add("late_models", "1", static_cast<double>(counts.late_models));
-  add("model_epoch", "1", static_cast<double>(source.newest.model_epoch));
-  add("sensor_time", "s", core::seconds(source.newest.raw.time));
-  add("temperature", "degC", compensator.temperature_degc());
-  add("temperature_rate", "degC/min", compensator.temperature_rate_degc_per_s() * 60.0);
-  for (const auto axis : core::kAxes) {
-    const std::size_t i = core::index(axis);
-    const std::string suffix = "_" + std::string(core::name(axis));
-    const auto& record = compensator.test_then_train(axis);
-    add("valid" + suffix, "1", source.newest.raw.valid[i] ? 1.0 : 0.0);
-    add("mode" + suffix, "1", static_cast<double>(source.newest.mode[i]));
-    add("reason" + suffix, "1", static_cast<double>(source.newest.reason[i]));
-    add("drift" + suffix, "deg/h", core::deg_h_from_radps(source.newest.applied_drift_radps[i]));
-    add("support_vectors" + suffix, "1", static_cast<double>(compensator.support_vectors(axis)));
-    add("applied_rmse" + suffix, "deg/h", core::deg_h_from_radps(std::sqrt(record.applied_mse)));
-    add("persistence_rmse" + suffix, "deg/h", core::deg_h_from_radps(std::sqrt(record.held_mse)));
-  }
-  return part;
 }
 
 }  // namespace zerodrift::services

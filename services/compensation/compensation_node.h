@@ -4,24 +4,29 @@
 // models on another.
 #pragma once
 
+#include <array>
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
 #include <filesystem>
+#include <functional>
 #include <future>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <thread>
+#include <variant>
 #include <vector>
 
 #include "common/compensation/compensator.h"
 #include "common/compensation/learner_state.h"
 #include "common/core/spsc_queue.h"
 #include "common/dds/participant.h"
+#include "common/service/hop_latency.h"
 #include "common/service/host.h"
-#include "common/service/latency_histogram.h"
+#include "common/service/hot_standby.h"
 #include "common/service/replay_pacer.h"
 
 namespace zerodrift::services {
@@ -30,9 +35,11 @@ struct CompensationNodeOptions {
   dds::NetworkOptions network;
   compensation::CompensationOptions compensation;
   std::uint32_t instance = 0;
+  // 0: alone; else one of several, the strongest of which is the active one at first.
   std::uint32_t ownership_strength = 0;
   int await_subscribers = 0;
   std::filesystem::path checkpoint_dir{};  // empty: no checkpoints
+  std::chrono::seconds checkpoint_period{60};
 };
 
 class CompensationNode {
@@ -44,10 +51,29 @@ class CompensationNode {
   void run();
 
  private:
+  // An input as it arrived, for a standby to repeat after the state it is given.
+  using Input =
+      std::variant<core::AngularRateSample, core::TemperatureSample, core::RateReferenceSample>;
+  // A standby on its way to the active instance's state.
+  struct CatchUp {
+    bool logging = false;      // from before the state was asked for
+    std::vector<Input> log{};  // in order of arrival
+    std::int64_t asked_ns = 0;
+    // The state's parts so far.
+    std::uint32_t instance = 0;
+    std::uint64_t sequence = 0;
+    std::uint32_t parts = 0;
+    std::string bytes{};
+  };
+
   // One gyro: its compensator, whom it listens to, and what its stream did.
   struct Gyro {
-    Gyro(std::uint32_t gyro_id, const compensation::CompensationOptions& configured)
-        : id(gyro_id), options(configured), compensator(configured) {}
+    Gyro(std::uint32_t gyro_id, const compensation::CompensationOptions& configured,
+         const service::HotStandby& role)
+        : id(gyro_id),
+          options(configured),
+          compensator(std::make_unique<compensation::Compensator>(configured)),
+          standby(role) {}
     std::uint32_t id;
     // As configured, with the prior that was adopted last; the request thread's.
     compensation::CompensationOptions options;
@@ -55,7 +81,9 @@ class CompensationNode {
     std::shared_ptr<compensation::PriorChange> change{};
     std::optional<twin::Model> prior_before{};
     bool can_revert = false;
-    compensation::Compensator compensator;
+    std::unique_ptr<compensation::Compensator> compensator;
+    service::HotStandby standby;
+    CatchUp catch_up{};
     // Made outside of the receiving thread; samples wait for it in the compensator.
     std::unique_ptr<dds::Writer<msg::CompensatedRate>> writer;
     bool heard_by_all = false;           // as many subscribers as were asked for
@@ -72,10 +100,17 @@ class CompensationNode {
     compensation::CompensatedSample newest;
     compensation::CompensatorCounts told;  // what events have told so far
     std::uint64_t told_rejected = 0;
+    service::HotStandby::Counts told_standby{};
+    bool told_hanging = false;
+    std::uint64_t saved_epoch = 0;  // of the model saved last of itself; the tick's
     core::PerAxis<compensation::Mode> told_mode{};
     core::PerAxis<compensation::Reason> told_reason{};
     compensation::Reason told_temperature_fault = compensation::Reason::kNone;
   };
+
+  static constexpr const char* kStandbyText =
+      "this instance is a standby and follows the active one; send it there (ctl status tells "
+      "which is active)";
 
   // What becomes of a command.
   enum class Outcome : std::uint8_t { kRefused, kAccepted, kLater };
@@ -90,8 +125,10 @@ class CompensationNode {
     std::string argument{};
     std::vector<Gyro*> gyros{};
   };
+  using Task = std::function<void()>;  // of the request thread
 
   void on_rate(const msg::AngularRate& message, const dds::SampleOrigin& origin);
+  void note_arrival(const msg::AngularRate& message, std::int64_t ingress_ns) noexcept;
   void on_temperature(const msg::Temperature& message);
   void on_reference(const msg::RateReference& message);
   void on_command(const msg::Command& command);
@@ -101,6 +138,7 @@ class CompensationNode {
   bool accepts(Gyro& gyro, const dds::SampleOrigin& origin, std::int64_t now_ns);
   void drain(Gyro& gyro);
   void answer(Gyro& gyro);
+  void write(Gyro& gyro, msg::CompensatedRate& message);
   void report_progress(Gyro& gyro);
   void tick();
   void make_writers();
@@ -108,16 +146,27 @@ class CompensationNode {
   void tell_of_faults(Gyro& gyro);
   void tell_of_modes(Gyro& gyro);
   void tell_of_temperature(Gyro& gyro);
+
+  // status.cpp
+  struct Seen;  // of one gyro, as plain values
   service::Status status();
-  static service::StatusPart part(const Gyro& source);
+  static Seen see(const Gyro& source);
+  static service::StatusPart part(const Seen& seen);
+
   void learn_until_stopped();
   void wake_learner();
+  bool is_repeated(const msg::Command& command);
   Verdict obey(const msg::Command& command);
   std::string obey(Gyro& gyro, std::string_view command, bool& accepted);
   void reply(const msg::Command& command, const Verdict& verdict);
 
   // requests.cpp
   Verdict hand_over(const msg::Command& command);
+  // False: too many wait already.
+  bool ask_request_thread(Task task);
+  // Has the learner run it between two labels, and waits for that. Throws where it doesn't in time:
+  // so the task holds on to nothing of its caller's, it may still be run.
+  void ask_learner(Task question);
   void serve_requests_until_stopped();
   Verdict serve(const Request& request);
   // The model epoch from which on the learner is in the learner's place; nothing if that takes
@@ -129,9 +178,35 @@ class CompensationNode {
   // checkpoint_requests.cpp
   Verdict save(const Request& request);
   Verdict restore(const Request& request);
+  // What a learner knows, and after which of its jobs.
+  struct Learned {
+    std::optional<compensation::LearnerState> state{};
+    std::uint64_t job = 0;
+  };
+  Learned learned(Gyro& source);
   compensation::LearnerState learned_by(Gyro& source);
   [[nodiscard]] std::filesystem::path checkpoint_file(std::uint32_t gyro_id,
                                                       const std::string& name) const;
+  void save_from_time_to_time();
+  void save_of_itself(Gyro& source);
+  void resume(Gyro& source);
+
+  // hot_standby.cpp
+  void on_peer(const msg::CompensatedRate& message);
+  void on_checkpoint(const msg::CheckpointPart& part);
+  void take_over_until_stopped();
+  void look_after_standby(Gyro& source);
+  void give_state(Gyro& source);
+  std::optional<std::string> running_state(Gyro& source, std::uint64_t& sequence);
+  void catch_up(Gyro& source, const std::string& state, std::uint64_t sequence);
+  void renew_writer(Gyro& source);
+  void relieve(compensation::Compensator& before,
+               std::unique_ptr<compensation::Compensator>& after);
+  void tell_of_standby(Gyro& source);
+  // Of any gyro: the commands that change a model are the active instance's.
+  [[nodiscard]] bool is_standby() const;
+  std::unique_ptr<dds::Writer<msg::CompensatedRate>> make_writer(std::uint32_t strength);
+  [[nodiscard]] bool is_one_of_several() const noexcept { return options_.ownership_strength > 0; }
 
   // prior_requests.cpp
   void tell_of_prior();
@@ -141,27 +216,36 @@ class CompensationNode {
                        const std::string& what);
 
   CompensationNodeOptions options_;
+  std::uint32_t strength_;  // of a writer that nobody was heard before
   service::Host host_;
   std::mutex
       data_mutex_;  // between the receiving thread and the status thread; never the learner's
   std::vector<std::unique_ptr<Gyro>> gyros_;
-  core::SpscQueue<Gyro*> newcomers_{128};  // gyros the learner has not seen yet
+  core::SpscQueue<compensation::Compensator*> newcomers_{128};  // the learner has not seen yet
   msg::CompensatedRate message_;
-  service::LatencyHistogram compute_latency_;  // ingress to egress
-  service::LatencyHistogram arrival_latency_;  // publisher's write to ingress
+  std::array<std::size_t, 64> obeyed_{};  // the newest commands
+  std::size_t obeyed_count_ = 0;
+  service::HopLatency sensor_latency_{"sensor"};  // see there; the receiving thread's
+  service::HopLatency arrival_latency_{"arrival"};
+  service::HopLatency compute_latency_{"compute"};
 
   std::atomic<std::uint32_t> learner_wakeups_{0};
   std::atomic<std::uint32_t> models_delivered_{0};
   std::atomic<bool> stopping_{false};
+  std::vector<compensation::Compensator*> roster_;  // the learner's
+  std::vector<std::unique_ptr<compensation::Compensator>> abandoned_;
   std::thread learner_thread_;
 
   // From the request thread to the learner: to be answered between two labels.
-  core::SpscQueue<std::packaged_task<compensation::LearnerState()>> questions_{1};
+  core::SpscQueue<Task> questions_{4};
   std::mutex requests_mutex_;  // held for a push or a pop
   std::condition_variable requests_changed_;
-  std::deque<Request> requests_;
+  std::deque<Task> requests_;
   std::atomic<bool> requests_closed_{false};
   std::thread request_thread_;
+  std::int64_t saved_ns_ = 0;  // the tick's
+  std::atomic<bool> stopping_takeovers_{false};
+  std::thread takeover_thread_;
 
   dds::Writer<msg::CommandReply> reply_writer_;
   service::ReplayProgressReporter progress_;
@@ -169,6 +253,10 @@ class CompensationNode {
   dds::Reader<msg::RateReference> reference_reader_;
   dds::Reader<msg::Temperature> temperature_reader_;
   dds::Reader<msg::AngularRate> rate_reader_;
+  // One of several: what the others answer, and how they catch up.
+  std::optional<dds::Writer<msg::CheckpointPart>> checkpoint_writer_;
+  std::optional<dds::Reader<msg::CheckpointPart>> checkpoint_reader_;
+  std::optional<dds::Reader<msg::CompensatedRate>> peer_reader_;
 };
 
 }  // namespace zerodrift::services

@@ -107,7 +107,7 @@ CompensationNode::Verdict CompensationNode::change_prior(
   }
   {
     const std::lock_guard lock(data_mutex_);
-    if (!source.compensator.change_prior(change)) {
+    if (!source.compensator->change_prior(change)) {
       return {.text = "the learner of gyro " + std::to_string(source.id) + " is busy; try again"};
     }
   }

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <utility>
 
+#include "common/service/realtime.h"
 #include "services/compensation/compensation_node.h"
 
 namespace zerodrift::services {
@@ -15,9 +16,14 @@ using namespace std::chrono_literals;
 constexpr std::size_t kMostRequests = 8;
 constexpr auto kInstalledWithin = 2000ms;  // else the reply doesn't wait for it
 
+constexpr auto kLearnerAnswersWithin = 2000ms;  // it answers between two labels
+
+bool is_checkpoint(const msg::Command& command) {
+  return std::string_view(command.name().c_str()) == "checkpoint";
+}
+
 bool is_of_checkpoints(const msg::Command& command) {
-  const std::string_view name = command.name().c_str();
-  return name == "checkpoint" || name == "restore";
+  return is_checkpoint(command) || std::string_view(command.name().c_str()) == "restore";
 }
 
 }  // namespace
@@ -29,29 +35,50 @@ CompensationNode::Verdict CompensationNode::hand_over(const msg::Command& comman
   Request request{.command = command, .argument = command.argument().c_str(), .gyros = {}};
   for (auto& source : gyros_) request.gyros.push_back(source.get());
   if (request.gyros.empty()) return {.text = "no gyro has been heard yet"};
-  const std::lock_guard lock(requests_mutex_);
-  if (requests_.size() >= kMostRequests) return {.text = "busy with other requests; try again"};
-  requests_.push_back(std::move(request));
-  requests_changed_.notify_one();
-  return {.outcome = Outcome::kLater};
-}
-
-void CompensationNode::serve_requests_until_stopped() {
-  for (;;) {
-    Request request;
-    {
-      std::unique_lock lock(requests_mutex_);
-      requests_changed_.wait(lock, [this] { return requests_closed_ || !requests_.empty(); });
-      if (requests_closed_) return;
-      request = std::move(requests_.front());
-      requests_.pop_front();
-    }
+  if (!is_checkpoint(command) && is_standby()) return {.text = kStandbyText};
+  const auto task = [this, request] {
     try {
       reply(request.command, serve(request));
     } catch (const std::exception& error) {
       reply(request.command, {.text = error.what()});
     }
+  };
+  if (!ask_request_thread(task)) return {.text = "busy with other requests; try again"};
+  return {.outcome = Outcome::kLater};
+}
+
+bool CompensationNode::ask_request_thread(Task task) {
+  const std::lock_guard lock(requests_mutex_);
+  if (requests_.size() >= kMostRequests) return false;
+  requests_.push_back(std::move(task));
+  requests_changed_.notify_one();
+  return true;
+}
+
+void CompensationNode::serve_requests_until_stopped() {
+  service::leave_realtime();
+  for (;;) {
+    Task task;
+    {
+      std::unique_lock lock(requests_mutex_);
+      requests_changed_.wait(lock, [this] { return requests_closed_ || !requests_.empty(); });
+      if (requests_closed_) return;
+      task = std::move(requests_.front());
+      requests_.pop_front();
+    }
+    task();
   }
+}
+
+void CompensationNode::ask_learner(Task question) {
+  auto asked = std::make_shared<std::packaged_task<void()>>(std::move(question));
+  auto answered = asked->get_future();
+  const bool free = questions_.push([asked] { (*asked)(); });
+  wake_learner();
+  if (!free || answered.wait_for(kLearnerAnswersWithin) != std::future_status::ready) {
+    throw std::runtime_error("the learner doesn't answer: it is busy or hangs; try again");
+  }
+  answered.get();
 }
 
 CompensationNode::Verdict CompensationNode::serve(const Request& request) {

@@ -21,5 +21,6 @@ void add_control(CLI::App& app, Run& run);
 void add_bench(CLI::App& app, Run& run);
 void add_bench_svr(CLI::App& bench, Run& run);  // to `zerodrift bench`
 void add_bench_allan(CLI::App& bench, Run& run);
+void add_bench_fail_over(CLI::App& bench, Run& run);
 
 }  // namespace zerodrift::services

@@ -101,6 +101,8 @@ std::string prior_argument(const ControlOptions& options) {
   return argument;
 }
 
+constexpr auto kRepeatEvery = 200ms;
+
 int send(const ControlOptions& options) {
   dds::Participant participant("zerodrift_ctl", options.network);
   const auto request = static_cast<std::uint64_t>(service::unix_time_ns());
@@ -114,16 +116,19 @@ int send(const ControlOptions& options) {
   dds::Writer<msg::Command> writer(participant);
   const auto give_up =
       std::chrono::steady_clock::now() + std::chrono::duration<double>(options.wait_s);
-  bool sent = false;
+  // Again and again: the one it is for may be matched later than another. It obeys once.
+  auto next = std::chrono::steady_clock::now();
   while (std::chrono::steady_clock::now() < give_up) {
-    if (!sent && writer.matched() > 0 && replies.matched() > 0) {
+    if (std::chrono::steady_clock::now() >= next && writer.matched() > 0 &&
+        replies.matched() > 0) {
+      next += kRepeatEvery;
       msg::Command command;
       command.service(options.service.c_str());
       command.name(options.command.c_str());
       command.argument(options.argument.c_str());
       command.issuer("zerodrift ctl");
       command.request_id(request);
-      sent = writer.write(command);
+      writer.write(command);
     }
     if (service::wait_for_stop(20ms)) return service::kExitNo;
     const std::lock_guard lock(mutex);

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 
 #include "common/compensation/mode.h"
@@ -124,7 +126,10 @@ std::vector<std::uint32_t> StatusBoard::gyros() const {
   std::vector<std::uint32_t> ids;
   for (const auto& [name, service] : services_) {
     if (name.rfind(kPart, 0) != 0) continue;
-    ids.push_back(static_cast<std::uint32_t>(std::stoul(name.substr(kPart.size()))));
+    std::uint32_t id = 0;
+    const char* end = name.data() + name.size();
+    const auto read = std::from_chars(name.data() + kPart.size(), end, id);
+    if (read.ec == std::errc{} && read.ptr == end) ids.push_back(id);
   }
   std::sort(ids.begin(), ids.end());
   return ids;
@@ -191,19 +196,62 @@ std::string StatusBoard::gyro_table(std::uint32_t gyro) const {
   return text;
 }
 
+// Of instances that stand by for each other: who is what.
+std::string StatusBoard::instances() const {
+  static constexpr std::array<const char*, 3> kHealth{"in sync", "catching up",
+                                                      "its learner hangs"};
+  std::string text;
+  for (const auto& [name, metrics] : services_) {
+    const auto health = metrics.find("health");
+    const std::size_t colon = name.find(':');
+    if (health == metrics.end() || colon == std::string::npos) continue;
+    const auto index = static_cast<std::size_t>(health->second);
+    const bool active = metric(name, "active", 0.0) > 0.0;
+    text += fmt::format(
+        "{} of gyro {}: {}{}; answers compared {:.0f}, differing {:.0f}; took over {:.0f} times\n",
+        name.substr(0, colon), name.substr(colon + 1), active ? "active" : "standby, ",
+        active                   ? ""
+        : index < kHealth.size() ? kHealth[index]
+                                 : "?",
+        metric(name, "compared", 0.0), metric(name, "differing", 0.0),
+        metric(name, "takeovers", 0.0));
+  }
+  return text;
+}
+
 std::string StatusBoard::totals() const {
   return fmt::format(
       "samples: published {:.0f}  in {:.0f}  out {:.0f}  monitored {:.0f}  missing {:.0f}  "
-      "duplicates {:.0f}  rejected {:.0f}\n"
-      "latency p50/p99 [us]: publisher to compensation {:.0f}/{:.0f}, in it (a replay waits there) "
-      "{:.0f}/{:.0f}, publisher to monitor {:.0f}/{:.0f}\n",
+      "duplicates {:.0f}  rejected {:.0f}\n",
       metric("gyro_publisher", "samples_published", 0.0), metric("compensation", "samples_in", 0.0),
       metric("compensation", "samples_out", 0.0), metric("allan_monitor", "samples", 0.0),
       metric("compensation", "missing", 0.0), metric("compensation", "duplicates", 0.0),
-      metric("compensation", "rejected", 0.0), metric("compensation", "arrival_p50", 0.0),
-      metric("compensation", "arrival_p99", 0.0), metric("compensation", "compute_p50", 0.0),
-      metric("compensation", "compute_p99", 0.0), metric("allan_monitor", "chain_p50", 0.0),
-      metric("allan_monitor", "chain_p99", 0.0));
+      metric("compensation", "rejected", 0.0));
+}
+
+std::string StatusBoard::hop_row(const Hop& hop) const {
+  const std::string name(hop.name);
+  const double count = metric(std::string(hop.service) + ":latency", name + "_count", 0.0);
+  if (count == 0.0) return "";
+  const auto figure_us = [&](const char* what) {
+    return fmt::format("{:>10.4g}", metric(hop.service, name + what, 0.0));
+  };
+  return fmt::format("{:<36} {} {} {} {} {:>10.0f}\n", hop.heading, figure_us("_p50"),
+                     figure_us("_p99"), figure_us("_p999"), figure_us("_max"), count);
+}
+
+std::string StatusBoard::hops() const {
+  static constexpr std::array kHops{Hop{"compensation", "sensor", "sensor to publisher"},
+                                    Hop{"compensation", "arrival", "publisher to compensation"},
+                                    Hop{"compensation", "compute", "in it (a replay waits there)"},
+                                    Hop{"allan_monitor", "delivery", "compensation to monitor"},
+                                    Hop{"allan_monitor", "chain", "publisher to monitor"}};
+  std::string rows;
+  for (const Hop& hop : kHops) rows += hop_row(hop);
+  if (rows.empty()) return "";
+  return fmt::format("{:<36} {:>10} {:>10} {:>10} {:>10} {:>10}\n", "latency [us]", "p50", "p99",
+                     "p99.9", "max", "samples") +
+         rows;
 }
 
 std::string StatusBoard::table() {
@@ -211,7 +259,7 @@ std::string StatusBoard::table() {
   if (services_.empty()) return "";
   std::string text;
   for (const std::uint32_t gyro : gyros()) text += gyro_table(gyro);
-  text += totals();
+  text += instances() + totals() + hops();
   for (const auto& event : events_) text += "  " + event + "\n";
   return text;
 }

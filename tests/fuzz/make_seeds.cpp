@@ -14,6 +14,7 @@
 #include "common/checkpoint/learner_message.h"
 #include "common/dds/topics.h"
 #include "common/drivers/kvh_frame.h"
+#include "tests/fuzz/running_compensator.h"
 #include "tests/unit/checkpoint/saved_learner.h"
 
 namespace zerodrift::fuzz {
@@ -51,6 +52,76 @@ void checkpoint_seeds() {
   write("checkpoint", "axis_with_its_initial_set", "a" + axis_bytes(3));
   write("checkpoint", "axis_just_begun", "a" + axis_bytes(5));
   write("checkpoint", "axis_with_models_kept", "a" + axis_bytes(9));
+}
+
+// ---------------------------------------- running state
+
+// A change as targets/running_state.cpp reads it.
+std::string change(std::uint16_t at, const std::string& bytes) {
+  std::string text;
+  append(text, at);
+  return text + static_cast<char>(bytes.size()) + bytes;
+}
+
+void running_state_seeds() {
+  const auto seed = [](const char* name, const std::string& bytes) {
+    write("running_state", name, bytes);
+  };
+  const std::string wild(8, '\xff');
+  seed("no_state", "fnothing of the kind");
+  seed("new", std::string("d\0", 2));
+  seed("labels_gather", "d\x01");
+  seed("with_a_model", "d\x02");
+  seed("with_a_model_and_a_prior", "D\x02");
+  seed("cut", "d\x02" + change(100, ""));
+  seed("wild_in_many_places", "d\x02" + change(0, wild) + change(8500, wild) + change(9000, wild) +
+                                  change(10000, wild) + change(11000, wild));
+  seed("wild_at_the_end", "D\x02" + change(65535, wild));
+  seed("message_changed", "m\x02" + change(1, "x") + change(3000, wild));
+  seed("message_unchanged_with_a_prior", "M\x02");
+}
+
+// ---------------------------------------- datagrams
+
+constexpr char kLittleEndian = 1;
+
+std::string rtps_header(char vendor) {
+  return std::string("RTPS\2\2\1") + vendor + "participant1";
+}
+
+std::string submessage(char id, const std::string& body) {
+  std::string bytes{id, kLittleEndian};
+  append(bytes, static_cast<std::uint16_t>(body.size()));
+  return bytes + body;
+}
+
+// RTPS 2.3, 8.3.3 and 9.4; DDS Security 1.1, 7.3.6.
+std::string data_of_writer(const std::string& writer) {
+  const std::string reader(4, '\0');
+  return submessage(0x15, std::string("\0\0\x10\0", 4) + reader + writer + std::string(16, '\1'));
+}
+
+void datagram_seeds() {
+  constexpr char kFastDds = 15;
+  constexpr char kOther = 1;
+  const std::string header = rtps_header(kFastDds);
+  const std::string timestamp = submessage(0x09, std::string(8, '\0'));
+  const std::string statistics = submessage('\x80', std::string(56, '\0'));
+  const std::string heartbeat = submessage(0x07, std::string(28, '\0'));
+  const std::string key(20, '\2');  // of a crypto header
+  write("datagram", "sample", header + timestamp + data_of_writer({0, 0, 1, 3}) + statistics);
+  write("datagram", "announcement", header + timestamp + data_of_writer({0, 1, 0, '\xc2'}));
+  write("datagram", "authentication", header + data_of_writer({0, 2, 1, '\xc3'}));
+  write("datagram", "keys",
+        header + submessage(0x31, key) + submessage(0x30, "keys") + submessage(0x32, key));
+  const std::string encrypted =
+      submessage(0x33, key) + submessage(0x30, "body") + submessage(0x34, std::string(20, '\3'));
+  write("datagram", "encrypted", header + encrypted + statistics);
+  write("datagram", "encrypted_of_another_vendor", rtps_header(kOther) + encrypted);
+  write("datagram", "statistics_first", header + statistics + heartbeat);
+  write("datagram", "big_endian_to_the_end", header + std::string("\x07\0\0\0", 4) + "to the end");
+  write("datagram", "longer_than_it_is", header + heartbeat.substr(0, 9));
+  write("datagram", "header_alone", header);
 }
 
 // ---------------------------------------- DDS
@@ -131,6 +202,11 @@ void dds_seeds() {
   progress.consumer("compensation");
   progress.gyro_id(1);
   dds_seed(9, "replay_progress", progress);
+  msg::CheckpointPart part;
+  part.gyro_id(1);
+  part.parts(1);
+  part.bytes().assign(8, 1);
+  dds_seed(10, "checkpoint", part);
 }
 
 // ---------------------------------------- serial frames
@@ -205,6 +281,8 @@ int main(int argc, char** argv) {
   }
   zerodrift::fuzz::root = argv[1];
   zerodrift::fuzz::checkpoint_seeds();
+  zerodrift::fuzz::running_state_seeds();
+  zerodrift::fuzz::datagram_seeds();
   zerodrift::fuzz::dds_seeds();
   zerodrift::fuzz::serial_seeds();
   zerodrift::fuzz::stream_seeds();

@@ -23,8 +23,10 @@ class Broken : public std::logic_error {
 void checkpoint(Bytes input);
 void column_map(Bytes input);
 void compensation_config(Bytes input);
+void datagram(Bytes input);
 void dds_payload(Bytes input);
 void record_csv(Bytes input);
+void running_state(Bytes input);
 void sample_stream(Bytes input);
 void serial_frames(Bytes input);
 void sysfs_thermometer(Bytes input);
@@ -41,8 +43,10 @@ inline constexpr std::array kTargets{
     Target{"checkpoint", checkpoint},
     Target{"column_map", column_map},
     Target{"compensation_config", compensation_config},
+    Target{"datagram", datagram},
     Target{"dds_payload", dds_payload},
     Target{"record_csv", record_csv},
+    Target{"running_state", running_state},
     Target{"sample_stream", sample_stream},
     Target{"serial_frames", serial_frames},
     Target{"sysfs_thermometer", sysfs_thermometer},

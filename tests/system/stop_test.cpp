@@ -244,5 +244,28 @@ TEST(Killed, AThermalPublisherInRealTimeLeavesTheServiceInItsFallbackAfterTemper
   EXPECT_EQ(compensation.wait(kStopsWithin), 0);
 }
 
+// A reader that doesn't acknowledge keeps the writer's heartbeats going while it is deleted.
+TEST(Stop, AWriterWhoseReaderHangsCanBeDeleted) {
+  SystemUnderTest system(Domain::kStopHangingReader);
+  dds::Participant participant("test", system.network());
+  ChildProcess& reader = system.start("allan_monitor", {});
+  {
+    dds::Writer<msg::CompensatedRate> writer(participant);
+    ASSERT_TRUE(eventually([&] { return writer.matched() == 1; }));
+  }
+  reader.send(SIGSTOP);
+  for (int k = 0; k < 100; ++k) {
+    dds::Writer<msg::CompensatedRate> writer(participant);
+    ASSERT_TRUE(eventually([&] { return writer.matched() == 1; }));
+    msg::CompensatedRate message;
+    message.gyro_id(1);
+    for (std::uint64_t n = 1; n <= 500; ++n) {
+      message.sequence_number(n);
+      writer.write(message);
+    }
+  }
+  reader.send(SIGCONT);
+}
+
 }  // namespace
 }  // namespace zerodrift::system_test

@@ -25,6 +25,8 @@ class BiasTemperature final : public Effect {
     return d * (c1_ + d * (c2_ + d * (c3_ + d * c4_)));
   }
 
+  void carry(core::StateArchive& archive) override { archive(lag_); }
+
  private:
   TemperaturePoint input_;
   LowPass lag_;

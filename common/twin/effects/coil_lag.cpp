@@ -22,6 +22,8 @@ class CoilLag final : public Effect {
     return radps_per_degc_per_s_ * lag_.step(temperature_rate_degc_per_s(inputs, input_));
   }
 
+  void carry(core::StateArchive& archive) override { archive(lag_); }
+
  private:
   TemperaturePoint input_;
   LowPass lag_;

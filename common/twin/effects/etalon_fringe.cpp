@@ -28,6 +28,8 @@ class EtalonFringe final : public Effect {
     return sine_radps_ * std::sin(phase) + cosine_radps_ * std::cos(phase);
   }
 
+  void carry(core::StateArchive& archive) override { archive(lag_); }
+
  private:
   TemperaturePoint input_;
   LowPass lag_;

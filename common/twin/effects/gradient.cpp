@@ -22,6 +22,8 @@ class Gradient final : public Effect {
            lag_.step(temperature_degc(inputs, from_) - temperature_degc(inputs, to_));
   }
 
+  void carry(core::StateArchive& archive) override { archive(lag_); }
+
  private:
   TemperaturePoint from_;
   TemperaturePoint to_;

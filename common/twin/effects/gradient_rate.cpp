@@ -37,6 +37,10 @@ class GradientRate final : public Effect {
     return radps_per_degc_per_s_ * gradient_rate_.step(from - to) + radps_per_degc_per_s2_ * change;
   }
 
+  void carry(core::StateArchive& archive) override {
+    archive(gradient_rate_, mean_rate_, previous_rate_, started_);
+  }
+
  private:
   TemperaturePoint from_;
   TemperaturePoint to_;

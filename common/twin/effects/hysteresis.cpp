@@ -44,6 +44,11 @@ class Hysteresis final : public Effect {
     return sum;
   }
 
+  void carry(core::StateArchive& archive) override {
+    archive(lag_, previous_degc_, started_);
+    for (Stop& stop : operators_) archive(stop.stress_degc);
+  }
+
  private:
   struct Stop {
     double threshold_degc = 0.0;

@@ -32,6 +32,8 @@ class SensorLag final : public Effect {
     return delay_s_ * slope * rate_lag_.step(temperature_rate_degc_per_s(inputs, input_));
   }
 
+  void carry(core::StateArchive& archive) override { archive(lag_, rate_lag_); }
+
  private:
   TemperaturePoint input_;
   LowPass lag_;

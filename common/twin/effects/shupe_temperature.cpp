@@ -23,6 +23,8 @@ class ShupeTemperature final : public Effect {
     return radps_per_degc2_per_s_ * above_degc * temperature_rate_degc_per_s(inputs, input_);
   }
 
+  void carry(core::StateArchive& archive) override { archive(lag_); }
+
  private:
   TemperaturePoint input_;
   LowPass lag_;

@@ -28,6 +28,8 @@ class TemperatureStep final : public Effect {
     return side_ == Side::kAbove ? radps_ : 0.0;
   }
 
+  void carry(core::StateArchive& archive) override { archive(lag_, side_); }
+
  private:
   enum class Side { kUnknown, kBelow, kAbove };
 

@@ -3,7 +3,6 @@
 // (proto::Checkpoint), whose envelope is put around it; a what an axis learned
 // (proto::AxisCheckpoint), taken for all three and given the right owner, so that a fuzzer gets
 // past the CRC and the owner's check.
-#include <boost/crc.hpp>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -13,6 +12,7 @@
 #include "common/checkpoint/checkpoint_file.h"
 #include "common/checkpoint/deciding_options.h"
 #include "idl/proto/checkpoint.pb.h"
+#include "tests/fuzz/checkpoint_envelope.h"
 #include "tests/fuzz/expectations.h"
 #include "tests/fuzz/scratch_file.h"
 #include "tests/unit/checkpoint/saved_learner.h"
@@ -24,21 +24,6 @@ using compensation::CompensationOptions;
 
 constexpr std::uint32_t kGyro = 7;
 constexpr int kLabels = 12;  // more than the small learner's capacity
-
-std::string little_endian(std::uint64_t value, int size) {
-  std::string bytes;
-  for (int i = 0; i < size; ++i) bytes += static_cast<char>(value >> (8 * i) & 255U);
-  return bytes;
-}
-
-std::string in_envelope(const std::string& message) {
-  const std::string version = little_endian(checkpoint::kFormatVersion, 4);
-  const std::string rest = little_endian(message.size(), 8) + message;
-  boost::crc_32_type crc;
-  crc.process_bytes(version.data(), version.size());
-  crc.process_bytes(rest.data(), rest.size());
-  return "ZDRIFTCP" + version + little_endian(crc.checksum(), 4) + rest;
-}
 
 // Nothing where the bytes are no axis.
 std::string owned(std::string_view bytes, const CompensationOptions& options) {

@@ -96,6 +96,7 @@ void check_conversion(const msg::Event&) {}
 void check_conversion(const msg::Command&) {}
 void check_conversion(const msg::CommandReply&) {}
 void check_conversion(const msg::ReplayProgress&) {}
+void check_conversion(const msg::CheckpointPart&) {}
 
 template <typename Message>
 void check(Bytes bytes) {
@@ -113,7 +114,8 @@ constexpr std::array kChecks{check<msg::AngularRate>,   check<msg::Temperature>,
                              check<msg::RateReference>, check<msg::CompensatedRate>,
                              check<msg::AllanReport>,   check<msg::ServiceStatus>,
                              check<msg::Event>,         check<msg::Command>,
-                             check<msg::CommandReply>,  check<msg::ReplayProgress>};
+                             check<msg::CommandReply>,  check<msg::ReplayProgress>,
+                             check<msg::CheckpointPart>};
 static_assert(kChecks.size() == dds::kAllTopics.size());
 
 }  // namespace

@@ -15,40 +15,16 @@
 #include "common/allan/stream_timing.h"
 #include "common/compensation/compensator.h"
 #include "tests/fuzz/expectations.h"
+#include "tests/fuzz/small_compensation.h"
 
 namespace zerodrift::fuzz {
 namespace {
 
 using compensation::CompensatedSample;
-using compensation::CompensationOptions;
 using compensation::Compensator;
-using compensation::Readiness;
 
-constexpr core::SensorTime kInterval{100'000'000};
 constexpr double kWindowS = 60.0;
 constexpr std::uint64_t kMostSamples = 300;  // of an input: a fuzzer lives on many short ones
-
-// Everything small, so that a few hundred samples reach every part.
-CompensationOptions small_options(bool with_prior) {
-  CompensationOptions options;
-  options.features = {{.kind = thermal::FeatureKind::kTemperature, .probe = "coil"}};
-  options.model.capacity = 10;
-  options.learning = {.label_interval_s = 1.0,
-                      .confirm_s = 1.0,
-                      .handover_s = 1.0,
-                      .initial_labels = 4,
-                      .rest = options.learning.rest};
-  options.learning.rest.dwell_s = 1.0;
-  options.temperature_stale_s = 5.0;
-  options.probe_stuck_s = 10.0;
-  if (with_prior) {
-    options.prior.emplace();
-    options.prior->effects = {
-        {.kind = "bias_temperature",
-         .parameters = {{"reference_degc", 20.0}, {"c1_deg_h_per_degc", 0.5}}}};
-  }
-  return options;
-}
 
 // The input's front; zeros once it is used up.
 class Reader {
@@ -121,14 +97,14 @@ class Monitor {
 
 class Pipeline {
  public:
-  explicit Pipeline(bool with_prior) : compensator_(small_options(with_prior)) {}
+  explicit Pipeline(bool with_prior) : compensator_(small_compensation(with_prior)) {}
 
   void step(Reader& input) {
     switch (input.take<std::uint8_t>() % 8) {
       case 0:
-        return good_rate(input.take<std::int8_t>());
+        return next_rate(input.take<std::int8_t>());
       case 1:
-        return good_temperature(input.take<std::int8_t>());
+        return next_temperature(input.take<std::int8_t>());
       case 2:
         return good_run(input.take<std::uint8_t>() % 64);
       case 3:
@@ -166,34 +142,20 @@ class Pipeline {
 
   void skip() {
     ++sequence_;
-    time_ += kInterval;
+    time_ += kSmallInterval;
   }
 
-  void good_rate(std::int8_t value) {
+  void next_rate(std::int8_t value) {
     skip();
-    core::AngularRateSample sample{.sequence = sequence_,
-                                   .time = time_,
-                                   .interval_s = core::seconds(kInterval),
-                                   .rate_radps = {1e-7 * value, -1e-7 * value, 1e-5},
-                                   .valid = {true, true, true},
-                                   .clipped = {},
-                                   .clock = core::ClockSource::kReplay};
-    push(sample);
+    push(good_rate(sequence_, time_, value));
   }
 
-  void good_temperature(std::int8_t value) {
-    compensator_.push(core::TemperatureSample{.probe = "coil",
-                                              .sequence = 0,
-                                              .time = time_,
-                                              .temperature_degc = 20.0 + 0.25 * value,
-                                              .measured = true,
-                                              .clock = core::ClockSource::kReplay});
-  }
+  void next_temperature(std::int8_t value) { compensator_.push(good_temperature(time_, value)); }
 
   void good_run(std::uint8_t count) {
     for (int i = 0; i < count; ++i) {
-      good_temperature(static_cast<std::int8_t>(i % 16));
-      good_rate(static_cast<std::int8_t>(i % 7));
+      next_temperature(static_cast<std::int8_t>(i % 16));
+      next_rate(static_cast<std::int8_t>(i % 7));
     }
   }
 
@@ -251,15 +213,10 @@ class Pipeline {
   }
 
   void answer_all() {
-    while (compensator_.readiness() != Readiness::kNothing) {
-      while (compensator_.learner().run_one()) {
-      }
-      const CompensatedSample sample = compensator_.answer_next();
+    fuzz::answer_all(compensator_, [&](const CompensatedSample& sample) {
       check(sample);
       monitor_.take(sample);
-    }
-    while (compensator_.learner().run_one()) {
-    }
+    });
   }
 
   Compensator compensator_;

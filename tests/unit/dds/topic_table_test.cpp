@@ -20,7 +20,8 @@ std::string row(const TopicSpec& spec) {
        << spec.depth << " | "
        << (spec.durability == Durability::kTransientLocal ? "transient_local" : "volatile") << " | "
        << (spec.ownership == Ownership::kExclusive ? "exclusive" : "shared") << " | "
-       << spec.heartbeat.count() << " | " << spec.lifespan.count() << " |";
+       << spec.heartbeat.count() << " | " << spec.lifespan.count() << " | " << spec.deadline.count()
+       << " | " << spec.lease.count() << " |";
   return text.str();
 }
 

@@ -15,9 +15,10 @@ namespace {
 
 namespace fdds = eprosima::fastdds::dds;
 
-using AllMessages = std::tuple<msg::AngularRate, msg::Temperature, msg::RateReference,
-                               msg::CompensatedRate, msg::AllanReport, msg::ServiceStatus,
-                               msg::Event, msg::Command, msg::CommandReply, msg::ReplayProgress>;
+using AllMessages =
+    std::tuple<msg::AngularRate, msg::Temperature, msg::RateReference, msg::CompensatedRate,
+               msg::AllanReport, msg::ServiceStatus, msg::Event, msg::Command, msg::CommandReply,
+               msg::ReplayProgress, msg::CheckpointPart>;
 static_assert(std::tuple_size_v<AllMessages> == kAllTopics.size());
 
 TEST(Topics, HaveNamesOfTheirOwn) {
@@ -47,6 +48,9 @@ TEST(Topics, OfferAndAskForTheSame) {
     EXPECT_EQ(writer.reliability().kind, reader.reliability().kind);
     EXPECT_EQ(writer.durability().kind, reader.durability().kind);
     EXPECT_EQ(writer.ownership().kind, reader.ownership().kind);
+    EXPECT_EQ(writer.liveliness().kind, reader.liveliness().kind);
+    EXPECT_EQ(writer.liveliness().lease_duration, reader.liveliness().lease_duration);
+    EXPECT_TRUE(detail::unmet(detail::terms_of(spec), detail::terms_of(spec)).empty());
     EXPECT_EQ(writer.history().depth, spec.depth);
     EXPECT_EQ(reader.history().depth, spec.depth);
   }
@@ -83,6 +87,29 @@ TEST(Topics, AvoidWhatLosesSamplesSilently) {
     EXPECT_EQ(writer.reliable_writer_qos().times.heartbeatPeriod.to_ns(),
               std::chrono::nanoseconds(spec.heartbeat).count());
     EXPECT_EQ(writer.publish_mode().kind, fdds::SYNCHRONOUS_PUBLISH_MODE);
+  }
+}
+
+// Any living process asserts the kinds by participant for all that are there (DECISIONS.md).
+TEST(Topics, HaveALeaseByTopicOrNone) {
+  for (const TopicSpec& spec : kAllTopics) {
+    SCOPED_TRACE(spec.name);
+    const auto liveliness = writer_qos(spec, 0).liveliness();
+    if (spec.lease.count() == 0) {
+      EXPECT_EQ(liveliness.kind, fdds::AUTOMATIC_LIVELINESS_QOS);
+      EXPECT_EQ(liveliness.lease_duration, eprosima::fastrtps::c_TimeInfinite);
+    } else {
+      EXPECT_EQ(liveliness.kind, fdds::MANUAL_BY_TOPIC_LIVELINESS_QOS);
+      EXPECT_EQ(liveliness.lease_duration.to_ns(), std::chrono::nanoseconds(spec.lease).count());
+    }
+  }
+}
+
+// The middleware would restart a timer with every sample; our own endpoints watch instead.
+TEST(Topics, HaveNoDeadlineOfTheMiddlewares) {
+  for (const TopicSpec& spec : kAllTopics) {
+    EXPECT_EQ(writer_qos(spec, 0).deadline().period, eprosima::fastrtps::c_TimeInfinite);
+    EXPECT_EQ(reader_qos(spec).deadline().period, eprosima::fastrtps::c_TimeInfinite);
   }
 }
 

@@ -13,6 +13,22 @@
 
 #include "tests/unit/dds/test_domain.h"
 
+namespace zerodrift::dds {
+
+// A commander who may lose commands, which nobody here puts up with.
+struct CarelessCommand : msg::Command {};
+constexpr TopicSpec careless(TopicSpec spec) {
+  spec.reliability = Reliability::kBestEffort;
+  return spec;
+}
+template <>
+struct TopicOf<CarelessCommand> {
+  using TypeSupport = msg::CommandPubSubType;
+  static constexpr TopicSpec kSpec = careless(kCommand);
+};
+
+}  // namespace zerodrift::dds
+
 namespace zerodrift::service {
 namespace {
 
@@ -140,6 +156,65 @@ TEST_F(HostedService, RepeatsAnOccurrenceAtMostOnceASecondWithItsCount) {
     // A tenth of a second for the time between reading the monotonic clock and the wall clock.
     EXPECT_GE(found[i].wall_time_ns() - found[i - 1].wall_time_ns(), 900000000);
   }
+}
+
+TEST_F(HostedService, TurnsWhatTheMiddlewareNoticedIntoAnEventAndAMetric) {
+  const dds::Reader<msg::Command> commands(host_.participant(),
+                                           [](const msg::Command&, const dds::SampleOrigin&) {});
+  dds::Participant stranger("stranger", domain_.network());
+  const dds::Writer<dds::CarelessCommand> writer(stranger);
+  const auto total = [&] {
+    double value = 0.0;
+    for (const auto& status : statuses()) {
+      for (const auto& metric : status.metrics())
+        if (metric.name().to_string() == "command_incompatible_qos") value = metric.value();
+    }
+    return value;
+  };
+  run_until([&] { return total() > 0.0; });
+  const auto found = events("incompatible_qos");
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(total(), 1.0);
+  const std::string text = found.front().text().to_string();
+  for (const char* part : {"topic command: ", "stranger", "reliability best_effort"})
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+}
+
+TEST_F(HostedService, TalliesSubjectsOfOneCodeApart) {
+  for (const char* subject : {"one", "two", "two"}) {
+    Occurrence raised = occurrence("deadline_missed");
+    raised.subject = subject;
+    raised.text = subject;
+    host_.raise(raised);
+  }
+  run_until([] { return true; });
+  ASSERT_TRUE(eventually([&] { return events("deadline_missed").size() == 2; }));
+  for (const msg::Event& event : events("deadline_missed"))
+    EXPECT_EQ(event.count(), event.text().to_string() == "one" ? 1U : 2U);
+}
+
+// Rule: many different faults at once cost a bounded part of each round, and none is passed over.
+TEST_F(HostedService, PublishesAFloodOfDifferentEventsInRounds) {
+  constexpr std::size_t kFlood = 100;
+  constexpr std::size_t kARound = 32;
+  for (std::size_t k = 0; k < kFlood; ++k)
+    host_.raise(occurrence("flood", static_cast<std::uint32_t>(k)));
+  std::size_t ticks = 0;
+  run_until([&] {
+    EXPECT_LE(events("flood").size(), ticks * kARound);
+    ++ticks;
+    return events("flood").size() == kFlood;
+  });
+  EXPECT_GE(ticks, 1 + kFlood / kARound);
+}
+
+TEST_F(HostedService, BoundsWhatItKeepsOfDifferentEvents) {
+  constexpr std::size_t kKept = 1024;
+  for (std::size_t k = 0; k < kKept + 500; ++k)
+    host_.raise(occurrence("flood", static_cast<std::uint32_t>(k)));
+  run_until([&] { return !events("other_events").empty(); });
+  ASSERT_FALSE(events("other_events").empty());
+  EXPECT_EQ(events("other_events").front().count(), 500U);
 }
 
 TEST_F(HostedService, CutsATextThatIsTooLong) {

@@ -178,6 +178,46 @@ TEST_F(PacingOne, AConsumerThatComesAgainStandsWhereTheReplayIs) {
   EXPECT_EQ(send_all_there_is_room_for(later + 1), later + kWindow);
 }
 
+// A process that is killed says nothing: the topic's lease ends the wait, long before the 20 s
+// after which its participant counts as gone. Heard again, it is waited for again.
+TEST_F(PacingOne, AConsumerThatSaysNothingForTheLeaseIsNotWaitedForUntilItIsHeardAgain) {
+  dds::Participant consumer("one", domain_.network());
+  dds::Writer<msg::ReplayProgress> writer(consumer);
+  const auto say = [&](std::uint32_t gyro, std::uint64_t taken) {
+    msg::ReplayProgress progress;
+    progress.consumer("one");
+    progress.gyro_id(gyro);
+    progress.sequence_number(taken);
+    writer.write(progress);
+  };
+  ASSERT_TRUE(eventually([&] {
+    say(0, 0);
+    return pacer_.missing_consumers().empty();
+  }));
+  const std::uint64_t sent = send_all_there_is_room_for(kFirst);
+  EXPECT_EQ(sent, kFirst + kWindow - 1);
+  const auto silent_since = std::chrono::steady_clock::now();
+  ASSERT_TRUE(pacer_.wait_for_room(sent + 1, kFirst, 10s));
+  // It spoke last at most the time of the sending above before.
+  EXPECT_GE(std::chrono::steady_clock::now() - silent_since, dds::kReplayProgress.lease - 500ms);
+  EXPECT_EQ(pacer_.missing_consumers(), "one");
+  const std::uint64_t later = send_all_there_is_room_for(sent + 2, kWindow);
+  ASSERT_TRUE(eventually([&] {
+    say(0, 0);
+    return pacer_.missing_consumers().empty();
+  }));
+  EXPECT_EQ(send_all_there_is_room_for(later + 1), later + kWindow) << "it stands where it came";
+}
+
+// Rule: a consumer that lives but is busy, here for one and a half times the lease, is waited for.
+TEST_F(PacingOne, ABusyConsumerIsNeverTakenForGone) {
+  Consumer one(domain_, "one");
+  announced(one, "");
+  const std::uint64_t sent = send_all_there_is_room_for(kFirst);
+  EXPECT_FALSE(pacer_.wait_for_room(sent + 1, kFirst, dds::kReplayProgress.lease * 3 / 2));
+  EXPECT_EQ(pacer_.missing_consumers(), "");
+}
+
 TEST_F(PacingOne, AJumpInTheSequenceNumbersIsNotWaitedFor) {
   Consumer one(domain_, "one");
   announced(one, "");

@@ -1,0 +1,444 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/dds/discovery.h"
+
+#include <fastdds/rtps/participant/ParticipantDiscoveryInfo.h>
+#include <fastdds/rtps/reader/ReaderDiscoveryInfo.h>
+#include <fastdds/rtps/writer/WriterDiscoveryInfo.h>
+
+#include <algorithm>
+#include <fastdds/dds/core/policy/ParameterTypes.hpp>
+#include <sstream>
+
+#include "common/dds/participant.h"
+
+namespace zerodrift::dds::detail {
+
+namespace fdds = eprosima::fastdds::dds;
+namespace rtps = eprosima::fastrtps::rtps;
+using Kind = EndpointEvent::Kind;
+
+namespace {
+
+constexpr std::size_t kMostPending = 256;
+constexpr std::size_t kMostRemotes = 65536;  // that are known by name and terms
+constexpr std::size_t kWritersNamed = 3;
+constexpr std::int64_t kNanosecondsPerMs = 1'000'000;
+
+template <typename Qos>
+Terms terms(const Qos& qos) {
+  return {.reliability = static_cast<int>(qos.m_reliability.kind),
+          .durability = static_cast<int>(qos.m_durability.kind),
+          .liveliness = static_cast<int>(qos.m_liveliness.kind),
+          .ownership = static_cast<int>(qos.m_ownership.kind),
+          .deadline_ns = qos.m_deadline.period.to_ns(),
+          .lease_ns = qos.m_liveliness.lease_duration.to_ns()};
+}
+
+std::string ms(std::int64_t ns) {
+  if (ns >= eprosima::fastrtps::c_TimeInfinite.to_ns()) return "none";
+  return std::to_string(ns / kNanosecondsPerMs) + " ms";
+}
+
+std::string liveliness(int kind) {
+  switch (kind) {
+    case fdds::AUTOMATIC_LIVELINESS_QOS:
+      return "automatic";
+    case fdds::MANUAL_BY_PARTICIPANT_LIVELINESS_QOS:
+      return "manual by participant";
+    default:
+      return "manual by topic";
+  }
+}
+
+std::string durability(int kind) {
+  switch (kind) {
+    case fdds::VOLATILE_DURABILITY_QOS:
+      return "volatile";
+    case fdds::TRANSIENT_LOCAL_DURABILITY_QOS:
+      return "transient_local";
+    default:
+      return "transient";
+  }
+}
+
+std::string described(Policy policy, const Terms& terms) {
+  switch (policy) {
+    case Policy::kReliability:
+      return terms.reliability == fdds::RELIABLE_RELIABILITY_QOS ? "reliable" : "best_effort";
+    case Policy::kDurability:
+      return durability(terms.durability);
+    case Policy::kDeadline:
+      return ms(terms.deadline_ns);
+    case Policy::kLiveliness:
+      return liveliness(terms.liveliness) + " with lease " + ms(terms.lease_ns);
+    case Policy::kOwnership:
+      return terms.ownership == fdds::EXCLUSIVE_OWNERSHIP_QOS ? "exclusive" : "shared";
+  }
+  return "";
+}
+
+const char* name(Policy policy) {
+  switch (policy) {
+    case Policy::kReliability:
+      return "reliability";
+    case Policy::kDurability:
+      return "durability";
+    case Policy::kDeadline:
+      return "deadline";
+    case Policy::kLiveliness:
+      return "liveliness";
+    case Policy::kOwnership:
+      return "ownership";
+  }
+  return "";
+}
+
+std::string offers(Direction direction) {
+  return direction == Direction::kWriter ? "offers " : "asks for ";
+}
+
+std::string hexadecimal(const rtps::GuidPrefix_t& prefix) {
+  std::ostringstream text;
+  text << prefix;
+  return text.str();
+}
+
+}  // namespace
+
+std::vector<Policy> unmet(const Terms& offered, const Terms& requested) {
+  std::vector<Policy> policies;
+  if (offered.reliability < requested.reliability) policies.push_back(Policy::kReliability);
+  if (offered.durability < requested.durability) policies.push_back(Policy::kDurability);
+  if (offered.deadline_ns > requested.deadline_ns) policies.push_back(Policy::kDeadline);
+  if (offered.liveliness < requested.liveliness || offered.lease_ns > requested.lease_ns)
+    policies.push_back(Policy::kLiveliness);
+  if (offered.ownership != requested.ownership) policies.push_back(Policy::kOwnership);
+  return policies;
+}
+
+Terms terms_of(const TopicSpec& spec) {
+  const fdds::DataWriterQos qos = writer_qos(spec, 0);
+  return {.reliability = static_cast<int>(qos.reliability().kind),
+          .durability = static_cast<int>(qos.durability().kind),
+          .liveliness = static_cast<int>(qos.liveliness().kind),
+          .ownership = static_cast<int>(qos.ownership().kind),
+          .deadline_ns = qos.deadline().period.to_ns(),
+          .lease_ns = qos.liveliness().lease_duration.to_ns()};
+}
+
+// ---------------------------------------- the middleware's threads
+
+void Discovery::on_participant_discovery(fdds::DomainParticipant*,
+                                         rtps::ParticipantDiscoveryInfo&& found) {
+  using Info = rtps::ParticipantDiscoveryInfo;
+  const Prefix prefix = found.info.m_guid.guidPrefix;
+  const std::lock_guard lock(mutex_);
+  if (found.status == Info::DISCOVERED_PARTICIPANT ||
+      found.status == Info::CHANGED_QOS_PARTICIPANT) {
+    Peer peer{.name = found.info.m_participantName.to_string(), .process = {}};
+    for (const auto& property : found.info.m_properties) {
+      if (property.first() == fdds::parameter_policy_physical_data_process)
+        peer.process = "pid " + property.second();
+    }
+    if (peers_.size() < kMostRemotes) peers_[prefix] = std::move(peer);
+    return;
+  }
+  if (found.status == Info::DROPPED_PARTICIPANT) {
+    add(nullptr, {.kind = Kind::kPeerLost,
+                  .peer = name_of(prefix),
+                  .detail = description_of(prefix) + " is not heard any more; it did not say that "
+                                                     "it ends"});
+  }
+  peers_.erase(prefix);
+  std::erase_if(remotes_, [&](const auto& entry) { return entry.first.guidPrefix == prefix; });
+  std::erase_if(told_unmet_, [&](const auto& told) { return told.second.guidPrefix == prefix; });
+}
+
+void Discovery::on_publisher_discovery(fdds::DomainParticipant*,
+                                       rtps::WriterDiscoveryInfo&& found) {
+  const auto& info = found.info;
+  const std::lock_guard lock(mutex_);
+  if (found.status == rtps::WriterDiscoveryInfo::REMOVED_WRITER) return gone(info.guid());
+  note_remote(info.guid(), {.topic = info.topicName().to_string(),
+                            .type = info.typeName().to_string(),
+                            .direction = Direction::kWriter,
+                            .terms = terms(info.m_qos)});
+}
+
+void Discovery::on_subscriber_discovery(fdds::DomainParticipant*,
+                                        rtps::ReaderDiscoveryInfo&& found) {
+  const auto& info = found.info;
+  const std::lock_guard lock(mutex_);
+  if (found.status == rtps::ReaderDiscoveryInfo::REMOVED_READER) return gone(info.guid());
+  note_remote(info.guid(), {.topic = info.topicName().to_string(),
+                            .type = info.typeName().to_string(),
+                            .direction = Direction::kReader,
+                            .terms = terms(info.m_qos)});
+}
+
+void Discovery::note_remote(const Guid& guid, Remote remote) {
+  for (const Endpoint* endpoint : endpoints_) compare_types(*endpoint, guid, remote);
+  if (remotes_.size() < kMostRemotes) remotes_.insert_or_assign(guid, std::move(remote));
+}
+
+void Discovery::gone(const Guid& guid) {
+  remotes_.erase(guid);
+  std::erase_if(told_unmet_, [&](const auto& told) { return told.second == guid; });
+}
+
+// The middleware passes over an endpoint of another type without a word.
+void Discovery::compare_types(const Endpoint& endpoint, const Guid& guid, const Remote& remote) {
+  if (remote.topic != endpoint.spec.name || remote.type == endpoint.spec.type) return;
+  if (remote.direction == endpoint.direction) return;
+  if (!told_unmet_.insert({&endpoint, guid}).second) return;
+  add(&endpoint,
+      {.kind = Kind::kTypeMismatch,
+       .topic = endpoint.spec.name,
+       .peer = name_of(guid.guidPrefix),
+       .detail = description_of(guid.guidPrefix) +
+                 (remote.direction == Direction::kWriter ? " writes " : " reads ") + remote.type +
+                 ", here it is " + std::string(endpoint.spec.type) + "; no sample passes"});
+}
+
+void Discovery::note(const Endpoint& endpoint, Kind kind, const Guid& peer, std::string detail,
+                     std::uint32_t gyro_id) {
+  const std::lock_guard lock(mutex_);
+  const bool is_of_peer = peer != Guid::unknown();
+  add(&endpoint,
+      {.kind = kind,
+       .topic = endpoint.spec.name,
+       .peer = is_of_peer ? name_of(peer.guidPrefix) : std::string(),
+       .detail = is_of_peer ? description_of(peer.guidPrefix) + " " + detail : std::move(detail),
+       .gyro_id = gyro_id});
+}
+
+void Discovery::note_unmet(const Endpoint& endpoint, const std::string& policy) {
+  const Terms ours = terms_of(endpoint.spec);
+  const bool is_writer = endpoint.direction == Direction::kWriter;
+  const std::lock_guard lock(mutex_);
+  bool told = false;
+  for (const auto& [guid, remote] : remotes_) {
+    if (remote.direction == endpoint.direction || remote.topic != endpoint.spec.name) continue;
+    const auto policies = is_writer ? unmet(ours, remote.terms) : unmet(remote.terms, ours);
+    if (policies.empty()) continue;
+    told = true;
+    if (!told_unmet_.insert({&endpoint, guid}).second) continue;
+    for (const Policy unmet_policy : policies) {
+      add(&endpoint,
+          {.kind = Kind::kIncompatibleQos,
+           .topic = endpoint.spec.name,
+           .peer = name_of(guid.guidPrefix),
+           .detail = description_of(guid.guidPrefix) + " " + offers(remote.direction) +
+                     name(unmet_policy) + " " + described(unmet_policy, remote.terms) + ", this " +
+                     (is_writer ? "writer " : "reader ") + offers(endpoint.direction) +
+                     described(unmet_policy, ours) + "; no sample passes"});
+    }
+  }
+  if (told) return;
+  add(&endpoint,
+      {.kind = Kind::kIncompatibleQos,
+       .topic = endpoint.spec.name,
+       .detail = "somebody " + offers(is_writer ? Direction::kReader : Direction::kWriter) +
+                 "another " + policy + "; no sample passes"});
+}
+
+// ---------------------------------------- the owner's thread
+
+void Discovery::enter(Endpoint& endpoint) {
+  const std::lock_guard lock(mutex_);
+  endpoints_.push_back(&endpoint);
+  for (const auto& [guid, remote] : remotes_) compare_types(endpoint, guid, remote);
+}
+
+// What it lost is still told.
+void Discovery::leave(Endpoint& endpoint) {
+  const std::lock_guard lock(mutex_);
+  add_counted(endpoint);
+  std::erase(endpoints_, &endpoint);
+  std::erase_if(told_unmet_, [&](const auto& told) { return told.first == &endpoint; });
+}
+
+void Discovery::tell(const EndpointObserver& otherwise) {
+  std::vector<Pending> pending;
+  {
+    const std::lock_guard lock(mutex_);
+    for (Endpoint* endpoint : endpoints_) {
+      add_counted(*endpoint);
+      add_silences(*endpoint);
+    }
+    pending.swap(pending_);
+  }
+  for (const Pending& one : pending) {
+    const bool has_observer = one.observer != nullptr && *one.observer;
+    const EndpointObserver& observer = has_observer ? *one.observer : otherwise;
+    if (observer) observer(one.event);
+  }
+}
+
+void Discovery::add_counted(Endpoint& endpoint) {
+  const auto add_new = [&](Kind kind, const std::atomic<std::uint64_t>& counter,
+                           std::uint64_t& told, const std::string& what) {
+    const std::uint64_t now = counter.load(std::memory_order_relaxed);
+    if (now == told) return;
+    add(&endpoint, {.kind = kind,
+                    .topic = endpoint.spec.name,
+                    .peer = writers_of(endpoint.spec.name),
+                    .detail = what,
+                    .count = now - told});
+    told = now;
+  };
+  const std::string from = " of " + writers_of(endpoint.spec.name);
+  add_new(Kind::kSampleLost, endpoint.samples_lost, endpoint.told_lost,
+          "samples" + from + " were lost on the way");
+  add_new(Kind::kSampleRejected, endpoint.samples_rejected, endpoint.told_rejected,
+          "samples" + from + " were rejected: the reader's history is full");
+}
+
+void Discovery::add_silences(Endpoint& endpoint) {
+  const auto deadline = endpoint.spec.deadline;
+  if (deadline.count() == 0) return;
+  const std::string longer =
+      " nothing for more than " + ms(std::chrono::nanoseconds(deadline).count());
+  if (endpoint.heard != nullptr) {
+    for (const auto& [writer, gyro_id, times] : endpoint.heard->silent(deadline)) {
+      add(&endpoint, {.kind = Kind::kDeadlineMissed,
+                      .topic = endpoint.spec.name,
+                      .peer = name_of(writer.guidPrefix),
+                      .detail = description_of(writer.guidPrefix) + " sent" + longer,
+                      .gyro_id = gyro_id,
+                      .count = times});
+    }
+    return;
+  }
+  const std::uint64_t times = endpoint.written.take_silences(steady_ns(), deadline);
+  if (times == 0) return;
+  add(&endpoint, {.kind = Kind::kDeadlineMissed,
+                  .topic = endpoint.spec.name,
+                  .detail = "this writer wrote" + longer,
+                  .count = times});
+}
+
+void Discovery::add(const Endpoint* endpoint, EndpointEvent event) {
+  const bool is_full = pending_.size() >= kMostPending;
+  for (Pending& known : pending_) {
+    const bool is_same =
+        known.event.kind == event.kind && known.event.topic == event.topic &&
+        (is_full || (known.event.peer == event.peer && known.event.gyro_id == event.gyro_id));
+    if (!is_same) continue;
+    event.count += known.event.count;
+    known.event = std::move(event);
+    return;
+  }
+  pending_.push_back({endpoint == nullptr ? nullptr : endpoint->observer, std::move(event)});
+}
+
+std::string Discovery::name_of(const Prefix& prefix) const {
+  const auto known = peers_.find(prefix);
+  return known == peers_.end() || known->second.name.empty() ? "participant " + hexadecimal(prefix)
+                                                             : known->second.name;
+}
+
+std::string Discovery::description_of(const Prefix& prefix) const {
+  const auto known = peers_.find(prefix);
+  const bool has_process = known != peers_.end() && !known->second.process.empty();
+  return name_of(prefix) + (has_process ? " (" + known->second.process + ")" : "");
+}
+
+// The middleware doesn't say whose samples were lost.
+std::string Discovery::writers_of(std::string_view topic) const {
+  std::set<std::string> names;
+  for (const auto& [guid, remote] : remotes_) {
+    if (remote.direction == Direction::kWriter && remote.topic == topic)
+      names.insert(name_of(guid.guidPrefix));
+    if (names.size() == kWritersNamed) break;
+  }
+  std::string text;
+  for (const std::string& one : names) text += (text.empty() ? "" : " or ") + one;
+  return text.empty() ? "a writer that is gone" : text;
+}
+
+// ---------------------------------------- silences
+
+std::int64_t steady_ns() noexcept {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+void LastHeard::hear(std::int64_t now_ns, bool applies,
+                     std::chrono::nanoseconds deadline) noexcept {
+  const std::int64_t before = at_ns_.load(std::memory_order_relaxed);
+  if (before != 0 && now_ns - before > deadline.count() &&
+      applies_.load(std::memory_order_relaxed) &&
+      counted_ns_.load(std::memory_order_relaxed) != before) {
+    silences_.fetch_add(1, std::memory_order_relaxed);
+  }
+  applies_.store(applies, std::memory_order_relaxed);
+  at_ns_.store(now_ns, std::memory_order_release);
+}
+
+std::uint64_t LastHeard::take_silences(std::int64_t now_ns,
+                                       std::chrono::nanoseconds deadline) noexcept {
+  const std::int64_t last = at_ns_.load(std::memory_order_acquire);
+  std::uint64_t taken = silences_.exchange(0, std::memory_order_relaxed);
+  const bool lasts = last != 0 && now_ns - last > deadline.count() &&
+                     applies_.load(std::memory_order_relaxed) &&
+                     counted_ns_.load(std::memory_order_relaxed) != last;
+  if (lasts) {
+    counted_ns_.store(last, std::memory_order_relaxed);
+    ++taken;
+  }
+  return taken;
+}
+
+HeardWriters::Heard* HeardWriters::known(const SampleOrigin& origin) noexcept {
+  const auto is_of = [&](const Heard& heard) {
+    return !heard.last.is_free() && heard.origin.writer == origin.writer &&
+           heard.origin.instance == origin.instance;
+  };
+  if (is_of(heard_[newest_])) return &heard_[newest_];
+  const auto found = std::find_if(heard_.begin(), heard_.end(), is_of);
+  if (found == heard_.end()) return nullptr;
+  newest_ = static_cast<std::size_t>(found - heard_.begin());
+  return &*found;
+}
+
+HeardWriters::Heard* HeardWriters::take_place(const SampleOrigin& origin,
+                                              std::uint32_t gyro_id) noexcept {
+  const std::lock_guard lock(mutex_);
+  const auto free =
+      std::find_if(heard_.begin(), heard_.end(), [](const Heard& h) { return h.last.is_free(); });
+  if (free == heard_.end()) return nullptr;
+  free->origin = origin;
+  free->gyro_id = gyro_id;
+  newest_ = static_cast<std::size_t>(free - heard_.begin());
+  return &*free;
+}
+
+void HeardWriters::hear(const SampleOrigin& origin, std::uint32_t gyro_id, bool deadline_applies,
+                        std::chrono::nanoseconds deadline, std::int64_t now_ns) noexcept {
+  Heard* heard = known(origin);
+  if (heard == nullptr) heard = take_place(origin, gyro_id);
+  if (heard != nullptr) heard->last.hear(now_ns, deadline_applies, deadline);
+}
+
+std::vector<HeardWriters::Silent> HeardWriters::silent(std::chrono::nanoseconds deadline,
+                                                       std::int64_t now_ns) {
+  std::vector<Silent> all;
+  const std::lock_guard lock(mutex_);
+  for (Heard& heard : heard_) {
+    if (heard.last.is_free()) continue;
+    const std::uint64_t times = heard.last.take_silences(now_ns, deadline);
+    if (times > 0) all.push_back({heard.origin.writer, heard.gyro_id, times});
+  }
+  return all;
+}
+
+void HeardWriters::forget(const rtps::GUID_t& writer) {
+  const std::lock_guard lock(mutex_);
+  for (Heard& heard : heard_) {
+    if (!heard.last.is_free() && heard.origin.writer == writer) heard.last.forget();
+  }
+}
+
+}  // namespace zerodrift::dds::detail

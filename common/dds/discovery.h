@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+// Who the other participants are, what their endpoints offer and ask for, and what the middleware
+// noticed about ours: gathered on the middleware's threads, told on the thread that asks for it.
+#pragma once
+
+#include <fastdds/rtps/common/Guid.h>
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <fastdds/dds/domain/DomainParticipantListener.hpp>
+#include <fastdds/dds/subscriber/SampleInfo.hpp>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "common/dds/topics.h"
+
+namespace zerodrift::dds {
+
+// What the middleware noticed about an endpoint or a peer.
+struct EndpointEvent {
+  enum class Kind : std::uint8_t {
+    kIncompatibleQos,
+    kTypeMismatch,  // the topic's name with another type
+    kSampleLost,
+    kSampleRejected,
+    kDeadlineMissed,  // a silence longer than the topic's deadline; told once for each
+    kLivelinessLost,
+    kLivelinessRegained,
+    kPeerLost  // a participant was not heard of for the participants' lease
+  };
+  Kind kind = Kind::kIncompatibleQos;
+  std::string_view topic{};   // empty: of a participant, not of an endpoint
+  std::string peer{};         // name of the participant at the other end; empty: nobody's
+  std::string detail{};       // one clear line
+  std::uint32_t gyro_id = 0;  // 0: of no gyro, or not known
+  std::uint64_t count = 1;    // how often since the last time it was told
+};
+using EndpointObserver = std::function<void(const EndpointEvent&)>;
+
+// Who sent a sample, and of which key. Compare only.
+struct SampleOrigin {
+  eprosima::fastrtps::rtps::GUID_t writer;
+  eprosima::fastdds::dds::InstanceHandle_t instance;
+};
+
+namespace detail {
+
+// Nanoseconds of the host's monotonic clock; never 0.
+[[nodiscard]] std::int64_t steady_ns() noexcept;
+
+// When something was last heard, and how often it was silent for longer than its deadline since
+// that was asked. One thread hears, another may ask meanwhile; no lock, no memory.
+class LastHeard {
+ public:
+  // `applies`: whether silence after it is to be told.
+  void hear(std::int64_t now_ns, bool applies, std::chrono::nanoseconds deadline) noexcept;
+  // Silences of more than the deadline that ended since the last call, and one that lasts and was
+  // not counted before.
+  [[nodiscard]] std::uint64_t take_silences(std::int64_t now_ns,
+                                            std::chrono::nanoseconds deadline) noexcept;
+  void forget() noexcept {
+    counted_ns_ = 0;
+    silences_ = 0;
+    at_ns_ = 0;
+  }
+  [[nodiscard]] bool is_free() const noexcept { return at_ns_ == 0; }
+
+ private:
+  std::atomic<std::int64_t> at_ns_{0};       // 0: never
+  std::atomic<std::int64_t> counted_ns_{0};  // of the silence after it: counted already
+  std::atomic<std::uint64_t> silences_{0};
+  std::atomic<bool> applies_{false};
+};
+
+// Who was heard by a reader, so that a silence has a name. One thread hears, others may ask
+// meanwhile.
+class HeardWriters {
+ public:
+  struct Silent {
+    eprosima::fastrtps::rtps::GUID_t writer;
+    std::uint32_t gyro_id = 0;
+    std::uint64_t times = 0;
+  };
+
+  // The receiving thread. No memory; a lock only with the first sample of a writer's key; O(1)
+  // while one writer writes, else O(kMost). A writer beyond kMost is not kept: it is never silent.
+  void hear(const SampleOrigin& origin, std::uint32_t gyro_id, bool deadline_applies,
+            std::chrono::nanoseconds deadline, std::int64_t now_ns = steady_ns()) noexcept;
+  // Who was silent since the last call.
+  [[nodiscard]] std::vector<Silent> silent(std::chrono::nanoseconds deadline,
+                                           std::int64_t now_ns = steady_ns());
+  // A writer is gone: it is never silent, and its place is free.
+  void forget(const eprosima::fastrtps::rtps::GUID_t& writer);
+
+ private:
+  static constexpr std::size_t kMost = 128;
+  struct Heard {
+    SampleOrigin origin{};
+    std::uint32_t gyro_id = 0;
+    LastHeard last{};
+  };
+  [[nodiscard]] Heard* known(const SampleOrigin& origin) noexcept;
+  Heard* take_place(const SampleOrigin& origin, std::uint32_t gyro_id) noexcept;
+
+  std::mutex mutex_;  // a place is taken, looked through or freed
+  std::array<Heard, kMost> heard_;
+  std::size_t newest_ = 0;  // the receiving thread's
+};
+
+enum class Direction : std::uint8_t { kWriter, kReader };
+
+// One endpoint of this participant. The counts are the receiving thread's: no lock, no memory.
+struct Endpoint {
+  Endpoint(const TopicSpec& of, Direction is, EndpointObserver tells)
+      : spec(of),
+        direction(is),
+        observer(std::make_shared<const EndpointObserver>(std::move(tells))) {}
+
+  const TopicSpec& spec;
+  Direction direction;
+  std::shared_ptr<const EndpointObserver> observer;
+  std::atomic<std::uint64_t> samples_lost{0};
+  std::atomic<std::uint64_t> samples_rejected{0};
+  std::uint64_t told_lost = 0;  // by Discovery::tell()
+  std::uint64_t told_rejected = 0;
+  LastHeard written{};            // a writer's own samples
+  HeardWriters* heard = nullptr;  // a reader's
+};
+
+// What matching compares, of a writer's offer or a reader's request.
+struct Terms {
+  int reliability = 0;  // the middleware's kinds: the larger the stronger
+  int durability = 0;
+  int liveliness = 0;
+  int ownership = 0;
+  std::int64_t deadline_ns = 0;
+  std::int64_t lease_ns = 0;
+};
+enum class Policy : std::uint8_t { kReliability, kDurability, kDeadline, kLiveliness, kOwnership };
+// The policies by which an offer does not meet a request (OMG DDS 1.4, 2.2.3).
+std::vector<Policy> unmet(const Terms& offered, const Terms& requested);
+Terms terms_of(const TopicSpec& spec);
+
+// The participant's one listener. Set it with an empty status mask: discovery is told all the same,
+// and samples stay with their readers.
+class Discovery final : public eprosima::fastdds::dds::DomainParticipantListener {
+ public:
+  void on_participant_discovery(
+      eprosima::fastdds::dds::DomainParticipant*,
+      eprosima::fastrtps::rtps::ParticipantDiscoveryInfo&& found) override;
+  void on_publisher_discovery(eprosima::fastdds::dds::DomainParticipant*,
+                              eprosima::fastrtps::rtps::WriterDiscoveryInfo&& found) override;
+  void on_subscriber_discovery(eprosima::fastdds::dds::DomainParticipant*,
+                               eprosima::fastrtps::rtps::ReaderDiscoveryInfo&& found) override;
+
+  // An endpoint is there from before it is created until after it is deleted.
+  void enter(Endpoint& endpoint);
+  void leave(Endpoint& endpoint);
+
+  // From the endpoints' listeners, on any thread of the middleware; takes memory, so never once a
+  // sample.
+  void note(const Endpoint& endpoint, EndpointEvent::Kind kind,
+            const eprosima::fastrtps::rtps::GUID_t& peer, std::string detail,
+            std::uint32_t gyro_id = 0);
+  // The middleware says that it does not let an endpoint of a peer match ours, not which peer.
+  void note_unmet(const Endpoint& endpoint, const std::string& policy);
+
+  // Tells each event to its endpoint's observer, or to `otherwise` where that is empty. Not from a
+  // listener.
+  void tell(const EndpointObserver& otherwise);
+
+ private:
+  struct Peer {
+    std::string name;
+    std::string process;  // "pid 4711"; empty: it doesn't say
+  };
+  struct Remote {
+    std::string topic;
+    std::string type;
+    Direction direction;
+    Terms terms;
+  };
+  struct Pending {
+    std::shared_ptr<const EndpointObserver> observer;
+    EndpointEvent event;
+  };
+  using Guid = eprosima::fastrtps::rtps::GUID_t;
+  using Prefix = eprosima::fastrtps::rtps::GuidPrefix_t;
+
+  // All below: under the lock.
+  void note_remote(const Guid& guid, Remote remote);
+  void gone(const Guid& guid);
+  void compare_types(const Endpoint& endpoint, const Guid& guid, const Remote& remote);
+  void add(const Endpoint* endpoint, EndpointEvent event);
+  void add_counted(Endpoint& endpoint);
+  void add_silences(Endpoint& endpoint);
+  [[nodiscard]] std::string name_of(const Prefix& prefix) const;
+  [[nodiscard]] std::string description_of(const Prefix& prefix) const;
+  [[nodiscard]] std::string writers_of(std::string_view topic) const;
+
+  std::mutex mutex_;  // held for a look-up or a push; no observer is called under it
+  std::map<Prefix, Peer> peers_;
+  std::map<Guid, Remote> remotes_;
+  std::vector<Endpoint*> endpoints_;
+  std::set<std::pair<const Endpoint*, Guid>> told_unmet_;
+  std::vector<Pending> pending_;
+};
+
+}  // namespace detail
+}  // namespace zerodrift::dds

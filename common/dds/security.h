@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// DDS Security of a participant: who it is, what it lets in, and what it refused.
+//
+// Fast DDS authenticates (PKI-DH), checks permissions and encrypts (AES-GCM). What it leaves open
+// packet_guard.h closes, and what it refuses without a word, or in its log alone, is told here.
+#pragma once
+
+#include <chrono>
+#include <fastdds/dds/domain/DomainParticipantListener.hpp>
+#include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/dds/packet_guard.h"
+
+namespace zerodrift::dds {
+
+// Whose certificate a participant uses: its name without "/<instance>"; "zerodrift" for what the
+// command line starts.
+std::string security_identity(std::string_view participant_name);
+
+// The files in a folder made by deploy/security/make_certificates.sh.
+struct SecurityFiles {
+  std::filesystem::path identity_ca;
+  std::filesystem::path permissions_ca;
+  std::filesystem::path governance;
+  std::filesystem::path certificate;
+  std::filesystem::path key;
+  std::filesystem::path permissions;
+};
+
+// Throws DdsError, one line, where one is missing or can't be read, the key may be read by others
+// or does not fit, or the certificate is another's, not of this authority, or not valid at `now`.
+SecurityFiles find_security_files(const std::filesystem::path& folder, const std::string& identity,
+                                  std::chrono::system_clock::time_point now);
+
+// Lives as long as its participant and its transport. Any thread.
+class SecurityWatch {
+ public:
+  virtual ~SecurityWatch() = default;
+  // To be the participant's listener, for discovery and authentication; null without security.
+  virtual eprosima::fastdds::dds::DomainParticipantListener* listener() noexcept = 0;
+  // Each notice once. A participant that does not prove who it is within 5 s of its announcement
+  // counts as refused.
+  virtual std::vector<SecurityNotice> take(std::chrono::steady_clock::time_point now) = 0;
+};
+
+// Puts a guarded transport into `qos`, whose transports must be complete. Nothing else without
+// security: the listener is the participant's own.
+std::shared_ptr<SecurityWatch> guard_transports(eprosima::fastdds::dds::DomainParticipantQos& qos);
+
+// The same, and the properties of security. `next` hears of discovery as without. Throws as
+// find_security_files().
+std::shared_ptr<SecurityWatch> secure(const std::string& participant_name,
+                                      const std::filesystem::path& folder,
+                                      eprosima::fastdds::dds::DomainParticipantListener& next,
+                                      eprosima::fastdds::dds::DomainParticipantQos& qos);
+
+// What the library said last about why it refused something; empty: nothing.
+std::string last_security_error();
+
+}  // namespace zerodrift::dds

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/service/hot_standby.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "common/core/samples.h"
+
+namespace zerodrift::service {
+namespace {
+
+// A sequence number this far behind is that of a source that started anew, not of a late sample.
+constexpr std::uint64_t kAnew = 4096;
+
+template <typename Array>
+bool same_bits(const Array& a, const Array& b) noexcept {
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (std::bit_cast<std::uint64_t>(a[i]) != std::bit_cast<std::uint64_t>(b[i])) return false;
+  }
+  return true;
+}
+
+// All that was computed; not who answered, nor when.
+bool same_answer(const msg::CompensatedRate& a, const msg::CompensatedRate& b) noexcept {
+  return a.sensor_time_ns() == b.sensor_time_ns() && a.model_epoch() == b.model_epoch() &&
+         a.mode() == b.mode() && a.reason() == b.reason() && a.rung() == b.rung() &&
+         same_bits(a.rate_radps(), b.rate_radps()) &&
+         same_bits(a.applied_drift_radps(), b.applied_drift_radps()) &&
+         same_bits(a.drift_variance_radps2(), b.drift_variance_radps2()) &&
+         same_bits(a.rate_covariance_radps2(), b.rate_covariance_radps2());
+}
+
+}  // namespace
+
+std::uint32_t first_strength(std::int64_t unix_time_ns, std::uint32_t rank) noexcept {
+  constexpr std::int64_t kBegin = 1767225600;  // 2026-01-01
+  const std::int64_t seconds = std::max<std::int64_t>(0, unix_time_ns / 1'000'000'000 - kBegin);
+  return static_cast<std::uint32_t>(static_cast<std::uint64_t>(seconds) * kMostInstances) +
+         rank % kMostInstances;
+}
+
+HotStandby::HotStandby(std::uint32_t instance, std::uint32_t strength, std::int64_t now_ns)
+    : instance_(instance),
+      strength_(strength),
+      role_(Role::kStandby),
+      health_(Health::kBehind),
+      standby_since_ns_(now_ns),
+      held_(kHeld),
+      early_(kEarly) {}
+
+bool HotStandby::take(const msg::CompensatedRate& answer, std::int64_t now_ns) noexcept {
+  if (role_ == Role::kActive) return true;
+  paced_ = core::is_paced_by_consumers(static_cast<core::ClockSource>(answer.clock_source()));
+  while (!early_.empty() && early_.front().sequence_number() <= answer.sequence_number()) {
+    if (early_.front().sequence_number() == answer.sequence_number())
+      compare(answer, early_.front());
+    early_.pop();
+  }
+  if (held_.full()) {
+    if (!was_heard(held_.front().answer)) ++unheard_;
+    held_.pop();
+  }
+  held_.push({answer, now_ns});
+  return false;
+}
+
+void HotStandby::hear(const msg::CompensatedRate& other, std::int64_t now_ns) noexcept {
+  if (is_alone()) return;
+  heard_strength_ = std::max(heard_strength_, other.ownership_strength());
+  if (role_ == Role::kActive) {
+    if (other.ownership_strength() <= strength_) return;
+    step_back(now_ns);
+  }
+  const std::uint64_t sequence = other.sequence_number();
+  if (!heard_to_ || sequence > *heard_to_ || sequence + kAnew < *heard_to_) heard_to_ = sequence;
+  for (std::size_t i = held_.size(); i > 0; --i) {
+    const msg::CompensatedRate& mine = held_[i - 1].answer;
+    if (mine.sequence_number() == sequence) return compare(mine, other);
+    if (mine.sequence_number() < sequence) break;
+  }
+  const bool still_to_come = held_.empty() || held_.back().answer.sequence_number() < sequence;
+  if (still_to_come) early_.push_overwriting(other);
+}
+
+void HotStandby::compare(const msg::CompensatedRate& mine,
+                         const msg::CompensatedRate& other) noexcept {
+  ++compared_;
+  if (same_answer(mine, other)) {
+    differing_run_ = 0;
+    return;
+  }
+  ++differing_;
+  ++differing_run_;
+}
+
+bool HotStandby::was_heard(const msg::CompensatedRate& answer) const noexcept {
+  return heard_to_ && answer.sequence_number() <= *heard_to_;
+}
+
+HotStandby::Duration HotStandby::patience() const noexcept {
+  if (!heard_to_) return kDiscovery;
+  if (paced_) return kSilencePaced;
+  switch (health_) {
+    case Health::kUnwell:
+      return kSilenceUnwell;
+    case Health::kBehind:
+      return kSilenceBehind;
+    case Health::kInSync:
+      break;
+  }
+  return kSilence;
+}
+
+bool HotStandby::must_take_over(std::int64_t now_ns) const noexcept {
+  if (role_ == Role::kActive || held_.empty()) return false;
+  if (!heard_to_) return now_ns - standby_since_ns_ >= patience().count();
+  // The oldest of those that were not heard: they are the newest, and few.
+  std::size_t first = held_.size();
+  while (first > 0 && !was_heard(held_[first - 1].answer)) --first;
+  return first < held_.size() && now_ns - held_[first].since_ns >= patience().count();
+}
+
+std::size_t HotStandby::first_to_write(std::int64_t now_ns) const noexcept {
+  std::size_t first = held_.size();
+  while (first > 0) {
+    const Held& held = held_[first - 1];
+    if (was_heard(held.answer) && now_ns - held.since_ns > (patience() + kRepeated).count()) break;
+    --first;
+  }
+  return first;
+}
+
+void HotStandby::step_back(std::int64_t now_ns) noexcept {
+  ++step_backs_;
+  role_ = Role::kStandby;
+  in_sync_ = false;
+  if (health_ == Health::kInSync) health_ = Health::kBehind;
+  standby_since_ns_ = now_ns;
+  heard_to_.reset();
+  differing_run_ = 0;
+  held_.clear();
+  early_.clear();
+}
+
+void HotStandby::set_unwell(bool unwell, std::int64_t now_ns) noexcept {
+  const bool was = health_ == Health::kUnwell;
+  if (is_alone() || unwell == was) return;
+  health_ = unwell ? Health::kUnwell : in_sync_ ? Health::kInSync : Health::kBehind;
+  if (unwell && role_ == Role::kActive) {
+    step_back(now_ns);
+    heard_to_ = 0;  // another is there, and will be heard soon or never
+  }
+}
+
+bool HotStandby::needs_state() const noexcept {
+  return role_ == Role::kStandby && health_ != Health::kUnwell && heard_to_ &&
+         (!in_sync_ || differing_run_ >= kDifferingRun);
+}
+
+std::uint32_t HotStandby::wanted_strength() const noexcept {
+  const bool is_weaker = role_ == Role::kStandby && heard_strength_ >= strength_ && heard_to_;
+  return is_weaker ? stronger_than(heard_strength_, *instance_) : strength_;
+}
+
+void HotStandby::caught_up(std::int64_t now_ns) noexcept {
+  if (role_ == Role::kActive) return;
+  in_sync_ = true;
+  if (health_ == Health::kBehind) health_ = Health::kInSync;
+  standby_since_ns_ = now_ns;
+  differing_run_ = 0;
+  held_.clear();
+  early_.clear();
+}
+
+}  // namespace zerodrift::service

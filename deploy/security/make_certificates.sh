@@ -1,0 +1,234 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Makes what `--security DIR` of every service needs: two certificate authorities, a key and a
+# certificate for each service, the governance of the domain and each service's permissions. Nothing
+# of it belongs in a repository. deploy/security/README.md tells how it is used.
+set -euo pipefail
+umask 077
+
+readonly program=make_certificates.sh
+readonly usage="usage: $program [--days N] [--ca-days N] [--domains MIN-MAX] [--only SERVICE] DIR"
+
+fail() {
+  echo "$program: $*" >&2
+  exit 2
+}
+
+# Who writes and reads what: the one place that says so. A topic that isn't named is refused, and a
+# topic of common/dds/topics.h that nobody writes or reads here fails a test.
+readonly services="gyro_publisher thermal_publisher compensation allan_monitor console navigation_filter zerodrift"
+readonly of_all="service_status event" # written and read by every service
+writes() {
+  case $1 in
+    gyro_publisher) echo angular_rate rate_reference temperature ;; # a serial gyro has a thermometer
+    thermal_publisher) echo temperature ;;
+    compensation) echo compensated_rate command_reply replay_progress checkpoint ;;
+    allan_monitor) echo allan_report replay_progress ;;
+    console) echo command ;;
+    navigation_filter) echo rate_reference replay_progress ;;
+    zerodrift) echo command replay_progress ;; # ctl, record, diagnose
+  esac
+}
+reads() {
+  case $1 in
+    gyro_publisher | thermal_publisher) echo replay_progress ;;
+    compensation) echo angular_rate temperature rate_reference compensated_rate command checkpoint ;; # a standby follows the primary
+    allan_monitor) echo compensated_rate ;;
+    navigation_filter) echo angular_rate compensated_rate ;;
+    console | zerodrift) echo angular_rate temperature rate_reference compensated_rate allan_report command_reply ;;
+  esac
+}
+
+days=365
+ca_days=3650
+domains=0-232
+only=
+folder=
+is_number() { [[ $1 =~ ^[1-9][0-9]{0,4}$ ]]; }
+while (($#)); do
+  case $1 in
+    --help)
+      echo "$usage"
+      exit 0
+      ;;
+    --days | --ca-days | --domains | --only)
+      (($# > 1)) || fail "$1 needs a value; $usage"
+      case $1 in
+        --days) days=$2 ;;
+        --ca-days) ca_days=$2 ;;
+        --domains) domains=$2 ;;
+        --only) only=$2 ;;
+      esac
+      shift 2
+      ;;
+    -*) fail "unknown option $1; $usage" ;;
+    *)
+      [[ -z $folder ]] || fail "one folder expected, found '$folder' and '$1'; $usage"
+      folder=$1
+      shift
+      ;;
+  esac
+done
+[[ -n $folder ]] || fail "no folder given; $usage"
+is_number "$days" || fail "--days: found '$days', expected 1..99999"
+is_number "$ca_days" || fail "--ca-days: found '$ca_days', expected 1..99999"
+[[ $domains =~ ^(0|[1-9][0-9]{0,2})-([1-9][0-9]{0,2})$ ]] && ((BASH_REMATCH[1] <= BASH_REMATCH[2] && BASH_REMATCH[2] <= 232)) ||
+  fail "--domains: found '$domains', expected MIN-MAX within 0-232, e.g. 0-232"
+readonly min_domain=${domains%-*} max_domain=${domains#*-}
+[[ -z $only || " $services " == *" $only "* ]] || fail "--only: no service '$only'; one of: $services"
+command -v openssl >/dev/null || fail "openssl is not installed"
+
+scratch=
+trap '[[ -z $scratch ]] || rm -rf "$scratch"' EXIT
+
+# OpenSSL's own words only where it fails.
+quietly() {
+  local words
+  words=$("$@" 2>&1) || fail "$1 $2: $(tail -n 1 <<<"$words")"
+}
+
+new_key() { quietly openssl genpkey -algorithm EC -pkeyopt ec_paramgen_curve:P-256 -out "$1"; }
+
+# authority NAME: ca/NAME.key and NAME.pem. It signs certificates and, as S/MIME, documents.
+authority() {
+  new_key "ca/$1.key"
+  quietly openssl req -x509 -new -sha256 -key "ca/$1.key" -days "$ca_days" -out "$1.pem" \
+    -subj "/O=zerodrift/CN=$1" -addext "keyUsage=critical,keyCertSign,cRLSign,digitalSignature"
+  chmod 644 "$1.pem"
+}
+
+# sign_document FILE OUT: signed by the permissions authority, in the form that DDS Security wants.
+sign_document() {
+  quietly openssl smime -sign -text -in "$1" -out "$2" -signer "$3/permissions_ca.pem" -inkey "$3/ca/permissions_ca.key"
+  chmod 644 "$2"
+  rm "$1"
+}
+
+domain_set() { echo "<domains><id_range><min>$min_domain</min><max>$max_domain</max></id_range></domains>"; }
+
+# Everything is encrypted: whole messages by the key of the participant, submessages and payloads by
+# the key of the writer, which only readers of its topic get.
+governance() {
+  cat <<XML
+<?xml version="1.0" encoding="UTF-8"?>
+<dds xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" xsi:noNamespaceSchemaLocation="http://www.omg.org/spec/DDS-Security/20170801/omg_shared_ca_domain_governance.xsd">
+  <domain_access_rules>
+    <domain_rule>
+      $(domain_set)
+      <allow_unauthenticated_participants>false</allow_unauthenticated_participants>
+      <enable_join_access_control>true</enable_join_access_control>
+      <discovery_protection_kind>ENCRYPT</discovery_protection_kind>
+      <liveliness_protection_kind>ENCRYPT</liveliness_protection_kind>
+      <rtps_protection_kind>ENCRYPT</rtps_protection_kind>
+      <topic_access_rules>
+        <topic_rule>
+          <topic_expression>*</topic_expression>
+          <enable_discovery_protection>true</enable_discovery_protection>
+          <enable_liveliness_protection>true</enable_liveliness_protection>
+          <enable_read_access_control>true</enable_read_access_control>
+          <enable_write_access_control>true</enable_write_access_control>
+          <metadata_protection_kind>ENCRYPT</metadata_protection_kind>
+          <data_protection_kind>ENCRYPT</data_protection_kind>
+        </topic_rule>
+      </topic_access_rules>
+    </domain_rule>
+  </domain_access_rules>
+</dds>
+XML
+}
+
+topics() {
+  local topic
+  echo "<topics>"
+  for topic in "$@"; do echo "            <topic>$topic</topic>"; done
+  echo "          </topics>"
+}
+
+# Without it: the partition of those that name none. Instances that stand by for each other have one each.
+partitions() {
+  [[ $1 != compensation ]] || echo "<partitions><partition>*</partition></partitions>"
+}
+
+# From a day ago, so that clocks that differ a little and time zones do no harm.
+permissions() {
+  cat <<XML
+<?xml version="1.0" encoding="UTF-8"?>
+<dds xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" xsi:noNamespaceSchemaLocation="http://www.omg.org/spec/DDS-Security/20170801/omg_shared_ca_permissions.xsd">
+  <permissions>
+    <grant name="$1">
+      <subject_name>CN=$1,O=zerodrift</subject_name>
+      <validity>
+        <not_before>$(date -u -d "-1 day" +%Y-%m-%dT%H:%M:%S)</not_before>
+        <not_after>$(date -u -d "+$days days" +%Y-%m-%dT%H:%M:%S)</not_after>
+      </validity>
+      <allow_rule>
+        $(domain_set)
+        <publish>
+          $(topics $(writes "$1") $of_all)
+          $(partitions "$1")
+        </publish>
+        <subscribe>
+          $(topics $(reads "$1") $of_all)
+          $(partitions "$1")
+        </subscribe>
+      </allow_rule>
+      <default>DENY</default>
+    </grant>
+  </permissions>
+</dds>
+XML
+}
+
+# service NAME AUTHORITIES: key, certificate and permissions in ./NAME.
+service() {
+  local name=$1 authorities=$2
+  mkdir "$name"
+  chmod 755 "$name"
+  new_key "$name/key.pem"
+  quietly openssl req -new -sha256 -key "$name/key.pem" -subj "/O=zerodrift/CN=$name" -out "$name/request"
+  printf 'basicConstraints=critical,CA:FALSE\nkeyUsage=critical,digitalSignature\n' >"$name/extensions"
+  quietly openssl x509 -req -sha256 -in "$name/request" -days "$days" -extfile "$name/extensions" \
+    -CA "$authorities/identity_ca.pem" -CAkey "$authorities/ca/identity_ca.key" \
+    -set_serial "0x$(openssl rand -hex 16)" -out "$name/certificate.pem"
+  chmod 644 "$name/certificate.pem"
+  rm "$name/request" "$name/extensions"
+  permissions "$name" >"$name/permissions.xml"
+  sign_document "$name/permissions.xml" "$name/permissions.p7s" "$authorities"
+}
+
+make_all() {
+  [[ ! -e $folder ]] || fail "$folder exists; a new folder is expected, or --only SERVICE to renew one certificate"
+  local parent
+  parent=$(dirname -- "$folder")
+  [[ -d $parent && -w $parent ]] || fail "cannot write to $parent"
+  scratch=$(mktemp -d "$parent/.$program.XXXXXX")
+  (
+    cd "$scratch"
+    mkdir ca
+    authority identity_ca
+    authority permissions_ca
+    governance >governance.xml
+    sign_document governance.xml governance.p7s .
+    for name in $services; do service "$name" .; done
+  ) || exit
+  chmod 755 "$scratch"
+  mv -T -- "$scratch" "$folder"
+  scratch=
+  echo "$folder: authorities in ca/ (keep them elsewhere), $(wc -w <<<"$services") services, valid for $days days"
+}
+
+renew_one() {
+  local file
+  for file in ca/identity_ca.key identity_ca.pem ca/permissions_ca.key permissions_ca.pem; do
+    [[ -r $folder/$file ]] || fail "$folder/$file is missing; renewing needs the authorities' keys"
+  done
+  local authorities
+  authorities=$(cd -- "$folder" && pwd)
+  scratch=$(mktemp -d "$authorities/.$program.XXXXXX")
+  (cd "$scratch" && service "$only" "$authorities") || exit
+  [[ ! -e $authorities/$only ]] || mv -T -- "$authorities/$only" "$scratch/old"
+  mv -T -- "$scratch/$only" "$authorities/$only"
+  echo "$folder/$only: renewed, valid for $days days"
+}
+
+if [[ -n $only ]]; then renew_one; else make_all; fi

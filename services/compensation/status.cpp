@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the service says of itself. Samples wait while data_mutex_ is held: under it plain values
+// are copied, and nothing else.
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/core/units.h"
+#include "services/compensation/compensation_node.h"
+
+namespace zerodrift::services {
+
+struct CompensationNode::Seen {
+  std::uint32_t id = 0;
+  compensation::CompensatorCounts counts{};
+  compensation::CompensatedSample newest{};
+  core::PerAxis<compensation::TestThenTrain> records{};
+  core::PerAxis<std::size_t> support_vectors{};
+  double temperature_degc = 0.0;
+  double temperature_rate_degc_per_s = 0.0;
+  std::uint64_t rejected = 0;
+  std::uint64_t unwritten = 0;
+  bool is_alone = true;
+  service::HotStandby::Role role{};
+  service::HotStandby::Health health{};
+  std::uint32_t strength = 0;
+  service::HotStandby::Counts standby{};
+};
+
+CompensationNode::Seen CompensationNode::see(const Gyro& source) {
+  const compensation::Compensator& compensator = *source.compensator;
+  Seen seen{.id = source.id,
+            .counts = compensator.counts(),
+            .newest = source.newest,
+            .temperature_degc = compensator.temperature_degc(),
+            .temperature_rate_degc_per_s = compensator.temperature_rate_degc_per_s(),
+            .rejected = source.rejected,
+            .unwritten = source.unwritten,
+            .is_alone = source.standby.is_alone(),
+            .role = source.standby.role(),
+            .health = source.standby.health(),
+            .strength = source.standby.strength(),
+            .standby = source.standby.counts()};
+  for (const auto axis : core::kAxes) {
+    seen.records[core::index(axis)] = compensator.test_then_train(axis);
+    seen.support_vectors[core::index(axis)] = compensator.support_vectors(axis);
+  }
+  return seen;
+}
+
+service::Status CompensationNode::status() {
+  const std::array<const service::HopLatency*, 3> hops{&sensor_latency_, &arrival_latency_,
+                                                       &compute_latency_};
+  std::vector<Seen> all;
+  all.reserve(128);
+  {
+    const std::lock_guard lock(data_mutex_);
+    for (const auto& source : gyros_) all.push_back(see(*source));
+  }
+  service::Status status;
+  status.state = all.empty() ? service::State::kWaiting : service::State::kRunning;
+  status.summary = std::to_string(all.size()) + " gyro(s)";
+  status.parts.push_back(service::latency_part(hops));
+  compensation::CompensatorCounts sum;
+  std::uint64_t rejected = 0;
+  std::uint64_t unwritten = 0;
+  for (const Seen& seen : all) {
+    sum.samples_in += seen.counts.samples_in;
+    sum.samples_out += seen.counts.samples_out;
+    sum.missing += seen.counts.missing;
+    sum.duplicates += seen.counts.duplicates + seen.counts.too_old;
+    rejected += seen.rejected;
+    unwritten += seen.unwritten;
+    status.parts.push_back(part(seen));
+  }
+  status.metrics = {{"samples_in", "1", static_cast<double>(sum.samples_in)},
+                    {"samples_out", "1", static_cast<double>(sum.samples_out)},
+                    {"missing", "1", static_cast<double>(sum.missing)},
+                    {"duplicates", "1", static_cast<double>(sum.duplicates)},
+                    {"rejected", "1", static_cast<double>(rejected)},
+                    {"unwritten", "1", static_cast<double>(unwritten)}};
+  const std::vector<service::Metric> latencies = service::latency_metrics(hops);
+  status.metrics.insert(status.metrics.end(), latencies.begin(), latencies.end());
+  return status;
+}
+
+service::StatusPart CompensationNode::part(const Seen& seen) {
+  service::StatusPart part{.name = std::to_string(seen.id), .metrics = {}};
+  const auto add = [&](std::string name, std::string unit, double value) {
+    part.metrics.push_back({std::move(name), std::move(unit), value});
+  };
+  add("invalid", "1", static_cast<double>(seen.counts.invalid));
+  add("labels", "1", static_cast<double>(seen.counts.labels));
+  add("labels_skipped", "1", static_cast<double>(seen.counts.labels_skipped));
+  add("late_models", "1", static_cast<double>(seen.counts.late_models));
+  add("model_epoch", "1", static_cast<double>(seen.newest.model_epoch));
+  add("active", "1", seen.role == service::HotStandby::Role::kActive ? 1.0 : 0.0);
+  if (!seen.is_alone) {
+    add("health", "1", static_cast<double>(seen.health));
+    add("ownership_strength", "1", static_cast<double>(seen.strength));
+    add("takeovers", "1", static_cast<double>(seen.standby.takeovers));
+    add("step_backs", "1", static_cast<double>(seen.standby.step_backs));
+    add("compared", "1", static_cast<double>(seen.standby.compared));
+    add("differing", "1", static_cast<double>(seen.standby.differing));
+    add("unheard", "1", static_cast<double>(seen.standby.unheard));
+  }
+  add("sensor_time", "s", core::seconds(seen.newest.raw.time));
+  add("temperature", "degC", seen.temperature_degc);
+  add("temperature_rate", "degC/min", seen.temperature_rate_degc_per_s * 60.0);
+  for (const auto axis : core::kAxes) {
+    const std::size_t i = core::index(axis);
+    const std::string suffix = "_" + std::string(core::name(axis));
+    const auto& record = seen.records[i];
+    add("valid" + suffix, "1", seen.newest.raw.valid[i] ? 1.0 : 0.0);
+    add("mode" + suffix, "1", static_cast<double>(seen.newest.mode[i]));
+    add("reason" + suffix, "1", static_cast<double>(seen.newest.reason[i]));
+    add("drift" + suffix, "deg/h", core::deg_h_from_radps(seen.newest.applied_drift_radps[i]));
+    add("support_vectors" + suffix, "1", static_cast<double>(seen.support_vectors[i]));
+    add("applied_rmse" + suffix, "deg/h", core::deg_h_from_radps(std::sqrt(record.applied_mse)));
+    add("persistence_rmse" + suffix, "deg/h", core::deg_h_from_radps(std::sqrt(record.held_mse)));
+  }
+  return part;
+}
+
+}  // namespace zerodrift::services

@@ -1,0 +1,234 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Runs the main job for many simulated hours, as fast as it goes, and says whether anything grew, got lost or came too late.
+#   tests/soak.sh --hours H [--keep DIR] [--domain N]
+# --keep DIR: samples.csv and the services' logs stay there. --domain: default one of 215 to 224 that is free.
+# ZERODRIFT_BUILD_DIR names the build folder (default: build/release).
+# Exit code 0: PASS; 1: FAIL, with the reasons; 2: wrong usage or it could not be run. Ctrl-C stops everything.
+#
+# Bars: those of tests/soak_verdict.awk from 10 % of the time on; each sample published answered exactly once and monitored;
+# no process ends before its source; nothing left in /dev/shm; no warning of a service, except of what the data are like, and
+# a missed deadline while this machine was busy.
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+bin=${ZERODRIFT_BUILD_DIR:-$root/build/release}/bin
+rate_hz=200
+sample_every_s=1
+give_up_s=120   # without any progress
+stop_within_s=5
+busy_percent=90
+# What the monitor finds in the rates: as it should.
+of_the_data='(noise_grew|compensation_harms)[a-z_]*'
+
+bad() { echo "soak: $1" >&2; exit 2; }
+hours='' keep='' domain=''
+while [ $# -gt 0 ]; do
+  case $1 in
+    -h|--help) sed -n '3,8s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
+    --hours|--keep|--domain) [ $# -ge 2 ] || bad "$1 needs a value"; printf -v "${1#--}" '%s' "$2"; shift 2 ;;
+    *) bad "unknown option '$1'; expected --hours H [--keep DIR] [--domain N]" ;;
+  esac
+done
+[ -n "$hours" ] || bad "--hours is missing; expected e.g. --hours 72"
+duration_s=$(LC_ALL=C awk -v h="$hours" 'BEGIN { if (h ~ /^[0-9]+(\.[0-9]+)?$/ && h >= 0.25 && h <= 10000) printf "%d", h * 3600 }')
+[ -n "$duration_s" ] || bad "--hours: found '$hours', expected 0.25 to 10000"
+[[ -z $domain || ( $domain =~ ^[0-9]{1,3}$ && 10#$domain -le 232 ) ]] || bad "--domain: found '$domain', expected 0 to 232"
+for program in compensation gyro_publisher thermal_publisher allan_monitor zerodrift; do
+  [ -x "$bin/$program" ] || bad "$bin/$program is missing; deploy/setup.sh builds it"
+done
+if [ -n "$keep" ]; then
+  mkdir -p "$keep" 2>/dev/null && [ -w "$keep" ] || bad "--keep: cannot write to '$keep'"
+  work=$keep
+else
+  work=$(mktemp -d "${TMPDIR:-/tmp}/zerodrift-soak.XXXXXX")
+fi
+
+declare -A pid_of=() seen_shm=() cpu_of=()
+reasons=()
+stop_all() {
+  trap '' INT TERM
+  local pid
+  # In a background shell no signal reaches what was started otherwise.
+  for pid in "${pid_of[@]}"; do kill -TERM "$pid" 2>/dev/null || true; done
+  for pid in "${pid_of[@]}"; do
+    for ((i = 0; i < 10 * stop_within_s; ++i)); do kill -0 "$pid" 2>/dev/null || break; sleep 0.1; done
+    kill -KILL "$pid" 2>/dev/null || true
+  done
+  wait 2>/dev/null || true
+  [ -n "$keep" ] || rm -rf "$work"
+}
+trap stop_all EXIT
+trap 'exit 130' INT TERM
+
+# The lock that the system tests use too (tests/unit/dds/test_domain.h).
+take_domain() {
+  exec {lock}> "${TMPDIR:-/tmp}/zerodrift-test-domain-$1.lock" && flock -n "$lock"
+}
+if [ -n "$domain" ]; then
+  take_domain "$domain" || bad "--domain: a test runs in domain $domain"
+else
+  for domain in {215..224} ''; do [ -n "$domain" ] || bad "domains 215 to 224 are all in use"; take_domain "$domain" && break; done
+fi
+
+# A day in a chamber every two hours: 20 °C up and down at 0.5 °C/min, and a turn that is no drift.
+write_profile() {
+  printf 'name: soak\nduration_s: %d\ninitial_temperature_degc: 15\npower_on_s: 0\nchamber:\n' "$duration_s"
+  for ((t = 0; t < duration_s; t += 7200)); do
+    printf '  - {time_s: %d, temperature_degc: %d}\n' $((t + 600)) 15 $((t + 3000)) 35 $((t + 4200)) 35 $((t + 6600)) 15
+  done
+  echo 'turns:'
+  for ((t = 0; t < duration_s; t += 7200)); do
+    printf '  - {start_s: %d, duration_s: 60, axis: z, rate_deg_s: 10, ramp_s: 2}\n' $((t + 2400))
+  done
+}
+
+start() {   # name command...
+  local name=$1; shift
+  "$@" --domain "$domain" > "$work/$name.log" 2>&1 {lock}>&- &
+  pid_of[$name]=$!
+}
+
+# Sensor time of the newest table.
+sensor_time() { sed -n 's/^gyro [0-9]*   sensor time \([0-9.]*\) s .*/\1/p' "$work/status.log" | tail -n 1; }
+
+# Share of this machine that is busy since the last call, in percent.
+busy_before=0 idle_before=0
+machine_busy() {
+  local user nice system idle iowait irq softirq steal
+  read -r _ user nice system idle iowait irq softirq steal _ < /proc/stat
+  local busy=$((user + nice + system + irq + softirq + steal)) rest=$((idle + iowait))
+  local all=$((busy - busy_before + rest - idle_before))
+  percent=$((all > 0 ? 100 * (busy - busy_before) / all : 0))
+  busy_before=$busy idle_before=$rest
+}
+
+ticks=$(getconf CLK_TCK)
+sample() {   # name; a line of the CSV; nothing where the process is over
+  local name=$1 pid=${pid_of[$1]} key value rss=0 threads=0 stat fields names=() bytes=0 file
+  local files=(/proc/"$pid"/fd/*)
+  while read -r key value _; do
+    case $key in VmRSS:) rss=$value ;; Threads:) threads=$value ;; esac
+  done 2>/dev/null < "/proc/$pid/status" || return 0
+  [ "$rss" -gt 0 ] || return 0
+  stat=$(< "/proc/$pid/stat") 2>/dev/null || return 0
+  fields=(${stat##*) })
+  mapfile -t names < <(grep -oE '/dev/shm/.*' "/proc/$pid/maps" 2>/dev/null | sort -u)
+  for file in "${names[@]}"; do
+    seen_shm[$file]=1
+    bytes=$((bytes + $(stat -c %s "$file" 2>/dev/null || echo 0)))
+  done
+  printf '%s,%s,%s,%d,%d,%d,%s,%d,%d,%d\n' "$SECONDS" "${now_s:-0}" "$name" "$rss" "${#files[@]}" "$threads" \
+    "$(((fields[11] + fields[12]) * 100 / ticks))e-2" "${#names[@]}" "$bytes" "$percent"
+}
+
+ended() { ! kill -0 "${pid_of[$1]}" 2>/dev/null; }
+exit_code() { local code=0; wait "${pid_of[$1]}" || code=$?; unset "pid_of[$1]"; echo "$code" > "$work/code"; }
+
+# Services end when told, publishers with their source and then by 0.
+check_alive() {
+  local name
+  for name in compensation allan_monitor; do
+    if ended "$name"; then reasons+=("$name ended at sensor time ${now_s:-0} s"); return 1; fi
+  done
+  for name in thermal_publisher gyro_publisher; do
+    [ -n "${pid_of[$name]:-}" ] && ended "$name" || continue
+    exit_code "$name"
+    if [ "$(< "$work/code")" -ne 0 ]; then reasons+=("$name ended with exit code $(< "$work/code")"); return 1; fi
+  done
+}
+
+watch() {   # until the table is over, or nothing goes on
+  local moved=$SECONDS before='' name
+  while ! ended status; do
+    now_s=$(sensor_time)
+    [ "$now_s" = "$before" ] || { moved=$SECONDS; before=$now_s; }
+    machine_busy
+    for name in allan_monitor compensation thermal_publisher gyro_publisher; do
+      [ -z "${pid_of[$name]:-}" ] || sample "$name" >> "$work/samples.csv"
+    done
+    check_alive || return 0
+    if [ $((SECONDS - moved)) -gt "$give_up_s" ]; then
+      reasons+=("nothing went on for $give_up_s s at sensor time ${now_s:-0} s")
+      return 0
+    fi
+    sleep "$sample_every_s" {lock}>&-
+  done
+}
+
+stop_and_check() {   # the services, which are told to end and have done nothing wrong
+  local name i
+  for name in compensation allan_monitor; do kill -TERM "${pid_of[$name]}" 2>/dev/null || true; done
+  for name in "${!pid_of[@]}"; do
+    for ((i = 0; i < 10 * stop_within_s; ++i)); do ended "$name" && break; sleep 0.1; done
+    ended "$name" || { reasons+=("$name did not end within $stop_within_s s"); continue; }
+    exit_code "$name"
+    [ "$name" = status ] || [ "$(< "$work/code")" -eq 0 ] || reasons+=("$name ended with exit code $(< "$work/code")")
+  done
+  for name in "${!seen_shm[@]}"; do [ ! -e "$name" ] || reasons+=("left in /dev/shm: $name"); done
+}
+
+# The newest figures that the services gave of themselves.
+check_answers() {
+  local line published=0 in=0 out=0 monitored=0 missing=0 duplicates=0 rejected=0 expected=$((duration_s * rate_hz))
+  line=$(grep '^samples: ' "$work/status.log" | tail -n 1)
+  read -r _ _ published _ in _ out _ monitored _ missing _ duplicates _ rejected <<< "$line" || true
+  echo "${line:-samples: none}"
+  [ "${published:-0}" -eq "$expected" ] || reasons+=("${published:-0} samples were published, expected $expected")
+  if [ "${out:-0}" -ne "$expected" ] || [ "$in" -ne "$expected" ] || [ "$monitored" -ne "$expected" ]; then
+    reasons+=("of $expected samples $in came in, $out were answered and $monitored monitored")
+  fi
+  [ $((missing + duplicates + rejected)) -eq 0 ] ||
+    reasons+=("missing $missing, duplicates $duplicates, rejected $rejected samples")
+}
+
+# Busy percent of the machine in the samples around a time of day, the largest.
+busy_at() {
+  local at=$(($(date -d "$1" +%s) - began_s))
+  awk -F, -v at="$at" 'NR > 1 && $1 >= at - 2 && $1 <= at + 2 && $10 > most { most = $10 } END { print most + 0 }' \
+    "$work/samples.csv"
+}
+
+# A log holds each event once a code and subject; how often it came, the table says as long as it shows it.
+check_events() {
+  local line time code text count busy
+  while read -r line; do
+    time=${line%% *} text=${line#*: } code=${text%%:*} text=${text#*: }
+    count=$(grep -hF -- "$text (" "$work/status.log" | grep -oE '\([0-9]+x\)$' | tr -dc '0-9\n' | sort -n | tail -n 1 || true)
+    printf 'event %s %s, %s\n' "${count:+${count}x}" "$code" "$text"
+    [[ ! $code =~ ^$of_the_data$ ]] || continue
+    if [ "$code" = deadline_missed ]; then
+      busy=$(busy_at "$time")
+      [ "$busy" -lt "$busy_percent" ] || { echo "  the machine was busy to $busy %"; continue; }
+    fi
+    reasons+=("$code: $text")
+  done < <(grep -hE '^[0-9T:.-]+ [a-z_]+ (warning|error|critical): ' \
+    "$work"/{allan_monitor,compensation,thermal_publisher,gyro_publisher}.log | sort)
+}
+
+write_profile > "$work/profile.yaml"
+echo 'wall_s,sensor_s,process,rss_kb,files,threads,cpu_s,shm_names,shm_bytes,machine_busy_percent' > "$work/samples.csv"
+source=(--source simulation --model "$root/config/models/paper_fog.yaml" --profile "$work/profile.yaml" --seed 1 --speed max)
+start status "$bin/zerodrift" ctl status --follow --until-finished
+start allan_monitor "$bin/allan_monitor"
+start compensation "$bin/compensation" --await-subscribers 1
+start thermal_publisher "$bin/thermal_publisher" "${source[@]}"
+start gyro_publisher "$bin/gyro_publisher" "${source[@]}" --rate "$rate_hz" --wait-for compensation,allan_monitor
+SECONDS=0 now_s='' percent=0
+began_s=$(date +%s)
+machine_busy
+
+watch
+stop_and_check
+echo "$hours h of sensor time in $SECONDS s, domain $domain"
+verdict=0
+LC_ALL=C awk -v warm_up_s=$((duration_s / 10)) -f "$root/tests/soak_verdict.awk" "$work/samples.csv" || verdict=$?
+check_answers
+check_events
+[ -z "$keep" ] || echo "kept in $work"
+if [ ${#reasons[@]} -gt 0 ]; then printf '  %s\n' "${reasons[@]}"; verdict=1; fi
+case $verdict in
+  0) echo PASS ;;
+  1) echo FAIL ;;
+  *) echo "soak: too few samples to judge by; expected a longer run" >&2 ;;
+esac
+exit "$verdict"

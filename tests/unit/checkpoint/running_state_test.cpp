@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+// A compensator handed over while it runs: the one made from its state goes on to the bit.
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/checkpoint/checkpoint_bytes.h"
+#include "common/checkpoint/checkpoint_error.h"
+#include "tests/unit/compensation/prior_models.h"
+#include "tests/unit/compensation/synthetic_gyro.h"
+
+namespace zerodrift::checkpoint {
+namespace {
+
+using compensation::CompensatedSample;
+using compensation::CompensationOptions;
+using compensation::Compensator;
+using compensation::Readiness;
+using compensation::testing::GyroSpec;
+using compensation::testing::make_record;
+using compensation::testing::Record;
+
+constexpr std::uint32_t kGyro = 3;
+
+GyroSpec chamber() {
+  GyroSpec spec;
+  spec.duration_s = 900.0;
+  spec.low_degc = 20.0;
+  spec.high_degc = 30.0;
+  spec.motion = compensation::testing::turn(400.0, 30.0, 0.01);
+  return spec;
+}
+
+CompensationOptions small_options() {
+  CompensationOptions options = compensation::testing::options();
+  options.model.capacity = 40;  // smaller than the run: the window forgets
+  return options;
+}
+
+std::string running_state(Compensator& compensator, const CompensationOptions& options) {
+  EXPECT_TRUE(compensator.is_settled());
+  EXPECT_EQ(compensator.newest_job(), compensator.learner().newest_job());
+  std::string path;
+  core::StateArchive archive(path);
+  compensator.carry(archive);
+  return encode_running({kGyro, options}, compensator.learner().export_state(), path);
+}
+
+// Feeds the record to `running`; with the first sample at or after `cut` at which it is settled,
+// another takes over from its state. The stand-in hears the inputs of the last `overlap` rate
+// samples' time again, as a standby does that kept a log.
+std::vector<CompensatedSample> run_with_handover(const Record& record,
+                                                 const CompensationOptions& options,
+                                                 std::size_t cut) {
+  auto running = std::make_unique<Compensator>(options);
+  std::vector<CompensatedSample> answers;
+  const auto take = [&](const CompensatedSample& answer) { answers.push_back(answer); };
+  std::size_t t = 0;
+  std::size_t r = 0;
+  bool handed_over = false;
+  for (std::size_t k = 0; k < record.rates.size(); ++k) {
+    const auto& sample = record.rates[k];
+    for (; t < record.temperatures.size() && record.temperatures[t].time <= sample.time; ++t) {
+      if (!running->has_heard(record.temperatures[t])) running->push(record.temperatures[t]);
+    }
+    for (; r < record.references.size() && record.references[r].time <= sample.time; ++r) {
+      if (!running->has_heard(record.references[r])) running->push(record.references[r]);
+    }
+    running->push(sample);
+    compensation::testing::answer_ready(*running, compensation::testing::LearnerTiming::kAtOnce,
+                                        take);
+    if (handed_over || k < cut || !running->is_settled()) continue;
+    running = decode_running(running_state(*running, options), {kGyro, options});
+    handed_over = true;
+    t = t > 5 ? t - 5 : 0;  // heard already
+    r = r > 5 ? r - 5 : 0;
+  }
+  EXPECT_TRUE(handed_over);
+  return answers;
+}
+
+std::vector<std::uint64_t> bits_of(const CompensatedSample& sample) {
+  std::vector<std::uint64_t> bits{sample.raw.sequence, sample.model_epoch};
+  for (const auto axis : core::kAxes) {
+    const std::size_t i = core::index(axis);
+    bits.push_back(std::bit_cast<std::uint64_t>(sample.rate_radps[i]));
+    bits.push_back(std::bit_cast<std::uint64_t>(sample.applied_drift_radps[i]));
+    bits.push_back(std::bit_cast<std::uint64_t>(sample.drift_variance[i]));
+    bits.push_back(std::bit_cast<std::uint64_t>(sample.sensor_variance[i]));
+    bits.push_back(static_cast<std::uint64_t>(sample.mode[i]));
+    bits.push_back(static_cast<std::uint64_t>(sample.reason[i]));
+    bits.push_back(static_cast<std::uint64_t>(sample.rung[i]));
+  }
+  return bits;
+}
+
+void expect_no_difference(const Record& record, const CompensationOptions& options) {
+  Compensator undisturbed(options);
+  std::vector<CompensatedSample> expected;
+  std::size_t t = 0;
+  std::size_t r = 0;
+  for (const auto& sample : record.rates) {
+    for (; t < record.temperatures.size() && record.temperatures[t].time <= sample.time; ++t)
+      undisturbed.push(record.temperatures[t]);
+    for (; r < record.references.size() && record.references[r].time <= sample.time; ++r)
+      undisturbed.push(record.references[r]);
+    undisturbed.push(sample);
+    compensation::testing::answer_ready(
+        undisturbed, compensation::testing::LearnerTiming::kAtOnce,
+        [&](const CompensatedSample& answer) { expected.push_back(answer); });
+  }
+  bool learned = false;
+  for (const auto& answer : expected)
+    learned = learned || answer.rung[0] == compensation::Rung::kOnlineSvr;
+  EXPECT_TRUE(learned) << "nothing was learned: the test shows nothing";
+  // In the first block, while labels gather, in mid-turn, settling after it, late.
+  for (const std::size_t cut : {std::size_t{3}, record.rates.size() / 7, record.rates.size() / 3,
+                                std::size_t{8200}, std::size_t{8700}, record.rates.size() - 900}) {
+    const auto answers = run_with_handover(record, options, cut);
+    ASSERT_EQ(answers.size(), expected.size()) << "cut at " << cut;
+    for (std::size_t k = 0; k < answers.size(); ++k) {
+      ASSERT_EQ(bits_of(answers[k]), bits_of(expected[k]))
+          << "cut at " << cut << ", sample " << answers[k].raw.sequence;
+    }
+  }
+}
+
+TEST(RunningState, GoesOnToTheBitWhereverItIsCut) {
+  expect_no_difference(make_record(chamber()), small_options());
+}
+
+TEST(RunningState, GoesOnToTheBitWithTheSlidingMeanRate) {
+  CompensationOptions options = small_options();
+  options.track.rate_method = thermal::RateMethod::kSlidingMean;
+  options.track.sliding_mean = {.window_samples = 600, .sample_rate_hz = 20.0};
+  expect_no_difference(make_record(chamber()), options);
+}
+
+TEST(RunningState, GoesOnToTheBitWithEveryPriorThatHasAState) {
+  GyroSpec spec = chamber();
+  spec.probes = {"coil", "coil_inner", "coil_outer"};
+  CompensationOptions options = small_options();
+  options.prior = compensation::testing::model_with_states();
+  expect_no_difference(make_record(spec), options);
+}
+
+TEST(RunningState, GoesOnToTheBitAgainstReferences) {
+  GyroSpec spec = chamber();
+  Record record = make_record(spec);
+  for (std::size_t k = 0; k < record.rates.size(); ++k) {
+    core::RateReferenceSample reference;
+    reference.time = record.rates[k].time;
+    reference.rate_radps = record.true_radps[k];
+    reference.variance = {1e-16, 1e-16, 1e-16};
+    reference.valid = {true, true, true};
+    reference.kind = core::ReferenceKind::kRateTable;
+    record.references.push_back(reference);
+  }
+  expect_no_difference(record, small_options());
+}
+
+TEST(RunningState, OfOtherOptionsIsRefusedByName) {
+  const Record record = make_record(chamber());
+  const CompensationOptions options = small_options();
+  Compensator running(options);
+  const std::string state = running_state(running, options);
+  CompensationOptions other = options;
+  other.learning.confirm_s = 6.0;
+  try {
+    (void)decode_running(state, {kGyro, other});
+    FAIL() << "taken";
+  } catch (const CheckpointError& error) {
+    EXPECT_EQ(std::string(error.what()),
+              "found a state made with learning.confirm_s '5', expected '6' as configured");
+  }
+}
+
+TEST(RunningState, OfAFileIsNoStateOfARunningCompensator) {
+  const CompensationOptions options = small_options();
+  Compensator running(options);
+  const std::string file = encode({kGyro, options}, running.learner().export_state());
+  EXPECT_THROW((void)decode_running(file, {kGyro, options}), CheckpointError);
+}
+
+// The envelope's CRC finds what the wire did; what somebody made up must not do harm either.
+TEST(RunningState, WithADataPathCutAnywhereIsRefused) {
+  const CompensationOptions options = small_options();
+  Compensator running(options);
+  std::string path;
+  core::StateArchive archive(path);
+  running.carry(archive);
+  for (std::size_t size = 0; size < path.size(); size += 1 + size / 50) {
+    const std::string bytes =
+        encode_running({kGyro, options}, running.learner().export_state(), path.substr(0, size));
+    EXPECT_THROW((void)decode_running(bytes, {kGyro, options}), CheckpointError) << size;
+  }
+}
+
+}  // namespace
+}  // namespace zerodrift::checkpoint

@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/service/hot_standby.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <random>
+#include <set>
+#include <vector>
+
+#include "common/core/samples.h"
+
+namespace zerodrift::service {
+namespace {
+
+using Role = HotStandby::Role;
+using Health = HotStandby::Health;
+
+constexpr std::int64_t kMs = 1'000'000;
+
+msg::CompensatedRate answer(std::uint64_t sequence, std::uint32_t strength = 0,
+                            double drift_radps = 1e-6) {
+  msg::CompensatedRate message;
+  message.sequence_number(sequence);
+  message.sensor_time_ns(static_cast<std::int64_t>(sequence) * 5 * kMs);
+  message.applied_drift_radps()[0] = drift_radps;
+  message.ownership_strength(strength);
+  return message;
+}
+
+std::vector<std::uint64_t> taken_over(HotStandby& standby, std::int64_t now_ns) {
+  std::vector<std::uint64_t> written;
+  standby.take_over(now_ns, [&](const msg::CompensatedRate& message) {
+    written.push_back(message.sequence_number());
+  });
+  return written;
+}
+
+// A standby of instance 1 that has caught up with an active one of strength 32, and heard its
+// sample 10.
+HotStandby in_sync(std::int64_t now_ns) {
+  HotStandby standby(1, 1, now_ns);
+  standby.hear(answer(9, 32), now_ns);
+  standby.caught_up(now_ns);
+  standby.set_strength(standby.wanted_strength());
+  EXPECT_FALSE(standby.take(answer(10), now_ns));
+  standby.hear(answer(10, 32), now_ns);
+  return standby;
+}
+
+TEST(StrongerThan, IsGreaterAndOfEachInstanceItsOwn) {
+  for (const std::uint32_t strength : {0U, 1U, 15U, 16U, 17U, 31U, 32U, 4711U}) {
+    std::set<std::uint32_t> found;
+    for (std::uint32_t instance = 0; instance < kMostInstances; ++instance) {
+      EXPECT_GT(stronger_than(strength, instance), strength);
+      found.insert(stronger_than(strength, instance));
+    }
+    EXPECT_EQ(found.size(), kMostInstances);
+  }
+}
+
+TEST(FirstStrength, IsGreaterTheLaterAndThenByRank) {
+  const std::int64_t now = 1'800'000'000'000'000'000;
+  EXPECT_GT(first_strength(now + 1'000'000'000, 0), first_strength(now, 15));
+  EXPECT_GT(first_strength(now, 2), first_strength(now, 1));
+  EXPECT_EQ(first_strength(0, 3), 3U) << "a clock that was never set";
+}
+
+TEST(HotStandby, AloneWritesEverythingAtOnce) {
+  HotStandby alone(0);
+  EXPECT_TRUE(alone.is_alone());
+  for (std::uint64_t k = 1; k < 100; ++k) EXPECT_TRUE(alone.take(answer(k), 0));
+  alone.set_unwell(true, 0);
+  EXPECT_TRUE(alone.take(answer(100), 0)) << "nobody else would";
+  EXPECT_FALSE(alone.must_take_over(3600'000 * kMs));
+}
+
+TEST(HotStandby, HoldsBackWhatTheActiveOneWrites) {
+  HotStandby standby = in_sync(0);
+  for (std::uint64_t k = 11; k < 1000; ++k) {
+    const std::int64_t now = static_cast<std::int64_t>(k) * 5 * kMs;
+    EXPECT_FALSE(standby.take(answer(k), now));
+    standby.hear(answer(k, 32), now + kMs);
+    EXPECT_FALSE(standby.must_take_over(now + 4 * kMs));
+  }
+  EXPECT_EQ(standby.counts().compared, 990U);
+  EXPECT_EQ(standby.counts().differing, 0U);
+}
+
+TEST(HotStandby, TakesOverOnceTheOldestUnheardAnswerIsTooOld) {
+  HotStandby standby = in_sync(0);
+  EXPECT_FALSE(standby.take(answer(11), 100 * kMs));
+  EXPECT_FALSE(standby.must_take_over(100 * kMs + HotStandby::kSilence.count() - 1));
+  EXPECT_TRUE(standby.must_take_over(100 * kMs + HotStandby::kSilence.count()));
+  const auto written = taken_over(standby, 105 * kMs);
+  EXPECT_EQ(written, (std::vector<std::uint64_t>{11}));
+  EXPECT_EQ(standby.role(), Role::kActive);
+  EXPECT_TRUE(standby.take(answer(12), 106 * kMs));
+}
+
+TEST(HotStandby, WritesAgainWhatMayNotHaveArrivedEverywhere) {
+  HotStandby standby = in_sync(0);
+  for (std::uint64_t k = 11; k <= 20; ++k) {
+    EXPECT_FALSE(standby.take(answer(k), static_cast<std::int64_t>(k) * 5 * kMs));
+    if (k < 20) standby.hear(answer(k, 32), static_cast<std::int64_t>(k) * 5 * kMs + 1);
+  }
+  // 20 was answered at 100 ms and not heard; 15 to 19 are no older than 20 + 5 ms.
+  EXPECT_EQ(taken_over(standby, 105 * kMs), (std::vector<std::uint64_t>{16, 17, 18, 19, 20}));
+}
+
+TEST(HotStandby, TheActiveOneMayAnswerFirst) {
+  HotStandby standby = in_sync(0);
+  standby.hear(answer(11, 32), kMs);
+  standby.hear(answer(12, 32), 2 * kMs);
+  EXPECT_FALSE(standby.take(answer(11), 3 * kMs));
+  EXPECT_FALSE(standby.take(answer(12, 0, 2e-6), 3 * kMs));
+  EXPECT_FALSE(standby.must_take_over(1000 * kMs)) << "both were heard";
+  EXPECT_EQ(standby.counts().compared, 3U);
+  EXPECT_EQ(standby.counts().differing, 1U);
+}
+
+TEST(HotStandby, ThatHearsNobodyWaitsForDiscoveryAndThenWritesAll) {
+  HotStandby first(0, 2, 0);
+  for (std::uint64_t k = 1; k <= 300; ++k)
+    EXPECT_FALSE(first.take(answer(k), static_cast<std::int64_t>(k) * 5 * kMs));
+  EXPECT_FALSE(first.must_take_over(HotStandby::kDiscovery.count() - 1));
+  EXPECT_TRUE(first.must_take_over(HotStandby::kDiscovery.count()));
+  EXPECT_EQ(taken_over(first, HotStandby::kDiscovery.count()).size(), 300U);
+}
+
+TEST(HotStandby, OfTwoThatAreActiveTheWeakerStepsBack) {
+  HotStandby weaker(1, 1, 0);
+  HotStandby stronger(0, 2, 0);
+  taken_over(weaker, 1);
+  taken_over(stronger, 1);
+  weaker.hear(answer(5, stronger.strength()), 2);
+  stronger.hear(answer(5, weaker.strength()), 2);
+  EXPECT_EQ(weaker.role(), Role::kStandby);
+  EXPECT_EQ(stronger.role(), Role::kActive);
+  EXPECT_TRUE(weaker.needs_state());
+  EXPECT_EQ(weaker.counts().step_backs, 1U);
+}
+
+TEST(HotStandby, OneThatIsBehindWaitsLonger) {
+  HotStandby standby(1, 1, 0);
+  standby.hear(answer(10, 32), 0);
+  EXPECT_TRUE(standby.needs_state());
+  EXPECT_EQ(standby.health(), Health::kBehind);
+  EXPECT_FALSE(standby.take(answer(11), kMs));
+  EXPECT_FALSE(standby.must_take_over(kMs + HotStandby::kSilenceBehind.count() - 1));
+  EXPECT_TRUE(standby.must_take_over(kMs + HotStandby::kSilenceBehind.count()));
+}
+
+TEST(HotStandby, ThatHasCaughtUpIsStrongerThanTheActiveOne) {
+  const HotStandby standby = in_sync(0);
+  EXPECT_GT(standby.strength(), 32U);
+  EXPECT_EQ(standby.health(), Health::kInSync);
+  EXPECT_FALSE(standby.needs_state());
+}
+
+TEST(HotStandby, AsksForTheStateAgainWhereItsAnswersStayOthers) {
+  HotStandby standby = in_sync(0);
+  std::uint64_t k = 11;
+  for (; k < 11 + 199; ++k) {
+    EXPECT_FALSE(standby.take(answer(k, 0, 2e-6), 0));
+    standby.hear(answer(k, 32), 0);
+  }
+  EXPECT_FALSE(standby.needs_state());
+  EXPECT_FALSE(standby.take(answer(k, 0, 2e-6), 0));
+  standby.hear(answer(k, 32), 0);
+  EXPECT_TRUE(standby.needs_state());
+  standby.caught_up(0);
+  EXPECT_FALSE(standby.needs_state());
+}
+
+TEST(HotStandby, AnActiveOneThatIsUnwellStepsBackOnceAndIsActiveAgainWhereNobodyElseIs) {
+  HotStandby standby = in_sync(0);
+  taken_over(standby, 0);
+  standby.set_unwell(true, 10 * kMs);
+  EXPECT_EQ(standby.role(), Role::kStandby);
+  EXPECT_FALSE(standby.needs_state()) << "it could not use it";
+  EXPECT_FALSE(standby.take(answer(20), 12 * kMs));
+  EXPECT_FALSE(standby.must_take_over(12 * kMs + HotStandby::kSilence.count()));
+  EXPECT_TRUE(standby.must_take_over(12 * kMs + HotStandby::kSilenceUnwell.count()));
+  EXPECT_EQ(taken_over(standby, 70 * kMs), (std::vector<std::uint64_t>{20}));
+  standby.set_unwell(true, 80 * kMs);
+  EXPECT_EQ(standby.role(), Role::kActive) << "for as long as it hangs";
+  standby.set_unwell(false, 90 * kMs);
+  standby.set_unwell(true, 95 * kMs);
+  EXPECT_EQ(standby.role(), Role::kStandby);
+}
+
+TEST(HotStandby, IsPatientWithRecordsAndSimulations) {
+  HotStandby standby = in_sync(0);
+  auto replayed = answer(11);
+  replayed.clock_source(static_cast<std::uint32_t>(core::ClockSource::kReplay));
+  EXPECT_FALSE(standby.take(replayed, kMs));
+  EXPECT_FALSE(standby.must_take_over(kMs + HotStandby::kSilencePaced.count() - 1));
+  EXPECT_TRUE(standby.must_take_over(kMs + HotStandby::kSilencePaced.count()));
+}
+
+TEST(HotStandby, ASourceThatStartsAnewIsHeardAnew) {
+  HotStandby standby(1, 1, 0);
+  standby.hear(answer(10'000, 32), 0);
+  standby.caught_up(0);
+  standby.hear(answer(1, 32), 0);
+  EXPECT_FALSE(standby.take(answer(2), kMs));
+  EXPECT_TRUE(standby.must_take_over(kMs + HotStandby::kSilence.count()));
+}
+
+// What a subscriber sees: the strongest writer it hears, and of each sample the first.
+class SubscriberModel {
+ public:
+  void hear(const msg::CompensatedRate& message) {
+    if (message.ownership_strength() < strongest_) return;
+    strongest_ = message.ownership_strength();
+    if (known_.insert(message.sequence_number()).second) seen.push_back(message.sequence_number());
+  }
+  std::vector<std::uint64_t> seen;
+
+ private:
+  std::uint32_t strongest_ = 0;
+  std::set<std::uint64_t> known_;
+};
+
+// The active one dies at any instant, with what it wrote last on its way to one of the two
+// listeners only; delays of up to 2 ms. The subscriber sees every sample once and in order.
+TEST(HotStandby, LosesAndRepeatsNothingWheneverTheActiveOneDies) {
+  std::mt19937_64 random(5);
+  for (int trial = 0; trial < 500; ++trial) {
+    const auto below = [&](std::int64_t n) {
+      return static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(n));
+    };
+    HotStandby standby = in_sync(0);
+    SubscriberModel subscriber;
+    const std::int64_t death = 100 * kMs + below(20 * kMs);
+    std::multimap<std::int64_t, msg::CompensatedRate> to_standby;
+    std::multimap<std::int64_t, msg::CompensatedRate> to_subscriber;
+    std::int64_t last_arrival_standby = 0;
+    std::int64_t last_arrival_subscriber = 0;
+    bool standby_misses = false;
+    bool subscriber_misses = false;
+    std::map<std::int64_t, std::uint64_t> answered_here;
+    for (std::uint64_t k = 11; k < 60; ++k) {
+      const std::int64_t raw = static_cast<std::int64_t>(k) * 5 * kMs;
+      answered_here[raw + below(kMs)] = k;
+      const std::int64_t written = raw + below(kMs);
+      if (written >= death) continue;
+      // In order, as a reliable reader gives them out: after a missing one, nothing.
+      last_arrival_standby = std::max(last_arrival_standby + 1, written + below(2 * kMs));
+      last_arrival_subscriber = std::max(last_arrival_subscriber + 1, written + below(2 * kMs));
+      const bool last = written + 5 * kMs >= death;
+      const auto missing = last ? below(3) : 0;
+      standby_misses = standby_misses || missing == 1;
+      subscriber_misses = subscriber_misses || missing == 2;
+      if (!standby_misses) to_standby.emplace(last_arrival_standby, answer(k, 32));
+      if (!subscriber_misses) to_subscriber.emplace(last_arrival_subscriber, answer(k, 32));
+    }
+    for (std::int64_t now = 50 * kMs; now < 320 * kMs; now += kMs / 4) {
+      const auto due = [now](auto& queue, auto&& take) {
+        while (!queue.empty() && queue.begin()->first <= now) {
+          take(queue.begin()->second);
+          queue.erase(queue.begin());
+        }
+      };
+      due(answered_here, [&](std::uint64_t k) {
+        auto message = answer(k, standby.strength());
+        if (standby.take(message, now)) subscriber.hear(message);
+      });
+      due(to_standby, [&](const auto& message) { standby.hear(message, now); });
+      due(to_subscriber, [&](const auto& message) { subscriber.hear(message); });
+      if (!standby.must_take_over(now)) continue;
+      standby.take_over(now, [&](msg::CompensatedRate& message) {
+        message.ownership_strength(standby.strength());
+        subscriber.hear(message);
+      });
+    }
+    std::vector<std::uint64_t> expected;
+    for (std::uint64_t k = 11; k < 60; ++k) expected.push_back(k);
+    ASSERT_EQ(subscriber.seen, expected) << "trial " << trial;
+    ASSERT_EQ(standby.counts().takeovers, 1U);
+  }
+}
+
+}  // namespace
+}  // namespace zerodrift::service
