@@ -317,8 +317,9 @@ bool CompensationNode::is_repeated(const msg::Command& command) {
 CompensationNode::Verdict CompensationNode::obey(const msg::Command& command) {
   Verdict verdict{.text = "no gyro has been heard yet"};
   bool accepted = false;
-  if (is_standby()) return {.text = kStandbyText};
-  for (auto& source : gyros_) {
+  const std::vector<Gyro*> active = active_gyros();
+  if (active.empty() && !gyros_.empty()) return {.text = kStandbyText};
+  for (Gyro* source : active) {
     verdict.text = obey(*source, command.name().c_str(), accepted);
     verdict.model_epoch = source->newest.model_epoch;
     if (!accepted) break;

@@ -203,8 +203,9 @@ class CompensationNode {
   void relieve(compensation::Compensator& before,
                std::unique_ptr<compensation::Compensator>& after);
   void tell_of_standby(Gyro& source);
-  // Of any gyro: the commands that change a model are the active instance's.
-  [[nodiscard]] bool is_standby() const;
+  bool begins_by(Gyro& source, std::uint64_t sequence);
+  // The commands that change a model are the active instance's.
+  [[nodiscard]] std::vector<Gyro*> active_gyros() const;
   std::unique_ptr<dds::Writer<msg::CompensatedRate>> make_writer(std::uint32_t strength);
   [[nodiscard]] bool is_one_of_several() const noexcept { return options_.ownership_strength > 0; }
 

@@ -57,10 +57,12 @@ void CompensationNode::renew_writer(Gyro& source) {
   source.standby.set_strength(wanted);
 }
 
-bool CompensationNode::is_standby() const {
-  return std::any_of(gyros_.begin(), gyros_.end(), [](const auto& source) {
-    return source->standby.role() == HotStandby::Role::kStandby;
-  });
+std::vector<CompensationNode::Gyro*> CompensationNode::active_gyros() const {
+  std::vector<Gyro*> active;
+  for (const auto& source : gyros_) {
+    if (source->standby.role() == HotStandby::Role::kActive) active.push_back(source.get());
+  }
+  return active;
 }
 
 void CompensationNode::on_peer(const msg::CompensatedRate& message) {
@@ -104,9 +106,8 @@ void CompensationNode::look_after_standby(Gyro& source) {
   CatchUp& catch_up = source.catch_up;
   if (catch_up.log.size() > kLongestLog) catch_up = {};
   if (!source.standby.needs_state() || now - catch_up.asked_ns < kAskEveryNs) return;
-  catch_up = {};
-  catch_up.log.reserve(kUsualLog);
-  catch_up.logging = true;
+  if (!catch_up.logging) catch_up.log.reserve(kUsualLog);
+  catch_up.logging = true;  // an answer to the question before is as good: the log goes on
   catch_up.asked_ns = now;
   msg::CheckpointPart question;
   question.gyro_id(source.id);
@@ -266,11 +267,22 @@ void repeat(compensation::Compensator& compensator, const Input& input, std::uin
 
 }  // namespace
 
+// The log holds all that the state does not.
+bool CompensationNode::begins_by(Gyro& source, std::uint64_t sequence) {
+  const std::lock_guard lock(data_mutex_);
+  for (const Input& input : source.catch_up.log) {
+    if (const auto* rate = std::get_if<core::AngularRateSample>(&input))
+      return rate->sequence <= sequence;
+  }
+  return false;
+}
+
 void CompensationNode::catch_up(Gyro& source, const std::string& state, std::uint64_t sequence) {
   auto fresh = checkpoint::decode_running(state, {source.id, source.options});
   std::vector<compensation::CompensatedSample> answers;
   std::vector<Input> log;
   std::size_t repeated = 0;
+  if (!begins_by(source, sequence)) return;  // it is asked for again
   // The most of the log before the samples have to wait for the rest of it.
   while (!requests_closed_) {
     {

@@ -35,7 +35,8 @@ CompensationNode::Verdict CompensationNode::hand_over(const msg::Command& comman
   Request request{.command = command, .argument = command.argument().c_str(), .gyros = {}};
   for (auto& source : gyros_) request.gyros.push_back(source.get());
   if (request.gyros.empty()) return {.text = "no gyro has been heard yet"};
-  if (!is_checkpoint(command) && is_standby()) return {.text = kStandbyText};
+  if (!is_checkpoint(command)) request.gyros = active_gyros();
+  if (request.gyros.empty()) return {.text = kStandbyText};
   const auto task = [this, request] {
     try {
       reply(request.command, serve(request));
