@@ -1,17 +1,23 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Installs what deploy/packages.txt lists and this machine lacks (Debian 12), then configures and builds.
-#   deploy/setup.sh [all|services]     default: services, without tests
+#   deploy/setup.sh [services|all|fuzz]     default: services, without tests; fuzz: packages of tests/fuzz/run.sh, no build
 # ZERODRIFT_BUILD_DIR names the build folder (default: build/release).
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 what=${1:-services}
+case $what in
+  services) sections=1 ;;
+  all) sections=2 ;;
+  fuzz) sections=3 ;;
+  *) echo "setup: found '$what', expected services, all or fuzz" >&2; exit 2 ;;
+esac
 build=${ZERODRIFT_BUILD_DIR:-$root/build/release}
 
 missing=()
 while read -r package; do
   case "$package" in
-    '# --- '*) if [ "$what" != all ]; then break; fi ;;
+    '# --- '*) sections=$((sections - 1)); [ "$sections" -gt 0 ] || break ;;
     ''|'#'*) ;;
     *) dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' || missing+=("$package") ;;
   esac
@@ -28,6 +34,7 @@ if [ ${#missing[@]} -gt 0 ]; then
   $sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
 fi
 
+[ "$what" != fuzz ] || exit 0
 mkdir -p "$build"
 jobs=$(nproc)
 # PATH begins with Debian's own tools, so that the compiler is the one that was installed above.

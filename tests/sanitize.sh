@@ -16,8 +16,9 @@ case $kind in
     targets=(all)
     label='unit|system' ;;
   thread)
-    flags="-fsanitize=thread -fno-omit-frame-pointer"
-    targets=(system_test "${services[@]}" dds_test service_test host_test)
+    # GCC 12 warns of a null pointer in its own std::string where it instruments for threads.
+    flags="-fsanitize=thread -fno-omit-frame-pointer -Wno-error=null-dereference"
+    targets=(system_test "${services[@]}" dds_test dds_events_test service_test host_test compensation_allocation_test)
     label='unit|system' ;;
   *) echo "usage: tests/sanitize.sh [address|thread] [ctest arguments]; found '$kind'" >&2; exit 2 ;;
 esac
@@ -36,8 +37,10 @@ export ASAN_OPTIONS=detect_stack_use_after_return=1:log_path=$build/report
 export UBSAN_OPTIONS=print_stacktrace=1:log_path=$build/report
 export TSAN_OPTIONS=halt_on_error=1:second_deadlock_stack=1:log_path=$build/report:suppressions=$root/tests/tsan.supp
 status=0
-# Programs that were not built for this sanitizer stand in for their tests as <name>_NOT_BUILT.
-ctest --test-dir "$build" -L "$label" -E '_NOT_BUILT' --output-on-failure --timeout 600 -j 2 "$@" || status=$?
+# Left out: programs that were not built for this sanitizer, which stand in for their tests as <name>_NOT_BUILT; and what
+# bounds resident memory, which a sanitizer multiplies and holds on to.
+left_out='_NOT_BUILT|^Memory\.|^soak$'
+ctest --test-dir "$build" -L "$label" -E "$left_out" --output-on-failure --timeout 600 -j 2 "$@" || status=$?
 for report in "$build"/report.*; do
   [ -e "$report" ] || continue
   echo "sanitize: $report"

@@ -32,7 +32,7 @@ done
 [ -n "$hours" ] || bad "--hours is missing; expected e.g. --hours 72"
 duration_s=$(LC_ALL=C awk -v h="$hours" 'BEGIN { if (h ~ /^[0-9]+(\.[0-9]+)?$/ && h >= 0.25 && h <= 10000) printf "%d", h * 3600 }')
 [ -n "$duration_s" ] || bad "--hours: found '$hours', expected 0.25 to 10000"
-[[ -z $domain || ( $domain =~ ^[0-9]{1,3}$ && 10#$domain -le 232 ) ]] || bad "--domain: found '$domain', expected 0 to 232"
+[[ -z $domain || ( $domain =~ ^[0-9]{1,3}$ && $((10#$domain)) -le 232 ) ]] || bad "--domain: found '$domain', expected 0 to 232"
 for program in compensation gyro_publisher thermal_publisher allan_monitor zerodrift; do
   [ -x "$bin/$program" ] || bad "$bin/$program is missing; deploy/setup.sh builds it"
 done
@@ -43,7 +43,7 @@ else
   work=$(mktemp -d "${TMPDIR:-/tmp}/zerodrift-soak.XXXXXX")
 fi
 
-declare -A pid_of=() seen_shm=() cpu_of=()
+declare -A pid_of=() seen_shm=()
 reasons=()
 stop_all() {
   trap '' INT TERM
@@ -62,7 +62,8 @@ trap 'exit 130' INT TERM
 
 # The lock that the system tests use too (tests/unit/dds/test_domain.h).
 take_domain() {
-  exec {lock}> "${TMPDIR:-/tmp}/zerodrift-test-domain-$1.lock" && flock -n "$lock"
+  exec {lock}> "${TMPDIR:-/tmp}/zerodrift-test-domain-$1.lock" || return 1
+  flock -n "$lock" || { exec {lock}>&-; return 1; }
 }
 if [ -n "$domain" ]; then
   take_domain "$domain" || bad "--domain: a test runs in domain $domain"
@@ -89,7 +90,9 @@ start() {   # name command...
 }
 
 # Sensor time of the newest table.
-sensor_time() { sed -n 's/^gyro [0-9]*   sensor time \([0-9.]*\) s .*/\1/p' "$work/status.log" | tail -n 1; }
+sensor_time() {
+  tail -c 20000 "$work/status.log" | sed -n 's/^gyro [0-9]*   sensor time \([0-9.]*\) s .*/\1/p' | tail -n 1
+}
 
 # Share of this machine that is busy since the last call, in percent.
 busy_before=0 idle_before=0
@@ -205,6 +208,8 @@ check_events() {
     "$work"/{allan_monitor,compensation,thermal_publisher,gyro_publisher}.log | sort)
 }
 
+# Read whole before it begins, so that another version may be checked out while this one runs.
+{
 write_profile > "$work/profile.yaml"
 echo 'wall_s,sensor_s,process,rss_kb,files,threads,cpu_s,shm_names,shm_bytes,machine_busy_percent' > "$work/samples.csv"
 source=(--source simulation --model "$root/config/models/paper_fog.yaml" --profile "$work/profile.yaml" --seed 1 --speed max)
@@ -232,3 +237,4 @@ case $verdict in
   *) echo "soak: too few samples to judge by; expected a longer run" >&2 ;;
 esac
 exit "$verdict"
+}

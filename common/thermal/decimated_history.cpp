@@ -44,6 +44,19 @@ void DecimatedHistory::reset() noexcept {
   open_temperature_sum_degc_ = 0.0;
 }
 
+void DecimatedHistory::carry(core::StateArchive& archive, const std::optional<Reading>& newest) {
+  archive(points_, newest_, open_step_, open_readings_, open_offset_sum_s_,
+          open_temperature_sum_degc_);
+  archive.require(newest_.has_value() == newest.has_value());
+  archive.require(!newest_ || !newest || newest_->time == newest->time);
+  archive.require(!newest_ ||
+                  (is_usable(newest_->time) && open_step_ == interval_index(newest_->time, step_)));
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    archive.require(is_usable(points_[i].time) &&
+                    (i == 0 || points_[i].time > points_[i - 1].time));
+  }
+}
+
 std::optional<double> DecimatedHistory::at(core::SensorTime time) const noexcept {
   if (!newest_ || time > newest_->time) return std::nullopt;
   if (time == newest_->time) return newest_->temperature_degc;

@@ -36,11 +36,8 @@ class DecimatedHistory {
   // too far apart.
   [[nodiscard]] std::optional<double> at(core::SensorTime time) const noexcept;
 
-  // Its state (core/state_archive.h).
-  void carry(core::StateArchive& archive) {
-    archive(points_, newest_, open_step_, open_readings_, open_offset_sum_s_,
-            open_temperature_sum_degc_);
-  }
+  // Its state (core/state_archive.h); only one whose newest reading is `newest`.
+  void carry(core::StateArchive& archive, const std::optional<Reading>& newest);
 
  private:
   void close_step() noexcept;

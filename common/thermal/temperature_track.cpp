@@ -161,7 +161,8 @@ void TemperatureTrack::accept(const Reading& reading) noexcept {
 
 void TemperatureTrack::carry(core::StateArchive& archive) {
   with(estimator_, [&](auto& estimator) { archive(estimator); });
-  archive(history_, newest_, rate_, changed_at_, counts_);
+  archive(newest_, rate_, changed_at_, counts_);
+  history_.carry(archive, newest_);
 }
 
 }  // namespace zerodrift::thermal

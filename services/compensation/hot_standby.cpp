@@ -106,9 +106,12 @@ void CompensationNode::look_after_standby(Gyro& source) {
   CatchUp& catch_up = source.catch_up;
   if (catch_up.log.size() > kLongestLog) catch_up = {};
   if (!source.standby.needs_state() || now - catch_up.asked_ns < kAskEveryNs) return;
-  if (!catch_up.logging) catch_up.log.reserve(kUsualLog);
-  catch_up.logging = true;  // an answer to the question before is as good: the log goes on
-  catch_up.asked_ns = now;
+  if (!catch_up.logging) {  // asked for with the next tick: the log begins before the state does
+    catch_up.log.reserve(kUsualLog);
+    catch_up.logging = true;
+    return;
+  }
+  catch_up.asked_ns = now;  // an answer to the question before is as good: the log goes on
   msg::CheckpointPart question;
   question.gyro_id(source.id);
   question.instance(options_.instance);

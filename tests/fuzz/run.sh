@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Fuzzes every parser of foreign bytes with libFuzzer under AddressSanitizer and UndefinedBehaviorSanitizer.
-#   tests/fuzz/run.sh [--seconds N] [target ...]     N of each target, default 60; default: all targets
+#   tests/fuzz/run.sh [--seconds N] [target ...]     N of each target, default 60, two at a time; default: all targets
+# Installs what it needs (deploy/setup.sh fuzz) and builds in a folder of its own.
 # Prints a line a target. Exit code 1: a crash, a leak, a hang (10 s an input) or more than 2 GiB; the input is named.
 # What a run finds on its way stays in the build folder and is where the next one begins; ZERODRIFT_FUZZ_DIR names that
 # folder (default: build/fuzz).
@@ -23,8 +24,8 @@ if [ ${#targets[@]} -eq 0 ]; then
   for source in "$root"/tests/fuzz/targets/*.cpp; do targets+=("$(basename "$source" .cpp)"); done
 fi
 
+"$root/deploy/setup.sh" fuzz
 clang=/usr/bin/clang++
-[ -x "$clang" ] || { echo "fuzz: $clang is missing; deploy/setup.sh all installs it" >&2; exit 2; }
 mkdir -p "$build"
 cmake -G Ninja -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=None -DCMAKE_C_COMPILER=/usr/bin/clang \
   -DCMAKE_CXX_COMPILER="$clang" -DCMAKE_CXX_FLAGS="-O1 -g1" -DZERODRIFT_FUZZ=ON \

@@ -80,8 +80,11 @@ void go_on(Compensator& compensator, const checkpoint::Owner& owner) {
   demand(compensator.counts().samples_out - answered == admitted,
          "each sample that was admitted is answered once");
   if (!compensator.is_settled()) return;
-  const std::string state = state_of(compensator, owner);
-  demand(checkpoint::decode_running(state, owner) != nullptr, "a state that was written is read");
+  try {
+    static_cast<void>(checkpoint::decode_running(state_of(compensator, owner), owner));
+  } catch (const checkpoint::CheckpointError& error) {
+    throw Broken(std::string("a state that was written is read, found ") + error.what());
+  }
 }
 
 }  // namespace

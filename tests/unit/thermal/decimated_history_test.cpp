@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
 #include <random>
+#include <string>
+#include <string_view>
 
 namespace zerodrift::thermal {
 namespace {
@@ -63,6 +66,30 @@ TEST(DecimatedHistoryScenario, ResetForgetsAlsoTheOpenStep) {
   history.add({from_seconds(12.0), 10.0});
   EXPECT_EQ(history.at(from_seconds(7.0)), 10.0);
   EXPECT_FALSE(history.at(from_seconds(1.0)));
+}
+
+std::string state_of(DecimatedHistory& history, const Reading& newest) {
+  std::string bytes;
+  core::StateArchive archive(bytes);
+  history.carry(archive, newest);
+  return bytes;
+}
+
+TEST(DecimatedHistoryLaws, AStateIsTakenWithItsOwnNewestReadingOnly) {
+  DecimatedHistory history(100.0, 1.0, 5.0);
+  for (int i = 0; i <= 20; ++i) history.add({from_seconds(0.7 * i), 20.0 + 0.1 * i});
+  const Reading newest{from_seconds(14.0), 22.0};
+  const std::string bytes = state_of(history, newest);
+  const auto taken = [&](const std::optional<Reading>& with) {
+    DecimatedHistory other(100.0, 1.0, 5.0);
+    core::StateArchive archive{std::string_view(bytes)};
+    other.carry(archive, with);
+    return archive.ok();
+  };
+  EXPECT_TRUE(taken(newest));
+  EXPECT_FALSE(taken(Reading{from_seconds(13.0), 22.0})) << "the next reading would lie before it";
+  EXPECT_FALSE(taken(Reading{from_seconds(15.0), 22.0}));
+  EXPECT_FALSE(taken(std::nullopt));
 }
 
 }  // namespace
