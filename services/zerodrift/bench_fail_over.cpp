@@ -292,11 +292,12 @@ int report(const FailOverOptions& options, const std::vector<Round>& rounds) {
   nlohmann::json json;
   bool good = true;
   std::printf(
-      "fail-over at %.0f Hz: gap in periods of %.3g ms, samples lost, repeated and out of order at "
-      "a "
-      "subscriber\n%-6s %7s %8s %8s %8s %8s %6s %9s %13s %10s %13s\n",
+      "fail-over at %.0f Hz: gap in periods of %.3g ms (later: while the other comes back), "
+      "samples "
+      "lost, repeated and out of order at a subscriber\n%-6s %7s %8s %8s %8s %8s %6s %9s %13s %10s "
+      "%13s\n",
       options.rate_hz, 1e3 / options.rate_hz, "fault", "rounds", "median", "worst", "allowed",
-      "lost", "repeated", "out of order", "differing", "in sync [s]");
+      "later", "lost", "repeated", "out of order", "differing", "in sync [s]");
   for (const auto& fault : options.faults) {
     std::vector<double> gaps;
     std::vector<double> syncs;
