@@ -96,20 +96,26 @@ std::string value_of(const google::protobuf::RepeatedPtrField<proto::CheckpointO
   return "nothing";
 }
 
-// By key, so that the line names what differs; a key too many is a difference as well.
+// By key, so that the line names what differs.
+void check_options(const std::string& what,
+                   const google::protobuf::RepeatedPtrField<proto::CheckpointOption>& options,
+                   const std::vector<DecidingOption>& expected) {
+  for (const auto& [key, value] : expected) {
+    const std::string found = value_of(options, key);
+    if (found == value) continue;
+    throw CheckpointError("found " + what + " made with " + key + " '" + found + "', expected '" +
+                          value + "' as configured");
+  }
+}
+
+// A key too many is a difference as well.
 void check_owner(const proto::Checkpoint& message, const Owner& owner) {
   if (message.gyro_id() != owner.gyro_id) {
     throw CheckpointError("found a checkpoint of gyro " + std::to_string(message.gyro_id()) +
                           ", expected one of gyro " + std::to_string(owner.gyro_id));
   }
   const auto expected = deciding_options(owner.options);
-  for (const auto& [key, value] : expected) {
-    const std::string found = value_of(message.options(), key);
-    if (found != value) {
-      throw CheckpointError("found a checkpoint made with " + key + " '" + found + "', expected '" +
-                            value + "' as configured");
-    }
-  }
+  check_options("a checkpoint", message.options(), expected);
   if (message.options_size() > static_cast<int>(expected.size())) {
     throw CheckpointError("found a checkpoint made with " +
                           message.options(static_cast<int>(expected.size())).key() +
@@ -170,12 +176,7 @@ void check_path(const proto::Checkpoint& message, const Owner& owner) {
     throw CheckpointError("found a state of " + message.producer() + ", expected one of " +
                           kProducer);
   }
-  for (const auto& [key, value] : path_options(owner.options)) {
-    const std::string found = value_of(message.path_options(), key);
-    if (found == value) continue;
-    throw CheckpointError("found a state made with " + key + " '" + found + "', expected '" +
-                          value + "' as configured");
-  }
+  check_options("a state", message.path_options(), path_options(owner.options));
 }
 
 }  // namespace

@@ -43,7 +43,6 @@ HotStandby::HotStandby(std::uint32_t instance, std::uint32_t strength, std::int6
     : instance_(instance),
       strength_(strength),
       role_(Role::kStandby),
-      health_(Health::kBehind),
       standby_since_ns_(now_ns),
       held_(kHeld),
       early_(kEarly) {}
@@ -100,7 +99,7 @@ bool HotStandby::was_heard(const msg::CompensatedRate& answer) const noexcept {
 HotStandby::Duration HotStandby::patience() const noexcept {
   if (!heard_to_) return kDiscovery;
   if (paced_) return kSilencePaced;
-  switch (health_) {
+  switch (health()) {
     case Health::kUnwell:
       return kSilenceUnwell;
     case Health::kBehind:
@@ -134,7 +133,6 @@ void HotStandby::step_back(std::int64_t now_ns) noexcept {
   ++step_backs_;
   role_ = Role::kStandby;
   in_sync_ = false;
-  if (health_ == Health::kInSync) health_ = Health::kBehind;
   standby_since_ns_ = now_ns;
   heard_to_.reset();
   differing_run_ = 0;
@@ -143,9 +141,8 @@ void HotStandby::step_back(std::int64_t now_ns) noexcept {
 }
 
 void HotStandby::set_unwell(bool unwell, std::int64_t now_ns) noexcept {
-  const bool was = health_ == Health::kUnwell;
-  if (is_alone() || unwell == was) return;
-  health_ = unwell ? Health::kUnwell : in_sync_ ? Health::kInSync : Health::kBehind;
+  if (is_alone() || unwell == unwell_) return;
+  unwell_ = unwell;
   if (unwell && role_ == Role::kActive) {
     step_back(now_ns);
     heard_to_ = 0;  // another is there, and will be heard soon or never
@@ -153,7 +150,7 @@ void HotStandby::set_unwell(bool unwell, std::int64_t now_ns) noexcept {
 }
 
 bool HotStandby::needs_state() const noexcept {
-  return role_ == Role::kStandby && health_ != Health::kUnwell && heard_to_ &&
+  return role_ == Role::kStandby && !unwell_ && heard_to_ &&
          (!in_sync_ || differing_run_ >= kDifferingRun);
 }
 
@@ -165,7 +162,6 @@ std::uint32_t HotStandby::wanted_strength() const noexcept {
 void HotStandby::caught_up(std::int64_t now_ns) noexcept {
   if (role_ == Role::kActive) return;
   in_sync_ = true;
-  if (health_ == Health::kBehind) health_ = Health::kInSync;
   standby_since_ns_ = now_ns;
   differing_run_ = 0;
   held_.clear();

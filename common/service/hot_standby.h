@@ -74,7 +74,10 @@ class HotStandby {
 
   [[nodiscard]] Role role() const noexcept { return role_; }
   [[nodiscard]] bool is_alone() const noexcept { return !instance_; }
-  [[nodiscard]] Health health() const noexcept { return health_; }
+  [[nodiscard]] Health health() const noexcept {
+    if (unwell_) return Health::kUnwell;
+    return in_sync_ ? Health::kInSync : Health::kBehind;
+  }
   // Of the writer that is written with, and of the one that should be: a standby's is stronger than
   // any that was heard.
   [[nodiscard]] std::uint32_t strength() const noexcept { return strength_; }
@@ -136,8 +139,8 @@ class HotStandby {
   std::optional<std::uint32_t> instance_{};
   std::uint32_t strength_ = 0;
   Role role_ = Role::kActive;
-  Health health_ = Health::kInSync;
   bool in_sync_ = false;
+  bool unwell_ = false;
   bool paced_ = false;  // as the newest answer's clock says
   std::int64_t standby_since_ns_ = 0;
   std::uint32_t heard_strength_ = 0;
