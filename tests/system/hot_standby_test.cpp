@@ -65,11 +65,13 @@ TEST(HotStandby, StandsByUnderSecurityToo) {
 }
 
 // A simulation at 20 times real time.
-Arguments simulation(SystemUnderTest& system) {
+void start_simulation(SystemUnderTest& system) {
   Arguments source{"--source", "simulation", "--speed", "20"};
   for (const auto& argument : Simulation{.profile = write_ramp_profile(system, 100000)}.arguments())
     source.push_back(argument);
-  return source;
+  system.start("thermal_publisher", source);
+  source.insert(source.end(), {"--rate", "50"});
+  system.start("gyro_publisher", source);
 }
 
 TEST(HotStandby, CommandsToAStandbyAreRefused) {
@@ -77,10 +79,7 @@ TEST(HotStandby, CommandsToAStandbyAreRefused) {
   dds::Participant participant("test", system.network());
   Collector<msg::ServiceStatus> statuses(participant);
   system.start("compensation", {"--instance", "0", "--ownership-strength", "2"});
-  Arguments source = simulation(system);
-  system.start("thermal_publisher", source);
-  source.insert(source.end(), {"--rate", "50"});
-  system.start("gyro_publisher", source);
+  start_simulation(system);
   ASSERT_TRUE(eventually([&] { return metric(statuses, "compensation:1", "active") == 1.0; }, 20s));
   system.start("compensation", {"--instance", "1", "--ownership-strength", "1"});
   ASSERT_TRUE(
@@ -103,10 +102,7 @@ TEST(Resume, ALoneServiceGoesOnFromItsOwnCheckpoint) {
   std::filesystem::create_directory(folder);
   const Arguments arguments{"--checkpoint-dir", folder.string(), "--checkpoint-period", "1"};
   ChildProcess& first = system.start("compensation", arguments);
-  Arguments source = simulation(system);
-  system.start("thermal_publisher", source);
-  source.insert(source.end(), {"--rate", "50"});
-  system.start("gyro_publisher", source);
+  start_simulation(system);
   const auto file = folder / "1-latest.ckpt";
   ASSERT_TRUE(eventually(
       [&] {
@@ -137,10 +133,7 @@ TEST(Resume, ACheckpointThatCannotBeUsedIsToldOfAndLearningBeginsAnew) {
   std::filesystem::create_directory(folder);
   write(folder / "1-latest.ckpt", "no checkpoint");
   system.start("compensation", {"--checkpoint-dir", folder.string()});
-  Arguments source = simulation(system);
-  system.start("thermal_publisher", source);
-  source.insert(source.end(), {"--rate", "50"});
-  system.start("gyro_publisher", source);
+  start_simulation(system);
   ASSERT_TRUE(eventually([&] { return answers.size() > 100; }, 30s));
   EXPECT_TRUE(told(events, "cannot_resume", "1-latest.ckpt"));
 }
