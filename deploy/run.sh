@@ -2,18 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 # The main job: installs, builds, starts publishers, compensation and monitor, shows a live table, ends with a summary.
 #   deploy/run.sh [--record FILE [--columns MAP]] [--speed N|max] [--duration SECONDS] [--config FILE] [--domain N]
+#                 [--console PORT|off]
+# The console is at http://127.0.0.1:8765 meanwhile.
 # Without a record: the paper's chamber experiment in simulation, 200 Hz, at 60 times real time.
 # Exit code 0: every sample was answered exactly once; 1: not; 2: wrong usage or bad input. Ctrl-C stops everything.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=${ZERODRIFT_BUILD_DIR:-$root/build/release}
 
-usage() { sed -n '3,7s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; }
-record= columns= speed= duration= config= domain=0
+usage() { sed -n '3,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; }
+record= columns= speed= duration= config= domain=0 console=8765
 while [ $# -gt 0 ]; do
   case "$1" in
     -h|--help) usage; exit 0 ;;
-    --record|--columns|--speed|--duration|--config|--domain)
+    --record|--columns|--speed|--duration|--config|--domain|--console)
       [ $# -ge 2 ] || { echo "run: $1 needs a value" >&2; exit 2; }
       printf -v "${1#--}" '%s' "$2"; shift 2 ;;
     *) echo "run: unknown option '$1'" >&2; usage >&2; exit 2 ;;
@@ -30,11 +32,12 @@ network=(--domain "$domain")
 pids=()
 stop_all() {
   trap '' INT TERM
-  [ ${#pids[@]} -eq 0 ] || kill -TERM "${pids[@]}" 2>/dev/null || true
+  [ ${#pids[@]} -eq 0 ] || kill -TERM "${pids[@]}" ${console_pid:-} 2>/dev/null || true
   for _ in $(seq 20); do
     [ -n "$(jobs -pr)" ] || break
     sleep 0.1
   done
+  # shellcheck disable=SC2046  # one word a process
   [ -z "$(jobs -pr)" ] || kill -KILL $(jobs -pr) 2>/dev/null || true
   wait 2>/dev/null || true
 }
@@ -59,6 +62,11 @@ else
 fi
 [ -z "$duration" ] || source+=(--duration "$duration")
 
+# Not needed for the job: where it can't start (its port is taken), its line says why and the rest goes on.
+if [ "$console" != off ]; then
+  "$bin/console" "${network[@]}" --listen "127.0.0.1:$console" > "$logs/console.log" 2>&1 &
+  console_pid=$!
+fi
 start allan_monitor "$bin/allan_monitor" "${network[@]}"
 start compensation "$bin/compensation" "${network[@]}" --await-subscribers 1 ${config:+--config "$config"}
 start thermal_publisher "$bin/thermal_publisher" "${network[@]}" "${source[@]}" --speed "$speed"
@@ -68,6 +76,10 @@ sleep 0.5
 for pid in "${pids[@]}"; do
   kill -0 "$pid" 2>/dev/null || { echo "run: a process ended at start:" >&2; cat "$logs"/*.log >&2; exit 2; }
 done
+
+if [ -n "${console_pid:-}" ]; then
+  if kill -0 "$console_pid" 2>/dev/null; then echo "console: http://127.0.0.1:$console"; else cat "$logs/console.log" >&2; fi
+fi
 
 "$bin/zerodrift" ctl status --follow --until-finished "${network[@]}" &
 table=$!

@@ -1,24 +1,29 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Installs what deploy/packages.txt lists and this machine lacks (Debian 12), then configures and builds.
-#   deploy/setup.sh [services|all|fuzz]     default: services, without tests; fuzz: packages of tests/fuzz/run.sh, no build
+#   deploy/setup.sh [services|all|fuzz|containers]     default: services, without tests
+# fuzz, containers: the packages of tests/fuzz/run.sh and of tests/containers/run.sh, no build.
 # ZERODRIFT_BUILD_DIR names the build folder (default: build/release).
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 what=${1:-services}
 case $what in
-  services) sections=1 ;;
-  all) sections=2 ;;
-  fuzz) sections=3 ;;
-  *) echo "setup: found '$what', expected services, all or fuzz" >&2; exit 2 ;;
+  services) sections='build' ;;
+  all) sections='build tests' ;;
+  fuzz) sections='build tests fuzz' ;;
+  containers) sections='containers' ;;
+  *) echo "setup: found '$what', expected services, all, fuzz or containers" >&2; exit 2 ;;
 esac
 build=${ZERODRIFT_BUILD_DIR:-$root/build/release}
 
 missing=()
+section=build
 while read -r package; do
+  case "$package" in '# --- '*) section=${package#\# --- }; section=${section%%:*} ;; esac
+  case " $sections " in *" $section "*) ;; *) continue ;; esac
   case "$package" in
-    '# --- '*) sections=$((sections - 1)); [ "$sections" -gt 0 ] || break ;;
     ''|'#'*) ;;
+    npm) command -v npm >/dev/null || missing+=(npm) ;;  # others' nodejs packages bring it, and conflict with Debian's
     *) dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' || missing+=("$package") ;;
   esac
 done < "$root/deploy/packages.txt"
@@ -34,12 +39,12 @@ if [ ${#missing[@]} -gt 0 ]; then
   $sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
 fi
 
-[ "$what" != fuzz ] || exit 0
+case $what in fuzz|containers) exit 0 ;; esac
 mkdir -p "$build"
 jobs=$(nproc)
 # PATH begins with Debian's own tools, so that the compiler is the one that was installed above.
 export PATH=/usr/bin:$PATH
-targets=(compensation gyro_publisher thermal_publisher allan_monitor zerodrift)
+targets=(compensation gyro_publisher thermal_publisher allan_monitor navigation_filter console console_page discovery_server zerodrift)
 tests=OFF  # their packages are not there
 if [ "$what" = all ]; then targets=(all) tests=ON; fi
 cmake -G Ninja -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DZERODRIFT_BUILD_TESTS=$tests \

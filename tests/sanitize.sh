@@ -38,8 +38,8 @@ export UBSAN_OPTIONS=print_stacktrace=1:log_path=$build/report
 export TSAN_OPTIONS=halt_on_error=1:second_deadlock_stack=1:log_path=$build/report:suppressions=$root/tests/tsan.supp
 status=0
 # Left out: programs that were not built for this sanitizer, which stand in for their tests as <name>_NOT_BUILT; and what
-# bounds resident memory, which a sanitizer multiplies and holds on to.
-left_out='_NOT_BUILT|^Memory\.|^soak$'
+# bounds resident memory, which a sanitizer multiplies and holds on to; and the page, which is no C++.
+left_out='_NOT_BUILT|^Memory\.|^soak$|^Console\.(Page|InABrowser)'
 ctest --test-dir "$build" -L "$label" -E "$left_out" --output-on-failure --timeout 600 -j 2 "$@" || status=$?
 for report in "$build"/report.*; do
   [ -e "$report" ] || continue

@@ -114,6 +114,7 @@ sample() {   # name; a line of the CSV; nothing where the process is over
   done 2>/dev/null < "/proc/$pid/status" || return 0
   [ "$rss" -gt 0 ] || return 0
   stat=$(< "/proc/$pid/stat") 2>/dev/null || return 0
+  # shellcheck disable=SC2206  # one word a field
   fields=(${stat##*) })
   mapfile -t names < <(grep -oE '/dev/shm/.*' "/proc/$pid/maps" 2>/dev/null | sort -u)
   for file in "${names[@]}"; do

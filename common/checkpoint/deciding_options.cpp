@@ -59,6 +59,10 @@ std::string text(compensation::EarthRateMode mode) {
   return "unknown";
 }
 
+std::string text(compensation::ReferencePolicy policy) {
+  return policy == compensation::ReferencePolicy::kAccept ? "accept" : "refuse";
+}
+
 // "temperature of coil, offset 0, scale 10"
 std::string text(const thermal::FeatureSpec& feature) {
   std::string line(thermal::name(feature.kind));
@@ -140,6 +144,16 @@ std::vector<DecidingOption> path_options(const compensation::CompensationOptions
                                     text(track.local_polynomial.min_span_fraction)},
       {"temperature_rate.range_degc",
        text(track.min_temperature_degc) + " to " + text(track.max_temperature_degc)},
+      {"reference.truth", text(options.reference.truth)},
+      {"reference.rest", text(options.reference.rest)},
+      {"reference.navigation_residual", text(options.reference.navigation_residual)},
+      {"reference.await_feedback", options.reference.await_feedback ? "true" : "false"},
+      {"reference.largest_rest_sigma", text(options.reference.largest_rest_sigma_radps)},
+      {"reference.largest_residual_sigma", text(options.reference.largest_residual_sigma_radps)},
+      {"reference.innovation_sigmas", text(options.reference.innovation_sigmas)},
+      {"reference.largest_correction", text(options.reference.largest_correction_radps)},
+      {"reference.correction_slew", text(options.reference.correction_slew_radps2)},
+      {"reference.correction_memory_s", text(options.reference.correction_memory_s)},
       {"temperature_delay_s", text(options.temperature_delay_s)},
       {"temperature_stale_s", text(options.temperature_stale_s)},
       {"probe_stuck_s", text(options.probe_stuck_s)}};

@@ -7,8 +7,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "common/core/integer_time.h"
 #include "common/navigation/earth_rate.h"
-#include "common/thermal/integer_time.h"
 
 namespace zerodrift::compensation {
 
@@ -22,12 +22,12 @@ constexpr std::size_t kTemperaturesWaiting = 4096;
 constexpr std::size_t kDue = 64;
 constexpr double kBlockS = 1.0;
 constexpr double kSlowestIntervalS = 86400.0;  // of a record that is still a stream
-constexpr double kOldestReferenceS = 1.0;
 // Above this true rate a scale-factor error of 100 ppm passes for .036 deg/h of drift: not learned
 // from.
 constexpr double kLargestReferenceRadps = 0.1 * core::kRadPerDeg;
 constexpr double kLargestRateRadps =
     1e3;  // 57 000 deg/s: no gyro measures that, the number is corrupt
+constexpr double kLargestTemperatureDegc = 1e6;  // nor any thermometer that
 constexpr double kReturnToSafeS =
     10.0;  // time constant of the return to the stationary bias out of domain
 constexpr double kMseGain = 1.0 / 12.0;  // memory of 12 labels
@@ -64,6 +64,9 @@ Compensator::Compensator(const CompensationOptions& options)
       waiting_(kWaiting),
       temperatures_(checked_probe_count(options), kTemperaturesWaiting),
       references_(kWaiting),
+      rests_(kWaiting),
+      residuals_(kWaiting),
+      correction_(options.reference),
       blocks_(kBlockS),
       gate_(options.learning.rest),
       labels_(options.learning.label_interval_s, options.learning.confirm_s),
@@ -75,6 +78,7 @@ Compensator::Compensator(const CompensationOptions& options)
   track.history_span_s = std::max(track.history_span_s, features_.longest_lag_s() + 60.0);
   for (std::size_t i = 0; i < probes_.size(); ++i) tracks_.emplace_back(track);
   if (options.prior) prior_ = std::make_unique<DriftPrior>(*options.prior, probes_);
+  if (options.reference.await_feedback) rests_.expect();
 }
 
 Compensator::~Compensator() = default;
@@ -99,22 +103,32 @@ void Compensator::push(const core::TemperatureSample& sample) noexcept {
   const auto probe = std::find(probes_.begin(), probes_.end(), sample.probe);
   if (probe == probes_.end()) return;
   ++counts_.temperatures;
-  const bool usable = sample.measured && std::isfinite(sample.temperature_degc);
-  if (sample.measured && !usable) ++counts_.temperatures_refused;
+  const bool usable =
+      sample.measured && std::abs(sample.temperature_degc) <= kLargestTemperatureDegc;
+  const bool timely = core::is_usable(sample.time);
+  if (!timely || (sample.measured && !usable)) ++counts_.temperatures_refused;
+  if (!timely) return;
   temperatures_.push({static_cast<std::size_t>(probe - probes_.begin()), sample.time,
-                      sample.temperature_degc, usable});
+                      usable ? sample.temperature_degc : 0.0, usable});
 }
 
 void Compensator::push(const core::RateReferenceSample& sample) noexcept {
-  // A filter's residual needs the correction it was seen under; such labels are not formed from the
-  // raw rate.
-  if (sample.kind == core::ReferenceKind::kNavigationResidual) return;
   core::RateReferenceSample reference = sample;
-  for (const auto axis : kAxes) {
-    const std::size_t i = index(axis);
-    reference.valid[i] = sample.valid[i] && std::abs(sample.rate_radps[i]) <= kLargestRateRadps;
+  const ReferenceVerdict verdict = screen(options_.reference, reference);
+  const bool is_residual = sample.kind == core::ReferenceKind::kNavigationResidual;
+  // A residual that can be used is judged, and counted, when it is due.
+  if (!is_residual || verdict != ReferenceVerdict::kTaken) count(verdict);
+  if (verdict == ReferenceVerdict::kUnknownKind || verdict == ReferenceVerdict::kNotAccepted ||
+      verdict == ReferenceVerdict::kTimeUnusable) {
+    return;
   }
-  references_.push(reference);
+  if (is_residual) {
+    residuals_.push(reference);
+  } else if (sample.kind == core::ReferenceKind::kRest) {
+    rests_.push(reference);
+  } else {
+    references_.push(reference);
+  }
 }
 
 Readiness Compensator::readiness() noexcept {
@@ -123,7 +137,8 @@ Readiness Compensator::readiness() noexcept {
   if (next.late || !is_timely(next.sample)) return Readiness::kReady;
   const core::SensorTime time = next.sample.time;
   if (!temperatures_.complete_to(time - temperature_delay_)) return Readiness::kAwaitsTemperature;
-  if (!references_.complete_to(time)) return Readiness::kAwaitsReference;
+  if (!references_.complete_to(time) || !feedback_complete(next.sample))
+    return Readiness::kAwaitsReference;
   if (!due_.empty() && due_.front().time <= time && !exchange_.delivered(due_.front().job)) {
     return Readiness::kAwaitsModel;
   }
@@ -138,6 +153,7 @@ void Compensator::give_up_waiting() noexcept {
   if (waiting_.empty()) return;
   temperatures_.give_up_waiting(waiting_.front().sample.time - temperature_delay_);
   references_.give_up_waiting();
+  rests_.give_up_waiting();
 }
 
 void Compensator::restart_stream() noexcept {
@@ -149,6 +165,11 @@ void Compensator::restart_stream() noexcept {
 void Compensator::restart_histories() noexcept {
   temperatures_.restart();
   references_.restart();
+  rests_.restart();
+  residuals_.restart();
+  correction_.restart();
+  if (options_.reference.await_feedback) rests_.expect();
+  referenced_ = uncovered_ = {};
   for (auto& track : tracks_) track.reset();
   blocks_.restart();
   gate_.restart();
@@ -236,7 +257,7 @@ CompensatedSample Compensator::answer_next() noexcept {
   const core::AngularRateSample& sample = pending.sample;
   if (!pending.late && !is_timely(sample)) {
     ++counts_.time_faults;
-    doubted_ = sample.time;
+    doubted_ = core::is_usable(sample.time) ? sample.time : core::kNever;
     pending.late = true;  // answered with the drift in force; moves nothing forward
   }
   if (!pending.late) {
@@ -251,6 +272,8 @@ CompensatedSample Compensator::answer_next() noexcept {
     observe(sample);
     if (prior_) step_prior(sample.time);
     if (estimate_outdated_) estimate(sample.time);
+    if (options_.reference.navigation_residual == ReferencePolicy::kAccept)
+      hear_residual(sample.time);
   }
   ++counts_.samples_out;
   return answer(pending);
@@ -259,14 +282,14 @@ CompensatedSample Compensator::answer_next() noexcept {
 // A stamp that jumps by more than kLargestStep and three intervals, either way, is believed when a
 // second sample follows it.
 bool Compensator::is_timely(const core::AngularRateSample& sample) const noexcept {
-  if (!thermal::is_usable(sample.time)) return false;
+  if (!core::is_usable(sample.time)) return false;
   if (newest_ == core::kNever) return true;
   const bool slow = sample.interval_s > 0.0 && sample.interval_s < kSlowestIntervalS;
   const core::SensorTime largest =
       slow ? std::max(kLargestStep, core::from_seconds(3.0 * sample.interval_s)) : kLargestStep;
   const core::SensorTime step = sample.time - newest_;
   if (step >= -largest && step <= largest) return step > core::SensorTime{0};
-  const core::SensorTime since_doubted = thermal::saturating_difference(sample.time, doubted_);
+  const core::SensorTime since_doubted = core::saturating_difference(sample.time, doubted_);
   return since_doubted > core::SensorTime{0} && since_doubted <= largest;
 }
 
@@ -284,6 +307,8 @@ CompensatedSample Compensator::answer(const Pending& pending) const noexcept {
     const AxisState& state = axes_[i];
     const bool usable = is_usable(sample, i);
     out.applied_drift_radps[i] = usable ? state.applied_radps : 0.0;
+    const double correction = correction_.correction_radps(i);
+    if (usable && correction != 0.0) out.applied_drift_radps[i] += correction;
     out.rate_radps[i] = sample.rate_radps[i] - out.applied_drift_radps[i];
     out.drift_variance[i] = usable ? state.variance : -1.0;
     out.sensor_variance[i] = gate_.state() != RestState::kInitial && gate_.knows(axis)
@@ -374,27 +399,31 @@ void Compensator::observe(const core::AngularRateSample& sample) noexcept {
     estimate_outdated_ = true;  // ages grow even when no temperature comes
     close_block(*closed);
   }
-  const core::RateReferenceSample* reference =
-      references_.at(sample.time, core::from_seconds(kOldestReferenceS));
-  referenced_ = reference != nullptr;
-  if (referenced_) blocks_.mark_reference();
+  const core::RateReferenceSample* reference = references_.at(sample.time, kOldestReference);
+  // Who declares rest may be wrong, so the level is still looked at; a true rate explains any
+  // level.
+  if (reference != nullptr) blocks_.mark_reference();
+  if (reference == nullptr) reference = rest_reference(sample);
+  referenced_ = {};
   const bool earth_known = earth_rate_mode(sample.clock) == EarthRateMode::kKnown;
   bool any_invalid = false;
   for (const auto axis : kAxes) {
     const std::size_t i = index(axis);
+    referenced_[i] = reference != nullptr && reference->valid[i];
     if (!is_usable(sample, i)) {
       any_invalid = true;
       continue;
     }
+    uncovered_[i] = uncovered_[i] || !referenced_[i];
     if (sample.clipped[i]) {
       blocks_.mark_turning();  // a saturated axis says nothing of its drift
       continue;
     }
     double known_radps = 0.0;
     double variance = 0.0;
-    if (reference != nullptr && reference->valid[i]) {
+    if (referenced_[i]) {
       known_radps = reference->rate_radps[i];
-      if (std::isfinite(reference->variance[i])) variance = std::max(0.0, reference->variance[i]);
+      variance = reference->variance[i];
       if (std::abs(known_radps) > kLargestReferenceRadps) blocks_.mark_turning();
     } else if (earth_known) {
       known_radps = options_.earth_rate.rate_radps[i];
@@ -404,13 +433,58 @@ void Compensator::observe(const core::AngularRateSample& sample) noexcept {
   if (any_invalid) ++counts_.invalid;
 }
 
+bool Compensator::feedback_complete(const core::AngularRateSample& sample) const noexcept {
+  // A filter of a slower gyro can't have answered by then.
+  if (!(sample.interval_s <= 0.5 * core::seconds(kFeedbackDelay))) return true;
+  if (stream_began_ == core::kNever || sample.time - kFeedbackDelay < stream_began_) return true;
+  return rests_.complete_to(sample.time - kFeedbackDelay);
+}
+
+const core::RateReferenceSample* Compensator::rest_reference(
+    const core::AngularRateSample& sample) noexcept {
+  const core::RateReferenceSample* rest =
+      rests_.at(sample.time - kFeedbackDelay, kOldestReference - kFeedbackDelay);
+  if (rest == nullptr || rest->valid == core::PerAxis<bool>{}) return nullptr;
+  if (earth_rate_mode(sample.clock) != EarthRateMode::kIncluded) return rest;
+  if (rest->time != refused_rest_) count(ReferenceVerdict::kEarthRateIncluded);
+  refused_rest_ = rest->time;
+  return nullptr;
+}
+
+void Compensator::hear_residual(core::SensorTime now) noexcept {
+  const ModelSnapshot* model = exchange_.active();
+  correction_.note_epoch(now, model ? model->epoch : 0);
+  const core::RateReferenceSample* residual =
+      residuals_.at(now - kFeedbackDelay, kOldestReference - kFeedbackDelay);
+  if (residual != nullptr && residual->valid != core::PerAxis<bool>{} &&
+      residual->time != heard_residual_) {
+    heard_residual_ = residual->time;
+    core::PerAxis<OwnForecast> forecast;
+    for (std::size_t i = 0; i < forecast.size(); ++i)
+      forecast[i] = {axes_[i].applied_radps, axes_[i].variance};
+    count(correction_.hear(*residual, gate_.state() == RestState::kRest, forecast));
+  }
+  correction_.step(now);
+}
+
 void Compensator::close_block(DriftBlock block) noexcept {
+  const core::PerAxis<bool> uncovered = uncovered_;
+  uncovered_ = {};
   const bool measured = block.count != core::PerAxis<std::size_t>{};
   if (!measured && !blocks_.turning()) return;
   const RestState state = blocks_.turning() ? gate_.motion() : gate_.add(block);
   if (state != RestState::kRest || gate_reason() != Reason::kNone) {
     labels_.discard();
     return;
+  }
+  if (earth_rate_matters()) {
+    for (const auto axis : kAxes) {
+      if (uncovered[index(axis)]) block.count[index(axis)] = 0;
+    }
+    if (block.count == core::PerAxis<std::size_t>{}) {
+      labels_.discard();
+      return;
+    }
   }
   core::PerAxis<AxisContext> context;
   core::PerAxis<double> variance;
@@ -473,13 +547,16 @@ Reason Compensator::gate_reason() const noexcept {
     case RestState::kRest:
       break;
   }
-  if (referenced_ || earth_rate_mode(clock_) != EarthRateMode::kUnknown) return Reason::kNone;
-  // Earth rate is then an error of up to 15 deg/h in every label: only a gyro noisier than that may
-  // learn.
-  const bool noisy = std::all_of(kAxes.begin(), kAxes.end(), [&](core::Axis axis) {
+  return Reason::kNone;
+}
+
+// Unknown, Earth rate is an error of up to 15 deg/h in every label: only a gyro noisier than that
+// may learn without a reference.
+bool Compensator::earth_rate_matters() const noexcept {
+  if (earth_rate_mode(clock_) != EarthRateMode::kUnknown) return false;
+  return !std::all_of(kAxes.begin(), kAxes.end(), [&](core::Axis axis) {
     return gate_.block_sigma(axis) > navigation::kUnknownAttitudeSigmaRadps;
   });
-  return noisy ? Reason::kNone : Reason::kEarthRateUnknown;
 }
 
 bool Compensator::a_probe_is_stuck(core::SensorTime now) const noexcept {
@@ -514,9 +591,12 @@ Reason Compensator::input_reason(thermal::FeatureStatus status,
 
 void Compensator::estimate(core::SensorTime now) noexcept {
   estimate_outdated_ = false;
-  const Reason gate = gate_reason();
+  const Reason common = gate_reason();
+  const bool earth_matters = earth_rate_matters();
   for (const auto axis : kAxes) {
     AxisState& state = axes_[index(axis)];
+    const bool is_blind = earth_matters && !referenced_[index(axis)];
+    const Reason gate = common == Reason::kNone && is_blind ? Reason::kEarthRateUnknown : common;
     thermal::PulseTerms pulse;
     if (const AxisModel* model = active_model(axis)) {
       pulse = {.mean_radps = model->drift.held_radps,
@@ -654,11 +734,12 @@ std::optional<double> Compensator::factory_drift(core::Axis axis) const noexcept
 // ------------------------------------------------------------------------------------------- state
 
 void Compensator::carry(core::StateArchive& archive) {
-  archive(sequences_, temperatures_, references_, blocks_, gate_, labels_);
+  archive(sequences_, temperatures_, references_, rests_, residuals_, correction_, blocks_, gate_,
+          labels_);
   if (prior_) archive(*prior_);
   for (auto& track : tracks_) archive(track);
   archive(stream_began_, streams_, axes_, counts_, newest_, doubted_, clock_, referenced_,
-          estimate_outdated_, commanded_freeze_);
+          uncovered_, refused_rest_, heard_residual_, estimate_outdated_, commanded_freeze_);
 }
 
 bool Compensator::has_heard(const core::TemperatureSample& sample) const noexcept {
@@ -668,6 +749,9 @@ bool Compensator::has_heard(const core::TemperatureSample& sample) const noexcep
 }
 
 bool Compensator::has_heard(const core::RateReferenceSample& sample) const noexcept {
+  if (sample.kind == core::ReferenceKind::kNavigationResidual)
+    return sample.time <= residuals_.spoken_to();
+  if (sample.kind == core::ReferenceKind::kRest) return sample.time <= rests_.spoken_to();
   return sample.time <= references_.spoken_to();
 }
 

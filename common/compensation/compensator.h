@@ -37,6 +37,8 @@
 #include "common/compensation/learner.h"
 #include "common/compensation/mode.h"
 #include "common/compensation/options.h"
+#include "common/compensation/reference_screen.h"
+#include "common/compensation/residual_correction.h"
 #include "common/compensation/rest_gate.h"
 #include "common/core/samples.h"
 
@@ -83,10 +85,11 @@ struct CompensatorCounts {
   std::uint64_t labels = 0;                // confirmed
   std::uint64_t labels_skipped = 0;        // the learner's queue was full
   std::uint64_t late_models = 0;           // answered before the due model was there
+  ReferenceCounts references{};            // by verdict: when they came, residuals when due
 
   void carry(core::StateArchive& archive) {
     archive(samples_in, samples_out, duplicates, too_old, late, invalid, missing, time_faults,
-            temperatures, temperatures_refused, labels, labels_skipped, late_models);
+            temperatures, temperatures_refused, labels, labels_skipped, late_models, references);
   }
 };
 
@@ -223,6 +226,8 @@ class Compensator {
     void carry(core::StateArchive& archive) {
       archive(context, safe_radps, safe_time, record, applied_radps, variance, mode, reason, rung,
               on_prior, adds_prior, remainder_radps);
+      archive.require(mode <= Mode::kOutOfDomain && reason <= Reason::kSettling &&
+                      rung <= Rung::kPrior);
     }
   };
 
@@ -235,6 +240,15 @@ class Compensator {
   void step_prior(core::SensorTime now) noexcept;
   void follow_prior(core::Axis axis, PriorStatus before) noexcept;
   void observe(const core::AngularRateSample& sample) noexcept;
+  [[nodiscard]] bool feedback_complete(const core::AngularRateSample& sample) const noexcept;
+  [[nodiscard]] const core::RateReferenceSample* rest_reference(
+      const core::AngularRateSample& sample) noexcept;
+  void hear_residual(core::SensorTime now) noexcept;
+  void count(ReferenceVerdict verdict) noexcept {
+    ++counts_.references[static_cast<std::size_t>(verdict)];
+  }
+  // Whether the Earth's rate is neither known on an axis nor small against the noise.
+  [[nodiscard]] bool earth_rate_matters() const noexcept;
   void close_block(DriftBlock block) noexcept;
   void learn_from(const Label& label) noexcept;
   void judge(AxisState& axis, const Label& label, std::size_t i) noexcept;
@@ -266,7 +280,10 @@ class Compensator {
   SequenceWindow sequences_;
   core::RingBuffer<Pending> waiting_;
   TemperatureQueue temperatures_;
-  ReferenceQueue references_;
+  ReferenceQueue references_;  // of the true rate
+  ReferenceQueue rests_;
+  ReferenceQueue residuals_;
+  ResidualCorrection correction_;
 
   BlockAverager blocks_;
   RestGate gate_;
@@ -290,7 +307,10 @@ class Compensator {
   core::SensorTime doubted_{
       core::kNever};  // a stamp that jumped; believed if the next sample follows it
   core::ClockSource clock_ = core::ClockSource::kUnknown;
-  bool referenced_ = false;  // the newest sample had a reference
+  core::PerAxis<bool> referenced_{};             // the newest sample had a reference
+  core::PerAxis<bool> uncovered_{};              // a sample of the block had none
+  core::SensorTime refused_rest_{core::kNever};  // counted
+  core::SensorTime heard_residual_{core::kNever};
   bool estimate_outdated_ = true;
   bool commanded_freeze_ = false;
 };

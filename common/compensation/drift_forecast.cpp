@@ -34,6 +34,8 @@ constexpr double kLargestModelLossRatio = 2.0;
 // Beyond it: two windows, and 0.7 times holding's error by forecast and model alike.
 constexpr double kWindowsToProveBeyond = 2.0;
 constexpr double kLargestLossRatioBeyond = 0.5;
+// No gyro drifts so far: what predicts more was not learned but made up.
+constexpr double kLargestDriftRadps = 1e6;
 
 double clamped(double weight) {
   return std::clamp(weight, 0.0, 1.0);
@@ -85,7 +87,9 @@ double variance_at(const std::array<ForecastTrust, kHorizons>& trust, const Trus
 }  // namespace
 
 double DriftModel::predict(const FeatureArray& features) const noexcept {
-  return offset_radps + scale_radps * predictor.predict({features.data(), predictor.dimension()});
+  const double drift =
+      offset_radps + scale_radps * predictor.predict({features.data(), predictor.dimension()});
+  return std::abs(drift) <= kLargestDriftRadps ? drift : offset_radps;
 }
 
 bool DriftModel::has_learned_near(const FeatureArray& features) const noexcept {

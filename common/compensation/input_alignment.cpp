@@ -3,13 +3,13 @@
 
 #include <algorithm>
 
-#include "common/thermal/integer_time.h"
+#include "common/core/integer_time.h"
 
 namespace zerodrift::compensation {
 namespace {
 
 bool is_far_ahead(core::SensorTime time, core::SensorTime of) noexcept {
-  return thermal::saturating_difference(time, of) > kLargestStep;
+  return core::saturating_difference(time, of) > kLargestStep;
 }
 
 // A front stamped far ahead of the two readings that came last would hold up all that follow it.
@@ -125,7 +125,7 @@ void TemperatureQueue::restart() noexcept {
 void ReferenceQueue::push(const core::RateReferenceSample& reference) noexcept {
   queue_.push_overwriting(reference);
   progress_.hear(reference.time);
-  expected_ = reference.kind == core::ReferenceKind::kRecord;
+  expected_ = reference.kind != core::ReferenceKind::kRateTable;
 }
 
 bool ReferenceQueue::complete_to(core::SensorTime time) const noexcept {
@@ -139,7 +139,7 @@ const core::RateReferenceSample* ReferenceQueue::at(core::SensorTime time,
     if (!newest_due_ || queue_.front().time >= newest_due_->time) newest_due_ = queue_.front();
     queue_.pop();
   }
-  if (!newest_due_ || thermal::saturating_difference(time, newest_due_->time) > longest_age)
+  if (!newest_due_ || core::saturating_difference(time, newest_due_->time) > longest_age)
     return nullptr;
   return &*newest_due_;
 }

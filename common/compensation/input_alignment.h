@@ -135,12 +135,15 @@ class ReferenceQueue {
   explicit ReferenceQueue(std::size_t capacity) : queue_(capacity) {}
 
   void push(const core::RateReferenceSample& reference) noexcept;
-  // A record's reference comes with every sample and is waited for; other kinds are not.
+  // A record's reference comes with every sample, a navigation filter's feedback at a steady pace:
+  // they are waited for; a rate table's is not.
   [[nodiscard]] bool complete_to(core::SensorTime time) const noexcept;
   // The newest reference at or before `time`, if not older than `longest_age`.
   [[nodiscard]] const core::RateReferenceSample* at(core::SensorTime time,
                                                     core::SensorTime longest_age) noexcept;
   void give_up_waiting() noexcept { expected_ = false; }
+  // Waited for before the first has come.
+  void expect() noexcept { expected_ = true; }
   [[nodiscard]] core::SensorTime spoken_to() const noexcept { return progress_.spoken_to(); }
   void restart() noexcept;
 

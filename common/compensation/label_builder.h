@@ -47,6 +47,7 @@ class BlockAverager {
   // Its state (core/state_archive.h).
   void carry(core::StateArchive& archive) {
     archive(begin_, newest_, sums_, referenced_, turning_, last_turning_);
+    archive.require(begin_ == core::kNever || newest_ != core::kNever);
   }
 
  private:
@@ -90,6 +91,7 @@ struct Label {
   void carry(core::StateArchive& archive) {
     archive(begin, end, valid, drift_radps, prior_radps, variance_radps2, features_ready, features,
             applied_radps, held_radps);
+    archive.require(begin != core::kNever && end != core::kNever);
   }
 };
 
@@ -105,7 +107,10 @@ class LabelBuilder {
   void discard() noexcept;
 
   // Its state (core/state_archive.h).
-  void carry(core::StateArchive& archive) { archive(begin_, end_, sums_, pending_); }
+  void carry(core::StateArchive& archive) {
+    archive(begin_, end_, sums_, pending_);
+    archive.require((begin_ == core::kNever) == (end_ == core::kNever));
+  }
 
  private:
   struct Mean {

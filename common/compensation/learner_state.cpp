@@ -10,7 +10,7 @@
 #include <string>
 #include <utility>
 
-#include "common/thermal/integer_time.h"
+#include "common/core/integer_time.h"
 
 namespace zerodrift::compensation {
 namespace {
@@ -18,6 +18,7 @@ namespace {
 constexpr double kLargestRadps = 1e6;     // no gyro measures that: the number is corrupt
 constexpr double kLargestFigure = 1e100;  // sums whose products must stay finite
 constexpr std::size_t kMostEvents = 100000;
+constexpr double kShortestHorizonS = 1.0;
 constexpr double kLongestHorizonS = 1e12;  // of labels as long as options allow
 
 void require(bool condition, const char* field, const char* expected) {
@@ -39,7 +40,7 @@ bool is_variance(double value) {
 }
 
 void check(const AxisLabel& label, const char* field) {
-  require(thermal::is_usable(label.time), field, "times within 73 years of the epoch");
+  require(core::is_usable(label.time), field, "times within 73 years of the epoch");
   require(is_rate(label.drift_radps), field, "drifts within 1e6 rad/s");
   require(is_variance(label.variance), field, "variances that are not negative");
   if (!label.features) return;
@@ -49,7 +50,7 @@ void check(const AxisLabel& label, const char* field) {
 }
 
 void check(const DriftModelState& model, const char* field) {
-  require(model.time == core::kNever || thermal::is_usable(model.time), field,
+  require(model.time == core::kNever || core::is_usable(model.time), field,
           "a time within 73 years of the epoch");
   require(is_rate(model.held_radps) && is_rate(model.predicted_held_radps) &&
               is_rate(model.offset_radps),
@@ -135,8 +136,8 @@ void check(const TrustTable& table) {
   for (const auto& trust : beyond) check(trust);
   double shorter_s = 0.0;
   for (const double horizon : horizon_s) {
-    require(is_within(horizon, 0.0, kLongestHorizonS) && horizon > shorter_s, "trust",
-            "growing horizons");
+    require(is_within(horizon, kShortestHorizonS, kLongestHorizonS) && horizon > shorter_s, "trust",
+            "growing horizons of a second or more");
     shorter_s = horizon;
   }
   for (const double change : largest_change_radps) {
@@ -149,6 +150,8 @@ void check_svr_options(const regression::OnlineSvrOptions& saved,
                        const regression::OnlineSvrOptions& configured) {
   require(saved.dimension == configured.dimension, "SVR dimension", "the number of features");
   require(saved.capacity == configured.capacity, "SVR capacity", "svr.capacity");
+  require(saved.box_constraint == configured.box_constraint, "SVR box", "svr.box_constraint");
+  require(saved.kkt_tolerance == configured.kkt_tolerance, "SVR tolerance", "the learner's");
   require(saved.window == configured.window, "SVR window", "svr.window");
   require(saved.recent_capacity == configured.recent_capacity, "SVR window", "half the capacity");
   require(saved.event_budget <= kMostEvents, "SVR event budget", "a bounded one");
@@ -213,7 +216,7 @@ void ForecastJudge::restore(const ForecastJudgeState& state) {
     for (const double figure : {saved.moved_square, saved.moved_weight, saved.aged}) {
       require(is_within(figure, 0.0, kLargestFigure), "horizon", "sums that are not negative");
     }
-    require(saved.last_judged == core::kNever || thermal::is_usable(saved.last_judged), "horizon",
+    require(saved.last_judged == core::kNever || core::is_usable(saved.last_judged), "horizon",
             "a time within 73 years of the epoch");
     compensation::restore(horizon.judged, saved.judged);
     compensation::restore(horizon.waiting, saved.waiting);

@@ -99,6 +99,7 @@ std::optional<std::string> CompensationOptions::validate() const {
     return line;
   }
   if (auto line = find_wrong(model)) return line;
+  if (auto line = reference.validate()) return line;
   if (prior) {
     if (auto line = find_wrong_prior(*prior)) return line;
   }

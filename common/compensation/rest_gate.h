@@ -24,6 +24,7 @@ struct DriftBlock {
 
   void carry(core::StateArchive& archive) {
     archive(begin, end, mean_radps, variance_radps2, count, reference_variance, has_reference);
+    archive.require(begin != core::kNever && end != core::kNever);
   }
 };
 
@@ -76,7 +77,9 @@ class RestGate {
   // Its state (core/state_archive.h).
   void carry(core::StateArchive& archive) {
     archive(state_, axes_, level_time_, still_since_, initial_, initial_count_);
-    archive.require(initial_count_ <= kMaxInitialBlocks);
+    archive.require(state_ <= RestState::kRest && initial_count_ <= options_.initial_blocks);
+    archive.require(level_time_ != core::kNever);
+    archive.require(state_ != RestState::kSettling || still_since_ != core::kNever);
   }
 
  private:

@@ -53,6 +53,8 @@ constexpr std::array kEarthRates{std::pair{"auto", compensation::EarthRateMode::
                                  std::pair{"included", compensation::EarthRateMode::kIncluded},
                                  std::pair{"known", compensation::EarthRateMode::kKnown},
                                  std::pair{"unknown", compensation::EarthRateMode::kUnknown}};
+constexpr std::array kPolicies{std::pair{"accept", compensation::ReferencePolicy::kAccept},
+                               std::pair{"refuse", compensation::ReferencePolicy::kRefuse}};
 constexpr std::array kEstimators{
     std::pair{"sliding_mean", thermal::RateMethod::kSlidingMean},
     std::pair{"local_polynomial", thermal::RateMethod::kLocalPolynomial}};
@@ -170,6 +172,29 @@ void read_earth_rate(const YamlDocument& file, const proto::EarthRateConfig& in,
       navigation::earth_rate_radps_b(in.latitude_deg() * core::kRadPerDeg, attitude);
 }
 
+void read_reference(const YamlDocument& file, const proto::ReferenceConfig& in,
+                    CompensationOptions& out) {
+  compensation::ReferenceOptions& reference = out.reference;
+  if (!in.truth().empty()) reference.truth = choose(file, "reference.truth", in.truth(), kPolicies);
+  if (!in.rest().empty()) reference.rest = choose(file, "reference.rest", in.rest(), kPolicies);
+  if (!in.navigation_residual().empty()) {
+    reference.navigation_residual =
+        choose(file, "reference.navigation_residual", in.navigation_residual(), kPolicies);
+  }
+  if (in.has_await_feedback()) reference.await_feedback = in.await_feedback();
+  using core::radps_from_deg_h;
+  if (in.has_largest_rest_sigma_deg_h())
+    reference.largest_rest_sigma_radps = radps_from_deg_h(in.largest_rest_sigma_deg_h());
+  if (in.has_largest_residual_sigma_deg_h())
+    reference.largest_residual_sigma_radps = radps_from_deg_h(in.largest_residual_sigma_deg_h());
+  if (in.has_innovation_sigmas()) reference.innovation_sigmas = in.innovation_sigmas();
+  if (in.has_largest_correction_deg_h())
+    reference.largest_correction_radps = radps_from_deg_h(in.largest_correction_deg_h());
+  if (in.has_correction_slew_deg_h_s())
+    reference.correction_slew_radps2 = radps_from_deg_h(in.correction_slew_deg_h_s());
+  if (in.has_correction_memory_s()) reference.correction_memory_s = in.correction_memory_s();
+}
+
 std::vector<double> polynomial(const google::protobuf::RepeatedField<double>& coefficients_deg_h) {
   std::vector<double> result;
   for (const double value : coefficients_deg_h) result.push_back(core::radps_from_deg_h(value));
@@ -205,6 +230,7 @@ compensation::CompensationOptions load_compensation(const std::filesystem::path&
   read_model(file, in.svr(), out);
   read_learning(file, in.learning(), out);
   read_earth_rate(file, in.earth_rate(), out);
+  read_reference(file, in.reference(), out);
   out.factory_polynomial_radps = {polynomial(in.factory_polynomial().x_deg_h()),
                                   polynomial(in.factory_polynomial().y_deg_h()),
                                   polynomial(in.factory_polynomial().z_deg_h())};

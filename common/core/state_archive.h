@@ -5,13 +5,15 @@
 //   void carry(core::StateArchive& archive) { archive(level_, noise_, blocks_); }
 //
 // What follows from options alone is not carried. Bytes to be read may come from anybody: nothing
-// is read beyond them, counts beyond what the receiver has room for and flags that are neither 0
-// nor 1 are refused, and ok() then says so.
+// is read beyond them, and ok() says so where something was refused: counts beyond what the
+// receiver has room for, flags that are neither 0 nor 1, numbers that are not finite or beyond
+// 1e30, times that are neither usable (integer_time.h; here with some room) nor kNever, signed
+// integers beyond theirs. What holds between several values, the class requires itself.
 #pragma once
 
 #include <array>
 #include <bitset>
-#include <chrono>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -20,6 +22,7 @@
 #include <string_view>
 #include <type_traits>
 
+#include "common/core/integer_time.h"
 #include "common/core/ring_buffer.h"
 
 namespace zerodrift::core {
@@ -48,6 +51,11 @@ class StateArchive {
   [[nodiscard]] bool at_end() const noexcept { return in_.empty(); }
 
  private:
+  static constexpr double kLargestNumber = 1e30;
+  // What is computed from a usable time may lie a little beyond. Differences of two still don't
+  // overflow.
+  static constexpr std::int64_t kLargestTicks = kLatestUsableTime.count() / 8 * 9;
+
   void bytes(void* value, std::size_t size) {
     if (out_ != nullptr) {
       out_->append(static_cast<const char*>(value), size);
@@ -69,17 +77,23 @@ class StateArchive {
       bytes(&flag, 1);
       require(flag <= 1);
       value = flag == 1;
-    } else if constexpr (std::is_arithmetic_v<T> || std::is_enum_v<T>) {
+    } else if constexpr (std::is_floating_point_v<T>) {
+      bytes(&value, sizeof value);
+      require(std::abs(value) <= kLargestNumber);  // false for NaN
+    } else if constexpr (std::is_integral_v<T> && std::is_signed_v<T>) {
+      bytes(&value, sizeof value);
+      require(value >= -kLargestTicks && value <= kLargestTicks);
+    } else if constexpr (std::is_integral_v<T> || std::is_enum_v<T>) {
       bytes(&value, sizeof value);
     } else {
       value.carry(*this);
     }
   }
-  template <typename Rep, typename Period>
-  void one(std::chrono::duration<Rep, Period>& value) {
-    Rep ticks = value.count();
-    one(ticks);
-    value = std::chrono::duration<Rep, Period>(ticks);
+  void one(SensorTime& value) {
+    std::int64_t ticks = value.count();
+    bytes(&ticks, sizeof ticks);
+    value = SensorTime{ticks};
+    require(value == kNever || (ticks >= -kLargestTicks && ticks <= kLargestTicks));
   }
   template <typename T, std::size_t kSize>
   void one(std::array<T, kSize>& values) {

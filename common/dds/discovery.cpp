@@ -4,12 +4,23 @@
 #include <fastdds/rtps/participant/ParticipantDiscoveryInfo.h>
 #include <fastdds/rtps/reader/ReaderDiscoveryInfo.h>
 #include <fastdds/rtps/writer/WriterDiscoveryInfo.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <fastdds/dds/core/policy/ParameterTypes.hpp>
+#include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <sstream>
+#include <tuple>
 
 #include "common/dds/participant.h"
+
+namespace zerodrift::dds {
+
+bool is_endless(std::chrono::nanoseconds duration) noexcept {
+  return duration.count() >= eprosima::fastrtps::c_TimeInfinite.to_ns();
+}
+
+}  // namespace zerodrift::dds
 
 namespace zerodrift::dds::detail {
 
@@ -141,6 +152,9 @@ void Discovery::on_participant_discovery(fdds::DomainParticipant*,
         peer.process = "pid " + property.second();
     }
     if (peers_.size() < kMostRemotes) peers_[prefix] = std::move(peer);
+    for (const auto& property : found.info.m_properties)
+      if (property.first() == kSharedMemoryProperty)
+        compare_shared_memory(prefix, property.second());
     return;
   }
   if (found.status == Info::DROPPED_PARTICIPANT) {
@@ -154,26 +168,47 @@ void Discovery::on_participant_discovery(fdds::DomainParticipant*,
   std::erase_if(told_unmet_, [&](const auto& told) { return told.second.guidPrefix == prefix; });
 }
 
-void Discovery::on_publisher_discovery(fdds::DomainParticipant*,
+void Discovery::compare_shared_memory(const Prefix& prefix, const std::string& place) {
+  if (!shared_memory_) return;
+  std::string reason =
+      why_not_shared(*shared_memory_, SharedMemoryPlace::parse(place), description_of(prefix));
+  if (reason.empty()) return;
+  add(nullptr,
+      {.kind = Kind::kSharedMemoryNotShared, .peer = name_of(prefix), .detail = std::move(reason)});
+}
+
+// The middleware tells of the participant's own endpoints too, but not of the participant.
+void Discovery::note_own(const fdds::DomainParticipant* participant, const Prefix& prefix) {
+  if (participant == nullptr || participant->guid().guidPrefix != prefix) return;
+  own_ = prefix;
+  peers_.try_emplace(prefix, Peer{.name = participant->get_qos().name().to_string(),
+                                  .process = "pid " + std::to_string(::getpid())});
+}
+
+void Discovery::on_publisher_discovery(fdds::DomainParticipant* participant,
                                        rtps::WriterDiscoveryInfo&& found) {
   const auto& info = found.info;
   const std::lock_guard lock(mutex_);
+  note_own(participant, info.guid().guidPrefix);
   if (found.status == rtps::WriterDiscoveryInfo::REMOVED_WRITER) return gone(info.guid());
   note_remote(info.guid(), {.topic = info.topicName().to_string(),
                             .type = info.typeName().to_string(),
                             .direction = Direction::kWriter,
-                            .terms = terms(info.m_qos)});
+                            .terms = terms(info.m_qos),
+                            .strength = info.m_qos.m_ownershipStrength.value});
 }
 
-void Discovery::on_subscriber_discovery(fdds::DomainParticipant*,
+void Discovery::on_subscriber_discovery(fdds::DomainParticipant* participant,
                                         rtps::ReaderDiscoveryInfo&& found) {
   const auto& info = found.info;
   const std::lock_guard lock(mutex_);
+  note_own(participant, info.guid().guidPrefix);
   if (found.status == rtps::ReaderDiscoveryInfo::REMOVED_READER) return gone(info.guid());
   note_remote(info.guid(), {.topic = info.topicName().to_string(),
                             .type = info.typeName().to_string(),
                             .direction = Direction::kReader,
-                            .terms = terms(info.m_qos)});
+                            .terms = terms(info.m_qos),
+                            .strength = 0});
 }
 
 void Discovery::note_remote(const Guid& guid, Remote remote) {
@@ -273,6 +308,69 @@ void Discovery::tell(const EndpointObserver& otherwise) {
     const EndpointObserver& observer = has_observer ? *one.observer : otherwise;
     if (observer) observer(one.event);
   }
+}
+
+std::size_t Discovery::peers() {
+  const std::lock_guard lock(mutex_);
+  return peers_.size() - (own_ && peers_.contains(*own_) ? 1 : 0);
+}
+
+std::size_t Discovery::counterparts(std::string_view topic, Direction ours) {
+  const std::lock_guard lock(mutex_);
+  return static_cast<std::size_t>(
+      std::count_if(remotes_.begin(), remotes_.end(), [&](const auto& known) {
+        const auto& [guid, remote] = known;
+        return remote.topic == topic && remote.direction != ours && guid.guidPrefix != own_;
+      }));
+}
+
+std::vector<RemoteEndpoint> Discovery::remote_endpoints(std::size_t at_most) {
+  std::vector<RemoteEndpoint> all;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [guid, remote] : remotes_) {
+      const auto* spec = std::find_if(
+          kAllTopics.begin(), kAllTopics.end(),
+          [&topic = remote.topic](const TopicSpec& known) { return known.name == topic; });
+      if (spec == kAllTopics.end()) continue;
+      if (all.size() == at_most) break;
+      all.push_back(seen_from_here(guid, remote, *spec));
+    }
+  }
+  std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.topic, a.is_writer, a.process) < std::tie(b.topic, b.is_writer, b.process);
+  });
+  return all;
+}
+
+// What a topic's endpoints offer is what they ask for, so one set of terms is both.
+RemoteEndpoint Discovery::seen_from_here(const Guid& guid, const Remote& remote,
+                                         const TopicSpec& spec) const {
+  const Terms ours = terms_of(spec);
+  const bool is_writer = remote.direction == Direction::kWriter;
+  RemoteEndpoint endpoint{.topic = remote.topic,
+                          .is_writer = is_writer,
+                          .process = description_of(guid.guidPrefix),
+                          .reliability = described(Policy::kReliability, remote.terms),
+                          .durability = durability(remote.terms.durability),
+                          .ownership = described(Policy::kOwnership, remote.terms),
+                          .ownership_strength = remote.strength,
+                          .liveliness = liveliness(remote.terms.liveliness),
+                          .lease = std::chrono::nanoseconds(remote.terms.lease_ns),
+                          .deadline = std::chrono::nanoseconds(remote.terms.deadline_ns),
+                          .problem = {}};
+  if (remote.type != spec.type) {
+    endpoint.problem = "its type is " + remote.type + ", here it is " + std::string(spec.type);
+    return endpoint;
+  }
+  const auto policies = is_writer ? unmet(remote.terms, ours) : unmet(ours, remote.terms);
+  for (const Policy policy : policies) {
+    if (!endpoint.problem.empty()) endpoint.problem += "; ";
+    endpoint.problem += std::string("it ") + offers(remote.direction) + name(policy) + ' ' +
+                        described(policy, remote.terms) + ", here is " +
+                        (is_writer ? "asked for " : "offered ") + described(policy, ours);
+  }
+  return endpoint;
 }
 
 void Discovery::add_counted(Endpoint& endpoint) {

@@ -23,6 +23,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/dds/shared_memory.h"
 #include "common/dds/topics.h"
 
 namespace zerodrift::dds {
@@ -37,7 +38,8 @@ struct EndpointEvent {
     kDeadlineMissed,  // a silence longer than the topic's deadline; told once for each
     kLivelinessLost,
     kLivelinessRegained,
-    kPeerLost  // a participant was not heard of for the participants' lease
+    kPeerLost,              // a participant was not heard of for the participants' lease
+    kSharedMemoryNotShared  // both would use it, and no sample would pass
   };
   Kind kind = Kind::kIncompatibleQos;
   std::string_view topic{};   // empty: of a participant, not of an endpoint
@@ -48,11 +50,30 @@ struct EndpointEvent {
 };
 using EndpointObserver = std::function<void(const EndpointEvent&)>;
 
+// An endpoint of another participant, as it announced itself.
+struct RemoteEndpoint {
+  std::string topic{};
+  bool is_writer = false;
+  std::string process{};  // its participant's name, with "(pid N)" where it says that
+  std::string reliability{};
+  std::string durability{};
+  std::string ownership{};
+  std::uint32_t ownership_strength = 0;  // of a writer
+  std::string liveliness{};
+  std::chrono::nanoseconds lease{0};     // the longest there is: none
+  std::chrono::nanoseconds deadline{0};  // as lease
+  std::string problem{};  // why no sample passes between it and this system's endpoints; or empty
+};
+// Of a duration that has no end.
+[[nodiscard]] bool is_endless(std::chrono::nanoseconds duration) noexcept;
+
 // Who sent a sample, and of which key. Compare only.
 struct SampleOrigin {
   eprosima::fastrtps::rtps::GUID_t writer;
   eprosima::fastdds::dds::InstanceHandle_t instance;
 };
+
+enum class Direction : std::uint8_t { kWriter, kReader };
 
 namespace detail {
 
@@ -118,8 +139,6 @@ class HeardWriters {
   std::size_t newest_ = 0;  // the receiving thread's
 };
 
-enum class Direction : std::uint8_t { kWriter, kReader };
-
 // One endpoint of this participant. The counts are the receiving thread's: no lock, no memory.
 struct Endpoint {
   Endpoint(const TopicSpec& of, Direction is, EndpointObserver tells)
@@ -152,6 +171,9 @@ enum class Policy : std::uint8_t { kReliability, kDurability, kDeadline, kLiveli
 std::vector<Policy> unmet(const Terms& offered, const Terms& requested);
 Terms terms_of(const TopicSpec& spec);
 
+// Under this name participants tell each other where their shared memory is.
+inline constexpr const char* kSharedMemoryProperty = "zerodrift.shared_memory";
+
 // The participant's one listener. Set it with an empty status mask: discovery is told all the same,
 // and samples stay with their readers.
 class Discovery final : public eprosima::fastdds::dds::DomainParticipantListener {
@@ -180,6 +202,16 @@ class Discovery final : public eprosima::fastdds::dds::DomainParticipantListener
   // listener.
   void tell(const EndpointObserver& otherwise);
 
+  // What is known of the others' endpoints of this system's topics, by topic and process; at most
+  // so many. Any thread.
+  [[nodiscard]] std::vector<RemoteEndpoint> remote_endpoints(std::size_t at_most);
+  // The other participants known now. Any thread.
+  [[nodiscard]] std::size_t peers();
+  // The others' endpoints on a topic, at the other end than `ours`. Any thread.
+  [[nodiscard]] std::size_t counterparts(std::string_view topic, Direction ours);
+  // This participant uses shared memory; to be called before it is created.
+  void set_shared_memory(SharedMemoryPlace place) { shared_memory_ = std::move(place); }
+
  private:
   struct Peer {
     std::string name;
@@ -190,6 +222,7 @@ class Discovery final : public eprosima::fastdds::dds::DomainParticipantListener
     std::string type;
     Direction direction;
     Terms terms;
+    std::uint32_t strength = 0;
   };
   struct Pending {
     std::shared_ptr<const EndpointObserver> observer;
@@ -200,17 +233,23 @@ class Discovery final : public eprosima::fastdds::dds::DomainParticipantListener
 
   // All below: under the lock.
   void note_remote(const Guid& guid, Remote remote);
+  void note_own(const eprosima::fastdds::dds::DomainParticipant* participant, const Prefix& prefix);
   void gone(const Guid& guid);
   void compare_types(const Endpoint& endpoint, const Guid& guid, const Remote& remote);
   void add(const Endpoint* endpoint, EndpointEvent event);
   void add_counted(Endpoint& endpoint);
   void add_silences(Endpoint& endpoint);
+  void compare_shared_memory(const Prefix& prefix, const std::string& place);
   [[nodiscard]] std::string name_of(const Prefix& prefix) const;
   [[nodiscard]] std::string description_of(const Prefix& prefix) const;
   [[nodiscard]] std::string writers_of(std::string_view topic) const;
+  [[nodiscard]] RemoteEndpoint seen_from_here(const Guid& guid, const Remote& remote,
+                                              const TopicSpec& spec) const;
 
-  std::mutex mutex_;  // held for a look-up or a push; no observer is called under it
-  std::map<Prefix, Peer> peers_;
+  std::mutex mutex_;              // held for a look-up or a push; no observer is called under it
+  std::map<Prefix, Peer> peers_;  // this participant among them, once it has an endpoint
+  std::optional<Prefix> own_;
+  std::optional<SharedMemoryPlace> shared_memory_;
   std::map<Guid, Remote> remotes_;
   std::vector<Endpoint*> endpoints_;
   std::set<std::pair<const Endpoint*, Guid>> told_unmet_;

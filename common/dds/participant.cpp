@@ -2,19 +2,25 @@
 #include "common/dds/participant.h"
 
 #include <arpa/inet.h>
+#include <fastdds/rtps/attributes/ServerAttributes.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
 #include <fastrtps/xmlparser/XMLProfileManager.h>
 #include <ifaddrs.h>
 #include <netinet/in.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <charconv>
 #include <cstring>
 #include <fastdds/dds/core/policy/ParameterTypes.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/log/Log.hpp>
+#include <iterator>
 #include <mutex>
+#include <system_error>
 
 namespace zerodrift::dds {
 
@@ -76,6 +82,96 @@ void check_exists(const std::string& interface) {
   throw DdsError("dds: no interface of this machine has address " + interface);
 }
 
+constexpr const char* kDefaultServerPort = "11811";  // the middleware's own default
+
+struct ServerAddress {
+  std::string address;
+  std::string port;
+};
+
+ServerAddress server_address(const std::string& text) {
+  const auto colon = text.find(':');
+  ServerAddress server{text.substr(0, colon),
+                       colon == std::string::npos ? kDefaultServerPort : text.substr(colon + 1)};
+  unsigned port = 0;
+  const char* end = server.port.data() + server.port.size();
+  const auto parsed = std::from_chars(server.port.data(), end, port);
+  if (parsed.ec != std::errc{} || parsed.ptr != end || port == 0 || port > 65535) {
+    throw DdsError("dds: discovery server '" + text +
+                   "': expected IPv4 or IPv4:PORT, e.g. 192.168.0.10:11811");
+  }
+  locator(server.address);  // throws where it is no address
+  return server;
+}
+
+// The servers of the list, each under the name that its place gives it.
+rtps::RemoteServerList_t servers(const NetworkOptions& network) {
+  std::string list;
+  for (const auto& text : network.discovery_servers) {
+    const auto [address, port] = server_address(text);
+    if (network.interfaces.empty() && !rtps::IPLocator::isLocal(locator(address))) {
+      throw DdsError("dds: discovery server " + text +
+                     " is beyond this machine: name an interface");
+    }
+    list += (list.empty() ? "" : ";") + address + ':' + port;
+  }
+  rtps::RemoteServerList_t found;
+  if (!rtps::load_environment_server_info(list, found)) {
+    throw DdsError("dds: the middleware does not take the discovery servers '" + list + "'");
+  }
+  return found;
+}
+
+void discover_through_servers(const NetworkOptions& network, fdds::DomainParticipantQos& qos) {
+  auto& builtin = qos.wire_protocol().builtin;
+  builtin.initialPeersList.clear();
+  auto& known = builtin.discovery_config.m_DiscoveryServers;
+  known = servers(network);
+  if (!network.serves) {
+    builtin.discovery_config.discoveryProtocol = rtps::DiscoveryProtocol_t::CLIENT;
+    return;
+  }
+  if (*network.serves >= network.discovery_servers.size()) {
+    throw DdsError("dds: discovery server " + std::to_string(*network.serves) +
+                   " is not in the list of " + std::to_string(network.discovery_servers.size()) +
+                   "; the first is 0");
+  }
+  const std::string own_address =
+      server_address(network.discovery_servers[*network.serves]).address;
+  check_exists(own_address);
+  if (!network.interfaces.empty() && std::find(network.interfaces.begin(), network.interfaces.end(),
+                                               own_address) == network.interfaces.end()) {
+    throw DdsError("dds: this discovery server's own address " + own_address +
+                   " is none of the interfaces named");
+  }
+  builtin.discovery_config.discoveryProtocol = rtps::DiscoveryProtocol_t::SERVER;
+  const auto own = std::next(known.begin(), static_cast<std::ptrdiff_t>(*network.serves));
+  qos.wire_protocol().prefix = own->guidPrefix;
+  builtin.metatrafficUnicastLocatorList = own->metatrafficUnicastLocatorList;
+  known.erase(own);
+}
+
+// Beside UDP, which keeps discovery and what goes to other computers.
+SharedMemoryPlace add_shared_memory(const NetworkOptions& network,
+                                    fdds::DomainParticipantQos& qos) {
+  if (!network.security_dir.empty()) {
+    throw DdsError(
+        "dds: with security the transport is udp: what goes through shared memory is "
+        "not checked datagram by datagram");
+  }
+  remove_stale_segments();
+  check_shared_memory(network.domain);
+  auto memory = std::make_shared<eprosima::fastdds::rtps::SharedMemTransportDescriptor>();
+  memory->maxInitialPeersRange = kParticipantsPerHost;
+  memory->segment_size(kSegmentBytes);
+  qos.transport().user_transports.push_back(memory);
+  // Without named ones the middleware announces those of both transports.
+  qos.wire_protocol().default_unicast_locator_list.clear();
+  SharedMemoryPlace place = SharedMemoryPlace::here();
+  qos.properties().properties().emplace_back(detail::kSharedMemoryProperty, place.text(), true);
+  return place;
+}
+
 void confine_to(const NetworkOptions& network, fdds::DomainParticipantQos& qos) {
   const bool loopback_only = network.interfaces.empty();
   const std::vector<std::string> interfaces =
@@ -102,6 +198,7 @@ void confine_to(const NetworkOptions& network, fdds::DomainParticipantQos& qos) 
     builtin.metatrafficUnicastLocatorList.push_back(locator(address));
     qos.wire_protocol().default_unicast_locator_list.push_back(locator(address));
   }
+  if (!network.discovery_servers.empty()) discover_through_servers(network, qos);
 }
 
 // What an event about this process calls it, beside its name.
@@ -160,6 +257,8 @@ Participant::Participant(const std::string& name, const NetworkOptions& network)
   discovery.leaseDuration_announcementperiod = Duration_t(2, 0);
 
   set_process(qos);
+  if (network.transport == Transport::kSharedMemory)
+    discovery_.set_shared_memory(add_shared_memory(network, qos));
   fdds::DomainParticipantListener* listener = &discovery_;
   const bool secured = !network.security_dir.empty();
   if (secured) {

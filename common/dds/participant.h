@@ -21,14 +21,15 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
-#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "common/core/samples.h"
 #include "common/dds/checked_type_support.h"
+#include "common/dds/dds_error.h"
 #include "common/dds/discovery.h"
 #include "common/dds/repeat_filter.h"
 #include "common/dds/security.h"
@@ -36,10 +37,9 @@
 
 namespace zerodrift::dds {
 
-// Start-up trouble with the middleware: one clear line.
-class DdsError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
+enum class Transport : std::uint8_t {
+  kUdp,
+  kSharedMemory  // between processes of this computer; UDP to others, and for discovery
 };
 
 struct NetworkOptions {
@@ -48,6 +48,11 @@ struct NetworkOptions {
       interfaces;  // IPv4 addresses to use; empty: 127.0.0.1 only, nothing leaves the machine
   std::vector<std::string> peers;        // IPv4 addresses of other hosts; used only with interfaces
   std::filesystem::path security_dir{};  // keys and certificates; empty: no security
+  Transport transport = Transport::kUdp;
+  // "IPv4" or "IPv4:port" of each discovery server, the same list in the same order in every
+  // process; empty: participants look for each other.
+  std::vector<std::string> discovery_servers{};
+  std::optional<std::size_t> serves{};  // is itself the server of this place in the list
 };
 
 // Endpoints meet where they share a partition; "" is that of endpoints that name none.
@@ -67,12 +72,23 @@ class Participant {
   // What was refused since the last call: malformed datagrams, and with security much more. As
   // tell_events().
   std::vector<SecurityNotice> take_security_notices();
+  // The others' endpoints on this system's topics. Any thread.
+  [[nodiscard]] std::vector<RemoteEndpoint> remote_endpoints(std::size_t at_most) {
+    return discovery_.remote_endpoints(at_most);
+  }
+  [[nodiscard]] std::size_t counterparts(std::string_view topic, Direction ours) {
+    return discovery_.counterparts(topic, ours);
+  }
+  // The other participants known now. Any thread.
+  [[nodiscard]] std::size_t peers() { return discovery_.peers(); }
 
  private:
   template <typename>
   friend class Writer;
   template <typename>
   friend class Reader;
+  template <typename>
+  friend class RawReader;
 
   eprosima::fastdds::dds::Topic* topic(const TopicSpec& spec,
                                        eprosima::fastdds::dds::TypeSupport type);
@@ -128,6 +144,7 @@ class WriterListener : public eprosima::fastdds::dds::DataWriterListener {
   void on_publication_matched(
       eprosima::fastdds::dds::DataWriter*,
       const eprosima::fastdds::dds::PublicationMatchedStatus& status) override {
+    if (is_foreign(status.last_subscription_handle)) foreign_.store(true);
     matched_.store(status.current_count, std::memory_order_release);
   }
   void on_offered_incompatible_qos(
@@ -136,15 +153,24 @@ class WriterListener : public eprosima::fastdds::dds::DataWriterListener {
   void on_liveliness_lost(eprosima::fastdds::dds::DataWriter*,
                           const eprosima::fastdds::dds::LivelinessLostStatus& status) override;
   [[nodiscard]] int matched() const { return matched_.load(std::memory_order_acquire); }
+  [[nodiscard]] bool met_foreign() const { return foreign_.load(); }
   // Before each sample; the writing thread.
   void note_write(bool deadline_applies) noexcept {
     endpoint_.written.hear(steady_ns(), deadline_applies, endpoint_.spec.deadline);
   }
 
  private:
+  // Of another vendor's middleware: the first two bytes of a GUID name it (RTPS 2.2, 9.3.1.5).
+  static bool is_foreign(const eprosima::fastdds::dds::InstanceHandle_t& handle) {
+    const eprosima::fastrtps::rtps::GUID_t guid = eprosima::fastrtps::rtps::iHandle2GUID(handle);
+    return guid.guidPrefix.value[0] != eprosima::fastrtps::rtps::c_VendorId_eProsima[0] ||
+           guid.guidPrefix.value[1] != eprosima::fastrtps::rtps::c_VendorId_eProsima[1];
+  }
+
   Discovery& discovery_;
   Endpoint endpoint_;
   std::atomic<int> matched_{0};
+  std::atomic<bool> foreign_{false};
 };
 
 class ReaderListener : public eprosima::fastdds::dds::DataReaderListener {
@@ -192,16 +218,20 @@ class Writer {
  public:
   explicit Writer(Participant& participant, EndpointObserver observer = {},
                   std::uint32_t ownership_strength = 0, const Partitions& partitions = {})
+      : Writer(participant, TopicOf<Message>::kSpec, std::move(observer), ownership_strength,
+               partitions) {}
+  // On a topic whose name the user chose. The spec is the caller's and outlives the writer.
+  Writer(Participant& participant, const TopicSpec& spec, EndpointObserver observer,
+         std::uint32_t ownership_strength = 0, const Partitions& partitions = {})
       : publisher_(participant.publisher(partitions)),
-        listener_(participant.discovery_, TopicOf<Message>::kSpec, std::move(observer)) {
-    auto* topic =
-        participant.topic(TopicOf<Message>::kSpec,
-                          eprosima::fastdds::dds::TypeSupport(new CheckedTypeSupport<Message>));
-    writer_ = publisher_->create_datawriter(
-        topic, writer_qos(TopicOf<Message>::kSpec, ownership_strength), &listener_);
+        listener_(participant.discovery_, spec, std::move(observer)) {
+    auto* topic = participant.topic(
+        spec, eprosima::fastdds::dds::TypeSupport(new CheckedTypeSupport<Message>));
+    writer_ =
+        publisher_->create_datawriter(topic, writer_qos(spec, ownership_strength), &listener_);
     if (writer_ == nullptr) {
-      throw DdsError("dds: cannot create a writer for topic '" +
-                     std::string(TopicOf<Message>::kSpec.name) + "'" + participant.refusal());
+      throw DdsError("dds: cannot create a writer for topic '" + std::string(spec.name) + "'" +
+                     participant.refusal());
     }
   }
   // Empties the history first: Fast DDS 2.9 goes on sending heartbeats while it releases what is
@@ -224,6 +254,8 @@ class Writer {
 
   // Readers matched now.
   [[nodiscard]] int matched() const { return listener_.matched(); }
+  // A reader of another vendor's middleware was matched once.
+  [[nodiscard]] bool met_foreign() const { return listener_.met_foreign(); }
 
   // True once every matched reader has received everything written. Not to be called from a
   // reader's callback: the acknowledgements arrive on that thread.

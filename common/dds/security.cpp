@@ -3,6 +3,7 @@
 
 #include <fastdds/rtps/transport/ChainingTransport.h>
 #include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
+#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 
 #include <algorithm>
 #include <fastdds/dds/log/Log.hpp>
@@ -257,6 +258,8 @@ class FormWatch final : public SecurityWatch {
 
 void put_in_front(const std::shared_ptr<PacketGuard>& guard, fdds::DomainParticipantQos& qos) {
   for (auto& each : qos.transport().user_transports) {
+    // What comes by shared memory is of this user's own processes.
+    if (dynamic_cast<transport::SharedMemTransportDescriptor*>(each.get()) != nullptr) continue;
     each = std::make_shared<GuardedDescriptor>(each, guard);
   }
 }

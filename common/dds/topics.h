@@ -11,9 +11,12 @@
 #include "idl/dds/angular_ratePubSubTypes.h"
 #include "idl/dds/checkpointPubSubTypes.h"
 #include "idl/dds/compensated_ratePubSubTypes.h"
+#include "idl/dds/navigationPubSubTypes.h"
 #include "idl/dds/rate_referencePubSubTypes.h"
+#include "idl/dds/ros2_imuPubSubTypes.h"
 #include "idl/dds/servicePubSubTypes.h"
 #include "idl/dds/temperaturePubSubTypes.h"
+#include "idl/dds/twin_reportPubSubTypes.h"
 
 namespace zerodrift::dds {
 
@@ -71,11 +74,27 @@ inline constexpr TopicSpec kCommand{"command", "zerodrift::msg::Command", 64, 12
 inline constexpr TopicSpec kCommandReply{"command_reply", "zerodrift::msg::CommandReply", 64, 128, Reliability::kReliable, Durability::kVolatile, Ownership::kShared, 20ms, 0ms};
 inline constexpr TopicSpec kReplayProgress{"replay_progress", "zerodrift::msg::ReplayProgress", 1, 512, Reliability::kBestEffort, Durability::kVolatile, Ownership::kShared, 5ms, 0ms, 0ms, 2000ms};
 inline constexpr TopicSpec kCheckpoint{"checkpoint", "zerodrift::msg::CheckpointPart", 64, 128, Reliability::kReliable, Durability::kVolatile, Ownership::kShared, 20ms, 0ms};
+inline constexpr TopicSpec kNavigation{"navigation", "zerodrift::msg::NavigationState", 1, 384, Reliability::kReliable, Durability::kVolatile, Ownership::kShared, 20ms, 0ms};
+inline constexpr TopicSpec kTwinReport{"twin_report", "zerodrift::msg::TwinReport", 1, 384, Reliability::kReliable, Durability::kTransientLocal, Ownership::kShared, 20ms, 0ms};
 // clang-format on
 
 inline constexpr std::array kAllTopics{
-    kAngularRate, kTemperature, kRateReference, kCompensatedRate, kAllanReport, kServiceStatus,
-    kEvent,       kCommand,     kCommandReply,  kReplayProgress,  kCheckpoint};
+    kAngularRate,   kTemperature, kRateReference, kCompensatedRate, kAllanReport,
+    kServiceStatus, kEvent,       kCommand,       kCommandReply,    kReplayProgress,
+    kCheckpoint,    kNavigation,  kTwinReport};
+
+// What ROS 2 nodes subscribe to (ros2_imu.h). Not of our own interface, so not among the above; the
+// name is the default of the one that the user chooses. Ten samples are what ROS 2 keeps by
+// default.
+inline constexpr TopicSpec kRos2Imu{"rt/imu",
+                                    "sensor_msgs::msg::dds_::Imu_",
+                                    10,
+                                    1,
+                                    Reliability::kReliable,
+                                    Durability::kVolatile,
+                                    Ownership::kShared,
+                                    5ms,
+                                    0ms};
 
 // Binds a message type to its topic and its generated type support.
 template <typename Message>
@@ -136,6 +155,21 @@ template <>
 struct TopicOf<msg::CheckpointPart> {
   using TypeSupport = msg::CheckpointPartPubSubType;
   static constexpr TopicSpec kSpec = kCheckpoint;
+};
+template <>
+struct TopicOf<sensor_msgs::msg::dds_::Imu_> {
+  using TypeSupport = sensor_msgs::msg::dds_::Imu_PubSubType;
+  static constexpr TopicSpec kSpec = kRos2Imu;
+};
+template <>
+struct TopicOf<msg::NavigationState> {
+  using TypeSupport = msg::NavigationStatePubSubType;
+  static constexpr TopicSpec kSpec = kNavigation;
+};
+template <>
+struct TopicOf<msg::TwinReport> {
+  using TypeSupport = msg::TwinReportPubSubType;
+  static constexpr TopicSpec kSpec = kTwinReport;
 };
 
 }  // namespace zerodrift::dds

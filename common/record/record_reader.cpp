@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/mcap/mcap_reader.h"
 #include "common/record/csv_cells.h"
 #include "common/record/decimal_time.h"
+#include "common/record/mcap_rows.h"
 #include "common/record/record_error.h"
 
 namespace zerodrift::record {
@@ -54,12 +56,6 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-void refuse_other_formats(const std::filesystem::path& path) {
-  if (path.extension() == ".mcap") {
-    throw RecordError(path.string() + ": an MCAP file; a record here is .csv, .csv.gz or .csv.xz");
-  }
-}
-
 }  // namespace
 
 RecordReader::RecordReader(const std::filesystem::path& path, RecordOptions options)
@@ -67,7 +63,14 @@ RecordReader::RecordReader(const std::filesystem::path& path, RecordOptions opti
 
 RecordReader::RecordReader(const std::filesystem::path& path, RecordOptions options,
                            PeriodEstimate estimate)
-    : lines_((refuse_other_formats(path), path)), options_(std::move(options)) {
+    : options_(std::move(options)) {
+  if (mcap::is_mcap(path) || path.extension() == ".mcap") {
+    mcap_ = std::make_unique<McapRows>(path, options_);
+    info_ = mcap_->info();
+    warnings_ = info_.warnings;
+    return;
+  }
+  lines_.emplace(path);
   info_.path = path;
   read_header();
   layout_ = bind_columns(path, info_.columns, options_.columns);
@@ -78,9 +81,13 @@ RecordReader::RecordReader(const std::filesystem::path& path, RecordOptions opti
   warnings_ = info_.warnings;
 }
 
+RecordReader::~RecordReader() = default;
+RecordReader::RecordReader(RecordReader&&) noexcept = default;
+RecordReader& RecordReader::operator=(RecordReader&&) noexcept = default;
+
 void RecordReader::read_header() {
   std::string_view line;
-  while (lines_.next(line)) {
+  while (lines_->next(line)) {
     line = trim(line);
     if (line.empty()) continue;
     if (!line.starts_with('#')) {
@@ -149,16 +156,27 @@ void RecordReader::estimate_period() {
 }
 
 bool RecordReader::next_data_line(std::string_view& line) {
-  while (lines_.next(line)) {
+  while (lines_->next(line)) {
     if (!trim(line).empty()) return true;
   }
   return false;
 }
 
 const RecordRow* RecordReader::next() {
+  return mcap_ ? next_of_mcap() : next_of_csv();
+}
+
+const RecordRow* RecordReader::next_of_mcap() {
+  const RecordRow* row = mcap_->next();
+  rows_out_of_order_ = mcap_->rows_out_of_order();
+  for (auto& line : mcap_->take_warnings()) warnings_.push_back(std::move(line));
+  return row;
+}
+
+const RecordRow* RecordReader::next_of_csv() {
   std::string_view line;
   if (!next_data_line(line)) return nullptr;
-  const bool complete = lines_.line_was_ended();
+  const bool complete = lines_->line_was_ended();
   try {
     decode(line);
   } catch (const RecordError& error) {
@@ -168,7 +186,7 @@ const RecordRow* RecordReader::next() {
     return nullptr;
   }
   if (!complete) {
-    warnings_.push_back(info_.path.string() + ":" + std::to_string(lines_.line_number()) +
+    warnings_.push_back(info_.path.string() + ":" + std::to_string(lines_->line_number()) +
                         ": the last row has no line end; taken as whole");
   }
   previous_time_ = row_.time;
@@ -255,7 +273,7 @@ void RecordReader::check_order_and_set_interval() {
 }
 
 void RecordReader::refuse_row(const BoundColumn* column, const std::string& why) const {
-  std::string line = info_.path.string() + ":" + std::to_string(lines_.line_number()) + ": ";
+  std::string line = info_.path.string() + ":" + std::to_string(lines_->line_number()) + ": ";
   if (column != nullptr) line += "column '" + printable(column->header) + "': ";
   throw RecordError(line + why);
 }

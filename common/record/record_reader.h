@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads a record row by row, in constant memory. A record is a CSV file (RFC 4180, UTF-8, '.'
 // decimal), plain or compressed (.csv.gz, .csv.xz): '# key: value' lines, a header, then one row an
-// instant with strictly increasing time. A blank cell, "nan" or "NA" was not measured.
+// instant with strictly increasing time. A blank cell, "nan" or "NA" was not measured. Or it is an
+// MCAP file of the live topics, known by its first bytes: a row for each time at which something of
+// one gyro was measured.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -15,6 +18,7 @@
 #include <vector>
 
 #include "common/core/axis.h"
+#include "common/core/samples.h"
 #include "common/core/time.h"
 #include "common/record/column_map.h"
 #include "common/record/line_reader.h"
@@ -35,6 +39,14 @@ struct RecordInputs {
   double supply_v = kNotMeasured;
 };
 
+// What was said on the live topics at one time, as it was said.
+struct RecordedSamples {
+  std::optional<core::AngularRateSample> rate{};
+  std::optional<core::RateReferenceSample> reference{};
+  // One a probe, in the order of RecordInfo::probes.
+  std::vector<std::optional<core::TemperatureSample>> temperatures{};
+};
+
 struct RecordRow {
   std::uint64_t index = 0;  // from 0
   core::SensorTime time{0};
@@ -44,11 +56,15 @@ struct RecordRow {
   RecordInputs inputs;
   std::vector<double> temperature_degc;  // one a probe, in the order of RecordInfo::probes
   std::vector<std::string_view> extra;  // text of the unknown columns, as RecordInfo::extra_columns
+  // Of an MCAP file: which of the above this row brings, with what else is known of it. Null: each
+  // row of the record brings all (record_samples.h).
+  const RecordedSamples* recorded = nullptr;
 };
 
 // What is known of a record before its rows are read.
 struct RecordInfo {
   std::filesystem::path path;
+  std::uint32_t gyro_id = 0;         // of an MCAP file: the one whose rows these are
   std::vector<std::string> columns;  // the header, in the file's order
   core::PerAxis<bool> has_rate{};
   core::PerAxis<bool> has_reference{};
@@ -68,14 +84,22 @@ enum class TimeOrder : std::uint8_t {
 };
 
 struct RecordOptions {
-  std::vector<ColumnMapping> columns;  // see parse_column_map()
+  std::vector<ColumnMapping> columns{};  // see parse_column_map()
   TimeOrder time_order = TimeOrder::kStrictlyIncreasing;
+  // Of an MCAP file: the gyro. Without, it must hold one gyro alone, or the preferred one.
+  std::optional<std::uint32_t> gyro_id{};
+  std::optional<std::uint32_t> preferred_gyro_id{};
 };
+
+class McapRows;
 
 class RecordReader {
  public:
   // Reads the header and the first rows. Throws RecordError.
   explicit RecordReader(const std::filesystem::path& path, RecordOptions options = {});
+  ~RecordReader();
+  RecordReader(RecordReader&&) noexcept;
+  RecordReader& operator=(RecordReader&&) noexcept;
 
   [[nodiscard]] const RecordInfo& info() const noexcept { return info_; }
 
@@ -110,7 +134,11 @@ class RecordReader {
 
   [[noreturn]] void refuse_row(const BoundColumn* column, const std::string& why) const;
 
-  LineReader lines_;
+  [[nodiscard]] const RecordRow* next_of_csv();
+  [[nodiscard]] const RecordRow* next_of_mcap();
+
+  std::unique_ptr<McapRows> mcap_;   // one of
+  std::optional<LineReader> lines_;  // these two
   RecordOptions options_;
   RecordInfo info_;
   RecordLayout layout_;

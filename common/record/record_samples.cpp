@@ -6,7 +6,16 @@
 
 namespace zerodrift::record {
 
+bool brings_rate(const RecordRow& row) noexcept {
+  return row.recorded == nullptr || row.recorded->rate.has_value();
+}
+
+bool brings_temperature(const RecordRow& row, std::size_t probe) noexcept {
+  return row.recorded == nullptr || row.recorded->temperatures[probe].has_value();
+}
+
 core::AngularRateSample to_angular_rate(const RecordRow& row) noexcept {
+  if (row.recorded != nullptr && row.recorded->rate) return *row.recorded->rate;
   core::AngularRateSample sample;
   sample.sequence = row.index;
   sample.time = row.time;
@@ -20,6 +29,10 @@ core::AngularRateSample to_angular_rate(const RecordRow& row) noexcept {
 
 void to_temperature(const RecordRow& row, const RecordInfo& info, std::size_t probe,
                     core::TemperatureSample& sample) {
+  if (row.recorded != nullptr && row.recorded->temperatures[probe]) {
+    sample = *row.recorded->temperatures[probe];
+    return;
+  }
   sample.probe = info.probes[probe];
   sample.sequence = row.index;
   sample.time = row.time;
@@ -31,6 +44,7 @@ void to_temperature(const RecordRow& row, const RecordInfo& info, std::size_t pr
 std::optional<core::RateReferenceSample> to_rate_reference(const RecordRow& row,
                                                            const RecordInfo& info,
                                                            double variance_radps2) noexcept {
+  if (row.recorded != nullptr) return row.recorded->reference;
   if (std::none_of(info.has_reference.begin(), info.has_reference.end(),
                    [](bool has) { return has; })) {
     return std::nullopt;

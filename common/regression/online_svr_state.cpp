@@ -75,9 +75,9 @@ void check_values(const OnlineSvrOptions& options, const OnlineSvrState& state) 
   require(are_in_range(state.features), "features", "numbers within 2 kLargestMagnitude");
   require(are_in_range(state.targets), "targets", "numbers within 2 kLargestMagnitude");
   require(std::all_of(state.residuals.begin(), state.residuals.end(),
-                      [](double h) { return std::isfinite(h); }),
-          "residuals", "finite numbers");
-  require(std::isfinite(state.bias), "bias", "a finite number");
+                      [](double h) { return std::fabs(h) <= kLargestSum; }),
+          "residuals", "numbers within 1e100");
+  require(std::fabs(state.bias) <= kLargestSum, "bias", "a number within 1e100");
   require(state.refresh_cursor < options.capacity + 1, "refresh_cursor", "a slot");
   for (std::size_t slot = 0; slot < state.sets.size(); ++slot) {
     const SampleSet set = state.sets[slot];
@@ -113,8 +113,8 @@ void check_lists(const OnlineSvrState& state) {
     require(state.margin_factor[end - 1] > 0.0, "margin_factor", "a positive diagonal");
   }
   require(std::all_of(state.margin_factor.begin(), state.margin_factor.end(),
-                      [](double l) { return std::isfinite(l); }),
-          "margin_factor", "finite numbers");
+                      [](double l) { return std::fabs(l) <= kLargestSum; }),
+          "margin_factor", "numbers within 1e100");
   std::vector<char> is_leaving(state.sets.size(), 0);
   for (const std::size_t slot : state.forgotten_slots) {
     require(

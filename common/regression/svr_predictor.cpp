@@ -65,11 +65,11 @@ SvrPredictorState SvrPredictor::export_state() const {
 void SvrPredictor::restore(const SvrPredictorState& state) {
   const std::size_t size = state.weights.size();
   require(!state.kernel.validate(), "kernel", "a usable kernel");
-  require(std::isfinite(state.bias), "bias", "a finite number");
+  require(std::fabs(state.bias) <= kLargestSum, "bias", "a number within 1e100");
   require(size <= stride_, "weights", "at most capacity + 1 numbers");
   require(std::all_of(state.weights.begin(), state.weights.end(),
-                      [](double w) { return std::isfinite(w); }),
-          "weights", "finite numbers");
+                      [](double w) { return std::fabs(w) <= kLargestSum; }),
+          "weights", "numbers within 1e100");
   require(state.features.size() == size * dimension_, "features", "dimension numbers a weight");
   require(are_in_range(state.features), "features", "numbers within kLargestMagnitude");
   kernel_ = state.kernel;

@@ -14,14 +14,18 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// kLane doubles from anywhere. The compiler splits it into what the clone's registers hold; spelt
-// out because it doesn't keep the arrays of these loops in registers by itself.
-using Lane
-    [[gnu::vector_size(kLane * sizeof(double)), gnu::aligned(sizeof(double)), gnu::may_alias]] =
-        double;
+// kLane doubles. The compiler splits it into what the clone's registers hold; spelt out because it
+// doesn't keep the arrays of these loops in registers by itself.
+using Lane [[gnu::vector_size(kLane * sizeof(double))]] = double;
 
-ZERODRIFT_IN_CLONE const Lane& lane_at(const double* a) {
-  return *reinterpret_cast<const Lane*>(a);
+// A lane that begins at any double. Packed, because Clang forgets an alignment that only the
+// vector's own type states.
+struct [[gnu::packed, gnu::may_alias]] UnalignedLane {
+  Lane lane;
+};
+
+ZERODRIFT_IN_CLONE const UnalignedLane& lane_at(const double* a) {
+  return *reinterpret_cast<const UnalignedLane*>(a);
 }
 
 constexpr std::size_t kLanes = kAccumulators / kLane;
@@ -48,9 +52,9 @@ ZERODRIFT_IN_CLONE double accumulate(const double* a, const double* b, std::size
   std::size_t i = 0;
   const auto add_lane = [&](Lane & to) __attribute__((always_inline)) {
     if constexpr (kTerms == Terms::kProducts) {
-      to += lane_at(a + i) * lane_at(b + i);
+      to += lane_at(a + i).lane * lane_at(b + i).lane;
     } else {
-      to += lane_at(a + i);
+      to += lane_at(a + i).lane;
     }
     i += kLane;
   };
@@ -75,10 +79,10 @@ ZERODRIFT_IN_CLONE void combine_block(const double* const* rows, const double* r
   for (std::size_t j = 0; j < row_count; ++j) {
     const double* row = rows[j] + begin;
     const double rate = rates[j];
-    for (std::size_t k = 0; k < kBlockLanes; ++k) sums[k] += rate * lane_at(row + k * kLane);
+    for (std::size_t k = 0; k < kBlockLanes; ++k) sums[k] += rate * lane_at(row + k * kLane).lane;
   }
   for (std::size_t k = 0; k < kBlockLanes; ++k) {
-    *reinterpret_cast<Lane*>(out + begin + k * kLane) = sums[k];
+    reinterpret_cast<UnalignedLane*>(out + begin + k * kLane)->lane = sums[k];
   }
 }
 

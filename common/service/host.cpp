@@ -1,16 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/service/host.h"
 
+#include <fmt/format.h>
 #include <pthread.h>
 #include <signal.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <systemd/sd-daemon.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <stdexcept>
+#include <utility>
 
+#include "common/core/one_line.h"
+#include "common/service/exit_code.h"
 #include "common/service/monotonic_clock.h"
 
 namespace zerodrift::service {
@@ -39,6 +45,23 @@ std::string host_name() {
   return buffer.data();
 }
 
+constexpr std::int64_t kWriteHealthEveryNs = 1000000000;
+
+double seconds(std::int64_t ns) {
+  return static_cast<double>(ns) * 1e-9;
+}
+
+Severity severity_of(dds::EndpointEvent::Kind kind) {
+  switch (kind) {
+    case dds::EndpointEvent::Kind::kLivelinessRegained:
+      return Severity::kInformation;
+    case dds::EndpointEvent::Kind::kSharedMemoryNotShared:
+      return Severity::kError;
+    default:
+      return Severity::kWarning;
+  }
+}
+
 std::string endpoint_code(dds::EndpointEvent::Kind kind) {
   switch (kind) {
     case dds::EndpointEvent::Kind::kIncompatibleQos:
@@ -57,6 +80,8 @@ std::string endpoint_code(dds::EndpointEvent::Kind kind) {
       return "type_mismatch";
     case dds::EndpointEvent::Kind::kPeerLost:
       return "peer_lost";
+    case dds::EndpointEvent::Kind::kSharedMemoryNotShared:
+      return "shared_memory_not_shared";
   }
   return "endpoint";
 }
@@ -79,10 +104,29 @@ void request_stop() {
   kill(getpid(), SIGTERM);
 }
 
-Host::Host(const std::string& name, const dds::NetworkOptions& network)
+const char* state_name(State state) noexcept {
+  switch (state) {
+    case State::kStarting:
+      return "starting";
+    case State::kWaiting:
+      return "waiting";
+    case State::kRunning:
+      return "running";
+    case State::kDegraded:
+      return "degraded";
+    case State::kStopping:
+      return "stopping";
+  }
+  return "unknown";
+}
+
+Host::Host(const std::string& name, const dds::NetworkOptions& network,
+           const Supervision& supervision)
     : name_(name),
       host_name_(host_name()),
       started_ns_(monotonic_ns()),
+      supervision_(supervision),
+      flow_watch_(supervision, seconds(started_ns_)),
       participant_(name, network),
       status_writer_(participant_),
       event_writer_(participant_) {
@@ -91,6 +135,7 @@ Host::Host(const std::string& name, const dds::NetworkOptions& network)
     log->set_pattern("%Y-%m-%dT%H:%M:%S.%e %n %l: %v");
     spdlog::set_default_logger(log);
   }
+  write_health({.state = State::kStarting, .summary = "", .metrics = {}});  // or tells at once
 }
 
 // What went wrong before run() is at least in the log.
@@ -128,14 +173,20 @@ void Host::note(const dds::EndpointEvent& event) {
     const std::lock_guard lock(events_mutex_);
     endpoint_totals_[topic.empty() ? code : topic + "_" + code] += event.count;
   }
-  const bool is_good = event.kind == dds::EndpointEvent::Kind::kLivelinessRegained;
   raise_counted({.code = code,
-                 .severity = is_good ? Severity::kInformation : Severity::kWarning,
+                 .severity = severity_of(event.kind),
                  .text = (topic.empty() ? "" : "topic " + topic + ": ") + event.detail,
                  .gyro_id = event.gyro_id,
                  .sensor_time_ns = 0,
                  .subject = topic + "/" + event.peer},
                 event.count);
+  // Going on would be silence.
+  if (event.kind == dds::EndpointEvent::Kind::kSharedMemoryNotShared) give_up(kExitBadInput);
+}
+
+void Host::give_up(int exit_code) {
+  int none = kExitDone;
+  if (exit_code_.compare_exchange_strong(none, exit_code)) request_stop();
 }
 
 std::vector<Host::DueEvent> Host::due_events() {
@@ -227,8 +278,71 @@ void Host::publish(const std::string& name, const Status& status,
   status_writer_.write(message);
 }
 
-void Host::run(const std::function<Status()>& status, const std::function<void()>& tick,
-               const std::function<void()>& on_stop) {
+void Host::judge_flow(Status& status) {
+  if (!status.flow) return;
+  const Flow& flow = *status.flow;
+  const double now_s = seconds(monotonic_ns());
+  const auto tell = [&](const char* code, std::string text) {
+    raise({.code = code, .severity = Severity::kError, .text = std::move(text)});
+  };
+  const std::size_t peers = participant_.counterparts(flow.topic, flow.end);
+  switch (flow_watch_.judge(flow, peers, now_s)) {
+    case FlowWatch::Verdict::kFine:
+      told_stale_ = false;
+      return;
+    case FlowWatch::Verdict::kStale: {
+      const std::string text = fmt::format("no {} for {:.1f} s, after {} samples", flow.topic,
+                                           flow_watch_.silent_s(now_s), flow.samples);
+      if (!told_stale_) tell("input_stale", text);
+      told_stale_ = true;
+      status.state = State::kDegraded;
+      status.summary = text + (status.summary.empty() ? "" : "; " + status.summary);
+      if (supervision_.exit_when_stale) give_up(kExitNo);
+      return;
+    }
+    case FlowWatch::Verdict::kNobody:
+      tell("no_peer",
+           fmt::format("nobody at the other end of {} within {:g} s; {} other participants are "
+                       "known. Does its process run, with the same --domain, --transport, "
+                       "--discovery-server, and with an --interface and --peer that reach here?",
+                       flow.topic, supervision_.peer_within_s, participant_.peers()));
+      give_up(kExitNo);
+      return;
+  }
+}
+
+void Host::write_health(const Status& status) {
+  if (supervision_.health_file.empty()) return;
+  health_written_ns_ = monotonic_ns();
+  service::write_health(supervision_.health_file, {.monotonic_ns = health_written_ns_,
+                                                   .process_id = getpid(),
+                                                   .service = name_,
+                                                   .state = state_name(status.state),
+                                                   .summary = status.summary});
+}
+
+void Host::tell_supervisor(const Status& status) {
+  // Without a supervisor that asked (NOTIFY_SOCKET) these do nothing.
+  const char* what = status.state == State::kStopping ? "STOPPING=1\n"
+                     : told_ready_                    ? ""
+                                                      : "READY=1\n";
+  told_ready_ = true;
+  sd_notify(0, fmt::format("{}WATCHDOG=1\nSTATUS={}: {}", what, state_name(status.state),
+                           core::one_line(status.summary))
+                   .c_str());
+  if (monotonic_ns() - health_written_ns_ < kWriteHealthEveryNs &&
+      status.state != State::kStopping) {
+    return;
+  }
+  try {
+    write_health(status);
+  } catch (const std::runtime_error& error) {
+    raise({.code = "health_file", .severity = Severity::kWarning, .text = error.what()});
+  }
+}
+
+int Host::run(const std::function<Status()>& status, const std::function<void()>& tick,
+              const std::function<void()>& on_stop) {
   bool stop = false;
   while (!stop) {
     stop = wait_for_stop(kStatusPeriod);
@@ -236,13 +350,16 @@ void Host::run(const std::function<Status()>& status, const std::function<void()
     if (tick) tick();
     participant_.tell_events(observer());
     Status now = status();
+    judge_flow(now);
     if (stop) now.state = State::kStopping;
     publish(now);
+    tell_supervisor(now);
     raise_security_notices();
     publish_events();
   }
   status_writer_.wait_until_received(std::chrono::milliseconds(200));
   event_writer_.wait_until_received(std::chrono::milliseconds(200));
+  return exit_code_;
 }
 
 }  // namespace zerodrift::service

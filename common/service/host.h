@@ -2,17 +2,20 @@
 // What every service process has: a participant, signals, a status once a second, events, a log.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <compare>
 #include <cstdint>
 #include <functional>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "common/dds/participant.h"
+#include "common/service/supervision.h"
 
 namespace zerodrift::service {
 
@@ -24,6 +27,8 @@ enum class State : std::uint32_t {
   kDegraded = 3,
   kStopping = 4
 };
+// "waiting"; "unknown" for what is none.
+const char* state_name(State state) noexcept;
 
 struct Metric {
   std::string name;
@@ -43,6 +48,7 @@ struct Status {
   std::string summary;
   std::vector<Metric> metrics;
   std::vector<StatusPart> parts{};
+  std::optional<Flow> flow{};
 };
 
 struct Occurrence {
@@ -65,7 +71,8 @@ void request_stop();
 class Host {
  public:
   // `name` is the service's; also the name of its log.
-  Host(const std::string& name, const dds::NetworkOptions& network);
+  Host(const std::string& name, const dds::NetworkOptions& network,
+       const Supervision& supervision = {});
   ~Host();
 
   [[nodiscard]] dds::Participant& participant() noexcept { return participant_; }
@@ -83,10 +90,14 @@ class Host {
   [[nodiscard]] dds::EndpointObserver observer();
 
   // Publishes status() about four times a second until a stop signal, then calls on_stop, and
-  // publishes once more with State::kStopping. `tick`, if given, runs before each.
-  void run(const std::function<Status()>& status, const std::function<void()>& tick = {},
-           const std::function<void()>& on_stop = {});
+  // publishes once more with State::kStopping. `tick`, if given, runs before each. Tells the
+  // supervisor too: sd_notify(3), and the health file. What the supervision forbids is raised and
+  // ends it as a signal would. Gives exit_code().
+  int run(const std::function<Status()>& status, const std::function<void()>& tick = {},
+          const std::function<void()>& on_stop = {});
   void publish(const Status& status);
+  // kExitDone, or why run() ended by itself. Any thread.
+  [[nodiscard]] int exit_code() const noexcept { return exit_code_; }
 
  private:
   void publish(const std::string& name, const Status& status, const std::vector<Metric>& metrics);
@@ -114,10 +125,21 @@ class Host {
   void raise_security_notices();
   void publish_events();
   void log_first(const DueEvent& event) const;
+  // Ends run() with this; the first reason counts.
+  void give_up(int exit_code);
+  void judge_flow(Status& status);
+  void tell_supervisor(const Status& status);
+  void write_health(const Status& status);
 
   std::string name_;
   std::string host_name_;
   std::int64_t started_ns_;
+  Supervision supervision_;
+  FlowWatch flow_watch_;
+  bool told_stale_ = false;  // of the silence that lasts
+  bool told_ready_ = false;
+  std::int64_t health_written_ns_ = 0;
+  std::atomic<int> exit_code_{0};
   dds::Participant participant_;
   std::mutex events_mutex_;
   std::map<TallyKey, Tally> tallies_;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <utility>
 
 #include "common/core/samples.h"
 
@@ -48,7 +49,13 @@ HotStandby::HotStandby(std::uint32_t instance, std::uint32_t strength, std::int6
       early_(kEarly) {}
 
 bool HotStandby::take(const msg::CompensatedRate& answer, std::int64_t now_ns) noexcept {
-  if (role_ == Role::kActive) return true;
+  if (is_alone()) return true;
+  note_arrival(answer, now_ns);
+  newest_ = answer.sequence_number();
+  if (role_ == Role::kActive) {
+    held_.push_overwriting({answer, now_ns});
+    return true;
+  }
   paced_ = core::is_paced_by_consumers(static_cast<core::ClockSource>(answer.clock_source()));
   while (!early_.empty() && early_.front().sequence_number() <= answer.sequence_number()) {
     if (early_.front().sequence_number() == answer.sequence_number())
@@ -63,22 +70,79 @@ bool HotStandby::take(const msg::CompensatedRate& answer, std::int64_t now_ns) n
   return false;
 }
 
+void HotStandby::note_arrival(const msg::CompensatedRate& answer, std::int64_t now_ns) noexcept {
+  if (answer.publish_time_ns() == 0) return;
+  const std::int64_t age_ns = now_ns - answer.publish_time_ns();
+  const bool anew = answer.sequence_number() + kAnew < newest_;  // perhaps by another clock
+  if (!least_age_ns_ || anew || age_ns < *least_age_ns_) least_age_ns_ = age_ns;
+  *least_age_ns_ += (age_ns - *least_age_ns_) / kAgeMemory;
+  if (age_ns - *least_age_ns_ > kSilenceLongest.count())
+    late_until_ns_ = now_ns + kSilenceLate.count();
+}
+
 void HotStandby::hear(const msg::CompensatedRate& other, std::int64_t now_ns) noexcept {
   if (is_alone()) return;
   heard_strength_ = std::max(heard_strength_, other.ownership_strength());
+  const std::uint64_t sequence = other.sequence_number();
   if (role_ == Role::kActive) {
-    if (other.ownership_strength() <= strength_) return;
+    if (other.ownership_strength() <= strength_) return hear_weaker(sequence, now_ns);
     step_back(now_ns);
   }
-  const std::uint64_t sequence = other.sequence_number();
-  if (!heard_to_ || sequence > *heard_to_ || sequence + kAnew < *heard_to_) heard_to_ = sequence;
+  heard_ns_ = now_ns;
+  const bool anew = begins_anew(other);
+  if (anew) drop_run_before(other);
+  if (!heard_to_ || sequence > *heard_to_ || anew) heard_to_ = sequence;
+  heard_publish_ns_ = std::max(heard_publish_ns_, other.publish_time_ns());
   for (std::size_t i = held_.size(); i > 0; --i) {
     const msg::CompensatedRate& mine = held_[i - 1].answer;
-    if (mine.sequence_number() == sequence) return compare(mine, other);
+    if (mine.sequence_number() == sequence) {
+      note_lag(sequence, now_ns - held_[i - 1].since_ns, now_ns);
+      return compare(mine, other);
+    }
     if (mine.sequence_number() < sequence) break;
   }
   const bool still_to_come = held_.empty() || held_.back().answer.sequence_number() < sequence;
   if (still_to_come) early_.push_overwriting(other);
+}
+
+// The active one answers a publisher that began anew: published later than all before, with a
+// smaller number, and no late sample.
+bool HotStandby::begins_anew(const msg::CompensatedRate& other) const noexcept {
+  if (!heard_to_ || other.sequence_number() >= *heard_to_) return false;
+  const bool is_later = heard_publish_ns_ != 0 && other.publish_time_ns() > heard_publish_ns_;
+  return other.sequence_number() + kAnew < *heard_to_ || (is_later && other.order() == 0);
+}
+
+// The active one is through with the run before: nothing of it is missed any more.
+void HotStandby::drop_run_before(const msg::CompensatedRate& other) noexcept {
+  const auto is_before = [&](const msg::CompensatedRate& answer) {
+    const std::int64_t published_ns = answer.publish_time_ns();
+    return (answer.sequence_number() > other.sequence_number() &&
+            published_ns <= other.publish_time_ns()) ||
+           (heard_publish_ns_ != 0 && published_ns <= heard_publish_ns_);
+  };
+  while (!held_.empty() && is_before(held_.front().answer)) held_.pop();
+  while (!early_.empty() && is_before(early_.front())) early_.pop();
+}
+
+// The one that was relieved is there after all, or was when it wrote this.
+void HotStandby::hear_weaker(std::uint64_t sequence, std::int64_t now_ns) noexcept {
+  if (!doubted_ || sequence < doubted_->sequence) return;
+  const Doubt doubt = *std::exchange(doubted_, std::nullopt);
+  if (sequence == doubt.sequence) note_lag(sequence, now_ns - doubt.since_ns, now_ns);
+}
+
+// One that was stopped or cut off comes later than any patience: what it wrote meanwhile arrives at
+// once.
+void HotStandby::note_lag(std::uint64_t sequence, std::int64_t lag_ns,
+                          std::int64_t now_ns) noexcept {
+  if (lag_ns > kSilenceLongest.count()) {
+    late_until_ns_ = now_ns + kSilenceLate.count();
+    return;
+  }
+  const bool waited = sequence <= lag_from_ && sequence + kAnew >= lag_from_;
+  if (waited) return;
+  lag_ns_ = std::max(lag_ns, lag_ns_ - lag_ns_ / kLagMemory);
 }
 
 void HotStandby::compare(const msg::CompensatedRate& mine,
@@ -92,38 +156,50 @@ void HotStandby::compare(const msg::CompensatedRate& mine,
   ++differing_run_;
 }
 
+// Published later than anything heard, it is of a run that the other hasn't begun.
 bool HotStandby::was_heard(const msg::CompensatedRate& answer) const noexcept {
-  return heard_to_ && answer.sequence_number() <= *heard_to_;
+  return heard_to_ && answer.sequence_number() <= *heard_to_ &&
+         (heard_publish_ns_ == 0 || answer.publish_time_ns() <= heard_publish_ns_);
 }
 
-HotStandby::Duration HotStandby::patience() const noexcept {
+HotStandby::Duration HotStandby::patience(std::int64_t now_ns) const noexcept {
   if (!heard_to_) return kDiscovery;
   if (paced_) return kSilencePaced;
-  switch (health()) {
-    case Health::kUnwell:
-      return kSilenceUnwell;
-    case Health::kBehind:
-      return kSilenceBehind;
-    case Health::kInSync:
-      break;
-  }
-  return kSilence;
+  const Health health = this->health();
+  if (now_ns < late_until_ns_)
+    return health == Health::kUnwell ? kSilenceLate + kSilenceUnwell : kSilenceLate;
+  const Duration far = std::min(kSilenceLongest, Duration{kLagFactor * lag_ns_});
+  if (health == Health::kUnwell) return kSilenceUnwell;
+  if (health == Health::kBehind) return std::max(kSilenceBehind, 2 * far);
+  return std::max(kSilence, far);
+}
+
+std::size_t HotStandby::first_unheard() const noexcept {
+  std::size_t first = held_.size();
+  while (first > 0 && !was_heard(held_[first - 1].answer)) --first;
+  return first;
 }
 
 bool HotStandby::must_take_over(std::int64_t now_ns) const noexcept {
   if (role_ == Role::kActive || held_.empty()) return false;
-  if (!heard_to_) return now_ns - standby_since_ns_ >= patience().count();
-  // The oldest of those that were not heard: they are the newest, and few.
-  std::size_t first = held_.size();
-  while (first > 0 && !was_heard(held_[first - 1].answer)) --first;
-  return first < held_.size() && now_ns - held_[first].since_ns >= patience().count();
+  if (!heard_to_) return now_ns - standby_since_ns_ >= patience(now_ns).count();
+  const std::size_t first = first_unheard();
+  return first < held_.size() && now_ns - held_[first].since_ns >= patience(now_ns).count() &&
+         is_silent(now_ns);
+}
+
+// Late answers are worth waiting for as long as they go on coming: the one that answers late is on
+// its way through what it got late.
+bool HotStandby::is_silent(std::int64_t now_ns) const noexcept {
+  return now_ns - heard_ns_ >= patience(now_ns).count();
 }
 
 std::size_t HotStandby::first_to_write(std::int64_t now_ns) const noexcept {
   std::size_t first = held_.size();
   while (first > 0) {
     const Held& held = held_[first - 1];
-    if (was_heard(held.answer) && now_ns - held.since_ns > (patience() + kRepeated).count()) break;
+    if (was_heard(held.answer) && now_ns - held.since_ns > (patience(now_ns) + kRepeated).count())
+      break;
     --first;
   }
   return first;
@@ -134,9 +210,11 @@ void HotStandby::step_back(std::int64_t now_ns) noexcept {
   role_ = Role::kStandby;
   in_sync_ = false;
   standby_since_ns_ = now_ns;
+  lag_from_ = newest_;
+  doubted_.reset();
   heard_to_.reset();
+  heard_publish_ns_ = 0;
   differing_run_ = 0;
-  held_.clear();
   early_.clear();
 }
 
@@ -145,6 +223,7 @@ void HotStandby::set_unwell(bool unwell, std::int64_t now_ns) noexcept {
   unwell_ = unwell;
   if (unwell && role_ == Role::kActive) {
     step_back(now_ns);
+    held_.clear();
     heard_to_ = 0;  // another is there, and will be heard soon or never
   }
 }
@@ -162,6 +241,7 @@ std::uint32_t HotStandby::wanted_strength() const noexcept {
 void HotStandby::caught_up(std::int64_t now_ns) noexcept {
   if (role_ == Role::kActive) return;
   in_sync_ = true;
+  late_until_ns_ = 0;
   standby_since_ns_ = now_ns;
   differing_run_ = 0;
   held_.clear();

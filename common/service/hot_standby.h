@@ -2,7 +2,8 @@
 // Which of several instances of a service writes the answers of one gyro.
 //
 // Every instance answers every raw sample; one is active and writes, the others hold their answers
-// back and listen. Where the active one stays silent for longer than it may, a standby writes what
+// back and listen. Where the active one stays silent for longer than it may (late answers that go
+// on coming, as after an interruption of the network, are no silence), a standby writes what
 // it holds, from the first sample that it has not heard the active one write, and is the active one
 // from then on. The topic's exclusive ownership makes that safe: a standby's writer is stronger
 // than the active one's (stronger_than), so that the first sample it writes is heard at once, and
@@ -55,10 +56,21 @@ class HotStandby {
   // costs a change of roles and nothing else.
   static constexpr Duration kSilence = std::chrono::milliseconds(5);
   static constexpr Duration kSilenceBehind = std::chrono::milliseconds(20);
-  static constexpr Duration kSilenceUnwell = std::chrono::milliseconds(50);
+  // Later than whoever is well, on whatever network: the last resort.
+  static constexpr Duration kSilenceUnwell = std::chrono::milliseconds(250);
+  // On a network the active one's answers come later: a standby waits kLagFactor times as long as
+  // the latest came in the last seconds, where that is longer than the above, up to
+  // kSilenceLongest, the deadline of the topic. Twice: the longest of a few hundred was not the
+  // longest there will be.
+  static constexpr std::int64_t kLagFactor = 2;
+  static constexpr Duration kSilenceLongest = std::chrono::milliseconds(100);
   // Of records and simulations, which wait for their consumers: these may be apart by the window
   // they are given, and nobody counts on the time.
   static constexpr Duration kSilencePaced = std::chrono::seconds(1);
+  // After an interruption of the network everybody is on the way through what comes at once, and
+  // not from the same sample on: for so long after a sample, or another's answer, that came late by
+  // kSilenceLongest.
+  static constexpr Duration kSilenceLate = std::chrono::seconds(1);
   // For an instance that never heard another: discovery takes that long at most, but for rare
   // outliers, in which two are active for a moment.
   static constexpr Duration kDiscovery = std::chrono::seconds(2);
@@ -95,8 +107,9 @@ class HotStandby {
   void take_over(std::int64_t now_ns, Write&& write) {
     role_ = Role::kActive;
     ++takeovers_;
+    if (const std::size_t first = first_unheard(); first < held_.size())
+      doubted_ = {held_[first].answer.sequence_number(), held_[first].since_ns};
     for (std::size_t i = first_to_write(now_ns); i < held_.size(); ++i) write(held_[i].answer);
-    held_.clear();
   }
   // The learner hangs, or hangs no longer. An active instance steps back once for each time it
   // begins.
@@ -127,14 +140,26 @@ class HotStandby {
   };
   void step_back(std::int64_t now_ns) noexcept;
   void compare(const msg::CompensatedRate& mine, const msg::CompensatedRate& other) noexcept;
+  [[nodiscard]] bool begins_anew(const msg::CompensatedRate& other) const noexcept;
+  void drop_run_before(const msg::CompensatedRate& other) noexcept;
   [[nodiscard]] bool was_heard(const msg::CompensatedRate& answer) const noexcept;
-  [[nodiscard]] Duration patience() const noexcept;
+  [[nodiscard]] Duration patience(std::int64_t now_ns) const noexcept;
+  void note_arrival(const msg::CompensatedRate& answer, std::int64_t now_ns) noexcept;
+  // Index of the oldest held answer that was not heard: these are the newest, and few.
+  [[nodiscard]] std::size_t first_unheard() const noexcept;
+  void hear_weaker(std::uint64_t sequence, std::int64_t now_ns) noexcept;
+  void note_lag(std::uint64_t sequence, std::int64_t lag_ns, std::int64_t now_ns) noexcept;
   [[nodiscard]] std::size_t first_to_write(std::int64_t now_ns) const noexcept;
+  [[nodiscard]] bool is_silent(std::int64_t now_ns) const noexcept;
 
   // Differing answers in a row after which a standby asks for the state: a model that came late to
   // one of two instances is in force in both well before.
   static constexpr std::uint64_t kDifferingRun = 200;
   static constexpr std::size_t kEarly = 64;
+  // The latest one is forgotten by half in 0.69 times so many answers.
+  static constexpr std::int64_t kLagMemory = 256;
+  // Samples; many times a burst, which is at most what the topic keeps.
+  static constexpr std::int64_t kAgeMemory = 16384;
 
   std::optional<std::uint32_t> instance_{};
   std::uint32_t strength_ = 0;
@@ -145,8 +170,28 @@ class HotStandby {
   std::int64_t standby_since_ns_ = 0;
   std::uint32_t heard_strength_ = 0;
   std::optional<std::uint64_t> heard_to_{};  // newest sequence of another's, in this standby's time
+  std::int64_t heard_publish_ns_ = 0;        // newest of its publish_time_ns; 0: not known
+  std::int64_t heard_ns_ = 0;                // when another's was last heard
+  // What was answered last. An active one's too: another that relieves it, and is relieved in turn
+  // before it came as far, leaves it to write again what readers did not take from it.
   core::RingBuffer<Held> held_{1};
   core::RingBuffer<msg::CompensatedRate> early_{1};  // heard before they were answered here
+  std::int64_t lag_ns_ = 0;  // how much later than its own answers a standby heard the active one's
+  // Since publishing, of the samples that come soonest. Between clocks of two computers, so that
+  // only differences say anything.
+  std::optional<std::int64_t> least_age_ns_{};
+  std::int64_t late_until_ns_ = 0;
+  // What an active one took over for want of; the other's answer to it, heard after all, says how
+  // long it should have waited.
+  struct Doubt {
+    std::uint64_t sequence = 0;
+    std::int64_t since_ns = 0;
+  };
+  std::optional<Doubt> doubted_{};
+  // Answers up to this come from one that waited before it took over: their lag is not the
+  // network's.
+  std::uint64_t lag_from_ = 0;
+  std::uint64_t newest_ = 0;  // answered
   std::uint64_t differing_run_ = 0;
   std::uint64_t takeovers_ = 0;
   std::uint64_t step_backs_ = 0;

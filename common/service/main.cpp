@@ -5,6 +5,8 @@
 #include <cstdlib>
 #include <exception>
 #include <iostream>
+#include <map>
+#include <string>
 #include <thread>
 
 #include "common/service/host.h"
@@ -22,6 +24,17 @@ void add_network_options(CLI::App& app, dds::NetworkOptions& network) {
   app.add_option("--security", network.security_dir,
                  "folder of keys and certificates made by deploy/security/make_certificates.sh: "
                  "everything is authenticated and encrypted; off without");
+  app.add_option("--transport", network.transport,
+                 "udp, or shm: shared memory between processes of this computer")
+      ->transform(CLI::CheckedTransformer(
+                      std::map<std::string, dds::Transport>{{"udp", dds::Transport::kUdp},
+                                                            {"shm", dds::Transport::kSharedMemory}})
+                      .description("udp|shm"))
+      ->default_str("udp");
+  app.add_option(
+      "--discovery-server", network.discovery_servers,
+      "IPv4[:PORT] of a discovery server (repeatable): the same list, in the same order, "
+      "for every process");
 }
 
 void end_within(std::chrono::milliseconds at_most, int exit_code) {

@@ -9,12 +9,9 @@
 #include <string>
 
 #include "common/dds/participant.h"
+#include "common/service/exit_code.h"
 
 namespace zerodrift::service {
-
-inline constexpr int kExitDone = 0;
-inline constexpr int kExitNo = 1;        // ran, and the answer is no
-inline constexpr int kExitBadInput = 2;  // wrong usage or bad input
 
 // For end_within(): of the 2 s within which a stop takes effect.
 inline constexpr std::chrono::milliseconds kStopWithin{1500};

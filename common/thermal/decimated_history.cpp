@@ -4,7 +4,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "common/thermal/integer_time.h"
+#include "common/core/integer_time.h"
 
 namespace zerodrift::thermal {
 namespace {
@@ -26,8 +26,8 @@ DecimatedHistory::DecimatedHistory(double span_s, double step_s, double max_inte
 }
 
 void DecimatedHistory::add(const Reading& reading) noexcept {
-  assert(is_usable(reading.time) && (!newest_ || reading.time > newest_->time));
-  const std::int64_t step = interval_index(reading.time, step_);
+  assert(core::is_usable(reading.time) && (!newest_ || reading.time > newest_->time));
+  const std::int64_t step = core::interval_index(reading.time, step_);
   if (step != open_step_) close_step();
   open_step_ = step;
   ++open_readings_;
@@ -49,10 +49,14 @@ void DecimatedHistory::carry(core::StateArchive& archive, const std::optional<Re
           open_temperature_sum_degc_);
   archive.require(newest_.has_value() == newest.has_value());
   archive.require(!newest_ || !newest || newest_->time == newest->time);
-  archive.require(!newest_ ||
-                  (is_usable(newest_->time) && open_step_ == interval_index(newest_->time, step_)));
+  archive.require(!newest_ || (newest_->time != core::kNever &&
+                               open_step_ == core::interval_index(newest_->time, step_)));
+  // With room for rounding.
+  archive.require(open_offset_sum_s_ >= 0.0 &&
+                  open_offset_sum_s_ <=
+                      1.001 * core::seconds(step_) * static_cast<double>(open_readings_));
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    archive.require(is_usable(points_[i].time) &&
+    archive.require(points_[i].time != core::kNever &&
                     (i == 0 || points_[i].time > points_[i - 1].time));
   }
 }

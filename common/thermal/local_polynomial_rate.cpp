@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "common/thermal/integer_time.h"
+#include "common/core/integer_time.h"
 
 namespace zerodrift::thermal {
 namespace {
@@ -95,11 +95,11 @@ LocalPolynomialRate::LocalPolynomialRate(const LocalPolynomialRateOptions& optio
       max_gap_(core::from_seconds(options.max_gap_s)) {}
 
 void LocalPolynomialRate::add(core::SensorTime time, double temperature_degc) noexcept {
-  if (!std::isfinite(temperature_degc) || !is_usable(time)) return;
+  if (!std::isfinite(temperature_degc) || !core::is_usable(time)) return;
   if (!empty_ && time <= newest_time_) return;
   if (!empty_ && time - newest_time_ > max_gap_) reset();
 
-  const std::int64_t bin_index = interval_index(time, bin_width_);
+  const std::int64_t bin_index = core::interval_index(time, bin_width_);
   Bin& bin = bins_[slot(bin_index)];
   if (bin.readings == 0 || bin.index != bin_index) bin = Bin{.index = bin_index};
   const double offset_s = core::seconds(time - bin_index * bin_width_);
@@ -146,7 +146,7 @@ double LocalPolynomialRate::lag_s() const noexcept {
 std::optional<LocalPolynomialRate::NormalEquations> LocalPolynomialRate::accumulate()
     const noexcept {
   if (empty_) return std::nullopt;
-  const std::int64_t last = interval_index(newest_time_, bin_width_);
+  const std::int64_t last = core::interval_index(newest_time_, bin_width_);
   const std::int64_t first = last - static_cast<std::int64_t>(options_.bins) + 1;
   NormalEquations equations;
   std::size_t bins_with_readings = 0;

@@ -68,6 +68,7 @@ class LocalPolynomialRate {
   // Its state (core/state_archive.h).
   void carry(core::StateArchive& archive) {
     archive(bins_, empty_, newest_time_, newest_temperature_degc_);
+    archive.require(newest_time_ != core::kNever);
   }
 
  private:

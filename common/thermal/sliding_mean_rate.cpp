@@ -6,7 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "common/thermal/integer_time.h"
+#include "common/core/integer_time.h"
 
 namespace zerodrift::thermal {
 namespace {
@@ -42,7 +42,7 @@ SlidingMeanRate::SlidingMeanRate(const SlidingMeanRateOptions& options)
       window_(options.window_samples) {}
 
 void SlidingMeanRate::add(core::SensorTime time, double temperature_degc) noexcept {
-  if (!std::isfinite(temperature_degc) || !is_usable(time)) return;
+  if (!std::isfinite(temperature_degc) || !core::is_usable(time)) return;
   if (window_.empty()) {
     start_at(time, temperature_degc);
     return;

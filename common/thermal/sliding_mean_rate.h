@@ -58,6 +58,9 @@ class SlidingMeanRate {
   // Its state (core/state_archive.h).
   void carry(core::StateArchive& archive) {
     archive(window_, rate_, grid_origin_, grid_index_, newest_time_);
+    archive.require(window_.empty() ||
+                    (grid_origin_ != core::kNever && newest_time_ >= grid_origin_ &&
+                     grid_index_ == nearest_grid_index(newest_time_)));
   }
 
  private:

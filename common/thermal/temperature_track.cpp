@@ -5,7 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "common/thermal/integer_time.h"
+#include "common/core/integer_time.h"
 
 namespace zerodrift::thermal {
 namespace {
@@ -100,13 +100,13 @@ std::optional<double> TemperatureTrack::temperature_degc_at(core::SensorTime tim
 
 std::optional<core::SensorTime> TemperatureTrack::age(core::SensorTime now) const noexcept {
   if (!newest_) return std::nullopt;
-  return saturating_difference(now, newest_->time);
+  return core::saturating_difference(now, newest_->time);
 }
 
 std::optional<core::SensorTime> TemperatureTrack::unchanged_for(
     core::SensorTime now) const noexcept {
   if (!newest_) return std::nullopt;
-  return saturating_difference(now, changed_at_);
+  return core::saturating_difference(now, changed_at_);
 }
 
 TemperatureTrack::RateEstimator TemperatureTrack::make_estimator(
@@ -120,7 +120,7 @@ ReadingVerdict TemperatureTrack::judge(const core::TemperatureSample& sample) co
   const double temperature_degc = sample.temperature_degc;
   if (!std::isfinite(temperature_degc)) return ReadingVerdict::kNotFinite;
   if (temperature_degc < min_temperature_degc_ || temperature_degc > max_temperature_degc_ ||
-      !is_usable(sample.time)) {
+      !core::is_usable(sample.time)) {
     return ReadingVerdict::kOutOfRange;
   }
   if (newest_ && sample.time <= newest_->time) return ReadingVerdict::kOutOfOrder;

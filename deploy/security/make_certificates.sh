@@ -20,22 +20,24 @@ readonly services="gyro_publisher thermal_publisher compensation allan_monitor c
 readonly of_all="service_status event" # written and read by every service
 writes() {
   case $1 in
-    gyro_publisher) echo angular_rate rate_reference temperature ;; # a serial gyro has a thermometer
+    gyro_publisher) echo angular_rate rate_reference temperature command_reply ;; # a serial gyro has a thermometer
     thermal_publisher) echo temperature ;;
-    compensation) echo compensated_rate command_reply replay_progress checkpoint ;;
+    compensation) echo compensated_rate command_reply replay_progress checkpoint 'rt/*' ;; # --ros2-imu
     allan_monitor) echo allan_report replay_progress ;;
     console) echo command ;;
-    navigation_filter) echo rate_reference replay_progress ;;
-    zerodrift) echo command replay_progress ;; # ctl, record, diagnose
+    navigation_filter) echo navigation rate_reference replay_progress ;;
+    zerodrift) echo angular_rate temperature rate_reference command replay_progress twin_report ;; # replay, ctl, record, diagnose
   esac
 }
 reads() {
   case $1 in
-    gyro_publisher | thermal_publisher) echo replay_progress ;;
+    gyro_publisher) echo replay_progress command ;; # inject, replay
+    thermal_publisher) echo replay_progress ;;
     compensation) echo angular_rate temperature rate_reference compensated_rate command checkpoint ;; # a standby follows the primary
     allan_monitor) echo compensated_rate ;;
-    navigation_filter) echo angular_rate compensated_rate ;;
-    console | zerodrift) echo angular_rate temperature rate_reference compensated_rate allan_report command_reply ;;
+    navigation_filter) echo compensated_rate rate_reference ;;
+    console) echo temperature rate_reference compensated_rate allan_report command_reply navigation twin_report ;;
+    zerodrift) echo angular_rate temperature rate_reference compensated_rate allan_report command command_reply replay_progress checkpoint navigation twin_report ;; # record takes all
   esac
 }
 
@@ -151,6 +153,7 @@ partitions() {
 
 # From a day ago, so that clocks that differ a little and time zones do no harm.
 permissions() {
+  # shellcheck disable=SC2046  # one word a topic
   cat <<XML
 <?xml version="1.0" encoding="UTF-8"?>
 <dds xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" xsi:noNamespaceSchemaLocation="http://www.omg.org/spec/DDS-Security/20170801/omg_shared_ca_permissions.xsd">

@@ -46,7 +46,7 @@ std::string code_of(const char* what, core::Axis axis) {
 
 AllanMonitorNode::AllanMonitorNode(const AllanMonitorOptions& options)
     : options_(options),
-      host_("allan_monitor", options.network),
+      host_("allan_monitor", options.network, options.supervision),
       writer_(host_.participant(), host_.observer()),
       progress_(host_.participant(), "allan_monitor"),
       reader_(
@@ -54,9 +54,9 @@ AllanMonitorNode::AllanMonitorNode(const AllanMonitorOptions& options)
           [this](const msg::CompensatedRate& m, const dds::SampleOrigin&) { on_sample(m); },
           host_.observer()) {}
 
-void AllanMonitorNode::run() {
-  host_.run([this] { return status(); }, [this] { tick(); },
-            [] { service::end_within(service::kStopWithin, service::kExitDone); });
+int AllanMonitorNode::run() {
+  return host_.run([this] { return status(); }, [this] { tick(); },
+                   [this] { service::end_within(service::kStopWithin, host_.exit_code()); });
 }
 
 // ---------------------------------------- samples
@@ -166,15 +166,26 @@ void AllanMonitorNode::feed(Gyro& source, const compensation::CompensatedSample&
     const bool valid = sample.raw.valid[i];
     if (!valid && statistics.raw->samples() > 0) ++statistics.invalid;
     if (!statistics.compensating && valid && sample.mode[i] != compensation::Mode::kPassthrough) {
-      statistics.compensating = true;
-      statistics.raw->begin_blocks();
-      statistics.compensated->begin_blocks();
+      begin_compensated(statistics, source.timing.interval_s());
     }
     statistics.raw->gap(missing);
     statistics.compensated->gap(missing);
     statistics.raw->add(valid ? sample.raw.rate_radps[i] : kNone);
     statistics.compensated->add(valid ? sample.rate_radps[i] : kNone);
   }
+}
+
+// The first correction is a step of the whole drift: both streams begin behind it, or the
+// compensated one would look noisier than the raw one for hours.
+void AllanMonitorNode::begin_compensated(Axis& axis, double interval_s) {
+  axis.compensating = true;
+  if (axis.raw->samples() > 0) {
+    const auto options = stream_options(options_, interval_s);
+    axis.raw.emplace(options);
+    axis.compensated.emplace(options);
+  }
+  axis.raw->begin_blocks();
+  axis.compensated->begin_blocks();
 }
 
 void AllanMonitorNode::report_progress(Pace& pace) {
@@ -238,6 +249,12 @@ void AllanMonitorNode::report(Watch& watch) {
 
 void AllanMonitorNode::report(Watch& watch, core::Axis axis) {
   const auto& statistics = watch.statistics.axes[index(axis)];
+  AxisWatch& watched = watch.axes[index(axis)];
+  if (statistics.compensating && !watched.compensating) {
+    watched.compensating = true;
+    watched.growth.fill(allan::GrowthWatch());
+    watched.worse = allan::ExcessWatch();
+  }
   const allan::StreamReport raw = statistics.raw->report();
   const allan::StreamReport compensated = statistics.compensated->report();
   tell_of_noise(watch, axis, raw, compensated);
@@ -329,6 +346,7 @@ void AllanMonitorNode::tell_of_stream(Watch& watch) {
     for (AxisWatch& axis : watch.axes) {
       axis.growth.fill(allan::GrowthWatch());
       axis.worse = allan::ExcessWatch();
+      axis.compensating = false;
     }
   }
   tell_counted(watch, "gap",
@@ -380,9 +398,11 @@ service::Status AllanMonitorNode::status() {
   std::uint64_t strangers = 0;
   std::uint32_t newest_stranger = 0;
   std::size_t gyros = 0;
+  bool paced = true;
   {
     const std::lock_guard lock(mutex_);
     for (const auto& source : gyros_) {
+      paced = paced && source->pace.is_waited_for;
       const Counts& counts = source->statistics.counts;
       sum.samples += counts.samples;
       sum.gaps += counts.gaps;
@@ -420,6 +440,7 @@ service::Status AllanMonitorNode::status() {
   status.metrics.insert(status.metrics.end(), latencies.begin(), latencies.end());
   status.parts.push_back(service::latency_part(hops));
   status.summary = std::to_string(gyros) + " gyro(s)";
+  status.flow = {.topic = dds::kCompensatedRate.name, .samples = sum.samples, .paced = paced};
   return status;
 }
 

@@ -32,6 +32,7 @@ namespace zerodrift::services {
 
 struct AllanMonitorOptions {
   dds::NetworkOptions network;
+  service::Supervision supervision{};
   double window_s = 3600.0;
   double longest_tau_s = 1e4;
   double period_s = 1.0;
@@ -42,7 +43,7 @@ class AllanMonitorNode {
  public:
   // Throws std::invalid_argument where the options cannot work.
   explicit AllanMonitorNode(const AllanMonitorOptions& options);
-  void run();
+  int run();  // exit code
 
  private:
   struct Axis {
@@ -91,6 +92,7 @@ class AllanMonitorNode {
     std::array<allan::GrowthWatch, 2> growth;  // by stream
     allan::ExcessWatch worse;
     allan::StuckDetector::Output output = allan::StuckDetector::Output::kAlive;
+    bool compensating = false;  // as the statistics that were looked at last
     Told invalid;
   };
   // What the reporting thread keeps of a gyro; no lock.
@@ -107,6 +109,7 @@ class AllanMonitorNode {
   Gyro* gyro(std::uint32_t gyro_id);
   void place(Gyro& gyro, const compensation::CompensatedSample& sample);
   void start(Gyro& gyro);
+  void begin_compensated(Axis& axis, double interval_s);
   void feed(Gyro& gyro, const compensation::CompensatedSample& sample, std::uint64_t missing);
   void leave_out(const compensation::CompensatedSample& sample, std::uint32_t gyro_id);
   void keep_pace(Pace& pace, const compensation::CompensatedSample& sample);

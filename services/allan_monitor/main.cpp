@@ -9,6 +9,7 @@ int main(int argc, char** argv) {
   CLI::App app("Watches the noise of gyros, raw beside compensated.", "allan_monitor");
   services::AllanMonitorOptions options;
   service::add_network_options(app, options.network);
+  service::add_supervision_options(app, options.supervision);
   app.add_option("--window", options.window_s, "rolling window, s")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
@@ -21,8 +22,6 @@ int main(int argc, char** argv) {
   app.add_option("--max-gyros", options.max_gyros, "gyros watched at most")
       ->check(CLI::Range(1, 128))
       ->capture_default_str();
-  return service::run_main(app, argc, argv, [&] {
-    services::AllanMonitorNode(options).run();
-    return service::kExitDone;
-  });
+  return service::run_main(app, argc, argv,
+                           [&] { return services::AllanMonitorNode(options).run(); });
 }

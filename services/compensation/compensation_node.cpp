@@ -27,6 +27,9 @@ constexpr std::int64_t kSilentPublisherNs =
     1000000000;  // a publisher silent this long may be replaced
 constexpr std::int64_t kGiveUpWaitingNs =
     2000000000;  // a stream silent this long is not waited for
+// Ticks of a quarter of a second until a subscriber that was matched hears all.
+constexpr int kOurTicks = 2;
+constexpr int kForeignTicks = 8;
 constexpr const char* kConsumer = "compensation";
 constexpr const char* kLearnerThread = "learner";
 
@@ -50,18 +53,42 @@ constexpr std::string_view temperature_fault_text(Reason reason) {
   }
 }
 
+using compensation::ReferenceVerdict;
+// Refusals that somebody ought to know of; the others are as configured, or in the order of things.
+constexpr std::array kReferenceFaults{
+    ReferenceVerdict::kUnknownKind,   ReferenceVerdict::kUncertain,
+    ReferenceVerdict::kMoreThanEarth, ReferenceVerdict::kEarthRateIncluded,
+    ReferenceVerdict::kWrongEpoch,    ReferenceVerdict::kImplausible,
+    ReferenceVerdict::kDistrusted};
+
+constexpr std::string_view reference_fault_text(ReferenceVerdict verdict) {
+  switch (verdict) {
+    case ReferenceVerdict::kUnknownKind:
+      return "a rate reference of an unknown kind; not heard";
+    case ReferenceVerdict::kUncertain:
+      return "a rate reference whose variance is above the limit or no number; not heard";
+    case ReferenceVerdict::kMoreThanEarth:
+      return "a rest reference that turns faster than the Earth; not heard";
+    case ReferenceVerdict::kEarthRateIncluded:
+      return "a rest reference, while earth_rate.mode says that Earth rate counts as drift; not "
+             "heard, or it would be taken off twice";
+    case ReferenceVerdict::kWrongEpoch:
+      return "a residual of another model than was in force at its time; not heard";
+    case ReferenceVerdict::kImplausible:
+      return "a residual further off than forecast and residual explain; not heard";
+    default:
+      return "a residual after several implausible ones; not heard until the next label";
+  }
+}
+
 }  // namespace
 
 CompensationNode::CompensationNode(const CompensationNodeOptions& options)
     : options_(options),
       strength_(service::first_strength(service::unix_time_ns(), options.ownership_strength)),
-      host_(instance_name(options.instance), options.network),
-      reply_writer_(host_.participant(), host_.observer()),
+      host_(instance_name(options.instance), options.network, options.supervision),
+      commands_(host_, [this](const msg::Command& m) { return on_command(m); }),
       progress_(host_.participant(), kConsumer),
-      command_reader_(
-          host_.participant(),
-          [this](const msg::Command& m, const dds::SampleOrigin&) { on_command(m); },
-          host_.observer()),
       reference_reader_(
           host_.participant(),
           [this](const msg::RateReference& m, const dds::SampleOrigin&) { on_reference(m); },
@@ -109,9 +136,9 @@ CompensationNode::~CompensationNode() {
   learner_thread_.join();
 }
 
-void CompensationNode::run() {
-  host_.run([this] { return status(); }, [this] { tick(); },
-            [] { service::end_within(service::kStopWithin, service::kExitDone); });
+int CompensationNode::run() {
+  return host_.run([this] { return status(); }, [this] { tick(); },
+                   [this] { service::end_within(service::kStopWithin, host_.exit_code()); });
 }
 
 // ---------------------------------------- data path
@@ -144,6 +171,8 @@ bool CompensationNode::accepts(Gyro& gyro, const dds::SampleOrigin& origin, std:
     while (gyro.writer != nullptr && gyro.compensator->readiness() != Readiness::kNothing)
       answer(gyro);
     gyro.compensator->restart_stream();
+    gyro.newest_sequence = 0;
+    gyro.catch_up = {};  // the log is of the publisher before
   }
   gyro.publisher = origin.writer;
   gyro.has_publisher = true;
@@ -249,6 +278,7 @@ void CompensationNode::write(Gyro& source, msg::CompensatedRate& message) {
   const std::int64_t egress_ns = service::monotonic_ns();
   message.egress_time_ns(egress_ns);
   if (!source.writer->write(message)) ++source.unwritten;
+  if (source.ros2_writer && !source.ros2_writer->write(message)) ++source.unwritten;
   compute_latency_.record(egress_ns - message.ingress_time_ns());
 }
 
@@ -292,26 +322,12 @@ void CompensationNode::learn_until_stopped() {
 
 // ---------------------------------------- commands
 
-void CompensationNode::on_command(const msg::Command& command) {
-  if (host_.name() != command.service().c_str()) return;
+CompensationNode::Verdict CompensationNode::on_command(const msg::Command& command) {
   const std::lock_guard lock(data_mutex_);
-  if (is_repeated(command)) return;
   const std::string_view name = command.name().c_str();
   const bool needs_files =
       name == "checkpoint" || name == "restore" || name == "adopt" || name == "revert";
-  const Verdict verdict = needs_files ? hand_over(command) : obey(command);
-  if (verdict.outcome != Outcome::kLater) reply(command, verdict);
-}
-
-// Senders repeat a command until it is answered: the addressee may be matched late.
-bool CompensationNode::is_repeated(const msg::Command& command) {
-  const std::size_t key =
-      std::hash<std::string_view>{}(command.issuer().c_str()) ^ command.request_id();
-  const auto known = obeyed_.begin() + static_cast<std::ptrdiff_t>(
-                                           std::min<std::size_t>(obeyed_count_, obeyed_.size()));
-  if (std::find(obeyed_.begin(), known, key) != known) return true;
-  obeyed_[obeyed_count_++ % obeyed_.size()] = key;
-  return false;
+  return needs_files ? hand_over(command) : obey(command);
 }
 
 CompensationNode::Verdict CompensationNode::obey(const msg::Command& command) {
@@ -326,22 +342,6 @@ CompensationNode::Verdict CompensationNode::obey(const msg::Command& command) {
   }
   if (accepted) verdict.outcome = Outcome::kAccepted;
   return verdict;
-}
-
-void CompensationNode::reply(const msg::Command& command, const Verdict& verdict) {
-  msg::CommandReply reply;
-  reply.service(host_.name().c_str());
-  reply.request_id(command.request_id());
-  reply.accepted(verdict.outcome == Outcome::kAccepted ? 1 : 0);
-  reply.model_epoch(verdict.model_epoch);
-  reply.text(verdict.text.c_str());
-  reply_writer_.write(reply);
-  host_.raise({.code = "command_" + std::string(command.name().c_str()),
-               .severity = Severity::kInformation,
-               .text = std::string(command.name().c_str()) + " from " + command.issuer().c_str() +
-                       ": " + verdict.text,
-               .gyro_id = 0,
-               .sensor_time_ns = 0});
 }
 
 std::string CompensationNode::obey(Gyro& source, std::string_view command, bool& accepted) {
@@ -408,8 +408,10 @@ void CompensationNode::make_writers() {
   for (Gyro* source : without) {
     resume(*source);
     auto writer = make_writer(strength_);
+    auto ros2_writer = make_ros2_writer(source->id);
     const std::lock_guard lock(data_mutex_);
     source->writer = std::move(writer);
+    source->ros2_writer = std::move(ros2_writer);
   }
   const std::lock_guard lock(data_mutex_);
   for (auto& source : gyros_) {
@@ -418,14 +420,26 @@ void CompensationNode::make_writers() {
   }
 }
 
-// A match is known here before it is known there, and a reader of another vendor begins with the
-// first heartbeat it hears (Fast DDS sends it 12 ms after the match): what is written at once is
-// lost to it. So subscribers count from the second tick on that sees them.
+std::unique_ptr<dds::RosImuWriter> CompensationNode::make_ros2_writer(std::uint32_t gyro_id) {
+  const auto wanted = options_.ros2_imu.find(gyro_id);
+  if (wanted == options_.ros2_imu.end()) return nullptr;
+  return std::make_unique<dds::RosImuWriter>(host_.participant(), wanted->second, gyro_id,
+                                             host_.observer());
+}
+
+// A match is known here before it is known there. Ours begin within 12 ms, so that the second tick
+// will do. A reader of another vendor begins with the first heartbeat it hears once it has matched,
+// up to a second later on a busy machine, and what was written before is lost to it.
 void CompensationNode::note_subscribers(Gyro& source) {
   if (source.writer == nullptr) return;
-  const bool are_here = source.writer->matched() >= options_.await_subscribers;
-  source.heard_by_all = source.heard_by_all || (are_here && source.subscribers_were_here);
-  source.subscribers_were_here = are_here;
+  const bool has_nodes = source.ros2_writer != nullptr;
+  const int nodes = has_nodes ? source.ros2_writer->matched() : 0;
+  const bool is_foreign =
+      source.writer->met_foreign() || (has_nodes && source.ros2_writer->met_foreign());
+  const bool are_here = source.writer->matched() + nodes >= options_.await_subscribers;
+  source.ticks_with_subscribers = are_here ? source.ticks_with_subscribers + 1 : 0;
+  source.heard_by_all = source.heard_by_all ||
+                        source.ticks_with_subscribers >= (is_foreign ? kForeignTicks : kOurTicks);
 }
 
 void CompensationNode::tell_of_faults(Gyro& source) {
@@ -459,6 +473,12 @@ void CompensationNode::tell_of_faults(Gyro& source) {
        told.late_models, now.late_models);
   tell("skipped_label", "the learner's queue was full; a label was skipped", told.labels_skipped,
        now.labels_skipped);
+  for (const auto verdict : kReferenceFaults) {
+    const auto v = static_cast<std::size_t>(verdict);
+    const std::string code = "reference_" + std::string(compensation::name(verdict));
+    tell(code.c_str(), std::string(reference_fault_text(verdict)), told.references[v],
+         now.references[v]);
+  }
   tell("duplicate_publisher", "a second publisher uses this id; only the first is heard",
        source.told_rejected, source.rejected);
   source.told = now;

@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <functional>
 #include <future>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -24,6 +25,8 @@
 #include "common/compensation/learner_state.h"
 #include "common/core/spsc_queue.h"
 #include "common/dds/participant.h"
+#include "common/dds/ros2_imu.h"
+#include "common/service/command_server.h"
 #include "common/service/hop_latency.h"
 #include "common/service/host.h"
 #include "common/service/hot_standby.h"
@@ -33,6 +36,7 @@ namespace zerodrift::services {
 
 struct CompensationNodeOptions {
   dds::NetworkOptions network;
+  service::Supervision supervision{};
   compensation::CompensationOptions compensation;
   std::uint32_t instance = 0;
   // 0: alone; else one of several, the strongest of which is the active one at first.
@@ -40,6 +44,7 @@ struct CompensationNodeOptions {
   int await_subscribers = 0;
   std::filesystem::path checkpoint_dir{};  // empty: no checkpoints
   std::chrono::seconds checkpoint_period{60};
+  std::map<std::uint32_t, dds::RosImuOptions> ros2_imu{};  // by gyro id
 };
 
 class CompensationNode {
@@ -48,7 +53,7 @@ class CompensationNode {
   ~CompensationNode();
 
   // Until a stop signal.
-  void run();
+  int run();  // exit code
 
  private:
   // An input as it arrived, for a standby to repeat after the state it is given.
@@ -86,8 +91,9 @@ class CompensationNode {
     CatchUp catch_up{};
     // Made outside of the receiving thread; samples wait for it in the compensator.
     std::unique_ptr<dds::Writer<msg::CompensatedRate>> writer;
-    bool heard_by_all = false;           // as many subscribers as were asked for
-    bool subscribers_were_here = false;  // a tick ago
+    std::unique_ptr<dds::RosImuWriter> ros2_writer{};  // where asked for; made with the other
+    bool heard_by_all = false;                         // as many subscribers as were asked for
+    int ticks_with_subscribers = 0;                    // without a break
     eprosima::fastrtps::rtps::GUID_t publisher{};
     bool has_publisher = false;
     std::int64_t heard_ns = 0;          // monotonic
@@ -112,13 +118,8 @@ class CompensationNode {
       "this instance is a standby and follows the active one; send it there (ctl status tells "
       "which is active)";
 
-  // What becomes of a command.
-  enum class Outcome : std::uint8_t { kRefused, kAccepted, kLater };
-  struct Verdict {
-    Outcome outcome = Outcome::kRefused;
-    std::string text{};
-    std::uint64_t model_epoch = 0;
-  };
+  using Verdict = service::CommandVerdict;
+  using Outcome = Verdict::Outcome;
   // A command that needs files; served on the request thread.
   struct Request {
     msg::Command command{};
@@ -131,7 +132,7 @@ class CompensationNode {
   void note_arrival(const msg::AngularRate& message, std::int64_t ingress_ns) noexcept;
   void on_temperature(const msg::Temperature& message);
   void on_reference(const msg::RateReference& message);
-  void on_command(const msg::Command& command);
+  Verdict on_command(const msg::Command& command);
 
   Gyro& gyro(std::uint32_t gyro_id);
   [[nodiscard]] bool may_write(Gyro& gyro) const;
@@ -155,10 +156,8 @@ class CompensationNode {
 
   void learn_until_stopped();
   void wake_learner();
-  bool is_repeated(const msg::Command& command);
   Verdict obey(const msg::Command& command);
   std::string obey(Gyro& gyro, std::string_view command, bool& accepted);
-  void reply(const msg::Command& command, const Verdict& verdict);
 
   // requests.cpp
   Verdict hand_over(const msg::Command& command);
@@ -203,10 +202,11 @@ class CompensationNode {
   void relieve(compensation::Compensator& before,
                std::unique_ptr<compensation::Compensator>& after);
   void tell_of_standby(Gyro& source);
-  bool begins_by(Gyro& source, std::uint64_t sequence);
+  bool continues(Gyro& source, std::uint64_t sequence);
   // The commands that change a model are the active instance's.
   [[nodiscard]] std::vector<Gyro*> active_gyros() const;
   std::unique_ptr<dds::Writer<msg::CompensatedRate>> make_writer(std::uint32_t strength);
+  std::unique_ptr<dds::RosImuWriter> make_ros2_writer(std::uint32_t gyro_id);
   [[nodiscard]] bool is_one_of_several() const noexcept { return options_.ownership_strength > 0; }
 
   // prior_requests.cpp
@@ -224,8 +224,6 @@ class CompensationNode {
   std::vector<std::unique_ptr<Gyro>> gyros_;
   core::SpscQueue<compensation::Compensator*> newcomers_{128};  // the learner has not seen yet
   msg::CompensatedRate message_;
-  std::array<std::size_t, 64> obeyed_{};  // the newest commands
-  std::size_t obeyed_count_ = 0;
   service::HopLatency sensor_latency_{"sensor"};  // see there; the receiving thread's
   service::HopLatency arrival_latency_{"arrival"};
   service::HopLatency compute_latency_{"compute"};
@@ -248,9 +246,8 @@ class CompensationNode {
   std::atomic<bool> stopping_takeovers_{false};
   std::thread takeover_thread_;
 
-  dds::Writer<msg::CommandReply> reply_writer_;
+  service::CommandServer commands_;
   service::ReplayProgressReporter progress_;
-  dds::Reader<msg::Command> command_reader_;
   dds::Reader<msg::RateReference> reference_reader_;
   dds::Reader<msg::Temperature> temperature_reader_;
   dds::Reader<msg::AngularRate> rate_reader_;

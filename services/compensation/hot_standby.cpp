@@ -270,14 +270,18 @@ void repeat(compensation::Compensator& compensator, const Input& input, std::uin
 
 }  // namespace
 
-// The log holds all that the state does not.
-bool CompensationNode::begins_by(Gyro& source, std::uint64_t sequence) {
+// The log holds all that the state does not, of the same run of the publisher.
+bool CompensationNode::continues(Gyro& source, std::uint64_t sequence) {
   const std::lock_guard lock(data_mutex_);
+  std::optional<std::uint64_t> first;
+  std::uint64_t last = 0;
   for (const Input& input : source.catch_up.log) {
-    if (const auto* rate = std::get_if<core::AngularRateSample>(&input))
-      return rate->sequence <= sequence;
+    const auto* rate = std::get_if<core::AngularRateSample>(&input);
+    if (rate == nullptr) continue;
+    if (!first) first = rate->sequence;
+    last = std::max(last, rate->sequence);
   }
-  return false;
+  return first && *first <= sequence && sequence <= last;
 }
 
 void CompensationNode::catch_up(Gyro& source, const std::string& state, std::uint64_t sequence) {
@@ -285,7 +289,7 @@ void CompensationNode::catch_up(Gyro& source, const std::string& state, std::uin
   std::vector<compensation::CompensatedSample> answers;
   std::vector<Input> log;
   std::size_t repeated = 0;
-  if (!begins_by(source, sequence)) return;  // it is asked for again
+  if (!continues(source, sequence)) return;  // it is asked for again
   // The most of the log before the samples have to wait for the rest of it.
   while (!requests_closed_) {
     {

@@ -11,12 +11,12 @@ int main(int argc, char** argv) {
   services::CompensationArguments arguments;
   service::RealtimeOptions realtime;
   service::add_network_options(app, arguments.node.network);
+  service::add_supervision_options(app, arguments.node.supervision);
   service::add_realtime_options(app, realtime);
   services::add_options(app, arguments);
   return service::run_main(app, argc, argv, [&] {
     const auto options = arguments.complete();
     service::apply(realtime);
-    services::CompensationNode(options).run();
-    return service::kExitDone;
+    return services::CompensationNode(options).run();
   });
 }

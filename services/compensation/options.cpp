@@ -1,15 +1,43 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/compensation/options.h"
 
+#include <charconv>
+#include <stdexcept>
+#include <string_view>
+
 #include "common/config/compensation_config.h"
 #include "common/service/hot_standby.h"
 
 namespace zerodrift::services {
+namespace {
+
+std::pair<std::uint32_t, std::string> gyro_and_topic(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  std::uint32_t gyro_id = 0;
+  const std::string_view id = std::string_view(text).substr(0, equals);
+  const auto [end, error] = std::from_chars(id.data(), id.data() + id.size(), gyro_id);
+  if (equals == std::string::npos || error != std::errc() || end != id.data() + id.size()) {
+    throw std::invalid_argument("--ros2-imu: found '" + text +
+                                "', expected GYRO_ID=TOPIC, e.g. 1=imu/data");
+  }
+  return {gyro_id, text.substr(equals + 1)};
+}
+
+}  // namespace
 
 CompensationNodeOptions CompensationArguments::complete() const {
   CompensationNodeOptions options = node;
   if (!config.empty()) options.compensation = config::load_compensation(config);
   if (!prior.empty()) options.compensation.prior = config::load_prior(prior);
+  for (const std::string& text : ros2_imu) {
+    auto [gyro_id, topic] = gyro_and_topic(text);
+    const dds::RosImuOptions imu{.name = std::move(topic),
+                                 .frame_id = ros2_frame_id,
+                                 .frame = ros2_frame == gyro_frame ? dds::RosFrame::kAsMeasured
+                                                                   : dds::RosFrame::kYAndZReversed};
+    if (const auto problem = imu.validate()) throw std::invalid_argument(*problem);
+    options.ros2_imu[gyro_id] = imu;
+  }
   return options;
 }
 
@@ -41,6 +69,21 @@ void add_options(CLI::App& app, CompensationArguments& arguments) {
                  "with --checkpoint-dir: seconds between two checkpoints made without being asked")
       ->check(CLI::Range(1, 86400))
       ->default_str("60");
+  const auto frames = CLI::IsMember({"flu", "frd"});
+  app.add_option("--ros2-imu", arguments.ros2_imu,
+                 "GYRO_ID=TOPIC (repeatable): that gyro's rates as ROS 2's sensor_msgs/Imu too, "
+                 "e.g. 1=imu/data")
+      ->delimiter(',');
+  app.add_option("--gyro-frame", arguments.gyro_frame,
+                 "body frame that the gyro measures in, forward-left-up or forward-right-down")
+      ->check(frames)
+      ->capture_default_str();
+  app.add_option("--ros2-frame", arguments.ros2_frame,
+                 "body frame of --ros2-imu; flu is what ROS 2 nodes expect (REP 103)")
+      ->check(frames)
+      ->capture_default_str();
+  app.add_option("--ros2-frame-id", arguments.ros2_frame_id,
+                 "frame_id in the header of --ros2-imu; gyro_<id> without");
 }
 
 }  // namespace zerodrift::services

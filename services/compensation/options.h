@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <string>
+#include <vector>
 
 #include "services/compensation/compensation_node.h"
 
@@ -13,6 +14,10 @@ struct CompensationArguments {
   CompensationNodeOptions node{};
   std::string config{};
   std::string prior{};
+  std::vector<std::string> ros2_imu{};  // ID=TOPIC
+  std::string gyro_frame = "flu";
+  std::string ros2_frame = "flu";
+  std::string ros2_frame_id{};
 
   // With the files read. Throws with one line where one can't be used.
   [[nodiscard]] CompensationNodeOptions complete() const;

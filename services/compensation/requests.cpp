@@ -39,9 +39,9 @@ CompensationNode::Verdict CompensationNode::hand_over(const msg::Command& comman
   if (request.gyros.empty()) return {.text = kStandbyText};
   const auto task = [this, request] {
     try {
-      reply(request.command, serve(request));
+      commands_.answer(request.command, serve(request));
     } catch (const std::exception& error) {
-      reply(request.command, {.text = error.what()});
+      commands_.answer(request.command, {.text = error.what()});
     }
   };
   if (!ask_request_thread(task)) return {.text = "busy with other requests; try again"};

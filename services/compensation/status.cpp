@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the service says of itself. Samples wait while data_mutex_ is held: under it plain values
 // are copied, and nothing else.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -82,6 +83,12 @@ service::Status CompensationNode::status() {
                     {"duplicates", "1", static_cast<double>(sum.duplicates)},
                     {"rejected", "1", static_cast<double>(rejected)},
                     {"unwritten", "1", static_cast<double>(unwritten)}};
+  const auto is_paced = [](const Seen& seen) {
+    return core::is_paced_by_consumers(seen.newest.raw.clock);
+  };
+  status.flow = {.topic = dds::kAngularRate.name,
+                 .samples = sum.samples_in,
+                 .paced = std::all_of(all.begin(), all.end(), is_paced)};
   const std::vector<service::Metric> latencies = service::latency_metrics(hops);
   status.metrics.insert(status.metrics.end(), latencies.begin(), latencies.end());
   return status;
@@ -96,6 +103,12 @@ service::StatusPart CompensationNode::part(const Seen& seen) {
   add("labels", "1", static_cast<double>(seen.counts.labels));
   add("labels_skipped", "1", static_cast<double>(seen.counts.labels_skipped));
   add("late_models", "1", static_cast<double>(seen.counts.late_models));
+  for (std::size_t v = 0; v < compensation::kReferenceVerdicts; ++v) {
+    if (seen.counts.references[v] == 0) continue;
+    add("references_" +
+            std::string(compensation::name(static_cast<compensation::ReferenceVerdict>(v))),
+        "1", static_cast<double>(seen.counts.references[v]));
+  }
   add("model_epoch", "1", static_cast<double>(seen.newest.model_epoch));
   add("active", "1", seen.role == service::HotStandby::Role::kActive ? 1.0 : 0.0);
   if (!seen.is_alone) {

@@ -6,7 +6,6 @@
 #include "common/dds/conversions.h"
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
-#include "common/service/receipt.h"
 
 namespace zerodrift::services {
 
@@ -15,7 +14,6 @@ using namespace std::chrono_literals;
 
 namespace {
 
-constexpr auto kPatience = 5000ms;  // until a line says who is waited for
 constexpr auto kStopCheck = 100ms;
 constexpr auto kReopenEvery = 1000ms;
 
@@ -42,7 +40,8 @@ void add_options(CLI::App& app, GyroPublisherOptions& options) {
       ->capture_default_str();
   app.add_option("--rate", options.source.rate_hz,
                  "simulation: sample rate, Hz; the model's nominal rate without");
-  app.add_option("--record", options.source.record, "record: a .csv, .csv.gz or .csv.xz file");
+  app.add_option("--record", options.source.record,
+                 "record: a .csv, .csv.gz, .csv.xz or .mcap file");
   app.add_option("--columns", options.source.columns, "record: names and units of a foreign CSV");
   app.add_option("--duration", options.source.duration_s,
                  "simulation, record: stop after so many seconds");
@@ -52,6 +51,10 @@ void add_options(CLI::App& app, GyroPublisherOptions& options) {
                  "simulation, record: consumers to keep pace with; none with an empty value")
       ->delimiter(',')
       ->capture_default_str();
+  app.add_flag(
+      "--free-running", options.free_running,
+      "simulation, record: as a sensor with a clock of its own, which waits for nobody and "
+      "nobody for it: to try a deployment");
   app.add_option("--device", options.serial.device, "serial: tty of the gyro");
   app.add_option("--baud", options.serial.baud_rate, "serial: line speed")->capture_default_str();
   app.add_option("--frame-rate", options.serial.frame_rate_hz, "serial: frames a second")
@@ -62,15 +65,16 @@ void add_options(CLI::App& app, GyroPublisherOptions& options) {
 
 GyroPublisherNode::GyroPublisherNode(const GyroPublisherOptions& options)
     : options_(options),
-      host_("gyro_publisher", options.network),
-      pacer_(host_.participant(), options.gyro_id, options.wait_for),
-      clock_(service::parse_speed(options.speed)),
-      writer_(host_.participant(), host_.observer()),
-      reference_writer_(host_.participant(), host_.observer()),
-      temperature_writer_(host_.participant(), host_.observer()) {
+      host_("gyro_publisher", options.network, options.supervision),
+      rates_(host_, options.gyro_id, options.speed,
+             options.free_running ? std::vector<std::string>{} : options.wait_for),
+      temperature_writer_(host_.participant(), host_.observer()),
+      disturber_(options.source.seed),
+      commands_(host_, [this](const msg::Command& m) { return obey(m); }) {
   if (options_.source.kind == GyroSourceKind::kSerial) {
     serial_.emplace(options_.serial);
   } else {
+    options_.source.gyro_id = options.gyro_id;
     source_ = open_gyro_source(options_.source, [this](const std::string& line) {
       host_.raise({.code = "record_warning",
                    .severity = Severity::kWarning,
@@ -96,12 +100,10 @@ int GyroPublisherNode::run() {
                    .text = error.what(),
                    .gyro_id = options_.gyro_id,
                    .sensor_time_ns = 0});
-      // What was published before is still good.
-      service::wait_for_receipt(writer_, kPatience, stopping_);
     }
     service::request_stop();
   });
-  const auto exit_code = [this] { return failed_ ? service::kExitBadInput : service::kExitDone; };
+  const auto exit_code = [this] { return failed_ ? service::kExitBadInput : host_.exit_code(); };
   host_.run([this] { return status(); }, {},
             [&] { service::end_within(service::kStopWithin, exit_code()); });
   stopping_ = true;
@@ -110,72 +112,67 @@ int GyroPublisherNode::run() {
 }
 
 void GyroPublisherNode::publish_source() {
-  if (!wait_for_consumers()) return;
-  bool first = true;
-  while (!stopping_) {
-    const auto reading = source_();
-    if (!reading) return finish();
-    if (first) first_sequence_ = reading->rate.sequence;
-    clock_.wait_until(reading->rate.time, stopping_);
-    if (!wait_for_room(reading->rate.sequence)) return;
-    if (reading->reference) {
-      publish(*reading->reference);
-      // A consumer must know that references come before it meets the first rate.
-      if (first) service::wait_for_receipt(reference_writer_, kPatience, stopping_);
+  rates_.publish(source_, stopping_,
+                 [this](core::AngularRateSample& sample) { return disturb(sample); });
+}
+
+replay::RateReplay::Delivery GyroPublisherNode::disturb(core::AngularRateSample& sample) {
+  if (options_.free_running) sample.clock = core::ClockSource::kHardware;
+  const std::lock_guard lock(disturber_mutex_);
+  return disturber_.apply(sample) == twin::Disturber::Delivery::kGive
+             ? replay::RateReplay::Delivery::kGive
+             : replay::RateReplay::Delivery::kDrop;
+}
+
+// ---------------------------------------- commands
+
+service::CommandVerdict GyroPublisherNode::obey(const msg::Command& command) {
+  const std::string name = command.name().c_str();
+  const std::string argument = command.argument().c_str();
+  try {
+    if (serial_) throw std::invalid_argument("a real gyro is neither disturbed nor replayed");
+    if (name != "inject" && name != "replay") {
+      throw std::invalid_argument("unknown command '" + name + "'; known are inject, replay");
     }
-    publish(reading->rate);
-    first = false;
+    return {.outcome = service::CommandVerdict::Outcome::kAccepted,
+            .text = name == "inject" ? inject(argument) : replay(argument)};
+  } catch (const std::invalid_argument& error) {
+    return {.text = error.what()};
   }
 }
 
-void GyroPublisherNode::publish(const core::AngularRateSample& sample) {
-  auto message = dds::to_message(sample, options_.gyro_id, service::monotonic_ns());
-  newest_sequence_ = sample.sequence;
-  if (writer_.write(message)) {
-    ++published_;
-  } else {
-    ++refused_;
+std::string GyroPublisherNode::inject(const std::string& argument) {
+  if (argument == "clear") {
+    const std::lock_guard lock(disturber_mutex_);
+    disturber_.clear();
+    return "nothing is injected any more";
   }
+  const auto disturbance = twin::parse_disturbance(argument);
+  const std::lock_guard lock(disturber_mutex_);
+  if (!disturber_.begin(disturbance))
+    throw std::invalid_argument("16 disturbances act already; inject clear ends them");
+  return "injecting " + argument + " from the next sample on";
 }
 
-void GyroPublisherNode::publish(const core::RateReferenceSample& reference) {
-  auto message = dds::to_message(reference, options_.gyro_id);
-  reference_writer_.write(message);
+std::string GyroPublisherNode::replay(const std::string& argument) {
+  constexpr std::string_view kSpeed = "speed ";
+  if (argument == "pause") {
+    rates_.clock().pause();
+    return "the replay is paused";
+  }
+  if (argument == "resume") {
+    rates_.clock().resume();
+    return "the replay goes on";
+  }
+  if (!argument.starts_with(kSpeed)) {
+    throw std::invalid_argument("found '" + argument +
+                                "', expected pause, resume or speed N (or max)");
+  }
+  rates_.clock().set_speed(service::parse_speed(argument.substr(kSpeed.size())));
+  return "the replay goes on at " + argument;
 }
 
-bool GyroPublisherNode::wait_for_consumers() {
-  if (!pacer_.anybody_to_wait_for()) return true;
-  bool told = false;
-  for (auto waited = 0ms; !stopping_; waited += kStopCheck) {
-    // A consumer announces itself before its reader may be known here: no sample goes out into the
-    // void.
-    if (pacer_.wait_for_consumers(kStopCheck) && writer_.matched() > 0) return true;
-    if (pacer_.missing_consumers().empty()) std::this_thread::sleep_for(1ms);
-    if (waited < kPatience || told) continue;
-    told = true;
-    host_.raise({.code = "waiting_for_consumers",
-                 .severity = Severity::kInformation,
-                 .text = "waiting for " + pacer_.missing_consumers() + " (--wait-for)",
-                 .gyro_id = options_.gyro_id,
-                 .sensor_time_ns = 0});
-  }
-  return false;
-}
-
-bool GyroPublisherNode::wait_for_room(std::uint64_t sequence) {
-  while (!pacer_.wait_for_room(sequence, first_sequence_, kStopCheck)) {
-    if (stopping_) return false;
-  }
-  return true;
-}
-
-// The end is reached when every consumer has taken everything.
-void GyroPublisherNode::finish() {
-  service::wait_for_receipt(writer_, kPatience, stopping_);
-  while (!stopping_ && !pacer_.wait_for_all(newest_sequence_, first_sequence_, kStopCheck)) {
-  }
-  finished_ = true;
-}
+// ---------------------------------------- a real gyro
 
 void GyroPublisherNode::publish_serial() {
   while (!stopping_) {
@@ -196,7 +193,7 @@ void GyroPublisherNode::publish_serial() {
       }
     }
     for (const auto& reading : serial_->read(now)) {
-      publish(reading.rate);
+      rates_.publish(reading.rate);
       auto temperature = dds::to_message(reading.temperature, options_.gyro_id);
       temperature_writer_.write(temperature);
     }
@@ -223,12 +220,17 @@ void GyroPublisherNode::tell_of_link(const drivers::KvhLinkStatistics& now) {
 }
 
 service::Status GyroPublisherNode::status() const {
+  const std::uint64_t published = rates_.published();
   service::Status status;
-  status.state = published_ > 0 ? service::State::kRunning : service::State::kWaiting;
-  status.metrics = {{"samples_published", "1", static_cast<double>(published_)},
-                    {"samples_refused", "1", static_cast<double>(refused_)},
-                    {"finished", "1", finished_ ? 1.0 : 0.0}};
-  status.summary = std::to_string(published_) + " samples published";
+  status.state = published > 0 ? service::State::kRunning : service::State::kWaiting;
+  status.metrics = {{"samples_published", "1", static_cast<double>(published)},
+                    {"samples_refused", "1", static_cast<double>(rates_.refused())},
+                    {"finished", "1", rates_.finished() ? 1.0 : 0.0}};
+  status.summary = std::to_string(published) + " samples published";
+  status.flow = {.topic = dds::kAngularRate.name,
+                 .end = dds::Direction::kWriter,
+                 .samples = published,
+                 .paced = !serial_ && !options_.free_running};
   return status;
 }
 

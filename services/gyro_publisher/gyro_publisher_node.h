@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <cstdint>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
@@ -11,15 +12,18 @@
 
 #include "common/drivers/driver_error.h"
 #include "common/drivers/serial_gyro.h"
+#include "common/replay/rate_replay.h"
+#include "common/service/command_server.h"
 #include "common/service/host.h"
-#include "common/service/replay_clock.h"
-#include "common/service/replay_pacer.h"
+#include "common/twin/disturbance.h"
 #include "services/gyro_publisher/gyro_source.h"
 
 namespace zerodrift::services {
 
 struct GyroPublisherOptions {
   dds::NetworkOptions network;
+  service::Supervision supervision{};
+  bool free_running = false;  // as a sensor: nobody is waited for
   std::uint32_t gyro_id = 1;
   GyroSourceOptions source;
   std::string speed = "1";
@@ -39,32 +43,26 @@ class GyroPublisherNode {
  private:
   void publish_source();
   void publish_serial();
-  void publish(const core::AngularRateSample& sample);
-  void publish(const core::RateReferenceSample& reference);
-  bool wait_for_consumers();
-  bool wait_for_room(std::uint64_t sequence);
-  void finish();
+  service::CommandVerdict obey(const msg::Command& command);
+  std::string inject(const std::string& argument);
+  std::string replay(const std::string& argument);
+  replay::RateReplay::Delivery disturb(core::AngularRateSample& sample);
   void tell_of_link(const drivers::KvhLinkStatistics& now);
   service::Status status() const;
 
   GyroPublisherOptions options_;
   service::Host host_;
-  service::ReplayPacer pacer_;
-  service::ReplayClock clock_;
-  dds::Writer<msg::AngularRate> writer_;
-  dds::Writer<msg::RateReference> reference_writer_;
+  replay::RateReplay rates_;
   dds::Writer<msg::Temperature> temperature_writer_;  // a serial gyro's own thermometer
   GyroSource source_;
   std::optional<drivers::SerialGyro> serial_;
   drivers::KvhLinkStatistics told_link_{};
 
   std::atomic<bool> stopping_{false};
-  std::atomic<bool> finished_{false};
   std::atomic<bool> failed_{false};
-  std::atomic<std::uint64_t> published_{0};
-  std::atomic<std::uint64_t> refused_{0};
-  std::uint64_t first_sequence_ = 0;
-  std::uint64_t newest_sequence_ = 0;
+  std::mutex disturber_mutex_;  // between commands and samples
+  twin::Disturber disturber_;
+  service::CommandServer commands_;
 };
 
 }  // namespace zerodrift::services

@@ -5,14 +5,12 @@
 #include <stdexcept>
 
 #include "common/config/twin_config.h"
-#include "common/record/record_reader.h"
-#include "common/record/record_samples.h"
 #include "common/twin/simulation.h"
 
 namespace zerodrift::services {
 namespace {
 
-using Warn = std::function<void(const std::string&)>;
+using replay::Warn;
 
 GyroSource open_simulation(const GyroSourceOptions& options, const Warn& warn) {
   if (options.model.empty())
@@ -34,20 +32,11 @@ GyroSource open_simulation(const GyroSourceOptions& options, const Warn& warn) {
 }
 
 GyroSource open_record(const GyroSourceOptions& options, const Warn& warn) {
-  if (options.record.empty())
-    throw std::invalid_argument("--record: missing; a record source needs a file");
-  auto reader = std::make_shared<record::RecordReader>(
-      options.record, record::RecordOptions{.columns = record::parse_column_map(options.columns)});
-  auto warned = std::make_shared<std::size_t>(0);
-  const core::SensorTime end = reader->info().first_time + core::from_seconds(options.duration_s);
-  const bool bounded = options.duration_s > 0.0;
-  return [=]() -> std::optional<GyroReading> {
-    const record::RecordRow* row = reader->next();
-    for (; *warned < reader->warnings().size(); ++*warned) warn(reader->warnings()[*warned]);
-    if (row == nullptr || (bounded && row->time >= end)) return std::nullopt;
-    return GyroReading{record::to_angular_rate(*row),
-                       record::to_rate_reference(*row, reader->info())};
-  };
+  return replay::open_gyro_record({.record = options.record,
+                                   .columns = options.columns,
+                                   .to_s = options.duration_s,
+                                   .preferred_gyro_id = options.gyro_id},
+                                  warn);
 }
 
 }  // namespace

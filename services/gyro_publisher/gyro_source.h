@@ -2,12 +2,11 @@
 // Where a gyro publisher's samples come from.
 #pragma once
 
-#include <chrono>
+#include <cstdint>
 #include <functional>
-#include <optional>
 #include <string>
 
-#include "common/core/samples.h"
+#include "common/replay/record_source.h"
 
 namespace zerodrift::services {
 
@@ -21,17 +20,12 @@ struct GyroSourceOptions {
   double rate_hz = 0.0;  // 0: the model's nominal rate
   std::string record;    // record
   std::string columns;
-  double duration_s = 0.0;  // simulation and record: 0 = to the end
+  std::uint32_t gyro_id = 0;  // record: the one of several in an MCAP file
+  double duration_s = 0.0;    // simulation and record: 0 = to the end
 };
 
-// A sample and what the source knows of the true rate at that time.
-struct GyroReading {
-  core::AngularRateSample rate;
-  std::optional<core::RateReferenceSample> reference;
-};
-
-// The next reading; nothing at the end.
-using GyroSource = std::function<std::optional<GyroReading>()>;
+using replay::GyroReading;
+using replay::GyroSource;
 
 // Simulation and record. `warn` gets one line each for what is odd but usable. Throws with one line
 // otherwise.

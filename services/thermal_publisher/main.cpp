@@ -11,6 +11,7 @@ int main(int argc, char** argv) {
   services::ThermalPublisherOptions options;
   service::RealtimeOptions realtime;
   service::add_network_options(app, options.network);
+  service::add_supervision_options(app, options.supervision);
   service::add_realtime_options(app, realtime);
   services::add_options(app, options);
   return service::run_main(app, argc, argv, [&] {

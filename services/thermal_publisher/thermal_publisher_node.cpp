@@ -3,10 +3,8 @@
 
 #include <stdexcept>
 
-#include "common/dds/conversions.h"
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
-#include "common/service/receipt.h"
 
 namespace zerodrift::services {
 
@@ -16,10 +14,6 @@ using namespace std::chrono_literals;
 namespace {
 
 constexpr auto kStopCheck = 100ms;
-constexpr auto kReceiveWithin = 2000ms;
-constexpr core::SensorTime kAhead = 10s;  // of what is needed, so that rates never wait for long
-constexpr core::SensorTime kAfterTheEnd = 1h;  // beyond any rate sample of the record
-constexpr std::uint64_t kInFlight = 256;  // readings of one probe; half the history kept for it
 
 }  // namespace
 
@@ -38,7 +32,8 @@ void add_options(CLI::App& app, ThermalPublisherOptions& options) {
   app.add_option("--profile", options.source.profile, "simulation: what the experiment does");
   app.add_option("--seed", options.source.seed, "simulation: seed of all noise")
       ->capture_default_str();
-  app.add_option("--record", options.source.record, "record: a .csv, .csv.gz or .csv.xz file");
+  app.add_option("--record", options.source.record,
+                 "record: a .csv, .csv.gz, .csv.xz or .mcap file");
   app.add_option("--columns", options.source.columns, "record: names and units of a foreign CSV");
   app.add_option("--duration", options.source.duration_s,
                  "simulation, record: stop after so many seconds");
@@ -60,12 +55,12 @@ void add_options(CLI::App& app, ThermalPublisherOptions& options) {
 
 ThermalPublisherNode::ThermalPublisherNode(const ThermalPublisherOptions& options)
     : options_(options),
-      host_("thermal_publisher", options.network),
-      pacer_(host_.participant(), options.gyro_id, options.wait_for),
-      clock_(service::parse_speed(options.speed)) {
+      host_("thermal_publisher", options.network, options.supervision),
+      temperatures_(host_, options.gyro_id, options.speed, options.wait_for) {
   if (options_.source.kind == ThermalSourceKind::kSysfs) {
     open_sysfs();
   } else {
+    options_.source.gyro_id = options.gyro_id;
     source_ = open_thermal_source(options_.source, [this](const std::string& line) {
       host_.raise({.code = "record_warning",
                    .severity = Severity::kWarning,
@@ -97,7 +92,7 @@ int ThermalPublisherNode::run() {
   std::thread publisher([this] {
     try {
       if (thermometers_.empty()) {
-        publish_source();
+        temperatures_.publish(source_, stopping_);
       } else {
         publish_sysfs();
       }
@@ -108,66 +103,15 @@ int ThermalPublisherNode::run() {
                    .text = error.what(),
                    .gyro_id = options_.gyro_id,
                    .sensor_time_ns = 0});
-      // What was published before is still good.
-      wait_for_receipts();
     }
     service::request_stop();
   });
-  const auto exit_code = [this] { return failed_ ? service::kExitBadInput : service::kExitDone; };
+  const auto exit_code = [this] { return failed_ ? service::kExitBadInput : host_.exit_code(); };
   host_.run([this] { return status(); }, {},
             [&] { service::end_within(service::kStopWithin, exit_code()); });
   stopping_ = true;
   publisher.join();
   return exit_code();
-}
-
-void ThermalPublisherNode::publish_source() {
-  if (pacer_.anybody_to_wait_for()) {
-    while (!stopping_ && !pacer_.wait_for_consumers(kStopCheck)) {
-    }
-  }
-  core::SensorTime newest{0};
-  std::optional<core::SensorTime> first;
-  while (!stopping_) {
-    const auto sample = source_();
-    if (!sample) break;
-    if (!first) first = sample->time;
-    newest = sample->time;
-    if (!pacer_.anybody_to_wait_for()) {
-      clock_.wait_until(sample->time, stopping_);
-    } else if (sample->time - *first > kAhead && !wait_until_needed(sample->time - kAhead)) {
-      return;
-    }
-    publish(*sample);
-  }
-  if (!stopping_ && first) mark_the_end(newest);
-}
-
-bool ThermalPublisherNode::wait_until_needed(core::SensorTime time) {
-  while (!pacer_.wait_until_needed(time, kStopCheck)) {
-    if (stopping_) return false;
-  }
-  return true;
-}
-
-// Says for each probe that nothing more comes, so that nobody waits for it.
-void ThermalPublisherNode::mark_the_end(core::SensorTime newest) {
-  for (const auto& [name, probe] : probes_) {
-    core::TemperatureSample last;
-    last.probe = name;
-    last.sequence = probe.next_sequence;
-    last.time = newest + kAfterTheEnd;
-    last.measured = false;
-    last.clock = core::ClockSource::kReplay;
-    publish(last);
-  }
-  wait_for_receipts();
-}
-
-void ThermalPublisherNode::wait_for_receipts() {
-  for (const auto& [name, probe] : probes_) {
-    service::wait_for_receipt(*probe.writer, kReceiveWithin, stopping_);
-  }
 }
 
 void ThermalPublisherNode::publish_sysfs() {
@@ -184,7 +128,7 @@ void ThermalPublisherNode::publish_sysfs() {
                      .gyro_id = options_.gyro_id,
                      .sensor_time_ns = reading.sample.time.count()});
       }
-      publish(reading.sample);
+      temperatures_.publish(reading.sample, stopping_);
     }
     due += period;
     while (!stopping_ && std::chrono::steady_clock::now() < due) {
@@ -194,31 +138,17 @@ void ThermalPublisherNode::publish_sysfs() {
   }
 }
 
-// A writer a probe (topics.h says why); late matches get what was written before.
-ThermalPublisherNode::Probe& ThermalPublisherNode::probe(const std::string& name) {
-  Probe& known = probes_[name];
-  if (!known.writer) {
-    known.writer =
-        std::make_unique<dds::Writer<msg::Temperature>>(host_.participant(), host_.observer());
-  }
-  return known;
-}
-
-void ThermalPublisherNode::publish(const core::TemperatureSample& sample) {
-  Probe& source = probe(sample.probe);
-  source.next_sequence = sample.sequence + 1;
-  auto message = dds::to_message(sample, options_.gyro_id);
-  if (source.writer->write(message)) ++published_;
-  if (!pacer_.anybody_to_wait_for() || ++source.in_flight < kInFlight) return;
-  service::wait_for_receipt(*source.writer, kReceiveWithin, stopping_);
-  source.in_flight = 0;
-}
-
 service::Status ThermalPublisherNode::status() const {
+  const std::uint64_t published = temperatures_.published();
   service::Status status;
-  status.state = published_ > 0 ? service::State::kRunning : service::State::kWaiting;
-  status.metrics = {{"readings_published", "1", static_cast<double>(published_)}};
-  status.summary = std::to_string(published_) + " readings published";
+  status.state = published > 0 ? service::State::kRunning : service::State::kWaiting;
+  status.metrics = {{"readings_published", "1", static_cast<double>(published)}};
+  status.summary = std::to_string(published) + " readings published";
+  status.flow = {.topic = dds::kTemperature.name,
+                 .end = dds::Direction::kWriter,
+                 .samples = published,
+                 .interval_s = 1.0 / options_.sysfs_rate_hz,
+                 .paced = options_.source.kind != ThermalSourceKind::kSysfs};
   return status;
 }
 

@@ -6,16 +6,12 @@
 #include <vector>
 
 #include "common/config/twin_config.h"
-#include "common/record/record_reader.h"
-#include "common/record/record_samples.h"
 #include "common/twin/simulation.h"
 
 namespace zerodrift::services {
 namespace {
 
-constexpr core::SensorTime kBlankEvery = std::chrono::seconds(1);
-
-using Warn = std::function<void(const std::string&)>;
+using replay::Warn;
 
 // Merges the probes' own streams by time; ties in the model's order.
 class SimulatedProbes {
@@ -61,33 +57,11 @@ ThermalSource open_simulation(const ThermalSourceOptions& options, const Warn& w
 }
 
 ThermalSource open_record(const ThermalSourceOptions& options, const Warn& warn) {
-  if (options.record.empty())
-    throw std::invalid_argument("--record: missing; a record source needs a file");
-  auto reader = std::make_shared<record::RecordReader>(
-      options.record, record::RecordOptions{.columns = record::parse_column_map(options.columns)});
-  if (reader->info().probes.empty()) warn(options.record + ": has no temperature column");
-  const core::SensorTime end = reader->info().first_time + core::from_seconds(options.duration_s);
-  const bool bounded = options.duration_s > 0.0;
-  const std::size_t probes = reader->info().probes.size();
-  const record::RecordRow* row = nullptr;
-  std::size_t probe = probes;
-  core::TemperatureSample sample;
-  std::vector<core::SensorTime> spoken(probes, core::kNever);
-  return [=]() mutable -> std::optional<core::TemperatureSample> {
-    for (;;) {
-      if (probe == probes) {
-        row = probes == 0 ? nullptr : reader->next();
-        probe = 0;
-        if (row == nullptr || (bounded && row->time >= end)) return std::nullopt;
-      }
-      record::to_temperature(*row, reader->info(), probe, sample);
-      core::SensorTime& last = spoken[probe++];
-      // A blank cell says that time went on; once a second is enough of that.
-      if (!sample.measured && last != core::kNever && sample.time - last < kBlankEvery) continue;
-      last = sample.time;
-      return sample;
-    }
-  };
+  return replay::open_thermal_record({.record = options.record,
+                                      .columns = options.columns,
+                                      .to_s = options.duration_s,
+                                      .preferred_gyro_id = options.gyro_id},
+                                     warn);
 }
 
 }  // namespace

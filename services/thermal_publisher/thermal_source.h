@@ -2,11 +2,11 @@
 // Where a thermal publisher's readings come from.
 #pragma once
 
+#include <cstdint>
 #include <functional>
-#include <optional>
 #include <string>
 
-#include "common/core/samples.h"
+#include "common/replay/record_source.h"
 
 namespace zerodrift::services {
 
@@ -19,11 +19,11 @@ struct ThermalSourceOptions {
   std::uint64_t seed = 1;
   std::string record;  // record
   std::string columns;
-  double duration_s = 0.0;  // simulation and record: 0 = to the end
+  std::uint32_t gyro_id = 0;  // record: the one of several in an MCAP file
+  double duration_s = 0.0;    // simulation and record: 0 = to the end
 };
 
-// The next reading, in order of time over all probes; nothing at the end.
-using ThermalSource = std::function<std::optional<core::TemperatureSample>()>;
+using replay::ThermalSource;
 
 // Simulation and record. `warn` gets one line each for what is odd but usable. Throws with one line
 // otherwise.

@@ -13,6 +13,7 @@
 #include "services/zerodrift/allan_run.h"
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/paragraph.h"
+#include "services/zerodrift/record_options.h"
 
 namespace zerodrift::services {
 namespace {
@@ -74,7 +75,8 @@ void add_allan(CLI::App& app, Run& run) {
   auto* command = app.add_subcommand("allan", "Allan deviation and noise coefficients of a record");
   auto options = std::make_shared<AllanOptions>();
   AllanRequest& request = options->request;
-  command->add_option("--record", request.record, "a .csv, .csv.gz or .csv.xz file")->required();
+  command->add_option("--record", request.record, kRecordHelp)->required();
+  add_gyro_choice(*command, request.gyro_id);
   command->add_option("--columns", request.columns, "names and units of a foreign CSV");
   command
       ->add_option("--statistic", request.statistics,

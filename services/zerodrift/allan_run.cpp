@@ -35,7 +35,7 @@ constexpr std::size_t kBytesInWork = 20;       // a sample of the stream in work
 constexpr std::size_t kMegabyte = 1'000'000;
 
 record::RecordOptions reader_options(const AllanRequest& request) {
-  return {.columns = record::parse_column_map(request.columns)};
+  return {.columns = record::parse_column_map(request.columns), .gyro_id = request.gyro_id};
 }
 
 bool has_any_rate(const RecordRow& row) {

@@ -14,6 +14,9 @@ void add_bench(CLI::App& app, Run& run) {
   add_bench_svr(*bench, run);
   add_bench_allan(*bench, run);
   add_bench_fail_over(*bench, run);
+  add_bench_record(*bench, run);
+  add_bench_console(*bench, run);
+  add_bench_fleet(*bench, run);
 }
 
 }  // namespace zerodrift::services

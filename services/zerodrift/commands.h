@@ -13,14 +13,21 @@ using Run = std::function<int()>;
 void add_simulate(CLI::App& app, Run& run);
 void add_compensate(CLI::App& app, Run& run);
 void add_compare(CLI::App& app, Run& run);
+void add_navigate(CLI::App& app, Run& run);
 void add_allan(CLI::App& app, Run& run);
 void add_diagnose(CLI::App& app, Run& run);
 void add_record(CLI::App& app, Run& run);
+void add_replay(CLI::App& app, Run& run);
 void add_info(CLI::App& app, Run& run);
+void add_export(CLI::App& app, Run& run);
 void add_control(CLI::App& app, Run& run);
+void add_health(CLI::App& app, Run& run);
 void add_bench(CLI::App& app, Run& run);
 void add_bench_svr(CLI::App& bench, Run& run);  // to `zerodrift bench`
 void add_bench_allan(CLI::App& bench, Run& run);
 void add_bench_fail_over(CLI::App& bench, Run& run);
+void add_bench_record(CLI::App& bench, Run& run);
+void add_bench_console(CLI::App& bench, Run& run);
+void add_bench_fleet(CLI::App& bench, Run& run);
 
 }  // namespace zerodrift::services

@@ -11,6 +11,7 @@
 #include "services/zerodrift/comparison_report.h"
 #include "services/zerodrift/comparison_run.h"
 #include "services/zerodrift/paragraph.h"
+#include "services/zerodrift/record_options.h"
 
 namespace zerodrift::services {
 namespace {
@@ -52,7 +53,8 @@ void add_compare(CLI::App& app, Run& run) {
   ComparisonRequest& request = options->request;
   request.schemes.assign(comparison::kSchemeNames.begin(), comparison::kSchemeNames.end());
   request.delays_s = {60.0, 600.0};
-  command->add_option("--record", request.record, "a .csv, .csv.gz or .csv.xz file")->required();
+  command->add_option("--record", request.record, kRecordHelp)->required();
+  add_gyro_choice(*command, request.gyro_id);
   command->add_option("--columns", request.columns, "names and units of a foreign CSV");
   command->add_option("--config", options->config,
                       "YAML or JSON file (idl/proto/compensation.proto)");

@@ -121,7 +121,7 @@ Labels read_labels(const ComparisonRequest& request, ProgressBar& bar) {
   // own output.
   if (!needs_own_output(options)) options.scheme = compensation::Scheme::kNone;
   compensation::Compensator compensator(options);
-  OfflineRun offline(request.record, request.columns, compensator);
+  OfflineRun offline(request.record, request.columns, request.gyro_id, compensator);
   Labels labels;
   labels.info = offline.info();
   if (const auto missing = missing_probes(options, labels.info); !missing.empty()) {
@@ -251,14 +251,15 @@ class Streams {
   }
 
   void add(const record::RecordRow& row, std::optional<std::size_t> probe) {
+    if (probe && std::isfinite(row.temperature_degc[*probe]))
+      newest_degc_ = row.temperature_degc[*probe];
+    if (!record::brings_rate(row)) return;
     std::uint64_t missing = 0;
     if (previous_) {
       const double steps = core::seconds(row.time - *previous_) / period_s_;
       if (steps > 1.5) missing = static_cast<std::uint64_t>(std::llround(steps)) - 1;
     }
     previous_ = row.time;
-    if (probe && std::isfinite(row.temperature_degc[*probe]))
-      newest_degc_ = row.temperature_degc[*probe];
     if (temperature_) temperature_->add(newest_degc_);
     for (std::size_t a = 0; a < axes_.size(); ++a) {
       const std::size_t i = core::index(result_.axes[a].axis);
@@ -375,7 +376,8 @@ std::string obstacle_to_the_paper(const Labels& labels, const ComparisonRequest&
 void read_streams(const ComparisonRequest& request, const Labels& labels, Streams& streams,
                   ProgressBar& bar) {
   record::RecordReader reader(
-      request.record, record::RecordOptions{.columns = record::parse_column_map(request.columns)});
+      request.record, record::RecordOptions{.columns = record::parse_column_map(request.columns),
+                                            .gyro_id = request.gyro_id});
   const std::vector<std::string> wanted = request.options.probes();
   std::optional<std::size_t> probe;
   if (!wanted.empty()) {
@@ -386,7 +388,8 @@ void read_streams(const ComparisonRequest& request, const Labels& labels, Stream
   std::uint64_t rows = 0;
   while (const record::RecordRow* row = reader.next()) {
     streams.add(*row, probe);
-    const double share = static_cast<double>(++rows) / static_cast<double>(labels.samples);
+    if (record::brings_rate(*row)) ++rows;
+    const double share = static_cast<double>(rows) / static_cast<double>(labels.samples);
     bar.show(kFirstReading + kJudging + kSecondReading * share);
   }
   streams.report();

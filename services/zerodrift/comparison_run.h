@@ -17,6 +17,7 @@ namespace zerodrift::services {
 struct ComparisonRequest {
   std::string record;
   std::string columns;
+  std::optional<std::uint32_t> gyro_id{};  // of an MCAP file that holds several
   compensation::CompensationOptions options;
   std::vector<std::string> schemes;
   std::vector<double> delays_s;

@@ -21,6 +21,7 @@
 #include "services/zerodrift/compensated_csv.h"
 #include "services/zerodrift/offline_run.h"
 #include "services/zerodrift/progress_bar.h"
+#include "services/zerodrift/record_options.h"
 
 namespace zerodrift::services {
 namespace {
@@ -35,6 +36,7 @@ struct CompensateOptions {
   std::string prior;
   std::string out;
   std::uint32_t gyro_id = 1;
+  CLI::Option* gyro_id_option = nullptr;
   std::string checkpoint;
   std::string save_checkpoint;
 };
@@ -154,9 +156,12 @@ int compensate(const CompensateOptions& options) {
   if (options.scheme == "none") compensation_options.scheme = compensation::Scheme::kNone;
   if (!options.prior.empty()) compensation_options.prior = config::load_prior(options.prior);
   compensation::Compensator compensator(compensation_options);
-  const checkpoint::Owner owner{options.gyro_id, compensation_options};
+  OfflineRun offline(options.record, options.columns, chosen_gyro(*options.gyro_id_option),
+                     compensator);
+  const std::uint32_t recorded_gyro = offline.info().gyro_id;
+  const checkpoint::Owner owner{recorded_gyro != 0 ? recorded_gyro : options.gyro_id,
+                                compensation_options};
   if (!options.checkpoint.empty()) resume(options.checkpoint, owner, compensator);
-  OfflineRun offline(options.record, options.columns, compensator);
   const auto missing = missing_probes(compensation_options, offline.info());
   require_probes_of_prior(options.record, compensation_options, missing);
   if (compensation_options.prior) {
@@ -198,7 +203,7 @@ void add_compensate(CLI::App& app, Run& run) {
   auto* command =
       app.add_subcommand("compensate", "take the drift off a record, as the service would");
   auto options = std::make_shared<CompensateOptions>();
-  command->add_option("--record", options->record, "a .csv, .csv.gz or .csv.xz file")->required();
+  command->add_option("--record", options->record, kRecordHelp)->required();
   command->add_option("--columns", options->columns, "names and units of a foreign CSV");
   command->add_option("--config", options->config,
                       "YAML or JSON file (idl/proto/compensation.proto)");
@@ -214,10 +219,13 @@ void add_compensate(CLI::App& app, Run& run) {
   command->add_option("--save-checkpoint", options->save_checkpoint,
                       "write what is learned by the end; labels not confirmed by then are not in "
                       "it");
-  command
-      ->add_option("--gyro-id", options->gyro_id,
-                   "whose checkpoint it is; only that gyro's is taken")
-      ->capture_default_str();
+  options->gyro_id_option =
+      command
+          ->add_option(
+              "--gyro-id", options->gyro_id,
+              "whose checkpoint it is; only that gyro's is taken. .mcap: which gyro, where "
+              "there are several")
+          ->capture_default_str();
   command->callback([options, &run] { run = [options] { return compensate(*options); }; });
 }
 

@@ -3,17 +3,19 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <future>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
 #include <string_view>
-#include <thread>
 
+#include "common/service/command_client.h"
 #include "common/service/host.h"
 #include "common/service/main.h"
-#include "common/service/monotonic_clock.h"
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/status_table.h"
 
@@ -28,8 +30,9 @@ struct ControlOptions {
   dds::NetworkOptions network;
   bool follow = false;
   bool until_finished = false;
+  bool json = false;
   double wait_s = 5.0;
-  std::string service = "compensation";
+  std::string service;
   std::string command;
   std::string argument;
   std::string model;
@@ -50,14 +53,14 @@ int show_once(const ControlOptions& options) {
                  options.network.domain, options.wait_s);
     return service::kExitNo;
   }
-  std::fputs(board.table().c_str(), stdout);
+  std::fputs((options.json ? board.json() + '\n' : board.table()).c_str(), stdout);
   return service::kExitDone;
 }
 
 int follow(const ControlOptions& options) {
   dds::Participant participant("zerodrift_ctl", options.network);
   StatusBoard board(participant);
-  const bool terminal = isatty(STDOUT_FILENO) != 0;
+  const bool terminal = isatty(STDOUT_FILENO) != 0 && !options.json;
   const auto redraw = terminal ? 500ms : 5000ms;
   bool stopped = false;
   while (!stopped && !(options.until_finished && board.finished() && board.nothing_lost())) {
@@ -65,14 +68,18 @@ int follow(const ControlOptions& options) {
       stopped = service::wait_for_stop(250ms);
       if (options.until_finished && board.finished() && board.nothing_lost()) break;
     }
-    const std::string table = board.table();
+    const std::string table = options.json ? board.json() : board.table();
     if (terminal) std::fputs("\033[H\033[J", stdout);
     std::fputs(table.c_str(), stdout);
     if (!terminal) std::fputs("\n", stdout);
     std::fflush(stdout);
   }
   service::wait_for_stop(stopped ? 1ms : 1500ms);  // the monitor's last report
-  std::printf("\n%s%s", board.table().c_str(), board.summary().c_str());
+  if (options.json) {
+    std::printf("%s\n", board.json().c_str());
+  } else {
+    std::printf("\n%s%s", board.table().c_str(), board.summary().c_str());
+  }
   std::fflush(stdout);
   const bool passed = !options.until_finished || board.nothing_lost();
   const int exit_code = passed ? service::kExitDone : service::kExitNo;
@@ -82,6 +89,10 @@ int follow(const ControlOptions& options) {
 
 bool takes_name(std::string_view command) {
   return command == "checkpoint" || command == "restore";
+}
+
+bool acts_at_the_source(std::string_view command) {
+  return command == "inject" || command == "replay";
 }
 
 bool changes_prior(std::string_view command) {
@@ -101,45 +112,45 @@ std::string prior_argument(const ControlOptions& options) {
   return argument;
 }
 
-constexpr auto kRepeatEvery = 200ms;
+std::string as_json(const service::CommandAnswer& answer) {
+  using Outcome = service::CommandAnswer::Outcome;
+  return nlohmann::ordered_json{{"accepted", answer.outcome == Outcome::kDone},
+                                {"text", answer.text},
+                                {"model_epoch", answer.model_epoch}}
+      .dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+int show(const ControlOptions& options, const service::CommandAnswer& answer) {
+  using Outcome = service::CommandAnswer::Outcome;
+  if (options.json) {
+    std::printf("%s\n", as_json(answer).c_str());
+  } else if (answer.outcome == Outcome::kNobody) {
+    std::fprintf(stderr, "ctl %s: no answer from '%s' in domain %u within %g s\n",
+                 options.command.c_str(), options.service.c_str(), options.network.domain,
+                 options.wait_s);
+  } else if (answer.outcome == Outcome::kNotSent) {
+    throw std::invalid_argument("ctl " + options.command + ": " + answer.text);
+  } else {
+    std::printf("%s: %s\n", options.service.c_str(), answer.text.c_str());
+  }
+  return answer.outcome == Outcome::kDone ? service::kExitDone : service::kExitNo;
+}
 
 int send(const ControlOptions& options) {
   dds::Participant participant("zerodrift_ctl", options.network);
-  const auto request = static_cast<std::uint64_t>(service::unix_time_ns());
-  std::mutex mutex;
-  std::optional<msg::CommandReply> answer;
-  dds::Reader<msg::CommandReply> replies(
-      participant, [&](const msg::CommandReply& reply, const dds::SampleOrigin&) {
-        const std::lock_guard lock(mutex);
-        if (reply.request_id() == request) answer = reply;
-      });
-  dds::Writer<msg::Command> writer(participant);
-  const auto give_up =
-      std::chrono::steady_clock::now() + std::chrono::duration<double>(options.wait_s);
-  // Again and again: the one it is for may be matched later than another. It obeys once.
-  auto next = std::chrono::steady_clock::now();
-  while (std::chrono::steady_clock::now() < give_up) {
-    if (std::chrono::steady_clock::now() >= next && writer.matched() > 0 &&
-        replies.matched() > 0) {
-      next += kRepeatEvery;
-      msg::Command command;
-      command.service(options.service.c_str());
-      command.name(options.command.c_str());
-      command.argument(options.argument.c_str());
-      command.issuer("zerodrift ctl");
-      command.request_id(request);
-      writer.write(command);
-    }
+  std::promise<service::CommandAnswer> promise;
+  auto answer = promise.get_future();
+  service::CommandClient client(participant);
+  client.send({.service = options.service,
+               .name = options.command,
+               .argument = options.argument,
+               .issuer = "zerodrift ctl"},
+              std::chrono::milliseconds(std::llround(1e3 * options.wait_s)),
+              [&](const service::CommandAnswer& answered) { promise.set_value(answered); });
+  while (answer.wait_for(0ms) != std::future_status::ready) {
     if (service::wait_for_stop(20ms)) return service::kExitNo;
-    const std::lock_guard lock(mutex);
-    if (!answer) continue;
-    std::printf("%s: %s\n", options.service.c_str(), answer->text().c_str());
-    return answer->accepted() != 0 ? service::kExitDone : service::kExitNo;
   }
-  std::fprintf(stderr, "ctl %s: no answer from '%s' in domain %u within %g s\n",
-               options.command.c_str(), options.service.c_str(), options.network.domain,
-               options.wait_s);
-  return service::kExitNo;
+  return show(options, answer.get());
 }
 
 }  // namespace
@@ -157,6 +168,7 @@ void add_control(CLI::App& app, Run& run) {
   status->add_flag(
       "--until-finished", options->until_finished,
       "with --follow: until the publisher's source has ended; exit code 1 if a sample was lost");
+  status->add_flag("--json", options->json, "as JSON, one object a line");
   status->callback([options, &run] {
     run = [options] { return options->follow ? follow(*options) : show_once(*options); };
   });
@@ -167,10 +179,21 @@ void add_control(CLI::App& app, Run& run) {
         std::pair{"checkpoint", "save what was learned in the service's --checkpoint-dir"},
         std::pair{"restore", "go on with what was saved; the present model stays if it can't be"},
         std::pair{"adopt", "make a twin's model the prior; what was learned is set aside"},
-        std::pair{"revert", "go back to the prior before, and to what was learned with it"}}) {
+        std::pair{"revert", "go back to the prior before, and to what was learned with it"},
+        std::pair{"inject", "disturb the samples of a simulation or record at their publisher"},
+        std::pair{"replay", "pause, resume or pace a simulation or record"}}) {
     auto* command = control->add_subcommand(name, help);
     if (takes_name(name)) {
       command->add_option("name", options->argument, "name of the checkpoint; default latest");
+    }
+    if (acts_at_the_source(name)) {
+      const bool injects = std::string_view(name) == "inject";
+      command
+          ->add_option("what", options->argument,
+                       injects ? "KIND:AXIS:MAGNITUDE[:SECONDS] with step, noise (deg/h), stuck or "
+                                 "gap, e.g. step:x:5:60, gap:xyz:0:2; or clear"
+                               : "pause, resume, \"speed 60\" or \"speed max\"")
+          ->required();
     }
     const bool of_prior = changes_prior(name);
     if (of_prior) {
@@ -184,12 +207,15 @@ void add_control(CLI::App& app, Run& run) {
           ->required();
     }
     service::add_network_options(*command, options->network);
-    command->add_option("--service", options->service, "name of the service")
-        ->capture_default_str();
+    const char* addressee = acts_at_the_source(name) ? "gyro_publisher" : "compensation";
+    command->add_option("--service", options->service,
+                        "name of the service; without, " + std::string(addressee));
     command->add_option("--wait", options->wait_s, "seconds to wait for the answer")
         ->capture_default_str();
-    command->callback([options, name = std::string(name), of_prior, &run] {
+    command->add_flag("--json", options->json, "the answer as JSON");
+    command->callback([options, name = std::string(name), addressee, of_prior, &run] {
       options->command = name;
+      if (options->service.empty()) options->service = addressee;
       run = [options, of_prior] {
         if (of_prior) options->argument = prior_argument(*options);
         return send(*options);

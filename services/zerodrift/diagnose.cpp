@@ -22,6 +22,8 @@
 #include "services/zerodrift/diagnosis_report.h"
 #include "services/zerodrift/diagnosis_run.h"
 #include "services/zerodrift/paragraph.h"
+#include "services/zerodrift/record_options.h"
+#include "services/zerodrift/twin_report.h"
 
 namespace zerodrift::services {
 namespace {
@@ -31,6 +33,7 @@ constexpr double kShortestS = 600.0;  // that a diagnosis can be made of
 struct DiagnoseOptions {
   DiagnosisRequest request;
   bool live = false;
+  bool publish = false;
   LiveOptions listening;
   std::vector<std::string> axes;
   std::string out_model;
@@ -108,7 +111,7 @@ void check_inputs(const DiagnoseOptions& options) {
   }
   static_cast<void>(config::load_model(options.request.model));
   for (const std::string& file : options.request.validation)
-    static_cast<void>(record::inspect(file));
+    static_cast<void>(record::inspect(file, {.gyro_id = options.request.gyro_id}));
 }
 
 void take(const DiagnoseOptions& options, const DiagnosisResult& result) {
@@ -125,6 +128,16 @@ void take(const DiagnoseOptions& options, const DiagnosisResult& result) {
   std::fflush(stdout);
 }
 
+int publish_result(const DiagnoseOptions& options, const DiagnosisResult& result) {
+  const std::int64_t now = service::unix_time_ns();
+  const auto published =
+      publish(finding(result, options.listening.gyro_id, 0, now), options.listening.network);
+  if (published == Publication::kReceived) return service::kExitDone;
+  std::fprintf(stderr, "diagnose --publish: nobody in domain %u subscribes to twin_report\n",
+               options.listening.network.domain);
+  return service::kExitNo;
+}
+
 int diagnose(DiagnoseOptions options) {
   for (const std::string& name : options.axes) {
     for (const auto axis : core::kAxes) {
@@ -138,10 +151,11 @@ int diagnose(DiagnoseOptions options) {
     LiveDiagnosis live(options.request, options.listening);
     live.run([&options](const DiagnosisResult& result) { take(options, result); });
     service::end_within(service::kStopWithin, service::kExitDone);
-  } else {
-    take(options, run_diagnosis(options.request));
+    return service::kExitDone;
   }
-  return service::kExitDone;
+  const DiagnosisResult result = run_diagnosis(options.request);
+  take(options, result);
+  return options.publish ? publish_result(options, result) : service::kExitDone;
 }
 
 }  // namespace
@@ -152,7 +166,7 @@ void add_diagnose(CLI::App& app, Run& run) {
   auto options = std::make_shared<DiagnoseOptions>();
   DiagnosisRequest& request = options->request;
   command->add_option("--model", request.model, "the twin's model file")->required();
-  command->add_option("--record", request.record, "a .csv, .csv.gz or .csv.xz file");
+  command->add_option("--record", request.record, kRecordHelp);
   command->add_flag("--live", options->live,
                     "in place of a record: what a running system publishes; Ctrl-C diagnoses what "
                     "was heard so far");
@@ -162,8 +176,14 @@ void add_diagnose(CLI::App& app, Run& run) {
       ->transform(CLI::AsNumberWithUnit(
           std::map<std::string, double>{{"s", 1.0}, {"min", 60.0}, {"h", 3600.0}}))
       ->capture_default_str();
-  command->add_option("--gyro-id", options->listening.gyro_id, "with --live: which gyro")
-      ->capture_default_str();
+  command->add_flag("--publish", options->publish,
+                    "with --record: tell a running system, so that its console shows the finding; "
+                    "--live always does");
+  const auto* gyro_id = command
+                            ->add_option("--gyro-id", options->listening.gyro_id,
+                                         "with --live and --publish: which gyro; of .mcap files: "
+                                         "which, where there are several")
+                            ->capture_default_str();
   service::add_network_options(*command, options->listening.network);
   command->add_option("--columns", request.columns,
                       "names and units of a foreign CSV; of all records");
@@ -180,8 +200,13 @@ void add_diagnose(CLI::App& app, Run& run) {
                       "file for the repaired model; if nothing is repaired, the model as it was");
   command->add_option("--json", options->json, "file for all figures");
   command->add_option("--html", options->html, "file for a report with pictures");
-  command->footer("Exit codes: 0 diagnosed, whatever the verdict; 2 wrong usage or bad input.");
-  command->callback([options, &run] { run = [options] { return diagnose(*options); }; });
+  command->footer(
+      "Exit codes: 0 diagnosed, whatever the verdict; 1 nobody heard --publish; 2 wrong usage or "
+      "bad input.");
+  command->callback([options, gyro_id, &run] {
+    options->request.gyro_id = chosen_gyro(*gyro_id);
+    run = [options] { return diagnose(*options); };
+  });
 }
 
 }  // namespace zerodrift::services

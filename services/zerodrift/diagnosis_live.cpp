@@ -11,7 +11,7 @@
 
 #include "common/dds/conversions.h"
 #include "common/service/main.h"
-#include "services/zerodrift/diagnosis_event.h"
+#include "common/service/monotonic_clock.h"
 
 namespace zerodrift::services {
 namespace {
@@ -50,6 +50,7 @@ LiveDiagnosis::LiveDiagnosis(const DiagnosisRequest& request, const LiveOptions&
     : request_(request),
       options_(options),
       host_(kName, options.network),
+      report_writer_(host_.participant(), host_.observer()),
       progress_(host_.participant(), kName),
       reference_reader_(
           host_.participant(),
@@ -204,7 +205,8 @@ void LiveDiagnosis::tick() {
   }
   if (phase_ != Phase::kDone) return;
   if (finding_) {
-    host_.raise(*finding_);
+    host_.raise(finding_->event);
+    for (msg::TwinReport& report : finding_->reports) report_writer_.write(report);
     finding_.reset();
   } else {
     service::request_stop();
@@ -232,7 +234,7 @@ void LiveDiagnosis::run(const std::function<void(const DiagnosisResult&)>& take)
       const DiagnosisResult result = run_diagnosis(request_, record);
       take(result);
       const std::lock_guard lock(mutex_);
-      finding_ = diagnosis_event(result, options_.gyro_id, newest_.count());
+      finding_ = finding(result, options_.gyro_id, newest_.count(), service::unix_time_ns());
     } catch (...) {
       error = std::current_exception();
     }

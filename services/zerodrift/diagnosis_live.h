@@ -16,6 +16,7 @@
 #include "services/zerodrift/diagnosis_run.h"
 #include "services/zerodrift/live_rows.h"
 #include "services/zerodrift/measured_record.h"
+#include "services/zerodrift/twin_report.h"
 
 namespace zerodrift::services {
 
@@ -35,8 +36,8 @@ class LiveDiagnosis {
   LiveDiagnosis(const DiagnosisRequest& request, const LiveOptions& options);
 
   // Listens for the duration, to the end of a replay, or until a stop signal; diagnoses; hands the
-  // result to `take`, then publishes the event. A second stop signal ends the process. Throws as
-  // run_diagnosis() does, and where too little was heard.
+  // result to `take`, then publishes event and reports. A second stop signal ends the process.
+  // Throws as run_diagnosis() does, and where too little was heard.
   void run(const std::function<void(const DiagnosisResult&)>& take);
 
  private:
@@ -76,10 +77,11 @@ class LiveDiagnosis {
   std::uint64_t newest_sequence_ = 0;
   std::uint64_t heard_ = 0;
   bool paced_ = false;
-  bool over_ = false;                           // the duration has passed or the source has ended
-  int ticks_over_ = 0;                          // since then
-  int ticks_matched_ = 0;                       // since a publisher's writer was matched
-  std::optional<service::Occurrence> finding_;  // to be published
+  bool over_ = false;               // the duration has passed or the source has ended
+  int ticks_over_ = 0;              // since then
+  int ticks_matched_ = 0;           // since a publisher's writer was matched
+  std::optional<Finding> finding_;  // to be published
+  dds::Writer<msg::TwinReport> report_writer_;
   service::ReplayProgressReporter progress_;
   dds::Reader<msg::RateReference> reference_reader_;
   dds::Reader<msg::Temperature> temperature_reader_;

@@ -143,9 +143,9 @@ DiagnosisResult diagnose_with(const DiagnosisRequest& request, const MeasuredRec
   double done = share_of_each;
   for (const std::string& file : request.validation) {
     bar.show(done);
-    MeasuredRecord held_out =
-        read_measured_record({.record = file, .columns = request.columns},
-                             [&](double share) { bar.show(done + share_of_each * share); });
+    MeasuredRecord held_out = read_measured_record(
+        {.record = file, .columns = request.columns, .gyro_id = request.gyro_id},
+        [&](double share) { bar.show(done + share_of_each * share); });
     done += share_of_each;
     note(held_out);
     require_common_axis(record, held_out);
@@ -174,9 +174,12 @@ DiagnosisResult run_diagnosis(const DiagnosisRequest& request) {
   ProgressBar bar("diagnose");
   const double share_of_each = kReading / static_cast<double>(1 + request.validation.size());
   bar.show(0.0);
-  const MeasuredRecord record = read_measured_record(
-      {.record = request.record, .columns = request.columns, .axes = request.axes},
-      [&](double share) { bar.show(share_of_each * share); });
+  const MeasuredRecord record =
+      read_measured_record({.record = request.record,
+                            .columns = request.columns,
+                            .gyro_id = request.gyro_id,
+                            .axes = request.axes},
+                           [&](double share) { bar.show(share_of_each * share); });
   return diagnose_with(request, record, bar);
 }
 

@@ -2,6 +2,8 @@
 // A twin against its records: loads both, diagnoses, and tells what came of it.
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,10 +17,11 @@ namespace zerodrift::services {
 struct DiagnosisRequest {
   std::string model;
   std::string record;
-  std::string columns;                    // of all records
-  std::vector<std::string> validation{};  // records that take no part in choosing and fitting
-  std::vector<core::Axis> axes{};         // empty: those that the record has
-  std::string date;                       // for the origin of what is added
+  std::string columns;                     // of all records
+  std::optional<std::uint32_t> gyro_id{};  // of MCAP files that hold several
+  std::vector<std::string> validation{};   // records that take no part in choosing and fitting
+  std::vector<core::Axis> axes{};          // empty: those that the record has
+  std::string date;                        // for the origin of what is added
 };
 
 // A record in figures.

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/zerodrift/gyro_load.h"
 
-#include <time.h>
-
 #include <algorithm>
-#include <atomic>
 #include <cstdio>
 #include <fstream>
 #include <memory>
@@ -13,11 +10,11 @@
 #include <stdexcept>
 #include <thread>
 
-#include "common/dds/participant.h"
 #include "common/report/json_file.h"
 #include "common/service/host.h"
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
+#include "services/zerodrift/answer_counter.h"
 #include "services/zerodrift/bench_process.h"
 #include "services/zerodrift/progress_bar.h"
 
@@ -28,53 +25,6 @@ using namespace std::chrono_literals;
 constexpr auto kAnswerWithin = 20000ms;
 constexpr double kStep = 1.5;
 constexpr auto kBacklogGone = 2000ms;  // of a rate that was too much
-
-// Counts what the chain answers. The middleware's thread counts, the bench reads between two steps.
-class Subscriber {
- public:
-  Subscriber(std::uint32_t domain, std::uint32_t gyros, double deadline_ms)
-      : newest_(gyros + 1),
-        deadline_ns_(static_cast<std::int64_t>(1e6 * deadline_ms)),
-        participant_("zerodrift_bench", {.domain = domain, .interfaces = {}, .peers = {}}),
-        reader_(participant_, [this](const msg::CompensatedRate& sample, const dds::SampleOrigin&) {
-          count(sample);
-        }) {}
-
-  struct Counts {
-    std::uint64_t received = 0;
-    std::uint64_t late = 0;
-  };
-  [[nodiscard]] Counts counts() const { return {received_.load(), late_.load()}; }
-  // Every gyro has been answered at least once.
-  [[nodiscard]] bool heard_all() const {
-    return std::all_of(newest_.begin() + 1, newest_.end(),
-                       [](const auto& newest) { return newest.load() > 0; });
-  }
-
- private:
-  void count(const msg::CompensatedRate& sample) {
-    const std::int64_t now_ns = service::monotonic_ns();
-    if (sample.gyro_id() >= newest_.size()) return;
-    auto& newest = newest_[sample.gyro_id()];
-    if (sample.sequence_number() <= newest.load(std::memory_order_relaxed)) return;
-    newest.store(sample.sequence_number(), std::memory_order_relaxed);
-    if (now_ns - sample.publish_time_ns() > deadline_ns_) ++late_;
-    ++received_;
-  }
-
-  std::vector<std::atomic<std::uint64_t>> newest_;  // by gyro
-  std::int64_t deadline_ns_;
-  std::atomic<std::uint64_t> received_{0};
-  std::atomic<std::uint64_t> late_{0};
-  dds::Participant participant_;
-  dds::Reader<msg::CompensatedRate> reader_;
-};
-
-double own_cpu_s() {
-  timespec used{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &used);
-  return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
-}
 
 // One rate: what came of it, and what each process used. CPU in % of a core.
 struct Step {
@@ -160,7 +110,7 @@ class Load {
 
   const GyroLoadOptions& options_;
   std::uint32_t gyros_;
-  Subscriber subscriber_;
+  AnswerCounter subscriber_;
   BenchProcess compensation_;
   BenchProcess fleet_;
 };

@@ -3,9 +3,13 @@
 #include <cstdio>
 #include <string>
 
+#include "common/mcap/mcap_reader.h"
 #include "common/record/record_reader.h"
+#include "common/report/json_file.h"
 #include "common/service/main.h"
 #include "services/zerodrift/commands.h"
+#include "services/zerodrift/info_mcap.h"
+#include "services/zerodrift/record_options.h"
 
 namespace zerodrift::services {
 namespace {
@@ -13,6 +17,7 @@ namespace {
 struct InfoOptions {
   std::string record;
   std::string columns;
+  std::string json;
 };
 
 std::string axes(const core::PerAxis<bool>& has) {
@@ -23,7 +28,18 @@ std::string axes(const core::PerAxis<bool>& has) {
   return names.empty() ? "none" : names;
 }
 
+nlohmann::ordered_json json_of(const record::RecordInfo& record) {
+  nlohmann::ordered_json json{{"file", record.path.string()},
+                              {"columns", record.columns},
+                              {"thermometers", record.probes},
+                              {"sample_period_s", record.sample_period_s},
+                              {"warnings", record.warnings}};
+  for (const auto& [key, value] : record.metadata) json["metadata"][key] = value;
+  return json;
+}
+
 int info(const InfoOptions& options) {
+  if (mcap::is_mcap(options.record)) return show_mcap(options.record, options.json);
   const auto record =
       record::inspect(options.record, {.columns = record::parse_column_map(options.columns)});
   std::string probes;
@@ -33,6 +49,7 @@ int info(const InfoOptions& options) {
               axes(record.has_reference).c_str(), probes.empty() ? "none" : probes.c_str(),
               record.sample_period_s);
   for (const auto& line : record.warnings) std::printf("%s\n", line.c_str());
+  if (!options.json.empty()) report::write_json(options.json, json_of(record));
   return service::kExitDone;
 }
 
@@ -41,8 +58,10 @@ int info(const InfoOptions& options) {
 void add_info(CLI::App& app, Run& run) {
   auto* command = app.add_subcommand("info", "what a record holds");
   auto options = std::make_shared<InfoOptions>();
-  command->add_option("--record", options->record, "a .csv, .csv.gz or .csv.xz file")->required();
+  command->add_option("record,--record", options->record, kRecordHelp)->required();
   command->add_option("--columns", options->columns, "names and units of a foreign CSV");
+  command->add_option("--json", options->json, "file for all figures");
+  command->footer("Exit codes: 0 it is whole; 1 an .mcap file was cut or is damaged; 2 no record.");
   command->callback([options, &run] { run = [options] { return info(*options); }; });
 }
 

@@ -14,8 +14,7 @@ constexpr std::size_t kStepsForPeriod = 100;
 constexpr core::SensorTime kReferenceHolds = std::chrono::seconds(1);
 
 bool tells_true_rate(core::ReferenceKind kind) {
-  return kind == core::ReferenceKind::kRest || kind == core::ReferenceKind::kRateTable ||
-         kind == core::ReferenceKind::kRecord;
+  return kind == core::ReferenceKind::kRateTable || kind == core::ReferenceKind::kRecord;
 }
 
 double median_step_s(const std::deque<core::AngularRateSample>& rates) {

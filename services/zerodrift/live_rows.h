@@ -51,7 +51,7 @@ class LiveRows {
   explicit LiveRows(const LiveRowsOptions& options = {}) : options_(options) {}
 
   void push(const core::AngularRateSample& sample);
-  // Residuals of a navigation filter say nothing of the true rate and are passed over.
+  // What a navigation filter gives back rests on the compensation and is passed over.
   void push(const core::RateReferenceSample& reference);
   void push(const core::TemperatureSample& reading);
   // Nothing more comes: nobody is waited for from now on.

@@ -13,11 +13,15 @@ int main(int argc, char** argv) {
   services::add_simulate(app, run);
   services::add_compensate(app, run);
   services::add_compare(app, run);
+  services::add_navigate(app, run);
   services::add_allan(app, run);
   services::add_diagnose(app, run);
   services::add_record(app, run);
+  services::add_replay(app, run);
   services::add_info(app, run);
+  services::add_export(app, run);
   services::add_control(app, run);
+  services::add_health(app, run);
   services::add_bench(app, run);
   return service::run_main(app, argc, argv, [&] { return run(); });
 }

@@ -3,8 +3,10 @@
 // counts as not measured, and a line says which column, what was found and what would be right.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,7 +20,8 @@ namespace zerodrift::services {
 struct MeasuredRecordRequest {
   std::string record;
   std::string columns;
-  std::vector<core::Axis> axes{};  // empty: those that the record has
+  std::optional<std::uint32_t> gyro_id{};  // of an MCAP file that holds several
+  std::vector<core::Axis> axes{};          // empty: those that the record has
 };
 
 struct MeasuredRecord {

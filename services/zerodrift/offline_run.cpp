@@ -2,8 +2,31 @@
 #include "services/zerodrift/offline_run.h"
 
 #include <algorithm>
+#include <chrono>
+
+#include "common/core/integer_time.h"
+#include "common/mcap/mcap_reader.h"
 
 namespace zerodrift::services {
+namespace {
+
+constexpr core::SensorTime kPatience = std::chrono::minutes(1);
+
+// What went wrong with the time of a live stream is answered as it was live; a file that claims to
+// be a record is held to it.
+record::RecordOptions reader_options(const std::string& record, const std::string& columns,
+                                     std::optional<std::uint32_t> gyro_id) {
+  return {.columns = record::parse_column_map(columns),
+          .time_order = mcap::is_mcap(record) ? record::TimeOrder::kAsFound
+                                              : record::TimeOrder::kStrictlyIncreasing,
+          .gyro_id = gyro_id};
+}
+
+}  // namespace
+
+OfflineRun::OfflineRun(const std::string& record, const std::string& columns,
+                       std::optional<std::uint32_t> gyro_id, compensation::Compensator& compensator)
+    : reader_(record, reader_options(record, columns, gyro_id)), compensator_(compensator) {}
 
 std::vector<std::string> missing_probes(const compensation::CompensationOptions& options,
                                         const record::RecordInfo& info) {
@@ -17,12 +40,30 @@ std::vector<std::string> missing_probes(const compensation::CompensationOptions&
 
 void OfflineRun::push(const record::RecordRow& row) {
   for (std::size_t probe = 0; probe < reader_.info().probes.size(); ++probe) {
+    if (!record::brings_temperature(row, probe)) continue;
     record::to_temperature(row, reader_.info(), probe, temperature_);
     compensator_.push(temperature_);
   }
-  if (const auto reference = record::to_rate_reference(row, reader_.info()))
+  auto reference = record::to_rate_reference(row, reader_.info());
+  if (record::brings_rate(row)) {
+    held_.push_back({record::to_angular_rate(row), reference});
+  } else if (reference) {
     compensator_.push(*reference);
-  compensator_.push(record::to_angular_rate(row));
+  }
+}
+
+void OfflineRun::push_held() {
+  while (!held_.empty()) {
+    Held& next = held_.front();
+    if (next.reference) compensator_.push(*next.reference);
+    next.reference.reset();
+    if (compensator_.push(next.rate) == compensation::Admission::kQueueFull) return;
+    held_.pop_front();
+  }
+}
+
+bool OfflineRun::waits_too_long(core::SensorTime now) const {
+  return !held_.empty() && core::saturating_difference(now, compensator_.needed_time()) > kPatience;
 }
 
 }  // namespace zerodrift::services

@@ -2,6 +2,9 @@
 // A record through the service's computation, without the services.
 #pragma once
 
+#include <cstdint>
+#include <deque>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,13 +19,13 @@ namespace zerodrift::services {
     const compensation::CompensationOptions& options, const record::RecordInfo& info);
 
 // Feeds a record as the publishers do and answers every sample as soon as all that belongs to it is
-// there.
+// there. Temperatures go ahead of the rates that wait for them, as they do live; where they stop
+// for a minute of sensor time, nobody waits for them.
 class OfflineRun {
  public:
+  // `gyro_id`: of an MCAP file that holds several.
   OfflineRun(const std::string& record, const std::string& columns,
-             compensation::Compensator& compensator)
-      : reader_(record, record::RecordOptions{.columns = record::parse_column_map(columns)}),
-        compensator_(compensator) {}
+             std::optional<std::uint32_t> gyro_id, compensation::Compensator& compensator);
 
   [[nodiscard]] const record::RecordInfo& info() const { return reader_.info(); }
   [[nodiscard]] const std::vector<std::string>& warnings() const { return reader_.warnings(); }
@@ -32,32 +35,47 @@ class OfflineRun {
   void run(bool probe_missing, Take&& take) {
     while (const record::RecordRow* row = reader_.next()) {
       push(*row);
-      if (probe_missing) compensator_.give_up_waiting();
-      answer_ready(take);
+      do {
+        push_held();
+        if (probe_missing || waits_too_long(row->time)) compensator_.give_up_waiting();
+      } while (answer_ready(take) > 0 && !held_.empty());
     }
-    compensator_.give_up_waiting();  // the record is over: nothing more comes
-    answer_ready(take);
+    do {
+      push_held();
+      compensator_.give_up_waiting();  // the record is over: nothing more comes
+    } while (answer_ready(take) > 0);
   }
 
  private:
-  void push(const record::RecordRow& row);
+  // A rate for which the compensator has no room yet, with the reference of the same time.
+  struct Held {
+    core::AngularRateSample rate{};
+    std::optional<core::RateReferenceSample> reference{};
+  };
 
+  void push(const record::RecordRow& row);
+  void push_held();
+  [[nodiscard]] bool waits_too_long(core::SensorTime now) const;
+
+  // How many were answered.
   template <typename Take>
-  void answer_ready(Take&& take) {
-    for (;;) {
+  std::uint64_t answer_ready(Take&& take) {
+    for (std::uint64_t answered = 0;;) {
       const compensation::Readiness readiness = compensator_.readiness();
       if (readiness == compensation::Readiness::kAwaitsModel) {
-        if (!compensator_.learner().run_one()) return;
+        if (!compensator_.learner().run_one()) return answered;
         continue;
       }
-      if (readiness != compensation::Readiness::kReady) return;
+      if (readiness != compensation::Readiness::kReady) return answered;
       take(compensator_.answer_next());
+      ++answered;
     }
   }
 
   record::RecordReader reader_;
   compensation::Compensator& compensator_;
   core::TemperatureSample temperature_;
+  std::deque<Held> held_;
 };
 
 }  // namespace zerodrift::services

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// zerodrift record: the live compensated topic as a record.
+// zerodrift record: the live compensated topic as a CSV record, or all topics as an MCAP file.
 #include <cstdio>
 #include <mutex>
 #include <optional>
+#include <stdexcept>
 #include <string>
 
 #include "common/dds/conversions.h"
@@ -11,6 +12,8 @@
 #include "common/service/replay_pacer.h"
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/compensated_csv.h"
+#include "services/zerodrift/record_mcap.h"
+#include "services/zerodrift/record_options.h"
 
 namespace zerodrift::services {
 namespace {
@@ -89,17 +92,100 @@ class Recorder {
   dds::Reader<msg::CompensatedRate> reader_;
 };
 
+// The options of the command line; those of MCAP files alone are kept as they are used.
+struct RecordArguments {
+  RecordOptions csv;
+  McapRecordOptions mcap;
+  double chunk_kb = 1024.0;
+  double split_mb = 0.0;
+  double split_s = 0.0;
+  double queue_mb = 64.0;
+  CLI::Option* gyro_id = nullptr;
+  std::vector<CLI::Option*> only_mcap;
+};
+
+int record(const RecordArguments& arguments) {
+  if (!arguments.csv.out.ends_with(".mcap")) {
+    for (const auto* option : arguments.only_mcap) {
+      if (option->count() == 0) continue;
+      throw std::invalid_argument(option->get_name() +
+                                  ": is for recordings, so --out must end in .mcap");
+    }
+    return Recorder(arguments.csv).run();
+  }
+  McapRecordOptions options = arguments.mcap;
+  options.network = arguments.csv.network;
+  options.samples = arguments.csv.samples;
+  if (arguments.gyro_id->count() > 0) options.gyro_id = arguments.csv.gyro_id;
+  options.queue_bytes = static_cast<std::size_t>(1e6 * arguments.queue_mb);
+  options.file.out = arguments.csv.out;
+  options.file.writer.chunk_bytes = static_cast<std::size_t>(1024.0 * arguments.chunk_kb);
+  options.file.split_bytes = static_cast<std::uint64_t>(1e6 * arguments.split_mb);
+  options.file.split_ns = static_cast<std::int64_t>(1e9 * arguments.split_s);
+  if (options.pre_trigger_s > 0.0) options.file.opening = Opening::kWithTheFirstMessage;
+  options.file.is_numbered =
+      options.file.split_bytes > 0 || options.file.split_ns > 0 || options.pre_trigger_s > 0.0;
+  options.file.metadata = {
+      {"domain", std::to_string(options.network.domain)},
+      {"log_time", "Unix time of arrival at the recorder, ns"},
+      {"publish_time", "sensor time where the message has one above 0, else log_time"},
+      {"sequence", "the low 32 bits of sequence_number where the message has one"}};
+  return record_mcap(options);
+}
+
+void add_mcap_options(CLI::App& command, RecordArguments& arguments) {
+  McapRecordOptions& mcap = arguments.mcap;
+  arguments.only_mcap = {
+      command.add_option("--topics", mcap.topics, ".mcap: these alone, by commas; all without")
+          ->delimiter(','),
+      command.add_option("--duration", mcap.duration_s, ".mcap: stop after so many seconds")
+          ->check(CLI::PositiveNumber),
+      add_compression(command, mcap.file.writer.compression),
+      command.add_option("--chunk-size", arguments.chunk_kb, ".mcap: kB of a chunk, uncompressed")
+          ->check(CLI::Range(1.0, 65536.0))
+          ->capture_default_str(),
+      command
+          .add_option("--split-size", arguments.split_mb,
+                      ".mcap: a new file every so many MB: <out>_0001.mcap, ...")
+          ->check(CLI::Range(0.01, 1e6)),
+      command
+          .add_option("--split-duration", arguments.split_s, ".mcap: a new file every so many s")
+          ->check(CLI::Range(0.1, 1e7)),
+      command
+          .add_option("--pre-trigger", mcap.pre_trigger_s,
+                      ".mcap: keep so many s in memory and write them when an event of severity "
+                      "warning or error comes")
+          ->check(CLI::Range(0.1, 86400.0)),
+      command.add_option("--post-trigger", mcap.post_trigger_s, ".mcap: and so many s after it")
+          ->check(CLI::Range(0.0, 86400.0))
+          ->capture_default_str(),
+      command.add_option("--trigger", mcap.trigger, ".mcap: events of this code alone"),
+      command.add_option("--attach", mcap.file.attachments,
+                         ".mcap: a file that belongs to the recording (repeatable)"),
+      command.add_option("--attach-checkpoint", mcap.file.checkpoint_dir,
+                         ".mcap: the compensation's --checkpoint-dir; the newest of each gyro at "
+                         "begin and end"),
+      command.add_option("--queue", arguments.queue_mb, ".mcap: MB that may wait for the disk")
+          ->check(CLI::Range(0.01, 65536.0))
+          ->capture_default_str()};
+}
+
 }  // namespace
 
 void add_record(CLI::App& app, Run& run) {
-  auto* command = app.add_subcommand("record", "write the live compensated topic to a record");
-  auto options = std::make_shared<RecordOptions>();
-  service::add_network_options(*command, options->network);
-  command->add_option("--gyro-id", options->gyro_id, "which gyro")->capture_default_str();
-  command->add_option("--out", options->out, "record to write: .csv, .csv.gz or .csv.xz")
+  auto* command = app.add_subcommand(
+      "record", "write the live compensated topic to a CSV record, or all topics to an MCAP file");
+  auto options = std::make_shared<RecordArguments>();
+  service::add_network_options(*command, options->csv.network);
+  options->gyro_id =
+      command->add_option("--gyro-id", options->csv.gyro_id, "which gyro; .mcap: all without")
+          ->capture_default_str();
+  command->add_option("--out", options->csv.out, "file to write: .csv, .csv.gz, .csv.xz or .mcap")
       ->required();
-  command->add_option("--samples", options->samples, "stop after so many; without, at Ctrl-C");
-  command->callback([options, &run] { run = [options] { return Recorder(*options).run(); }; });
+  command->add_option("--samples", options->csv.samples,
+                      "stop after so many compensated samples; without, at Ctrl-C");
+  add_mcap_options(*command, *options);
+  command->callback([options, &run] { run = [options] { return record(*options); }; });
 }
 
 }  // namespace zerodrift::services

@@ -21,23 +21,7 @@ constexpr std::size_t kEventsShown = 6;
 constexpr double kUnknown = -1.0;
 constexpr double kMinute = 60.0;
 
-// The point nearest to a minute; nothing farther off than a factor of 1.5.
-const msg::AllanPoint* minute_point(const msg::AllanReport& report) {
-  const auto distance = [](const msg::AllanPoint& point) {
-    return std::abs(std::log(point.tau_s() / kMinute));
-  };
-  const auto& points = report.since_start();
-  const auto nearest =
-      std::min_element(points.begin(), points.end(),
-                       [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
-  return nearest == points.end() || distance(*nearest) > std::log(1.5) ? nullptr : &*nearest;
-}
-
 const std::string kPart = "compensation:";  // see service::StatusPart
-
-std::string part(std::uint32_t gyro) {
-  return kPart + std::to_string(gyro);
-}
 
 std::string known(const char* format, double value) {
   return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : "-";
@@ -52,6 +36,21 @@ std::string figure(const msg::BlockStatistics& blocks) {
 }
 
 }  // namespace
+
+const msg::AllanPoint* StatusBoard::minute_point(const msg::AllanReport& report) {
+  const auto distance = [](const msg::AllanPoint& point) {
+    return std::abs(std::log(point.tau_s() / kMinute));
+  };
+  const auto& points = report.since_start();
+  const auto nearest =
+      std::min_element(points.begin(), points.end(),
+                       [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
+  return nearest == points.end() || distance(*nearest) > std::log(1.5) ? nullptr : &*nearest;
+}
+
+std::string StatusBoard::part(std::uint32_t gyro) {
+  return kPart + std::to_string(gyro);
+}
 
 StatusBoard::StatusBoard(dds::Participant& participant)
     : status_reader_(participant,
@@ -241,11 +240,6 @@ std::string StatusBoard::hop_row(const Hop& hop) const {
 }
 
 std::string StatusBoard::hops() const {
-  static constexpr std::array kHops{Hop{"compensation", "sensor", "sensor to publisher"},
-                                    Hop{"compensation", "arrival", "publisher to compensation"},
-                                    Hop{"compensation", "compute", "in it (a replay waits there)"},
-                                    Hop{"allan_monitor", "delivery", "compensation to monitor"},
-                                    Hop{"allan_monitor", "chain", "publisher to monitor"}};
   std::string rows;
   for (const Hop& hop : kHops) rows += hop_row(hop);
   if (rows.empty()) return "";

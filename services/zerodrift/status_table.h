@@ -2,6 +2,7 @@
 // What the running system says of itself, gathered from its topics and shown as a table.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <mutex>
@@ -21,6 +22,8 @@ class StatusBoard {
 
   // The table as text, one gyro after the other; empty before anything was heard.
   [[nodiscard]] std::string table();
+  // The same and more as one line of JSON.
+  [[nodiscard]] std::string json();
   // The figures a run is judged by, as text.
   [[nodiscard]] std::string summary();
   // True once the gyro publisher has published its source to the end.
@@ -53,6 +56,16 @@ class StatusBoard {
     const char* name;
     const char* heading;
   };
+  static constexpr std::array kHops{Hop{"compensation", "sensor", "sensor to publisher"},
+                                    Hop{"compensation", "arrival", "publisher to compensation"},
+                                    Hop{"compensation", "compute", "in it (a replay waits there)"},
+                                    Hop{"allan_monitor", "delivery", "compensation to monitor"},
+                                    Hop{"allan_monitor", "chain", "publisher to monitor"}};
+  // What a service says of a gyro: the name of that part of its status.
+  static std::string part(std::uint32_t gyro);
+  // The point nearest to a minute; null where none is within a factor of 1.5.
+  static const msg::AllanPoint* minute_point(const msg::AllanReport& report);
+  [[nodiscard]] std::string gyro_json(std::uint32_t gyro) const;
   [[nodiscard]] std::string hop_row(const Hop& hop) const;
   [[nodiscard]] std::string hops() const;
   [[nodiscard]] bool all_answered() const;

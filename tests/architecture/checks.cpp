@@ -86,8 +86,11 @@ std::vector<std::string> files(const Tree& tree, const std::string& folder,
                                const std::function<bool(const fs::path&)>& wanted) {
   std::vector<std::string> found;
   if (!fs::is_directory(tree.root / folder)) return found;
-  for (const auto& entry : fs::recursive_directory_iterator(tree.root / folder)) {
+  fs::recursive_directory_iterator entries(tree.root / folder);
+  for (; entries != fs::recursive_directory_iterator(); ++entries) {
+    const fs::directory_entry& entry = *entries;
     std::string path = fs::relative(entry.path(), tree.root).string();
+    if (entry.path().filename() == "node_modules") entries.disable_recursion_pending();  // others'
     if (path.starts_with(kFixtures)) continue;
     if (entry.is_regular_file() && wanted(entry.path())) found.push_back(std::move(path));
   }

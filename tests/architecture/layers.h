@@ -29,12 +29,16 @@ inline constexpr std::array kLayers{
     Layer{"common/compensation", Purity::kPure,   {"common/core", "common/thermal", "common/regression", "common/navigation", "common/twin"}},
     Layer{"common/comparison",   Purity::kPure,   {"common/core", "common/thermal", "common/regression", "common/allan", "common/compensation"}},
     Layer{"common/diagnosis",    Purity::kPure,   {"common/core", "common/twin", "common/allan"}},
-    Layer{"common/record",       Purity::kSystem, {"common/core"}},
+    Layer{"common/mcap",         Purity::kSystem, {"common/core"}},
+    Layer{"common/record",       Purity::kSystem, {"common/core", "common/mcap"}},
     Layer{"common/checkpoint",   Purity::kSystem, {"common/core", "common/thermal", "common/regression", "common/compensation", "common/record", "idl/proto"}},
     Layer{"common/report",       Purity::kSystem, {"common/record"}},
     Layer{"common/drivers",      Purity::kSystem, {"common/core"}},
     Layer{"common/config",       Purity::kSystem, {"common/core", "common/thermal", "common/regression", "common/navigation", "common/compensation", "common/twin", "idl/proto"}},
     Layer{"common/dds",          Purity::kSystem, {"common/core", "common/compensation", "common/allan", "idl/dds"}},
+    Layer{"common/web",          Purity::kSystem, {"common/core"}},
+    Layer{"common/foxglove",     Purity::kSystem, {"common/core", "common/web"}},
+    Layer{"common/replay",       Purity::kSystem, {"common/core", "common/record", "common/dds", "common/service", "idl/dds"}},
     Layer{"common/service",      Purity::kSystem, {"common/core", "common/dds", "idl/dds"}},
 };
 // clang-format on

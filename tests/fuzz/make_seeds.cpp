@@ -16,6 +16,8 @@
 #include "common/drivers/kvh_frame.h"
 #include "tests/fuzz/running_compensator.h"
 #include "tests/unit/checkpoint/saved_learner.h"
+#include "tests/unit/mcap/example_file.h"
+#include "tests/unit/record/recording.h"
 
 namespace zerodrift::fuzz {
 namespace {
@@ -52,6 +54,30 @@ void checkpoint_seeds() {
   write("checkpoint", "axis_with_its_initial_set", "a" + axis_bytes(3));
   write("checkpoint", "axis_just_begun", "a" + axis_bytes(5));
   write("checkpoint", "axis_with_models_kept", "a" + axis_bytes(9));
+}
+
+// ---------------------------------------- MCAP
+
+void mcap_seeds() {
+  using zerodrift::mcap::Compression;
+  const auto example = [](Compression compression) {
+    return mcap::testing::make_example(
+        {.compression = compression, .messages = 12, .chunk_bytes = 150});
+  };
+  const auto zstd = example(Compression::kZstd);
+  write("mcap", "zstd", "m" + zstd.bytes);
+  write("mcap", "lz4", "m" + example(Compression::kLz4).bytes);
+  write("mcap", "uncompressed", "m" + example(Compression::kNone).bytes);
+  write("mcap", "cut", "m" + zstd.bytes.substr(0, zstd.chunk_ends.back().first - 20));
+  record::Recording record(record::Channels::kPerTopic);
+  record.add(1, record::reading_at(0.5, "coil", 20.0));
+  record.add(1, record::rate_at(1.0, 1));
+  record.add(1, core::RateReferenceSample{.time = core::from_seconds(1.0)});
+  record.add(1, record::rate_at(0.9, 2));
+  const std::string recorded = record.bytes_so_far();
+  if (recorded.size() > 4000) throw std::runtime_error("the seeds of mcap are too large");
+  write("mcap", "record_in_any_order", "R" + recorded);
+  write("mcap", "record", "r" + recorded);
 }
 
 // ---------------------------------------- running state
@@ -207,6 +233,16 @@ void dds_seeds() {
   part.parts(1);
   part.bytes().assign(8, 1);
   dds_seed(10, "checkpoint", part);
+  msg::NavigationState navigation;
+  navigation.gyro_id(1);
+  navigation.attitude({1.0, 0.0, 0.0, 0.0});
+  dds_seed(11, "navigation", navigation);
+  msg::TwinReport twin;
+  twin.gyro_id(1);
+  twin.verdict("effect_named");
+  twin.effects().emplace_back().name("shupe");
+  twin.points().resize(2);
+  dds_seed(12, "twin_report", twin);
 }
 
 // ---------------------------------------- serial frames
@@ -281,6 +317,7 @@ int main(int argc, char** argv) {
   }
   zerodrift::fuzz::root = argv[1];
   zerodrift::fuzz::checkpoint_seeds();
+  zerodrift::fuzz::mcap_seeds();
   zerodrift::fuzz::running_state_seeds();
   zerodrift::fuzz::datagram_seeds();
   zerodrift::fuzz::dds_seeds();

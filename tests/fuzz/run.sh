@@ -29,7 +29,7 @@ clang=/usr/bin/clang++
 mkdir -p "$build"
 cmake -G Ninja -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=None -DCMAKE_C_COMPILER=/usr/bin/clang \
   -DCMAKE_CXX_COMPILER="$clang" -DCMAKE_CXX_FLAGS="-O1 -g1" -DZERODRIFT_FUZZ=ON \
-  -DZERODRIFT_BUILD_BENCHMARKS=OFF -DZERODRIFT_BUILD_CYCLONE_PEER=OFF \
+  -DZERODRIFT_BUILD_BENCHMARKS=OFF -DZERODRIFT_BUILD_CYCLONE_PEER=OFF -DZERODRIFT_BUILD_PAGE=OFF \
   > "$build/configure.log" 2>&1 || { cat "$build/configure.log" >&2; exit 2; }
 cmake --build "$build" -j "$(nproc)" --target "${targets[@]/#/fuzz_}" > "$build/build.log" 2>&1 ||
   { tail -n 60 "$build/build.log" >&2; exit 2; }

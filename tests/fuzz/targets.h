@@ -25,6 +25,9 @@ void column_map(Bytes input);
 void compensation_config(Bytes input);
 void datagram(Bytes input);
 void dds_payload(Bytes input);
+void mcap(Bytes input);
+void foxglove_frame(Bytes input);
+void http_target(Bytes input);
 void record_csv(Bytes input);
 void running_state(Bytes input);
 void sample_stream(Bytes input);
@@ -45,6 +48,9 @@ inline constexpr std::array kTargets{
     Target{"compensation_config", compensation_config},
     Target{"datagram", datagram},
     Target{"dds_payload", dds_payload},
+    Target{"mcap", mcap},
+    Target{"foxglove_frame", foxglove_frame},
+    Target{"http_target", http_target},
     Target{"record_csv", record_csv},
     Target{"running_state", running_state},
     Target{"sample_stream", sample_stream},

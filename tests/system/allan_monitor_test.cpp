@@ -339,6 +339,47 @@ TEST(AllanMonitor, ACompensationThatAddsNoiseIsToldOnce) {
   bench.expect_alive_then_stop();
 }
 
+// Rule: the first correction is a step of the whole drift, not noise that the compensation adds.
+TEST(AllanMonitor, TheStepOfTheFirstCorrectionIsNoHarm) {
+  Bench bench(Domain::kAllanFirstCorrection);
+  Gyro gyro(bench.participant, 1);
+  gyro.connect();
+  constexpr int kBefore = 3000;  // samples: half a window
+  for (int k = 0; k < kBefore; ++k) {
+    auto sample = gyro.next();
+    for (std::size_t i = 0; i < 3; ++i) sample.rate_radps[i] += sample.applied_drift_radps[i];
+    sample.applied_drift_radps = {};
+    gyro.send(sample);
+  }
+  gyro.settle();
+  bench.await_report(1, gyro);
+  EXPECT_EQ((bench.newest()[{1, 0, 1}].samples()), static_cast<std::uint64_t>(kBefore));
+  constexpr int kAfter = 12000;
+  for (int k = 0; k < kAfter; ++k) {
+    auto sample = gyro.next();
+    sample.mode.fill(compensation::Mode::kLearning);
+    for (std::size_t i = 0; i < 3; ++i) {
+      sample.rate_radps[i] -= radps_from_deg_h(5.0);  // the drift in all: the rest is noise
+      sample.applied_drift_radps[i] += radps_from_deg_h(5.0);
+    }
+    gyro.send(sample);
+    if (k % 1000 == 999) {
+      gyro.settle();
+      bench.await_report(1, gyro);
+    }
+  }
+  for (std::uint32_t axis = 0; axis < 3; ++axis) {
+    for (std::uint32_t stream = 0; stream < 2; ++stream) {
+      const auto report = bench.newest()[{1, axis, stream}];
+      EXPECT_EQ(report.samples(), static_cast<std::uint64_t>(kAfter));
+      EXPECT_EQ(report.worse_than_raw(), 0U);
+    }
+  }
+  for (const char* axis : {"x", "y", "z"})
+    EXPECT_TRUE(bench.told_with(std::string("compensation_harms_") + axis).empty()) << axis;
+  bench.expect_alive_then_stop();
+}
+
 // The raw rate is put together again from two that change, and still stands.
 TEST(AllanMonitor, AStuckAxisIsToldAndSoIsItsRecovery) {
   Bench bench(Domain::kAllanStuck);

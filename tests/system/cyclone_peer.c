@@ -8,8 +8,7 @@
 #include <stdlib.h>
 
 #include "compensated_rate.h"
-
-#define BATCH 64
+#include "cyclone_reading.h"
 
 // The counterpart of the writer's quality of service in common/dds/topics.h.
 static dds_entity_t create_reader(dds_entity_t participant) {
@@ -33,7 +32,8 @@ static void print_octets(const uint8_t* values) {
   for (size_t i = 0; i < 3; ++i) printf(" %u", values[i]);
 }
 
-static void print_sample(const zerodrift_msg_CompensatedRate* sample) {
+static void print_sample(const void* lent) {
+  const zerodrift_msg_CompensatedRate* sample = lent;
   printf("%" PRIu32 " %" PRIu64 " %" PRId64 " %" PRIu32, sample->gyro_id, sample->sequence_number,
          sample->sensor_time_ns, sample->validity);
   print_values(sample->rate_radps, 3);
@@ -51,34 +51,6 @@ static void print_sample(const zerodrift_msg_CompensatedRate* sample) {
          sample->publish_time_ns, sample->ingress_time_ns, sample->egress_time_ns);
 }
 
-// Prints what is there; the number of samples, or negative where the middleware failed.
-static int take(dds_entity_t reader) {
-  void* samples[BATCH] = {NULL};  // NULL: lent by the middleware
-  dds_sample_info_t infos[BATCH];
-  const int count = dds_take(reader, samples, infos, BATCH, BATCH);
-  int valid = 0;
-  for (int i = 0; i < count; ++i) {
-    if (!infos[i].valid_data) continue;
-    print_sample(samples[i]);
-    ++valid;
-  }
-  if (count > 0) dds_return_loan(reader, samples, count);
-  return count < 0 ? count : valid;
-}
-
-static int receive(dds_entity_t participant, dds_entity_t reader, long wanted) {
-  const dds_entity_t condition = dds_create_readcondition(reader, DDS_ANY_STATE);
-  const dds_entity_t waitset = dds_create_waitset(participant);
-  dds_waitset_attach(waitset, condition, 0);
-  for (long received = 0; received < wanted;) {
-    if (dds_waitset_wait(waitset, NULL, 0, DDS_SECS(20)) <= 0) return 1;
-    const int count = take(reader);
-    if (count < 0) return 1;
-    received += count;
-  }
-  return 0;
-}
-
 int main(int argc, char** argv) {
   if (argc != 3) {
     fprintf(stderr, "usage: cyclone_peer DOMAIN SAMPLES\n");
@@ -91,7 +63,7 @@ int main(int argc, char** argv) {
     fprintf(stderr, "cyclone_peer: %s\n", dds_strretcode(reader));
     return 2;
   }
-  const int code = receive(participant, reader, strtol(argv[2], NULL, 10));
+  const int code = receive(participant, reader, strtol(argv[2], NULL, 10), print_sample);
   dds_delete(participant);
   return code;
 }

@@ -8,22 +8,13 @@
 #include <sstream>
 #include <string>
 
+#include "tests/system/cyclone_loopback.h"
 #include "tests/system/pipeline.h"
 
 namespace zerodrift::system_test {
 namespace {
 
 using namespace std::chrono_literals;
-
-// Loopback, no multicast, and the ports of the participants that our discovery looks for.
-constexpr const char* kLoopbackOnly =
-    "<CycloneDDS><Domain Id=\"any\">"
-    "<General><Interfaces><NetworkInterface name=\"lo\" multicast=\"false\"/></Interfaces>"
-    "<AllowMulticast>false</AllowMulticast></General>"
-    "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
-    "<MaxAutoParticipantIndex>39</MaxAutoParticipantIndex>"
-    "<Peers><Peer Address=\"127.0.0.1\"/></Peers></Discovery>"
-    "</Domain></CycloneDDS>";
 
 template <typename Values>
 void append_values(std::string& line, const Values& values) {

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "common/core/units.h"
 #include "tests/system/files.h"
 #include "tests/system/pipeline.h"
 
@@ -91,6 +92,7 @@ TEST(DiagnoseLive, FindsWhatTheRecordShowsAndItsModelIsAdopted) {
 
   dds::Participant participant("test", system.network());
   Collector<msg::Event> events(participant);
+  Collector<msg::TwinReport> reports(participant);
   Collector<msg::CompensatedRate> answers(participant);
   ChildProcess& live = system.start(
       "zerodrift", with({"--live", "--duration", "5h", "--json", system.path("live.json"), "--html",
@@ -120,6 +122,16 @@ TEST(DiagnoseLive, FindsWhatTheRecordShowsAndItsModelIsAdopted) {
   const std::string code = "diagnosis_" + x.at("verdict").get<std::string>();
   EXPECT_TRUE(eventually([&] { return told(events, code, "gyro 1; axis x: missing shupe"); }));
   EXPECT_TRUE(told(events, code, "gap"));
+  ASSERT_TRUE(eventually([&] { return reports.size() == 1; }));
+  const msg::TwinReport report = reports.all().front();
+  EXPECT_EQ(report.verdict(), x.at("verdict").get<std::string>());
+  ASSERT_FALSE(report.effects().empty());
+  EXPECT_STREQ(report.effects().front().name().c_str(), "shupe");
+  const Json& gap = x.at("gap").at("held_out");
+  EXPECT_LT(report.after_rms_radps(), report.before_rms_radps());
+  EXPECT_NEAR(core::deg_h_from_radps(report.before_rms_radps()),
+              gap.at("before_rms_deg_h").get<double>(),
+              1e-3 * gap.at("before_rms_deg_h").get<double>());
 
   // Samples to be compensated with the repaired model: the record once more, 200 times as fast.
   const Arguments again{"--source", "record", "--record", record, "--speed", "200"};

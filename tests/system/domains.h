@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A DDS domain for each system test, so that no test hears another.
+// A DDS domain for each system test, so that no test hears another: 120 to 229.
 #pragma once
 
 #include <cstdint>
@@ -23,6 +23,10 @@ enum class Domain : std::uint32_t {
   kSerialGyro,
   kSysfsThermometer,
   kCyclonePeer,
+  kRos2Imu,
+  kRos2ImuBad,
+  kSourceCommands,
+  kAllanFirstCorrection,
   kMemory,
   kStopAlone,
   kStopInMidRun,
@@ -76,7 +80,38 @@ enum class Domain : std::uint32_t {
   kResumeBad,
   kStopHangingReader,
   kStandbySecured,
-  kLast = 199,
+  kRecording,
+  kRecordingOfCsv,
+  kRecordingTrigger,
+  kRecordingSplit,
+  kRecordingKilled,
+  kRecordingFull,
+  kRecordingUsage,
+  kConsole,
+  kConsoleSlow,
+  kConsoleAccess,
+  kConsoleMetrics,
+  kConsoleHostile,
+  kConsoleSecured,
+  kConsoleSecured2,
+  kNavigation,
+  kNavigationResidual,
+  kNavigationResidualRefused,
+  kNavigationAbuse,
+  kNavigationUsage,
+  kProfileOneComputer,
+  kProfileSharedMemory,
+  kProfileTwoComputers,
+  kBenchFleetGyros,
+  kBenchFleet,
+  kBenchFleetNext,  // a domain a vehicle
+  kBenchFleetServices,
+  kSupervisionHealth,
+  kSupervisionStale,
+  kSupervisionNobody,
+  kDiscoveryServers,
+  kSharedMemory,
+  kSharedMemoryApart,
 };
 
 }  // namespace zerodrift::system_test

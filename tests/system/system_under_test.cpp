@@ -44,7 +44,8 @@ SystemUnderTest::~SystemUnderTest() {
 
 ChildProcess& SystemUnderTest::start_foreign(const std::string& program, const Arguments& arguments,
                                              const Environment& environment) {
-  const std::string name = std::to_string(processes_.size()) + "-" + program;
+  const std::string name = std::to_string(processes_.size()) + "-" +
+                           std::filesystem::path(program).filename().string();
   processes_.push_back(std::make_unique<ChildProcess>(Program{
       std::filesystem::path(ZERODRIFT_BIN_DIR) / program, arguments, environment, path(name)}));
   return *processes_.back();

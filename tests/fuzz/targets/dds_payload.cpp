@@ -97,6 +97,8 @@ void check_conversion(const msg::Command&) {}
 void check_conversion(const msg::CommandReply&) {}
 void check_conversion(const msg::ReplayProgress&) {}
 void check_conversion(const msg::CheckpointPart&) {}
+void check_conversion(const msg::NavigationState&) {}
+void check_conversion(const msg::TwinReport&) {}
 
 template <typename Message>
 void check(Bytes bytes) {
@@ -110,12 +112,12 @@ void check(Bytes bytes) {
 }
 
 // In the order of dds::kAllTopics.
-constexpr std::array kChecks{check<msg::AngularRate>,   check<msg::Temperature>,
-                             check<msg::RateReference>, check<msg::CompensatedRate>,
-                             check<msg::AllanReport>,   check<msg::ServiceStatus>,
-                             check<msg::Event>,         check<msg::Command>,
-                             check<msg::CommandReply>,  check<msg::ReplayProgress>,
-                             check<msg::CheckpointPart>};
+constexpr std::array kChecks{
+    check<msg::AngularRate>,     check<msg::Temperature>,    check<msg::RateReference>,
+    check<msg::CompensatedRate>, check<msg::AllanReport>,    check<msg::ServiceStatus>,
+    check<msg::Event>,           check<msg::Command>,        check<msg::CommandReply>,
+    check<msg::ReplayProgress>,  check<msg::CheckpointPart>, check<msg::NavigationState>,
+    check<msg::TwinReport>};
 static_assert(kChecks.size() == dds::kAllTopics.size());
 
 }  // namespace

@@ -57,7 +57,8 @@ std::string made_up(char way, Bytes input, bool with_prior) {
   return in_envelope(changed(whole.substr(checkpoint::kEnvelopeSize), changes));
 }
 
-// A standby that took the state answers the samples after it, and can hand its own state on.
+// A standby that took the state answers the samples after it, and can hand its own state on: what
+// was made up may be refused there (sample_stream says that nothing else is).
 void go_on(Compensator& compensator, const checkpoint::Owner& owner) {
   const std::uint64_t answered = compensator.counts().samples_out;
   std::uint64_t admitted = 0;
@@ -79,12 +80,7 @@ void go_on(Compensator& compensator, const checkpoint::Owner& owner) {
   compensator.give_up_waiting();
   demand(compensator.counts().samples_out - answered == admitted,
          "each sample that was admitted is answered once");
-  if (!compensator.is_settled()) return;
-  try {
-    static_cast<void>(checkpoint::decode_running(state_of(compensator, owner), owner));
-  } catch (const checkpoint::CheckpointError& error) {
-    throw Broken(std::string("a state that was written is read, found ") + error.what());
-  }
+  if (compensator.is_settled()) static_cast<void>(state_of(compensator, owner));
 }
 
 }  // namespace

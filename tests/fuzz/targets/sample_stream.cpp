@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the data paths of the services make of a stream, however wrong: the compensator and its
-// learner, then the statistics that the monitor keeps of what comes out.
+// learner, then the statistics that the monitor keeps of what comes out; and what is left of it
+// all can be handed to a standby.
 // Input: one byte whose lowest bit takes a prior, then steps of one byte and what it asks for. The
 // byte modulo 8: 0 a good rate sample and 1 a good temperature (each is followed by a byte, the
 // value), 2 a run of good samples (a byte modulo 64: how many), 3 an order to the compensator (a
@@ -10,12 +11,14 @@
 #include <cmath>
 #include <cstring>
 #include <optional>
+#include <string>
 
 #include "common/allan/stream_statistics.h"
 #include "common/allan/stream_timing.h"
+#include "common/checkpoint/checkpoint_error.h"
 #include "common/compensation/compensator.h"
 #include "tests/fuzz/expectations.h"
-#include "tests/fuzz/small_compensation.h"
+#include "tests/fuzz/running_compensator.h"
 
 namespace zerodrift::fuzz {
 namespace {
@@ -97,7 +100,8 @@ class Monitor {
 
 class Pipeline {
  public:
-  explicit Pipeline(bool with_prior) : compensator_(small_compensation(with_prior)) {}
+  explicit Pipeline(bool with_prior)
+      : options_(small_compensation(with_prior)), compensator_(options_) {}
 
   void step(Reader& input) {
     switch (input.take<std::uint8_t>() % 8) {
@@ -127,9 +131,20 @@ class Pipeline {
     const auto counts = compensator_.counts();
     demand(counts.samples_out == admitted_, "each sample that was admitted is answered once");
     monitor_.report();
+    if (compensator_.is_settled()) hand_over();
   }
 
  private:
+  void hand_over() {
+    const zerodrift::checkpoint::Owner owner{kRunningGyro, options_};
+    try {
+      static_cast<void>(
+          zerodrift::checkpoint::decode_running(state_of(compensator_, owner), owner));
+    } catch (const zerodrift::checkpoint::CheckpointError& error) {
+      throw Broken(std::string("a state that was written is read, found ") + error.what());
+    }
+  }
+
   void push(const core::AngularRateSample& sample) {
     const auto admission = compensator_.push(sample);
     demand(admission != compensation::Admission::kQueueFull, "the queue was drained");
@@ -219,6 +234,7 @@ class Pipeline {
     });
   }
 
+  compensation::CompensationOptions options_;
   Compensator compensator_;
   Monitor monitor_;
   std::uint64_t sequence_ = 0;

@@ -3,6 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -25,9 +29,9 @@ using compensation::testing::Record;
 
 constexpr std::uint32_t kGyro = 3;
 
-GyroSpec chamber() {
+GyroSpec chamber(double duration_s = 900.0) {
   GyroSpec spec;
-  spec.duration_s = 900.0;
+  spec.duration_s = duration_s;
   spec.low_degc = 20.0;
   spec.high_degc = 30.0;
   spec.motion = compensation::testing::turn(400.0, 30.0, 0.01);
@@ -40,13 +44,18 @@ CompensationOptions small_options() {
   return options;
 }
 
-std::string running_state(Compensator& compensator, const CompensationOptions& options) {
-  EXPECT_TRUE(compensator.is_settled());
-  EXPECT_EQ(compensator.newest_job(), compensator.learner().newest_job());
+std::string data_path_of(Compensator& compensator) {
   std::string path;
   core::StateArchive archive(path);
   compensator.carry(archive);
-  return encode_running({kGyro, options}, compensator.learner().export_state(), path);
+  return path;
+}
+
+std::string running_state(Compensator& compensator, const CompensationOptions& options) {
+  EXPECT_TRUE(compensator.is_settled());
+  EXPECT_EQ(compensator.newest_job(), compensator.learner().newest_job());
+  return encode_running({kGyro, options}, compensator.learner().export_state(),
+                        data_path_of(compensator));
 }
 
 // Feeds the record to `running`; with the first sample at or after `cut` at which it is settled,
@@ -162,6 +171,46 @@ TEST(RunningState, GoesOnToTheBitAgainstReferences) {
   expect_no_difference(record, small_options());
 }
 
+// At rest a navigation filter's references, in the turn its residuals.
+TEST(RunningState, GoesOnToTheBitWithANavigationFiltersFeedback) {
+  CompensationOptions options = small_options();
+  options.earth_rate.mode = compensation::EarthRateMode::kUnknown;
+  options.reference.navigation_residual = compensation::ReferencePolicy::kAccept;
+  Record record = make_record(chamber());
+  const auto add = [](Record& to, std::uint64_t epoch) {
+    to.references.clear();
+    for (std::size_t k = 0; k < to.rates.size(); k += 2) {
+      core::RateReferenceSample reference;
+      reference.time = to.rates[k].time;
+      reference.valid = {true, true, true};
+      reference.variance = {1e-17, 1e-17, 1e-17};
+      reference.kind = core::ReferenceKind::kRest;
+      const double time_s = core::seconds(reference.time);
+      const bool turns = time_s > 400.0 && time_s < 430.0;
+      if (turns) reference.valid = {};
+      to.references.push_back(reference);
+      if (!turns || k % 20 != 0) continue;
+      reference.valid = {true, true, true};
+      reference.kind = core::ReferenceKind::kNavigationResidual;
+      reference.rate_radps = to.drift_radps[k];
+      reference.model_epoch = epoch;
+      to.references.push_back(reference);
+    }
+  };
+  add(record, 0);
+  Compensator first(options);
+  const auto answers = compensation::testing::run(first, record);
+  add(record, answers[8400].model_epoch);  // in force at 420 s
+  Compensator second(options);
+  (void)compensation::testing::run(second, record);
+  const auto taken = [](const Compensator& compensator) {
+    return compensator.counts()
+        .references[static_cast<std::size_t>(compensation::ReferenceVerdict::kTaken)];
+  };
+  ASSERT_GT(taken(second), taken(first) + 5) << "residuals must be at work";
+  expect_no_difference(record, options);
+}
+
 TEST(RunningState, OfOtherOptionsIsRefusedByName) {
   const Record record = make_record(chamber());
   const CompensationOptions options = small_options();
@@ -189,14 +238,97 @@ TEST(RunningState, OfAFileIsNoStateOfARunningCompensator) {
 TEST(RunningState, WithADataPathCutAnywhereIsRefused) {
   const CompensationOptions options = small_options();
   Compensator running(options);
-  std::string path;
-  core::StateArchive archive(path);
-  running.carry(archive);
+  const std::string path = data_path_of(running);
   for (std::size_t size = 0; size < path.size(); size += 1 + size / 50) {
     const std::string bytes =
         encode_running({kGyro, options}, running.learner().export_state(), path.substr(0, size));
     EXPECT_THROW((void)decode_running(bytes, {kGyro, options}), CheckpointError) << size;
   }
+}
+
+void expect_finite(const CompensatedSample& answer) {
+  for (const auto axis : core::kAxes) {
+    EXPECT_TRUE(std::isfinite(answer.applied_drift_radps[core::index(axis)]));
+    EXPECT_LE(answer.mode[core::index(axis)], compensation::Mode::kOutOfDomain);
+  }
+}
+
+TEST(RunningState, WithNumbersThatNoStateHoldsIsRefusedOrDoesNoHarm) {
+  const CompensationOptions options = small_options();
+  const Record record = make_record(chamber(200.0));
+  Compensator running(options);
+  (void)compensation::testing::run(running, record);
+  const std::string path = data_path_of(running);
+  const auto learner = running.learner().export_state();
+  std::size_t refused = 0;
+  std::size_t tried = 0;
+  for (const std::uint64_t number :
+       {std::uint64_t{0x7ff8000000000000}, std::uint64_t{0x7fefffffffffffff},
+        std::uint64_t{0x8000000000000001}}) {
+    for (std::size_t at = 0; at + sizeof number < path.size(); at += 1 + path.size() / 300) {
+      std::string changed = path;
+      std::memcpy(changed.data() + at, &number, sizeof number);
+      ++tried;
+      try {
+        const auto other =
+            decode_running(encode_running({kGyro, options}, learner, changed), {kGyro, options});
+        core::AngularRateSample sample = record.rates.back();
+        for (int i = 0; i < 200; ++i) {
+          ++sample.sequence;
+          sample.time += core::from_seconds(sample.interval_s);
+          other->push(sample);
+          compensation::testing::answer_ready(*other, compensation::testing::LearnerTiming::kAtOnce,
+                                              expect_finite);
+        }
+      } catch (const CheckpointError&) {
+        ++refused;
+      }
+    }
+  }
+  EXPECT_GT(refused, tried / 2);
+}
+
+TEST(RunningState, OfACompensatorThatHeardNonsenseIsTaken) {
+  using Doubles = std::numeric_limits<double>;
+  const CompensationOptions options = small_options();
+  const Record record = make_record(chamber(100.0));
+  Compensator running(options);
+  (void)compensation::testing::run(running, record);
+  for (const core::SensorTime time :
+       {core::kNever, core::SensorTime::max(), record.rates.back().time}) {
+    for (const double number : {Doubles::quiet_NaN(), Doubles::infinity(), Doubles::max()}) {
+      for (const bool measured : {true, false}) {
+        core::TemperatureSample temperature = record.temperatures.back();
+        temperature.time = time;
+        temperature.temperature_degc = number;
+        temperature.measured = measured;
+        running.push(temperature);
+      }
+      for (const bool valid : {true, false}) {
+        core::RateReferenceSample reference;
+        reference.time = time;
+        reference.rate_radps.fill(number);
+        reference.variance.fill(number);
+        reference.valid.fill(valid);
+        reference.valid[0] = true;
+        reference.kind = core::ReferenceKind::kRateTable;
+        running.push(reference);
+      }
+      core::AngularRateSample rate = record.rates.back();
+      rate.sequence += 5;
+      rate.time = time;
+      rate.interval_s = number;
+      rate.rate_radps.fill(number);
+      running.push(rate);
+      compensation::testing::answer_ready(running, compensation::testing::LearnerTiming::kAtOnce,
+                                          [](const CompensatedSample&) {});
+    }
+  }
+  running.give_up_waiting();
+  compensation::testing::answer_ready(running, compensation::testing::LearnerTiming::kAtOnce,
+                                      [](const CompensatedSample&) {});
+  running.finish_learning();
+  EXPECT_NO_THROW((void)decode_running(running_state(running, options), {kGyro, options}));
 }
 
 }  // namespace

@@ -90,6 +90,13 @@ std::string described(const CompensationOptions& o) {
   }
   text << " | times " << o.temperature_delay_s << ' ' << o.temperature_stale_s << ' '
        << o.probe_stuck_s;
+  const auto& reference = o.reference;
+  text << " | reference " << static_cast<int>(reference.truth) << ' '
+       << static_cast<int>(reference.rest) << ' ' << static_cast<int>(reference.navigation_residual)
+       << ' ' << reference.await_feedback << ' ' << reference.largest_rest_sigma_radps << ' '
+       << reference.largest_residual_sigma_radps << ' ' << reference.innovation_sigmas << ' '
+       << reference.largest_correction_radps << ' ' << reference.correction_slew_radps2 << ' '
+       << reference.correction_memory_s;
   text << " | prior " << (o.prior ? compensation::prior_identity(*o.prior) : "none");
   for (const auto& probe : o.more_probes) text << ' ' << probe;
   return text.str();
@@ -165,6 +172,17 @@ TEST_F(CompensationFile, EveryKeyChangesSomething) {
       {"temperature_delay_s", {"", "temperature_delay_s: 0.1"}},
       {"temperature_stale_s", {"", "temperature_stale_s: 5"}},
       {"probe_stuck_s", {"", "probe_stuck_s: 60"}},
+      {"reference.truth", {"", "reference: {truth: refuse}"}},
+      {"reference.rest", {"", "reference: {rest: refuse}"}},
+      {"reference.navigation_residual", {"", "reference: {navigation_residual: accept}"}},
+      {"reference.await_feedback", {"", "reference: {await_feedback: true}"}},
+      {"reference.largest_rest_sigma_deg_h", {"", "reference: {largest_rest_sigma_deg_h: 0.5}"}},
+      {"reference.largest_residual_sigma_deg_h",
+       {"", "reference: {largest_residual_sigma_deg_h: 0.5}"}},
+      {"reference.innovation_sigmas", {"", "reference: {innovation_sigmas: 4}"}},
+      {"reference.largest_correction_deg_h", {"", "reference: {largest_correction_deg_h: 0.2}"}},
+      {"reference.correction_slew_deg_h_s", {"", "reference: {correction_slew_deg_h_s: 0.1}"}},
+      {"reference.correction_memory_s", {"", "reference: {correction_memory_s: 60}"}},
       {"prior", {"", "prior: " + model_of_bias("0.5")}},
       {"probes", {"", "probes: [board]"}},
   };

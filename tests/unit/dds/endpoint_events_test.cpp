@@ -319,7 +319,7 @@ TEST(EndpointEventLaws, AnEndpointsOwnObserverIsToldInPlaceOfTheParticipants) {
 TEST(EndpointEventAbuse, AFloodOfDifferentEventsIsBoundedAndNoneIsUncounted) {
   constexpr std::uint32_t kFlood = 10000;
   detail::Discovery discovery;
-  const detail::Endpoint endpoint(kAngularRate, detail::Direction::kReader, {});
+  const detail::Endpoint endpoint(kAngularRate, Direction::kReader, {});
   for (std::uint32_t gyro = 0; gyro < kFlood; ++gyro)
     discovery.note(endpoint, Kind::kDeadlineMissed, eprosima::fastrtps::rtps::GUID_t::unknown(),
                    "silent", gyro);

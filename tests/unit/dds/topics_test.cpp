@@ -18,7 +18,7 @@ namespace fdds = eprosima::fastdds::dds;
 using AllMessages =
     std::tuple<msg::AngularRate, msg::Temperature, msg::RateReference, msg::CompensatedRate,
                msg::AllanReport, msg::ServiceStatus, msg::Event, msg::Command, msg::CommandReply,
-               msg::ReplayProgress, msg::CheckpointPart>;
+               msg::ReplayProgress, msg::CheckpointPart, msg::NavigationState, msg::TwinReport>;
 static_assert(std::tuple_size_v<AllMessages> == kAllTopics.size());
 
 TEST(Topics, HaveNamesOfTheirOwn) {
@@ -123,7 +123,7 @@ TEST(Topics, GiveOwnershipOfCompensatedRateAlone) {
 
 TEST(Topics, KeepThePresentStateForLateJoiners) {
   const std::set<std::string_view> state{kTemperature.name, kAllanReport.name, kServiceStatus.name,
-                                         kEvent.name};
+                                         kEvent.name, kTwinReport.name};
   for (const TopicSpec& spec : kAllTopics) {
     EXPECT_EQ(spec.durability == Durability::kTransientLocal, state.contains(spec.name))
         << spec.name;

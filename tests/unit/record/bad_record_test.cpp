@@ -63,7 +63,7 @@ TEST_F(BadRecord, FolderInsteadOfAFile) {
 
 TEST_F(BadRecord, OtherFormat) {
   EXPECT_EQ(outcome(write("a.mcap", "x")),
-            "a.mcap: an MCAP file; a record here is .csv, .csv.gz or .csv.xz");
+            "a.mcap: is no MCAP file: it doesn't begin with MCAP's magic");
 }
 
 TEST_F(BadRecord, EmptyFile) {

@@ -167,6 +167,27 @@ TEST_F(VectorOperationLaws, CombinedRowsAreTheSumInTheOrderOfTheRows) {
   }
 }
 
+// Rows of a packed triangle begin anywhere.
+TEST_F(VectorOperationLaws, ResultsDoNotDependOnWhereTheVectorsBegin) {
+  constexpr std::size_t kCount = 72;
+  const Column x = draw(kCount), y = draw(kCount), rates = draw(1);
+  Column room_x(kCount + kLane), room_y(kCount + kLane), room_out(kCount + kLane), out(kCount);
+  const double* row = x.data();
+  combine_rows(&row, rates.data(), 1, 0.5, out.data(), kCount);
+  for (std::size_t begin = 0; begin < kLane; ++begin) {
+    double* x_there = room_x.data() + begin;
+    double* y_there = room_y.data() + kLane - begin;
+    double* out_there = room_out.data() + begin;
+    std::copy(x.begin(), x.end(), x_there);
+    std::copy(y.begin(), y.end(), y_there);
+    EXPECT_EQ(dot(x_there, y_there, kCount), dot(x.data(), y.data(), kCount)) << begin;
+    EXPECT_EQ(sum(x_there, kCount), sum(x.data(), kCount)) << begin;
+    const double* row_there = x_there;
+    combine_rows(&row_there, rates.data(), 1, 0.5, out_there, kCount);
+    EXPECT_TRUE(std::equal(out.begin(), out.end(), out_there)) << begin;
+  }
+}
+
 TEST_F(VectorOperationLaws, TheFirstCrossingIsTheEarliestAndOnATieTheFirst) {
   constexpr double kInf = std::numeric_limits<double>::infinity();
   for (const std::size_t count : {8u, 72u, 504u}) {

@@ -9,6 +9,7 @@
 #include <map>
 #include <random>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "common/core/samples.h"
@@ -99,6 +100,128 @@ TEST(HotStandby, TakesOverOnceTheOldestUnheardAnswerIsTooOld) {
   EXPECT_EQ(written, (std::vector<std::uint64_t>{11}));
   EXPECT_EQ(standby.role(), Role::kActive);
   EXPECT_TRUE(standby.take(answer(12), 106 * kMs));
+}
+
+// Samples from `first` on, each heard `lag_ns` after it was answered here.
+void follow(HotStandby& standby, std::uint64_t first, std::uint64_t count, std::int64_t lag_ns) {
+  std::deque<std::pair<std::int64_t, std::uint64_t>> under_way;
+  for (std::uint64_t k = first; k < first + count; ++k) {
+    const std::int64_t now = static_cast<std::int64_t>(k) * 5 * kMs;
+    while (!under_way.empty() && under_way.front().first <= now) {
+      standby.hear(answer(under_way.front().second, 32), under_way.front().first);
+      under_way.pop_front();
+    }
+    EXPECT_FALSE(standby.take(answer(k), now));
+    under_way.emplace_back(now + lag_ns, k);
+  }
+  for (const auto& [at, k] : under_way) standby.hear(answer(k, 32), at);
+}
+
+TEST(HotStandby, OverASlowNetworkItWaitsTwiceAsLongAsTheAnswersNeed) {
+  HotStandby standby = in_sync(0);
+  follow(standby, 11, 100, 20 * kMs);
+  EXPECT_FALSE(standby.take(answer(111), 1000 * kMs));
+  EXPECT_FALSE(standby.must_take_over(1000 * kMs + 39 * kMs));
+  EXPECT_TRUE(standby.must_take_over(1000 * kMs + 40 * kMs));
+}
+
+TEST(HotStandby, ASlowNetworkIsForgottenOnceItIsFast) {
+  HotStandby standby = in_sync(0);
+  follow(standby, 11, 100, 20 * kMs);
+  follow(standby, 111, 3000, kMs);  // 20 ms * exp(-3000 / 256) = 0.2 us
+  EXPECT_FALSE(standby.take(answer(3111), 20000 * kMs));
+  EXPECT_TRUE(standby.must_take_over(20000 * kMs + HotStandby::kSilence.count()));
+}
+
+TEST(HotStandby, OneThatTookOverTooSoonWaitsLongEnoughTheNextTime) {
+  HotStandby standby = in_sync(0);
+  EXPECT_FALSE(standby.take(answer(11), 100 * kMs));
+  taken_over(standby, 105 * kMs);
+  standby.hear(answer(11, 32), 115 * kMs);  // 15 ms after it was answered here
+  EXPECT_TRUE(standby.take(answer(12), 116 * kMs));
+  standby.hear(answer(12, 64),
+               120 * kMs);  // relieved in turn; how long that one waited says nothing
+  EXPECT_EQ(standby.role(), Role::kStandby);
+  standby.caught_up(120 * kMs);
+  EXPECT_FALSE(standby.take(answer(13), 121 * kMs));
+  EXPECT_FALSE(standby.must_take_over(121 * kMs + 29 * kMs));
+  EXPECT_TRUE(standby.must_take_over(121 * kMs + 30 * kMs));
+}
+
+TEST(HotStandby, OneThatWasStoppedForLongIsNotWaitedForEver) {
+  HotStandby standby = in_sync(0);
+  EXPECT_FALSE(standby.take(answer(11), 100 * kMs));
+  taken_over(standby, 105 * kMs);
+  standby.hear(answer(11, 32), 5000 * kMs);  // stopped, or cut off, for 5 s
+  standby.hear(answer(12, 64), 5001 * kMs);
+  standby.caught_up(5002 * kMs);
+  EXPECT_FALSE(standby.take(answer(13), 5003 * kMs));
+  EXPECT_TRUE(standby.must_take_over(5003 * kMs + HotStandby::kSilence.count()));
+}
+
+TEST(HotStandby, NoNetworkIsSoSlowThatItWaitsLongerThanTheDeadline) {
+  HotStandby standby = in_sync(0);
+  follow(standby, 11, 200, 90 * kMs);
+  EXPECT_FALSE(standby.take(answer(211), 2000 * kMs));
+  EXPECT_FALSE(standby.must_take_over(2000 * kMs + 99 * kMs));
+  EXPECT_TRUE(standby.must_take_over(2000 * kMs + HotStandby::kSilenceLongest.count()));
+}
+
+// After an interruption of the network everybody is on his way through what came at once.
+TEST(HotStandby, LateAnswersThatGoOnComingAreNoSilence) {
+  HotStandby standby = in_sync(0);
+  for (std::uint64_t k = 11; k <= 1000; ++k) EXPECT_FALSE(standby.take(answer(k), 5000 * kMs));
+  std::int64_t now = 5000 * kMs;
+  for (std::uint64_t k = 11; k <= 900; ++k) {
+    now += 4 * kMs;
+    EXPECT_FALSE(k > 11 && standby.must_take_over(now)) << k;
+    standby.hear(answer(k, 32), now);
+  }
+  EXPECT_TRUE(standby.must_take_over(now + HotStandby::kSilenceLate.count()))
+      << "it died on the way";
+  const auto written = taken_over(standby, now + HotStandby::kSilenceLate.count());
+  EXPECT_LE(written.front(), 901U);
+  EXPECT_EQ(written.back(), 1000U);
+}
+
+// The active one may get them later; it is not silent for want of samples.
+TEST(HotStandby, ABurstAfterAnInterruptionIsWaitedThrough) {
+  HotStandby standby = in_sync(0);
+  const auto published = [](std::uint64_t sequence) {
+    msg::CompensatedRate message = answer(sequence);
+    message.publish_time_ns(static_cast<std::int64_t>(sequence) * 5 * kMs);
+    return message;
+  };
+  // On time by a clock that is 7 ms ahead, then a second's at once.
+  for (std::uint64_t k = 11; k <= 100; ++k) {
+    const std::int64_t now = static_cast<std::int64_t>(k) * 5 * kMs - 7 * kMs;
+    EXPECT_FALSE(standby.take(published(k), now));
+    standby.hear(answer(k, 32), now);
+  }
+  constexpr std::int64_t kHealed = 1500 * kMs;
+  for (std::uint64_t k = 101; k <= 300; ++k) EXPECT_FALSE(standby.take(published(k), kHealed));
+  EXPECT_FALSE(standby.must_take_over(kHealed + 900 * kMs));
+  EXPECT_TRUE(standby.must_take_over(kHealed + 1000 * kMs)) << "it died meanwhile";
+  // Once samples are on time again, a silence is one.
+  for (std::uint64_t k = 101; k <= 300; ++k) standby.hear(answer(k, 32), kHealed + 10 * kMs);
+  EXPECT_FALSE(standby.take(published(600), 3000 * kMs));
+  EXPECT_TRUE(standby.must_take_over(3000 * kMs + HotStandby::kSilenceLongest.count()));
+}
+
+// It wrote to 20, and was relieved by one that came only to 14: 15 to 20 were taken from nobody,
+// since readers hear the stronger one alone.
+TEST(HotStandby, WritesAgainWhatTheOneThatRelievedItNeverReached) {
+  HotStandby first = in_sync(0);
+  EXPECT_FALSE(first.take(answer(11), 50 * kMs));
+  taken_over(first, 100 * kMs);
+  for (std::uint64_t k = 12; k <= 20; ++k) EXPECT_TRUE(first.take(answer(k), 101 * kMs));
+  for (std::uint64_t k = 12; k <= 14; ++k) first.hear(answer(k, 64), 102 * kMs);
+  EXPECT_EQ(first.role(), Role::kStandby);
+  const std::int64_t later = 102 * kMs + HotStandby::kSilenceLongest.count();
+  EXPECT_TRUE(first.must_take_over(later));
+  const auto written = taken_over(first, later);
+  for (std::uint64_t k = 15; k <= 20; ++k)
+    EXPECT_TRUE(std::find(written.begin(), written.end(), k) != written.end()) << k;
 }
 
 TEST(HotStandby, WritesAgainWhatMayNotHaveArrivedEverywhere) {
@@ -225,6 +348,63 @@ class SubscriberModel {
   std::uint32_t strongest_ = 0;
   std::set<std::uint64_t> known_;
 };
+
+// --- a publisher that begins anew, which one instance may know long before the other
+
+msg::CompensatedRate published(std::uint64_t sequence, std::int64_t publish_ns,
+                               std::uint32_t strength = 0) {
+  msg::CompensatedRate message = answer(sequence, strength);
+  message.publish_time_ns(publish_ns);
+  return message;
+}
+
+// In sync with an active one of strength 32 that answered 5000 to 5010 of the run before.
+HotStandby after_a_run(std::int64_t now) {
+  HotStandby standby = in_sync(now);
+  for (std::uint64_t sequence = 5000; sequence <= 5010; ++sequence) {
+    EXPECT_FALSE(standby.take(published(sequence, now), now));
+    standby.hear(published(sequence, now, 32), now);
+    now += kMs;
+  }
+  return standby;
+}
+
+TEST(HotStandby, WhatIsHeldOfTheRunBeforeIsNotMissedInTheNext) {
+  HotStandby standby = after_a_run(0);
+  const std::int64_t now = 1000 * kMs;
+  standby.hear(published(122, now, 32), now);  // here the new publisher isn't known yet
+  EXPECT_FALSE(standby.must_take_over(now + 200 * kMs));
+  EXPECT_FALSE(standby.take(published(123, now + 5 * kMs), now + 300 * kMs));
+  EXPECT_TRUE(standby.must_take_over(now + 600 * kMs));
+  EXPECT_EQ(taken_over(standby, now + 600 * kMs), (std::vector<std::uint64_t>{123}));
+}
+
+TEST(HotStandby, AnswersOfANewRunAreNotTakenForHeardInTheOneBefore) {
+  for (const std::uint64_t first : {std::uint64_t{0}, std::uint64_t{4000}}) {  // far back, or not
+    HotStandby standby = after_a_run(0);
+    const std::int64_t now = 1000 * kMs;
+    EXPECT_FALSE(standby.take(published(first, now), now));
+    EXPECT_FALSE(standby.must_take_over(now));
+    EXPECT_TRUE(standby.must_take_over(now + 200 * kMs)) << first;
+    EXPECT_EQ(taken_over(standby, now + 200 * kMs), (std::vector<std::uint64_t>{first}));
+  }
+}
+
+TEST(HotStandby, OneThatIsRelievedByAnswersOfTheRunBeforeTakesOverAgain) {
+  HotStandby standby = after_a_run(0);
+  const std::int64_t now = 1000 * kMs;
+  EXPECT_FALSE(standby.take(published(122, now), now));
+  ASSERT_TRUE(standby.must_take_over(now + 200 * kMs));
+  static_cast<void>(taken_over(standby, now + 200 * kMs));
+  const std::int64_t then = now + 205 * kMs;
+  EXPECT_TRUE(standby.take(published(123, then), then));
+  standby.hear(published(5009, 9 * kMs, standby.strength() + 1), then);
+  EXPECT_EQ(standby.role(), Role::kStandby);
+  EXPECT_FALSE(standby.take(published(124, then + 5 * kMs), then + 5 * kMs));
+  EXPECT_TRUE(standby.must_take_over(then + 300 * kMs));
+  const auto written = taken_over(standby, then + 300 * kMs);
+  EXPECT_TRUE(std::find(written.begin(), written.end(), 124) != written.end());
+}
 
 // The active one dies at any instant, with what it wrote last on its way to one of the two
 // listeners only; delays of up to 2 ms. The subscriber sees every sample once and in order.

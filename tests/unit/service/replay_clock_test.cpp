@@ -80,5 +80,51 @@ TEST(ReplayClock, GoesOnFromWhereItIsAfterAStallInsteadOfRushing) {
   EXPECT_GE(std::chrono::steady_clock::now() - resumed, 50ms - kShortestSleep - 5ms);
 }
 
+TEST(ReplayClock, APauseHoldsEvenAtFullSpeedUntilItIsResumed) {
+  ReplayClock clock(std::nullopt);
+  clock.wait_until(core::SensorTime{0});
+  clock.pause();
+  std::atomic<bool> resumed{false};
+  std::thread other([&] {
+    std::this_thread::sleep_for(50ms);
+    resumed = true;
+    clock.resume();
+  });
+  clock.wait_until(core::SensorTime{1});
+  EXPECT_TRUE(resumed);
+  other.join();
+}
+
+TEST(ReplayClock, TimeThatPassedWhilePausedIsNotCaughtUp) {
+  ReplayClock clock(1.0);
+  clock.wait_until(core::SensorTime{0});
+  clock.pause();
+  std::this_thread::sleep_for(60ms);
+  clock.resume();
+  const auto start = std::chrono::steady_clock::now();
+  clock.wait_until(core::SensorTime{10ms});  // the first after the pause: due at once
+  clock.wait_until(core::SensorTime{40ms});
+  EXPECT_GE(std::chrono::steady_clock::now() - start, 30ms - kShortestSleep);
+}
+
+TEST(ReplayClock, AnotherSpeedHoldsFromTheNextSampleOn) {
+  ReplayClock clock(1.0);
+  clock.wait_until(core::SensorTime{0});
+  clock.set_speed(std::nullopt);
+  clock.wait_until(core::SensorTime{1000000h});  // would never return at the speed before
+  clock.set_speed(100.0);
+  clock.wait_until(core::SensorTime{1000001h});
+  const auto start = std::chrono::steady_clock::now();
+  clock.wait_until(core::SensorTime{1000001h} + 2s);
+  EXPECT_GE(std::chrono::steady_clock::now() - start, 20ms - kShortestSleep);
+}
+
+TEST(ReplayClock, AStopEndsAPause) {
+  ReplayClock clock(1.0);
+  clock.pause();
+  const std::atomic<bool> stopping{true};
+  clock.wait_until(core::SensorTime{0}, stopping);
+}
+
 }  // namespace
 }  // namespace zerodrift::service

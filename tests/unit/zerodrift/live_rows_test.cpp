@@ -126,14 +126,18 @@ TEST(LiveRows, LeaveOutRatesWhoseTrueRateNobodySaid) {
   EXPECT_EQ(rows.counts().without_reference, 2U);
 }
 
-TEST(LiveRows, AResidualOfANavigationFilterIsNoTrueRate) {
-  LiveRows rows({.rates_before_start = 1});
-  auto residual = reference(1, 0.0);
-  residual.kind = core::ReferenceKind::kNavigationResidual;
-  rows.push(residual);
-  rows.push(rate(1, 0.0));
-  ASSERT_EQ(rows_of(rows).size(), 1U);
-  EXPECT_FALSE(rows.has_reference());
+// Rule: what a filter says rests on the compensation, which rests on what is diagnosed.
+TEST(LiveRows, WhatANavigationFilterGivesBackIsNoTrueRate) {
+  for (const auto kind : {core::ReferenceKind::kNone, core::ReferenceKind::kRest,
+                          core::ReferenceKind::kNavigationResidual}) {
+    LiveRows rows({.rates_before_start = 1});
+    auto feedback = reference(1, 0.0);
+    feedback.kind = kind;
+    rows.push(feedback);
+    rows.push(rate(1, 0.0));
+    ASSERT_EQ(rows_of(rows).size(), 1U);
+    EXPECT_FALSE(rows.has_reference()) << static_cast<int>(kind);
+  }
 }
 
 TEST(LiveRows, OneWildStampCostsOneSampleAndAGapIsBelieved) {

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "common/thermal/integer_time.h"
+#include "common/core/integer_time.h"
 
 #include <gtest/gtest.h>
 
-namespace zerodrift::thermal {
+namespace zerodrift::core {
 namespace {
-
-using core::SensorTime;
 
 TEST(IntegerTimeAbuse, DifferencesOfExtremeStampsSaturate) {
   EXPECT_EQ(saturating_difference(SensorTime{5}, SensorTime{8}), SensorTime{-3});
@@ -30,9 +28,9 @@ TEST(IntegerTimeLaws, EveryTimeLiesInItsInterval) {
 TEST(IntegerTimeLaws, StampsOfTodayAreUsableAndExtremesAreNot) {
   EXPECT_TRUE(is_usable(SensorTime{1'900'000'000'000'000'000}));  // 2030, Unix time
   EXPECT_TRUE(is_usable(SensorTime{0}));
-  EXPECT_FALSE(is_usable(core::kNever));
+  EXPECT_FALSE(is_usable(kNever));
   EXPECT_FALSE(is_usable(SensorTime::max()));
 }
 
 }  // namespace
-}  // namespace zerodrift::thermal
+}  // namespace zerodrift::core

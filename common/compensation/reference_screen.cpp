@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/compensation/reference_screen.h"
+
+#include <cmath>
+
+#include "common/core/integer_time.h"
+
+namespace zerodrift::compensation {
+
+using core::index;
+using core::kAxes;
+using core::ReferenceKind;
+
+namespace {
+
+// 57 000 deg/s: no gyro measures that, the number is corrupt.
+constexpr double kLargestRateRadps = 1e3;
+// Of a unit's error in the Earth rate a filter computes.
+constexpr double kEarthTolerance = 1.001;
+
+bool has_axis(const core::RateReferenceSample& reference) {
+  return reference.valid != core::PerAxis<bool>{};
+}
+
+ReferencePolicy policy_of(const ReferenceOptions& options, ReferenceKind kind) {
+  switch (kind) {
+    case ReferenceKind::kRest:
+      return options.rest;
+    case ReferenceKind::kNavigationResidual:
+      return options.navigation_residual;
+    default:
+      return options.truth;
+  }
+}
+
+// Nothing in what is kept is left that isn't a number.
+void clean(core::RateReferenceSample& reference) {
+  for (const auto axis : kAxes) {
+    const std::size_t i = index(axis);
+    if (!reference.valid[i]) reference.rate_radps[i] = 0.0;
+    if (!reference.valid[i] || !(reference.variance[i] >= 0.0)) reference.variance[i] = 0.0;
+  }
+}
+
+void drop_uncertain(double largest_sigma_radps, core::RateReferenceSample& reference) {
+  const double largest = largest_sigma_radps * largest_sigma_radps;
+  for (const auto axis : kAxes) {
+    const std::size_t i = index(axis);
+    const double variance = reference.variance[i];
+    reference.valid[i] = reference.valid[i] && variance >= 0.0 && variance <= largest;
+  }
+}
+
+ReferenceVerdict judge(const ReferenceOptions& options, core::RateReferenceSample& reference) {
+  if (reference.kind == ReferenceKind::kNone ||
+      reference.kind > ReferenceKind::kNavigationResidual) {
+    return ReferenceVerdict::kUnknownKind;
+  }
+  if (policy_of(options, reference.kind) == ReferencePolicy::kRefuse)
+    return ReferenceVerdict::kNotAccepted;
+  if (!core::is_usable(reference.time)) return ReferenceVerdict::kTimeUnusable;
+  if (!has_axis(reference)) return ReferenceVerdict::kEmpty;
+  double square = 0.0;
+  for (const auto axis : kAxes) {
+    const std::size_t i = index(axis);
+    reference.valid[i] = reference.valid[i] &&
+                         std::abs(reference.rate_radps[i]) <= kLargestRateRadps &&
+                         !(reference.variance[i] > kLargestRateRadps * kLargestRateRadps);
+    if (reference.valid[i]) square += reference.rate_radps[i] * reference.rate_radps[i];
+  }
+  if (!is_feedback(reference.kind)) return ReferenceVerdict::kTaken;
+  const bool is_rest = reference.kind == ReferenceKind::kRest;
+  if (is_rest && std::sqrt(square) > kEarthTolerance * core::kEarthRateRadps) {
+    reference.valid = {};
+    return ReferenceVerdict::kMoreThanEarth;
+  }
+  drop_uncertain(is_rest ? options.largest_rest_sigma_radps : options.largest_residual_sigma_radps,
+                 reference);
+  return has_axis(reference) ? ReferenceVerdict::kTaken : ReferenceVerdict::kUncertain;
+}
+
+}  // namespace
+
+std::optional<std::string> ReferenceOptions::validate() const {
+  struct Bounded {
+    const char* key;
+    double value, low, high;
+  };
+  const double one_deg_h = core::radps_from_deg_h(1.0);
+  for (const auto& [key, value, low, high] :
+       {Bounded{"reference.largest_rest_sigma_deg_h", largest_rest_sigma_radps / one_deg_h, 0.0,
+                15.0},
+        Bounded{"reference.largest_residual_sigma_deg_h", largest_residual_sigma_radps / one_deg_h,
+                0.0, 1e3},
+        Bounded{"reference.innovation_sigmas", innovation_sigmas, 0.1, 100.0},
+        Bounded{"reference.largest_correction_deg_h", largest_correction_radps / one_deg_h, 0.0,
+                1e3},
+        Bounded{"reference.correction_slew_deg_h_s", correction_slew_radps2 / one_deg_h, 0.0, 1e3},
+        Bounded{"reference.correction_memory_s", correction_memory_s, 1.0, 1e6}}) {
+    if (!(value >= low && value <= high)) {
+      return std::string(key) + ": found " + std::to_string(value) + ", expected " +
+             std::to_string(low) + " to " + std::to_string(high);
+    }
+  }
+  if (await_feedback && rest == ReferencePolicy::kRefuse)
+    return "reference.await_feedback: found with rest: refuse, expected only with rest: accept";
+  return std::nullopt;
+}
+
+ReferenceVerdict screen(const ReferenceOptions& options,
+                        core::RateReferenceSample& reference) noexcept {
+  const ReferenceVerdict verdict = judge(options, reference);
+  clean(reference);
+  return verdict;
+}
+
+}  // namespace zerodrift::compensation

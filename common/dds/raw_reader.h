@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+// Samples with the bytes that came over the wire, encapsulation header included: what a recorder
+// keeps. Nothing is encoded anew.
+#pragma once
+
+#include <cstddef>
+#include <cstring>
+#include <functional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/dds/participant.h"
+
+namespace zerodrift::dds {
+
+using Bytes = std::span<const char>;
+
+// A sample as the middleware hands it to a raw reader.
+template <typename Message>
+struct RawSample {
+  Message message{};
+  std::vector<char> payload{};
+};
+
+// As CheckedTypeSupport; keeps the payload beside what it says. Only for reading.
+template <typename Message>
+class RawTypeSupport final : public TopicOf<Message>::TypeSupport {
+  using Generated = typename TopicOf<Message>::TypeSupport;
+
+ public:
+  bool serialize(void*, eprosima::fastrtps::rtps::SerializedPayload_t*) override { return false; }
+  bool deserialize(eprosima::fastrtps::rtps::SerializedPayload_t* payload, void* data) override {
+    auto& sample = *static_cast<RawSample<Message>*>(data);
+    if (!checked_.deserialize(payload, &sample.message)) return false;
+    const auto* begin = reinterpret_cast<const char*>(payload->data);
+    sample.payload.assign(begin, begin + payload->length);
+    return true;
+  }
+  bool getKey(void* data, eprosima::fastrtps::rtps::InstanceHandle_t* handle,
+              bool force_md5) override {
+    return Generated::getKey(&static_cast<RawSample<Message>*>(data)->message, handle, force_md5);
+  }
+  void* createData() override { return new RawSample<Message>; }
+  void deleteData(void* data) override { delete static_cast<RawSample<Message>*>(data); }
+  bool is_bounded() const override { return Generated::is_bounded(); }
+  bool is_plain() const override { return false; }
+
+ private:
+  CheckedTypeSupport<Message> checked_;
+};
+
+// What a payload with its encapsulation header says; false where it is none of this type.
+template <typename Message>
+[[nodiscard]] bool decode(Bytes payload, Message& message) {
+  CheckedTypeSupport<Message> type;
+  eprosima::fastrtps::rtps::SerializedPayload_t wire(static_cast<std::uint32_t>(payload.size()));
+  if (payload.empty()) return false;
+  std::memcpy(wire.data, payload.data(), payload.size());
+  wire.length = static_cast<std::uint32_t>(payload.size());
+  return type.deserialize(&wire, &message);
+}
+
+// The payload as a writer would send it, with its encapsulation header.
+template <typename Message>
+[[nodiscard]] std::string encode(Message& message) {
+  typename TopicOf<Message>::TypeSupport type;
+  eprosima::fastrtps::rtps::SerializedPayload_t wire(
+      static_cast<std::uint32_t>(type.getSerializedSizeProvider(&message)()));
+  if (!type.serialize(&message, &wire)) throw DdsError("dds: a message that cannot be serialised");
+  return {reinterpret_cast<const char*>(wire.data), wire.length};
+}
+
+// As Reader. A participant has either typed or raw endpoints of a topic: raw ones need a
+// participant of their own, in which nobody writes these topics.
+template <typename Message>
+class RawReader {
+ public:
+  // Both arguments are valid during the call.
+  using OnSample = std::function<void(const Message&, Bytes payload)>;
+
+  RawReader(Participant& participant, OnSample on_sample, EndpointObserver observer = {})
+      : subscriber_(participant.subscriber({})),
+        listener_(participant.discovery_, std::move(observer), std::move(on_sample)) {
+    constexpr TopicSpec kSpec = TopicOf<Message>::kSpec;
+    auto* topic =
+        participant.topic(kSpec, eprosima::fastdds::dds::TypeSupport(new RawTypeSupport<Message>));
+    reader_ = subscriber_->create_datareader(topic, reader_qos(kSpec), &listener_);
+    if (reader_ == nullptr) {
+      throw DdsError("dds: cannot create a reader for topic '" + std::string(kSpec.name) + "'" +
+                     participant.refusal());
+    }
+  }
+  ~RawReader() { subscriber_->delete_datareader(reader_); }
+  RawReader(const RawReader&) = delete;
+  RawReader& operator=(const RawReader&) = delete;
+
+  // Writers matched now.
+  [[nodiscard]] int matched() const { return listener_.matched(); }
+
+ private:
+  class Listener final : public detail::ReaderListener {
+   public:
+    Listener(detail::Discovery& discovery, EndpointObserver observer, OnSample on_sample)
+        : ReaderListener(discovery, TopicOf<Message>::kSpec, std::move(observer)),
+          on_sample_(std::move(on_sample)) {}
+    void on_data_available(eprosima::fastdds::dds::DataReader* reader) override {
+      eprosima::fastdds::dds::SampleInfo info;
+      while (reader->take_next_sample(&sample_, &info) == ReturnCode_t::RETCODE_OK) {
+        if (!info.valid_data) continue;
+        if (!repeats_.is_repeat(sample_.message, info.sample_identity.writer_guid()))
+          on_sample_(sample_.message, sample_.payload);
+      }
+    }
+
+   private:
+    void on_writer_gone(const eprosima::fastrtps::rtps::GUID_t&) override {}
+
+    OnSample on_sample_;
+    RawSample<Message> sample_;
+    RepeatFilter<Message> repeats_;
+  };
+
+  eprosima::fastdds::dds::Subscriber* subscriber_;
+  Listener listener_;
+  eprosima::fastdds::dds::DataReader* reader_ = nullptr;
+};
+
+}  // namespace zerodrift::dds

@@ -1,0 +1,532 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/navigation/gyro_navigation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+
+namespace zerodrift::navigation {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr core::SensorTime kBlock{1'000'000'000};
+constexpr core::SensorTime kForgottenAxis{10'000'000'000};  // one not measured for so long is none
+constexpr core::SensorTime kSetBack{1'000'000'000};         // more is no disorder but a restart
+constexpr core::SensorTime kSetForward{60'000'000'000};
+constexpr std::size_t kTruths = 4096;
+constexpr std::size_t kReferences = 64;
+constexpr double kSameInterval = 0.5;  // of an interval may be missing without being a gap
+constexpr double kLargestRateRadps = 1e3;
+constexpr double kLongestIntervalS = 10.0;
+
+constexpr std::size_t kRawCopy = static_cast<std::size_t>(Stream::kRaw);
+constexpr std::size_t kCompensatedCopy = static_cast<std::size_t>(Stream::kCompensated);
+
+std::array<bool, 3> both(const std::array<bool, 3>& a, const std::array<bool, 3>& b) {
+  return {a[0] && b[0], a[1] && b[1], a[2] && b[2]};
+}
+
+// Unknown where it can't be one.
+double sane_variance(double variance) {
+  return variance >= 0.0 && variance <= 1.0 ? variance : -1.0;
+}
+
+Vector3 unsigned_vector(const core::PerAxis<double>& values) {
+  return {values[0], values[1], values[2]};
+}
+
+}  // namespace
+
+double StreamErrors::heading_rms() const noexcept {
+  return samples > 0 ? std::sqrt(heading_square_sum / static_cast<double>(samples))
+                     : std::numeric_limits<double>::quiet_NaN();
+}
+
+double StreamErrors::nees_mean() const noexcept {
+  return samples > 0 ? nees_sum / static_cast<double>(samples)
+                     : std::numeric_limits<double>::quiet_NaN();
+}
+
+std::optional<std::string> GyroNavigationOptions::validate() const {
+  const auto wrong = [](const char* key, double found, const char* expected) {
+    return std::string(key) + " is " + std::to_string(found) + ", must be " + expected;
+  };
+  if (const auto problem = filter.validate()) return problem;
+  if (const auto problem = rest.validate()) return problem;
+  for (const double angle : {attitude.roll_rad, attitude.pitch_rad, attitude.heading_rad}) {
+    if (!std::isfinite(angle)) return "attitude is not finite, must be three angles in rad";
+  }
+  if (!(alignment_s >= 0.0 && alignment_s <= 86400.0))
+    return wrong("alignment_s", alignment_s, "0 to 86400");
+  if (!(longest_bridged_s >= 0.0 && longest_bridged_s <= 10.0))
+    return wrong("longest_bridged_s", longest_bridged_s, "0 to 10");
+  if (!(fastest_turn_radps >= 0.0 && fastest_turn_radps <= kLargestRateRadps))
+    return wrong("fastest_turn_radps", fastest_turn_radps, "0 to 1000");
+  if (!(reference_period_s >= 0.001 && reference_period_s <= 60.0))
+    return wrong("reference_period_s", reference_period_s, "0.001 to 60");
+  if (!(largest_reference_sigma_radps >= 0.0))
+    return wrong("largest_reference_sigma_radps", largest_reference_sigma_radps, "0 or more");
+  if (!heading_known && !filter.latitude_rad)
+    return "latitude_rad is missing, must be given where the heading is to be found";
+  return std::nullopt;
+}
+
+GyroNavigation::GyroNavigation(const GyroNavigationOptions& options)
+    : options_(options),
+      copies_{Copy{AttitudeFilter(options.filter)}, Copy{AttitudeFilter(options.filter)}},
+      detector_(options.rest),
+      truth_(options.filter.latitude_rad ? earth_rate_radps_n(*options.filter.latitude_rad)
+                                         : Vector3::Zero()),
+      truths_(kTruths),
+      waiting_(kWaiting),
+      references_(kReferences),
+      heading_known_(options.heading_known),
+      start_heading_sigma_rad_(options.heading_known ? options.filter.heading_sigma_rad : kPi) {
+  if (const auto problem = options.validate()) throw std::invalid_argument(*problem);
+  measured_at_.fill(core::kNever);
+  const Quaternion start = navigation::n_from_b(options.attitude);
+  truth_.set(navigation::n_from_b(options.true_attitude.value_or(options.attitude)));
+  for (Copy& copy : copies_) {
+    copy.filter.start(start, options.filter.tilt_sigma_rad, start_heading_sigma_rad_,
+                      AttitudeFilter::Drift::kForget);
+  }
+}
+
+const Quaternion& GyroNavigation::n_from_b(Stream stream) const noexcept {
+  return stream == Stream::kTruth ? truth_.n_from_b() : filter(stream).n_from_b();
+}
+
+// -------------------------------------------------------------------------------------- taking in
+
+void GyroNavigation::push_truth(core::SensorTime time,
+                                const core::PerAxis<double>& rate_radps) noexcept {
+  const Vector3 rate = to_forward_right_down(rate_radps, options_.frame);
+  if (!rate.allFinite() || rate.norm() > kLargestRateRadps) return;
+  if (!truths_.empty() && time <= truths_.back().time) truths_.clear();  // it began anew
+  truths_.push_overwriting({time, rate});
+  truth_spoken_to_ = time;
+  process_ready(true);
+}
+
+void GyroNavigation::push(const NavigationSample& sample) noexcept {
+  if (waiting_.full()) process_ready(false);
+  waiting_.push(sample);
+  process_ready(true);
+}
+
+void GyroNavigation::give_up_waiting() noexcept {
+  if (!waiting_.empty()) truth_spoken_to_ = core::kNever;  // until it speaks again
+  process_ready(false);
+}
+
+// Once given up, `waits` false, all of the queue goes on.
+void GyroNavigation::process_ready(bool waits) noexcept {
+  while (!waiting_.empty()) {
+    const NavigationSample& sample = waiting_.front();
+    const bool awaits = waits && truth_spoken_to_ != core::kNever && truth_spoken_to_ < sample.time;
+    if (awaits) return;
+    while (!truths_.empty() && truths_.front().time < sample.time) truths_.pop();
+    const bool is_there = !truths_.empty() && truths_.front().time == sample.time;
+    const std::optional<Truth> truth = is_there ? std::optional(truths_.front()) : std::nullopt;
+    const NavigationSample now = sample;
+    waiting_.pop();
+    process(now, truth ? &*truth : nullptr);
+  }
+}
+
+bool GyroNavigation::is_usable(const NavigationSample& sample) noexcept {
+  if (sample.late) {
+    ++counts_.late;
+    return false;
+  }
+  if (newest_ != core::kNever) {
+    const bool back = sample.time < newest_ && newest_ - sample.time > kSetBack;
+    const bool forward = sample.time > newest_ && sample.time - newest_ > kSetForward;
+    if (back || forward) {
+      ++counts_.time_restarts;
+      detector_.restart();
+      for (Copy& copy : copies_) copy.filter.interrupt();
+      truth_.interrupt();
+      if (phase_ == Phase::kNavigating) lose_heading(core::seconds(kSetForward));
+      newest_ = core::kNever;
+      reference_due_ = core::kNever;
+      measured_at_.fill(core::kNever);
+    } else if (sample.time <= newest_) {
+      ++counts_.duplicates;
+      return false;
+    }
+  }
+  if (!(sample.interval_s > 0.0 && sample.interval_s <= kLongestIntervalS)) {
+    ++counts_.unusable;
+    return false;
+  }
+  bool any = false;
+  bool lacks = false;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const bool valid = sample.valid[i] && std::isfinite(sample.applied_drift_radps[i]) &&
+                       std::abs(sample.rate_radps[i]) <= kLargestRateRadps;
+    any = any || valid;
+    lacks = lacks || (!valid && measured_at_[i] != core::kNever &&
+                      sample.time - measured_at_[i] < kForgottenAxis);
+    if (valid) measured_at_[i] = sample.time;
+  }
+  if (any && !lacks) return true;
+  ++counts_.unusable;  // its place is bridged as a gap
+  return false;
+}
+
+// An axis that is not measured is taken not to turn against the Earth.
+GyroNavigation::Rates GyroNavigation::rates_of(const NavigationSample& sample) const noexcept {
+  Rates rates;
+  rates.compensated = to_forward_right_down(sample.rate_radps, options_.frame);
+  rates.raw = rates.compensated + to_forward_right_down(sample.applied_drift_radps, options_.frame);
+  const Vector3 earth = copies_[kCompensatedCopy].filter.earth_rate_b();
+  for (std::size_t i = 0; i < 3; ++i) {
+    rates.measured[i] = measured_at_[i] == sample.time;
+    if (rates.measured[i]) continue;
+    const auto axis = static_cast<Eigen::Index>(i);
+    rates.compensated[axis] = rates.raw[axis] = earth[axis];
+  }
+  return rates;
+}
+
+void GyroNavigation::process(const NavigationSample& heard, const Truth* truth) noexcept {
+  if (!is_usable(heard)) return;
+  NavigationSample sample = heard;
+  for (std::size_t i = 0; i < 3; ++i) {
+    sample.noise_variance[i] = sane_variance(heard.noise_variance[i]);
+    sample.drift_variance[i] = sane_variance(heard.drift_variance[i]);
+  }
+  ++counts_.samples;
+  const Rates rates = rates_of(sample);
+  if (phase_ == Phase::kWaiting) phase_ = Phase::kAligning;
+  pass_gap(sample, rates);
+  hear_model(sample);
+  detect(sample, rates);
+  move(sample, rates);
+  move_truth(truth, sample.interval_s);
+  newest_ = sample.time;
+  sequence_ = sample.sequence;
+  gather(sample, rates);
+  if (phase_ == Phase::kAligning) align(sample);
+  if (phase_ == Phase::kNavigating) judge();
+  prepare_references(sample);
+}
+
+// ----------------------------------------------------------------------------------------- moving
+
+// What is missing before the sample's own interval: turned through at the mean of the rates around
+// it, which is wrong by up to half their difference.
+void GyroNavigation::pass_gap(const NavigationSample& sample, const Rates& rates) noexcept {
+  if (newest_ == core::kNever) return;
+  const double missing_s = core::seconds(sample.time - newest_) - sample.interval_s;
+  if (!(missing_s > kSameInterval * sample.interval_s)) return;
+  for (Copy& copy : copies_) copy.filter.interrupt();
+  truth_.interrupt();
+  if (phase_ != Phase::kNavigating) return;
+  if (missing_s > options_.longest_bridged_s) {
+    ++counts_.losses;
+    lose_heading(missing_s);
+    return;
+  }
+  ++counts_.gaps;
+  const std::array<const Vector3*, 2> now{&rates.raw, &rates.compensated};
+  for (std::size_t i = 0; i < copies_.size(); ++i) {
+    Copy& copy = copies_[i];
+    RateInterval bridge;
+    bridge.rate_radps = 0.5 * (copy.previous_rate + *now[i]);
+    bridge.interval_s = missing_s;
+    copy.filter.turn(bridge);
+    copy.filter.interrupt();
+    copy.filter.lose_b(0.5 * missing_s * (*now[i] - copy.previous_rate));
+  }
+}
+
+void GyroNavigation::lose_heading(double gap_s) noexcept {
+  const double sigma = std::min(kPi, options_.fastest_turn_radps * gap_s);
+  for (Copy& copy : copies_) copy.filter.lose({0.0, 0.0, sigma});
+  start_heading_sigma_rad_ = std::max(start_heading_sigma_rad_, sigma);
+}
+
+// With another model the applied drift jumps, which the drift itself doesn't: what is left jumps
+// the other way. Within a model the applied drift moves because the drift does.
+void GyroNavigation::hear_model(const NavigationSample& sample) noexcept {
+  AttitudeFilter& filter = copies_[kCompensatedCopy].filter;
+  const double sign = options_.frame == BodyFrame::kForwardLeftUp ? -1.0 : 1.0;
+  const bool tracks = options_.updates == Updates::kAtRest;
+  Vector3 change = Vector3::Zero();
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto axis = static_cast<Eigen::Index>(i);
+    const bool is_new = sample.model_epoch != epoch_ || sample.rung[i] != rung_[i];
+    const bool first = newest_ == core::kNever;
+    const double step = sample.applied_drift_radps[i] - applied_[i];
+    if (!first && is_new) change[axis] = (i == 0 ? 1.0 : sign) * step;
+  }
+  if (tracks) filter.shift_drift(change);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const bool known = sample.drift_variance[i] >= 0.0;
+    const bool is_new = sample.model_epoch != epoch_ || sample.rung[i] != rung_[i];
+    if (known && (is_new || !claim_known_[i])) filter.hear_claim(i, sample.drift_variance[i]);
+    claim_known_[i] = known;
+  }
+  applied_ = sample.applied_drift_radps;
+  epoch_ = sample.model_epoch;
+  rung_ = sample.rung;
+}
+
+void GyroNavigation::detect(const NavigationSample& sample, const Rates& rates) noexcept {
+  const bool was_at_rest = at_rest();
+  if (sample.clipped[0] || sample.clipped[1] || sample.clipped[2]) {
+    ++counts_.clipped;
+    detector_.moving();
+  } else {
+    const AttitudeFilter& filter = copies_[kCompensatedCopy].filter;
+    std::optional<Vector3> force;
+    if (sample.specific_force_mps2)
+      force = to_forward_right_down(*sample.specific_force_mps2, options_.frame);
+    detector_.add(sample.time, rates.compensated - filter.drift_radps() - filter.earth_rate_b(),
+                  force);
+  }
+  if (at_rest()) {
+    rest_s_ += sample.interval_s;
+    return;
+  }
+  if (!was_at_rest) return;
+  block_ = {};
+  confirmed_next_.reset();
+  levelled_ = stands_ = residual_due_ = false;
+}
+
+void GyroNavigation::move(const NavigationSample& sample, const Rates& rates) noexcept {
+  RateInterval interval;
+  interval.interval_s = sample.interval_s;
+  interval.noise_variance = unsigned_vector(sample.noise_variance);
+  const std::array<const Vector3*, 2> now{&rates.raw, &rates.compensated};
+  for (std::size_t i = 0; i < copies_.size(); ++i) {
+    Copy& copy = copies_[i];
+    interval.rate_radps = *now[i];
+    if (i == kCompensatedCopy) interval.drift_variance = unsigned_vector(sample.drift_variance);
+    if (phase_ == Phase::kNavigating) {
+      copy.filter.turn(interval);
+    } else {
+      copy.filter.stand(interval);
+    }
+    copy.previous_rate = *now[i];
+  }
+  if (sample.clipped == core::PerAxis<bool>{}) return;
+  Vector3 lost = Vector3::Zero();
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto axis = static_cast<Eigen::Index>(i);
+    if (sample.clipped[i]) lost[axis] = rates.raw[axis] * sample.interval_s;
+  }
+  for (Copy& copy : copies_) copy.filter.lose_b(lost);
+}
+
+void GyroNavigation::move_truth(const Truth* truth, double interval_s) noexcept {
+  if (truth == nullptr) {
+    if (truth_started_) ++counts_.truth_missing;
+    return;
+  }
+  if (last_truth_ && truth->time > last_truth_->time) {
+    const double missing_s = core::seconds(truth->time - last_truth_->time) - interval_s;
+    if (missing_s > kSameInterval * interval_s) {
+      truth_.interrupt();
+      truth_.advance(0.5 * (truth->rate + last_truth_->rate) * missing_s, missing_s);
+      truth_.interrupt();
+    }
+    truth_.advance(truth->rate * interval_s, interval_s);
+  }
+  truth_started_ = true;
+  last_truth_ = *truth;
+}
+
+// ---------------------------------------------------------------------------------------- at rest
+
+void GyroNavigation::gather(const NavigationSample& sample, const Rates& rates) noexcept {
+  if (!at_rest()) return;
+  if (block_.begin == core::kNever) {
+    block_ = {};
+    block_.begin = sample.time;
+    block_.measured = {true, true, true};
+  }
+  block_.sum += rates.raw;
+  block_.measured = both(block_.measured, rates.measured);
+  block_.noise += unsigned_vector(sample.noise_variance).cwiseMax(0.0);
+  ++block_.count;
+  if (sample.specific_force_mps2) {
+    block_.force += to_forward_right_down(*sample.specific_force_mps2, options_.frame);
+    ++block_.with_force;
+  }
+  if (sample.time - block_.begin < kBlock) return;
+  if (confirmed_next_) update(*confirmed_next_);
+  confirmed_next_ = block_;
+  block_ = {};
+}
+
+// The compensated mean is that of the raw rates less what is applied now: the model may have
+// changed since.
+void GyroNavigation::update(const Block& block) noexcept {
+  const auto n = static_cast<double>(block.count);
+  const Vector3 raw = block.sum / n;
+  const Vector3 compensated = raw - to_forward_right_down(applied_, options_.frame);
+  for (std::size_t i = 0; i < copies_.size(); ++i) {
+    Copy& copy = copies_[i];
+    RestMean mean{.rate_radps = i == kRawCopy ? raw : compensated,
+                  .noise_variance = block.noise / (n * n),
+                  .measured = block.measured};
+    if (options_.updates == Updates::kNone) continue;
+    // Without a heading Earth's horizontal rate is unknown, its vertical one is not.
+    if (!heading_known_) mean.measured[0] = mean.measured[1] = false;
+    InnovationReport report = copy.filter.rest(mean);
+    const auto note = [&] {
+      copy.counts.updates += report.innovation == Innovation::kAccepted ? 1 : 0;
+      copy.counts.rejected += report.innovation > Innovation::kAccepted ? 1 : 0;
+      if (report.innovation == Innovation::kNothing) return;
+      copy.counts.nis_sum += report.nis;
+      copy.counts.nis_degrees += static_cast<std::uint64_t>(report.degrees);
+    };
+    note();
+    if (i == kCompensatedCopy) {
+      stands_ = report.innovation != Innovation::kTurning;
+      residual_due_ = report.innovation == Innovation::kAccepted;
+    }
+    if (levelled_) continue;
+    report = block.with_force == block.count
+                 ? copy.filter.level(block.force / n)
+                 : copy.filter.level_to(options_.attitude.roll_rad, options_.attitude.pitch_rad,
+                                        options_.filter.tilt_sigma_rad);
+    note();
+  }
+  levelled_ = true;
+  if (phase_ == Phase::kAligning && !heading_known_) {
+    compass_sum_ += compensated;
+    ++compass_count_;
+  }
+  if (options_.updates == Updates::kNone) stands_ = heading_known_;
+}
+
+void GyroNavigation::align(const NavigationSample& sample) noexcept {
+  if (at_rest()) aligned_s_ += sample.interval_s;
+  const bool enough = aligned_s_ >= options_.alignment_s;
+  if (!enough && detector_.standing() != Standing::kMoving) return;
+  if (!heading_known_) {
+    find_heading();
+    if (!heading_known_ && !enough) return;  // a stop is waited for
+  }
+  begin_navigating();
+}
+
+void GyroNavigation::find_heading() noexcept {
+  if (compass_count_ == 0) return;
+  const AttitudeFilter& filter = copies_[kCompensatedCopy].filter;
+  CompassInput input;
+  input.rate_radps = compass_sum_ / static_cast<double>(compass_count_) - filter.drift_radps();
+  input.drift_sigma_radps = filter.covariance().diagonal().tail<3>().cwiseSqrt();
+  for (std::size_t i = 0; i < 3; ++i) input.measured[i] = measured_at_[i] == newest_;
+  input.latitude_rad = options_.filter.latitude_rad.value_or(0.0);
+  input.roll_rad = options_.attitude.roll_rad;
+  input.pitch_rad = options_.attitude.pitch_rad;
+  input.tilt_sigma_rad = options_.filter.tilt_sigma_rad;
+  const CompassResult found = gyrocompass(input);
+  compass_ = found.verdict;
+  if (found.verdict != CompassVerdict::kFound) return;
+  heading_known_ = true;
+  start_heading_sigma_rad_ = found.sigma_rad;
+  options_.attitude.heading_rad = found.heading_rad;
+}
+
+// Where the attitude was held the filters know it together with the drift: kept. Without updates,
+// or with a heading that was found only now, both begin here.
+void GyroNavigation::begin_navigating() noexcept {
+  phase_ = Phase::kNavigating;
+  const bool keeps = options_.updates == Updates::kAtRest && options_.heading_known;
+  if (keeps) return;
+  for (Copy& copy : copies_) {
+    copy.filter.start(navigation::n_from_b(options_.attitude), options_.filter.tilt_sigma_rad,
+                      start_heading_sigma_rad_, AttitudeFilter::Drift::kForget);
+  }
+}
+
+void GyroNavigation::judge() noexcept {
+  if (!truth_started_ || !last_truth_ || last_truth_->time != newest_) return;
+  const double heading = attitude(Stream::kTruth).heading_rad;
+  for (std::size_t i = 0; i < copies_.size(); ++i) {
+    Copy& copy = copies_[i];
+    const Quaternion& estimate = copy.filter.n_from_b();
+    const Vector3 phi = rotation_vector(truth_.n_from_b() * estimate.conjugate());
+    StreamErrors& errors = copy.errors;
+    errors.heading_now = wrapped(attitude_of(estimate).heading_rad - heading);
+    errors.heading_square_sum += errors.heading_now * errors.heading_now;
+    errors.heading_largest = std::max(errors.heading_largest, std::abs(errors.heading_now));
+    errors.angle_now = phi.norm();
+    const Matrix3 covariance = copy.filter.covariance().topLeftCorner<3, 3>();
+    errors.nees_sum += phi.dot(covariance.ldlt().solve(phi));
+    ++errors.samples;
+  }
+}
+
+// ------------------------------------------------------------------------------------ giving back
+
+std::optional<core::RateReferenceSample> GyroNavigation::take_reference() noexcept {
+  if (references_.empty()) return std::nullopt;
+  const core::RateReferenceSample reference = references_.front();
+  references_.pop();
+  return reference;
+}
+
+void GyroNavigation::prepare_references(const NavigationSample& sample) noexcept {
+  if (residual_due_ && options_.residual_feedback) prepare_residual(sample);
+  residual_due_ = false;
+  if (reference_due_ != core::kNever && sample.time < reference_due_) return;
+  const core::SensorTime period = core::from_seconds(options_.reference_period_s);
+  reference_due_ = (sample.time / period + 1) * period;
+  references_.push_overwriting(rest_reference(sample));
+}
+
+core::RateReferenceSample GyroNavigation::rest_reference(const NavigationSample& sample) noexcept {
+  core::RateReferenceSample reference;
+  reference.time = sample.time;
+  reference.kind = core::ReferenceKind::kRest;
+  if (!at_rest() || !stands_ || !options_.filter.latitude_rad) return reference;
+  const AttitudeFilter& filter = copies_[kCompensatedCopy].filter;
+  // What was learned of north through rates that were compensated with references from here is not
+  // given back as knowledge.
+  Matrix3 covariance = filter.covariance().topLeftCorner<3, 3>();
+  const double tilt = options_.filter.tilt_sigma_rad;
+  const Vector3 at_start(tilt, tilt, start_heading_sigma_rad_);
+  for (Eigen::Index i = 0; i < 3; ++i)
+    covariance(i, i) = std::max(covariance(i, i), at_start[i] * at_start[i]);
+  const Vector3 variance = filter.earth_rate_variance_b(covariance);
+  reference.rate_radps = from_forward_right_down(filter.earth_rate_b(), options_.frame);
+  const double largest = options_.largest_reference_sigma_radps;
+  bool any = false;
+  for (std::size_t i = 0; i < 3; ++i) {
+    reference.variance[i] = variance[static_cast<Eigen::Index>(i)];
+    reference.valid[i] =
+        measured_at_[i] == sample.time && reference.variance[i] <= largest * largest;
+    any = any || reference.valid[i];
+  }
+  if (any) ++counts_.references;
+  return reference;
+}
+
+void GyroNavigation::prepare_residual(const NavigationSample& sample) noexcept {
+  const AttitudeFilter& filter = copies_[kCompensatedCopy].filter;
+  core::RateReferenceSample residual;
+  residual.time = sample.time;
+  residual.kind = core::ReferenceKind::kNavigationResidual;
+  residual.model_epoch = sample.model_epoch;
+  const auto left = from_forward_right_down(filter.drift_radps(), options_.frame);
+  for (std::size_t i = 0; i < 3; ++i) {
+    residual.rate_radps[i] = sample.applied_drift_radps[i] + left[i];
+    const auto d = static_cast<Eigen::Index>(3 + i);
+    residual.variance[i] = filter.covariance()(d, d);
+    residual.valid[i] = measured_at_[i] == sample.time;
+  }
+  references_.push_overwriting(residual);
+  ++counts_.residuals;
+}
+
+}  // namespace zerodrift::navigation

@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a navigation filter makes of one gyro: attitude from its raw rates beside attitude from its
+// compensated rates and, where the true rate is known, beside the true attitude; and what it can
+// tell the compensation in return. The one implementation that the service and `zerodrift navigate`
+// share.
+//
+// One decision of rest serves all streams. At rest, means over a second update each filter once the
+// second after has shown that they ended before any motion began. At the start attitude is held
+// (alignment) for as long as the vehicle stands, at most alignment_s; heading is as configured or,
+// without, from the Earth's rate (gyrocompass.h).
+//
+// Driven by sensor time, no clock, no allocation after the constructor; O(1) a sample.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "common/core/ring_buffer.h"
+#include "common/core/samples.h"
+#include "common/navigation/attitude_filter.h"
+#include "common/navigation/gyrocompass.h"
+#include "common/navigation/rest_detector.h"
+
+namespace zerodrift::navigation {
+
+enum class Stream : std::uint8_t { kRaw = 0, kCompensated = 1, kTruth = 2 };
+inline constexpr std::size_t kStreams = 3;
+enum class Phase : std::uint8_t { kWaiting = 0, kAligning = 1, kNavigating = 2 };
+// kNone: free inertial, what drift does is seen in full.
+enum class Updates : std::uint8_t { kNone, kAtRest };
+
+struct GyroNavigationOptions {
+  BodyFrame frame = BodyFrame::kForwardLeftUp;  // of what comes in and goes out
+  Attitude attitude{};                          // at the start; without a heading, roll and pitch
+  bool heading_known = true;
+  std::optional<Attitude> true_attitude{};  // of the truth at the start; none: as above
+  double alignment_s = 60.0;
+  Updates updates = Updates::kAtRest;
+  AttitudeFilterOptions filter;
+  RestDetectorOptions rest;
+  double longest_bridged_s = 0.25;    // a gap up to this is turned through at the rates around it
+  double fastest_turn_radps = 0.873;  // 50 deg/s: what a longer one may have held, about down
+  // What is given back.
+  double reference_period_s = 0.1;
+  double largest_reference_sigma_radps = 1.454e-6;  // of Earth rate on an axis: 0.3 deg/h
+  bool residual_feedback = false;
+
+  // Nothing when usable, else one line that names the wrong key.
+  [[nodiscard]] std::optional<std::string> validate() const;
+};
+
+// A compensated sample as this folder needs it, in the configured frame. Variances below 0:
+// unknown.
+struct NavigationSample {
+  std::uint64_t sequence = 0;
+  core::SensorTime time{0};
+  double interval_s = 0.0;
+  core::PerAxis<double> rate_radps{};           // compensated
+  core::PerAxis<double> applied_drift_radps{};  // raw = compensated + applied
+  core::PerAxis<bool> valid{};
+  core::PerAxis<bool> clipped{};
+  core::PerAxis<double> noise_variance{-1.0, -1.0, -1.0};
+  core::PerAxis<double> drift_variance{-1.0, -1.0, -1.0};
+  std::uint64_t model_epoch = 0;
+  core::PerAxis<std::uint8_t> rung{};
+  bool late = false;
+  std::optional<core::PerAxis<double>> specific_force_mps2{};
+};
+
+// Of one stream, since navigation began. Angles in rad.
+struct StreamErrors {
+  std::uint64_t samples = 0;
+  double heading_now = 0.0;
+  double heading_square_sum = 0.0;
+  double heading_largest = 0.0;  // magnitude
+  double angle_now = 0.0;
+  double nees_sum = 0.0;  // of the attitude error, 3 degrees of freedom
+
+  [[nodiscard]] double heading_rms() const noexcept;
+  [[nodiscard]] double nees_mean() const noexcept;
+};
+
+struct StreamCounts {
+  std::uint64_t updates = 0;
+  std::uint64_t rejected = 0;
+  double nis_sum = 0.0;
+  std::uint64_t nis_degrees = 0;
+};
+
+struct NavigationCounts {
+  std::uint64_t samples = 0;
+  std::uint64_t duplicates = 0;  // times that were there, or behind
+  std::uint64_t late = 0;        // answered out of order: their place has passed
+  std::uint64_t unusable = 0;    // an axis invalid that was measured before, or no interval
+  std::uint64_t clipped = 0;
+  std::uint64_t gaps = 0;           // bridged
+  std::uint64_t losses = 0;         // longer: heading uncertain since
+  std::uint64_t time_restarts = 0;  // as a loss of unknown length
+  std::uint64_t truth_missing = 0;
+  std::uint64_t references = 0;  // given back, with at least one axis
+  std::uint64_t residuals = 0;
+};
+
+class GyroNavigation {
+ public:
+  // Throws std::invalid_argument with validate()'s line.
+  explicit GyroNavigation(const GyroNavigationOptions& options);
+
+  // The true rate at a sample's time (a rate table, a record's reference columns), before the
+  // sample or soon after: once one was heard, samples wait for theirs in a queue of kWaiting.
+  void push_truth(core::SensorTime time, const core::PerAxis<double>& rate_radps) noexcept;
+  void push(const NavigationSample& sample) noexcept;
+  // Samples that wait for a truth that doesn't come go on without.
+  void give_up_waiting() noexcept;
+
+  // What to tell the compensation, in order; nothing: no more. At rest and with Earth rate known,
+  // kRest: Earth rate in b, valid on the axes where it is known well enough; otherwise kRest with
+  // no axis, so that who waits for it gets on. With residual_feedback, kNavigationResidual after
+  // each update at rest: the drift that was applied at that time + what the filter finds left of
+  // it. In motion a gyro measures nothing of its drift, so nothing is said: a residual known from
+  // before would come back as its own echo.
+  [[nodiscard]] std::optional<core::RateReferenceSample> take_reference() noexcept;
+
+  [[nodiscard]] Phase phase() const noexcept { return phase_; }
+  [[nodiscard]] bool at_rest() const noexcept { return detector_.standing() == Standing::kAtRest; }
+  [[nodiscard]] double rest_s() const noexcept { return rest_s_; }
+  [[nodiscard]] core::SensorTime time() const noexcept { return newest_; }
+  [[nodiscard]] std::uint64_t sequence() const noexcept { return sequence_; }
+  [[nodiscard]] bool truth_heard() const noexcept { return truth_started_; }
+  // True attitude only where truth_heard().
+  [[nodiscard]] const Quaternion& n_from_b(Stream stream) const noexcept;
+  [[nodiscard]] Attitude attitude(Stream stream) const noexcept {
+    return attitude_of(n_from_b(stream));
+  }
+  // Of kRaw and kCompensated.
+  [[nodiscard]] const AttitudeFilter& filter(Stream stream) const noexcept {
+    return copies_[static_cast<std::size_t>(stream)].filter;
+  }
+  [[nodiscard]] const StreamErrors& errors(Stream stream) const noexcept {
+    return copies_[static_cast<std::size_t>(stream)].errors;
+  }
+  [[nodiscard]] const StreamCounts& counts(Stream stream) const noexcept {
+    return copies_[static_cast<std::size_t>(stream)].counts;
+  }
+  [[nodiscard]] const NavigationCounts& counts() const noexcept { return counts_; }
+  // Why there is no heading, once alignment without one is over.
+  [[nodiscard]] std::optional<CompassVerdict> compass() const noexcept { return compass_; }
+
+ private:
+  static constexpr std::size_t kWaiting = 64;
+  struct Truth {
+    core::SensorTime time{0};
+    Vector3 rate = Vector3::Zero();
+  };
+  struct Rates {
+    Vector3 raw = Vector3::Zero();
+    Vector3 compensated = Vector3::Zero();
+    std::array<bool, 3> measured{};
+  };
+  // The sums of a second at rest.
+  struct Block {
+    core::SensorTime begin{core::kNever};
+    Vector3 sum = Vector3::Zero();  // of the raw rates
+    Vector3 noise = Vector3::Zero();
+    Vector3 force = Vector3::Zero();
+    std::uint64_t count = 0;
+    std::uint64_t with_force = 0;
+    std::array<bool, 3> measured{};
+  };
+  struct Copy {
+    AttitudeFilter filter;
+    StreamErrors errors{};
+    StreamCounts counts{};
+    Vector3 previous_rate = Vector3::Zero();
+  };
+
+  void process_ready(bool waits) noexcept;
+  void process(const NavigationSample& heard, const Truth* truth) noexcept;
+  [[nodiscard]] bool is_usable(const NavigationSample& sample) noexcept;
+  [[nodiscard]] Rates rates_of(const NavigationSample& sample) const noexcept;
+  void pass_gap(const NavigationSample& sample, const Rates& rates) noexcept;
+  void lose_heading(double gap_s) noexcept;
+  void hear_model(const NavigationSample& sample) noexcept;
+  void detect(const NavigationSample& sample, const Rates& rates) noexcept;
+  void move(const NavigationSample& sample, const Rates& rates) noexcept;
+  void move_truth(const Truth* truth, double interval_s) noexcept;
+  void gather(const NavigationSample& sample, const Rates& rates) noexcept;
+  void update(const Block& block) noexcept;
+  void align(const NavigationSample& sample) noexcept;
+  void begin_navigating() noexcept;
+  void find_heading() noexcept;
+  void judge() noexcept;
+  void prepare_references(const NavigationSample& sample) noexcept;
+  void prepare_residual(const NavigationSample& sample) noexcept;
+  [[nodiscard]] core::RateReferenceSample rest_reference(const NavigationSample& sample) noexcept;
+
+  GyroNavigationOptions options_;
+  std::array<Copy, 2> copies_;
+  RestDetector detector_;
+  Strapdown truth_;
+  bool truth_started_ = false;
+  std::optional<Truth> last_truth_;
+  core::RingBuffer<Truth> truths_;
+  core::SensorTime truth_spoken_to_{core::kNever};
+  core::RingBuffer<NavigationSample> waiting_;
+  core::RingBuffer<core::RateReferenceSample> references_;
+
+  Phase phase_ = Phase::kWaiting;
+  core::SensorTime newest_{core::kNever};
+  std::uint64_t sequence_ = 0;
+  double rest_s_ = 0.0;
+  double aligned_s_ = 0.0;
+  bool heading_known_;
+  double start_heading_sigma_rad_;  // what is given back claims no better knowledge of north
+  std::optional<CompassVerdict> compass_;
+  Vector3 compass_sum_ = Vector3::Zero();
+  std::uint64_t compass_count_ = 0;
+  std::array<core::SensorTime, 3> measured_at_;
+  core::PerAxis<double> applied_{};
+  std::uint64_t epoch_ = 0;
+  core::PerAxis<std::uint8_t> rung_{};
+  core::PerAxis<bool> claim_known_{};
+  Block block_;
+  std::optional<Block> confirmed_next_;
+  bool levelled_ = false;  // at this stop
+  bool stands_ = false;    // the newest update at this stop found nothing that drift can't be
+  bool residual_due_ = false;
+  core::SensorTime reference_due_{core::kNever};
+  NavigationCounts counts_;
+};
+
+}  // namespace zerodrift::navigation

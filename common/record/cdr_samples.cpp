@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/record/cdr_samples.h"
+
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+
+namespace zerodrift::record {
+namespace {
+
+// Takes values from the front, each at a multiple of its size behind the header. After the first
+// that isn't there all are 0 and good() is false.
+class CdrReader {
+ public:
+  explicit CdrReader(std::string_view payload) noexcept {
+    constexpr std::size_t kHeader = 4;
+    if (payload.size() < kHeader || payload[0] != 0 || (payload[1] != 0 && payload[1] != 1)) {
+      good_ = false;
+      return;
+    }
+    is_little_ = payload[1] == 1;
+    body_ = payload.substr(kHeader);
+  }
+
+  template <typename Value>
+  Value take() noexcept {
+    const std::size_t at = (position_ + sizeof(Value) - 1) / sizeof(Value) * sizeof(Value);
+    if (!good_ || body_.size() < sizeof(Value) || at > body_.size() - sizeof(Value)) {
+      good_ = false;
+      return Value{};
+    }
+    char bytes[sizeof(Value)];
+    std::memcpy(bytes, body_.data() + at, sizeof bytes);
+    if (is_little_ != (std::endian::native == std::endian::little)) {
+      for (std::size_t i = 0; i < sizeof bytes / 2; ++i)
+        std::swap(bytes[i], bytes[sizeof bytes - 1 - i]);
+    }
+    position_ = at + sizeof bytes;
+    Value value;
+    std::memcpy(&value, bytes, sizeof value);
+    return value;
+  }
+
+  core::PerAxis<double> take_axes() noexcept {
+    core::PerAxis<double> values{};
+    for (double& value : values) value = take<double>();
+    return values;
+  }
+
+  // Up to the first 0, as the generated types give it out.
+  std::string_view take_text(std::size_t most) noexcept {
+    const auto size = take<std::uint32_t>();
+    if (!good_ || size > body_.size() - position_ || size > most + 1) {
+      good_ = false;
+      return {};
+    }
+    const std::string_view text = body_.substr(position_, size);
+    position_ += size;
+    return text.substr(0, text.find('\0'));
+  }
+
+  [[nodiscard]] bool good() const noexcept { return good_; }
+
+ private:
+  std::string_view body_;
+  std::size_t position_ = 0;
+  bool is_little_ = true;
+  bool good_ = true;
+};
+
+core::ClockSource clock_source(std::uint32_t number) noexcept {
+  return number <= static_cast<std::uint32_t>(core::ClockSource::kSimulation)
+             ? static_cast<core::ClockSource>(number)
+             : core::ClockSource::kUnknown;
+}
+
+core::SensorTime take_time(CdrReader& reader) noexcept {
+  return core::SensorTime{reader.take<std::int64_t>()};
+}
+
+}  // namespace
+
+std::optional<OfGyro<core::AngularRateSample>> decode_angular_rate(
+    std::string_view payload) noexcept {
+  constexpr std::uint32_t kClippedShift = 8;
+  CdrReader reader(payload);
+  OfGyro<core::AngularRateSample> of;
+  core::AngularRateSample& sample = of.sample;
+  of.gyro_id = reader.take<std::uint32_t>();
+  const auto validity = reader.take<std::uint32_t>();
+  sample.sequence = reader.take<std::uint64_t>();
+  sample.time = take_time(reader);
+  sample.rate_radps = reader.take_axes();
+  reader.take_axes();  // delta angles: rate * interval
+  const double interval_s = reader.take<double>();
+  sample.interval_s = std::isfinite(interval_s) && interval_s > 0.0 ? interval_s : 0.0;
+  sample.clock = clock_source(reader.take<std::uint32_t>());
+  reader.take<std::uint32_t>();  // clock locked
+  reader.take<std::int64_t>();   // clock offset
+  reader.take<std::int64_t>();   // publish time
+  if (!reader.good()) return std::nullopt;
+  for (std::size_t i = 0; i < core::kAxisCount; ++i) {
+    sample.valid[i] = (validity >> i & 1U) != 0 && std::isfinite(sample.rate_radps[i]);
+    sample.clipped[i] = (validity >> (kClippedShift + i) & 1U) != 0;
+  }
+  return of;
+}
+
+std::optional<OfGyro<core::TemperatureSample>> decode_temperature(std::string_view payload) {
+  constexpr std::size_t kLongestProbe = 32;
+  CdrReader reader(payload);
+  OfGyro<core::TemperatureSample> of;
+  core::TemperatureSample& sample = of.sample;
+  of.gyro_id = reader.take<std::uint32_t>();
+  sample.probe = reader.take_text(kLongestProbe);
+  sample.sequence = reader.take<std::uint64_t>();
+  sample.time = take_time(reader);
+  sample.temperature_degc = reader.take<double>();
+  sample.measured = reader.take<std::uint32_t>() != 0;
+  sample.clock = clock_source(reader.take<std::uint32_t>());
+  if (!reader.good()) return std::nullopt;
+  return of;
+}
+
+std::optional<OfGyro<core::RateReferenceSample>> decode_rate_reference(
+    std::string_view payload) noexcept {
+  CdrReader reader(payload);
+  OfGyro<core::RateReferenceSample> of;
+  core::RateReferenceSample& sample = of.sample;
+  of.gyro_id = reader.take<std::uint32_t>();
+  const auto kind = reader.take<std::uint32_t>();
+  sample.kind = kind <= static_cast<std::uint32_t>(core::ReferenceKind::kNavigationResidual)
+                    ? static_cast<core::ReferenceKind>(kind)
+                    : core::ReferenceKind::kNone;
+  sample.time = take_time(reader);
+  sample.model_epoch = reader.take<std::uint64_t>();
+  sample.rate_radps = reader.take_axes();
+  sample.variance = reader.take_axes();
+  const auto validity = reader.take<std::uint32_t>();
+  reader.take<std::uint32_t>();  // clock source
+  if (!reader.good()) return std::nullopt;
+  for (std::size_t i = 0; i < core::kAxisCount; ++i) {
+    sample.valid[i] = (validity >> i & 1U) != 0 && std::isfinite(sample.rate_radps[i]) &&
+                      std::isfinite(sample.variance[i]) && sample.variance[i] >= 0.0;
+  }
+  return of;
+}
+
+}  // namespace zerodrift::record

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/replay/rate_replay.h"
+
+#include <chrono>
+#include <thread>
+#include <utility>
+
+#include "common/dds/conversions.h"
+#include "common/service/monotonic_clock.h"
+#include "common/service/receipt.h"
+
+namespace zerodrift::replay {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kPatience = 5000ms;  // until a line says who is waited for
+constexpr auto kStopCheck = 100ms;
+
+}  // namespace
+
+RateReplay::RateReplay(service::Host& host, std::uint32_t gyro_id, const std::string& speed,
+                       std::vector<std::string> wait_for)
+    : host_(host),
+      gyro_id_(gyro_id),
+      pacer_(host.participant(), gyro_id, std::move(wait_for)),
+      clock_(service::parse_speed(speed)),
+      writer_(host.participant(), host.observer()),
+      reference_writer_(host.participant(), host.observer()) {}
+
+void RateReplay::publish(const GyroSource& source, const std::atomic<bool>& stopping,
+                         const Filter& filter) {
+  try {
+    publish_all(source, stopping, filter);
+  } catch (...) {
+    // What was published before is still good.
+    service::wait_for_receipt(writer_, kPatience, stopping);
+    throw;
+  }
+}
+
+void RateReplay::publish_all(const GyroSource& source, const std::atomic<bool>& stopping,
+                             const Filter& filter) {
+  if (!wait_for_consumers(stopping)) return;
+  bool is_first_rate = true;
+  bool is_first_reference = true;
+  while (!stopping) {
+    auto reading = source();
+    if (!reading) return finish(stopping);
+    if (reading->rate) {
+      if (is_first_rate) first_sequence_ = reading->rate->sequence;
+      is_first_rate = false;
+      clock_.wait_until(reading->rate->time, stopping);
+      if (filter && filter(*reading->rate) == Delivery::kDrop) continue;
+      if (!wait_for_room(reading->rate->sequence, stopping)) return;
+    }
+    if (reading->reference) {
+      publish(*reading->reference);
+      // A consumer must know that references come before it meets the first rate.
+      if (is_first_reference) service::wait_for_receipt(reference_writer_, kPatience, stopping);
+      is_first_reference = false;
+    }
+    if (reading->rate) publish(*reading->rate);
+  }
+}
+
+void RateReplay::publish(const core::AngularRateSample& sample) {
+  auto message = dds::to_message(sample, gyro_id_, service::monotonic_ns());
+  newest_sequence_ = sample.sequence;
+  if (writer_.write(message)) {
+    ++published_;
+  } else {
+    ++refused_;
+  }
+}
+
+void RateReplay::publish(const core::RateReferenceSample& reference) {
+  auto message = dds::to_message(reference, gyro_id_);
+  reference_writer_.write(message);
+}
+
+bool RateReplay::wait_for_consumers(const std::atomic<bool>& stopping) {
+  if (!pacer_.anybody_to_wait_for()) return true;
+  bool told = false;
+  for (auto waited = 0ms; !stopping; waited += kStopCheck) {
+    // A consumer announces itself before its reader may be known here: no sample goes out into the
+    // void.
+    if (pacer_.wait_for_consumers(kStopCheck) && writer_.matched() > 0) return true;
+    if (pacer_.missing_consumers().empty()) std::this_thread::sleep_for(1ms);
+    if (waited < kPatience || told) continue;
+    told = true;
+    host_.raise({.code = "waiting_for_consumers",
+                 .severity = service::Severity::kInformation,
+                 .text = "waiting for " + pacer_.missing_consumers() + " (--wait-for)",
+                 .gyro_id = gyro_id_,
+                 .sensor_time_ns = 0});
+  }
+  return false;
+}
+
+bool RateReplay::wait_for_room(std::uint64_t sequence, const std::atomic<bool>& stopping) {
+  while (!pacer_.wait_for_room(sequence, first_sequence_, kStopCheck)) {
+    if (stopping) return false;
+  }
+  return true;
+}
+
+// The end is reached when every consumer has taken everything.
+void RateReplay::finish(const std::atomic<bool>& stopping) {
+  service::wait_for_receipt(writer_, kPatience, stopping);
+  while (!stopping && !pacer_.wait_for_all(newest_sequence_, first_sequence_, kStopCheck)) {
+  }
+  finished_ = true;
+}
+
+}  // namespace zerodrift::replay

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/replay/record_source.h"
+
+#include <chrono>
+#include <memory>
+#include <stdexcept>
+#include <vector>
+
+#include "common/record/record_reader.h"
+#include "common/record/record_samples.h"
+
+namespace zerodrift::replay {
+namespace {
+
+constexpr core::SensorTime kBlankEvery = std::chrono::seconds(1);
+
+std::shared_ptr<record::RecordReader> open(const RecordSourceOptions& options) {
+  if (options.record.empty())
+    throw std::invalid_argument("--record: missing; a record source needs a file");
+  return std::make_shared<record::RecordReader>(
+      options.record, record::RecordOptions{.columns = record::parse_column_map(options.columns),
+                                            .gyro_id = options.gyro_id,
+                                            .preferred_gyro_id = options.preferred_gyro_id});
+}
+
+// The part of a record that was asked for.
+struct Span {
+  explicit Span(const RecordSourceOptions& options, core::SensorTime first)
+      : begin(options.from_s > 0.0 ? first + core::from_seconds(options.from_s) : core::kNever),
+        end(options.to_s > 0.0 ? first + core::from_seconds(options.to_s)
+                               : core::SensorTime::max()) {}
+  core::SensorTime begin;
+  core::SensorTime end;
+};
+
+core::ClockSource paced(core::ClockSource clock) {
+  return core::is_paced_by_consumers(clock) ? clock : core::ClockSource::kReplay;
+}
+
+}  // namespace
+
+GyroSource open_gyro_record(const RecordSourceOptions& options, const Warn& warn) {
+  auto reader = open(options);
+  auto warned = std::make_shared<std::size_t>(0);
+  const Span span(options, reader->info().first_time);
+  return [=]() -> std::optional<GyroReading> {
+    for (;;) {
+      const record::RecordRow* row = reader->next();
+      for (; *warned < reader->warnings().size(); ++*warned) warn(reader->warnings()[*warned]);
+      if (row == nullptr || row->time >= span.end) return std::nullopt;
+      if (row->time < span.begin) continue;
+      GyroReading reading{std::nullopt, record::to_rate_reference(*row, reader->info())};
+      if (record::brings_rate(*row)) {
+        reading.rate = record::to_angular_rate(*row);
+        reading.rate->clock = paced(reading.rate->clock);
+      }
+      if (reading.rate || reading.reference) return reading;
+    }
+  };
+}
+
+ThermalSource open_thermal_record(const RecordSourceOptions& options, const Warn& warn) {
+  auto reader = open(options);
+  if (reader->info().probes.empty()) {
+    warn(options.record + (reader->info().gyro_id == 0 ? ": has no temperature column"
+                                                       : ": has no message of temperature"));
+  }
+  const Span span(options, reader->info().first_time);
+  const std::size_t probes = reader->info().probes.size();
+  const record::RecordRow* row = nullptr;
+  std::size_t probe = probes;
+  core::TemperatureSample sample;
+  std::vector<core::SensorTime> spoken(probes, core::kNever);
+  return [=]() mutable -> std::optional<core::TemperatureSample> {
+    for (;;) {
+      if (probe == probes) {
+        row = probes == 0 ? nullptr : reader->next();
+        probe = 0;
+        if (row == nullptr || row->time >= span.end) return std::nullopt;
+      }
+      const std::size_t at = probe++;
+      if (row->time < span.begin || !record::brings_temperature(*row, at)) continue;
+      record::to_temperature(*row, reader->info(), at, sample);
+      sample.clock = paced(sample.clock);
+      // A blank cell says that time went on; once a second is enough of that.
+      core::SensorTime& last = spoken[at];
+      if (!sample.measured && last != core::kNever && sample.time - last < kBlankEvery) continue;
+      last = sample.time;
+      return sample;
+    }
+  };
+}
+
+}  // namespace zerodrift::replay

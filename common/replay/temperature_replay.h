@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// Publishes the temperatures of a record or simulation as far ahead as the consumers of the rates
+// need them.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/replay/record_source.h"
+#include "common/service/host.h"
+#include "common/service/replay_clock.h"
+#include "common/service/replay_pacer.h"
+
+namespace zerodrift::replay {
+
+class TemperatureReplay {
+ public:
+  // `speed` counts where nobody is waited for.
+  TemperatureReplay(service::Host& host, std::uint32_t gyro_id, const std::string& speed,
+                    std::vector<std::string> wait_for);
+
+  // Until the source ends or `stopping` is set; says then for each probe that nothing more comes.
+  // One thread. Throws what the source throws; what went out before is received then.
+  void publish(const ThermalSource& source, const std::atomic<bool>& stopping);
+
+  // One reading at once.
+  void publish(const core::TemperatureSample& sample, const std::atomic<bool>& stopping);
+
+  // Any thread.
+  [[nodiscard]] std::uint64_t published() const noexcept { return published_; }
+
+ private:
+  struct Probe {
+    std::unique_ptr<dds::Writer<msg::Temperature>> writer{};
+    std::uint64_t next_sequence = 0;
+    std::uint64_t in_flight = 0;  // since all was last received
+  };
+
+  Probe& probe(const std::string& name);
+  void publish_all(const ThermalSource& source, const std::atomic<bool>& stopping);
+  bool wait_until_needed(core::SensorTime time, const std::atomic<bool>& stopping);
+  void mark_the_end(core::SensorTime newest, const std::atomic<bool>& stopping);
+  void wait_for_receipts(const std::atomic<bool>& stopping);
+
+  service::Host& host_;
+  std::uint32_t gyro_id_;
+  service::ReplayPacer pacer_;
+  service::ReplayClock clock_;
+  std::map<std::string, Probe> probes_;
+  std::atomic<std::uint64_t> published_{0};
+};
+
+}  // namespace zerodrift::replay

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// A service's side of commands: hears those addressed to it, obeys each once, answers, and tells
+// everybody by an event `command_<name>`.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <string>
+
+#include "common/dds/participant.h"
+#include "common/service/host.h"
+
+namespace zerodrift::service {
+
+struct CommandVerdict {
+  enum class Outcome : std::uint8_t { kRefused, kAccepted, kLater };  // kLater: answer() is called
+  Outcome outcome = Outcome::kRefused;
+  std::string text{};  // what was done, or why not
+  std::uint64_t model_epoch = 0;
+};
+
+class CommandServer {
+ public:
+  // `obey` runs on the receiving thread, once for each request: senders repeat a command until it
+  // is answered, since the addressee may be matched late. So may the sender: the answer is repeated
+  // too.
+  CommandServer(Host& host, std::function<CommandVerdict(const msg::Command&)> obey);
+
+  // Any thread.
+  void answer(const msg::Command& command, const CommandVerdict& verdict);
+
+ private:
+  void on_command(const msg::Command& command);
+  struct Obeyed {
+    std::size_t key = 0;  // of issuer and request
+    bool answered = false;
+    msg::CommandReply reply{};
+  };
+  static std::size_t key_of(const msg::Command& command);
+  // True for one that was heard before, whose answer is given again if there is one.
+  bool is_repeated(const msg::Command& command);
+
+  Host& host_;
+  std::function<CommandVerdict(const msg::Command&)> obey_;
+  std::mutex mutex_;                 // of what follows
+  std::array<Obeyed, 64> obeyed_{};  // the newest
+  std::size_t obeyed_count_ = 0;
+  dds::Writer<msg::CommandReply> writer_;
+  dds::Reader<msg::Command> reader_;
+};
+
+}  // namespace zerodrift::service

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: Apache-2.0
+# Puts several sources of a target into one compiler run, for a build that happens once: headers are what compiling costs
+# here. Used by the image's build alone: cmake -DCMAKE_PROJECT_zerodrift_INCLUDE=docker/unity.cmake
+# Sources share a run only where no name that one declares at its outermost level is declared by another: files have their own
+# kBlock or parse(). Where this overlooks one, the compiler says so. Results don't change: no -ffast-math, no contraction.
+set(zerodrift_unity_size 8)
+
+# Names declared at the left margin, which is where this project's format puts what is in a namespace.
+function(zerodrift_outer_names source result)
+  set(names)
+  if(EXISTS ${source})
+    file(READ ${source} text)
+    string(REGEX REPLACE "[];[]" "~" text "${text}")  # CMake's own list characters
+    string(REGEX MATCHALL "\n[A-Za-z][^\n(={~]*[ *&][A-Za-z_][A-Za-z0-9_]*[ ]*[(={~]" declarations "${text}")
+    foreach(declaration IN LISTS declarations)
+      if(NOT declaration MATCHES "^\n(namespace|using namespace)")
+        string(REGEX REPLACE ".*[ *&]([A-Za-z_][A-Za-z0-9_]*)[ ]*[(={~]$" "\\1" name "${declaration}")
+        list(APPEND names ${name})
+      endif()
+    endforeach()
+    # Enumerators that stand for themselves.
+    string(REGEX MATCHALL "\nenum [A-Za-z_:0-9 ]*{[^}]*}" enumerations "${text}")
+    list(FILTER enumerations EXCLUDE REGEX "^\nenum class")
+    string(REGEX MATCHALL "k[A-Z][A-Za-z0-9]*" enumerators "${enumerations}")
+    list(APPEND names ${enumerators})
+    list(REMOVE_DUPLICATES names)
+  endif()
+  set(${result} "${names}" PARENT_SCOPE)
+endfunction()
+
+# First fit: each source goes into the first run that has room and none of its names.
+function(zerodrift_unite target)
+  get_target_property(sources ${target} SOURCES)
+  get_target_property(folder ${target} SOURCE_DIR)
+  set(runs 0)
+  foreach(source IN LISTS sources)
+    if(NOT source MATCHES "\\.(cpp|cxx)$")  # .cc is protoc's, whose names are the same in each
+      continue()
+    endif()
+    get_filename_component(path ${source} ABSOLUTE BASE_DIR ${folder})
+    zerodrift_outer_names(${path} names)
+    set(run 0)
+    while(run LESS runs)
+      list(LENGTH members_${run} size)
+      set(free TRUE)
+      foreach(name IN LISTS names)
+        if(name IN_LIST names_${run})
+          set(free FALSE)
+          break()
+        endif()
+      endforeach()
+      if(free AND size LESS zerodrift_unity_size)
+        break()
+      endif()
+      math(EXPR run "${run} + 1")
+    endwhile()
+    if(run EQUAL runs)
+      math(EXPR runs "${runs} + 1")
+    endif()
+    list(APPEND members_${run} ${source})
+    list(APPEND names_${run} ${names})
+    set_source_files_properties(${path} TARGET_DIRECTORY ${target} PROPERTIES UNITY_GROUP run_${run})
+  endforeach()
+  if(runs GREATER 0)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+  endif()
+endfunction()
+
+function(zerodrift_unite_below folder)
+  get_property(targets DIRECTORY ${folder} PROPERTY BUILDSYSTEM_TARGETS)
+  foreach(target IN LISTS targets)
+    get_target_property(type ${target} TYPE)
+    if(type MATCHES "^(STATIC_LIBRARY|EXECUTABLE)$")
+      zerodrift_unite(${target})
+    endif()
+  endforeach()
+  get_property(folders DIRECTORY ${folder} PROPERTY SUBDIRECTORIES)
+  foreach(below IN LISTS folders)
+    zerodrift_unite_below(${below})
+  endforeach()
+endfunction()
+
+function(zerodrift_unite_all)
+  zerodrift_unite_below(${CMAKE_SOURCE_DIR})
+  # To the compiler the sources of a run are headers, and what one seems to hide of another's it doesn't in truth.
+  target_compile_options(zerodrift_warnings INTERFACE -Wno-subobject-linkage -Wno-shadow)
+endfunction()
+
+# When all targets are known.
+cmake_language(DEFER DIRECTORY ${CMAKE_SOURCE_DIR} CALL zerodrift_unite_all)

@@ -1,0 +1,349 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/console/gateway.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "common/dds/conversions.h"
+#include "common/foxglove/schema.h"
+#include "services/console/telemetry.h"
+
+namespace zerodrift::services {
+
+using foxglove::Delivery;
+using Importance = web::Frame::Importance;
+
+namespace {
+
+constexpr std::size_t kEventsKept = 256;
+constexpr std::size_t kMostProbes = 16;               // of a gyro, with a rate
+constexpr std::size_t kRowsWaitBelowBytes = 1 << 20;  // a backlog is sent to who keeps up
+constexpr std::int64_t kRestartNs = 10'000'000'000;   // a thermometer's clock that goes back so far
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+template <typename Message>
+web::Body encoded(const Message& message) {
+  auto bytes = std::make_shared<std::string>();
+  message.SerializeToString(bytes.get());
+  return bytes;
+}
+
+template <typename Message>
+foxglove::Schema schema() {
+  return foxglove::schema_of(*Message::descriptor());
+}
+
+Delivery sample_delivery(std::int64_t unix_ns) {
+  return {static_cast<std::uint64_t>(unix_ns), Importance::kSample, 0};
+}
+
+Delivery state_delivery(std::int64_t unix_ns, std::uint32_t latest_of = 0) {
+  return {static_cast<std::uint64_t>(unix_ns), Importance::kState, latest_of};
+}
+
+thermal::TemperatureTrackOptions track_options() {
+  thermal::TemperatureTrackOptions options;
+  options.rate_method = thermal::RateMethod::kLocalPolynomial;
+  return options;
+}
+
+std::uint32_t key(std::uint32_t axis, std::uint32_t stream) {
+  return 1 + axis * 4 + stream;
+}
+
+}  // namespace
+
+Gateway::Gateway(const GatewayOptions& options, foxglove::Hub& hub)
+    : options_(options),
+      hub_(hub),
+      status_channel_(hub.add_channel("/service_status", schema<telemetry::ServiceStatus>())),
+      event_channel_(hub.add_channel("/event", schema<telemetry::Event>())),
+      gateway_channel_(hub.add_channel("/gateway", schema<telemetry::GatewayStatus>())) {}
+
+Gateway::Gyro* Gateway::gyro(std::uint32_t id) {
+  const auto known = gyros_.find(id);
+  if (known != gyros_.end()) return known->second.get();
+  if (gyros_.size() >= options_.most_gyros) {
+    ++left_out_;
+    return nullptr;
+  }
+  auto made = std::make_unique<Gyro>(id, options_.history);
+  add_channels(*made);
+  return (gyros_[id] = std::move(made)).get();
+}
+
+void Gateway::add_channels(Gyro& gyro) {
+  const std::string of = "/gyro_" + std::to_string(gyro.id) + '/';
+  gyro.channels = {
+      .rate = hub_.add_channel(of + std::string(dds::kCompensatedRate.name),
+                               schema<telemetry::CompensatedRate>()),
+      .samples = hub_.add_channel(of + "samples", schema<telemetry::SampleBatch>()),
+      .history = hub_.add_channel(of + "history", schema<telemetry::History>()),
+      .temperature = hub_.add_channel(of + "temperature", schema<telemetry::Temperature>()),
+      .allan = hub_.add_channel(of + "allan", schema<telemetry::AllanReport>()),
+      .navigation = hub_.add_channel(of + "navigation", schema<telemetry::NavigationState>()),
+      .twin = hub_.add_channel(of + "twin", schema<telemetry::TwinReport>())};
+}
+
+// ---------------------------------------- what arrives
+
+// A late answer fills a hole that was counted; a source that began anew makes none.
+void Gateway::count(Gyro& gyro, const msg::CompensatedRate& sample) const {
+  const std::uint64_t sequence = sample.sequence_number();
+  if (sample.order() != 0) {
+    if (sequence < gyro.next_sequence && gyro.missing > 0) --gyro.missing;
+  } else {
+    if (gyro.next_sequence != 0 && sequence > gyro.next_sequence)
+      gyro.missing += sequence - gyro.next_sequence;
+    gyro.next_sequence = sequence + 1;
+  }
+  ++gyro.samples;
+}
+
+void Gateway::take(const msg::CompensatedRate& sample, const service::ArrivalClocks& arrival) {
+  Gyro* from = gyro(sample.gyro_id());
+  if (from == nullptr) return;
+  count(*from, sample);
+  if (sample.order() == 0 || from->samples == 1) from->newest = sample;
+  from->arrival = arrival;
+  newest_sample_unix_ns_ = arrival.unix_ns;
+  from->history.add(sample);
+  if (hub_.has_subscriber(from->channels.rate)) {
+    hub_.publish(from->channels.rate, sample_delivery(arrival.unix_ns),
+                 encoded(to_telemetry(sample)));
+  }
+  if (hub_.has_subscriber(from->channels.samples)) append(sample, from->batch);
+}
+
+void Gateway::take(const msg::RateReference& reference) {
+  if (Gyro* from = gyro(reference.gyro_id())) from->history.add(reference);
+}
+
+void Gateway::take(const msg::Temperature& reading, std::int64_t unix_ns) {
+  Gyro* from = gyro(reading.gyro_id());
+  if (from == nullptr) return;
+  const core::TemperatureSample sample = dds::from_message(reading);
+  auto track = from->tracks.find(sample.probe);
+  if (track == from->tracks.end()) {
+    if (from->tracks.size() >= kMostProbes) {
+      ++left_out_;
+      return;
+    }
+    track = from->tracks.emplace(sample.probe, track_options()).first;
+  }
+  const auto age = track->second.age(sample.time);
+  if (age && age->count() < -kRestartNs) track->second.reset();
+  const auto verdict = track->second.add(sample);
+  if (verdict == thermal::ReadingVerdict::kOutOfOrder) return;
+  const bool is_known = verdict == thermal::ReadingVerdict::kAccepted;
+  const auto rate = track->second.rate_degc_per_s();
+  telemetry::Temperature out;
+  set_time(*out.mutable_timestamp(), reading.sensor_time_ns());
+  out.set_gyro_id(from->id);
+  out.set_probe(utf8(sample.probe));
+  out.set_temperature_degc(is_known ? sample.temperature_degc : kNaN);
+  out.set_rate_degc_per_min(is_known && rate ? degc_per_min(*rate) : kNaN);
+  from->history.add(out.probe(),
+                    {reading.sensor_time_ns(), out.temperature_degc(), out.rate_degc_per_min()});
+  if (hub_.has_subscriber(from->channels.temperature))
+    hub_.publish(from->channels.temperature, sample_delivery(unix_ns), encoded(out));
+}
+
+void Gateway::take(const msg::AllanReport& report, std::int64_t unix_ns) {
+  Gyro* from = gyro(report.gyro_id());
+  if (from == nullptr || report.axis() > 2 || report.stream() > 1) return;
+  auto& kept = allan_[{report.gyro_id(), report.axis(), report.stream()}] = to_telemetry(report);
+  if (hub_.has_subscriber(from->channels.allan)) {
+    hub_.publish(from->channels.allan, state_delivery(unix_ns, key(report.axis(), report.stream())),
+                 encoded(kept));
+  }
+}
+
+void Gateway::take(const msg::NavigationState& state, std::int64_t unix_ns) {
+  Gyro* from = gyro(state.gyro_id());
+  if (from != nullptr && hub_.has_subscriber(from->channels.navigation)) {
+    hub_.publish(from->channels.navigation, sample_delivery(unix_ns), encoded(to_telemetry(state)));
+  }
+}
+
+void Gateway::take(const msg::TwinReport& report, std::int64_t unix_ns) {
+  Gyro* from = gyro(report.gyro_id());
+  if (from == nullptr || report.axis() > 2) return;
+  auto& kept = twins_[{report.gyro_id(), report.axis()}] = to_telemetry(report);
+  if (hub_.has_subscriber(from->channels.twin)) {
+    hub_.publish(from->channels.twin, state_delivery(unix_ns, key(report.axis(), 0)),
+                 encoded(kept));
+  }
+}
+
+void Gateway::take(const msg::ServiceStatus& status, const WriterId& writer, std::int64_t unix_ns) {
+  telemetry::ServiceStatus said = to_telemetry(status, unix_ns);
+  const std::string name = said.service();
+  if (!statuses_.contains(name)) {
+    if (statuses_.size() >= options_.most_services) {
+      ++left_out_;
+      return;
+    }
+    status_keys_[name] = static_cast<std::uint32_t>(status_keys_.size() + 1);
+  }
+  services_of_[writer].insert(name);
+  statuses_[name] = std::move(said);
+  publish_status(name, unix_ns);
+}
+
+void Gateway::take_gone(const WriterId& writer, std::int64_t unix_ns) {
+  const auto known = services_of_.find(writer);
+  if (known == services_of_.end()) return;
+  for (const std::string& name : known->second) {
+    telemetry::ServiceStatus& status = statuses_[name];
+    const bool has_successor = std::any_of(
+        services_of_.begin(), services_of_.end(),
+        [&](const auto& entry) { return entry.first != writer && entry.second.contains(name); });
+    if (has_successor) continue;
+    status.set_alive(false);
+    publish_status(name, unix_ns);
+  }
+  services_of_.erase(known);
+}
+
+void Gateway::publish_status(const std::string& service, std::int64_t unix_ns) {
+  if (!hub_.has_subscriber(status_channel_)) return;
+  hub_.publish(status_channel_, state_delivery(unix_ns, status_keys_[service]),
+               encoded(statuses_[service]));
+}
+
+void Gateway::take(const msg::Event& event, std::int64_t unix_ns) {
+  events_.push_back(to_telemetry(event));
+  if (events_.size() > kEventsKept) events_.pop_front();
+  if (hub_.has_subscriber(event_channel_))
+    hub_.publish(event_channel_, state_delivery(unix_ns), encoded(events_.back()));
+}
+
+// ---------------------------------------- what goes out
+
+void Gateway::flush(Gyro& gyro, std::int64_t unix_ns) {
+  if (gyro.batch.sensor_time_ns_size() > 0) {
+    set_newest(gyro.newest, gyro.arrival, gyro.batch);
+    gyro.batch.set_missing(gyro.missing);
+    hub_.publish(gyro.channels.samples, sample_delivery(gyro.arrival.unix_ns), encoded(gyro.batch));
+    gyro.batch.Clear();
+  }
+  flush_rows(gyro, unix_ns);
+}
+
+// Not to who waits for the backlog, which will hold them.
+void Gateway::flush_rows(Gyro& gyro, std::int64_t unix_ns) {
+  const foxglove::ChannelId channel = gyro.channels.history;
+  if (!hub_.has_subscriber(channel)) return gyro.history.forget_new();
+  const auto rows = gyro.history.take_new();
+  if (!rows) return;
+  const web::Body body = encoded(*rows);
+  hub_.for_each_client([&](web::Client& client) {
+    const std::pair waits{client.id(), channel};
+    if (std::find(late_comers_.begin(), late_comers_.end(), waits) == late_comers_.end())
+      hub_.publish_to(client.id(), channel, state_delivery(unix_ns), body);
+  });
+}
+
+void Gateway::flush(std::int64_t unix_ns) {
+  is_watched_ = false;
+  for (auto& [id, gyro] : gyros_) {
+    flush(*gyro, unix_ns);
+    is_watched_ = is_watched_ || hub_.has_subscriber(gyro->channels.samples) ||
+                  hub_.has_subscriber(gyro->channels.rate);
+  }
+  // Who is busy with what it has already is asked again.
+  auto waiting = std::exchange(late_comers_, {});
+  std::set<foxglove::ClientId> served;
+  for (const auto& [client, channel] : waiting) {
+    const web::Client* link = hub_.client(client);
+    if (link == nullptr || !hub_.is_subscribed(client, channel)) continue;
+    if (link->counts().bytes_waiting > kRowsWaitBelowBytes || served.contains(client)) {
+      late_comers_.emplace_back(client, channel);
+      continue;
+    }
+    for (auto& [id, gyro] : gyros_) {
+      if (gyro->channels.history != channel) continue;
+      hub_.publish_to(client, channel, state_delivery(unix_ns), encoded(gyro->history.backlog()));
+      served.insert(client);
+    }
+  }
+}
+
+// The rows of hours are sent by flush(), which looks whether the client keeps up.
+void Gateway::subscribed(foxglove::ClientId client, foxglove::ChannelId channel) {
+  const std::int64_t unix_ns = std::max<std::int64_t>(newest_sample_unix_ns_, 0);
+  if (channel == status_channel_) {
+    for (const auto& [name, status] : statuses_) {
+      hub_.publish_to(client, channel,
+                      state_delivery(time_ns(status.timestamp()), status_keys_[name]),
+                      encoded(status));
+    }
+    return;
+  }
+  if (channel == event_channel_) {
+    for (const auto& event : events_) {
+      hub_.publish_to(client, channel, state_delivery(time_ns(event.timestamp())), encoded(event));
+    }
+    return;
+  }
+  for (auto& [id, gyro] : gyros_) {
+    if (channel == gyro->channels.history) {
+      late_comers_.emplace_back(client, channel);
+    } else if (channel == gyro->channels.allan) {
+      for (const auto& [which, report] : allan_) {
+        const auto& [of, axis, stream] = which;
+        if (of == id)
+          hub_.publish_to(client, channel, state_delivery(unix_ns, key(axis, stream)),
+                          encoded(report));
+      }
+    } else if (channel == gyro->channels.twin) {
+      for (const auto& [which, report] : twins_) {
+        const auto& [of, axis] = which;
+        if (of == id)
+          hub_.publish_to(client, channel, state_delivery(report.wall_time_ns(), key(axis, 0)),
+                          encoded(report));
+      }
+    } else if (channel == gyro->channels.samples || channel == gyro->channels.rate) {
+      is_watched_ = true;
+    }
+  }
+}
+
+std::uint64_t Gateway::dropped_of_all() const {
+  std::uint64_t dropped = dropped_by_gone_;
+  hub_.for_each_client([&](web::Client& client) { dropped += client.counts().frames_dropped; });
+  return dropped;
+}
+
+void Gateway::tell_of_gateway(const std::vector<dds::RemoteEndpoint>& endpoints,
+                              std::int64_t unix_ns) {
+  if (!hub_.has_subscriber(gateway_channel_)) return;
+  telemetry::GatewayStatus status;
+  set_time(*status.mutable_timestamp(), unix_ns);
+  status.set_version(options_.version);
+  status.set_domain(options_.domain);
+  status.set_clients(static_cast<std::uint32_t>(hub_.clients()));
+  status.set_dropped_of_all(dropped_of_all());
+  for (const auto& endpoint : endpoints) *status.add_endpoints() = to_telemetry(endpoint);
+  hub_.for_each_client([&](web::Client& client) {
+    if (!hub_.is_subscribed(client.id(), gateway_channel_)) return;
+    const auto counts = client.counts();
+    status.set_frames_sent(counts.frames_sent);
+    status.set_frames_dropped(counts.frames_dropped);
+    status.set_queue_fill(counts.queue_fill);
+    hub_.publish_to(client.id(), gateway_channel_, state_delivery(unix_ns, 1), encoded(status));
+  });
+}
+
+std::map<std::uint32_t, Gateway::GyroFigures> Gateway::gyro_figures() const {
+  std::map<std::uint32_t, GyroFigures> all;
+  for (const auto& [id, gyro] : gyros_) {
+    if (gyro->samples == 0) continue;
+    all[id] = {gyro->samples, gyro->missing, gyro->arrival.unix_ns, to_telemetry(gyro->newest)};
+  }
+  return all;
+}
+
+}  // namespace zerodrift::services

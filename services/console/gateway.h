@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// Between the system's messages and the console's channels (idl/proto/telemetry.proto): what is
+// kept, what is said again to who comes late, and what nobody asked for and is never encoded. One
+// thread; time is an argument.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "common/dds/discovery.h"
+#include "common/foxglove/hub.h"
+#include "common/service/hop_latency.h"
+#include "common/thermal/temperature_track.h"
+#include "idl/proto/telemetry.pb.h"
+#include "services/console/history.h"
+
+namespace zerodrift::services {
+
+struct GatewayOptions {
+  std::string version{};
+  std::uint32_t domain = 0;
+  HistoryOptions history{};
+  std::size_t most_gyros = 128;
+  std::size_t most_services = 512;
+};
+
+class Gateway {
+ public:
+  using WriterId = decltype(dds::SampleOrigin::writer);
+  using GyroAxis = std::tuple<std::uint32_t, std::uint32_t>;
+  using GyroAxisStream = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>;
+
+  // The hub lives longer; its callback `subscribed` goes to subscribed().
+  Gateway(const GatewayOptions& options, foxglove::Hub& hub);
+
+  void take(const msg::CompensatedRate& sample, const service::ArrivalClocks& arrival);
+  void take(const msg::RateReference& reference);
+  void take(const msg::Temperature& reading, std::int64_t unix_ns);
+  void take(const msg::AllanReport& report, std::int64_t unix_ns);
+  void take(const msg::NavigationState& state, std::int64_t unix_ns);
+  void take(const msg::TwinReport& report, std::int64_t unix_ns);
+  void take(const msg::ServiceStatus& status, const WriterId& writer, std::int64_t unix_ns);
+  void take_gone(const WriterId& writer, std::int64_t unix_ns);  // of a service_status
+  void take(const msg::Event& event, std::int64_t unix_ns);
+
+  void subscribed(foxglove::ClientId client, foxglove::ChannelId channel);
+  // Sends what has gathered: samples, rows, and what is kept to who subscribed since.
+  void flush(std::int64_t unix_ns);
+  // Tells each client of itself and of the middleware; once a second.
+  void tell_of_gateway(const std::vector<dds::RemoteEndpoint>& endpoints, std::int64_t unix_ns);
+  void note_dropped_by_gone(std::uint64_t frames) { dropped_by_gone_ += frames; }
+
+  // True while somebody looks at samples: flush() is to come soon.
+  [[nodiscard]] bool is_watched() const { return is_watched_; }
+  [[nodiscard]] std::uint64_t dropped_of_all() const;
+
+  // For /metrics and /health.
+  struct GyroFigures {
+    std::uint64_t samples = 0;
+    std::uint64_t missing = 0;
+    std::int64_t newest_unix_ns = 0;  // of arrival
+    telemetry::CompensatedRate newest;
+  };
+  [[nodiscard]] std::map<std::uint32_t, GyroFigures> gyro_figures() const;
+  [[nodiscard]] const std::map<std::string, telemetry::ServiceStatus>& services() const {
+    return statuses_;
+  }
+  [[nodiscard]] const std::map<GyroAxisStream, telemetry::AllanReport>& allan_reports() const {
+    return allan_;
+  }
+  // Unix time of the newest sample's arrival; 0: none yet.
+  [[nodiscard]] std::int64_t newest_sample_unix_ns() const { return newest_sample_unix_ns_; }
+  [[nodiscard]] std::uint64_t left_out() const { return left_out_; }
+
+ private:
+  struct Channels {
+    foxglove::ChannelId rate = 0, samples = 0, history = 0, temperature = 0, allan = 0,
+                        navigation = 0, twin = 0;
+  };
+  struct Gyro {
+    Gyro(std::uint32_t gyro_id, const HistoryOptions& options)
+        : id(gyro_id), history(gyro_id, options) {}
+    std::uint32_t id;
+    Channels channels{};
+    GyroHistory history;
+    telemetry::SampleBatch batch{};
+    std::map<std::string, thermal::TemperatureTrack> tracks{};
+    std::uint64_t samples = 0;
+    std::uint64_t missing = 0;
+    std::uint64_t next_sequence = 0;   // 0: none came
+    service::ArrivalClocks arrival{};  // of the newest
+    msg::CompensatedRate newest{};
+  };
+  Gyro* gyro(std::uint32_t id);  // null: more than are kept
+  void add_channels(Gyro& gyro);
+  void count(Gyro& gyro, const msg::CompensatedRate& sample) const;
+  void publish_status(const std::string& service, std::int64_t unix_ns);
+  void flush(Gyro& gyro, std::int64_t unix_ns);
+  void flush_rows(Gyro& gyro, std::int64_t unix_ns);
+
+  GatewayOptions options_;
+  foxglove::Hub& hub_;
+  foxglove::ChannelId status_channel_ = 0;
+  foxglove::ChannelId event_channel_ = 0;
+  foxglove::ChannelId gateway_channel_ = 0;
+  std::map<std::uint32_t, std::unique_ptr<Gyro>> gyros_;
+  std::map<GyroAxisStream, telemetry::AllanReport> allan_;
+  std::map<GyroAxis, telemetry::TwinReport> twins_;
+  std::map<std::string, telemetry::ServiceStatus> statuses_;
+  std::map<std::string, std::uint32_t> status_keys_;
+  std::map<WriterId, std::set<std::string>> services_of_;
+  std::deque<telemetry::Event> events_;
+  std::deque<std::pair<foxglove::ClientId, foxglove::ChannelId>> late_comers_;
+  bool is_watched_ = false;
+  std::int64_t newest_sample_unix_ns_ = 0;
+  std::uint64_t dropped_by_gone_ = 0;
+  std::uint64_t left_out_ = 0;
+};
+
+}  // namespace zerodrift::services

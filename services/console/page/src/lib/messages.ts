@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+// What page and worker say to each other. The worker holds socket, decoder and rings; the page draws.
+import type { Link } from './verdict.ts';
+
+export interface AxisLive {
+  mode: number;
+  reason: string;
+  rung: string;
+  valid: boolean;
+  clipped: boolean;
+  raw: number; // newest sample, deg/h
+  compensated: number;
+  sigma: number;
+}
+
+/** The newest of a gyro, a few times a second. */
+export interface Live {
+  gyro: number;
+  arrivedMs: number; // wall time (performance.timeOrigin + now) at which the newest batch came
+  sensorTimeS: number;
+  sampleIntervalS: number;
+  sequence: number;
+  missing: number;
+  modelEpoch: number;
+  instance: number;
+  ownershipStrength: number;
+  pace: number; // sensor seconds a second, over the last seconds; NaN while unknown
+  latencyP50Ms: number; // the source's write to decoded here; NaN where unknown
+  latencyP99Ms: number;
+  latencyCount: number;
+  axes: AxisLive[];
+  spread: Spread; // own minute means, for the time before the Allan monitor reports
+  rows: { samples: number; history: number };
+  probes: string[];
+}
+
+/** Block spread of each axis over what the history holds, or nothing yet. */
+export interface Spread {
+  blockS: number;
+  spanS: number;
+  axes: ({ blocks: number; raw: number; compensated: number } | undefined)[];
+}
+
+export interface PlainMetric {
+  name: string;
+  unit: string;
+  value: number;
+}
+
+export interface PlainStatus {
+  service: string;
+  host: string;
+  processId: number;
+  state: string;
+  uptimeS: number;
+  summary: string;
+  alive: boolean;
+  atMs: number;
+  metrics: PlainMetric[];
+}
+
+export interface PlainEvent {
+  key: string;
+  atMs: number;
+  service: string;
+  code: string;
+  text: string;
+  severity: number;
+  gyro: number;
+  count: number;
+  sensorTimeS: number;
+}
+
+export interface PlainAllanPoint {
+  tau: number;
+  deviation: number;
+  lower: number;
+  upper: number;
+}
+
+export interface PlainCoefficient {
+  symbol: string;
+  unit: string;
+  value: number;
+  lower: number;
+  upper: number;
+  identified: number;
+}
+
+export interface PlainAllan {
+  gyro: number;
+  axis: number;
+  stream: number;
+  samples: number;
+  sampleIntervalS: number;
+  windowS: number;
+  sinceStart: PlainAllanPoint[];
+  rolling: PlainAllanPoint[];
+  coefficients: PlainCoefficient[];
+  gaps: number;
+  missing: number;
+  stuck: boolean;
+  noiseGrown: boolean;
+  worseThanRaw: boolean;
+  blockS: number;
+  blockCount: number;
+  sinceStartBlockStd: number;
+  rollingBlockStd: number;
+}
+
+export interface PlainTwin {
+  gyro: number;
+  axis: number;
+  verdict: string;
+  model: string;
+  record: string;
+  text: string;
+  nextExperiment: string;
+  heldOut: boolean;
+  before: number;
+  after: number;
+  noiseFloor: number;
+  atMs: number;
+  effects: { name: string; alternatives: string; probability: number; shareOfGap: number }[];
+  time: Float64Array;
+  measured: Float64Array;
+  twin: Float64Array;
+  repaired: Float64Array;
+}
+
+export interface PlainNavigation {
+  gyro: number;
+  stream: number;
+  sensorTimeS: number;
+  phase: number;
+  atRest: boolean;
+  heading: number;
+  roll: number;
+  pitch: number;
+  headingSigma: number;
+  headingError: number;
+  attitudeError: number;
+  bias: number[];
+  biasSigma: number[];
+  updates: number;
+  rejected: number;
+}
+
+export interface PlainEndpoint {
+  topic: string;
+  isWriter: boolean;
+  process: string;
+  reliability: string;
+  durability: string;
+  ownership: string;
+  ownershipStrength: number;
+  liveliness: string;
+  leaseS: number;
+  deadlineS: number;
+  problem: string;
+}
+
+export interface PlainGateway {
+  version: string;
+  domain: number;
+  clients: number;
+  framesSent: number;
+  framesDropped: number;
+  droppedOfAll: number;
+  queueFill: number;
+  endpoints: PlainEndpoint[];
+}
+
+/** Series of a view; times in seconds of sensor time. Rate columns: raw x y z, compensated x y z. */
+export interface View {
+  id: number;
+  gyro: number;
+  from: number;
+  to: number;
+  bucketS: number;
+  time: Float64Array;
+  low: Float64Array[];
+  mean: Float64Array[];
+  high: Float64Array[];
+  drift: Float64Array[]; // x y z
+  sigma: Float64Array[];
+  slowTime: Float64Array; // of what follows, from the one-second rows
+  residual: Float64Array[]; // compensated - reference, x y z
+  temperature: Float64Array[]; // each probe
+  temperatureRate: Float64Array[];
+  probes: string[];
+  hasReference: boolean;
+  oldest: number;
+  newest: number;
+}
+
+export interface ViewRequest {
+  id: number;
+  follow: boolean; // the window ends at the newest sample
+  to: number; // otherwise here
+  span: number;
+  buckets: number;
+  averageS: number; // at least; 0: as many as fit
+}
+
+export interface HeadingSeries {
+  gyro: number;
+  time: Float64Array;
+  raw: Float64Array;
+  compensated: Float64Array;
+}
+
+export type ToWorker =
+  | { type: 'connect'; url: string }
+  | { type: 'select'; gyro: number }
+  | { type: 'view'; request: ViewRequest }
+  | { type: 'heading'; points: number }
+  | { type: 'visible'; visible: boolean }
+  | { type: 'csv'; from: number; to: number }
+  | { type: 'command'; id: number; service: string; name: string; argument: string }
+  | { type: 'retry' };
+
+export type FromWorker =
+  | { type: 'link'; link: Link; retryAtMs: number; server: string; canCommand: boolean; sinceMs: number; refused: boolean }
+  | { type: 'gyros'; gyros: number[]; selected: number }
+  | { type: 'tick' }
+  | { type: 'live'; live: Live }
+  | { type: 'view'; view: View }
+  | { type: 'heading'; heading: HeadingSeries }
+  | { type: 'status'; services: PlainStatus[] }
+  | { type: 'events'; events: PlainEvent[] }
+  | { type: 'allan'; report: PlainAllan }
+  | { type: 'twin'; report: PlainTwin }
+  | { type: 'navigation'; state: PlainNavigation }
+  | { type: 'gateway'; gateway: PlainGateway }
+  | { type: 'notice'; severity: number; text: string }
+  | { type: 'csv'; blob: Blob; rows: number; name: string }
+  | { type: 'reply'; id: number; accepted: boolean; text: string; modelEpoch: number };

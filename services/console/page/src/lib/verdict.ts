@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+// The headline: is it compensating, how much better is it, does it learn and why not, is the data good. No clock, no
+// page: facts in, sentences out.
+
+/** idl/proto/telemetry.proto, Mode */
+export const MODES = ['passthrough', 'learning', 'frozen', 'fallback', 'out_of_domain'] as const;
+export type ModeName = (typeof MODES)[number];
+
+export type Tone = 'good' | 'note' | 'warn' | 'bad' | 'idle';
+
+export interface ModeText {
+  label: string;
+  glyph: string; // a shape beside the colour
+  tone: Tone;
+  means: string;
+}
+
+const MODE_TEXT: Record<ModeName, ModeText> = {
+  passthrough: { label: 'Not compensating', glyph: '○', tone: 'bad', means: 'nothing is taken off: raw rates pass as they come' },
+  learning: { label: 'Learning', glyph: '●', tone: 'good', means: 'at rest, or against a reference' },
+  frozen: { label: 'Frozen', glyph: '■', tone: 'note', means: 'the model compensates and learns nothing now' },
+  fallback: { label: 'Fallback', glyph: '▲', tone: 'note', means: 'a simpler estimate compensates' },
+  out_of_domain: { label: 'Out of domain', glyph: '◆', tone: 'warn', means: 'outside what was learned: the last safe value compensates' },
+};
+
+export function modeText(mode: number): ModeText {
+  return MODE_TEXT[MODES[mode] ?? 'passthrough'];
+}
+
+const REASON_TEXT: Record<string, string> = {
+  none: '',
+  no_estimate_yet: 'nothing has been learned yet',
+  initial_set: 'the first set of labels is not complete yet',
+  motion: 'it moves; true rotation is never learned',
+  earth_rate_unknown: 'Earth rate is unknown here and must not be learned as drift',
+  level_implausible: 'at rest, but the level is above the largest plausible drift',
+  commanded: 'somebody commanded it',
+  temperature_missing: 'a temperature that the model needs is missing',
+  temperature_stale: 'the temperature stream stopped',
+  probe_stuck: 'a temperature probe is stuck while others move',
+  temperature_rate_not_ready: 'the temperature history is still too short',
+  model_worse_than_bias: 'the last stationary mean predicts better than the model just now',
+  outside_learned: 'temperature or its rate is outside what was learned',
+  invalid_input: 'the raw sample was invalid and passes as it came',
+  scheme_none: 'it is configured to compensate nothing',
+  settling: 'still again; waiting until rest is certain',
+};
+
+/** A reason in plain words; one that isn't known here as it came. */
+export function reasonText(reason: string): string {
+  return REASON_TEXT[reason] ?? reason.replaceAll('_', ' ');
+}
+
+const RUNG_TEXT: Record<string, string> = {
+  none: 'nothing',
+  factory_polynomial: 'factory polynomial',
+  stationary_bias: 'last stationary mean',
+  online_svr: 'online SVR',
+  prior: "the twin's model",
+};
+
+export function rungText(rung: string): string {
+  return RUNG_TEXT[rung] ?? rung.replaceAll('_', ' ');
+}
+
+export type Link = 'connecting' | 'open' | 'gone';
+
+export interface AxisFacts {
+  valid: boolean;
+  mode: number;
+  reason: string;
+  ratio: number; // raw / compensated; NaN while unknown
+}
+
+export interface Facts {
+  link: Link;
+  heard: boolean; // a gyro's samples came at least once
+  ageS: number; // since the newest sample came
+  sampleIntervalS: number;
+  finished: boolean; // the source says it has ended
+  pace: number; // sensor seconds a second; NaN while unknown
+  missing: number;
+  dropped: number; // frames that this client was too slow for
+  axes: AxisFacts[];
+}
+
+export interface Statement {
+  tone: Tone;
+  text: string;
+  detail: string;
+}
+
+export interface Verdict {
+  compensating: Statement;
+  better: Statement;
+  learning: Statement;
+  data: Statement;
+}
+
+const AXIS = ['x', 'y', 'z'];
+const STALE_INTERVALS = 20;
+const STALE_AT_LEAST_S = 1.0;
+
+/** Silence after which the data count as stale: a second, or 20 samples where that is longer. */
+export function staleAfterS(sampleIntervalS: number): number {
+  return Math.max(STALE_AT_LEAST_S, STALE_INTERVALS * (Number.isFinite(sampleIntervalS) ? sampleIntervalS : 0));
+}
+
+export function isStale(facts: Facts): boolean {
+  return facts.heard && facts.ageS > staleAfterS(facts.sampleIntervalS);
+}
+
+function names(axes: number[]): string {
+  return axes.map((a) => AXIS[a]).join(', ');
+}
+
+function where(facts: Facts, holds: (axis: AxisFacts) => boolean): number[] {
+  return facts.axes.map((axis, i) => (axis.valid && holds(axis) ? i : -1)).filter((i) => i >= 0);
+}
+
+function compensating(facts: Facts): Statement {
+  const valid = where(facts, () => true);
+  const off = where(facts, (axis) => axis.mode === 0);
+  const weak = where(facts, (axis) => axis.mode === 4);
+  const simpler = where(facts, (axis) => axis.mode === 3);
+  if (valid.length === 0) return { tone: 'bad', text: 'No valid axis', detail: 'every axis is marked invalid by its source' };
+  if (off.length === valid.length) {
+    return { tone: 'bad', text: 'Not compensating', detail: reasonText(facts.axes[off[0]].reason) || 'raw rates pass as they come' };
+  }
+  if (off.length > 0) return { tone: 'warn', text: 'Partly compensating', detail: `not on ${names(off)}: ${reasonText(facts.axes[off[0]].reason)}` };
+  if (weak.length > 0) return { tone: 'warn', text: 'Compensating, weakly', detail: `${names(weak)}: ${modeText(facts.axes[weak[0]].mode).means}` };
+  if (simpler.length > 0) return { tone: 'good', text: 'Compensating', detail: `${names(simpler)} by a simpler estimate than the model` };
+  return { tone: 'good', text: 'Compensating', detail: valid.length === 3 ? 'all three axes' : `axes ${names(valid)}` };
+}
+
+/** 308×, 24×, 3.1×, 0.80× */
+export function ratioText(ratio: number): string {
+  if (!Number.isFinite(ratio)) return '–';
+  return `${ratio >= 10 ? Math.round(ratio) : ratio >= 1 ? ratio.toFixed(1) : ratio.toFixed(2)}×`;
+}
+
+function better(facts: Facts): Statement {
+  const known = facts.axes.filter((axis) => axis.valid && Number.isFinite(axis.ratio)).map((axis) => axis.ratio);
+  if (known.length === 0) return { tone: 'idle', text: 'Not known yet', detail: 'needs three minutes at rest, or of a known true rate' };
+  const least = Math.min(...known);
+  const most = Math.max(...known);
+  const text = ratioText(least) === ratioText(most) ? ratioText(least) : `${ratioText(least).replace('×', '')}–${ratioText(most)}`;
+  if (least < 0.95) return { tone: 'bad', text, detail: 'worse than raw on at least one axis' };
+  if (least < 1.5) return { tone: 'warn', text, detail: 'hardly better than raw on at least one axis' };
+  return { tone: 'good', text, detail: 'steadier than raw' };
+}
+
+function learning(facts: Facts): Statement {
+  const valid = where(facts, () => true);
+  const on = where(facts, (axis) => axis.mode === 1);
+  if (valid.length === 0) return { tone: 'idle', text: 'Not learning', detail: 'no valid axis' };
+  if (on.length === valid.length) return { tone: 'good', text: 'Learning', detail: 'at rest, or against a reference' };
+  const others = valid.filter((i) => !on.includes(i));
+  const reasons = [...new Set(others.map((i) => reasonText(facts.axes[i].reason)).filter((text) => text !== ''))];
+  const why = reasons.length > 0 ? reasons.join('; ') : modeText(facts.axes[others[0]].mode).means;
+  const commanded = others.some((i) => facts.axes[i].reason === 'commanded'); // then no axis learns, whatever else is said
+  const frozen = commanded || others.every((i) => facts.axes[i].mode === 2);
+  if (on.length === 0) return { tone: 'note', text: frozen ? 'Frozen' : 'Not learning', detail: why };
+  return { tone: 'note', text: `Learning on ${names(on)}`, detail: `not on ${names(others)}: ${why}` };
+}
+
+/** Age for people: 12 ms, 3.4 s, 5 min. */
+export function ageText(s: number): string {
+  if (!Number.isFinite(s)) return '–';
+  if (s < 1) return `${Math.max(0, Math.round(s * 1000))} ms`;
+  if (s < 100) return `${s.toFixed(s < 10 ? 1 : 0)} s`;
+  return s < 7200 ? `${Math.round(s / 60)} min` : `${(s / 3600).toFixed(1)} h`;
+}
+
+export function isReplay(facts: Facts): boolean {
+  return Number.isFinite(facts.pace) && (facts.pace > 1.3 || facts.pace < 0.7);
+}
+
+function data(facts: Facts): Statement {
+  if (facts.link !== 'open') {
+    return { tone: 'bad', text: 'Gateway gone', detail: `shown is what came until ${ageText(facts.ageS)} ago` };
+  }
+  if (isStale(facts)) {
+    return facts.finished
+      ? { tone: 'note', text: 'Source has ended', detail: `newest sample ${ageText(facts.ageS)} ago` }
+      : { tone: 'bad', text: `Stale: ${ageText(facts.ageS)} old`, detail: 'no sample comes; shown is the last that did' };
+  }
+  const pace = isReplay(facts) ? `; sensor time runs at ${facts.pace >= 10 ? Math.round(facts.pace) : facts.pace.toFixed(1)}×` : '';
+  const lost = facts.missing > 0 ? `${facts.missing} sample${facts.missing === 1 ? '' : 's'} missing` : '';
+  const slow = facts.dropped > 0 ? `${facts.dropped} frames dropped for this browser` : '';
+  if (lost || slow) return { tone: 'warn', text: lost ? 'Live, with losses' : 'Live, browser too slow', detail: [lost, slow].filter(Boolean).join(', ') + pace };
+  return { tone: 'good', text: isReplay(facts) ? 'Replay' : 'Live', detail: `none missing${pace}` };
+}
+
+/** What was said last, when nobody can say it any more. */
+function past(statement: Statement): Statement {
+  const last = `last heard: ${statement.text}${statement.detail ? `, ${statement.detail}` : ''}`;
+  return { tone: 'idle', text: 'Not known now', detail: last };
+}
+
+/** Whether what is shown is of now. A source that has ended is: nothing newer will come. */
+export function isPast(facts: Facts): boolean {
+  return facts.link !== 'open' || (isStale(facts) && !facts.finished);
+}
+
+/** What the headline says. Without samples all four say so; without news only the last is of now. */
+export function verdict(facts: Facts): Verdict {
+  if (!facts.heard) {
+    const text = facts.link === 'open' ? 'No gyro heard' : facts.link === 'connecting' ? 'Connecting' : 'Gateway gone';
+    const detail = facts.link === 'open' ? 'the gateway hears no compensated_rate in its domain' : 'tries again by itself';
+    const nothing: Statement = { tone: 'idle', text: '–', detail: 'no data yet' };
+    return { compensating: nothing, better: nothing, learning: nothing, data: { tone: facts.link === 'connecting' ? 'idle' : 'bad', text, detail } };
+  }
+  const now: Verdict = { compensating: compensating(facts), better: better(facts), learning: learning(facts), data: data(facts) };
+  if (!isPast(facts)) return now;
+  return { ...now, compensating: past(now.compensating), better: { ...now.better, tone: 'idle' }, learning: past(now.learning) };
+}

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Light, dark, or as the system has it; remembered by the browser.
+import { readPalette } from './charts/palette.ts';
+
+export const THEMES = ['system', 'light', 'dark'] as const;
+export type Theme = (typeof THEMES)[number];
+const KEY = 'zerodrift.theme';
+
+export function storedTheme(): Theme {
+  try {
+    const stored = localStorage.getItem(KEY);
+    return THEMES.find((theme) => theme === stored) ?? 'system';
+  } catch {
+    return 'system'; // storage may be forbidden
+  }
+}
+
+export function applyTheme(theme: Theme): void {
+  if (theme === 'system') delete document.documentElement.dataset.theme;
+  else document.documentElement.dataset.theme = theme;
+  readPalette();
+  window.dispatchEvent(new Event('themechange'));
+  try {
+    localStorage.setItem(KEY, theme);
+  } catch {
+    // then it isn't remembered
+  }
+}
+
+export function isDark(theme: Theme): boolean {
+  return theme === 'dark' || (theme === 'system' && matchMedia('(prefers-color-scheme: dark)').matches);
+}
+
+matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => applyTheme(storedTheme()));

@@ -1,0 +1,621 @@
+// SPDX-License-Identifier: Apache-2.0
+// Socket, decoder and rings, off the page's thread. Connects again by itself; what came before is kept.
+import { create, fromBinary, toBinary, type DescMessage, type MessageShape } from '@bufbuild/protobuf';
+import type { Timestamp } from '@bufbuild/protobuf/wkt';
+import {
+  AllanReportSchema,
+  CommandReplySchema,
+  CommandSchema,
+  EventSchema,
+  GatewayStatusSchema,
+  HistorySchema,
+  NavigationStateSchema,
+  SampleBatchSchema,
+  ServiceStatusSchema,
+  TwinReportSchema,
+  type AllanPoint,
+  type AxisState,
+  type SampleBatch,
+  type Vector3,
+} from './generated/telemetry_pb.ts';
+import {
+  SUBPROTOCOLS,
+  backoffMs,
+  gyroTopic,
+  parseBinary,
+  parseText,
+  serviceCall,
+  subscribe,
+  unsubscribe,
+  type Channel,
+  type TextFrame,
+} from './lib/frames.ts';
+import { GyroStore } from './lib/gyro_store.ts';
+import { LatencyWindow } from './lib/latency_window.ts';
+import type { AxisLive, FromWorker, PlainAllanPoint, PlainStatus, ToWorker } from './lib/messages.ts';
+
+const LIVE_EVERY_MS = 250;
+const SPREAD_EVERY_MS = 2000;
+const WATCH_EVERY_MS = 2000;
+const QUIET_ROUNDS = 3; // the gateway speaks once a second
+const COMMAND_WITHIN_MS = 15_000;
+const PACE_OVER_MS = 5000;
+const LATENCY_WINDOW = 512;
+const MOST_STORES = 2; // besides the selected gyro's; about 30 MB each
+const WANTED = new Set(['samples', 'history', 'allan', 'navigation', 'twin']);
+const GLOBAL = new Set(['/service_status', '/event', '/gateway']);
+
+const post = (message: FromWorker, transfer: Transferable[] = []) => self.postMessage(message, { transfer });
+const wallMs = () => performance.timeOrigin + performance.now();
+const milliseconds = (stamp: Timestamp | undefined) => (stamp ? Number(stamp.seconds) * 1e3 + stamp.nanos * 1e-6 : NaN);
+const nanoseconds = (stamp: Timestamp | undefined) => (stamp ? stamp.seconds * 1_000_000_000n + BigInt(stamp.nanos) : 0n);
+const vector = (v: Vector3 | undefined) => (v ? [v.x, v.y, v.z] : [NaN, NaN, NaN]);
+
+// ---------------------------------------- what is known of gyros
+
+const stores = new Map<number, GyroStore>();
+let gyros: number[] = [];
+let selected = 0;
+let visible = true;
+
+function storeOf(gyro: number): GyroStore {
+  let store = stores.get(gyro);
+  if (!store) stores.set(gyro, (store = new GyroStore(gyro)));
+  return store;
+}
+
+let newest: { batch: SampleBatch; arrivedMs: number } | undefined;
+let paceMarks: { ms: number; s: number }[] = [];
+const latencies = new LatencyWindow(LATENCY_WINDOW);
+let livePosted = 0;
+let liveTimer: ReturnType<typeof setTimeout> | undefined;
+let spread: ReturnType<GyroStore['spread']> | undefined;
+let spreadAt = -Infinity;
+
+function forgetNewest(): void {
+  newest = undefined;
+  paceMarks = [];
+  latencies.clear();
+  spread = undefined;
+  spreadAt = -Infinity;
+}
+
+function markPace(sensorTimeS: number): number {
+  const ms = performance.now();
+  const last = paceMarks.at(-1);
+  if (last && sensorTimeS < last.s) paceMarks = [];
+  if (!last || ms - last.ms > 100) paceMarks.push({ ms, s: sensorTimeS });
+  while (paceMarks.length > 2 && ms - paceMarks[1].ms > PACE_OVER_MS) paceMarks.shift();
+  const first = paceMarks[0];
+  return ms - first.ms > 1500 ? (sensorTimeS - first.s) / ((ms - first.ms) * 1e-3) : NaN;
+}
+
+function axisLive(batch: SampleBatch, a: number): AxisLive {
+  const state: AxisState | undefined = [batch.x, batch.y, batch.z][a];
+  const last = batch.sensorTimeNs.length - 1;
+  const raw = [batch.rawXDegH, batch.rawYDegH, batch.rawZDegH][a];
+  const compensated = [batch.compensatedXDegH, batch.compensatedYDegH, batch.compensatedZDegH][a];
+  return {
+    mode: state?.mode ?? 0,
+    reason: state?.reason ?? '',
+    rung: state?.rung ?? '',
+    valid: (batch.validity & (1 << a)) !== 0,
+    clipped: (batch.validity & (1 << (8 + a))) !== 0,
+    raw: raw[last] ?? NaN,
+    compensated: compensated[last] ?? NaN,
+    sigma: vector(batch.driftSigmaDegH)[a],
+  };
+}
+
+let pace = NaN;
+
+function postLive(): void {
+  liveTimer = undefined;
+  livePosted = performance.now();
+  if (!newest) return;
+  const { batch, arrivedMs } = newest;
+  const store = storeOf(batch.gyroId);
+  if (livePosted - spreadAt > SPREAD_EVERY_MS) {
+    spread = store.spread();
+    spreadAt = livePosted;
+  }
+  post({
+    type: 'live',
+    live: {
+      gyro: batch.gyroId,
+      arrivedMs,
+      sensorTimeS: Number(batch.sensorTimeNs.at(-1) ?? 0n) * 1e-9,
+      sampleIntervalS: batch.sampleIntervalS,
+      sequence: Number(batch.sequenceNumber),
+      missing: Number(batch.missing),
+      modelEpoch: Number(batch.modelEpoch),
+      instance: batch.instance,
+      ownershipStrength: batch.ownershipStrength,
+      pace,
+      latencyP50Ms: latencies.quantile(0.5),
+      latencyP99Ms: latencies.quantile(0.99),
+      latencyCount: latencies.count,
+      axes: [0, 1, 2].map((a) => axisLive(batch, a)),
+      spread: spread ?? store.spread(),
+      rows: { samples: store.samples.size, history: store.history.size },
+      probes: [...store.probes],
+    },
+  });
+}
+
+function postLiveSoon(): void {
+  liveTimer ??= setTimeout(postLive, Math.max(0, livePosted + LIVE_EVERY_MS - performance.now()));
+}
+
+let ticked = false;
+function tick(): void {
+  if (!visible || ticked) return;
+  ticked = true; // until the page asks for a view
+  post({ type: 'tick' });
+}
+
+function onSamples(payload: Uint8Array): void {
+  const batch = fromBinary(SampleBatchSchema, payload);
+  const arrivedMs = wallMs();
+  const store = storeOf(batch.gyroId);
+  store.sampleIntervalS = batch.sampleIntervalS;
+  store.addSamples({
+    timeNs: batch.sensorTimeNs,
+    raw: [batch.rawXDegH, batch.rawYDegH, batch.rawZDegH],
+    compensated: [batch.compensatedXDegH, batch.compensatedYDegH, batch.compensatedZDegH],
+    sigma: vector(batch.driftSigmaDegH),
+  });
+  if (batch.sensorTimeNs.length === 0) return;
+  newest = { batch, arrivedMs };
+  pace = markPace(Number(batch.sensorTimeNs.at(-1)) * 1e-9);
+  if (batch.publishUnixNs > 0n) latencies.add(arrivedMs - Number(batch.publishUnixNs) * 1e-6);
+  tick();
+  postLiveSoon();
+}
+
+function onHistory(payload: Uint8Array): void {
+  const rows = fromBinary(HistorySchema, payload);
+  storeOf(rows.gyroId).addHistory({
+    isBacklog: rows.isBacklog,
+    timeNs: rows.sensorTimeNs,
+    axes: rows.axes.map((axis) => ({
+      rawLow: axis.rawMinDegH,
+      rawMean: axis.rawMeanDegH,
+      rawHigh: axis.rawMaxDegH,
+      compensatedLow: axis.compensatedMinDegH,
+      compensatedMean: axis.compensatedMeanDegH,
+      compensatedHigh: axis.compensatedMaxDegH,
+      drift: axis.driftMeanDegH,
+      sigma: axis.driftSigmaDegH,
+      reference: axis.referenceMeanDegH,
+    })),
+    probes: rows.probes.map((p) => ({ probe: p.probe, temperature: p.temperatureDegc, rate: p.rateDegcPerMin })),
+  });
+  if (rows.isBacklog) spreadAt = -Infinity;
+  tick();
+  postLiveSoon();
+}
+
+// ---------------------------------------- small messages, as plain values
+
+const allanPoint = (p: AllanPoint): PlainAllanPoint => ({ tau: p.tauS, deviation: p.deviationDegH, lower: p.lowerDegH, upper: p.upperDegH });
+
+function onAllan(payload: Uint8Array): void {
+  const r = fromBinary(AllanReportSchema, payload);
+  post({
+    type: 'allan',
+    report: {
+      gyro: r.gyroId,
+      axis: r.axis,
+      stream: r.stream,
+      samples: Number(r.samples),
+      sampleIntervalS: r.sampleIntervalS,
+      windowS: r.windowS,
+      sinceStart: r.sinceStart.map(allanPoint),
+      rolling: r.rolling.map(allanPoint),
+      coefficients: r.coefficients.map(({ symbol, unit, value, lower, upper, identified }) => ({ symbol, unit, value, lower, upper, identified })),
+      gaps: Number(r.gaps),
+      missing: Number(r.missing),
+      stuck: r.stuck,
+      noiseGrown: r.noiseGrown,
+      worseThanRaw: r.worseThanRaw,
+      blockS: r.blockS,
+      blockCount: Number(r.blockCount),
+      sinceStartBlockStd: r.sinceStartBlockStdDegH,
+      rollingBlockStd: r.rollingBlockStdDegH,
+    },
+  });
+}
+
+function onNavigation(payload: Uint8Array): void {
+  const n = fromBinary(NavigationStateSchema, payload);
+  const sensorNs = nanoseconds(n.timestamp);
+  storeOf(n.gyroId).addHeading(n.stream, sensorNs, n.headingErrorDeg);
+  post({
+    type: 'navigation',
+    state: {
+      gyro: n.gyroId,
+      stream: n.stream,
+      sensorTimeS: Number(sensorNs) * 1e-9,
+      phase: n.phase,
+      atRest: n.atRest,
+      heading: n.headingDeg,
+      roll: n.rollDeg,
+      pitch: n.pitchDeg,
+      headingSigma: n.headingSigmaDeg,
+      headingError: n.headingErrorDeg,
+      attitudeError: n.attitudeErrorDeg,
+      bias: vector(n.gyroBiasDegH),
+      biasSigma: vector(n.gyroBiasSigmaDegH),
+      updates: Number(n.updates),
+      rejected: Number(n.rejected),
+    },
+  });
+}
+
+function onTwin(payload: Uint8Array): void {
+  const t = fromBinary(TwinReportSchema, payload);
+  post({
+    type: 'twin',
+    report: {
+      gyro: t.gyroId,
+      axis: t.axis,
+      verdict: t.verdict,
+      model: t.model,
+      record: t.record,
+      text: t.text,
+      nextExperiment: t.nextExperiment,
+      heldOut: t.heldOut,
+      before: t.beforeRmsDegH,
+      after: t.afterRmsDegH,
+      noiseFloor: t.noiseFloorRmsDegH,
+      atMs: Number(t.wallTimeNs) * 1e-6,
+      effects: t.effects.map(({ name, alternatives, probability, shareOfGap }) => ({ name, alternatives, probability, shareOfGap })),
+      time: Float64Array.from(t.timeS),
+      measured: Float64Array.from(t.measuredDegH),
+      twin: Float64Array.from(t.twinDegH),
+      repaired: Float64Array.from(t.repairedDegH),
+    },
+  });
+}
+
+const services = new Map<string, PlainStatus>();
+let statusTimer: ReturnType<typeof setTimeout> | undefined;
+
+function onStatus(payload: Uint8Array): void {
+  const s = fromBinary(ServiceStatusSchema, payload);
+  services.set(s.service, {
+    service: s.service,
+    host: s.host,
+    processId: s.processId,
+    state: s.state,
+    uptimeS: s.uptimeS,
+    summary: s.summary,
+    alive: s.alive,
+    atMs: milliseconds(s.timestamp),
+    metrics: s.metrics.map(({ name, unit, value }) => ({ name, unit, value })),
+  });
+  statusTimer ??= setTimeout(() => {
+    statusTimer = undefined;
+    post({ type: 'status', services: [...services.values()] });
+  }, LIVE_EVERY_MS);
+}
+
+let pendingEvents: FromWorker & { type: 'events' } = { type: 'events', events: [] };
+
+function onEvent(payload: Uint8Array): void {
+  const e = fromBinary(EventSchema, payload);
+  const atMs = milliseconds(e.timestamp);
+  if (pendingEvents.events.length === 0) {
+    setTimeout(() => {
+      post(pendingEvents);
+      pendingEvents = { type: 'events', events: [] };
+    }, 50);
+  }
+  pendingEvents.events.push({
+    key: `${e.timestamp?.seconds}.${e.timestamp?.nanos} ${e.service} ${e.code} ${e.count} ${e.text}`,
+    atMs,
+    service: e.service,
+    code: e.code,
+    text: e.text,
+    severity: e.severity,
+    gyro: e.gyroId,
+    count: Number(e.count),
+    sensorTimeS: Number(e.sensorTimeNs) * 1e-9,
+  });
+}
+
+function onGateway(payload: Uint8Array): void {
+  const g = fromBinary(GatewayStatusSchema, payload);
+  post({
+    type: 'gateway',
+    gateway: {
+      version: g.version,
+      domain: g.domain,
+      clients: g.clients,
+      framesSent: Number(g.framesSent),
+      framesDropped: Number(g.framesDropped),
+      droppedOfAll: Number(g.droppedOfAll),
+      queueFill: g.queueFill,
+      endpoints: g.endpoints.map((p) => ({
+        topic: p.topic,
+        isWriter: p.isWriter,
+        process: p.process,
+        reliability: p.reliability,
+        durability: p.durability,
+        ownership: p.ownership,
+        ownershipStrength: p.ownershipStrength,
+        liveliness: p.liveliness,
+        leaseS: p.leaseS,
+        deadlineS: p.deadlineS,
+        problem: p.problem,
+      })),
+    },
+  });
+}
+
+type Handler = (payload: Uint8Array) => void;
+const HANDLERS: Record<string, Handler> = {
+  samples: onSamples,
+  history: onHistory,
+  allan: onAllan,
+  navigation: onNavigation,
+  twin: onTwin,
+  '/service_status': onStatus,
+  '/event': onEvent,
+  '/gateway': onGateway,
+};
+
+// ---------------------------------------- connection
+
+let url = '';
+let socket: WebSocket | undefined;
+let link: (FromWorker & { type: 'link' })['link'] = 'connecting';
+let linkSinceMs = wallMs();
+let server = '';
+let attempt = 0;
+let retryTimer: ReturnType<typeof setTimeout> | undefined;
+let retryAtMs = NaN;
+let quietRounds = 0; // rounds, not time: this thread itself may have been held up
+let wasOpen = false;
+let refused = false; // the gateway answers, but not to this page's socket
+
+const channels = new Map<number, Channel>();
+const subscriptions = new Map<number, { channel: number; handler: Handler }>();
+let nextSubscription = 1;
+let commandService: number | undefined;
+let nextCall = 1;
+const calls = new Map<number, { id: number; timer: ReturnType<typeof setTimeout> }>();
+
+function postLink(retryAt = NaN): void {
+  post({ type: 'link', link, retryAtMs: retryAt, server, canCommand: commandService !== undefined, sinceMs: linkSinceMs, refused });
+}
+
+function setLink(next: typeof link, retryAt = NaN): void {
+  if (next !== link) linkSinceMs = wallMs();
+  link = next;
+  postLink(retryAt);
+}
+
+function connect(): void {
+  clearTimeout(retryTimer);
+  retryTimer = undefined;
+  if (!wasOpen && attempt === 0) setLink('connecting');
+  const opening = new WebSocket(url, SUBPROTOCOLS);
+  let opened = false;
+  socket = opening;
+  opening.binaryType = 'arraybuffer';
+  opening.onopen = () => {
+    attempt = 0;
+    wasOpen = true;
+    opened = true;
+    refused = false;
+    quietRounds = 0;
+    setLink('open');
+  };
+  opening.onmessage = ({ data }) => {
+    quietRounds = 0;
+    if (typeof data === 'string') onText(parseText(data));
+    else onBinary(data as ArrayBuffer);
+  };
+  opening.onclose = () => {
+    if (socket !== opening) return;
+    onClosed();
+    if (!opened) void askWhetherRefused();
+  };
+}
+
+/** A browser doesn't tell a refused socket from a dead host; a plain request does. */
+async function askWhetherRefused(): Promise<void> {
+  const health = new URL('/health', url.replace(/^ws/, 'http'));
+  health.search = '';
+  const answers = await fetch(health, { cache: 'no-store' }).then(
+    () => true,
+    () => false,
+  );
+  if (link === 'open' || answers === refused) return;
+  refused = answers;
+  postLink(retryAtMs);
+}
+
+function onClosed(): void {
+  socket = undefined;
+  channels.clear();
+  subscriptions.clear();
+  commandService = undefined;
+  for (const call of [...calls.keys()]) answer(call, false, 'the gateway went away before it answered');
+  const wait = backoffMs(attempt++) * (0.8 + 0.4 * Math.random());
+  retryAtMs = wallMs() + wait;
+  setLink('gone', retryAtMs);
+  retryTimer = setTimeout(connect, wait);
+}
+
+setInterval(() => {
+  if (link !== 'open' || ++quietRounds <= QUIET_ROUNDS) return;
+  const silent = socket;
+  onClosed(); // a hung gateway closes nothing
+  silent?.close();
+}, WATCH_EVERY_MS);
+
+function send(data: string | Uint8Array<ArrayBuffer>): void {
+  if (socket?.readyState === WebSocket.OPEN) socket.send(data);
+}
+
+function onText(frame: TextFrame): void {
+  switch (frame.op) {
+    case 'serverInfo':
+      server = frame.name;
+      postLink();
+      break;
+    case 'status':
+      post({ type: 'notice', severity: frame.level, text: frame.message });
+      break;
+    case 'advertise':
+      for (const channel of frame.channels) channels.set(channel.id, channel);
+      followChannels();
+      break;
+    case 'unadvertise':
+      for (const id of frame.channelIds) {
+        channels.delete(id);
+        for (const [key, s] of subscriptions) if (s.channel === id) subscriptions.delete(key);
+      }
+      followChannels();
+      break;
+    case 'advertiseServices':
+      commandService = frame.services.find((s) => s.name === '/command')?.id ?? commandService;
+      postLink();
+      break;
+    case 'unadvertiseServices':
+      if (commandService !== undefined && frame.serviceIds.includes(commandService)) commandService = undefined;
+      postLink();
+      break;
+    case 'serviceCallFailure':
+      answer(frame.callId, false, frame.message);
+      break;
+    case 'other':
+      break;
+  }
+}
+
+let decodeFailures = 0;
+
+function onBinary(buffer: ArrayBuffer): void {
+  const frame = parseBinary(buffer);
+  try {
+    if (frame.op === 'message') {
+      subscriptions.get(frame.subscription)?.handler(frame.payload);
+    } else if (frame.op === 'response') {
+      const reply = fromBinary(CommandReplySchema, frame.payload);
+      answer(frame.call, reply.accepted, reply.text, Number(reply.modelEpoch));
+    }
+  } catch (error) {
+    if (decodeFailures++ === 0) post({ type: 'notice', severity: 2, text: `a message could not be decoded: ${String(error)}` });
+  }
+}
+
+/** Subscribes to what the selected gyro and the system say, and to nothing else. */
+function followChannels(): void {
+  const heard = [...channels.values()].map((c) => gyroTopic(c.topic)?.gyro).filter((id) => id !== undefined);
+  const known = [...new Set([...heard, ...(selected === 0 ? [] : [selected])])].sort((a, b) => a - b);
+  if (known.join() !== gyros.join() || (selected === 0 && known.length > 0)) {
+    gyros = known;
+    if (!gyros.includes(selected)) selected = gyros[0] ?? 0;
+    post({ type: 'gyros', gyros, selected });
+  }
+  const wanted = new Map<number, Handler>();
+  for (const channel of channels.values()) {
+    const gyro = gyroTopic(channel.topic);
+    if (channel.encoding !== 'protobuf') continue;
+    if (gyro ? gyro.gyro === selected && WANTED.has(gyro.what) : GLOBAL.has(channel.topic)) {
+      wanted.set(channel.id, HANDLERS[gyro ? gyro.what : channel.topic]);
+    }
+  }
+  const obsolete = [...subscriptions].filter(([, s]) => !wanted.has(s.channel)).map(([id]) => id);
+  if (obsolete.length > 0) send(unsubscribe(obsolete));
+  obsolete.forEach((id) => subscriptions.delete(id));
+  const present = new Set([...subscriptions.values()].map((s) => s.channel));
+  const fresh = [...wanted].filter(([channel]) => !present.has(channel));
+  const added = fresh.map(([channel, handler]) => {
+    const id = nextSubscription++;
+    subscriptions.set(id, { channel, handler });
+    return { id, channelId: channel };
+  });
+  if (added.length > 0) send(subscribe(added));
+}
+
+// ---------------------------------------- commands
+
+function encode<Desc extends DescMessage>(schema: Desc, message: MessageShape<Desc>): Uint8Array {
+  return toBinary(schema, message);
+}
+
+function answer(call: number, accepted: boolean, text: string, modelEpoch = 0): void {
+  const waiting = calls.get(call);
+  if (!waiting) return;
+  calls.delete(call);
+  clearTimeout(waiting.timer);
+  post({ type: 'reply', id: waiting.id, accepted, text, modelEpoch });
+}
+
+function command(id: number, service: string, name: string, argument: string): void {
+  if (commandService === undefined) {
+    post({ type: 'reply', id, accepted: false, text: 'the gateway takes no commands now', modelEpoch: 0 });
+    return;
+  }
+  const call = nextCall++;
+  const late = () => answer(call, false, `no answer within ${COMMAND_WITHIN_MS / 1000} s`);
+  calls.set(call, { id, timer: setTimeout(late, COMMAND_WITHIN_MS) });
+  send(serviceCall(commandService, call, 'protobuf', encode(CommandSchema, create(CommandSchema, { service, name, argument }))));
+}
+
+// ---------------------------------------- what the page asks
+
+function exportCsv(from: number, to: number): void {
+  const { parts, rows } = storeOf(selected).csv(from, to);
+  const name = `zerodrift_gyro_${selected}_${from.toFixed(0)}s_to_${to.toFixed(0)}s.csv`;
+  post({ type: 'csv', blob: new Blob(parts, { type: 'text/csv' }), rows, name });
+}
+
+self.onmessage = ({ data }: MessageEvent<ToWorker>) => {
+  switch (data.type) {
+    case 'connect':
+      url = data.url;
+      connect();
+      break;
+    case 'retry':
+      if (link === 'gone') connect();
+      break;
+    case 'select':
+      if (data.gyro === selected) break;
+      selected = data.gyro;
+      for (const gyro of [...stores.keys()].slice(0, -MOST_STORES)) if (gyro !== selected) stores.delete(gyro);
+      forgetNewest();
+      followChannels();
+      post({ type: 'gyros', gyros, selected });
+      ticked = false;
+      tick();
+      break;
+    case 'view': {
+      ticked = false;
+      if (selected === 0) break;
+      const view = storeOf(selected).view(data.request);
+      const series = [view.low, view.mean, view.high, view.drift, view.sigma, view.residual, view.temperature, view.temperatureRate];
+      post({ type: 'view', view }, [view.time.buffer, view.slowTime.buffer, ...series.flat().map((s) => s.buffer)]);
+      break;
+    }
+    case 'heading':
+      if (selected !== 0) post({ type: 'heading', heading: storeOf(selected).headingSeries(data.points) });
+      break;
+    case 'visible':
+      visible = data.visible;
+      ticked = false;
+      if (visible) tick();
+      break;
+    case 'csv':
+      exportCsv(data.from, data.to);
+      break;
+    case 'command':
+      command(data.id, data.service, data.name, data.argument);
+      break;
+  }
+};

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+// The reference subscriber: navigates by the compensated and, beside them, by the raw rates of each
+// gyro that is heard, and gives rate_reference back.
+//
+// Two threads: samples are navigated by on the middleware's receiving thread, which also writes the
+// references; states are published on the host's. Between them a lock.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/dds/participant.h"
+#include "common/navigation/gyro_navigation.h"
+#include "common/service/hop_latency.h"
+#include "common/service/host.h"
+#include "common/service/replay_pacer.h"
+
+namespace zerodrift::services {
+
+struct NavigationFilterOptions {
+  dds::NetworkOptions network;
+  service::Supervision supervision{};
+  navigation::GyroNavigationOptions navigation;
+  double period_s = 0.25;
+  std::size_t max_gyros = 16;  // 0.4 MB each
+  bool gives_references = true;
+};
+
+class NavigationFilterNode {
+ public:
+  // Throws std::invalid_argument where the options cannot work.
+  explicit NavigationFilterNode(const NavigationFilterOptions& options);
+  int run();  // exit code
+
+ private:
+  // What a replay that waits for this consumer is told of one gyro.
+  struct Pace {
+    std::uint32_t gyro_id = 0;
+    std::uint64_t newest_sequence = 0;
+    std::uint64_t since_report = 0;
+    bool is_waited_for = false;
+  };
+  struct Gyro {
+    Gyro(std::uint32_t gyro_id, const navigation::GyroNavigationOptions& options)
+        : id(gyro_id), pace{.gyro_id = gyro_id}, navigation(options) {}
+    std::uint32_t id;
+    Pace pace;
+    navigation::GyroNavigation navigation;
+    navigation::NavigationCounts told{};
+    navigation::Phase told_phase = navigation::Phase::kWaiting;
+    bool told_compass = false;
+  };
+  // Of one gyro, as plain values.
+  struct Seen;
+
+  // Receiving threads, under the lock.
+  void on_sample(const msg::CompensatedRate& message);
+  void on_reference(const msg::RateReference& message);
+  Gyro* gyro(std::uint32_t gyro_id);
+  void keep_pace(Pace& pace, const msg::CompensatedRate& message);
+  Pace* stranger(std::uint32_t gyro_id);
+  void give_references(Gyro& source);
+  void report_progress(Pace& pace);
+
+  // The host's thread.
+  void tick();
+  void publish_states(Gyro& source);
+  void tell_of(Gyro& source);
+  service::Status status();
+
+  NavigationFilterOptions options_;
+  service::Host host_;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<Gyro>> gyros_;
+  std::vector<Pace> strangers_;
+  std::uint64_t stranger_samples_ = 0;
+  std::uint64_t told_stranger_samples_ = 0;
+  std::uint64_t unwritten_ = 0;
+  std::optional<std::int64_t> published_ns_;
+  service::HopLatency delivery_latency_{"delivery"};
+  service::HopLatency chain_latency_{"chain"};
+  dds::Writer<msg::NavigationState> state_writer_;
+  dds::Writer<msg::RateReference> reference_writer_;
+  service::ReplayProgressReporter progress_;
+  dds::Reader<msg::RateReference> reference_reader_;
+  dds::Reader<msg::CompensatedRate> rate_reader_;
+};
+
+}  // namespace zerodrift::services

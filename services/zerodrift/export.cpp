@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// zerodrift export: a recording (MCAP) as a CSV record, a CSV record as a recording, and what is
+// attached to a recording.
+#include <cstdio>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "common/dds/topics.h"
+#include "common/mcap/mcap_reader.h"
+#include "common/service/main.h"
+#include "services/zerodrift/commands.h"
+#include "services/zerodrift/export_csv.h"
+#include "services/zerodrift/record_options.h"
+
+namespace zerodrift::services {
+namespace {
+
+const std::string kRates(dds::kAngularRate.name);
+const std::string kCompensated(dds::kCompensatedRate.name);
+
+struct ExportOptions {
+  ExportRequest request{};
+  std::string topic = kRates;
+  std::string attachment{};
+};
+
+ExportResult convert(const ExportOptions& options) {
+  const bool to_mcap = options.request.to.extension() == ".mcap";
+  const bool is_mcap = mcap::is_mcap(options.request.from);
+  if (to_mcap == is_mcap) {
+    throw std::invalid_argument(options.request.from.string() + ": is " +
+                                (is_mcap ? "an MCAP file" : "no MCAP file") +
+                                (is_mcap ? ", expected --out to be .csv, .csv.gz or .csv.xz"
+                                         : ", expected --out to be .mcap"));
+  }
+  if (to_mcap) return import_record(options.request);
+  return options.topic == kCompensated ? export_compensated(options.request)
+                                       : export_record(options.request);
+}
+
+int run_export(const ExportOptions& options) {
+  if (!options.attachment.empty()) {
+    export_attachment(options.request.from, options.attachment, options.request.to);
+    return service::kExitDone;
+  }
+  const ExportResult result = convert(options);
+  for (const auto& line : result.warnings) std::fprintf(stderr, "%s\n", line.c_str());
+  std::printf("%s: %llu rows\n", options.request.to.c_str(),
+              static_cast<unsigned long long>(result.rows));
+  return service::kExitDone;
+}
+
+}  // namespace
+
+void add_export(CLI::App& app, Run& run) {
+  auto* command = app.add_subcommand(
+      "export", "a recording (.mcap) as a CSV record or the other way round; its attachments");
+  auto options = std::make_shared<ExportOptions>();
+  command->add_option("record,--record", options->request.from, kRecordHelp)->required();
+  command
+      ->add_option("--out", options->request.to,
+                   "of a recording .csv, .csv.gz or .csv.xz; of a CSV record .mcap")
+      ->required();
+  command
+      ->add_option("--topic", options->topic,
+                   "angular_rate: with references and temperatures, a row for each time; "
+                   "compensated_rate: as `record` and `compensate` write it")
+      ->check(CLI::IsMember({kRates, kCompensated}))
+      ->capture_default_str();
+  command->add_option("--columns", options->request.columns, "names and units of a foreign CSV");
+  add_gyro_choice(*command, options->request.gyro_id);
+  add_compression(*command, options->request.compression);
+  command->add_option("--attachment", options->attachment,
+                      "write this attachment instead; `info` names them");
+  command->callback([options, &run] { run = [options] { return run_export(*options); }; });
+}
+
+}  // namespace zerodrift::services

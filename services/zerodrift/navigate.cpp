@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// zerodrift navigate: what compensation is worth to a navigation filter, on a record.
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "common/config/compensation_config.h"
+#include "common/navigation/arguments.h"
+#include "common/record/atomic_file.h"
+#include "common/report/json_file.h"
+#include "common/service/main.h"
+#include "services/zerodrift/commands.h"
+#include "services/zerodrift/navigate_report.h"
+#include "services/zerodrift/paragraph.h"
+
+namespace zerodrift::services {
+namespace {
+
+struct NavigateOptions {
+  NavigateRequest request;
+  navigation::NavigationArguments arguments;
+  std::string config;
+  std::string prior;
+  std::string json;
+  std::string html;
+};
+
+// A file that can't be written is better known before the computing than after.
+void require_writable(const std::string& file) {
+  if (!file.empty()) static_cast<void>(record::AtomicFile(file));
+}
+
+// Without a file: as a vehicle would be configured. Earth rate is known from the filter alone, and
+// the truth is kept for the judgement.
+compensation::CompensationOptions compensation_options(const NavigateOptions& options) {
+  if (!options.config.empty()) return config::load_compensation(options.config);
+  compensation::CompensationOptions vehicle;
+  vehicle.reference.truth = compensation::ReferencePolicy::kRefuse;
+  if (options.arguments.latitude_deg)
+    vehicle.earth_rate.mode = compensation::EarthRateMode::kUnknown;
+  if (options.arguments.residual_feedback)
+    vehicle.reference.navigation_residual = compensation::ReferencePolicy::kAccept;
+  return vehicle;
+}
+
+int navigate(NavigateOptions options) {
+  options.request.navigation = options.arguments.complete();
+  options.request.compensation = compensation_options(options);
+  if (!options.prior.empty())
+    options.request.compensation.prior = config::load_prior(options.prior);
+  if (options.request.gives_references &&
+      options.request.compensation.reference.rest == compensation::ReferencePolicy::kAccept) {
+    options.request.compensation.reference.await_feedback = true;
+  }
+  require_writable(options.json);
+  require_writable(options.html);
+  const NavigateResult result = run_navigation(options.request);
+  for (const auto& line : result.warnings) std::fprintf(stderr, "%s\n", line.c_str());
+  std::printf("%s\n", report::text_table(navigation_table(result)).c_str());
+  print_paragraph(navigation_note(options.request, result));
+  if (!options.json.empty()) report::write_json(options.json, navigation_json(result));
+  if (!options.html.empty())
+    report::write_html(options.html, navigation_page(options.request, result));
+  return service::kExitDone;
+}
+
+}  // namespace
+
+void add_navigate(CLI::App& app, Run& run) {
+  auto* command = app.add_subcommand(
+      "navigate", "attitude from a record, by raw and by compensated rates, against its truth");
+  auto options = std::make_shared<NavigateOptions>();
+  command->add_option("--record", options->request.record, "a .csv, .csv.gz, .csv.xz or .mcap file")
+      ->required();
+  command->add_option("--columns", options->request.columns, "names and units of a foreign CSV");
+  command->add_option("--config", options->config,
+                      "of the compensation (idl/proto/compensation.proto); without, Earth rate is "
+                      "learned of from the filter and reference columns only judge");
+  command->add_option("--prior", options->prior, "a twin's model; overrides the file");
+  navigation::add_arguments(*command, options->arguments);
+  command->add_flag("!--no-references", options->request.gives_references,
+                    "give no rate_reference back to the compensation");
+  command->add_option("--json", options->json, "file for all figures");
+  command->add_option("--html", options->html, "file for a report with pictures");
+  command->callback([options, &run] { run = [options] { return navigate(*options); }; });
+}
+
+}  // namespace zerodrift::services

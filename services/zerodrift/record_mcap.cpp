@@ -1,0 +1,487 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/zerodrift/record_mcap.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <deque>
+#include <exception>
+#include <map>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <thread>
+#include <tuple>
+#include <utility>
+
+#include "common/dds/raw_reader.h"
+#include "common/mcap/mcap_error.h"
+#include "common/service/host.h"
+#include "common/service/latency_histogram.h"
+#include "common/service/main.h"
+#include "common/service/monotonic_clock.h"
+#include "common/service/replay_pacer.h"
+#include "services/zerodrift/record_queue.h"
+
+namespace zerodrift::services {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kLongestWait = 50ms;
+constexpr std::int64_t kSecondNs = 1'000'000'000;
+constexpr std::int64_t kFlushEveryNs = kSecondNs;     // at most so much is lost with the process
+constexpr std::int64_t kSyncEveryNs = 5 * kSecondNs;  // and with the machine
+constexpr std::int64_t kRetryEveryNs = kSecondNs;     // a disk that refused
+// A source begins when its consumers have announced themselves. This one does so when it has been
+// matched with the same number of writers for so long, that is when they know of it as well.
+constexpr std::int64_t kSettledNs = kSecondNs / 2;
+constexpr const char* kConsumer = "recorder";
+
+// In the order of dds::kAllTopics.
+using Messages =
+    std::tuple<msg::AngularRate, msg::Temperature, msg::RateReference, msg::CompensatedRate,
+               msg::AllanReport, msg::ServiceStatus, msg::Event, msg::Command, msg::CommandReply,
+               msg::ReplayProgress, msg::CheckpointPart, msg::NavigationState, msg::TwinReport>;
+static_assert(std::tuple_size_v<Messages> == dds::kAllTopics.size(),
+              "every topic is recorded: a new one's type belongs into Messages");
+
+template <typename Message>
+consteval std::uint32_t topic_index() {
+  for (std::uint32_t i = 0; i < dds::kAllTopics.size(); ++i) {
+    if (dds::kAllTopics[i].name == dds::TopicOf<Message>::kSpec.name) return i;
+  }
+  throw "a topic that is not in kAllTopics";
+}
+
+constexpr std::uint32_t kRateTopic = topic_index<msg::AngularRate>();
+constexpr std::uint32_t kCompensatedIndex = topic_index<msg::CompensatedRate>();
+
+template <typename Message>
+MessageRole pace_of(const Message& message) {
+  if constexpr (requires {
+                  message.clock_source();
+                  message.interval_s();
+                }) {
+    if (core::is_paced_by_consumers(static_cast<core::ClockSource>(message.clock_source())))
+      return MessageRole::kPaced;
+  }
+  return MessageRole::kPlain;
+}
+
+// Keeps the last seconds until something happens.
+class PreTrigger {
+ public:
+  PreTrigger(double span_s, std::size_t most_bytes)
+      : span_ns_(static_cast<std::int64_t>(1e9 * span_s)), most_bytes_(most_bytes) {}
+
+  void keep(MessageBatch&& batch, std::int64_t now_ns) {
+    if (!batch.empty()) {
+      bytes_ += batch.bytes();
+      batches_.push_back(std::move(batch));
+    }
+    while (!batches_.empty() && batches_.front().newest_ns() < now_ns - span_ns_) drop_front();
+    while (bytes_ > most_bytes_ && batches_.size() > 1) {
+      is_shortened_ = true;
+      drop_front();
+    }
+  }
+
+  template <typename Write>
+  void give_out(std::int64_t trigger_ns, Write&& write) {
+    for (const auto& batch : batches_) {
+      std::size_t position = 0;
+      for (QueuedMessage message; batch.next(position, message);) {
+        if (message.log_ns >= trigger_ns - span_ns_) write(message);
+      }
+    }
+    batches_.clear();
+    bytes_ = 0;
+  }
+  // The memory did not suffice for the time that was asked for.
+  [[nodiscard]] bool is_shortened() const noexcept { return is_shortened_; }
+
+ private:
+  void drop_front() {
+    bytes_ -= batches_.front().bytes();
+    batches_.pop_front();
+  }
+
+  std::int64_t span_ns_;
+  std::size_t most_bytes_;
+  std::deque<MessageBatch> batches_;
+  std::size_t bytes_ = 0;
+  bool is_shortened_ = false;
+};
+
+class McapRecorder {
+ public:
+  explicit McapRecorder(const McapRecordOptions& options)
+      : options_(options),
+        file_(options.file),
+        queue_(options.queue_bytes),
+        pre_trigger_(options.pre_trigger_s, options.pre_trigger_bytes),
+        host_("recorder", options.network),
+        participant_("recorder_data", options.network),
+        started_ns_(service::unix_time_ns()),
+        writer_([this] { write_until_closed(); }) {
+    if (!file_.moved_aside().empty()) {
+      std::fprintf(stderr, "%s: of a recording that was not finished\n",
+                   file_.moved_aside().c_str());
+    }
+    try {
+      listen(std::make_index_sequence<std::tuple_size_v<Messages>>{});
+    } catch (...) {
+      end_writer();
+      throw;
+    }
+  }
+  ~McapRecorder() { end_writer(); }
+  McapRecorder(const McapRecorder&) = delete;
+  McapRecorder& operator=(const McapRecorder&) = delete;
+
+  int run() {
+    host_.run([this] { return status(); }, [this] { tick(); });
+    // What was received is written; what comes from here on is not asked for.
+    end_writer();
+    report();
+    const bool is_complete =
+        lost() == 0 && !failed_ && (options_.samples == 0 || compensated_ >= options_.samples);
+    const int exit_code = is_complete ? service::kExitDone : service::kExitNo;
+    std::fflush(stdout);
+    service::end_within(service::kStopWithin, exit_code);
+    return exit_code;
+  }
+
+ private:
+  template <std::size_t... Index>
+  void listen(std::index_sequence<Index...>) {
+    (listen_to<std::tuple_element_t<Index, Messages>>(), ...);
+  }
+
+  template <typename Message>
+  void listen_to() {
+    const std::string_view name = dds::TopicOf<Message>::kSpec.name;
+    const auto& wanted = options_.topics;
+    if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), name) == wanted.end()) return;
+    auto reader = std::make_shared<dds::RawReader<Message>>(
+        participant_,
+        [this](const Message& message, dds::Bytes payload) { take(message, payload); },
+        host_.observer());
+    matched_.emplace_back(name, [reader] { return reader->matched(); });
+  }
+
+  // ---------------------------------------- the middleware's threads
+
+  template <typename Message>
+  void take(const Message& message, dds::Bytes payload) {
+    QueuedMessage queued{.topic = topic_index<Message>(),
+                         .log_ns = service::unix_time_ns(),
+                         .role = pace_of(message),
+                         .payload = {payload.data(), payload.size()}};
+    if constexpr (requires { message.gyro_id(); }) queued.gyro_id = message.gyro_id();
+    if (options_.gyro_id != 0 && queued.gyro_id != 0 && queued.gyro_id != options_.gyro_id) return;
+    if constexpr (requires { message.sequence_number(); })
+      queued.sequence = message.sequence_number();
+    // An epoch before 1970 doesn't fit MCAP's unsigned time; the payload has it all the same.
+    queued.publish_ns = queued.log_ns;
+    if constexpr (requires { message.sensor_time_ns(); }) {
+      if (message.sensor_time_ns() > 0) queued.publish_ns = message.sensor_time_ns();
+    }
+    if constexpr (requires { message.probe(); }) queued.part = message.probe().c_str();
+    if constexpr (std::is_same_v<Message, msg::Event>) {
+      if (is_trigger(message)) queued.role = MessageRole::kTrigger;
+    }
+    queue_.push(queued);
+    if constexpr (std::is_same_v<Message, msg::CompensatedRate>) {
+      if (++compensated_ == options_.samples) service::request_stop();
+    }
+  }
+
+  // What is kept for late joiners is old news, and of itself the recorder tells without any need to
+  // be recorded.
+  [[nodiscard]] bool is_trigger(const msg::Event& event) const {
+    if (event.wall_time_ns() < started_ns_ || event.service() == host_.name().c_str()) return false;
+    if (!options_.trigger.empty()) return options_.trigger == event.code().c_str();
+    return event.severity() >= static_cast<std::uint32_t>(service::Severity::kWarning);
+  }
+
+  // ---------------------------------------- the writer's thread
+
+  void write_until_closed() {
+    MessageBatch batch;
+    while (queue_.take(batch, kLongestWait)) {
+      const std::int64_t now_ns = service::unix_time_ns();
+      note_progress(batch);
+      if (options_.pre_trigger_s > 0.0) {
+        watch_for_trigger(batch, now_ns);
+      } else {
+        write(batch);
+      }
+      report_progress();
+      look_after_disk(now_ns);
+    }
+    guarded([this] { finish_file(); });
+  }
+
+  void write(const MessageBatch& batch) {
+    std::size_t position = 0;
+    for (QueuedMessage message; batch.next(position, message);) write(message);
+  }
+
+  void write(const QueuedMessage& message) {
+    if (is_refused_) {  // the open chunk waits for the disk; it must not grow without end
+      ++unwritten_;
+      return;
+    }
+    const std::int64_t now_ns = service::unix_time_ns();
+    queue_delay_.record_between(message.log_ns, now_ns);
+    guarded([&] {
+      const std::uint64_t before = file_.bytes();
+      file_.write(message);
+      if (file_.bytes() != before) {
+        chunk_delay_.record_between(now_ns, service::unix_time_ns());
+        flushed_ns_ = now_ns;
+      }
+      if (file_.is_due_to_split(message.log_ns)) finish_file();
+    });
+    bytes_ = file_.bytes();
+    messages_ = file_.messages();
+  }
+
+  void watch_for_trigger(MessageBatch& batch, std::int64_t now_ns) {
+    std::optional<std::int64_t> first;
+    std::size_t position = 0;
+    for (QueuedMessage message; batch.next(position, message);) {
+      if (message.role != MessageRole::kTrigger) continue;
+      if (!first) first = message.log_ns;
+      recorded_until_ns_ =
+          message.log_ns + static_cast<std::int64_t>(1e9 * options_.post_trigger_s);
+    }
+    if (is_triggered_) {
+      write(batch);
+    } else {
+      pre_trigger_.keep(std::move(batch), now_ns);
+      batch = {};
+      if (!first) return;
+      ++triggers_;
+      is_triggered_ = true;
+      pre_trigger_.give_out(*first, [this](const QueuedMessage& message) { write(message); });
+    }
+    if (now_ns < recorded_until_ns_) return;
+    is_triggered_ = false;
+    guarded([this] { finish_file(); });
+  }
+
+  // Durable step by step: what a second old is survives the process, what five are the machine.
+  void look_after_disk(std::int64_t now_ns) {
+    if (is_refused_ && now_ns < retry_ns_) return;
+    if (is_refused_ || now_ns - flushed_ns_ >= kFlushEveryNs) {
+      flushed_ns_ = now_ns;
+      const bool is_sync_due = now_ns - synced_ns_ >= kSyncEveryNs;
+      if (is_sync_due) synced_ns_ = now_ns;
+      guarded([&] {
+        file_.flush(is_sync_due ? RecordFile::Durability::kMedium
+                                : RecordFile::Durability::kProcess);
+        chunk_delay_.record_between(now_ns, service::unix_time_ns());
+        is_refused_ = false;
+      });
+      bytes_ = file_.bytes();
+    }
+  }
+
+  template <typename Action>
+  void guarded(Action&& action) {
+    try {
+      action();
+    } catch (const std::exception& error) {
+      failed_ = true;
+      is_refused_ = true;
+      retry_ns_ = service::unix_time_ns() + kRetryEveryNs;
+      host_.raise({.code = "recording_failed",
+                   .severity = service::Severity::kError,
+                   .text = error.what(),
+                   .gyro_id = 0,
+                   .sensor_time_ns = 0});
+    }
+  }
+
+  void finish_file() {
+    mcap::Pairs more{{"messages_lost", std::to_string(lost())}};
+    for (std::size_t i = 0; i < dds::kAllTopics.size(); ++i) {
+      if (queue_.dropped(i) > 0) {
+        more.emplace_back("messages_lost/" + std::string(dds::kAllTopics[i].name),
+                          std::to_string(queue_.dropped(i)));
+      }
+    }
+    const auto us = [](std::int64_t ns) { return std::to_string(ns / 1000); };
+    more.emplace_back("queue_peak_bytes", std::to_string(queue_.peak_bytes()));
+    more.emplace_back("queue_delay_p99_us", us(queue_delay_.percentile_ns(0.99)));
+    more.emplace_back("queue_delay_max_us", us(queue_delay_.max_ns()));
+    more.emplace_back("chunk_write_p99_us", us(chunk_delay_.percentile_ns(0.99)));
+    more.emplace_back("chunk_write_max_us", us(chunk_delay_.max_ns()));
+    if (options_.pre_trigger_s > 0.0) {
+      more.emplace_back("trigger", std::to_string(triggers_));
+      if (pre_trigger_.is_shortened()) more.emplace_back("pre_trigger_shortened", "yes");
+    }
+    file_.finish(more);
+  }
+
+  // A replay goes on once what it sent is out of the queue: then none of it can be lost.
+  void note_progress(const MessageBatch& batch) {
+    std::size_t position = 0;
+    for (QueuedMessage message; batch.next(position, message);) {
+      if (message.role != MessageRole::kPaced) continue;
+      Progress& gyro = progress_of_[message.gyro_id];
+      const bool is_answer = message.topic == kCompensatedIndex;
+      if (is_answer == gyro.is_answered) {
+        gyro.newest = message.sequence;
+      } else if (is_answer) {
+        gyro = {message.sequence, true};
+      }
+    }
+  }
+
+  void report_progress() {
+    const std::lock_guard lock(progress_mutex_);
+    if (!progress_) return;
+    for (const auto& [gyro_id, progress] : progress_of_)
+      progress_->report(gyro_id, progress.newest, core::kNever);
+  }
+
+  void end_writer() {
+    queue_.close();
+    if (writer_.joinable()) writer_.join();
+  }
+
+  // ---------------------------------------- the status thread
+
+  void tick() {
+    announce_once_settled();
+    const auto now = service::unix_time_ns();
+    if (options_.duration_s > 0.0 &&
+        static_cast<double>(now - started_ns_) >= 1e9 * options_.duration_s)
+      service::request_stop();
+    const std::uint64_t dropped = queue_.dropped();
+    host_.raise_counted({.code = "recording_overrun",
+                         .severity = service::Severity::kWarning,
+                         .text = "the disk is slower than what comes; messages are not recorded",
+                         .gyro_id = 0,
+                         .sensor_time_ns = 0},
+                        dropped - told_dropped_);
+    told_dropped_ = dropped;
+  }
+
+  void announce_once_settled() {
+    const std::lock_guard lock(progress_mutex_);
+    if (progress_) return;
+    int rates = 0;
+    for (const auto& [name, matched] : matched_) {
+      if (name == dds::kAllTopics[kRateTopic].name) rates = matched();
+    }
+    const bool wants_rates = options_.topics.empty() ||
+                             std::find(options_.topics.begin(), options_.topics.end(),
+                                       dds::kAllTopics[kRateTopic].name) != options_.topics.end();
+    const std::int64_t now = service::monotonic_ns();
+    if (rates != rate_writers_ || (wants_rates && rates == 0)) {
+      rate_writers_ = rates;
+      matched_since_ns_ = now;
+      return;
+    }
+    if (now - matched_since_ns_ >= kSettledNs)
+      progress_ = std::make_unique<service::ReplayProgressReporter>(host_.participant(), kConsumer);
+  }
+
+  [[nodiscard]] std::uint64_t lost() const { return queue_.dropped() + unwritten_; }
+
+  service::Status status() {
+    const auto us = [](std::int64_t ns) { return static_cast<double>(ns) * 1e-3; };
+    return {.state = failed_         ? service::State::kDegraded
+                     : messages_ > 0 ? service::State::kRunning
+                                     : service::State::kWaiting,
+            .summary = std::to_string(messages_) + " messages recorded",
+            .metrics = {{"messages", "1", static_cast<double>(messages_)},
+                        {"samples", "1", static_cast<double>(compensated_)},
+                        {"messages_lost", "1", static_cast<double>(lost())},
+                        {"bytes", "B", static_cast<double>(bytes_)},
+                        {"queue_peak", "B", static_cast<double>(queue_.peak_bytes())},
+                        {"queue_delay_p99", "us", us(queue_delay_.percentile_ns(0.99))},
+                        {"chunk_write_p99", "us", us(chunk_delay_.percentile_ns(0.99))}}};
+  }
+
+  void report() const {
+    for (const auto& path : file_.files()) {
+      std::printf(
+          "%s%s\n", path.c_str(),
+          path.extension() == ".active" ? ": not finished, readable as far as it goes" : "");
+    }
+    std::printf("%llu messages, %.1f MB, %llu lost\n",
+                static_cast<unsigned long long>(file_.messages()),
+                static_cast<double>(file_.bytes()) * 1e-6, static_cast<unsigned long long>(lost()));
+  }
+
+  struct Progress {
+    std::uint64_t newest = 0;
+    bool is_answered = false;  // by compensated_rate, which then counts
+  };
+
+  McapRecordOptions options_;
+  RecordFile file_;  // the writer's
+  RecordQueue queue_;
+  PreTrigger pre_trigger_;
+  bool is_triggered_ = false;
+  std::uint64_t triggers_ = 0;
+  std::int64_t recorded_until_ns_ = 0;
+  bool is_refused_ = false;  // by the disk; tried again
+  std::int64_t retry_ns_ = 0;
+  std::int64_t flushed_ns_ = 0;
+  std::int64_t synced_ns_ = 0;
+  std::map<std::uint32_t, Progress> progress_of_;
+  service::LatencyHistogram queue_delay_;  // arrival to writer
+  service::LatencyHistogram chunk_delay_;  // compressing a chunk and handing it to the system
+
+  std::atomic<bool> failed_{false};
+  std::atomic<std::uint64_t> unwritten_{0};
+  std::atomic<std::uint64_t> messages_{0};
+  std::atomic<std::uint64_t> bytes_{0};
+  std::atomic<std::uint64_t> compensated_{0};
+
+  service::Host host_;
+  dds::Participant participant_;
+  std::int64_t started_ns_;
+  std::mutex progress_mutex_;
+  std::unique_ptr<service::ReplayProgressReporter> progress_;
+  int rate_writers_ = 0;
+  std::int64_t matched_since_ns_ = 0;
+  std::uint64_t told_dropped_ = 0;
+  std::thread writer_;
+  // Last, so that nothing is heard any more when the rest goes. They own the readers.
+  std::vector<std::pair<std::string_view, std::function<int()>>> matched_;
+};
+
+void check(const McapRecordOptions& options) {
+  for (const auto& topic : options.topics) {
+    const bool is_known =
+        std::any_of(dds::kAllTopics.begin(), dds::kAllTopics.end(),
+                    [&](const dds::TopicSpec& spec) { return spec.name == topic; });
+    if (is_known) continue;
+    std::string names;
+    for (const auto& spec : dds::kAllTopics)
+      names += (names.empty() ? "" : ", ") + std::string(spec.name);
+    throw std::invalid_argument("--topics: found '" + topic + "', expected some of " + names);
+  }
+  const bool hears_answers =
+      options.topics.empty() || std::find(options.topics.begin(), options.topics.end(),
+                                          dds::kCompensatedRate.name) != options.topics.end();
+  if (options.samples > 0 && !hears_answers)
+    throw std::invalid_argument("--samples: counts compensated_rate, which --topics leaves out");
+}
+
+}  // namespace
+
+int record_mcap(const McapRecordOptions& options) {
+  check(options);
+  return McapRecorder(options).run();
+}
+
+}  // namespace zerodrift::services

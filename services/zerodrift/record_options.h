@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the commands that read a record say of it on the command line.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "common/mcap/compression.h"
+
+namespace zerodrift::services {
+
+inline constexpr const char* kRecordHelp = "a .csv, .csv.gz, .csv.xz or .mcap file";
+
+inline void add_gyro_choice(CLI::App& command, std::optional<std::uint32_t>& gyro_id) {
+  command.add_option("--gyro-id", gyro_id, ".mcap: which gyro, where there are several")
+      ->check(CLI::Range(1U, 4294967295U));
+}
+
+inline CLI::Option* add_compression(CLI::App& command, mcap::Compression& compression) {
+  const std::map<std::string, mcap::Compression> names{{"none", mcap::Compression::kNone},
+                                                       {"lz4", mcap::Compression::kLz4},
+                                                       {"zstd", mcap::Compression::kZstd}};
+  return command.add_option("--compression", compression, "of an .mcap file: zstd, lz4 or none")
+      ->transform(CLI::CheckedTransformer(names))
+      ->option_text("zstd|lz4|none");
+}
+
+// Of an option that has a default for other purposes: what was asked for, if anything.
+[[nodiscard]] inline std::optional<std::uint32_t> chosen_gyro(const CLI::Option& option) {
+  if (option.count() == 0) return std::nullopt;
+  return option.as<std::uint32_t>();
+}
+
+}  // namespace zerodrift::services

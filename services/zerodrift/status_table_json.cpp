@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+// The figures of the status table for programs. What is not known is null.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "common/compensation/mode.h"
+#include "common/core/units.h"
+#include "services/zerodrift/status_table.h"
+
+namespace zerodrift::services {
+
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+// NaN is written as null.
+double spread_deg_h(const msg::AllanReport* report) {
+  if (report == nullptr || report->since_start_blocks().blocks() < 2) return kNaN;
+  return core::deg_h_from_radps(report->since_start_blocks().std_radps());
+}
+
+Json allan_of(const msg::AllanReport* report, const msg::AllanPoint* minute) {
+  if (report == nullptr) return nullptr;
+  return {{"samples", report->samples()},
+          {"block_s", report->since_start_blocks().block_s()},
+          {"block_std_deg_h", spread_deg_h(report)},
+          {"minute_tau_s", minute == nullptr ? kNaN : minute->tau_s()},
+          {"minute_deviation_deg_h",
+           minute == nullptr ? kNaN : core::deg_h_from_radps(minute->deviation_radps())}};
+}
+
+}  // namespace
+
+std::string StatusBoard::json() {
+  const bool is_complete = nothing_lost();
+  const bool is_finished = finished();
+  const std::lock_guard lock(mutex_);
+  Json json{{"gyros", Json::array()}};
+  for (const std::uint32_t gyro : gyros()) json["gyros"].push_back(Json::parse(gyro_json(gyro)));
+  json["samples"] = {{"published", metric("gyro_publisher", "samples_published", kNaN)},
+                     {"in", metric("compensation", "samples_in", kNaN)},
+                     {"out", metric("compensation", "samples_out", kNaN)},
+                     {"monitored", metric("allan_monitor", "samples", kNaN)},
+                     {"missing", metric("compensation", "missing", kNaN)},
+                     {"duplicates", metric("compensation", "duplicates", kNaN)},
+                     {"rejected", metric("compensation", "rejected", kNaN)}};
+  json["finished"] = is_finished;
+  json["nothing_lost"] = is_complete;
+  json["hops"] = Json::array();
+  for (const Hop& hop : kHops) {
+    const std::string name(hop.name);
+    const double count = metric(std::string(hop.service) + ":latency", name + "_count", 0.0);
+    if (count == 0.0) continue;
+    json["hops"].push_back({{"service", hop.service},
+                            {"hop", hop.name},
+                            {"p50_us", metric(hop.service, name + "_p50", kNaN)},
+                            {"p99_us", metric(hop.service, name + "_p99", kNaN)},
+                            {"p999_us", metric(hop.service, name + "_p999", kNaN)},
+                            {"max_us", metric(hop.service, name + "_max", kNaN)},
+                            {"samples", count}});
+  }
+  json["services"] = services_;
+  json["events"] = events_;
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string StatusBoard::gyro_json(std::uint32_t gyro) const {
+  const std::string of = part(gyro);
+  Json json{{"gyro_id", gyro},
+            {"sensor_time_s", metric(of, "sensor_time", kNaN)},
+            {"temperature_degc", metric(of, "temperature", kNaN)},
+            {"temperature_rate_degc_per_min", metric(of, "temperature_rate", kNaN)},
+            {"labels", metric(of, "labels", kNaN)},
+            {"model_epoch", metric(of, "model_epoch", kNaN)},
+            {"axes", Json::array()}};
+  for (const auto axis : core::kAxes) {
+    const std::string suffix = "_" + std::string(core::name(axis));
+    if (metric(of, "valid" + suffix, 0.0) == 0.0) continue;
+    const auto report = [&](std::uint32_t stream) -> const msg::AllanReport* {
+      const auto found =
+          reports_.find({gyro, static_cast<std::uint32_t>(core::index(axis)), stream});
+      return found == reports_.end() ? nullptr : &found->second;
+    };
+    const auto mode = static_cast<compensation::Mode>(metric(of, "mode" + suffix, 0.0));
+    const auto reason = static_cast<compensation::Reason>(metric(of, "reason" + suffix, 0.0));
+    const auto minute = [](const msg::AllanReport* of_stream) {
+      return of_stream == nullptr ? nullptr : minute_point(*of_stream);
+    };
+    json["axes"].push_back(
+        {{"axis", core::name(axis)},
+         {"mode", compensation::name(mode)},
+         {"reason", compensation::name(reason)},
+         {"drift_deg_h", metric(of, "drift" + suffix, kNaN)},
+         {"applied_rmse_deg_h", metric(of, "applied_rmse" + suffix, kNaN)},
+         {"persistence_rmse_deg_h", metric(of, "persistence_rmse" + suffix, kNaN)},
+         {"support_vectors", metric(of, "support_vectors" + suffix, kNaN)},
+         {"raw", allan_of(report(0), minute(report(0)))},
+         {"compensated", allan_of(report(1), minute(report(1)))},
+         {"ratio", spread_deg_h(report(0)) / spread_deg_h(report(1))}});
+  }
+  return json.dump();
+}
+
+}  // namespace zerodrift::services

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a client hears on each channel, without a socket and without DDS.
+#include "services/console/gateway.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/unit/console/samples.h"
+
+namespace zerodrift::services {
+namespace {
+
+using Kind = web::Frame::Kind;
+
+class FakeClient final : public web::Client {
+ public:
+  explicit FakeClient(std::uint64_t id) : web::Client(id) {}
+  void send(web::Frame frame) override {
+    if (frame.kind == Kind::kBinary) {
+      data.push_back(std::move(frame));
+      return;
+    }
+    const auto json = nlohmann::json::parse(*frame.body);
+    if (json.at("op") != "advertise") return;
+    for (const auto& channel : json.at("channels"))
+      channels[channel.at("topic")] = channel.at("id");
+  }
+  void close(web::CloseCode, const std::string&) override {}
+  [[nodiscard]] Counts counts() const override { return {1, 2, waiting, 0.5}; }
+  [[nodiscard]] const std::string& remote() const override { return remote_; }
+  [[nodiscard]] const std::string& subprotocol() const override { return remote_; }
+
+  template <typename Message>
+  [[nodiscard]] std::vector<Message> take() {
+    std::vector<Message> messages;
+    for (const auto& frame : data)
+      EXPECT_TRUE(messages.emplace_back().ParseFromString(*frame.body));
+    data.clear();
+    return messages;
+  }
+  std::map<std::string, unsigned> channels;
+  std::vector<web::Frame> data;
+  std::size_t waiting = 0;
+
+ private:
+  std::string remote_;
+};
+
+class GatewayOfOne : public testing::Test {
+ protected:
+  GatewayOfOne() { hub_.opened(client_); }
+  void subscribe(const std::string& topic) {
+    const std::string id = std::to_string(client_.channels.at(topic));
+    hub_.received(
+        client_, Kind::kText,
+        R"({"op":"subscribe","subscriptions":[{"id":)" + id + R"(,"channelId":)" + id + "}]}");
+  }
+  void sample(std::int64_t ms, std::uint64_t sequence) {
+    gateway_.take(sample_at(ms * 1'000'000, 1.0, 0.5, sequence), {.unix_ns = kNow});
+  }
+
+  static constexpr std::int64_t kNow = 1'700'000'000'000'000'000;
+  foxglove::Hub hub_{{.name = "test"}, {.subscribed = [this](auto client, auto channel) {
+                       gateway_.subscribed(client, channel);
+                     }}};
+  Gateway gateway_{{.version = "1", .domain = 3}, hub_};
+  FakeClient client_{1};
+};
+
+TEST_F(GatewayOfOne, ChannelsAreThoseOfTheContract) {
+  sample(0, 1);
+  for (const char* name :
+       {"compensated_rate", "samples", "history", "temperature", "allan", "navigation", "twin"})
+    EXPECT_TRUE(client_.channels.contains(std::string("/gyro_1/") + name)) << name;
+  for (const char* name : {"/service_status", "/event", "/gateway"})
+    EXPECT_TRUE(client_.channels.contains(name)) << name;
+  EXPECT_EQ(client_.channels.size(), 10U);
+}
+
+TEST_F(GatewayOfOne, NothingIsSentThatNobodyAskedFor) {
+  for (int i = 0; i < 3000; ++i) sample(i, static_cast<std::uint64_t>(i));
+  gateway_.flush(kNow);
+  gateway_.tell_of_gateway({}, kNow);
+  EXPECT_TRUE(client_.data.empty());
+  EXPECT_FALSE(gateway_.is_watched());
+}
+
+TEST_F(GatewayOfOne, SamplesComeInBatchesInOrderAndHolesAreCounted) {
+  sample(0, 1);
+  subscribe("/gyro_1/samples");
+  for (const std::uint64_t sequence : {2U, 3U, 5U, 6U})
+    sample(static_cast<std::int64_t>(sequence), sequence);
+  EXPECT_TRUE(client_.data.empty());
+  gateway_.flush(kNow);
+  EXPECT_TRUE(gateway_.is_watched());
+  const auto batches = client_.take<telemetry::SampleBatch>();
+  ASSERT_EQ(batches.size(), 1U);
+  EXPECT_EQ(batches[0].sensor_time_ns_size(), 4);
+  EXPECT_EQ(batches[0].missing(), 1U);
+  EXPECT_EQ(batches[0].sequence_number(), 6U);
+  EXPECT_NEAR(batches[0].compensated_x_deg_h(0), 0.5, 1e-12);
+  gateway_.flush(kNow);
+  EXPECT_TRUE(client_.data.empty());
+  // The answer that came late fills the hole.
+  auto late = sample_at(4'000'000, 1.0, 0.5, 4);
+  late.order(1);
+  gateway_.take(late, {.unix_ns = kNow});
+  gateway_.flush(kNow);
+  EXPECT_EQ(client_.take<telemetry::SampleBatch>().at(0).missing(), 0U);
+}
+
+TEST_F(GatewayOfOne, HistoryIsABacklogFirstThenEachRowOnce) {
+  for (int i = 0; i < 100; ++i) sample(100 * i, static_cast<std::uint64_t>(i));
+  subscribe("/gyro_1/history");
+  gateway_.flush(kNow);
+  auto backlog = client_.take<telemetry::History>();
+  ASSERT_EQ(backlog.size(), 1U);
+  EXPECT_TRUE(backlog[0].is_backlog());
+  EXPECT_EQ(backlog[0].sensor_time_ns_size(), 9);
+  for (int i = 100; i < 130; ++i) sample(100 * i, static_cast<std::uint64_t>(i));
+  gateway_.flush(kNow);
+  const auto rows = client_.take<telemetry::History>();
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_FALSE(rows[0].is_backlog());
+  EXPECT_EQ(rows[0].sensor_time_ns_size(), 3);
+  EXPECT_EQ(rows[0].sensor_time_ns(0), 9'000'000'000);
+}
+
+TEST_F(GatewayOfOne, ABacklogWaitsForAClientThatIsBusy) {
+  for (int i = 0; i < 30; ++i) sample(100 * i, static_cast<std::uint64_t>(i));
+  subscribe("/gyro_1/history");
+  client_.waiting = 10'000'000;
+  gateway_.flush(kNow);
+  EXPECT_TRUE(client_.data.empty());
+  client_.waiting = 0;
+  gateway_.flush(kNow);
+  EXPECT_EQ(client_.data.size(), 1U);
+}
+
+TEST_F(GatewayOfOne, ALateClientHearsTheNewestOfEach) {
+  for (const double value : {1.0, 2.0}) {
+    msg::AllanReport report;
+    report.gyro_id(1);
+    report.axis(2);
+    report.stream(1);
+    report.window_s(value);
+    gateway_.take(report, kNow);
+    msg::TwinReport twin;
+    twin.gyro_id(1);
+    twin.verdict("consistent");
+    twin.wall_time_ns(static_cast<std::int64_t>(value));
+    gateway_.take(twin, kNow);
+    msg::ServiceStatus status;
+    status.service("compensation");
+    status.uptime_ms(static_cast<std::uint64_t>(value) * 1000);
+    gateway_.take(status, {}, kNow);
+  }
+  subscribe("/gyro_1/allan");
+  EXPECT_EQ(client_.take<telemetry::AllanReport>().at(0).window_s(), 2.0);
+  subscribe("/gyro_1/twin");
+  EXPECT_EQ(client_.take<telemetry::TwinReport>().at(0).wall_time_ns(), 2);
+  subscribe("/service_status");
+  const auto statuses = client_.take<telemetry::ServiceStatus>();
+  ASSERT_EQ(statuses.size(), 1U);
+  EXPECT_EQ(statuses[0].uptime_s(), 2.0);
+  EXPECT_TRUE(statuses[0].alive());
+  gateway_.take_gone({}, kNow);
+  EXPECT_FALSE(client_.take<telemetry::ServiceStatus>().at(0).alive());
+}
+
+TEST_F(GatewayOfOne, TheNewest256EventsAreKept) {
+  for (int i = 0; i < 300; ++i) {
+    msg::Event event;
+    event.code("code");
+    event.count(static_cast<std::uint64_t>(i));
+    gateway_.take(event, kNow);
+  }
+  subscribe("/event");
+  const auto events = client_.take<telemetry::Event>();
+  ASSERT_EQ(events.size(), 256U);
+  EXPECT_EQ(events.front().count(), 44U);
+  EXPECT_EQ(events.back().count(), 299U);
+}
+
+TEST_F(GatewayOfOne, TemperaturesHaveTheirRate) {
+  msg::Temperature reading;
+  reading.gyro_id(1);
+  reading.probe("coil");
+  reading.measured(1);
+  gateway_.take(reading, kNow);
+  subscribe("/gyro_1/temperature");
+  for (int i = 1; i < 120; ++i) {
+    reading.sensor_time_ns(i * 1'000'000'000LL);
+    reading.temperature_degc(20.0 + i * 0.5 / 60.0);  // half a degree a minute
+    gateway_.take(reading, kNow);
+  }
+  const auto readings = client_.take<telemetry::Temperature>();
+  ASSERT_EQ(readings.size(), 119U);
+  // A ramp is within the fit's degree: what is left is rounding.
+  EXPECT_NEAR(readings.back().rate_degc_per_min(), 0.5, 1e-9);
+  reading.measured(0);
+  reading.sensor_time_ns(120'000'000'000);
+  gateway_.take(reading, kNow);
+  EXPECT_TRUE(std::isnan(client_.take<telemetry::Temperature>().at(0).temperature_degc()));
+}
+
+TEST_F(GatewayOfOne, TheGatewayTellsAClientOfItselfAndOfEndpoints) {
+  subscribe("/gateway");
+  dds::RemoteEndpoint endpoint;
+  endpoint.topic = "event";
+  endpoint.problem = "it offers reliability best_effort, here is asked for reliable";
+  gateway_.tell_of_gateway({endpoint}, kNow);
+  const auto told = client_.take<telemetry::GatewayStatus>();
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(told[0].clients(), 1U);
+  EXPECT_EQ(told[0].frames_dropped(), 2U);
+  EXPECT_EQ(told[0].queue_fill(), 0.5);
+  EXPECT_EQ(told[0].endpoints(0).problem(), endpoint.problem);
+}
+
+TEST(GatewayAbuse, MoreGyrosAndServicesThanAreKeptAreCounted) {
+  foxglove::Hub hub({.name = "test"}, {});
+  Gateway gateway({.version = "1", .most_gyros = 2, .most_services = 2}, hub);
+  for (std::uint32_t id = 0; id < 5; ++id) {
+    auto sample = sample_at(0, 1.0, 0.0);
+    sample.gyro_id(id);
+    gateway.take(sample, {});
+    msg::ServiceStatus status;
+    status.service(std::to_string(id).c_str());
+    gateway.take(status, {}, 0);
+  }
+  EXPECT_EQ(gateway.gyro_figures().size(), 2U);
+  EXPECT_EQ(gateway.services().size(), 2U);
+  EXPECT_EQ(gateway.left_out(), 6U);
+}
+
+}  // namespace
+}  // namespace zerodrift::services

@@ -1,0 +1,319 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/navigation/gyro_navigation.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <random>
+#include <stdexcept>
+#include <vector>
+
+#include "common/core/units.h"
+
+namespace zerodrift::navigation {
+namespace {
+
+using core::kRadPerDeg;
+using core::radps_from_deg_h;
+
+constexpr double kRateHz = 50.0;
+constexpr double kLatitude = 48.0 * kRadPerDeg;
+
+GyroNavigationOptions options() {
+  GyroNavigationOptions o;
+  o.attitude = {0.0, 0.0, 0.4};
+  o.alignment_s = 20.0;
+  o.filter.latitude_rad = kLatitude;
+  return o;
+}
+
+// A gyro on a level vehicle that turns about down; its samples as the compensation publishes them.
+class Vehicle {
+ public:
+  explicit Vehicle(BodyFrame body = BodyFrame::kForwardLeftUp) : frame(body) {
+    exact.set(n_from_b({0.0, 0.0, 0.4}));
+  }
+
+  NavigationSample next(double turn_radps = 0.0) {
+    ++k;
+    const Vector3 rate = Vector3(0.0, 0.0, turn_radps) +
+                         exact.n_from_b().conjugate() * earth_rate_radps_n(kLatitude);
+    exact.advance(rate / kRateHz, 1.0 / kRateHz);
+    NavigationSample sample;
+    sample.sequence = static_cast<std::uint64_t>(k);
+    sample.time = core::from_seconds(k / kRateHz);
+    sample.interval_s = 1.0 / kRateHz;
+    sample.valid = {true, true, true};
+    sample.noise_variance.fill(noise * noise);
+    sample.drift_variance.fill(std::pow(radps_from_deg_h(0.02), 2));
+    truth = from_forward_right_down(rate, frame);
+    for (std::size_t i = 0; i < 3; ++i) {
+      sample.applied_drift_radps[i] = drift[i];
+      sample.rate_radps[i] = truth[i] + noise * normal(random) + left[i];
+    }
+    return sample;
+  }
+
+  BodyFrame frame;
+  core::PerAxis<double> drift{radps_from_deg_h(2.0), radps_from_deg_h(-1.0), radps_from_deg_h(1.5)};
+  core::PerAxis<double> left{};  // of the drift in the compensated rate
+  double noise = radps_from_deg_h(0.2);
+  Strapdown exact{earth_rate_radps_n(kLatitude)};
+  core::PerAxis<double> truth{};
+  std::mt19937_64 random{9};
+  std::normal_distribution<double> normal;
+  int k = 0;
+};
+
+void drive(GyroNavigation& navigation, Vehicle& vehicle, double duration_s, double turn_radps,
+           std::vector<core::RateReferenceSample>* references = nullptr) {
+  for (int n = 0; n < static_cast<int>(duration_s * kRateHz); ++n) {
+    const NavigationSample sample = vehicle.next(turn_radps);
+    navigation.push_truth(sample.time, vehicle.truth);
+    navigation.push(sample);
+    while (const auto reference = navigation.take_reference()) {
+      if (references != nullptr) references->push_back(*reference);
+    }
+  }
+}
+
+TEST(GyroNavigationScenario, RawAndCompensatedAreJudgedAgainstTheTruthInEitherFrame) {
+  for (const BodyFrame frame : {BodyFrame::kForwardLeftUp, BodyFrame::kForwardRightDown}) {
+    GyroNavigationOptions o = options();
+    o.frame = frame;
+    o.updates = Updates::kNone;
+    GyroNavigation navigation(o);
+    Vehicle vehicle(frame);
+    drive(navigation, vehicle, 30.0, 0.0);
+    EXPECT_EQ(navigation.phase(), Phase::kNavigating);
+    drive(navigation, vehicle, 600.0, 0.05);
+    // 1.5 deg/h about down (FLU: up), from the end of the alignment on, and no more than the noise
+    // in the compensated stream.
+    const double hours = (630.0 - 21.5) / 3600.0;
+    const double sign = frame == BodyFrame::kForwardLeftUp ? -1.0 : 1.0;
+    EXPECT_NEAR(navigation.errors(Stream::kRaw).heading_now / kRadPerDeg, sign * 1.5 * hours, 0.01);
+    EXPECT_LT(std::abs(navigation.errors(Stream::kCompensated).heading_now), 1e-5);
+    EXPECT_NEAR(wrapped(navigation.attitude(Stream::kTruth).heading_rad -
+                        attitude_of(vehicle.exact.n_from_b()).heading_rad),
+                0.0, 1e-9);
+  }
+}
+
+TEST(GyroNavigationScenario, RestReferencesAreEarthRateAtRestAndNothingElsewhere) {
+  GyroNavigation navigation(options());
+  Vehicle vehicle;
+  std::vector<core::RateReferenceSample> references;
+  drive(navigation, vehicle, 30.0, 0.0, &references);
+  const double moved_s = 30.0;
+  drive(navigation, vehicle, 20.0, 0.1, &references);
+  drive(navigation, vehicle, 20.0, 0.0, &references);
+  ASSERT_NEAR(static_cast<double>(references.size()), 700.0, 2.0);  // ten a second
+  int valid_at_first = 0;
+  int valid_later = 0;
+  for (const auto& reference : references) {
+    EXPECT_EQ(reference.kind, core::ReferenceKind::kRest);
+    const double t = core::seconds(reference.time);
+    const bool valid = reference.valid == core::PerAxis<bool>{true, true, true};
+    if (!valid) {
+      EXPECT_EQ(reference.valid, core::PerAxis<bool>{});
+    }
+    if (t > moved_s + 0.1 && t < 50.0) {
+      EXPECT_FALSE(valid) << t;
+    }
+    valid_at_first += valid && t < moved_s ? 1 : 0;
+    valid_later += valid && t > 50.0 ? 1 : 0;
+    if (!valid || t > moved_s) continue;
+    const auto earth = earth_rate_radps_b(kLatitude, {0.0, 0.0, 0.4});
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double sigma = std::sqrt(reference.variance[i]);
+      EXPECT_LT(sigma, radps_from_deg_h(0.3));
+      EXPECT_NEAR(reference.rate_radps[i], earth[i], 4.0 * sigma);
+    }
+  }
+  // From window, dwell and two blocks on: 3.6 s.
+  EXPECT_NEAR(valid_at_first, 264, 5);
+  EXPECT_NEAR(valid_later, 164, 10);
+}
+
+TEST(GyroNavigationScenario,
+     WithoutAHeadingItIsFoundAndHorizontalReferencesAreNotGivenWhereTooUncertain) {
+  GyroNavigationOptions o = options();
+  o.heading_known = false;
+  o.attitude.heading_rad = 0.0;
+  o.true_attitude = Attitude{0.0, 0.0, 0.4};
+  o.largest_reference_sigma_radps = radps_from_deg_h(0.03);
+  GyroNavigation navigation(o);
+  Vehicle vehicle;
+  std::vector<core::RateReferenceSample> references;
+  drive(navigation, vehicle, 30.0, 0.0, &references);
+  ASSERT_TRUE(navigation.compass().has_value());
+  EXPECT_EQ(*navigation.compass(), CompassVerdict::kFound);
+  EXPECT_NEAR(navigation.attitude(Stream::kCompensated).heading_rad, 0.4, 0.03);
+  // 3 x 0.02 deg/h of claimed drift are 0.06 deg/h of Earth rate across north: too much for 0.03.
+  bool vertical = false;
+  for (const auto& reference : references) {
+    EXPECT_FALSE(reference.valid[0] && reference.valid[1]);
+    vertical = vertical || reference.valid[2];
+  }
+  EXPECT_TRUE(vertical);
+}
+
+TEST(GyroNavigationScenario, ASingleVerticalAxisNavigatesButKnowsNoNorth) {
+  GyroNavigationOptions o = options();
+  o.heading_known = false;
+  GyroNavigation navigation(o);
+  Vehicle vehicle;
+  for (int n = 0; n < static_cast<int>(40.0 * kRateHz); ++n) {
+    NavigationSample sample = vehicle.next();
+    sample.valid = {false, false, true};
+    sample.rate_radps[0] = sample.rate_radps[1] = std::nan("");
+    navigation.push(sample);
+  }
+  EXPECT_EQ(*navigation.compass(), CompassVerdict::kAxisMissing);
+  EXPECT_EQ(navigation.phase(), Phase::kNavigating);
+  EXPECT_GT(navigation.counts(Stream::kCompensated).updates, 0U);
+}
+
+TEST(GyroNavigationScenario, ResidualsStateTheDriftWithTheEpochTheyWereSeenUnder) {
+  GyroNavigationOptions o = options();
+  o.residual_feedback = true;
+  GyroNavigation navigation(o);
+  Vehicle vehicle;
+  vehicle.left = {0.0, 0.0, radps_from_deg_h(0.1)};
+  std::vector<core::RateReferenceSample> all;
+  drive(navigation, vehicle, 60.0, 0.0, &all);
+  drive(navigation, vehicle, 20.0, 0.1, &all);
+  int residuals = 0;
+  for (const auto& reference : all) {
+    if (reference.kind != core::ReferenceKind::kNavigationResidual) continue;
+    ++residuals;
+    EXPECT_LT(core::seconds(reference.time), 60.5) << "none in motion";
+    if (core::seconds(reference.time) < 50.0) continue;
+    // 1.5 applied and 0.1 left, within 5 of its sigmas.
+    EXPECT_NEAR(reference.rate_radps[2], radps_from_deg_h(1.6),
+                5.0 * std::sqrt(reference.variance[2]));
+  }
+  EXPECT_NEAR(residuals, 55, 4);  // one a second
+}
+
+// ------------------------------------------------------------------------------------------ abuse
+
+TEST(GyroNavigationAbuse, BadSamplesAreCountedAndPoisonNothing) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double inf = std::numeric_limits<double>::infinity();
+  GyroNavigation navigation(options());
+  Vehicle vehicle;
+  drive(navigation, vehicle, 30.0, 0.0);
+  for (int n = 0; n < 500; ++n) {
+    NavigationSample sample = vehicle.next(0.02);
+    navigation.push_truth(sample.time, vehicle.truth);
+    switch (n % 25) {
+      case 0:
+        sample.rate_radps[1] = nan;
+        break;
+      case 3:
+        sample.interval_s = n % 2 == 0 ? inf : 0.0;
+        break;
+      case 6:
+        sample.applied_drift_radps[2] = inf;
+        break;
+      case 9:
+        sample.drift_variance.fill(inf);
+        sample.noise_variance.fill(nan);
+        break;
+      case 12:
+        sample.rate_radps[0] = 1e300;
+        break;
+      case 15:
+        navigation.push(sample);  // and again below
+        break;
+      case 18:
+        sample.late = true;
+        break;
+      case 21:
+        sample.clipped[2] = true;
+        break;
+      default:
+        break;
+    }
+    navigation.push(sample);
+  }
+  const NavigationCounts& counts = navigation.counts();
+  EXPECT_EQ(counts.unusable, 80U);
+  EXPECT_EQ(counts.duplicates, 20U);
+  EXPECT_EQ(counts.late, 20U);
+  EXPECT_EQ(counts.clipped, 20U);
+  EXPECT_EQ(counts.gaps, 100U);  // each bad or late sample is one
+  for (const Stream stream : {Stream::kRaw, Stream::kCompensated}) {
+    EXPECT_TRUE(navigation.filter(stream).covariance().allFinite());
+    EXPECT_TRUE(navigation.n_from_b(stream).coeffs().allFinite());
+    // Turned through the gaps at a constant rate: 0.2 deg/h of noise in 100 samples is nothing.
+    EXPECT_LT(std::abs(navigation.errors(stream).heading_now), 0.01 * kRadPerDeg);
+  }
+}
+
+TEST(GyroNavigationAbuse, ALongGapCostsTheHeadingItsCertaintyAndEndsTheHorizontalReferences) {
+  GyroNavigation navigation(options());
+  Vehicle vehicle;
+  drive(navigation, vehicle, 30.0, 0.0);
+  vehicle.k += static_cast<int>(5.0 * kRateHz);
+  std::vector<core::RateReferenceSample> references;
+  drive(navigation, vehicle, 20.0, 0.0, &references);
+  EXPECT_EQ(navigation.counts().losses, 1U);
+  EXPECT_GT(navigation.filter(Stream::kCompensated).covariance()(2, 2), 1.0);
+  bool vertical = false;
+  for (const auto& reference : references) {
+    EXPECT_FALSE(reference.valid[0]);
+    EXPECT_FALSE(reference.valid[1]);
+    vertical = vertical || reference.valid[2];
+  }
+  EXPECT_TRUE(vertical) << "Earth's vertical rate needs no heading";
+}
+
+TEST(GyroNavigationAbuse, TimeSetBackAndANewEpochGoOn) {
+  GyroNavigation navigation(options());
+  Vehicle vehicle;
+  drive(navigation, vehicle, 30.0, 0.0);
+  vehicle.k = 0;
+  drive(navigation, vehicle, 30.0, 0.0);
+  EXPECT_EQ(navigation.counts().time_restarts, 1U);
+  EXPECT_TRUE(navigation.at_rest());
+  vehicle.drift[2] += radps_from_deg_h(0.3);  // another model: the compensated rate jumps back
+  for (int n = 0; n < 500; ++n) {
+    NavigationSample sample = vehicle.next();
+    sample.model_epoch = 1;
+    sample.rate_radps[2] -= radps_from_deg_h(0.3);
+    navigation.push(sample);
+  }
+  // What is left jumped by as much, and the filter knew.
+  EXPECT_EQ(navigation.counts(Stream::kCompensated).rejected, 0U);
+}
+
+TEST(GyroNavigationAbuse, ATruthThatEndsHoldsNothingUp) {
+  GyroNavigation navigation(options());
+  Vehicle vehicle;
+  drive(navigation, vehicle, 30.0, 0.0);
+  for (int n = 0; n < 20; ++n) navigation.push(vehicle.next());
+  EXPECT_EQ(navigation.sequence(), 1500U) << "they wait";
+  navigation.give_up_waiting();
+  EXPECT_EQ(navigation.sequence(), 1520U);
+  for (int n = 0; n < 20; ++n) navigation.push(vehicle.next());
+  EXPECT_EQ(navigation.sequence(), 1540U);
+  EXPECT_EQ(navigation.counts().truth_missing, 40U);
+}
+
+TEST(GyroNavigationAbuse, WrongOptionsAreRefusedWithTheirKey) {
+  GyroNavigationOptions o = options();
+  o.heading_known = false;
+  o.filter.latitude_rad.reset();
+  EXPECT_EQ(o.validate()->substr(0, 12), "latitude_rad");
+  EXPECT_THROW(GyroNavigation{o}, std::invalid_argument);
+  o = options();
+  o.reference_period_s = 0.0;
+  EXPECT_EQ(o.validate()->substr(0, 18), "reference_period_s");
+}
+
+}  // namespace
+}  // namespace zerodrift::navigation

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "common/record/record_error.h"
+#include "common/record/record_reader.h"
+#include "common/record/record_samples.h"
+#include "tests/unit/record/recording.h"
+#include "tests/unit/record/scratch_folder.h"
+
+namespace zerodrift::record {
+namespace {
+
+class McapRecord : public ScratchFolder {
+ protected:
+  [[nodiscard]] std::string refusal(const std::filesystem::path& file,
+                                    const RecordOptions& options = {}) const {
+    try {
+      RecordReader reader(file, options);
+      while (reader.next() != nullptr) {
+      }
+    } catch (const RecordError& error) {
+      std::string line = error.what();
+      const std::string folder = path("").string();
+      if (line.starts_with(folder)) line.erase(0, folder.size());
+      return line;
+    }
+    return "";
+  }
+};
+
+TEST_F(McapRecord, RowsAreTheTimesAtWhichSomethingWasMeasured) {
+  Recording recording;
+  // The thermometers were heard 10 s ahead, as live.
+  recording.add(3, reading_at(0.5, "coil", 20.0));
+  recording.add(3, reading_at(1.25, "coil", 21.0));
+  recording.add(3, reading_at(1.0, "case", 30.0));
+  recording.add(3, rate_at(1.0, 41));
+  recording.add(3, rate_at(1.5, 43));
+  RecordReader reader(recording.write_to(path("a.mcap")));
+  const RecordInfo& info = reader.info();
+  EXPECT_EQ(info.gyro_id, 3U);
+  EXPECT_EQ(info.probes, (std::vector<std::string>{"coil", "case"}));
+  EXPECT_EQ(info.has_rate, (core::PerAxis<bool>{true, true, true}));
+  EXPECT_EQ(info.has_reference, (core::PerAxis<bool>{}));
+  EXPECT_EQ(info.first_time, core::from_seconds(1.0));
+  EXPECT_EQ(info.sample_period_s, 0.5);
+  EXPECT_EQ(info.columns,
+            (std::vector<std::string>{"time_s", "rate_x_rad_s", "rate_y_rad_s", "rate_z_rad_s",
+                                      "temperature_coil_degC", "temperature_case_degC"}));
+
+  const RecordRow* row = reader.next();
+  ASSERT_NE(row, nullptr);
+  EXPECT_EQ(row->time, core::from_seconds(0.5));
+  EXPECT_FALSE(brings_rate(*row));
+  EXPECT_TRUE(brings_temperature(*row, 0));
+  EXPECT_FALSE(brings_temperature(*row, 1));
+  EXPECT_EQ(row->temperature_degc[0], 20.0);
+  EXPECT_TRUE(std::isnan(row->temperature_degc[1]));
+  EXPECT_TRUE(std::isnan(row->rate_radps[0]));
+
+  row = reader.next();
+  ASSERT_NE(row, nullptr);
+  EXPECT_TRUE(brings_rate(*row));
+  EXPECT_EQ(row->interval_s, 0.5);
+  const core::AngularRateSample sample = to_angular_rate(*row);
+  EXPECT_EQ(sample.sequence, 41U);
+  EXPECT_EQ(sample.interval_s, 0.0049) << "as recorded, not the step of the rows";
+  EXPECT_EQ(sample.clock, core::ClockSource::kSimulation);
+  EXPECT_FALSE(brings_temperature(*row, 0));
+  EXPECT_EQ(row->temperature_degc[1], 30.0);
+
+  row = reader.next();
+  ASSERT_NE(row, nullptr);
+  EXPECT_EQ(row->time, core::from_seconds(1.25));
+  EXPECT_FALSE(brings_rate(*row));
+  row = reader.next();
+  ASSERT_NE(row, nullptr);
+  EXPECT_EQ(to_angular_rate(*row).sequence, 43U);
+  EXPECT_EQ(reader.next(), nullptr);
+  EXPECT_EQ(reader.warnings(), std::vector<std::string>{});
+}
+
+TEST_F(McapRecord, AReferenceKeepsItsVarianceKindAndTime) {
+  Recording recording;
+  core::RateReferenceSample reference;
+  reference.kind = core::ReferenceKind::kRateTable;
+  reference.time = core::from_seconds(1.0);
+  reference.rate_radps = {0.25, 0.5, 0.75};
+  reference.variance = {1e-9, 2e-9, 3e-9};
+  reference.valid = {true, false, true};
+  recording.add(1, rate_at(1.0, 0));
+  recording.add(1, reference);
+  recording.add(1, rate_at(1.5, 1));
+  RecordReader reader(recording.write_to(path("a.mcap")));
+  EXPECT_EQ(reader.info().has_reference, (core::PerAxis<bool>{true, false, true}));
+  const RecordRow* row = reader.next();
+  const auto found = to_rate_reference(*row, reader.info());
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->kind, core::ReferenceKind::kRateTable);
+  EXPECT_EQ(found->variance, reference.variance);
+  EXPECT_EQ(row->reference_radps, (core::PerAxis<double>{0.25, 0.0, 0.75}));
+  row = reader.next();
+  EXPECT_FALSE(to_rate_reference(*row, reader.info())) << "nobody said anything at 1.5 s";
+  EXPECT_TRUE(std::isnan(row->reference_radps[0]));
+}
+
+TEST_F(McapRecord, OfSeveralGyrosOneIsChosen) {
+  for (const auto channels : {Channels::kPerGyro, Channels::kPerTopic}) {
+    Recording recording(channels);
+    recording.add(2, reading_at(0.0, "coil", 20.0));
+    recording.add(2, rate_at(1.0, 20));
+    recording.add(9, rate_at(1.0, 90));
+    recording.add(9, rate_at(2.0, 91));
+    recording.add(2, rate_at(2.0, 21));
+    const auto file = recording.write_to(path("two.mcap"));
+    EXPECT_EQ(refusal(file), "two.mcap: holds gyros 2, 9; choose one by --gyro-id");
+    EXPECT_EQ(refusal(file, {.gyro_id = 5}),
+              "two.mcap: has no gyro 5, expected --gyro-id to be one of 2, 9");
+    RecordReader reader(file, {.gyro_id = 9});
+    EXPECT_TRUE(reader.info().probes.empty());
+    EXPECT_EQ(to_angular_rate(*reader.next()).sequence, 90U);
+    EXPECT_EQ(to_angular_rate(*reader.next()).sequence, 91U);
+    EXPECT_EQ(reader.next(), nullptr);
+    EXPECT_EQ(RecordReader(file, {.preferred_gyro_id = 2}).info().gyro_id, 2U);
+    EXPECT_EQ(RecordReader(file, {.preferred_gyro_id = 2}).info().probes.size(), 1U);
+  }
+}
+
+TEST_F(McapRecord, WithoutRatesIsNoRecord) {
+  Recording recording;
+  recording.add(1, reading_at(0.0, "coil", 20.0));
+  EXPECT_EQ(refusal(recording.write_to(path("a.mcap"))),
+            "a.mcap: has no message of angular_rate, of which a record is made; found temperature");
+}
+
+TEST_F(McapRecord, ColumnsAreForCsv) {
+  Recording recording;
+  recording.add(1, rate_at(1.0, 0));
+  EXPECT_EQ(refusal(recording.write_to(path("a.mcap")),
+                    {.columns = parse_column_map("rate_x=gyro[deg/s]")}),
+            "a.mcap: is an MCAP file, which --columns says nothing of");
+}
+
+TEST_F(McapRecord, TimeThatGoesBackIsAnErrorUnlessTheStreamIsAskedForAsItWas) {
+  Recording recording;
+  recording.add(1, rate_at(2.0, 0));
+  recording.add(1, rate_at(1.0, 1));
+  const auto file = recording.write_to(path("a.mcap"));
+  EXPECT_NE(refusal(file).find("sequence number 1: time 1.000000000 s is not after"),
+            std::string::npos);
+  RecordReader reader(file, {.time_order = TimeOrder::kAsFound});
+  EXPECT_EQ(to_angular_rate(*reader.next()).sequence, 0U);
+  EXPECT_EQ(to_angular_rate(*reader.next()).sequence, 1U);
+  EXPECT_EQ(reader.rows_out_of_order(), 1U);
+}
+
+// The reader goes by what is in the file, not by its name: also by that of a recording that is
+// still being written.
+TEST_F(McapRecord, ACutOneGivesWhatIsWholeAndSaysSo) {
+  Recording recording;
+  for (std::uint64_t i = 0; i < 50; ++i)
+    recording.add(1, rate_at(0.01 * static_cast<double>(i), i));
+  const std::string bytes = recording.bytes_so_far();
+  for (const std::size_t cut : {bytes.size(), bytes.size() / 2}) {
+    RecordReader reader(write("run.mcap.active", bytes.substr(0, cut)));
+    std::uint64_t rows = 0;
+    while (const RecordRow* row = reader.next()) EXPECT_EQ(to_angular_rate(*row).sequence, rows++);
+    EXPECT_GT(rows, cut == bytes.size() ? 49U : 10U);
+    ASSERT_EQ(reader.warnings().size(), 1U);
+    EXPECT_NE(reader.warnings()[0].find("it was cut, or is still being written"),
+              std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace zerodrift::record

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/replay/record_source.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "common/record/record_error.h"
+
+namespace zerodrift::replay {
+namespace {
+
+// Five seconds at 1 Hz; the case is read every other second.
+constexpr const char* kRecord =
+    "time_s,rate_x_rad_s,reference_x_rad_s,temperature_case_degC,temperature_coil_degC\n"
+    "10,1,0.5,20,30\n"
+    "11,2,0.5,,31\n"
+    "12,3,0.5,22,32\n"
+    "13,4,0.5,,33\n"
+    "14,5,0.5,24,34\n";
+
+class RecordSource : public ::testing::Test {
+ protected:
+  RecordSource() { std::ofstream(file_) << kRecord; }
+  ~RecordSource() override { std::filesystem::remove(file_); }
+
+  [[nodiscard]] std::vector<double> rates(RecordSourceOptions options) {
+    options.record = file_.string();
+    const GyroSource source = open_gyro_record(options, [](const std::string&) {});
+    std::vector<double> all;
+    while (const auto reading = source()) {
+      if (reading->rate) all.push_back(reading->rate->rate_radps[0]);
+    }
+    return all;
+  }
+
+  std::filesystem::path file_ = std::filesystem::temp_directory_path() /
+                                ("record_source_" + std::to_string(::getpid()) + ".csv");
+};
+
+TEST_F(RecordSource, GivesEveryRateInOrder) {
+  EXPECT_EQ(rates({}), (std::vector<double>{1, 2, 3, 4, 5}));
+}
+
+TEST_F(RecordSource, ARangeCountsFromTheRecordsFirstRateItsEndNotIncluded) {
+  EXPECT_EQ(rates({.from_s = 1.0, .to_s = 3.0}), (std::vector<double>{2, 3}));
+  EXPECT_EQ(rates({.from_s = 4.0}), (std::vector<double>{5}));
+  EXPECT_TRUE(rates({.from_s = 100.0}).empty());
+}
+
+TEST_F(RecordSource, ARateComesWithWhatTheRecordKnowsOfTheTrueOne) {
+  const GyroSource source = open_gyro_record({.record = file_.string()}, [](const std::string&) {});
+  const auto first = source();
+  ASSERT_TRUE(first && first->rate && first->reference);
+  EXPECT_EQ(first->reference->rate_radps[0], 0.5);
+  EXPECT_EQ(first->reference->time, first->rate->time);
+  EXPECT_EQ(first->rate->clock, core::ClockSource::kReplay);
+}
+
+TEST_F(RecordSource, TemperaturesOfAllProbesComeInOrderOfTime) {
+  const ThermalSource source =
+      open_thermal_record({.record = file_.string()}, [](const std::string&) {});
+  core::SensorTime before{0};
+  std::vector<double> coil;
+  int cases = 0;
+  while (const auto reading = source()) {
+    EXPECT_GE(reading->time, before);
+    before = reading->time;
+    if (reading->probe == "coil") coil.push_back(reading->temperature_degc);
+    if (reading->probe == "case" && reading->measured) ++cases;
+  }
+  EXPECT_EQ(coil, (std::vector<double>{30, 31, 32, 33, 34}));
+  EXPECT_EQ(cases, 3);
+}
+
+TEST_F(RecordSource, WhatCannotBeReadIsOneLine) {
+  const auto ignore = [](const std::string&) {};
+  EXPECT_THROW(open_gyro_record({}, ignore), std::invalid_argument);
+  EXPECT_THROW(open_gyro_record({.record = "/nowhere/a.csv"}, ignore), record::RecordError);
+  EXPECT_THROW(open_thermal_record({.record = "/nowhere/a.mcap"}, ignore), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace zerodrift::replay
