@@ -47,6 +47,6 @@ export PATH=/usr/bin:$PATH
 targets=(compensation gyro_publisher thermal_publisher allan_monitor navigation_filter console console_page discovery_server zerodrift)
 tests=OFF  # their packages are not there
 if [ "$what" = all ]; then targets=(all) tests=ON; fi
-cmake -G Ninja -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DZERODRIFT_BUILD_TESTS=$tests \
+cmake -G Ninja -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DZERODRIFT_BUILD_TESTS=$tests -DZERODRIFT_UNITY=ON \
   > "$build/configure.log" 2>&1 || { cat "$build/configure.log" >&2; exit 2; }
 cmake --build "$build" -j "$jobs" --target "${targets[@]}"

@@ -61,12 +61,12 @@ void CommandServer::answer(const msg::Command& command, const CommandVerdict& ve
     writer_.write(reply);
   }
   const std::string name = command.name().c_str();
-  host_.raise({.code = "command_" + name.substr(0, 32),
-               .severity = Severity::kInformation,
-               .text = (name + " from " + command.issuer().c_str() + ": " + verdict.text)
-                           .substr(0, kLongestText),
-               .gyro_id = 0,
-               .sensor_time_ns = 0});
+  host_.tell({.code = "command_" + name.substr(0, 32),
+              .severity = Severity::kInformation,
+              .text = (name + " from " + command.issuer().c_str() + ": " + verdict.text)
+                          .substr(0, kLongestText),
+              .gyro_id = 0,
+              .sensor_time_ns = 0});
 }
 
 }  // namespace zerodrift::service

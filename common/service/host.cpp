@@ -28,6 +28,7 @@ constexpr std::size_t kLongestEvent = 255;
 constexpr std::size_t kLongestSummary = 128;
 constexpr std::size_t kMostMetrics = 160;  // bound of service_status
 constexpr std::size_t kMostTallies = 1024;
+constexpr std::size_t kMostTold = 64;
 // Four rounds a second: whatever goes wrong, events cost a millisecond or so of each round.
 constexpr std::size_t kEventsARound = 32;
 
@@ -140,7 +141,7 @@ Host::Host(const std::string& name, const dds::NetworkOptions& network,
 
 // What went wrong before run() is at least in the log.
 Host::~Host() {
-  for (const DueEvent& event : due_events()) log_first(event);
+  for (const DueEvent& event : due_events()) log(event);
   spdlog::drop(name_);
 }
 
@@ -151,15 +152,33 @@ void Host::raise(const Occurrence& occurrence) {
 void Host::raise_counted(Occurrence occurrence, std::uint64_t times) {
   if (times == 0) return;
   const std::lock_guard lock(events_mutex_);
+  Tally& tally = tally_of(occurrence);
+  tally.count += times;
+  tally.latest = std::move(occurrence);
+}
+
+void Host::tell(const Occurrence& occurrence) {
+  {
+    const std::lock_guard lock(events_mutex_);
+    if (told_.size() < kMostTold) {
+      DueEvent event{.occurrence = occurrence, .is_logged = true};
+      Tally& tally = tally_of(event.occurrence);
+      event.count = tally.published = ++tally.count;
+      told_.push_back(std::move(event));
+      return;
+    }
+  }
+  raise(occurrence);
+}
+
+Host::Tally& Host::tally_of(Occurrence& occurrence) {
   TallyKey key{occurrence.code, occurrence.gyro_id, occurrence.subject};
   if (tallies_.size() >= kMostTallies && !tallies_.contains(key)) {
     key = {"other_events", 0, ""};
     occurrence.text = occurrence.code + ": " + occurrence.text;
     occurrence.code = key.code;
   }
-  Tally& tally = tallies_[key];
-  tally.count += times;
-  tally.latest = std::move(occurrence);
+  return tallies_[key];
 }
 
 dds::EndpointObserver Host::observer() {
@@ -192,6 +211,10 @@ void Host::give_up(int exit_code) {
 std::vector<Host::DueEvent> Host::due_events() {
   std::vector<DueEvent> due;
   const std::lock_guard lock(events_mutex_);
+  while (!told_.empty() && due.size() < kEventsARound) {
+    due.push_back(std::move(told_.front()));
+    told_.pop_front();
+  }
   const std::int64_t now = monotonic_ns();
   auto next = tallies_.upper_bound(last_published_);
   for (std::size_t seen = 0; seen < tallies_.size() && due.size() < kEventsARound; ++seen) {
@@ -207,8 +230,8 @@ std::vector<Host::DueEvent> Host::due_events() {
   return due;
 }
 
-void Host::log_first(const DueEvent& event) const {
-  if (!event.is_first) return;
+void Host::log(const DueEvent& event) const {
+  if (!event.is_logged) return;
   const Severity severity = event.occurrence.severity;
   const auto level = severity == Severity::kError         ? spdlog::level::err
                      : severity == Severity::kInformation ? spdlog::level::info
@@ -229,7 +252,7 @@ void Host::raise_security_notices() {
 
 void Host::publish_events() {
   for (const DueEvent& event : due_events()) {
-    log_first(event);
+    log(event);
     const Occurrence& occurrence = event.occurrence;
     msg::Event message;
     message.service(name_.c_str());

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <compare>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
 #include <mutex>
@@ -82,6 +83,9 @@ class Host {
   // takes to copy what is due. Logged and published by run(), once for each new code, gyro and
   // subject, then at most once a second with its count.
   void raise(const Occurrence& occurrence);
+  // Each logged and published by itself, in this order: what somebody asked for, and will look for
+  // in the log. Where kMostTold wait already, counted as by raise().
+  void tell(const Occurrence& occurrence);
   // Adds `times` at once; nothing happens for 0. For counters that a data path kept.
   void raise_counted(Occurrence occurrence, std::uint64_t times);
   // For readers and writers: turns what the middleware noticed into events and into totals,
@@ -117,14 +121,15 @@ class Host {
   struct DueEvent {
     Occurrence occurrence;
     std::uint64_t count = 0;
-    bool is_first = false;
+    bool is_logged = false;
   };
   void note(const dds::EndpointEvent& event);
+  Tally& tally_of(Occurrence& occurrence);  // under the lock
   // At most a round's worth; what is left is due in the next.
   std::vector<DueEvent> due_events();
   void raise_security_notices();
   void publish_events();
-  void log_first(const DueEvent& event) const;
+  void log(const DueEvent& event) const;
   // Ends run() with this; the first reason counts.
   void give_up(int exit_code);
   void judge_flow(Status& status);
@@ -143,6 +148,7 @@ class Host {
   dds::Participant participant_;
   std::mutex events_mutex_;
   std::map<TallyKey, Tally> tallies_;
+  std::deque<DueEvent> told_;
   TallyKey last_published_;  // the next round begins behind it
   std::map<std::string, std::uint64_t> endpoint_totals_;
   dds::Writer<msg::ServiceStatus> status_writer_;

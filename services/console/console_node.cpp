@@ -38,7 +38,6 @@ constexpr int kMostOpenCalls = 8;            // of a client
 constexpr auto kAnswerWithin = 5000ms;
 constexpr std::int64_t kNsPerS = 1'000'000'000;
 constexpr std::int64_t kHostAliveNs = 2 * kNsPerS;  // eight of its rounds
-constexpr std::uint64_t kEventSubjects = 256;       // commands told one by one, not as a count
 constexpr const char* kContentSecurity =
     "default-src 'self'; connect-src 'self' ws: wss:; img-src 'self' data:; object-src 'none'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
@@ -368,13 +367,12 @@ void ConsoleNode::answer(const foxglove::CallOrigin& origin, const telemetry::Co
   if (open != open_calls_.end() && --open->second <= 0) open_calls_.erase(open);
   const bool is_done = answered.outcome == Outcome::kDone;
   const std::string text = utf8(answered.text);
-  host_.raise({.code = "command",
-               .severity = is_done ? service::Severity::kInformation : service::Severity::kWarning,
-               .text = core::one_line(
-                   fmt::format("console {}: {} {}{}{}: {}: {}", origin.remote, command.service(),
-                               command.name(), command.argument().empty() ? "" : " ",
-                               command.argument(), outcome_name(answered.outcome), text)),
-               .subject = std::to_string(answered.request_id % kEventSubjects)});
+  host_.tell({.code = "command",
+              .severity = is_done ? service::Severity::kInformation : service::Severity::kWarning,
+              .text = core::one_line(
+                  fmt::format("console {}: {} {}{}{}: {}: {}", origin.remote, command.service(),
+                              command.name(), command.argument().empty() ? "" : " ",
+                              command.argument(), outcome_name(answered.outcome), text))});
   if (!is_done && answered.outcome != Outcome::kRefused) return hub_.fail(origin, text);
   telemetry::CommandReply reply;
   reply.set_accepted(is_done);

@@ -15,7 +15,8 @@ namespace {
 using namespace std::chrono_literals;
 using system_test::eventually;
 
-// Whatever is still to come has come by then: repairs take some heartbeats (5 ms) and round trips.
+// Where nothing came for so long, nothing will: repairs take some heartbeats (5 ms) and round
+// trips.
 constexpr auto kSettled = 2s;
 constexpr auto kObserved = 10s;
 
@@ -31,12 +32,20 @@ struct Verdicts {
   StreamVerdict compensated;
 };
 
-// Of all that was published from `first` until now.
+// Of all that was published from `first` until now, when no more of it comes.
 Verdicts judge(Deployment& deployment, const std::string& scenario, std::uint64_t first) {
   const std::uint64_t last = deployment.raw().newest();
-  std::this_thread::sleep_for(kSettled);
-  const Verdicts verdicts{deployment.raw().judge(first, last),
-                          deployment.compensated().judge(first, last)};
+  const auto look = [&] {
+    return Verdicts{deployment.raw().judge(first, last),
+                    deployment.compensated().judge(first, last)};
+  };
+  Verdicts verdicts = look();
+  while (true) {
+    const auto received = verdicts.raw.received + verdicts.compensated.received;
+    std::this_thread::sleep_for(kSettled);
+    verdicts = look();
+    if (verdicts.raw.received + verdicts.compensated.received == received) break;
+  }
   print_row(scenario, "raw", verdicts.raw);
   print_row(scenario, "compensated", verdicts.compensated);
   for (const int instance : {0, 1}) {
@@ -81,10 +90,13 @@ void expect_lossless(const std::string& scenario, const DeploymentOptions& optio
   expect_each_once(verdicts.raw, "raw");
   expect_each_once(verdicts.compensated, "compensated");
   // Being heard late costs a change of roles and no sample; it must not be the rule. (One that is
-  // relieved by mistake learns how late the other may be.)
+  // relieved by mistake learns how late the other may be.) A machine that stands still now and then
+  // makes more, and its subscribers see it.
   const double changes =
       deployment.metric(0, "takeovers") + deployment.metric(1, "takeovers") - takeovers;
-  EXPECT_LE(changes, 2.0) << "nobody died";
+  EXPECT_LE(changes,
+            2.0 + static_cast<double>(verdicts.compensated.late_times + verdicts.raw.late_times))
+      << "nobody died";
   if (changes > 0.0) {
     std::printf("  %.0f change(s) of roles although nobody died\n", changes);
   } else {
@@ -172,16 +184,13 @@ TEST_F(Hosts, WhatAPartitionTakesBeyondTheDepthIsCountedAsAGap) {
   EXPECT_EQ(verdicts.compensated.doubled, 0U);
   EXPECT_EQ(verdicts.compensated.out_of_order, 0U);
   // Each counts what it missed itself; which one answered the first ones after the gap is open.
-  EXPECT_TRUE(eventually(
-      [&] {
-        const auto [least, most] =
-            std::minmax({deployment.total(0, "missing"), deployment.total(1, "missing")});
-        const auto missing = static_cast<double>(verdicts.compensated.missing);
-        return least > 0.0 && least <= missing && missing <= most;
-      },
-      5s))
-      << "the instances count " << deployment.total(0, "missing") << " and "
-      << deployment.total(1, "missing");
+  EXPECT_TRUE(eventually([&] {
+    const auto [least, most] =
+        std::minmax({deployment.total(0, "missing"), deployment.total(1, "missing")});
+    const auto missing = static_cast<double>(verdicts.compensated.missing);
+    return least > 0.0 && least <= missing && missing <= most;
+  })) << "the instances count "
+      << deployment.total(0, "missing") << " and " << deployment.total(1, "missing");
   EXPECT_TRUE(deployment.told("missing_sample"));
   EXPECT_TRUE(deployment.all_run());
 }
@@ -198,7 +207,7 @@ TEST_F(Hosts, APartitionedPrimaryIsRelievedAndItsAnswersAreHeardByNobody) {
   const std::uint64_t first = deployment.raw().newest() + 1;
   deployment.network().cut({cut_off}, {relief, kSubscriber});
   std::this_thread::sleep_for(kPartition);
-  EXPECT_EQ(deployment.metric(1 - before, "active"), 1.0);
+  EXPECT_TRUE(eventually([&] { return deployment.metric(1 - before, "active") == 1.0; }));
   deployment.network().heal();
   std::this_thread::sleep_for(kSettled);
   const Verdicts verdicts = judge(deployment, "5 s, primary | subscriber", first);

@@ -8,6 +8,7 @@ namespace zerodrift::hosts_test {
 namespace {
 
 constexpr double kMsPerNs = 1e-6;
+constexpr double kLateMs = 5.0;  // service::HotStandby::kSilence
 
 // The smallest that at least the share `p` is not above. `sorted` is not empty.
 double quantile(const std::vector<double>& sorted, double p) {
@@ -15,12 +16,22 @@ double quantile(const std::vector<double>& sorted, double p) {
   return sorted[std::min(at, sorted.size() - 1)];
 }
 
-void judge_latency(std::vector<double> latencies_ms, StreamVerdict& verdict) {
+// In order of arrival.
+void judge_latency(const std::vector<double>& latencies_ms, StreamVerdict& verdict) {
   if (latencies_ms.empty()) return;
-  std::sort(latencies_ms.begin(), latencies_ms.end());
-  verdict.latency_p50_ms = quantile(latencies_ms, 0.5);
-  verdict.latency_p99_ms = quantile(latencies_ms, 0.99);
-  verdict.latency_max_ms = latencies_ms.back();
+  std::vector<double> sorted = latencies_ms;
+  std::sort(sorted.begin(), sorted.end());
+  verdict.latency_p50_ms = quantile(sorted, 0.5);
+  verdict.latency_p99_ms = quantile(sorted, 0.99);
+  verdict.latency_max_ms = sorted.back();
+  const double usual_ms = 2.0 * (verdict.latency_p99_ms - verdict.latency_p50_ms);
+  const double late_ms = verdict.latency_p50_ms + std::max(kLateMs, usual_ms);
+  bool was_late = false;
+  for (const double latency_ms : latencies_ms) {
+    const bool is_late = latency_ms > late_ms;
+    if (is_late && !was_late) ++verdict.late_times;
+    was_late = is_late;
+  }
 }
 
 }  // namespace
@@ -57,7 +68,7 @@ StreamVerdict SampleStream::judge(std::uint64_t first, std::uint64_t last) const
     verdict.longest_gap = std::max(verdict.longest_gap, gap);
   }
   verdict.missing = verdict.sent - verdict.received;
-  judge_latency(std::move(latencies_ms), verdict);
+  judge_latency(latencies_ms, verdict);
   return verdict;
 }
 

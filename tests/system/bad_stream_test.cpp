@@ -134,8 +134,7 @@ class Bench {
   }
 
   void expect_event(const std::string& code, const std::string& text = "") {
-    EXPECT_TRUE(eventually([&] { return told(events, code, text); }, 5000ms))
-        << code << " " << text;
+    EXPECT_TRUE(eventually([&] { return told(events, code, text); })) << code << " " << text;
   }
 
   // What every test ends with: the service is alive, and stops when told.

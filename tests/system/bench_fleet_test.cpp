@@ -149,7 +149,7 @@ TEST(BenchFleet, ItsLightVehicleHasTheEndpointsOfTheServices) {
   system.start("thermal_publisher", source);
   system.start("gyro_publisher", source);
   // Compensation's writer is there from a gyro's first sample on.
-  EXPECT_TRUE(eventually([&] { return of_the_services(watching) == light; }, 30s));
+  EXPECT_TRUE(eventually([&] { return of_the_services(watching) == light; }));
   EXPECT_EQ(of_the_services(watching), light);
 }
 

@@ -55,18 +55,9 @@ class RestartedRun {
     ASSERT_EQ(compensation_->wait(2s), 0);
   }
 
-  // Index of the first answer from the `from`-th on that is so.
-  [[nodiscard]] std::optional<std::size_t> first(
-      std::size_t from, const std::function<bool(const msg::CompensatedRate&)>& is_so) const {
-    const auto all = answers.all();
-    const auto found =
-        std::find_if(all.begin() + static_cast<std::ptrdiff_t>(from), all.end(), is_so);
-    if (found == all.end()) return std::nullopt;
-    return static_cast<std::size_t>(found - all.begin());
-  }
   [[nodiscard]] bool comes(std::size_t from,
                            const std::function<bool(const msg::CompensatedRate&)>& is_so) const {
-    return eventually([&] { return first(from, is_so).has_value(); }, 30000ms);
+    return eventually([&] { return answers.any(is_so, from); });
   }
 
   SystemUnderTest system;
@@ -89,7 +80,7 @@ TEST(Checkpoint, OutlivesARestartOfTheService) {
   EXPECT_NE(saved.out.find("saved " + (run.folder() / "1-latest.ckpt").string()), std::string::npos)
       << saved.out;
   ASSERT_TRUE(std::filesystem::exists(run.folder() / "1-latest.ckpt"));
-  const std::uint64_t saved_epoch = run.answers.all().back().model_epoch();
+  const std::uint64_t saved_epoch = run.answers.newest().model_epoch();
   ASSERT_GT(saved_epoch, 10U);
 
   run.stop_compensation();
@@ -105,10 +96,10 @@ TEST(Checkpoint, OutlivesARestartOfTheService) {
     return answer.model_epoch() + 5 > saved_epoch;
   };
   ASSERT_TRUE(run.comes(stopped, is_restored));
-  const std::size_t since = run.first(stopped, is_restored).value_or(0);
+  const std::size_t since = run.answers.first(is_restored, stopped).value_or(0);
   ASSERT_TRUE(run.comes(since, is_on_model));
   const auto all = run.answers.all();
-  const std::size_t on_model = run.first(since, is_on_model).value_or(0);
+  const std::size_t on_model = run.answers.first(is_on_model, since).value_or(0);
   const auto apart_s = [&](std::size_t from, std::size_t to) {
     return 1e-9 * static_cast<double>(all[to].sensor_time_ns() - all[from].sensor_time_ns());
   };
@@ -130,7 +121,7 @@ TEST(Checkpoint, ABadOneIsRefusedAndTheModelGoesOn) {
   write(run.folder() / "1-cut.ckpt", bytes.substr(0, 500));
 
   const std::size_t from = run.answers.size();
-  const std::uint64_t epoch = run.answers.all().back().model_epoch();
+  const std::uint64_t epoch = run.answers.newest().model_epoch();
   for (const auto& [name, reason] :
        {std::pair{"flipped", "the checkpoint is damaged"}, std::pair{"cut", "truncated"},
         std::pair{"none", "no such file"}, std::pair{"../1-good", "found name '../1-good'"}}) {

@@ -18,6 +18,11 @@ namespace zerodrift::system_test {
 using Arguments = std::vector<std::string>;
 using Environment = std::vector<std::pair<std::string, std::string>>;
 
+inline Arguments operator+(Arguments a, const Arguments& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
 struct Program {
   std::filesystem::path file;
   Arguments arguments;

@@ -46,23 +46,16 @@ class ControlledRun {
 
   // True once a sample after the `from`-th has this mode and reason on every axis.
   [[nodiscard]] bool reaches(Mode mode, Reason reason, std::size_t from) const {
-    return eventually(
-        [&] {
-          const auto all = answers.all();
-          return std::any_of(all.begin() + static_cast<std::ptrdiff_t>(from), all.end(),
-                             [&](const auto& answer) {
-                               for (std::size_t i = 0; i < 3; ++i) {
-                                 if (answer.mode()[i] != static_cast<std::uint8_t>(mode))
-                                   return false;
-                                 if (answer.reason()[i] != static_cast<std::uint8_t>(reason))
-                                   return false;
-                               }
-                               return true;
-                             });
-        },
-        30000ms);
+    const auto is_so = [&](const msg::CompensatedRate& answer) {
+      for (std::size_t i = 0; i < 3; ++i) {
+        if (answer.mode()[i] != static_cast<std::uint8_t>(mode)) return false;
+        if (answer.reason()[i] != static_cast<std::uint8_t>(reason)) return false;
+      }
+      return true;
+    };
+    return eventually([&] { return answers.any(is_so, from); });
   }
-  [[nodiscard]] std::uint64_t epoch() const { return answers.all().back().model_epoch(); }
+  [[nodiscard]] std::uint64_t epoch() const { return answers.newest().model_epoch(); }
 
   SystemUnderTest system;
 

@@ -164,7 +164,7 @@ class Audited {
   }
   void skip_sequences(std::uint64_t count) { next_sequence_ += count; }
   void await(std::uint64_t sequence) {
-    ASSERT_TRUE(eventually([&] { return newest_answered_ >= sequence; }, 20s)) << sequence;
+    ASSERT_TRUE(eventually([&] { return newest_answered_ >= sequence; })) << sequence;
   }
   // Of the service, or of its gyro.
   double figure(const std::string& name) {
@@ -325,7 +325,7 @@ TEST(DataPath, AnswersEverySampleWhileTheLearnerStandsStill) {
   EXPECT_EQ(service.audit->taken, 0U) << service.audit->first_finding.data();
   EXPECT_EQ(service.audit->waits, 0U);
   EXPECT_EQ(service.modes_seen(compensation::Mode::kLearning), 0U);
-  EXPECT_TRUE(eventually([&] { return service.figure("labels_skipped") > 0.0; }, 3s))
+  EXPECT_TRUE(eventually([&] { return service.figure("labels_skipped") > 0.0; }))
       << service.figure("labels") << " labels";
   // What came before the queue was full is in it; the confirmed label at the end may be neither.
   EXPECT_NEAR(service.figure("labels") - service.figure("labels_skipped"), kQueue, 1.0);

@@ -138,19 +138,19 @@ TEST(DiagnoseLive, FindsWhatTheRecordShowsAndItsModelIsAdopted) {
   system.start("thermal_publisher", again);
   system.start("gyro_publisher", again);
   const std::size_t before = answers.size();
-  ASSERT_TRUE(eventually([&] { return answers.size() > before + 400; }, 20000ms));
+  ASSERT_TRUE(eventually([&] { return answers.size() > before + 400; }));
   // Which rung of the ladder is used depends on what was learned by then; that a sample is answered
   // under a newer epoch does not. (What a prior takes off: prior_test.cpp.)
   const auto answered_after = [&](std::uint64_t epoch) {
-    return eventually([&] { return answers.all().back().model_epoch() > epoch; }, 20000ms);
+    return eventually([&] { return answers.newest().model_epoch() > epoch; });
   };
-  const std::uint64_t epoch = answers.all().back().model_epoch();
+  const std::uint64_t epoch = answers.newest().model_epoch();
   const Finished adopted = system.control({"adopt", "--model", system.path("live.yaml")});
   ASSERT_EQ(adopted.exit_code, 0) << adopted.out << adopted.err;
   EXPECT_NE(adopted.out.find("adopted lab_fog"), std::string::npos) << adopted.out;
   EXPECT_NE(adopted.out.find("model epoch"), std::string::npos) << adopted.out;
   EXPECT_TRUE(answered_after(epoch));
-  const std::uint64_t adopted_epoch = answers.all().back().model_epoch();
+  const std::uint64_t adopted_epoch = answers.newest().model_epoch();
   const Finished reverted = system.control({"revert"});
   EXPECT_EQ(reverted.exit_code, 0) << reverted.out << reverted.err;
   EXPECT_NE(reverted.out.find("reverted to no prior"), std::string::npos) << reverted.out;
@@ -190,8 +190,7 @@ TEST_F(DiagnoseLiveStop, CtrlCDiagnosesWhatIsThere) {
   Collector<msg::ServiceStatus> statuses(participant);
   ChildProcess& live = listen();
   publish({"--speed", "1000"});
-  ASSERT_TRUE(
-      eventually([&] { return metric(statuses, "diagnose", "listened") > 1000.0; }, 20000ms));
+  ASSERT_TRUE(eventually([&] { return metric(statuses, "diagnose", "listened") > 1000.0; }));
   live.send(SIGINT);
   ASSERT_EQ(live.wait(30s), 0) << live.err();
   EXPECT_TRUE(Json::parse(content(json_)).at("axis").contains("x"));

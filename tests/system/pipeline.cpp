@@ -11,11 +11,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-Arguments operator+(Arguments a, const Arguments& b) {
-  a.insert(a.end(), b.begin(), b.end());
-  return a;
-}
-
 }  // namespace
 
 void run_live(SystemUnderTest& system, const Live& live) {

@@ -104,12 +104,12 @@ TEST(QosEvents, AReplayLetsGoOfAConsumerThatWasKilled) {
   gyro.insert(gyro.end(), {"--speed", "max", "--wait-for", "compensation"});
   ChildProcess& publisher = system.start("gyro_publisher", gyro);
   const auto published = [&] { return metric(statuses, "gyro_publisher", "samples_published"); };
-  ASSERT_TRUE(eventually([&] { return published() > 1000.0; }, 20s));
+  ASSERT_TRUE(eventually([&] { return published() > 1000.0; }));
   compensation.send(SIGKILL);
   const auto killed = std::chrono::steady_clock::now();
   std::this_thread::sleep_for(1000ms);
   const double at_rest = published();  // a window further than what was taken
-  ASSERT_TRUE(eventually([&] { return published() > at_rest + 10000.0; }, 15s));
+  ASSERT_TRUE(eventually([&] { return published() > at_rest + 10000.0; }));
   const auto held_up = std::chrono::steady_clock::now() - killed;
   EXPECT_LT(held_up, 10s);
   EXPECT_TRUE(eventually(

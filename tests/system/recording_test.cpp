@@ -295,13 +295,11 @@ TEST(Recording, OntoAFullDiskSaysSoAndKeepsWhatIsThere) {
   Publisher publisher(system.network());
   ASSERT_TRUE(eventually([&] { return publisher.is_heard(); }));
   // 256 blocks of 1024 bytes hold less than 2000 samples of 160 bytes each with their head.
-  EXPECT_TRUE(eventually(
-      [&] {
-        for (int i = 0; i < 20; ++i) publisher.rate();
-        std::this_thread::sleep_for(10ms);
-        return told(events, "recording_failed", "writing fails: File too large");
-      },
-      20000ms));
+  EXPECT_TRUE(eventually([&] {
+    for (int i = 0; i < 20; ++i) publisher.rate();
+    std::this_thread::sleep_for(10ms);
+    return told(events, "recording_failed", "writing fails: File too large");
+  }));
   recorder.send(SIGTERM);
   EXPECT_EQ(recorder.wait(5s), 1) << recorder.err();
   const auto info = info_of(system, out.string() + ".active", 1);

@@ -109,8 +109,8 @@ TEST(SerialGyro, FramesBecomeRatesBadFramesBecomeEventsAndAnUnpluggedGyroEndsNot
     EXPECT_EQ(all[k].clock_source(), static_cast<std::uint32_t>(core::ClockSource::kHost));
     EXPECT_GT(all[k].sensor_time_ns(), all[k - 1].sensor_time_ns());
   }
-  EXPECT_EQ(temperatures.all().back().temperature_degc(), 25.0);
-  EXPECT_STREQ(temperatures.all().back().probe().c_str(), "case");
+  EXPECT_EQ(temperatures.newest().temperature_degc(), 25.0);
+  EXPECT_STREQ(temperatures.newest().probe().c_str(), "case");
   for (const char* code : {"crc_error", "bytes_skipped", "frames_missing"}) {
     EXPECT_TRUE(eventually([&] { return told(events, code, device); })) << code;
   }
@@ -128,8 +128,8 @@ TEST(SerialGyro, FramesBecomeRatesBadFramesBecomeEventsAndAnUnpluggedGyroEndsNot
     std::this_thread::sleep_for(10ms);
     return rates.size() > all.size();
   }));
-  EXPECT_GT(rates.all().back().sequence_number(), all.back().sequence_number());
-  EXPECT_GT(rates.all().back().sensor_time_ns(), all.back().sensor_time_ns());
+  EXPECT_GT(rates.newest().sequence_number(), all.back().sequence_number());
+  EXPECT_GT(rates.newest().sensor_time_ns(), all.back().sensor_time_ns());
   publisher.send(SIGTERM);
   EXPECT_EQ(publisher.wait(2s), 0);
 }

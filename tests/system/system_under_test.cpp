@@ -44,8 +44,8 @@ SystemUnderTest::~SystemUnderTest() {
 
 ChildProcess& SystemUnderTest::start_foreign(const std::string& program, const Arguments& arguments,
                                              const Environment& environment) {
-  const std::string name = std::to_string(processes_.size()) + "-" +
-                           std::filesystem::path(program).filename().string();
+  const std::string name =
+      std::to_string(processes_.size()) + "-" + std::filesystem::path(program).filename().string();
   processes_.push_back(std::make_unique<ChildProcess>(Program{
       std::filesystem::path(ZERODRIFT_BIN_DIR) / program, arguments, environment, path(name)}));
   return *processes_.back();
@@ -69,6 +69,9 @@ Finished SystemUnderTest::control(const Arguments& arguments) {
   Arguments all{"ctl"};
   all.insert(all.end(), arguments.begin(), arguments.end());
   all.insert(all.end(), {"--domain", std::to_string(network().domain)});
+  if (std::find(all.begin(), all.end(), "--wait") == all.end()) {
+    all.insert(all.end(), {"--wait", "30"});  // a slow machine is no fault
+  }
   return run("zerodrift", all);
 }
 
@@ -82,12 +85,12 @@ bool told(const Collector<msg::Event>& events, const std::string& code, const st
 double metric(const Collector<msg::ServiceStatus>& statuses, const std::string& service,
               const std::string& name) {
   double value = std::numeric_limits<double>::quiet_NaN();
-  for (const auto& status : statuses.all()) {
-    if (service != status.service().c_str()) continue;
+  statuses.for_each([&](const msg::ServiceStatus& status) {
+    if (service != status.service().c_str()) return;
     for (const auto& metric : status.metrics()) {
       if (name == metric.name().c_str()) value = metric.value();
     }
-  }
+  });
   return value;
 }
 

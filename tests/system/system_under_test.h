@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -78,12 +79,28 @@ class Collector {
     const std::lock_guard lock(mutex_);
     return messages_;
   }
-  [[nodiscard]] bool any(const std::function<bool(const Message&)>& predicate) const {
+  // There is one.
+  [[nodiscard]] Message newest() const {
     const std::lock_guard lock(mutex_);
-    for (const auto& message : messages_) {
-      if (predicate(message)) return true;
+    return messages_.back();
+  }
+  // Index of the first from the `from`-th on that is so. Nothing is copied: a test that waits looks
+  // often, and messages are not taken meanwhile.
+  [[nodiscard]] std::optional<std::size_t> first(const std::function<bool(const Message&)>& is_so,
+                                                 std::size_t from = 0) const {
+    const std::lock_guard lock(mutex_);
+    for (std::size_t i = from; i < messages_.size(); ++i) {
+      if (is_so(messages_[i])) return i;
     }
-    return false;
+    return std::nullopt;
+  }
+  [[nodiscard]] bool any(const std::function<bool(const Message&)>& is_so,
+                         std::size_t from = 0) const {
+    return first(is_so, from).has_value();
+  }
+  void for_each(const std::function<void(const Message&)>& look) const {
+    const std::lock_guard lock(mutex_);
+    for (const auto& message : messages_) look(message);
   }
   [[nodiscard]] int matched() const { return reader_.matched(); }
 

@@ -484,7 +484,7 @@ TEST(Liveliness, AWriterThatFallsSilentIsGoneOnceAndIsHeardAgain) {
   };
   ASSERT_TRUE(is_heard());
   EXPECT_EQ(gone, 0);
-  ASSERT_TRUE(eventually([&] { return gone == 1; }, 6s));
+  ASSERT_TRUE(eventually([&] { return gone == 1; }, 15s));
   EXPECT_EQ(told.count(Kind::kLivelinessLost, "replay_progress", "compensation"), 1U);
   EXPECT_EQ(reader.matched(), 1);
   ASSERT_TRUE(is_heard());

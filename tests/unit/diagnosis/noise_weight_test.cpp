@@ -49,8 +49,7 @@ TEST(NoiseWeight, VariancesAreTheSumOfTheTerms) {
 TEST(NoiseWeight, OfWhiteNoiseTheWeightedSquareIsThatOfTheDeparturesFromTheMean) {
   const std::vector<double> x{1.0, -2.0, 4.0, 100.0, 3.0, 0.5};
   const std::vector<std::uint8_t> valid{1, 1, 1, 0, 1, 1};
-  std::vector<double> variances(x.size(), 0.25);
-  variances[0] = 0.0;
+  const std::vector<double> variances{0.0, 0.25, 0.25, 0.25, 0.25, 0.25};
   const double mean = (1.0 - 2.0 + 4.0 + 3.0 + 0.5) / 5.0;
   double squares = 0.0;
   for (std::size_t i = 0; i < x.size(); ++i)

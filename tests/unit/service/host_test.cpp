@@ -158,6 +158,32 @@ TEST_F(HostedService, RepeatsAnOccurrenceAtMostOnceASecondWithItsCount) {
   }
 }
 
+// Two commands within a tick are two lines of the log.
+TEST_F(HostedService, WhatIsToldIsPublishedEachByItselfAndInOrder) {
+  const auto tell = [&](const std::string& text) {
+    Occurrence told = occurrence("command");
+    told.text = text;
+    host_.tell(told);
+  };
+  for (const char* text : {"inject", "clear", "inject"}) tell(text);
+  run_until([&] { return events("command").size() >= 3; });
+  const auto found = events("command");
+  ASSERT_EQ(found.size(), 3U);
+  EXPECT_EQ(found[0].text().to_string(), "inject");
+  EXPECT_EQ(found[1].text().to_string(), "clear");
+  EXPECT_EQ(found[2].text().to_string(), "inject");
+  for (std::size_t i = 0; i < found.size(); ++i) EXPECT_EQ(found[i].count(), i + 1);
+}
+
+TEST_F(HostedService, BoundsHowManyThatAreToldWait) {
+  for (int i = 0; i < 1000; ++i) host_.tell(occurrence("command"));
+  run_until([&] {
+    const auto found = events("command");
+    return !found.empty() && found.back().count() == 1000U;
+  });
+  EXPECT_EQ(events("command").size(), 64U + 1U);
+}
+
 TEST_F(HostedService, TurnsWhatTheMiddlewareNoticedIntoAnEventAndAMetric) {
   const dds::Reader<msg::Command> commands(host_.participant(),
                                            [](const msg::Command&, const dds::SampleOrigin&) {});

@@ -18,7 +18,6 @@ namespace zerodrift::service {
 namespace {
 
 using Role = HotStandby::Role;
-using Health = HotStandby::Health;
 
 constexpr std::int64_t kMs = 1'000'000;
 
@@ -271,7 +270,7 @@ TEST(HotStandby, OneThatIsBehindWaitsLonger) {
   HotStandby standby(1, 1, 0);
   standby.hear(answer(10, 32), 0);
   EXPECT_TRUE(standby.needs_state());
-  EXPECT_EQ(standby.health(), Health::kBehind);
+  EXPECT_EQ(standby.health(), HotStandby::Health::kBehind);
   EXPECT_FALSE(standby.take(answer(11), kMs));
   EXPECT_FALSE(standby.must_take_over(kMs + HotStandby::kSilenceBehind.count() - 1));
   EXPECT_TRUE(standby.must_take_over(kMs + HotStandby::kSilenceBehind.count()));
@@ -280,7 +279,7 @@ TEST(HotStandby, OneThatIsBehindWaitsLonger) {
 TEST(HotStandby, ThatHasCaughtUpIsStrongerThanTheActiveOne) {
   const HotStandby standby = in_sync(0);
   EXPECT_GT(standby.strength(), 32U);
-  EXPECT_EQ(standby.health(), Health::kInSync);
+  EXPECT_EQ(standby.health(), HotStandby::Health::kInSync);
   EXPECT_FALSE(standby.needs_state());
 }
 
