@@ -184,8 +184,9 @@ bool HotStandby::must_take_over(std::int64_t now_ns) const noexcept {
   if (role_ == Role::kActive || held_.empty()) return false;
   if (!heard_to_) return now_ns - standby_since_ns_ >= patience(now_ns).count();
   const std::size_t first = first_unheard();
-  return first < held_.size() && now_ns - held_[first].since_ns >= patience(now_ns).count() &&
-         is_silent(now_ns);
+  if (first == held_.size()) return false;
+  const std::int64_t since_ns = std::max(held_[first].since_ns, listening_since_ns_);
+  return now_ns - since_ns >= patience(now_ns).count() && is_silent(now_ns);
 }
 
 // Late answers are worth waiting for as long as they go on coming: the one that answers late is on
@@ -195,11 +196,11 @@ bool HotStandby::is_silent(std::int64_t now_ns) const noexcept {
 }
 
 std::size_t HotStandby::first_to_write(std::int64_t now_ns) const noexcept {
+  const Duration repeated = patience(now_ns) + std::max(kRepeated, Duration{kRepairs * lag_ns_});
   std::size_t first = held_.size();
   while (first > 0) {
     const Held& held = held_[first - 1];
-    if (was_heard(held.answer) && now_ns - held.since_ns > (patience(now_ns) + kRepeated).count())
-      break;
+    if (was_heard(held.answer) && now_ns - held.since_ns > repeated.count()) break;
     --first;
   }
   return first;

@@ -74,8 +74,10 @@ class HotStandby {
   // For an instance that never heard another: discovery takes that long at most, but for rare
   // outliers, in which two are active for a moment.
   static constexpr Duration kDiscovery = std::chrono::seconds(2);
-  // Longer than the middleware takes to repair a loss.
+  // Longer than the middleware takes to repair a loss: kRepairs times as long as the latest answer
+  // came in the last seconds, where that is longer.
   static constexpr Duration kRepeated = std::chrono::milliseconds(20);
+  static constexpr std::int64_t kRepairs = 4;
   // Samples held: kDiscovery at 2 kHz, and more.
   static constexpr std::size_t kHeld = 8192;
 
@@ -100,6 +102,9 @@ class HotStandby {
   [[nodiscard]] bool take(const msg::CompensatedRate& answer, std::int64_t now_ns) noexcept;
   // Another instance's sample, as its reader heard it.
   void hear(const msg::CompensatedRate& other, std::int64_t now_ns) noexcept;
+  // This process stood still until now: what others wrote meanwhile is on its way in, and silence
+  // begins anew.
+  void woke(std::int64_t now_ns) noexcept { listening_since_ns_ = now_ns; }
   // True where the active one has been silent for too long: write_held(), and be the active one.
   [[nodiscard]] bool must_take_over(std::int64_t now_ns) const noexcept;
   // Gives every answer to be written to `write(msg::CompensatedRate&)`, oldest first.
@@ -172,6 +177,7 @@ class HotStandby {
   std::optional<std::uint64_t> heard_to_{};  // newest sequence of another's, in this standby's time
   std::int64_t heard_publish_ns_ = 0;        // newest of its publish_time_ns; 0: not known
   std::int64_t heard_ns_ = 0;                // when another's was last heard
+  std::int64_t listening_since_ns_ = 0;
   // What was answered last. An active one's too: another that relieves it, and is relieved in turn
   // before it came as far, leaves it to write again what readers did not take from it.
   core::RingBuffer<Held> held_{1};

@@ -72,12 +72,16 @@ void CompensationNode::on_peer(const msg::CompensatedRate& message) {
 }
 
 void CompensationNode::take_over_until_stopped() {
+  std::int64_t checked_ns = service::monotonic_ns();
   while (!stopping_takeovers_) {
     bool watching = false;
     {
       const std::lock_guard lock(data_mutex_);
       const std::int64_t now = service::monotonic_ns();
+      const bool stood_still = now - checked_ns > HotStandby::kSilence.count();
+      checked_ns = now;
       for (auto& source : gyros_) {
+        if (stood_still) source->standby.woke(now);
         watching = watching || source->standby.role() == HotStandby::Role::kStandby;
         if (source->writer == nullptr || !source->standby.must_take_over(now)) continue;
         source->catch_up = {};

@@ -8,7 +8,7 @@ namespace zerodrift::hosts_test {
 namespace {
 
 constexpr double kMsPerNs = 1e-6;
-constexpr double kLateMs = 5.0;  // service::HotStandby::kSilence
+constexpr double kStandstillMs = 50.0;
 
 // The smallest that at least the share `p` is not above. `sorted` is not empty.
 double quantile(const std::vector<double>& sorted, double p) {
@@ -24,12 +24,10 @@ void judge_latency(const std::vector<double>& latencies_ms, StreamVerdict& verdi
   verdict.latency_p50_ms = quantile(sorted, 0.5);
   verdict.latency_p99_ms = quantile(sorted, 0.99);
   verdict.latency_max_ms = sorted.back();
-  const double usual_ms = 2.0 * (verdict.latency_p99_ms - verdict.latency_p50_ms);
-  const double late_ms = verdict.latency_p50_ms + std::max(kLateMs, usual_ms);
   bool was_late = false;
   for (const double latency_ms : latencies_ms) {
-    const bool is_late = latency_ms > late_ms;
-    if (is_late && !was_late) ++verdict.late_times;
+    const bool is_late = latency_ms > verdict.latency_p50_ms + kStandstillMs;
+    if (is_late && !was_late) ++verdict.standstills;
     was_late = is_late;
   }
 }

@@ -124,6 +124,30 @@ TEST(HotStandby, OverASlowNetworkItWaitsTwiceAsLongAsTheAnswersNeed) {
   EXPECT_TRUE(standby.must_take_over(1000 * kMs + 40 * kMs));
 }
 
+// What the active one wrote may be lost on the way to a reader and be under repair when it dies.
+TEST(HotStandby, WhereAnswersComeLateMoreIsWrittenAgain) {
+  HotStandby standby = in_sync(0);
+  follow(standby, 11, 100, 20 * kMs);
+  EXPECT_FALSE(standby.take(answer(111), 555 * kMs));
+  ASSERT_TRUE(standby.must_take_over(610 * kMs)) << "answer 110 was heard at 570 ms";
+  const auto written = taken_over(standby, 610 * kMs);
+  ASSERT_FALSE(written.empty());
+  EXPECT_EQ(written.back(), 111U);
+  EXPECT_EQ(written.front(), 98U) << "since 610 ms - 40 ms of patience - 4 * 20 ms";
+  EXPECT_EQ(written.size(), 14U) << "none left out";
+}
+
+// What others wrote meanwhile is on its way in: silence counts while one listens.
+TEST(HotStandby, OneThatStoodStillItselfListensBeforeItTakesOver) {
+  HotStandby standby = in_sync(0);
+  EXPECT_FALSE(standby.take(answer(11), 100 * kMs));
+  standby.woke(500 * kMs);
+  EXPECT_FALSE(standby.must_take_over(500 * kMs + HotStandby::kSilence.count() - 1));
+  EXPECT_TRUE(standby.must_take_over(500 * kMs + HotStandby::kSilence.count()));
+  standby.hear(answer(11, 32), 501 * kMs);
+  EXPECT_FALSE(standby.must_take_over(500 * kMs + HotStandby::kSilence.count()));
+}
+
 TEST(HotStandby, ASlowNetworkIsForgottenOnceItIsFast) {
   HotStandby standby = in_sync(0);
   follow(standby, 11, 100, 20 * kMs);
