@@ -168,10 +168,13 @@ HotStandby::Duration HotStandby::patience(std::int64_t now_ns) const noexcept {
   const Health health = this->health();
   if (now_ns < late_until_ns_)
     return health == Health::kUnwell ? kSilenceLate + kSilenceUnwell : kSilenceLate;
-  const Duration far = std::min(kSilenceLongest, Duration{kLagFactor * lag_ns_});
   if (health == Health::kUnwell) return kSilenceUnwell;
-  if (health == Health::kBehind) return std::max(kSilenceBehind, 2 * far);
-  return std::max(kSilence, far);
+  if (health == Health::kBehind) return std::max(kSilenceBehind, 2 * far());
+  return std::max(kSilence, far());
+}
+
+HotStandby::Duration HotStandby::far() const noexcept {
+  return std::min(kSilenceLongest, Duration{kLagFactor * lag_ns_});
 }
 
 std::size_t HotStandby::first_unheard() const noexcept {
@@ -184,9 +187,8 @@ bool HotStandby::must_take_over(std::int64_t now_ns) const noexcept {
   if (role_ == Role::kActive || held_.empty()) return false;
   if (!heard_to_) return now_ns - standby_since_ns_ >= patience(now_ns).count();
   const std::size_t first = first_unheard();
-  if (first == held_.size()) return false;
-  const std::int64_t since_ns = std::max(held_[first].since_ns, listening_since_ns_);
-  return now_ns - since_ns >= patience(now_ns).count() && is_silent(now_ns);
+  return first < held_.size() && now_ns - held_[first].since_ns >= patience(now_ns).count() &&
+         is_silent(now_ns) && now_ns - listening_since_ns_ >= std::max(kSilence, far()).count();
 }
 
 // Late answers are worth waiting for as long as they go on coming: the one that answers late is on

@@ -102,8 +102,8 @@ class HotStandby {
   [[nodiscard]] bool take(const msg::CompensatedRate& answer, std::int64_t now_ns) noexcept;
   // Another instance's sample, as its reader heard it.
   void hear(const msg::CompensatedRate& other, std::int64_t now_ns) noexcept;
-  // This process stood still until now: what others wrote meanwhile is on its way in, and silence
-  // begins anew.
+  // This process stood still until now: what others wrote meanwhile is on its way in, and is waited
+  // for.
   void woke(std::int64_t now_ns) noexcept { listening_since_ns_ = now_ns; }
   // True where the active one has been silent for too long: write_held(), and be the active one.
   [[nodiscard]] bool must_take_over(std::int64_t now_ns) const noexcept;
@@ -149,6 +149,7 @@ class HotStandby {
   void drop_run_before(const msg::CompensatedRate& other) noexcept;
   [[nodiscard]] bool was_heard(const msg::CompensatedRate& answer) const noexcept;
   [[nodiscard]] Duration patience(std::int64_t now_ns) const noexcept;
+  [[nodiscard]] Duration far() const noexcept;  // how long an answer is under way at most
   void note_arrival(const msg::CompensatedRate& answer, std::int64_t now_ns) noexcept;
   // Index of the oldest held answer that was not heard: these are the newest, and few.
   [[nodiscard]] std::size_t first_unheard() const noexcept;

@@ -91,14 +91,16 @@ void expect_lossless(const std::string& scenario, const DeploymentOptions& optio
   expect_each_once(verdicts.compensated, "compensated");
   // Being heard late costs a change of roles and no sample; it must not be the rule. (One that is
   // relieved by mistake learns how late the other may be.) Where the machine stands still for
-  // either, they may change there and back.
+  // either, they may change there and back, and a model or a temperature may be late for one of
+  // them: then they are in sync again soon.
+  const std::uint64_t standstills = verdicts.raw.standstills + verdicts.compensated.standstills;
   const double changes =
       deployment.metric(0, "takeovers") + deployment.metric(1, "takeovers") - takeovers;
-  EXPECT_LE(changes, 2.0 + 2.0 * static_cast<double>(verdicts.raw.standstills +
-                                                     verdicts.compensated.standstills))
-      << "nobody died";
-  if (changes > 0.0) {
-    std::printf("  %.0f change(s) of roles although nobody died\n", changes);
+  EXPECT_LE(changes, 2.0 + 2.0 * static_cast<double>(standstills)) << "nobody died";
+  if (changes > 0.0 || standstills > 0) {
+    std::printf("  %.0f change(s) of roles although nobody died, %llu standstill(s)\n", changes,
+                static_cast<unsigned long long>(standstills));
+    deployment.wait_until_in_sync();
   } else {
     EXPECT_GT(deployment.metric(standby, "compared"), compared);
     EXPECT_EQ(deployment.metric(standby, "differing"), differing);

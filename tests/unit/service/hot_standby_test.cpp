@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <optional>
 #include <random>
 #include <set>
 #include <utility>
@@ -146,6 +147,27 @@ TEST(HotStandby, OneThatStoodStillItselfListensBeforeItTakesOver) {
   EXPECT_TRUE(standby.must_take_over(500 * kMs + HotStandby::kSilence.count()));
   standby.hear(answer(11, 32), 501 * kMs);
   EXPECT_FALSE(standby.must_take_over(500 * kMs + HotStandby::kSilence.count()));
+}
+
+// It listens a little after each standstill, and doesn't begin to wait from the start.
+TEST(HotStandby, OneThatStandsStillAgainAndAgainTakesOverAllTheSame) {
+  constexpr std::int64_t kDeathMs = 999;
+  HotStandby standby = in_sync(0);
+  std::optional<std::int64_t> relieved_ms;
+  for (std::int64_t ms = 55; ms < 6000 && !relieved_ms; ++ms) {
+    const bool wakes = ms > kDeathMs && ms % 1000 == 400;
+    if (ms > kDeathMs && ms % 1000 < 400) continue;
+    if (wakes) standby.woke(ms * kMs);
+    if (ms % 5 == 0) {
+      auto message = answer(static_cast<std::uint64_t>(ms / 5), 32);
+      message.publish_time_ns((wakes ? ms - 400 : ms) * kMs);
+      EXPECT_FALSE(standby.take(message, ms * kMs));
+      if (ms < kDeathMs) standby.hear(message, ms * kMs);
+    }
+    if (standby.must_take_over(ms * kMs)) relieved_ms = ms;
+  }
+  ASSERT_TRUE(relieved_ms);
+  EXPECT_LE(*relieved_ms, kDeathMs + 2 * HotStandby::kSilenceLate.count() / kMs);
 }
 
 TEST(HotStandby, ASlowNetworkIsForgottenOnceItIsFast) {
