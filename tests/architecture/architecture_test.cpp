@@ -196,5 +196,19 @@ TEST(DependencyLog, StaleEntriesAreLeftOutAndRelativePathsResolved) {
   EXPECT_EQ(parsed[0].opened, std::vector<std::string>{"/x/build/gen/a.h"});
 }
 
+TEST(DependencyLog, OfUnitedSourcesEachCountsWithWhatAnyOpened) {
+  std::istringstream log(
+      "f/Unity/unity_run_0_cxx.cxx.o: #deps 5, deps mtime 1 (VALID)\n"
+      "    f/Unity/unity_run_0_cxx.cxx\n    ../src/a.cpp\n    gen/a.h\n    ../src/b.cpp\n"
+      "    gen/b.h\n\n");
+  const auto parsed = parse_dependencies(log, "/x/build");
+  ASSERT_EQ(parsed.size(), 2U);
+  const std::vector<std::string> headers{"/x/build/gen/a.h", "/x/build/gen/b.h"};
+  EXPECT_EQ(parsed[0].source, "/x/src/a.cpp");
+  EXPECT_EQ(parsed[0].opened, headers);
+  EXPECT_EQ(parsed[1].source, "/x/src/b.cpp");
+  EXPECT_EQ(parsed[1].opened, headers);
+}
+
 }  // namespace
 }  // namespace zerodrift::architecture

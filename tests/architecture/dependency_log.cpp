@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/architecture/dependency_log.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
+#include <iterator>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 namespace zerodrift::architecture {
 namespace {
@@ -25,6 +28,29 @@ std::string output_of(const std::string& command) {
   }
   if (::pclose(pipe) != 0) throw std::runtime_error("failed: " + command);
   return output;
+}
+
+bool is_source(const std::string& path) {
+  return path.ends_with(".cpp") || path.ends_with(".cxx") || path.ends_with(".cc");
+}
+
+// Sources that went through one compiler run (cmake/Unity.cmake): each counts with all that was
+// opened for any of them.
+void split_united(std::vector<Compilation>& compilations) {
+  std::vector<Compilation> split;
+  for (Compilation& compilation : compilations) {
+    if (compilation.source.find("/Unity/unity_") == std::string::npos) {
+      split.push_back(std::move(compilation));
+      continue;
+    }
+    const auto& opened = compilation.opened;
+    std::vector<std::string> headers;
+    std::remove_copy_if(opened.begin(), opened.end(), std::back_inserter(headers), is_source);
+    for (const std::string& path : opened) {
+      if (is_source(path)) split.push_back({.source = path, .opened = headers});
+    }
+  }
+  compilations = std::move(split);
 }
 
 }  // namespace
@@ -50,6 +76,7 @@ std::vector<Compilation> parse_dependencies(std::istream& log,
       compilations.back().opened.push_back(std::move(path));
     }
   }
+  split_united(compilations);
   return compilations;
 }
 
