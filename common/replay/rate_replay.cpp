@@ -99,18 +99,34 @@ bool RateReplay::wait_for_consumers(const std::atomic<bool>& stopping) {
 }
 
 bool RateReplay::wait_for_room(std::uint64_t sequence, const std::atomic<bool>& stopping) {
-  while (!pacer_.wait_for_room(sequence, first_sequence_, kStopCheck)) {
-    if (stopping) return false;
-  }
-  return true;
+  return wait_for_all_until(
+      stopping, [&] { return pacer_.wait_for_room(sequence, first_sequence_, kStopCheck); });
 }
 
 // The end is reached when every consumer has taken everything.
 void RateReplay::finish(const std::atomic<bool>& stopping) {
   service::wait_for_receipt(writer_, kPatience, stopping);
-  while (!stopping && !pacer_.wait_for_all(newest_sequence_, first_sequence_, kStopCheck)) {
-  }
+  wait_for_all_until(
+      stopping, [&] { return pacer_.wait_for_all(newest_sequence_, first_sequence_, kStopCheck); });
   finished_ = true;
+}
+
+// One that was not connected yet when the first samples went out would be waited for for good.
+bool RateReplay::wait_for_all_until(const std::atomic<bool>& stopping,
+                                    const std::function<bool()>& is_there) {
+  for (auto waited = 0ms; !is_there(); waited += kStopCheck) {
+    if (stopping) return false;
+    if (waited < kPatience) continue;
+    const std::string names = pacer_.let_unconnected_join(first_sequence_);
+    if (names.empty()) continue;
+    host_.raise({.code = "consumer_joined_late",
+                 .text = names + " took none of the samples up to " +
+                         std::to_string(newest_sequence_) +
+                         ", which others took: not connected yet; the replay goes on",
+                 .gyro_id = gyro_id_,
+                 .sensor_time_ns = 0});
+  }
+  return true;
 }
 
 }  // namespace zerodrift::replay

@@ -48,6 +48,8 @@ class RateReplay {
   bool wait_for_consumers(const std::atomic<bool>& stopping);
   bool wait_for_room(std::uint64_t sequence, const std::atomic<bool>& stopping);
   void finish(const std::atomic<bool>& stopping);
+  // False: stopped first.
+  bool wait_for_all_until(const std::atomic<bool>& stopping, const std::function<bool()>& is_there);
 
   service::Host& host_;
   std::uint32_t gyro_id_;

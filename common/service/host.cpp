@@ -211,7 +211,7 @@ void Host::give_up(int exit_code) {
 std::vector<Host::DueEvent> Host::due_events() {
   std::vector<DueEvent> due;
   const std::lock_guard lock(events_mutex_);
-  while (!told_.empty() && due.size() < kEventsARound) {
+  while (!told_.empty() && due.size() < kEventsARound / 2) {  // a flood leaves room for the others
     due.push_back(std::move(told_.front()));
     told_.pop_front();
   }

@@ -119,6 +119,27 @@ bool ReplayPacer::wait_for_room(std::uint64_t sequence, std::uint64_t first_sequ
   return true;
 }
 
+std::string ReplayPacer::let_unconnected_join(std::uint64_t first_sequence) {
+  const std::lock_guard lock(mutex_);
+  const auto is_named = [&](const Consumer& c) {
+    return std::find(wait_for_.begin(), wait_for_.end(), c.name) != wait_for_.end();
+  };
+  const bool is_taken =
+      newest_sent_ && std::any_of(consumers_.begin(), consumers_.end(), [&](const Consumer& c) {
+        return is_named(c) && c.taken && *c.taken == *newest_sent_;
+      });
+  std::string names;
+  if (!is_taken) return names;
+  for (Consumer& c : consumers_) {
+    const bool took_some = c.taken && *c.taken >= first_sequence;
+    if (!is_named(c) || took_some || c.joined_after == newest_sent_) continue;
+    c.joined_after = newest_sent_;
+    names += (names.empty() ? "" : ", ") + c.name;
+  }
+  if (!names.empty()) changed_.notify_all();
+  return names;
+}
+
 bool ReplayPacer::wait_for_all(std::uint64_t sequence, std::uint64_t first_sequence,
                                std::chrono::milliseconds at_most) {
   return wait(at_most, [&] { return backlog(sequence, first_sequence) == 0; });

@@ -39,6 +39,11 @@ class ReplayPacer {
   // numbers waits for nobody.
   bool wait_for_room(std::uint64_t sequence, std::uint64_t first_sequence,
                      std::chrono::milliseconds at_most);
+  // Consumers that have taken nothing although another took all that was sent: what was sent before
+  // they were connected (behind the compensation, say) never comes to them. From now on they stand
+  // where the replay is. Their names, comma-separated; "" where nobody took all, or all took
+  // something.
+  [[nodiscard]] std::string let_unconnected_join(std::uint64_t first_sequence);
   // Until all consumers have taken `sequence`.
   bool wait_for_all(std::uint64_t sequence, std::uint64_t first_sequence,
                     std::chrono::milliseconds at_most);

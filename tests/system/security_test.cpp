@@ -105,7 +105,8 @@ TEST(Security, TheWholeChainWorksAndNothingOfItIsReadableOnTheWire) {
       &system.start("thermal_publisher", source),
       &system.start("gyro_publisher", source + Arguments{"--rate", "50", "--wait-for",
                                                          "compensation,allan_monitor"})};
-  ASSERT_TRUE(eventually([&] { return answers.size() > 2000; })) << answers.size();
+  ASSERT_TRUE(eventually([&] { return answers.size() > 2000; })) << answers.size() << " answers\n"
+                                                                 << newest_of_each(statuses);
   ASSERT_TRUE(eventually([&] { return reports.size() > 0; }));
   ASSERT_TRUE(eventually([&] { return metric(statuses, "compensation", kReadable) > 0; }));
 

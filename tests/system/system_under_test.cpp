@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
+#include <map>
 
 #include "tests/system/files.h"
 
@@ -92,6 +93,19 @@ double metric(const Collector<msg::ServiceStatus>& statuses, const std::string& 
     }
   });
   return value;
+}
+
+std::string newest_of_each(const Collector<msg::ServiceStatus>& statuses) {
+  std::map<std::string, std::string> lines;
+  statuses.for_each([&](const msg::ServiceStatus& status) {
+    std::string& line = lines[status.service().c_str()];
+    line = status.summary().c_str();
+    for (const auto& metric : status.metrics())
+      line += std::string(", ") + metric.name().c_str() + ' ' + std::to_string(metric.value());
+  });
+  std::string text;
+  for (const auto& [service, line] : lines) text += service + ": " + line + '\n';
+  return text;
 }
 
 }  // namespace zerodrift::system_test

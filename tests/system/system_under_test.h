@@ -118,4 +118,7 @@ class Collector {
 [[nodiscard]] double metric(const Collector<msg::ServiceStatus>& statuses,
                             const std::string& service, const std::string& name);
 
+// What each service last said of itself, a line each: for a test that fails.
+[[nodiscard]] std::string newest_of_each(const Collector<msg::ServiceStatus>& statuses);
+
 }  // namespace zerodrift::system_test

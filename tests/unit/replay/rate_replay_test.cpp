@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <mutex>
 #include <optional>
 #include <stdexcept>
@@ -70,6 +71,27 @@ TEST_F(Replays, GiveOutEverySampleOnceAndInOrder) {
   ASSERT_TRUE(eventually([&] { return heard().size() == kSamples; }));
   const auto all = heard();
   for (std::uint64_t i = 0; i < kSamples; ++i) ASSERT_EQ(all[i], i);
+}
+
+// As a monitor that was not connected to the compensation yet when the first samples were answered.
+TEST_F(Replays, OneThatMissedTheBeginningIsNotWaitedForForGood) {
+  RateReplay replay(host_, kGyro, "max", {"one", "late"});
+  dds::Participant one("one", domain_.network());
+  dds::Participant late("late", domain_.network());
+  service::ReplayProgressReporter announcing_only(late, "late");
+  service::ReplayProgressReporter reporter(one, "one");
+  std::atomic<std::uint64_t> taken{0};
+  dds::Reader<msg::AngularRate> reader(
+      one, [&](const msg::AngularRate& message, const dds::SampleOrigin&) {
+        ++taken;
+        reporter.report(kGyro, message.sequence_number(), core::kNever);
+      });
+  ASSERT_TRUE(eventually([&] { return replay.matched() == 2 && reader.matched() == 2; }));
+  std::thread publisher([&] { replay.publish(counting(kSamples), stopping_); });
+  EXPECT_TRUE(eventually([&] { return replay.finished(); }));
+  EXPECT_EQ(taken, kSamples);
+  stopping_ = true;
+  publisher.join();
 }
 
 TEST_F(Replays, AFilterDropsWhatItSaysAndNothingElse) {

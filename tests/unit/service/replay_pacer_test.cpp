@@ -104,6 +104,30 @@ TEST_F(Pacing, NamesTheConsumersThatAreMissing) {
   EXPECT_TRUE(pacer_.wait_for_consumers(kAtOnce));
 }
 
+// The monitor hears what the compensation answers: of what was answered before they were connected
+// it never takes anything.
+TEST_F(Pacing, OneThatTookNothingJoinsOnceAnotherTookAll) {
+  Consumer one(domain_, "one");
+  announced(one, "two");
+  Consumer two(domain_, "two");
+  announced(two, "");
+  const std::uint64_t newest = send_all_there_is_room_for(kFirst);
+  EXPECT_EQ(newest, kFirst + kWindow - 1);
+  EXPECT_EQ(pacer_.let_unconnected_join(kFirst), "") << "nobody took anything";
+  for (int k = 0; k < 20; ++k) {
+    one.reporter().report(kGyro, newest - 1, core::SensorTime{0});
+    std::this_thread::sleep_for(5ms);
+    ASSERT_EQ(pacer_.let_unconnected_join(kFirst), "") << "some are still on their way";
+  }
+  EXPECT_FALSE(pacer_.wait_for_room(newest + 1, kFirst, kAtOnce));
+  EXPECT_TRUE(eventually([&] {
+    one.reporter().report(kGyro, newest, core::SensorTime{0});
+    return pacer_.let_unconnected_join(kFirst) == "two";
+  }));
+  EXPECT_EQ(pacer_.let_unconnected_join(kFirst), "") << "once";
+  EXPECT_TRUE(pacer_.wait_for_room(newest + 1, kFirst, kAtOnce));
+}
+
 TEST_F(PacingNobody, NobodyIsWaitedForWhereNobodyIsNamed) {
   EXPECT_FALSE(pacer_.anybody_to_wait_for());
   EXPECT_EQ(pacer_.missing_consumers(), "");
