@@ -169,12 +169,12 @@ HotStandby::Duration HotStandby::patience(std::int64_t now_ns) const noexcept {
   if (now_ns < late_until_ns_)
     return health == Health::kUnwell ? kSilenceLate + kSilenceUnwell : kSilenceLate;
   if (health == Health::kUnwell) return kSilenceUnwell;
-  if (health == Health::kBehind) return std::max(kSilenceBehind, 2 * far());
-  return std::max(kSilence, far());
+  if (health == Health::kBehind) return std::max(kSilenceBehind, 2 * usual_patience());
+  return usual_patience();
 }
 
-HotStandby::Duration HotStandby::far() const noexcept {
-  return std::min(kSilenceLongest, Duration{kLagFactor * lag_ns_});
+HotStandby::Duration HotStandby::usual_patience() const noexcept {
+  return std::clamp(Duration{kLagFactor * lag_ns_}, kSilence, kSilenceLongest);
 }
 
 std::size_t HotStandby::first_unheard() const noexcept {
@@ -188,7 +188,7 @@ bool HotStandby::must_take_over(std::int64_t now_ns) const noexcept {
   if (!heard_to_) return now_ns - standby_since_ns_ >= patience(now_ns).count();
   const std::size_t first = first_unheard();
   return first < held_.size() && now_ns - held_[first].since_ns >= patience(now_ns).count() &&
-         is_silent(now_ns) && now_ns - listening_since_ns_ >= std::max(kSilence, far()).count();
+         is_silent(now_ns) && now_ns - listening_since_ns_ >= usual_patience().count();
 }
 
 // Late answers are worth waiting for as long as they go on coming: the one that answers late is on

@@ -149,7 +149,7 @@ class HotStandby {
   void drop_run_before(const msg::CompensatedRate& other) noexcept;
   [[nodiscard]] bool was_heard(const msg::CompensatedRate& answer) const noexcept;
   [[nodiscard]] Duration patience(std::int64_t now_ns) const noexcept;
-  [[nodiscard]] Duration far() const noexcept;  // how long an answer is under way at most
+  [[nodiscard]] Duration usual_patience() const noexcept;  // of one that is in sync and in time
   void note_arrival(const msg::CompensatedRate& answer, std::int64_t now_ns) noexcept;
   // Index of the oldest held answer that was not heard: these are the newest, and few.
   [[nodiscard]] std::size_t first_unheard() const noexcept;

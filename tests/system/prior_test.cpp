@@ -19,8 +19,6 @@
 namespace zerodrift::system_test {
 namespace {
 
-using namespace std::chrono_literals;
-
 const std::filesystem::path kModel =
     std::filesystem::path(ZERODRIFT_SOURCE_DIR) / "config/models/paper_fog.yaml";
 
