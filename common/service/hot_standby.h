@@ -163,7 +163,7 @@ class HotStandby {
   static constexpr std::uint64_t kDifferingRun = 200;
   static constexpr std::size_t kEarly = 64;
   // The latest one is forgotten by half in 0.69 times so many answers.
-  static constexpr std::int64_t kLagMemory = 256;
+  static constexpr std::int64_t kLagMemory = 1024;
   // Samples; many times a burst, which is at most what the topic keeps.
   static constexpr std::int64_t kAgeMemory = 16384;
 

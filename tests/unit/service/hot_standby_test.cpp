@@ -173,7 +173,7 @@ TEST(HotStandby, OneThatStandsStillAgainAndAgainTakesOverAllTheSame) {
 TEST(HotStandby, ASlowNetworkIsForgottenOnceItIsFast) {
   HotStandby standby = in_sync(0);
   follow(standby, 11, 100, 20 * kMs);
-  follow(standby, 111, 3000, kMs);  // 20 ms * exp(-3000 / 256) = 0.2 us
+  follow(standby, 111, 3000, kMs);  // 20 ms * exp(-3000 / 1024) = 1.1 ms
   EXPECT_FALSE(standby.take(answer(3111), 20000 * kMs));
   EXPECT_TRUE(standby.must_take_over(20000 * kMs + HotStandby::kSilence.count()));
 }
