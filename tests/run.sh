@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # The same set-up as deploy/run.sh, then all tests. Arguments go to ctest, e.g. tests/run.sh -L unit
+# Two at a time: most wait for processes. Those that compute for long count for two.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=${ZERODRIFT_BUILD_DIR:-$root/build/release}

@@ -102,15 +102,15 @@ stops_in_time() {
   [ "$count" -gt 0 ] && return "$status"
 }
 
-# undisturbed SET_UP RECORDING [WHO]: 20 s in which nothing happens; who: whoever listens.
+# undisturbed SET_UP RECORDING [WHO]: 10 s in which nothing happens; who: whoever listens.
 undisturbed() {
   local begin end
   begin=$(now)
-  sleep 20
+  sleep 10
   end=$(now)
   sleep 0.5
-  check "$1: 20 s at $gyro_rate_hz Hz, ${3:-every raw sample answered} exactly once" \
-    samples exact "$work/recordings/$2.mcap" --from "$begin" --to "$end" --at-least $((20 * gyro_rate_hz * 98 / 100))
+  check "$1: 10 s at $gyro_rate_hz Hz, ${3:-every raw sample answered} exactly once" \
+    samples exact "$work/recordings/$2.mcap" --from "$begin" --to "$end" --at-least $((10 * gyro_rate_hz * 98 / 100))
 }
 
 # nothing_lost TITLE RECORDING SINCE SECONDS [ARGUMENT...]: of what was sent from then on, for at least so many seconds.

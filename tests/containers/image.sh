@@ -12,6 +12,23 @@ make_context() {
   done | tar --null --files-from - -cf -) | tar -C "$work/context" -xf -
 }
 
+# What the building stages of the Dockerfile would give, from a build folder of this machine; the last stage is the Dockerfile's own.
+make_image_from_build() {
+  grep -qx "VERSION_CODENAME=$release" /etc/os-release || { echo "this is not Debian $release, as the image is"; return 1; }
+  grep -qx 'CMAKE_BUILD_TYPE:STRING=Release' "$from_build/CMakeCache.txt" || { echo "$from_build is no release build"; return 1; }
+  grep -qxE 'CMAKE_CXX_COMPILER:[A-Z]+=/usr/bin/(c\+\+|g\+\+)' "$from_build/CMakeCache.txt" ||
+    { echo "$from_build is not built by Debian's own compiler"; return 1; }
+  mkdir -p "$work/context/docker" "$work/context/page/usr/share/zerodrift"
+  DESTDIR=$work/context/build cmake --install "$from_build" --prefix /usr --strip >/dev/null || return 1
+  mv "$work/context/build/usr/share/zerodrift/console" "$work/context/page/usr/share/zerodrift/" || return 1
+  cp "$root/docker/sbom.sh" "$work/context/docker/"
+  {
+    printf 'FROM scratch AS page\nCOPY page/ /install/\nFROM scratch AS build\nCOPY build/ /install/\n'
+    awk '/^FROM /{stage = ""} {stage = stage $0 "\n"} END {printf "%s", stage}' "$root/docker/Dockerfile"
+  } > "$work/context/docker/Dockerfile"
+  build_image
+}
+
 build_image() {
   local began
   began=$(now)

@@ -1,9 +1,11 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Builds the image as it is deployed, runs the compose files and asserts what a subscriber gets, with processes killed, paused and
+# Builds the image as it is deployed, or from what is built already, runs the compose files and asserts what a subscriber gets, with processes killed, paused and
 # stopped; judges image, scripts and files. Needs root on Debian 12; starts an engine of its own and ends it.
-#   tests/containers/run.sh [--only image|lint|one_computer|two_computers|shared_memory|units]... [--image IMAGE.tar] [--keep DIR]
-# --image takes an image that `docker save` wrote, instead of building; --keep leaves recordings and logs in DIR. Exit code 0: all passed, or no engine can start here, which
+#   tests/containers/run.sh [--only image|lint|one_computer|two_computers|shared_memory|units]... [--from-build DIR | --image IMAGE.tar]
+#                           [--keep DIR]
+# --from-build takes the programs and the page that lie in DIR, a release build on Debian 12 as the image's own is: all but the image's
+# two building stages is tested. --image takes an image that `docker save` wrote. --keep leaves recordings and logs in DIR. Exit code 0: all passed, or no engine can start here, which
 # one line says; 1: a check failed. The base image is kept in ${XDG_CACHE_HOME:-~/.cache}/zerodrift.
 set -uo pipefail
 export PATH=/usr/bin:/usr/sbin:$PATH   # Debian's own tools, whatever else is installed
@@ -11,18 +13,19 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(cd "$here/../.." && pwd)
 cache=${XDG_CACHE_HOME:-${HOME:-/root}/.cache}/zerodrift
 image=zerodrift:test
-domain=${ZERODRIFT_TEST_DOMAIN:-77}
+domain=${ZERODRIFT_TEST_DOMAIN:-10}
 console_port=8798
 revision=$(git -C "$root" rev-parse --short HEAD 2>/dev/null || echo unknown)
 programs=(gyro_publisher thermal_publisher compensation allan_monitor navigation_filter console discovery_server zerodrift)
-only='' given_image='' keep=''
+only='' given_image='' from_build='' keep=''
 while [ $# -gt 0 ]; do
   case $1 in
     --only) only+=" $2"; shift 2 ;;
+    --from-build) from_build=$2; shift 2 ;;
     --image) given_image=$2; shift 2 ;;
     --keep) keep=$2; shift 2 ;;
-    -h|--help) sed -n '3,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
-    *) echo "run: found '$1', expected --only PART or --image FILE" >&2; exit 2 ;;
+    -h|--help) sed -n '3,11s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
+    *) echo "run: found '$1', expected --only PART, --from-build DIR, --image FILE or --keep DIR" >&2; exit 2 ;;
   esac
 done
 wanted() { [ -z "$only" ] || [[ " $only " == *" $1 "* ]]; }
@@ -78,10 +81,14 @@ build_s=0
 if [ -n "$given_image" ]; then
   docker_cli load --input "$given_image" >/dev/null || exit 2
 elif [ -n "$(wanted image && echo 1)$(wanted one_computer && echo 1)$(wanted two_computers && echo 1)$(wanted shared_memory && echo 1)$(wanted units && echo 1)" ]; then
-  make_context
-  check "the image builds from nothing" build_image
+  if [ -n "$from_build" ]; then
+    check "the image is made of what is built" make_image_from_build
+  else
+    make_context
+    check "the image builds from nothing" build_image
+    echo "     a fresh build took $build_s s (goal $build_budget_s)"   # a figure: it depends on the machine
+  fi
   docker_cli image inspect "$image" >/dev/null 2>&1 || { tally; exit 1; }
-  echo "     a fresh build took $build_s s (goal $build_budget_s)"   # a figure: it depends on the machine
 fi
 if wanted image; then
   check "the image is at most $size_budget_mb MB" image_size
