@@ -11,15 +11,12 @@ namespace zerodrift::allan {
 // P(X <= x) for X chi-square with the given degrees of freedom > 0.
 [[nodiscard]] double chi_square_cdf(double x, double degrees_of_freedom) noexcept;
 
-// x with P(X <= x) = probability, 0 < probability < 1. Relative error below 1e-10 up to 1e4 degrees
-// of freedom (Newton on the distribution); beyond, the Cornish-Fisher expansion (Johnson, Kotz &
-// Balakrishnan 1994, 18.4), better still.
+// x with P(X <= x) = probability, 0 < probability < 1. Relative error below 1e-10. Half a
+// microsecond, 20 at 1e7 degrees of freedom.
 [[nodiscard]] double chi_square_quantile(double probability, double degrees_of_freedom) noexcept;
 
-// P(F > f) for F with (first, second) degrees of freedom > 0, f >= 0: the regularised incomplete
-// beta function I_x(second/2, first/2), x = second / (second + first f), by its continued fraction
-// (DLMF 8.17.22). Relative error below 1e-10 up to 1e4 degrees of freedom, below 1e-5 up to 1e9;
-// O(sqrt(degrees of freedom)).
+// P(F > f) for F with (first, second) degrees of freedom > 0, f >= 0. Relative error below 1e-10 up
+// to 1e4 degrees of freedom, below 1e-5 up to 1e9.
 [[nodiscard]] double f_upper_tail(double f, double first_degrees_of_freedom,
                                   double second_degrees_of_freedom) noexcept;
 

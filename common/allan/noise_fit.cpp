@@ -8,6 +8,8 @@
 #include <limits>
 #include <utility>
 
+#include "common/core/golden_section.h"
+
 namespace zerodrift::allan {
 namespace {
 
@@ -339,28 +341,10 @@ FittedModel refined(const std::vector<AllanPoint>& points, FittedModel fit, int 
       lowest = c;
       best = octaves;
     }
-    // Golden section.
-    const double ratio = 0.5 * (std::sqrt(5.0) - 1.0);
-    double low = best - coarse;
-    double high = best + coarse;
-    double left = high - ratio * (high - low);
-    double right = low + ratio * (high - low);
-    double left_cost = cost(left);
-    double right_cost = cost(right);
-    while (high - low > kFine) {
-      if (left_cost < right_cost) {
-        high = std::exchange(right, left);
-        right_cost = left_cost;
-        left = high - ratio * (high - low);
-        left_cost = cost(left);
-      } else {
-        low = std::exchange(left, right);
-        left_cost = right_cost;
-        right = low + ratio * (high - low);
-        right_cost = cost(right);
-      }
-    }
-    fit = moved(0.5 * (low + high), max_iterations);
+    const double narrowings = std::log(kFine / (2.0 * coarse)) / std::log(core::kGoldenRatio);
+    const auto found = core::golden_section(best - coarse, best + coarse,
+                                            2 + static_cast<int>(std::ceil(narrowings)), cost);
+    fit = moved(0.5 * (found.low + found.high), max_iterations);
     fit = newton_steps(points, std::move(fit), shape, max_iterations);
   }
   return fit;

@@ -19,7 +19,7 @@ struct TabulatedCorrelation {
   [[nodiscard]] double at(double octaves) const {
     const double position = 4.0 * octaves;
     const double last = static_cast<double>(quarter_octaves.size() - 1);
-    if (position >= last)
+    if (!(position < last))  // not a number: neither is the answer
       return quarter_octaves.back() * std::exp2(-decay_per_octave * (position - last) / 4.0);
     const auto i = static_cast<std::size_t>(position);
     const double fraction = position - static_cast<double>(i);

@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <bit>
-#include <cassert>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
 #include "common/allan/confidence.h"
+#include "common/core/require.h"
 
 namespace zerodrift::allan {
 namespace {
@@ -175,7 +175,7 @@ void RollingAllan::close_pane() noexcept {
 }
 
 double RollingAllan::tau_s(std::size_t i) const noexcept {
-  assert(i < taus_.size());
+  core::require(i < taus_.size(), "a rolling Allan deviation is asked for one of its taus");
   return static_cast<double>(taus_[i].size()) * sample_interval_s_;
 }
 
@@ -215,7 +215,7 @@ NoiseType RollingAllan::noise(std::size_t tau, Span span) const noexcept {
 
 std::optional<AllanPoint> RollingAllan::point(std::size_t i, Span span,
                                               double confidence) const noexcept {
-  assert(i < taus_.size() && "no such tau");
+  core::require(i < taus_.size(), "a rolling Allan deviation is asked for one of its taus");
   const Sums s = sums(i, span);
   if (s.square_count == 0) return std::nullopt;
   AllanPoint point;

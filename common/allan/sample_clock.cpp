@@ -2,9 +2,11 @@
 #include "common/allan/sample_clock.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <limits>
+
+#include "common/core/median.h"
+#include "common/core/require.h"
 
 namespace zerodrift::allan {
 namespace {
@@ -36,15 +38,8 @@ std::size_t split_of(const std::vector<double>& steps_s, double before_s, double
 
 }  // namespace
 
-double nominal_period_s(std::vector<double> steps_s) {
-  if (steps_s.empty()) return 0.0;
-  const auto middle = steps_s.begin() + static_cast<std::ptrdiff_t>(steps_s.size() / 2);
-  std::nth_element(steps_s.begin(), middle, steps_s.end());
-  return *middle;
-}
-
 SampleClock::SampleClock(double nominal_period_s) : nominal_s_(nominal_period_s) {
-  assert(nominal_period_s > 0.0);
+  core::require(nominal_period_s > 0.0, "a sample clock has a period above 0");
   recent_s_.reserve(2 * kBlock);
 }
 
@@ -76,7 +71,7 @@ void SampleClock::finish() {
 
 void SampleClock::look_for_change(std::size_t newest_steps) {
   if (change_) return;
-  const double median_s = nominal_period_s(
+  const double median_s = core::median_of(
       {recent_s_.end() - static_cast<std::ptrdiff_t>(newest_steps), recent_s_.end()});
   if (std::abs(median_s - nominal_s_) <= kPeriodTolerance * nominal_s_) return;
   const std::uint64_t first_step = steps_ - recent_s_.size();

@@ -9,9 +9,6 @@
 
 namespace zerodrift::allan {
 
-// Median of the steps between samples; 0 without any. O(n).
-[[nodiscard]] double nominal_period_s(std::vector<double> steps_s);
-
 // The period of a record changes for good.
 struct PeriodChange {
   std::uint64_t sample = 0;  // the first that comes at the new period, counted from 0

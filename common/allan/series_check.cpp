@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/median.h"
+
 namespace zerodrift::allan {
 namespace {
 
@@ -11,12 +13,6 @@ constexpr std::size_t kBlock = 4096;
 constexpr std::size_t kFewestOfABlock = 16;         // to speak of their spread
 constexpr double kSigmaOfMedianDeviation = 1.4826;  // of a normal distribution
 constexpr double kSigmaOfMeanDeviation = 1.2533;    // sqrt(pi / 2)
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // The median deviation; where more than half of the samples are equal, as counts may be, the mean
 // one. 0 for a constant.
@@ -29,7 +25,7 @@ double robust_sigma(const std::vector<double>& values, double centre) {
     sum += deviations.back();
   }
   const double mean = sum / static_cast<double>(values.size());
-  const double middle = median(std::move(deviations));
+  const double middle = core::median_of(std::move(deviations));
   return middle > 0.0 ? kSigmaOfMedianDeviation * middle : kSigmaOfMeanDeviation * mean;
 }
 
@@ -87,7 +83,7 @@ void SeriesCheck::follow_run(double value, std::uint64_t place) {
 SeriesCheck::Outliers SeriesCheck::outliers_of_block() const {
   Outliers found;
   if (block_.size() < kFewestOfABlock) return found;
-  const double centre = median(block_);
+  const double centre = core::median_of(block_);
   const double sigma = robust_sigma(block_, centre);
   if (!(sigma > 0.0)) return found;
   for (std::size_t i = 0; i < block_.size(); ++i) {

@@ -1,19 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
+// Text that anybody may have written (files, records, the network, a command line), made safe for a
+// log, a terminal and a page.
 #pragma once
 
-#include <algorithm>
+#include <cstddef>
 #include <string>
+#include <string_view>
 
 namespace zerodrift::core {
 
-// The text as one line that a terminal shows as it is: each control character becomes '?'. Errors
-// quote what they found, and what they found may be anything.
-[[nodiscard]] inline std::string one_line(std::string text) {
-  const auto is_control = [](char c) {
-    return static_cast<unsigned char>(c) < 0x20 || c == '\x7f';
-  };
-  std::replace_if(text.begin(), text.end(), is_control, '?');
-  return text;
-}
+// The text as one line of valid UTF-8, never longer than it was: tabs and line ends become blanks;
+// control characters (a terminal obeys them), characters that turn the direction of writing or
+// begin another line, and each byte of broken UTF-8 become '?'. O(length).
+[[nodiscard]] std::string one_line(std::string_view text);
+
+// The whole characters of one_line(text) that fit into `most_bytes`.
+[[nodiscard]] std::string one_line(std::string_view text, std::size_t most_bytes);
+
+// one_line(text) is `text` itself. Takes no memory.
+[[nodiscard]] bool is_one_line(std::string_view text) noexcept;
 
 }  // namespace zerodrift::core

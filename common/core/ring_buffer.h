@@ -2,17 +2,20 @@
 // Fixed-capacity first-in first-out buffer. Allocates once, in the constructor; one thread.
 #pragma once
 
-#include <cassert>
 #include <cstddef>
 #include <utility>
 #include <vector>
+
+#include "common/core/require.h"
 
 namespace zerodrift::core {
 
 template <typename T>
 class RingBuffer {
  public:
-  explicit RingBuffer(std::size_t capacity) : slots_(capacity) { assert(capacity > 0); }
+  explicit RingBuffer(std::size_t capacity) : slots_(capacity) {
+    require(capacity > 0, "a ring buffer holds at least one element");
+  }
 
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
   [[nodiscard]] std::size_t capacity() const noexcept { return slots_.size(); }
@@ -34,7 +37,7 @@ class RingBuffer {
   }
 
   void pop() noexcept {
-    assert(!empty());
+    require(!empty(), "a ring buffer that is popped holds an element");
     first_ = wrap(first_ + 1);
     --size_;
   }
@@ -42,16 +45,18 @@ class RingBuffer {
   void clear() noexcept { first_ = size_ = 0; }
 
   // 0 is the oldest.
-  [[nodiscard]] T& operator[](std::size_t i) noexcept { return slots_[wrap(first_ + i)]; }
-  [[nodiscard]] const T& operator[](std::size_t i) const noexcept {
-    return slots_[wrap(first_ + i)];
-  }
+  [[nodiscard]] T& operator[](std::size_t i) noexcept { return slots_[place_of(i)]; }
+  [[nodiscard]] const T& operator[](std::size_t i) const noexcept { return slots_[place_of(i)]; }
   [[nodiscard]] T& front() noexcept { return (*this)[0]; }
   [[nodiscard]] const T& front() const noexcept { return (*this)[0]; }
   [[nodiscard]] T& back() noexcept { return (*this)[size_ - 1]; }
   [[nodiscard]] const T& back() const noexcept { return (*this)[size_ - 1]; }
 
  private:
+  [[nodiscard]] std::size_t place_of(std::size_t i) const noexcept {
+    require(i < size_, "an element that is read from a ring buffer is in it");
+    return wrap(first_ + i);
+  }
   [[nodiscard]] std::size_t wrap(std::size_t i) const noexcept {
     return i < slots_.size() ? i : i - slots_.size();
   }

@@ -3,9 +3,10 @@
 
 #include <algorithm>
 #include <bit>
-#include <cassert>
 #include <cmath>
 #include <numbers>
+
+#include "common/core/require.h"
 
 namespace zerodrift::diagnosis {
 namespace {
@@ -33,7 +34,7 @@ double laplacian_eigenvalue(std::size_t k, std::size_t n) noexcept {
 
 CosineTransform::CosineTransform(std::size_t length)
     : length_(length), twiddle_(length), work_(length), spectrum_(length) {
-  assert(length > 0 && "a transform has at least one point");
+  core::require(length > 0, "a cosine transform has at least one point");
   const double n = static_cast<double>(length);
   for (std::size_t k = 0; k < length; ++k) {
     const double norm = k == 0 ? std::sqrt(1.0 / n) : std::sqrt(2.0 / n);
@@ -80,7 +81,8 @@ void CosineTransform::fourier() {
 
 void CosineTransform::forward(std::span<const double> a, std::span<const double> b,
                               Eigen::VectorXd& a_cosine, Eigen::VectorXd& b_cosine) {
-  assert(a.size() == length_ && b.size() == length_ && "columns are as long as the plan");
+  core::require(a.size() == length_ && b.size() == length_,
+                "columns are as long as their cosine transform");
   const std::size_t n = length_;
   for (std::size_t j = 0; j < n; ++j) {  // even samples forwards, odd ones backwards
     const std::size_t to = j % 2 == 0 ? j / 2 : n - 1 - j / 2;

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "common/allan/chi_square.h"
+#include "common/core/require.h"
 #include "common/diagnosis/cosine_transform.h"
 
 namespace zerodrift::diagnosis {
@@ -262,7 +263,8 @@ std::optional<std::string> NoisePrior::validate() const {
 
 SpectralBands::SpectralBands(std::size_t samples, std::size_t single_coefficients, double bin_ratio)
     : samples_(samples) {
-  assert(samples >= 2 && bin_ratio > 1.0);
+  core::require(samples >= 2 && bin_ratio > 1.0,
+                "spectral bands need two samples and a bin ratio above 1");
   const std::size_t singles = std::min(single_coefficients, samples - 1);
   singles_ = static_cast<Eigen::Index>(singles);
   for (std::size_t k = 1; k <= singles; ++k) first_.push_back(k);

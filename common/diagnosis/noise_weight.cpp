@@ -3,20 +3,20 @@
 
 #include <Eigen/Dense>
 #include <array>
-#include <cassert>
 #include <cmath>
 #include <complex>
 #include <numbers>
 #include <numeric>
 #include <unsupported/Eigen/FFT>
 
+#include "common/core/require.h"
 #include "common/diagnosis/cosine_transform.h"
 
 namespace zerodrift::diagnosis {
 
 std::vector<double> dct_variances(std::span<const NoiseTerm> terms, std::span<const double> squares,
                                   std::size_t size, double interval_s) {
-  assert(terms.size() == squares.size());
+  core::require(terms.size() == squares.size(), "each noise term has its square");
   std::vector<double> variances(size, 0.0);
   for (std::size_t t = 0; t < terms.size(); ++t) {
     if (squares[t] == 0.0) continue;
@@ -31,7 +31,7 @@ std::vector<double> divided_by_noise(std::span<const double> series,
                                      std::span<const double> variances) {
   using Complex = std::complex<double>;
   const std::size_t n = series.size();
-  assert(variances.size() == n);
+  core::require(variances.size() == n, "each coefficient of a series has its noise variance");
   if (n == 0) return {};
   std::vector<Complex> mirrored(2 * n);
   for (std::size_t i = 0; i < n; ++i) mirrored[i] = mirrored[2 * n - 1 - i] = series[i];
@@ -72,7 +72,7 @@ double weighted_square(std::vector<double> series, std::span<const std::uint8_t>
 
 double noise_gain_nats(std::vector<double> series, std::span<const std::uint8_t> valid,
                        std::span<const double> before, std::span<const double> after) {
-  assert(before.size() == after.size());
+  core::require(before.size() == after.size(), "two noise models are compared on one series");
   const std::size_t n = after.size();
   if (n < 2 || !(before[1] > 0.0) || !(after[1] > 0.0)) return 0.0;
   centre(series, valid);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/core/integer_time.h"
+#include "common/core/require.h"
 
 namespace zerodrift::thermal {
 namespace {
@@ -12,7 +13,7 @@ namespace {
 // The points lie one to a step, so span / step of them cover the span but for the two steps cut at
 // its ends; the third extra point is the neighbour before the oldest look-up.
 std::size_t points_for(double span_s, double step_s) {
-  assert(span_s >= 0.0 && step_s > 0.0);
+  core::require(span_s >= 0.0 && step_s > 0.0, "a history has a span and a step above 0");
   return static_cast<std::size_t>(std::ceil(span_s / step_s)) + 3;
 }
 
@@ -22,7 +23,8 @@ DecimatedHistory::DecimatedHistory(double span_s, double step_s, double max_inte
     : step_(core::from_seconds(step_s)),
       max_interpolation_(core::from_seconds(max_interpolation_s)),
       points_(points_for(span_s, step_s)) {
-  assert(step_ > core::SensorTime{0} && max_interpolation_ > core::SensorTime{0});
+  core::require(step_ > core::SensorTime{0} && max_interpolation_ > core::SensorTime{0},
+                "a history has a step and an interpolation of at least a nanosecond");
 }
 
 void DecimatedHistory::add(const Reading& reading) noexcept {

@@ -11,6 +11,7 @@
 
 #include "common/allan/sample_clock.h"
 #include "common/allan/series_check.h"
+#include "common/core/require.h"
 #include "tests/unit/allan/noise_sources.h"
 
 namespace zerodrift::allan {
@@ -88,6 +89,11 @@ TEST(SampleClockScenario, AShortTailAtAnotherRateIsFoundAtTheEnd) {
   clock.finish();
   ASSERT_TRUE(clock.period_change());
   EXPECT_EQ(clock.period_change()->sample, 481U);
+}
+
+TEST(SampleClockAbuse, APeriodThatIsNoneIsRefusedInEveryBuild) {
+  EXPECT_THROW(SampleClock{0.0}, core::BrokenPromise);
+  EXPECT_THROW(SampleClock{kMissing}, core::BrokenPromise);
 }
 
 TEST(SampleClockScenario, DropsOfAThirdOfTheSamplesAreNoSecondRate) {

@@ -334,6 +334,14 @@ TEST(RollingAllanAbuse, NothingIsSaidBeforeTheFirstPair) {
   EXPECT_EQ(allan.points(Span::kSinceStart).size(), 1u);
 }
 
+TEST(RollingAllanAbuse, ATauThatItLacksEndsTheProcessInEveryBuild) {
+  const RollingAllan rolling{RollingAllanOptions{}};
+  const std::size_t beyond = rolling.tau_count();
+  EXPECT_DEATH(static_cast<void>(rolling.tau_s(beyond)), "is asked for one of its taus");
+  EXPECT_DEATH(static_cast<void>(rolling.point(beyond, Span::kSinceStart, 0.95)),
+               "is asked for one of its taus");
+}
+
 TEST(RollingAllanAbuse, WrongOptionsAreNamed) {
   const auto names = [](const RollingAllanOptions& options, const char* key) {
     const auto error = options.validate();

@@ -97,5 +97,15 @@ TEST(RingBufferAbuse, ClearedBufferStartsAfresh) {
   expect_same(ring, {9});
 }
 
+TEST(RingBufferAbuse, WhatItLacksIsNeitherReadNorPoppedInAnyBuild) {
+  RingBuffer<int> ring(3);
+  ring.push(1);
+  EXPECT_DEATH(static_cast<void>(ring[1]), "an element that is read from a ring buffer is in it");
+  ring.pop();
+  EXPECT_DEATH(static_cast<void>(ring.back()), "an element that is read from a ring buffer");
+  EXPECT_DEATH(ring.pop(), "a ring buffer that is popped holds an element");
+  EXPECT_THROW(RingBuffer<int>{0}, BrokenPromise);
+}
+
 }  // namespace
 }  // namespace zerodrift::core
