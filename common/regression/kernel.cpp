@@ -2,10 +2,10 @@
 #include "common/regression/kernel.h"
 
 #include <bit>
-#include <cassert>
 #include <cmath>
 #include <cstdint>
 
+#include "common/core/require.h"
 #include "common/regression/vector_clones.h"
 #include "common/regression/vector_operations.h"
 
@@ -171,7 +171,7 @@ void squared_distance_row(const SampleColumns& samples, const double* x, double*
 }
 
 void KernelExpansion::add_block(const SampleColumns& samples, const double* weights) noexcept {
-  assert(samples.count <= kExpansionBlock);
+  core::require(samples.count <= kExpansionBlock, "a kernel expansion is added block by block");
   double row[kExpansionBlock];
   evaluate_row(kernel_, samples, x_, row);
   total_ += dot(row, weights, samples.count);

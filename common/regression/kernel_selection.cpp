@@ -7,6 +7,7 @@
 #include <numeric>
 #include <vector>
 
+#include "common/core/golden_section.h"
 #include "common/regression/online_svr.h"
 
 namespace zerodrift::regression {
@@ -39,7 +40,6 @@ struct Minimum {
 template <typename Cost>
 Minimum minimise(double low, double high, std::size_t grid_points, std::size_t refinements,
                  const Cost& cost) {
-  constexpr double kGolden = 0.6180339887498949;
   Minimum best{low, std::numeric_limits<double>::infinity()};
   const auto evaluate = [&](double argument) {
     const double value = cost(argument);
@@ -54,27 +54,10 @@ Minimum minimise(double low, double high, std::size_t grid_points, std::size_t r
   }
   evaluate(high);
 
-  double left = std::max(log_low, std::log(best.argument) - spacing);
-  double right = std::min(log_high, std::log(best.argument) + spacing);
-  double inner_left = right - kGolden * (right - left);
-  double inner_right = left + kGolden * (right - left);
-  double value_left = evaluate(std::exp(inner_left));
-  double value_right = evaluate(std::exp(inner_right));
-  for (std::size_t i = 1; i < refinements; ++i) {
-    if (value_left < value_right) {
-      right = inner_right;
-      inner_right = inner_left;
-      value_right = value_left;
-      inner_left = right - kGolden * (right - left);
-      value_left = evaluate(std::exp(inner_left));
-    } else {
-      left = inner_left;
-      inner_left = inner_right;
-      value_left = value_right;
-      inner_right = left + kGolden * (right - left);
-      value_right = evaluate(std::exp(inner_right));
-    }
-  }
+  const double around = std::log(best.argument);
+  core::golden_section(std::max(log_low, around - spacing), std::min(log_high, around + spacing),
+                       static_cast<int>(refinements) + 1,
+                       [&](double argument) { return evaluate(std::exp(argument)); });
   return best;
 }
 

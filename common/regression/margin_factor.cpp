@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "common/core/require.h"
 #include "common/regression/vector_operations.h"
 
 namespace zerodrift::regression {
@@ -33,6 +34,7 @@ void MarginFactor::solve(double* x) const noexcept {
 
 void MarginFactor::append(const double* lower, double pivot) noexcept {
   assert(pivot > 0.0);
+  core::require(rows_ < cosines_.size(), "a margin factor has room for the row");
   double* l = row(rows_);
   std::copy_n(lower, rows_, l);
   l[rows_] = std::sqrt(pivot);
@@ -43,7 +45,7 @@ void MarginFactor::append(const double* lower, double pivot) noexcept {
 // k+1 into each other brings each row back below the diagonal. Row by row, so that memory is read
 // in order.
 void MarginFactor::remove_row(std::size_t removed) noexcept {
-  assert(removed < rows_);
+  core::require(removed < rows_, "a row that leaves a margin factor is in it");
   for (std::size_t i = removed; i + 1 < rows_; ++i) {
     double* l = row(i + 1);
     for (std::size_t k = removed; k < i; ++k) {
@@ -73,7 +75,8 @@ std::span<const double> MarginFactor::packed() const noexcept {
 }
 
 void MarginFactor::restore(std::span<const double> packed_rows, std::size_t rows) noexcept {
-  assert(packed_rows.size() == rows * (rows + 1) / 2);
+  core::require(rows <= cosines_.size() && packed_rows.size() == rows * (rows + 1) / 2,
+                "a margin factor that is restored has room for its rows");
   std::copy(packed_rows.begin(), packed_rows.end(), packed_.get());
   rows_ = rows;
 }

@@ -15,14 +15,9 @@
 //
 // Method: J. Ma, J. Theiler, S. Perkins, "Accurate On-line Support Vector Regression", Neural
 // Computation 15 (2003). A change of one coefficient theta_c moves the margin coefficients and the
-// bias linearly, so that S stays on its margin,
-//
-//   [db; dtheta_S] = -[0 1'; 1 K_SS]^-1 [1; K_Sc] dtheta_c
-//   dh_i = K_ic dtheta_c + K_iS dtheta_S + db
-//
-// up to the first sample that meets the border of its set. That sample changes set (one "event"),
-// and so on. Learning drives h_c to its margin or theta_c to C_c; forgetting drives theta_c to 0.
-// With S empty only b moves.
+// bias linearly, so that S stays on its margin (margin_system.h), up to the first sample that meets
+// the border of its set. That sample changes set (one "event"), and so on. Learning drives h_c to
+// its margin or theta_c to C_c; forgetting drives theta_c to 0. With S empty only b moves.
 //
 // How this stands to Mao, Xu, He & Wu, Laser & Optoelectronics Progress 59(1), 0106002 (2022),
 // section 2.2:
@@ -55,48 +50,16 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
-#include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
-#include "common/regression/kernel.h"
-#include "common/regression/margin_factor.h"
+#include "common/regression/kernel_rows.h"
+#include "common/regression/margin_system.h"
+#include "common/regression/online_svr_options.h"
 #include "common/regression/sample_window.h"
 #include "common/regression/vector_operations.h"
 
 namespace zerodrift::regression {
-
-// Features, targets and k(x, x) beyond this are refused: double can't hold the KKT tolerance there.
-inline constexpr double kLargestMagnitude = 1e6;
-// Largest residual, bias, weight or factor entry of a saved state: products of them stay finite.
-inline constexpr double kLargestSum = 1e100;
-
-struct OnlineSvrOptions {
-  std::size_t dimension = 2;   // features per sample, 1..kMaxDimension
-  std::size_t capacity = 500;  // W, samples held at most, >= 2
-  Kernel kernel;
-  double epsilon = 0.02;         // tube half-width, unit of the targets, > kkt_bound()
-  double box_constraint = 10.0;  // C, bound of |theta| of a sample of weight 1, > 0
-  // Bound held on every KKT violation, relative to max(1, C); unit of the targets.
-  double kkt_tolerance = 1e-9;
-  // Events one call may spend. What is left is finished by the next call.
-  std::size_t event_budget = 200;
-  WindowPolicy window = WindowPolicy::kFifo;
-  std::size_t recent_capacity = 250;  // kTwoTier only: size of the recent tier, 1..capacity-1
-
-  // The bound on KKT violations, unit of the targets.
-  [[nodiscard]] double kkt_bound() const noexcept;
-
-  // Whether a sample may have this weight: above 0, at most 1, and weight x C a normal number.
-  [[nodiscard]] bool is_weight(double weight) const noexcept;
-
-  // The first wrong key and what would be right; empty if all is well.
-  [[nodiscard]] std::optional<std::string> validate() const;
-
-  friend bool operator==(const OnlineSvrOptions&, const OnlineSvrOptions&) = default;
-};
 
 enum class UpdateOutcome : std::uint8_t {
   kFitsAlready,  // the sample lay inside the tube; it is in the window with theta = 0
@@ -185,7 +148,8 @@ class OnlineSvr {
 
   [[nodiscard]] const OnlineSvrOptions& options() const noexcept { return options_; }
   [[nodiscard]] std::size_t size() const noexcept { return window_.size(); }
-  [[nodiscard]] std::size_t slot_count() const noexcept { return slot_count_; }
+  // capacity + 1: a sample that is still leaving doesn't block a new one.
+  [[nodiscard]] std::size_t slot_count() const noexcept { return rows_.slot_count(); }
   [[nodiscard]] SetCounts set_counts() const noexcept;
   [[nodiscard]] bool is_settled() const noexcept { return unsettled_.empty(); }
   [[nodiscard]] double bias() const noexcept { return bias_; }
@@ -205,11 +169,7 @@ class OnlineSvr {
     return window_.arrival(slot);
   }
   [[nodiscard]] double feature(std::size_t slot, std::size_t d) const noexcept {
-    return features_[d * stride_ + slot];
-  }
-  // Feature d of all slots, vacant ones included.
-  [[nodiscard]] std::span<const double> feature_column(std::size_t d) const noexcept {
-    return {features_.data() + d * stride_, slot_count_};
+    return rows_.feature(slot, d);
   }
 
   // Largest violation of the KKT conditions by any settled sample, from residuals computed anew.
@@ -225,14 +185,6 @@ class OnlineSvr {
     bool stops_at_margin;    // false while forgetting
   };
 
-  // Rates per unit of the driven coefficient; those of the margin coefficients are in rates_.
-  struct Direction {
-    double bias_rate;
-    double own_residual_rate;  // dh_c / dtheta_c: the Schur complement, >= 0
-    double threshold;          // residual rates below this are rounding
-    double magnitude;          // of the kernel terms that a residual rate is the sum of
-  };
-
   struct Event {
     enum class Kind : std::uint8_t { kDriverAtMargin, kDriverAtLimit, kMarginLeaves, kSampleMeets };
     Kind kind = Kind::kDriverAtLimit;
@@ -243,15 +195,6 @@ class OnlineSvr {
   // C_i.
   [[nodiscard]] double box_of(std::size_t slot) const noexcept {
     return weight_[slot] * options_.box_constraint;
-  }
-  [[nodiscard]] SampleColumns columns() const noexcept;
-  void gather(std::size_t slot, double* x) const noexcept;
-  [[nodiscard]] std::size_t margin_size() const noexcept { return margin_slots_.size(); }
-  [[nodiscard]] double* row(std::size_t index) const noexcept {
-    return rows_.get() + index * stride_;
-  }
-  [[nodiscard]] const double* margin_row(std::size_t p) const noexcept {
-    return row(margin_rows_[p]);
   }
 
   [[nodiscard]] bool accepts(std::span<const double> x, double y, double weight) const noexcept;
@@ -266,24 +209,11 @@ class OnlineSvr {
   void keep_before_margin(std::size_t driver, const Drive& drive) noexcept;
   [[nodiscard]] bool try_to_settle(std::size_t driver) noexcept;
   [[nodiscard]] Drive plan(std::size_t slot) const noexcept;
-  void load_driver_row(std::size_t driver) noexcept;
-  void release_driver_row() noexcept;
-  [[nodiscard]] std::size_t take_row(std::size_t slot) noexcept;
-  void park_row(std::size_t slot, std::size_t kernel_row) noexcept;
-  bool unpark_row(std::size_t slot) noexcept;
-  void evaluate(std::size_t slot, std::size_t kernel_row) noexcept;
-  void solve_rates(const double* kernel_row) noexcept;
-  void solve_rates_refined(const double* kernel_row) noexcept;
-  [[nodiscard]] Direction direction_of(const double* kernel_row, std::size_t slot) const noexcept;
-  [[nodiscard]] Direction solve_direction(const Drive& drive, std::size_t driver) noexcept;
-  [[nodiscard]] double largest_margin_rate() const noexcept;
-  void balance_rates() noexcept;
-  [[nodiscard]] double expansion_rate(const double* kernel_row, std::size_t slot) const noexcept;
-  [[nodiscard]] double refine_rates(const double* kernel_row) noexcept;
-  [[nodiscard]] double reduced_product(const double* kernel_row, std::size_t slot) const noexcept;
-  void write_residual_rates(const Drive& drive, const Direction& direction) noexcept;
+  [[nodiscard]] MarginSample take_driver(std::size_t driver) noexcept;
+  void release_driver() noexcept;
+  [[nodiscard]] bool reaches_margin(std::size_t driver, const Direction& direction) const noexcept;
   [[nodiscard]] Event next_event(std::size_t driver, const Drive& drive,
-                                 const Direction& direction) noexcept;
+                                 const Direction& direction) const noexcept;
   [[nodiscard]] double step_to_bound(std::size_t slot, double rate) const noexcept;
   void apply(std::size_t driver, const Drive& drive, const Direction& direction,
              double step) noexcept;
@@ -292,13 +222,8 @@ class OnlineSvr {
   void put_past_border(std::size_t slot, double border, double side) noexcept;
 
   [[nodiscard]] bool enter_margin(std::size_t slot) noexcept;
-  [[nodiscard]] bool append_to_factor(const double* kernel_row, std::size_t slot) noexcept;
-  std::size_t detach_from_margin(std::size_t position) noexcept;
+  void detach_from_margin(std::size_t position) noexcept;
   void leave_margin(std::size_t position) noexcept;
-  [[nodiscard]] double smallest_pivot(std::size_t slot, const Direction& direction) const noexcept;
-  [[nodiscard]] bool reaches_margin(std::size_t driver, const Direction& direction) const noexcept;
-  [[nodiscard]] bool refactor() noexcept;
-  void renew_factor() noexcept;
   void assign_set(std::size_t slot, SampleSet set) noexcept;
   void await(std::size_t slot) noexcept;
   void push_unsettled(std::size_t slot) noexcept;
@@ -308,51 +233,29 @@ class OnlineSvr {
   void refresh_one_residual() noexcept;
   void balance_thetas() noexcept;
   void recentre_margin() noexcept;
-  [[nodiscard]] double margin_residual(std::size_t position) const noexcept;
-  [[nodiscard]] double kernel_magnitude(std::size_t slot) const noexcept;
 
   OnlineSvrOptions options_;
-  std::size_t slot_count_;  // capacity + 1: a sample that is still leaving doesn't block a new one
-  std::size_t stride_;      // padded slot count
+  KernelRows rows_;
+  MarginSystem margin_;
   SampleWindow window_;
-  MarginFactor factor_;
 
   // By slot, padded.
-  Column features_;  // by column
-  Column target_, weight_, theta_, residual_, self_;
+  Column target_, weight_, theta_, residual_;
   Column upper_, lower_;  // residuals at which the sample changes set
   std::vector<SampleSet> set_;
   std::vector<char> is_leaving_;
   std::vector<char> was_driven_;  // to a bound or its margin, in this call
 
-  // By margin position; the reference is at 0.
-  std::vector<std::size_t> margin_slots_, margin_rows_;
-
-  std::vector<std::size_t> unsettled_;  // a stack; the last is driven
-
-  // Kernel rows: one spare for passing use, those of the margin samples and the driver, and those
-  // parked, the last parked at the end. Reserved for the worst case, committed only as far as used.
-  struct FreeRows {
-    void operator()(double* rows) const noexcept { ::operator delete[](rows, kCacheLine); }
-  };
-  std::unique_ptr<double[], FreeRows> rows_;
-  std::vector<std::size_t> free_rows_;
-  std::vector<std::size_t> parked_slots_, parked_rows_;
-  std::size_t driver_row_ = 0;
-  std::size_t driver_row_slot_ = SampleWindow::kNoSlot;
-
-  // Scratch.
-  std::vector<double> rates_, reduced_, correction_;  // by margin position
-  std::vector<const double*> row_pointers_;
-  std::vector<double> row_rates_;
-  Column residual_rate_;  // by slot
-
+  std::vector<std::size_t> unsettled_;           // a stack; the last is driven
+  std::size_t driver_ = SampleWindow::kNoSlot;   // whose row is taken
+  std::size_t refused_ = SampleWindow::kNoSlot;  // the driver that the present margin didn't take
   double bias_ = 0.0;
   std::uint64_t arrival_count_ = 0;
   std::size_t refresh_cursor_ = 0;
-  bool may_refactor_ = true;      // once a call
-  bool is_factor_fresh_ = false;  // no row was removed since it was renewed in this call
-  std::size_t refused_ = SampleWindow::kNoSlot;  // the driver that the present margin didn't take
+
+  // Scratch.
+  Column residual_rate_;               // by slot
+  std::vector<double> margin_offset_;  // by margin position
 };
 
 }  // namespace zerodrift::regression

@@ -13,21 +13,23 @@ namespace zerodrift::regression {
 OnlineSvrState OnlineSvr::export_state() const {
   OnlineSvrState state;
   const std::size_t dimension = options_.dimension;
-  state.features.resize(slot_count_ * dimension);
-  for (std::size_t slot = 0; slot < slot_count_; ++slot) {
-    gather(slot, state.features.data() + slot * dimension);
+  state.features.resize(slot_count() * dimension);
+  for (std::size_t slot = 0; slot < slot_count(); ++slot) {
+    for (std::size_t d = 0; d < dimension; ++d)
+      state.features[slot * dimension + d] = rows_.feature(slot, d);
     state.arrivals.push_back(window_.arrival(slot));
     state.tiers.push_back(window_.tier(slot));
     if (is_leaving_[slot]) state.forgotten_slots.push_back(slot);
   }
-  const auto slots = static_cast<std::ptrdiff_t>(slot_count_);
+  const auto slots = static_cast<std::ptrdiff_t>(slot_count());
   state.targets.assign(target_.begin(), target_.begin() + slots);
   state.weights.assign(weight_.begin(), weight_.begin() + slots);
   state.thetas.assign(theta_.begin(), theta_.begin() + slots);
   state.residuals.assign(residual_.begin(), residual_.begin() + slots);
   state.sets = set_;
-  state.margin_slots = margin_slots_;
-  state.margin_factor.assign(factor_.packed().begin(), factor_.packed().end());
+  for (std::size_t p = 0; p < margin_.size(); ++p) state.margin_slots.push_back(margin_.slot(p));
+  const auto factor = margin_.packed_factor();
+  state.margin_factor.assign(factor.begin(), factor.end());
   state.unsettled_slots = unsettled_;
   state.bias = bias_;
   state.arrival_count = arrival_count_;
@@ -135,12 +137,8 @@ OnlineSvr OnlineSvr::from_state(const OnlineSvrOptions& options, const OnlineSvr
   check_values(options, state);
   check_lists(state);
   std::vector<std::size_t> by_arrival;
-  for (std::size_t slot = 0; slot < svr.slot_count_; ++slot) {
-    for (std::size_t d = 0; d < options.dimension; ++d) {
-      svr.features_[d * svr.stride_ + slot] = state.features[slot * options.dimension + d];
-    }
-    svr.self_[slot] =
-        self_value(options.kernel, &state.features[slot * options.dimension], options.dimension);
+  for (std::size_t slot = 0; slot < svr.slot_count(); ++slot) {
+    svr.rows_.write(slot, {&state.features[slot * options.dimension], options.dimension});
     if (state.sets[slot] != SampleSet::kVacant) by_arrival.push_back(slot);
   }
   std::copy(state.targets.begin(), state.targets.end(), svr.target_.begin());
@@ -153,13 +151,12 @@ OnlineSvr OnlineSvr::from_state(const OnlineSvrOptions& options, const OnlineSvr
   std::sort(by_arrival.begin(), by_arrival.end(),
             [&](std::size_t a, std::size_t b) { return state.arrivals[a] < state.arrivals[b]; });
   for (const std::size_t slot : by_arrival) {
-    svr.window_.restore(slot, state.arrivals[slot], state.tiers[slot], svr.columns());
+    svr.window_.restore(slot, state.arrivals[slot], state.tiers[slot], svr.rows_.columns());
   }
   for (const std::size_t slot : state.margin_slots) {
-    svr.margin_slots_.push_back(slot);
-    svr.margin_rows_.push_back(svr.take_row(slot));
+    svr.margin_.restore({slot, svr.rows_.take(slot), svr.rows_.magnitude(slot)});
   }
-  svr.factor_.restore(state.margin_factor, std::max<std::size_t>(svr.margin_size(), 1) - 1);
+  svr.margin_.restore_factor(state.margin_factor);
   svr.bias_ = state.bias;
   svr.arrival_count_ = state.arrival_count;
   svr.refresh_cursor_ = state.refresh_cursor;

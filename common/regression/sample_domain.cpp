@@ -18,13 +18,12 @@ SampleDomain::SampleDomain(std::size_t dimension, std::size_t capacity)
       stride_(padded(capacity + 1)),  // a sample that is still leaving counts as well
       features_(dimension * stride_, 0.0) {}
 
-// Vacant slots are put out of reach instead of being left out, so that columns are copied whole.
+// Vacant slots are put out of reach instead of being left out, so that columns stay whole.
 void SampleDomain::assign(const OnlineSvr& svr) noexcept {
   size_ = svr.slot_count();
   for (std::size_t d = 0; d < dimension_; ++d) {
-    const auto column = svr.feature_column(d);
-    std::copy(column.begin(), column.end(),
-              features_.begin() + static_cast<std::ptrdiff_t>(d * stride_));
+    for (std::size_t slot = 0; slot < size_; ++slot)
+      features_[d * stride_ + slot] = svr.feature(slot, d);
   }
   for (std::size_t slot = 0; slot < size_; ++slot) {
     if (svr.set_of(slot) == SampleSet::kVacant)

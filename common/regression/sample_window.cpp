@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cassert>
 #include <limits>
 
+#include "common/core/require.h"
 #include "common/regression/vector_operations.h"
 
 namespace zerodrift::regression {
@@ -43,7 +43,7 @@ std::size_t SampleWindow::victim() const noexcept {
 
 void SampleWindow::insert(std::size_t slot, std::uint64_t arrival,
                           const SampleColumns& columns) noexcept {
-  assert(tier_[slot] == WindowTier::kNone);
+  core::require(tier_[slot] == WindowTier::kNone, "a sample joins a window at a vacant slot");
   arrival_[slot] = arrival;
   append_recent(slot);
   ++size_;
@@ -54,7 +54,7 @@ void SampleWindow::insert(std::size_t slot, std::uint64_t arrival,
 }
 
 void SampleWindow::remove(std::size_t slot, const SampleColumns& columns) noexcept {
-  assert(tier_[slot] != WindowTier::kNone);
+  core::require(tier_[slot] != WindowTier::kNone, "a sample that leaves a window is in it");
   if (tier_[slot] == WindowTier::kRecent) {
     unlink_recent(slot);
   } else {

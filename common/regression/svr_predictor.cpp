@@ -2,11 +2,11 @@
 #include "common/regression/svr_predictor.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
+#include "common/core/require.h"
 #include "common/regression/online_svr.h"
 #include "common/regression/vector_operations.h"
 
@@ -37,7 +37,8 @@ SvrPredictor::SvrPredictor(std::size_t dimension, std::size_t capacity)
 }
 
 void SvrPredictor::assign(const OnlineSvr& svr) noexcept {
-  assert(svr.options().dimension == dimension_ && padded(svr.slot_count()) == stride_);
+  core::require(svr.options().dimension == dimension_ && padded(svr.slot_count()) == stride_,
+                "a predictor is as large as the online SVR that it copies");
   kernel_ = svr.options().kernel;
   bias_ = svr.bias();
   support_size_ = 0;
@@ -84,7 +85,7 @@ void SvrPredictor::restore(const SvrPredictorState& state) {
 }
 
 double SvrPredictor::predict(std::span<const double> x) const noexcept {
-  assert(x.size() == dimension_);
+  core::require(x.size() == dimension_, "features are as many as the predictor learned");
   KernelExpansion expansion(kernel_, x.data());
   for (std::size_t begin = 0; begin < support_size_; begin += kExpansionBlock) {
     const std::size_t count = std::min(kExpansionBlock, padded(support_size_ - begin));

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <vector>
 
+#include "common/core/require.h"
 #include "common/regression/schemes/option_error.h"
 
 namespace zerodrift::regression {
@@ -92,7 +93,8 @@ void BatchSvr::learn(const DriftLabel& label) {
   const svm_problem problem{
       .l = static_cast<int>(initial_.size()), .y = targets.data(), .x = rows.data()};
   const svm_parameter parameter = parameter_of(options_);
-  assert(svm_check_parameter(&problem, &parameter) == nullptr && "validate() lets none such pass");
+  core::require(svm_check_parameter(&problem, &parameter) == nullptr,
+                "options that LIBSVM refuses do not pass validate()");
   model->svm.reset(svm_train(&problem, &parameter));
   model_ = std::move(model);
   initial_.release();
@@ -100,7 +102,7 @@ void BatchSvr::learn(const DriftLabel& label) {
 
 DriftPrediction BatchSvr::predict(double /*time_s*/, std::span<const double> features) const {
   if (!is_trained()) return {.drift = offset_, .variance = -1.0};
-  assert(features.size() == initial_.dimension() && "as many features as the labels had");
+  core::require(features.size() == initial_.dimension(), "features are as many as the labels had");
   std::array<svm_node, kMaxDimension + 1> nodes;
   write_nodes(features, nodes.data());
   return {.drift = offset_ + scale_ * svm_predict(model_->svm.get(), nodes.data()),

@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "common/core/require.h"
 #include "common/regression/schemes/option_error.h"
 
 namespace zerodrift::regression {
@@ -25,8 +26,8 @@ std::optional<std::string> InitialSetOptions::validate() const {
 
 bool InitialSet::add(const DriftLabel& label) {
   assert(is_learnable(label) && "a label must be finite, with positive duration and variance");
-  assert((drifts_.empty() || label.features.size() == dimension_) &&
-         "the number of features must not change from label to label");
+  core::require(drifts_.empty() || label.features.size() == dimension_,
+                "the number of features does not change from label to label");
   dimension_ = label.features.size();
   features_.insert(features_.end(), label.features.begin(), label.features.end());
   drifts_.push_back(label.drift);

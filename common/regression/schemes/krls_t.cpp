@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "common/core/require.h"
 #include "common/regression/schemes/option_error.h"
 #include "common/regression/vector_operations.h"
 
@@ -138,7 +139,7 @@ void KrlsT::update(std::span<const double> features, double drift, double varian
 }
 
 KrlsT::Projection KrlsT::project(std::span<const double> features) const {
-  assert(features.size() == initial_.dimension() && "as many features as the labels had");
+  core::require(features.size() == initial_.dimension(), "features are as many as the labels had");
   Projection projection{.weights = Eigen::VectorXd(size_), .novelty = 1.0};
   if (size_ == 0) return projection;
   const Kernel kernel{.kind = KernelKind::kRbf, .gamma = options_.gamma};

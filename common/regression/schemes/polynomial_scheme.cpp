@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "common/core/require.h"
 #include "common/regression/kernel.h"
 #include "common/regression/schemes/initial_set.h"
 #include "common/regression/schemes/option_error.h"
@@ -54,9 +55,9 @@ DriftPrediction PolynomialScheme::predict(double /*time_s*/,
 
 PolynomialScheme::Coefficients PolynomialScheme::terms(
     std::span<const double> features) const noexcept {
-  assert(options_.temperature_feature < features.size() &&
-         options_.rate_feature < features.size() &&
-         "temperature_feature and rate_feature must name features that the labels have");
+  core::require(
+      options_.temperature_feature < features.size() && options_.rate_feature < features.size(),
+      "temperature_feature and rate_feature name features that the labels have");
   const double t = features[options_.temperature_feature];
   const double rate = features[options_.rate_feature];
   return {1.0, t, t * t, t * t * t, rate, t * rate};

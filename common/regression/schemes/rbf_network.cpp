@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "common/core/require.h"
 #include "common/regression/schemes/option_error.h"
 #include "common/regression/vector_operations.h"
 
@@ -107,7 +108,7 @@ void RbfNetwork::learn(const DriftLabel& label) {
 
 DriftPrediction RbfNetwork::predict(double /*time_s*/, std::span<const double> features) const {
   if (!is_trained_) return {.drift = offset_, .variance = -1.0};
-  assert(features.size() == initial_.dimension() && "as many features as the labels had");
+  core::require(features.size() == initial_.dimension(), "features are as many as the labels had");
   std::vector<double> row(weights_.size());
   evaluate_row(kernel_, centres(), features.data(), row.data());
   for (double& value : row) value += 1.0;  // the row holds k - 1

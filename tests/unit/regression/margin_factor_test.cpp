@@ -89,5 +89,15 @@ TEST(MarginFactorLaws, SolveInvertsTheGramMatrix) {
   EXPECT_LE((reduced_gram(points) * x - b).cwiseAbs().maxCoeff(), 1e-13);  // condition below 1e2
 }
 
+TEST(MarginFactorAbuse, RowsThatAreNotThereOrDoNotFitEndTheProcessInEveryBuild) {
+  MarginFactor factor(1);
+  EXPECT_DEATH(factor.remove_row(0), "a row that leaves a margin factor is in it");
+  factor.append(nullptr, 1.0);
+  const std::vector<double> lower{0.5};
+  EXPECT_DEATH(factor.append(lower.data(), 1.0), "a margin factor has room for the row");
+  const std::vector<double> three(3, 1.0);
+  EXPECT_DEATH(factor.restore(three, 2), "a margin factor that is restored has room for its rows");
+}
+
 }  // namespace
 }  // namespace zerodrift::regression

@@ -52,5 +52,19 @@ TEST(PredictorAbuse, PredictsZeroUntilAssignedAndRefusesImpossibleDimensions) {
   EXPECT_THROW(SvrPredictor(kMaxDimension + 1, 10), std::invalid_argument);
 }
 
+TEST(PredictorAbuse, FeaturesOfAnotherDimensionEndTheProcessInEveryBuild) {
+  const SvrPredictor predictor(2, 10);
+  EXPECT_DEATH(static_cast<void>(predictor.predict(std::vector<double>{1.0})),
+               "features are as many as the predictor learned");
+  OnlineSvrOptions options;
+  options.dimension = 2;
+  options.capacity = 20;
+  const OnlineSvr svr(options);
+  EXPECT_DEATH(static_cast<void>(svr.predict(std::vector<double>{1.0})),
+               "features are as many as the online SVR learns");
+  SvrPredictor smaller(2, 4);
+  EXPECT_DEATH(smaller.assign(svr), "a predictor is as large as the online SVR that it copies");
+}
+
 }  // namespace
 }  // namespace zerodrift::regression::testing

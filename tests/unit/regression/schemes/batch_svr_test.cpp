@@ -5,7 +5,9 @@
 #include <libsvm/svm.h>
 
 #include <stdexcept>
+#include <vector>
 
+#include "common/core/require.h"
 #include "tests/unit/regression/schemes/drift_records.h"
 
 namespace zerodrift::regression::testing {
@@ -91,6 +93,23 @@ TEST(BatchSvrAbuse, IdenticalLabelsGiveThatLabel) {
   }
   ASSERT_TRUE(scheme.is_trained());
   EXPECT_NEAR(scheme.predict(100.0, x).drift, 1e-5, 1e-15);
+}
+
+TEST(BatchSvrAbuse, FeaturesOfAnotherDimensionAreRefusedInEveryBuild) {
+  BatchSvr scheme({.initial = {.labels = 2}});
+  const auto learn = [&](double time_s, const std::vector<double>& x) {
+    scheme.learn({.time_s = time_s,
+                  .duration_s = 1.0,
+                  .features = x,
+                  .drift = 1e-5 * time_s,
+                  .variance = 1e-14});
+  };
+  learn(1.0, {0.1, 0.2});
+  EXPECT_THROW(learn(2.0, {0.1}), core::BrokenPromise);
+  learn(2.0, {0.2, 0.1});
+  ASSERT_TRUE(scheme.is_trained());
+  EXPECT_THROW(static_cast<void>(scheme.predict(3.0, std::vector<double>(kMaxDimension + 1, 0.1))),
+               core::BrokenPromise);
 }
 
 TEST(BatchSvrAbuse, NothingIsPrinted) {
