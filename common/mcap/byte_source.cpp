@@ -14,12 +14,13 @@
 namespace zerodrift::mcap {
 
 FileSource::FileSource(const std::filesystem::path& path) : path_(path) {
-  fd_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  // O_NONBLOCK: a pipe without a writer would be waited for.
+  fd_ = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
   if (fd_ < 0) throw McapError(path.string() + ": cannot be opened: " + std::strerror(errno));
   struct stat status {};
   if (::fstat(fd_, &status) != 0 || !S_ISREG(status.st_mode)) {
     ::close(fd_);
-    throw McapError(path.string() + ": is no regular file");
+    throw McapError(path.string() + ": is no regular file, expected one");
   }
   size_ = static_cast<std::uint64_t>(status.st_size);
 }

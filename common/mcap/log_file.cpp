@@ -22,19 +22,24 @@ namespace fs = std::filesystem;
 
 // Of a recording that was not finished; never overwritten.
 fs::path move_aside(const fs::path& active, const fs::path& target) {
-  for (int number = 1;; ++number) {
-    fs::path free = target;
-    free.replace_filename(target.stem().string() + ".cut" + std::to_string(number) +
-                          target.extension().string());
-    std::error_code error;
-    if (fs::exists(free, error)) continue;
-    fs::rename(active, free, error);
-    if (error) refuse(active, "cannot be moved to " + free.string(), error.value());
-    return free;
-  }
+  fs::path free = free_name_of_cut(target);
+  std::error_code error;
+  fs::rename(active, free, error);
+  if (error) refuse(active, "cannot be moved to " + free.string(), error.value());
+  return free;
 }
 
 }  // namespace
+
+fs::path free_name_of_cut(const fs::path& target) {
+  for (int number = 1;; ++number) {
+    fs::path name = target;
+    name.replace_filename(target.stem().string() + ".cut" + std::to_string(number) +
+                          target.extension().string());
+    std::error_code error;
+    if (!fs::exists(fs::symlink_status(name, error))) return name;
+  }
+}
 
 LogFile::LogFile(fs::path target) : target_(std::move(target)), active_(target_) {
   active_ += ".active";

@@ -1,21 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/record/line_reader.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <boost/iostreams/device/file_descriptor.hpp>
 #include <boost/iostreams/filter/gzip.hpp>
 #include <boost/iostreams/filter/lzma.hpp>
 #include <boost/iostreams/filtering_streambuf.hpp>
-#include <cerrno>
 #include <cstring>
 #include <ios>
 #include <string>
 #include <vector>
 
+#include "common/record/input_file.h"
 #include "common/record/record_error.h"
 
 namespace zerodrift::record {
@@ -26,19 +22,6 @@ namespace io = boost::iostreams;
 constexpr std::size_t kChunk = std::size_t{256} * 1024;
 constexpr std::size_t kLongestLine = std::size_t{1024} * 1024;
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-
-io::file_descriptor_source open_file(const std::filesystem::path& path) {
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (fd < 0)
-    throw RecordError(path.string() + ": cannot open for reading: " + std::strerror(errno));
-  io::file_descriptor_source file{fd, io::close_handle};
-  struct stat status {};
-  if (::fstat(fd, &status) == 0 && S_ISDIR(status.st_mode)) {
-    throw RecordError(path.string() +
-                      ": is a directory; a record is a .csv, .csv.gz or .csv.xz file");
-  }
-  return file;
-}
 
 }  // namespace
 
@@ -88,7 +71,7 @@ struct LineReader::State {
 LineReader::LineReader(const std::filesystem::path& path) : state_(std::make_unique<State>()) {
   state_->path = path;
   state_->buffer.resize(kChunk);
-  io::file_descriptor_source file = open_file(path);
+  const io::file_descriptor_source file{open_regular_file(path), io::close_handle};
   const std::filesystem::path suffix = path.extension();
   if (suffix == ".gz")
     state_->chain.push(io::gzip_decompressor(), static_cast<std::streamsize>(kChunk));

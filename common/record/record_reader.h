@@ -55,7 +55,7 @@ struct RecordRow {
   core::PerAxis<double> reference_radps{};  // true, body frame; 0 where there is no such column
   RecordInputs inputs;
   std::vector<double> temperature_degc;  // one a probe, in the order of RecordInfo::probes
-  std::vector<std::string_view> extra;  // text of the unknown columns, as RecordInfo::extra_columns
+  std::vector<std::string> extra;  // text of the unknown columns, as RecordInfo::extra_columns
   // Of an MCAP file: which of the above this row brings, with what else is known of it. Null: each
   // row of the record brings all (record_samples.h).
   const RecordedSamples* recorded = nullptr;

@@ -137,4 +137,8 @@ void RecordWriter::commit() {
   s.file.commit();
 }
 
+std::filesystem::path RecordWriter::keep() {
+  return state_->file.keep();
+}
+
 }  // namespace zerodrift::record

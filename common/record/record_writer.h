@@ -44,6 +44,10 @@ class RecordWriter {
   // it.
   void commit();
 
+  // After a failure: what was written so far stays under a name of its own, which it gives; empty
+  // where nothing could be kept (AtomicFile::keep()).
+  std::filesystem::path keep();
+
  private:
   struct State;
   std::unique_ptr<State> state_;

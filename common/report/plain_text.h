@@ -7,11 +7,11 @@
 #include <string>
 #include <string_view>
 
+#include "common/core/one_line.h"
+
 namespace zerodrift::report {
 
-// `text` as valid UTF-8 on one line: tabs and line ends become blanks; control characters (a
-// terminal obeys them) and broken UTF-8 become U+FFFD.
-[[nodiscard]] std::string one_line(std::string_view text);
+using core::one_line;
 
 // one_line(), with & < > " ' replaced: safe in HTML and SVG text and in quoted attributes.
 [[nodiscard]] std::string escaped(std::string_view text);

@@ -12,6 +12,7 @@
 #include "services/zerodrift/allan_report.h"
 #include "services/zerodrift/allan_run.h"
 #include "services/zerodrift/commands.h"
+#include "services/zerodrift/ending.h"
 #include "services/zerodrift/paragraph.h"
 #include "services/zerodrift/record_options.h"
 
@@ -49,23 +50,18 @@ void check(const AllanRequest& request) {
                                 " must be between 0 and 1, as .95");
 }
 
-// A file that can't be written is better known before the reading than after.
-void require_writable(const std::string& file) {
-  if (!file.empty()) static_cast<void>(record::AtomicFile(file));
-}
-
 int allan_command(const AllanOptions& options) {
+  const EndsAtOnce on_signal;
   check(options.request);
-  require_writable(options.json);
-  require_writable(options.html);
-  const auto result = run_allan(options.request);
-  if (!result) return service::kExitNo;
-  for (const auto& line : result->warnings) std::fprintf(stderr, "%s\n", line.c_str());
-  for (const report::Table& table : allan_tables(*result))
+  record::check_outputs({{"--record", options.request.record}},
+                        {{"--json", options.json}, {"--html", options.html}});
+  const AllanResult result = run_allan(options.request);
+  if (!options.json.empty()) report::write_json(options.json, allan_json(result));
+  if (!options.html.empty()) report::write_html(options.html, allan_page(result));
+  for (const auto& line : result.warnings) std::fprintf(stderr, "%s\n", line.c_str());
+  for (const report::Table& table : allan_tables(result))
     std::printf("%s\n", report::text_table(table).c_str());
-  for (const std::string& note : allan_notes(*result)) print_paragraph(note);
-  if (!options.json.empty()) report::write_json(options.json, allan_json(*result));
-  if (!options.html.empty()) report::write_html(options.html, allan_page(*result));
+  for (const std::string& note : allan_notes(result)) print_paragraph(note);
   return service::kExitDone;
 }
 

@@ -9,11 +9,11 @@
 #include <stdexcept>
 
 #include "common/allan/sample_clock.h"
+#include "common/core/median.h"
 #include "common/core/units.h"
 #include "common/record/csv_cells.h"
 #include "common/record/record_reader.h"
 #include "common/report/numbers.h"
-#include "common/service/host.h"
 #include "services/zerodrift/progress_bar.h"
 #include "services/zerodrift/record_rows.h"
 
@@ -28,7 +28,7 @@ using report::significant;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kStepsForPeriod = 100;
 constexpr std::uint64_t kMostRowsForPeriod = 100'000;
-constexpr std::uint64_t kLookEvery = 1 << 16;  // rows, for a stop and for the progress
+constexpr std::uint64_t kLookEvery = 1 << 16;  // rows, for the progress
 constexpr double kReading = 0.7;               // share of the work
 constexpr std::size_t kBytesKept = 8;          // a sample and stream
 constexpr std::size_t kBytesInWork = 20;       // a sample of the stream in work
@@ -67,7 +67,7 @@ double nominal_period_s(const AllanRequest& request) {
                                 " with a measured rate; an Allan deviation needs at least 2, and "
                                 "says something from hundreds on");
   }
-  return allan::nominal_period_s(std::move(steps_s));
+  return core::median_of(std::move(steps_s));
 }
 
 // One axis of the record as it is read.
@@ -145,19 +145,14 @@ void refuse_second_rate(const AllanRequest& request, const allan::SampleClock& c
                               " s; an Allan deviation is of one rate, so split the record there");
 }
 
-enum class Reading { kWhole, kStopped };
-
-Reading read_all(const AllanRequest& request, RecordReader& reader, allan::SampleClock& clock,
-                 std::vector<Source>& sources, AllanResult& result, ProgressBar& bar) {
+void read_all(const AllanRequest& request, RecordReader& reader, allan::SampleClock& clock,
+              std::vector<Source>& sources, AllanResult& result, ProgressBar& bar) {
   const std::optional<double> rows_expected = estimated_rows(request.record);
   RowNumbers rows;
   std::optional<core::SensorTime> first, previous;
   while (const RecordRow* row = reader.next()) {
-    if (row->index % kLookEvery == 0) {
-      if (service::wait_for_stop(std::chrono::milliseconds(0))) return Reading::kStopped;
-      if (rows_expected)
-        bar.show(kReading * std::min(1.0, static_cast<double>(row->index) / *rows_expected));
-    }
+    if (rows_expected && row->index % kLookEvery == 0)
+      bar.show(kReading * std::min(1.0, static_cast<double>(row->index) / *rows_expected));
     if (!has_any_rate(*row)) continue;
     rows.add(row->index);
     const std::uint64_t missing = previous ? clock.add(core::seconds(row->time - *previous)) : 0;
@@ -174,7 +169,6 @@ Reading read_all(const AllanRequest& request, RecordReader& reader, allan::Sampl
   refuse_second_rate(request, clock, rows);
   result.period_s = clock.period_s();
   result.duration_s = core::seconds(*previous - *first);
-  return Reading::kWhole;
 }
 
 std::string label(const AllanStream& stream) {
@@ -267,7 +261,7 @@ std::string_view name(StreamKind kind) {
   return kind == StreamKind::kRaw ? "raw" : "compensated";
 }
 
-std::optional<AllanResult> run_allan(const AllanRequest& request) {
+AllanResult run_allan(const AllanRequest& request) {
   ProgressBar bar("allan");
   bar.show(0.0);
   const double nominal_s = nominal_period_s(request);
@@ -277,8 +271,7 @@ std::optional<AllanResult> run_allan(const AllanRequest& request) {
   AllanResult result;
   result.request = request;
   result.less_reference = reader.info().has_reference;
-  if (read_all(request, reader, clock, sources, result, bar) == Reading::kStopped)
-    return std::nullopt;
+  read_all(request, reader, clock, sources, result, bar);
   result.warnings = reader.warnings();
   // It names the columns that `compensate` writes beside the rate as unknown.
   if (std::any_of(sources.begin(), sources.end(), [](const Source& s) { return s.applied; }))
@@ -287,7 +280,6 @@ std::optional<AllanResult> run_allan(const AllanRequest& request) {
       return std::find(known.begin(), known.end(), line) != known.end();
     });
   for (std::size_t i = 0; i < sources.size(); ++i) {
-    if (service::wait_for_stop(std::chrono::milliseconds(0))) return std::nullopt;
     add_stream({sources[i].axis, sources[i].kind, sources[i].analysis.report(result.period_s)},
                clock.longest_gap_s(), result);
     const double done = static_cast<double>(i + 1) / static_cast<double>(sources.size());

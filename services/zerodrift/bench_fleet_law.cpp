@@ -34,13 +34,14 @@ VehicleProcess process(std::string_view service, std::vector<VehicleEndpoint> ow
 }
 
 VehicleProcess compensation(std::uint32_t instance) {
-  return process("compensation",
-                 {reads(dds::kCommand), writes(dds::kCommandReply), writes(dds::kReplayProgress),
-                  reads(dds::kRateReference), reads(dds::kTemperature), reads(dds::kAngularRate),
-                  writes(dds::kCompensatedRate, Audience::kEverybodyAsInstance),
-                  reads(dds::kCompensatedRate, Audience::kOtherInstances), writes(dds::kCheckpoint),
-                  reads(dds::kCheckpoint)},
-                 instance);
+  return process(
+      "compensation",
+      {reads(dds::kCommand), writes(dds::kCommandReply), writes(dds::kReplayProgress),
+       reads(dds::kReplayProgress), reads(dds::kRateReference), reads(dds::kTemperature),
+       reads(dds::kAngularRate), writes(dds::kCompensatedRate, Audience::kEverybodyAsInstance),
+       reads(dds::kCompensatedRate, Audience::kOtherInstances), writes(dds::kCheckpoint),
+       reads(dds::kCheckpoint)},
+      instance);
 }
 
 std::vector<VehicleProcess> make_vehicle() {
@@ -48,8 +49,9 @@ std::vector<VehicleProcess> make_vehicle() {
   all.push_back(process("gyro_publisher", {writes(dds::kAngularRate), writes(dds::kRateReference),
                                            writes(dds::kTemperature), reads(dds::kReplayProgress),
                                            reads(dds::kCommand), writes(dds::kCommandReply)}));
-  all.push_back(
-      process("thermal_publisher", {writes(dds::kTemperature), reads(dds::kReplayProgress)}));
+  all.push_back(process(
+      "thermal_publisher",
+      {writes(dds::kTemperature), reads(dds::kReplayProgress), writes(dds::kReplayProgress)}));
   for (std::uint32_t instance = 0; instance < kInstances; ++instance)
     all.push_back(compensation(instance));
   all.push_back(process("allan_monitor", {writes(dds::kAllanReport), writes(dds::kReplayProgress),

@@ -41,9 +41,7 @@ std::vector<RowOptions> rows_of_the_bench() {
                                {"futex", "futex"},
                                {"best-effort", "best effort"},
                                {"topic", "topic's QoS"}};
-#if ZERODRIFT_WITH_CYCLONE
-  rows.push_back({"cyclone", "Cyclone DDS"});
-#endif
+  if (has_cyclone_link()) rows.push_back({"cyclone", "Cyclone DDS"});
   rows.push_back({"chain", "whole chain"});
   return rows;
 }

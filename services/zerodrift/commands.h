@@ -21,6 +21,7 @@ void add_replay(CLI::App& app, Run& run);
 void add_info(CLI::App& app, Run& run);
 void add_export(CLI::App& app, Run& run);
 void add_control(CLI::App& app, Run& run);
+void add_config(CLI::App& app, Run& run);
 void add_health(CLI::App& app, Run& run);
 void add_bench(CLI::App& app, Run& run);
 void add_bench_svr(CLI::App& bench, Run& run);  // to `zerodrift bench`

@@ -10,6 +10,7 @@
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/comparison_report.h"
 #include "services/zerodrift/comparison_run.h"
+#include "services/zerodrift/ending.h"
 #include "services/zerodrift/paragraph.h"
 #include "services/zerodrift/record_options.h"
 
@@ -24,23 +25,19 @@ struct CompareOptions {
   std::optional<double> train_until;
 };
 
-// A file that can't be written is better known before minutes of computing than after.
-void require_writable(const std::string& file) {
-  if (!file.empty()) static_cast<void>(record::AtomicFile(file));
-}
-
 int compare(CompareOptions options) {
+  const EndsAtOnce on_signal;
+  record::check_outputs({{"--record", options.request.record}, {"--config", options.config}},
+                        {{"--json", options.json}, {"--html", options.html}});
   if (!options.config.empty()) options.request.options = config::load_compensation(options.config);
   if (options.train_until) options.request.train_until_s = options.train_until;
-  require_writable(options.json);
-  require_writable(options.html);
   const ComparisonResult result = run_comparison(options.request);
+  if (!options.json.empty()) report::write_json(options.json, comparison_json(result));
+  if (!options.html.empty()) report::write_html(options.html, comparison_page(result));
   for (const auto& line : result.warnings) std::fprintf(stderr, "%s\n", line.c_str());
   for (const report::Table& table : comparison_tables(result))
     std::printf("%s\n", report::text_table(table).c_str());
   for (const std::string& note : comparison_notes(result)) print_paragraph(note);
-  if (!options.json.empty()) report::write_json(options.json, comparison_json(result));
-  if (!options.html.empty()) report::write_html(options.html, comparison_page(result));
   return service::kExitDone;
 }
 
@@ -56,8 +53,7 @@ void add_compare(CLI::App& app, Run& run) {
   command->add_option("--record", request.record, kRecordHelp)->required();
   add_gyro_choice(*command, request.gyro_id);
   command->add_option("--columns", request.columns, "names and units of a foreign CSV");
-  command->add_option("--config", options->config,
-                      "YAML or JSON file (idl/proto/compensation.proto)");
+  command->add_option("--config", options->config, "YAML or JSON file (docs/configuration.md)");
   command->add_option("--schemes", request.schemes, "which to compare")
       ->delimiter(',')
       ->check(CLI::IsMember(std::vector<std::string>(comparison::kSchemeNames.begin(),

@@ -16,9 +16,11 @@
 #include "common/compensation/drift_prior.h"
 #include "common/config/compensation_config.h"
 #include "common/core/units.h"
+#include "common/record/atomic_file.h"
 #include "common/service/main.h"
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/compensated_csv.h"
+#include "services/zerodrift/ending.h"
 #include "services/zerodrift/offline_run.h"
 #include "services/zerodrift/progress_bar.h"
 #include "services/zerodrift/record_options.h"
@@ -151,6 +153,12 @@ void require_probes_of_prior(const std::string& record,
 }
 
 int compensate(const CompensateOptions& options) {
+  const EndsAtOnce on_signal;
+  record::check_outputs({{"--record", options.record},
+                         {"--config", options.config},
+                         {"--prior", options.prior},
+                         {"--checkpoint", options.checkpoint}},
+                        {{"--out", options.out}, {"--save-checkpoint", options.save_checkpoint}});
   compensation::CompensationOptions compensation_options;
   if (!options.config.empty()) compensation_options = config::load_compensation(options.config);
   if (options.scheme == "none") compensation_options.scheme = compensation::Scheme::kNone;
@@ -205,8 +213,7 @@ void add_compensate(CLI::App& app, Run& run) {
   auto options = std::make_shared<CompensateOptions>();
   command->add_option("--record", options->record, kRecordHelp)->required();
   command->add_option("--columns", options->columns, "names and units of a foreign CSV");
-  command->add_option("--config", options->config,
-                      "YAML or JSON file (idl/proto/compensation.proto)");
+  command->add_option("--config", options->config, "YAML or JSON file (docs/configuration.md)");
   command->add_option("--scheme", options->scheme, "online-svr or none; overrides the file")
       ->check(CLI::IsMember({"online-svr", "none"}));
   command->add_option("--prior", options->prior,

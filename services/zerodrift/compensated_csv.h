@@ -15,6 +15,7 @@ class CompensatedCsv {
   explicit CompensatedCsv(const std::filesystem::path& path);
   void write(const compensation::CompensatedSample& sample);
   void commit() { writer_.commit(); }
+  std::filesystem::path keep() { return writer_.keep(); }
 
  private:
   record::RecordWriter writer_;

@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <future>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -13,6 +12,7 @@
 #include <string>
 #include <string_view>
 
+#include "common/record/named_file.h"
 #include "common/service/command_client.h"
 #include "common/service/host.h"
 #include "common/service/main.h"
@@ -23,8 +23,6 @@ namespace zerodrift::services {
 namespace {
 
 using namespace std::chrono_literals;
-
-constexpr std::size_t kLongestArgument = 255;  // of a Command
 
 struct ControlOptions {
   dds::NetworkOptions network;
@@ -72,7 +70,7 @@ int follow(const ControlOptions& options) {
     if (terminal) std::fputs("\033[H\033[J", stdout);
     std::fputs(table.c_str(), stdout);
     if (!terminal) std::fputs("\n", stdout);
-    std::fflush(stdout);
+    if (std::fflush(stdout) != 0) return service::kExitNo;  // nobody reads it any more
   }
   service::wait_for_stop(stopped ? 1ms : 1500ms);  // the monitor's last report
   if (options.json) {
@@ -99,17 +97,17 @@ bool changes_prior(std::string_view command) {
   return command == "adopt" || command == "revert";
 }
 
-// "[gyro id:][absolute path of the model]"
+// "[gyro id:][name of the model's file]"
 std::string prior_argument(const ControlOptions& options) {
   std::string argument;
   if (options.gyro_id != 0) argument = std::to_string(options.gyro_id) + ':';
-  if (!options.model.empty()) argument += std::filesystem::absolute(options.model).string();
-  if (argument.size() > kLongestArgument) {
-    throw std::invalid_argument("ctl " + options.command + ": found a path of " +
-                                std::to_string(argument.size()) + " characters, expected at most " +
-                                std::to_string(kLongestArgument));
+  if (options.model.empty()) return argument;
+  if (const auto problem = record::problem_of_name(options.model)) {
+    throw std::invalid_argument("ctl " + options.command + ": --model: " + *problem +
+                                "; copy the file into the folder that the service was given as "
+                                "--model-dir, and name it");
   }
-  return argument;
+  return argument + options.model;
 }
 
 std::string as_json(const service::CommandAnswer& answer) {
@@ -203,7 +201,8 @@ void add_control(CLI::App& app, Run& run) {
     if (std::string_view(name) == "adopt") {
       command
           ->add_option("--model", options->model,
-                       "model file on the service's machine; a relative path counts from here")
+                       "name of a model file in the folder that the service was given as "
+                       "--model-dir: copy it there first")
           ->required();
     }
     service::add_network_options(*command, options->network);

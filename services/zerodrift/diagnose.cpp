@@ -3,7 +3,6 @@
 // Every honest verdict is exit code 0; what it is stands in the JSON.
 #include <chrono>
 #include <cstdio>
-#include <filesystem>
 #include <map>
 #include <memory>
 #include <stdexcept>
@@ -21,6 +20,7 @@
 #include "services/zerodrift/diagnosis_live.h"
 #include "services/zerodrift/diagnosis_report.h"
 #include "services/zerodrift/diagnosis_run.h"
+#include "services/zerodrift/ending.h"
 #include "services/zerodrift/paragraph.h"
 #include "services/zerodrift/record_options.h"
 #include "services/zerodrift/twin_report.h"
@@ -65,35 +65,13 @@ std::string check_date(const std::string& text) {
   return "found '" + text + "', expected a date as 2026-03-31";
 }
 
-// Written last and over whatever is there, so none may be what was read.
 void check_outputs(const DiagnoseOptions& options) {
-  std::vector<std::string> inputs = options.request.validation;
-  if (!options.live) inputs.push_back(options.request.record);
-  const std::vector<std::pair<const char*, const std::string&>> outputs{
-      {"--out-model", options.out_model}, {"--json", options.json}, {"--html", options.html}};
-  for (const auto& [option, file] : outputs) {
-    if (file.empty()) continue;
-    for (const std::string& input : inputs) {
-      std::error_code error;
-      if (file == input || std::filesystem::equivalent(file, input, error))
-        throw std::invalid_argument(std::string(option) + ": found '" + file +
-                                    "', which is a record to read; expected another file");
-    }
-    for (const auto& [other_option, other] : outputs) {
-      if (&other != &file && other == file)
-        throw std::invalid_argument(std::string(option) + ": found '" + file + "', which is also " +
-                                    other_option + "; expected another file");
-    }
-    // A file that can't be written is better known before the computing than after.
-    static_cast<void>(record::AtomicFile(file));
-  }
-}
-
-void write_model(const DiagnosisResult& result, const std::string& file) {
-  config::save_model(result.diagnosis.repaired, file);
-  print_paragraph(result.change == ModelChange::kRepaired
-                      ? file + ": the repaired model"
-                      : file + ": the model as it was, nothing was changed");
+  std::vector<record::NamedFile> inputs{{"--model", options.request.model}};
+  if (!options.live) inputs.push_back({"--record", options.request.record});
+  for (const std::string& file : options.request.validation) inputs.push_back({"--validate", file});
+  record::check_outputs(
+      inputs,
+      {{"--out-model", options.out_model}, {"--json", options.json}, {"--html", options.html}});
 }
 
 // Better known before listening for an hour than after.
@@ -115,6 +93,9 @@ void check_inputs(const DiagnoseOptions& options) {
 }
 
 void take(const DiagnoseOptions& options, const DiagnosisResult& result) {
+  if (!options.json.empty()) report::write_json(options.json, diagnosis_json(result));
+  if (!options.html.empty()) report::write_html(options.html, diagnosis_page(result));
+  if (!options.out_model.empty()) config::save_model(result.diagnosis.repaired, options.out_model);
   for (const auto& line : result.warnings)
     std::fprintf(stderr, "%s\n", report::one_line(line).c_str());
   for (const std::string& sentence : diagnosis_sentences(result))
@@ -122,9 +103,11 @@ void take(const DiagnoseOptions& options, const DiagnosisResult& result) {
   for (const report::Table& table : diagnosis_tables(result))
     std::printf("%s\n", report::text_table(table).c_str());
   for (const std::string& note : diagnosis_notes(result)) print_paragraph(report::one_line(note));
-  if (!options.json.empty()) report::write_json(options.json, diagnosis_json(result));
-  if (!options.html.empty()) report::write_html(options.html, diagnosis_page(result));
-  if (!options.out_model.empty()) write_model(result, options.out_model);
+  if (!options.out_model.empty()) {
+    print_paragraph(options.out_model + (result.change == ModelChange::kRepaired
+                                             ? ": the repaired model"
+                                             : ": the model as it was, nothing was changed"));
+  }
   std::fflush(stdout);
 }
 
@@ -138,6 +121,13 @@ int publish_result(const DiagnoseOptions& options, const DiagnosisResult& result
   return service::kExitNo;
 }
 
+DiagnosisResult diagnosed(const DiagnoseOptions& options) {
+  const EndsAtOnce on_signal;
+  DiagnosisResult result = run_diagnosis(options.request);
+  take(options, result);
+  return result;
+}
+
 int diagnose(DiagnoseOptions options) {
   for (const std::string& name : options.axes) {
     for (const auto axis : core::kAxes) {
@@ -145,16 +135,15 @@ int diagnose(DiagnoseOptions options) {
     }
   }
   if (options.request.date.empty()) options.request.date = today();
-  check_inputs(options);
   check_outputs(options);
+  check_inputs(options);
   if (options.live) {
     LiveDiagnosis live(options.request, options.listening);
     live.run([&options](const DiagnosisResult& result) { take(options, result); });
     service::end_within(service::kStopWithin, service::kExitDone);
     return service::kExitDone;
   }
-  const DiagnosisResult result = run_diagnosis(options.request);
-  take(options, result);
+  const DiagnosisResult result = diagnosed(options);
   return options.publish ? publish_result(options, result) : service::kExitDone;
 }
 

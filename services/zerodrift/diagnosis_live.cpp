@@ -64,7 +64,7 @@ LiveDiagnosis::LiveDiagnosis(const DiagnosisRequest& request, const LiveOptions&
           host_.participant(),
           [this](const msg::AngularRate& m, const dds::SampleOrigin& o) { on_rate(m, o); },
           host_.observer(),
-          [this](const eprosima::fastrtps::rtps::GUID_t& writer) {
+          [this](const eprosima::fastrtps::rtps::GUID_t& writer, dds::Departure) {
             const std::lock_guard lock(publisher_mutex_);
             if (publisher_ == writer) publisher_.reset();
           }) {

@@ -8,8 +8,10 @@
 
 #include "common/dds/topics.h"
 #include "common/mcap/mcap_reader.h"
+#include "common/record/atomic_file.h"
 #include "common/service/main.h"
 #include "services/zerodrift/commands.h"
+#include "services/zerodrift/ending.h"
 #include "services/zerodrift/export_csv.h"
 #include "services/zerodrift/record_options.h"
 
@@ -40,6 +42,8 @@ ExportResult convert(const ExportOptions& options) {
 }
 
 int run_export(const ExportOptions& options) {
+  const EndsAtOnce on_signal;
+  record::check_outputs({{"--record", options.request.from}}, {{"--out", options.request.to}});
   if (!options.attachment.empty()) {
     export_attachment(options.request.from, options.attachment, options.request.to);
     return service::kExitDone;

@@ -120,6 +120,7 @@ ExportResult import_record(const ExportRequest& request) {
   file_options.metadata = {{"from", request.from.filename().string()},
                            {"log_time", "sensor time, where it is above 0"},
                            {"publish_time", "sensor time, where it is above 0"}};
+  record::UnfinishedFile unfinished(request.to.string() + ".active");  // of what follows
   RecordFile file(std::move(file_options));
   const auto put = [&](const dds::TopicSpec& spec, std::uint64_t sequence, core::SensorTime time,
                        std::string_view part, const std::string& payload) {
@@ -150,6 +151,7 @@ ExportResult import_record(const ExportRequest& request) {
     ++result.rows;
   }
   file.finish({});
+  unfinished.keep();
   result.warnings = reader.warnings();
   return result;
 }

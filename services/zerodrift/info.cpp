@@ -4,10 +4,12 @@
 #include <string>
 
 #include "common/mcap/mcap_reader.h"
+#include "common/record/atomic_file.h"
 #include "common/record/record_reader.h"
 #include "common/report/json_file.h"
 #include "common/service/main.h"
 #include "services/zerodrift/commands.h"
+#include "services/zerodrift/ending.h"
 #include "services/zerodrift/info_mcap.h"
 #include "services/zerodrift/record_options.h"
 
@@ -39,6 +41,8 @@ nlohmann::ordered_json json_of(const record::RecordInfo& record) {
 }
 
 int info(const InfoOptions& options) {
+  const EndsAtOnce on_signal;
+  record::check_outputs({{"--record", options.record}}, {{"--json", options.json}});
   if (mcap::is_mcap(options.record)) return show_mcap(options.record, options.json);
   const auto record =
       record::inspect(options.record, {.columns = record::parse_column_map(options.columns)});
@@ -61,7 +65,9 @@ void add_info(CLI::App& app, Run& run) {
   command->add_option("record,--record", options->record, kRecordHelp)->required();
   command->add_option("--columns", options->columns, "names and units of a foreign CSV");
   command->add_option("--json", options->json, "file for all figures");
-  command->footer("Exit codes: 0 it is whole; 1 an .mcap file was cut or is damaged; 2 no record.");
+  command->footer(
+      "Exit codes: 0 it is whole; 1 an .mcap file was cut, is damaged or lacks messages; 2 no "
+      "record.");
   command->callback([options, &run] { run = [options] { return info(*options); }; });
 }
 

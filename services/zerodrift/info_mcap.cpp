@@ -2,9 +2,11 @@
 #include "services/zerodrift/info_mcap.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cstdio>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string_view>
 
 #include "common/core/one_line.h"
@@ -15,9 +17,9 @@
 namespace zerodrift::services {
 namespace {
 
+// Not temperature: a replay leaves readings out that say nothing.
 bool counts_up(std::string_view topic) {
-  return topic == dds::kAngularRate.name || topic == dds::kTemperature.name ||
-         topic == dds::kCompensatedRate.name;
+  return topic == dds::kAngularRate.name || topic == dds::kCompensatedRate.name;
 }
 
 std::string_view ending_text(mcap::Ending ending) {
@@ -39,6 +41,17 @@ void note_sequence(ChannelSummary& channel, std::uint32_t sequence, std::uint32_
   if (step <= 1) return;
   ++channel.gaps;
   channel.missing += static_cast<std::uint64_t>(step) - 1;
+}
+
+std::optional<std::uint64_t> lost_by_recorder(const McapSummary& summary) {
+  for (const auto& metadata : summary.metadata) {
+    if (metadata.name != "recording") continue;
+    const std::string_view text = mcap::value_of(metadata.values, "messages_lost");
+    std::uint64_t lost = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), lost);
+    if (!text.empty() && error == std::errc{} && end == text.data() + text.size()) return lost;
+  }
+  return std::nullopt;
 }
 
 nlohmann::ordered_json json_of(const ChannelSummary& channel) {
@@ -66,6 +79,7 @@ nlohmann::ordered_json json_of(const McapSummary& summary) {
                               {"ending", ending_text(summary.ending)},
                               {"duration_s", summary.duration_s},
                               {"messages", summary.messages},
+                              {"messages_lost", summary.lost},
                               {"chunks", summary.chunks},
                               {"compression", summary.compression},
                               {"compression_ratio", summary.compression_ratio},
@@ -122,6 +136,8 @@ void print(const McapSummary& summary) {
     }
   }
   for (const auto& line : summary.findings) std::printf("%s\n", line.c_str());
+  if (summary.lost > 0)
+    std::printf("%llu messages were lost\n", static_cast<unsigned long long>(summary.lost));
 }
 
 }  // namespace
@@ -188,6 +204,9 @@ McapSummary summarise(const std::string& file) {
   reader.verify();
   summary.ending = contents.ending;
   summary.findings = reader.findings();
+  std::uint64_t missing = 0;
+  for (const auto& channel : summary.channels) missing += channel.missing;
+  summary.lost = lost_by_recorder(summary).value_or(missing);
   return summary;
 }
 
@@ -195,7 +214,8 @@ int show_mcap(const std::string& file, const std::string& json) {
   const McapSummary summary = summarise(file);
   print(summary);
   if (!json.empty()) report::write_json(json, json_of(summary));
-  const bool is_good = summary.ending == mcap::Ending::kWhole && summary.findings.empty();
+  const bool is_good =
+      summary.ending == mcap::Ending::kWhole && summary.findings.empty() && summary.lost == 0;
   return is_good ? service::kExitDone : service::kExitNo;
 }
 

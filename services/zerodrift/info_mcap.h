@@ -20,7 +20,7 @@ struct ChannelSummary {
   std::uint64_t bytes = 0;  // of payloads
   std::uint64_t first_ns = 0;
   std::uint64_t last_ns = 0;
-  // Of topics whose sequence numbers count up by one.
+  // Of topics whose sequence numbers count up by one; at the source a sample may be missing, too.
   std::uint64_t gaps = 0;
   std::uint64_t missing = 0;
   std::uint64_t backward = 0;  // numbers that were not after the one before
@@ -41,13 +41,16 @@ struct McapSummary {
   std::vector<mcap::Attachment> attachments{};
   std::vector<mcap::Metadata> metadata{};
   std::vector<std::string> findings{};  // what is damaged or left out, a line each
+  // Messages that the recorder said it lost; where it could say nothing, those that are missing
+  // between the numbers of the channels.
+  std::uint64_t lost = 0;
 };
 
 // O(file). Throws McapError.
 [[nodiscard]] McapSummary summarise(const std::string& file);
 
 // Prints it, and writes it to `json` unless that is empty. Exit code: no where anything is damaged
-// or the file was cut.
+// or lost, or the file was cut.
 int show_mcap(const std::string& file, const std::string& json);
 
 }  // namespace zerodrift::services

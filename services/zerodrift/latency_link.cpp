@@ -7,9 +7,7 @@ std::unique_ptr<LatencyLink> open_link(const LinkOptions& options, LatencyLink::
   if (options.kind == "futex") return open_futex_link(options, std::move(on_ping));
   if (options.kind == "udp") return open_udp_link(options, std::move(on_ping));
   if (options.kind == "chain") return open_chain_link(options, std::move(on_ping));
-#if ZERODRIFT_WITH_CYCLONE
   if (options.kind == "cyclone") return open_cyclone_link(options, std::move(on_ping));
-#endif
   return open_hop_link(options, std::move(on_ping));
 }
 

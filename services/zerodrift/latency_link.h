@@ -49,10 +49,10 @@ std::unique_ptr<LatencyLink> open_link(const LinkOptions& options, LatencyLink::
 std::unique_ptr<LatencyLink> open_futex_link(const LinkOptions& options,
                                              LatencyLink::OnPing on_ping);
 std::unique_ptr<LatencyLink> open_udp_link(const LinkOptions& options, LatencyLink::OnPing on_ping);
-#if ZERODRIFT_WITH_CYCLONE
+// True where the build has another vendor's middleware.
+bool has_cyclone_link();
 std::unique_ptr<LatencyLink> open_cyclone_link(const LinkOptions& options,
                                                LatencyLink::OnPing on_ping);
-#endif
 std::unique_ptr<LatencyLink> open_hop_link(const LinkOptions& options, LatencyLink::OnPing on_ping);
 std::unique_ptr<LatencyLink> open_chain_link(const LinkOptions& options,
                                              LatencyLink::OnPing on_ping);

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/service/main.h"
 
-#include "services/zerodrift/commands.h"
+#include <cstdio>
+#include <exception>
 
-int main(int argc, char** argv) {
+#include "services/zerodrift/commands.h"
+#include "services/zerodrift/ending.h"
+
+int main(int argc, char** argv) try {
   using namespace zerodrift;
   CLI::App app(
       "Zero-drift compensation of gyros: simulate, compensate, compare, record, control, measure.",
@@ -21,7 +25,12 @@ int main(int argc, char** argv) {
   services::add_info(app, run);
   services::add_export(app, run);
   services::add_control(app, run);
+  services::add_config(app, run);
   services::add_health(app, run);
   services::add_bench(app, run);
-  return service::run_main(app, argc, argv, [&] { return run(); });
+  const int exit_code = service::run_main(app, argc, argv, [&] { return run(); });
+  return services::end_of_output(exit_code);
+} catch (const std::exception& error) {  // no memory for the options
+  std::fprintf(stderr, "zerodrift: %s\n", error.what());
+  return zerodrift::service::kExitBadInput;
 }

@@ -10,6 +10,7 @@
 #include "common/report/json_file.h"
 #include "common/service/main.h"
 #include "services/zerodrift/commands.h"
+#include "services/zerodrift/ending.h"
 #include "services/zerodrift/navigate_report.h"
 #include "services/zerodrift/paragraph.h"
 
@@ -25,11 +26,6 @@ struct NavigateOptions {
   std::string html;
 };
 
-// A file that can't be written is better known before the computing than after.
-void require_writable(const std::string& file) {
-  if (!file.empty()) static_cast<void>(record::AtomicFile(file));
-}
-
 // Without a file: as a vehicle would be configured. Earth rate is known from the filter alone, and
 // the truth is kept for the judgement.
 compensation::CompensationOptions compensation_options(const NavigateOptions& options) {
@@ -44,6 +40,11 @@ compensation::CompensationOptions compensation_options(const NavigateOptions& op
 }
 
 int navigate(NavigateOptions options) {
+  const EndsAtOnce on_signal;
+  record::check_outputs({{"--record", options.request.record},
+                         {"--config", options.config},
+                         {"--prior", options.prior}},
+                        {{"--json", options.json}, {"--html", options.html}});
   options.request.navigation = options.arguments.complete();
   options.request.compensation = compensation_options(options);
   if (!options.prior.empty())
@@ -52,15 +53,13 @@ int navigate(NavigateOptions options) {
       options.request.compensation.reference.rest == compensation::ReferencePolicy::kAccept) {
     options.request.compensation.reference.await_feedback = true;
   }
-  require_writable(options.json);
-  require_writable(options.html);
   const NavigateResult result = run_navigation(options.request);
-  for (const auto& line : result.warnings) std::fprintf(stderr, "%s\n", line.c_str());
-  std::printf("%s\n", report::text_table(navigation_table(result)).c_str());
-  print_paragraph(navigation_note(options.request, result));
   if (!options.json.empty()) report::write_json(options.json, navigation_json(result));
   if (!options.html.empty())
     report::write_html(options.html, navigation_page(options.request, result));
+  for (const auto& line : result.warnings) std::fprintf(stderr, "%s\n", line.c_str());
+  std::printf("%s\n", report::text_table(navigation_table(result)).c_str());
+  print_paragraph(navigation_note(options.request, result));
   return service::kExitDone;
 }
 
@@ -74,7 +73,7 @@ void add_navigate(CLI::App& app, Run& run) {
       ->required();
   command->add_option("--columns", options->request.columns, "names and units of a foreign CSV");
   command->add_option("--config", options->config,
-                      "of the compensation (idl/proto/compensation.proto); without, Earth rate is "
+                      "of the compensation (docs/configuration.md); without, Earth rate is "
                       "learned of from the filter and reference columns only judge");
   command->add_option("--prior", options->prior, "a twin's model; overrides the file");
   navigation::add_arguments(*command, options->arguments);

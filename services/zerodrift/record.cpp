@@ -1,17 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 // zerodrift record: the live compensated topic as a CSV record, or all topics as an MCAP file.
+#include <atomic>
 #include <cstdio>
+#include <filesystem>
 #include <mutex>
 #include <optional>
 #include <stdexcept>
 #include <string>
 
 #include "common/dds/conversions.h"
+#include "common/record/atomic_file.h"
 #include "common/service/host.h"
 #include "common/service/main.h"
 #include "common/service/replay_pacer.h"
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/compensated_csv.h"
+#include "services/zerodrift/ending.h"
 #include "services/zerodrift/record_mcap.h"
 #include "services/zerodrift/record_options.h"
 
@@ -29,7 +33,7 @@ class Recorder {
  public:
   explicit Recorder(const RecordOptions& options)
       : options_(options),
-        csv_(options.out),
+        csv_(open(options.out)),
         host_("recorder", options.network),
         progress_(host_.participant(), "recorder"),
         reader_(
@@ -38,13 +42,20 @@ class Recorder {
             host_.observer()) {}
 
   int run() {
-    host_.run([this] { return status(); }, [this] { tick(); });
+    host_.run([this] { return status(); }, [this] { tick(); }, [this] { end_if_stalled(); });
     const std::lock_guard lock(mutex_);
     done_ = true;
-    csv_.commit();
-    std::printf("%s: %llu samples\n", options_.out.c_str(),
-                static_cast<unsigned long long>(taken_));
-    const bool complete = options_.samples == 0 || taken_ >= options_.samples;
+    guarded([this] { csv_.commit(); });
+    if (failure_) {
+      const std::filesystem::path kept = csv_.keep();
+      std::fprintf(stderr, "record: %s; %s\n", failure_->c_str(),
+                   kept.empty() ? "nothing is kept"
+                                : ("what was written before is in " + kept.string()).c_str());
+    } else {
+      std::printf("%s: %llu samples\n", options_.out.c_str(),
+                  static_cast<unsigned long long>(taken_.load()));
+    }
+    const bool complete = !failure_ && (options_.samples == 0 || taken_ >= options_.samples);
     const int exit_code = complete ? service::kExitDone : service::kExitNo;
     std::fflush(stdout);
     service::end_within(service::kStopWithin, exit_code);
@@ -54,28 +65,53 @@ class Recorder {
  private:
   static constexpr std::uint64_t kReportEvery = 32;
 
+  // A pipe waits for its reader.
+  static CompensatedCsv open(const std::string& out) {
+    const EndsAtOnce on_signal;
+    return CompensatedCsv(out);
+  }
+
+  // Writes, unless that failed before; a failure ends the recording.
+  template <typename Action>
+  void guarded(Action&& write) {
+    if (failure_) return;
+    try {
+      write();
+    } catch (const std::exception& error) {
+      failure_ = error.what();
+      service::request_stop();
+    }
+  }
+
   void take(const msg::CompensatedRate& message) {
     if (message.gyro_id() != options_.gyro_id) return;
     const std::lock_guard lock(mutex_);
-    if (done_ || (options_.samples > 0 && taken_ == options_.samples)) return;
+    if (done_ || failure_ || (options_.samples > 0 && taken_ == options_.samples)) return;
     const auto sample = dds::from_message(message);
-    csv_.write(sample);
+    guarded([&] { csv_.write(sample); });
+    if (failure_) return;
     newest_ = sample.raw.sequence;
     ++taken_;
     if (core::is_paced_by_consumers(sample.raw.clock) && taken_ % kReportEvery == 0) report();
     if (taken_ == options_.samples) service::request_stop();
   }
 
+  // A pipe may never take what is under way; a file must get it.
+  void end_if_stalled() const {
+    std::error_code error;
+    const auto status = std::filesystem::status(options_.out, error);
+    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+      service::end_within(service::kStopWithin, service::kExitNo);
+  }
+
   void report() { progress_.report(options_.gyro_id, newest_, core::kNever); }
 
   void tick() {
     progress_.announce();
-    const std::lock_guard lock(mutex_);
     if (taken_ > 0) report();
   }
 
   service::Status status() {
-    const std::lock_guard lock(mutex_);
     return {.state = taken_ > 0 ? service::State::kRunning : service::State::kWaiting,
             .summary = std::to_string(taken_) + " samples recorded",
             .metrics = {{"samples", "1", static_cast<double>(taken_)}}};
@@ -84,9 +120,10 @@ class Recorder {
   RecordOptions options_;
   std::mutex mutex_;
   CompensatedCsv csv_;
-  std::uint64_t taken_ = 0;
-  std::uint64_t newest_ = 0;
+  std::atomic<std::uint64_t> taken_{0};  // read without the mutex, which a stalled pipe holds up
+  std::atomic<std::uint64_t> newest_{0};
   bool done_ = false;
+  std::optional<std::string> failure_;  // of the disk
   service::Host host_;
   service::ReplayProgressReporter progress_;
   dds::Reader<msg::CompensatedRate> reader_;
@@ -105,6 +142,9 @@ struct RecordArguments {
 };
 
 int record(const RecordArguments& arguments) {
+  std::vector<record::NamedFile> attached;
+  for (const auto& file : arguments.mcap.file.attachments) attached.push_back({"--attach", file});
+  record::check_outputs(attached, {{"--out", arguments.csv.out}});
   if (!arguments.csv.out.ends_with(".mcap")) {
     for (const auto* option : arguments.only_mcap) {
       if (option->count() == 0) continue;

@@ -3,17 +3,18 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
-#include <sstream>
 #include <stdexcept>
 
 #include "common/dds/idl_text.h"
 #include "common/mcap/mcap_error.h"
+#include "common/record/input_file.h"
 
 namespace zerodrift::services {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::size_t kLargestAttachment = std::size_t{1} << 30U;  // it is held in memory
 
 std::int64_t unix_ns_of(fs::file_time_type time) {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(
@@ -58,11 +59,8 @@ RecordFile::RecordFile(RecordFileOptions options) : options_(std::move(options))
 }
 
 RecordFile::Attached RecordFile::read(const fs::path& file, const std::string& name) {
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream data;
-  if (!stream || !(data << stream.rdbuf()))
-    throw std::invalid_argument("--attach: " + file.string() + " can't be read");
-  return {name, data.str(), unix_ns_of(fs::last_write_time(file))};
+  std::string data = record::read_whole_file(file, kLargestAttachment);
+  return {name, std::move(data), unix_ns_of(fs::last_write_time(file))};
 }
 
 fs::path RecordFile::next_path() {
@@ -89,7 +87,8 @@ void RecordFile::open(std::int64_t now_ns) {
   writer_ = std::move(writer);
   channels_.clear();
   schemas_.clear();
-  opened_ns_ = newest_ns_ = now_ns;
+  first_arrival_ns_.reset();
+  newest_ns_ = now_ns;
   for (const auto& idl : dds::idl_texts())
     attach({"idl/" + std::string(idl.file), std::string(idl.text), 0}, "text/plain", now_ns);
   for (const auto& attached : attachments_) attach(attached, "application/octet-stream", now_ns);
@@ -139,7 +138,7 @@ std::uint16_t RecordFile::channel_of(const QueuedMessage& message) {
 
 void RecordFile::write(const QueuedMessage& message) {
   if (!is_open()) open(message.log_ns);
-  if (opened_ns_ == 0) opened_ns_ = message.log_ns;
+  if (!first_arrival_ns_) first_arrival_ns_ = message.arrival_ns;
   newest_ns_ = message.log_ns;
   const std::uint16_t channel = channel_of(message);
   ++messages_;
@@ -156,9 +155,10 @@ void RecordFile::flush(Durability durability) {
   if (durability == Durability::kMedium) file_->sync();
 }
 
-bool RecordFile::is_due_to_split(std::int64_t now_ns) const noexcept {
+bool RecordFile::is_due_to_split(std::int64_t arrival_ns) const noexcept {
   if (!is_open() || writer_->statistics().messages == 0) return false;
-  const bool is_long = options_.split_ns > 0 && now_ns - opened_ns_ >= options_.split_ns;
+  const bool is_long = options_.split_ns > 0 && first_arrival_ns_ &&
+                       arrival_ns - *first_arrival_ns_ >= options_.split_ns;
   // The open chunk counts as if it were not compressed: a file is rather shorter than asked for.
   const bool is_large = options_.split_bytes > 0 &&
                         writer_->bytes() + writer_->open_chunk_bytes() >= options_.split_bytes;

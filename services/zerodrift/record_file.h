@@ -24,7 +24,7 @@ struct RecordFileOptions {
   std::filesystem::path out{};
   mcap::WriterOptions writer{};
   std::uint64_t split_bytes = 0;  // 0: never
-  std::int64_t split_ns = 0;      // 0: never
+  std::int64_t split_ns = 0;      // by arrival; 0: never
   bool is_numbered = false;       // <stem>_0001.mcap, ...: there may be several
   Opening opening = Opening::kAtOnce;
   std::vector<std::filesystem::path> attachments{};
@@ -51,7 +51,8 @@ class RecordFile {
   void finish(const mcap::Pairs& more);
 
   [[nodiscard]] bool is_open() const noexcept { return writer_ != nullptr; }
-  [[nodiscard]] bool is_due_to_split(std::int64_t now_ns) const noexcept;
+  // `arrival_ns`: of the newest message.
+  [[nodiscard]] bool is_due_to_split(std::int64_t arrival_ns) const noexcept;
   [[nodiscard]] std::uint64_t messages() const noexcept { return messages_; }
   // Of all files.
   [[nodiscard]] std::uint64_t bytes() const noexcept;
@@ -83,8 +84,8 @@ class RecordFile {
   std::map<Key, std::uint16_t> channels_;
   std::map<std::uint32_t, std::uint16_t> schemas_;  // by topic
   std::map<std::filesystem::path, std::filesystem::file_time_type> checkpoints_told_;
-  std::int64_t opened_ns_ = 0;
-  std::int64_t newest_ns_ = 0;
+  std::optional<std::int64_t> first_arrival_ns_;  // in the open file
+  std::int64_t newest_ns_ = 0;                    // Unix time
   std::uint64_t messages_ = 0;
   std::uint64_t bytes_before_ = 0;
   std::uint32_t number_ = 0;

@@ -2,6 +2,7 @@
 #include "services/zerodrift/record_mcap.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <deque>
@@ -21,6 +22,7 @@
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
 #include "common/service/replay_pacer.h"
+#include "services/zerodrift/arrival_count.h"
 #include "services/zerodrift/record_queue.h"
 
 namespace zerodrift::services {
@@ -54,6 +56,19 @@ consteval std::uint32_t topic_index() {
   throw "a topic that is not in kAllTopics";
 }
 
+// Events from now on: what is kept for late joiners is old news, and its stamps are of other
+// clocks.
+constexpr dds::TopicSpec kNewEvents = [] {
+  dds::TopicSpec spec = dds::kEvent;
+  spec.durability = dds::Durability::kVolatile;
+  return spec;
+}();
+
+// Of a topic that keeps the newest alone, what was replaced before it was read is no loss.
+constexpr bool loses_nothing(const dds::TopicSpec& spec) {
+  return spec.reliability == dds::Reliability::kReliable && spec.depth > 1;
+}
+
 constexpr std::uint32_t kRateTopic = topic_index<msg::AngularRate>();
 constexpr std::uint32_t kCompensatedIndex = topic_index<msg::CompensatedRate>();
 
@@ -80,7 +95,8 @@ class PreTrigger {
       bytes_ += batch.bytes();
       batches_.push_back(std::move(batch));
     }
-    while (!batches_.empty() && batches_.front().newest_ns() < now_ns - span_ns_) drop_front();
+    while (!batches_.empty() && batches_.front().newest_arrival_ns() < now_ns - span_ns_)
+      drop_front();
     while (bytes_ > most_bytes_ && batches_.size() > 1) {
       is_shortened_ = true;
       drop_front();
@@ -92,7 +108,7 @@ class PreTrigger {
     for (const auto& batch : batches_) {
       std::size_t position = 0;
       for (QueuedMessage message; batch.next(position, message);) {
-        if (message.log_ns >= trigger_ns - span_ns_) write(message);
+        if (message.arrival_ns >= trigger_ns - span_ns_) write(message);
       }
     }
     batches_.clear();
@@ -123,13 +139,21 @@ class McapRecorder {
         pre_trigger_(options.pre_trigger_s, options.pre_trigger_bytes),
         host_("recorder", options.network),
         participant_("recorder_data", options.network),
-        started_ns_(service::unix_time_ns()),
+        started_ns_(service::monotonic_ns()),
         writer_([this] { write_until_closed(); }) {
     if (!file_.moved_aside().empty()) {
       std::fprintf(stderr, "%s: of a recording that was not finished\n",
                    file_.moved_aside().c_str());
     }
     try {
+      if (options_.pre_trigger_s > 0.0) {
+        triggers_of_.emplace(
+            participant_, kNewEvents,
+            [this](const msg::Event& event, dds::Bytes, const dds::WireOrigin&) {
+              note_trigger(event);
+            },
+            host_.observer());
+      }
       listen(std::make_index_sequence<std::tuple_size_v<Messages>>{});
     } catch (...) {
       end_writer();
@@ -166,17 +190,24 @@ class McapRecorder {
     if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), name) == wanted.end()) return;
     auto reader = std::make_shared<dds::RawReader<Message>>(
         participant_,
-        [this](const Message& message, dds::Bytes payload) { take(message, payload); },
-        host_.observer());
+        [this](const Message& message, dds::Bytes payload, const dds::WireOrigin& origin) {
+          take(message, payload, origin);
+        },
+        host_.observer(),
+        [this](const ArrivalCount::Writer& writer) {
+          arrivals_[topic_index<Message>()].note_matched(writer);
+        });
     matched_.emplace_back(name, [reader] { return reader->matched(); });
   }
 
   // ---------------------------------------- the middleware's threads
 
   template <typename Message>
-  void take(const Message& message, dds::Bytes payload) {
+  void take(const Message& message, dds::Bytes payload, const dds::WireOrigin& origin) {
+    count_arrival(message, origin);
     QueuedMessage queued{.topic = topic_index<Message>(),
                          .log_ns = service::unix_time_ns(),
+                         .arrival_ns = service::monotonic_ns(),
                          .role = pace_of(message),
                          .payload = {payload.data(), payload.size()}};
     if constexpr (requires { message.gyro_id(); }) queued.gyro_id = message.gyro_id();
@@ -189,19 +220,31 @@ class McapRecorder {
       if (message.sensor_time_ns() > 0) queued.publish_ns = message.sensor_time_ns();
     }
     if constexpr (requires { message.probe(); }) queued.part = message.probe().c_str();
-    if constexpr (std::is_same_v<Message, msg::Event>) {
-      if (is_trigger(message)) queued.role = MessageRole::kTrigger;
-    }
     queue_.push(queued);
     if constexpr (std::is_same_v<Message, msg::CompensatedRate>) {
       if (++compensated_ == options_.samples) service::request_stop();
     }
   }
 
-  // What is kept for late joiners is old news, and of itself the recorder tells without any need to
-  // be recorded.
+  template <typename Message>
+  void count_arrival(const Message& message, const dds::WireOrigin& origin) {
+    ArrivalCount& arrivals = arrivals_[topic_index<Message>()];
+    if constexpr (std::is_same_v<Message, msg::CompensatedRate>) {
+      arrivals.note_answer(message.gyro_id(), message.sequence_number(), origin.writer,
+                           origin.number);
+    } else if constexpr (loses_nothing(dds::TopicOf<Message>::kSpec)) {
+      arrivals.note(origin.writer, origin.number);
+    }
+  }
+
+  void note_trigger(const msg::Event& event) {
+    if (is_trigger(event))
+      queue_.push({.arrival_ns = service::monotonic_ns(), .role = MessageRole::kTrigger});
+  }
+
+  // Of itself the recorder tells without any need to be recorded.
   [[nodiscard]] bool is_trigger(const msg::Event& event) const {
-    if (event.wall_time_ns() < started_ns_ || event.service() == host_.name().c_str()) return false;
+    if (event.service() == host_.name().c_str()) return false;
     if (!options_.trigger.empty()) return options_.trigger == event.code().c_str();
     return event.severity() >= static_cast<std::uint32_t>(service::Severity::kWarning);
   }
@@ -211,7 +254,7 @@ class McapRecorder {
   void write_until_closed() {
     MessageBatch batch;
     while (queue_.take(batch, kLongestWait)) {
-      const std::int64_t now_ns = service::unix_time_ns();
+      const std::int64_t now_ns = service::monotonic_ns();
       note_progress(batch);
       if (options_.pre_trigger_s > 0.0) {
         watch_for_trigger(batch, now_ns);
@@ -230,20 +273,21 @@ class McapRecorder {
   }
 
   void write(const QueuedMessage& message) {
+    if (message.role == MessageRole::kTrigger) return;
     if (is_refused_) {  // the open chunk waits for the disk; it must not grow without end
       ++unwritten_;
       return;
     }
-    const std::int64_t now_ns = service::unix_time_ns();
-    queue_delay_.record_between(message.log_ns, now_ns);
+    const std::int64_t now_ns = service::monotonic_ns();
+    queue_delay_.record_between(message.arrival_ns, now_ns);
     guarded([&] {
       const std::uint64_t before = file_.bytes();
       file_.write(message);
       if (file_.bytes() != before) {
-        chunk_delay_.record_between(now_ns, service::unix_time_ns());
+        chunk_delay_.record_between(now_ns, service::monotonic_ns());
         flushed_ns_ = now_ns;
       }
-      if (file_.is_due_to_split(message.log_ns)) finish_file();
+      if (file_.is_due_to_split(message.arrival_ns)) finish_file();
     });
     bytes_ = file_.bytes();
     messages_ = file_.messages();
@@ -254,9 +298,9 @@ class McapRecorder {
     std::size_t position = 0;
     for (QueuedMessage message; batch.next(position, message);) {
       if (message.role != MessageRole::kTrigger) continue;
-      if (!first) first = message.log_ns;
+      if (!first) first = message.arrival_ns;
       recorded_until_ns_ =
-          message.log_ns + static_cast<std::int64_t>(1e9 * options_.post_trigger_s);
+          message.arrival_ns + static_cast<std::int64_t>(1e9 * options_.post_trigger_s);
     }
     if (is_triggered_) {
       write(batch);
@@ -283,7 +327,7 @@ class McapRecorder {
       guarded([&] {
         file_.flush(is_sync_due ? RecordFile::Durability::kMedium
                                 : RecordFile::Durability::kProcess);
-        chunk_delay_.record_between(now_ns, service::unix_time_ns());
+        chunk_delay_.record_between(now_ns, service::monotonic_ns());
         is_refused_ = false;
       });
       bytes_ = file_.bytes();
@@ -297,7 +341,7 @@ class McapRecorder {
     } catch (const std::exception& error) {
       failed_ = true;
       is_refused_ = true;
-      retry_ns_ = service::unix_time_ns() + kRetryEveryNs;
+      retry_ns_ = service::monotonic_ns() + kRetryEveryNs;
       host_.raise({.code = "recording_failed",
                    .severity = service::Severity::kError,
                    .text = error.what(),
@@ -309,9 +353,9 @@ class McapRecorder {
   void finish_file() {
     mcap::Pairs more{{"messages_lost", std::to_string(lost())}};
     for (std::size_t i = 0; i < dds::kAllTopics.size(); ++i) {
-      if (queue_.dropped(i) > 0) {
+      if (const std::uint64_t count = queue_.dropped(i) + arrivals_[i].missing(); count > 0) {
         more.emplace_back("messages_lost/" + std::string(dds::kAllTopics[i].name),
-                          std::to_string(queue_.dropped(i)));
+                          std::to_string(count));
       }
     }
     const auto us = [](std::int64_t ns) { return std::to_string(ns / 1000); };
@@ -357,8 +401,8 @@ class McapRecorder {
   // ---------------------------------------- the status thread
 
   void tick() {
-    announce_once_settled();
-    const auto now = service::unix_time_ns();
+    begin_once_settled();
+    const auto now = service::monotonic_ns();
     if (options_.duration_s > 0.0 &&
         static_cast<double>(now - started_ns_) >= 1e9 * options_.duration_s)
       service::request_stop();
@@ -370,29 +414,54 @@ class McapRecorder {
                          .sensor_time_ns = 0},
                         dropped - told_dropped_);
     told_dropped_ = dropped;
+    const std::uint64_t missed = not_arrived();
+    host_.raise_counted(
+        {.code = "recording_incomplete",
+         .severity = service::Severity::kWarning,
+         .text = "messages did not arrive; a replay keeps pace with `--wait-for recorder`",
+         .gyro_id = 0,
+         .sensor_time_ns = 0},
+        missed - told_missed_);
+    told_missed_ = missed;
   }
 
-  void announce_once_settled() {
+  // Says that it records once it is matched with whoever is there; announces itself to replays once
+  // that holds for a writer of rates.
+  void begin_once_settled() {
     const std::lock_guard lock(progress_mutex_);
     if (progress_) return;
     int rates = 0;
+    int all = 0;
     for (const auto& [name, matched] : matched_) {
-      if (name == dds::kAllTopics[kRateTopic].name) rates = matched();
+      const int count = matched();
+      all += count;
+      if (name == dds::kAllTopics[kRateTopic].name) rates = count;
+    }
+    const std::int64_t now = service::monotonic_ns();
+    if (all != writers_) {
+      writers_ = all;
+      matched_since_ns_ = now;
+    }
+    if (now - matched_since_ns_ < kSettledNs) return;
+    if (!has_begun_) {
+      for (ArrivalCount& arrivals : arrivals_) arrivals.begin();
+      has_begun_ = true;
+      std::printf("recording to %s\n", options_.file.out.c_str());
+      std::fflush(stdout);
     }
     const bool wants_rates = options_.topics.empty() ||
                              std::find(options_.topics.begin(), options_.topics.end(),
                                        dds::kAllTopics[kRateTopic].name) != options_.topics.end();
-    const std::int64_t now = service::monotonic_ns();
-    if (rates != rate_writers_ || (wants_rates && rates == 0)) {
-      rate_writers_ = rates;
-      matched_since_ns_ = now;
-      return;
-    }
-    if (now - matched_since_ns_ >= kSettledNs)
+    if (rates > 0 || !wants_rates)
       progress_ = std::make_unique<service::ReplayProgressReporter>(host_.participant(), kConsumer);
   }
 
-  [[nodiscard]] std::uint64_t lost() const { return queue_.dropped() + unwritten_; }
+  [[nodiscard]] std::uint64_t not_arrived() const {
+    std::uint64_t all = 0;
+    for (const ArrivalCount& arrivals : arrivals_) all += arrivals.missing();
+    return all;
+  }
+  [[nodiscard]] std::uint64_t lost() const { return queue_.dropped() + unwritten_ + not_arrived(); }
 
   service::Status status() {
     const auto us = [](std::int64_t ns) { return static_cast<double>(ns) * 1e-3; };
@@ -415,9 +484,19 @@ class McapRecorder {
           "%s%s\n", path.c_str(),
           path.extension() == ".active" ? ": not finished, readable as far as it goes" : "");
     }
-    std::printf("%llu messages, %.1f MB, %llu lost\n",
-                static_cast<unsigned long long>(file_.messages()),
-                static_cast<double>(file_.bytes()) * 1e-6, static_cast<unsigned long long>(lost()));
+    const auto count = [](std::uint64_t value) { return static_cast<unsigned long long>(value); };
+    std::printf("%llu messages, %.1f MB, %llu lost\n", count(file_.messages()),
+                static_cast<double>(file_.bytes()) * 1e-6, count(lost()));
+    if (lost() == 0) return;
+    std::printf(
+        "lost: %llu did not arrive, %llu found no room while the disk was slow, %llu were "
+        "refused by the disk\n",
+        count(not_arrived()), count(queue_.dropped()), count(unwritten_));
+    for (std::size_t i = 0; i < arrivals_.size(); ++i) {
+      if (arrivals_[i].missing() == 0) continue;
+      std::printf("  %s: %llu did not arrive\n", std::string(dds::kAllTopics[i].name).c_str(),
+                  count(arrivals_[i].missing()));
+    }
   }
 
   struct Progress {
@@ -449,13 +528,17 @@ class McapRecorder {
   service::Host host_;
   dds::Participant participant_;
   std::int64_t started_ns_;
+  std::array<ArrivalCount, dds::kAllTopics.size()> arrivals_;
   std::mutex progress_mutex_;
   std::unique_ptr<service::ReplayProgressReporter> progress_;
-  int rate_writers_ = 0;
+  bool has_begun_ = false;
+  int writers_ = -1;
   std::int64_t matched_since_ns_ = 0;
   std::uint64_t told_dropped_ = 0;
+  std::uint64_t told_missed_ = 0;
   std::thread writer_;
   // Last, so that nothing is heard any more when the rest goes. They own the readers.
+  std::optional<dds::RawReader<msg::Event>> triggers_of_;
   std::vector<std::pair<std::string_view, std::function<int()>>> matched_;
 };
 

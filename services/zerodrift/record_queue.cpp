@@ -15,6 +15,7 @@ struct Head {
   std::uint32_t gyro_id;
   std::uint64_t sequence;
   std::int64_t log_ns;
+  std::int64_t arrival_ns;
   std::int64_t publish_ns;
   MessageRole role;
   std::uint32_t part_bytes;
@@ -25,20 +26,17 @@ static_assert(std::is_trivially_copyable_v<Head>);
 }  // namespace
 
 void MessageBatch::append(const QueuedMessage& message) {
-  const Head head{message.topic,
-                  message.gyro_id,
-                  message.sequence,
-                  message.log_ns,
-                  message.publish_ns,
-                  message.role,
-                  static_cast<std::uint32_t>(message.part.size()),
+  const Head head{message.topic,         message.gyro_id,
+                  message.sequence,      message.log_ns,
+                  message.arrival_ns,    message.publish_ns,
+                  message.role,          static_cast<std::uint32_t>(message.part.size()),
                   message.payload.size()};
   char bytes[sizeof head];
   std::memcpy(bytes, &head, sizeof head);
   bytes_.append(bytes, sizeof bytes);
   bytes_.append(message.part);
   bytes_.append(message.payload);
-  newest_ns_ = std::max(newest_ns_, message.log_ns);
+  newest_arrival_ns_ = std::max(newest_arrival_ns_, message.arrival_ns);
 }
 
 bool MessageBatch::next(std::size_t& position, QueuedMessage& message) const noexcept {
@@ -52,6 +50,7 @@ bool MessageBatch::next(std::size_t& position, QueuedMessage& message) const noe
       .gyro_id = head.gyro_id,
       .sequence = head.sequence,
       .log_ns = head.log_ns,
+      .arrival_ns = head.arrival_ns,
       .publish_ns = head.publish_ns,
       .role = head.role,
       .part = std::string_view(all.data() + position, head.part_bytes),
@@ -62,7 +61,7 @@ bool MessageBatch::next(std::size_t& position, QueuedMessage& message) const noe
 
 void MessageBatch::clear() noexcept {
   bytes_.clear();
-  newest_ns_ = 0;
+  newest_arrival_ns_ = 0;
 }
 
 void RecordQueue::push(const QueuedMessage& message) {

@@ -21,14 +21,15 @@ namespace zerodrift::services {
 enum class MessageRole : std::uint32_t {
   kPlain,
   kPaced,    // of a replay or simulation, whose source waits to hear that it was taken
-  kTrigger,  // an event that recordings with a pre-trigger buffer wait for
+  kTrigger,  // no message: something happened that recordings with a pre-trigger buffer wait for
 };
 
 struct QueuedMessage {
   std::uint32_t topic = 0;    // index into dds::kAllTopics
   std::uint32_t gyro_id = 0;  // 0: the message has none
   std::uint64_t sequence = 0;
-  std::int64_t log_ns = 0;  // Unix time of arrival
+  std::int64_t log_ns = 0;      // Unix time of arrival: for the file alone, as any clock may be set
+  std::int64_t arrival_ns = 0;  // of the monotonic clock
   std::int64_t publish_ns = 0;
   MessageRole role = MessageRole::kPlain;
   std::string_view part{};  // of a gyro: a thermometer's name
@@ -46,11 +47,12 @@ class MessageBatch {
 
   [[nodiscard]] bool empty() const noexcept { return bytes_.empty(); }
   [[nodiscard]] std::size_t bytes() const noexcept { return bytes_.size(); }
-  [[nodiscard]] std::int64_t newest_ns() const noexcept { return newest_ns_; }
+  // Of the monotonic clock.
+  [[nodiscard]] std::int64_t newest_arrival_ns() const noexcept { return newest_arrival_ns_; }
 
  private:
   std::string bytes_;
-  std::int64_t newest_ns_ = 0;
+  std::int64_t newest_arrival_ns_ = 0;
 };
 
 class RecordQueue {

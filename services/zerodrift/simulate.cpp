@@ -8,11 +8,13 @@
 #include <vector>
 
 #include "common/config/twin_config.h"
+#include "common/record/atomic_file.h"
 #include "common/record/record_writer.h"
 #include "common/service/main.h"
 #include "common/twin/effect_catalogue.h"
 #include "common/twin/simulation.h"
 #include "services/zerodrift/commands.h"
+#include "services/zerodrift/ending.h"
 #include "services/zerodrift/progress_bar.h"
 
 namespace zerodrift::services {
@@ -102,6 +104,9 @@ std::vector<InputColumns> input_columns(const twin::Model& model, const twin::Pr
 }
 
 int simulate(const SimulateOptions& options) {
+  const EndsAtOnce on_signal;
+  record::check_outputs({{"--model", options.model}, {"--profile", options.profile}},
+                        {{"--out", options.out}});
   const auto loaded = config::load_model(options.model);
   for (const auto& line : loaded.warnings) std::fprintf(stderr, "%s\n", line.c_str());
   twin::Profile profile = config::load_profile(options.profile);

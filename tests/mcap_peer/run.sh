@@ -7,7 +7,7 @@ set -eu
 source_dir=$(cd "$(dirname "$0")" && pwd)
 bin=$1/bin
 work=$1/mcap_peer
-domain=201  # beyond those of tests/system/domains.h
+domain=232  # beyond those of tests/system/domains.h
 
 skip() { echo "SKIPPED: $1"; exit 77; }
 command -v node >/dev/null || skip "node is not installed"

@@ -2,6 +2,7 @@
 // Bad input: each kind gives one line that names the file, the line and the column, what was found
 // and what would be right.
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <limits>
@@ -52,13 +53,21 @@ class BadRecord : public ScratchFolder {
 };
 
 TEST_F(BadRecord, MissingFile) {
-  EXPECT_EQ(outcome(path("b.csv")), "b.csv: cannot open for reading: No such file or directory");
+  EXPECT_EQ(outcome(path("b.csv")), "b.csv: cannot open: No such file or directory");
 }
 
 TEST_F(BadRecord, FolderInsteadOfAFile) {
   std::filesystem::create_directory(path("d.csv"));
-  EXPECT_EQ(outcome(path("d.csv")),
-            "d.csv: is a directory; a record is a .csv, .csv.gz or .csv.xz file");
+  EXPECT_EQ(outcome(path("d.csv")), "d.csv: is a folder, expected a regular file");
+}
+
+// A record is read more than once, and opening a pipe that nobody writes would wait for good.
+TEST_F(BadRecord, APipeOrADevice) {
+  ASSERT_EQ(::mkfifo(path("p.csv").c_str(), 0600), 0);
+  EXPECT_EQ(outcome(path("p.csv")), "p.csv: is a pipe, expected a regular file");
+  EXPECT_EQ(outcome("/dev/zero"), "/dev/zero: is a device, expected a regular file");
+  ASSERT_EQ(::mkfifo(path("p.mcap").c_str(), 0600), 0);
+  EXPECT_EQ(outcome(path("p.mcap")), "p.mcap: is no regular file, expected one");
 }
 
 TEST_F(BadRecord, OtherFormat) {

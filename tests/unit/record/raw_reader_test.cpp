@@ -20,12 +20,14 @@ TEST(RawReaderLaws, GivesTheBytesOfTheWireOfEveryKey) {
   std::mutex mutex;
   std::vector<std::string> payloads;
   std::vector<std::string> probes;
-  const RawReader<msg::Temperature> reader(reading,
-                                           [&](const msg::Temperature& message, Bytes payload) {
-                                             const std::lock_guard lock(mutex);
-                                             payloads.emplace_back(payload.begin(), payload.end());
-                                             probes.emplace_back(message.probe().c_str());
-                                           });
+  std::vector<std::uint64_t> numbers;
+  const RawReader<msg::Temperature> reader(
+      reading, [&](const msg::Temperature& message, Bytes payload, const WireOrigin& origin) {
+        const std::lock_guard lock(mutex);
+        payloads.emplace_back(payload.begin(), payload.end());
+        probes.emplace_back(message.probe().c_str());
+        numbers.push_back(origin.number);
+      });
   Writer<msg::Temperature> coil(writing);
   Writer<msg::Temperature> case_(writing);
   ASSERT_TRUE(eventually([&] { return coil.matched() > 0 && case_.matched() > 0; }));
@@ -43,6 +45,8 @@ TEST(RawReaderLaws, GivesTheBytesOfTheWireOfEveryKey) {
   EXPECT_EQ(payloads, sent);
   EXPECT_EQ(probes[0], "coil");
   EXPECT_EQ(probes[1], "case");
+  for (std::size_t i = 0; i < numbers.size(); ++i)
+    EXPECT_EQ(numbers[i], i / 2 + 1) << "each of the two writers counts its own";
 }
 
 TEST(RawReaderLaws, EveryTopicHasItsIdl) {

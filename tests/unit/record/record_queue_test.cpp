@@ -17,6 +17,7 @@ QueuedMessage message_of(std::uint32_t topic, std::uint64_t sequence, std::strin
           .gyro_id = topic + 1,
           .sequence = sequence,
           .log_ns = static_cast<std::int64_t>(sequence),
+          .arrival_ns = static_cast<std::int64_t>(2 * sequence),
           .publish_ns = -static_cast<std::int64_t>(sequence),
           .role = MessageRole::kPlain,
           .part = sequence % 2 == 0 ? "coil" : "",
@@ -35,12 +36,13 @@ TEST(RecordQueueLaws, GivesOutWhatWasPushedInItsOrder) {
     EXPECT_EQ(message.gyro_id, 3U);
     EXPECT_EQ(message.sequence, i);
     EXPECT_EQ(message.log_ns, static_cast<std::int64_t>(i));
+    EXPECT_EQ(message.arrival_ns, static_cast<std::int64_t>(2 * i));
     EXPECT_EQ(message.publish_ns, -static_cast<std::int64_t>(i));
     EXPECT_EQ(message.part, i % 2 == 0 ? "coil" : "");
     EXPECT_EQ(message.payload, std::string(i, 'x'));
   }
   EXPECT_EQ(i, 10U);
-  EXPECT_EQ(batch.newest_ns(), 9);
+  EXPECT_EQ(batch.newest_arrival_ns(), 18);
   EXPECT_EQ(queue.dropped(), 0U);
 }
 

@@ -67,6 +67,25 @@ TEST_F(RecordReading, GivesRowsInDefaultUnitsAndBlanksAsNotMeasured) {
   EXPECT_EQ(reader.next(), nullptr);
 }
 
+TEST_F(RecordReading, QuotedTextOfEveryColumnStaysAsLongAsItsRow) {
+  const std::string long_text(100, 'l');
+  const std::filesystem::path path = write("quoted.csv",
+                                           "time_s,first,second,third\n"
+                                           "0,\"a, b\",\"c\",\"" +
+                                               long_text +
+                                               "\"\n"
+                                               "1,\"d\",\"e\",plain\n");
+  RecordReader reader(path);
+  const RecordRow* row = reader.next();
+  ASSERT_NE(row, nullptr);
+  EXPECT_EQ(row->extra, (std::vector<std::string>{"a, b", "c", long_text}));
+  const RecordRow kept = *row;
+  row = reader.next();
+  ASSERT_NE(row, nullptr);
+  EXPECT_EQ(row->extra, (std::vector<std::string>{"d", "e", "plain"}));
+  EXPECT_EQ(kept.extra, (std::vector<std::string>{"a, b", "c", long_text}));
+}
+
 TEST_F(RecordReading, InspectNamesWhatIsThere) {
   const RecordInfo info = inspect(write("a.csv", kSmallRecord));
   EXPECT_EQ(info.columns.size(), 8U);

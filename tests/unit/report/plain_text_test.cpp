@@ -11,25 +11,6 @@
 namespace zerodrift::report {
 namespace {
 
-TEST(PlainText, KeepsUnitsAndGreekLetters) {
-  EXPECT_EQ(one_line("σ(τ) in deg/√h, 24 °C, 𝜎"), "σ(τ) in deg/√h, 24 °C, 𝜎");
-}
-
-TEST(PlainText, IsOneLineWithoutControlCharacters) {
-  EXPECT_EQ(one_line("a\tb\r\nc"), "a b  c");
-  EXPECT_EQ(one_line("\x1b[31mred"), "\uFFFD[31mred");
-  EXPECT_EQ(one_line(std::string_view{"a\0b\x7f", 4}), "a\uFFFDb\uFFFD");
-  EXPECT_EQ(one_line("\u009b31m"), "\uFFFD31m");  // CSI as one character
-}
-
-TEST(PlainText, BrokenUtf8BecomesReplacementCharacters) {
-  EXPECT_EQ(one_line("\xff"), "\uFFFD");
-  EXPECT_EQ(one_line("a\xc3"), "a\uFFFD");                              // cut off
-  EXPECT_EQ(one_line("\xc0\xbc"), "\uFFFD\uFFFD");                      // '<' written too long
-  EXPECT_EQ(one_line("\xed\xa0\x80"), "\uFFFD\uFFFD\uFFFD");            // a surrogate
-  EXPECT_EQ(one_line("\xf4\x90\x80\x80"), "\uFFFD\uFFFD\uFFFD\uFFFD");  // above U+10FFFF
-}
-
 TEST(PlainText, EscapesWhatMarkupMeans) {
   EXPECT_EQ(escaped("<a href=\"x\">'&'</a>"),
             "&lt;a href=&quot;x&quot;&gt;&#39;&amp;&#39;&lt;/a&gt;");

@@ -22,9 +22,9 @@ std::vector<FleetPoint> points_on(double constant, double per_vehicle, double pe
 
 // Counted by hand, writers × readers: angular_rate 1×2, temperature 2×3, rate_reference 2×4,
 // compensated_rate 2×3 and each instance heard by the other 2, allan_report 1×1, service_status
-// 7×1, event 7×1, command 1×3, command_reply 3×1, replay_progress 4×2, checkpoint 2×2, navigation
+// 7×1, event 7×1, command 1×3, command_reply 3×1, replay_progress 5×4, checkpoint 2×2, navigation
 // 1×1, twin_report 0×1.
-constexpr std::uint64_t kPairsOfAVehicle = 2 + 6 + 8 + 6 + 2 + 1 + 7 + 7 + 3 + 3 + 8 + 4 + 1;
+constexpr std::uint64_t kPairsOfAVehicle = 2 + 6 + 8 + 6 + 2 + 1 + 7 + 7 + 3 + 3 + 20 + 4 + 1;
 
 TEST(FleetLaw, AVehiclesPairsAreTheProductOfItsWritersAndReadersTopicByTopic) {
   EXPECT_EQ(matching_pairs(1, Partitioning::kNone), kPairsOfAVehicle);

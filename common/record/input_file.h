@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// Files that are read. They are regular files: a record is read more than once, and a device or a
+// pipe may never end.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+
+namespace zerodrift::record {
+
+// A file descriptor, the caller's to close. Never waits, as opening a pipe would. Throws
+// RecordError where the file can't be opened or is no regular file.
+[[nodiscard]] int open_regular_file(const std::filesystem::path& path);
+
+// Throws RecordError, also where the file holds more than `most_bytes`.
+[[nodiscard]] std::string read_whole_file(const std::filesystem::path& path,
+                                          std::size_t most_bytes);
+
+}  // namespace zerodrift::record

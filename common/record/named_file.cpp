@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/record/named_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+#include "common/core/one_line.h"
+
+namespace zerodrift::record {
+namespace {
+
+constexpr std::size_t kLongestName = 64;
+constexpr std::size_t kLongestFile = kLongestName + 32;  // with what a service puts around a name
+
+class Descriptor {
+ public:
+  explicit Descriptor(int number) : number_(number) {}
+  ~Descriptor() {
+    if (number_ >= 0) ::close(number_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  [[nodiscard]] int number() const noexcept { return number_; }
+  [[nodiscard]] bool is_open() const noexcept { return number_ >= 0; }
+
+ private:
+  int number_;
+};
+
+bool is_of_a_name(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
+         c == '_' || c == '.';
+}
+
+bool is_plain(std::string_view name, std::size_t longest) {
+  return !name.empty() && name.size() <= longest && name.front() != '.' &&
+         std::all_of(name.begin(), name.end(), is_of_a_name);
+}
+
+[[noreturn]] void refuse_name(std::string_view name, const std::string& why) {
+  throw NameRefused(quoted_name(name) + ": " + why);
+}
+
+std::string reason(int error) {
+  if (error == ENOENT) return "no such file in the service's folder";
+  if (error == ELOOP) return "is a link, which is not followed";
+  return std::string("cannot be opened: ") + std::strerror(error);
+}
+
+}  // namespace
+
+std::optional<std::string> problem_of_name(std::string_view name) {
+  if (is_plain(name, kLongestName)) return std::nullopt;
+  return "found name " + quoted_name(name) +
+         ", expected 1 to 64 of letters, digits, '-', '_' and '.', the first no '.'";
+}
+
+std::string quoted_name(std::string_view name) {
+  return '\'' + core::one_line(name, kLongestFile) + '\'';
+}
+
+std::string read_named(const std::filesystem::path& folder, std::string_view name,
+                       std::size_t most_bytes) {
+  if (!is_plain(name, kLongestFile)) refuse_name(name, "is no name of a file in a folder");
+  const Descriptor in(::open(folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC));
+  if (!in.is_open()) refuse_name(name, "the service's folder is not there any more");
+  // Not blocked by a pipe that nobody writes to.
+  const Descriptor file(::openat(in.number(), std::string(name).c_str(),
+                                 O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
+  if (!file.is_open()) refuse_name(name, reason(errno));
+  struct stat status {};
+  if (::fstat(file.number(), &status) != 0 || !S_ISREG(status.st_mode))
+    refuse_name(name, "is no regular file");
+  if (status.st_nlink > 1) refuse_name(name, "is a hard link: the file has another name elsewhere");
+  std::string bytes;
+  std::array<char, 65536> block{};
+  while (bytes.size() <= most_bytes) {
+    const ssize_t got = ::read(file.number(), block.data(), block.size());
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) refuse_name(name, std::string("cannot be read: ") + std::strerror(errno));
+    if (got == 0) return bytes;
+    bytes.append(block.data(), static_cast<std::size_t>(got));
+  }
+  refuse_name(name, "has more than " + std::to_string(most_bytes) + " bytes, which none needs");
+}
+
+}  // namespace zerodrift::record

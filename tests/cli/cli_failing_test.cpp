@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+// Each call by which a command makes its files fails once, and from then on for good: the command
+// ends with its outputs whole, or with one line, and never with half a file under a name. The same
+// for allocations.
+#include <cerrno>
+#include <cstdint>
+#include <sstream>
+
+#include "tests/cli/command_line.h"
+#include "tests/cli/failing_calls.h"
+
+namespace zerodrift::cli_test {
+namespace {
+
+struct Case {
+  std::string name;
+  Arguments arguments;
+};
+
+std::ostream& operator<<(std::ostream& stream, const Case& one) {
+  return stream << one.name;
+}
+
+std::vector<Case> commands() {
+  const std::string model = std::string(ZERODRIFT_SOURCE_DIR) + "/config/models/paper_fog.yaml";
+  const Arguments simulate{"simulate",      "--model", model, "--profile",
+                           "@profile.yaml", "--rate",  "10",  "--out"};
+  return {
+      {"simulate", system_test::operator+(simulate, {"@out.csv"})},
+      {"simulate_compressed", system_test::operator+(simulate, {"@out.csv.gz"})},
+      {"compensate",
+       {"compensate", "--record", "@record.csv", "--out", "@out.csv", "--save-checkpoint",
+        "@out.ckpt"}},
+      {"allan", {"allan", "--record", "@record.csv", "--json", "@out.json"}},
+      {"info", {"info", "@record.csv", "--json", "@out.json"}},
+      {"export_to_recording", {"export", "@record.csv", "--out", "@out.mcap"}},
+      {"export_to_record", {"export", "@record.mcap", "--out", "@out.csv"}},
+  };
+}
+
+struct Counts {
+  std::uint64_t file_calls = 0;
+  std::uint64_t allocations = 0;
+};
+
+class FailingCalls : public CommandLine, public testing::WithParamInterface<Case> {
+ protected:
+  void SetUp() override {
+    make_record(30);
+    ASSERT_EQ(run({"export", "@record.csv", "--out", "@record.mcap"}).exit_code, 0);
+    inputs_ = files();
+    EXPECT_EQ(run_failing({}, whole_counts_).exit_code, 0);
+    whole_ = files();
+    ASSERT_GT(whole_.size(), inputs_.size());
+    remove_outputs();
+  }
+
+  Finished run_failing(const Environment& how, Counts& counts) {
+    const std::filesystem::path told = path("..") / "counts";
+    std::filesystem::remove(told);
+    Environment environment{{"LD_PRELOAD", std::string(ZERODRIFT_BIN_DIR) + "/libfailing_calls.so"},
+                            {kFailFolder, path("").string()},
+                            {kCounts, told.string()}};
+    environment.insert(environment.end(), how.begin(), how.end());
+    const Finished done = run(GetParam().arguments, environment);
+    std::istringstream(content(told)) >> counts.file_calls >> counts.allocations;
+    return done;
+  }
+
+  void expect_whole_or_nothing(const Finished& done) {
+    const auto left = files();
+    if (done.exit_code == 0) {
+      EXPECT_TRUE(left == whole_) << left.size() << " files where there should be " << whole_.size()
+                                  << ", or one is not whole\n"
+                                  << done.err;
+      return;
+    }
+    EXPECT_TRUE(done.exit_code == 1 || done.exit_code == 2) << done.exit_code << '\n' << done.err;
+    EXPECT_GE(lines_of(done.err), 1U);
+    EXPECT_EQ(done.err.find("terminate"), std::string::npos) << done.err;
+    for (const auto& [name, text] : left)
+      EXPECT_TRUE(whole_.contains(name) && whole_.at(name) == text) << name << '\n' << done.err;
+  }
+
+  void remove_outputs() {
+    for (const auto& [name, text] : files()) {
+      if (!inputs_.contains(name)) std::filesystem::remove(path(name));
+    }
+  }
+
+  std::map<std::string, std::string> inputs_;
+  std::map<std::string, std::string> whole_;
+  Counts whole_counts_;
+};
+
+TEST_P(FailingCalls, OfTheDiskLeaveAWholeFileOrNone) {
+  ASSERT_GE(whole_counts_.file_calls, 5U) << "open, write, fsync, close, rename";
+  for (const char* for_good : {"", "yes"}) {
+    for (std::uint64_t n = 1; n <= whole_counts_.file_calls && !HasFailure(); ++n) {
+      SCOPED_TRACE("call " + std::to_string(n) + (*for_good ? " and all after it" : ""));
+      Counts counts;
+      const Finished done = run_failing({{kFailCall, std::to_string(n)},
+                                         {kFailForGood, for_good},
+                                         {kFailErrno, std::to_string(n % 2 ? ENOSPC : EIO)}},
+                                        counts);
+      EXPECT_GE(counts.file_calls, n) << "it did not fail";
+      EXPECT_LE(lines_of(done.err), 1U) << done.err;
+      expect_whole_or_nothing(done);
+      remove_outputs();
+    }
+  }
+}
+
+// A few of the thousands, everywhere in the run; each alone, as the C library itself ends a process
+// that has no memory left for unwinding.
+TEST_P(FailingCalls, ForMemoryLeaveAWholeFileOrNone) {
+  constexpr std::uint64_t kTried = 16;
+  for (std::uint64_t i = 0; i < kTried && !HasFailure(); ++i) {
+    const std::uint64_t n = 1 + i * whole_counts_.allocations / kTried;
+    SCOPED_TRACE("allocation " + std::to_string(n));
+    Counts counts;
+    const Finished done = run_failing({{kFailAllocation, std::to_string(n)}}, counts);
+    EXPECT_GE(counts.allocations, n) << "it did not fail";
+    expect_whole_or_nothing(done);
+    remove_outputs();
+  }
+}
+
+std::string name_of(const testing::TestParamInfo<Case>& info) {
+  return info.param.name;
+}
+INSTANTIATE_TEST_SUITE_P(OfEveryCommand, FailingCalls, testing::ValuesIn(commands()), name_of);
+
+}  // namespace
+}  // namespace zerodrift::cli_test

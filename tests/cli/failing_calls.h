@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// A library that makes one call of a program fail: loaded before all others by LD_PRELOAD and told
+// by the environment.
+#pragma once
+
+namespace zerodrift::cli_test {
+
+// Files below this folder are watched: open for writing, write, fsync, fdatasync, close, rename.
+inline constexpr const char* kFailFolder = "ZERODRIFT_FAIL_FOLDER";
+// Which of these calls fails, from 1; and which allocation from the beginning of main() on.
+inline constexpr const char* kFailCall = "ZERODRIFT_FAIL_CALL";
+inline constexpr const char* kFailAllocation = "ZERODRIFT_FAIL_ALLOCATION";
+// Not empty: and all that come after it, as on a disk that stays full.
+inline constexpr const char* kFailForGood = "ZERODRIFT_FAIL_FOR_GOOD";
+inline constexpr const char* kFailErrno = "ZERODRIFT_FAIL_ERRNO";  // of the file calls
+// Written at the end: the number of file calls, a blank, the number of allocations.
+inline constexpr const char* kCounts = "ZERODRIFT_FAIL_COUNTS";
+// The Unix clock is so many seconds ahead, and from a second after the start on twice as many: as
+// one that is set while the program runs.
+inline constexpr const char* kClockAheadS = "ZERODRIFT_CLOCK_AHEAD_S";
+
+}  // namespace zerodrift::cli_test
