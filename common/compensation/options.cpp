@@ -2,78 +2,32 @@
 #include "common/compensation/options.h"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
-#include <initializer_list>
-#include <utility>
 
 #include "common/compensation/drift_prior.h"
+#include "common/compensation/option_keys.h"
 
 namespace zerodrift::compensation {
 namespace {
 
-std::string text(double value) {
-  std::array<char, 32> buffer{};
-  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value,
-                                 std::chars_format::general, 6)
-                       .ptr;
-  return {buffer.data(), end};
-}
-
-std::string wrong(const char* key, double found, const std::string& expected) {
-  return std::string(key) + ": found " + text(found) + ", expected " + expected;
-}
-
-std::optional<std::string> positive(const char* key, double value) {
-  if (std::isfinite(value) && value > 0.0) return std::nullopt;
-  return wrong(key, value, "a number above 0");
-}
-
-struct Bounded {
-  const char* key;
-  double value, low, high;
-};
-
-std::optional<std::string> first_out_of_bounds(std::initializer_list<Bounded> all) {
-  for (const auto& [key, value, low, high] : all) {
-    if (!(value >= low && value <= high)) {
-      return wrong(key, value, text(low) + " to " + text(high));
-    }
-  }
-  return std::nullopt;
-}
-
-// All that OnlineSvr refuses is refused here, by the configuration's key.
-std::optional<std::string> find_wrong(const ModelOptions& model) {
-  const regression::Kernel& kernel = model.kernel;
-  if (auto line =
-          first_out_of_bounds({{"svr.capacity", static_cast<double>(model.capacity), 10.0, 5000.0},
-                               {"svr.epsilon", model.epsilon, 1e-4, 1.0},
-                               {"svr.box_constraint", model.box_constraint, 1e-3, 1e6},
-                               {"svr.gamma", kernel.gamma, 1e-4, 1e4}})) {
-    return line;
-  }
+// What OnlineSvr refuses beyond the ranges of single keys is refused here, by the configuration's
+// key.
+std::optional<std::string> find_contradiction(const ModelOptions& model) {
   // A tube that rounding would fill has no inside.
   regression::OnlineSvrOptions svr;
   svr.box_constraint = model.box_constraint;
-  const double kkt_bound = svr.kkt_bound();
-  if (model.epsilon <= kkt_bound) {
-    return wrong("svr.epsilon", model.epsilon,
-                 "more than " + text(kkt_bound) + ", 1e-9 box_constraint");
+  if (model.epsilon <= svr.kkt_bound()) {
+    return "svr.epsilon: found " + short_text(model.epsilon) + ", expected more than " +
+           short_text(svr.kkt_bound()) + ", 1e-9 box_constraint";
   }
+  const regression::Kernel& kernel = model.kernel;
   if (kernel.kind != regression::KernelKind::kPolynomial) return std::nullopt;
-  if (auto line =
-          first_out_of_bounds({{"svr.degree", static_cast<double>(kernel.degree), 1.0, 8.0}})) {
-    return line;
-  }
   // Every k(x, x) is offset^degree at least, and would be refused above this.
   const double largest = regression::kLargestMagnitude;
-  if (!(kernel.offset >= 0.0 && std::pow(kernel.offset, kernel.degree) <= largest)) {
-    return wrong("svr.offset", kernel.offset,
-                 "0 to " + text(std::pow(largest, 1.0 / kernel.degree)));
-  }
-  return std::nullopt;
+  if (kernel.offset >= 0.0 && std::pow(kernel.offset, kernel.degree) <= largest)
+    return std::nullopt;
+  return "svr.offset: found " + short_text(kernel.offset) + ", expected 0 to " +
+         short_text(std::pow(largest, 1.0 / kernel.degree));
 }
 
 }  // namespace
@@ -87,19 +41,11 @@ CompensationOptions::CompensationOptions() {
 }
 
 std::optional<std::string> CompensationOptions::validate() const {
-  for (const auto& [key, value] :
-       {std::pair{"learning.label_interval_s", learning.label_interval_s},
-        std::pair{"learning.handover_s", learning.handover_s},
-        std::pair{"temperature_stale_s", temperature_stale_s},
-        std::pair{"probe_stuck_s", probe_stuck_s}}) {
-    if (auto line = positive(key, value)) return line;
+  if (auto line = find_out_of_range(*this)) return line;
+  if (auto line = find_contradiction(model)) return line;
+  if (reference.await_feedback && reference.rest == ReferencePolicy::kRefuse) {
+    return "reference.await_feedback: found with rest: refuse, expected only with rest: accept";
   }
-  if (auto line = first_out_of_bounds({{"temperature_delay_s", temperature_delay_s, 0.0, 10.0},
-                                       {"learning.confirm_s", learning.confirm_s, 0.0, 600.0}})) {
-    return line;
-  }
-  if (auto line = find_wrong(model)) return line;
-  if (auto line = reference.validate()) return line;
   if (prior) {
     if (auto line = find_wrong_prior(*prior)) return line;
   }

@@ -31,7 +31,12 @@ enum class EarthRateMode : std::uint8_t {
 
 struct EarthRateOptions {
   EarthRateMode mode = EarthRateMode::kAuto;
-  core::PerAxis<double> rate_radps{};  // frame b, for kKnown
+  // For kKnown: where and how the gyro stands, as configured, and what follows from it in frame b.
+  std::optional<double> latitude_deg{};
+  std::optional<double> roll_deg{};
+  std::optional<double> pitch_deg{};
+  std::optional<double> heading_deg{};
+  core::PerAxis<double> rate_radps{};
 };
 
 struct LearningOptions {

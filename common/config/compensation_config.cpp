@@ -2,210 +2,217 @@
 #include "common/config/compensation_config.h"
 
 #include <algorithm>
-#include <array>
+#include <cmath>
+#include <map>
 #include <optional>
+#include <set>
+#include <span>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
 
 #include "common/compensation/drift_prior.h"
+#include "common/compensation/option_keys.h"
 #include "common/config/twin_config.h"
-#include "common/config/yaml_to_proto.h"
+#include "common/config/yaml_place.h"
 #include "common/core/units.h"
 #include "common/navigation/earth_rate.h"
+#include "common/twin/closest_name.h"
 
 namespace zerodrift::config {
 namespace {
 
 using compensation::CompensationOptions;
+using compensation::OptionKey;
 
-// One choice out of named ones; `key` is the path for the error line.
-template <typename Choice, std::size_t N>
-Choice choose(const YamlDocument& file, const std::string& key, const std::string& text,
-              const std::array<std::pair<const char*, Choice>, N>& choices) {
-  std::string known;
-  for (const auto& [name, choice] : choices) {
-    if (text == name) return choice;
-    known += (known.empty() ? "" : ", ") + std::string(name);
+// Of svr.epsilon: svr and epsilon.
+std::string group_of(const std::string& path) {
+  const std::size_t dot = path.rfind('.');
+  return dot == std::string::npos ? "" : path.substr(0, dot);
+}
+std::string leaf_of(const std::string& path) {
+  return path.substr(path.rfind('.') + 1);
+}
+
+// Sets every option whose key the document gives, and knows at the end which keys it has that no
+// option has.
+class OptionReader final : public compensation::OptionVisitor {
+ public:
+  OptionReader(const YamlDocument& document, const std::filesystem::path& folder)
+      : document_(document), folder_(folder) {
+    list("", document.content().root);
   }
-  throw file.error(key, "found '" + text + "', expected one of " + known);
-}
 
-constexpr std::array kSchemes{std::pair{"online-svr", compensation::Scheme::kOnlineSvr},
-                              std::pair{"none", compensation::Scheme::kNone}};
-constexpr std::array kWindows{std::pair{"two_tier", regression::WindowPolicy::kTwoTier},
-                              std::pair{"fifo", regression::WindowPolicy::kFifo}};
-constexpr std::array kKernels{std::pair{"rbf", regression::KernelKind::kRbf},
-                              std::pair{"matern32", regression::KernelKind::kMatern32},
-                              std::pair{"matern52", regression::KernelKind::kMatern52},
-                              std::pair{"polynomial", regression::KernelKind::kPolynomial},
-                              std::pair{"linear", regression::KernelKind::kLinear}};
-using Selection = std::optional<regression::SelectionCriterion>;
-constexpr std::array kSelections{
-    std::pair{"marginal_likelihood",
-              Selection(regression::SelectionCriterion::kMarginalLikelihood)},
-    std::pair{"leave_one_out", Selection(regression::SelectionCriterion::kLeaveOneOut)},
-    std::pair{"paper", Selection(regression::SelectionCriterion::kPaper)},
-    std::pair{"fixed", Selection()}};
-constexpr std::array kEarthRates{std::pair{"auto", compensation::EarthRateMode::kAuto},
-                                 std::pair{"included", compensation::EarthRateMode::kIncluded},
-                                 std::pair{"known", compensation::EarthRateMode::kKnown},
-                                 std::pair{"unknown", compensation::EarthRateMode::kUnknown}};
-constexpr std::array kPolicies{std::pair{"accept", compensation::ReferencePolicy::kAccept},
-                               std::pair{"refuse", compensation::ReferencePolicy::kRefuse}};
-constexpr std::array kEstimators{
-    std::pair{"sliding_mean", thermal::RateMethod::kSlidingMean},
-    std::pair{"local_polynomial", thermal::RateMethod::kLocalPolynomial}};
-constexpr std::array kFeatures{
-    std::pair{"temperature", thermal::FeatureKind::kTemperature},
-    std::pair{"temperature_rate", thermal::FeatureKind::kTemperatureRate},
-    std::pair{"temperature_times_rate", thermal::FeatureKind::kTemperatureTimesRate},
-    std::pair{"lagged_temperature", thermal::FeatureKind::kLaggedTemperature},
-    std::pair{"probe_difference", thermal::FeatureKind::kProbeDifference},
-    std::pair{"pulse_mean", thermal::FeatureKind::kPulseMean},
-    std::pair{"pulse_rate", thermal::FeatureKind::kPulseRate}};
+  void section(const std::string& name, const char*) override { known_.insert(name); }
 
-void require_above_0(const YamlDocument& file, const char* key, double value) {
-  if (value > 0.0) return;
-  throw file.error(key, "found " + std::to_string(value) + ", expected a number above 0");
-}
-
-void require_within(const YamlDocument& file, const char* key, double value, int low, int high) {
-  if (value >= low && value <= high) return;
-  throw file.error(key, "found " + std::to_string(value) + ", expected " + std::to_string(low) +
-                            " to " + std::to_string(high));
-}
-
-bool is_pulse(thermal::FeatureKind kind) {
-  return kind == thermal::FeatureKind::kPulseMean || kind == thermal::FeatureKind::kPulseRate;
-}
-
-void read_features(const YamlDocument& file, const proto::CompensationConfig& in,
-                   CompensationOptions& out) {
-  if (in.features().empty()) return;
-  out.features.clear();
-  for (int i = 0; i < in.features_size(); ++i) {
-    const proto::FeatureConfig& feature = in.features(i);
-    thermal::FeatureSpec spec;
-    spec.kind = choose(file, "features[" + std::to_string(i) + "].kind", feature.kind(), kFeatures);
-    if (!is_pulse(spec.kind)) spec.probe = feature.probe().empty() ? "coil" : feature.probe();
-    spec.second_probe = feature.second_probe();
-    if (feature.has_lag_s()) spec.lag_s = feature.lag_s();
-    if (feature.has_scale()) spec.scale = feature.scale();
-    out.features.push_back(spec);
+  std::optional<std::size_t> groups(const std::string& name, const char*) override {
+    known_.insert(name);
+    const auto found = given_.find(name);
+    if (found == given_.end() || found->second.IsNull()) return {};
+    if (!found->second.IsSequence()) at(name, found->second).fail("a list");
+    for (std::size_t i = 0; i < found->second.size(); ++i) {
+      const std::string path = element(name, i);
+      const YAML::Node item = found->second[i];
+      if (!item.IsMap() && !item.IsNull()) at(path, item).fail("keys and values");
+    }
+    if (found->second.size() == 0) return {};
+    replaced_.insert(name);
+    return found->second.size();
   }
-}
 
-void read_rate_estimator(const YamlDocument& file, const proto::TemperatureRateConfig& in,
-                         CompensationOptions& out) {
-  if (!in.estimator().empty()) {
-    out.track.rate_method = choose(file, "temperature_rate.estimator", in.estimator(), kEstimators);
+  void number(const OptionKey& key, double& value) override {
+    if (const auto* node = find(key)) value = checked(key, at(key.name, *node).number());
   }
-  if (!in.has_window_s()) return;
-  require_within(file, "temperature_rate.window_s", in.window_s(), 1, 3600);
-  out.track.local_polynomial.window_s = in.window_s();
-  out.track.sliding_mean.window_samples =
-      static_cast<std::size_t>(in.window_s() * out.track.sliding_mean.sample_rate_hz);
-}
+  void number(const OptionKey& key, std::optional<double>& value) override {
+    if (const auto* node = find(key)) value = checked(key, at(key.name, *node).number());
+  }
+  void count(const OptionKey& key, std::size_t& value) override {
+    const auto* node = find(key);
+    if (node == nullptr) return;
+    const auto found = finite_number(*node);
+    if (!found || *found != std::floor(*found))
+      at(key.name, *node).fail("a whole number, " + key.range.text());
+    value = static_cast<std::size_t>(checked(key, *found));
+  }
+  void flag(const OptionKey& key, bool& value) override {
+    if (const auto* node = find(key)) value = at(key.name, *node).flag();
+  }
+  void text(const OptionKey& key, std::string& value) override {
+    if (const auto* node = find(key)) value = at(key.name, *node).text();
+  }
+  void choice(const OptionKey& key, std::span<const std::string_view> names,
+              std::size_t& chosen) override {
+    const auto* node = find(key);
+    const bool is_missing =
+        key.required && replaced_.contains(key.name.substr(0, key.name.find('[')));
+    if (node == nullptr && !is_missing) return;
+    const std::string word = node == nullptr ? "" : at(key.name, *node).text();
+    const auto found = std::find(names.begin(), names.end(), word);
+    if (found == names.end()) {
+      std::string known;
+      for (const auto name : names) known += (known.empty() ? "" : ", ") + std::string(name);
+      throw document_.error(key.name, "found '" + word + "', expected one of " + known);
+    }
+    chosen = static_cast<std::size_t>(found - names.begin());
+  }
+  void numbers(const OptionKey& key, std::vector<double>& values) override {
+    read_list(key, values, [&](const YamlPlace& place) { return checked(key, place.number()); });
+  }
+  void texts(const OptionKey& key, std::vector<std::string>& values) override {
+    read_list(key, values, [&](const YamlPlace& place) {
+      const std::string text = place.text();
+      if (text.empty()) throw document_.error(place.path, "found nothing, expected a name");
+      return text;
+    });
+  }
+  void model(const OptionKey& key, std::optional<twin::Model>& value) override {
+    const auto* node = find(key);
+    if (node == nullptr) return;
+    const std::string file = at(key.name, *node).text();
+    if (!file.empty()) value = load_prior(folder_ / file);
+  }
 
-// A key without effect on the kernel is a mistake about the kernel.
-void read_kernel(const YamlDocument& file, const proto::SvrConfig& in, regression::Kernel& out) {
-  using regression::KernelKind;
-  if (!in.kernel().empty()) out.kind = choose(file, "svr.kernel", in.kernel(), kKernels);
-  if (in.has_gamma() && out.kind == KernelKind::kLinear) {
-    throw file.error("svr.gamma", "found a gamma of kernel linear, which has none");
-  }
-  for (const auto& [key, is_there] :
-       {std::pair{"svr.degree", in.has_degree()}, std::pair{"svr.offset", in.has_offset()}}) {
-    if (is_there && out.kind != KernelKind::kPolynomial) {
-      throw file.error(key, "expected with kernel polynomial only");
+  void refuse_unknown() const {
+    for (const auto& [path, node] : in_order_) {
+      if (known_.contains(path)) continue;
+      std::vector<std::string> beside;
+      for (const std::string& known : known_) {
+        if (group_of(known) == group_of(path)) beside.push_back(leaf_of(known));
+      }
+      at(path, node).refuse("unknown key" + twin::suggestion(leaf_of(path), beside));
     }
   }
-  if (in.has_gamma()) out.gamma = in.gamma();
-  if (in.has_degree()) out.degree = in.degree();
-  if (in.has_offset()) out.offset = in.offset();
-}
 
-void read_model(const YamlDocument& file, const proto::SvrConfig& in, CompensationOptions& out) {
-  if (in.has_capacity()) out.model.capacity = in.capacity();
-  if (in.has_epsilon()) out.model.epsilon = in.epsilon();
-  if (in.has_box_constraint()) out.model.box_constraint = in.box_constraint();
-  read_kernel(file, in, out.model.kernel);
-  if (!in.selection().empty()) {
-    out.model.selection = choose(file, "svr.selection", in.selection(), kSelections);
+ private:
+  [[nodiscard]] YamlPlace at(const std::string& path, const YAML::Node& node) const {
+    return {document_.content().name, node, path};
   }
-  if (!in.window().empty()) out.model.window = choose(file, "svr.window", in.window(), kWindows);
-}
 
-void read_learning(const YamlDocument& file, const proto::LearningConfig& in,
-                   CompensationOptions& out) {
-  if (in.has_label_interval_s()) out.learning.label_interval_s = in.label_interval_s();
-  if (in.has_confirm_s()) out.learning.confirm_s = out.learning.rest.dwell_s = in.confirm_s();
-  if (in.has_handover_s()) out.learning.handover_s = in.handover_s();
-  if (in.has_max_drift_deg_h()) {
-    require_above_0(file, "learning.max_drift_deg_h", in.max_drift_deg_h());
-    out.learning.rest.max_level_radps = core::radps_from_deg_h(in.max_drift_deg_h());
+  // All keys that the document gives, two mappings deep: no key lies deeper.
+  void list(const std::string& path, const YAML::Node& node) {
+    if (node.IsNull()) return;
+    if (!node.IsMap()) at(path.empty() ? "top level" : path, node).fail("keys and values");
+    std::set<std::string> seen;
+    for (const auto& entry : node) {
+      const std::string key = joined(path, at(path, entry.first).key(seen));
+      given_.emplace(key, entry.second);
+      in_order_.emplace_back(key, entry.first);
+      if (!path.empty()) continue;
+      if (entry.second.IsMap()) list(key, entry.second);
+      if (!entry.second.IsSequence()) continue;
+      for (std::size_t i = 0; i < entry.second.size(); ++i) {
+        if (entry.second[i].IsMap()) list(element(key, i), entry.second[i]);
+      }
+    }
   }
-  if (in.has_max_drift_slew_deg_h_s()) {
-    require_above_0(file, "learning.max_drift_slew_deg_h_s", in.max_drift_slew_deg_h_s());
-    out.learning.rest.max_slew_radps2 = core::radps_from_deg_h(in.max_drift_slew_deg_h_s());
-  }
-}
 
-void read_earth_rate(const YamlDocument& file, const proto::EarthRateConfig& in,
-                     CompensationOptions& out) {
-  if (in.mode().empty()) return;
-  out.earth_rate.mode = choose(file, "earth_rate.mode", in.mode(), kEarthRates);
-  if (out.earth_rate.mode != compensation::EarthRateMode::kKnown) return;
-  if (!in.has_latitude_deg() || !in.has_roll_deg() || !in.has_pitch_deg() ||
-      !in.has_heading_deg()) {
-    throw file.error("earth_rate",
-                     "mode known needs latitude_deg, roll_deg, pitch_deg and heading_deg");
+  // Null where the key is absent. A key whose values before it don't go with it is refused.
+  const YAML::Node* find(const OptionKey& key) {
+    if (key.internal) return nullptr;
+    require_mapping(group_of(key.name));
+    known_.insert(key.name);
+    const auto found = given_.find(key.name);
+    if (found == given_.end()) return nullptr;
+    if (key.refused != nullptr) throw document_.error(key.name, key.refused);
+    return &found->second;
   }
-  require_within(file, "earth_rate.latitude_deg", in.latitude_deg(), -90, 90);
-  const navigation::Attitude attitude{.roll_rad = in.roll_deg() * core::kRadPerDeg,
-                                      .pitch_rad = in.pitch_deg() * core::kRadPerDeg,
-                                      .heading_rad = in.heading_deg() * core::kRadPerDeg};
-  out.earth_rate.rate_radps =
-      navigation::earth_rate_radps_b(in.latitude_deg() * core::kRadPerDeg, attitude);
-}
 
-void read_reference(const YamlDocument& file, const proto::ReferenceConfig& in,
-                    CompensationOptions& out) {
-  compensation::ReferenceOptions& reference = out.reference;
-  if (!in.truth().empty()) reference.truth = choose(file, "reference.truth", in.truth(), kPolicies);
-  if (!in.rest().empty()) reference.rest = choose(file, "reference.rest", in.rest(), kPolicies);
-  if (!in.navigation_residual().empty()) {
-    reference.navigation_residual =
-        choose(file, "reference.navigation_residual", in.navigation_residual(), kPolicies);
+  void require_mapping(const std::string& group) const {
+    const auto found = given_.find(group);
+    if (found == given_.end() || found->second.IsMap() || found->second.IsNull()) return;
+    at(group, found->second).fail("keys and values");
   }
-  if (in.has_await_feedback()) reference.await_feedback = in.await_feedback();
-  using core::radps_from_deg_h;
-  if (in.has_largest_rest_sigma_deg_h())
-    reference.largest_rest_sigma_radps = radps_from_deg_h(in.largest_rest_sigma_deg_h());
-  if (in.has_largest_residual_sigma_deg_h())
-    reference.largest_residual_sigma_radps = radps_from_deg_h(in.largest_residual_sigma_deg_h());
-  if (in.has_innovation_sigmas()) reference.innovation_sigmas = in.innovation_sigmas();
-  if (in.has_largest_correction_deg_h())
-    reference.largest_correction_radps = radps_from_deg_h(in.largest_correction_deg_h());
-  if (in.has_correction_slew_deg_h_s())
-    reference.correction_slew_radps2 = radps_from_deg_h(in.correction_slew_deg_h_s());
-  if (in.has_correction_memory_s()) reference.correction_memory_s = in.correction_memory_s();
-}
 
-std::vector<double> polynomial(const google::protobuf::RepeatedField<double>& coefficients_deg_h) {
-  std::vector<double> result;
-  for (const double value : coefficients_deg_h) result.push_back(core::radps_from_deg_h(value));
-  return result;
-}
+  double checked(const OptionKey& key, double value) const {
+    if (!key.range.contains(value)) {
+      throw document_.error(
+          key.name, "found " + compensation::short_text(value) + ", expected " + key.range.text());
+    }
+    return value * key.si_per_unit;
+  }
+
+  template <typename Value, typename Read>
+  void read_list(const OptionKey& key, std::vector<Value>& values, const Read& read) {
+    const auto* node = find(key);
+    if (node == nullptr || node->IsNull()) return;
+    if (!node->IsSequence()) at(key.name, *node).fail("a list");
+    values.clear();
+    for (std::size_t i = 0; i < node->size(); ++i) {
+      const std::string path = element(key.name, i);
+      const YAML::Node item = (*node)[i];
+      values.push_back(read(at(path, item)));
+    }
+  }
+
+  const YamlDocument& document_;
+  const std::filesystem::path& folder_;
+  std::map<std::string, YAML::Node> given_;
+  std::vector<std::pair<std::string, YAML::Node>> in_order_;
+  std::set<std::string> known_;
+  std::set<std::string> replaced_;  // lists of groups that the document gives
+};
 
 // Lines that start with the wrong key ("key: what" or "key what"), as errors of this file.
 ConfigError error_of(const YamlDocument& file, const std::string& line) {
   const auto end = std::min(line.find_first_of(": "), line.size());
   const auto what = std::min(line.find_first_not_of(": ", end), line.size());
   return file.error(line.substr(0, end), line.substr(what));
+}
+
+void resolve_earth_rate(const YamlDocument& file, compensation::EarthRateOptions& earth) {
+  if (earth.mode != compensation::EarthRateMode::kKnown) return;
+  if (!earth.latitude_deg || !earth.roll_deg || !earth.pitch_deg || !earth.heading_deg) {
+    throw file.error("earth_rate",
+                     "mode known needs latitude_deg, roll_deg, pitch_deg and heading_deg");
+  }
+  const navigation::Attitude attitude{.roll_rad = *earth.roll_deg * core::kRadPerDeg,
+                                      .pitch_rad = *earth.pitch_deg * core::kRadPerDeg,
+                                      .heading_rad = *earth.heading_deg * core::kRadPerDeg};
+  earth.rate_radps =
+      navigation::earth_rate_radps_b(*earth.latitude_deg * core::kRadPerDeg, attitude);
 }
 
 void check(const YamlDocument& file, const CompensationOptions& options) {
@@ -219,34 +226,27 @@ void check(const YamlDocument& file, const CompensationOptions& options) {
 
 }  // namespace
 
-compensation::CompensationOptions load_compensation(const std::filesystem::path& path) {
+CompensationOptions load_compensation(const std::filesystem::path& path) {
   const YamlDocument file = YamlDocument::read(path);
-  proto::CompensationConfig in;
-  load_message(path, in);
-  CompensationOptions out;
-  if (!in.scheme().empty()) out.scheme = choose(file, "scheme", in.scheme(), kSchemes);
-  read_features(file, in, out);
-  read_rate_estimator(file, in.temperature_rate(), out);
-  read_model(file, in.svr(), out);
-  read_learning(file, in.learning(), out);
-  read_earth_rate(file, in.earth_rate(), out);
-  read_reference(file, in.reference(), out);
-  out.factory_polynomial_radps = {polynomial(in.factory_polynomial().x_deg_h()),
-                                  polynomial(in.factory_polynomial().y_deg_h()),
-                                  polynomial(in.factory_polynomial().z_deg_h())};
-  out.more_probes.assign(in.probes().begin(), in.probes().end());
-  for (std::size_t i = 0; i < out.more_probes.size(); ++i) {
-    if (out.more_probes[i].empty()) {
-      throw file.error("probes[" + std::to_string(i) + "]", "found nothing, expected a name");
-    }
-  }
-  if (!in.prior().empty()) out.prior = load_prior(path.parent_path() / in.prior());
-  if (in.has_temperature_delay_s()) out.temperature_delay_s = in.temperature_delay_s();
-  if (in.has_temperature_stale_s()) out.temperature_stale_s = in.temperature_stale_s();
-  if (in.has_probe_stuck_s()) out.probe_stuck_s = in.probe_stuck_s();
-  check(file, out);
-  return out;
+  const std::filesystem::path folder = path.parent_path();
+  CompensationOptions options;
+  OptionReader reader(file, folder);
+  compensation::describe(options, reader);
+  reader.refuse_unknown();
+  resolve_earth_rate(file, options.earth_rate);
+  check(file, options);
+  return options;
 }
+
+namespace {
+
+twin::Model checked_prior(twin::Model model, const std::string& file) {
+  if (const auto line = compensation::find_wrong_prior(model))
+    throw ConfigError(file + ": " + *line);
+  return model;
+}
+
+}  // namespace
 
 twin::Model load_prior(const std::filesystem::path& path) {
   std::error_code problem;
@@ -260,11 +260,11 @@ twin::Model load_prior(const std::filesystem::path& path) {
                         std::to_string(kLargestModelFile));
     }
   }
-  twin::Model model = load_model(path).model;
-  if (const auto line = compensation::find_wrong_prior(model)) {
-    throw ConfigError(path.string() + ": " + *line);
-  }
-  return model;
+  return checked_prior(load_model(path).model, path.string());
+}
+
+twin::Model prior_from_text(const std::string& text, const std::string& name) {
+  return checked_prior(model_from(YamlDocument::parse(text, name)).model, name);
 }
 
 }  // namespace zerodrift::config

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The configuration file of compensation (idl/proto/compensation.proto).
+// The configuration file of compensation (keys: common/compensation/option_keys.h).
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
 #include <filesystem>
+#include <string>
 
 #include "common/compensation/options.h"
 #include "common/config/config_error.h"
 #include "common/twin/model.h"
-#include "idl/proto/compensation.pb.h"
 
 namespace zerodrift::config {
 
@@ -20,7 +20,9 @@ namespace zerodrift::config {
 // A twin's model that can be a prior (compensation/drift_prior.h). Throws ConfigError with one line
 // that names the file: what load_model() refuses, a model without a usable effect, something else
 // than a regular file of at most kLargestModelFile bytes.
-inline constexpr std::uintmax_t kLargestModelFile = 1U << 20U;
+inline constexpr std::size_t kLargestModelFile = 1U << 20U;
 [[nodiscard]] twin::Model load_prior(const std::filesystem::path& path);
+// The same of a text that was read; `name` stands for the file's name in errors.
+[[nodiscard]] twin::Model prior_from_text(const std::string& text, const std::string& name);
 
 }  // namespace zerodrift::config

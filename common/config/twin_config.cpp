@@ -258,7 +258,10 @@ twin::Profile profile_from_proto(const proto::TwinProfile& message) {
 }
 
 LoadedModel load_model(const std::filesystem::path& path) {
-  const YamlDocument document = YamlDocument::read(path);
+  return model_from(YamlDocument::read(path));
+}
+
+LoadedModel model_from(const YamlDocument& document) {
   proto::TwinModel message;
   LoadedModel loaded;
   loaded.warnings = document.fill(message);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/config/config_error.h"
+#include "common/config/yaml_to_proto.h"
 #include "common/twin/model.h"
 #include "common/twin/profile.h"
 #include "idl/proto/twin.pb.h"
@@ -23,6 +24,7 @@ struct LoadedModel {
 // an older one an unknown key or effect is an error. In a newer version's file it is kept, reported
 // as a warning, takes no part in simulation, and save_model writes it back.
 [[nodiscard]] LoadedModel load_model(const std::filesystem::path& path);
+[[nodiscard]] LoadedModel model_from(const YamlDocument& document);
 
 // Writes the model as YAML, whole or not at all. load_model gives it back equal to the bit;
 // comments of a file it was read from are not kept.

@@ -8,11 +8,11 @@
 
 namespace zerodrift::config {
 
-// Throws ConfigError naming the file and the reason.
+// Throws ConfigError naming the file and the reason: it can't be read, is no regular file, or is
+// larger than any configuration.
 [[nodiscard]] std::string read_whole(const std::filesystem::path& path);
 
-// The file appears whole or not at all: written beside its place, synced, renamed. Throws
-// ConfigError.
+// The file appears whole or not at all (record::AtomicFile). Throws ConfigError.
 void write_whole(const std::filesystem::path& path, std::string_view text);
 
 }  // namespace zerodrift::config

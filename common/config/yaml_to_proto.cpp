@@ -3,21 +3,11 @@
 
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/message.h>
-#include <yaml-cpp/eventhandler.h>
-#include <yaml-cpp/yaml.h>
 
-#include <array>
-#include <charconv>
-#include <cmath>
-#include <limits>
-#include <optional>
 #include <set>
-#include <sstream>
-#include <type_traits>
 #include <utility>
 
-#include "common/config/whole_file.h"
-#include "common/core/one_line.h"
+#include "common/config/yaml_place.h"
 #include "common/twin/closest_name.h"
 
 namespace zerodrift::config {
@@ -31,9 +21,7 @@ using google::protobuf::Reflection;
 constexpr const char* kExtraField = "extra";
 constexpr std::size_t kDeepestUnknown = 64;
 constexpr std::size_t kLongestUnknown = 1U << 20U;  // characters, all unknown values together
-// A key of YAML ends within 1024 characters, and one written back may take six for each of its own.
-constexpr std::size_t kLongestKey = 160;
-constexpr std::size_t kMostValues = 100000;  // far above the largest model's
+constexpr std::size_t kMostValues = 100000;         // far above the largest model's
 
 const FieldDescriptor* extra_field(const Descriptor& type) {
   const FieldDescriptor* field = type.FindFieldByName(kExtraField);
@@ -46,57 +34,6 @@ std::vector<std::string> key_names(const Descriptor& type) {
     if (type.field(i) != extra_field(type)) names.push_back(type.field(i)->name());
   }
   return names;
-}
-
-std::string joined(const std::string& path, const std::string& key) {
-  return path.empty() ? key : path + '.' + key;
-}
-
-std::string element(const std::string& path, std::size_t i) {
-  return path + '[' + std::to_string(i) + ']';
-}
-
-// What stands there, for error messages.
-std::string described(const YAML::Node& node) {
-  if (node.IsMap()) return "a mapping";
-  if (node.IsSequence()) return "a list";
-  if (node.IsNull()) return "nothing";
-  return node.Tag() == "!" ? "the text \"" + node.Scalar() + '"' : "'" + node.Scalar() + "'";
-}
-
-// " in Hz" where the key's suffix tells the unit.
-std::string unit_hint(const std::string& path) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 9> kUnits{{
-      {"_deg_h", "deg/h"},
-      {"_deg_s", "deg/s"},
-      {"_degc", "°C"},
-      {"_deg", "degrees"},
-      {"_hz", "Hz"},
-      {"_ms", "ms"},
-      {"_ppm", "ppm"},
-      {"_w", "W"},
-      {"_s", "s"},
-  }};
-  for (const auto& [suffix, unit] : kUnits) {
-    if (path.ends_with(suffix)) return " in " + std::string(unit);
-  }
-  return "";
-}
-
-template <typename T>
-std::optional<T> parsed(const YAML::Node& node) {
-  if (!node.IsScalar() || node.Tag() == "!") return std::nullopt;
-  const std::string& text = node.Scalar();
-  const char* end = text.data() + text.size();
-  T value{};
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  if (error != std::errc{} || stop != end) return std::nullopt;
-  return value;
-}
-
-std::optional<double> finite_number(const YAML::Node& node) {
-  const auto value = parsed<double>(node);
-  return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
 std::string json_text(const std::string& text) {
@@ -145,15 +82,6 @@ bool append_json(const YAML::Node& node, std::size_t depth, std::string& json) {
   return true;
 }
 
-}  // namespace
-
-struct YamlDocument::Content {
-  std::string name;
-  YAML::Node root;
-};
-
-namespace {
-
 // Walks a YAML tree along a message type.
 class Filler {
  public:
@@ -163,15 +91,8 @@ class Filler {
   [[nodiscard]] std::vector<std::string> take_unknown() { return std::move(unknown_); }
 
  private:
-  [[nodiscard]] std::string line_of(const YAML::Node& node, const std::string& path,
-                                    const std::string& what) const {
-    return core::one_line(file_ + ':' + std::to_string(node.Mark().line + 1) + ": " + path + ": " +
-                          what);
-  }
-
-  [[noreturn]] void fail(const YAML::Node& node, const std::string& path,
-                         const std::string& expected) const {
-    throw ConfigError(line_of(node, path, "expected " + expected + ", found " + described(node)));
+  [[nodiscard]] YamlPlace place(const YAML::Node& node, const std::string& path) const {
+    return {file_, node, path};
   }
 
   void fill_field(const YAML::Node& node, Message& message, const FieldDescriptor& field,
@@ -184,12 +105,6 @@ class Filler {
                    const std::string& path);
   void keep_unknown(const YAML::Node& key, const YAML::Node& value, Message& message,
                     const std::string& path);
-  [[nodiscard]] std::string key_text(const YAML::Node& key, const std::string& path,
-                                     std::set<std::string>& seen) const;
-  [[nodiscard]] bool flag(const YAML::Node& node, const std::string& path) const;
-  [[nodiscard]] double number(const YAML::Node& node, const std::string& path) const;
-  template <typename T>
-  [[nodiscard]] T whole_number(const YAML::Node& node, const std::string& path) const;
   [[nodiscard]] int enum_number(const YAML::Node& node, const FieldDescriptor& field,
                                 const std::string& path) const;
 
@@ -204,18 +119,18 @@ class Filler {
 
 void Filler::count_value(const YAML::Node& node, const std::string& path) {
   if (++values_ <= kMostValues) return;
-  throw ConfigError(line_of(node, path,
-                            "expected at most " + std::to_string(kMostValues) +
-                                " values in a file, each alias counted as what it stands for"));
+  place(node, path)
+      .refuse("expected at most " + std::to_string(kMostValues) +
+              " values in a file, each alias counted as what it stands for");
 }
 
 void Filler::fill_message(const YAML::Node& node, Message& message, const std::string& path) {
   if (node.IsNull()) return;
-  if (!node.IsMap()) fail(node, path.empty() ? "top level" : path, "keys and values");
+  if (!node.IsMap()) place(node, path.empty() ? "top level" : path).fail("keys and values");
   const Descriptor& type = *message.GetDescriptor();
   std::set<std::string> seen;
   for (const auto& entry : node) {
-    const std::string key = key_text(entry.first, path, seen);
+    const std::string key = place(entry.first, path).key(seen);
     count_value(entry.first, joined(path, key));
     const FieldDescriptor* field = type.FindFieldByName(key);
     if (field == nullptr || field == extra_field(type)) {
@@ -226,33 +141,18 @@ void Filler::fill_message(const YAML::Node& node, Message& message, const std::s
   }
 }
 
-std::string Filler::key_text(const YAML::Node& key, const std::string& path,
-                             std::set<std::string>& seen) const {
-  if (!key.IsScalar()) fail(key, path.empty() ? "top level" : path, "a key");
-  if (key.Scalar().size() > kLongestKey) {
-    throw ConfigError(line_of(key, joined(path, key.Scalar().substr(0, kLongestKey) + "..."),
-                              "expected a key of at most " + std::to_string(kLongestKey) +
-                                  " characters, found " + std::to_string(key.Scalar().size())));
-  }
-  if (!seen.insert(key.Scalar()).second) {
-    throw ConfigError(line_of(key, joined(path, key.Scalar()), "this key stands twice"));
-  }
-  return key.Scalar();
-}
-
 void Filler::keep_unknown(const YAML::Node& key, const YAML::Node& value, Message& message,
                           const std::string& path) {
   const Descriptor& type = *message.GetDescriptor();
   unknown_.push_back(
-      line_of(key, path, "unknown key" + twin::suggestion(key.Scalar(), key_names(type))));
+      place(key, path).line("unknown key" + twin::suggestion(key.Scalar(), key_names(type))));
   const FieldDescriptor* extra = extra_field(type);
   if (extra == nullptr) return;
   std::string json;
   const bool whole = append_json(value, 0, json);
   kept_ += json.size();
   if (!whole || kept_ > kLongestUnknown) {
-    throw ConfigError(
-        line_of(key, path, "unknown key whose value, or a key in it, is too long to keep"));
+    place(key, path).refuse("unknown key whose value, or a key in it, is too long to keep");
   }
   Message& entry = *message.GetReflection()->AddMessage(&message, extra);
   const Descriptor& pair = *entry.GetDescriptor();
@@ -273,10 +173,10 @@ void Filler::fill_field(const YAML::Node& node, Message& message, const FieldDes
 void Filler::fill_map(const YAML::Node& node, Message& message, const FieldDescriptor& field,
                       const std::string& path) {
   if (node.IsNull()) return;
-  if (!node.IsMap()) fail(node, path, "keys and values");
+  if (!node.IsMap()) place(node, path).fail("keys and values");
   std::set<std::string> seen;
   for (const auto& item : node) {
-    const std::string key = key_text(item.first, path, seen);
+    const std::string key = place(item.first, path).key(seen);
     count_value(item.first, joined(path, key));
     Message& entry = *message.GetReflection()->AddMessage(&message, &field);
     const Descriptor& pair = *entry.GetDescriptor();
@@ -288,7 +188,7 @@ void Filler::fill_map(const YAML::Node& node, Message& message, const FieldDescr
 void Filler::fill_list(const YAML::Node& node, Message& message, const FieldDescriptor& field,
                        const std::string& path) {
   if (node.IsNull()) return;
-  if (!node.IsSequence()) fail(node, path, "a list");
+  if (!node.IsSequence()) place(node, path).fail("a list");
   for (std::size_t i = 0; i < node.size(); ++i) {
     count_value(node, element(path, i));
     if (field.cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE) {
@@ -304,6 +204,7 @@ void Filler::fill_list(const YAML::Node& node, Message& message, const FieldDesc
 void Filler::fill_scalar(const YAML::Node& node, Message& message, const FieldDescriptor& field,
                          const std::string& path) {
   const Reflection& reflection = *message.GetReflection();
+  const YamlPlace here = place(node, path);
   const auto put = [&](auto set, auto add, auto value) {
     if (field.is_repeated()) {
       (reflection.*add)(&message, &field, std::move(value));
@@ -313,54 +214,30 @@ void Filler::fill_scalar(const YAML::Node& node, Message& message, const FieldDe
   };
   switch (field.cpp_type()) {
     case FieldDescriptor::CPPTYPE_DOUBLE:
-      return put(&Reflection::SetDouble, &Reflection::AddDouble, number(node, path));
+      return put(&Reflection::SetDouble, &Reflection::AddDouble, here.number());
     case FieldDescriptor::CPPTYPE_FLOAT:
-      return put(&Reflection::SetFloat, &Reflection::AddFloat,
-                 static_cast<float>(number(node, path)));
+      return put(&Reflection::SetFloat, &Reflection::AddFloat, static_cast<float>(here.number()));
     case FieldDescriptor::CPPTYPE_INT32:
-      return put(&Reflection::SetInt32, &Reflection::AddInt32,
-                 whole_number<std::int32_t>(node, path));
+      return put(&Reflection::SetInt32, &Reflection::AddInt32, here.whole_number<std::int32_t>());
     case FieldDescriptor::CPPTYPE_INT64:
-      return put(&Reflection::SetInt64, &Reflection::AddInt64,
-                 whole_number<std::int64_t>(node, path));
+      return put(&Reflection::SetInt64, &Reflection::AddInt64, here.whole_number<std::int64_t>());
     case FieldDescriptor::CPPTYPE_UINT32:
       return put(&Reflection::SetUInt32, &Reflection::AddUInt32,
-                 whole_number<std::uint32_t>(node, path));
+                 here.whole_number<std::uint32_t>());
     case FieldDescriptor::CPPTYPE_UINT64:
       return put(&Reflection::SetUInt64, &Reflection::AddUInt64,
-                 whole_number<std::uint64_t>(node, path));
+                 here.whole_number<std::uint64_t>());
     case FieldDescriptor::CPPTYPE_BOOL:
-      return put(&Reflection::SetBool, &Reflection::AddBool, flag(node, path));
+      return put(&Reflection::SetBool, &Reflection::AddBool, here.flag());
     case FieldDescriptor::CPPTYPE_ENUM:
       return put(&Reflection::SetEnumValue, &Reflection::AddEnumValue,
                  enum_number(node, field, path));
     case FieldDescriptor::CPPTYPE_STRING:
-      if (!node.IsScalar()) fail(node, path, "a text");
-      return put(&Reflection::SetString, &Reflection::AddString, std::string(node.Scalar()));
+      return put(&Reflection::SetString, &Reflection::AddString, here.text());
     case FieldDescriptor::CPPTYPE_MESSAGE:
       break;
   }
-  fail(node, path, "a single value");
-}
-
-bool Filler::flag(const YAML::Node& node, const std::string& path) const {
-  const bool plain = node.IsScalar() && node.Tag() != "!";
-  if (plain && node.Scalar() == "true") return true;
-  if (plain && node.Scalar() == "false") return false;
-  fail(node, path, "true or false");
-}
-
-double Filler::number(const YAML::Node& node, const std::string& path) const {
-  if (const auto value = finite_number(node)) return *value;
-  fail(node, path, "a plain number" + unit_hint(path));
-}
-
-template <typename T>
-T Filler::whole_number(const YAML::Node& node, const std::string& path) const {
-  if (const auto value = parsed<T>(node)) return *value;
-  fail(node, path,
-       "a whole number from " + std::to_string(std::numeric_limits<T>::min()) + " to " +
-           std::to_string(std::numeric_limits<T>::max()));
+  here.fail("a single value");
 }
 
 int Filler::enum_number(const YAML::Node& node, const FieldDescriptor& field,
@@ -373,81 +250,10 @@ int Filler::enum_number(const YAML::Node& node, const FieldDescriptor& field,
   for (int i = 0; i < type.value_count(); ++i) {
     names += (i == 0 ? "" : ", ") + type.value(i)->name();
   }
-  fail(node, path, "one of " + names);
-}
-
-// The parts of a path such as effects[3].axis: "effects", "3", "axis".
-std::vector<std::string> path_parts(std::string_view path) {
-  std::vector<std::string> parts(1);
-  for (const char c : path) {
-    if (c == ']') continue;
-    if (c == '.' || c == '[') {
-      parts.emplace_back();
-    } else {
-      parts.back() += c;
-    }
-  }
-  return parts;
-}
-
-// Takes every event and makes nothing of it.
-class NoDocument final : public YAML::EventHandler {
- public:
-  void OnDocumentStart(const YAML::Mark&) override {}
-  void OnDocumentEnd() override {}
-  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
-  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
-  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t,
-                const std::string&) override {}
-  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
-                       YAML::EmitterStyle::value) override {}
-  void OnSequenceEnd() override {}
-  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
-                  YAML::EmitterStyle::value) override {}
-  void OnMapEnd() override {}
-};
-
-// YAML::LoadAll() finds documents without end in some wrong texts (yaml-cpp 0.7, a ')' in the first
-// column behind a folded scalar), so no more than two are asked for.
-bool has_two_documents(const std::string& text) {
-  std::istringstream stream(text);
-  YAML::Parser parser(stream);
-  NoDocument none;
-  return parser.HandleNextDocument(none) && parser.HandleNextDocument(none);
-}
-
-YAML::Node child(const YAML::Node& node, const std::string& part) {
-  if (node.IsMap()) {
-    for (const auto& entry : node) {
-      if (entry.first.IsScalar() && entry.first.Scalar() == part) return entry.second;
-    }
-  }
-  if (node.IsSequence()) {
-    std::size_t i = 0;
-    const auto [stop, error] = std::from_chars(part.data(), part.data() + part.size(), i);
-    if (error == std::errc{} && i < node.size()) return node[i];
-  }
-  return YAML::Node(YAML::NodeType::Undefined);
+  place(node, path).fail("one of " + names);
 }
 
 }  // namespace
-
-YamlDocument YamlDocument::read(const std::filesystem::path& path) {
-  return parse(read_whole(path), path.string());
-}
-
-YamlDocument YamlDocument::parse(const std::string& text, std::string name) {
-  try {
-    if (has_two_documents(text)) {
-      throw ConfigError(name + ": expected one YAML document, found more");
-    }
-    return YamlDocument(
-        std::make_shared<const Content>(Content{std::move(name), YAML::Load(text)}));
-  } catch (const YAML::Exception& error) {
-    throw ConfigError(name + ':' + std::to_string(error.mark.line + 1) +
-                      ": not valid YAML: " + error.msg);
-  }
-}
 
 std::vector<std::string> YamlDocument::fill(Message& message) const {
   Filler filler(content_->name);
@@ -455,20 +261,13 @@ std::vector<std::string> YamlDocument::fill(Message& message) const {
   return filler.take_unknown();
 }
 
-ConfigError YamlDocument::error(std::string_view key, std::string_view what) const {
-  YAML::Node node = content_->root;
-  for (const std::string& part : path_parts(key)) {
-    const YAML::Node next = child(node, part);
-    if (!next.IsDefined()) break;
-    node.reset(next);
-  }
-  return ConfigError(content_->name + ':' + std::to_string(node.Mark().line + 1) + ": " +
-                     std::string(key) + ": " + std::string(what));
+void fill_whole(const YamlDocument& document, Message& message) {
+  const auto unknown = document.fill(message);
+  if (!unknown.empty()) throw ConfigError(unknown.front());
 }
 
 void load_message(const std::filesystem::path& path, Message& message) {
-  const auto unknown = YamlDocument::read(path).fill(message);
-  if (!unknown.empty()) throw ConfigError(unknown.front());
+  fill_whole(YamlDocument::read(path), message);
 }
 
 }  // namespace zerodrift::config

@@ -1,48 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// YAML or JSON files (JSON is read as the YAML it is) into Protobuf messages of any type. Keys are
-// the fields' names; every error names file, line and the key's path.
+// YAML files into Protobuf messages of any type. Keys are the fields' names; every error names
+// file, line and the key's path.
+//
+// Scalars convert strictly: a number field takes a plain finite number, a flag true or false, an
+// enum its value's name; a string field any scalar. A wrong type and a key that stands twice are
+// refused. An unknown key is told with the closest valid one; where the message has a field
+// `map<string, string> extra`, it is kept there as JSON text.
 #pragma once
 
 #include <filesystem>
-#include <memory>
-#include <string>
-#include <string_view>
-#include <vector>
 
-#include "common/config/config_error.h"
-
-namespace google::protobuf {
-class Message;
-}
+#include "common/config/yaml_document.h"
 
 namespace zerodrift::config {
 
-class YamlDocument {
- public:
-  // Throws ConfigError where the file can't be read or isn't one YAML document.
-  [[nodiscard]] static YamlDocument read(const std::filesystem::path& path);
-  // `name` stands for the file's name in errors.
-  [[nodiscard]] static YamlDocument parse(const std::string& text, std::string name);
-
-  // Puts every key into `message`. Scalars convert strictly: a number field takes a plain finite
-  // number, a flag true or false, an enum its value's name; a string field any scalar. Throws
-  // ConfigError on a wrong type and on a key that stands twice. Returns one line for each unknown
-  // key, with the closest valid one; where the message has a field `map<string, string> extra`,
-  // the unknown key is kept there as JSON text.
-  [[nodiscard]] std::vector<std::string> fill(google::protobuf::Message& message) const;
-
-  // "file:line: key: what", the line being that of the key or of its closest existing parent. For
-  // values that have the right type but are wrong. `key` is a path such as effects[3].axis.
-  [[nodiscard]] ConfigError error(std::string_view key, std::string_view what) const;
-
- private:
-  struct Content;
-  explicit YamlDocument(std::shared_ptr<const Content> content) : content_(std::move(content)) {}
-
-  std::shared_ptr<const Content> content_;
-};
-
-// As fill(), but an unknown key is an error: the form for service configuration.
+// As YamlDocument::fill(), but an unknown key is an error: the form for what people write by hand.
+void fill_whole(const YamlDocument& document, google::protobuf::Message& message);
+// As fill_whole(), of a file.
 void load_message(const std::filesystem::path& path, google::protobuf::Message& message);
 
 }  // namespace zerodrift::config

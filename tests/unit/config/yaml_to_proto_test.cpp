@@ -3,8 +3,10 @@
 
 #include <google/protobuf/util/message_differencer.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
+#include <fstream>
 #include <sstream>
 #include <string>
 
@@ -151,11 +153,11 @@ TEST(YamlToProtoAbuse, ATextThatSeemsToHoldDocumentsWithoutEndIsRefused) {
 
 TEST(YamlToProtoAbuse, AnErrorIsOneLineWhateverItQuotes) {
   EXPECT_EQ(profile_error("duration_s: \"a\\nb\""),
-            "test.yaml:1: duration_s: expected a plain number in s, found the text \"a?b\"");
+            "test.yaml:1: duration_s: expected a plain number in s, found the text \"a b\"");
   proto::TwinModel model;
   const auto unknown = YamlDocument::parse("\"a\\nb\": 1", "m").fill(model);
   ASSERT_EQ(unknown.size(), 1U);
-  EXPECT_EQ(unknown.front().rfind("m:1: a?b: unknown key", 0), 0U) << unknown.front();
+  EXPECT_EQ(unknown.front().rfind("m:1: a b: unknown key", 0), 0U) << unknown.front();
 }
 
 TEST(YamlToProtoAbuse, AnEndlessUnknownValueIsRefusedAndNotFollowed) {
@@ -223,6 +225,18 @@ TEST(YamlToProtoAbuse, AMissingFileOrADirectoryIsNamed) {
     EXPECT_STREQ(error.what(), "/nonexistent/profile.yaml: cannot open: No such file or directory");
   }
   EXPECT_THROW(load_message(std::filesystem::temp_directory_path(), message), ConfigError);
+}
+
+// Neither ends by itself.
+TEST(YamlToProtoAbuse, ADeviceAndAFileWithoutEndAreRefused) {
+  proto::TwinProfile message;
+  EXPECT_THROW(load_message("/dev/zero", message), ConfigError);
+  const auto huge = std::filesystem::temp_directory_path() /
+                    ("zerodrift-huge-" + std::to_string(::getpid()) + ".yaml");
+  std::ofstream(huge) << "#";
+  std::filesystem::resize_file(huge, std::uintmax_t{1} << 40U);
+  EXPECT_THROW(load_message(huge, message), ConfigError);
+  std::filesystem::remove(huge);
 }
 
 TEST(YamlDocumentLaws, ErrorsAboutValuesNameTheLineOfTheKeyOrItsClosestParent) {

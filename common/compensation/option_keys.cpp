@@ -1,0 +1,465 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/compensation/option_keys.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <utility>
+
+#include "common/compensation/drift_prior.h"
+
+namespace zerodrift::compensation {
+namespace {
+
+using regression::KernelKind;
+using regression::SelectionCriterion;
+using regression::WindowPolicy;
+using thermal::FeatureKind;
+using thermal::RateMethod;
+
+constexpr double kDegH = core::radps_from_deg_h(1.0);
+constexpr OptionRange kAbove0{.low = 0.0, .above_low = true};
+
+// Names of an enum's values as the file has them, in the order of `values`.
+template <typename Value, std::size_t N>
+struct Names {
+  std::array<std::string_view, N> names;
+  std::array<Value, N> values;
+};
+
+constexpr Names<Scheme, 2> kSchemes{{"online-svr", "none"}, {Scheme::kOnlineSvr, Scheme::kNone}};
+constexpr Names<FeatureKind, 7> kFeatures{
+    {"temperature", "temperature_rate", "temperature_times_rate", "lagged_temperature",
+     "probe_difference", "pulse_mean", "pulse_rate"},
+    {FeatureKind::kTemperature, FeatureKind::kTemperatureRate, FeatureKind::kTemperatureTimesRate,
+     FeatureKind::kLaggedTemperature, FeatureKind::kProbeDifference, FeatureKind::kPulseMean,
+     FeatureKind::kPulseRate}};
+constexpr Names<RateMethod, 2> kEstimators{
+    {"sliding_mean", "local_polynomial"}, {RateMethod::kSlidingMean, RateMethod::kLocalPolynomial}};
+constexpr Names<KernelKind, 5> kKernels{
+    {"rbf", "matern32", "matern52", "polynomial", "linear"},
+    {KernelKind::kRbf, KernelKind::kMatern32, KernelKind::kMatern52, KernelKind::kPolynomial,
+     KernelKind::kLinear}};
+constexpr Names<std::optional<SelectionCriterion>, 4> kSelections{
+    {"marginal_likelihood", "leave_one_out", "paper", "fixed"},
+    {SelectionCriterion::kMarginalLikelihood, SelectionCriterion::kLeaveOneOut,
+     SelectionCriterion::kPaper, std::nullopt}};
+constexpr Names<WindowPolicy, 2> kWindows{{"two_tier", "fifo"},
+                                          {WindowPolicy::kTwoTier, WindowPolicy::kFifo}};
+constexpr Names<EarthRateMode, 4> kEarthRates{{"auto", "included", "known", "unknown"},
+                                              {EarthRateMode::kAuto, EarthRateMode::kIncluded,
+                                               EarthRateMode::kKnown, EarthRateMode::kUnknown}};
+constexpr Names<ReferencePolicy, 2> kPolicies{{"accept", "refuse"},
+                                              {ReferencePolicy::kAccept, ReferencePolicy::kRefuse}};
+
+template <typename Value, std::size_t N>
+void choose(OptionVisitor& visitor, const OptionKey& key, const Names<Value, N>& table,
+            Value& value) {
+  const auto found = std::find(table.values.begin(), table.values.end(), value);
+  auto chosen = static_cast<std::size_t>(found - table.values.begin());
+  visitor.choice(key, table.names, chosen);
+  if (chosen < N) value = table.values[chosen];
+}
+
+// A key that sets more than one member; they may differ where code set them.
+template <typename... Members>
+void number_of_all(OptionVisitor& visitor, const OptionKey& key, double& first,
+                   Members&... others) {
+  double value = first;
+  visitor.number(key, value);
+  if (value == first) return;
+  first = value;
+  ((others = value), ...);
+}
+
+OptionKey internal(std::string name, Decides decides) {
+  return {.name = std::move(name), .decides = decides, .internal = true};
+}
+
+void describe_features(CompensationOptions& options, OptionVisitor& visitor) {
+  auto& features = options.features;
+  const auto size = visitor.groups(
+      "features", "The inputs of the regression; a list that is given replaces the default.");
+  if (size) features.assign(*size, {});
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    thermal::FeatureSpec& feature = features[i];
+    const std::string path = "features[" + std::to_string(i) + "].";
+    choose(visitor,
+           {.name = path + "kind",
+            .decides = Decides::kModel,
+            .text = "What the value is made of.",
+            .required = true},
+           kFeatures, feature.kind);
+    const bool is_pulse =
+        feature.kind == FeatureKind::kPulseMean || feature.kind == FeatureKind::kPulseRate;
+    if (!is_pulse && feature.probe.empty()) feature.probe = "coil";
+    visitor.text({path + "probe", Decides::kModel, "The thermometer; not for pulse terms."},
+                 feature.probe);
+    visitor.text({path + "second_probe", Decides::kModel,
+                  "For probe_difference: the thermometer that is taken off."},
+                 feature.second_probe);
+    visitor.number({path + "lag_s", Decides::kModel, "For lagged_temperature: how long ago."},
+                   feature.lag_s);
+    visitor.number(internal(path + "offset", Decides::kModel), feature.offset);
+    visitor.number({path + "scale", Decides::kModel,
+                    "The feature is its value over this; a kind has a usual one."},
+                   feature.scale);
+  }
+}
+
+void describe_temperature_rate(thermal::TemperatureTrackOptions& track, OptionVisitor& visitor) {
+  visitor.section("temperature_rate", "How dT/dt is estimated.");
+  choose(visitor,
+         {"temperature_rate.estimator", Decides::kModel,
+          "sliding_mean is the paper's and lags by half its window; local_polynomial has no lag."},
+         kEstimators, track.rate_method);
+  const double before_s = track.local_polynomial.window_s;
+  visitor.number({"temperature_rate.window_s",
+                  Decides::kModel,
+                  "Readings of this long make one estimate.",
+                  {.low = 1.0, .high = 3600.0}},
+                 track.local_polynomial.window_s);
+  auto& mean = track.sliding_mean;
+  if (track.local_polynomial.window_s != before_s) {
+    mean.window_samples =
+        static_cast<std::size_t>(track.local_polynomial.window_s * mean.sample_rate_hz);
+  }
+  auto& polynomial = track.local_polynomial;
+  visitor.count(internal("temperature_rate.window_samples", Decides::kModel), mean.window_samples);
+  visitor.number(internal("temperature_rate.sample_rate_hz", Decides::kModel), mean.sample_rate_hz);
+  std::size_t degree = static_cast<std::size_t>(polynomial.degree);
+  visitor.count(internal("temperature_rate.degree", Decides::kModel), degree);
+  std::size_t bins = static_cast<std::size_t>(polynomial.bins);
+  visitor.count(internal("temperature_rate.bins", Decides::kAnswers), bins);
+  std::size_t min_bins = static_cast<std::size_t>(polynomial.min_bins);
+  visitor.count(internal("temperature_rate.min_bins", Decides::kAnswers), min_bins);
+  for (auto& [name, value] : {std::pair<const char*, double&>{"span_s", track.history_span_s},
+                              {"step_s", track.history_step_s},
+                              {"bridged_s", track.history_max_gap_s},
+                              {"mean_gap_s", mean.max_gap_s},
+                              {"polynomial_gap_s", polynomial.max_gap_s},
+                              {"min_span_fraction", polynomial.min_span_fraction},
+                              {"lowest_degc", track.min_temperature_degc},
+                              {"highest_degc", track.max_temperature_degc}}) {
+    visitor.number(internal(std::string("temperature_rate.") + name, Decides::kAnswers), value);
+  }
+}
+
+void describe_model(ModelOptions& model, OptionVisitor& visitor) {
+  visitor.section("svr", "The online support-vector regression of each axis.");
+  visitor.count({"svr.capacity", Decides::kModel, "Samples kept an axis.", {10.0, 5000.0}},
+                model.capacity);
+  visitor.number({"svr.epsilon",
+                  Decides::kModel,
+                  "Tube half-width in units of the label scale, more than 1e-9 box_constraint.",
+                  {1e-4, 1.0}},
+                 model.epsilon);
+  visitor.number(
+      {"svr.box_constraint", Decides::kModel, "C in units of the label scale.", {1e-3, 1e6}},
+      model.box_constraint);
+  choose(visitor,
+         {"svr.kernel", Decides::kModel, "The first kernel; selection may choose another one."},
+         kKernels, model.kernel.kind);
+  const bool is_linear = model.kernel.kind == KernelKind::kLinear;
+  const char* only_polynomial = model.kernel.kind == KernelKind::kPolynomial
+                                    ? nullptr
+                                    : "expected with kernel polynomial only";
+  visitor.number({"svr.gamma",
+                  Decides::kModel,
+                  "Per squared scaled feature; not for linear.",
+                  {1e-4, 1e4},
+                  1.0,
+                  is_linear ? "found a gamma of kernel linear, which has none" : nullptr},
+                 model.kernel.gamma);
+  auto degree = static_cast<std::size_t>(model.kernel.degree);
+  visitor.count(
+      {"svr.degree", Decides::kModel, "For polynomial.", {1.0, 8.0}, 1.0, only_polynomial}, degree);
+  model.kernel.degree = static_cast<int>(degree);
+  visitor.number({"svr.offset",
+                  Decides::kModel,
+                  "For polynomial: from 0; offset^degree is at most 1e6.",
+                  {},
+                  1.0,
+                  only_polynomial},
+                 model.kernel.offset);
+  choose(visitor,
+         {"svr.selection", Decides::kModel,
+          "By which kernel and gamma are chosen anew from time to time; paper is its eq. 7."},
+         kSelections, model.selection);
+  choose(visitor,
+         {"svr.window", Decides::kModel,
+          "Which sample a full window gives up: two_tier keeps the range, fifo the newest."},
+         kWindows, model.window);
+}
+
+void describe_learning(LearningOptions& learning, OptionVisitor& visitor) {
+  visitor.section("learning", "What is taken for drift, and when.");
+  visitor.number(
+      {"learning.label_interval_s", Decides::kModel,
+       "A label is the mean over this long, stationary or against a reference.", kAbove0},
+      learning.label_interval_s);
+  number_of_all(visitor,
+                {"learning.confirm_s",
+                 Decides::kAnswers,
+                 "Stillness after a label before it may be learned.",
+                 {0.0, 600.0}},
+                learning.confirm_s, learning.rest.dwell_s);
+  visitor.number({"learning.handover_s", Decides::kAnswers,
+                  "Sensor time after which a learned model takes effect.", kAbove0},
+                 learning.handover_s);
+  visitor.number({"learning.max_drift_deg_h", Decides::kAnswers,
+                  "Without a reference, a larger level is taken for motion.", kAbove0, kDegH},
+                 learning.rest.max_level_radps);
+  visitor.number({"learning.max_drift_slew_deg_h_s", Decides::kAnswers,
+                  "A faster change of the level is taken for motion.", kAbove0, kDegH},
+                 learning.rest.max_slew_radps2);
+  visitor.count(internal("learning.initial_labels", Decides::kModel), learning.initial_labels);
+  auto& rest = learning.rest;
+  visitor.number(internal("learning.rest.departure_sigmas", Decides::kAnswers),
+                 rest.departure_sigmas);
+  visitor.number(internal("learning.rest.noise_slew_per_s", Decides::kAnswers),
+                 rest.noise_slew_per_s);
+  visitor.number(internal("learning.rest.spread_ratio", Decides::kAnswers), rest.spread_ratio);
+  visitor.count(internal("learning.rest.initial_blocks", Decides::kAnswers), rest.initial_blocks);
+  visitor.number(internal("learning.rest.dwell_s", Decides::kAnswers), rest.dwell_s);
+}
+
+void describe_earth_rate(EarthRateOptions& earth, OptionVisitor& visitor) {
+  visitor.section("earth_rate", "What becomes of Earth's rotation while no reference is there.");
+  choose(visitor,
+         {"earth_rate.mode", Decides::kModel,
+          "auto: included for records and simulations, unknown for real sensors. included: Earth "
+          "rate counts as drift, in one attitude. known: it is taken off with the angles below. "
+          "unknown: an uncertainty of 15 deg/h."},
+         kEarthRates, earth.mode);
+  visitor.number({"earth_rate.latitude_deg", Decides::kAnswers, "For known.", {-90.0, 90.0}},
+                 earth.latitude_deg);
+  visitor.number({"earth_rate.roll_deg", Decides::kAnswers, "For known."}, earth.roll_deg);
+  visitor.number({"earth_rate.pitch_deg", Decides::kAnswers, "For known."}, earth.pitch_deg);
+  visitor.number({"earth_rate.heading_deg", Decides::kAnswers, "For known."}, earth.heading_deg);
+  if (earth.mode != EarthRateMode::kKnown) return;
+  for (const auto axis : core::kAxes) {
+    visitor.number(
+        internal("earth_rate." + std::string(core::name(axis)) + "_radps", Decides::kModel),
+        earth.rate_radps[core::index(axis)]);
+  }
+}
+
+void describe_reference(ReferenceOptions& reference, OptionVisitor& visitor) {
+  visitor.section("reference", "What rate references may do.");
+  choose(visitor, {"reference.truth", Decides::kAnswers, "A rate table's or a record's true rate."},
+         kPolicies, reference.truth);
+  choose(
+      visitor,
+      {"reference.rest", Decides::kAnswers, "A navigation filter's Earth rate while stationary."},
+      kPolicies, reference.rest);
+  choose(visitor,
+         {"reference.navigation_residual", Decides::kAnswers,
+          "A navigation filter's opinion of the drift in motion."},
+         kPolicies, reference.navigation_residual);
+  visitor.flag({"reference.await_feedback", Decides::kAnswers,
+                "Records and simulations wait for rest references from the first sample on."},
+               reference.await_feedback);
+  struct Limit {
+    const char* name;
+    const char* text;
+    OptionRange range;
+    double si_per_unit;
+    double& value;
+  };
+  for (const Limit& limit : {Limit{"largest_rest_sigma_deg_h",
+                                   "A rest reference with a larger sigma is refused.",
+                                   {0.0, 15.0},
+                                   kDegH,
+                                   reference.largest_rest_sigma_radps},
+                             Limit{"largest_residual_sigma_deg_h",
+                                   "A residual with a larger sigma is refused.",
+                                   {0.0, 1e3},
+                                   kDegH,
+                                   reference.largest_residual_sigma_radps},
+                             Limit{"innovation_sigmas",
+                                   "A residual further off than this is refused.",
+                                   {0.1, 100.0},
+                                   1.0,
+                                   reference.innovation_sigmas},
+                             Limit{"largest_correction_deg_h",
+                                   "Residuals shift the applied drift by at most this.",
+                                   {0.0, 1e3},
+                                   kDegH,
+                                   reference.largest_correction_radps},
+                             Limit{"correction_slew_deg_h_s",
+                                   "And no faster than this.",
+                                   {0.0, 1e3},
+                                   kDegH,
+                                   reference.correction_slew_radps2},
+                             Limit{"correction_memory_s",
+                                   "A shift without a new residual fades with this time.",
+                                   {1.0, 1e6},
+                                   1.0,
+                                   reference.correction_memory_s}}) {
+    visitor.number({std::string("reference.") + limit.name, Decides::kAnswers, limit.text,
+                    limit.range, limit.si_per_unit},
+                   limit.value);
+  }
+}
+
+std::string joined(const std::vector<std::string>& parts) {
+  std::string all;
+  for (const std::string& part : parts) all += (all.empty() ? "" : ", ") + part;
+  return all;
+}
+
+class ValuesOf : public OptionTextVisitor {
+ public:
+  explicit ValuesOf(Decides decides) : decides_(decides) {}
+  std::vector<OptionValue> values;
+
+  // The last key: where there is no prior there is none, and a prior too many is told as such.
+  void model(const OptionKey& key, std::optional<twin::Model>& value) override {
+    if (value) OptionTextVisitor::model(key, value);
+  }
+
+ private:
+  void see(const OptionKey& key, const std::string& value) override {
+    if (key.decides == decides_) values.push_back({key.name, value});
+  }
+  Decides decides_;
+};
+
+class RangeCheck : public OptionTextVisitor {
+ public:
+  std::optional<std::string> wrong;
+
+  void number(const OptionKey& key, double& value) override { check(key, value / key.si_per_unit); }
+  void number(const OptionKey& key, std::optional<double>& value) override {
+    if (value) check(key, *value / key.si_per_unit);
+  }
+  void count(const OptionKey& key, std::size_t& value) override {
+    check(key, static_cast<double>(value));
+  }
+
+ private:
+  void see(const OptionKey&, const std::string&) override {}
+  void check(const OptionKey& key, double value) {
+    if (wrong || key.range.text().empty() || key.refused || key.range.contains(value)) return;
+    wrong = key.name + ": found " + short_text(value) + ", expected " + key.range.text();
+  }
+};
+
+}  // namespace
+
+void OptionTextVisitor::section(const std::string&, const char*) {}
+std::optional<std::size_t> OptionTextVisitor::groups(const std::string&, const char*) {
+  return std::nullopt;
+}
+void OptionTextVisitor::number(const OptionKey& key, double& value) {
+  see(key, exact_text(value / key.si_per_unit));
+}
+void OptionTextVisitor::number(const OptionKey& key, std::optional<double>& value) {
+  see(key, value ? exact_text(*value / key.si_per_unit) : "");
+}
+void OptionTextVisitor::count(const OptionKey& key, std::size_t& value) {
+  see(key, std::to_string(value));
+}
+void OptionTextVisitor::flag(const OptionKey& key, bool& value) {
+  see(key, value ? "true" : "false");
+}
+void OptionTextVisitor::text(const OptionKey& key, std::string& value) {
+  see(key, value);
+}
+void OptionTextVisitor::choice(const OptionKey& key, std::span<const std::string_view> names,
+                               std::size_t& chosen) {
+  see(key, std::string(chosen < names.size() ? names[chosen] : "unknown"));
+}
+void OptionTextVisitor::numbers(const OptionKey& key, std::vector<double>& values) {
+  std::vector<std::string> parts;
+  for (const double value : values) parts.push_back(exact_text(value / key.si_per_unit));
+  see(key, joined(parts));
+}
+void OptionTextVisitor::texts(const OptionKey& key, std::vector<std::string>& values) {
+  see(key, joined(values));
+}
+void OptionTextVisitor::model(const OptionKey& key, std::optional<twin::Model>& value) {
+  see(key, value ? prior_identity(*value) : "");
+}
+
+std::string OptionRange::text() const {
+  if (std::isfinite(low) && std::isfinite(high)) return short_text(low) + " to " + short_text(high);
+  if (!std::isfinite(low)) return "";
+  return (above_low ? "a number above " : "a number from ") + short_text(low);
+}
+
+std::string exact_text(double value) {
+  std::array<char, 32> buffer{};
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
+  return {buffer.data(), end};
+}
+
+std::string short_text(double value) {
+  std::array<char, 32> buffer{};
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value,
+                                 std::chars_format::general, 6)
+                       .ptr;
+  return {buffer.data(), end};
+}
+
+std::span<const std::string_view> scheme_names() {
+  return kSchemes.names;
+}
+
+void describe(CompensationOptions& options, OptionVisitor& visitor) {
+  choose(visitor, {"scheme", Decides::kAnswers, "What predicts the drift."}, kSchemes,
+         options.scheme);
+  describe_features(options, visitor);
+  describe_temperature_rate(options.track, visitor);
+  describe_model(options.model, visitor);
+  describe_learning(options.learning, visitor);
+  describe_earth_rate(options.earth_rate, visitor);
+  visitor.section("factory_polynomial", "Drift by temperature as the factory measured it.");
+  for (const auto axis : core::kAxes) {
+    visitor.numbers({"factory_polynomial." + std::string(core::name(axis)) + "_deg_h",
+                     Decides::kAnswers,
+                     "Coefficients of 1, T, T², ... with T in °C.",
+                     {},
+                     kDegH},
+                    options.factory_polynomial_radps[core::index(axis)]);
+  }
+  describe_reference(options.reference, visitor);
+  visitor.section("", "Temperatures and the prior.");
+  visitor.number({"temperature_delay_s",
+                  Decides::kAnswers,
+                  "A rate sample at t uses temperatures stamped up to t less this.",
+                  {0.0, 10.0}},
+                 options.temperature_delay_s);
+  visitor.number({"temperature_stale_s", Decides::kAnswers,
+                  "With an older temperature the model is not used.", kAbove0},
+                 options.temperature_stale_s);
+  visitor.number(
+      {"probe_stuck_s", Decides::kAnswers,
+       "A probe unchanged to the bit for this long while others move is not used.", kAbove0},
+      options.probe_stuck_s);
+  visitor.texts(
+      {"probes", Decides::kAnswers, "Thermometers also listened to, for a model adopted later."},
+      options.more_probes);
+  visitor.model({"prior", Decides::kModel,
+                 "A twin's model file, path relative to this file: drift = model + what is learned "
+                 "of the remainder."},
+                options.prior);
+}
+
+std::vector<OptionValue> option_values(const CompensationOptions& options, Decides decides) {
+  CompensationOptions copy = options;
+  ValuesOf values(decides);
+  describe(copy, values);
+  return std::move(values.values);
+}
+
+std::optional<std::string> find_out_of_range(const CompensationOptions& options) {
+  CompensationOptions copy = options;
+  RangeCheck check;
+  describe(copy, check);
+  return std::move(check.wrong);
+}
+
+}  // namespace zerodrift::compensation
