@@ -10,11 +10,15 @@
 #include <utility>
 
 #include "common/checkpoint/checkpoint_error.h"
-#include "common/checkpoint/deciding_options.h"
 #include "common/checkpoint/learner_message.h"
+#include "common/compensation/option_keys.h"
 
 namespace zerodrift::checkpoint {
 namespace {
+
+using compensation::Decides;
+using compensation::option_values;
+using compensation::OptionValue;
 
 // Where what stands in the envelope.
 constexpr std::string_view kMagic = "ZDRIFTCP";
@@ -63,12 +67,15 @@ std::string_view open_envelope(std::string_view bytes) {
   if (bytes.substr(0, kMagic.size()) != kMagic.substr(0, bytes.size()) || bytes.empty()) {
     throw CheckpointError(
         "found something else than a checkpoint; expected a file that begins with " +
-        std::string(kMagic));
+            std::string(kMagic),
+        "is no checkpoint");
   }
   const auto cut = [&](std::uint64_t expected) {
     return CheckpointError("found " + std::to_string(bytes.size()) + " bytes, expected " +
-                           (bytes.size() < kEnvelopeSize ? "at least " : "") +
-                           std::to_string(expected) + ": the checkpoint is truncated or damaged");
+                               (bytes.size() < kEnvelopeSize ? "at least " : "") +
+                               std::to_string(expected) +
+                               ": the checkpoint is truncated or damaged",
+                           "is truncated or damaged");
   };
   if (bytes.size() < kEnvelopeSize) throw cut(kEnvelopeSize);
   const auto length = number_at<std::uint64_t>(bytes, kLengthAt);
@@ -77,13 +84,15 @@ std::string_view open_envelope(std::string_view bytes) {
   const auto expected = number_at<std::uint32_t>(bytes, kCrcAt);
   if (found != expected) {
     throw CheckpointError("found CRC-32 " + std::to_string(found) + ", expected " +
-                          std::to_string(expected) + ": the checkpoint is damaged");
+                              std::to_string(expected) + ": the checkpoint is damaged",
+                          "is damaged");
   }
   const auto version = number_at<std::uint32_t>(bytes, kVersionAt);
   if (version != kFormatVersion) {
     throw CheckpointError("found format version " + std::to_string(version) + ", expected " +
-                          std::to_string(kFormatVersion) +
-                          (version > kFormatVersion ? ": saved by a newer zerodrift" : ""));
+                              std::to_string(kFormatVersion) +
+                              (version > kFormatVersion ? ": saved by a newer zerodrift" : ""),
+                          "is of another format version");
   }
   return bytes.substr(kEnvelopeSize);
 }
@@ -99,12 +108,13 @@ std::string value_of(const google::protobuf::RepeatedPtrField<proto::CheckpointO
 // By key, so that the line names what differs.
 void check_options(const std::string& what,
                    const google::protobuf::RepeatedPtrField<proto::CheckpointOption>& options,
-                   const std::vector<DecidingOption>& expected) {
+                   const std::vector<OptionValue>& expected) {
   for (const auto& [key, value] : expected) {
     const std::string found = value_of(options, key);
     if (found == value) continue;
     throw CheckpointError("found " + what + " made with " + key + " '" + found + "', expected '" +
-                          value + "' as configured");
+                              value + "' as configured",
+                          "was made with another " + key + " than is configured");
   }
 }
 
@@ -112,18 +122,20 @@ void check_options(const std::string& what,
 void check_owner(const proto::Checkpoint& message, const Owner& owner) {
   if (message.gyro_id() != owner.gyro_id) {
     throw CheckpointError("found a checkpoint of gyro " + std::to_string(message.gyro_id()) +
-                          ", expected one of gyro " + std::to_string(owner.gyro_id));
+                              ", expected one of gyro " + std::to_string(owner.gyro_id),
+                          "is of another gyro");
   }
-  const auto expected = deciding_options(owner.options);
+  const auto expected = option_values(owner.options, Decides::kModel);
   check_options("a checkpoint", message.options(), expected);
   if (message.options_size() > static_cast<int>(expected.size())) {
     throw CheckpointError("found a checkpoint made with " +
-                          message.options(static_cast<int>(expected.size())).key() +
-                          ", which is not configured");
+                              message.options(static_cast<int>(expected.size())).key() +
+                              ", which is not configured",
+                          "was made with something that is not configured");
   }
 }
 
-void put(const std::vector<DecidingOption>& from,
+void put(const std::vector<OptionValue>& from,
          google::protobuf::RepeatedPtrField<proto::CheckpointOption>& to) {
   for (const auto& [key, value] : from) {
     auto* option = to.Add();
@@ -136,7 +148,7 @@ proto::Checkpoint message_of(const Owner& owner, const compensation::LearnerStat
   proto::Checkpoint message;
   message.set_producer(kProducer);
   message.set_gyro_id(owner.gyro_id);
-  put(deciding_options(owner.options), *message.mutable_options());
+  put(option_values(owner.options, Decides::kModel), *message.mutable_options());
   const core::SensorTime newest = state.newest_label();
   if (newest != core::kNever) message.set_newest_label_ns(newest.count());
   to_message(state, *message.mutable_learner());
@@ -176,7 +188,7 @@ void check_path(const proto::Checkpoint& message, const Owner& owner) {
     throw CheckpointError("found a state of " + message.producer() + ", expected one of " +
                           kProducer);
   }
-  check_options("a state", message.path_options(), path_options(owner.options));
+  check_options("a state", message.path_options(), option_values(owner.options, Decides::kAnswers));
 }
 
 }  // namespace
@@ -192,7 +204,7 @@ compensation::LearnerState decode(std::string_view bytes, const Owner& owner) {
 std::string encode_running(const Owner& owner, const compensation::LearnerState& state,
                            std::string data_path) {
   proto::Checkpoint message = message_of(owner, state);
-  put(path_options(owner.options), *message.mutable_path_options());
+  put(option_values(owner.options, Decides::kAnswers), *message.mutable_path_options());
   message.set_data_path(std::move(data_path));
   return enveloped(message);
 }

@@ -13,8 +13,6 @@
 namespace zerodrift::checkpoint {
 namespace {
 
-constexpr std::uintmax_t kLargestFile = 1U << 30U;  // far above the largest learner's
-
 std::string content(const std::filesystem::path& path) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
@@ -42,6 +40,22 @@ std::string content(const std::filesystem::path& path) {
 
 }  // namespace
 
+std::string why_no_place(const std::filesystem::path& path) {
+  std::error_code error;
+  if (std::filesystem::exists(path, error)) return "";
+  const std::string name = path.filename().string();
+  const std::string of_gyro = name.substr(0, name.find('-') + 1);
+  std::size_t held = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(path.parent_path(), error)) {
+    const auto& file = entry.path();
+    if (file.extension() == path.extension() && file.filename().string().starts_with(of_gyro))
+      ++held;
+  }
+  if (held < kMostOfAGyro) return "";
+  return "this gyro has " + std::to_string(held) +
+         " checkpoints already; save under the name of one of them, or remove one";
+}
+
 void save(const std::filesystem::path& path, const Owner& owner,
           const compensation::LearnerState& state) {
   const std::string bytes = encode(owner, state);
@@ -50,15 +64,21 @@ void save(const std::filesystem::path& path, const Owner& owner,
   file.commit();
 }
 
+std::shared_ptr<compensation::RestoredLearner> restored_from(std::string_view bytes,
+                                                             const Owner& owner) {
+  try {
+    return std::make_shared<compensation::RestoredLearner>(owner.options, decode(bytes, owner));
+  } catch (const std::invalid_argument& error) {
+    throw CheckpointError(std::string("found values that no learner has: ") + error.what());
+  }
+}
+
 std::shared_ptr<compensation::RestoredLearner> load(const std::filesystem::path& path,
                                                     const Owner& owner) {
   try {
-    return std::make_shared<compensation::RestoredLearner>(owner.options,
-                                                           decode(content(path), owner));
+    return restored_from(content(path), owner);
   } catch (const CheckpointError& error) {
-    throw CheckpointError(path.string() + ": " + error.what());
-  } catch (const std::invalid_argument& error) {
-    throw CheckpointError(path.string() + ": found values that no learner has: " + error.what());
+    throw CheckpointError(path.string() + ": " + error.what(), error.kind());
   }
 }
 

@@ -2,8 +2,11 @@
 // Checkpoints as files.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <memory>
+#include <string>
+#include <string_view>
 
 #include "common/checkpoint/checkpoint_bytes.h"
 #include "common/checkpoint/checkpoint_error.h"
@@ -15,9 +18,20 @@ namespace zerodrift::checkpoint {
 void save(const std::filesystem::path& path, const Owner& owner,
           const compensation::LearnerState& state);
 
+// Checkpoints of one gyro that a folder holds at most by command: disks end.
+inline constexpr std::size_t kMostOfAGyro = 16;
+
+// Why no checkpoint of a new name can be saved as `path`, "<folder>/<gyro>-<name>.ckpt", one line;
+// empty: it can, or replaces one.
+[[nodiscard]] std::string why_no_place(const std::filesystem::path& path);
+inline constexpr std::size_t kLargestFile = 1U << 30U;  // far above the largest learner's
+
 // Ready to be put into a learner. Throws CheckpointError with one line that names the file: not
 // there, whatever decode() refuses, or values that no learner has.
 [[nodiscard]] std::shared_ptr<compensation::RestoredLearner> load(const std::filesystem::path& path,
                                                                   const Owner& owner);
+// The same of bytes that were read.
+[[nodiscard]] std::shared_ptr<compensation::RestoredLearner> restored_from(std::string_view bytes,
+                                                                           const Owner& owner);
 
 }  // namespace zerodrift::checkpoint

@@ -12,7 +12,6 @@
 #include <string>
 
 #include "common/checkpoint/checkpoint_error.h"
-#include "common/checkpoint/deciding_options.h"
 #include "idl/proto/checkpoint.pb.h"
 #include "tests/unit/checkpoint/saved_learner.h"
 

@@ -70,6 +70,19 @@ TEST_F(CheckpointFile, SavingReplacesAnOlderOneAndLeavesNothingElse) {
   EXPECT_EQ(std::distance(begin(files), end(files)), 1);
 }
 
+// Whoever may command could fill the disk otherwise.
+TEST_F(CheckpointFile, OfOneGyroThereAreSixteenNamesAtMost) {
+  const auto touch = [&](const std::string& name) { std::ofstream(path(name.c_str())) << name; };
+  for (std::size_t k = 0; k < kMostOfAGyro; ++k) {
+    const std::string name = "1-" + std::to_string(k) + ".ckpt";
+    EXPECT_EQ(why_no_place(path(name.c_str())), "") << k;
+    touch(name);
+  }
+  EXPECT_NE(why_no_place(path("1-another.ckpt")), "");
+  EXPECT_EQ(why_no_place(path("1-3.ckpt")), "") << "it replaces one";
+  EXPECT_EQ(why_no_place(path("11-another.ckpt")), "") << "of another gyro";
+}
+
 TEST_F(CheckpointFile, WhereItCannotBeWrittenTheErrorNamesIt) {
   try {
     save(path("no/such/folder.ckpt"), owner_, saved_after(5));
