@@ -17,129 +17,85 @@ namespace rtps = eprosima::fastrtps::rtps;
 
 namespace {
 
-// Far more than there are, few enough to bound memory.
-constexpr std::size_t kMostParticipants = 1024;
-constexpr std::size_t kMostInterfaces = 8;
-
-// RTPS 2.3, 8.3.3 and 9.4; DDS Security 1.1, 7.3.6.
-constexpr std::size_t kHeaderSize = 20;
-constexpr std::size_t kPrefixAt = 8;
-constexpr std::size_t kSubmessageHeaderSize = 4;
-constexpr std::size_t kSmallestData = 20;
+// DDS Security 1.1, 7.3.6.
 constexpr std::size_t kStatisticsSize = 56;
-constexpr std::size_t kVendorAt = 6;
-constexpr std::size_t kCryptoHeaderSize = 20;  // transformation, session and vector
-
-enum Submessage : std::uint8_t {
-  kPad = 0x01,
-  kInfoTimestamp = 0x09,
-  kInfoDestination = 0x0e,
-  kData = 0x15,
-  kSecureBody = 0x30,
-  kSecurePrefix = 0x31,
-  kSecurePostfix = 0x32,
-  kSecureMessagePrefix = 0x33,
-  kSecureMessagePostfix = 0x34,
-  kStatistics = 0x80  // Fast DDS puts one behind each message: when it was sent
-};
+constexpr std::size_t kCryptoHeaderSize = 20;           // transformation, session and vector
 constexpr std::uint32_t kDiscoveryWriter = 0x000100c2;  // SPDP
 constexpr std::uint32_t kStatelessWriter = 0x000201c3;  // authentication
+// A discovery server that is started again has its old name.
+constexpr std::chrono::seconds kNameIsFreeAfter{10};
 
-struct Part {
-  std::uint8_t id = 0;
-  std::span<const std::uint8_t> body{};
-};
-
-// Splits into submessages; none where lengths don't fit.
-class Parts {
- public:
-  explicit Parts(std::span<const std::uint8_t> bytes) : rest_(bytes) {}
-  [[nodiscard]] bool done() const { return rest_.empty(); }
-  std::optional<Part> next() {
-    if (rest_.size() < kSubmessageHeaderSize) return std::nullopt;
-    Part part;
-    part.id = rest_[0];
-    const bool little = (rest_[1] & 1U) != 0;
-    std::size_t length = little ? std::size_t{rest_[2]} | std::size_t{rest_[3]} << 8U
-                                : std::size_t{rest_[2]} << 8U | std::size_t{rest_[3]};
-    rest_ = rest_.subspan(kSubmessageHeaderSize);
-    // 0: up to the end, except where nothing is the content.
-    if (length == 0 && part.id != kInfoTimestamp && part.id != kPad) length = rest_.size();
-    if (length > rest_.size()) return std::nullopt;
-    // Each begins at a multiple of 4; Fast DDS rounds up where it looks for statistics.
-    if (length % 4 != 0 && length != rest_.size()) return std::nullopt;
-    part.body = rest_.first(length);
-    rest_ = rest_.subspan(length);
-    return part;
-  }
-
- private:
-  std::span<const std::uint8_t> rest_;
-};
-
-std::uint32_t writer_of(const Part& data) {
-  std::uint32_t id = 0;
-  std::memcpy(&id, data.body.data() + 8, sizeof id);
-  return ntohl(id);
+ParticipantPrefix prefix_of(std::span<const std::uint8_t> datagram) {
+  ParticipantPrefix prefix{};
+  std::copy_n(datagram.begin() + rtps_message::kPrefixAt, prefix.size(), prefix.begin());
+  return prefix;
 }
 
-bool is_encrypted_message(Parts parts) {
+bool has_header(std::span<const std::uint8_t> datagram) {
+  return datagram.size() > rtps_message::kHeaderSize &&
+         std::memcmp(datagram.data(), "RTPS", 4) == 0;
+}
+
+bool is_encrypted_message(rtps_message::Submessages parts) {
   const auto prefix = parts.next();
-  if (!prefix || prefix->id != kSecureMessagePrefix || prefix->body.size() != kCryptoHeaderSize) {
+  if (!prefix || prefix->id != rtps_message::kSecureMessagePrefix ||
+      prefix->body.size() != kCryptoHeaderSize) {
     return false;
   }
   const auto body = parts.next();
-  if (!body || body->id != kSecureBody) return false;
+  if (!body || body->id != rtps_message::kSecureBody) return false;
   const auto postfix = parts.next();
-  if (!postfix || postfix->id != kSecureMessagePostfix) return false;
+  if (!postfix || postfix->id != rtps_message::kSecureMessagePostfix) return false;
   if (parts.done()) return true;
   const auto last = parts.next();
-  return last && last->id == kStatistics && last->body.size() == kStatisticsSize && parts.done();
+  return last && last->id == rtps_message::kStatistics && last->body.size() == kStatisticsSize &&
+         parts.done();
 }
 
 }  // namespace
 
 bool is_well_formed(std::span<const std::uint8_t> datagram) noexcept {
-  if (datagram.size() <= kHeaderSize) return false;
-  if (std::memcmp(datagram.data(), "RTPS", 4) != 0) return false;
+  if (!has_header(datagram)) return false;
   constexpr std::array<std::uint8_t, 2> kFastDds{1, 15};
-  const bool of_fast_dds = std::memcmp(datagram.data() + kVendorAt, kFastDds.data(), 2) == 0;
-  Parts parts(datagram.subspan(kHeaderSize));
+  const bool of_fast_dds =
+      std::memcmp(datagram.data() + rtps_message::kVendorAt, kFastDds.data(), 2) == 0;
+  rtps_message::Submessages parts(datagram.subspan(rtps_message::kHeaderSize));
   while (!parts.done()) {
     const auto part = parts.next();
-    if (!part) return false;
-    if (part->id != kStatistics || !of_fast_dds) continue;
+    if (!part || !rtps_message::statement_of(*part)) return false;
+    if (part->id != rtps_message::kStatistics || !of_fast_dds) continue;
     if (part->body.size() != kStatisticsSize || !parts.done()) return false;
   }
   return true;
 }
 
 DatagramKind classify(std::span<const std::uint8_t> datagram) noexcept {
-  if (datagram.size() <= kHeaderSize) return DatagramKind::kForeign;
-  if (std::memcmp(datagram.data(), "RTPS", 4) != 0) return DatagramKind::kForeign;
-  Parts parts(datagram.subspan(kHeaderSize));
+  if (!has_header(datagram)) return DatagramKind::kForeign;
+  rtps_message::Submessages parts(datagram.subspan(rtps_message::kHeaderSize));
   if (is_encrypted_message(parts)) return DatagramKind::kProtected;
   std::optional<DatagramKind> kind;
   std::uint8_t before = 0;
   while (!parts.done()) {
     const auto part = parts.next();
-    if (!part || before == kStatistics) return DatagramKind::kForeign;
+    if (!part || before == rtps_message::kStatistics) return DatagramKind::kForeign;
+    const auto statement = rtps_message::statement_of(*part);
+    if (!statement) return DatagramKind::kForeign;
     std::optional<DatagramKind> found = kind;
-    if (part->id == kData) {
-      if (part->body.size() < kSmallestData) return DatagramKind::kForeign;
-      const std::uint32_t writer = writer_of(*part);
+    if (part->id == rtps_message::kData) {
+      const std::uint32_t writer = statement->writer;
       if (writer != kDiscoveryWriter && writer != kStatelessWriter) return DatagramKind::kForeign;
       found = writer == kDiscoveryWriter ? DatagramKind::kDiscovery : DatagramKind::kHandshake;
-    } else if (part->id == kSecurePrefix) {
+    } else if (part->id == rtps_message::kSecurePrefix) {
       if (part->body.size() != kCryptoHeaderSize) return DatagramKind::kForeign;
       found = DatagramKind::kHandshake;
-    } else if (part->id == kSecureBody) {
-      if (before != kSecurePrefix) return DatagramKind::kForeign;
-    } else if (part->id == kSecurePostfix) {
-      if (before != kSecureBody) return DatagramKind::kForeign;
-    } else if (part->id == kStatistics) {
+    } else if (part->id == rtps_message::kSecureBody) {
+      if (before != rtps_message::kSecurePrefix) return DatagramKind::kForeign;
+    } else if (part->id == rtps_message::kSecurePostfix) {
+      if (before != rtps_message::kSecureBody) return DatagramKind::kForeign;
+    } else if (part->id == rtps_message::kStatistics) {
       if (part->body.size() != kStatisticsSize) return DatagramKind::kForeign;
-    } else if (part->id != kInfoTimestamp && part->id != kInfoDestination) {
+    } else if (part->id != rtps_message::kInfoTimestamp &&
+               part->id != rtps_message::kInfoDestination) {
       return DatagramKind::kForeign;
     }
     // Never two kinds in one datagram: the stricter rule can't be slipped past.
@@ -147,29 +103,14 @@ DatagramKind classify(std::span<const std::uint8_t> datagram) noexcept {
     kind = found;
     before = part->id;
   }
-  if (before == kSecurePrefix || before == kSecureBody) return DatagramKind::kForeign;
+  if (before == rtps_message::kSecurePrefix || before == rtps_message::kSecureBody)
+    return DatagramKind::kForeign;
   return kind.value_or(DatagramKind::kForeign);
 }
 
 std::string text_of(const rtps::Locator_t& locator) {
   return rtps::IPLocator::toIPv4string(locator) + ':' +
          std::to_string(rtps::IPLocator::getPhysicalPort(locator));
-}
-
-void SecurityNotices::add(const std::string& code, std::string text) {
-  const std::lock_guard lock(mutex_);
-  SecurityNotice& notice = notices_[code];
-  notice.code = code;
-  notice.text = std::move(text);
-  ++notice.count;
-}
-
-std::vector<SecurityNotice> SecurityNotices::take() {
-  const std::lock_guard lock(mutex_);
-  std::vector<SecurityNotice> taken;
-  for (auto& [code, notice] : notices_) taken.push_back(std::move(notice));
-  notices_.clear();
-  return taken;
 }
 
 std::uint64_t RecentDatagrams::random_key() {
@@ -201,77 +142,105 @@ bool RecentDatagrams::saw(std::span<const std::uint8_t> datagram, std::uint32_t 
   return false;
 }
 
-Announcers::Verdict Announcers::judge(const ParticipantPrefix& prefix,
-                                      const rtps::Locator_t& from) {
-  const auto known = addresses_.find(prefix);
-  if (known == addresses_.end()) {
-    if (addresses_.size() >= kMostParticipants) return Verdict::kTooMany;
-    addresses_[prefix] = {from};
-    return Verdict::kGenuine;
-  }
-  auto& addresses = known->second;
-  if (std::find(addresses.begin(), addresses.end(), from) != addresses.end()) {
-    return Verdict::kGenuine;
-  }
-  // A participant has one sending socket for each interface: another port of an address that is
-  // known is somebody else's.
-  const bool same_address = std::any_of(
-      addresses.begin(), addresses.end(),
-      [&](const auto& address) { return rtps::IPLocator::compareAddress(address, from); });
-  if (same_address || addresses.size() >= kMostInterfaces) return Verdict::kImpostor;
-  addresses.push_back(from);
-  return Verdict::kGenuine;
-}
+PacketGuard::PacketGuard(Rule rule, std::shared_ptr<SecurityNotices> notices)
+    : rule_(rule),
+      notices_(std::move(notices)),
+      recent_(rule == Rule::kSecured ? kSets : 0),
+      senders_(rule == Rule::kSecured ? std::nullopt : std::optional(kNameIsFreeAfter)) {}
 
 bool PacketGuard::lets_in(std::span<const std::uint8_t> datagram, const rtps::Locator_t& to,
-                          const rtps::Locator_t& from) {
-  if (rule_ == Rule::kWellFormed) {
-    if (is_well_formed(datagram)) return true;
-    notices_->add("packet_refused", "a datagram from " + text_of(from) + " is malformed");
-    return false;
+                          const rtps::Locator_t& from, Time now) {
+  const Verdict verdict = rule_ == Rule::kPlain ? judge_plain(datagram, from, now)
+                                                : judge_secured(datagram, to, from, now);
+  if (verdict == Verdict::kFine) return true;
+  tell(verdict, from);
+  return false;
+}
+
+PacketGuard::Verdict PacketGuard::judge_plain(std::span<const std::uint8_t> datagram,
+                                              const rtps::Locator_t& from, Time now) {
+  if (!is_well_formed(datagram)) return Verdict::kMalformed;
+  ParticipantPrefix speaker = prefix_of(datagram);
+  const std::lock_guard lock(mutex_);
+  Verdict verdict = judge_sender(speaker, from, now);
+  rtps_message::Submessages parts(datagram.subspan(rtps_message::kHeaderSize));
+  while (verdict == Verdict::kFine && !parts.done()) {
+    const rtps_message::Submessage part = *parts.next();
+    if (part.id == rtps_message::kInfoSource) {
+      speaker = rtps_message::source_of(part);
+      verdict = judge_sender(speaker, from, now);
+    } else if (!sequences_.takes(speaker, *rtps_message::statement_of(part), now)) {
+      verdict = Verdict::kLeap;
+    }
   }
-  switch (classify(datagram)) {
-    case DatagramKind::kProtected:
-      return is_new(datagram, to, from);
-    case DatagramKind::kDiscovery:
-      return is_genuine(datagram, from);
-    case DatagramKind::kHandshake:
-      return true;
-    case DatagramKind::kForeign:
+  return verdict;
+}
+
+PacketGuard::Verdict PacketGuard::judge_secured(std::span<const std::uint8_t> datagram,
+                                                const rtps::Locator_t& to,
+                                                const rtps::Locator_t& from, Time now) {
+  const DatagramKind kind = classify(datagram);
+  if (kind == DatagramKind::kForeign) return Verdict::kMalformed;
+  const std::lock_guard lock(mutex_);
+  if (kind == DatagramKind::kProtected)
+    return recent_.saw(datagram, to.port) ? Verdict::kReplayed : Verdict::kFine;
+  return judge_sender(prefix_of(datagram), from, now);
+}
+
+PacketGuard::Verdict PacketGuard::judge_sender(const ParticipantPrefix& prefix,
+                                               const rtps::Locator_t& from, Time now) {
+  switch (senders_.judge(prefix, from, now)) {
+    case SenderTable::Verdict::kImpostor:
+      return Verdict::kImpostor;
+    case SenderTable::Verdict::kTooMany:
+      return Verdict::kTooMany;
+    case SenderTable::Verdict::kGenuine:
       break;
   }
-  notices_->add("packet_refused", "a datagram from " + text_of(from) + " is not protected");
-  return false;
+  return Verdict::kFine;
+}
+
+void PacketGuard::tell(Verdict verdict, const rtps::Locator_t& from) {
+  const auto why = [&]() -> const char* {
+    switch (verdict) {
+      case Verdict::kMalformed:
+        return rule_ == Rule::kPlain ? " is malformed" : " is not protected";
+      case Verdict::kImpostor:
+        return " is in another participant's name";
+      case Verdict::kTooMany:
+        return " is of one unknown participant too many";
+      case Verdict::kLeap:
+        return " leaps ahead of all that its endpoint said before";
+      case Verdict::kReplayed:
+      case Verdict::kFine:
+        break;
+    }
+    return " was here before";
+  };
+  notices_->add(verdict == Verdict::kReplayed ? "packet_replayed" : "packet_refused",
+                "a datagram from " + text_of(from) + why());
+}
+
+void PacketGuard::know(const ParticipantPrefix& prefix) {
+  const std::lock_guard lock(mutex_);
+  senders_.know(prefix);
+  if (rule_ == Rule::kPlain) sequences_.expect_participant(prefix);
 }
 
 void PacketGuard::forget(const ParticipantPrefix& prefix) {
   const std::lock_guard lock(mutex_);
-  announcers_.forget(prefix);
+  senders_.forget(prefix);
+  sequences_.forget_participant(prefix);
 }
 
-bool PacketGuard::is_new(std::span<const std::uint8_t> datagram, const rtps::Locator_t& to,
-                         const rtps::Locator_t& from) {
-  {
-    const std::lock_guard lock(mutex_);
-    if (!recent_.saw(datagram, to.port)) return true;
-  }
-  notices_->add("packet_replayed", "a datagram from " + text_of(from) + " was here before");
-  return false;
+void PacketGuard::expect_endpoint(const ParticipantPrefix& prefix, std::uint32_t entity) {
+  const std::lock_guard lock(mutex_);
+  if (rule_ == Rule::kPlain) sequences_.expect(prefix, entity);
 }
 
-bool PacketGuard::is_genuine(std::span<const std::uint8_t> datagram, const rtps::Locator_t& from) {
-  ParticipantPrefix prefix{};
-  std::copy_n(datagram.begin() + kPrefixAt, prefix.size(), prefix.begin());
-  Announcers::Verdict verdict{};
-  {
-    const std::lock_guard lock(mutex_);
-    verdict = announcers_.judge(prefix, from);
-  }
-  if (verdict == Announcers::Verdict::kGenuine) return true;
-  notices_->add("packet_refused", "an announcement from " + text_of(from) +
-                                      (verdict == Announcers::Verdict::kImpostor
-                                           ? " is in another participant's name"
-                                           : " is of one participant too many"));
-  return false;
+void PacketGuard::forget_endpoint(const ParticipantPrefix& prefix, std::uint32_t entity) {
+  const std::lock_guard lock(mutex_);
+  sequences_.forget(prefix, entity);
 }
+
 }  // namespace zerodrift::dds

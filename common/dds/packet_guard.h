@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Decides about each datagram before Fast DDS sees it.
 //
-// With and without security: lengths must fit. One datagram whose statistics submessage is not the
-// last ends any process of Debian's Fast DDS 2.9.1 (read_statistics_submessage: its assertions are
-// compiled in).
+// With and without security: lengths and fields must fit (rtps_message.h). One datagram whose
+// statistics submessage is not the last ends any process of Debian's Fast DDS 2.9.1
+// (read_statistics_submessage: its assertions are compiled in); one DATA_FRAG that tells of more
+// than it holds makes it read beyond the datagram. And what is not encrypted must come from where
+// its participant's datagrams come from (sender_table.h).
+//
+// Without security: no datagram may move a sequence number or a count too far (sequence_watch.h).
 //
 // With security: Fast DDS 2.9.1 takes submessages in the clear although the governance wants them
 // encrypted (a forged GAP or HEARTBEAT makes a reader skip samples), and believes an announcement,
@@ -13,35 +17,21 @@
 #include <fastdds/rtps/common/Locator.h>
 
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "common/dds/rtps_message.h"
+#include "common/dds/security_notices.h"
+#include "common/dds/sender_table.h"
+#include "common/dds/sequence_watch.h"
+
 namespace zerodrift::dds {
-
-// What was refused since the last time somebody asked.
-struct SecurityNotice {
-  std::string code;  // participant_refused, packet_refused, packet_replayed or security_warning
-  std::string text;  // one line on the newest
-  std::uint64_t count = 0;
-};
-
-// Any thread. One entry a code: bounded, whatever arrives.
-class SecurityNotices {
- public:
-  void add(const std::string& code, std::string text);
-  // Each notice once.
-  std::vector<SecurityNotice> take();
-
- private:
-  std::mutex mutex_;
-  std::map<std::string, SecurityNotice> notices_;
-};
 
 // What a datagram is by its form alone; says nothing of who made it. RTPS 2.3, 8.3.3 and 9.4; DDS
 // Security 1.1, 7.3.6. O(submessages), no allocation.
@@ -53,12 +43,11 @@ enum class DatagramKind : std::uint8_t {
 };
 DatagramKind classify(std::span<const std::uint8_t> datagram) noexcept;
 
-// An RTPS message whose submessages fill it exactly. Asks for no more, so that every vendor's
-// messages pass. O(submessages), no allocation.
+// An RTPS message whose submessages fill it exactly, each with fields that can be meant. Messages
+// of every vendor pass. O(submessages), no allocation.
 bool is_well_formed(std::span<const std::uint8_t> datagram) noexcept;
 
-// The first 12 bytes of every GUID of a participant.
-using ParticipantPrefix = std::array<std::uint8_t, 12>;
+using ParticipantPrefix = rtps_message::Prefix;
 
 // Datagrams of the last while by a keyed 64-bit hash: 8 in a set, whose oldest gives way; 65536 of
 // them in 8192 sets. An encrypted message carries a random vector, so an honest sender never sends
@@ -83,43 +72,42 @@ class RecentDatagrams {
   static std::uint64_t random_key();
 };
 
-// Where each participant's announcements come from. The first to use a GUID keeps it, so that
-// nobody else on a host that is already known says farewell, or another address, in its name.
-class Announcers {
- public:
-  enum class Verdict : std::uint8_t { kGenuine, kImpostor, kTooMany };
-  Verdict judge(const ParticipantPrefix& prefix, const eprosima::fastrtps::rtps::Locator_t& from);
-  void forget(const ParticipantPrefix& prefix) { addresses_.erase(prefix); }
-
- private:
-  std::map<ParticipantPrefix, std::vector<eprosima::fastrtps::rtps::Locator_t>> addresses_;
-};
-
 // Any thread.
 class PacketGuard {
  public:
-  enum class Rule : std::uint8_t { kWellFormed, kSecured };
-  PacketGuard(Rule rule, std::shared_ptr<SecurityNotices> notices)
-      : rule_(rule), notices_(std::move(notices)), recent_(rule == Rule::kSecured ? kSets : 0) {}
+  using Time = std::chrono::steady_clock::time_point;
+  enum class Rule : std::uint8_t { kPlain, kSecured };
+  PacketGuard(Rule rule, std::shared_ptr<SecurityNotices> notices);
   // False: to be dropped; told as packet_refused or packet_replayed.
   bool lets_in(std::span<const std::uint8_t> datagram,
                const eprosima::fastrtps::rtps::Locator_t& to,
-               const eprosima::fastrtps::rtps::Locator_t& from);
-  // To be called when a participant is gone: its GUID is free again.
+               const eprosima::fastrtps::rtps::Locator_t& from, Time now);
+
+  // What discovery tells. A participant is known once it was discovered, with security once it
+  // proved who it is; when it is gone its name is free again.
+  void know(const ParticipantPrefix& prefix);
   void forget(const ParticipantPrefix& prefix);
+  void expect_endpoint(const ParticipantPrefix& prefix, std::uint32_t entity);
+  void forget_endpoint(const ParticipantPrefix& prefix, std::uint32_t entity);
 
  private:
   static constexpr std::size_t kSets = 8192;
-  bool is_new(std::span<const std::uint8_t> datagram, const eprosima::fastrtps::rtps::Locator_t& to,
-              const eprosima::fastrtps::rtps::Locator_t& from);
-  bool is_genuine(std::span<const std::uint8_t> datagram,
-                  const eprosima::fastrtps::rtps::Locator_t& from);
+  enum class Verdict : std::uint8_t { kFine, kMalformed, kImpostor, kTooMany, kLeap, kReplayed };
+  Verdict judge_plain(std::span<const std::uint8_t> datagram,
+                      const eprosima::fastrtps::rtps::Locator_t& from, Time now);
+  Verdict judge_secured(std::span<const std::uint8_t> datagram,
+                        const eprosima::fastrtps::rtps::Locator_t& to,
+                        const eprosima::fastrtps::rtps::Locator_t& from, Time now);
+  Verdict judge_sender(const ParticipantPrefix& prefix,
+                       const eprosima::fastrtps::rtps::Locator_t& from, Time now);
+  void tell(Verdict verdict, const eprosima::fastrtps::rtps::Locator_t& from);
 
   Rule rule_;
   std::shared_ptr<SecurityNotices> notices_;
   std::mutex mutex_;
   RecentDatagrams recent_;
-  Announcers announcers_;
+  SenderTable senders_;
+  SequenceWatch sequences_;
 };
 
 // "127.0.0.1:7411"

@@ -259,18 +259,13 @@ Participant::Participant(const std::string& name, const NetworkOptions& network)
   set_process(qos);
   if (network.transport == Transport::kSharedMemory)
     discovery_.set_shared_memory(add_shared_memory(network, qos));
-  fdds::DomainParticipantListener* listener = &discovery_;
-  const bool secured = !network.security_dir.empty();
-  if (secured) {
-    security_ = secure(name, network.security_dir, discovery_, qos);
-    listener = security_->listener();
-  } else {
-    security_ = guard_transports(qos);
-  }
+  is_secured_ = !network.security_dir.empty();
+  security_ = is_secured_ ? secure(name, network.security_dir, discovery_, qos)
+                          : guard_transports(discovery_, qos);
 
   participant_ = fdds::DomainParticipantFactory::get_instance()->create_participant(
-      network.domain, qos, listener, fdds::StatusMask::none());
-  if (participant_ == nullptr && secured) {
+      network.domain, qos, security_->listener(), fdds::StatusMask::none());
+  if (participant_ == nullptr && is_secured_) {
     throw DdsError("security: the middleware does not take " + network.security_dir.string() +
                    refusal() + "; are its documents for domain " + std::to_string(network.domain) +
                    '?');
@@ -287,7 +282,7 @@ Participant::~Participant() {
 }
 
 std::string Participant::refusal() const {
-  const std::string reason = security_->listener() != nullptr ? last_security_error() : "";
+  const std::string reason = is_secured_ ? last_security_error() : "";
   return reason.empty() ? "" : ": " + reason;
 }
 
@@ -413,9 +408,9 @@ void ReaderListener::on_subscription_matched(fdds::DataReader*,
   heard_.forget(writer);
   {
     const std::lock_guard lock(silent_mutex_);
-    if (silent_.erase(writer) > 0) return;  // told when it fell silent
+    silent_.erase(writer);
   }
-  on_writer_gone(writer);
+  on_writer_gone(writer, Departure::kLeft);
 }
 
 // A writer that is deleted counts as one alive less, but not as one not alive more.
@@ -428,9 +423,9 @@ void ReaderListener::on_liveliness_changed(fdds::DataReader*,
       if (!silent_.insert(writer).second) return;
     }
     discovery_.note(endpoint_, Kind::kLivelinessLost, writer,
-                    "wrote nothing for " + ms(endpoint_.spec.lease) + ": taken for gone");
+                    "wrote nothing for " + ms(endpoint_.spec.lease));
     heard_.forget(writer);
-    on_writer_gone(writer);
+    on_writer_gone(writer, Departure::kSilent);
   } else if (status.alive_count_change > 0) {
     {
       const std::lock_guard lock(silent_mutex_);

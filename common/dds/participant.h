@@ -29,6 +29,7 @@
 
 #include "common/core/samples.h"
 #include "common/dds/checked_type_support.h"
+#include "common/dds/clean_texts.h"
 #include "common/dds/dds_error.h"
 #include "common/dds/discovery.h"
 #include "common/dds/repeat_filter.h"
@@ -72,6 +73,11 @@ class Participant {
   // What was refused since the last call: malformed datagrams, and with security much more. As
   // tell_events().
   std::vector<SecurityNotice> take_security_notices();
+  // When the oldest datagram came (steady_ns()) that a receiving thread is still busy with, the
+  // callbacks of its samples among it; none: all wait for datagrams. Any thread.
+  [[nodiscard]] std::optional<std::int64_t> busy_since_ns() const {
+    return security_->busy_since_ns();
+  }
   // The others' endpoints on this system's topics. Any thread.
   [[nodiscard]] std::vector<RemoteEndpoint> remote_endpoints(std::size_t at_most) {
     return discovery_.remote_endpoints(at_most);
@@ -100,10 +106,17 @@ class Participant {
 
   detail::Discovery discovery_;              // outlives the participant, whose listener it is
   std::shared_ptr<SecurityWatch> security_;  // so does this, in front of it
+  bool is_secured_ = false;
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
   std::mutex groups_mutex_;
   std::map<Partitions, eprosima::fastdds::dds::Publisher*> publishers_;
   std::map<Partitions, eprosima::fastdds::dds::Subscriber*> subscribers_;
+};
+
+// How a writer went: one that only fell silent may be standing still, and be heard again.
+enum class Departure : std::uint8_t {
+  kSilent,  // it wrote nothing for the topic's lease
+  kLeft     // it was deleted, or its process was not heard of for the participants' lease
 };
 
 eprosima::fastdds::dds::DataWriterQos writer_qos(const TopicSpec& spec,
@@ -200,7 +213,8 @@ class ReaderListener : public eprosima::fastdds::dds::DataReaderListener {
   HeardWriters& heard() noexcept { return heard_; }
 
  private:
-  virtual void on_writer_gone(const eprosima::fastrtps::rtps::GUID_t& writer) = 0;
+  virtual void on_writer_gone(const eprosima::fastrtps::rtps::GUID_t& writer,
+                              Departure departure) = 0;
 
   Discovery& discovery_;
   HeardWriters heard_;
@@ -272,16 +286,17 @@ class Writer {
   eprosima::fastdds::dds::DataWriter* writer_ = nullptr;
 };
 
-// One reader of one topic. on_sample runs on the participant's receiving thread, one at a time, as
-// samples arrive; on_gone runs on its discovery thread.
+// One reader of one topic. What it gives out has clean texts (clean_texts.h). on_sample runs on the
+// participant's receiving thread, one at a time, as samples arrive; on_gone runs on its discovery
+// thread.
 template <typename Message>
 class Reader {
  public:
   using OnSample = std::function<void(const Message&, const SampleOrigin&)>;
-  // A writer was deleted, its process has not been heard of for the participants' lease, or it
-  // wrote nothing for the topic's lease: then it may be heard again. (Fast DDS tells nothing of the
-  // kind a key at a time.)
-  using OnGone = std::function<void(const eprosima::fastrtps::rtps::GUID_t& writer)>;
+  // A writer that fell silent and then leaves is told twice. (Fast DDS tells nothing of the kind a
+  // key at a time.)
+  using OnGone =
+      std::function<void(const eprosima::fastrtps::rtps::GUID_t& writer, Departure departure)>;
 
   Reader(Participant& participant, OnSample on_sample, EndpointObserver observer = {},
          OnGone on_gone = {}, const Partitions& partitions = {})
@@ -317,6 +332,7 @@ class Reader {
       eprosima::fastdds::dds::SampleInfo info;
       while (reader->take_next_sample(&message_, &info) == ReturnCode_t::RETCODE_OK) {
         if (!info.valid_data) continue;
+        clean_texts(message_);
         const SampleOrigin origin{info.sample_identity.writer_guid(), info.instance_handle};
         if constexpr (TopicOf<Message>::kSpec.deadline.count() > 0)
           heard().hear(origin, detail::gyro_of(message_), detail::deadline_applies(message_),
@@ -326,8 +342,9 @@ class Reader {
     }
 
    private:
-    void on_writer_gone(const eprosima::fastrtps::rtps::GUID_t& writer) override {
-      if (on_gone_) on_gone_(writer);
+    void on_writer_gone(const eprosima::fastrtps::rtps::GUID_t& writer,
+                        Departure departure) override {
+      if (on_gone_) on_gone_(writer, departure);
     }
 
     OnSample on_sample_;

@@ -17,6 +17,12 @@ namespace zerodrift::dds {
 
 using Bytes = std::span<const char>;
 
+// Who wrote a sample, and which of its samples it was: a writer's first is number 1.
+struct WireOrigin {
+  eprosima::fastrtps::rtps::GUID_t writer;
+  std::uint64_t number;
+};
+
 // A sample as the middleware hands it to a raw reader.
 template <typename Message>
 struct RawSample {
@@ -72,23 +78,32 @@ template <typename Message>
   return {reinterpret_cast<const char*>(wire.data), wire.length};
 }
 
-// As Reader. A participant has either typed or raw endpoints of a topic: raw ones need a
-// participant of their own, in which nobody writes these topics.
+// As Reader; the payload stays as it came. A participant has either typed or raw endpoints of a
+// topic: raw ones need a participant of their own, in which nobody writes these topics.
 template <typename Message>
 class RawReader {
  public:
-  // Both arguments are valid during the call.
-  using OnSample = std::function<void(const Message&, Bytes payload)>;
+  // All arguments are valid during the call.
+  using OnSample = std::function<void(const Message&, Bytes payload, const WireOrigin&)>;
 
-  RawReader(Participant& participant, OnSample on_sample, EndpointObserver observer = {})
+  using OnMatched = std::function<void(const eprosima::fastrtps::rtps::GUID_t& writer)>;
+
+  RawReader(Participant& participant, OnSample on_sample, EndpointObserver observer = {},
+            OnMatched on_matched = {})
+      : RawReader(participant, TopicOf<Message>::kSpec, std::move(on_sample), std::move(observer),
+                  std::move(on_matched)) {}
+  // With another spec of the same topic, e.g. without what was written before. The spec is the
+  // caller's and outlives the reader.
+  RawReader(Participant& participant, const TopicSpec& spec, OnSample on_sample,
+            EndpointObserver observer = {}, OnMatched on_matched = {})
       : subscriber_(participant.subscriber({})),
-        listener_(participant.discovery_, std::move(observer), std::move(on_sample)) {
-    constexpr TopicSpec kSpec = TopicOf<Message>::kSpec;
+        listener_(participant.discovery_, spec, std::move(observer), std::move(on_sample),
+                  std::move(on_matched)) {
     auto* topic =
-        participant.topic(kSpec, eprosima::fastdds::dds::TypeSupport(new RawTypeSupport<Message>));
-    reader_ = subscriber_->create_datareader(topic, reader_qos(kSpec), &listener_);
+        participant.topic(spec, eprosima::fastdds::dds::TypeSupport(new RawTypeSupport<Message>));
+    reader_ = subscriber_->create_datareader(topic, reader_qos(spec), &listener_);
     if (reader_ == nullptr) {
-      throw DdsError("dds: cannot create a reader for topic '" + std::string(kSpec.name) + "'" +
+      throw DdsError("dds: cannot create a reader for topic '" + std::string(spec.name) + "'" +
                      participant.refusal());
     }
   }
@@ -102,22 +117,35 @@ class RawReader {
  private:
   class Listener final : public detail::ReaderListener {
    public:
-    Listener(detail::Discovery& discovery, EndpointObserver observer, OnSample on_sample)
-        : ReaderListener(discovery, TopicOf<Message>::kSpec, std::move(observer)),
-          on_sample_(std::move(on_sample)) {}
+    Listener(detail::Discovery& discovery, const TopicSpec& spec, EndpointObserver observer,
+             OnSample on_sample, OnMatched on_matched)
+        : ReaderListener(discovery, spec, std::move(observer)),
+          on_sample_(std::move(on_sample)),
+          on_matched_(std::move(on_matched)) {}
+    void on_subscription_matched(
+        eprosima::fastdds::dds::DataReader* reader,
+        const eprosima::fastdds::dds::SubscriptionMatchedStatus& status) override {
+      if (status.current_count_change > 0 && on_matched_)
+        on_matched_(eprosima::fastrtps::rtps::iHandle2GUID(status.last_publication_handle));
+      ReaderListener::on_subscription_matched(reader, status);
+    }
     void on_data_available(eprosima::fastdds::dds::DataReader* reader) override {
       eprosima::fastdds::dds::SampleInfo info;
       while (reader->take_next_sample(&sample_, &info) == ReturnCode_t::RETCODE_OK) {
         if (!info.valid_data) continue;
-        if (!repeats_.is_repeat(sample_.message, info.sample_identity.writer_guid()))
-          on_sample_(sample_.message, sample_.payload);
+        clean_texts(sample_.message);
+        const WireOrigin origin{info.sample_identity.writer_guid(),
+                                info.sample_identity.sequence_number().to64long()};
+        if (!repeats_.is_repeat(sample_.message, origin.writer))
+          on_sample_(sample_.message, sample_.payload, origin);
       }
     }
 
    private:
-    void on_writer_gone(const eprosima::fastrtps::rtps::GUID_t&) override {}
+    void on_writer_gone(const eprosima::fastrtps::rtps::GUID_t&, Departure) override {}
 
     OnSample on_sample_;
+    OnMatched on_matched_;
     RawSample<Message> sample_;
     RepeatFilter<Message> repeats_;
   };

@@ -1,50 +1,45 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an instance of the compensation wrote just before it fell silent is written again by the one
-// that takes over. A reader gives each such sample out once.
+// The same sample may come from several instances of the compensation. A reader gives it out once.
 #pragma once
 
-#include <array>
-#include <cstddef>
 #include <cstdint>
 #include <map>
 
+#include "common/core/first_come.h"
 #include "common/dds/topics.h"
 
 namespace zerodrift::dds {
 
-// For topics that one writer at a time writes: nothing is a repeat.
+// The run of what a writer writes: one for each writer that ever was, never 0. FNV-1a, 64 bits.
+inline std::uint64_t run_of(const eprosima::fastrtps::rtps::GUID_t& writer) noexcept {
+  std::uint64_t hash = 0xcbf29ce484222325;
+  const auto add = [&hash](std::uint8_t byte) { hash = (hash ^ byte) * 0x100000001b3; };
+  for (const auto byte : writer.guidPrefix.value) add(byte);
+  for (const auto byte : writer.entityId.value) add(byte);
+  return hash == 0 ? 1 : hash;
+}
+
+// For topics whose samples one writer writes: nothing is a repeat.
 template <typename Message>
 class RepeatFilter {
  public:
   bool is_repeat(const Message&, const eprosima::fastrtps::rtps::GUID_t&) { return false; }
 };
 
-// A repeat is the same sample of the same gyro, by sequence number and sensor time, from another
-// writer than before. 2048 samples are remembered, a second at 2 kHz. Allocates with the first
-// sample of a gyro.
+// A repeat is a sample of the same gyro, run and number (core/first_come.h). Samples that name no
+// run are their writer's own. Allocates with the first sample of a gyro.
 template <>
 class RepeatFilter<msg::CompensatedRate> {
  public:
   bool is_repeat(const msg::CompensatedRate& message,
                  const eprosima::fastrtps::rtps::GUID_t& writer) {
-    Entry& entry = gyros_[message.gyro_id()][message.sequence_number() % kSpan];
-    if (entry.used && entry.sequence == message.sequence_number() &&
-        entry.sensor_time_ns == message.sensor_time_ns() && entry.writer != writer) {
-      return true;
-    }
-    entry = {message.sequence_number(), message.sensor_time_ns(), writer, true};
-    return false;
+    const std::uint64_t run = message.run_id() != 0 ? message.run_id() : run_of(writer);
+    return !gyros_[message.gyro_id()].takes(run, message.sequence_number(), writer,
+                                            message.order() == 0);
   }
 
  private:
-  static constexpr std::size_t kSpan = 2048;
-  struct Entry {
-    std::uint64_t sequence = 0;
-    std::int64_t sensor_time_ns = 0;
-    eprosima::fastrtps::rtps::GUID_t writer{};
-    bool used = false;
-  };
-  std::map<std::uint32_t, std::array<Entry, kSpan>> gyros_;
+  std::map<std::uint32_t, core::FirstCome<eprosima::fastrtps::rtps::GUID_t>> gyros_;
 };
 
 }  // namespace zerodrift::dds

@@ -13,7 +13,9 @@
 #include <mutex>
 #include <utility>
 
+#include "common/dds/packet_guard.h"
 #include "common/dds/participant.h"
+#include "common/dds/receiving_watch.h"
 
 namespace zerodrift::dds {
 
@@ -25,7 +27,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::seconds kProvesItselfWithin(5);
 // Participants on probation at a time.
 constexpr std::size_t kMostOnProbation = 1024;
 
@@ -94,13 +95,21 @@ LogToNotices& library_log() {
 
 // ---- the way in
 
+// What each datagram passes.
+struct Entrance {
+  Entrance(PacketGuard::Rule rule, std::shared_ptr<SecurityNotices> notices)
+      : guard(rule, std::move(notices)) {}
+  PacketGuard guard;
+  ReceivingWatch receiving;
+};
+
 class GuardedTransport final : public transport::ChainingTransport {
  public:
   GuardedTransport(const transport::ChainingTransportDescriptor& descriptor,
-                   std::shared_ptr<PacketGuard> guard)
+                   std::shared_ptr<Entrance> entrance)
       : ChainingTransport(descriptor),
         descriptor_(descriptor.low_level_descriptor),
-        guard_(std::move(guard)) {}
+        entrance_(std::move(entrance)) {}
 
   transport::TransportDescriptorInterface* get_configuration() override {
     return descriptor_.get();
@@ -116,7 +125,10 @@ class GuardedTransport final : public transport::ChainingTransport {
                const rtps::octet* receive_buffer, std::uint32_t receive_buffer_size,
                const rtps::Locator_t& local_locator,
                const rtps::Locator_t& remote_locator) override {
-    if (!guard_->lets_in({receive_buffer, receive_buffer_size}, local_locator, remote_locator)) {
+    const auto now = Clock::now();
+    const ReceivingWatch::Passage passage(entrance_->receiving, now);
+    if (!entrance_->guard.lets_in({receive_buffer, receive_buffer_size}, local_locator,
+                                  remote_locator, now)) {
       return;
     }
     next_receiver->OnDataReceived(receive_buffer, receive_buffer_size, local_locator,
@@ -125,17 +137,17 @@ class GuardedTransport final : public transport::ChainingTransport {
 
  private:
   std::shared_ptr<transport::TransportDescriptorInterface> descriptor_;
-  std::shared_ptr<PacketGuard> guard_;
+  std::shared_ptr<Entrance> entrance_;
 };
 
 struct GuardedDescriptor final : transport::ChainingTransportDescriptor {
   GuardedDescriptor(std::shared_ptr<transport::TransportDescriptorInterface> low_level,
-                    std::shared_ptr<PacketGuard> its_guard)
-      : ChainingTransportDescriptor(std::move(low_level)), guard(std::move(its_guard)) {}
+                    std::shared_ptr<Entrance> its_entrance)
+      : ChainingTransportDescriptor(std::move(low_level)), entrance(std::move(its_entrance)) {}
   transport::TransportInterface* create_transport() const override {
-    return new GuardedTransport(*this, guard);  // the library owns it
+    return new GuardedTransport(*this, entrance);  // the library owns it
   }
-  std::shared_ptr<PacketGuard> guard;
+  std::shared_ptr<Entrance> entrance;
 };
 
 // ---- who is there
@@ -152,12 +164,71 @@ std::string text_of_participant(const rtps::ParticipantProxyData& data) {
   return text;
 }
 
-class Watch final : public SecurityWatch, private fdds::DomainParticipantListener {
+// Between the participant and its listener: the guard learns who is there.
+class Watch : public SecurityWatch, protected fdds::DomainParticipantListener {
  public:
-  explicit Watch(fdds::DomainParticipantListener& next) : next_(next) {}
+  Watch(PacketGuard::Rule rule, fdds::DomainParticipantListener& next)
+      : next_(next), entrance_(std::make_shared<Entrance>(rule, notices_)) {}
   fdds::DomainParticipantListener* listener() noexcept override { return this; }
+  std::vector<SecurityNotice> take(Clock::time_point) override { return notices_->take(); }
+  [[nodiscard]] std::optional<std::int64_t> busy_since_ns() const noexcept override {
+    return entrance_->receiving.busy_since_ns();
+  }
+  [[nodiscard]] std::shared_ptr<Entrance> entrance() const { return entrance_; }
+
+ protected:
+  PacketGuard& guard() noexcept { return entrance_->guard; }
+  SecurityNotices& notices() noexcept { return *notices_; }
+  virtual void came(const rtps::ParticipantProxyData& participant) {
+    guard().know(prefix_of(participant.m_guid));
+  }
+  virtual void went(const rtps::GUID_t& participant) { guard().forget(prefix_of(participant)); }
+
+ private:
+  void on_participant_discovery(fdds::DomainParticipant* participant,
+                                rtps::ParticipantDiscoveryInfo&& info) override {
+    switch (info.status) {
+      case rtps::ParticipantDiscoveryInfo::DISCOVERED_PARTICIPANT:
+        came(info.info);
+        break;
+      case rtps::ParticipantDiscoveryInfo::REMOVED_PARTICIPANT:
+      case rtps::ParticipantDiscoveryInfo::DROPPED_PARTICIPANT:
+        went(info.info.m_guid);
+        break;
+      default:
+        break;
+    }
+    next_.on_participant_discovery(participant, std::move(info));
+  }
+  void on_publisher_discovery(fdds::DomainParticipant* participant,
+                              rtps::WriterDiscoveryInfo&& info) override {
+    expect(info.info.guid(), info.status == rtps::WriterDiscoveryInfo::REMOVED_WRITER);
+    next_.on_publisher_discovery(participant, std::move(info));
+  }
+  void on_subscriber_discovery(fdds::DomainParticipant* participant,
+                               rtps::ReaderDiscoveryInfo&& info) override {
+    expect(info.info.guid(), info.status == rtps::ReaderDiscoveryInfo::REMOVED_READER);
+    next_.on_subscriber_discovery(participant, std::move(info));
+  }
+  void expect(const rtps::GUID_t& guid, bool is_gone) {
+    const std::uint32_t entity = guid.entityId.to_uint32();
+    if (is_gone) {
+      guard().forget_endpoint(prefix_of(guid), entity);
+    } else {
+      guard().expect_endpoint(prefix_of(guid), entity);
+    }
+  }
+
+  fdds::DomainParticipantListener& next_;
+  std::shared_ptr<SecurityNotices> notices_ = std::make_shared<SecurityNotices>();
+  std::shared_ptr<Entrance> entrance_;
+};
+
+class SecuredWatch final : public Watch {
+ public:
+  explicit SecuredWatch(fdds::DomainParticipantListener& next)
+      : Watch(PacketGuard::Rule::kSecured, next) {}
   std::vector<SecurityNotice> take(Clock::time_point now) override;
-  [[nodiscard]] std::shared_ptr<PacketGuard> guard() const { return guard_; }
 
  private:
   struct Probation {
@@ -166,109 +237,76 @@ class Watch final : public SecurityWatch, private fdds::DomainParticipantListene
     bool told = false;
   };
 
-  void on_participant_discovery(fdds::DomainParticipant* participant,
-                                rtps::ParticipantDiscoveryInfo&& info) override {
-    judge(info);
-    next_.on_participant_discovery(participant, std::move(info));
-  }
-  void on_publisher_discovery(fdds::DomainParticipant* participant,
-                              rtps::WriterDiscoveryInfo&& info) override {
-    next_.on_publisher_discovery(participant, std::move(info));
-  }
-  void on_subscriber_discovery(fdds::DomainParticipant* participant,
-                               rtps::ReaderDiscoveryInfo&& info) override {
-    next_.on_subscriber_discovery(participant, std::move(info));
-  }
+  void came(const rtps::ParticipantProxyData& participant) override;
+  void went(const rtps::GUID_t& participant) override;
   void onParticipantAuthentication(fdds::DomainParticipant*,
                                    rtps::ParticipantAuthenticationInfo&& info) override;
-  void judge(const rtps::ParticipantDiscoveryInfo& info);
   // Once a participant, however often it tries.
   void refuse(Probation& probation, const std::string& why) {
     if (std::exchange(probation.told, true)) return;
-    notices_->add("participant_refused", "participant " + probation.who + ' ' + why);
+    notices().add("participant_refused", "participant " + probation.who + ' ' + why);
   }
 
-  fdds::DomainParticipantListener& next_;
-  std::shared_ptr<SecurityNotices> notices_ = std::make_shared<SecurityNotices>();
-  std::shared_ptr<PacketGuard> guard_ =
-      std::make_shared<PacketGuard>(PacketGuard::Rule::kSecured, notices_);
   std::mutex mutex_;
   std::map<rtps::GUID_t, Probation> probations_;
 };
 
-void Watch::judge(const rtps::ParticipantDiscoveryInfo& info) {
-  const rtps::GUID_t guid = info.info.m_guid;
+// Known once it has proved who it is, not before.
+void SecuredWatch::came(const rtps::ParticipantProxyData& participant) {
   const std::lock_guard lock(mutex_);
-  switch (info.status) {
-    case rtps::ParticipantDiscoveryInfo::DISCOVERED_PARTICIPANT:
-      if (probations_.size() < kMostOnProbation) {
-        const auto [entry, is_new] =
-            probations_.try_emplace(guid, Probation{Clock::now(), text_of_participant(info.info)});
-        if (is_new && info.info.identity_token_.class_id().empty())
-          refuse(entry->second, "has no certificate");
-      }
-      break;
-    case rtps::ParticipantDiscoveryInfo::REMOVED_PARTICIPANT:
-    case rtps::ParticipantDiscoveryInfo::DROPPED_PARTICIPANT:
-      probations_.erase(guid);
-      guard_->forget(prefix_of(guid));
-      break;
-    default:
-      break;
-  }
+  if (probations_.size() >= kMostOnProbation) return;
+  const auto [entry, is_new] = probations_.try_emplace(
+      participant.m_guid, Probation{Clock::now(), text_of_participant(participant)});
+  if (is_new && participant.identity_token_.class_id().empty())
+    refuse(entry->second, "has no certificate");
 }
 
-void Watch::onParticipantAuthentication(fdds::DomainParticipant*,
-                                        rtps::ParticipantAuthenticationInfo&& info) {
+void SecuredWatch::went(const rtps::GUID_t& participant) {
+  const std::lock_guard lock(mutex_);
+  probations_.erase(participant);
+  Watch::went(participant);
+}
+
+void SecuredWatch::onParticipantAuthentication(fdds::DomainParticipant*,
+                                               rtps::ParticipantAuthenticationInfo&& info) {
   const std::lock_guard lock(mutex_);
   const auto found = probations_.find(info.guid);
   if (info.status == rtps::ParticipantAuthenticationInfo::AUTHORIZED_PARTICIPANT) {
+    guard().know(prefix_of(info.guid));
     if (found != probations_.end()) probations_.erase(found);
     return;
   }
   if (found != probations_.end()) refuse(found->second, "could not prove who it is");
 }
 
-std::vector<SecurityNotice> Watch::take(Clock::time_point now) {
+std::vector<SecurityNotice> SecuredWatch::take(Clock::time_point now) {
   {
     // Of two that fail to prove themselves to each other, the library tells only one.
     const std::lock_guard lock(mutex_);
     for (auto& [guid, probation] : probations_) {
-      if (now - probation.since >= kProvesItselfWithin)
+      if (now - probation.since >= SenderTable::kNewFor)
         refuse(probation, "did not prove who it is");
     }
   }
-  std::vector<SecurityNotice> taken = notices_->take();
+  std::vector<SecurityNotice> taken = Watch::take(now);
   for (SecurityNotice& notice : library_log().take()) taken.push_back(std::move(notice));
   return taken;
 }
 
-// Without security: the form of datagrams alone.
-class FormWatch final : public SecurityWatch {
- public:
-  fdds::DomainParticipantListener* listener() noexcept override { return nullptr; }
-  std::vector<SecurityNotice> take(Clock::time_point) override { return notices_->take(); }
-  [[nodiscard]] std::shared_ptr<PacketGuard> guard() const { return guard_; }
-
- private:
-  std::shared_ptr<SecurityNotices> notices_ = std::make_shared<SecurityNotices>();
-  std::shared_ptr<PacketGuard> guard_ =
-      std::make_shared<PacketGuard>(PacketGuard::Rule::kWellFormed, notices_);
-};
-
-void put_in_front(const std::shared_ptr<PacketGuard>& guard, fdds::DomainParticipantQos& qos) {
+void put_in_front(const std::shared_ptr<Entrance>& entrance, fdds::DomainParticipantQos& qos) {
   for (auto& each : qos.transport().user_transports) {
     // What comes by shared memory is of this user's own processes.
     if (dynamic_cast<transport::SharedMemTransportDescriptor*>(each.get()) != nullptr) continue;
-    each = std::make_shared<GuardedDescriptor>(each, guard);
+    each = std::make_shared<GuardedDescriptor>(each, entrance);
   }
 }
 
 }  // namespace
 
-std::shared_ptr<SecurityWatch> guard_transports(fdds::DomainParticipantQos& qos) {
-  auto watch = std::make_shared<FormWatch>();
-  put_in_front(watch->guard(), qos);
+std::shared_ptr<SecurityWatch> guard_transports(fdds::DomainParticipantListener& next,
+                                                fdds::DomainParticipantQos& qos) {
+  auto watch = std::make_shared<Watch>(PacketGuard::Rule::kPlain, next);
+  put_in_front(watch->entrance(), qos);
   return watch;
 }
 
@@ -295,8 +333,8 @@ std::shared_ptr<SecurityWatch> secure(const std::string& participant_name,
   set("dds.sec.access.builtin.Access-Permissions.permissions", uri(files.permissions));
   set("dds.sec.crypto.plugin", "builtin.AES-GCM-GMAC");
 
-  auto watch = std::make_shared<Watch>(next);
-  put_in_front(watch->guard(), qos);
+  auto watch = std::make_shared<SecuredWatch>(next);
+  put_in_front(watch->entrance(), qos);
   return watch;
 }
 

@@ -6,15 +6,17 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <fastdds/dds/domain/DomainParticipantListener.hpp>
 #include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "common/dds/packet_guard.h"
+#include "common/dds/security_notices.h"
 
 namespace zerodrift::dds {
 
@@ -41,19 +43,22 @@ SecurityFiles find_security_files(const std::filesystem::path& folder, const std
 class SecurityWatch {
  public:
   virtual ~SecurityWatch() = default;
-  // To be the participant's listener, for discovery and authentication; null without security.
+  // To be the participant's listener, for discovery and authentication.
   virtual eprosima::fastdds::dds::DomainParticipantListener* listener() noexcept = 0;
+  // When the oldest datagram came that a receiving thread is still busy with.
+  [[nodiscard]] virtual std::optional<std::int64_t> busy_since_ns() const noexcept = 0;
   // Each notice once. A participant that does not prove who it is within 5 s of its announcement
   // counts as refused.
   virtual std::vector<SecurityNotice> take(std::chrono::steady_clock::time_point now) = 0;
 };
 
-// Puts a guarded transport into `qos`, whose transports must be complete. Nothing else without
-// security: the listener is the participant's own.
-std::shared_ptr<SecurityWatch> guard_transports(eprosima::fastdds::dds::DomainParticipantQos& qos);
+// Puts a guarded transport into `qos`, whose transports must be complete. `next` hears of discovery
+// as without.
+std::shared_ptr<SecurityWatch> guard_transports(
+    eprosima::fastdds::dds::DomainParticipantListener& next,
+    eprosima::fastdds::dds::DomainParticipantQos& qos);
 
-// The same, and the properties of security. `next` hears of discovery as without. Throws as
-// find_security_files().
+// The same, and the properties of security. Throws as find_security_files().
 std::shared_ptr<SecurityWatch> secure(const std::string& participant_name,
                                       const std::filesystem::path& folder,
                                       eprosima::fastdds::dds::DomainParticipantListener& next,

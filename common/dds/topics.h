@@ -59,13 +59,12 @@ using std::chrono_literals::operator""ms;
 // - angular_rate, 100 ms: ten periods of the slowest gyro that navigation uses (100 Hz).
 // - compensated_rate, 100 ms: as angular_rate, since it comes at that pace.
 // - service_status, 1 s and 2 s: four periods and eight; a status is written four times a second.
-// - replay_progress, 2 s: how long a replay waits for a consumer that was killed. A consumer says
-//   that it is there from a thread that does nothing else (ReplayProgressReporter), so being busy
-//   never makes it count as gone.
+// - replay_progress, 2 s: after so long it is told that a consumer says nothing. A replay waits for
+//   it all the same, until it has left: one that stands still would lose what was sent meanwhile.
 // clang-format off
 inline constexpr TopicSpec kAngularRate{"angular_rate", "zerodrift::msg::AngularRate", kSampleDepth, 128, Reliability::kReliable, Durability::kVolatile, Ownership::kShared, 5ms, 0ms, 100ms};
 inline constexpr TopicSpec kTemperature{"temperature", "zerodrift::msg::Temperature", 512, 1024, Reliability::kReliable, Durability::kTransientLocal, Ownership::kShared, 20ms, 0ms};
-inline constexpr TopicSpec kRateReference{"rate_reference", "zerodrift::msg::RateReference", kSampleDepth, 128, Reliability::kReliable, Durability::kVolatile, Ownership::kShared, 5ms, 1000ms};
+inline constexpr TopicSpec kRateReference{"rate_reference", "zerodrift::msg::RateReference", kSampleDepth, 128, Reliability::kReliable, Durability::kVolatile, Ownership::kShared, 5ms, 0ms};
 inline constexpr TopicSpec kCompensatedRate{"compensated_rate", "zerodrift::msg::CompensatedRate", kSampleDepth, 128, Reliability::kReliable, Durability::kVolatile, Ownership::kExclusive, 5ms, 0ms, 100ms};
 inline constexpr TopicSpec kAllanReport{"allan_report", "zerodrift::msg::AllanReport", 1, 1024, Reliability::kReliable, Durability::kTransientLocal, Ownership::kShared, 20ms, 0ms};
 inline constexpr TopicSpec kServiceStatus{"service_status", "zerodrift::msg::ServiceStatus", 1, 128, Reliability::kReliable, Durability::kTransientLocal, Ownership::kShared, 20ms, 0ms, 1000ms, 2000ms};

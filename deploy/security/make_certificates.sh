@@ -21,7 +21,7 @@ readonly of_all="service_status event" # written and read by every service
 writes() {
   case $1 in
     gyro_publisher) echo angular_rate rate_reference temperature command_reply ;; # a serial gyro has a thermometer
-    thermal_publisher) echo temperature ;;
+    thermal_publisher) echo temperature replay_progress ;;
     compensation) echo compensated_rate command_reply replay_progress checkpoint 'rt/*' ;; # --ros2-imu
     allan_monitor) echo allan_report replay_progress ;;
     console) echo command ;;
@@ -33,7 +33,7 @@ reads() {
   case $1 in
     gyro_publisher) echo replay_progress command ;; # inject, replay
     thermal_publisher) echo replay_progress ;;
-    compensation) echo angular_rate temperature rate_reference compensated_rate command checkpoint ;; # a standby follows the primary
+    compensation) echo angular_rate temperature rate_reference compensated_rate command checkpoint replay_progress ;; # a standby follows the primary
     allan_monitor) echo compensated_rate ;;
     navigation_filter) echo compensated_rate rate_reference ;;
     console) echo temperature rate_reference compensated_rate allan_report command_reply navigation twin_report ;;

@@ -121,10 +121,23 @@ std::string submessage(char id, const std::string& body) {
   return bytes + body;
 }
 
+std::string sequence(std::uint32_t number) {
+  std::string bytes(4, '\0');
+  append(bytes, number);
+  return bytes;
+}
+
+std::string u32(std::uint32_t number) {
+  std::string bytes;
+  append(bytes, number);
+  return bytes;
+}
+
 // RTPS 2.3, 8.3.3 and 9.4; DDS Security 1.1, 7.3.6.
 std::string data_of_writer(const std::string& writer) {
   const std::string reader(4, '\0');
-  return submessage(0x15, std::string("\0\0\x10\0", 4) + reader + writer + std::string(16, '\1'));
+  return submessage(
+      0x15, std::string("\0\0\x10\0", 4) + reader + writer + sequence(1) + std::string(8, '\1'));
 }
 
 void datagram_seeds() {
@@ -133,7 +146,8 @@ void datagram_seeds() {
   const std::string header = rtps_header(kFastDds);
   const std::string timestamp = submessage(0x09, std::string(8, '\0'));
   const std::string statistics = submessage('\x80', std::string(56, '\0'));
-  const std::string heartbeat = submessage(0x07, std::string(28, '\0'));
+  const std::string ends(8, '\1');  // reader and writer
+  const std::string heartbeat = submessage(0x07, ends + sequence(1) + sequence(9) + u32(1));
   const std::string key(20, '\2');  // of a crypto header
   write("datagram", "sample", header + timestamp + data_of_writer({0, 0, 1, 3}) + statistics);
   write("datagram", "announcement", header + timestamp + data_of_writer({0, 1, 0, '\xc2'}));
@@ -148,6 +162,16 @@ void datagram_seeds() {
   write("datagram", "big_endian_to_the_end", header + std::string("\x07\0\0\0", 4) + "to the end");
   write("datagram", "longer_than_it_is", header + heartbeat.substr(0, 9));
   write("datagram", "header_alone", header);
+  write("datagram", "gap", header + submessage(0x08, ends + sequence(1) + sequence(9) + u32(0)));
+  write("datagram", "acknowledgement",
+        header + submessage(0x06, ends + sequence(1) + u32(32) + u32(7) + u32(1)));
+  write("datagram", "missing_fragments",
+        header + submessage(0x12, ends + sequence(1) + u32(1) + u32(2) + u32(3) + u32(1)));
+  write("datagram", "fragment",
+        header + submessage(0x16, std::string("\0\0\x1c\0", 4) + ends + sequence(1) + u32(1) +
+                                      std::string("\1\0\x08\0", 4) + u32(12) + ends));
+  write("datagram", "heartbeat_of_another",
+        header + submessage(0x0c, std::string(8, '\0') + "participant2") + heartbeat);
 }
 
 // ---------------------------------------- DDS

@@ -1,21 +1,25 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Fuzzes every parser of foreign bytes with libFuzzer under AddressSanitizer and UndefinedBehaviorSanitizer.
-#   tests/fuzz/run.sh [--seconds N] [target ...]     N of each target, default 60, two at a time; default: all targets
-# Installs what it needs (deploy/setup.sh fuzz) and builds in a folder of its own.
+#   tests/fuzz/run.sh [--seconds N | --budget N] [target ...]     default: all targets
+# --seconds: of each target, default 60, two at a time. --budget: wall time of all of them together, spread evenly.
+# A run begins with the committed inputs, whatever the time.
+# Installs what it needs (deploy/setup.sh fuzz) and builds where tests/sanitize.sh address does: the same build.
 # Prints a line a target. Exit code 1: a crash, a leak, a hang (10 s an input) or more than 2 GiB; the input is named.
 # What a run finds on its way stays in the build folder and is where the next one begins; ZERODRIFT_FUZZ_DIR names that
-# folder (default: build/fuzz).
+# folder (default: build/address).
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
-build=${ZERODRIFT_FUZZ_DIR:-$root/build/fuzz}
+build=${ZERODRIFT_FUZZ_DIR:-$root/build/address}
 seconds=60
+budget=
 at_once=2
 targets=()
-usage() { echo "usage: tests/fuzz/run.sh [--seconds N] [target ...]; found '$1'" >&2; exit 2; }
+usage() { echo "usage: tests/fuzz/run.sh [--seconds N | --budget N] [target ...]; found '$1'" >&2; exit 2; }
 while [ $# -gt 0 ]; do
   case $1 in
     --seconds) [[ ${2:-} =~ ^[1-9][0-9]*$ ]] || usage "--seconds ${2:-}"; seconds=$2; shift 2 ;;
+    --budget) [[ ${2:-} =~ ^[1-9][0-9]*$ ]] || usage "--budget ${2:-}"; budget=$2; shift 2 ;;
     -*) usage "$1" ;;
     *) [ -f "$root/tests/fuzz/targets/$1.cpp" ] || usage "$1"; targets+=("$1"); shift ;;
   esac
@@ -23,14 +27,12 @@ done
 if [ ${#targets[@]} -eq 0 ]; then
   for source in "$root"/tests/fuzz/targets/*.cpp; do targets+=("$(basename "$source" .cpp)"); done
 fi
+[ -z "$budget" ] || seconds=$(((budget * at_once + ${#targets[@]} - 1) / ${#targets[@]}))
 
 "$root/deploy/setup.sh" fuzz
-clang=/usr/bin/clang++
 mkdir -p "$build"
-cmake -G Ninja -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=None -DCMAKE_C_COMPILER=/usr/bin/clang \
-  -DCMAKE_CXX_COMPILER="$clang" -DCMAKE_CXX_FLAGS="-O1 -g1" -DZERODRIFT_FUZZ=ON \
-  -DZERODRIFT_BUILD_BENCHMARKS=OFF -DZERODRIFT_BUILD_CYCLONE_PEER=OFF -DZERODRIFT_BUILD_PAGE=OFF \
-  > "$build/configure.log" 2>&1 || { cat "$build/configure.log" >&2; exit 2; }
+export PATH=/usr/bin:$PATH
+cmake --preset address -S "$root" -B "$build" > "$build/configure.log" 2>&1 || { cat "$build/configure.log" >&2; exit 2; }
 cmake --build "$build" -j "$(nproc)" --target "${targets[@]/#/fuzz_}" > "$build/build.log" 2>&1 ||
   { tail -n 60 "$build/build.log" >&2; exit 2; }
 

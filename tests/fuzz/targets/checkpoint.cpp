@@ -10,7 +10,7 @@
 #include "common/checkpoint/checkpoint_bytes.h"
 #include "common/checkpoint/checkpoint_error.h"
 #include "common/checkpoint/checkpoint_file.h"
-#include "common/checkpoint/deciding_options.h"
+#include "common/compensation/option_keys.h"
 #include "idl/proto/checkpoint.pb.h"
 #include "tests/fuzz/checkpoint_envelope.h"
 #include "tests/fuzz/expectations.h"
@@ -31,7 +31,8 @@ std::string owned(std::string_view bytes, const CompensationOptions& options) {
   if (!axis.ParseFromString(std::string(bytes))) return {};
   proto::Checkpoint message;
   message.set_gyro_id(kGyro);
-  for (const auto& [key, value] : zerodrift::checkpoint::deciding_options(options)) {
+  for (const auto& [key, value] :
+       compensation::option_values(options, compensation::Decides::kModel)) {
     auto* option = message.add_options();
     option->set_key(key);
     option->set_value(value);

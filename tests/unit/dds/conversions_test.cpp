@@ -282,7 +282,8 @@ TEST(CompensatedRateConversion, LetsAConsumerUndoTheCorrectionToTheLastDigit) {
 
 TEST(CompensatedRateConversion, GivesTheCovarianceAsNoisePlusDriftVarianceOnTheDiagonal) {
   const CompensatedSample sample = compensated_sample();
-  const auto& covariance = message_of(sample).rate_covariance_radps2();
+  const msg::CompensatedRate message = message_of(sample);
+  const auto& covariance = message.rate_covariance_radps2();
   for (std::size_t i = 0; i < 9; ++i) {
     const bool diagonal = i % 4 == 0;
     expect_same_bits(covariance[i],
@@ -294,9 +295,9 @@ TEST(CompensatedRateConversion, MarksTheCovarianceUnknownWhereAVarianceIs) {
   for (std::size_t axis = 0; axis < core::kAxisCount; ++axis) {
     CompensatedSample sample = compensated_sample();
     sample.drift_variance[axis] = -1.0;
-    const auto& drift_unknown = message_of(sample).rate_covariance_radps2();
-    EXPECT_EQ(drift_unknown[0], -1.0);
-    EXPECT_EQ(drift_unknown[4 * axis], -1.0);
+    const msg::CompensatedRate drift_unknown = message_of(sample);
+    EXPECT_EQ(drift_unknown.rate_covariance_radps2()[0], -1.0);
+    EXPECT_EQ(drift_unknown.rate_covariance_radps2()[4 * axis], -1.0);
     sample = compensated_sample();
     sample.sensor_variance[axis] = -1.0;
     EXPECT_EQ(message_of(sample).rate_covariance_radps2()[0], -1.0);
@@ -308,7 +309,8 @@ TEST(CompensatedRateConversion, KeepsTheCovarianceOfValidAxesBesideAnInvalidOne)
   sample.raw.valid[2] = false;
   sample.drift_variance[2] = -1.0;
   sample.sensor_variance[2] = -1.0;
-  const auto& covariance = message_of(sample).rate_covariance_radps2();
+  const msg::CompensatedRate message = message_of(sample);
+  const auto& covariance = message.rate_covariance_radps2();
   EXPECT_GT(covariance[0], 0.0);
   EXPECT_GT(covariance[4], 0.0);
   EXPECT_EQ(covariance[8], -1.0);

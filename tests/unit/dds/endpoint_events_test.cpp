@@ -266,7 +266,7 @@ class BareListener final : public detail::ReaderListener {
       : ReaderListener(discovery, kAngularRate, std::move(observer)) {}
 
  private:
-  void on_writer_gone(const eprosima::fastrtps::rtps::GUID_t&) override {}
+  void on_writer_gone(const eprosima::fastrtps::rtps::GUID_t&, Departure) override {}
 };
 
 TEST(EndpointEventLaws, LostAndRejectedSamplesAreToldByHowManyAreNew) {
@@ -471,7 +471,7 @@ TEST(Liveliness, AWriterThatFallsSilentIsGoneOnceAndIsHeardAgain) {
   std::atomic<int> gone{0};
   Reader<msg::ReplayProgress> reader(
       publisher, [&](const msg::ReplayProgress&, const SampleOrigin&) { ++heard; }, {},
-      [&](const eprosima::fastrtps::rtps::GUID_t&) { ++gone; });
+      [&](const eprosima::fastrtps::rtps::GUID_t&, Departure) { ++gone; });
   auto writer = std::make_unique<Writer<msg::ReplayProgress>>(consumer);
   ASSERT_TRUE(eventually([&] { return writer->matched() == 1 && reader.matched() == 1; }));
   msg::ReplayProgress progress;

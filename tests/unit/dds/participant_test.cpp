@@ -217,7 +217,7 @@ TEST(Loopback, AReaderLearnsWhichWriterIsGone) {
         heard.push_back(origin.writer);
       },
       {},
-      [&](const eprosima::fastrtps::rtps::GUID_t& writer) {
+      [&](const eprosima::fastrtps::rtps::GUID_t& writer, Departure) {
         const std::lock_guard lock(mutex);
         gone.push_back(writer);
       });

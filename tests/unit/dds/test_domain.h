@@ -44,7 +44,7 @@ class TestDomain {
 // True as soon as `condition` holds; false if it does not within `at_most`, which bounds a test
 // that fails: nothing is timed by it, and a machine may be slow.
 inline bool eventually(const std::function<bool()>& condition,
-                       std::chrono::milliseconds at_most = std::chrono::seconds(30)) {
+                       std::chrono::milliseconds at_most = std::chrono::seconds(100)) {
   const auto end = std::chrono::steady_clock::now() + at_most;
   while (!condition()) {
     if (std::chrono::steady_clock::now() > end) return false;

@@ -26,7 +26,7 @@ std::string row(const TopicSpec& spec) {
 }
 
 std::vector<std::string> documented_rows() {
-  std::ifstream file(ZERODRIFT_SOURCE_DIR "/ARCHITECTURE.md");
+  std::ifstream file(std::string(ZERODRIFT_SOURCE_DIR) + "/ARCHITECTURE.md");
   std::vector<std::string> rows;
   bool within = false;
   for (std::string line; std::getline(file, line);) {
