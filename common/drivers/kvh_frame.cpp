@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <boost/crc.hpp>
 
 namespace zerodrift::drivers {
 namespace {
@@ -16,22 +17,6 @@ constexpr std::size_t kTemperatureAt = 30;
 constexpr std::size_t kCrcAt = 32;
 constexpr unsigned kRotationStatusBit = 0;
 constexpr unsigned kAccelerationStatusBit = 4;
-
-constexpr std::uint32_t kCrcPolynomial = 0x04C11DB7;
-
-constexpr std::array<std::uint32_t, 256> make_crc_table() {
-  std::array<std::uint32_t, 256> table{};
-  for (std::uint32_t byte = 0; byte < table.size(); ++byte) {
-    std::uint32_t remainder = byte << 24;
-    for (int bit = 0; bit < 8; ++bit) {
-      remainder =
-          (remainder & 0x80000000U) != 0 ? (remainder << 1) ^ kCrcPolynomial : remainder << 1;
-    }
-    table[byte] = remainder;
-  }
-  return table;
-}
-constexpr std::array<std::uint32_t, 256> kCrcTable = make_crc_table();
 
 using Bytes = std::array<std::uint8_t, kKvhFrameSize>;
 
@@ -86,9 +71,9 @@ KvhFrame decode(const Bytes& bytes) {
 }  // namespace
 
 std::uint32_t crc32_mpeg2(std::span<const std::uint8_t> bytes) noexcept {
-  std::uint32_t crc = 0xFFFFFFFFU;
-  for (const std::uint8_t byte : bytes) crc = (crc << 8) ^ kCrcTable[(crc >> 24) ^ byte];
-  return crc;
+  boost::crc_optimal<32, 0x04C11DB7, 0xFFFFFFFF, 0, false, false> crc;
+  crc.process_bytes(bytes.data(), bytes.size());
+  return crc.checksum();
 }
 
 std::array<std::uint8_t, kKvhFrameSize> encode(const KvhFrame& frame) noexcept {

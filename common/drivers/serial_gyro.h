@@ -37,6 +37,7 @@ struct SerialGyroOptions {
 // Time for frames that carry none: host time of arrival, with the jitter of the host taken off.
 // Frames that arrive together are spread over the time since the last arrival by their sequence
 // numbers. The estimate follows the earliest arrivals, since a frame can only be late:
+// Host time may never be set back, but for restart().
 //   t_k = min(host time, t_(k-1) + step (1 + 2e-4) / rate),   always after t_(k-1)
 // where 2e-4 is more than a gyro's crystal can be slow. It starts afresh at the host time where
 // that is more than 1 s ahead, or 0.1 s where frames are missing, for then 128 more may be missing
@@ -47,6 +48,8 @@ class ArrivalClock {
 
   // Time of a frame `step` after the last one. host_time is when it was read.
   core::SensorTime stamp(core::SensorTime host_time, std::uint64_t step) noexcept;
+  // Host time was set anew, forward or back: the next frame is stamped with it.
+  void restart() noexcept { last_.reset(); }
 
  private:
   double period_ns_;
@@ -68,6 +71,8 @@ class SerialGyro {
     return port_.wait(timeout);
   }
 
+  // Host time was set anew: sensor time goes on from there.
+  void restart_time() noexcept { clock_.restart(); }
   // Opens the device again after it was gone; sequence and time go on. Throws DriverError.
   void reopen();
 

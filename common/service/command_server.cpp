@@ -5,6 +5,8 @@
 #include <string_view>
 #include <utility>
 
+#include "common/core/one_line.h"
+
 namespace zerodrift::service {
 namespace {
 
@@ -50,7 +52,7 @@ void CommandServer::answer(const msg::Command& command, const CommandVerdict& ve
   reply.request_id(command.request_id());
   reply.accepted(verdict.outcome == CommandVerdict::Outcome::kAccepted ? 1 : 0);
   reply.model_epoch(verdict.model_epoch);
-  reply.text(verdict.text.substr(0, kLongestText).c_str());
+  reply.text(core::one_line(verdict.text, kLongestText).c_str());
   {
     const std::lock_guard lock(mutex_);
     for (Obeyed& known : obeyed_) {
@@ -61,10 +63,9 @@ void CommandServer::answer(const msg::Command& command, const CommandVerdict& ve
     writer_.write(reply);
   }
   const std::string name = command.name().c_str();
-  host_.tell({.code = "command_" + name.substr(0, 32),
+  host_.tell({.code = "command_" + name,
               .severity = Severity::kInformation,
-              .text = (name + " from " + command.issuer().c_str() + ": " + verdict.text)
-                          .substr(0, kLongestText),
+              .text = name + " from " + command.issuer().c_str() + ": " + verdict.text,
               .gyro_id = 0,
               .sensor_time_ns = 0});
 }

@@ -2,9 +2,8 @@
 #include "common/service/host.h"
 
 #include <fmt/format.h>
-#include <pthread.h>
-#include <signal.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/pattern_formatter.h>
+#include <spdlog/sinks/base_sink.h>
 #include <spdlog/spdlog.h>
 #include <systemd/sd-daemon.h>
 #include <unistd.h>
@@ -12,11 +11,14 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <memory>
+#include <mutex>
 #include <stdexcept>
 #include <utility>
 
 #include "common/core/one_line.h"
 #include "common/service/exit_code.h"
+#include "common/service/line_writer.h"
 #include "common/service/monotonic_clock.h"
 
 namespace zerodrift::service {
@@ -24,6 +26,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kStatusPeriod(250);
 constexpr std::int64_t kRepeatEventNs = 1000000000;
+constexpr std::size_t kLongestCode = 48;
 constexpr std::size_t kLongestEvent = 255;
 constexpr std::size_t kLongestSummary = 128;
 constexpr std::size_t kMostMetrics = 160;  // bound of service_status
@@ -32,12 +35,22 @@ constexpr std::size_t kMostTold = 64;
 // Four rounds a second: whatever goes wrong, events cost a millisecond or so of each round.
 constexpr std::size_t kEventsARound = 32;
 
-sigset_t stop_signals() {
-  sigset_t set;
-  sigemptyset(&set);
-  sigaddset(&set, SIGINT);
-  sigaddset(&set, SIGTERM);
-  return set;
+// Hands lines to standard_error(): nobody who logs waits for who reads.
+class LineSink final : public spdlog::sinks::base_sink<std::mutex> {
+ private:
+  void sink_it_(const spdlog::details::log_msg& message) override {
+    spdlog::memory_buf_t line;
+    formatter_->format(message, line);
+    standard_error().write({line.data(), line.size()});
+  }
+  void flush_() override {}
+};
+
+void log_to_standard_error(const std::string& name) {
+  auto log = std::make_shared<spdlog::logger>(name, std::make_shared<LineSink>());
+  log->set_formatter(std::make_unique<spdlog::pattern_formatter>(
+      "%Y-%m-%dT%H:%M:%S.%e %n %l: %v", spdlog::pattern_time_type::local, ""));
+  spdlog::set_default_logger(std::move(log));
 }
 
 std::string host_name() {
@@ -89,22 +102,6 @@ std::string endpoint_code(dds::EndpointEvent::Kind kind) {
 
 }  // namespace
 
-void block_stop_signals() {
-  const sigset_t set = stop_signals();
-  pthread_sigmask(SIG_BLOCK, &set, nullptr);
-}
-
-bool wait_for_stop(std::chrono::milliseconds at_most) {
-  const sigset_t set = stop_signals();
-  const timespec timeout{at_most.count() / 1000,
-                         static_cast<long>(at_most.count() % 1000) * 1000000L};
-  return sigtimedwait(&set, nullptr, &timeout) > 0;
-}
-
-void request_stop() {
-  kill(getpid(), SIGTERM);
-}
-
 const char* state_name(State state) noexcept {
   switch (state) {
     case State::kStarting:
@@ -131,11 +128,7 @@ Host::Host(const std::string& name, const dds::NetworkOptions& network,
       participant_(name, network),
       status_writer_(participant_),
       event_writer_(participant_) {
-  if (!spdlog::get(name_)) {
-    auto log = spdlog::stderr_color_mt(name_);
-    log->set_pattern("%Y-%m-%dT%H:%M:%S.%e %n %l: %v");
-    spdlog::set_default_logger(log);
-  }
+  if (!spdlog::get(name_)) log_to_standard_error(name_);
   write_health({.state = State::kStarting, .summary = "", .metrics = {}});  // or tells at once
 }
 
@@ -145,12 +138,23 @@ Host::~Host() {
   spdlog::drop(name_);
 }
 
+namespace {
+
+// Texts may quote anybody: a peer's name, a command's argument.
+void clean(Occurrence& occurrence) {
+  occurrence.code = core::one_line(occurrence.code, kLongestCode);
+  occurrence.text = core::one_line(occurrence.text, kLongestEvent);
+}
+
+}  // namespace
+
 void Host::raise(const Occurrence& occurrence) {
   raise_counted(occurrence, 1);
 }
 
 void Host::raise_counted(Occurrence occurrence, std::uint64_t times) {
   if (times == 0) return;
+  clean(occurrence);
   const std::lock_guard lock(events_mutex_);
   Tally& tally = tally_of(occurrence);
   tally.count += times;
@@ -159,9 +163,10 @@ void Host::raise_counted(Occurrence occurrence, std::uint64_t times) {
 
 void Host::tell(const Occurrence& occurrence) {
   {
+    DueEvent event{.occurrence = occurrence, .is_logged = true};
+    clean(event.occurrence);
     const std::lock_guard lock(events_mutex_);
     if (told_.size() < kMostTold) {
-      DueEvent event{.occurrence = occurrence, .is_logged = true};
       Tally& tally = tally_of(event.occurrence);
       event.count = tally.published = ++tally.count;
       told_.push_back(std::move(event));
@@ -175,7 +180,7 @@ Host::Tally& Host::tally_of(Occurrence& occurrence) {
   TallyKey key{occurrence.code, occurrence.gyro_id, occurrence.subject};
   if (tallies_.size() >= kMostTallies && !tallies_.contains(key)) {
     key = {"other_events", 0, ""};
-    occurrence.text = occurrence.code + ": " + occurrence.text;
+    occurrence.text = core::one_line(occurrence.code + ": " + occurrence.text, kLongestEvent);
     occurrence.code = key.code;
   }
   return tallies_[key];
@@ -257,7 +262,7 @@ void Host::publish_events() {
     msg::Event message;
     message.service(name_.c_str());
     message.code(occurrence.code.c_str());
-    message.text(occurrence.text.substr(0, kLongestEvent).c_str());
+    message.text(occurrence.text.c_str());
     message.severity(static_cast<std::uint32_t>(occurrence.severity));
     message.gyro_id(occurrence.gyro_id);
     message.count(event.count);
@@ -289,7 +294,7 @@ void Host::publish(const std::string& name, const Status& status,
   message.process_id(static_cast<std::uint32_t>(getpid()));
   message.state(static_cast<std::uint32_t>(status.state));
   message.uptime_ms(static_cast<std::uint64_t>((monotonic_ns() - started_ns_) / 1000000));
-  message.summary(status.summary.substr(0, kLongestSummary).c_str());
+  message.summary(core::one_line(status.summary, kLongestSummary).c_str());
   for (const Metric& metric : metrics) {
     if (message.metrics().size() == kMostMetrics) break;
     msg::Metric out;
@@ -334,6 +339,19 @@ void Host::judge_flow(Status& status) {
   }
 }
 
+// A thread that never leaves a datagram stops samples while this loop goes on.
+void Host::judge_receiving(Status& status) {
+  const auto busy_since_ns = participant_.busy_since_ns();
+  const bool was_stuck = std::exchange(is_stuck_, stuck_count_.look(busy_since_ns));
+  if (!is_stuck_) return;
+  const std::string text =
+      fmt::format("a receiving thread has been busy with one datagram for {:.0f} s",
+                  seconds(monotonic_ns() - *busy_since_ns));
+  if (!was_stuck) raise({.code = "receiving_stuck", .severity = Severity::kError, .text = text});
+  status.state = State::kDegraded;
+  status.summary = text + (status.summary.empty() ? "" : "; " + status.summary);
+}
+
 void Host::write_health(const Status& status) {
   if (supervision_.health_file.empty()) return;
   health_written_ns_ = monotonic_ns();
@@ -350,8 +368,8 @@ void Host::tell_supervisor(const Status& status) {
                      : told_ready_                    ? ""
                                                       : "READY=1\n";
   told_ready_ = true;
-  sd_notify(0, fmt::format("{}WATCHDOG=1\nSTATUS={}: {}", what, state_name(status.state),
-                           core::one_line(status.summary))
+  sd_notify(0, fmt::format("{}{}STATUS={}: {}", what, is_stuck_ ? "" : "WATCHDOG=1\n",
+                           state_name(status.state), core::one_line(status.summary))
                    .c_str());
   if (monotonic_ns() - health_written_ns_ < kWriteHealthEveryNs &&
       status.state != State::kStopping) {
@@ -374,6 +392,7 @@ int Host::run(const std::function<Status()>& status, const std::function<void()>
     participant_.tell_events(observer());
     Status now = status();
     judge_flow(now);
+    judge_receiving(now);
     if (stop) now.state = State::kStopping;
     publish(now);
     tell_supervisor(now);

@@ -16,6 +16,8 @@
 #include <vector>
 
 #include "common/dds/participant.h"
+#include "common/dds/receiving_watch.h"
+#include "common/service/stop_signals.h"
 #include "common/service/supervision.h"
 
 namespace zerodrift::service {
@@ -61,17 +63,9 @@ struct Occurrence {
   std::string subject{};  // of several that share a code, tallied apart: e.g. a topic and a peer
 };
 
-// Blocks SIGINT and SIGTERM for this thread and all it starts later, so that only wait_for_stop()
-// sees them. Call once, before any thread is started.
-void block_stop_signals();
-// True if a stop signal came within the time.
-bool wait_for_stop(std::chrono::milliseconds at_most);
-// Ends the running wait as a signal would; for tests and for sources that come to their end.
-void request_stop();
-
 class Host {
  public:
-  // `name` is the service's; also the name of its log.
+  // `name` is the service's; also the name of its log, which standard_error() writes.
   Host(const std::string& name, const dds::NetworkOptions& network,
        const Supervision& supervision = {});
   ~Host();
@@ -81,7 +75,7 @@ class Host {
 
   // Any thread, though not once a sample: takes memory and a lock, held by others for as long as it
   // takes to copy what is due. Logged and published by run(), once for each new code, gyro and
-  // subject, then at most once a second with its count.
+  // subject, then at most once a second with its count. Its texts become one clean line each.
   void raise(const Occurrence& occurrence);
   // Each logged and published by itself, in this order: what somebody asked for, and will look for
   // in the log. Where kMostTold wait already, counted as by raise().
@@ -133,6 +127,7 @@ class Host {
   // Ends run() with this; the first reason counts.
   void give_up(int exit_code);
   void judge_flow(Status& status);
+  void judge_receiving(Status& status);
   void tell_supervisor(const Status& status);
   void write_health(const Status& status);
 
@@ -142,6 +137,8 @@ class Host {
   Supervision supervision_;
   FlowWatch flow_watch_;
   bool told_stale_ = false;  // of the silence that lasts
+  dds::StuckCount stuck_count_;
+  bool is_stuck_ = false;
   bool told_ready_ = false;
   std::int64_t health_written_ns_ = 0;
   std::atomic<int> exit_code_{0};

@@ -23,6 +23,7 @@
 #include <optional>
 
 #include "common/core/ring_buffer.h"
+#include "common/service/instance_sync.h"
 #include "idl/dds/compensated_rate.h"
 
 namespace zerodrift::service {
@@ -34,8 +35,6 @@ namespace zerodrift::service {
 [[nodiscard]] std::uint32_t first_strength(std::int64_t unix_time_ns, std::uint32_t rank) noexcept;
 
 // A strength above the given one; of two instances that find one at the same time, each its own.
-// Instances are numbered 0..15.
-inline constexpr std::uint32_t kMostInstances = 16;
 constexpr std::uint32_t stronger_than(std::uint32_t strength, std::uint32_t instance) noexcept {
   return (strength / kMostInstances + 1) * kMostInstances + instance % kMostInstances;
 }

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/service/main.h"
 
-#include <cstdio>
 #include <cstdlib>
 #include <exception>
-#include <iostream>
 #include <map>
 #include <string>
 #include <thread>
 
-#include "common/service/host.h"
+#include "common/service/line_writer.h"
+#include "common/service/stop_signals.h"
 
 namespace zerodrift::service {
 
@@ -40,26 +39,39 @@ void add_network_options(CLI::App& app, dds::NetworkOptions& network) {
 void end_within(std::chrono::milliseconds at_most, int exit_code) {
   std::thread([at_most, exit_code] {
     std::this_thread::sleep_for(at_most);
-    std::fputs("stop: the middleware did not let go in time; ended without waiting\n", stderr);
+    standard_error().write("stop: the middleware did not let go in time; ended without waiting");
+    standard_error().wait_until_written(kLastLinesWithin);
     std::_Exit(exit_code);
   }).detach();
 }
 
-int run_main(CLI::App& app, int argc, char** argv, const std::function<int()>& body) {
-  block_stop_signals();
+namespace {
+
+int parse_and_run(CLI::App& app, int argc, char** argv, const std::function<int()>& body) {
+  const auto refuse = [&](const std::string& why) {
+    standard_error().write(app.get_name() + ": " + why);
+    return kExitBadInput;
+  };
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help: not an error
-    std::cerr << app.get_name() << ": " << error.what() << " (--help tells more)\n";
-    return kExitBadInput;
+    return refuse(std::string(error.what()) + " (--help tells more)");
   }
   try {
     return body();
   } catch (const std::exception& error) {
-    std::cerr << app.get_name() << ": " << error.what() << '\n';
-    return kExitBadInput;
+    return refuse(error.what());
   }
+}
+
+}  // namespace
+
+int run_main(CLI::App& app, int argc, char** argv, const std::function<int()>& body) {
+  take_signals();
+  const int exit_code = parse_and_run(app, argc, argv, body);
+  standard_error().wait_until_written(kLastLinesWithin);
+  return exit_code;
 }
 
 }  // namespace zerodrift::service

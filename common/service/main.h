@@ -23,8 +23,8 @@ void add_network_options(CLI::App& app, dds::NetworkOptions& network);
 // processes of a run were stopped together, and a stop has to take effect within 2 s.
 void end_within(std::chrono::milliseconds at_most, int exit_code);
 
-// Parses, then runs `body`, whose result is the exit code. Every exception ends as one line on
-// standard error and kExitBadInput.
+// Takes the signals (stop_signals.h), parses, then runs `body`, whose result is the exit code.
+// Every exception ends as one line on standard error and kExitBadInput.
 int run_main(CLI::App& app, int argc, char** argv, const std::function<int()>& body);
 
 }  // namespace zerodrift::service

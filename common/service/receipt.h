@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <atomic>
 #include <chrono>
 
@@ -9,15 +8,13 @@
 
 namespace zerodrift::service {
 
-// Until every matched reader has received everything written, the time has passed, or `stopping` is
-// set: a reader that was killed stays matched for the participants' lease, and a stop must not wait
-// for it.
+// Until every matched reader has received everything written, or `stopping` is set. However long
+// that takes: a reader that stands still would lose what is written over meanwhile. One that was
+// killed stays matched for the participants' lease.
 template <typename Message>
-void wait_for_receipt(dds::Writer<Message>& writer, std::chrono::milliseconds at_most,
-                      const std::atomic<bool>& stopping) {
+void wait_for_receipt(dds::Writer<Message>& writer, const std::atomic<bool>& stopping) {
   constexpr std::chrono::milliseconds kStopCheck{100};
-  for (auto left = at_most; left.count() > 0 && !stopping; left -= kStopCheck) {
-    if (writer.wait_until_received(std::min(left, kStopCheck))) return;
+  while (!stopping && !writer.wait_until_received(kStopCheck)) {
   }
 }
 

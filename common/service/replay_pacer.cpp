@@ -2,6 +2,8 @@
 #include "common/service/replay_pacer.h"
 
 #include <algorithm>
+#include <stdexcept>
+#include <utility>
 
 namespace zerodrift::service {
 namespace {
@@ -21,11 +23,15 @@ ReplayPacer::ReplayPacer(dds::Participant& participant, std::uint32_t gyro_id,
           [this](const msg::ReplayProgress& progress, const dds::SampleOrigin& origin) {
             note(progress, origin);
           },
-          {}, [this](const eprosima::fastrtps::rtps::GUID_t& writer) { forget(writer); }) {
+          {},
+          [this](const eprosima::fastrtps::rtps::GUID_t& writer, dds::Departure departure) {
+            if (departure == dds::Departure::kLeft) forget(writer);
+          }) {
   std::erase(wait_for_, "");  // what an empty option leaves
 }
 
 void ReplayPacer::note(const msg::ReplayProgress& progress, const dds::SampleOrigin& origin) {
+  if (progress.consumer().size() == 0) return;  // a publisher of temperatures
   if (progress.gyro_id() != 0 && progress.gyro_id() != gyro_id_) return;
   {
     const std::lock_guard lock(mutex_);
@@ -39,6 +45,7 @@ void ReplayPacer::note(const msg::ReplayProgress& progress, const dds::SampleOri
                                         .needed = core::kNever});
     }
     if (progress.gyro_id() == gyro_id_) {
+      if (known->taken != progress.sequence_number()) known->is_left_behind = false;
       known->taken = progress.sequence_number();
       known->needed = core::SensorTime{progress.needed_time_ns()};
     }
@@ -57,6 +64,15 @@ void ReplayPacer::forget(const eprosima::fastrtps::rtps::GUID_t& writer) {
 bool ReplayPacer::has_announced(const std::string& name) const {
   return std::any_of(consumers_.begin(), consumers_.end(),
                      [&](const Consumer& c) { return c.name == name; });
+}
+
+bool ReplayPacer::is_named(const Consumer& consumer) const {
+  return std::find(wait_for_.begin(), wait_for_.end(), consumer.name) != wait_for_.end();
+}
+
+bool ReplayPacer::keeps_up_unnamed(const Consumer& consumer, std::uint64_t first_sequence) const {
+  return anybody_to_wait_for() && !is_named(consumer) && !consumer.is_left_behind &&
+         consumer.taken && *consumer.taken >= first_sequence;
 }
 
 bool ReplayPacer::all_announced() const {
@@ -96,6 +112,10 @@ std::uint64_t ReplayPacer::backlog(std::uint64_t newest, std::uint64_t first_seq
     }
     largest = std::max(largest, least.value_or(0));
   }
+  for (const Consumer& consumer : consumers_) {
+    if (keeps_up_unnamed(consumer, first_sequence))
+      largest = std::max(largest, backlog(consumer, newest, first_sequence));
+  }
   return largest;
 }
 
@@ -121,9 +141,6 @@ bool ReplayPacer::wait_for_room(std::uint64_t sequence, std::uint64_t first_sequ
 
 std::string ReplayPacer::let_unconnected_join(std::uint64_t first_sequence) {
   const std::lock_guard lock(mutex_);
-  const auto is_named = [&](const Consumer& c) {
-    return std::find(wait_for_.begin(), wait_for_.end(), c.name) != wait_for_.end();
-  };
   const bool is_taken =
       newest_sent_ && std::any_of(consumers_.begin(), consumers_.end(), [&](const Consumer& c) {
         return is_named(c) && c.taken && *c.taken == *newest_sent_;
@@ -134,6 +151,19 @@ std::string ReplayPacer::let_unconnected_join(std::uint64_t first_sequence) {
     const bool took_some = c.taken && *c.taken >= first_sequence;
     if (!is_named(c) || took_some || c.joined_after == newest_sent_) continue;
     c.joined_after = newest_sent_;
+    names += (names.empty() ? "" : ", ") + c.name;
+  }
+  if (!names.empty()) changed_.notify_all();
+  return names;
+}
+
+std::string ReplayPacer::leave_behind_unnamed(std::uint64_t first_sequence) {
+  const std::lock_guard lock(mutex_);
+  std::string names;
+  for (Consumer& c : consumers_) {
+    if (!newest_sent_ || !keeps_up_unnamed(c, first_sequence)) continue;
+    if (backlog(c, *newest_sent_, first_sequence) == 0) continue;
+    c.is_left_behind = true;
     names += (names.empty() ? "" : ", ") + c.name;
   }
   if (!names.empty()) changed_.notify_all();
@@ -152,8 +182,37 @@ bool ReplayPacer::wait_until_needed(core::SensorTime time, std::chrono::millisec
   });
 }
 
+namespace {
+
+msg::ReplayProgress announcement_of(const std::string& consumer) {
+  msg::ReplayProgress progress;
+  progress.consumer(consumer.c_str());
+  return progress;
+}
+
+msg::ReplayProgress announcement_of(std::uint32_t gyro_id, const std::vector<std::string>& probes) {
+  msg::ReplayProgress progress;
+  std::string names;
+  for (const auto& name : probes) names += (names.empty() ? "" : ",") + name;
+  if (names.size() > progress.probes().max_size)
+    throw std::invalid_argument("the names of the probes are too long together: " + names);
+  progress.gyro_id(gyro_id);
+  progress.probes(names.c_str());
+  return progress;
+}
+
+}  // namespace
+
 ReplayProgressReporter::ReplayProgressReporter(dds::Participant& participant, std::string consumer)
-    : consumer_(std::move(consumer)),
+    : ReplayProgressReporter(participant, announcement_of(consumer)) {}
+
+ReplayProgressReporter::ReplayProgressReporter(dds::Participant& participant, std::uint32_t gyro_id,
+                                               const std::vector<std::string>& probes)
+    : ReplayProgressReporter(participant, announcement_of(gyro_id, probes)) {}
+
+ReplayProgressReporter::ReplayProgressReporter(dds::Participant& participant,
+                                               msg::ReplayProgress announcement)
+    : announcement_(std::move(announcement)),
       writer_(participant),
       announcer_([this] { announce_until_closed(); }) {}
 
@@ -176,16 +235,20 @@ void ReplayProgressReporter::announce_until_closed() {
 }
 
 void ReplayProgressReporter::announce() {
-  report(0, 0, core::SensorTime{0});
+  msg::ReplayProgress progress = announcement_;
+  write(progress);
 }
 
 void ReplayProgressReporter::report(std::uint32_t gyro_id, std::uint64_t sequence,
                                     core::SensorTime needed) {
-  msg::ReplayProgress progress;
-  progress.consumer(consumer_.c_str());
+  msg::ReplayProgress progress = announcement_;
   progress.gyro_id(gyro_id);
   progress.sequence_number(sequence);
   progress.needed_time_ns(needed.count());
+  write(progress);
+}
+
+void ReplayProgressReporter::write(msg::ReplayProgress& progress) {
   const std::lock_guard lock(mutex_);
   writer_.write(progress);
 }

@@ -2,8 +2,9 @@
 // How publishers of records and simulations keep from outrunning their consumers: credit, not
 // guesswork. Each consumer that must not lose a sample publishes how far it is (replay_progress,
 // best effort, the newest repeated); a publisher stays within a window of the slowest. A consumer
-// that is gone, or that said nothing for the topic's lease, is no longer waited for; one that is
-// heard again stands where the replay is then.
+// that left (dds::Departure::kLeft) is no longer waited for; one that only says nothing is: what
+// was sent meanwhile would be lost to it. Those that are named are waited for from the first sample
+// on; a recorder, say, that comes later is kept pace with from its first report on.
 #pragma once
 
 #include <chrono>
@@ -44,6 +45,9 @@ class ReplayPacer {
   // where the replay is. Their names, comma-separated; "" where nobody took all, or all took
   // something.
   [[nodiscard]] std::string let_unconnected_join(std::uint64_t first_sequence);
+  // Consumers that are not named and have not taken all that was sent: they are no longer waited
+  // for until they get on. Their names, comma-separated.
+  [[nodiscard]] std::string leave_behind_unnamed(std::uint64_t first_sequence);
   // Until all consumers have taken `sequence`.
   bool wait_for_all(std::uint64_t sequence, std::uint64_t first_sequence,
                     std::chrono::milliseconds at_most);
@@ -63,13 +67,17 @@ class ReplayPacer {
         joined_after;  // newest sample sent before it was heard of; none: from the first
     std::optional<std::uint64_t> taken;  // newest sequence
     core::SensorTime needed{core::kNever};
+    bool is_left_behind = false;
   };
   void note(const msg::ReplayProgress& progress, const dds::SampleOrigin& origin);
   void forget(const eprosima::fastrtps::rtps::GUID_t& writer);
   [[nodiscard]] bool has_announced(const std::string& name) const;
   [[nodiscard]] bool all_announced() const;
+  [[nodiscard]] bool is_named(const Consumer& consumer) const;
+  // Without a name in `wait_for`, and has said of this replay how far it is.
+  [[nodiscard]] bool keeps_up_unnamed(const Consumer& consumer, std::uint64_t first_sequence) const;
   // Sequence numbers up to `newest` that the slowest consumer has not taken; of several with one
-  // name the furthest counts.
+  // name of `wait_for` the furthest counts.
   [[nodiscard]] std::uint64_t backlog(std::uint64_t newest, std::uint64_t first_sequence) const;
   [[nodiscard]] std::uint64_t backlog(const Consumer& consumer, std::uint64_t newest,
                                       std::uint64_t first_sequence) const;
@@ -86,11 +94,15 @@ class ReplayPacer {
 
 // The consumer's side. Says four times a second, on a thread of its own, that there is a consumer:
 // for publishers that come later, and so that a consumer that is busy for longer than the topic's
-// lease (a learner that chooses its kernel, a report of many gyros) isn't taken for gone. Whether a
-// consumer gets on, its progress says. Any thread.
+// lease (a learner that chooses its kernel, a report of many gyros) isn't told of as silent.
+// Whether a consumer gets on, its progress says. Any thread.
 class ReplayProgressReporter {
  public:
   ReplayProgressReporter(dds::Participant& participant, std::string consumer);
+  // Says instead that this is the publisher of a gyro's temperatures, and which probes it has.
+  // Throws std::invalid_argument where their names don't fit into the message.
+  ReplayProgressReporter(dds::Participant& participant, std::uint32_t gyro_id,
+                         const std::vector<std::string>& probes);
   ~ReplayProgressReporter();
   ReplayProgressReporter(const ReplayProgressReporter&) = delete;
   ReplayProgressReporter& operator=(const ReplayProgressReporter&) = delete;
@@ -100,9 +112,11 @@ class ReplayProgressReporter {
   void report(std::uint32_t gyro_id, std::uint64_t sequence, core::SensorTime needed);
 
  private:
+  ReplayProgressReporter(dds::Participant& participant, msg::ReplayProgress announcement);
   void announce_until_closed();
+  void write(msg::ReplayProgress& progress);
 
-  std::string consumer_;
+  msg::ReplayProgress announcement_;
   dds::Writer<msg::ReplayProgress> writer_;
   std::mutex mutex_;  // of the writer; held for a write
   std::mutex closing_mutex_;

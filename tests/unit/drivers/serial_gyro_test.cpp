@@ -285,6 +285,22 @@ TEST(ArrivalClocks, MissingFramesKeepTheirPlaceInTime) {
             milliseconds{3} + SensorTime{600});  // 3 periods and their creep
 }
 
+// Set back by an hour, all later frames were 1 ns apart.
+TEST(ArrivalClocks, FollowHostTimeThatIsSetAnew) {
+  using namespace std::chrono_literals;
+  for (const SensorTime step : {SensorTime{-1h}, SensorTime{1h}, SensorTime{700ms}}) {
+    ArrivalClock clock{1000.0};
+    SensorTime host{10h};
+    for (int k = 0; k < 1000; ++k) (void)clock.stamp(host += 1ms, 1);
+    host += step;
+    clock.restart();
+    for (int k = 0; k < 1000; ++k) {
+      host += 1ms;
+      ASSERT_EQ(clock.stamp(host, 1), host);
+    }
+  }
+}
+
 TEST(ArrivalClocks, ABacklogWithoutLossIsSpreadAndALossStartsAfresh) {
   ArrivalClock backlog{1000.0};
   (void)backlog.stamp(milliseconds{0}, 1);

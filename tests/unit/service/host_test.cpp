@@ -40,7 +40,7 @@ constexpr std::uint32_t kDomain = 108;
 // Before any thread of this process, as a service does.
 class StopSignals : public testing::Environment {
  public:
-  void SetUp() override { block_stop_signals(); }
+  void SetUp() override { take_signals(); }
 };
 const testing::Environment* const kStopSignals = testing::AddGlobalTestEnvironment(new StopSignals);
 

@@ -16,6 +16,8 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include "common/service/command_server.h"
@@ -36,7 +38,7 @@ constexpr std::uint32_t kDomain = 109;
 // Before any thread of this process, as a service does.
 class StopSignals : public testing::Environment {
  public:
-  void SetUp() override { block_stop_signals(); }
+  void SetUp() override { take_signals(); }
 };
 const testing::Environment* const kStopSignals = testing::AddGlobalTestEnvironment(new StopSignals);
 
@@ -81,6 +83,39 @@ TEST(SupervisedHost, WithSomebodyAtTheOtherEndItGoesOn) {
                        if (++ticks == 4) request_stop();  // a second, five times the limit
                      }),
             kExitDone);
+}
+
+// The main loop goes on all the while.
+TEST(SupervisedHost, AReceivingThreadThatNeverComesBackIsNotHealthy) {
+  const TestDomain domain(kDomain);
+  const Folder folder;
+  dds::Participant other("other", domain.network());
+  dds::Writer<msg::AngularRate> writer(other);
+  std::atomic<bool> hangs{true};
+  Host host("hanging", domain.network(), {.health_file = folder / "health"});
+  const dds::Reader<msg::AngularRate> reader(
+      host.participant(), [&](const msg::AngularRate&, const auto&) {
+        while (hangs) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      });
+  ASSERT_TRUE(eventually([&] { return writer.matched() > 0 && reader.matched() > 0; }));
+  const auto why = [&] {
+    return why_unhealthy(read_health(folder / "health"), monotonic_ns(), std::chrono::hours(1));
+  };
+  msg::AngularRate sample;
+  ASSERT_TRUE(writer.write(sample));
+  std::string said;
+  bool stopped = false;
+  EXPECT_EQ(host.run([] { return of_flow(0); },
+                     [&] {
+                       if (hangs) {
+                         said = why();
+                         if (!said.empty()) hangs = false;
+                       } else if (why().empty() && !std::exchange(stopped, true)) {
+                         request_stop();
+                       }
+                     }),
+            kExitDone);
+  EXPECT_NE(said.find("receiving thread"), std::string::npos) << said;
 }
 
 // Told and degraded; ends only where that was asked for.

@@ -1,0 +1,336 @@
+// SPDX-License-Identifier: Apache-2.0
+// The way of one gyro's samples through one instance: whom it listens to, what waits for what, what
+// is answered, and whether the answer is written (instance_sync.h). One that is behind keeps a log
+// of its inputs from before it asks for a state, and goes on from the state through the log: to the
+// bit, since equal inputs give equal answers.
+//
+// `Engine` answers samples: compensation::Compensator, or another of its form. Time is an argument,
+// nanoseconds of the host's monotonic clock. One thread at a time. The data path allocates nothing,
+// but for the log.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "common/compensation/compensator.h"
+#include "common/core/ring_buffer.h"
+#include "common/core/samples.h"
+#include "common/service/instance_sync.h"
+
+namespace zerodrift::service {
+
+template <typename Engine>
+class GyroPipeline {
+ public:
+  using Answer = decltype(std::declval<Engine&>().answer_next());
+  using Input =
+      std::variant<core::AngularRateSample, core::TemperatureSample, core::RateReferenceSample>;
+
+  // The world around it.
+  class Port {
+   public:
+    // Makes an answer of a run ready to be written, of a line that is `answered` long; what other
+    // instances compare of it.
+    virtual AnswerMark prepare(const Answer& answer, std::uint64_t run,
+                               std::uint32_t answered) noexcept = 0;
+    // Writes what was prepared last, and where `leads`, what only one instance writes.
+    virtual void write_prepared(bool leads) noexcept = 0;
+    // Writes what was prepared last where only one instance writes.
+    virtual void write_prepared_alone() noexcept = 0;
+    [[nodiscard]] virtual bool has_output_of_one() const noexcept = 0;
+    // Whether answers can be written, to all who are waited for.
+    virtual bool is_open() = 0;
+    // Until the learner has delivered; false: nothing is waited for any more.
+    virtual bool await_model() = 0;
+    virtual void report_progress(std::uint64_t newest, core::SensorTime needed) = 0;
+    virtual void wake_learner() = 0;
+
+   protected:
+    Port() = default;
+    ~Port() = default;
+    Port(const Port&) = default;
+    Port& operator=(const Port&) = default;
+  };
+
+  GyroPipeline(std::unique_ptr<Engine> engine, const InstanceSync& sync, Port& port)
+      : engine_(std::move(engine)), sync_(sync), port_(port), held_(sync.is_alone() ? 1 : kHeld) {
+    if (port.has_output_of_one() && !sync.is_alone()) unled_.emplace(kUnled);
+  }
+
+  // ---- inputs. `run` is the publisher's.
+  void push(const core::AngularRateSample& sample, std::uint64_t run, std::int64_t publish_time_ns,
+            std::int64_t now_ns) {
+    if (!accepts(run, now_ns)) return;
+    log(sample);
+    if (engine_->push(sample, publish_time_ns, now_ns) == compensation::Admission::kQueueFull &&
+        port_.is_open()) {
+      answer(now_ns);  // never lose a raw sample: the oldest goes out with what is there
+      engine_->push(sample, publish_time_ns, now_ns);
+    }
+    drain(now_ns);
+  }
+  void push(const core::TemperatureSample& sample, std::int64_t now_ns) {
+    log(sample);
+    engine_->push(sample);
+    drain(now_ns);
+  }
+  void push(const core::RateReferenceSample& sample, std::int64_t now_ns) {
+    log(sample);
+    engine_->push(sample);
+    drain(now_ns);
+  }
+  // The publisher is gone for good: another one is heard at once.
+  void publisher_gone(std::uint64_t run) noexcept { publisher_gone_ |= run_ == run; }
+  void hear(const AnswerMark& other) noexcept { sync_.hear(other); }
+
+  // Answers what can be answered. Real sensors are answered at once, with what is there. A record
+  // or simulation waits for its consumers, so its samples wait here for what belongs to them, and
+  // the result does not depend on who came first.
+  void drain(std::int64_t now_ns) {
+    if (!port_.is_open()) return;
+    using compensation::Readiness;
+    for (;;) {
+      const Readiness readiness = engine_->readiness();
+      if (readiness == Readiness::kNothing) return;
+      if (readiness == Readiness::kReady ||
+          !core::is_paced_by_consumers(engine_->waiting_clock())) {
+        answer(now_ns);
+        continue;
+      }
+      if (readiness == Readiness::kAwaitsModel) {
+        if (!port_.await_model()) return;
+        continue;
+      }
+      if (waiting_since_ns_ == 0) waiting_since_ns_ = now_ns;
+      if (reported_needed_ != engine_->needed_time()) report_progress();
+      return;
+    }
+  }
+  // Since when a record or simulation waits for another stream; 0 where it doesn't.
+  [[nodiscard]] std::int64_t waiting_since_ns() const noexcept { return waiting_since_ns_; }
+  void give_up_waiting(std::int64_t now_ns) {
+    engine_->give_up_waiting();
+    waiting_since_ns_ = 0;
+    drain(now_ns);
+  }
+  void report_progress() {
+    answered_since_report_ = 0;
+    reported_needed_ = engine_->needed_time();
+    port_.report_progress(newest_sequence_, reported_needed_);
+  }
+
+  // ---- catching up
+  // Whom to ask for its state now. The log begins one call before, and so before the state.
+  [[nodiscard]] std::optional<std::uint32_t> state_to_ask_for(std::int64_t now_ns) {
+    if (log_.size() > kLongestLog) drop_log();
+    const auto giver = sync_.giver();
+    if (!giver || (asked_ns_ && is_within(kAskEveryNs, *asked_ns_, now_ns))) return std::nullopt;
+    if (!logging_) {
+      log_.reserve(kUsualLog);
+      logging_ = true;
+      return std::nullopt;
+    }
+    asked_ns_ = now_ns;  // an answer to the question before is as good: the log goes on
+    return giver;
+  }
+  // The log holds all that a state as of `sequence` does not, of the same run.
+  [[nodiscard]] bool continues(std::uint64_t run, std::uint64_t sequence) const noexcept {
+    if (!logging_ || run_ != run) return false;
+    std::optional<std::uint64_t> first;
+    std::uint64_t last = 0;
+    for (const Input& input : log_) {
+      const auto* rate = std::get_if<core::AngularRateSample>(&input);
+      if (rate == nullptr) continue;
+      if (!first) first = rate->sequence;
+      last = std::max(last, rate->sequence);
+    }
+    return first && *first <= sequence + 1 && sequence <= last;
+  }
+  [[nodiscard]] bool is_logging() const noexcept { return logging_; }
+  [[nodiscard]] const std::vector<Input>& logged() const noexcept { return log_; }
+  // What was logged, given to an engine that has a state as of `after`; its answers go behind
+  // `answers`. A model that is due is there in time, as live.
+  static void repeat(Engine& engine, const Input& input, std::uint64_t after,
+                     std::vector<Answer>& answers) {
+    if (const auto* rate = std::get_if<core::AngularRateSample>(&input)) {
+      if (rate->sequence > after) engine.push(*rate);
+    } else if (const auto* temperature = std::get_if<core::TemperatureSample>(&input)) {
+      if (!engine.has_heard(*temperature)) engine.push(*temperature);
+    } else if (const auto* reference = std::get_if<core::RateReferenceSample>(&input)) {
+      if (!engine.has_heard(*reference)) engine.push(*reference);
+    }
+    using compensation::Readiness;
+    for (;;) {
+      while (engine.learner().run_one()) {
+      }
+      const Readiness readiness = engine.readiness();
+      if (readiness == Readiness::kNothing) return;
+      if (readiness != Readiness::kReady && core::is_paced_by_consumers(engine.waiting_clock()))
+        return;
+      answers.push_back(engine.answer_next());
+    }
+  }
+  // `fresh` has been given the whole log, and goes on instead of the engine, which it becomes.
+  // `answers` are those to the log: all are written, so that they reach back behind what any reader
+  // may be waiting for.
+  void go_on_with(std::unique_ptr<Engine>& fresh, const std::vector<Answer>& answers,
+                  std::int64_t now_ns) {
+    engine_.swap(fresh);
+    drop_log();
+    asked_ns_ = now_ns;
+    held_.clear();
+    sync_.caught_up();
+    for (const Answer& repeated : answers) pass_on(repeated, now_ns);
+  }
+  void drop_log() noexcept {
+    logging_ = false;
+    log_.clear();
+    log_.shrink_to_fit();
+    asked_ns_.reset();
+  }
+
+  void set_hangs(bool hangs) noexcept { sync_.set_hangs(hangs); }
+  // From time to time.
+  void tick(std::int64_t now_ns) {
+    const bool led = sync_.leads();
+    sync_.tick(now_ns);
+    if (sync_.may_write() && (!held_.empty() || (sync_.leads() && !led)) && port_.is_open())
+      write_held();
+  }
+
+  [[nodiscard]] Engine& engine() noexcept { return *engine_; }
+  [[nodiscard]] const Engine& engine() const noexcept { return *engine_; }
+  [[nodiscard]] const InstanceSync& sync() const noexcept { return sync_; }
+  [[nodiscard]] const Answer& newest() const noexcept { return newest_; }
+  [[nodiscard]] std::uint64_t newest_sequence() const noexcept { return newest_sequence_; }
+  [[nodiscard]] std::uint64_t run() const noexcept { return run_; }
+  [[nodiscard]] std::uint64_t rejected() const noexcept { return rejected_; }
+  [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_; }
+
+ private:
+  static constexpr std::uint64_t kReportEvery = 32;  // samples between two progress reports
+  static constexpr std::int64_t kSilentPublisherNs = 1'000'000'000;  // may be replaced
+  static constexpr std::int64_t kAskEveryNs = 3'000'000'000;
+  static constexpr std::size_t kLongestLog = 1U << 18U;
+  static constexpr std::size_t kUsualLog = 1U << 14U;  // 8 s at 2 kHz
+  static constexpr std::size_t kHeld = 4096;           // 2 s at 2 kHz
+  static constexpr std::size_t kUnled = 512;
+  // Heard from one that died, but perhaps not by everybody: written again.
+  static constexpr std::uint64_t kOverlap = 64;
+
+  static constexpr bool is_within(std::int64_t span_ns, std::int64_t since_ns,
+                                  std::int64_t now_ns) noexcept {
+    return now_ns >= since_ns && now_ns - since_ns < span_ns;
+  }
+
+  // One publisher a gyro, so that two streams are never mixed: the first is heard until it is gone
+  // or silent, or until the instances that are in sync follow another.
+  bool accepts(std::uint64_t run, std::int64_t now_ns) {
+    if (run_ != run) {
+      const bool is_wanted = sync_.wanted_run() == run;
+      const bool is_free =
+          run_ == 0 || publisher_gone_ || !is_within(kSilentPublisherNs, heard_ns_, now_ns);
+      if (!is_wanted && !is_free) {
+        ++rejected_;
+        return false;
+      }
+      if (run_ != 0) begin_run(now_ns);
+      run_ = run;
+      publisher_gone_ = false;
+    }
+    heard_ns_ = now_ns;
+    return true;
+  }
+  void begin_run(std::int64_t now_ns) {
+    while (port_.is_open() && engine_->readiness() != compensation::Readiness::kNothing)
+      answer(now_ns);
+    engine_->restart_stream();
+    newest_sequence_ = 0;
+    drop_log();
+  }
+
+  template <typename Sample>
+  void log(const Sample& sample) {
+    if (logging_) log_.emplace_back(sample);
+  }
+
+  void answer(std::int64_t now_ns) {
+    const std::uint64_t labels = engine_->counts().labels;
+    waiting_since_ns_ = 0;
+    pass_on(engine_->answer_next(), now_ns);
+    if (engine_->counts().labels != labels) port_.wake_learner();
+    if (core::is_paced_by_consumers(newest_.raw.clock) && ++answered_since_report_ >= kReportEvery)
+      report_progress();
+  }
+
+  // To readers, or to those that are held back.
+  void pass_on(const Answer& answer, std::int64_t now_ns) {
+    newest_ = answer;
+    newest_sequence_ = std::max(newest_sequence_, answer.raw.sequence);
+    const bool led = sync_.leads();
+    if (!sync_.note(prepare({answer, run_}), now_ns)) return hold({answer, run_});
+    const bool leads = sync_.leads();
+    if (!held_.empty() || (leads && !led)) {
+      write_held();
+      prepare({answer, run_});
+    }
+    port_.write_prepared(leads);
+    if (unled_ && !leads) unled_->push_overwriting({answer, run_});
+  }
+  struct Kept {
+    Answer answer{};
+    std::uint64_t run = 0;
+  };
+  AnswerMark prepare(const Kept& kept) noexcept {
+    return port_.prepare(kept.answer, kept.run, sync_.told_answered(engine_->counts().samples_out));
+  }
+  void hold(const Kept& kept) noexcept {
+    if (held_.full() && !sync_.was_heard(held_.front().run, held_.front().answer.raw.sequence))
+      ++dropped_;
+    held_.push_overwriting(kept);
+  }
+  // What nobody was heard to write, and a little more.
+  void write_held() {
+    const bool leads = sync_.leads();
+    for (; !held_.empty(); held_.pop()) {
+      const Kept& kept = held_.front();
+      if (sync_.was_heard(kept.run, kept.answer.raw.sequence + kOverlap)) continue;
+      prepare(kept);
+      port_.write_prepared(leads);
+    }
+    if (!unled_ || !leads) return;
+    for (; !unled_->empty(); unled_->pop()) {
+      const Kept& kept = unled_->front();
+      if (sync_.was_heard(kept.run, kept.answer.raw.sequence)) continue;
+      prepare(kept);
+      port_.write_prepared_alone();
+    }
+  }
+
+  std::unique_ptr<Engine> engine_;
+  InstanceSync sync_;
+  Port& port_;
+  core::RingBuffer<Kept> held_;                    // not written: it is behind
+  std::optional<core::RingBuffer<Kept>> unled_{};  // written, but not where one writes
+  bool logging_ = false;
+  std::vector<Input> log_{};  // in order of arrival
+  std::optional<std::int64_t> asked_ns_{};
+  std::uint64_t run_ = 0;  // whose samples are heard; 0: nobody's yet
+  bool publisher_gone_ = false;
+  std::int64_t heard_ns_ = 0;
+  std::uint64_t rejected_ = 0;  // samples of a second publisher of the same id
+  std::uint64_t dropped_ = 0;   // held back, and too many
+  std::int64_t waiting_since_ns_ = 0;
+  std::uint64_t answered_since_report_ = 0;
+  core::SensorTime reported_needed_{core::kNever};
+  std::uint64_t newest_sequence_ = 0;
+  Answer newest_{};
+};
+
+}  // namespace zerodrift::service

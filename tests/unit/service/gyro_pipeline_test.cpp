@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/service/gyro_pipeline.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "tests/simulation/hash_engine.h"
+
+namespace zerodrift::service {
+namespace {
+
+using simulation::HashAnswer;
+using simulation::HashEngine;
+using Pipeline = GyroPipeline<HashEngine>;
+
+constexpr std::int64_t kMs = 1'000'000;
+constexpr std::uint64_t kRun = 11;
+
+core::AngularRateSample rate(std::uint64_t sequence) {
+  core::AngularRateSample sample;
+  sample.sequence = sequence;
+  sample.time = core::SensorTime{static_cast<std::int64_t>(sequence) * 5 * kMs};
+  sample.clock = core::ClockSource::kHardware;
+  return sample;
+}
+core::TemperatureSample temperature(std::uint64_t sequence, std::uint64_t at) {
+  core::TemperatureSample sample;
+  sample.sequence = sequence;
+  sample.time = core::SensorTime{static_cast<std::int64_t>(at) * 5 * kMs};
+  return sample;
+}
+
+// An instance: its pipeline, and all that it wrote.
+class Instance final : Pipeline::Port {
+ public:
+  explicit Instance(std::uint32_t number, bool has_output_of_one = false)
+      : has_output_of_one_(has_output_of_one),
+        number_(number),
+        pipeline(std::make_unique<HashEngine>(), InstanceSync(number), *this) {}
+
+  void sample(std::uint64_t sequence, std::uint64_t run = kRun) {
+    now_ns += 5 * kMs;
+    pipeline.push(rate(sequence), run, 0, now_ns);
+  }
+  void hear(const AnswerMark& other) { pipeline.hear(other); }
+  // From `first` until it is the only one in sync.
+  std::uint64_t begin(std::uint64_t first = 1) {
+    while (written.empty()) sample(first++);
+    return first;
+  }
+  // As the node does: the state of another, and the log.
+  bool catch_up(const Instance& giver) {
+    const std::uint64_t sequence = giver.pipeline.newest_sequence();
+    auto fresh = std::make_unique<HashEngine>(giver.pipeline.engine());
+    return go_on(fresh, giver.pipeline.run(), sequence);
+  }
+  bool go_on(std::unique_ptr<HashEngine>& fresh, std::uint64_t run, std::uint64_t sequence) {
+    if (!pipeline.continues(run, sequence)) return false;
+    std::vector<HashAnswer> answers;
+    for (const auto& input : pipeline.logged()) Pipeline::repeat(*fresh, input, sequence, answers);
+    pipeline.go_on_with(fresh, answers, now_ns);
+    return true;
+  }
+
+  AnswerMark prepare(const HashAnswer& answer, std::uint64_t run,
+                     std::uint32_t answered) noexcept override {
+    return prepared_ = {number_, answered, run, answer.raw.sequence, answer.digest};
+  }
+  void write_prepared(bool leads) noexcept override {
+    written.push_back(prepared_);
+    if (leads) write_prepared_alone();
+  }
+  void write_prepared_alone() noexcept override { alone.push_back(prepared_.sequence); }
+  [[nodiscard]] bool has_output_of_one() const noexcept override { return has_output_of_one_; }
+  bool is_open() override { return open; }
+  bool await_model() override { return false; }
+  void report_progress(std::uint64_t, core::SensorTime) override {}
+  void wake_learner() override {}
+
+  bool open = true;
+  std::int64_t now_ns = 0;
+  std::vector<AnswerMark> written{};
+  std::vector<std::uint64_t> alone{};
+
+ private:
+  bool has_output_of_one_;
+  std::uint32_t number_;
+  AnswerMark prepared_{};
+
+ public:
+  Pipeline pipeline;
+};
+
+TEST(GyroPipeline, TheOnlyOneOfSeveralLosesNothingThatItHeldBack) {
+  Instance only(0);
+  const std::uint64_t next = only.begin();
+  ASSERT_EQ(only.written.size(), next - 1);
+  for (std::size_t k = 0; k < only.written.size(); ++k) EXPECT_EQ(only.written[k].sequence, k + 1);
+}
+
+// Rule: a run that is over before anybody is known to be the only one is written all the same.
+TEST(GyroPipeline, AShortRunOfTheOnlyOneIsWrittenByTheTick) {
+  Instance only(0);
+  for (std::uint64_t k = 1; k <= 50; ++k) only.sample(k);
+  EXPECT_TRUE(only.written.empty());
+  for (int k = 0; k < 12; ++k) only.pipeline.tick(only.now_ns += 250 * kMs);
+  EXPECT_EQ(only.written.size(), 50U);
+}
+
+TEST(GyroPipeline, OneThatCatchesUpGoesOnToTheBitAndReachesBackToTheState) {
+  Instance giver(0);
+  Instance taker(1);
+  std::uint64_t next = giver.begin();
+  const auto step = [&] {
+    giver.sample(next);
+    taker.sample(next);
+    taker.hear(giver.written.back());
+    ++next;
+  };
+  for (int k = 0; k < 10; ++k) step();
+  EXPECT_FALSE(taker.pipeline.state_to_ask_for(taker.now_ns)) << "the log begins first";
+  for (int k = 0; k < 10; ++k) step();
+  EXPECT_EQ(taker.pipeline.state_to_ask_for(taker.now_ns), 0U);
+  EXPECT_FALSE(taker.pipeline.state_to_ask_for(taker.now_ns)) << "not again at once";
+  const std::uint64_t cut = next - 1;
+  auto state = std::make_unique<HashEngine>(giver.pipeline.engine());
+  for (int k = 0; k < 30; ++k) step();
+  ASSERT_TRUE(taker.written.empty());
+  ASSERT_TRUE(taker.go_on(state, kRun, cut));
+  ASSERT_EQ(taker.written.size(), 30U) << "all since the state";
+  for (int k = 0; k < 30; ++k) step();
+  for (std::size_t k = 0; k < taker.written.size(); ++k) {
+    const AnswerMark& mine = taker.written[taker.written.size() - 1 - k];
+    const AnswerMark& other = giver.written[giver.written.size() - 1 - k];
+    EXPECT_EQ(mine.sequence, other.sequence);
+    EXPECT_EQ(mine.digest, other.digest);
+  }
+}
+
+TEST(GyroPipeline, AStateThatTheLogDoesNotReachIsRefused) {
+  Instance giver(0);
+  Instance taker(1);
+  std::uint64_t next = giver.begin();
+  const AnswerMark first = giver.written.back();
+  for (int k = 0; k < 10; ++k) giver.sample(next++);
+  taker.sample(next);
+  taker.hear(first);
+  EXPECT_FALSE(taker.pipeline.state_to_ask_for(taker.now_ns));
+  EXPECT_FALSE(taker.catch_up(giver)) << "the log is empty";
+  taker.sample(next + 1);
+  EXPECT_FALSE(taker.catch_up(giver)) << "the log begins behind the state";
+  giver.sample(next);
+  giver.sample(next + 1);
+  EXPECT_TRUE(taker.catch_up(giver));
+}
+
+TEST(GyroPipeline, AStateOfAnotherPublishersRunIsRefused) {
+  Instance giver(0);
+  Instance taker(1);
+  const std::uint64_t next = giver.begin();
+  taker.sample(next, 77);
+  AnswerMark mark = giver.written.back();
+  mark.run = 77;
+  taker.hear(mark);
+  EXPECT_FALSE(taker.pipeline.state_to_ask_for(taker.now_ns));
+  taker.sample(next + 1, 77);
+  giver.sample(next);
+  EXPECT_FALSE(taker.catch_up(giver));
+}
+
+// Rule: with two publishers of one id, one that is behind follows the one that those in sync
+// follow, whichever it heard first.
+TEST(GyroPipeline, OneThatIsBehindFollowsThePublisherOfThoseInSync) {
+  Instance giver(0);
+  Instance taker(1);
+  std::uint64_t next = giver.begin();
+  for (int k = 0; k < 100; ++k) {
+    taker.sample(next, 22);
+    giver.sample(next);
+    taker.hear(giver.written.back());
+    taker.sample(next, kRun);
+    giver.sample(next, 22);
+    ++next;
+    if (k == 50) {
+      EXPECT_FALSE(taker.pipeline.state_to_ask_for(taker.now_ns));
+    }
+  }
+  EXPECT_EQ(taker.pipeline.run(), kRun);
+  EXPECT_GT(taker.pipeline.rejected(), 90U);
+  EXPECT_GT(giver.pipeline.rejected(), 90U);
+  EXPECT_TRUE(taker.catch_up(giver));
+}
+
+TEST(GyroPipeline, APublisherThatIsGoneIsReplacedAtOnceAndASilentOneAfterASecond) {
+  Instance instance(0);
+  std::uint64_t next = instance.begin();
+  instance.sample(1, 22);
+  EXPECT_EQ(instance.pipeline.rejected(), 1U);
+  instance.pipeline.publisher_gone(22);
+  instance.sample(1, 22);
+  EXPECT_EQ(instance.pipeline.rejected(), 2U) << "another one is gone";
+  instance.pipeline.publisher_gone(kRun);
+  instance.sample(next++);
+  EXPECT_EQ(instance.pipeline.run(), kRun) << "what it wrote last was on its way";
+  instance.sample(1, 22);
+  EXPECT_EQ(instance.pipeline.run(), 22U);
+  instance.now_ns += 1000 * kMs;
+  instance.sample(1, 33);
+  EXPECT_EQ(instance.written.back().run, 33U);
+}
+
+TEST(GyroPipeline, NothingIsAnsweredBeforeItCanBeWritten) {
+  Instance instance(0);
+  instance.open = false;
+  for (std::uint64_t k = 1; k <= 1000; ++k) instance.sample(k);
+  instance.pipeline.tick(instance.now_ns);
+  EXPECT_TRUE(instance.written.empty());
+  instance.open = true;
+  instance.begin(1001);
+  EXPECT_EQ(instance.written.front().sequence, 1U);
+}
+
+// Rule: what one instance writes goes on where the leader stopped being heard.
+TEST(GyroPipeline, WhatOnlyOneWritesGoesOnAfterTheLeadersDeath) {
+  Instance leader(0, true);
+  Instance other(1, true);
+  std::uint64_t next = leader.begin();
+  const auto step = [&] {
+    leader.sample(next);
+    other.sample(next);
+    other.hear(leader.written.back());
+    ++next;
+  };
+  step();
+  EXPECT_FALSE(other.pipeline.state_to_ask_for(other.now_ns));
+  step();
+  ASSERT_TRUE(other.catch_up(leader));
+  for (int k = 0; k < 100; ++k) step();
+  EXPECT_TRUE(other.alone.empty());
+  const std::uint64_t dead_from = next;
+  for (int k = 0; k < 100; ++k) other.sample(next++);
+  ASSERT_EQ(other.alone.size(), 100U);
+  for (std::size_t k = 0; k < 100; ++k) EXPECT_EQ(other.alone[k], dead_from + k);
+}
+
+TEST(GyroPipeline, TemperaturesThatTheStateKnowsAreNotRepeated) {
+  Instance giver(0);
+  Instance taker(1);
+  std::uint64_t next = giver.begin();
+  std::uint64_t readings = 0;
+  const auto step = [&] {
+    const auto reading = temperature(++readings, next);
+    giver.pipeline.push(reading, giver.now_ns);
+    taker.pipeline.push(reading, taker.now_ns);
+    giver.sample(next);
+    taker.sample(next);
+    taker.hear(giver.written.back());
+    ++next;
+  };
+  step();
+  EXPECT_FALSE(taker.pipeline.state_to_ask_for(taker.now_ns));
+  for (int k = 0; k < 50; ++k) step();
+  ASSERT_TRUE(taker.catch_up(giver));
+  for (int k = 0; k < 50; ++k) step();
+  EXPECT_EQ(taker.written.back().digest, giver.written.back().digest);
+}
+
+}  // namespace
+}  // namespace zerodrift::service
