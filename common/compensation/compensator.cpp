@@ -25,6 +25,8 @@ constexpr double kSlowestIntervalS = 86400.0;  // of a record that is still a st
 // Above this true rate a scale-factor error of 100 ppm passes for .036 deg/h of drift: not learned
 // from.
 constexpr double kLargestReferenceRadps = 0.1 * core::kRadPerDeg;
+// Time that goes back further is no disorder but a clock that was set back.
+constexpr core::SensorTime kLargestStepBack{500'000'000};
 constexpr double kLargestRateRadps =
     1e3;  // 57 000 deg/s: no gyro measures that, the number is corrupt
 constexpr double kLargestTemperatureDegc = 1e6;  // nor any thermometer that
@@ -122,13 +124,12 @@ void Compensator::push(const core::RateReferenceSample& sample) noexcept {
       verdict == ReferenceVerdict::kTimeUnusable) {
     return;
   }
-  if (is_residual) {
-    residuals_.push(reference);
-  } else if (sample.kind == core::ReferenceKind::kRest) {
-    rests_.push(reference);
-  } else {
-    references_.push(reference);
-  }
+  references_of(sample.kind).push(reference);
+}
+
+ReferenceQueue& Compensator::references_of(core::ReferenceKind kind) noexcept {
+  if (kind == core::ReferenceKind::kNavigationResidual) return residuals_;
+  return kind == core::ReferenceKind::kRest ? rests_ : references_;
 }
 
 Readiness Compensator::readiness() noexcept {
@@ -156,17 +157,32 @@ void Compensator::give_up_waiting() noexcept {
   rests_.give_up_waiting();
 }
 
+void Compensator::limit_probes(std::string_view published) noexcept {
+  const auto is_named = [published](std::string_view probe) {
+    for (std::string_view left = published; !left.empty();) {
+      const std::size_t comma = std::min(left.find(','), left.size());
+      if (left.substr(0, comma) == probe) return true;
+      left.remove_prefix(std::min(comma + 1, left.size()));
+    }
+    return false;
+  };
+  for (std::size_t p = 0; p < probes_.size(); ++p) {
+    if (temperatures_.spoken_to(p) == core::kNever && !is_named(probes_[p])) temperatures_.end(p);
+  }
+}
+
 void Compensator::restart_stream() noexcept {
   sequences_.restart();
   for (std::size_t i = 0; i < waiting_.size(); ++i) waiting_[i].late = true;
+  temperatures_.restart_ended();
+  references_.restart_ended();
+  rests_.restart_ended();
+  residuals_.restart_ended();
   restart_histories();
 }
 
+// Of what was, not of what waits.
 void Compensator::restart_histories() noexcept {
-  temperatures_.restart();
-  references_.restart();
-  rests_.restart();
-  residuals_.restart();
   correction_.restart();
   if (options_.reference.await_feedback) rests_.expect();
   referenced_ = uncovered_ = {};
@@ -261,8 +277,13 @@ CompensatedSample Compensator::answer_next() noexcept {
     pending.late = true;  // answered with the drift in force; moves nothing forward
   }
   if (!pending.late) {
-    if (newest_ != core::kNever && sample.time < newest_)
-      restart_histories();  // the clock was set back
+    if (newest_ != core::kNever && sample.time < newest_) {  // the clock was set back
+      temperatures_.restart();
+      references_.restart();
+      rests_.restart();
+      residuals_.restart();
+      restart_histories();
+    }
     newest_ = sample.time;
     if (stream_began_ == core::kNever) stream_began_ = newest_;
     doubted_ = core::kNever;
@@ -279,16 +300,17 @@ CompensatedSample Compensator::answer_next() noexcept {
   return answer(pending);
 }
 
-// A stamp that jumps by more than kLargestStep and three intervals, either way, is believed when a
-// second sample follows it.
+// A stamp that jumps by more than kLargestStep forward, or kLargestStepBack back, and three
+// intervals, is believed when a second sample follows it.
 bool Compensator::is_timely(const core::AngularRateSample& sample) const noexcept {
   if (!core::is_usable(sample.time)) return false;
   if (newest_ == core::kNever) return true;
   const bool slow = sample.interval_s > 0.0 && sample.interval_s < kSlowestIntervalS;
-  const core::SensorTime largest =
-      slow ? std::max(kLargestStep, core::from_seconds(3.0 * sample.interval_s)) : kLargestStep;
+  const core::SensorTime slowest = core::from_seconds(slow ? 3.0 * sample.interval_s : 0.0);
+  const core::SensorTime largest = std::max(kLargestStep, slowest);
   const core::SensorTime step = sample.time - newest_;
-  if (step >= -largest && step <= largest) return step > core::SensorTime{0};
+  if (step >= -std::max(kLargestStepBack, slowest) && step <= largest)
+    return step > core::SensorTime{0};
   const core::SensorTime since_doubted = core::saturating_difference(sample.time, doubted_);
   return since_doubted > core::SensorTime{0} && since_doubted <= largest;
 }

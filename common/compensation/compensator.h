@@ -145,11 +145,21 @@ class Compensator {
   [[nodiscard]] const Label* confirmed_label() const noexcept {
     return label_confirmed_ ? &confirmed_label_ : nullptr;
   }
-  // Stops waiting for streams that fell silent, until they speak again.
+  // Stops waiting for streams that fell silent, until they speak again. For records that are all
+  // there: live, that somebody is silent says nothing.
   void give_up_waiting() noexcept;
+  // Whoever published them left, so that nobody waits for more; who publishes them next begins
+  // anew. `probe` is one of probes().
+  void end_temperature(std::size_t probe) noexcept { temperatures_.end(probe); }
+  void end_references(core::ReferenceKind kind) noexcept { references_of(kind).end(); }
+  // Nothing is published but the temperatures of the probes named, separated by commas: a probe
+  // that is not among them and was never heard isn't waited for.
+  void limit_probes(std::string_view published) noexcept;
+  [[nodiscard]] const std::vector<std::string>& probes() const noexcept { return probes_; }
 
   // The source started anew: sequence numbers and time may go back. Models are kept, histories are
-  // not. Samples still waiting are answered as late ones.
+  // not; inputs of publishers that have not left may already be of the new run, and are kept.
+  // Samples still waiting are answered as late ones.
   void restart_stream() noexcept;
   void freeze() noexcept { commanded_freeze_ = true; }
   void learn() noexcept { commanded_freeze_ = false; }
@@ -233,6 +243,7 @@ class Compensator {
 
   [[nodiscard]] bool is_timely(const core::AngularRateSample& sample) const noexcept;
   void restart_histories() noexcept;
+  [[nodiscard]] ReferenceQueue& references_of(core::ReferenceKind kind) noexcept;
   void take_temperatures(core::SensorTime until) noexcept;
   void take_models(core::SensorTime now) noexcept;
   void activate_next() noexcept;

@@ -81,6 +81,7 @@ TemperatureQueue::TemperatureQueue(std::size_t probes, std::size_t capacity) {
 
 bool TemperatureQueue::push(const PendingTemperature& reading) noexcept {
   Probe& probe = probes_[reading.probe];
+  if (probe.ended) probe.clear();
   const bool had_room = !probe.readings.full();
   probe.readings.push_overwriting(reading);
   probe.progress.hear(reading.time);
@@ -114,15 +115,23 @@ void TemperatureQueue::give_up_waiting(core::SensorTime time) noexcept {
   }
 }
 
+void TemperatureQueue::end(std::size_t probe) noexcept {
+  probes_[probe].absent = probes_[probe].ended = true;
+}
+
 void TemperatureQueue::restart() noexcept {
+  for (Probe& probe : probes_) probe.clear();
+}
+
+void TemperatureQueue::restart_ended() noexcept {
   for (Probe& probe : probes_) {
-    probe.readings.clear();
-    probe.progress = {};
+    if (probe.ended) probe.clear();
     probe.absent = false;
   }
 }
 
 void ReferenceQueue::push(const core::RateReferenceSample& reference) noexcept {
+  if (ended_) restart();
   queue_.push_overwriting(reference);
   progress_.hear(reference.time);
   expected_ = reference.kind != core::ReferenceKind::kRateTable;
@@ -148,7 +157,13 @@ void ReferenceQueue::restart() noexcept {
   queue_.clear();
   newest_due_.reset();
   progress_ = {};
-  expected_ = false;
+  expected_ = ended_ = false;
+}
+
+// One that nobody waits for has nothing that the first rate would need.
+void ReferenceQueue::restart_ended() noexcept {
+  if (ended_ || !expected_) return restart();
+  newest_due_.reset();
 }
 
 }  // namespace zerodrift::compensation

@@ -103,6 +103,9 @@ class TemperatureQueue {
   // The owner gave up waiting for the probes that hold things up; one that speaks again is waited
   // for again.
   void give_up_waiting(core::SensorTime time) noexcept;
+  // Whoever measured it left: what is there counts, nothing more is waited for. Who measures it
+  // again begins anew.
+  void end(std::size_t probe) noexcept;
 
   // How far a probe has spoken; kNever before.
   [[nodiscard]] core::SensorTime spoken_to(std::size_t probe) const noexcept {
@@ -110,11 +113,14 @@ class TemperatureQueue {
   }
 
   void restart() noexcept;
+  // The rates began anew. Temperatures of the new run may have come before its first rate, so only
+  // those of probes that were ended are dropped.
+  void restart_ended() noexcept;
 
   // Its state (core/state_archive.h).
   void carry(core::StateArchive& archive) {
     for (std::size_t p = 0; p < probes_.size(); ++p) {
-      archive(probes_[p].readings, probes_[p].progress, probes_[p].absent);
+      archive(probes_[p].readings, probes_[p].progress, probes_[p].absent, probes_[p].ended);
       for (std::size_t i = 0; i < probes_[p].readings.size(); ++i)
         archive.require(probes_[p].readings[i].probe == p);
     }
@@ -125,6 +131,12 @@ class TemperatureQueue {
     core::RingBuffer<PendingTemperature> readings;
     StreamProgress progress;
     bool absent = false;
+    bool ended = false;  // and not measured since; absent too
+    void clear() noexcept {
+      readings.clear();
+      progress = {};
+      absent = ended = false;
+    }
   };
   std::vector<Probe> probes_;
 };
@@ -142,19 +154,28 @@ class ReferenceQueue {
   [[nodiscard]] const core::RateReferenceSample* at(core::SensorTime time,
                                                     core::SensorTime longest_age) noexcept;
   void give_up_waiting() noexcept { expected_ = false; }
+  // As TemperatureQueue::end() and restart_ended().
+  void end() noexcept {
+    expected_ = false;
+    ended_ = true;
+  }
+  void restart_ended() noexcept;
   // Waited for before the first has come.
   void expect() noexcept { expected_ = true; }
   [[nodiscard]] core::SensorTime spoken_to() const noexcept { return progress_.spoken_to(); }
   void restart() noexcept;
 
   // Its state (core/state_archive.h).
-  void carry(core::StateArchive& archive) { archive(queue_, newest_due_, progress_, expected_); }
+  void carry(core::StateArchive& archive) {
+    archive(queue_, newest_due_, progress_, expected_, ended_);
+  }
 
  private:
   core::RingBuffer<core::RateReferenceSample> queue_;
   std::optional<core::RateReferenceSample> newest_due_;
   StreamProgress progress_;
   bool expected_ = false;
+  bool ended_ = false;  // and nothing has come since
 };
 
 }  // namespace zerodrift::compensation

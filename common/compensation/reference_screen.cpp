@@ -81,32 +81,6 @@ ReferenceVerdict judge(const ReferenceOptions& options, core::RateReferenceSampl
 
 }  // namespace
 
-std::optional<std::string> ReferenceOptions::validate() const {
-  struct Bounded {
-    const char* key;
-    double value, low, high;
-  };
-  const double one_deg_h = core::radps_from_deg_h(1.0);
-  for (const auto& [key, value, low, high] :
-       {Bounded{"reference.largest_rest_sigma_deg_h", largest_rest_sigma_radps / one_deg_h, 0.0,
-                15.0},
-        Bounded{"reference.largest_residual_sigma_deg_h", largest_residual_sigma_radps / one_deg_h,
-                0.0, 1e3},
-        Bounded{"reference.innovation_sigmas", innovation_sigmas, 0.1, 100.0},
-        Bounded{"reference.largest_correction_deg_h", largest_correction_radps / one_deg_h, 0.0,
-                1e3},
-        Bounded{"reference.correction_slew_deg_h_s", correction_slew_radps2 / one_deg_h, 0.0, 1e3},
-        Bounded{"reference.correction_memory_s", correction_memory_s, 1.0, 1e6}}) {
-    if (!(value >= low && value <= high)) {
-      return std::string(key) + ": found " + std::to_string(value) + ", expected " +
-             std::to_string(low) + " to " + std::to_string(high);
-    }
-  }
-  if (await_feedback && rest == ReferencePolicy::kRefuse)
-    return "reference.await_feedback: found with rest: refuse, expected only with rest: accept";
-  return std::nullopt;
-}
-
 ReferenceVerdict screen(const ReferenceOptions& options,
                         core::RateReferenceSample& reference) noexcept {
   const ReferenceVerdict verdict = judge(options, reference);

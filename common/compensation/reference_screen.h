@@ -31,9 +31,6 @@ struct ReferenceOptions {
   double largest_correction_radps = core::radps_from_deg_h(0.5);
   double correction_slew_radps2 = core::radps_from_deg_h(0.05);  // per second
   double correction_memory_s = 600.0;  // a correction without a new residual fades with it
-
-  // Nothing when usable, else one line that names the wrong key.
-  [[nodiscard]] std::optional<std::string> validate() const;
 };
 
 // What becomes of a reference. The order is that of the counters.

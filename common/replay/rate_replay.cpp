@@ -34,7 +34,7 @@ void RateReplay::publish(const GyroSource& source, const std::atomic<bool>& stop
     publish_all(source, stopping, filter);
   } catch (...) {
     // What was published before is still good.
-    service::wait_for_receipt(writer_, kPatience, stopping);
+    service::wait_for_receipt(writer_, stopping);
     throw;
   }
 }
@@ -55,17 +55,21 @@ void RateReplay::publish_all(const GyroSource& source, const std::atomic<bool>& 
       if (!wait_for_room(reading->rate->sequence, stopping)) return;
     }
     if (reading->reference) {
-      publish(*reading->reference);
       // A consumer must know that references come before it meets the first rate.
-      if (is_first_reference) service::wait_for_receipt(reference_writer_, kPatience, stopping);
+      if (is_first_reference) wait_for_reference_readers(stopping);
+      publish(*reading->reference);
+      if (is_first_reference) service::wait_for_receipt(reference_writer_, stopping);
       is_first_reference = false;
     }
     if (reading->rate) publish(*reading->rate);
   }
 }
 
-void RateReplay::publish(const core::AngularRateSample& sample) {
+void RateReplay::publish(const core::AngularRateSample& sample,
+                         const service::ClockDiscipline& discipline) {
   auto message = dds::to_message(sample, gyro_id_, service::monotonic_ns());
+  message.clock_locked(static_cast<std::uint32_t>(discipline.lock));
+  message.clock_offset_ns(discipline.offset_ns);
   newest_sequence_ = sample.sequence;
   if (writer_.write(message)) {
     ++published_;
@@ -98,6 +102,13 @@ bool RateReplay::wait_for_consumers(const std::atomic<bool>& stopping) {
   return false;
 }
 
+// Consumers read rates and references, or neither: who has met the one soon meets the other.
+void RateReplay::wait_for_reference_readers(const std::atomic<bool>& stopping) {
+  const bool is_awaited = pacer_.anybody_to_wait_for();
+  while (is_awaited && !stopping && reference_writer_.matched() == 0)
+    std::this_thread::sleep_for(1ms);
+}
+
 bool RateReplay::wait_for_room(std::uint64_t sequence, const std::atomic<bool>& stopping) {
   return wait_for_all_until(
       stopping, [&] { return pacer_.wait_for_room(sequence, first_sequence_, kStopCheck); });
@@ -105,7 +116,7 @@ bool RateReplay::wait_for_room(std::uint64_t sequence, const std::atomic<bool>& 
 
 // The end is reached when every consumer has taken everything.
 void RateReplay::finish(const std::atomic<bool>& stopping) {
-  service::wait_for_receipt(writer_, kPatience, stopping);
+  service::wait_for_receipt(writer_, stopping);
   wait_for_all_until(
       stopping, [&] { return pacer_.wait_for_all(newest_sequence_, first_sequence_, kStopCheck); });
   finished_ = true;
@@ -117,6 +128,12 @@ bool RateReplay::wait_for_all_until(const std::atomic<bool>& stopping,
   for (auto waited = 0ms; !is_there(); waited += kStopCheck) {
     if (stopping) return false;
     if (waited < kPatience) continue;
+    if (const std::string behind = pacer_.leave_behind_unnamed(first_sequence_); !behind.empty()) {
+      host_.raise({.code = "consumer_left_behind",
+                   .text = behind + " did not get on for 5 s; the replay goes on without it",
+                   .gyro_id = gyro_id_,
+                   .sensor_time_ns = 0});
+    }
     const std::string names = pacer_.let_unconnected_join(first_sequence_);
     if (names.empty()) continue;
     host_.raise({.code = "consumer_joined_late",

@@ -13,6 +13,7 @@
 #include "common/service/host.h"
 #include "common/service/replay_clock.h"
 #include "common/service/replay_pacer.h"
+#include "common/service/sensor_clock.h"
 
 namespace zerodrift::replay {
 
@@ -39,13 +40,15 @@ class RateReplay {
   [[nodiscard]] bool finished() const noexcept { return finished_; }
 
   // One sample at once, outside of any replay.
-  void publish(const core::AngularRateSample& sample);
+  void publish(const core::AngularRateSample& sample,
+               const service::ClockDiscipline& discipline = {});
 
  private:
   void publish_all(const GyroSource& source, const std::atomic<bool>& stopping,
                    const Filter& filter);
   void publish(const core::RateReferenceSample& reference);
   bool wait_for_consumers(const std::atomic<bool>& stopping);
+  void wait_for_reference_readers(const std::atomic<bool>& stopping);
   bool wait_for_room(std::uint64_t sequence, const std::atomic<bool>& stopping);
   void finish(const std::atomic<bool>& stopping);
   // False: stopped first.

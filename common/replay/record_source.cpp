@@ -66,12 +66,13 @@ ThermalSource open_thermal_record(const RecordSourceOptions& options, const Warn
                                                        : ": has no message of temperature"));
   }
   const Span span(options, reader->info().first_time);
-  const std::size_t probes = reader->info().probes.size();
+  const std::vector<std::string> names = reader->info().probes;
+  const std::size_t probes = names.size();
   const record::RecordRow* row = nullptr;
   std::size_t probe = probes;
   core::TemperatureSample sample;
   std::vector<core::SensorTime> spoken(probes, core::kNever);
-  return [=]() mutable -> std::optional<core::TemperatureSample> {
+  const auto next = [=]() mutable -> std::optional<core::TemperatureSample> {
     for (;;) {
       if (probe == probes) {
         row = probes == 0 ? nullptr : reader->next();
@@ -89,6 +90,7 @@ ThermalSource open_thermal_record(const RecordSourceOptions& options, const Warn
       return sample;
     }
   };
+  return {.probes = names, .next = next};
 }
 
 }  // namespace zerodrift::replay

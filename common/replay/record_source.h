@@ -7,6 +7,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "common/core/samples.h"
 
@@ -29,8 +30,12 @@ struct GyroReading {
 
 // The next reading; nothing at the end.
 using GyroSource = std::function<std::optional<GyroReading>()>;
-// In order of time over all probes.
-using ThermalSource = std::function<std::optional<core::TemperatureSample>()>;
+// Temperatures in order of time over all probes.
+struct ThermalSource {
+  std::vector<std::string> probes{};  // all that it has
+  // The next reading; nothing at the end.
+  std::function<std::optional<core::TemperatureSample>()> next{};
+};
 using Warn = std::function<void(const std::string&)>;
 
 // `warn` gets one line each for what is odd but usable. Throw std::invalid_argument or

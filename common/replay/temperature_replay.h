@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,8 +24,9 @@ class TemperatureReplay {
   TemperatureReplay(service::Host& host, std::uint32_t gyro_id, const std::string& speed,
                     std::vector<std::string> wait_for);
 
-  // Until the source ends or `stopping` is set; says then for each probe that nothing more comes.
-  // One thread. Throws what the source throws; what went out before is received then.
+  // Until the source ends or `stopping` is set; says before which probes there are, and then for
+  // each that nothing more comes. One thread. Throws what the source throws; what went out before
+  // is received then.
   void publish(const ThermalSource& source, const std::atomic<bool>& stopping);
 
   // One reading at once.
@@ -37,19 +39,26 @@ class TemperatureReplay {
   struct Probe {
     std::unique_ptr<dds::Writer<msg::Temperature>> writer{};
     std::uint64_t next_sequence = 0;
+    core::SensorTime spoken_to{core::kNever};
     std::uint64_t in_flight = 0;  // since all was last received
   };
 
   Probe& probe(const std::string& name);
   void publish_all(const ThermalSource& source, const std::atomic<bool>& stopping);
   bool wait_until_needed(core::SensorTime time, const std::atomic<bool>& stopping);
+  void fill_pauses(const ThermalSource& source, core::SensorTime first, core::SensorTime before,
+                   const std::atomic<bool>& stopping);
   void mark_the_end(core::SensorTime newest, const std::atomic<bool>& stopping);
+  void publish_blank(const std::string& name, core::SensorTime time,
+                     const std::atomic<bool>& stopping);
+  void wait_for_receipt(Probe& probe, const std::atomic<bool>& stopping);
   void wait_for_receipts(const std::atomic<bool>& stopping);
 
   service::Host& host_;
   std::uint32_t gyro_id_;
   service::ReplayPacer pacer_;
   service::ReplayClock clock_;
+  std::optional<service::ReplayProgressReporter> probes_announced_{};
   std::map<std::string, Probe> probes_;
   std::atomic<std::uint64_t> published_{0};
 };

@@ -202,6 +202,39 @@ TEST(TemperatureQueue, AProbeGivenUpIsWaitedForAgainOnceItSpeaks) {
   EXPECT_TRUE(queue.complete_to(from_seconds(5.5)));
 }
 
+// Rule: nothing more is awaited of a probe that ended, and what it said before is given out; who
+// measures it next begins anew, at any time.
+TEST(TemperatureQueue, AnEndedProbeHoldsNothingUpAndBeginsAnew) {
+  TemperatureQueue queue(2, 8);
+  queue.push(reading(0, 100.0));
+  queue.push(reading(1, 1.0));
+  queue.push(reading(1, 2.0));
+  queue.end(1);
+  EXPECT_TRUE(queue.complete_to(from_seconds(99.0)));
+  EXPECT_EQ(queue.pop_until(from_seconds(99.0))->time, from_seconds(1.0));
+  queue.push(reading(1, 0.5));
+  EXPECT_FALSE(queue.complete_to(from_seconds(0.5)));
+  EXPECT_EQ(queue.pop_until(from_seconds(99.0))->time, from_seconds(0.5));
+  EXPECT_FALSE(queue.pop_until(from_seconds(99.0))) << "what the one before said is void";
+}
+
+// Rule: where the rates begin anew, only what publishers that left had said is dropped: the others
+// may have spoken of the new run before its first rate came.
+TEST(TemperatureQueue, ARestartKeepsWhatThoseSaidWhoHaveNotLeft) {
+  TemperatureQueue queue(2, 8);
+  queue.push(reading(0, 600.0));
+  queue.push(reading(1, 600.0));
+  queue.end(0);
+  queue.end(1);
+  queue.push(reading(0, 0.0));
+  queue.push(reading(0, 1.0));
+  queue.restart_ended();
+  EXPECT_FALSE(queue.complete_to(from_seconds(0.0))) << "probe 1 has not spoken in the new run";
+  queue.push(reading(1, 1.0));
+  EXPECT_TRUE(queue.complete_to(from_seconds(0.5)));
+  EXPECT_EQ(queue.pop_until(from_seconds(0.5))->time, from_seconds(0.0));
+}
+
 // Rule: a full queue drops the oldest reading and says so.
 TEST(TemperatureQueue, WhenFullTheOldestReadingIsDroppedAndReported) {
   TemperatureQueue queue(1, 2);
@@ -275,6 +308,26 @@ TEST(ReferenceQueue, OnlyARecordsReferenceIsWaitedFor) {
   EXPECT_FALSE(queue.complete_to(from_seconds(2.0) + SensorTime{1}));
   queue.give_up_waiting();
   EXPECT_TRUE(queue.complete_to(from_seconds(100.0)));
+}
+
+// Rule: as with temperatures: one whose publisher left isn't awaited, and begins anew; a restart
+// keeps what a publisher that has not left said.
+TEST(ReferenceQueue, AnEndedOneHoldsNothingUpAndARestartKeepsTheOthers) {
+  const SensorTime age = from_seconds(1.0);
+  ReferenceQueue queue(16);
+  queue.push(reference(600.0, 0.1));
+  EXPECT_NE(queue.at(from_seconds(600.0), age), nullptr);
+  queue.end();
+  EXPECT_TRUE(queue.complete_to(from_seconds(700.0)));
+  queue.push(reference(0.0, 0.2));
+  queue.restart_ended();
+  EXPECT_FALSE(queue.complete_to(from_seconds(1.0)));
+  ASSERT_NE(queue.at(from_seconds(0.5), age), nullptr);
+  EXPECT_EQ(queue.at(from_seconds(0.5), age)->rate_radps[0], 0.2);
+  queue.end();
+  queue.restart_ended();
+  EXPECT_TRUE(queue.complete_to(from_seconds(1.0)));
+  EXPECT_EQ(queue.at(from_seconds(0.5), age), nullptr);
 }
 
 // Rule: a reference that comes late never replaces a newer one.

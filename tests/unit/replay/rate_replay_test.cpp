@@ -132,7 +132,7 @@ TEST_F(Replays, TemperaturesSayForEachProbeThatNothingMoreComes) {
         heard.push_back(message);
       });
   int left = 6;
-  const ThermalSource source = [&]() -> std::optional<core::TemperatureSample> {
+  const auto next = [&]() -> std::optional<core::TemperatureSample> {
     if (left-- == 0) return std::nullopt;
     return core::TemperatureSample{.probe = left % 2 == 0 ? "coil" : "case",
                                    .sequence = static_cast<std::uint64_t>((5 - left) / 2),
@@ -140,7 +140,7 @@ TEST_F(Replays, TemperaturesSayForEachProbeThatNothingMoreComes) {
                                    .temperature_degc = 20.0,
                                    .clock = core::ClockSource::kReplay};
   };
-  temperatures.publish(source, stopping_);
+  temperatures.publish({.probes = {"coil", "case"}, .next = next}, stopping_);
   ASSERT_TRUE(eventually([&] {
     const std::lock_guard lock(mutex);
     return heard.size() == 8;

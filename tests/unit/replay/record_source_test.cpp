@@ -68,7 +68,7 @@ TEST_F(RecordSource, TemperaturesOfAllProbesComeInOrderOfTime) {
   core::SensorTime before{0};
   std::vector<double> coil;
   int cases = 0;
-  while (const auto reading = source()) {
+  while (const auto reading = source.next()) {
     EXPECT_GE(reading->time, before);
     before = reading->time;
     if (reading->probe == "coil") coil.push_back(reading->temperature_degc);
