@@ -6,31 +6,13 @@
 
 #include "common/checkpoint/checkpoint_file.h"
 #include "common/service/monotonic_clock.h"
+#include "services/compensation/command_files.h"
 #include "services/compensation/compensation_node.h"
 
 namespace zerodrift::services {
 namespace {
 
-constexpr const char* kDefaultName = "latest";
-constexpr std::size_t kLongestName = 64;
 constexpr const char* kChangeAwaited = "an adopted model is not in force yet; try again";
-
-// A name becomes part of a file's name: nothing that could leave the folder.
-bool is_name(const std::string& name) {
-  const auto is_allowed = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
-           c == '_' || c == '.';
-  };
-  return !name.empty() && name.size() <= kLongestName &&
-         std::all_of(name.begin(), name.end(), is_allowed);
-}
-
-// What is wrong with a name, or nothing.
-std::optional<std::string> problem_of(const std::string& name) {
-  if (is_name(name)) return std::nullopt;
-  return "found name '" + name.substr(0, kLongestName) +
-         "', expected 1 to 64 of letters, digits, '-', '_' and '.'";
-}
 
 std::string count_of(const std::vector<std::string>& files) {
   return files.size() == 1 ? files.front()
@@ -39,22 +21,18 @@ std::string count_of(const std::vector<std::string>& files) {
 
 }  // namespace
 
-std::filesystem::path CompensationNode::checkpoint_file(std::uint32_t gyro_id,
-                                                        const std::string& name) const {
-  return options_.checkpoint_dir / (std::to_string(gyro_id) + "-" + name + ".ckpt");
-}
-
 CompensationNode::Verdict CompensationNode::save(const Request& request) {
-  const std::string name = request.argument.empty() ? kDefaultName : request.argument;
-  if (const auto problem = problem_of(name)) return {.text = *problem};
+  const std::string name = checkpoint_name(request.argument);
   Verdict verdict{.outcome = Outcome::kAccepted};
   std::vector<std::string> files;
   for (Gyro* source : request.gyros) {
     if (awaits_change(*source)) return {.text = kChangeAwaited};
     const compensation::LearnerState state = learned_by(*source);
-    const auto file = checkpoint_file(source->id, name);
-    checkpoint::save(file, {source->id, source->options}, state);
-    files.push_back(file.string());
+    const std::string file = checkpoint_file_name(source->id, name);
+    if (auto problem = checkpoint::why_no_place(options_.checkpoint_dir / file); !problem.empty())
+      return {.text = std::move(problem)};
+    save_as(options_.checkpoint_dir, name, {source->id, source->options}, state);
+    files.push_back(file);
     verdict.model_epoch = state.epoch;
   }
   verdict.text =
@@ -64,14 +42,14 @@ CompensationNode::Verdict CompensationNode::save(const Request& request) {
 
 // All files are read before the first learner is touched: one bad file, and every model stays.
 CompensationNode::Verdict CompensationNode::restore(const Request& request) {
-  const std::string name = request.argument.empty() ? kDefaultName : request.argument;
-  if (const auto problem = problem_of(name)) return {.text = *problem};
+  const std::string name = checkpoint_name(request.argument);
   std::vector<std::shared_ptr<compensation::RestoredLearner>> loaded;
   std::vector<std::string> files;
   for (Gyro* source : request.gyros) {
     if (awaits_change(*source)) return {.text = kChangeAwaited};
-    files.push_back(checkpoint_file(source->id, name).string());
-    loaded.push_back(checkpoint::load(files.back(), {source->id, source->options}));
+    files.push_back(checkpoint_file_name(source->id, name));
+    loaded.push_back(
+        checkpoint_named(options_.checkpoint_dir, name, {source->id, source->options}));
   }
   {
     const std::lock_guard lock(data_mutex_);
@@ -107,41 +85,58 @@ CompensationNode::Learned CompensationNode::learned(Gyro& source) {
   return *answer;
 }
 
-// What was learned since is lost with the process, never more: at most one period.
+// What was learned since is lost with the process, never more: at most one period. All that is due
+// is one request.
 void CompensationNode::save_from_time_to_time() {
-  const std::int64_t now = service::monotonic_ns();
-  const std::int64_t period_ns = std::chrono::nanoseconds(options_.checkpoint_period).count();
-  if (options_.checkpoint_dir.empty() || now - saved_ns_ < period_ns) return;
-  saved_ns_ = now;
-  for (auto& known : gyros_) {
-    Gyro* source = known.get();
-    const std::uint64_t epoch = source->newest.model_epoch;
-    if (epoch == source->saved_epoch ||
-        source->standby.role() != service::HotStandby::Role::kActive)
-      continue;
-    source->saved_epoch = epoch;
-    ask_request_thread([this, source] { save_of_itself(*source); });
-  }
+  if (options_.checkpoint_dir.empty()) return;
+  std::vector<checkpoint::SaveSchedule::Model> models;
+  for (const Gyro* source : active_gyros())
+    models.push_back({source->id, source->newest.model_epoch});
+  const auto due = save_schedule_.take_due(models, service::monotonic_ns());
+  if (due.empty()) return;
+  const auto save_all = [this, due] {
+    for (const auto& model : due) save_of_itself(model);
+  };
+  if (ask_request_thread(save_all)) return;
+  for (const auto& model : due) save_schedule_.put_off(model);
 }
 
-void CompensationNode::save_of_itself(Gyro& source) {
-  const auto file = checkpoint_file(source.id, kDefaultName);
-  try {
-    if (!awaits_change(source))
-      checkpoint::save(file, {source.id, source.options}, learned_by(source));
-  } catch (const std::exception& error) {
-    host_.raise({.code = "checkpoint_failed",
-                 .severity = service::Severity::kError,
-                 .text = error.what(),
-                 .gyro_id = source.id,
+void CompensationNode::save_of_itself(const checkpoint::SaveSchedule::Model& model) {
+  if (requests_closed_) return;
+  Gyro* source = nullptr;
+  {
+    const std::lock_guard lock(data_mutex_);
+    const auto is_it = [&](const auto& known) { return known->id == model.gyro_id; };
+    source = std::find_if(gyros_.begin(), gyros_.end(), is_it)->get();
+    if (source->change && !source->change->in_force) return save_schedule_.put_off(model);
+  }
+  const auto tell = [&](checkpoint::SaveSchedule::News news, const char* code,
+                        service::Severity severity, const std::string& text) {
+    if (news == checkpoint::SaveSchedule::News::kNone) return;
+    host_.raise({.code = code,
+                 .severity = severity,
+                 .text = "gyro " + std::to_string(model.gyro_id) + ": " + text,
+                 .gyro_id = model.gyro_id,
                  .sensor_time_ns = 0});
+  };
+  try {
+    save_as(options_.checkpoint_dir, kLatestCheckpoint, {source->id, source->options},
+            learned_by(*source));
+    const std::lock_guard lock(data_mutex_);
+    tell(save_schedule_.saved(model), "checkpoint_saved", service::Severity::kInformation,
+         "what was learned is saved again");
+  } catch (const std::exception& error) {
+    const std::lock_guard lock(data_mutex_);
+    tell(save_schedule_.failed(model), "checkpoint_failed", service::Severity::kError,
+         std::string(error.what()) + "; tried again every " +
+             std::to_string(options_.checkpoint_period.count()) + " s");
   }
 }
 
 // Before the first sample is answered. A checkpoint that can't be used is told of, and learning
 // begins anew.
 void CompensationNode::resume(Gyro& source) {
-  const auto file = checkpoint_file(source.id, kDefaultName);
+  const auto file = options_.checkpoint_dir / checkpoint_file_name(source.id, kLatestCheckpoint);
   std::error_code none;
   if (options_.checkpoint_dir.empty() || !std::filesystem::exists(file, none)) return;
   const auto tell = [&](const char* code, service::Severity severity, const std::string& text) {
@@ -161,7 +156,10 @@ void CompensationNode::resume(Gyro& source) {
     }
     wake_learner();
     const auto epoch = installed(*loaded);
-    source.saved_epoch = epoch.value_or(0);
+    if (epoch) {
+      const std::lock_guard lock(data_mutex_);
+      save_schedule_.resumed({source.id, *epoch});
+    }
     tell("resumed", service::Severity::kInformation,
          "goes on from " + file.string() + ", saved " + std::to_string(age.count()) +
              " s ago, model epoch " + std::to_string(epoch.value_or(0)) +

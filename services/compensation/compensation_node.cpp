@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
+#include "common/core/integer_time.h"
 #include "common/core/units.h"
 #include "common/dds/conversions.h"
 #include "common/service/main.h"
@@ -24,14 +26,24 @@ namespace {
 
 constexpr std::uint64_t kReportEvery = 32;  // samples between two progress reports
 constexpr std::int64_t kSilentPublisherNs =
-    1000000000;  // a publisher silent this long may be replaced
-constexpr std::int64_t kGiveUpWaitingNs =
-    2000000000;  // a stream silent this long is not waited for
+    1000000000;                                      // a publisher silent this long may be replaced
+constexpr std::int64_t kTellWaitingNs = 2000000000;  // after so long it is told
+// Of a gyro that has no rate yet: more than a replay sends ahead, 10 s of 4 probes at 200 Hz.
+constexpr std::size_t kMostEarlyInputs = 8192;
 // Ticks of a quarter of a second until a subscriber that was matched hears all.
 constexpr int kOurTicks = 2;
 constexpr int kForeignTicks = 8;
+constexpr std::chrono::microseconds kLockCheck{50};
+constexpr core::SensorTime kClocksAgreeWithin{2'000'000'000};  // of one host, or of PTP or NTP
 constexpr const char* kConsumer = "compensation";
 constexpr const char* kLearnerThread = "learner";
+
+std::size_t place_of(core::ReferenceKind kind) noexcept {
+  if (kind == core::ReferenceKind::kNavigationResidual) return 2;
+  return kind == core::ReferenceKind::kRest ? 1 : 0;
+}
+constexpr std::array kReferencePlaces{core::ReferenceKind::kRecord, core::ReferenceKind::kRest,
+                                      core::ReferenceKind::kNavigationResidual};
 
 std::string instance_name(std::uint32_t instance) {
   return instance == 0 ? kConsumer : std::string(kConsumer) + "/" + std::to_string(instance);
@@ -87,20 +99,24 @@ CompensationNode::CompensationNode(const CompensationNodeOptions& options)
     : options_(options),
       strength_(service::first_strength(service::unix_time_ns(), options.ownership_strength)),
       host_(instance_name(options.instance), options.network, options.supervision),
+      early_(options.max_gyros, kMostEarlyInputs),
+      save_schedule_(options.checkpoint_period),
       commands_(host_, [this](const msg::Command& m) { return on_command(m); }),
       progress_(host_.participant(), kConsumer),
+      replay_reader_(host_.participant(), [this](const msg::ReplayProgress& m,
+                                                 const dds::SampleOrigin&) { on_replay(m); }),
       reference_reader_(
           host_.participant(),
-          [this](const msg::RateReference& m, const dds::SampleOrigin&) { on_reference(m); },
-          host_.observer()),
+          [this](const msg::RateReference& m, const dds::SampleOrigin& o) { on_reference(m, o); },
+          host_.observer(), [this](const auto& writer, auto how) { note_departure(writer, how); }),
       temperature_reader_(
           host_.participant(),
-          [this](const msg::Temperature& m, const dds::SampleOrigin&) { on_temperature(m); },
-          host_.observer()),
+          [this](const msg::Temperature& m, const dds::SampleOrigin& o) { on_temperature(m, o); },
+          host_.observer(), [this](const auto& writer, auto how) { note_departure(writer, how); }),
       rate_reader_(
           host_.participant(),
           [this](const msg::AngularRate& m, const dds::SampleOrigin& o) { on_rate(m, o); },
-          host_.observer()) {
+          host_.observer(), [this](const auto& writer, auto how) { note_departure(writer, how); }) {
   // A configuration that cannot work is found here, not with the first sample.
   compensation::Compensator check(options_.compensation);
   tell_of_prior();
@@ -131,8 +147,6 @@ CompensationNode::~CompensationNode() {
   request_thread_.join();  // while the learner still answers
   stopping_ = true;
   wake_learner();
-  ++models_delivered_;
-  models_delivered_.notify_all();
   learner_thread_.join();
 }
 
@@ -143,27 +157,122 @@ int CompensationNode::run() {
 
 // ---------------------------------------- data path
 
-CompensationNode::Gyro& CompensationNode::gyro(std::uint32_t gyro_id) {
-  for (auto& known : gyros_) {
-    if (known->id == gyro_id) return *known;
+CompensationNode::Gyro* CompensationNode::known(std::uint32_t gyro_id) noexcept {
+  for (auto& source : gyros_) {
+    if (source->id == gyro_id) return source.get();
+  }
+  return nullptr;
+}
+
+CompensationNode::Gyro* CompensationNode::gyro(std::uint32_t gyro_id) {
+  if (Gyro* source = known(gyro_id)) return source;
+  if (gyros_.size() >= options_.max_gyros) {
+    ++strangers_;
+    newest_stranger_ = gyro_id;
+    return nullptr;
   }
   const service::HotStandby role =
       is_one_of_several()
           ? service::HotStandby(options_.instance, strength_, service::monotonic_ns())
           : service::HotStandby(strength_);
   gyros_.push_back(std::make_unique<Gyro>(gyro_id, options_.compensation, role));
-  newcomers_.push(gyros_.back()->compensator.get());
-  return *gyros_.back();
+  Gyro& made = *gyros_.back();
+  newcomers_.push(made.compensator.get());
+  for (const Arrived& early : early_.take(gyro_id)) take_in(made, early);
+  return &made;
+}
+
+void CompensationNode::take_in(std::uint32_t gyro_id, Arrived arrived) {
+  take_departures();
+  Gyro* source = known(gyro_id);
+  if (source == nullptr) return early_.keep(gyro_id, std::move(arrived));
+  take_in(*source, arrived);
+  drain(*source);
+}
+
+void CompensationNode::take_in(Gyro& gyro, const Arrived& arrived) {
+  if (gyro.catch_up.logging) gyro.catch_up.log.push_back(arrived.input);
+  if (const auto* temperature = std::get_if<core::TemperatureSample>(&arrived.input)) {
+    const auto& probes = gyro.compensator->probes();
+    const auto probe = std::find(probes.begin(), probes.end(), temperature->probe);
+    if (probe == probes.end()) return;
+    gyro.temperature_writers[static_cast<std::size_t>(probe - probes.begin())] = {
+        .writer = arrived.writer, .in_mid_run = temperature->measured};
+    gyro.compensator->push(*temperature);
+    if (temperature->measured && !core::is_paced_by_consumers(temperature->clock))
+      gyro.newest_temperature = temperature->time;
+  } else if (const auto* reference = std::get_if<core::RateReferenceSample>(&arrived.input)) {
+    gyro.reference_writers[place_of(reference->kind)] = {arrived.writer};
+    gyro.compensator->push(*reference);
+  }
+}
+
+// A writer that only fell silent may be standing still. Discovery's thread: nothing is waited for.
+void CompensationNode::note_departure(const eprosima::fastrtps::rtps::GUID_t& writer,
+                                      dds::Departure departure) {
+  if (departure != dds::Departure::kLeft) return;
+  const std::lock_guard lock(departures_mutex_);
+  departures_.push_back(writer);
+  any_departed_ = true;
+}
+
+// data_mutex_ is held. Nothing more comes of a writer that left: a rate that waits for it goes on.
+void CompensationNode::take_departures() {
+  if (!any_departed_) return;
+  std::vector<eprosima::fastrtps::rtps::GUID_t> departures;
+  {
+    const std::lock_guard lock(departures_mutex_);
+    departures.swap(departures_);
+    any_departed_ = false;
+  }
+  for (auto& source : gyros_) {
+    const Readiness before = source->compensator->readiness();
+    bool ended = false;
+    for (const auto& writer : departures) ended = end_inputs(*source, writer) || ended;
+    if (!ended) continue;
+    const bool waited =
+        before == Readiness::kAwaitsTemperature || before == Readiness::kAwaitsReference;
+    const bool goes_on = waited && source->compensator->readiness() != before;
+    const bool in_mid_run =
+        std::any_of(source->temperature_writers.begin(), source->temperature_writers.end(),
+                    [](const InputWriter& input) { return input.left && input.in_mid_run; });
+    if ((goes_on || in_mid_run) && core::is_paced_by_consumers(source->newest.raw.clock))
+      source->input_ended = true;
+    drain(*source);
+  }
+}
+
+bool CompensationNode::end_inputs(Gyro& gyro, const eprosima::fastrtps::rtps::GUID_t& writer) {
+  if (gyro.publisher == writer) gyro.publisher_left = true;
+  bool ended = false;
+  const auto note = [&](InputWriter& input) {
+    if (input.left || input.writer != writer) return;
+    input.left = ended = true;
+  };
+  for (InputWriter& input : gyro.temperature_writers) note(input);
+  for (InputWriter& input : gyro.reference_writers) note(input);
+  if (ended) end_what_left(gyro);
+  return ended;
+}
+
+void CompensationNode::end_what_left(Gyro& gyro) {
+  for (std::size_t p = 0; p < gyro.temperature_writers.size(); ++p) {
+    if (gyro.temperature_writers[p].left) gyro.compensator->end_temperature(p);
+  }
+  for (std::size_t r = 0; r < gyro.reference_writers.size(); ++r) {
+    if (gyro.reference_writers[r].left) gyro.compensator->end_references(kReferencePlaces[r]);
+  }
 }
 
 // One publisher an id: the first is heard until it is gone or silent, so that two streams are never
 // mixed.
 bool CompensationNode::accepts(Gyro& gyro, const dds::SampleOrigin& origin, std::int64_t now_ns) {
+  const bool is_silent = gyro.publisher_left || now_ns - gyro.heard_ns >= kSilentPublisherNs;
   if (gyro.has_publisher && gyro.publisher == origin.writer) {
     gyro.heard_ns = now_ns;
     return true;
   }
-  if (gyro.has_publisher && now_ns - gyro.heard_ns < kSilentPublisherNs) {
+  if (gyro.has_publisher && !is_silent) {
     ++gyro.rejected;
     return false;
   }
@@ -172,10 +281,13 @@ bool CompensationNode::accepts(Gyro& gyro, const dds::SampleOrigin& origin, std:
       answer(gyro);
     gyro.compensator->restart_stream();
     gyro.newest_sequence = 0;
-    gyro.catch_up = {};  // the log is of the publisher before
+    gyro.catch_up = {};         // the log is of the publisher before
+    gyro.heard_by_all = false;  // nor may those who heard it be there any more
+    gyro.ticks_with_subscribers = 0;
   }
   gyro.publisher = origin.writer;
   gyro.has_publisher = true;
+  gyro.publisher_left = false;
   gyro.heard_ns = now_ns;
   return true;
 }
@@ -183,9 +295,14 @@ bool CompensationNode::accepts(Gyro& gyro, const dds::SampleOrigin& origin, std:
 void CompensationNode::on_rate(const msg::AngularRate& message, const dds::SampleOrigin& origin) {
   const std::int64_t ingress_ns = service::monotonic_ns();
   const std::lock_guard lock(data_mutex_);
-  Gyro& source = gyro(message.gyro_id());
+  take_departures();
+  Gyro* const found = gyro(message.gyro_id());
+  if (found == nullptr) return;
+  Gyro& source = *found;
   if (!accepts(source, origin, ingress_ns)) return;
   note_arrival(message, ingress_ns);
+  source.clock_locked = message.clock_locked();
+  source.clock_offset_ns = message.clock_offset_ns();
   const auto sample = dds::from_message(message);
   if (source.catch_up.logging) source.catch_up.log.emplace_back(sample);
   if (source.compensator->push(sample, message.publish_time_ns(), ingress_ns) ==
@@ -207,22 +324,27 @@ void CompensationNode::note_arrival(const msg::AngularRate& message,
   sensor_latency_.record_between(message.sensor_time_ns(), published_ns);
 }
 
-void CompensationNode::on_temperature(const msg::Temperature& message) {
-  const auto sample = dds::from_message(message);
+void CompensationNode::on_temperature(const msg::Temperature& message,
+                                      const dds::SampleOrigin& origin) {
+  Arrived arrived{dds::from_message(message), origin.writer};
   const std::lock_guard lock(data_mutex_);
-  Gyro& source = gyro(message.gyro_id());
-  if (source.catch_up.logging) source.catch_up.log.emplace_back(sample);
-  source.compensator->push(sample);
-  drain(source);
+  take_in(message.gyro_id(), std::move(arrived));
 }
 
-void CompensationNode::on_reference(const msg::RateReference& message) {
+void CompensationNode::on_reference(const msg::RateReference& message,
+                                    const dds::SampleOrigin& origin) {
   const std::lock_guard lock(data_mutex_);
-  Gyro& source = gyro(message.gyro_id());
-  const auto sample = dds::from_message(message);
-  if (source.catch_up.logging) source.catch_up.log.emplace_back(sample);
-  source.compensator->push(sample);
-  drain(source);
+  take_in(message.gyro_id(), {dds::from_message(message), origin.writer});
+}
+
+// A publisher of temperatures says four times a second which probes it has.
+void CompensationNode::on_replay(const msg::ReplayProgress& message) {
+  if (message.consumer().size() != 0) return;
+  const std::lock_guard lock(data_mutex_);
+  Gyro* const source = known(message.gyro_id());
+  if (source == nullptr) return;
+  source->compensator->limit_probes(message.probes().c_str());
+  drain(*source);
 }
 
 // A record or simulation also waits for the subscribers that were asked for.
@@ -245,15 +367,14 @@ void CompensationNode::drain(Gyro& source) {
     if (readiness == Readiness::kNothing) break;
     if (readiness != Readiness::kReady &&
         core::is_paced_by_consumers(compensator.waiting_clock())) {
-      if (readiness != Readiness::kAwaitsModel) {
-        if (source.waiting_since_ns == 0) source.waiting_since_ns = service::monotonic_ns();
-        if (source.reported_needed != compensator.needed_time()) report_progress(source);
-        return;
+      if (readiness == Readiness::kAwaitsModel) {
+        model_awaited_ = true;  // the learner's thread goes on here, unless it is there already
+        if (compensator.readiness() == Readiness::kAwaitsModel) return;
+        continue;
       }
-      const std::uint32_t seen = models_delivered_.load();
-      if (stopping_) return;
-      if (compensator.readiness() == Readiness::kAwaitsModel) models_delivered_.wait(seen);
-      continue;
+      if (source.waiting_since_ns == 0) source.waiting_since_ns = service::monotonic_ns();
+      if (source.reported_needed != compensator.needed_time()) report_progress(source);
+      return;
     }
     answer(source);
   }
@@ -262,8 +383,12 @@ void CompensationNode::drain(Gyro& source) {
 void CompensationNode::answer(Gyro& source) {
   const std::uint64_t labels = source.compensator->counts().labels;
   source.waiting_since_ns = 0;
+  source.told_waiting = false;
   source.newest = source.compensator->answer_next();
   dds::to_message(source.newest, source.id, options_.instance, message_);
+  message_.run_id(dds::run_of(source.publisher));
+  message_.clock_locked(source.clock_locked);
+  message_.clock_offset_ns(source.clock_offset_ns);
   if (source.standby.take(message_, service::monotonic_ns())) write(source, message_);
   source.newest_sequence = std::max(source.newest_sequence, source.newest.raw.sequence);
   if (source.compensator->counts().labels != labels) wake_learner();
@@ -312,12 +437,24 @@ void CompensationNode::learn_until_stopped() {
     for (compensation::Compensator* compensator : roster_) {
       while (compensator->learner().run_one()) {
         learned = true;
-        ++models_delivered_;
-        models_delivered_.notify_all();
+        resume_after_model();
       }
     }
     if (!learned && !stopping_) learner_wakeups_.wait(seen);
   }
+}
+
+// Samples of a record or simulation that waited for the model. Whoever holds the lock may be
+// waiting for an answer of this thread: then the tick goes on with them.
+void CompensationNode::resume_after_model() {
+  if (!model_awaited_.exchange(false)) return;
+  std::unique_lock lock(data_mutex_, std::try_to_lock);
+  while (!lock.owns_lock()) {
+    if (stopping_ || questions_.front() != nullptr) return;
+    std::this_thread::sleep_for(kLockCheck);
+    static_cast<void>(lock.try_lock());
+  }
+  for (auto& source : gyros_) drain(*source);
 }
 
 // ---------------------------------------- commands
@@ -371,18 +508,11 @@ void CompensationNode::tick() {
   make_writers();
   const std::int64_t now = service::monotonic_ns();
   const std::lock_guard lock(data_mutex_);
+  take_departures();
+  tell_of_strangers();
   for (auto& source : gyros_) {
-    if (source->waiting_since_ns != 0 && now - source->waiting_since_ns > kGiveUpWaitingNs) {
-      host_.raise(
-          {.code = "stream_silent",
-           .severity = Severity::kWarning,
-           .text = "no temperature or reference for 2 s while rates wait for it; going on without",
-           .gyro_id = source->id,
-           .sensor_time_ns = source->compensator->needed_time().count()});
-      source->compensator->give_up_waiting();
-      source->waiting_since_ns = 0;
-      drain(*source);
-    }
+    tell_of_waiting(*source, now);
+    tell_of_clocks(*source);
     if (source->heard_by_all && core::is_paced_by_consumers(source->newest.raw.clock))
       report_progress(*source);
     tell_of_faults(*source);
@@ -440,6 +570,62 @@ void CompensationNode::note_subscribers(Gyro& source) {
   source.ticks_with_subscribers = are_here ? source.ticks_with_subscribers + 1 : 0;
   source.heard_by_all = source.heard_by_all ||
                         source.ticks_with_subscribers >= (is_foreign ? kForeignTicks : kOurTicks);
+}
+
+// Silence decides nothing: who is silent may be standing still.
+void CompensationNode::tell_of_waiting(Gyro& source, std::int64_t now_ns) {
+  const auto tell = [&](const char* code, const char* text) {
+    host_.raise({.code = code,
+                 .severity = Severity::kWarning,
+                 .text = "gyro " + std::to_string(source.id) + ": " + text,
+                 .gyro_id = source.id,
+                 .sensor_time_ns = source.compensator->needed_time().count()});
+  };
+  if (source.input_ended)
+    tell("stream_ended", "the publisher of a temperature or reference left; going on without");
+  source.input_ended = false;
+  const bool is_long =
+      source.waiting_since_ns != 0 && now_ns - source.waiting_since_ns > kTellWaitingNs;
+  if (!is_long || source.told_waiting) return;
+  source.told_waiting = true;
+  tell("stream_silent", source.compensator->readiness() == Readiness::kAwaitsReference
+                            ? "rates wait for a reference whose publisher says nothing"
+                            : "rates wait for temperatures; is thermal_publisher running?");
+}
+
+// A temperature from the future is not used until its time comes. (One from the past is told as
+// stale.)
+void CompensationNode::tell_of_clocks(Gyro& source) {
+  const core::SensorTime rate = source.newest.raw.time;
+  const bool is_known = source.compensator->counts().samples_out > 0 &&
+                        source.newest_temperature != core::kNever &&
+                        !core::is_paced_by_consumers(source.newest.raw.clock);
+  const bool disagrees =
+      is_known && core::saturating_difference(source.newest_temperature, rate) > kClocksAgreeWithin;
+  if (disagrees && !source.told_clocks) {
+    host_.raise({.code = "clocks_disagree",
+                 .severity = Severity::kWarning,
+                 .text = "gyro " + std::to_string(source.id) + ": a temperature is stamped " +
+                         std::to_string(core::seconds(
+                             core::saturating_difference(source.newest_temperature, rate))) +
+                         " s ahead of the rates; do their publishers' clocks agree?",
+                 .gyro_id = source.id,
+                 .sensor_time_ns = rate.count()});
+  }
+  source.told_clocks = disagrees;
+}
+
+void CompensationNode::tell_of_strangers() {
+  if (strangers_ == told_strangers_) return;
+  host_.raise_counted(
+      {.code = "too_many_gyros",
+       .severity = Severity::kWarning,
+       .text = "gyro " + std::to_string(newest_stranger_) +
+               " is one too many: " + std::to_string(options_.max_gyros) +
+               " gyros are compensated (--max-gyros), samples of others are not answered",
+       .gyro_id = newest_stranger_},
+      strangers_ - told_strangers_);
+  told_strangers_ = strangers_;
 }
 
 void CompensationNode::tell_of_faults(Gyro& source) {

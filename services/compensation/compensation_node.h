@@ -21,12 +21,14 @@
 #include <variant>
 #include <vector>
 
+#include "common/checkpoint/save_schedule.h"
 #include "common/compensation/compensator.h"
 #include "common/compensation/learner_state.h"
 #include "common/core/spsc_queue.h"
 #include "common/dds/participant.h"
 #include "common/dds/ros2_imu.h"
 #include "common/service/command_server.h"
+#include "common/service/early_inputs.h"
 #include "common/service/hop_latency.h"
 #include "common/service/host.h"
 #include "common/service/hot_standby.h"
@@ -42,13 +44,17 @@ struct CompensationNodeOptions {
   // 0: alone; else one of several, the strongest of which is the active one at first.
   std::uint32_t ownership_strength = 0;
   int await_subscribers = 0;
+  std::size_t max_gyros = 16;              // about 5 MB each
   std::filesystem::path checkpoint_dir{};  // empty: no checkpoints
   std::chrono::seconds checkpoint_period{60};
+  std::filesystem::path model_dir{};  // what `adopt` takes models from; empty: none
   std::map<std::uint32_t, dds::RosImuOptions> ros2_imu{};  // by gyro id
 };
 
 class CompensationNode {
  public:
+  static constexpr std::size_t kMostGyros = 128;  // as many keys as the topics of samples hold
+
   explicit CompensationNode(const CompensationNodeOptions& options);
   ~CompensationNode();
 
@@ -59,6 +65,17 @@ class CompensationNode {
   // An input as it arrived, for a standby to repeat after the state it is given.
   using Input =
       std::variant<core::AngularRateSample, core::TemperatureSample, core::RateReferenceSample>;
+  // With whom published it.
+  struct Arrived {
+    Input input;
+    eprosima::fastrtps::rtps::GUID_t writer{};
+  };
+  // Who published a stream of inputs last.
+  struct InputWriter {
+    eprosima::fastrtps::rtps::GUID_t writer{};
+    bool left = false;        // and nobody has since
+    bool in_mid_run = false;  // what it said last was a measurement, not that nothing more comes
+  };
   // A standby on its way to the active instance's state.
   struct CatchUp {
     bool logging = false;      // from before the state was asked for
@@ -78,7 +95,8 @@ class CompensationNode {
         : id(gyro_id),
           options(configured),
           compensator(std::make_unique<compensation::Compensator>(configured)),
-          standby(role) {}
+          standby(role),
+          temperature_writers(compensator->probes().size()) {}
     std::uint32_t id;
     // As configured, with the prior that was adopted last; the request thread's.
     compensation::CompensationOptions options;
@@ -89,6 +107,14 @@ class CompensationNode {
     std::unique_ptr<compensation::Compensator> compensator;
     service::HotStandby standby;
     CatchUp catch_up{};
+    std::vector<InputWriter> temperature_writers;  // by probe
+    std::array<InputWriter, 3> reference_writers{};
+    core::SensorTime newest_temperature{core::kNever};  // stamped by a clock
+    bool told_clocks = false;
+    // As the newest rate says.
+    std::uint32_t clock_locked = 0;
+    std::int64_t clock_offset_ns = 0;
+    bool input_ended = false;  // in mid-run, or while rates waited for it; the tick tells it
     // Made outside of the receiving thread; samples wait for it in the compensator.
     std::unique_ptr<dds::Writer<msg::CompensatedRate>> writer;
     std::unique_ptr<dds::RosImuWriter> ros2_writer{};  // where asked for; made with the other
@@ -96,10 +122,12 @@ class CompensationNode {
     int ticks_with_subscribers = 0;                    // without a break
     eprosima::fastrtps::rtps::GUID_t publisher{};
     bool has_publisher = false;
+    bool publisher_left = false;        // another may follow at once
     std::int64_t heard_ns = 0;          // monotonic
     std::int64_t waiting_since_ns = 0;  // 0: not waiting for another stream
-    std::uint64_t rejected = 0;         // samples of a second publisher of the same id
-    std::uint64_t unwritten = 0;        // the middleware refused them
+    bool told_waiting = false;
+    std::uint64_t rejected = 0;   // samples of a second publisher of the same id
+    std::uint64_t unwritten = 0;  // the middleware refused them
     std::uint64_t answered_since_report = 0;
     std::uint64_t newest_sequence = 0;
     core::SensorTime reported_needed{core::kNever};
@@ -108,7 +136,6 @@ class CompensationNode {
     std::uint64_t told_rejected = 0;
     service::HotStandby::Counts told_standby{};
     bool told_hanging = false;
-    std::uint64_t saved_epoch = 0;  // of the model saved last of itself; the tick's
     core::PerAxis<compensation::Mode> told_mode{};
     core::PerAxis<compensation::Reason> told_reason{};
     compensation::Reason told_temperature_fault = compensation::Reason::kNone;
@@ -130,11 +157,21 @@ class CompensationNode {
 
   void on_rate(const msg::AngularRate& message, const dds::SampleOrigin& origin);
   void note_arrival(const msg::AngularRate& message, std::int64_t ingress_ns) noexcept;
-  void on_temperature(const msg::Temperature& message);
-  void on_reference(const msg::RateReference& message);
+  void on_temperature(const msg::Temperature& message, const dds::SampleOrigin& origin);
+  void on_reference(const msg::RateReference& message, const dds::SampleOrigin& origin);
+  void on_replay(const msg::ReplayProgress& message);
   Verdict on_command(const msg::Command& command);
 
-  Gyro& gyro(std::uint32_t gyro_id);
+  [[nodiscard]] Gyro* known(std::uint32_t gyro_id) noexcept;
+  // Of a rate; null where there are as many as there may be.
+  Gyro* gyro(std::uint32_t gyro_id);
+  // Of a gyro that is not known yet it is kept until the first rate comes.
+  void take_in(std::uint32_t gyro_id, Arrived arrived);
+  static void take_in(Gyro& gyro, const Arrived& arrived);
+  void note_departure(const eprosima::fastrtps::rtps::GUID_t& writer, dds::Departure departure);
+  void take_departures();
+  static bool end_inputs(Gyro& gyro, const eprosima::fastrtps::rtps::GUID_t& writer);
+  static void end_what_left(Gyro& gyro);
   [[nodiscard]] bool may_write(Gyro& gyro) const;
   bool accepts(Gyro& gyro, const dds::SampleOrigin& origin, std::int64_t now_ns);
   void drain(Gyro& gyro);
@@ -144,6 +181,9 @@ class CompensationNode {
   void tick();
   void make_writers();
   void note_subscribers(Gyro& gyro);
+  void tell_of_waiting(Gyro& gyro, std::int64_t now_ns);
+  void tell_of_clocks(Gyro& gyro);
+  void tell_of_strangers();
   void tell_of_faults(Gyro& gyro);
   void tell_of_modes(Gyro& gyro);
   void tell_of_temperature(Gyro& gyro);
@@ -155,6 +195,7 @@ class CompensationNode {
   static service::StatusPart part(const Seen& seen);
 
   void learn_until_stopped();
+  void resume_after_model();
   void wake_learner();
   Verdict obey(const msg::Command& command);
   std::string obey(Gyro& gyro, std::string_view command, bool& accepted);
@@ -184,10 +225,8 @@ class CompensationNode {
   };
   Learned learned(Gyro& source);
   compensation::LearnerState learned_by(Gyro& source);
-  [[nodiscard]] std::filesystem::path checkpoint_file(std::uint32_t gyro_id,
-                                                      const std::string& name) const;
   void save_from_time_to_time();
-  void save_of_itself(Gyro& source);
+  void save_of_itself(const checkpoint::SaveSchedule::Model& model);
   void resume(Gyro& source);
 
   // hot_standby.cpp
@@ -222,14 +261,21 @@ class CompensationNode {
   std::mutex
       data_mutex_;  // between the receiving thread and the status thread; never the learner's
   std::vector<std::unique_ptr<Gyro>> gyros_;
-  core::SpscQueue<compensation::Compensator*> newcomers_{128};  // the learner has not seen yet
+  service::EarlyInputs<Arrived> early_;
+  std::uint64_t strangers_ = 0;  // samples of gyros beyond max_gyros
+  std::uint64_t told_strangers_ = 0;
+  std::uint32_t newest_stranger_ = 0;
+  std::mutex departures_mutex_;  // held for a push or a swap
+  std::vector<eprosima::fastrtps::rtps::GUID_t> departures_;
+  std::atomic<bool> any_departed_{false};
+  core::SpscQueue<compensation::Compensator*> newcomers_{kMostGyros};  // the learner has not seen
   msg::CompensatedRate message_;
   service::HopLatency sensor_latency_{"sensor"};  // see there; the receiving thread's
   service::HopLatency arrival_latency_{"arrival"};
   service::HopLatency compute_latency_{"compute"};
 
   std::atomic<std::uint32_t> learner_wakeups_{0};
-  std::atomic<std::uint32_t> models_delivered_{0};
+  std::atomic<bool> model_awaited_{false};  // by samples of a record or simulation
   std::atomic<bool> stopping_{false};
   std::vector<compensation::Compensator*> roster_;  // the learner's
   std::vector<std::unique_ptr<compensation::Compensator>> abandoned_;
@@ -242,12 +288,13 @@ class CompensationNode {
   std::deque<Task> requests_;
   std::atomic<bool> requests_closed_{false};
   std::thread request_thread_;
-  std::int64_t saved_ns_ = 0;  // the tick's
+  checkpoint::SaveSchedule save_schedule_;  // under data_mutex_
   std::atomic<bool> stopping_takeovers_{false};
   std::thread takeover_thread_;
 
   service::CommandServer commands_;
   service::ReplayProgressReporter progress_;
+  dds::Reader<msg::ReplayProgress> replay_reader_;
   dds::Reader<msg::RateReference> reference_reader_;
   dds::Reader<msg::Temperature> temperature_reader_;
   dds::Reader<msg::AngularRate> rate_reader_;

@@ -68,7 +68,7 @@ std::vector<CompensationNode::Gyro*> CompensationNode::active_gyros() const {
 void CompensationNode::on_peer(const msg::CompensatedRate& message) {
   const std::int64_t now = service::monotonic_ns();
   const std::lock_guard lock(data_mutex_);
-  gyro(message.gyro_id()).standby.hear(message, now);
+  if (Gyro* source = known(message.gyro_id())) source->standby.hear(message, now);
 }
 
 void CompensationNode::take_over_until_stopped() {
@@ -152,7 +152,9 @@ void CompensationNode::tell_of_standby(Gyro& source) {
 void CompensationNode::on_checkpoint(const msg::CheckpointPart& part) {
   if (part.instance() == options_.instance) return;
   const std::lock_guard lock(data_mutex_);
-  Gyro& source = gyro(part.gyro_id());
+  Gyro* const found = known(part.gyro_id());
+  if (found == nullptr) return;
+  Gyro& source = *found;
   if (part.parts() == 0) {
     if (source.standby.role() == HotStandby::Role::kActive)
       ask_request_thread([this, &source] { give_state(source); });
@@ -314,6 +316,7 @@ void CompensationNode::catch_up(Gyro& source, const std::string& state, std::uin
     relieve(*source.compensator, fresh);
     const std::int64_t now = service::monotonic_ns();
     source.compensator.swap(fresh);
+    end_what_left(source);
     source.standby.caught_up(now);
     source.told = source.compensator->counts();
     source.change.reset();
@@ -321,6 +324,7 @@ void CompensationNode::catch_up(Gyro& source, const std::string& state, std::uin
     source.catch_up = {.asked_ns = now};
     for (const auto& answer : answers) {
       dds::to_message(answer, source.id, options_.instance, message_);
+      message_.run_id(dds::run_of(source.publisher));
       static_cast<void>(source.standby.take(message_, now));
       source.newest = answer;
     }

@@ -44,7 +44,7 @@ CompensationNodeOptions CompensationArguments::complete() const {
 void add_options(CLI::App& app, CompensationArguments& arguments) {
   CompensationNodeOptions& node = arguments.node;
   app.add_option("--config", arguments.config,
-                 "YAML or JSON file (idl/proto/compensation.proto); defaults without");
+                 "YAML or JSON file (docs/configuration.md); defaults without");
   app.add_option("--prior", arguments.prior,
                  "a twin's model: drift = model + what is learned of the remainder; overrides the "
                  "file. Of one gyro: run a service for each");
@@ -60,6 +60,10 @@ void add_options(CLI::App& app, CompensationArguments& arguments) {
          "--await-subscribers", node.await_subscribers,
          "with records and simulations: take no sample before so many subscribers are there")
       ->capture_default_str();
+  app.add_option("--max-gyros", node.max_gyros,
+                 "gyros compensated at most; samples of others are not answered, which is told")
+      ->check(CLI::Range(std::size_t{1}, CompensationNode::kMostGyros))
+      ->capture_default_str();
   app.add_option(
          "--checkpoint-dir", node.checkpoint_dir,
          "existing folder of checkpoints: of `ctl checkpoint` and `ctl restore`, and of those that "
@@ -69,6 +73,10 @@ void add_options(CLI::App& app, CompensationArguments& arguments) {
                  "with --checkpoint-dir: seconds between two checkpoints made without being asked")
       ->check(CLI::Range(1, 86400))
       ->default_str("60");
+  app.add_option("--model-dir", node.model_dir,
+                 "existing folder of model files: what `ctl adopt` takes models from, by name; "
+                 "without, none is adopted")
+      ->check(CLI::ExistingDirectory);
   const auto frames = CLI::IsMember({"flu", "frd"});
   app.add_option("--ros2-imu", arguments.ros2_imu,
                  "GYRO_ID=TOPIC (repeatable): that gyro's rates as ROS 2's sensor_msgs/Imu too, "

@@ -5,27 +5,28 @@
 #include <utility>
 
 #include "common/compensation/drift_prior.h"
-#include "common/config/compensation_config.h"
+#include "common/record/named_file.h"
+#include "services/compensation/command_files.h"
 #include "services/compensation/compensation_node.h"
 
 namespace zerodrift::services {
 namespace {
 
-// "[gyro id:]path", where a path never begins with a digit: it is absolute.
+// "[gyro id:]name"
 struct Target {
   std::optional<std::uint32_t> gyro_id{};
-  std::string path{};
+  std::string name{};
 };
 
 Target target_of(const std::string& argument) {
   const std::size_t colon = argument.find(':');
-  Target target{.gyro_id = {}, .path = argument};
+  Target target{.gyro_id = {}, .name = argument};
   if (colon == std::string::npos) return target;
   std::uint32_t id = 0;
   const char* end = argument.data() + colon;
   const auto read = std::from_chars(argument.data(), end, id);
   if (read.ec != std::errc{} || read.ptr != end) return target;
-  return {.gyro_id = id, .path = argument.substr(colon + 1)};
+  return {.gyro_id = id, .name = argument.substr(colon + 1)};
 }
 
 std::string joined(const std::vector<std::string>& lines) {
@@ -39,7 +40,7 @@ std::string left_out(const twin::Model& model) {
   return effects.empty() ? std::string() : "; left out: " + joined(effects);
 }
 
-// The one that is meant; throws std::invalid_argument where that isn't clear.
+// The one that is meant; throws CommandRefused where that isn't clear.
 template <typename Gyro>
 Gyro& chosen(const std::vector<Gyro*>& gyros, std::optional<std::uint32_t> id) {
   if (!id && gyros.size() == 1) return *gyros.front();
@@ -48,11 +49,23 @@ Gyro& chosen(const std::vector<Gyro*>& gyros, std::optional<std::uint32_t> id) {
     if (id == gyro->id) return *gyro;
     known.push_back(std::to_string(gyro->id));
   }
-  throw std::invalid_argument(id ? "found gyro id " + std::to_string(*id) + ", expected one of " +
-                                       joined(known)
-                                 : "a model is one gyro's, and several are heard: expected "
-                                   "--gyro-id, one of " +
-                                       joined(known));
+  throw CommandRefused(id ? "found gyro id " + std::to_string(*id) + ", expected one of " +
+                                joined(known)
+                          : "a model is one gyro's, and several are heard: expected "
+                            "--gyro-id, one of " +
+                                joined(known));
+}
+
+std::shared_ptr<compensation::PriorChange> change_to(
+    const compensation::CompensationOptions& options, const twin::Model& model,
+    const std::string& name) {
+  try {
+    return std::make_shared<compensation::PriorChange>(options, model);
+  } catch (const std::invalid_argument&) {
+    throw CommandRefused("model " + record::quoted_name(name) +
+                         " reads a temperature that is not configured; name its probe under "
+                         "probes in the service's --config");
+  }
 }
 
 }  // namespace
@@ -71,10 +84,9 @@ void CompensationNode::tell_of_prior() {
 CompensationNode::Verdict CompensationNode::adopt(const Request& request) {
   const Target target = target_of(request.argument);
   Gyro& source = chosen(request.gyros, target.gyro_id);
-  if (target.path.empty()) return {.text = "found no path, expected that of a model file"};
-  const twin::Model model = config::load_prior(target.path);
+  const twin::Model model = model_named(options_.model_dir, target.name);
   // The compensator's own options: its probes are those that were configured.
-  auto change = std::make_shared<compensation::PriorChange>(options_.compensation, model);
+  auto change = change_to(options_.compensation, model, target.name);
   Verdict verdict =
       change_prior(source, std::move(change), "adopted " + compensation::prior_identity(model));
   if (verdict.outcome != Outcome::kAccepted) return verdict;

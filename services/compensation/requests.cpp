@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/service/realtime.h"
+#include "services/compensation/command_files.h"
 #include "services/compensation/compensation_node.h"
 
 namespace zerodrift::services {
@@ -40,8 +41,10 @@ CompensationNode::Verdict CompensationNode::hand_over(const msg::Command& comman
   const auto task = [this, request] {
     try {
       commands_.answer(request.command, serve(request));
-    } catch (const std::exception& error) {
-      commands_.answer(request.command, {.text = error.what()});
+    } catch (const CommandRefused& refused) {
+      commands_.answer(request.command, {.text = refused.what()});
+    } catch (const std::exception&) {  // its text may quote anything
+      commands_.answer(request.command, {.text = "an error within the service"});
     }
   };
   if (!ask_request_thread(task)) return {.text = "busy with other requests; try again"};
@@ -77,7 +80,7 @@ void CompensationNode::ask_learner(Task question) {
   const bool free = questions_.push([asked] { (*asked)(); });
   wake_learner();
   if (!free || answered.wait_for(kLearnerAnswersWithin) != std::future_status::ready) {
-    throw std::runtime_error("the learner doesn't answer: it is busy or hangs; try again");
+    throw CommandRefused("the learner doesn't answer: it is busy or hangs; try again");
   }
   answered.get();
 }

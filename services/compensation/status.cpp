@@ -77,7 +77,8 @@ service::Status CompensationNode::status() {
     unwritten += seen.unwritten;
     status.parts.push_back(part(seen));
   }
-  status.metrics = {{"samples_in", "1", static_cast<double>(sum.samples_in)},
+  status.metrics = {{"gyros", "1", static_cast<double>(all.size())},
+                    {"samples_in", "1", static_cast<double>(sum.samples_in)},
                     {"samples_out", "1", static_cast<double>(sum.samples_out)},
                     {"missing", "1", static_cast<double>(sum.missing)},
                     {"duplicates", "1", static_cast<double>(sum.duplicates)},

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/compensation/command_files.h"
+
+#include "common/config/compensation_config.h"
+#include "common/record/named_file.h"
+#include "common/record/record_error.h"
+
+namespace zerodrift::services {
+namespace {
+
+std::string read(const std::filesystem::path& folder, const std::string& file,
+                 std::size_t most_bytes) {
+  try {
+    return record::read_named(folder, file, most_bytes);
+  } catch (const record::NameRefused& refused) {
+    throw CommandRefused(refused.what());
+  }
+}
+
+void require_name(const std::string& name) {
+  if (const auto problem = record::problem_of_name(name)) throw CommandRefused(*problem);
+}
+
+}  // namespace
+
+std::string checkpoint_name(const std::string& argument) {
+  if (argument.empty()) return kLatestCheckpoint;
+  require_name(argument);
+  return argument;
+}
+
+std::string checkpoint_file_name(std::uint32_t gyro_id, const std::string& name) {
+  return std::to_string(gyro_id) + "-" + name + ".ckpt";
+}
+
+std::shared_ptr<compensation::RestoredLearner> checkpoint_named(const std::filesystem::path& folder,
+                                                                const std::string& name,
+                                                                const checkpoint::Owner& owner) {
+  const std::string file = checkpoint_file_name(owner.gyro_id, name);
+  const std::string bytes = read(folder, file, checkpoint::kLargestFile);
+  try {
+    return checkpoint::restored_from(bytes, owner);
+  } catch (const checkpoint::CheckpointError& error) {
+    throw CommandRefused(record::quoted_name(file) + " " + error.kind());
+  } catch (const std::exception&) {
+    throw CommandRefused(record::quoted_name(file) + " can't be used");
+  }
+}
+
+void save_as(const std::filesystem::path& folder, const std::string& name,
+             const checkpoint::Owner& owner, const compensation::LearnerState& state) {
+  const std::string file = checkpoint_file_name(owner.gyro_id, name);
+  try {
+    checkpoint::save(folder / file, owner, state);
+  } catch (const record::RecordError& error) {
+    // "<path>: <what the system says>": where the service's folders lie is not everybody's.
+    const std::string text = error.what();
+    const std::size_t reason = text.find(": ", folder.string().size());
+    throw CommandRefused(record::quoted_name(file) + (reason == std::string::npos
+                                                          ? ": cannot be written"
+                                                          : text.substr(reason)));
+  }
+}
+
+twin::Model model_named(const std::filesystem::path& folder, const std::string& name) {
+  if (folder.empty()) {
+    throw CommandRefused(
+        "models are taken from a folder of the service's computer, and none is configured; start "
+        "the service with --model-dir DIR");
+  }
+  require_name(name);
+  const std::string text = read(folder, name, config::kLargestModelFile);
+  const auto refusal = [&](const std::string& place) {
+    return CommandRefused("model " + record::quoted_name(name) + " can't be a prior" +
+                          (place.empty() ? "" : ": " + place) +
+                          "; `zerodrift compensate --prior` where the file lies tells why");
+  };
+  try {
+    return config::prior_from_text(text, name);
+  } catch (const config::ConfigError& error) {
+    throw refusal(error.place());
+  } catch (const std::exception&) {
+    throw refusal("");
+  }
+}
+
+}  // namespace zerodrift::services

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// What commands over the network may read and write: files of two configured folders, by plain
+// names. A refusal quotes the command's own arguments, cleaned, and never what a file holds.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "common/checkpoint/checkpoint_file.h"
+#include "common/twin/model.h"
+
+namespace zerodrift::services {
+
+// Answers the command; one line that anybody may read.
+class CommandRefused : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+inline constexpr const char* kLatestCheckpoint = "latest";
+
+// Empty: kLatestCheckpoint. Throws CommandRefused where it is no name.
+[[nodiscard]] std::string checkpoint_name(const std::string& argument);
+// "1-latest.ckpt"
+[[nodiscard]] std::string checkpoint_file_name(std::uint32_t gyro_id, const std::string& name);
+
+// Both throw CommandRefused.
+[[nodiscard]] std::shared_ptr<compensation::RestoredLearner> checkpoint_named(
+    const std::filesystem::path& folder, const std::string& name, const checkpoint::Owner& owner);
+void save_as(const std::filesystem::path& folder, const std::string& name,
+             const checkpoint::Owner& owner, const compensation::LearnerState& state);
+
+// A model file of `folder` that can be a prior. Throws CommandRefused; an empty folder means that
+// none is configured.
+[[nodiscard]] twin::Model model_named(const std::filesystem::path& folder, const std::string& name);
+
+}  // namespace zerodrift::services

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rule: a command reads models and checkpoints of their folders, by name, and nothing else; its
+// refusal quotes its own arguments and nothing else.
+#include "services/compensation/command_files.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "common/compensation/drift_prior.h"
+#include "common/core/one_line.h"
+
+namespace zerodrift::services {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kModel =
+    "format_version: 1\ngyro_id: lab\neffects:\n"
+    "  - {kind: polynomial_bias, axis: x, parameters: {a0_deg_h: 1}}\n";
+
+class CommandFiles : public testing::Test {
+ protected:
+  CommandFiles() {
+    std::string name = (fs::temp_directory_path() / "zerodrift-command-XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make " + name);
+    folder_ = name;
+  }
+  ~CommandFiles() override { fs::remove_all(folder_); }
+
+  void write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+  }
+  template <typename Act>
+  std::string refusal(const Act& act) const {
+    try {
+      act();
+      return "no refusal";
+    } catch (const CommandRefused& refused) {
+      const std::string text = refused.what();
+      EXPECT_TRUE(core::is_one_line(text)) << text;
+      EXPECT_EQ(text.find(folder_.string()), std::string::npos) << text;
+      return text;
+    }
+  }
+  [[nodiscard]] std::string model_refusal(const std::string& name) const {
+    return refusal([&] { (void)model_named(folder_, name); });
+  }
+  [[nodiscard]] std::string restore_refusal(const std::string& argument) const {
+    return refusal([&] {
+      (void)checkpoint_named(folder_, checkpoint_name(argument),
+                             {.gyro_id = 1, .options = options_});
+    });
+  }
+
+  fs::path folder_;
+  compensation::CompensationOptions options_{};
+};
+
+TEST_F(CommandFiles, AModelOfTheFolderIsTaken) {
+  fs::copy_file(fs::path(ZERODRIFT_SOURCE_DIR) / "config/models/lab_fog.yaml",
+                folder_ / "lab.yaml");
+  EXPECT_EQ(model_named(folder_, "lab.yaml").gyro_id, "lab_fog");
+  EXPECT_EQ(model_refusal("none.yaml"), "'none.yaml': no such file in the service's folder");
+  EXPECT_NE(refusal([] { (void)model_named("", "lab.yaml"); }).find("--model-dir"),
+            std::string::npos);
+}
+
+// Each holds the word "secret" where an error for the operator would quote it.
+class SecretAbuse : public CommandFiles, public testing::WithParamInterface<std::string> {};
+
+TEST_P(SecretAbuse, IsNotQuotedByARefusalOfAModel) {
+  write("x.yaml", GetParam());
+  const std::string text = model_refusal("x.yaml");
+  EXPECT_TRUE(text.starts_with("model 'x.yaml' can't be a prior")) << text;
+  EXPECT_EQ(text.find("secret"), std::string::npos) << text;
+}
+
+TEST_P(SecretAbuse, IsNotQuotedByARefusalOfACheckpoint) {
+  write("1-x.ckpt", GetParam());
+  const std::string text = restore_refusal("x");
+  EXPECT_TRUE(text.starts_with("'1-x.ckpt' is ")) << text;
+  EXPECT_EQ(text.find("secret"), std::string::npos) << text;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, SecretAbuse,
+    testing::Values("-----BEGIN PRIVATE KEY-----\nsecret\n-----END PRIVATE KEY-----\n", "secret",
+                    "secret: 1\n", "root:secret:0:0:root:/root:/bin/bash\n", "- secret\n",
+                    "gyro_id: a\ngyro_id: secret\n", "nominal_rate_hz: secret\n",
+                    "effects: secret\n", "effects:\n  - {kind: secret, axis: x}\n",
+                    "effects:\n  - {kind: bias, axis: secret, parameters: {bias_deg_h: 1}}\n",
+                    "effects:\n  - {kind: bias, axis: x, parameters: {secret: 1}}\n",
+                    "effects:\n  - {kind: bias, axis: x, parameters: {bias_deg_h: secret}}\n",
+                    "probes: [{name: secret, mount: 1}]\n", "gyro_id: secret\n", "'secret\n",
+                    "a: &secret [*secret]\n", "a: *secret\n", "%secret\n---\n", "!secret {}\n",
+                    "---\nsecret\n---\n", "format_version: 99\nsecret: [1, 2]\n",
+                    "gyro_id: [secret]\n", "{secret", "\tsecret", "? secret\n: [\n"));
+
+TEST_F(CommandFiles, ARefusalOfAModelTellsItsLine) {
+  write("x.yaml", "format_version: 1\n\nnominal_rate_hz: secret\n");
+  EXPECT_EQ(
+      model_refusal("x.yaml"),
+      "model 'x.yaml' can't be a prior: line 3; `zerodrift compensate --prior` where the file "
+      "lies tells why");
+}
+
+TEST_F(CommandFiles, ARefusalOfACheckpointTellsItsKind) {
+  compensation::Compensator compensator(options_);
+  const auto state = compensator.learner().export_state();
+  save_as(folder_, "good", {.gyro_id = 1, .options = options_}, state);
+  std::ostringstream file;
+  file << std::ifstream(folder_ / "1-good.ckpt", std::ios::binary).rdbuf();
+  const std::string bytes = file.str();
+  EXPECT_NE(checkpoint_named(folder_, "good", {.gyro_id = 1, .options = options_}), nullptr);
+
+  std::string flipped = bytes;
+  flipped.back() = static_cast<char>(flipped.back() ^ 1);
+  write("1-flipped.ckpt", flipped);
+  EXPECT_EQ(restore_refusal("flipped"), "'1-flipped.ckpt' is damaged");
+  write("1-cut.ckpt", bytes.substr(0, bytes.size() - 1));
+  EXPECT_EQ(restore_refusal("cut"), "'1-cut.ckpt' is truncated or damaged");
+  EXPECT_EQ(restore_refusal("none"), "'1-none.ckpt': no such file in the service's folder");
+  fs::copy_file(folder_ / "1-good.ckpt", folder_ / "2-good.ckpt");
+  EXPECT_EQ(refusal([&] {
+              (void)checkpoint_named(folder_, "good", {.gyro_id = 2, .options = options_});
+            }),
+            "'2-good.ckpt' is of another gyro");
+  compensation::CompensationOptions other;
+  other.model.epsilon *= 2;
+  EXPECT_TRUE(refusal([&] {
+                (void)checkpoint_named(folder_, "good", {.gyro_id = 1, .options = other});
+              }).starts_with("'1-good.ckpt' was made with another "));
+}
+
+TEST_F(CommandFiles, ASaveThatFailsTellsWhyAndNotWhere) {
+  compensation::Compensator compensator(options_);
+  const auto state = compensator.learner().export_state();
+  const checkpoint::Owner owner{.gyro_id = 1, .options = options_};
+  fs::create_directory(folder_ / "1-taken.ckpt");
+  EXPECT_EQ(refusal([&] { save_as(folder_, "taken", owner, state); }),
+            "'1-taken.ckpt': is a folder, a disk or a socket, expected a file to write");
+  fs::remove_all(folder_);
+  EXPECT_EQ(refusal([&] { save_as(folder_, "x", owner, state); }),
+            "'1-x.ckpt': cannot create a file in its folder: No such file or directory");
+}
+
+// Names are tried in tests/unit/record/named_file_test.cpp.
+TEST_F(CommandFiles, ABadNameIsRefusedBeforeAnythingIsOpened) {
+  for (const char* name : {"../x", "/etc/passwd", "a\nb", ".."}) {
+    EXPECT_NE(restore_refusal(name).find("expected 1 to 64 of letters"), std::string::npos);
+    EXPECT_NE(model_refusal(name).find("expected 1 to 64 of letters"), std::string::npos);
+  }
+  EXPECT_EQ(checkpoint_name(""), "latest");
+}
+
+}  // namespace
+}  // namespace zerodrift::services
