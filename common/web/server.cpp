@@ -29,8 +29,7 @@ namespace {
 constexpr auto kRetryAccept = 100ms;    // no file descriptor is free
 constexpr auto kGoodbyeWithin = 300ms;  // of clients, at a stop
 constexpr auto kLookForGoodbyes = 10ms;
-constexpr auto kCloseWithin = 2000ms;        // of one client
-constexpr auto kSayWithin = 2000ms;          // a last response, to one that is refused
+constexpr auto kSayWithin = 2000ms;          // a last response, before the connection ends
 constexpr std::size_t kLongestReason = 120;  // 123 bytes fit into a close frame (RFC 6455, 5.5)
 
 std::string text_of(const tcp::endpoint& endpoint) {
@@ -63,7 +62,7 @@ class Server::Loop {
   void post(std::function<void()> task) { asio::post(context_, std::move(task)); }
   void post_after(std::chrono::milliseconds delay, std::function<void()> task);
   [[nodiscard]] Address address() const;
-  [[nodiscard]] Server::Counts counts() const { return {connections_, refused_}; }
+  [[nodiscard]] Server::Counts counts() const { return {connections_, refused_, gave_way_}; }
 
  private:
   class Connection;
@@ -74,11 +73,22 @@ class Server::Loop {
 
   ServerOptions options_;
   Application& application_;
+  // Those that speak HTTP, in the order in which they give way. Longer there than the context,
+  // which ends the last of them.
+  struct Turn {
+    bool is_answered = false;  // its response is on the way: after those that asked nothing yet
+    std::uint64_t step = 0;
+    auto operator<=>(const Turn&) const = default;
+  };
+  std::map<Turn, Connection*> plain_;
   asio::io_context context_{1};
   tcp::acceptor acceptor_{context_};
   std::atomic<std::uint64_t> connections_{0};
   std::atomic<std::uint64_t> refused_{0};
+  std::atomic<std::uint64_t> gave_way_{0};
   std::uint64_t next_id_ = 1;
+  std::uint64_t next_step_ = 1;
+  std::uint64_t websockets_ = 0;  // being opened, open, or saying goodbye
   std::map<std::uint64_t, std::weak_ptr<WebSocket>> clients_;
   bool stopping_ = false;
   std::thread thread_;
@@ -97,8 +107,13 @@ class Server::Loop::WebSocket final : public Client,
         deadline_(loop.context_),
         queue_(loop.options_.outgoing),
         remote_(std::move(remote)),
-        subprotocol_(std::move(subprotocol)) {}
-  ~WebSocket() { --loop_.connections_; }
+        subprotocol_(std::move(subprotocol)) {
+    ++loop_.websockets_;
+  }
+  ~WebSocket() {
+    --loop_.connections_;
+    --loop_.websockets_;
+  }
 
   void open(const HttpRequest& request) {
     beast::get_lowest_layer(stream_).expires_never();
@@ -118,7 +133,7 @@ class Server::Loop::WebSocket final : public Client,
       self->opened_ = true;
       self->loop_.clients_[self->id()] = self;
       self->loop_.application_.opened(*self);
-      self->read();
+      if (!self->closing_) self->read();
       if (self->loop_.stopping_) self->close(CloseCode::kGoingAway, "the gateway stops");
     });
   }
@@ -139,9 +154,13 @@ class Server::Loop::WebSocket final : public Client,
     if (why_.empty()) why_ = reason;
     websocket::close_reason told(static_cast<websocket::close_code>(code),
                                  reason.substr(0, kLongestReason).c_str());
+    // Beast's time-outs end here: a read that waits for the end of the goodbye has an assertion
+    // that it isn't told of one. deadline_ ends what takes too long.
+    stream_.set_option(websocket::stream_base::timeout{websocket::stream_base::none(),
+                                                       websocket::stream_base::none(), false});
     stream_.async_close(told, [self = shared_from_this()](beast::error_code) { self->end(); });
     // It may read nothing any more: then the goodbye never ends.
-    deadline_.expires_after(kCloseWithin);
+    deadline_.expires_after(loop_.options_.closed_within);
     deadline_.async_wait([weak = weak_from_this()](beast::error_code error) {
       if (const auto self = weak.lock(); self && !error) self->end();
     });
@@ -169,7 +188,7 @@ class Server::Loop::WebSocket final : public Client,
     stream_.async_read(buffer_, [self = shared_from_this()](beast::error_code error, std::size_t) {
       if (error) return self->failed(error);
       self->pass_on();
-      if (!self->ended_) self->read();
+      if (!self->closing_) self->read();  // what comes after a goodbye, that itself reads
     });
   }
 
@@ -243,10 +262,12 @@ class Server::Loop::Connection final : public std::enable_shared_from_this<Conne
     ++loop_.connections_;
   }
   ~Connection() {
+    loop_.plain_.erase(turn_);
     if (!upgraded_) --loop_.connections_;
   }
 
   void read() {
+    take_turn(false);
     parser_.emplace();
     parser_->header_limit(static_cast<std::uint32_t>(loop_.options_.largest_header));
     parser_->body_limit(loop_.options_.largest_body);
@@ -257,13 +278,25 @@ class Server::Loop::Connection final : public std::enable_shared_from_this<Conne
                      });
   }
 
-  // To one that is refused before it is read.
+  void give_way() {
+    loop_.plain_.erase(turn_);
+    stream_.close();
+  }
+
+ private:
+  // From now on it waits for a request, or for its response to be read.
+  void take_turn(bool is_answered) {
+    loop_.plain_.erase(turn_);
+    turn_ = {is_answered, loop_.next_step_++};
+    loop_.plain_[turn_] = this;
+  }
+
+  // A request that can't be read to its end.
   void refuse(Response response) {
     stream_.expires_after(kSayWithin);
     respond(std::move(response), http::verb::get, 11, false);
   }
 
- private:
   void failed(beast::error_code error) {
     if (error == http::error::end_of_stream) return end();
     if (error == http::error::header_limit || error == http::error::buffer_overflow)
@@ -319,17 +352,27 @@ class Server::Loop::Connection final : public std::enable_shared_from_this<Conne
   }
 
   void upgrade(const Request& asked, const HttpRequest& request) {
+    const ServerOptions& options = loop_.options_;
+    if (loop_.websockets_ + options.kept_for_requests >= options.most_connections) {
+      ++loop_.refused_;
+      return respond(plain_response(503, "too many clients; at most " +
+                                             std::to_string(options.most_connections -
+                                                            options.kept_for_requests)),
+                     http::verb::get, request.version(), false);
+    }
     auto verdict = loop_.application_.upgrade(asked);
     if (auto* refused = std::get_if<Response>(&verdict)) {
       return respond(std::move(*refused), http::verb::get, request.version(), false);
     }
     upgraded_ = true;  // its place is the WebSocket's now
+    loop_.plain_.erase(turn_);
     std::make_shared<WebSocket>(loop_, loop_.next_id_++, std::move(stream_), remote_,
                                 std::get<std::string>(std::move(verdict)))
         ->open(request);
   }
 
   void respond(Response response, http::verb verb, unsigned version, bool keep) {
+    take_turn(true);
     keep_ = keep && !loop_.stopping_;
     body_ = response.body ? response.body : body_of("");
     message_.emplace();
@@ -370,6 +413,7 @@ class Server::Loop::Connection final : public std::enable_shared_from_this<Conne
   std::optional<http::response_serializer<http::span_body<const char>>> serializer_;
   Body body_;
   std::string remote_;
+  Turn turn_{};
   bool keep_ = false;
   bool upgraded_ = false;
 };
@@ -446,16 +490,11 @@ void Server::Loop::accepted(tcp::socket socket) {
   beast::error_code ignored;
   socket.set_option(tcp::no_delay(true), ignored);
   socket.set_option(asio::socket_base::send_buffer_size(options_.send_buffer_bytes), ignored);
-  const bool is_full = connections_ >= options_.most_connections;
-  if (is_full && connections_ >= 2 * options_.most_connections) {
-    ++refused_;
-    return;  // those that wait for their refusal are bounded too
+  if (connections_ >= options_.most_connections && !plain_.empty()) {
+    ++gave_way_;
+    plain_.begin()->second->give_way();
   }
-  const auto connection = std::make_shared<Connection>(*this, std::move(socket));
-  if (!is_full) return connection->read();
-  ++refused_;
-  connection->refuse(plain_response(
-      503, "too many connections; at most " + std::to_string(options_.most_connections)));
+  std::make_shared<Connection>(*this, std::move(socket))->read();
 }
 
 // ---------------------------------------- the server

@@ -3,8 +3,10 @@
 // application's to say. server.cpp is the only source that knows Boost.Beast.
 //
 // Bounds: connections, header, body, message, what waits for each client, and time for each step of
-// a connection. What is beyond them, malformed or not UTF-8 where it has to be is refused with an
-// HTTP status or a WebSocket close code; nothing of it ends the server or another connection.
+// a connection. A newcomer is always heard: where all places are taken, the plain connection that
+// has waited longest gives way, and WebSockets never have all of them. What is beyond the bounds,
+// malformed or not UTF-8 where it has to be is refused with an HTTP status or a WebSocket close
+// code; nothing of it ends the server or another connection.
 #pragma once
 
 #include <chrono>
@@ -29,10 +31,12 @@ namespace zerodrift::web {
 struct ServerOptions {
   Address listen;
   std::size_t most_connections = 64;
+  std::size_t kept_for_requests = 16;  // of them: no WebSocket takes these
   std::size_t largest_header = 8192;
   std::size_t largest_body = 65536;
   std::size_t largest_message = 65536;              // of a WebSocket
   std::chrono::milliseconds request_within{10000};  // from a connection's begin or last response
+  std::chrono::milliseconds closed_within{2000};    // a WebSocket, from the server's goodbye on
   std::chrono::milliseconds client_silent_at_most{60000};  // pings are sent at half of it
   int send_buffer_bytes = 256 * 1024;  // of the kernel: what waits beyond it waits in the queue
   OutgoingLimits outgoing;
@@ -105,7 +109,8 @@ class Server {
 
   struct Counts {
     std::uint64_t connections = 0;  // now
-    std::uint64_t refused = 0;      // beyond most_connections, since the start
+    std::uint64_t refused = 0;      // WebSockets without a place, since the start
+    std::uint64_t gave_way = 0;     // plain connections that were closed for newcomers
   };
   [[nodiscard]] Counts counts() const;  // any thread
 

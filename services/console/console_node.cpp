@@ -152,7 +152,9 @@ ConsoleNode::ConsoleNode(const ConsoleOptions& options)
             statuses_in_.push({.writer = origin.writer, .status = m});
           },
           host_.observer(),
-          [this](const auto& writer) { statuses_in_.push({.writer = writer, .is_gone = true}); }),
+          [this](const auto& writer, dds::Departure) {
+            statuses_in_.push({.writer = writer, .is_gone = true});
+          }),
       events_reader_(host_.participant(), into(events_in_), host_.observer()) {
   command_service_ = hub_.add_service("/command", "zerodrift.telemetry.Command",
                                       foxglove::schema_of(*telemetry::Command::descriptor()),
@@ -340,7 +342,11 @@ void ConsoleNode::closed(web::Client& client, const std::string& why) {
   hub_.closed(client);
   open_calls_.erase(client.id());
   told_dropped_.erase(client.id());
-  if (!why.empty()) spdlog::info("client {} closed: {}", client.remote(), why);
+  // A line for each would let clients fill the log.
+  if (why.empty()) return;
+  host_.raise({.code = "client_closed",
+               .severity = service::Severity::kInformation,
+               .text = core::one_line(fmt::format("client {}: {}", client.remote(), why))});
 }
 
 void ConsoleNode::call(const foxglove::CallOrigin& origin, const std::string& payload) {
@@ -366,7 +372,7 @@ void ConsoleNode::answer(const foxglove::CallOrigin& origin, const telemetry::Co
   const auto open = open_calls_.find(origin.client);
   if (open != open_calls_.end() && --open->second <= 0) open_calls_.erase(open);
   const bool is_done = answered.outcome == Outcome::kDone;
-  const std::string text = utf8(answered.text);
+  const std::string text = core::one_line(answered.text);
   host_.tell({.code = "command",
               .severity = is_done ? service::Severity::kInformation : service::Severity::kWarning,
               .text = core::one_line(

@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "common/core/one_line.h"
 #include "common/dds/conversions.h"
 #include "common/foxglove/schema.h"
 #include "services/console/telemetry.h"
@@ -141,7 +142,7 @@ void Gateway::take(const msg::Temperature& reading, std::int64_t unix_ns) {
   telemetry::Temperature out;
   set_time(*out.mutable_timestamp(), reading.sensor_time_ns());
   out.set_gyro_id(from->id);
-  out.set_probe(utf8(sample.probe));
+  out.set_probe(core::one_line(sample.probe));
   out.set_temperature_degc(is_known ? sample.temperature_degc : kNaN);
   out.set_rate_degc_per_min(is_known && rate ? degc_per_min(*rate) : kNaN);
   from->history.add(out.probe(),

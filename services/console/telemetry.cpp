@@ -8,6 +8,7 @@
 
 #include "common/allan/noise_units.h"
 #include "common/compensation/mode.h"
+#include "common/core/one_line.h"
 #include "common/core/units.h"
 
 namespace zerodrift::services {
@@ -28,25 +29,6 @@ double deg(double rad) {
 }
 
 namespace {
-
-// Length of the UTF-8 sequence (RFC 3629) at the front; 0: none.
-std::size_t sequence_length(std::string_view bytes) {
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(bytes[i]); };
-  const unsigned char first = byte(0);
-  const std::size_t length = first < 0x80U                     ? 1
-                             : first >= 0xC2U && first < 0xE0U ? 2
-                             : first >= 0xE0U && first < 0xF0U ? 3
-                             : first >= 0xF0U && first < 0xF5U ? 4
-                                                               : 0;
-  if (length == 0 || length > bytes.size()) return 0;
-  for (std::size_t i = 1; i < length; ++i)
-    if ((byte(i) & 0xC0U) != 0x80U) return 0;
-  const bool is_overlong =
-      (first == 0xE0U && byte(1) < 0xA0U) || (first == 0xF0U && byte(1) < 0x90U);
-  const bool is_surrogate = first == 0xEDU && byte(1) >= 0xA0U;
-  const bool is_beyond = first == 0xF4U && byte(1) >= 0x90U;
-  return is_overlong || is_surrogate || is_beyond ? 0 : length;
-}
 
 template <typename Array>
 void set_deg_h(telemetry::Vector3& out, const Array& radps) {
@@ -88,16 +70,6 @@ double seconds_or_nan(std::chrono::nanoseconds duration) {
 }  // namespace
 
 }  // namespace
-
-std::string utf8(std::string_view raw) {
-  std::string result;
-  while (!raw.empty()) {
-    const std::size_t length = sequence_length(raw);
-    result += length == 0 ? "?" : raw.substr(0, length);
-    raw.remove_prefix(std::max<std::size_t>(length, 1));
-  }
-  return result;
-}
 
 void set_time(google::protobuf::Timestamp& out, std::int64_t time_ns) {
   const std::int64_t rest = time_ns % kNsPerS;
@@ -257,19 +229,19 @@ telemetry::TwinReport to_telemetry(const msg::TwinReport& report) {
   set_time(*out.mutable_timestamp(), report.sensor_time_ns());
   out.set_gyro_id(report.gyro_id());
   out.set_axis(report.axis());
-  out.set_verdict(utf8(report.verdict().c_str()));
-  out.set_model(utf8(report.model().c_str()));
-  out.set_record(utf8(report.record().c_str()));
-  out.set_text(utf8(report.text().c_str()));
-  out.set_next_experiment(utf8(report.next_experiment().c_str()));
+  out.set_verdict(core::one_line(report.verdict().c_str()));
+  out.set_model(core::one_line(report.model().c_str()));
+  out.set_record(core::one_line(report.record().c_str()));
+  out.set_text(core::one_line(report.text().c_str()));
+  out.set_next_experiment(core::one_line(report.next_experiment().c_str()));
   out.set_held_out(report.held_out() != 0);
   out.set_before_rms_deg_h(deg_h_from_radps(report.before_rms_radps()));
   out.set_after_rms_deg_h(deg_h_from_radps(report.after_rms_radps()));
   out.set_noise_floor_rms_deg_h(deg_h_from_radps(report.noise_floor_rms_radps()));
   for (const auto& effect : report.effects()) {
     auto& named = *out.add_effects();
-    named.set_name(utf8(effect.name().c_str()));
-    named.set_alternatives(utf8(effect.alternatives().c_str()));
+    named.set_name(core::one_line(effect.name().c_str()));
+    named.set_alternatives(core::one_line(effect.alternatives().c_str()));
     named.set_probability(effect.probability());
     named.set_share_of_gap(effect.share_of_gap());
   }
@@ -286,16 +258,16 @@ telemetry::TwinReport to_telemetry(const msg::TwinReport& report) {
 telemetry::ServiceStatus to_telemetry(const msg::ServiceStatus& status, std::int64_t unix_ns) {
   telemetry::ServiceStatus out;
   set_time(*out.mutable_timestamp(), unix_ns);
-  out.set_service(utf8(status.service().c_str()));
-  out.set_host(utf8(status.host().c_str()));
+  out.set_service(core::one_line(status.service().c_str()));
+  out.set_host(core::one_line(status.host().c_str()));
   out.set_process_id(status.process_id());
   out.set_state(service::state_name(static_cast<service::State>(status.state())));
   out.set_uptime_s(static_cast<double>(status.uptime_ms()) * 1e-3);
-  out.set_summary(utf8(status.summary().c_str()));
+  out.set_summary(core::one_line(status.summary().c_str()));
   for (const auto& from : status.metrics()) {
     auto& metric = *out.add_metrics();
-    metric.set_name(utf8(from.name().c_str()));
-    metric.set_unit(utf8(from.unit().c_str()));
+    metric.set_name(core::one_line(from.name().c_str()));
+    metric.set_unit(core::one_line(from.unit().c_str()));
     metric.set_value(from.value());
   }
   out.set_alive(status.state() != static_cast<std::uint32_t>(service::State::kStopping));
@@ -305,9 +277,9 @@ telemetry::ServiceStatus to_telemetry(const msg::ServiceStatus& status, std::int
 telemetry::Event to_telemetry(const msg::Event& event) {
   telemetry::Event out;
   set_time(*out.mutable_timestamp(), event.wall_time_ns());
-  out.set_service(utf8(event.service().c_str()));
-  out.set_code(utf8(event.code().c_str()));
-  out.set_text(utf8(event.text().c_str()));
+  out.set_service(core::one_line(event.service().c_str()));
+  out.set_code(core::one_line(event.code().c_str()));
+  out.set_text(core::one_line(event.text().c_str()));
   out.set_severity(event.severity());
   out.set_gyro_id(event.gyro_id());
   out.set_count(event.count());
@@ -319,7 +291,7 @@ telemetry::Endpoint to_telemetry(const dds::RemoteEndpoint& endpoint) {
   telemetry::Endpoint out;
   out.set_topic(endpoint.topic);
   out.set_is_writer(endpoint.is_writer);
-  out.set_process(utf8(endpoint.process.c_str()));
+  out.set_process(core::one_line(endpoint.process.c_str()));
   out.set_reliability(endpoint.reliability);
   out.set_durability(endpoint.durability);
   out.set_ownership(endpoint.ownership);
@@ -327,7 +299,7 @@ telemetry::Endpoint to_telemetry(const dds::RemoteEndpoint& endpoint) {
   out.set_liveliness(endpoint.liveliness);
   out.set_lease_s(seconds_or_nan(endpoint.lease));
   out.set_deadline_s(seconds_or_nan(endpoint.deadline));
-  out.set_problem(utf8(endpoint.problem.c_str()));
+  out.set_problem(core::one_line(endpoint.problem.c_str()));
   return out;
 }
 

@@ -39,8 +39,6 @@ telemetry::ServiceStatus to_telemetry(const msg::ServiceStatus& status, std::int
 telemetry::Event to_telemetry(const msg::Event& event);
 telemetry::Endpoint to_telemetry(const dds::RemoteEndpoint& endpoint);
 
-// Each byte that is of no UTF-8 sequence becomes '?': a Protobuf string has to be UTF-8.
-std::string utf8(std::string_view raw);
 void set_time(google::protobuf::Timestamp& out, std::int64_t time_ns);
 std::int64_t time_ns(const google::protobuf::Timestamp& time);  // what set_time() set
 

@@ -52,16 +52,5 @@ TEST(Telemetry, TimeBeforeTheEpochHasNanosecondsFromItsSecondOn) {
   EXPECT_EQ(time.nanos(), 999'999'999);
 }
 
-TEST(TelemetryAbuse, TextBecomesUtf8) {
-  EXPECT_EQ(utf8("25 °C"), "25 °C");
-  EXPECT_EQ(utf8("\xf0\x9f\x98\x80"), "\xf0\x9f\x98\x80");
-  EXPECT_EQ(utf8("a\xff"
-                 "b\xc3"),
-            "a?b?");
-  EXPECT_EQ(utf8("\xc0\xaf"), "??");            // overlong
-  EXPECT_EQ(utf8("\xed\xa0\x80"), "???");       // surrogate
-  EXPECT_EQ(utf8("\xf4\x90\x80\x80"), "????");  // beyond U+10FFFF
-}
-
 }  // namespace
 }  // namespace zerodrift::services

@@ -4,11 +4,13 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <atomic>
 #include <memory>
 #include <mutex>
 #include <set>
 #include <thread>
+#include <tuple>
 #include <vector>
 
 #include "common/web/client.h"
@@ -21,7 +23,8 @@ using Opcode = BlockingClient::Opcode;
 
 constexpr auto kAtMost = 5000ms;  // until a test gives up; what it waits for takes milliseconds
 
-// Says back what it hears; "flood N" sends N samples of 4 kB and then "done", "close" closes.
+// Says back what it hears; "flood N" sends N samples of 4 kB and then "done", "close" closes the
+// one that says it, "close all" everybody.
 class Echo final : public Application {
  public:
   Response respond(const Request& request) override {
@@ -37,6 +40,11 @@ class Echo final : public Application {
     if (message.starts_with("flood "))
       return flood(client, std::stoi(std::string(message.substr(6))));
     if (message == "close") return client.close(CloseCode::kPolicyError, "as you wish");
+    if (message == "close all") {
+      for (Client* each : std::set<Client*>(clients_))
+        each->close(CloseCode::kPolicyError, "as you wish");
+      return;
+    }
     Frame frame;
     frame.kind = kind;
     frame.body = body_of(std::string(message));
@@ -86,7 +94,9 @@ ServerOptions small_options() {
   ServerOptions options;
   options.listen = {"127.0.0.1", 0};
   options.most_connections = 8;
+  options.kept_for_requests = 2;
   options.request_within = 1000ms;
+  options.closed_within = 200ms;
   options.send_buffer_bytes = 16 * 1024;
   options.headers = {{"X-Content-Type-Options", "nosniff"}};
   return options;
@@ -268,16 +278,57 @@ TEST_F(WebServer, ASlowClientLosesSamplesOthersNothing) {
   EXPECT_EQ(done, "done " + std::to_string(4000 - frames));  // what it lost is what is counted
 }
 
-TEST_F(WebServer, TooManyConnectionsAreToldSo) {
+TEST_F(WebServer, TooManyClientsAreToldSoAndRequestsAreServedAllTheSame) {
+  const ServerOptions options = small_options();
   std::vector<std::unique_ptr<BlockingClient>> clients;
-  for (std::size_t i = 0; i < small_options().most_connections; ++i) clients.push_back(open());
-  EXPECT_EQ(status_of("GET / HTTP/1.1\r\nHost: h\r\n\r\n"), 503U);
+  for (std::size_t i = options.kept_for_requests; i < options.most_connections; ++i)
+    clients.push_back(open());
+  EXPECT_EQ(connect()->upgrade("/", "a").status, 503U);
   EXPECT_EQ(server_.counts().refused, 1U);
+  expect_alive();
   EXPECT_EQ(echoed(*clients.front(), "served"), "served");
   clients.clear();
   for (int i = 0; i < 500 && server_.counts().connections > 0; ++i)
     std::this_thread::sleep_for(10ms);
-  expect_alive();
+  EXPECT_EQ(connect()->upgrade("/", "a").status, 101U);
+}
+
+// All are younger than request_within when the next one comes.
+TEST_F(WebServer, ConnectionsThatAskNothingOrDripGiveWayToWhoAsks) {
+  const auto client = open();
+  std::vector<std::unique_ptr<BlockingClient>> idle;
+  for (int round = 0; round < 5; ++round) {
+    for (std::size_t i = 0; i < 2 * small_options().most_connections; ++i) {
+      idle.push_back(connect());
+      if (i % 2 == 0) idle.back()->send_raw("GET / HTTP/1.1\r\nHost:");
+    }
+    expect_alive();
+    EXPECT_LE(server_.counts().connections, small_options().most_connections + 1);
+  }
+  EXPECT_GT(server_.counts().gave_way, 0U);
+  EXPECT_EQ(echoed(*client, "still here"), "still here") << "a WebSocket keeps its place";
+}
+
+TEST_F(WebServer, WhoAsksIsServedWhileConnectionsAreMadeAllTheTime) {
+  std::atomic<bool> done{false};
+  std::thread flood([&] {
+    std::vector<std::unique_ptr<BlockingClient>> idle;
+    while (!done) {
+      if (idle.size() > 100) idle.clear();
+      idle.push_back(connect());
+      std::this_thread::sleep_for(1ms);
+    }
+  });
+  // The eighth newcomer behind a connection ends it if that has not asked by then; who is so slow
+  // asks again.
+  for (int i = 0; i < 20; ++i) {
+    bool served = false;
+    for (int attempt = 0; attempt < 100 && !served; ++attempt)
+      served = connect()->get("/metrics").status == 200U;
+    EXPECT_TRUE(served) << i;
+  }
+  done = true;
+  flood.join();
 }
 
 TEST_F(WebServer, AClosedClientIsToldWhyAndSoIsTheApplication) {
@@ -291,6 +342,59 @@ TEST_F(WebServer, AClosedClientIsToldWhyAndSoIsTheApplication) {
   for (int i = 0; i < 500 && echo_.closed_ == 0; ++i) std::this_thread::sleep_for(10ms);
   EXPECT_EQ(echo_.last_why(), "as you wish");
 }
+
+// A client that is closed may answer or not, go or stay; its server may be reading from it or not.
+// In a build with assertions this asks Beast's own ones, too.
+enum class Parting : std::uint8_t {
+  kAnswersAndGoes,
+  kAnswersAndStays,
+  kTalksOn,
+  kStaysSilent,
+  kGoes
+};
+enum class ClosedBy : std::uint8_t { kItself, kAnother };
+
+class AClosedClient : public WebServer,
+                      public testing::WithParamInterface<std::tuple<ClosedBy, Parting>> {};
+
+TEST_P(AClosedClient, IsClosedOnceWithItsReasonHoweverItParts) {
+  const auto [closed_by, parting] = GetParam();
+  auto client = open();
+  const auto another = closed_by == ClosedBy::kAnother ? open() : nullptr;
+  (another ? *another : *client).send(Opcode::kText, another ? "close all" : "close");
+  const auto goodbye = client->receive(kAtMost);
+  ASSERT_TRUE(goodbye);
+  ASSERT_EQ(goodbye->close_code(), 1008);
+  const std::string code = goodbye->payload.substr(0, 2);
+  if (parting == Parting::kTalksOn) {
+    for (int i = 0; i < 10; ++i) client->send(Opcode::kText, "what?");
+    client->send(Opcode::kPing, "still there?");
+  }
+  if (parting == Parting::kAnswersAndGoes || parting == Parting::kAnswersAndStays)
+    client->send(Opcode::kClose, code);
+  if (another) another->send(Opcode::kClose, code);
+  if (parting == Parting::kAnswersAndGoes || parting == Parting::kGoes) client.reset();
+  const int expected = another ? 2 : 1;
+  for (int i = 0; i < 500 && echo_.closed_ < expected; ++i) std::this_thread::sleep_for(10ms);
+  EXPECT_EQ(echo_.closed_, expected);
+  EXPECT_EQ(echo_.last_why(), "as you wish");
+  expect_alive();
+}
+
+std::string name_of(const testing::TestParamInfo<AClosedClient::ParamType>& tested) {
+  constexpr std::array<const char*, 5> kPartings{"AnswersAndGoes", "AnswersAndStays", "TalksOn",
+                                                 "StaysSilent", "Goes"};
+  const auto [closed_by, parting] = tested.param;
+  return std::string(closed_by == ClosedBy::kItself ? "ByItselfAnd" : "ByAnotherAnd") +
+         kPartings[static_cast<std::size_t>(parting)];
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, AClosedClient,
+    testing::Combine(testing::Values(ClosedBy::kItself, ClosedBy::kAnother),
+                     testing::Values(Parting::kAnswersAndGoes, Parting::kAnswersAndStays,
+                                     Parting::kTalksOn, Parting::kStaysSilent, Parting::kGoes)),
+    name_of);
 
 TEST_F(WebServer, AClientThatVanishesEndsNothing) {
   for (int i = 0; i < 5; ++i) {
