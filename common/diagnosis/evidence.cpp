@@ -3,10 +3,11 @@
 
 #include <algorithm>
 #include <array>
-#include <cassert>
 #include <cmath>
 #include <limits>
 #include <numeric>
+
+#include "common/core/require.h"
 
 namespace zerodrift::diagnosis {
 namespace {
@@ -113,7 +114,7 @@ void GapBridge::apply(std::span<double> column) const {
 
 ColumnTransform::ColumnTransform(const SpectralBands& bands, std::span<const std::uint8_t> valid)
     : bands_(bands), transform_(bands.samples()), gaps_(valid), weight_(1.0) {
-  assert(valid.size() == bands.samples());
+  core::require(valid.size() == bands.samples(), "each sample of the bands is valid or not");
   const double present = 1.0 - gaps_.missing_share();
   weight_ = present * present;
 }

@@ -2,12 +2,12 @@
 #include "common/diagnosis/gap.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <numbers>
 #include <numeric>
 
 #include "common/allan/rolling_allan.h"
+#include "common/core/require.h"
 #include "common/twin/effect_catalogue.h"
 
 namespace zerodrift::diagnosis {
@@ -72,7 +72,8 @@ double mean_log_distance(const std::vector<double>& measured, const std::vector<
 
 BlockMeans block_means(std::span<const double> values, std::span<const std::uint8_t> valid,
                        std::size_t block) {
-  assert(values.size() == valid.size() && block >= 1);
+  core::require(values.size() == valid.size() && block >= 1,
+                "block means need a block of one sample and the validity of each");
   BlockMeans means;
   for (std::size_t begin = 0; begin + block <= values.size(); begin += block) {
     double sum = 0.0;

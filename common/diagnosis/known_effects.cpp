@@ -2,9 +2,9 @@
 #include "common/diagnosis/known_effects.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 
+#include "common/core/require.h"
 #include "common/core/units.h"
 #include "common/twin/effect_catalogue.h"
 
@@ -102,7 +102,7 @@ std::vector<KnownParameter> known_parameters(const twin::Model& model, core::Axi
 
 std::vector<Recalibration> recalibrate(twin::Model& model, const std::vector<KnownParameter>& known,
                                        const std::vector<CorrectionFinding>& corrections) {
-  assert(known.size() == corrections.size());
+  core::require(known.size() == corrections.size(), "each known parameter has its correction");
   std::vector<Recalibration> told;
   for (std::size_t i = 0; i < known.size(); ++i) {
     const CorrectionFinding& correction = corrections[i];

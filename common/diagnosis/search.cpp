@@ -361,7 +361,10 @@ class Searcher {
     const NoiseFit noise =
         fit_noise(rows, board_.dictionary(), options_.noise_fit, remainder_.null.squares);
     report.noise_status = noise.status;
-    if (noise.status == NoiseFitStatus::kNoPower) return;
+    if (noise.status == NoiseFitStatus::kNoPower) {
+      report.corrections = corrections(std::nullopt);
+      return;
+    }
     report.noise_squares.assign(noise.squares.begin(), noise.squares.end());
     const std::optional<Amplitudes> joint = fit_amplitudes(rows, noise.spectrum);
     if (joint) {
@@ -379,8 +382,8 @@ class Searcher {
         unknown_.places = unknown_places_;
         report.unknown = describe(unknown_, base, *joint);
       }
-      report.corrections = corrections(*joint);
     }
+    report.corrections = corrections(joint);
     report.groups = groups_at_first();
     add_power(report, noise.spectrum);
     const Eigen::VectorXd known_spectrum =
@@ -427,7 +430,9 @@ class Searcher {
     return effect;
   }
 
-  [[nodiscard]] std::vector<CorrectionFinding> corrections(const Amplitudes& joint) const {
+  // One for each known column; without a joint fit each is 0 and may be anything.
+  [[nodiscard]] std::vector<CorrectionFinding> corrections(
+      const std::optional<Amplitudes>& joint) const {
     std::vector<CorrectionFinding> findings;
     const double threshold =
         std::log(static_cast<double>(problem_.known.size()) / options_.false_alarm);
@@ -436,11 +441,12 @@ class Searcher {
       CorrectionFinding f;
       f.name = problem_.known[k].name;
       f.testability = board_.known_testability()[k];
-      if (f.testability == Testability::kTestable) {
+      f.standard_error = joint ? 0.0 : std::numeric_limits<double>::infinity();
+      if (joint && f.testability == Testability::kTestable) {
         const auto i = static_cast<Eigen::Index>(counted);
         const double norm = board_.active(board_.known()[counted++]).norm;
-        f.value = joint.values(i) / norm;
-        const double variance = joint.covariance(i, i) / (norm * norm);
+        f.value = joint->values(i) / norm;
+        const double variance = joint->covariance(i, i) / (norm * norm);
         f.standard_error = std::sqrt(variance);
         f.log_evidence = evidence_of_correction(f.value, variance, problem_.known[k].prior_sd);
         f.significant = f.log_evidence > threshold;

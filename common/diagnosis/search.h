@@ -166,8 +166,8 @@ struct SearchReport {
   SearchOutcome outcome = SearchOutcome::kRefused;
   std::string reason;  // of a refusal, or of kUnknown: which rule
   std::vector<FoundEffect> effects{};
-  std::optional<FoundEffect> unknown{};  // the generic group, named by its group
-  std::vector<CorrectionFinding> corrections{};
+  std::optional<FoundEffect> unknown{};          // the generic group, named by its group
+  std::vector<CorrectionFinding> corrections{};  // one a known column, unless refused
   std::vector<GroupFinding> groups{};
   double threshold_nats = 0.0;
   std::vector<NoiseTerm> noise_terms{};

@@ -590,7 +590,9 @@ void settle_amplitudes(SearchReport& report, SearchProblem problem, const Search
   certain.form_mismatch_share = 1e-6;
   certain.max_effects = std::max<std::size_t>(1, problem.groups.size());
   const SearchReport settled = search(problem, certain);
-  if (settled.effects.size() != problem.groups.size()) return;  // keep what fits together
+  const bool fits =
+      settled.outcome != SearchOutcome::kRefused && settled.effects.size() == problem.groups.size();
+  if (!fits) return;  // keep what fits together
   const auto take = [&](FoundEffect& effect) {
     for (const FoundEffect& now : settled.effects) {
       if (now.name != effect.name) continue;

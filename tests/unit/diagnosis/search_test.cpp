@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "common/core/require.h"
+#include "common/diagnosis/known_effects.h"
 #include "tests/unit/diagnosis/search_record.h"
 
 namespace zerodrift::diagnosis {
@@ -327,7 +329,31 @@ TEST(SearchAbuse, MoreColumnsThanDataNameNothing) {
   EXPECT_NE(search(tiny(noise, all, many)).outcome, SearchOutcome::kNamed);
   SearchProblem problem = tiny(noise, all, {many[0]});
   for (std::size_t i = 1; i < many.size(); ++i) problem.known.push_back({"known", many[i]});
-  EXPECT_NE(search(problem).outcome, SearchOutcome::kNamed);
+  const SearchReport report = search(problem);
+  EXPECT_NE(report.outcome, SearchOutcome::kNamed);
+  EXPECT_TRUE(report.outcome == SearchOutcome::kRefused ||
+              report.corrections.size() == problem.known.size());
+}
+
+// Before: whoever corrected a model by a search whose joint fit failed read beside the corrections.
+TEST(SearchAbuse, KnownColumnsThatAreTheSameGetACorrectionEach) {
+  Record record(502);
+  const Series known = record.hide("scale_factor", {}, 20.0);
+  for (const std::size_t copies : {1U, 2U, 3U}) {
+    SearchProblem problem = record.problem();
+    problem.groups.clear();
+    for (std::size_t i = 0; i < copies; ++i)
+      problem.known.push_back({"copy", known, std::numeric_limits<double>::infinity()});
+    const SearchReport report = search(problem);
+    EXPECT_NE(report.outcome, SearchOutcome::kRefused);
+    EXPECT_EQ(report.corrections.size(), copies);
+  }
+}
+
+TEST(SearchAbuse, CorrectionsThatBelongToOtherParametersAreRefusedInEveryBuild) {
+  twin::Model model;
+  EXPECT_THROW(static_cast<void>(recalibrate(model, std::vector<KnownParameter>(1), {})),
+               core::BrokenPromise);
 }
 
 TEST(SearchAbuse, ContradictionsAndWrongOptionsAreNamed) {
