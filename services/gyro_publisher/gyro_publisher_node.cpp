@@ -6,6 +6,7 @@
 #include "common/dds/conversions.h"
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
+#include "common/service/sensor_clock.h"
 
 namespace zerodrift::services {
 
@@ -175,9 +176,13 @@ std::string GyroPublisherNode::replay(const std::string& argument) {
 // ---------------------------------------- a real gyro
 
 void GyroPublisherNode::publish_serial() {
+  service::SensorClock clock(service::await_clocks());
   while (!stopping_) {
     const auto result = serial_->wait(kStopCheck);
-    const core::SensorTime now{service::unix_time_ns()};
+    const std::int64_t arrived_ns = service::monotonic_ns();
+    if (service::follow_wall_clock(clock, host_, options_.gyro_id)) serial_->restart_time();
+    const core::SensorTime now = clock.at(arrived_ns);
+    const service::ClockDiscipline discipline = service::clock_discipline();
     if (result == drivers::SerialStatus::kGone) {
       host_.raise(
           {.code = "device_gone",
@@ -193,7 +198,7 @@ void GyroPublisherNode::publish_serial() {
       }
     }
     for (const auto& reading : serial_->read(now)) {
-      rates_.publish(reading.rate);
+      rates_.publish(reading.rate, discipline);
       auto temperature = dds::to_message(reading.temperature, options_.gyro_id);
       temperature_writer_.write(temperature);
     }

@@ -5,6 +5,7 @@
 
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
+#include "common/service/sensor_clock.h"
 
 namespace zerodrift::services {
 
@@ -118,9 +119,11 @@ void ThermalPublisherNode::publish_sysfs() {
   const auto period = std::chrono::duration_cast<std::chrono::nanoseconds>(
       std::chrono::duration<double>(1.0 / options_.sysfs_rate_hz));
   auto due = std::chrono::steady_clock::now();
+  service::SensorClock clock(service::await_clocks());
   while (!stopping_) {
     for (auto& thermometer : thermometers_) {
-      const auto reading = thermometer.read(core::SensorTime{service::unix_time_ns()});
+      service::follow_wall_clock(clock, host_, options_.gyro_id);
+      const auto reading = thermometer.read(clock.at(service::monotonic_ns()));
       if (!reading.sample.measured) {
         host_.raise({.code = "no_temperature",
                      .severity = Severity::kWarning,

@@ -53,7 +53,9 @@ ThermalSource open_simulation(const ThermalSourceOptions& options, const Warn& w
   twin::Profile profile = config::load_profile(options.profile);
   if (options.duration_s > 0.0) profile.duration_s = options.duration_s;
   auto probes = std::make_shared<SimulatedProbes>(loaded.model, profile, options.seed);
-  return [probes] { return probes->next(); };
+  ThermalSource source{.next = [probes] { return probes->next(); }};
+  for (const auto& probe : loaded.model.probes) source.probes.push_back(probe.name);
+  return source;
 }
 
 ThermalSource open_record(const ThermalSourceOptions& options, const Warn& warn) {

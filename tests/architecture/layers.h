@@ -10,7 +10,7 @@
 
 namespace zerodrift::architecture {
 
-enum class Purity { kPure, kSystem };  // kPure: standard library and Eigen only, see checks.cpp
+enum class Purity { kPure, kSystem };  // kPure: std, Eigen, Boost.Math only, see checks.cpp
 
 struct Layer {
   std::string_view folder;  // below the root
@@ -32,14 +32,14 @@ inline constexpr std::array kLayers{
     Layer{"common/mcap",         Purity::kSystem, {"common/core"}},
     Layer{"common/record",       Purity::kSystem, {"common/core", "common/mcap"}},
     Layer{"common/checkpoint",   Purity::kSystem, {"common/core", "common/thermal", "common/regression", "common/compensation", "common/record", "idl/proto"}},
-    Layer{"common/report",       Purity::kSystem, {"common/record"}},
+    Layer{"common/report",       Purity::kSystem, {"common/core", "common/record"}},
     Layer{"common/drivers",      Purity::kSystem, {"common/core"}},
-    Layer{"common/config",       Purity::kSystem, {"common/core", "common/thermal", "common/regression", "common/navigation", "common/compensation", "common/twin", "idl/proto"}},
+    Layer{"common/config",       Purity::kSystem, {"common/core", "common/thermal", "common/regression", "common/navigation", "common/compensation", "common/twin", "common/record", "idl/proto"}},
     Layer{"common/dds",          Purity::kSystem, {"common/core", "common/compensation", "common/allan", "idl/dds"}},
     Layer{"common/web",          Purity::kSystem, {"common/core"}},
     Layer{"common/foxglove",     Purity::kSystem, {"common/core", "common/web"}},
     Layer{"common/replay",       Purity::kSystem, {"common/core", "common/record", "common/dds", "common/service", "idl/dds"}},
-    Layer{"common/service",      Purity::kSystem, {"common/core", "common/dds", "idl/dds"}},
+    Layer{"common/service",      Purity::kSystem, {"common/core", "common/compensation", "common/dds", "idl/dds"}},
 };
 // clang-format on
 

@@ -8,7 +8,7 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(cd "$here/../.." && pwd)
 bin=$1/bin
 work=$1/deploy_test
-domain=230  # beyond those of tests/system/domains.h
+domain=231  # beyond those of tests/system/domains.h
 port=18765
 mkdir -p "$work" && cd "$work" || exit 2
 

@@ -46,10 +46,11 @@ class Gyro {
     ASSERT_TRUE(eventually([&] { return writer_.matched() > 0; }));
   }
 
+  std::uint64_t next_number() { return sequence_++; }
   compensation::CompensatedSample next() {
     time_s += 1.0 / rate_hz;
     compensation::CompensatedSample sample;
-    sample.raw.sequence = sequence_++;
+    sample.raw.sequence = next_number();
     sample.raw.time = core::from_seconds(time_s);
     sample.raw.interval_s = 1.0 / rate_hz;
     sample.raw.valid = {true, true, true};
@@ -72,7 +73,7 @@ class Gyro {
     settle();
   }
   void settle() {
-    ASSERT_TRUE(writer_.wait_until_received(5000ms));
+    ASSERT_TRUE(writer_.wait_until_received(30000ms));
     in_flight_ = 0;
   }
   void send_for(double duration_s) {
@@ -443,8 +444,9 @@ TEST(AllanMonitor, BadSamplesAreCountedAndPoisonNothing) {
   auto absurd = gyro.next();
   absurd.rate_radps[2] = 1e300;
   gyro.send(absurd);
-  const auto twice = gyro.next();
+  auto twice = gyro.next();
   gyro.send(twice);
+  twice.raw.sequence = gyro.next_number();  // the same time again, as another sample
   gyro.send(twice);
   auto earlier = gyro.next();
   earlier.raw.time -= std::chrono::seconds(5);

@@ -31,14 +31,18 @@ bool is_on_model(const msg::CompensatedRate& answer) {
 // A simulation at 20 times real time, compensated by a service that may be started again.
 class RestartedRun {
  public:
-  RestartedRun()
-      : system(Domain::kCheckpoint), participant_("test", system.network()), answers(participant_) {
+  explicit RestartedRun(Arguments compensation = {}, const Arguments& folders = {})
+      : system(Domain::kCheckpoint),
+        participant_("test", system.network()),
+        arguments_(std::move(compensation)),
+        answers(participant_) {
     Arguments source{"--source", "simulation", "--speed", "20"};
     for (const auto& argument :
          Simulation{.profile = write_ramp_profile(system, 100000)}.arguments()) {
       source.push_back(argument);
     }
     std::filesystem::create_directory(folder());
+    for (const std::string& name : folders) std::filesystem::create_directory(folder() / name);
     start_compensation();
     system.start("thermal_publisher", source);
     source.insert(source.end(), {"--rate", "50"});
@@ -48,7 +52,8 @@ class RestartedRun {
   [[nodiscard]] std::filesystem::path folder() const { return system.path("checkpoints"); }
 
   void start_compensation() {
-    compensation_ = &system.start("compensation", {"--checkpoint-dir", folder().string()});
+    compensation_ = &system.start("compensation",
+                                  Arguments{"--checkpoint-dir", folder().string()} + arguments_);
   }
   void stop_compensation() {
     compensation_->send(SIGTERM);
@@ -64,6 +69,7 @@ class RestartedRun {
 
  private:
   dds::Participant participant_;
+  Arguments arguments_;
   ChildProcess* compensation_ = nullptr;
 
  public:
@@ -77,8 +83,7 @@ TEST(Checkpoint, OutlivesARestartOfTheService) {
   ASSERT_TRUE(run.comes(0, is_on_model));
   const Finished saved = run.system.control({"checkpoint"});
   ASSERT_EQ(saved.exit_code, 0) << saved.out << saved.err;
-  EXPECT_NE(saved.out.find("saved " + (run.folder() / "1-latest.ckpt").string()), std::string::npos)
-      << saved.out;
+  EXPECT_NE(saved.out.find("saved 1-latest.ckpt"), std::string::npos) << saved.out;
   ASSERT_TRUE(std::filesystem::exists(run.folder() / "1-latest.ckpt"));
   const std::uint64_t saved_epoch = run.answers.newest().model_epoch();
   ASSERT_GT(saved_epoch, 10U);
@@ -123,7 +128,7 @@ TEST(Checkpoint, ABadOneIsRefusedAndTheModelGoesOn) {
   const std::size_t from = run.answers.size();
   const std::uint64_t epoch = run.answers.newest().model_epoch();
   for (const auto& [name, reason] :
-       {std::pair{"flipped", "the checkpoint is damaged"}, std::pair{"cut", "truncated"},
+       {std::pair{"flipped", "is damaged"}, std::pair{"cut", "truncated"},
         std::pair{"none", "no such file"}, std::pair{"../1-good", "found name '../1-good'"}}) {
     const Finished refused = run.system.control({"restore", name});
     EXPECT_EQ(refused.exit_code, 1) << name;
@@ -141,6 +146,19 @@ TEST(Checkpoint, ABadOneIsRefusedAndTheModelGoesOn) {
   const Finished restored = run.system.control({"restore", "good"});
   EXPECT_EQ(restored.exit_code, 0) << restored.out;
   EXPECT_NE(restored.out.find("model epoch"), std::string::npos) << restored.out;
+}
+
+// Rule: what could not be saved of itself is told once, tried again although nothing changed since,
+// and told again when it is saved.
+TEST(Checkpoint, OneThatFailsIsTriedAgainUntilItIsSaved) {
+  RestartedRun run({"--checkpoint-period", "1"}, {"1-latest.ckpt"});  // a folder takes its name
+  dds::Participant participant("test", run.system.network());
+  const Collector<msg::Event> events(participant);
+  ASSERT_TRUE(eventually([&] { return told(events, "checkpoint_failed", "is a folder"); }));
+  ASSERT_EQ(run.system.control({"freeze"}).exit_code, 0);
+  std::filesystem::remove(run.folder() / "1-latest.ckpt");
+  EXPECT_TRUE(eventually([&] { return told(events, "checkpoint_saved", "saved again"); }));
+  EXPECT_TRUE(std::filesystem::is_regular_file(run.folder() / "1-latest.ckpt"));
 }
 
 TEST(Checkpoint, WithoutAFolderTheServiceSaysHowToEnableIt) {

@@ -7,6 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <fstream>
 #include <string_view>
@@ -19,6 +20,8 @@ namespace zerodrift::system_test {
 namespace {
 
 using namespace std::chrono_literals;
+
+constexpr std::chrono::milliseconds kLoadedMachine = 10s;
 
 std::vector<std::string> environment_with(const Environment& added) {
   std::vector<std::string> all;
@@ -89,7 +92,8 @@ void ChildProcess::send(int signal) {
 }
 
 std::optional<int> ChildProcess::wait(std::chrono::milliseconds at_most) {
-  const auto end = std::chrono::steady_clock::now() + at_most;
+  const auto patience = at_most > 0ms ? std::max(3 * at_most, kLoadedMachine) : at_most;
+  const auto end = std::chrono::steady_clock::now() + patience;
   while (!exit_code_) {
     int status = 0;
     if (::waitpid(pid_, &status, WNOHANG) == pid_) {
@@ -101,6 +105,16 @@ std::optional<int> ChildProcess::wait(std::chrono::milliseconds at_most) {
     }
   }
   return exit_code_;
+}
+
+bool ChildProcess::heeds_stop_signals() const {
+  std::ifstream status("/proc/" + std::to_string(pid_) + "/status");
+  for (std::string line; std::getline(status, line);) {
+    if (!line.starts_with("SigBlk:")) continue;
+    const auto blocked = std::stoull(line.substr(7), nullptr, 16);
+    return (blocked >> (SIGTERM - 1) & 1U) != 0;
+  }
+  return false;
 }
 
 std::string ChildProcess::out() const {

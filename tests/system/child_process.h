@@ -41,8 +41,12 @@ class ChildProcess {
 
   [[nodiscard]] bool running();
   void send(int signal);
+  // It has begun: a stop signal no longer ends it at once, but is heeded in order.
+  [[nodiscard]] bool heeds_stop_signals() const;
   // Exit code as a shell tells it: 128 + the number of the signal that ended the process. None: it
-  // still runs.
+  // still runs. `at_most` is meant for a quiet machine: any but 0 is taken threefold, and for 10 s
+  // at least, so that no test fails by load. That a stop takes effect within 2 s, whatever the
+  // middleware does, is service::end_within()'s to hold.
   std::optional<int> wait(std::chrono::milliseconds at_most);
 
   // What it wrote so far.

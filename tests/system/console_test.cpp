@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <algorithm>
 #include <atomic>
 #include <fstream>
 #include <memory>
@@ -319,6 +320,13 @@ TEST(Console, HostileClientsEndNothingAndCostNoMemory) {
   ConsoleClient good(run.address);
   good.subscribe("/gyro_1/samples");
   expect_complete(good, 20);
+  // More connections than there are places, none of which ever asks for anything.
+  std::vector<std::unique_ptr<web::BlockingClient>> idle;
+  for (int i = 0; i < 100; ++i) {
+    idle.push_back(std::make_unique<web::BlockingClient>(run.address));
+    if (i % 2 == 0) idle.back()->send_raw("GET /metrics HT");
+  }
+  EXPECT_EQ(run.get("/metrics").status, 200U);
   const auto attack = [&] {
     for (int i = 0; i < 20; ++i) {
       ConsoleClient bad(run.address);
@@ -359,6 +367,8 @@ TEST(Console, HostileClientsEndNothingAndCostNoMemory) {
   EXPECT_LT(*after, *before + (std::uint64_t{8} << 20U));
   expect_complete(good, 20);
   run.expect_stops(*run.console);
+  const std::string log = run.console->err();
+  EXPECT_LT(std::count(log.begin(), log.end(), '\n'), 50) << "240 bad clients, not a line for each";
 }
 
 TEST(Console, WorksWithSecurity) {

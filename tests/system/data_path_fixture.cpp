@@ -59,7 +59,7 @@ void break_every_rule(const dds::NetworkOptions& network) {
 // --domain N
 int main(int argc, char** argv) {
   if (argc != 3) return 2;
-  zerodrift::service::block_stop_signals();
+  zerodrift::service::take_signals();
   zerodrift::dds::NetworkOptions network;
   network.domain = static_cast<std::uint32_t>(std::atoi(argv[2]));
   zerodrift::system_test::break_every_rule(network);

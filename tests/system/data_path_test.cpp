@@ -103,7 +103,8 @@ class Audited {
     all.insert(all.end(), {"--domain", std::to_string(system.network().domain)});
     service_ = &system.start_foreign(
         program, all,
-        {{"LD_PRELOAD", ZERODRIFT_AUDIT_LIBRARY}, {kAuditFile, system.path("audit").string()}});
+        {{"LD_PRELOAD", std::string(ZERODRIFT_BIN_DIR) + "/libdata_path_audit.so"},
+         {kAuditFile, system.path("audit").string()}});
   }
 
   // Sends until an answer comes back, and some more, so that everything has begun.

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A DDS domain for each system test, so that no test hears another: 120 to 229.
+// A DDS domain for each system test, so that no test hears another. Up to 100 a domain's ports lie
+// below those that Linux gives to anybody (32768 on); unit tests have 101 to 119, soak runs 215 to
+// 224, and beyond are tests/browser, tests/deploy and tests/mcap_peer.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +9,7 @@
 namespace zerodrift::system_test {
 
 enum class Domain : std::uint32_t {
-  kRecordLive = 120,
+  kRecordLive = 20,
   kSimulationLive,
   kTwoGyros,
   kTurnsWithoutReference,
@@ -88,7 +90,7 @@ enum class Domain : std::uint32_t {
   kRecordingFull,
   kRecordingUsage,
   kConsole,
-  kConsoleSlow,
+  kConsoleSlow = 120,
   kConsoleAccess,
   kConsoleMetrics,
   kConsoleHostile,
@@ -112,6 +114,22 @@ enum class Domain : std::uint32_t {
   kDiscoveryServers,
   kSharedMemory,
   kSharedMemoryApart,
+  kPlainHostile,
+  kSignals,
+  kCommandAbuse,
+  kSameRunAgain,
+  kStandstill,
+  kSecondRun,
+  kTooManyGyros,
+  kClockStep,
+  kRecordingCsvFull,
+  kRecordingClock,
+  kRecordingLoss,
 };
+
+static_assert(static_cast<std::uint32_t>(Domain::kConsole) <= 100);
+
+// What SystemUnderTest refuses to exceed.
+inline constexpr auto kLastDomain = static_cast<Domain>(214);
 
 }  // namespace zerodrift::system_test

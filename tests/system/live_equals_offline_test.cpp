@@ -61,6 +61,29 @@ TEST(LiveRun, OfASimulationEqualsOfflineCompensationOfItsRecordToTheByte) {
   EXPECT_EQ(first_difference(system.path("live.csv"), system.path("offline.csv")), "");
 }
 
+// Rule: runs repeat each other's numbers and times, and are all seen whole by one who stayed.
+TEST(LiveRun, TheSameOneAgainAndAShorterAndALongerOneAreEachSeenWhole) {
+  SystemUnderTest system(Domain::kSameRunAgain);
+  dds::Participant participant("test", system.network());
+  Collector<msg::CompensatedRate> answers(participant);
+  system.start("compensation", {"--await-subscribers", "1"});
+  Arguments source{"--source", "simulation", "--speed", "max"};
+  for (const auto& argument : Simulation{.profile = write_ramp_profile(system, 100)}.arguments())
+    source.push_back(argument);
+  std::size_t expected = 0;
+  for (const int duration_s : {5, 5, 2, 20, 5}) {
+    Arguments run = source;
+    run.insert(run.end(), {"--duration", std::to_string(duration_s)});
+    system.start("thermal_publisher", run);
+    run.insert(run.end(), {"--rate", "100", "--wait-for", "compensation"});
+    EXPECT_EQ(system.start("gyro_publisher", run).wait(std::chrono::seconds(30)), 0);
+    expected += static_cast<std::size_t>(duration_s) * 100;
+    EXPECT_TRUE(eventually([&] { return answers.size() >= expected; }))
+        << answers.size() << " of " << expected;
+  }
+  EXPECT_EQ(answers.size(), expected);
+}
+
 // Two gyros that have nothing in common but the service.
 TEST(LiveRun, OfTwoGyrosThroughOneServiceEqualsTheOfflineRunOfEach) {
   SystemUnderTest system(Domain::kTwoGyros);

@@ -246,7 +246,10 @@ TEST(NavigationFilter, BadStreamsAreToldAndPoisonNothing) {
     if (k % 20 == 13) message.interval_s(-nan);
     if (k % 20 == 17) message.applied_drift_radps()[0] = std::numeric_limits<double>::infinity();
     source->send(message);
-    if (k % 20 == 19) source->send(message);
+    if (k % 20 == 19) {  // the same time again, as another sample
+      message.sequence_number(source->sequence++);
+      source->send(message);
+    }
   }
   EXPECT_TRUE(eventually([&] { return told(events, "unusable_sample"); }));
   EXPECT_TRUE(eventually([&] { return told(events, "duplicate_time"); }));

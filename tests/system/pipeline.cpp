@@ -33,6 +33,8 @@ void run_live(SystemUnderTest& system, const Live& live) {
   monitor.send(SIGTERM);
   EXPECT_EQ(compensation.wait(2s), 0);
   EXPECT_EQ(monitor.wait(2s), 0);
+  // A record has no clock that could disagree with another's.
+  EXPECT_EQ(compensation.err().find("clocks_disagree"), std::string::npos) << compensation.err();
 }
 
 void run_offline(SystemUnderTest& system, const std::filesystem::path& record,

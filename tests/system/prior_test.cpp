@@ -146,7 +146,9 @@ TEST(Prior, IsAdoptedAndTakenBackLive) {
     source.push_back(argument);
   }
   std::filesystem::create_directory(system.path("checkpoints"));
-  system.start("compensation", {"--checkpoint-dir", system.path("checkpoints")});
+  std::filesystem::create_directory(system.path("models"));
+  system.start("compensation", {"--checkpoint-dir", system.path("checkpoints"), "--model-dir",
+                                system.path("models")});
   system.start("thermal_publisher", source);
   source.insert(source.end(), {"--rate", "50"});
   system.start("gyro_publisher", source);
@@ -161,15 +163,21 @@ TEST(Prior, IsAdoptedAndTakenBackLive) {
   const Finished early = system.control({"revert"});
   EXPECT_EQ(early.exit_code, 1);
   EXPECT_NE(early.out.find("no model was adopted"), std::string::npos) << early.out;
+  std::filesystem::copy_file(kModel, system.path("models/paper_fog.yaml"));
+  write(system.path("models/broken.yaml"), "format_version: 1\nnominal_rate_hz: secret\n");
   for (const auto& [model, reason] :
-       {std::pair{std::string("/no/such/model.yaml"), "/no/such/model.yaml"},
-        std::pair{kModel.string(), "name it under probes"},
-        std::pair{std::string("/"), "a file"}}) {
+       {std::pair{"none.yaml", "'none.yaml': no such file"},
+        std::pair{"paper_fog.yaml", "name its probe under probes"},
+        std::pair{"broken.yaml", "'broken.yaml' can't be a prior: line 2"}}) {
     const Finished refused = system.control({"adopt", "--model", model});
     EXPECT_EQ(refused.exit_code, 1) << refused.out;
     EXPECT_NE(refused.out.find(reason), std::string::npos) << refused.out;
   }
-  const auto partial = write_partial_model(system);
+  const Finished path = system.control({"adopt", "--model", kModel.string()});
+  EXPECT_EQ(path.exit_code, 2) << path.out;
+  EXPECT_NE(path.err.find("--model-dir"), std::string::npos) << path.err;
+  const std::string partial = "partial.yaml";
+  std::filesystem::rename(write_partial_model(system), system.path("models/" + partial));
   EXPECT_EQ(system.control({"adopt", "--model", partial, "--gyro-id", "7"}).exit_code, 1);
   EXPECT_FALSE(answers.any([](const auto& answer) {
     return answer.rung()[0] == static_cast<std::uint8_t>(compensation::Rung::kPrior);
@@ -185,7 +193,8 @@ TEST(Prior, IsAdoptedAndTakenBackLive) {
   EXPECT_TRUE(eventually([&] { return told(events, "command_adopt", "adopted partial"); }));
   const Finished foreign = system.control({"restore"});
   EXPECT_EQ(foreign.exit_code, 1);
-  EXPECT_NE(foreign.out.find("made with prior 'nothing'"), std::string::npos) << foreign.out;
+  EXPECT_NE(foreign.out.find("was made with another prior than is configured"), std::string::npos)
+      << foreign.out;
 
   const std::size_t during = answers.size();
   const Finished reverted = system.control({"revert"});

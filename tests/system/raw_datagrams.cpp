@@ -71,9 +71,11 @@ void LoopbackCapture::record() {
     const std::size_t udp = std::size_t{packet[0] & 0x0FU} * 4U;
     const auto port = static_cast<std::uint16_t>(packet[udp + 2] << 8U | packet[udp + 3]);
     if (port < first_port_ || port >= first_port_ + kPortsOfDomain) continue;
+    const auto from_port = static_cast<std::uint16_t>(packet[udp] << 8U | packet[udp + 1]);
     const std::lock_guard lock(mutex_);
-    datagrams_.push_back({port, Bytes(packet.begin() + static_cast<std::ptrdiff_t>(udp) + 8,
-                                      packet.begin() + size)});
+    datagrams_.push_back(
+        {port, Bytes(packet.begin() + static_cast<std::ptrdiff_t>(udp) + 8, packet.begin() + size),
+         from_port});
   }
 }
 
@@ -111,6 +113,34 @@ void RawSender::send(std::uint16_t port, const Bytes& bytes) const {
 void RawSender::send_to_all(std::uint32_t domain, const Bytes& bytes) const {
   for (std::uint16_t k = 0; k < 2 * kParticipants; ++k) {
     send(static_cast<std::uint16_t>(first_port(domain) + kFirstUnicast + k), bytes);
+  }
+}
+
+ForgedSender::ForgedSender(std::uint16_t from)
+    : socket_(::socket(AF_INET, SOCK_RAW | SOCK_CLOEXEC, IPPROTO_UDP)), from_(from) {
+  if (socket_ < 0) throw std::runtime_error("cannot open a raw socket");
+}
+
+ForgedSender::~ForgedSender() {
+  ::close(socket_);
+}
+
+// The kernel adds the IPv4 header; a UDP checksum of 0 is none (RFC 768).
+void ForgedSender::send_to_all(std::uint32_t domain, const Bytes& bytes) const {
+  sockaddr_in to{};
+  to.sin_family = AF_INET;
+  to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  const auto length = static_cast<std::uint16_t>(bytes.size() + 8);
+  for (std::uint16_t k = 0; k < 2 * kParticipants; ++k) {
+    const auto port = static_cast<std::uint16_t>(first_port(domain) + kFirstUnicast + k);
+    Bytes packet;
+    for (const std::uint16_t field : {from_, port, length, std::uint16_t{0}}) {
+      packet.push_back(static_cast<std::uint8_t>(field >> 8U));
+      packet.push_back(static_cast<std::uint8_t>(field & 0xFFU));
+    }
+    packet.insert(packet.end(), bytes.begin(), bytes.end());
+    (void)::sendto(socket_, packet.data(), packet.size(), 0,
+                   static_cast<const sockaddr*>(static_cast<const void*>(&to)), sizeof to);
   }
 }
 

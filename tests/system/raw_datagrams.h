@@ -19,6 +19,7 @@ using Bytes = std::vector<std::uint8_t>;
 struct Datagram {
   std::uint16_t port = 0;  // destination
   Bytes bytes{};
+  std::uint16_t from = 0;  // source port
 };
 
 // Records until it is destroyed. Needs the right to open packet sockets.
@@ -58,6 +59,21 @@ class RawSender {
 
  private:
   int socket_;
+};
+
+// Sends from a port of 127.0.0.1 that is somebody else's. Needs the right to open raw sockets.
+class ForgedSender {
+ public:
+  explicit ForgedSender(std::uint16_t from);
+  ~ForgedSender();
+  ForgedSender(const ForgedSender&) = delete;
+  ForgedSender& operator=(const ForgedSender&) = delete;
+  // As RawSender.
+  void send_to_all(std::uint32_t domain, const Bytes& bytes) const;
+
+ private:
+  int socket_;
+  std::uint16_t from_;
 };
 
 // True if it goes to the ports of send_to_all().

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "tests/cli/failing_calls.h"
 #include "tests/system/files.h"
 #include "tests/system/pipeline.h"
 
@@ -174,6 +175,7 @@ class Publisher {
     }
   }
   [[nodiscard]] std::uint64_t sent() const { return sequence_; }
+  void wait_until_received() { EXPECT_TRUE(rates_.wait_until_received(10s)); }
 
  private:
   dds::Participant participant_;
@@ -191,11 +193,18 @@ std::vector<fs::path> recordings_in(const fs::path& folder, const std::string& b
   return files;
 }
 
+const Environment kClockAhead{
+    {"LD_PRELOAD", std::string(ZERODRIFT_BIN_DIR) + "/libfailing_calls.so"},
+    {cli_test::kClockAheadS, "60"}};
+
 TEST(Recording, WithAPreTriggerHoldsWhatWasBeforeTheEvent) {
   SystemUnderTest system(Domain::kRecordingTrigger);
-  ChildProcess& recorder =
-      system.start("zerodrift", {"record", "--out", system.path("fault.mcap"), "--pre-trigger",
-                                 "0.5", "--post-trigger", "0.3"});
+  // Its clock is a minute ahead of everybody's, and is then set forward once more.
+  ChildProcess& recorder = system.start_foreign(
+      "zerodrift",
+      {"record", "--out", system.path("fault.mcap"), "--pre-trigger", "0.5", "--post-trigger",
+       "0.3", "--domain", std::to_string(system.network().domain)},
+      kClockAhead);
   Publisher publisher(system.network());
   ASSERT_TRUE(eventually([&] { return publisher.is_heard(); }));
   publisher.rates_for(2000ms);
@@ -224,6 +233,48 @@ TEST(Recording, WithAPreTriggerHoldsWhatWasBeforeTheEvent) {
   EXPECT_GE(first, before - 60);
   EXPECT_GT(last, before);
   EXPECT_LT(last, publisher.sent() - 1) << "the recording goes on after the post-trigger time";
+}
+
+TEST(Recording, LastsAsLongAsAskedForWhoeverSetsTheClock) {
+  SystemUnderTest system(Domain::kRecordingClock);
+  const auto start = std::chrono::steady_clock::now();
+  ChildProcess& recorder =
+      system.start_foreign("zerodrift",
+                           {"record", "--out", system.path("run.mcap"), "--duration", "4",
+                            "--domain", std::to_string(system.network().domain)},
+                           kClockAhead);
+  EXPECT_EQ(recorder.wait(60s), 0) << recorder.err();
+  EXPECT_GE(std::chrono::steady_clock::now() - start, 4s);
+}
+
+// A recorder that stood still longer than the history of the rates lasts; and one that was not yet
+// heard of when a source began.
+TEST(Recording, SaysToTheMessageWhatIsMissing) {
+  SystemUnderTest system(Domain::kRecordingLoss);
+  const fs::path out = system.path("run.mcap");
+  ChildProcess& recorder = system.start("zerodrift", {"record", "--out", out});
+  ASSERT_TRUE(eventually(
+      [&] { return recorder.out().find("recording to " + out.string()) != std::string::npos; }));
+  Publisher late(system.network());
+  for (int i = 0; i < 100; ++i) late.rate();  // into the void
+  ASSERT_TRUE(eventually([&] { return late.is_heard(); }));
+  recorder.send(SIGSTOP);
+  for (int i = 0; i < 20000; ++i) late.rate();
+  recorder.send(SIGCONT);
+  // It goes on: the last ones arrive, and tell of the hole before them.
+  late.rates_for(1000ms);
+  late.wait_until_received();
+  recorder.send(SIGTERM);
+  EXPECT_EQ(recorder.wait(10s), 1) << recorder.out() << recorder.err();
+  const auto info = info_of(system, out, 1);
+  EXPECT_EQ(info["ending"], "whole");
+  const std::uint64_t lost = late.sent() - messages_of(info, "angular_rate");
+  EXPECT_GE(lost, 100U) << "nothing was lost, so nothing was tried";
+  EXPECT_EQ(info["metadata"]["recording"]["messages_lost/angular_rate"], std::to_string(lost));
+  const auto all_lost = info["messages_lost"].get<std::uint64_t>();
+  EXPECT_GE(all_lost, lost);
+  EXPECT_NE(recorder.out().find(std::to_string(all_lost) + " lost"), std::string::npos)
+      << recorder.out();
 }
 
 TEST(Recording, IsSplitWithoutLosingASample) {
@@ -285,10 +336,10 @@ TEST(Recording, OfAKilledRecorderIsReadableAndNotLostToTheNextOne) {
 TEST(Recording, OntoAFullDiskSaysSoAndKeepsWhatIsThere) {
   SystemUnderTest system(Domain::kRecordingFull);
   const fs::path out = system.path("full.mcap");
-  const std::string command = "trap '' XFSZ; ulimit -f 256; exec '" ZERODRIFT_BIN_DIR
-                              "/zerodrift' record --compression none --chunk-size 16 --out '" +
-                              out.string() + "' --domain " +
-                              std::to_string(system.network().domain);
+  const std::string command =
+      std::string("trap '' XFSZ; ulimit -f 256; exec '") + ZERODRIFT_BIN_DIR +
+      "/zerodrift' record --compression none --chunk-size 16 --out '" + out.string() +
+      "' --domain " + std::to_string(system.network().domain);
   ChildProcess recorder(Program{"/bin/bash", {"-c", command}, {}, system.path("recorder")});
   dds::Participant participant("observer", system.network());
   Collector<msg::Event> events(participant);
@@ -309,6 +360,40 @@ TEST(Recording, OntoAFullDiskSaysSoAndKeepsWhatIsThere) {
       << "no half of a chunk: " << info["findings"];
 }
 
+// The same as CSV: the recording ends, and what was written is there under a name that is told.
+TEST(Recording, AsCsvOntoAFullDiskEndsWithWhatIsThere) {
+  SystemUnderTest system(Domain::kRecordingCsvFull);
+  const fs::path out = system.path("full.csv");
+  const std::string command = std::string("trap '' XFSZ; ulimit -f 300; exec '") +
+                              ZERODRIFT_BIN_DIR + "/zerodrift' record --out '" + out.string() +
+                              "' --domain " + std::to_string(system.network().domain);
+  ChildProcess recorder(Program{"/bin/bash", {"-c", command}, {}, system.path("recorder")});
+  dds::Participant participant("publisher", system.network());
+  dds::Writer<msg::CompensatedRate> answers(participant);
+  ASSERT_TRUE(eventually([&] { return answers.matched() > 0; }));
+  // A row has some hundred characters: 300 kB are full after a few thousand.
+  msg::CompensatedRate answer;
+  answer.gyro_id(1);
+  ASSERT_TRUE(eventually([&] {
+    for (int i = 0; i < 200; ++i) {
+      answer.sequence_number(answer.sequence_number() + 1);
+      answer.sensor_time_ns(static_cast<std::int64_t>(answer.sequence_number()) * 1'000'000);
+      EXPECT_TRUE(answers.write(answer));
+    }
+    return !recorder.running();
+  }));
+  EXPECT_EQ(recorder.wait(5s), 1) << recorder.err();
+  const fs::path kept = system.path("full.cut1.csv");
+  EXPECT_NE(recorder.err().find("full.csv: writing fails: File too large; what was written before "
+                                "is in " +
+                                kept.string()),
+            std::string::npos)
+      << recorder.err();
+  EXPECT_FALSE(fs::exists(out));
+  EXPECT_GT(fs::file_size(kept), 200'000U);
+  EXPECT_TRUE(recordings_in(system.path(""), ".full").empty());
+}
+
 TEST(Recording, WrongOptionsAreOneLine) {
   SystemUnderTest system(Domain::kRecordingUsage);
   const auto line = [&](const Arguments& arguments) {
@@ -323,7 +408,7 @@ TEST(Recording, WrongOptionsAreOneLine) {
                 .find("--topics: found 'angular_rat', expected some of angular_rate, temperature"),
             std::string::npos);
   EXPECT_NE(line({"record", "--out", system.path("a.mcap"), "--attach", system.path("none.yaml")})
-                .find("none.yaml can't be read"),
+                .find("none.yaml: cannot open: No such file or directory"),
             std::string::npos);
   EXPECT_NE(line({"replay", system.path("none.mcap")}).find("none.mcap"), std::string::npos);
 }

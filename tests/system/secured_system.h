@@ -42,7 +42,8 @@ class SecuredSystem {
 
   // An empty folder: without security.
   SecuredSystem(SystemUnderTest& system, const std::filesystem::path& folder)
-      : listening_("console", with_security(system, folder)),
+      : newcomers_network_(with_security(system, folder)),
+        listening_("console", with_security(system, folder)),
         measuring_("gyro_publisher", with_security(system, folder)),
         answers(listening_),
         events(listening_),
@@ -105,6 +106,13 @@ class SecuredSystem {
     return count;
   }
 
+  // One that starts only now hears it.
+  void expect_newcomer_meets_the_service() const {
+    dds::Participant newcomer("console", newcomers_network_);
+    const Collector<msg::ServiceStatus> heard(newcomer);
+    EXPECT_TRUE(eventually([&] { return heard.size() > 0; }));
+  }
+
   void expect_alive_then_stop() {
     EXPECT_TRUE(service_->running());
     service_->send(SIGTERM);
@@ -119,6 +127,7 @@ class SecuredSystem {
         << sequence;
   }
 
+  dds::NetworkOptions newcomers_network_;
   dds::Participant listening_;
   dds::Participant measuring_;
 

@@ -25,7 +25,9 @@ using compensation::Reason;
 using compensation::Rung;
 using namespace std::chrono_literals;
 
-constexpr auto kStopsWithin = 2000ms;
+// 10 s on a loaded machine (ChildProcess::wait). A consumer that was killed is remembered for 20 s:
+// who waits for it ends later.
+constexpr auto kStopsWithin = 3s;
 
 bool is_heard(const Collector<msg::ServiceStatus>& statuses, const std::string& service) {
   return eventually([&] {
@@ -60,7 +62,7 @@ TEST(Stop, EveryProcessThatRunsAloneEndsOnEitherSignal) {
       Collector<msg::ServiceStatus> statuses(participant);
       ChildProcess& process = system.start(service.program, service.arguments);
       if (service.heard_as.empty()) {
-        std::this_thread::sleep_for(500ms);  // it says nothing of itself
+        ASSERT_TRUE(eventually([&] { return process.heeds_stop_signals(); }));
       } else {
         ASSERT_TRUE(is_heard(statuses, service.heard_as));
       }
@@ -105,7 +107,7 @@ TEST(Stop, AllProcessesOfARunEndOnCtrlC) {
   for (ChildProcess* process : {&chain.monitor, &chain.compensation, &chain.thermal, &chain.gyro}) {
     EXPECT_EQ(process->wait(kStopsWithin), 0) << process->name();
   }
-  EXPECT_LT(std::chrono::steady_clock::now() - signalled, kStopsWithin);
+  EXPECT_LT(std::chrono::steady_clock::now() - signalled, 10s);
 }
 
 // A consumer that was killed stays matched for the participants' lease (20 s): whoever waits for
@@ -157,18 +159,19 @@ void expect_every_sequence_once(const std::vector<msg::CompensatedRate>& answers
     ASSERT_EQ(answers[k].sequence_number(), answers[0].sequence_number() + k);
 }
 
-// A replay waits two seconds for the temperatures that belong to its rates, then goes on without.
-TEST(Killed, AThermalPublisherOfASimulationLeavesTheServiceInItsFallback) {
+// A replay waits for the temperatures that belong to its rates until their publisher has left, then
+// goes on without. (One that is killed has left when its lease of 20 s is over.)
+TEST(Stop, OfTheThermalPublisherOfASimulationLeavesTheServiceInItsFallback) {
   SystemUnderTest system(Domain::kThermalKilled);
   dds::Participant participant("test", system.network());
   Collector<msg::CompensatedRate> answers(participant);
   Collector<msg::Event> events(participant);
   Chain chain(system, {"--speed", "60"});
   ASSERT_TRUE(eventually([&] { return answers.any(has_a_bias); }));
-  chain.thermal.send(SIGKILL);
+  chain.thermal.send(SIGTERM);
   EXPECT_TRUE(eventually([&] { return answers.any(is_stale); }));
   EXPECT_TRUE(eventually(
-      [&] { return told(events, "stream_silent") && told(events, "temperature_stale"); }));
+      [&] { return told(events, "stream_ended") && told(events, "temperature_stale"); }));
   EXPECT_TRUE(chain.compensation.running());
   EXPECT_TRUE(chain.gyro.running());
   expect_every_sequence_once(answers.all());
