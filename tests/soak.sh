@@ -107,10 +107,10 @@ machine_busy() {
 
 ticks=$(getconf CLK_TCK)
 sample() {   # name; a line of the CSV; nothing where the process is over
-  local name=$1 pid=${pid_of[$1]} key value rss=0 threads=0 stat fields names=() bytes=0 file
+  local name=$1 pid=${pid_of[$1]} key value rss=0 data=0 threads=0 stat fields names=() bytes=0 file
   local files=(/proc/"$pid"/fd/*)
   while read -r key value _; do
-    case $key in VmRSS:) rss=$value ;; Threads:) threads=$value ;; esac
+    case $key in VmRSS:) rss=$value ;; VmData:) data=$value ;; Threads:) threads=$value ;; esac
   done 2>/dev/null < "/proc/$pid/status" || return 0
   [ "$rss" -gt 0 ] || return 0
   stat=$(< "/proc/$pid/stat") 2>/dev/null || return 0
@@ -121,8 +121,8 @@ sample() {   # name; a line of the CSV; nothing where the process is over
     seen_shm[$file]=1
     bytes=$((bytes + $(stat -c %s "$file" 2>/dev/null || echo 0)))
   done
-  printf '%s,%s,%s,%d,%d,%d,%s,%d,%d,%d\n' "$SECONDS" "${now_s:-0}" "$name" "$rss" "${#files[@]}" "$threads" \
-    "$(((fields[11] + fields[12]) * 100 / ticks))e-2" "${#names[@]}" "$bytes" "$percent"
+  printf '%s,%s,%s,%d,%d,%d,%s,%d,%d,%d,%d\n' "$SECONDS" "${now_s:-0}" "$name" "$rss" "${#files[@]}" "$threads" \
+    "$(((fields[11] + fields[12]) * 100 / ticks))e-2" "${#names[@]}" "$bytes" "$percent" "$data"
 }
 
 ended() { ! kill -0 "${pid_of[$1]}" 2>/dev/null; }
@@ -212,7 +212,7 @@ check_events() {
 # Read whole before it begins, so that another version may be checked out while this one runs.
 {
 write_profile > "$work/profile.yaml"
-echo 'wall_s,sensor_s,process,rss_kb,files,threads,cpu_s,shm_names,shm_bytes,machine_busy_percent' > "$work/samples.csv"
+echo 'wall_s,sensor_s,process,rss_kb,files,threads,cpu_s,shm_names,shm_bytes,machine_busy_percent,data_kb' > "$work/samples.csv"
 source=(--source simulation --model "$root/config/models/paper_fog.yaml" --profile "$work/profile.yaml" --seed 1 --speed max)
 start status "$bin/zerodrift" ctl status --follow --until-finished
 start allan_monitor "$bin/allan_monitor"

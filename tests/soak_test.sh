@@ -32,13 +32,13 @@ refuses --speed --hours 1 --speed max
 ZERODRIFT_BUILD_DIR=$work refuses compensation --hours 1
 
 # ---------------------------------------- bars, on figures made up for one process
-figures() {   # an expression of awk for each of rss_kb, files, shm_names, by the sample's number k from 0 to 99
-  awk "BEGIN { print \"wall_s,sensor_s,process,rss_kb,files,threads,cpu_s,shm_names,shm_bytes,machine_busy_percent\"
-    for (k = 0; k < 100; ++k) printf \"%d,%d,p,%d,%d,8,0,%d,0,50\\n\", k, 36 * k, ($1), ($2), ($3) }"
+figures() {   # an expression of awk for each of rss_kb, files, shm_names, data_kb, by the sample's number k from 0 to 99
+  awk "BEGIN { print \"wall_s,sensor_s,process,rss_kb,files,threads,cpu_s,shm_names,shm_bytes,machine_busy_percent,data_kb\"
+    for (k = 0; k < 100; ++k) printf \"%d,%d,p,%d,%d,8,0,%d,0,50,%d\\n\", k, 216 * k, ($1), ($2), ($3), (${4:-50000}) }"
 }
 judges() {   # exit code, reason, expressions
   local expected=$1 reason=$2 code=0; shift 2
-  figures "$@" | awk -v warm_up_s=360 -f "$tests/soak_verdict.awk" > "$work/out" || code=$?
+  figures "$@" | awk -v warm_up_s=2160 -f "$tests/soak_verdict.awk" > "$work/out" || code=$?
   expect "exit code $expected for figures '$*', found $code" [ "$code" -eq "$expected" ]
   expect "'$reason' for figures '$*'" grep -qF -- "$reason" "$work/out"
 }
@@ -49,6 +49,9 @@ judges 1 'p: resident memory grew' '30000 + 60 * k' 14 0
 judges 0 390.86 '400000 + 60 * (k - 10)' 14 0          # 5 MB of 390: less than 2 %
 judges 1 'p: the number of open files rose from 14 to 15' 30000 '14 + (k == 50)' 0
 judges 1 'p: the number of shared-memory names rose from 0 to 1' 30000 14 'k > 90'
+judges 0 66.7 '30000 + 4 * k' 14 0 50000               # touches what it asked for at the beginning
+judges 0 29.30 30000 14 0 'k < 49 ? 50000 : 59000'     # a kernel is selected within half of the run
+judges 1 'p: from 10692 s on it asked for 2.' 30000 14 0 '50000 + 45 * k'
 
 # ---------------------------------------- whole runs
 children() { pgrep -P "$1" -x "$2" || true; }
