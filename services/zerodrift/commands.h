@@ -23,12 +23,5 @@ void add_export(CLI::App& app, Run& run);
 void add_control(CLI::App& app, Run& run);
 void add_config(CLI::App& app, Run& run);
 void add_health(CLI::App& app, Run& run);
-void add_bench(CLI::App& app, Run& run);
-void add_bench_svr(CLI::App& bench, Run& run);  // to `zerodrift bench`
-void add_bench_allan(CLI::App& bench, Run& run);
-void add_bench_fail_over(CLI::App& bench, Run& run);
-void add_bench_record(CLI::App& bench, Run& run);
-void add_bench_console(CLI::App& bench, Run& run);
-void add_bench_fleet(CLI::App& bench, Run& run);
 
 }  // namespace zerodrift::services

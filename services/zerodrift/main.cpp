@@ -10,7 +10,7 @@
 int main(int argc, char** argv) try {
   using namespace zerodrift;
   CLI::App app(
-      "Zero-drift compensation of gyros: simulate, compensate, compare, record, control, measure.",
+      "Zero-drift compensation of gyros: simulate, compensate, compare, diagnose, record, control.",
       "zerodrift");
   app.require_subcommand(1);
   services::Run run;
@@ -27,7 +27,6 @@ int main(int argc, char** argv) try {
   services::add_control(app, run);
   services::add_config(app, run);
   services::add_health(app, run);
-  services::add_bench(app, run);
   const int exit_code = service::run_main(app, argc, argv, [&] { return run(); });
   return services::end_of_output(exit_code);
 } catch (const std::exception& error) {  // no memory for the options

@@ -15,21 +15,21 @@
 #include "common/regression/kernel.h"
 #include "common/regression/online_svr.h"
 #include "common/regression/svr_predictor.h"
-#include "services/zerodrift/synthetic_drift.h"
+#include "tests/bench/synthetic_drift.h"
 
 namespace zerodrift::regression {
 namespace {
 
-using services::DriftPoint;
-using services::DriftRecord;
-using services::synthetic_drift;
+using bench::DriftPoint;
+using bench::DriftRecord;
+using bench::synthetic_drift;
 
 constexpr std::size_t kPoints = 15000;
 constexpr int kRuns = 5;
 
 OnlineSvrOptions options(std::size_t capacity) {
   OnlineSvrOptions options;
-  options.dimension = services::kDriftFeatures;
+  options.dimension = bench::kDriftFeatures;
   options.capacity = capacity;
   options.recent_capacity = capacity / 2;
   options.kernel.gamma = 3.0;
@@ -115,7 +115,7 @@ void Predict(benchmark::State& state) {
   constexpr std::size_t kBatch = 16;
   const auto capacity = static_cast<std::size_t>(state.range(0));
   const auto points = record_of(state);
-  SvrPredictor predictor(services::kDriftFeatures, capacity);
+  SvrPredictor predictor(bench::kDriftFeatures, capacity);
   const std::size_t first = (capacity + kBatch) / kBatch;
   CallTimes times(kPoints / kBatch - first);
   for (auto _ : state) {
@@ -144,15 +144,15 @@ void KernelRow(benchmark::State& state) {
   kernel.kind = static_cast<KernelKind>(state.range(1));
   kernel.gamma = 3.0;
   const auto points = synthetic_drift(DriftRecord::kCycle, count);
-  std::vector<double> columns(services::kDriftFeatures * count), row(count);
+  std::vector<double> columns(bench::kDriftFeatures * count), row(count);
   for (std::size_t i = 0; i < count; ++i) {
-    for (std::size_t d = 0; d < services::kDriftFeatures; ++d) {
+    for (std::size_t d = 0; d < bench::kDriftFeatures; ++d) {
       columns[d * count + i] = points[i].x[d];
     }
   }
   for (auto _ : state) {
-    evaluate_row(kernel, {columns.data(), count, services::kDriftFeatures, count},
-                 points[0].x.data(), row.data());
+    evaluate_row(kernel, {columns.data(), count, bench::kDriftFeatures, count}, points[0].x.data(),
+                 row.data());
     benchmark::DoNotOptimize(row.data());
     benchmark::ClobberMemory();
   }

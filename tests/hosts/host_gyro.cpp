@@ -5,19 +5,19 @@
 
 #include "common/service/host.h"
 #include "common/service/main.h"
-#include "services/zerodrift/synthetic_gyro.h"
+#include "tests/bench/synthetic_gyro.h"
 
 int main(int argc, char** argv) {
   using namespace zerodrift;
   CLI::App app("Publishes a synthetic gyro in real time.", "host_gyro");
   zerodrift::dds::NetworkOptions network;
-  services::SyntheticGyroOptions options;
+  bench::SyntheticGyroOptions options;
   service::add_network_options(app, network);
   app.add_option("--rate", options.rate_hz, "samples a second");
   app.add_option("--sensor-speed", options.sensor_speed, "sensor time over the host's");
   return service::run_main(app, argc, argv, [&] {
     zerodrift::dds::Participant participant("gyro_publisher", network);
-    const services::SyntheticGyro gyro(participant, options);
+    const bench::SyntheticGyro gyro(participant, options);
     while (!service::wait_for_stop(std::chrono::seconds(1))) {
     }
     return service::kExitDone;

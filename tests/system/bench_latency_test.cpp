@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `zerodrift bench latency` and `bench end-to-end --gyros`, short: every row is there, nothing is
+// `zerodrift_bench latency` and `bench end-to-end --gyros`, short: every row is there, nothing is
 // lost, the figures can be read by a program. No time is judged.
 #include <gtest/gtest.h>
 
@@ -30,8 +30,8 @@ TEST(BenchLatency, AShortRunHasEveryRowAndLosesNothing) {
   SystemUnderTest system(Domain::kBenchLatency);
   const auto file = system.path("latency.json");
   const Finished bench = system.run(
-      "zerodrift", {"bench", "latency", "--rate", "200,1000", "--seconds", "0.3", "--load", "none",
-                    "--json", file.string(), "--domain", domain_of(system)});
+      "zerodrift_bench", {"latency", "--rate", "200,1000", "--seconds", "0.3", "--load", "none",
+                          "--json", file.string(), "--domain", domain_of(system)});
   // 1: a goal was missed, which says nothing on a machine that does other things too.
   ASSERT_TRUE(bench.exit_code == 0 || bench.exit_code == 1) << bench.err;
   EXPECT_TRUE(bench.err.empty()) << "no progress where nobody watches: " << bench.err;
@@ -62,9 +62,10 @@ TEST(BenchLatency, LossIsRepairedByTheTopicsQosAndSeenInBestEffort) {
   SystemUnderTest system(Domain::kBenchAlternatives);
   const auto file = system.path("alternatives.json");
   // 1000 samples at 2 %: best effort loses none of them with a probability of 2e-9.
-  const Finished bench = system.run(
-      "zerodrift", {"bench", "latency", "--alternatives", "--only", "topic", "--rate", "1000",
-                    "--seconds", "1", "--json", file.string(), "--domain", domain_of(system)});
+  const Finished bench =
+      system.run("zerodrift_bench",
+                 {"latency", "--alternatives", "--only", "topic", "--rate", "1000", "--seconds",
+                  "1", "--json", file.string(), "--domain", domain_of(system)});
   ASSERT_EQ(bench.exit_code, 0) << bench.err;
   const Json lossy = Json::parse(content(file)).at("with_loss").at("rows");
   ASSERT_EQ(lossy.size(), 2u);
@@ -82,8 +83,8 @@ TEST(BenchLatency, LossIsRepairedByTheTopicsQosAndSeenInBestEffort) {
 TEST(BenchLatency, RealtimeThatIsNotPermittedIsRefusedInOneLine) {
   SystemUnderTest system(Domain::kBenchRefused);
   // A core that no machine has: refused whatever rights the test runs with.
-  const Finished bench = system.run("zerodrift", {"bench", "latency", "--realtime", "--cores",
-                                                  "1023", "--domain", domain_of(system)});
+  const Finished bench = system.run("zerodrift_bench", {"latency", "--realtime", "--cores", "1023",
+                                                        "--domain", domain_of(system)});
   EXPECT_EQ(bench.exit_code, 2);
   EXPECT_EQ(lines_of(bench.err), 1u) << bench.err;
   EXPECT_NE(bench.err.find("--realtime: "), std::string::npos) << bench.err;
@@ -94,10 +95,10 @@ TEST(BenchEndToEnd, ManyGyrosAreAnsweredUntilTheRateGoesNoFurther) {
   SystemUnderTest system(Domain::kBenchGyros);
   const auto file = system.path("load.json");
   // 10 s to be late: at 20 Hz a gyro, only a chain that stands still is.
-  const Finished bench =
-      system.run("zerodrift", {"bench", "end-to-end", "--gyros", "1,5", "--rate", "20",
-                               "--largest-rate", "30", "--seconds", "0.5", "--deadline", "10000",
-                               "--json", file.string(), "--domain", domain_of(system)});
+  const Finished bench = system.run(
+      "zerodrift_bench",
+      {"end-to-end", "--gyros", "1,5", "--rate", "20", "--largest-rate", "30", "--seconds", "0.5",
+       "--deadline", "10000", "--json", file.string(), "--domain", domain_of(system)});
   ASSERT_EQ(bench.exit_code, 0) << bench.err;
   const Json outcomes = Json::parse(content(file));
   ASSERT_EQ(outcomes.size(), 2u);
@@ -112,7 +113,7 @@ TEST(BenchEndToEnd, ManyGyrosAreAnsweredUntilTheRateGoesNoFurther) {
 
 TEST(BenchEndToEnd, SaysWhatIsMissing) {
   SystemUnderTest system(Domain::kBenchUsage);
-  const Finished bench = system.run("zerodrift", {"bench", "end-to-end"});
+  const Finished bench = system.run("zerodrift_bench", {"end-to-end"});
   EXPECT_EQ(bench.exit_code, 2);
   EXPECT_EQ(lines_of(bench.err), 1u) << bench.err;
   EXPECT_NE(bench.err.find("--gyros"), std::string::npos) << bench.err;

@@ -104,10 +104,6 @@ enum class Domain : std::uint32_t {
   kProfileOneComputer,
   kProfileSharedMemory,
   kProfileTwoComputers,
-  kBenchFleetGyros,
-  kBenchFleet,
-  kBenchFleetNext,  // a domain a vehicle
-  kBenchFleetServices,
   kSupervisionHealth,
   kSupervisionStale,
   kSupervisionNobody,

@@ -18,16 +18,16 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// `zerodrift bench fail-over` makes the faults and judges what a subscriber sees; how long it had
+// `zerodrift_bench fail-over` makes the faults and judges what a subscriber sees; how long it had
 // to wait is the bench's to say, not the test's.
 nlohmann::json fail_over(SystemUnderTest& system, const std::string& fault,
                          const Arguments& more = {}) {
   const auto json = system.path("fail_over.json");
-  Arguments arguments{
-      "bench", "fail-over", "--rounds",    "2",        "--faults",
-      fault,   "--json",    json.string(), "--domain", std::to_string(system.network().domain)};
+  Arguments arguments{"fail-over",   "--rounds", "2",
+                      "--faults",    fault,      "--json",
+                      json.string(), "--domain", std::to_string(system.network().domain)};
   arguments.insert(arguments.end(), more.begin(), more.end());
-  const Finished done = system.run("zerodrift", arguments, 100s);
+  const Finished done = system.run("zerodrift_bench", arguments, 100s);
   EXPECT_TRUE(done.exit_code == 0 || done.exit_code == 1) << done.out << done.err;
   if (!std::filesystem::exists(json)) return {};
   return nlohmann::json::parse(content(json)).at("faults").at(fault);

@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "common/regression/online_svr.h"
-#include "services/zerodrift/synthetic_drift.h"
+#include "tests/bench/synthetic_drift.h"
 #include "tests/unit/regression/qp_oracle.h"
 #include "tests/unit/regression/test_records.h"
 
@@ -94,7 +94,7 @@ enum class Resolution { kFull, kSixteenthDegree };
 
 struct DriftCase {
   KernelKind kernel;
-  services::DriftRecord record;
+  bench::DriftRecord record;
   Resolution resolution;
   std::size_t point_count;  // of the whole record: how near to each other its samples are
   WindowPolicy window;
@@ -102,7 +102,7 @@ struct DriftCase {
 };
 
 void PrintTo(const DriftCase& c, std::ostream* out) {
-  *out << name(c.kernel) << " " << services::name(c.record) << " of " << c.point_count << " points"
+  *out << name(c.kernel) << " " << bench::name(c.record) << " of " << c.point_count << " points"
        << (c.resolution == Resolution::kFull ? "" : ", temperatures of 1/16 degC")
        << (c.window == WindowPolicy::kFifo ? ", FIFO" : ", two tiers") << ", C " << c.c << ", seed "
        << kSeed;
@@ -115,7 +115,7 @@ double as_read(double feature) {
 
 // 240 samples from the middle of the record.
 std::vector<Sample> drift_samples(const DriftCase& c) {
-  const auto points = services::synthetic_drift(c.record, c.point_count);
+  const auto points = bench::synthetic_drift(c.record, c.point_count);
   std::vector<Sample> samples;
   for (std::size_t i = c.point_count / 3; i < c.point_count / 3 + 240; ++i) {
     const auto [temperature, rate] = points[i].x;
@@ -178,7 +178,7 @@ TEST_P(DriftOracleTest, LearningAndForgettingInAnyOrderKeepTheBatchOptimum) {
 std::vector<DriftCase> drift_cases() {
   std::vector<DriftCase> all;
   for (const KernelKind kernel : kAllKernelKinds) {
-    for (const auto record : {services::DriftRecord::kRamp, services::DriftRecord::kCycle}) {
+    for (const auto record : {bench::DriftRecord::kRamp, bench::DriftRecord::kCycle}) {
       for (const Resolution resolution : {Resolution::kFull, Resolution::kSixteenthDegree}) {
         for (const double c : {1.0, 10.0, 100.0, 1000.0}) {
           all.push_back({kernel, record, resolution, 1000, WindowPolicy::kTwoTier, c});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/zerodrift/datagram_loss.h"
+#include "tests/bench/datagram_loss.h"
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-namespace zerodrift::services {
+namespace zerodrift::bench {
 namespace {
 
 class Loopback {
@@ -59,4 +59,4 @@ TEST(DatagramLoss, IsRandomWithTheGivenProbability) {
 }
 
 }  // namespace
-}  // namespace zerodrift::services
+}  // namespace zerodrift::bench

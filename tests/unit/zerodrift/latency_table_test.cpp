@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/zerodrift/latency_table.h"
+#include "tests/bench/latency_table.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-namespace zerodrift::services {
+namespace zerodrift::bench {
 namespace {
 
 LatencyCell cell(double p50_us, std::uint64_t lost = 0) {
@@ -68,4 +68,4 @@ TEST(ChainGoals, AreMissedWhereNothingWasMeasured) {
 }
 
 }  // namespace
-}  // namespace zerodrift::services
+}  // namespace zerodrift::bench
