@@ -97,6 +97,7 @@ Admission Compensator::push(const core::AngularRateSample& sample, std::int64_t 
   if (admission == Admission::kLate) ++counts_.late;
   if (admission == Admission::kInOrder || admission == Admission::kLate) {
     waiting_.push({sample, publish_time_ns, ingress_time_ns, admission == Admission::kLate});
+    temperatures_.note_rate();
   }
   return admission;
 }

@@ -81,7 +81,10 @@ TemperatureQueue::TemperatureQueue(std::size_t probes, std::size_t capacity) {
 
 bool TemperatureQueue::push(const PendingTemperature& reading) noexcept {
   Probe& probe = probes_[reading.probe];
-  if (probe.ended) probe.clear();
+  if (probe.ended) {
+    probe.clear();
+    probe.early = true;
+  }
   const bool had_room = !probe.readings.full();
   probe.readings.push_overwriting(reading);
   probe.progress.hear(reading.time);
@@ -125,6 +128,7 @@ void TemperatureQueue::restart() noexcept {
 
 void TemperatureQueue::restart_ended() noexcept {
   for (Probe& probe : probes_) {
+    if (probe.early) continue;
     if (probe.ended) probe.clear();
     probe.absent = false;
   }

@@ -113,14 +113,19 @@ class TemperatureQueue {
   }
 
   void restart() noexcept;
-  // The rates began anew. Temperatures of the new run may have come before its first rate, so only
-  // those of probes that were ended are dropped.
+  // A rate came: what is measured from now on is of the same run or of the next one.
+  void note_rate() noexcept {
+    for (Probe& probe : probes_) probe.early = false;
+  }
+  // The rates began anew. Temperatures of the new run may have come before its first rate, all of
+  // them where the run is short, so only those of probes that were ended before are dropped.
   void restart_ended() noexcept;
 
   // Its state (core/state_archive.h).
   void carry(core::StateArchive& archive) {
     for (std::size_t p = 0; p < probes_.size(); ++p) {
-      archive(probes_[p].readings, probes_[p].progress, probes_[p].absent, probes_[p].ended);
+      archive(probes_[p].readings, probes_[p].progress, probes_[p].absent, probes_[p].ended,
+              probes_[p].early);
       for (std::size_t i = 0; i < probes_[p].readings.size(); ++i)
         archive.require(probes_[p].readings[i].probe == p);
     }
@@ -132,6 +137,7 @@ class TemperatureQueue {
     StreamProgress progress;
     bool absent = false;
     bool ended = false;  // and not measured since; absent too
+    bool early = false;  // began anew, and no rate came since
     void clear() noexcept {
       readings.clear();
       progress = {};
