@@ -32,26 +32,9 @@ void add_options(CLI::App& app, GyroPublisherOptions& options) {
   app.add_option("--source", options.source.kind, "simulation, record or serial")
       ->required()
       ->transform(CLI::CheckedTransformer(sources));
-  app.add_option("--gyro-id", options.gyro_id, "key of this gyro on all topics, from 1")
-      ->check(CLI::Range(1U, 4294967295U))
-      ->capture_default_str();
-  app.add_option("--model", options.source.model, "simulation: the twin's model file");
-  app.add_option("--profile", options.source.profile, "simulation: what the experiment does");
-  app.add_option("--seed", options.source.seed, "simulation: seed of all noise")
-      ->capture_default_str();
+  replay::add_options(app, options.source.publisher, "key of this gyro on all topics, from 1");
   app.add_option("--rate", options.source.rate_hz,
                  "simulation: sample rate, Hz; the model's nominal rate without");
-  app.add_option("--record", options.source.record,
-                 "record: a .csv, .csv.gz, .csv.xz or .mcap file");
-  app.add_option("--columns", options.source.columns, "record: names and units of a foreign CSV");
-  app.add_option("--duration", options.source.duration_s,
-                 "simulation, record: stop after so many seconds");
-  app.add_option("--speed", options.speed, "simulation, record: times real time, or max")
-      ->capture_default_str();
-  app.add_option("--wait-for", options.wait_for,
-                 "simulation, record: consumers to keep pace with; none with an empty value")
-      ->delimiter(',')
-      ->capture_default_str();
   app.add_flag(
       "--free-running", options.free_running,
       "simulation, record: as a sensor with a clock of its own, which waits for nobody and "
@@ -67,54 +50,26 @@ void add_options(CLI::App& app, GyroPublisherOptions& options) {
 GyroPublisherNode::GyroPublisherNode(const GyroPublisherOptions& options)
     : options_(options),
       host_("gyro_publisher", options.network, options.supervision),
-      rates_(host_, options.gyro_id, options.speed,
-             options.free_running ? std::vector<std::string>{} : options.wait_for),
+      gyro_id_(options.source.publisher.gyro_id),
+      rates_(host_, gyro_id_, options.source.publisher.speed,
+             options.free_running ? std::vector<std::string>{} : options.source.publisher.wait_for),
       temperature_writer_(host_.participant(), host_.observer()),
-      disturber_(options.source.seed),
+      disturber_(options.source.publisher.seed),
       commands_(host_, [this](const msg::Command& m) { return obey(m); }) {
   if (options_.source.kind == GyroSourceKind::kSerial) {
     serial_.emplace(options_.serial);
   } else {
-    options_.source.gyro_id = options.gyro_id;
-    source_ = open_gyro_source(options_.source, [this](const std::string& line) {
-      host_.raise({.code = "record_warning",
-                   .severity = Severity::kWarning,
-                   .text = line,
-                   .gyro_id = options_.gyro_id,
-                   .sensor_time_ns = 0});
-    });
+    source_ = open_gyro_source(options_.source, replay::warn_by(host_, gyro_id_));
   }
 }
 
 int GyroPublisherNode::run() {
-  std::thread publisher([this] {
-    try {
-      if (serial_) {
-        publish_serial();
-      } else {
-        publish_source();
-      }
-    } catch (const std::exception& error) {
-      failed_ = true;
-      host_.raise({.code = "source_failed",
-                   .severity = Severity::kError,
-                   .text = error.what(),
-                   .gyro_id = options_.gyro_id,
-                   .sensor_time_ns = 0});
-    }
-    service::request_stop();
-  });
-  const auto exit_code = [this] { return failed_ ? service::kExitBadInput : host_.exit_code(); };
-  host_.run([this] { return status(); }, {},
-            [&] { service::end_within(service::kStopWithin, exit_code()); });
-  stopping_ = true;
-  publisher.join();
-  return exit_code();
-}
-
-void GyroPublisherNode::publish_source() {
-  rates_.publish(source_, stopping_,
-                 [this](core::AngularRateSample& sample) { return disturb(sample); });
+  const auto publish = [this] {
+    if (serial_) return publish_serial();
+    rates_.publish(source_, stopping_,
+                   [this](core::AngularRateSample& sample) { return disturb(sample); });
+  };
+  return replay::run_publisher(host_, gyro_id_, stopping_, publish, [this] { return status(); });
 }
 
 replay::RateReplay::Delivery GyroPublisherNode::disturb(core::AngularRateSample& sample) {
@@ -180,7 +135,7 @@ void GyroPublisherNode::publish_serial() {
   while (!stopping_) {
     const auto result = serial_->wait(kStopCheck);
     const std::int64_t arrived_ns = service::monotonic_ns();
-    if (service::follow_wall_clock(clock, host_, options_.gyro_id)) serial_->restart_time();
+    if (service::follow_wall_clock(clock, host_, gyro_id_)) serial_->restart_time();
     const core::SensorTime now = clock.at(arrived_ns);
     const service::ClockDiscipline discipline = service::clock_discipline();
     if (result == drivers::SerialStatus::kGone) {
@@ -188,7 +143,7 @@ void GyroPublisherNode::publish_serial() {
           {.code = "device_gone",
            .severity = Severity::kError,
            .text = options_.serial.device + ": hung up or unplugged; trying to open it again",
-           .gyro_id = options_.gyro_id,
+           .gyro_id = gyro_id_,
            .sensor_time_ns = now.count()});
       std::this_thread::sleep_for(kReopenEvery);
       try {
@@ -199,7 +154,7 @@ void GyroPublisherNode::publish_serial() {
     }
     for (const auto& reading : serial_->read(now)) {
       rates_.publish(reading.rate, discipline);
-      auto temperature = dds::to_message(reading.temperature, options_.gyro_id);
+      auto temperature = dds::to_message(reading.temperature, gyro_id_);
       temperature_writer_.write(temperature);
     }
     tell_of_link(serial_->statistics());
@@ -212,7 +167,7 @@ void GyroPublisherNode::tell_of_link(const drivers::KvhLinkStatistics& now) {
     host_.raise_counted({.code = code,
                          .severity = Severity::kWarning,
                          .text = options_.serial.device + ": " + what,
-                         .gyro_id = options_.gyro_id,
+                         .gyro_id = gyro_id_,
                          .sensor_time_ns = 0},
                         after - before);
   };

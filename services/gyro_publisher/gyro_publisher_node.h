@@ -7,8 +7,6 @@
 #include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
-#include <vector>
 
 #include "common/drivers/driver_error.h"
 #include "common/drivers/serial_gyro.h"
@@ -24,10 +22,7 @@ struct GyroPublisherOptions {
   dds::NetworkOptions network;
   service::Supervision supervision{};
   bool free_running = false;  // as a sensor: nobody is waited for
-  std::uint32_t gyro_id = 1;
   GyroSourceOptions source;
-  std::string speed = "1";
-  std::vector<std::string> wait_for{"compensation"};
   drivers::SerialGyroOptions serial;
 };
 
@@ -41,7 +36,6 @@ class GyroPublisherNode {
   int run();
 
  private:
-  void publish_source();
   void publish_serial();
   service::CommandVerdict obey(const msg::Command& command);
   std::string inject(const std::string& argument);
@@ -52,6 +46,7 @@ class GyroPublisherNode {
 
   GyroPublisherOptions options_;
   service::Host host_;
+  std::uint32_t gyro_id_;
   replay::RateReplay rates_;
   dds::Writer<msg::Temperature> temperature_writer_;  // a serial gyro's own thermometer
   GyroSource source_;
@@ -59,7 +54,6 @@ class GyroPublisherNode {
   drivers::KvhLinkStatistics told_link_{};
 
   std::atomic<bool> stopping_{false};
-  std::atomic<bool> failed_{false};
   std::mutex disturber_mutex_;  // between commands and samples
   twin::Disturber disturber_;
   service::CommandServer commands_;

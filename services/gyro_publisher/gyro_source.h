@@ -6,7 +6,7 @@
 #include <functional>
 #include <string>
 
-#include "common/replay/record_source.h"
+#include "common/replay/publisher.h"
 
 namespace zerodrift::services {
 
@@ -14,14 +14,8 @@ enum class GyroSourceKind { kSimulation, kRecord, kSerial };
 
 struct GyroSourceOptions {
   GyroSourceKind kind = GyroSourceKind::kSimulation;
-  std::string model;  // simulation
-  std::string profile;
-  std::uint64_t seed = 1;
-  double rate_hz = 0.0;  // 0: the model's nominal rate
-  std::string record;    // record
-  std::string columns;
-  std::uint32_t gyro_id = 0;  // record: the one of several in an MCAP file
-  double duration_s = 0.0;    // simulation and record: 0 = to the end
+  double rate_hz = 0.0;  // simulation; 0: the model's nominal rate
+  replay::PublisherOptions publisher{};
 };
 
 using replay::GyroReading;

@@ -23,28 +23,10 @@ void add_options(CLI::App& app, ThermalPublisherOptions& options) {
       {"simulation", ThermalSourceKind::kSimulation},
       {"record", ThermalSourceKind::kRecord},
       {"sysfs", ThermalSourceKind::kSysfs}};
-  app.add_option("--source", options.source.kind, "simulation, record or sysfs")
+  app.add_option("--source", options.kind, "simulation, record or sysfs")
       ->required()
       ->transform(CLI::CheckedTransformer(sources));
-  app.add_option("--gyro-id", options.gyro_id, "the gyro whose temperatures these are")
-      ->check(CLI::Range(1U, 4294967295U))
-      ->capture_default_str();
-  app.add_option("--model", options.source.model, "simulation: the twin's model file");
-  app.add_option("--profile", options.source.profile, "simulation: what the experiment does");
-  app.add_option("--seed", options.source.seed, "simulation: seed of all noise")
-      ->capture_default_str();
-  app.add_option("--record", options.source.record,
-                 "record: a .csv, .csv.gz, .csv.xz or .mcap file");
-  app.add_option("--columns", options.source.columns, "record: names and units of a foreign CSV");
-  app.add_option("--duration", options.source.duration_s,
-                 "simulation, record: stop after so many seconds");
-  app.add_option("--speed", options.speed,
-                 "simulation, record without consumers: times real time, or max")
-      ->capture_default_str();
-  app.add_option("--wait-for", options.wait_for,
-                 "simulation, record: consumers to keep pace with; none with an empty value")
-      ->delimiter(',')
-      ->capture_default_str();
+  replay::add_options(app, options.publisher, "the gyro whose temperatures these are");
   app.add_option("--sysfs-root", options.sysfs_root, "sysfs: where to look for thermometers")
       ->capture_default_str();
   app.add_option("--probe", options.sysfs_probes,
@@ -57,18 +39,13 @@ void add_options(CLI::App& app, ThermalPublisherOptions& options) {
 ThermalPublisherNode::ThermalPublisherNode(const ThermalPublisherOptions& options)
     : options_(options),
       host_("thermal_publisher", options.network, options.supervision),
-      temperatures_(host_, options.gyro_id, options.speed, options.wait_for) {
-  if (options_.source.kind == ThermalSourceKind::kSysfs) {
+      gyro_id_(options.publisher.gyro_id),
+      temperatures_(host_, gyro_id_, options.publisher.speed, options.publisher.wait_for) {
+  if (options_.kind == ThermalSourceKind::kSysfs) {
     open_sysfs();
   } else {
-    options_.source.gyro_id = options.gyro_id;
-    source_ = open_thermal_source(options_.source, [this](const std::string& line) {
-      host_.raise({.code = "record_warning",
-                   .severity = Severity::kWarning,
-                   .text = line,
-                   .gyro_id = options_.gyro_id,
-                   .sensor_time_ns = 0});
-    });
+    source_ =
+        open_thermal_source(options_.kind, options_.publisher, replay::warn_by(host_, gyro_id_));
   }
 }
 
@@ -90,29 +67,11 @@ void ThermalPublisherNode::open_sysfs() {
 }
 
 int ThermalPublisherNode::run() {
-  std::thread publisher([this] {
-    try {
-      if (thermometers_.empty()) {
-        temperatures_.publish(source_, stopping_);
-      } else {
-        publish_sysfs();
-      }
-    } catch (const std::exception& error) {
-      failed_ = true;
-      host_.raise({.code = "source_failed",
-                   .severity = Severity::kError,
-                   .text = error.what(),
-                   .gyro_id = options_.gyro_id,
-                   .sensor_time_ns = 0});
-    }
-    service::request_stop();
-  });
-  const auto exit_code = [this] { return failed_ ? service::kExitBadInput : host_.exit_code(); };
-  host_.run([this] { return status(); }, {},
-            [&] { service::end_within(service::kStopWithin, exit_code()); });
-  stopping_ = true;
-  publisher.join();
-  return exit_code();
+  const auto publish = [this] {
+    if (thermometers_.empty()) return temperatures_.publish(source_, stopping_);
+    publish_sysfs();
+  };
+  return replay::run_publisher(host_, gyro_id_, stopping_, publish, [this] { return status(); });
 }
 
 void ThermalPublisherNode::publish_sysfs() {
@@ -122,13 +81,13 @@ void ThermalPublisherNode::publish_sysfs() {
   service::SensorClock clock(service::await_clocks());
   while (!stopping_) {
     for (auto& thermometer : thermometers_) {
-      service::follow_wall_clock(clock, host_, options_.gyro_id);
+      service::follow_wall_clock(clock, host_, gyro_id_);
       const auto reading = thermometer.read(clock.at(service::monotonic_ns()));
       if (!reading.sample.measured) {
         host_.raise({.code = "no_temperature",
                      .severity = Severity::kWarning,
                      .text = reading.reason,
-                     .gyro_id = options_.gyro_id,
+                     .gyro_id = gyro_id_,
                      .sensor_time_ns = reading.sample.time.count()});
       }
       temperatures_.publish(reading.sample, stopping_);
@@ -151,7 +110,7 @@ service::Status ThermalPublisherNode::status() const {
                  .end = dds::Direction::kWriter,
                  .samples = published,
                  .interval_s = 1.0 / options_.sysfs_rate_hz,
-                 .paced = options_.source.kind != ThermalSourceKind::kSysfs};
+                 .paced = options_.kind != ThermalSourceKind::kSysfs};
   return status;
 }
 

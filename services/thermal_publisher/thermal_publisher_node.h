@@ -5,7 +5,6 @@
 #include <atomic>
 #include <cstdint>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "common/drivers/sysfs_thermometer.h"
@@ -18,10 +17,8 @@ namespace zerodrift::services {
 struct ThermalPublisherOptions {
   dds::NetworkOptions network;
   service::Supervision supervision{};
-  std::uint32_t gyro_id = 1;
-  ThermalSourceOptions source;
-  std::string speed = "1";
-  std::vector<std::string> wait_for{"compensation"};
+  ThermalSourceKind kind = ThermalSourceKind::kSimulation;
+  replay::PublisherOptions publisher{};
   std::string sysfs_root = "/sys";
   std::vector<std::string> sysfs_probes;  // name=path; empty: all that are found
   double sysfs_rate_hz = 1.0;
@@ -43,12 +40,12 @@ class ThermalPublisherNode {
 
   ThermalPublisherOptions options_;
   service::Host host_;
+  std::uint32_t gyro_id_;
   replay::TemperatureReplay temperatures_;
   ThermalSource source_;
   std::vector<drivers::SysfsThermometer> thermometers_;
 
   std::atomic<bool> stopping_{false};
-  std::atomic<bool> failed_{false};
 };
 
 }  // namespace zerodrift::services

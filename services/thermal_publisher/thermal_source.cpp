@@ -2,10 +2,8 @@
 #include "services/thermal_publisher/thermal_source.h"
 
 #include <memory>
-#include <stdexcept>
 #include <vector>
 
-#include "common/config/twin_config.h"
 #include "common/twin/simulation.h"
 
 namespace zerodrift::services {
@@ -43,34 +41,21 @@ class SimulatedProbes {
   std::vector<Probe> probes_;
 };
 
-ThermalSource open_simulation(const ThermalSourceOptions& options, const Warn& warn) {
-  if (options.model.empty())
-    throw std::invalid_argument("--model: missing; a simulation needs a twin's model file");
-  if (options.profile.empty())
-    throw std::invalid_argument("--profile: missing; a simulation needs a profile file");
-  const auto loaded = config::load_model(options.model);
-  for (const auto& line : loaded.warnings) warn(line);
-  twin::Profile profile = config::load_profile(options.profile);
-  if (options.duration_s > 0.0) profile.duration_s = options.duration_s;
-  auto probes = std::make_shared<SimulatedProbes>(loaded.model, profile, options.seed);
+ThermalSource open_simulation(const replay::PublisherOptions& options, const Warn& warn) {
+  const auto [model, profile] = replay::load_experiment(options, warn);
+  auto probes = std::make_shared<SimulatedProbes>(model, profile, options.seed);
   ThermalSource source{.next = [probes] { return probes->next(); }};
-  for (const auto& probe : loaded.model.probes) source.probes.push_back(probe.name);
+  for (const auto& probe : model.probes) source.probes.push_back(probe.name);
   return source;
-}
-
-ThermalSource open_record(const ThermalSourceOptions& options, const Warn& warn) {
-  return replay::open_thermal_record({.record = options.record,
-                                      .columns = options.columns,
-                                      .to_s = options.duration_s,
-                                      .preferred_gyro_id = options.gyro_id},
-                                     warn);
 }
 
 }  // namespace
 
-ThermalSource open_thermal_source(const ThermalSourceOptions& options, const Warn& warn) {
-  return options.kind == ThermalSourceKind::kRecord ? open_record(options, warn)
-                                                    : open_simulation(options, warn);
+ThermalSource open_thermal_source(ThermalSourceKind kind, const replay::PublisherOptions& options,
+                                  const Warn& warn) {
+  return kind == ThermalSourceKind::kRecord
+             ? replay::open_thermal_record(replay::record_of(options), warn)
+             : open_simulation(options, warn);
 }
 
 }  // namespace zerodrift::services
