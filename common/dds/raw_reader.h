@@ -21,6 +21,7 @@ using Bytes = std::span<const char>;
 struct WireOrigin {
   eprosima::fastrtps::rtps::GUID_t writer;
   std::uint64_t number;
+  bool is_repeat;  // another writer's copy came before (repeat_filter.h)
 };
 
 // A sample as the middleware hands it to a raw reader.
@@ -83,7 +84,7 @@ template <typename Message>
 template <typename Message>
 class RawReader {
  public:
-  // All arguments are valid during the call.
+  // All arguments are valid during the call. Every copy of a sample is given out.
   using OnSample = std::function<void(const Message&, Bytes payload, const WireOrigin&)>;
 
   using OnMatched = std::function<void(const eprosima::fastrtps::rtps::GUID_t& writer)>;
@@ -134,10 +135,10 @@ class RawReader {
       while (reader->take_next_sample(&sample_, &info) == ReturnCode_t::RETCODE_OK) {
         if (!info.valid_data) continue;
         clean_texts(sample_.message);
-        const WireOrigin origin{info.sample_identity.writer_guid(),
-                                info.sample_identity.sequence_number().to64long()};
-        if (!repeats_.is_repeat(sample_.message, origin.writer))
-          on_sample_(sample_.message, sample_.payload, origin);
+        const auto writer = info.sample_identity.writer_guid();
+        on_sample_(sample_.message, sample_.payload,
+                   {writer, info.sample_identity.sequence_number().to64long(),
+                    repeats_.is_repeat(sample_.message, writer)});
       }
     }
 

@@ -3,7 +3,7 @@
 // numbers each writer's samples from 1 on.
 #pragma once
 
-#include <atomic>
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <mutex>
@@ -33,46 +33,71 @@ class ArrivalCount {
     const std::lock_guard lock(mutex_);
     note_locked(writer, number);
   }
-  // Of a topic that one writer at a time owns: another one goes on where the one before ended, by
-  // the sample's own number, which counts up by one for each gyro.
-  void note_answer(std::uint32_t gyro_id, std::uint64_t sequence, const Writer& writer,
-                   std::uint64_t number) {
+  struct Answer {
+    std::uint32_t gyro_id = 0;
+    std::uint64_t run_id = 0;
+    std::uint64_t sequence = 0;
+    bool is_repeat = false;  // another writer's copy came before
+  };
+  // Of a topic that several instances write, each all samples: what one's reader did not get it may
+  // have of another. The samples' own numbers count up by one in a run.
+  void note_answer(const Writer& writer, std::uint64_t number, const Answer& answer) {
     const std::lock_guard lock(mutex_);
-    auto [known, is_new] = answers_.try_emplace(gyro_id);
-    Answer& newest = known->second;
-    if (is_new || newest.writer == writer) {
-      note_locked(writer, number);
-    } else {
-      count(newest.sequence, sequence);
-      newest_[writer] = number;
+    const std::uint64_t unheard = note_locked(writer, number);
+    is_of_several_ = true;
+    if (answer.is_repeat) return;
+    auto [known, is_new] = runs_.try_emplace(answer.gyro_id);
+    Run& run = known->second;
+    if (is_new || run.id != answer.run_id) {
+      if (!is_new) holes_before_ += run.holes();
+      // What its writer had said before is of this run, too.
+      run = {answer.run_id, answer.sequence - std::min(unheard, answer.sequence), answer.sequence,
+             0};
     }
-    newest = {writer, sequence};
+    run.first = std::min(run.first, answer.sequence);
+    run.newest = std::max(run.newest, answer.sequence);
+    ++run.count;
   }
 
-  [[nodiscard]] std::uint64_t missing() const noexcept { return missing_; }
+  // Nothing of a sensor's own gaps: those no writer numbered.
+  [[nodiscard]] std::uint64_t missing() const {
+    const std::lock_guard lock(mutex_);
+    if (!is_of_several_) return unheard_;
+    std::uint64_t holes = holes_before_;
+    for (const auto& [gyro_id, run] : runs_) holes += run.holes();
+    return std::min(unheard_, holes);
+  }
 
  private:
   static constexpr std::uint64_t kBefore = ~std::uint64_t{0};  // its number is not known
-  struct Answer {
-    Writer writer{};
-    std::uint64_t sequence = 0;
+  struct Run {
+    std::uint64_t id = 0;
+    std::uint64_t first = 0;
+    std::uint64_t newest = 0;
+    std::uint64_t count = 0;
+    [[nodiscard]] std::uint64_t holes() const noexcept {
+      const std::uint64_t span = newest - first + 1;
+      return span > count ? span - count : 0;
+    }
   };
 
-  void note_locked(const Writer& writer, std::uint64_t number) {
+  // How many numbers were skipped. One that goes back begins anew.
+  std::uint64_t note_locked(const Writer& writer, std::uint64_t number) {
     auto [known, is_new] = newest_.try_emplace(writer, has_begun_ ? 0 : kBefore);
-    count(known->second, number);
+    const bool skips = known->second != kBefore && number > known->second;
+    const std::uint64_t skipped = skips ? number - known->second - 1 : 0;
     known->second = number;
-  }
-  // A number that goes back begins anew.
-  void count(std::uint64_t before, std::uint64_t number) noexcept {
-    if (before != kBefore && number > before) missing_ += number - before - 1;
+    unheard_ += skipped;
+    return skipped;
   }
 
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   bool has_begun_ = false;
-  std::atomic<std::uint64_t> missing_{0};
+  std::uint64_t unheard_ = 0;  // by the writers' numbers
   std::map<Writer, std::uint64_t> newest_;
-  std::map<std::uint32_t, Answer> answers_;
+  bool is_of_several_ = false;
+  std::map<std::uint32_t, Run> runs_;
+  std::uint64_t holes_before_ = 0;  // of runs that are over
 };
 
 }  // namespace zerodrift::services

@@ -205,6 +205,7 @@ class McapRecorder {
   template <typename Message>
   void take(const Message& message, dds::Bytes payload, const dds::WireOrigin& origin) {
     count_arrival(message, origin);
+    if (origin.is_repeat) return;
     QueuedMessage queued{.topic = topic_index<Message>(),
                          .log_ns = service::unix_time_ns(),
                          .arrival_ns = service::monotonic_ns(),
@@ -230,8 +231,9 @@ class McapRecorder {
   void count_arrival(const Message& message, const dds::WireOrigin& origin) {
     ArrivalCount& arrivals = arrivals_[topic_index<Message>()];
     if constexpr (std::is_same_v<Message, msg::CompensatedRate>) {
-      arrivals.note_answer(message.gyro_id(), message.sequence_number(), origin.writer,
-                           origin.number);
+      arrivals.note_answer(
+          origin.writer, origin.number,
+          {message.gyro_id(), message.run_id(), message.sequence_number(), origin.is_repeat});
     } else if constexpr (loses_nothing(dds::TopicOf<Message>::kSpec)) {
       arrivals.note(origin.writer, origin.number);
     }
@@ -414,7 +416,8 @@ class McapRecorder {
                          .sensor_time_ns = 0},
                         dropped - told_dropped_);
     told_dropped_ = dropped;
-    const std::uint64_t missed = not_arrived();
+    // A hole may be filled by another instance's answers, so the sum may shrink.
+    const std::uint64_t missed = std::max(not_arrived(), told_missed_);
     host_.raise_counted(
         {.code = "recording_incomplete",
          .severity = service::Severity::kWarning,

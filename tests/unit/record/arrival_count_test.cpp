@@ -33,25 +33,64 @@ TEST(ArrivalCountLaws, AfterTheBeginningAWriterIsExpectedFromItsFirstSampleOn) {
   EXPECT_EQ(arrivals.missing(), 4U);
 }
 
-// A standby goes on with its own first sample where the one before ended, some samples again.
-TEST(ArrivalCountLaws, AStandbyThatTakesOverLosesNothing) {
-  ArrivalCount arrivals;
-  arrivals.begin();
-  for (std::uint64_t i = 0; i < 100; ++i) arrivals.note_answer(1, 1000 + i, writer_of(1), i + 1);
-  arrivals.note_answer(1, 1100, writer_of(2), 5);  // 1 to 4 were said before
-  arrivals.note_answer(1, 1101, writer_of(2), 6);
-  EXPECT_EQ(arrivals.missing(), 0U);
-  arrivals.note_answer(1, 1105, writer_of(3), 1);
-  EXPECT_EQ(arrivals.missing(), 3U);
+struct Answers {
+  ArrivalCount arrivals{};
+  Answers() { arrivals.begin(); }
+  // The copy of a sample that an instance wrote.
+  void hear(unsigned char instance, std::uint64_t number, std::uint64_t sequence,
+            bool is_repeat = false, std::uint64_t run = 1) {
+    arrivals.note_answer(writer_of(instance), number, {1, run, sequence, is_repeat});
+  }
+};
+
+TEST(ArrivalCountLaws, WhatAnotherInstanceWroteIsNotMissing) {
+  Answers answers;
+  for (std::uint64_t i = 0; i < 100; ++i) answers.hear(1, i + 1, 1000 + i);
+  answers.hear(2, 5, 1100);  // 1 to 4 were copies of what the first said
+  answers.hear(2, 6, 1101);
+  EXPECT_EQ(answers.arrivals.missing(), 0U);
+  answers.hear(3, 1, 1105);
+  EXPECT_EQ(answers.arrivals.missing(), 3U);
+}
+
+TEST(ArrivalCountLaws, AnInstanceThatIsBehindFillsWhatOneAheadLeftOpen) {
+  Answers answers;
+  answers.hear(1, 1, 1);
+  answers.hear(2, 1, 500);
+  for (std::uint64_t i = 2; i < 500; ++i) answers.hear(1, i, i);
+  answers.hear(1, 500, 500, true);
+  EXPECT_EQ(answers.arrivals.missing(), 0U);
+  answers.hear(2, 4, 503);
+  answers.hear(1, 501, 501);
+  answers.hear(1, 503, 503, true);
+  EXPECT_EQ(answers.arrivals.missing(), 1U) << "neither's copy of 502";
+}
+
+TEST(ArrivalCountLaws, WhatAWriterSaidBeforeItWasHeardIsMissingUnlessAnotherSaidIt) {
+  Answers answers;
+  answers.hear(1, 257, 256);
+  EXPECT_EQ(answers.arrivals.missing(), 256U);
+  for (std::uint64_t i = 0; i < 200; ++i) answers.hear(2, i + 1, i);
+  EXPECT_EQ(answers.arrivals.missing(), 56U);
 }
 
 // What a sensor did not measure nobody lost.
 TEST(ArrivalCountLaws, AGapOfTheSourceIsNoLoss) {
-  ArrivalCount arrivals;
-  arrivals.begin();
-  arrivals.note_answer(1, 10, writer_of(1), 1);
-  arrivals.note_answer(1, 500, writer_of(1), 2);
-  EXPECT_EQ(arrivals.missing(), 0U);
+  Answers answers;
+  answers.hear(1, 1, 10);
+  answers.hear(1, 2, 500);
+  EXPECT_EQ(answers.arrivals.missing(), 0U);
+}
+
+TEST(ArrivalCountLaws, ARunBeginsAnew) {
+  Answers answers;
+  answers.hear(1, 1, 100000);
+  answers.hear(1, 2, 0, false, 2);
+  answers.hear(1, 3, 1, false, 2);
+  EXPECT_EQ(answers.arrivals.missing(), 0U);
+  answers.hear(1, 5, 3, false, 2);
+  answers.hear(1, 6, 0, false, 3);
+  EXPECT_EQ(answers.arrivals.missing(), 1U) << "of the run that is over";
 }
 
 TEST(ArrivalCountAbuse, NumbersThatGoBackBeginAnew) {
