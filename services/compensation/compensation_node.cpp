@@ -60,8 +60,7 @@ CompensationNode::CompensationNode(const CompensationNodeOptions& options)
   peer_reader_.emplace(
       host_.participant(),
       [this](const msg::CompensatedRate& m, const dds::SampleOrigin&) { on_peer(m); },
-      host_.observer(), PeerReader::OnGone{},
-      partitions_of_others(options_.instance));
+      host_.observer(), PeerReader::OnGone{}, partitions_of_others(options_.instance));
 }
 
 CompensationNode::~CompensationNode() {

@@ -175,8 +175,7 @@ void Gyro::set_writers(std::unique_ptr<dds::Writer<msg::CompensatedRate>> writer
 void Gyro::note_subscribers() {
   if (!has_writer()) return;
   const int nodes = ros2_writer_ ? ros2_writer_->matched() : 0;
-  const bool is_foreign =
-      writer_->met_foreign() || (ros2_writer_ && ros2_writer_->met_foreign());
+  const bool is_foreign = writer_->met_foreign() || (ros2_writer_ && ros2_writer_->met_foreign());
   const bool are_here = writer_->matched() + nodes >= surroundings_.await_subscribers;
   ticks_with_subscribers_ = are_here ? ticks_with_subscribers_ + 1 : 0;
   heard_by_all_ =

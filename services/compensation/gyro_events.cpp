@@ -160,8 +160,7 @@ void GyroEvents::tell_of_faults(const Gyro& gyro) {
   for (const auto verdict : kReferenceFaults) {
     const auto v = static_cast<std::size_t>(verdict);
     const std::string code = "reference_" + std::string(compensation::name(verdict));
-    tell(code.c_str(), reference_fault_text(verdict), told.references[v],
-         now.references[v]);
+    tell(code.c_str(), reference_fault_text(verdict), told.references[v], now.references[v]);
   }
   tell("duplicate_publisher", "a second publisher uses this id; only the first is heard",
        told_rejected_, gyro.pipeline().rejected());
@@ -213,9 +212,10 @@ void GyroEvents::tell_of_instances(const Gyro& gyro) {
   };
   tell("took_over", "leads from now on: it takes commands, and writes what one instance writes",
        told_sync_.takeovers, now.takeovers);
-  tell("stepped_back",
-       "is no longer in sync and writes nothing: it differs from a senior one, or its learner hangs",
-       told_sync_.step_backs, now.step_backs);
+  tell(
+      "stepped_back",
+      "is no longer in sync and writes nothing: it differs from a senior one, or its learner hangs",
+      told_sync_.step_backs, now.step_backs);
   tell("instances_differ", "answers otherwise than another", told_sync_.differing, now.differing);
   tell("unheard_samples", "dropped answers that nobody wrote", told_dropped_,
        gyro.pipeline().dropped());

@@ -18,7 +18,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kLockCheck = 50us;
-constexpr auto kAnswersWithin = 2000ms;       // it answers between two labels
+constexpr auto kAnswersWithin = 2000ms;         // it answers between two labels
 constexpr const char* kThreadName = "learner";  // for those who look at a running service
 
 }  // namespace

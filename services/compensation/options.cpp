@@ -53,9 +53,10 @@ void add_options(CLI::App& app, CompensationArguments& arguments) {
                  "number of this instance, 0 to 15; with several, give each its own")
       ->check(CLI::Range(0U, service::kMostInstances - 1))
       ->capture_default_str();
-  app.add_flag("--redundant", node.redundant,
-               "one of several instances that answer the same: a subscriber misses nothing when one "
-               "dies");
+  app.add_flag(
+      "--redundant", node.redundant,
+      "one of several instances that answer the same: a subscriber misses nothing when one "
+      "dies");
   app.add_option("--ownership-strength", arguments.ownership_strength,
                  "former name of --redundant, where it is above 0")
       ->group("");

@@ -144,8 +144,8 @@ TEST(BenchFleet, ItsLightVehicleHasTheEndpointsOfTheServices) {
       "console",
       {"--listen",
        "127.0.0.1:" + std::to_string(20000 + static_cast<int>(Domain::kBenchFleetServices))});
-  system.start("compensation", {"--instance", "0", "--ownership-strength", "2"});
-  system.start("compensation", {"--instance", "1", "--ownership-strength", "1"});
+  system.start("compensation", {"--instance", "0", "--redundant"});
+  system.start("compensation", {"--instance", "1", "--redundant"});
   system.start("thermal_publisher", source);
   system.start("gyro_publisher", source);
   // Compensation's writer is there from a gyro's first sample on.

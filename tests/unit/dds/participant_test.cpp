@@ -158,7 +158,8 @@ TEST(Loopback, ALateJoinerHearsThePresentStateOfEveryKey) {
   EXPECT_EQ(heard, (std::vector<std::string>{"one2", "two2"}));
 }
 
-// Rule: of two that write the same samples each is heard once, whoever is first; a death loses none.
+// Rule: of two that write the same samples each is heard once, whoever is first; a death loses
+// none.
 TEST(Loopback, OfTwoWritersEachSampleIsHeardOnce) {
   const TestDomain domain(104);
   Participant consumer("consumer", domain.network());
