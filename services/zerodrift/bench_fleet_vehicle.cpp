@@ -32,7 +32,7 @@ bool make(dds::Participant& participant, const VehicleEndpoint& endpoint,
   if (endpoint.topic != dds::TopicOf<Message>::kSpec.name) return false;
   if (endpoint.kind == EndpointKind::kWriter) {
     auto writer =
-        std::make_shared<dds::Writer<Message>>(participant, dds::EndpointObserver{}, 1, partitions);
+        std::make_shared<dds::Writer<Message>>(participant, dds::EndpointObserver{}, partitions);
     made.push_back({[writer] { return writer->matched(); }, endpoint.kind});
   } else {
     using Reader = dds::Reader<Message>;
