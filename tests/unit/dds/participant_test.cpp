@@ -187,7 +187,10 @@ TEST(Loopback, OfTwoWritersEachSampleIsHeardOnce) {
     ASSERT_TRUE(writer.write(message));
   };
   for (std::uint64_t sequence = 1; sequence <= 200; ++sequence) {
-    if (sequence == 101) first.reset();
+    if (sequence == 101) {
+      ASSERT_TRUE(first->wait_until_received(5s));  // a writer that is deleted repairs nothing
+      first.reset();
+    }
     if (first != nullptr) write(*first, sequence);
     write(second, sequence);
   }
