@@ -31,8 +31,8 @@ struct Owner {
 // anything is made of the contents (CRC-32).
 [[nodiscard]] compensation::LearnerState decode(std::string_view bytes, const Owner& owner);
 
-// Everything a compensator is: what it learned and what its data path holds, for a standby of the
-// same build that goes on from there to the bit. `data_path` is Compensator::carry()'s.
+// Everything a compensator is: what it learned and what its data path holds, for another instance
+// of the same build that goes on from there to the bit. `data_path` is Compensator::carry()'s.
 [[nodiscard]] std::string encode_running(const Owner& owner,
                                          const compensation::LearnerState& state,
                                          std::string data_path);

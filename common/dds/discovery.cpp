@@ -128,7 +128,7 @@ std::vector<Policy> unmet(const Terms& offered, const Terms& requested) {
 }
 
 Terms terms_of(const TopicSpec& spec) {
-  const fdds::DataWriterQos qos = writer_qos(spec, 0);
+  const fdds::DataWriterQos qos = writer_qos(spec);
   return {.reliability = static_cast<int>(qos.reliability().kind),
           .durability = static_cast<int>(qos.durability().kind),
           .liveliness = static_cast<int>(qos.liveliness().kind),

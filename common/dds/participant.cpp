@@ -327,7 +327,7 @@ fdds::Topic* Participant::topic(const TopicSpec& spec, fdds::TypeSupport type) {
   return made;
 }
 
-fdds::DataWriterQos writer_qos(const TopicSpec& spec, std::uint32_t ownership_strength) {
+fdds::DataWriterQos writer_qos(const TopicSpec& spec) {
   fdds::DataWriterQos qos;
   qos.reliability().kind = reliability(spec);
   qos.reliability().max_blocking_time = duration(std::chrono::milliseconds(100));
@@ -343,10 +343,7 @@ fdds::DataWriterQos writer_qos(const TopicSpec& spec, std::uint32_t ownership_st
   qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
   qos.publish_mode().kind = fdds::SYNCHRONOUS_PUBLISH_MODE;
   qos.data_sharing().off();
-  if (spec.ownership == Ownership::kExclusive) {
-    qos.ownership().kind = fdds::EXCLUSIVE_OWNERSHIP_QOS;
-    qos.ownership_strength().value = ownership_strength;
-  }
+  if (spec.ownership == Ownership::kExclusive) qos.ownership().kind = fdds::EXCLUSIVE_OWNERSHIP_QOS;
   if (spec.lifespan.count() > 0) qos.lifespan().duration = duration(spec.lifespan);
   set_timing(spec, qos);
   qos.reliable_writer_qos().times.heartbeatPeriod = duration(spec.heartbeat);

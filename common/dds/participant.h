@@ -91,7 +91,7 @@ class Participant {
  private:
   template <typename>
   friend class Writer;
-  template <typename>
+  template <typename, typename>
   friend class Reader;
   template <typename>
   friend class RawReader;
@@ -119,8 +119,7 @@ enum class Departure : std::uint8_t {
   kLeft     // it was deleted, or its process was not heard of for the participants' lease
 };
 
-eprosima::fastdds::dds::DataWriterQos writer_qos(const TopicSpec& spec,
-                                                 std::uint32_t ownership_strength);
+eprosima::fastdds::dds::DataWriterQos writer_qos(const TopicSpec& spec);
 eprosima::fastdds::dds::DataReaderQos reader_qos(const TopicSpec& spec);
 
 namespace detail {
@@ -231,18 +230,16 @@ template <typename Message>
 class Writer {
  public:
   explicit Writer(Participant& participant, EndpointObserver observer = {},
-                  std::uint32_t ownership_strength = 0, const Partitions& partitions = {})
-      : Writer(participant, TopicOf<Message>::kSpec, std::move(observer), ownership_strength,
-               partitions) {}
+                  const Partitions& partitions = {})
+      : Writer(participant, TopicOf<Message>::kSpec, std::move(observer), partitions) {}
   // On a topic whose name the user chose. The spec is the caller's and outlives the writer.
   Writer(Participant& participant, const TopicSpec& spec, EndpointObserver observer,
-         std::uint32_t ownership_strength = 0, const Partitions& partitions = {})
+         const Partitions& partitions = {})
       : publisher_(participant.publisher(partitions)),
         listener_(participant.discovery_, spec, std::move(observer)) {
     auto* topic = participant.topic(
         spec, eprosima::fastdds::dds::TypeSupport(new CheckedTypeSupport<Message>));
-    writer_ =
-        publisher_->create_datawriter(topic, writer_qos(spec, ownership_strength), &listener_);
+    writer_ = publisher_->create_datawriter(topic, writer_qos(spec), &listener_);
     if (writer_ == nullptr) {
       throw DdsError("dds: cannot create a writer for topic '" + std::string(spec.name) + "'" +
                      participant.refusal());
@@ -288,8 +285,8 @@ class Writer {
 
 // One reader of one topic. What it gives out has clean texts (clean_texts.h). on_sample runs on the
 // participant's receiving thread, one at a time, as samples arrive; on_gone runs on its discovery
-// thread.
-template <typename Message>
+// thread. Of the same sample from several writers the first is given out, or with `EveryCopy` each.
+template <typename Message, typename Filter = RepeatFilter<Message>>
 class Reader {
  public:
   using OnSample = std::function<void(const Message&, const SampleOrigin&)>;
@@ -350,7 +347,7 @@ class Reader {
     OnSample on_sample_;
     OnGone on_gone_;
     Message message_{};
-    RepeatFilter<Message> repeats_;
+    Filter repeats_;
   };
 
   eprosima::fastdds::dds::Subscriber* subscriber_;

@@ -19,12 +19,17 @@ inline std::uint64_t run_of(const eprosima::fastrtps::rtps::GUID_t& writer) noex
   return hash == 0 ? 1 : hash;
 }
 
-// For topics whose samples one writer writes: nothing is a repeat.
-template <typename Message>
-class RepeatFilter {
- public:
-  bool is_repeat(const Message&, const eprosima::fastrtps::rtps::GUID_t&) { return false; }
+// For readers to whom it matters who wrote: nothing is a repeat.
+struct EveryCopy {
+  template <typename Message>
+  static bool is_repeat(const Message&, const eprosima::fastrtps::rtps::GUID_t&) {
+    return false;
+  }
 };
+
+// So it is with topics whose samples one writer writes.
+template <typename Message>
+class RepeatFilter : public EveryCopy {};
 
 // A repeat is a sample of the same gyro, run and number (core/first_come.h). Samples that name no
 // run are their writer's own. Allocates with the first sample of a gyro.

@@ -29,8 +29,12 @@ template <typename Engine>
 class GyroPipeline {
  public:
   using Answer = decltype(std::declval<Engine&>().answer_next());
-  using Input =
-      std::variant<core::AngularRateSample, core::TemperatureSample, core::RateReferenceSample>;
+  struct Rate {
+    core::AngularRateSample sample{};
+    std::int64_t publish_time_ns = 0;
+    std::int64_t ingress_time_ns = 0;
+  };
+  using Input = std::variant<Rate, core::TemperatureSample, core::RateReferenceSample>;
 
   // The world around it.
   class Port {
@@ -44,9 +48,12 @@ class GyroPipeline {
     // Writes what was prepared last where only one instance writes.
     virtual void write_prepared_alone() noexcept = 0;
     [[nodiscard]] virtual bool has_output_of_one() const noexcept = 0;
-    // Whether answers can be written, to all who are waited for.
+    // Whether answers can be written at all, and to all who are waited for.
+    [[nodiscard]] virtual bool can_write() const noexcept = 0;
     virtual bool is_open() = 0;
-    // Until the learner has delivered; false: nothing is waited for any more.
+    // Another publisher is followed from now on.
+    virtual void begin_run() = 0;
+    // drain() is to be called when the learner has delivered; true: it has already.
     virtual bool await_model() = 0;
     virtual void report_progress(std::uint64_t newest, core::SensorTime needed) = 0;
     virtual void wake_learner() = 0;
@@ -64,12 +71,30 @@ class GyroPipeline {
   }
 
   // ---- inputs. `run` is the publisher's.
+  // One publisher a gyro, so that two streams are never mixed: the first is heard until it is gone
+  // or silent, or until the instances that are in sync follow another.
+  [[nodiscard]] bool accepts(std::uint64_t run, std::int64_t now_ns) {
+    if (run_ != run) {
+      const bool is_wanted = sync_.wanted_run() == run;
+      const bool is_free =
+          run_ == 0 || publisher_gone_ || !is_within(kSilentPublisherNs, heard_ns_, now_ns);
+      if (!is_wanted && !is_free) {
+        ++rejected_;
+        return false;
+      }
+      if (run_ != 0) begin_run(now_ns);
+      run_ = run;
+      publisher_gone_ = false;
+    }
+    heard_ns_ = now_ns;
+    return true;
+  }
   void push(const core::AngularRateSample& sample, std::uint64_t run, std::int64_t publish_time_ns,
             std::int64_t now_ns) {
     if (!accepts(run, now_ns)) return;
-    log(sample);
+    log(Rate{sample, publish_time_ns, now_ns});
     if (engine_->push(sample, publish_time_ns, now_ns) == compensation::Admission::kQueueFull &&
-        port_.is_open()) {
+        port_.can_write()) {
       answer(now_ns);  // never lose a raw sample: the oldest goes out with what is there
       engine_->push(sample, publish_time_ns, now_ns);
     }
@@ -114,11 +139,6 @@ class GyroPipeline {
   }
   // Since when a record or simulation waits for another stream; 0 where it doesn't.
   [[nodiscard]] std::int64_t waiting_since_ns() const noexcept { return waiting_since_ns_; }
-  void give_up_waiting(std::int64_t now_ns) {
-    engine_->give_up_waiting();
-    waiting_since_ns_ = 0;
-    drain(now_ns);
-  }
   void report_progress() {
     answered_since_report_ = 0;
     reported_needed_ = engine_->needed_time();
@@ -145,10 +165,10 @@ class GyroPipeline {
     std::optional<std::uint64_t> first;
     std::uint64_t last = 0;
     for (const Input& input : log_) {
-      const auto* rate = std::get_if<core::AngularRateSample>(&input);
+      const auto* rate = std::get_if<Rate>(&input);
       if (rate == nullptr) continue;
-      if (!first) first = rate->sequence;
-      last = std::max(last, rate->sequence);
+      if (!first) first = rate->sample.sequence;
+      last = std::max(last, rate->sample.sequence);
     }
     return first && *first <= sequence + 1 && sequence <= last;
   }
@@ -158,8 +178,9 @@ class GyroPipeline {
   // `answers`. A model that is due is there in time, as live.
   static void repeat(Engine& engine, const Input& input, std::uint64_t after,
                      std::vector<Answer>& answers) {
-    if (const auto* rate = std::get_if<core::AngularRateSample>(&input)) {
-      if (rate->sequence > after) engine.push(*rate);
+    if (const auto* rate = std::get_if<Rate>(&input)) {
+      if (rate->sample.sequence > after)
+        engine.push(rate->sample, rate->publish_time_ns, rate->ingress_time_ns);
     } else if (const auto* temperature = std::get_if<core::TemperatureSample>(&input)) {
       if (!engine.has_heard(*temperature)) engine.push(*temperature);
     } else if (const auto* reference = std::get_if<core::RateReferenceSample>(&input)) {
@@ -229,35 +250,18 @@ class GyroPipeline {
     return now_ns >= since_ns && now_ns - since_ns < span_ns;
   }
 
-  // One publisher a gyro, so that two streams are never mixed: the first is heard until it is gone
-  // or silent, or until the instances that are in sync follow another.
-  bool accepts(std::uint64_t run, std::int64_t now_ns) {
-    if (run_ != run) {
-      const bool is_wanted = sync_.wanted_run() == run;
-      const bool is_free =
-          run_ == 0 || publisher_gone_ || !is_within(kSilentPublisherNs, heard_ns_, now_ns);
-      if (!is_wanted && !is_free) {
-        ++rejected_;
-        return false;
-      }
-      if (run_ != 0) begin_run(now_ns);
-      run_ = run;
-      publisher_gone_ = false;
-    }
-    heard_ns_ = now_ns;
-    return true;
-  }
   void begin_run(std::int64_t now_ns) {
-    while (port_.is_open() && engine_->readiness() != compensation::Readiness::kNothing)
+    while (port_.can_write() && engine_->readiness() != compensation::Readiness::kNothing)
       answer(now_ns);
     engine_->restart_stream();
     newest_sequence_ = 0;
     drop_log();
+    port_.begin_run();
   }
 
-  template <typename Sample>
-  void log(const Sample& sample) {
-    if (logging_) log_.emplace_back(sample);
+  template <typename Arrived>
+  void log(const Arrived& arrived) {
+    if (logging_) log_.emplace_back(arrived);
   }
 
   void answer(std::int64_t now_ns) {

@@ -54,13 +54,13 @@ CompensationNode::Verdict CompensationNode::restore(const Request& request) {
   {
     const std::lock_guard lock(data_mutex_);
     for (std::size_t i = 0; i < loaded.size(); ++i) {
-      if (!request.gyros[i]->compensator->restore_models(loaded[i])) {
+      if (!request.gyros[i]->compensator().restore_models(loaded[i])) {
         return {.text = "the learner of gyro " + std::to_string(request.gyros[i]->id) +
                         " is busy; try again"};
       }
     }
   }
-  wake_learner();
+  learner_.wake();
   Verdict verdict{.outcome = Outcome::kAccepted};
   const auto epoch = installed(*loaded.back());
   verdict.model_epoch = epoch.value_or(0);
@@ -77,8 +77,8 @@ compensation::LearnerState CompensationNode::learned_by(Gyro& source) {
 
 CompensationNode::Learned CompensationNode::learned(Gyro& source) {
   const auto answer = std::make_shared<Learned>();
-  compensation::Compensator* compensator = source.compensator.get();
-  ask_learner([answer, compensator] {
+  compensation::Compensator* compensator = &source.compensator();
+  learner_.ask([answer, compensator] {
     answer->state = compensator->learner().export_state();
     answer->job = compensator->learner().newest_job();
   });
@@ -90,8 +90,8 @@ CompensationNode::Learned CompensationNode::learned(Gyro& source) {
 void CompensationNode::save_from_time_to_time() {
   if (options_.checkpoint_dir.empty()) return;
   std::vector<checkpoint::SaveSchedule::Model> models;
-  for (const Gyro* source : active_gyros())
-    models.push_back({source->id, source->newest.model_epoch});
+  for (const Gyro* source : led_gyros())
+    models.push_back({source->id, source->newest().model_epoch});
   const auto due = save_schedule_.take_due(models, service::monotonic_ns());
   if (due.empty()) return;
   const auto save_all = [this, due] {
@@ -152,9 +152,9 @@ void CompensationNode::resume(Gyro& source) {
     const auto loaded = checkpoint::load(file, {source.id, options_.compensation});
     {
       const std::lock_guard lock(data_mutex_);
-      source.compensator->restore_models(loaded);
+      source.compensator().restore_models(loaded);
     }
-    wake_learner();
+    learner_.wake();
     const auto epoch = installed(*loaded);
     if (epoch) {
       const std::lock_guard lock(data_mutex_);

@@ -1,26 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // How several instances tell each other's answers from their own: an instance writes in the
-// partition that everybody reads and in one of its own, and reads those of the others.
+// partition that everybody reads and in one of its own, and reads those of the others. What they
+// compare of an answer is all that was computed, not who answered, nor when.
 #pragma once
 
 #include <cstdint>
 #include <string>
 
 #include "common/dds/participant.h"
-#include "common/service/hot_standby.h"
+#include "common/service/instance_sync.h"
 
 namespace zerodrift::services {
 
-inline std::string partition_of(std::uint32_t instance) {
-  return "instance_" + std::to_string(instance);
-}
+[[nodiscard]] dds::Partitions partitions_to_write(std::uint32_t instance);
+[[nodiscard]] dds::Partitions partitions_of_others(std::uint32_t instance);
 
-inline dds::Partitions partitions_of_others(std::uint32_t instance) {
-  dds::Partitions partitions;
-  for (std::uint32_t other = 0; other < service::kMostInstances; ++other) {
-    if (other != instance) partitions.push_back(partition_of(other));
-  }
-  return partitions;
-}
+[[nodiscard]] service::AnswerMark mark_of(const msg::CompensatedRate& answer) noexcept;
 
 }  // namespace zerodrift::services

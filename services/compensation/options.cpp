@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "common/config/compensation_config.h"
-#include "common/service/hot_standby.h"
+#include "common/service/instance_sync.h"
 
 namespace zerodrift::services {
 namespace {
@@ -27,6 +27,7 @@ std::pair<std::uint32_t, std::string> gyro_and_topic(const std::string& text) {
 
 CompensationNodeOptions CompensationArguments::complete() const {
   CompensationNodeOptions options = node;
+  options.redundant = node.redundant || ownership_strength > 0;
   if (!config.empty()) options.compensation = config::load_compensation(config);
   if (!prior.empty()) options.compensation.prior = config::load_prior(prior);
   for (const std::string& text : ros2_imu) {
@@ -52,10 +53,13 @@ void add_options(CLI::App& app, CompensationArguments& arguments) {
                  "number of this instance, 0 to 15; with several, give each its own")
       ->check(CLI::Range(0U, service::kMostInstances - 1))
       ->capture_default_str();
-  app.add_option("--ownership-strength", node.ownership_strength,
-                 "above 0: one of several instances that stand by for each other; the strongest "
-                 "begins")
-      ->capture_default_str();
+  app.add_flag(
+      "--redundant", node.redundant,
+      "one of several instances that answer the same: a subscriber misses nothing when one "
+      "dies");
+  app.add_option("--ownership-strength", arguments.ownership_strength,
+                 "former name of --redundant, where it is above 0")
+      ->group("");
   app.add_option(
          "--await-subscribers", node.await_subscribers,
          "with records and simulations: take no sample before so many subscribers are there")

@@ -18,6 +18,7 @@ struct CompensationArguments {
   std::string gyro_frame = "flu";
   std::string ros2_frame = "flu";
   std::string ros2_frame_id{};
+  std::uint32_t ownership_strength = 0;  // above 0: redundant
 
   // With the files read. Throws with one line where one can't be used.
   [[nodiscard]] CompensationNodeOptions complete() const;

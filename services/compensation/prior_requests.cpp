@@ -119,12 +119,12 @@ CompensationNode::Verdict CompensationNode::change_prior(
   }
   {
     const std::lock_guard lock(data_mutex_);
-    if (!source.compensator->change_prior(change)) {
+    if (!source.compensator().change_prior(change)) {
       return {.text = "the learner of gyro " + std::to_string(source.id) + " is busy; try again"};
     }
   }
   source.change = std::move(change);
-  wake_learner();
+  learner_.wake();
   Verdict verdict{.outcome = Outcome::kAccepted};
   const auto epoch = installed(*source.change->learner);
   verdict.model_epoch = epoch.value_or(0);

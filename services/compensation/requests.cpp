@@ -17,8 +17,6 @@ using namespace std::chrono_literals;
 constexpr std::size_t kMostRequests = 8;
 constexpr auto kInstalledWithin = 2000ms;  // else the reply doesn't wait for it
 
-constexpr auto kLearnerAnswersWithin = 2000ms;  // it answers between two labels
-
 bool is_checkpoint(const msg::Command& command) {
   return std::string_view(command.name().c_str()) == "checkpoint";
 }
@@ -36,8 +34,8 @@ CompensationNode::Verdict CompensationNode::hand_over(const msg::Command& comman
   Request request{.command = command, .argument = command.argument().c_str(), .gyros = {}};
   for (auto& source : gyros_) request.gyros.push_back(source.get());
   if (request.gyros.empty()) return {.text = "no gyro has been heard yet"};
-  if (!is_checkpoint(command)) request.gyros = active_gyros();
-  if (request.gyros.empty()) return {.text = kStandbyText};
+  if (!is_checkpoint(command)) request.gyros = led_gyros();
+  if (request.gyros.empty()) return {.text = kOtherLeadsText};
   const auto task = [this, request] {
     try {
       commands_.answer(request.command, serve(request));
@@ -72,17 +70,6 @@ void CompensationNode::serve_requests_until_stopped() {
     }
     task();
   }
-}
-
-void CompensationNode::ask_learner(Task question) {
-  auto asked = std::make_shared<std::packaged_task<void()>>(std::move(question));
-  auto answered = asked->get_future();
-  const bool free = questions_.push([asked] { (*asked)(); });
-  wake_learner();
-  if (!free || answered.wait_for(kLearnerAnswersWithin) != std::future_status::ready) {
-    throw CommandRefused("the learner doesn't answer: it is busy or hangs; try again");
-  }
-  answered.get();
 }
 
 CompensationNode::Verdict CompensationNode::serve(const Request& request) {

@@ -25,26 +25,27 @@ struct CompensationNode::Seen {
   std::uint64_t rejected = 0;
   std::uint64_t unwritten = 0;
   bool is_alone = true;
-  service::HotStandby::Role role{};
-  service::HotStandby::Health health{};
-  std::uint32_t strength = 0;
-  service::HotStandby::Counts standby{};
+  bool leads = true;
+  service::InstanceSync::Health health{};
+  service::InstanceSync::Counts sync{};
+  std::uint64_t dropped = 0;
 };
 
 CompensationNode::Seen CompensationNode::see(const Gyro& source) {
-  const compensation::Compensator& compensator = *source.compensator;
+  const compensation::Compensator& compensator = source.compensator();
+  const service::InstanceSync& sync = source.pipeline().sync();
   Seen seen{.id = source.id,
             .counts = compensator.counts(),
-            .newest = source.newest,
+            .newest = source.newest(),
             .temperature_degc = compensator.temperature_degc(),
             .temperature_rate_degc_per_s = compensator.temperature_rate_degc_per_s(),
-            .rejected = source.rejected,
-            .unwritten = source.unwritten,
-            .is_alone = source.standby.is_alone(),
-            .role = source.standby.role(),
-            .health = source.standby.health(),
-            .strength = source.standby.strength(),
-            .standby = source.standby.counts()};
+            .rejected = source.pipeline().rejected(),
+            .unwritten = source.unwritten(),
+            .is_alone = sync.is_alone(),
+            .leads = sync.leads(),
+            .health = sync.health(),
+            .sync = sync.counts(),
+            .dropped = source.pipeline().dropped()};
   for (const auto axis : core::kAxes) {
     seen.records[core::index(axis)] = compensator.test_then_train(axis);
     seen.support_vectors[core::index(axis)] = compensator.support_vectors(axis);
@@ -111,15 +112,14 @@ service::StatusPart CompensationNode::part(const Seen& seen) {
         "1", static_cast<double>(seen.counts.references[v]));
   }
   add("model_epoch", "1", static_cast<double>(seen.newest.model_epoch));
-  add("active", "1", seen.role == service::HotStandby::Role::kActive ? 1.0 : 0.0);
+  add("active", "1", seen.leads ? 1.0 : 0.0);
   if (!seen.is_alone) {
     add("health", "1", static_cast<double>(seen.health));
-    add("ownership_strength", "1", static_cast<double>(seen.strength));
-    add("takeovers", "1", static_cast<double>(seen.standby.takeovers));
-    add("step_backs", "1", static_cast<double>(seen.standby.step_backs));
-    add("compared", "1", static_cast<double>(seen.standby.compared));
-    add("differing", "1", static_cast<double>(seen.standby.differing));
-    add("unheard", "1", static_cast<double>(seen.standby.unheard));
+    add("takeovers", "1", static_cast<double>(seen.sync.takeovers));
+    add("step_backs", "1", static_cast<double>(seen.sync.step_backs));
+    add("compared", "1", static_cast<double>(seen.sync.compared));
+    add("differing", "1", static_cast<double>(seen.sync.differing));
+    add("unheard", "1", static_cast<double>(seen.dropped));
   }
   add("sensor_time", "s", core::seconds(seen.newest.raw.time));
   add("temperature", "degC", seen.temperature_degc);

@@ -140,7 +140,7 @@ telemetry::CompensatedRate to_telemetry(const msg::CompensatedRate& sample) {
   out.set_model_epoch(sample.model_epoch());
   out.set_validity(sample.validity());
   out.set_instance(sample.instance());
-  out.set_ownership_strength(sample.ownership_strength());
+  out.set_answered(sample.answered());
   std::int64_t way_ns = 0;
   const bool compares =
       !__builtin_sub_overflow(sample.egress_time_ns(), sample.publish_time_ns(), &way_ns) &&
@@ -170,7 +170,7 @@ void set_newest(const msg::CompensatedRate& sample, const service::ArrivalClocks
   batch.set_sequence_number(sample.sequence_number());
   batch.set_validity(sample.validity());
   batch.set_instance(sample.instance());
-  batch.set_ownership_strength(sample.ownership_strength());
+  batch.set_answered(sample.answered());
   batch.set_publish_unix_ns(publish_unix_ns(sample, arrival));
   batch.set_sample_interval_s(sample.interval_s());
 }

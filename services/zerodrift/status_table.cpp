@@ -195,7 +195,7 @@ std::string StatusBoard::gyro_table(std::uint32_t gyro) const {
   return text;
 }
 
-// Of instances that stand by for each other: who is what.
+// Of several that answer the same: who is what.
 std::string StatusBoard::instances() const {
   static constexpr std::array<const char*, 3> kHealth{"in sync", "catching up",
                                                       "its learner hangs"};
@@ -205,13 +205,12 @@ std::string StatusBoard::instances() const {
     const std::size_t colon = name.find(':');
     if (health == metrics.end() || colon == std::string::npos) continue;
     const auto index = static_cast<std::size_t>(health->second);
-    const bool active = metric(name, "active", 0.0) > 0.0;
+    const bool leads = metric(name, "active", 0.0) > 0.0;
     text += fmt::format(
-        "{} of gyro {}: {}{}; answers compared {:.0f}, differing {:.0f}; took over {:.0f} times\n",
-        name.substr(0, colon), name.substr(colon + 1), active ? "active" : "standby, ",
-        active                   ? ""
-        : index < kHealth.size() ? kHealth[index]
-                                 : "?",
+        "{} of gyro {}: {}{}; answers compared {:.0f}, differing {:.0f}; took the lead {:.0f} "
+        "times\n",
+        name.substr(0, colon), name.substr(colon + 1),
+        index < kHealth.size() ? kHealth[index] : "?", leads ? ", leads" : "",
         metric(name, "compared", 0.0), metric(name, "differing", 0.0),
         metric(name, "takeovers", 0.0));
   }

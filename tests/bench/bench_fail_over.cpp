@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// zerodrift_bench fail-over: two instances of the compensation, one gyro, and faults of the active
-// one, round after round. What a subscriber sees of it.
+// zerodrift_bench fail-over: two instances of the compensation, one gyro, and faults of one and the
+// other in turn, round after round. What a subscriber sees of it.
 #include <signal.h>
 
 #include <algorithm>
@@ -151,7 +151,7 @@ class Instances {
 struct Round {
   std::string fault;
   Subscriber::Verdict verdict;
-  double differing = 0.0;  // once in sync again: answers that are not the active one's to the bit
+  double differing = 0.0;      // once in sync again: answers that are not the other's to the bit
   double in_sync_after_s = 0;  // from the fault's end
 };
 
@@ -183,17 +183,15 @@ class FailOver {
     gyro_ = std::make_unique<SyntheticGyro>(measuring_,
                                             SyntheticGyroOptions{.rate_hz = options_.rate_hz});
     wait_until([&] { return subscriber_.any(); }, "nothing is answered");
-    wait_until([&] { return metric(0, "active") + metric(1, "active") == 1.0; },
-               "not exactly one instance is active");
-    int active = metric(0, "active") == 1.0 ? 0 : 1;
-    wait_until_in_sync(1 - active);
+    for (const int instance : {0, 1}) wait_until_in_sync(instance);
+    int faulty = 0;
     std::vector<Round> rounds;
     services::ProgressBar bar("fail-over");
     const std::size_t all = options_.faults.size() * static_cast<std::size_t>(options_.rounds);
     for (int r = 0; r < options_.rounds; ++r) {
       for (const auto& fault : options_.faults) {
-        rounds.push_back(round(fault, active));
-        active = 1 - active;
+        rounds.push_back(round(fault, faulty));
+        faulty = 1 - faulty;
         bar.show(static_cast<double>(rounds.size()) / static_cast<double>(all));
       }
     }
@@ -207,8 +205,7 @@ class FailOver {
                                        std::to_string(options_.network.domain),
                                        "--instance",
                                        std::to_string(instance),
-                                       "--ownership-strength",
-                                       std::to_string(2 - instance),
+                                       "--redundant",
                                        "--config",
                                        (folder_ / "config.yaml").string()};
     const auto& security = options_.network.security_dir;
@@ -228,25 +225,31 @@ class FailOver {
     }
   }
 
-  // A standby that has caught up, and whose answers are the active one's.
-  void wait_until_in_sync(int standby) {
-    wait_until([&] { return metric(standby, "active") == 0.0 && metric(standby, "health") == 0.0; },
-               "the standby doesn't catch up");
-    const double compared = metric(standby, "compared");
-    wait_until([&] { return metric(standby, "compared") >= compared + kComparedInSync; },
-               "the standby hears nothing of the active one");
+  // Its answers are the other's, for as long as it takes to compare some.
+  void wait_until_in_sync(int instance) {
+    double compared = -1.0;
+    double differing = -1.0;
+    wait_until(
+        [&] {
+          const bool is_in_sync = metric(instance, "health") == 0.0;
+          if (!is_in_sync || compared < 0.0 || metric(instance, "differing") != differing) {
+            compared = is_in_sync ? metric(instance, "compared") : -1.0;
+            differing = metric(instance, "differing");
+          }
+          return is_in_sync && metric(instance, "compared") >= compared + kComparedInSync;
+        },
+        "one instance isn't in sync with the other");
   }
 
-  Round round(const std::string& fault, int active) {
+  Round round(const std::string& fault, int faulty) {
     subscriber_.forget();
     std::this_thread::sleep_for(50ms);
-    BenchProcess& process = *processes_[static_cast<std::size_t>(active)];
-    const int other = 1 - active;
+    BenchProcess& process = *processes_[static_cast<std::size_t>(faulty)];
     const std::int64_t begin = service::monotonic_ns();
     if (fault == "kill") {
       kill(process.pid(), SIGKILL);
       std::this_thread::sleep_for(kFaultLasts);
-      start(active);
+      start(faulty);
     } else if (fault == "stop") {
       kill(process.pid(), SIGSTOP);
       std::this_thread::sleep_for(kFaultLasts);
@@ -263,12 +266,11 @@ class FailOver {
                  .verdict = subscriber_.judge(
                      begin - 50'000'000, last,
                      begin + (fault == "hang" ? kHangGapWithin : kGapWithin).count())};
-    wait_until([&] { return metric(other, "active") == 1.0; }, "the standby didn't take over");
-    wait_until_in_sync(active);
+    wait_until_in_sync(faulty);
     result.in_sync_after_s = std::chrono::duration<double>(Clock::now() - ended).count();
-    const double since = metric(active, "differing");
+    const double since = metric(faulty, "differing");
     std::this_thread::sleep_for(500ms);
-    result.differing = metric(active, "differing") - since;
+    result.differing = metric(faulty, "differing") - since;
     return result;
   }
 
@@ -344,7 +346,8 @@ int report(const FailOverOptions& options, const std::vector<Round>& rounds) {
 
 void add_bench_fail_over(CLI::App& bench, Run& run) {
   auto* command = bench.add_subcommand(
-      "fail-over", "faults of the active one of two instances, and what a subscriber sees of them");
+      "fail-over",
+      "faults of one and the other of two instances, and what a subscriber sees of them");
   auto options = std::make_shared<FailOverOptions>();
   options->network.domain = kDomain;
   command->add_option("--rounds", options->rounds, "of each fault")

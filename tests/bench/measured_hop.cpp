@@ -116,7 +116,7 @@ MeasuredHop::MeasuredHop(const NetworkOptions& network, const HopAlternative& al
   };
   auto* there = make("_there");
   auto* back = make("_back");
-  fdds::DataWriterQos writer_qos = dds::writer_qos(kAngularRate, 0);
+  fdds::DataWriterQos writer_qos = dds::writer_qos(kAngularRate);
   fdds::DataReaderQos reader_qos = dds::reader_qos(kAngularRate);
   if (alternative.change != nullptr) alternative.change(writer_qos, reader_qos);
   writer_ = participant_->create_publisher(fdds::PUBLISHER_QOS_DEFAULT)

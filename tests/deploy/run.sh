@@ -170,7 +170,7 @@ else
   simulation=(--source simulation --model "$root/config/models/paper_fog.yaml" --profile "$root/config/profiles/paper_chamber.yaml" --speed 60)
   run console --listen 127.0.0.1:$port
   run allan_monitor
-  run compensation --await-subscribers 1 --ownership-strength 2
+  run compensation --await-subscribers 1 --redundant
   run thermal_publisher "${simulation[@]}"
   run gyro_publisher "${simulation[@]}" --rate 100 --wait-for compensation,allan_monitor
   check "monitoring: a console serves what alerts and dashboard ask for" node monitoring.mjs "$root" http://127.0.0.1:$port/metrics

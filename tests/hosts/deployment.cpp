@@ -123,7 +123,7 @@ void Deployment::start_discovery_servers() {
 void Deployment::start_compensation(int instance) {
   start(kPrimary + static_cast<std::size_t>(instance), "compensation",
         {"--config", (folder_ / "config.yaml").string(), "--instance", std::to_string(instance),
-         "--ownership-strength", std::to_string(2 - instance)});
+         "--redundant"});
 }
 
 void Deployment::start_gyro() {
@@ -199,8 +199,8 @@ double Deployment::total(int instance, const std::string& name) const {
 
 std::string Deployment::roles() const {
   std::string text;
-  for (const char* name : {"active", "health", "ownership_strength", "takeovers", "step_backs",
-                           "compared", "differing", "model_epoch"}) {
+  for (const char* name :
+       {"active", "health", "takeovers", "step_backs", "compared", "differing", "model_epoch"}) {
     text += std::string(name) + ' ' + std::to_string(metric(0, name)) + " and " +
             std::to_string(metric(1, name)) + ", ";
   }

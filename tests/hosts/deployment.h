@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The system on four hosts: a gyro on one, the compensation on two of which one stands by for the
-// other, a subscriber on the fourth. Real processes; the subscriber is the test itself, with its
+// The system on four hosts: a gyro on one, an instance of the compensation on each of two, a
+// subscriber on the fourth. Real processes; the subscriber is the test itself, with its
 // participant in the fourth host's network.
 #pragma once
 
@@ -59,8 +59,8 @@ class Deployment {
   HostNetwork& network() { return network_; }
   SampleStream& raw() { return raw_; }
   SampleStream& compensated() { return compensated_; }
-  // A failure of the test where this takes more than a minute: the standby has caught up, and both
-  // learn.
+  // A failure of the test where this takes more than a minute: both answer the same, one leads, and
+  // both learn.
   void wait_until_in_sync();
   // Link down for good and every process of the host ended by SIGKILL.
   void kill_host(std::size_t host);
@@ -71,7 +71,7 @@ class Deployment {
   [[nodiscard]] bool told(const std::string& code, const std::string& text = "") const;
   // As metric(), of the service as a whole.
   [[nodiscard]] double total(int instance, const std::string& name) const;
-  [[nodiscard]] int active_instance() const;  // -1: not exactly one says so
+  [[nodiscard]] int active_instance() const;  // the one that leads; -1: not exactly one says so
 
  private:
   [[nodiscard]] double newest(const std::string& service, const std::string& metric) const;

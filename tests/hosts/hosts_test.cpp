@@ -75,7 +75,7 @@ void expect_each_once(const StreamVerdict& verdict, const char* stream) {
   EXPECT_EQ(verdict.out_of_order, 0U) << stream;
 }
 
-// Everything arrives once and in order, and the standby's answers are the active one's to the bit.
+// Everything arrives once and in order, and both instances answer the same to the bit.
 void expect_lossless(const std::string& scenario, const DeploymentOptions& options) {
   Deployment deployment(options);
   deployment.wait_until_in_sync();
@@ -89,16 +89,15 @@ void expect_lossless(const std::string& scenario, const DeploymentOptions& optio
   const Verdicts verdicts = judge(deployment, scenario, first);
   expect_each_once(verdicts.raw, "raw");
   expect_each_once(verdicts.compensated, "compensated");
-  // Being heard late costs a change of roles and no sample; it must not be the rule. (One that is
-  // relieved by mistake learns how late the other may be.) Where the machine stands still for
-  // either, they may change there and back, and a model or a temperature may be late for one of
-  // them: then they are in sync again soon.
+  // A leader that is heard late is replaced for a moment, which must not be the rule. Where the
+  // machine stands still for either, the lead may change there and back, and a model or a
+  // temperature may be late for one of them: then they are in sync again soon.
   const std::uint64_t standstills = verdicts.raw.standstills + verdicts.compensated.standstills;
   const double changes =
       deployment.metric(0, "takeovers") + deployment.metric(1, "takeovers") - takeovers;
   EXPECT_LE(changes, 2.0 + 2.0 * static_cast<double>(standstills)) << "nobody died";
   if (changes > 0.0 || standstills > 0) {
-    std::printf("  %.0f change(s) of roles although nobody died, %llu standstill(s)\n", changes,
+    std::printf("  %.0f change(s) of the lead although nobody died, %llu standstill(s)\n", changes,
                 static_cast<unsigned long long>(standstills));
     deployment.wait_until_in_sync();
   } else {
@@ -197,9 +196,9 @@ TEST_F(Hosts, WhatAPartitionTakesBeyondTheDepthIsCountedAsAGap) {
   EXPECT_TRUE(deployment.all_run());
 }
 
-// Both sides hear the gyro, and both have an active instance meanwhile. The subscriber hears the
-// standby's, and after healing nothing of the other's.
-TEST_F(Hosts, APartitionedPrimaryIsRelievedAndItsAnswersAreHeardByNobody) {
+// Both sides hear the gyro, and both write. The subscriber hears the other's answers, and after
+// healing nothing again of those of the one that was cut off.
+TEST_F(Hosts, APartitionedInstanceIsNotMissedAndItsAnswersAreNotRepeated) {
   Deployment deployment({});
   deployment.wait_until_in_sync();
   if (HasFatalFailure()) return;
@@ -215,12 +214,12 @@ TEST_F(Hosts, APartitionedPrimaryIsRelievedAndItsAnswersAreHeardByNobody) {
   const Verdicts verdicts = judge(deployment, "5 s, primary | subscriber", first);
   expect_each_once(verdicts.raw, "raw");
   expect_each_once(verdicts.compensated, "compensated");
-  deployment.wait_until_in_sync();  // whichever is active then: a busy machine may change it again
+  deployment.wait_until_in_sync();
   EXPECT_TRUE(deployment.all_run());
 }
 
-// The active instance's host is gone between two frames.
-void expect_relief(const std::string& scenario, const DeploymentOptions& options) {
+// The leading instance's host is gone between two frames.
+void expect_no_loss_by_death(const std::string& scenario, const DeploymentOptions& options) {
   Deployment deployment(options);
   deployment.wait_until_in_sync();
   if (::testing::Test::HasFatalFailure()) return;
@@ -239,17 +238,17 @@ void expect_relief(const std::string& scenario, const DeploymentOptions& options
 }
 
 TEST_F(Hosts, TheDeathOfAHostCostsNoSample) {
-  expect_relief("death of a host", {});
+  expect_no_loss_by_death("death of a host", {});
 }
 
 // A server dies with the host; those who met through it go on.
 TEST_F(Hosts, TheDeathOfAHostWithADiscoveryServerCostsNoSample) {
-  expect_relief("death with discovery", {.discovery = Discovery::kServers});
+  expect_no_loss_by_death("death with discovery", {.discovery = Discovery::kServers});
 }
 
 TEST_F(Hosts, TheDeathOfAHostOnABadNetworkCostsNoSample) {
-  expect_relief("death of a host, 5 % loss",
-                {.conditions = {.loss = 0.05, .delay = 2ms, .jitter = 1ms}});
+  expect_no_loss_by_death("death of a host, 5 % loss",
+                          {.conditions = {.loss = 0.05, .delay = 2ms, .jitter = 1ms}});
 }
 
 }  // namespace

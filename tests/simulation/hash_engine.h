@@ -68,7 +68,6 @@ class HashEngine {
     newest_ = 0;
     hash_ = mixed(hash_, 1);
   }
-  void give_up_waiting() {}
   [[nodiscard]] bool has_heard(const core::TemperatureSample& sample) const {
     return sample.sequence <= heard_;
   }

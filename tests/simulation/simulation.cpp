@@ -274,7 +274,9 @@ class Instance final : public Node, private Pipeline::Port {
   }
   void write_prepared_alone() noexcept override {}
   [[nodiscard]] bool has_output_of_one() const noexcept override { return true; }
+  [[nodiscard]] bool can_write() const noexcept override { return true; }
   bool is_open() override { return true; }
+  void begin_run() override {}
   bool await_model() override { return false; }
   void report_progress(std::uint64_t, core::SensorTime) override {}
   void wake_learner() override {}

@@ -180,7 +180,7 @@ TEST(Console, SamplesStateAndCommandsReachAClientAndOneThatComesLate) {
                             [](const telemetry::Endpoint& endpoint) {
                               return endpoint.is_writer() && endpoint.problem().empty() &&
                                      endpoint.process().starts_with("compensation") &&
-                                     endpoint.ownership() == "exclusive";
+                                     endpoint.ownership() == "shared";
                             }));
   }
   // A console that is started anew: what a late client needs is there again.

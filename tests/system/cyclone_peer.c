@@ -18,7 +18,6 @@ static dds_entity_t create_reader(dds_entity_t participant) {
   dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
   dds_qset_durability(qos, DDS_DURABILITY_VOLATILE);
   dds_qset_history(qos, DDS_HISTORY_KEEP_ALL, 0);
-  dds_qset_ownership(qos, DDS_OWNERSHIP_EXCLUSIVE);
   const dds_entity_t reader = dds_create_reader(participant, topic, qos, NULL);
   dds_delete_qos(qos);
   return reader;

@@ -121,6 +121,9 @@ enum class Domain : std::uint32_t {
   kRecordingCsvFull,
   kRecordingClock,
   kRecordingLoss,
+  kRedundantPublishers,
+  kRedundantPublishersTogether,
+  kRestart,
 };
 
 static_assert(static_cast<std::uint32_t>(Domain::kConsole) <= 100);

@@ -109,7 +109,7 @@ TEST(MalformedPayload, EndsNoReaderAndHidesNoSampleBehindIt) {
                                           fdds::TOPIC_QOS_DEFAULT);
   ASSERT_NE(topic, nullptr);
   auto* publisher = participant->create_publisher(fdds::PUBLISHER_QOS_DEFAULT);
-  auto* writer = publisher->create_datawriter(topic, writer_qos(kAngularRate, 0));
+  auto* writer = publisher->create_datawriter(topic, writer_qos(kAngularRate));
   ASSERT_NE(writer, nullptr);
   const auto readers = [&] {
     fdds::PublicationMatchedStatus status;

@@ -43,7 +43,7 @@ TEST(Topics, CarryTheTypeTheyAreBoundTo) {
 TEST(Topics, OfferAndAskForTheSame) {
   for (const TopicSpec& spec : kAllTopics) {
     SCOPED_TRACE(spec.name);
-    const auto writer = writer_qos(spec, 3);
+    const auto writer = writer_qos(spec);
     const auto reader = reader_qos(spec);
     EXPECT_EQ(writer.reliability().kind, reader.reliability().kind);
     EXPECT_EQ(writer.durability().kind, reader.durability().kind);
@@ -59,7 +59,7 @@ TEST(Topics, OfferAndAskForTheSame) {
 // Progress may lose one: each says everything, and the newest is repeated.
 TEST(Topics, AreReliableButForProgress) {
   for (const TopicSpec& spec : kAllTopics) {
-    const bool reliable = writer_qos(spec, 0).reliability().kind == fdds::RELIABLE_RELIABILITY_QOS;
+    const bool reliable = writer_qos(spec).reliability().kind == fdds::RELIABLE_RELIABILITY_QOS;
     EXPECT_EQ(reliable, spec.name != kReplayProgress.name) << spec.name;
   }
 }
@@ -67,7 +67,7 @@ TEST(Topics, AreReliableButForProgress) {
 TEST(Topics, HaveRoomForTheFullHistoryOfEveryKey) {
   for (const TopicSpec& spec : kAllTopics) {
     for (const auto& limits :
-         {writer_qos(spec, 0).resource_limits(), reader_qos(spec).resource_limits()}) {
+         {writer_qos(spec).resource_limits(), reader_qos(spec).resource_limits()}) {
       EXPECT_EQ(limits.max_instances, spec.keys) << spec.name;
       EXPECT_GE(limits.max_samples_per_instance, spec.depth) << spec.name;
       EXPECT_GE(limits.max_samples, spec.keys * limits.max_samples_per_instance) << spec.name;
@@ -80,7 +80,7 @@ TEST(Topics, HaveRoomForTheFullHistoryOfEveryKey) {
 TEST(Topics, AvoidWhatLosesSamplesSilently) {
   for (const TopicSpec& spec : kAllTopics) {
     SCOPED_TRACE(spec.name);
-    const auto writer = writer_qos(spec, 0);
+    const auto writer = writer_qos(spec);
     EXPECT_EQ(writer.data_sharing().kind(), fdds::OFF);
     EXPECT_EQ(reader_qos(spec).data_sharing().kind(), fdds::OFF);
     EXPECT_LE(spec.heartbeat.count(), 20);
@@ -94,7 +94,7 @@ TEST(Topics, AvoidWhatLosesSamplesSilently) {
 TEST(Topics, HaveALeaseByTopicOrNone) {
   for (const TopicSpec& spec : kAllTopics) {
     SCOPED_TRACE(spec.name);
-    const auto liveliness = writer_qos(spec, 0).liveliness();
+    const auto liveliness = writer_qos(spec).liveliness();
     if (spec.lease.count() == 0) {
       EXPECT_EQ(liveliness.kind, fdds::AUTOMATIC_LIVELINESS_QOS);
       EXPECT_EQ(liveliness.lease_duration, eprosima::fastrtps::c_TimeInfinite);
@@ -108,17 +108,15 @@ TEST(Topics, HaveALeaseByTopicOrNone) {
 // The middleware would restart a timer with every sample; our own endpoints watch instead.
 TEST(Topics, HaveNoDeadlineOfTheMiddlewares) {
   for (const TopicSpec& spec : kAllTopics) {
-    EXPECT_EQ(writer_qos(spec, 0).deadline().period, eprosima::fastrtps::c_TimeInfinite);
+    EXPECT_EQ(writer_qos(spec).deadline().period, eprosima::fastrtps::c_TimeInfinite);
     EXPECT_EQ(reader_qos(spec).deadline().period, eprosima::fastrtps::c_TimeInfinite);
   }
 }
 
-TEST(Topics, GiveOwnershipOfCompensatedRateAlone) {
-  for (const TopicSpec& spec : kAllTopics) {
-    const bool exclusive = spec.name == kCompensatedRate.name;
-    EXPECT_EQ(spec.ownership == Ownership::kExclusive, exclusive) << spec.name;
-  }
-  EXPECT_EQ(writer_qos(kCompensatedRate, 7).ownership_strength().value, 7U);
+// Rule: several may write the same, and whoever is first is heard.
+TEST(Topics, AreEverybodysWhoWrites) {
+  for (const TopicSpec& spec : kAllTopics)
+    EXPECT_EQ(spec.ownership, Ownership::kShared) << spec.name;
 }
 
 TEST(Topics, KeepThePresentStateForLateJoiners) {

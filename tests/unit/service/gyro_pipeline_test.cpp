@@ -75,12 +75,15 @@ class Instance final : Pipeline::Port {
   }
   void write_prepared_alone() noexcept override { alone.push_back(prepared_.sequence); }
   [[nodiscard]] bool has_output_of_one() const noexcept override { return has_output_of_one_; }
+  [[nodiscard]] bool can_write() const noexcept override { return open; }
   bool is_open() override { return open; }
+  void begin_run() override { ++runs_begun; }
   bool await_model() override { return false; }
   void report_progress(std::uint64_t, core::SensorTime) override {}
   void wake_learner() override {}
 
   bool open = true;
+  int runs_begun = 0;  // after the first
   std::int64_t now_ns = 0;
   std::vector<AnswerMark> written{};
   std::vector<std::uint64_t> alone{};
@@ -210,6 +213,7 @@ TEST(GyroPipeline, APublisherThatIsGoneIsReplacedAtOnceAndASilentOneAfterASecond
   instance.now_ns += 1000 * kMs;
   instance.sample(1, 33);
   EXPECT_EQ(instance.written.back().run, 33U);
+  EXPECT_EQ(instance.runs_begun, 2) << "who is waited for is asked anew";
 }
 
 TEST(GyroPipeline, NothingIsAnsweredBeforeItCanBeWritten) {

@@ -130,7 +130,7 @@ function postLive(): void {
       missing: Number(batch.missing),
       modelEpoch: Number(batch.modelEpoch),
       instance: batch.instance,
-      ownershipStrength: batch.ownershipStrength,
+      answered: batch.answered,
       pace,
       latencyP50Ms: latencies.quantile(0.5),
       latencyP99Ms: latencies.quantile(0.99),

@@ -23,7 +23,7 @@ export interface Live {
   missing: number;
   modelEpoch: number;
   instance: number;
-  ownershipStrength: number;
+  answered: number;
   pace: number; // sensor seconds a second, over the last seconds; NaN while unknown
   latencyP50Ms: number; // the source's write to decoded here; NaN where unknown
   latencyP99Ms: number;

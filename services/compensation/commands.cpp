@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// The commands that are obeyed at once.
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "services/compensation/compensation_node.h"
+
+namespace zerodrift::services {
+
+CompensationNode::Verdict CompensationNode::on_command(const msg::Command& command) {
+  const std::lock_guard lock(data_mutex_);
+  const std::string_view name = command.name().c_str();
+  const bool needs_files =
+      name == "checkpoint" || name == "restore" || name == "adopt" || name == "revert";
+  return needs_files ? hand_over(command) : obey(command);
+}
+
+std::vector<Gyro*> CompensationNode::led_gyros() const {
+  std::vector<Gyro*> led;
+  for (const auto& source : gyros_) {
+    if (source->leads()) led.push_back(source.get());
+  }
+  return led;
+}
+
+CompensationNode::Verdict CompensationNode::obey(const msg::Command& command) {
+  Verdict verdict{.text = "no gyro has been heard yet"};
+  bool accepted = false;
+  const std::vector<Gyro*> led = led_gyros();
+  if (led.empty() && !gyros_.empty()) return {.text = kOtherLeadsText};
+  for (Gyro* source : led) {
+    verdict.text = obey(*source, command.name().c_str(), accepted);
+    verdict.model_epoch = source->newest().model_epoch;
+    if (!accepted) break;
+  }
+  if (accepted) verdict.outcome = Outcome::kAccepted;
+  return verdict;
+}
+
+std::string CompensationNode::obey(Gyro& source, std::string_view command, bool& accepted) {
+  accepted = true;
+  if (command == "freeze") {
+    source.compensator().freeze();
+    return "learning is frozen";
+  }
+  if (command == "learn") {
+    source.compensator().learn();
+    return "learning goes on when at rest";
+  }
+  if (command == "reset") {
+    accepted = source.compensator().reset_models();
+    learner_.wake();
+    return accepted ? "all that was learned is forgotten" : "the learner is busy; try again";
+  }
+  accepted = false;
+  return "unknown command '" + std::string(command) +
+         "'; known are freeze, learn, reset, checkpoint, restore, adopt, revert";
+}
+
+}  // namespace zerodrift::services

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/compensation/gyro.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "common/dds/conversions.h"
+#include "common/service/monotonic_clock.h"
+#include "services/compensation/instances.h"
+
+namespace zerodrift::services {
+
+using compensation::Readiness;
+
+namespace {
+
+// Ticks of a quarter of a second until a subscriber that was matched hears all.
+constexpr int kOurTicks = 2;
+constexpr int kForeignTicks = 8;
+// The learner hangs where a model is this late.
+constexpr core::SensorTime kHangs{2'000'000'000};
+
+std::size_t place_of(core::ReferenceKind kind) noexcept {
+  if (kind == core::ReferenceKind::kNavigationResidual) return 2;
+  return kind == core::ReferenceKind::kRest ? 1 : 0;
+}
+constexpr std::array kReferencePlaces{core::ReferenceKind::kRecord, core::ReferenceKind::kRest,
+                                      core::ReferenceKind::kNavigationResidual};
+
+}  // namespace
+
+Gyro::Gyro(std::uint32_t gyro_id, const compensation::CompensationOptions& configured,
+           const service::InstanceSync& sync, bool has_ros2, const Surroundings& surroundings)
+    : id(gyro_id),
+      options(configured),
+      events(surroundings.host, gyro_id, surroundings.instance),
+      surroundings_(surroundings),
+      has_ros2_(has_ros2),
+      pipeline_(std::make_unique<compensation::Compensator>(configured), sync, *this),
+      temperature_writers_(compensator().probes().size()) {
+  surroundings_.learner.add(compensator());
+}
+
+// ---------------------------------------- inputs
+
+void Gyro::take(const msg::AngularRate& message, std::uint64_t run, std::int64_t now_ns) {
+  clock_locked_ = message.clock_locked();
+  clock_offset_ns_ = message.clock_offset_ns();
+  pipeline_.push(dds::from_message(message), run, message.publish_time_ns(), now_ns);
+}
+
+void Gyro::take(const Arrived& arrived, std::int64_t now_ns) {
+  if (const auto* temperature = std::get_if<core::TemperatureSample>(&arrived.sample)) {
+    const auto& probes = compensator().probes();
+    const auto probe = std::find(probes.begin(), probes.end(), temperature->probe);
+    if (probe == probes.end()) return;
+    temperature_writers_[static_cast<std::size_t>(probe - probes.begin())] = {
+        .writer = arrived.writer, .in_mid_run = temperature->measured};
+    if (temperature->measured && !core::is_paced_by_consumers(temperature->clock))
+      newest_temperature_ = temperature->time;
+    pipeline_.push(*temperature, now_ns);
+  } else if (const auto* reference = std::get_if<core::RateReferenceSample>(&arrived.sample)) {
+    reference_writers_[place_of(reference->kind)] = {arrived.writer};
+    pipeline_.push(*reference, now_ns);
+  }
+}
+
+void Gyro::limit_probes(std::string_view published, std::int64_t now_ns) {
+  compensator().limit_probes(published);
+  pipeline_.drain(now_ns);
+}
+
+void Gyro::end_inputs_of(const std::vector<Guid>& left, std::int64_t now_ns) {
+  const Readiness before = compensator().readiness();
+  bool ended = false;
+  for (const Guid& writer : left) {
+    pipeline_.publisher_gone(dds::run_of(writer));
+    ended = note_left(writer) || ended;
+  }
+  if (!ended) return;
+  end_what_left(compensator());
+  const bool waited =
+      before == Readiness::kAwaitsTemperature || before == Readiness::kAwaitsReference;
+  const bool goes_on = waited && compensator().readiness() != before;
+  const bool in_mid_run =
+      std::any_of(temperature_writers_.begin(), temperature_writers_.end(),
+                  [](const InputWriter& input) { return input.left && input.in_mid_run; });
+  input_ended_ = input_ended_ || ((goes_on || in_mid_run) && is_paced());
+  pipeline_.drain(now_ns);
+}
+
+bool Gyro::note_left(const Guid& writer) {
+  bool ended = false;
+  const auto note = [&](InputWriter& input) {
+    if (input.left || input.writer != writer) return;
+    input.left = ended = true;
+  };
+  for (InputWriter& input : temperature_writers_) note(input);
+  for (InputWriter& input : reference_writers_) note(input);
+  return ended;
+}
+
+void Gyro::end_what_left(compensation::Compensator& compensator) const {
+  for (std::size_t p = 0; p < temperature_writers_.size(); ++p) {
+    if (temperature_writers_[p].left) compensator.end_temperature(p);
+  }
+  for (std::size_t r = 0; r < reference_writers_.size(); ++r) {
+    if (reference_writers_[r].left) compensator.end_references(kReferencePlaces[r]);
+  }
+}
+
+bool Gyro::take_input_ended() noexcept {
+  return std::exchange(input_ended_, false);
+}
+
+// ---------------------------------------- answers
+
+service::AnswerMark Gyro::prepare(const compensation::CompensatedSample& answer, std::uint64_t run,
+                                  std::uint32_t answered) noexcept {
+  dds::to_message(answer, id, surroundings_.instance, message_);
+  message_.run_id(run);
+  message_.answered(answered);
+  message_.clock_locked(clock_locked_);
+  message_.clock_offset_ns(clock_offset_ns_);
+  return pipeline_.sync().is_alone() ? service::AnswerMark{} : mark_of(message_);
+}
+
+void Gyro::write_prepared(bool leads) noexcept {
+  const std::int64_t egress_ns = service::monotonic_ns();
+  message_.egress_time_ns(egress_ns);
+  if (!writer_->write(message_)) ++unwritten_;
+  if (leads) write_prepared_alone();
+  surroundings_.compute_latency.record(egress_ns - message_.ingress_time_ns());
+}
+
+void Gyro::write_prepared_alone() noexcept {
+  if (ros2_writer_ && !ros2_writer_->write(message_)) ++unwritten_;
+}
+
+// A record or simulation also waits for the subscribers that were asked for.
+bool Gyro::is_open() {
+  if (!has_writer()) return false;
+  if (heard_by_all_ || compensator().readiness() == Readiness::kNothing) return true;
+  heard_by_all_ = surroundings_.await_subscribers == 0 ||
+                  !core::is_paced_by_consumers(compensator().waiting_clock());
+  return heard_by_all_;
+}
+
+// Those who heard the run before may not be there any more.
+void Gyro::begin_run() {
+  heard_by_all_ = false;
+  ticks_with_subscribers_ = 0;
+}
+
+bool Gyro::await_model() {
+  surroundings_.learner.await_model();
+  return compensator().readiness() != Readiness::kAwaitsModel;
+}
+
+void Gyro::report_progress(std::uint64_t newest, core::SensorTime needed) {
+  surroundings_.progress.report(id, newest, needed);
+}
+
+// ---------------------------------------- the tick
+
+void Gyro::set_writers(std::unique_ptr<dds::Writer<msg::CompensatedRate>> writer,
+                       std::unique_ptr<dds::RosImuWriter> ros2_writer) {
+  writer_ = std::move(writer);
+  ros2_writer_ = std::move(ros2_writer);
+}
+
+// A match is known here before it is known there. Ours begin within 12 ms, so that the second tick
+// will do. A reader of another vendor begins with the first heartbeat it hears once it has matched,
+// up to a second later on a busy machine, and what was written before is lost to it.
+void Gyro::note_subscribers() {
+  if (!has_writer()) return;
+  const int nodes = ros2_writer_ ? ros2_writer_->matched() : 0;
+  const bool is_foreign = writer_->met_foreign() || (ros2_writer_ && ros2_writer_->met_foreign());
+  const bool are_here = writer_->matched() + nodes >= surroundings_.await_subscribers;
+  ticks_with_subscribers_ = are_here ? ticks_with_subscribers_ + 1 : 0;
+  heard_by_all_ =
+      heard_by_all_ || ticks_with_subscribers_ >= (is_foreign ? kForeignTicks : kOurTicks);
+}
+
+void Gyro::tick(std::int64_t now_ns) {
+  hangs_ = compensator().model_late_by() > kHangs;
+  pipeline_.set_hangs(hangs_);
+  pipeline_.tick(now_ns);
+  if (heard_by_all_ && is_paced()) pipeline_.report_progress();
+}
+
+void Gyro::wait_until_received(std::chrono::milliseconds at_most) {
+  writer_->wait_until_received(at_most);
+}
+
+}  // namespace zerodrift::services

@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: Apache-2.0
+// Two instances of the compensation answer the same; a lone one that is started again is heard at
+// once, and goes on from its checkpoint.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "tests/bench/synthetic_gyro.h"
+#include "tests/system/files.h"
+#include "tests/system/pipeline.h"
+#include "tests/system/secured_system.h"
+#include "tests/system/wall_clock.h"
+
+namespace zerodrift::system_test {
+namespace {
+
+using namespace std::chrono_literals;
+
+// `zerodrift_bench fail-over` makes the faults and judges what a subscriber sees; how long it had
+// to wait is the bench's to say, not the test's.
+nlohmann::json fail_over(SystemUnderTest& system, const std::string& fault,
+                         const Arguments& more = {}) {
+  const auto json = system.path("fail_over.json");
+  Arguments arguments{"fail-over",   "--rounds", "2",
+                      "--faults",    fault,      "--json",
+                      json.string(), "--domain", std::to_string(system.network().domain)};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  const Finished done = system.run("zerodrift_bench", arguments, 100s);
+  EXPECT_TRUE(done.exit_code == 0 || done.exit_code == 1) << done.out << done.err;
+  if (!std::filesystem::exists(json)) return {};
+  return nlohmann::json::parse(content(json)).at("faults").at(fault);
+}
+
+void expect_each_sample_once(const nlohmann::json& seen) {
+  ASSERT_FALSE(seen.is_null());
+  EXPECT_EQ(seen.at("rounds"), 2);
+  EXPECT_EQ(seen.at("lost"), 0);
+  EXPECT_EQ(seen.at("repeated"), 0);
+  EXPECT_EQ(seen.at("out_of_order"), 0);
+  EXPECT_EQ(seen.at("differing"), 0) << "the one that came back is not in sync to the bit";
+}
+
+TEST(Redundancy, AKilledOneCostsNoSampleAndComesBackInSync) {
+  SystemUnderTest system(Domain::kStandbyKilled);
+  expect_each_sample_once(fail_over(system, "kill"));
+}
+
+TEST(Redundancy, AStoppedOneCostsNoSampleAndItsOldOnesAreNotRepeated) {
+  SystemUnderTest system(Domain::kStandbyStopped);
+  expect_each_sample_once(fail_over(system, "stop"));
+}
+
+TEST(Redundancy, OneWhoseLearnerHangsStepsBackAndComesBackInSync) {
+  SystemUnderTest system(Domain::kStandbyHanging);
+  expect_each_sample_once(fail_over(system, "hang"));
+}
+
+TEST(Redundancy, IsThereUnderSecurityToo) {
+  SystemUnderTest system(Domain::kStandbySecured);
+  ASSERT_EQ(make_certificates(system, {system.path("security").string()}).exit_code, 0);
+  expect_each_sample_once(
+      fail_over(system, "kill", {"--security", system.path("security").string()}));
+}
+
+// A simulation at 20 times real time.
+void start_simulation(SystemUnderTest& system) {
+  Arguments source{"--source", "simulation", "--speed", "20"};
+  for (const auto& argument : Simulation{.profile = write_ramp_profile(system, 100000)}.arguments())
+    source.push_back(argument);
+  system.start("thermal_publisher", source);
+  source.insert(source.end(), {"--rate", "50"});
+  system.start("gyro_publisher", source);
+}
+
+ChildProcess& start_instance(SystemUnderTest& system, int number) {
+  return system.start("compensation", {"--instance", std::to_string(number), "--redundant"});
+}
+
+TEST(Redundancy, CommandsToOneThatDoesNotLeadAreRefused) {
+  SystemUnderTest system(Domain::kStandbyCommand);
+  dds::Participant participant("test", system.network());
+  Collector<msg::ServiceStatus> statuses(participant);
+  start_instance(system, 0);
+  start_simulation(system);
+  ASSERT_TRUE(eventually([&] { return metric(statuses, "compensation:1", "active") == 1.0; }));
+  start_instance(system, 1);
+  ASSERT_TRUE(eventually([&] { return metric(statuses, "compensation/1:1", "health") == 0.0; }));
+  for (const char* command : {"freeze", "reset"}) {
+    const Finished refused = system.control({command, "--service", "compensation/1"});
+    EXPECT_EQ(refused.exit_code, 1) << refused.out << refused.err;
+    EXPECT_NE(refused.out.find("another instance leads"), std::string::npos) << refused.out;
+  }
+  EXPECT_EQ(system.control({"freeze"}).exit_code, 0);
+}
+
+// What each instance writes, whoever was first.
+class EachInstance {
+ public:
+  explicit EachInstance(dds::Participant& participant)
+      : reader_(participant, [this](const msg::CompensatedRate& answer, const dds::SampleOrigin&) {
+          const std::lock_guard lock(mutex_);
+          answers_[answer.instance()].push_back({answer.run_id(), answer.sequence_number()});
+        }) {}
+  // It wrote something, and in the end answers of this publisher.
+  [[nodiscard]] std::optional<std::uint64_t> run_of(std::uint32_t instance) const {
+    const std::lock_guard lock(mutex_);
+    const auto found = answers_.find(instance);
+    if (found == answers_.end()) return std::nullopt;
+    return found->second.back().run;
+  }
+  [[nodiscard]] std::set<std::uint64_t> runs() const {
+    const std::lock_guard lock(mutex_);
+    std::set<std::uint64_t> runs;
+    for (const auto& [instance, answers] : answers_) {
+      for (const Answer& answer : answers) runs.insert(answer.run);
+    }
+    return runs;
+  }
+  void forget() {
+    const std::lock_guard lock(mutex_);
+    answers_.clear();
+  }
+
+ private:
+  struct Answer {
+    std::uint64_t run;
+    std::uint64_t sequence;
+  };
+  mutable std::mutex mutex_;
+  std::map<std::uint32_t, std::vector<Answer>> answers_;
+  dds::Reader<msg::CompensatedRate, dds::EveryCopy> reader_;
+};
+
+bool is_in_sync(const Collector<msg::ServiceStatus>& statuses, int instance) {
+  const char* const name = instance == 0 ? "compensation:1" : "compensation/1:1";
+  return metric(statuses, name, "health") == 0.0 && metric(statuses, name, "compared") > 0.0;
+}
+
+// Rule: of two publishers of one id both instances follow the same one, whichever of the two one
+// that begins anew hears first.
+TEST(Redundancy, BothInstancesFollowTheSameOfTwoPublishers) {
+  SystemUnderTest system(Domain::kRedundantPublishers);
+  dds::Participant first_host("gyro_publisher", system.network());
+  dds::Participant second_host("gyro_publisher", system.network());
+  dds::Participant participant("test", system.network());
+  Collector<msg::ServiceStatus> statuses(participant);
+  EachInstance answers(participant);
+  const bench::SyntheticGyro first(first_host, {});
+  start_instance(system, 0);
+  ChildProcess* other = &start_instance(system, 1);
+  ASSERT_TRUE(eventually([&] { return is_in_sync(statuses, 0) && is_in_sync(statuses, 1); }));
+  const auto followed = answers.run_of(0);
+  const bench::SyntheticGyro second(second_host, {});
+  ASSERT_TRUE(eventually([&] { return metric(statuses, "compensation/1", "rejected") > 100.0; }));
+  for (int round = 0; round < 3; ++round) {
+    other->send(SIGKILL);
+    other->wait(5s);
+    answers.forget();
+    other = &start_instance(system, 1);
+    ASSERT_TRUE(eventually([&] { return answers.run_of(1) == followed; }));
+    ASSERT_TRUE(eventually([&] { return is_in_sync(statuses, 1); }));
+    EXPECT_EQ(answers.runs(), std::set{*followed});
+  }
+}
+
+// Each may have begun with another one: the junior gives in.
+TEST(Redundancy, InstancesThatBeganWithTwoPublishersAgreeOnOne) {
+  SystemUnderTest system(Domain::kRedundantPublishersTogether);
+  dds::Participant first_host("gyro_publisher", system.network());
+  dds::Participant second_host("gyro_publisher", system.network());
+  dds::Participant participant("test", system.network());
+  Collector<msg::ServiceStatus> statuses(participant);
+  EachInstance answers(participant);
+  const bench::SyntheticGyro first(first_host, {});
+  const bench::SyntheticGyro second(second_host, {});
+  start_instance(system, 0);
+  start_instance(system, 1);
+  ASSERT_TRUE(eventually([&] { return is_in_sync(statuses, 0) && is_in_sync(statuses, 1); }));
+  answers.forget();
+  ASSERT_TRUE(eventually([&] { return answers.run_of(0) && answers.run_of(1); }));
+  EXPECT_EQ(answers.runs().size(), 1U);
+}
+
+// Rule: one that is alone is heard at once after a restart, whatever the wall clock says, although
+// its readers still know the one before.
+TEST(Restart, OfALoneOneIsHeardAtOnce) {
+  SystemUnderTest system(Domain::kRestart);
+  dds::Participant gyro_host("gyro_publisher", system.network());
+  dds::Participant participant("test", system.network());
+  Collector<msg::CompensatedRate> answers(participant);
+  WallClock wall(system.path("shift"));
+  const bench::SyntheticGyro gyro(gyro_host, {});
+  const auto start = [&]() -> ChildProcess& {
+    return system.start_foreign(
+        "compensation", {"--domain", std::to_string(system.network().domain)}, wall.environment());
+  };
+  ChildProcess* service = &start();
+  ASSERT_TRUE(eventually([&] { return answers.size() > 200; }));
+  for (const std::chrono::nanoseconds shift :
+       {std::chrono::nanoseconds(0), std::chrono::nanoseconds(-24h), std::chrono::nanoseconds(0)}) {
+    service->send(SIGKILL);
+    service->wait(5s);
+    const std::size_t before = answers.size();
+    wall.set_ahead(shift);
+    service = &start();
+    // Discovery takes a fraction of it; readers forget the one before after 20 s.
+    EXPECT_TRUE(eventually([&] { return answers.size() > before + 200; }, 10s))
+        << std::chrono::duration<double>(shift).count();
+  }
+  std::set<std::uint64_t> once;
+  for (const auto& answer : answers.all())
+    EXPECT_TRUE(once.insert(answer.sequence_number()).second) << answer.sequence_number();
+}
+
+// Rule: at most one period of learning is lost, and it says so.
+TEST(Resume, ALoneServiceGoesOnFromItsOwnCheckpoint) {
+  SystemUnderTest system(Domain::kResume);
+  dds::Participant participant("test", system.network());
+  Collector<msg::Event> events(participant);
+  Collector<msg::CompensatedRate> answers(participant);
+  const auto folder = system.path("checkpoints");
+  std::filesystem::create_directory(folder);
+  const Arguments arguments{"--checkpoint-dir", folder.string(), "--checkpoint-period", "1"};
+  ChildProcess& first = system.start("compensation", arguments);
+  start_simulation(system);
+  const auto file = folder / "1-latest.ckpt";
+  ASSERT_TRUE(eventually(
+      [&] {
+        return std::filesystem::exists(file) &&
+               answers.any([](const auto& answer) { return answer.model_epoch() > 20; });
+      },
+      60s));
+  first.send(SIGKILL);
+  first.wait(5s);
+  // One period and the time to write, at 20 times real time and a label in 5 s of it.
+  const std::uint64_t killed_at = answers.newest().model_epoch();
+  const std::size_t from = answers.size();
+  system.start("compensation", arguments);
+  ASSERT_TRUE(eventually([&] { return told(events, "resumed", "goes on from"); }));
+  ASSERT_TRUE(eventually([&] { return answers.size() > from; }));
+  const std::uint64_t resumed_at = answers.all()[from].model_epoch();
+  EXPECT_GT(resumed_at, 0U) << "before the first sample";
+  EXPECT_LE(resumed_at, killed_at);
+  EXPECT_GT(resumed_at + 16, killed_at);
+}
+
+TEST(Resume, ACheckpointThatCannotBeUsedIsToldOfAndLearningBeginsAnew) {
+  SystemUnderTest system(Domain::kResumeBad);
+  dds::Participant participant("test", system.network());
+  Collector<msg::Event> events(participant);
+  Collector<msg::CompensatedRate> answers(participant);
+  const auto folder = system.path("checkpoints");
+  std::filesystem::create_directory(folder);
+  write(folder / "1-latest.ckpt", "no checkpoint");
+  system.start("compensation", {"--checkpoint-dir", folder.string()});
+  start_simulation(system);
+  ASSERT_TRUE(eventually([&] { return answers.size() > 100; }));
+  EXPECT_TRUE(eventually([&] { return told(events, "cannot_resume", "1-latest.ckpt"); }));
+}
+
+}  // namespace
+}  // namespace zerodrift::system_test
