@@ -7,6 +7,8 @@
 #include <chrono>
 #include <exception>
 #include <future>
+#include <memory>
+#include <thread>
 #include <utility>
 
 #include "common/service/realtime.h"

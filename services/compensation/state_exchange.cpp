@@ -2,8 +2,11 @@
 // Instances hear each other's answers. One that is behind asks another for its state on the
 // checkpoint topic, keeps a log of its inputs meanwhile, and goes on from the state through the log
 // (common/service/gyro_pipeline.h).
-#include <algorithm>
+#include <chrono>
+#include <cstddef>
 #include <exception>
+#include <string_view>
+#include <thread>
 #include <utility>
 
 #include "common/checkpoint/checkpoint_bytes.h"
