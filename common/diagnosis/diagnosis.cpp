@@ -118,7 +118,8 @@ std::vector<double> added_lines_hz(const twin::Model& before, const twin::Model&
         std::any_of(before.effects.begin(), before.effects.end(), [&](const twin::EffectSpec& old) {
           return old.kind == "line" && old.axis == axis && old.parameters == effect.parameters;
         });
-    if (!is_old) frequencies.push_back(effect.parameters.at("frequency_hz"));
+    const auto complete = twin::complete_parameters(*twin::find_effect("line"), effect.parameters);
+    if (!is_old) frequencies.push_back(complete.at("frequency_hz"));
   }
   return frequencies;
 }

@@ -254,6 +254,19 @@ TEST(DiagnosisScenario, NoiseThatIsListedWithoutCoefficientsIsFittedAndAccepted)
   }
 }
 
+// Before: map::at, from a line whose frequency the file leaves to the catalogue.
+TEST(DiagnosisScenario, ALineThatIsListedWithoutItsFrequencyIsRecalibrated) {
+  const auto with_line = [](double amplitude_deg_h) {
+    return test::with(
+        test::lab_model(),
+        {.kind = "line", .axis = kX, .parameters = {{"amplitude_deg_h", amplitude_deg_h}}});
+  };
+  const AxisDiagnosis axis = diagnosed(with_line(0.05), with_line(0.15));
+  ASSERT_EQ(axis.recalibrated.size(), 1U) << axis.sentence;
+  EXPECT_EQ(axis.recalibrated[0].name, "line");
+  EXPECT_NEAR(axis.recalibrated[0].to, 0.15, 5.0 * axis.recalibrated[0].standard_error);
+}
+
 TEST(DiagnosisLaws, EqualInputGivesEqualAnswers) {
   const twin::Model truth = test::lab_model();
   const twin::Model given = test::without(truth, "shupe");
