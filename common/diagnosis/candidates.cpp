@@ -115,6 +115,27 @@ std::optional<std::string> no_vector(const core::PerAxis<std::vector<double>>& c
   return why;
 }
 
+// Why nothing can be said of one component of what an effect reads: its amplitudes name the axes of
+// the gyro, or those that follow the own one.
+std::optional<std::string> no_component(Need need, const std::string& amplitude,
+                                        const MeasuredSeries& series, core::Axis axis) {
+  const auto of = [](const core::PerAxis<std::vector<double>>& channels, const std::string& what,
+                     std::size_t component) -> std::optional<std::string> {
+    const std::string channel = what + "_" + std::string(core::name(core::kAxes[component]));
+    if (channels[component].empty()) return "no " + channel + " in the record";
+    if (!moves(channels[component])) return channel + " never changes";
+    return std::nullopt;
+  };
+  for (std::size_t i = 0; i < core::kAxisCount; ++i) {
+    if (!amplitude.starts_with(std::string(core::name(core::kAxes[i])) + "_")) continue;
+    if (need == Need::kMagnetic) return of(series.magnetic_ut, "magnetic", i);
+    if (need == Need::kAcceleration) return of(series.acceleration_mps2, "acceleration", i);
+  }
+  if (need != Need::kCrossAxisRate) return std::nullopt;
+  const std::size_t steps = amplitude.starts_with("next_axis") ? 1 : 2;
+  return of(series.reference_radps, "reference_rate", (core::index(axis) + steps) % 3);
+}
+
 std::optional<std::string> no_rate(const MeasuredSeries& series, core::Axis axis) {
   if (!series.has_reference) return "no reference rate in the record";
   if (!moves(series.reference_radps[core::index(axis)]))
@@ -128,43 +149,6 @@ std::optional<std::string> no_cross_rate(const MeasuredSeries& series, core::Axi
     if (other != axis && moves(series.reference_radps[core::index(other)])) return std::nullopt;
   }
   return "the reference rates about the other axes never change";
-}
-
-std::optional<std::string> unmet(Need need, const MeasuredSeries& series, const Playback& playback,
-                                 core::Axis axis) {
-  switch (need) {
-    case Need::kTemperature:
-      return no_temperature(playback);
-    case Need::kTemperatureDifference:
-      return no_difference(series);
-    case Need::kTemperatureCycles:
-      return no_cycle(series);
-    case Need::kReferenceRate:
-    case Need::kSlowReferenceRate:
-      return no_rate(series, axis);
-    case Need::kCrossAxisRate:
-      return no_cross_rate(series, axis);
-    case Need::kMagnetic:
-      return no_vector(series.magnetic_ut, "magnetic field");
-    case Need::kAcceleration:
-      return no_vector(series.acceleration_mps2, "acceleration");
-    case Need::kVibration:
-      return no_channel(series.vibration_g, "vibration");
-    case Need::kSourceCurrent:
-      return no_channel(series.source_current_ma, "source current");
-    case Need::kSupply:
-      return no_channel(series.supply_v, "supply voltage");
-    case Need::kLongRecord: {
-      const double duration_s = series.interval_s * static_cast<double>(series.size);
-      if (duration_s >= kLeastRecordS) return std::nullopt;
-      return "needs an hour, the record has " + rounded(duration_s / 60.0) + " min";
-    }
-    case Need::kPowerOn:
-    case Need::kRawRate:
-    case Need::kTimeStamps:
-      return std::nullopt;
-  }
-  return std::nullopt;
 }
 
 // Quantiles of the temperature, for thresholds within its range.
@@ -322,13 +306,106 @@ std::vector<std::string> names_of(const EffectDefinition& definition, ParameterR
   return names;
 }
 
+std::optional<std::string> why_unmet(Need need, const MeasuredSeries& series,
+                                     const Playback& playback, core::Axis axis) {
+  switch (need) {
+    case Need::kTemperature:
+      return no_temperature(playback);
+    case Need::kTemperatureDifference:
+      return no_difference(series);
+    case Need::kTemperatureCycles:
+      return no_cycle(series);
+    case Need::kReferenceRate:
+    case Need::kSlowReferenceRate:
+      return no_rate(series, axis);
+    case Need::kCrossAxisRate:
+      return no_cross_rate(series, axis);
+    case Need::kMagnetic:
+      return no_vector(series.magnetic_ut, "magnetic field");
+    case Need::kAcceleration:
+      return no_vector(series.acceleration_mps2, "acceleration");
+    case Need::kVibration:
+      return no_channel(series.vibration_g, "vibration");
+    case Need::kSourceCurrent:
+      return no_channel(series.source_current_ma, "source current");
+    case Need::kSupply:
+      return no_channel(series.supply_v, "supply voltage");
+    case Need::kLongRecord: {
+      const double duration_s = series.interval_s * static_cast<double>(series.size);
+      if (duration_s >= kLeastRecordS) return std::nullopt;
+      return "needs an hour, the record has " + rounded(duration_s / 60.0) + " min";
+    }
+    case Need::kPowerOn:
+    case Need::kRawRate:
+    case Need::kTimeStamps:
+      return std::nullopt;
+  }
+  return std::nullopt;
+}
+
+std::string_view wanted(Need need) {
+  switch (need) {
+    case Need::kTemperature:
+      return "temperatures that move";
+    case Need::kTemperatureDifference:
+      return "two thermometers that differ";
+    case Need::kTemperatureCycles:
+      return "temperatures that turn back";
+    case Need::kReferenceRate:
+    case Need::kSlowReferenceRate:
+      return "turns about this axis and their reference rate";
+    case Need::kCrossAxisRate:
+      return "turns about the other axes and their reference rates";
+    case Need::kMagnetic:
+      return "a magnetic field that changes";
+    case Need::kAcceleration:
+      return "an acceleration that changes";
+    case Need::kVibration:
+      return "vibration that changes";
+    case Need::kSourceCurrent:
+      return "a source current that changes";
+    case Need::kSupply:
+      return "a supply voltage that changes";
+    case Need::kLongRecord:
+    case Need::kPowerOn:
+    case Need::kRawRate:
+    case Need::kTimeStamps:
+      break;
+  }
+  return {};
+}
+
+bool an_input_moves(const MeasuredSeries& series, const Playback& playback, core::Axis axis) {
+  const auto needs_input = [](Need need) { return !wanted(need).empty(); };
+  const auto& all = twin::effect_catalogue();
+  return std::any_of(all.begin(), all.end(), [&](const EffectDefinition& definition) {
+    return is_waveform(definition) &&
+           std::any_of(definition.needs.begin(), definition.needs.end(), needs_input) &&
+           !why_not_testable(definition, series, playback, axis);
+  });
+}
+
 std::optional<std::string> why_not_testable(const EffectDefinition& definition,
                                             const MeasuredSeries& series, const Playback& playback,
                                             core::Axis axis) {
   for (const Need need : definition.needs) {
-    if (auto why = unmet(need, series, playback, axis)) return why;
+    if (auto why = why_unmet(need, series, playback, axis)) return why;
   }
   return std::nullopt;
+}
+
+std::vector<NotTestable> amplitudes_not_testable(const EffectDefinition& definition,
+                                                 const MeasuredSeries& series,
+                                                 const Playback& playback, core::Axis axis) {
+  if (why_not_testable(definition, series, playback, axis)) return {};
+  std::vector<NotTestable> result;
+  for (const std::string& amplitude : names_of(definition, ParameterRole::kAmplitude)) {
+    for (const Need need : definition.needs) {
+      if (auto why = no_component(need, amplitude, series, axis))
+        result.push_back({definition.kind + "." + amplitude, std::move(*why)});
+    }
+  }
+  return result;
 }
 
 Candidates candidates(const MeasuredSeries& series, const Playback& playback,
@@ -342,6 +419,8 @@ Candidates candidates(const MeasuredSeries& series, const Playback& playback,
       result.not_testable.push_back({definition.kind, *why});
       continue;
     }
+    for (NotTestable& amplitude : amplitudes_not_testable(definition, series, playback, axis))
+      result.not_testable.push_back(std::move(amplitude));
     Candidate candidate{.definition = &definition,
                         .axis = axis,
                         .amplitudes = names_of(definition, ParameterRole::kAmplitude),

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/core/axis.h"
@@ -66,6 +67,22 @@ struct Oscillations {
                                                           const MeasuredSeries& series,
                                                           const Playback& playback,
                                                           core::Axis axis);
+
+// Why a record doesn't meet one need of effects, or nothing.
+[[nodiscard]] std::optional<std::string> why_unmet(twin::Need need, const MeasuredSeries& series,
+                                                   const Playback& playback, core::Axis axis);
+// What meets it, as in "a record with ...". Empty for what any record has.
+[[nodiscard]] std::string_view wanted(twin::Need need);
+// Whether the record excites any effect that depends on more than time.
+[[nodiscard]] bool an_input_moves(const MeasuredSeries& series, const Playback& playback,
+                                  core::Axis axis);
+
+// Amplitudes of an effect that the record can say nothing of, since it lacks the component of a
+// field, an acceleration or a rotation that they belong to: "magnetic.y_deg_h_per_ut". Empty where
+// the effect can't be tested at all.
+[[nodiscard]] std::vector<NotTestable> amplitudes_not_testable(
+    const twin::EffectDefinition& definition, const MeasuredSeries& series,
+    const Playback& playback, core::Axis axis);
 
 // One column for each amplitude: what the effect adds for an amplitude of 1 in its own unit, rad/s;
 // without amplitudes one column, the effect as it is.

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "common/core/units.h"
+#include "common/diagnosis/candidates.h"
 #include "common/diagnosis/disagreement.h"
 #include "common/diagnosis/gap.h"
 #include "common/diagnosis/next_experiment.h"
@@ -22,8 +23,14 @@ namespace {
 constexpr double kMeanS = 60.0;  // RMS figures are of means over this
 constexpr double kShortestRecordS = 600.0;
 constexpr std::size_t kFewestIntervals = 60;
-constexpr double kShortestForBlocksS = 3600.0;  // below, nothing is kept back
-constexpr double kGuardS = 300.0;               // between what is fitted and what is kept back
+// Two of so many blocks are kept back, with a guard at each of their ends: a quarter of the block,
+// so that half of it is judged, but no more than this.
+constexpr std::size_t kBlocks = 10;
+constexpr double kLongestGuardS = 300.0;
+// Nor less than twice the half window that temperatures are smoothed over, so that no reading takes
+// part on both sides. In a shorter record than this nothing can be kept back.
+constexpr double kShortestGuardS = 90.0;
+constexpr double kShortestForBlocksS = 4.0 * kShortestGuardS * kBlocks;
 // Held-out figures may be worse by this and still count as equal.
 constexpr double kNoWorse = 1.02;
 constexpr double kMeanNoWorse = 1.05;  // with the mean, of which two records say little
@@ -48,18 +55,29 @@ std::size_t intervals_in(double duration_s, double interval_s) {
   return static_cast<std::size_t>(std::max(1.0, std::round(duration_s / interval_s)));
 }
 
-// Two of ten blocks are kept back, neither at the ends, with guards on both sides.
+double duration_of(const MeasuredSeries& series) {
+  return series.interval_s * static_cast<double>(series.size);
+}
+
+// An RMS of means needs two of them.
+bool can_judge(const HeldOutPart& part) {
+  const std::vector<double> any(part.valid.size(), 0.0);
+  return block_means(any, part.valid, intervals_in(kMeanS, part.series->interval_s)).mean.size() >=
+         2;
+}
+
+// The blocks that are kept back are not at the ends.
 Split split_in_blocks(const MeasuredSeries& series, const Playback& playback,
                       const std::vector<std::uint8_t>& sound) {
-  Split split{.fitted = sound};
-  const double duration_s = series.interval_s * static_cast<double>(series.size);
-  if (duration_s < kShortestForBlocksS) return split;
-  split.kind = HeldOut::kBlocks;
+  const double duration_s = duration_of(series);
+  if (duration_s < kShortestForBlocksS) return {.fitted = sound};
+  Split split{.kind = HeldOut::kBlocks, .fitted = sound};
   std::vector<std::uint8_t> kept(series.size, 0);
-  const std::size_t guard = intervals_in(kGuardS, series.interval_s);
-  for (const std::size_t tenth : {3U, 7U}) {
-    const std::size_t begin = series.size * tenth / 10;
-    const std::size_t end = series.size * (tenth + 1) / 10;
+  const double guard_s = std::min(duration_s / (4.0 * kBlocks), kLongestGuardS);
+  const std::size_t guard = intervals_in(guard_s, series.interval_s);
+  for (const std::size_t block : {3U, 7U}) {
+    const std::size_t begin = series.size * block / kBlocks;
+    const std::size_t end = series.size * (block + 1) / kBlocks;
     for (std::size_t i = begin; i < end; ++i) {
       split.fitted[i] = 0;
       const bool guarded = i < begin + guard || i + guard >= end;
@@ -67,7 +85,7 @@ Split split_in_blocks(const MeasuredSeries& series, const Playback& playback,
     }
   }
   split.held_out.push_back({&series, &playback, std::move(kept)});
-  return split;
+  return can_judge(split.held_out.front()) ? split : Split{.fitted = sound};
 }
 
 bool has_axis(const MeasuredSeries& series, core::Axis axis) {
@@ -100,7 +118,8 @@ std::vector<double> added_lines_hz(const twin::Model& before, const twin::Model&
         std::any_of(before.effects.begin(), before.effects.end(), [&](const twin::EffectSpec& old) {
           return old.kind == "line" && old.axis == axis && old.parameters == effect.parameters;
         });
-    if (!is_old) frequencies.push_back(effect.parameters.at("frequency_hz"));
+    const auto complete = twin::complete_parameters(*twin::find_effect("line"), effect.parameters);
+    if (!is_old) frequencies.push_back(complete.at("frequency_hz"));
   }
   return frequencies;
 }
@@ -121,6 +140,13 @@ Comparison compare_on(const std::vector<HeldOutPart>& parts, const twin::Model& 
                       const twin::Model& after, core::Axis axis) {
   Comparison result;
   double weight = 0.0;
+  double weight_before = 0.0;
+  double weight_after = 0.0;
+  const auto add_distance = [](double& sum, double& weights, double distance, double w) {
+    if (!std::isfinite(distance)) return;
+    sum += w * distance;
+    weights += w;
+  };
   for (const HeldOutPart& part : parts) {
     const MeasuredSeries& series = *part.series;
     const auto measured = measured_drift(series, axis);
@@ -160,8 +186,8 @@ Comparison compare_on(const std::vector<HeldOutPart>& parts, const twin::Model& 
       result.gain_nats += line_gain_nats(difference(measured, quiet_after, part.valid), part.valid,
                                          variances, frequency_hz, series.interval_s);
     }
-    result.allan.before += w * distance.before;
-    result.allan.after += w * distance.after;
+    add_distance(result.allan.before, weight_before, distance.before, w);
+    add_distance(result.allan.after, weight_after, distance.after, w);
     weight += w;
   }
   if (weight == 0.0) return result;
@@ -169,8 +195,8 @@ Comparison compare_on(const std::vector<HeldOutPart>& parts, const twin::Model& 
        {&result.gap.before_rms_radps, &result.gap.after_rms_radps,
         &result.gap.noise_floor_rms_radps, &result.shape_before_radps, &result.shape_after_radps})
     *square = std::sqrt(*square / weight);
-  result.allan.before /= weight;
-  result.allan.after /= weight;
+  result.allan.before /= weight_before;
+  result.allan.after /= weight_after;
   return result;
 }
 
@@ -182,30 +208,41 @@ bool changes_shape(const Changes& changes) {
   });
 }
 
+bool changes_noise(const Trial& trial) {
+  const auto is_of_noise = [](const auto& change) { return is_noise(change.name); };
+  return std::any_of(trial.effects.begin(), trial.effects.end(), is_of_noise) ||
+         std::any_of(trial.recalibrated.begin(), trial.recalibrated.end(), is_of_noise);
+}
+
 // What changes the drift's shape has to make the data likelier, which tells more than their RMS
 // where noise is red; what is noise, too, or bring the Allan curve closer; a bias, the mean.
-// Neither may make the others worse.
+// Neither may make the others worse. Of a twin without any noise the Allan curve is no figure to
+// judge by, and any noise is likelier than none.
 Acceptance judge(const Trial& trial, const Comparison& held_out, HeldOut kind) {
   if (trial.effects.empty() && trial.recalibrated.empty()) return Acceptance::kNothingToProve;
-  if (kind == HeldOut::kNothing) return Acceptance::kAccepted;
+  if (kind == HeldOut::kNothing) return Acceptance::kUnproven;
   const bool shape = changes_shape(trial.effects) || changes_shape(trial.recalibrated);
   const Gap& gap = held_out.gap;
+  const AllanDistance& allan = held_out.allan;
+  const bool comparable = std::isfinite(allan.before) && std::isfinite(allan.after);
+  const bool noise_is_new = changes_noise(trial) && !std::isfinite(allan.before);
   const bool no_worse = held_out.shape_after_radps <= kNoWorse * held_out.shape_before_radps &&
                         gap.after_rms_radps <= kMeanNoWorse * gap.before_rms_radps &&
-                        (held_out.allan.after <= held_out.allan.before + kAllanTolerance ||
+                        (!comparable || allan.after <= allan.before + kAllanTolerance ||
                          held_out.noise_gain_nats > kClearNats);
   const bool likelier = held_out.gain_nats != 0.0
                             ? held_out.gain_nats > 0.0
                             : held_out.shape_after_radps < held_out.shape_before_radps;
   const bool closer = shape ? likelier
-                            : held_out.noise_gain_nats > 0.0 ||
-                                  held_out.allan.after < held_out.allan.before ||
+                            : held_out.noise_gain_nats > 0.0 || noise_is_new ||
+                                  (comparable && allan.after < allan.before) ||
                                   held_out.gap.after_rms_radps < held_out.gap.before_rms_radps;
   return closer && no_worse ? Acceptance::kAccepted : Acceptance::kReverted;
 }
 
 Verdict verdict_of(const AxisDiagnosis& axis) {
   if (axis.unknown) return Verdict::kUnknownEffect;
+  if (!axis.examined || axis.acceptance == Acceptance::kUnproven) return Verdict::kUndecidable;
   if (!axis.effects.empty()) {
     const bool certain =
         std::all_of(axis.effects.begin(), axis.effects.end(),
@@ -237,14 +274,20 @@ std::string sentence_of(const AxisDiagnosis& axis) {
       " falls from " + rounded(core::deg_h_from_radps(gap.before_rms_radps)) + " to " +
       rounded(core::deg_h_from_radps(gap.after_rms_radps)) + " deg/h rms.";
   std::string text;
-  if (axis.acceptance == Acceptance::kReverted && !axis.unknown) {
-    return "The record suggests " +
-           (axis.effects.empty() ? std::string("other parameters") : list_of(axis.effects)) +
-           ", but held-out data don't confirm it: the model is left as it was.";
-  }
+  const std::string suggested =
+      "The record suggests " +
+      (axis.effects.empty() ? std::string("other parameters") : list_of(axis.effects));
+  if (axis.acceptance == Acceptance::kReverted && !axis.unknown)
+    return suggested + ", but held-out data don't confirm it: the model is left as it was.";
   switch (axis.verdict) {
     case Verdict::kConsistent:
       return "Nothing is missing that this record could have shown.";
+    case Verdict::kUndecidable:
+      return suggested +
+             ", but nothing could be kept back to prove it on: the model is left as it was. A "
+             "second record, or one of " +
+             rounded(kShortestForBlocksS / 60.0) +
+             " min or more in which this axis has valid rates, decides it.";
     case Verdict::kRecalibrated:
       text = "No effect is missing, but parameters of the model were wrong.";
       break;
@@ -260,6 +303,46 @@ std::string sentence_of(const AxisDiagnosis& axis) {
   }
   if (axis.acceptance == Acceptance::kAccepted) text += figures;
   return text;
+}
+
+std::optional<std::string> why_too_short(const MeasuredSeries& series) {
+  const double duration_s = duration_of(series);
+  if (duration_s >= kShortestRecordS && series.size >= kFewestIntervals) return std::nullopt;
+  return "the record is too short, " + rounded(duration_s / 60.0) + " min in " +
+         std::to_string(series.size) + " intervals where a diagnosis needs " +
+         rounded(kShortestRecordS / 60.0) + " min in " + std::to_string(kFewestIntervals);
+}
+
+// What a record that could decide has: the length that something can be kept back of, and what the
+// listed effects need and this record lacks.
+std::string what_would_decide(const twin::Model& model, const MeasuredSeries& series,
+                              const Playback& playback, core::Axis axis) {
+  std::vector<std::string> needs;
+  const auto add = [&](twin::Need need) {
+    const std::string what(wanted(need));
+    const bool is_new = !what.empty() && std::find(needs.begin(), needs.end(), what) == needs.end();
+    if (is_new && why_unmet(need, series, playback, axis)) needs.push_back(what);
+  };
+  for (const twin::EffectSpec& spec : model.effects) {
+    const auto* definition = twin::find_effect(spec.kind);
+    if (definition == nullptr || spec.axis != axis) continue;
+    for (const twin::Need need : definition->needs) add(need);
+  }
+  if (needs.empty() && !an_input_moves(series, playback, axis)) add(twin::Need::kTemperature);
+  std::string text = "A record of " + rounded(kShortestForBlocksS / 60.0) + " min or more";
+  for (std::size_t i = 0; i < needs.size(); ++i)
+    text += (i == 0 ? " with " : i + 1 == needs.size() ? " and " : ", ") + needs[i];
+  const bool is_long = duration_of(series) >= kShortestForBlocksS;
+  if (is_long && needs.empty()) text += " in which this axis has valid rates throughout";
+  return text + " decides it.";
+}
+
+AxisDiagnosis can_not_be_diagnosed(AxisDiagnosis result, const std::string& why,
+                                   const std::string& what_would) {
+  result.examined = false;
+  result.verdict = Verdict::kUndecidable;
+  result.sentence = "This axis can't be diagnosed: " + why + ". " + what_would;
+  return result;
 }
 
 std::vector<double> means_on(const std::vector<double>& centres, const std::vector<double>& values,
@@ -340,10 +423,11 @@ class AxisExamination {
     Split split = held_out_parts(validation, playbacks, faults.sound);
     Judged judged = attempt(split, {});
     AxisDiagnosis result;
+    result.samples_left_out = faults.left_out;
     result.not_testable = judged.trial.not_testable;
     if (judged.trial.refusal) {
-      result.sentence = "This axis can't be diagnosed: " + *judged.trial.refusal + ".";
-      return result;
+      return can_not_be_diagnosed(std::move(result), *judged.trial.refusal,
+                                  what_would_decide(model_, series_, playback_, axis_));
     }
     const std::vector<std::string> refuted = refuted_by(judged);
     const bool tried_again = !refuted.empty() && try_without(refuted, split, judged);
@@ -412,8 +496,9 @@ class AxisExamination {
       const auto residual =
           difference(measured_drift(validation[i], axis_), playbacks[i].drift(model_, axis_),
                      validation[i].valid[core::index(axis_)]);
-      split.held_out.push_back({&validation[i], &playbacks[i],
-                                find_record_faults(validation[i], axis_, residual).sound});
+      HeldOutPart part{&validation[i], &playbacks[i],
+                       find_record_faults(validation[i], axis_, residual).sound};
+      if (can_judge(part)) split.held_out.push_back(std::move(part));
     }
     return split.held_out.empty() ? split_in_blocks(series_, playback_, sound) : split;
   }
@@ -467,8 +552,19 @@ class AxisExamination {
     result.verdict = verdict_of(result);
     result.sentence = sentence_of(result);
     result.next_experiment = next_experiment(model_, axis_, result);
-    if (result.acceptance != Acceptance::kReverted) return;
-    // A record's own faults need no proof by another one.
+    const bool stands = result.acceptance == Acceptance::kNothingToProve ||
+                        result.acceptance == Acceptance::kAccepted;
+    if (!stands) take_back(result);
+    if (result.verdict != Verdict::kConsistent || an_input_moves(series_, playback_, axis_)) return;
+    result.verdict = Verdict::kUndecidable;
+    result.sentence = (stands ? "" : result.sentence + " ") +
+                      "No input of this record moves: beside noise and drift with time nothing "
+                      "could be judged. " +
+                      what_would_decide(model_, series_, playback_, axis_);
+  }
+
+  // A record's own faults need no proof by another one.
+  static void take_back(AxisDiagnosis& result) {
     std::erase_if(result.effects,
                   [](const NamedEffect& effect) { return !is_record_fault(effect.name); });
     result.recalibrated.clear();
@@ -490,6 +586,8 @@ std::string_view name(Verdict verdict) {
   switch (verdict) {
     case Verdict::kConsistent:
       return "consistent";
+    case Verdict::kUndecidable:
+      return "undecidable";
     case Verdict::kRecalibrated:
       return "recalibrated";
     case Verdict::kEffectNamed:
@@ -517,23 +615,23 @@ Diagnosis diagnose(const twin::Model& model, const MeasuredSeries& series,
   if (const auto wrong = options.validate()) throw std::invalid_argument(*wrong);
   if (const auto wrong = model.validate()) throw std::invalid_argument("model: " + *wrong);
   Diagnosis diagnosis{.repaired = model};
-  const double duration_s = series.interval_s * static_cast<double>(series.size);
-  if (duration_s < kShortestRecordS || series.size < kFewestIntervals) {
-    diagnosis.warnings.push_back("the record is " + std::to_string(duration_s / 60.0) +
-                                 " min long in " + std::to_string(series.size) +
-                                 " intervals: too short for a diagnosis (10 min, 60)");
-    return diagnosis;
-  }
   const Playback playback(series);
+  const std::optional<std::string> too_short = why_too_short(series);
   std::vector<Playback> playbacks;
   for (const MeasuredSeries& record : validation) playbacks.emplace_back(record);
   for (const core::Axis axis : core::kAxes) {
     if (!has_axis(series, axis)) continue;
-    AxisDiagnosis result = AxisExamination(model, series, playback, axis, options)
-                               .run(validation, playbacks, diagnosis.repaired);
+    AxisDiagnosis result =
+        too_short
+            ? can_not_be_diagnosed({}, *too_short, what_would_decide(model, series, playback, axis))
+            : AxisExamination(model, series, playback, axis, options)
+                  .run(validation, playbacks, diagnosis.repaired);
     diagnosis.verdict = std::max(diagnosis.verdict, result.verdict);
     diagnosis.axes[core::index(axis)] = std::move(result);
   }
+  const bool has_any = std::any_of(diagnosis.axes.begin(), diagnosis.axes.end(),
+                                   [](const auto& axis) { return axis.has_value(); });
+  if (!has_any) diagnosis.verdict = Verdict::kUndecidable;
   return diagnosis;
 }
 

@@ -21,6 +21,7 @@ namespace zerodrift::diagnosis {
 
 enum class Verdict {
   kConsistent,     // nothing is missing that this record could have shown
+  kUndecidable,    // the record can't tell, or can't prove what it suggests; another one could
   kRecalibrated,   // the model's effects are the right ones, their parameters were not
   kEffectNamed,    // one or more effects are missing, and these are their names
   kAmbiguous,      // something is missing; several names explain it about equally well
@@ -89,7 +90,8 @@ struct Gap {
   double noise_floor_rms_radps = 0.0;  // expected of the fitted noise alone
 };
 
-// Mean over tau of |ln(measured / twin)|, Allan deviations.
+// Mean over tau of |ln(measured / twin)|, Allan deviations. NaN of a twin that has none, as one
+// whose noise has no coefficients yet: it is as far as can be, not at distance 0.
 struct AllanDistance {
   double before = 0.0;
   double after = 0.0;
@@ -105,6 +107,7 @@ enum class Acceptance {
   kNothingToProve,
   kAccepted,
   kReverted,  // held-out data did not agree: the model is left as it was
+  kUnproven,  // nothing could be kept back to prove it on: the model is left as it was
 };
 
 // One candidate, whether it was named or not.
@@ -140,7 +143,9 @@ struct ResidualAgainstInput {
 
 struct AxisDiagnosis {
   Verdict verdict = Verdict::kConsistent;
-  std::string sentence;  // the verdict for people
+  std::string sentence;              // the verdict for people
+  bool examined = true;              // false: the record says nothing, and there are no figures
+  std::size_t samples_left_out = 0;  // wild ones that stand alone, too few to be called spikes
   std::vector<Disagreement> where{};
   std::vector<NamedEffect> effects{};
   std::vector<Recalibration> recalibrated{};

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <numeric>
 
@@ -65,7 +66,7 @@ double mean_log_distance(const std::vector<double>& measured, const std::vector<
     sum += std::abs(std::log(measured[i] / twin[i]));
     ++count;
   }
-  return count == 0 ? 0.0 : sum / static_cast<double>(count);
+  return count == 0 ? std::numeric_limits<double>::quiet_NaN() : sum / static_cast<double>(count);
 }
 
 }  // namespace

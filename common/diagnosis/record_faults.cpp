@@ -74,7 +74,7 @@ NamedEffect certain(const char* name) {
 
 std::optional<NamedEffect> spikes(const MeasuredSeries& series, core::Axis axis,
                                   std::span<const double> residual,
-                                  std::vector<std::uint8_t>& sound) {
+                                  std::vector<std::uint8_t>& sound, std::size_t& left_out) {
   const auto departure = departures(residual, series.rate_radps[core::index(axis)], sound);
   std::vector<std::size_t> places;
   std::vector<double> heights;
@@ -85,8 +85,12 @@ std::optional<NamedEffect> spikes(const MeasuredSeries& series, core::Axis axis,
     heights.push_back(residual[i]);
     nats += 0.5 * departure[i] * departure[i] - std::log(static_cast<double>(departure.size()));
   }
-  if (heights.size() < kFewestSpikes || nats < kSpikeNats) return std::nullopt;
+  if (nats < kSpikeNats) return std::nullopt;
   for (const std::size_t i : places) sound[i] = 0;
+  if (heights.size() < kFewestSpikes) {
+    left_out = heights.size();
+    return std::nullopt;
+  }
   const auto count = static_cast<double>(heights.size());
   double squares = 0.0;
   for (const double height : heights) squares += height * height;
@@ -189,7 +193,7 @@ RecordFaults find_record_faults(const MeasuredSeries& series, core::Axis axis,
   if (auto dropped = dropped_samples(series, series.valid[a])) faults.effects.push_back(*dropped);
   if (auto clipped = saturation(series.rate_radps[a], faults.sound))
     faults.effects.push_back(*clipped);
-  if (auto spiked = spikes(series, axis, residual_radps, faults.sound))
+  if (auto spiked = spikes(series, axis, residual_radps, faults.sound, faults.left_out))
     faults.effects.push_back(*spiked);
   return faults;
 }

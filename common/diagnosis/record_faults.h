@@ -14,13 +14,15 @@ namespace zerodrift::diagnosis {
 
 struct RecordFaults {
   std::vector<NamedEffect> effects{};  // spikes, saturation, dropped_samples
-  std::vector<std::uint8_t> sound{};   // 0: not valid, a spike, or clipped
+  std::vector<std::uint8_t> sound{};   // 0: not valid, a spike, clipped, or a wild sample
+  std::size_t left_out = 0;            // wild samples, too few to be called spikes
 };
 
 // Spikes: single samples more than 8 robust standard deviations off the median of 61 neighbours
-// (Hampel), at least two in the record. Saturation: three or more samples in a row at exactly the
-// largest or smallest value the axis ever has, where the readings pile up. Dropped: single samples
-// missing at three places or more; a longer outage is a gap, not an effect. O(n).
+// (Hampel), at least two in the record; a single one is left out all the same. Saturation: three or
+// more samples in a row at exactly the largest or smallest value the axis ever has, where the
+// readings pile up. Dropped: single samples missing at three places or more; a longer outage is a
+// gap, not an effect. O(n).
 [[nodiscard]] RecordFaults find_record_faults(const MeasuredSeries& series, core::Axis axis,
                                               std::span<const double> residual_radps);
 

@@ -99,7 +99,7 @@ class Searcher {
         base.insert(base.end(), chosen_[i].places.begin(), chosen_[i].places.end());
     }
     base.insert(base.end(), unknown_places_.begin(), unknown_places_.end());
-    return base;
+    return board_.independent(base);
   }
 
   [[nodiscard]] std::vector<std::size_t> chosen_groups(std::size_t left_out = kNone) const {
@@ -262,6 +262,7 @@ class Searcher {
                 seen->groups[generic].chi_square};
     unknown_places_ = board_.activate(unknown_.variant);
     drop_what_the_unknown_explains();
+    if (!chosen_.empty()) exchange();  // beside the unknown another name may be the better one
   }
 
   [[nodiscard]] std::size_t generic_that_beats_the_named() const {
@@ -296,7 +297,7 @@ class Searcher {
 
   // Log probabilities, not normalised, of groups in place of a chosen one. What a group leaves of
   // what the best one explains counts as the remainder of a form, Student distributed.
-  [[nodiscard]] std::vector<double> tempered(const Evaluation& e) const {
+  [[nodiscard]] std::vector<double> tempered(const Evaluation& e, std::size_t place) const {
     double best = -std::numeric_limits<double>::infinity();
     for (std::size_t g = 0; g < e.groups.size(); ++g) best = std::max(best, score(e, g));
     const double freedom = options_.mismatch_freedom;
@@ -304,14 +305,17 @@ class Searcher {
     for (std::size_t g = 0; g < e.groups.size(); ++g) {
       if (problem_.groups[g].kind != CandidateKind::kNamed) continue;
       if (!(e.groups[g].log_evidence > 0.0)) continue;  // explains nothing
+      // What couldn't have been chosen is no alternative either.
+      if (g != chosen_[place].group && is_mismatch(e, g, place)) continue;
       const double remainder = 2.0 * (best - score(e, g));
       logarithms[g] = -0.5 * (freedom + 1.0) * std::log1p(remainder / freedom);
     }
     return logarithms;
   }
 
-  [[nodiscard]] std::vector<RankedName> credible_set(const Evaluation& e, std::size_t named) const {
-    const std::vector<double> logarithms = tempered(e);
+  [[nodiscard]] std::vector<RankedName> credible_set(const Evaluation& e, std::size_t place) const {
+    const std::size_t named = chosen_[place].group;
+    const std::vector<double> logarithms = tempered(e, place);
     const double total = log_sum(logarithms);
     std::vector<RankedName> ranked;
     std::vector<std::size_t> order(logarithms.size());
@@ -372,7 +376,7 @@ class Searcher {
         report.effects.push_back(describe(chosen_[i], base, *joint));
         const Evaluation e = evaluate(i);
         FoundEffect& effect = report.effects.back();
-        effect.credible_set = credible_set(e, chosen_[i].group);
+        effect.credible_set = credible_set(e, i);
         effect.log_evidence = e.groups[chosen_[i].group].log_evidence;
         for (const RankedName& r : effect.credible_set) {
           if (r.name == effect.name) effect.probability = r.probability;
@@ -401,19 +405,20 @@ class Searcher {
     effect.shape = v.definition.shape;
     effect.log_evidence = c.log_evidence;
     effect.separation = std::sqrt(c.chi_square);
-    const auto at = std::find(base.begin(), base.end(), c.places.front());
-    const auto first = static_cast<Eigen::Index>(at - base.begin());
-    const auto q = static_cast<Eigen::Index>(c.places.size());
-    const Eigen::VectorXd norms = Eigen::VectorXd::NullaryExpr(q, [&](Eigen::Index j) {
-      const double norm = board_.active(c.places[static_cast<std::size_t>(j)]).norm;
-      return norm > 0.0 ? 1.0 / norm : 0.0;
-    });
-    const Eigen::VectorXd amplitudes = norms.cwiseProduct(joint.values.segment(first, q));
-    effect.amplitudes.assign(amplitudes.begin(), amplitudes.end());
-    effect.covariance =
-        norms.asDiagonal() * joint.covariance.block(first, first, q, q) * norms.asDiagonal();
-    effect.waveform.assign(problem_.series.size(), 0.0);
     const auto columns = problem_.groups[c.group].columns(effect.shape);
+    // From the joint fit's values to the group's own columns; none to those that took no part.
+    Eigen::MatrixXd to_columns =
+        Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(columns.size()), joint.values.size());
+    for (std::size_t j = 0; j < c.places.size(); ++j) {
+      const auto at = std::find(base.begin(), base.end(), c.places[j]);
+      if (at == base.end()) continue;
+      to_columns(static_cast<Eigen::Index>(v.which[j]), at - base.begin()) =
+          1.0 / board_.active(*at).norm;
+    }
+    const Eigen::VectorXd amplitudes = to_columns * joint.values;
+    effect.amplitudes.assign(amplitudes.begin(), amplitudes.end());
+    effect.covariance = to_columns * joint.covariance * to_columns.transpose();
+    effect.waveform.assign(problem_.series.size(), 0.0);
     for (std::size_t j = 0; j < columns.size(); ++j) {
       for (std::size_t i = 0; i < effect.waveform.size(); ++i) {
         effect.waveform[i] += effect.amplitudes[j] * columns[j][i];
@@ -552,15 +557,15 @@ class Searcher {
       const auto projected = board_.project(base_without(own), variants, spectrum);
       std::vector<std::pair<double, std::size_t>> squares;  // d² of unit RMS, variant
       for (std::size_t i = 0; i < variants.size(); ++i) {
-        squares.emplace_back(square_of_unit_rms(projected[i], board_.variant(variants[i])),
-                             variants[i]);
+        const double square = square_of_unit_rms(projected[i], board_.variant(variants[i]));
+        if (square > 0.0) squares.emplace_back(square, variants[i]);
       }
+      if (squares.empty()) continue;
       std::sort(squares.begin(), squares.end());
       const auto [square, variant] = squares[squares.size() / 2];
-      if (!(square > 0.0)) continue;
       report.groups[g].smallest_rms = options_.power_separation / std::sqrt(square);
       const BoardVariant& v = board_.variant(variant);
-      if (v.columns.size() == 1 && v.columns.front().norm > 0.0) {
+      if (v.columns.size() == 1) {
         report.groups[g].smallest_amplitude =
             report.groups[g].smallest_rms * std::sqrt(static_cast<double>(problem_.series.size())) /
             v.columns.front().norm;

@@ -126,7 +126,9 @@ struct RankedName {
 struct FoundEffect {
   std::string name;
   std::vector<double> shape{};
-  std::vector<double> amplitudes{};        // unit of the series over that of the column; joint fit
+  // Unit of the series over that of the column; joint fit. 0 of a column that is constant or that
+  // the others explain.
+  std::vector<double> amplitudes{};
   Eigen::MatrixXd covariance{};            // of the amplitudes
   std::vector<double> waveform{};          // amplitudes times columns, mean taken off
   double log_evidence = 0.0;               // against the model without it

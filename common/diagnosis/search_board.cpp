@@ -133,21 +133,35 @@ void Board::add_known(const std::vector<KnownColumn>& known) {
     if (known_testability_.back() != Testability::kTestable) continue;
     const double sd = k.prior_sd * column->front().norm;  // of a column of unit norm
     add_active(std::move(column->front()), k.name, std::isfinite(sd) ? 1.0 / (sd * sd) : 0.0);
-    Base with = known_;
-    with.push_back(active_.size() - 1);
-    const auto p = static_cast<Eigen::Index>(with.size());
-    const Eigen::MatrixXd gram =
-        weighted_gram(rows(with), Eigen::VectorXd::Ones(bands().rows())).topLeftCorner(p, p);
-    const Eigen::LLT<Eigen::MatrixXd> factor(gram);
-    const double kept = factor.info() == Eigen::Success
-                            ? factor.matrixLLT()(p - 1, p - 1) * factor.matrixLLT()(p - 1, p - 1)
-                            : 0.0;
-    if (kept > 1e-7 * gram(p - 1, p - 1)) {
-      known_ = std::move(with);
-    } else {
-      known_testability_.back() = Testability::kCollinear;
-    }
+    known_.push_back(active_.size() - 1);
+    const Base kept = independent(known_);
+    if (kept.size() < known_.size()) known_testability_.back() = Testability::kCollinear;
+    known_ = kept;
   }
+}
+
+Base Board::independent(const Base& base) const {
+  constexpr double kLeastKept = 1e-7;  // of a column's square norm: what single precision leaves
+  const auto p = static_cast<Eigen::Index>(base.size());
+  const Eigen::MatrixXd gram = weighted_gram(rows(base), Eigen::VectorXd::Ones(bands().rows()));
+  // Cholesky in the order given.
+  Eigen::MatrixXd factor = Eigen::MatrixXd::Zero(p, p);
+  std::vector<Eigen::Index> kept;
+  for (Eigen::Index j = 0; j < p; ++j) {
+    const auto r = static_cast<Eigen::Index>(kept.size());
+    double square = gram(j, j);
+    for (Eigen::Index i = 0; i < r; ++i) {
+      const double product = gram(j, kept[static_cast<std::size_t>(i)]);
+      factor(r, i) = (product - factor.row(r).head(i).dot(factor.row(i).head(i))) / factor(i, i);
+      square -= factor(r, i) * factor(r, i);
+    }
+    if (!(square > kLeastKept * gram(j, j))) continue;
+    factor(r, r) = std::sqrt(square);
+    kept.push_back(j);
+  }
+  Base result;
+  for (const Eigen::Index j : kept) result.push_back(base[static_cast<std::size_t>(j)]);
+  return result;
 }
 
 void Board::add_cross(BoardVariant& v, std::size_t active) const {
@@ -174,10 +188,12 @@ ShapeColumns Board::make_columns(std::size_t group, const std::vector<double>& s
     v.testability = Testability::kUnusable;
     return v;
   }
-  v.columns = std::move(*columns);
-  const bool constant = std::all_of(v.columns.begin(), v.columns.end(),
-                                    [](const SpectralColumn& c) { return !(c.norm > 0.0); });
-  if (constant) {
+  for (std::size_t j = 0; j < columns->size(); ++j) {
+    if (!((*columns)[j].norm > 0.0)) continue;
+    v.columns.push_back(std::move((*columns)[j]));
+    v.which.push_back(j);
+  }
+  if (v.columns.empty()) {
     v.testability = Testability::kNotExcited;
     return v;
   }

@@ -19,9 +19,10 @@ using Base = std::vector<std::size_t>;
 // What a shape's columns are, whatever stands beside them.
 struct ShapeColumns {
   Testability testability = Testability::kTestable;
-  std::vector<SpectralColumn> columns;
-  Eigen::MatrixXd own;         // bins x q²
-  Eigen::MatrixXd plain_gram;  // q x q, of unit columns, not whitened
+  std::vector<SpectralColumn> columns;  // those that vary
+  std::vector<std::size_t> which;       // their places among the group's own columns
+  Eigen::MatrixXd own;                  // bins x q²
+  Eigen::MatrixXd plain_gram;           // q x q, of unit columns, not whitened
 };
 
 struct BoardVariant : ShapeColumns {
@@ -76,6 +77,10 @@ class Board {
   }
   [[nodiscard]] const SpectralColumn& active(std::size_t i) const { return active_[i]; }
   [[nodiscard]] const std::string& active_name(std::size_t i) const { return names_[i]; }
+
+  // The base without the columns that those before them explain: beside them the normal equations
+  // would be singular.
+  [[nodiscard]] Base independent(const Base& base) const;
 
   // Adds a variant's columns to the active ones; their places.
   Base activate(std::size_t variant);

@@ -230,9 +230,60 @@ SearchOptions search_options(const DiagnosisOptions& options) {
   return search;
 }
 
+void take_groups(Trial& trial, const SearchReport& report) {
+  for (const GroupFinding& group : report.groups) {
+    if (group.kind == CandidateKind::kNamed && group.testability != Testability::kTestable) {
+      trial.not_testable.push_back(
+          {group.name, group.testability == Testability::kCollinear
+                           ? "the record can't tell it from " + group.collinear_with
+                           : "the record doesn't excite it"});
+      continue;
+    }
+    trial.evidence.push_back({group.name, group.log_evidence, group.separation, group.rms});
+    if (group.kind == CandidateKind::kNamed && std::isfinite(group.smallest_rms))
+      trial.could_have_seen.push_back({group.name, group.smallest_rms});
+  }
+  std::stable_sort(
+      trial.evidence.begin(), trial.evidence.end(),
+      [](const Evidence& a, const Evidence& b) { return a.log_evidence > b.log_evidence; });
+}
+
+// Of what the model lists, with coefficients or without: what this record has no channel or no
+// component for.
+void tell_untestable(Trial& trial, const TrialInput& input) {
+  for (const EffectSpec& spec : input.model.effects) {
+    const auto* definition = twin::find_effect(spec.kind);
+    if (spec.axis != input.axis || definition == nullptr || !is_waveform(*definition)) continue;
+    if (auto why = why_not_testable(*definition, input.series, input.playback, input.axis)) {
+      trial.not_testable.push_back({spec.kind, std::move(*why)});
+      continue;
+    }
+    const auto components =
+        amplitudes_not_testable(*definition, input.series, input.playback, input.axis);
+    trial.not_testable.insert(trial.not_testable.end(), components.begin(), components.end());
+  }
+}
+
+// An effect that is listed without coefficients and got none is not passed over in silence.
+void tell_unfitted(Trial& trial, const TrialInput& input) {
+  for (const EffectSpec& spec : trial.repaired.effects) {
+    const auto* definition = twin::find_effect(spec.kind);
+    if (spec.axis != input.axis || definition == nullptr || !spec.parameters.empty()) continue;
+    if (definition->family == twin::Family::kRecordFault) continue;
+    const bool is_told =
+        std::any_of(trial.not_testable.begin(), trial.not_testable.end(),
+                    [&](const NotTestable& entry) { return entry.name == spec.kind; });
+    if (is_told) continue;
+    trial.not_testable.push_back(
+        {spec.kind,
+         "listed without coefficients, and the record shows too little of it to fit them"});
+  }
+}
+
 // Lists the effects that the model knows without parameters as candidates of a search of their own,
 // and gives them what it finds.
-void fit_listed(twin::Model& model, const TrialInput& input, std::vector<Recalibration>& told) {
+void fit_listed(Trial& trial, const TrialInput& input) {
+  twin::Model& model = trial.repaired;
   std::vector<std::size_t> waiting;
   twin::Model without = model;
   for (std::size_t i = 0; i < model.effects.size(); ++i) {
@@ -268,6 +319,7 @@ void fit_listed(twin::Model& model, const TrialInput& input, std::vector<Recalib
   SearchOptions options = search_options(input.options);
   options.false_alarm = 0.1;  // they are known to be there
   const SearchReport report = search(problem, options);
+  take_groups(trial, report);
   for (const FoundEffect& found : report.effects) {
     const Candidate* candidate = lineup.find(found.name);
     if (candidate == nullptr) continue;
@@ -280,10 +332,12 @@ void fit_listed(twin::Model& model, const TrialInput& input, std::vector<Recalib
       spec.parameters = variant.shapes;
       for (std::size_t a = 0; a < candidate->amplitudes.size(); ++a) {
         const auto row = static_cast<Eigen::Index>(a);
-        const double error = std::sqrt(std::max(found.covariance(row, row), 0.0));
         spec.parameters[candidate->amplitudes[a]] = found.amplitudes[a];
+        if (!(found.covariance(row, row) > 0.0)) continue;  // nothing is known of it
+        const double error = std::sqrt(found.covariance(row, row));
         spec.standard_errors[candidate->amplitudes[a]] = error;
-        told.push_back({spec.kind, candidate->amplitudes[a], 0.0, found.amplitudes[a], error});
+        trial.recalibrated.push_back(
+            {spec.kind, candidate->amplitudes[a], 0.0, found.amplitudes[a], error});
       }
     }
   }
@@ -354,8 +408,8 @@ NamedEffect named_effect(const FoundEffect& found, const Lineup& lineup) {
   for (std::size_t a = 0; a < candidate->amplitudes.size(); ++a) {
     const auto row = static_cast<Eigen::Index>(a);
     effect.parameters[candidate->amplitudes[a]] = found.amplitudes[a];
-    effect.standard_errors[candidate->amplitudes[a]] =
-        std::sqrt(std::max(found.covariance(row, row), 0.0));
+    if (found.covariance(row, row) > 0.0)
+      effect.standard_errors[candidate->amplitudes[a]] = std::sqrt(found.covariance(row, row));
   }
   return effect;
 }
@@ -455,24 +509,6 @@ UnknownEffect unknown_effect(const FoundEffect& found, const Lineup& lineup) {
   return unknown;
 }
 
-void take_groups(Trial& trial, const SearchReport& report) {
-  for (const GroupFinding& group : report.groups) {
-    if (group.kind == CandidateKind::kNamed && group.testability != Testability::kTestable) {
-      trial.not_testable.push_back(
-          {group.name, group.testability == Testability::kCollinear
-                           ? "the record can't tell it from " + group.collinear_with
-                           : "the record doesn't excite it"});
-      continue;
-    }
-    trial.evidence.push_back({group.name, group.log_evidence, group.separation, group.rms});
-    if (group.kind == CandidateKind::kNamed && std::isfinite(group.smallest_rms))
-      trial.could_have_seen.push_back({group.name, group.smallest_rms});
-  }
-  std::stable_sort(
-      trial.evidence.begin(), trial.evidence.end(),
-      [](const Evidence& a, const Evidence& b) { return a.log_evidence > b.log_evidence; });
-}
-
 void add_to_model(Trial& trial, const TrialInput& input) {
   for (const NamedEffect& effect : trial.effects) {
     trial.repaired.effects.push_back(
@@ -521,6 +557,23 @@ void recalibrate_bias(Trial& trial, const TrialInput& input, double mean_radps) 
   const double to = shift_bias(trial.repaired, input.axis, mean_radps);
   trial.recalibrated.push_back({"bias", "bias_deg_h", to - core::deg_h_from_radps(mean_radps), to,
                                 core::deg_h_from_radps(slow)});
+}
+
+// A name that was chosen in the light of one state of the search may look worse in another one, or
+// once a noise is split into two readings. Then it can't be told from the names that look better:
+// all of them are as probable.
+void level(NamedEffect& effect) {
+  double sum = effect.probability;
+  double count = 1.0;
+  for (const Alternative& other : effect.alternatives) {
+    if (other.probability <= effect.probability) continue;
+    sum += other.probability;
+    count += 1.0;
+  }
+  for (Alternative& other : effect.alternatives) {
+    if (other.probability > effect.probability) other.probability = sum / count;
+  }
+  effect.probability = sum / count;
 }
 
 double evidence_of(const SearchReport& report) {
@@ -659,7 +712,8 @@ std::vector<double> difference(std::span<const double> a, std::span<const double
 
 Trial repair(const TrialInput& input) {
   Trial trial{.repaired = input.model};
-  fit_listed(trial.repaired, input, trial.recalibrated);
+  tell_untestable(trial, input);
+  fit_listed(trial, input);
   const auto residual = difference(measured_drift(input.series, input.axis),
                                    input.playback.drift(trial.repaired, input.axis), input.valid);
   const auto known = known_parameters(trial.repaired, input.axis, input.playback);
@@ -700,6 +754,8 @@ Trial repair(const TrialInput& input) {
   const auto left = difference(measured_drift(input.series, input.axis),
                                input.playback.drift(trial.repaired, input.axis), input.valid);
   recalibrate_bias(trial, input, mean_of(left, input.valid));
+  tell_unfitted(trial, input);
+  for (NamedEffect& effect : trial.effects) level(effect);
   return trial;
 }
 

@@ -37,6 +37,8 @@ std::string finding_of(const AxisDiagnosis& axis) {
       return axis.acceptance == diagnosis::Acceptance::kReverted
                  ? "a suggestion that held-out data did not confirm"
                  : "nothing missing";
+    case Verdict::kUndecidable:
+      return "undecidable";
     case Verdict::kRecalibrated:
       return "recalibrated";
     case Verdict::kEffectNamed:

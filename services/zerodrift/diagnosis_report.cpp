@@ -128,6 +128,8 @@ std::string key_of(diagnosis::Acceptance acceptance) {
       return "accepted";
     case diagnosis::Acceptance::kReverted:
       return "reverted";
+    case diagnosis::Acceptance::kUnproven:
+      return "unproven";
   }
   return "nothing_to_prove";
 }
@@ -149,14 +151,21 @@ std::string told(const AxisDiagnosis& axis) {
     case diagnosis::Acceptance::kNothingToProve:
       break;
     case diagnosis::Acceptance::kAccepted:
-      return axis.held_out_kind == diagnosis::HeldOut::kNothing
-                 ? "The change was accepted; no data was kept back to prove it on."
-                 : "The change was accepted: data that took no part in choosing or fitting agrees.";
+      return "The change was accepted: data that took no part in choosing or fitting agrees.";
     case diagnosis::Acceptance::kReverted:
       return "The change was taken back: data that took no part in choosing or fitting did not "
              "agree. The model is left as it was.";
+    case diagnosis::Acceptance::kUnproven:
+      return "The change was taken back: nothing could be kept back to prove it on. The model is "
+             "left as it was.";
   }
   return "Nothing was changed, so there was nothing to prove.";
+}
+
+std::string left_out(const AxisDiagnosis& axis) {
+  const std::string count = std::to_string(axis.samples_left_out);
+  return axis.samples_left_out == 1 ? count + " wild sample that stands alone was left out."
+                                    : count + " wild samples that stand alone were left out.";
 }
 
 std::string sentence_of(const Diagnosed& axis) {
@@ -174,7 +183,9 @@ std::string alternatives(const diagnosis::NamedEffect& effect) {
 }
 
 std::string outcome(const AxisDiagnosis& axis) {
-  if (axis.acceptance == diagnosis::Acceptance::kReverted) return "taken back";
+  if (axis.acceptance == diagnosis::Acceptance::kReverted ||
+      axis.acceptance == diagnosis::Acceptance::kUnproven)
+    return "taken back";
   if (axis.acceptance == diagnosis::Acceptance::kAccepted) return "accepted";
   return "unchanged";
 }
@@ -234,6 +245,7 @@ AxisTable gap_table(const Group& group, Axes axes) {
                    {"after/before", Align::kRight},
                    {"noise alone", Align::kRight}});
   for (const Diagnosed& axis : group) {
+    if (!axis.of.examined) continue;
     const auto add = [&](const std::string& judged, const Gap& gap) {
       table.add(axis, {judged, deg_h(gap.before_rms_radps), deg_h(gap.after_rms_radps),
                        gap.before_rms_radps > 0.0
@@ -526,7 +538,12 @@ void add_axis(report::Document& page, const Diagnosed& axis) {
   const Group one{axis};
   page.blocks.emplace_back(report::Heading{"Axis " + axis.axis});
   page.blocks.emplace_back(report::Paragraph{sentence_of(axis)});
+  if (!axis.of.examined) {
+    add_table(page, not_testable_table(one));
+    return;
+  }
   page.blocks.emplace_back(report::Paragraph{told(axis.of)});
+  if (axis.of.samples_left_out > 0) page.blocks.emplace_back(report::Paragraph{left_out(axis.of)});
   add_table(page, gap_table(one, Axes::kOne));
   add_waveforms(page, axis);
   if (!axis.of.effects.empty()) {
@@ -662,11 +679,12 @@ Json json_of(const AxisDiagnosis& axis) {
             {"recalibrated",
              array_of(axis.recalibrated, [](const auto& change) { return json_of(change); })},
             {"unknown", json_of(axis.unknown)}};
-  json["gap"] = {{"fit", json_of(axis.fit, true)},
+  json["gap"] = {{"fit", json_of(axis.fit, axis.examined)},
                  {"held_out", json_of(axis.held_out, held_out)},
                  {"allan_log_distance",
-                  {{"before", number(axis.allan_log_distance.before)},
-                   {"after", number(axis.allan_log_distance.after)}}}};
+                  {{"before", number(axis.examined ? axis.allan_log_distance.before : kNaN)},
+                   {"after", number(axis.examined ? axis.allan_log_distance.after : kNaN)}}}};
+  json["samples_left_out"] = axis.samples_left_out;
   json["held_out_kind"] = key_of(axis.held_out_kind);
   json["acceptance"] = key_of(axis.acceptance);
   json["not_testable"] = array_of(axis.not_testable, [](const auto& effect) {
@@ -707,6 +725,7 @@ std::vector<std::string> diagnosis_notes(const DiagnosisResult& result) {
   std::vector<std::string> notes;
   for (const Diagnosed& axis : axes_of(result)) {
     const std::string lead = "Axis " + axis.axis + ": ";
+    if (axis.of.samples_left_out > 0) notes.push_back(lead + left_out(axis.of));
     if (axis.of.acceptance != diagnosis::Acceptance::kNothingToProve)
       notes.push_back(lead + told(axis.of));
     if (axis.of.unknown) {

@@ -108,6 +108,16 @@ void require_common_axis(const MeasuredRecord& record, const MeasuredRecord& val
                               " has, expected a record of the same gyro");
 }
 
+// Of a record to prove on. What is compared are means of 60 s: ten of them are the least that tells
+// drift from chance. (A short record to diagnose gets the verdict that it can't be decided.)
+void require_length(const MeasuredRecord& validation) {
+  constexpr double kShortestS = 600.0;
+  if (validation.duration_s() >= kShortestS) return;
+  throw std::invalid_argument(validation.file + ": found " +
+                              report::significant(validation.duration_s(), 3) +
+                              " s, expected at least 10 min to prove anything on");
+}
+
 // A diagnosis of nothing would read as a clean bill.
 void require_an_axis(const DiagnosisResult& result) {
   const auto& axes = result.diagnosis.axes;
@@ -148,6 +158,7 @@ DiagnosisResult diagnose_with(const DiagnosisRequest& request, const MeasuredRec
         [&](double share) { bar.show(done + share_of_each * share); });
     done += share_of_each;
     note(held_out);
+    require_length(held_out);
     require_common_axis(record, held_out);
     result.validation.push_back(summary_of(held_out));
     validation.push_back(std::move(held_out.series));

@@ -25,9 +25,6 @@ using report::significant;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr core::PerAxis<double> kNoAxis{kNone, kNone, kNone};
-// What is compared are means of 60 s: ten of them are the least that tells drift from chance.
-constexpr double kShortestS = 600.0;
-constexpr std::size_t kFewestIntervals = 60;
 constexpr double kLongestPeriodS = 60.0;
 // Below it slow effects and slow noise look alike.
 constexpr double kShortS = 1800.0;
@@ -360,7 +357,6 @@ class MeasuredRecordBuilder::Implementation {
   MeasuredRecord finish() {
     MeasuredRecord measured{.file = columns_.file};
     measured.series = finished_series();
-    require_length(measured);
     measured.sample_noise_radps = kNoAxis;
     tell_of_columns(measured);
     tell_of_rest(measured);
@@ -370,14 +366,6 @@ class MeasuredRecordBuilder::Implementation {
   }
 
  private:
-  void require_length(const MeasuredRecord& measured) const {
-    if (measured.duration_s() >= kShortestS && measured.series.size >= kFewestIntervals) return;
-    throw std::invalid_argument(
-        columns_.file + ": found " + significant(measured.duration_s(), kDigits) +
-        " s with a sample every " + significant(columns_.sample_period_s, kDigits) +
-        " s, expected at least 10 min and 60 samples");
-  }
-
   [[nodiscard]] diagnosis::MeasuredSeries finished_series() {
     try {
       return series_.finish();

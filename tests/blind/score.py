@@ -80,6 +80,7 @@ class Finding:
         self.sets = [credible_set(e) for e in self.effects]
         self.recalibrated = {r["name"] for r in axis_json.get("recalibrated") or []}
         self.unknown = axis_json.get("unknown") is not None
+        self.undecidable = axis_json.get("verdict") == "undecidable"
         self.gap = axis_json.get("gap") or {}
 
     def found(self, name):
@@ -103,7 +104,7 @@ class Finding:
         if self.unknown:
             return "unknown" + (" + " + " + ".join(self.names) if self.names else "")
         return " + ".join(self.names) or ("recalibrated " + " + ".join(sorted(self.recalibrated))
-                                          if self.recalibrated else "nothing")
+                                          if self.recalibrated else "undecidable" if self.undecidable else "nothing")
 
 
 class Result:

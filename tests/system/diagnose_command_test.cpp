@@ -175,6 +175,27 @@ TEST_F(Diagnose, OfPoorRecordsNothingIsNamed) {
   }
 }
 
+// Too short to be diagnosed is no clean bill, on the terminal, in the JSON and on the page.
+TEST_F(Diagnose, OfARecordThatIsTooShortTheVerdictIsUndecidableEverywhere) {
+  const Finished end =
+      run(record("r.csv", {.seconds = 300}),
+          {"--json", path("d.json"), "--html", path("d.html"), "--out-model", path("m.yaml")});
+  ASSERT_EQ(end.exit_code, 0) << end.err;
+  const std::string why = "This axis can't be diagnosed: the record is too short, 5 min";
+  EXPECT_TRUE(end.out.starts_with("Axis z: " + why.substr(0, 40))) << end.out;
+  const Json diagnosis = json("d.json");
+  EXPECT_EQ(diagnosis.at("verdict"), "undecidable");
+  const Json& axis = diagnosis.at("axis").at("z");
+  EXPECT_EQ(axis.at("verdict"), "undecidable");
+  EXPECT_TRUE(axis.at("sentence").get<std::string>().starts_with(why)) << axis.at("sentence");
+  EXPECT_NE(axis.at("sentence").get<std::string>().find("60 min or more"), std::string::npos);
+  EXPECT_TRUE(axis.at("gap").at("fit").at("before_rms_deg_h").is_null());
+  const std::string page = content(path("d.html"));
+  EXPECT_NE(page.find("undecidable"), std::string::npos);
+  EXPECT_NE(page.find("the record is too short, 5 min"), std::string::npos);
+  EXPECT_EQ(config::load_model(path("m.yaml")).model.effects.size(), 2U);
+}
+
 // A model that knows a bias and white noise on each axis, for real records.
 std::string bias_and_noise(double angle_random_walk_deg_per_sqrt_h) {
   std::string text =
@@ -265,7 +286,7 @@ TEST_F(Diagnose, RefusesBadInputWithCodeTwoOneLineAndNoFile) {
   };
   const std::vector<Case> cases{
       {"no record", path("none.csv"), {}, {"none.csv"}},
-      {"too short", brief, {}, {"short.csv", "10 min"}},
+      {"too short to prove on", good, {"--validate", brief}, {"short.csv", "10 min"}},
       {"a rate that never moves", stuck, {}, {"stuck.csv"}},
       {"an axis that is not there", good, {"--axis", "x"}, {"good.csv", "axis x"}},
       {"no such axis", good, {"--axis", "w"}, {"--axis", "w"}},

@@ -74,6 +74,19 @@ TEST(GapScenario, ATwinThatHasTheWaveformIsCloserThanOneThatLacksIt) {
   EXPECT_GT(distance.before, 0.5);
 }
 
+// Before: distance 0, so that any noise given to such a twin counted as worse.
+TEST(GapScenario, ATwinWithoutAnyNoiseHasNoDistance) {
+  constexpr std::size_t kSize = 6000;
+  const auto measured = white(kSize, 1.0, 3);
+  const std::vector<double> nothing(kSize, 0.0);
+  const std::vector<double> variances(kSize, 1.0);
+  const std::vector<std::uint8_t> valid(kSize, 1);
+  const AllanDistance distance =
+      allan_distance(allan_curves(measured, valid, 1.0, {nothing, nothing}, {nothing, variances}));
+  EXPECT_TRUE(std::isnan(distance.before));
+  EXPECT_LT(distance.after, 0.1);
+}
+
 TEST(GapAbuse, BlocksWithTooLittleInThemAreLeftOut) {
   const std::vector<double> values{1.0, 1.0, 5.0, 5.0, 9.0};
   const std::vector<std::uint8_t> valid{1, 1, 1, 0, 1};

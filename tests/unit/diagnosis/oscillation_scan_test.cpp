@@ -72,11 +72,12 @@ TEST(OscillationScanScenario, FindsResetsThatShowOnlyWhileTheGyroTurnsSlowly) {
   }
   const auto peaks = angle_peaks(series, middle, turn, 6);
   ASSERT_FALSE(peaks.frequencies.empty());
-  const auto [low, high] = std::minmax_element(middle.begin(), middle.end());
+  const auto ends = std::minmax_element(middle.begin(), middle.end());
+  const double range = *ends.second - *ends.first;
   // What short stretches tell is a bundle of peaks; one of the strongest is within a cell of
   // resolution.
   const bool found = std::any_of(peaks.frequencies.begin(), peaks.frequencies.end(), [&](double f) {
-    return std::abs(f - 1.0 / kPeriod) < 1.0 / (*high - *low);
+    return std::abs(f - 1.0 / kPeriod) < 1.0 / range;
   });
   EXPECT_TRUE(found) << peaks.frequencies.front();
   // Nothing of it without the effect: exponential, the largest of some 1e6 over the median is 20.

@@ -38,6 +38,7 @@ TEST(RecordFaults, ASoundRecordHasNone) {
     const MeasuredSeries series = white_series(seed);
     const RecordFaults faults = faults_of(series);
     EXPECT_TRUE(faults.effects.empty());
+    EXPECT_EQ(faults.left_out, 0U);
     EXPECT_EQ(faults.sound, series.valid[0]);
   }
 }
@@ -50,6 +51,18 @@ TEST(RecordFaults, SpikesAreCountedAndTakenOut) {
   EXPECT_NEAR(faults.effects[0].parameters.at("spikes_per_h"), 3.0 * 3600.0 / kSize, 1e-9);
   EXPECT_NEAR(faults.effects[0].parameters.at("deviation_deg_h"), 5e-5 * 206264.806, 0.6);
   EXPECT_EQ(std::count(faults.sound.begin(), faults.sound.end(), 0), 3);
+}
+
+TEST(RecordFaults, ASingleWildSampleIsLeftOutAndNoEffect) {
+  for (const std::size_t place : {std::size_t{0}, std::size_t{5000}, kSize - 1}) {
+    MeasuredSeries series = white_series(1);
+    series.rate_radps[0][place] += 5e-5;
+    const RecordFaults faults = faults_of(series);
+    EXPECT_TRUE(faults.effects.empty());
+    EXPECT_EQ(faults.left_out, 1U);
+    EXPECT_EQ(faults.sound[place], 0);
+    EXPECT_EQ(std::count(faults.sound.begin(), faults.sound.end(), 0), 1);
+  }
 }
 
 TEST(RecordFaults, ASlowHumpIsNoSpike) {

@@ -48,6 +48,15 @@ TEST(DiagnosisEvent, OfAConsistentTwinIsInformation) {
   EXPECT_EQ(event.severity, service::Severity::kInformation);
 }
 
+TEST(DiagnosisEvent, OfWhatCanNotBeDecidedIsAWarning) {
+  diagnosis::AxisDiagnosis x;
+  x.verdict = diagnosis::Verdict::kUndecidable;
+  const auto event = diagnosis_event(with_axis_x(x), 1, 0);
+  EXPECT_EQ(event.code, "diagnosis_undecidable");
+  EXPECT_EQ(event.severity, service::Severity::kWarning);
+  EXPECT_EQ(event.text, "gyro 1; axis x: undecidable; axis z: nothing missing");
+}
+
 TEST(DiagnosisEvent, FitsTheTopic) {
   diagnosis::AxisDiagnosis x;
   x.verdict = diagnosis::Verdict::kUnknownEffect;

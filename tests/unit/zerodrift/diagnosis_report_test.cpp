@@ -67,7 +67,7 @@ TEST(DiagnosisJson, HasTheAgreedKeysOfAnAxisWhateverWasFound) {
                                      "effects",      "recalibrated",    "unknown",
                                      "gap",          "held_out_kind",   "acceptance",
                                      "not_testable", "could_have_seen", "next_experiment",
-                                     "evidence"};
+                                     "evidence",     "samples_left_out"};
   EXPECT_EQ(keys_of(json.at("axis")), (std::set<std::string>{"x", "z"}));
   for (const auto* axis : {"x", "z"}) EXPECT_EQ(keys_of(json.at("axis").at(axis)), agreed) << axis;
   const Json& quiet = json.at("axis").at("z");
@@ -177,10 +177,41 @@ TEST(DiagnosisTerminal, ShowsGapEffectsAndParametersInLinesThatFit) {
   }
 }
 
+// Before: consistent, with gaps of 0.
+TEST(DiagnosisTerminal, WhatCanNotBeDiagnosedHasAVerdictOfItsOwnAndNoFigures) {
+  DiagnosisResult result = example_diagnosis();
+  AxisDiagnosis& axis = axis_x(result);
+  axis = {};
+  axis.verdict = diagnosis::Verdict::kUndecidable;
+  axis.sentence = "This axis can't be diagnosed: only 20 % of the series is valid.";
+  axis.examined = false;
+  const Json json = diagnosis_json(result).at("axis").at("x");
+  EXPECT_EQ(json.at("verdict"), "undecidable");
+  EXPECT_TRUE(json.at("gap").at("fit").at("after_rms_deg_h").is_null());
+  EXPECT_TRUE(json.at("gap").at("allan_log_distance").at("before").is_null());
+  const report::Document page = diagnosis_page(result);
+  EXPECT_FALSE(report::validate(page));
+  const std::string html = report::html_of(page);
+  EXPECT_TRUE(contains(html, "undecidable"));
+  EXPECT_TRUE(contains(html, "only 20 % of the series is valid"));
+  EXPECT_TRUE(contains(diagnosis_sentences(result)[0], "only 20 % of the series is valid"));
+}
+
+TEST(DiagnosisTerminal, WildSamplesThatWereLeftOutAreCounted) {
+  DiagnosisResult result = example_diagnosis();
+  axis_x(result).samples_left_out = 1;
+  EXPECT_EQ(diagnosis_json(result).at("axis").at("x").at("samples_left_out"), 1);
+  EXPECT_TRUE(contains(terminal_text(result), "1 wild sample that stands alone was left out"));
+  EXPECT_TRUE(contains(report::html_of(diagnosis_page(result)), "1 wild sample"));
+}
+
 TEST(DiagnosisTerminal, AChangeThatWasTakenBackIsSaidToBe) {
   DiagnosisResult result = example_diagnosis();
-  axis_x(result).acceptance = diagnosis::Acceptance::kReverted;
-  EXPECT_TRUE(contains(terminal_text(result), "taken back"));
+  for (const auto acceptance :
+       {diagnosis::Acceptance::kReverted, diagnosis::Acceptance::kUnproven}) {
+    axis_x(result).acceptance = acceptance;
+    EXPECT_TRUE(contains(terminal_text(result), "taken back"));
+  }
   EXPECT_FALSE(contains(terminal_text(example_diagnosis()), "taken back"));
 }
 
@@ -194,9 +225,9 @@ TEST(DiagnosisPage, HasThePicturesAndTablesThatAnEngineerFiles) {
   EXPECT_TRUE(contains(page.verdict, "Axis z: nothing is missing"));
   const std::string html = report::html_of(page);
   for (const auto* part :
-       {"twin before", "twin after", "temperature rate of coil (°C/min)", "Candidates, strongest first",
-        "no reference rate in the record", "The smallest effect", "turn the table",
-        "1 gap, the longest", "s dT/dt", "v.csv", "hysteresis", "cluster time"})
+       {"twin before", "twin after", "temperature rate of coil (°C/min)",
+        "Candidates, strongest first", "no reference rate in the record", "The smallest effect",
+        "turn the table", "1 gap, the longest", "s dT/dt", "v.csv", "hysteresis", "cluster time"})
     EXPECT_TRUE(contains(html, part)) << part;
 }
 
