@@ -50,7 +50,8 @@ cmake --build "$build" -j "$(nproc)" --target "${targets[@]}" > "$build/build.lo
 
 # Reports of what services write go to files, so that no test that reads their output trips over them.
 rm -f "$build"/report.*
-asan=detect_stack_use_after_return=1:strict_string_checks=1
+# The middleware deletes payloads of another type than it made them as (libfastrtps 2.9.1), which has no suppression of its own.
+export ASAN_OPTIONS=detect_stack_use_after_return=1:strict_string_checks=1:new_delete_type_mismatch=0:log_path=$build/report
 export UBSAN_OPTIONS=print_stacktrace=1:log_path=$build/report
 export TSAN_OPTIONS=halt_on_error=1:second_deadlock_stack=1:log_path=$build/report:suppressions=$root/tests/tsan.supp
 status=0
@@ -64,7 +65,6 @@ run_program() {
 }
 
 if [ "$part" = ci ]; then
-  export ASAN_OPTIONS=$asan:log_path=$build/report
   running=0
   for name in "${targets[@]}"; do
     if [ "$running" -ge 2 ]; then wait -n || status=1; running=$((running - 1)); fi
@@ -73,8 +73,6 @@ if [ "$part" = ci ]; then
   done
   while [ "$running" -gt 0 ]; do wait -n || status=1; running=$((running - 1)); done
 else
-  # The middleware deletes payloads of another type than it made them as (libfastrtps 2.9.1), which has no suppression of its own.
-  export ASAN_OPTIONS=$asan:new_delete_type_mismatch=0:log_path=$build/report
   # Left out: programs that were not built for this sanitizer, which stand in for their tests as <name>_NOT_BUILT; and what
   # bounds resident memory, which a sanitizer multiplies and holds on to; and the page, which is no C++.
   left_out='_NOT_BUILT|^Memory\.|^soak$|^Console\.(Page|InABrowser)'

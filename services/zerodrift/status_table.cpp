@@ -7,6 +7,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <limits>
 
 #include "common/compensation/mode.h"
 #include "common/core/units.h"
@@ -180,13 +181,14 @@ std::string StatusBoard::minute_heading(std::uint32_t gyro) const {
 }
 
 std::string StatusBoard::gyro_table(std::uint32_t gyro) const {
+  constexpr double kNotHeard = std::numeric_limits<double>::quiet_NaN();
   const std::string of = part(gyro);
   std::string text = fmt::format(
       "gyro {}   sensor time {:.1f} s   temperature {} degC, {} degC/min   labels {:.0f}   model "
       "epoch "
       "{:.0f}\n",
-      gyro, metric(of, "sensor_time", 0.0), known("{:.3f}", metric(of, "temperature", NAN)),
-      known("{:+.4f}", metric(of, "temperature_rate", NAN)), metric(of, "labels", 0.0),
+      gyro, metric(of, "sensor_time", 0.0), known("{:.3f}", metric(of, "temperature", kNotHeard)),
+      known("{:+.4f}", metric(of, "temperature_rate", kNotHeard)), metric(of, "labels", 0.0),
       metric(of, "model_epoch", 0.0));
   text += fmt::format("{:<4} {:>9} {:>9} {:>7} {:>11} {:>10} {:>9} {:>9}  {}\n", "axis", "raw std",
                       "comp std", "ratio", "persistence", minute_heading(gyro), "comp", "drift",

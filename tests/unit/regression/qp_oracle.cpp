@@ -101,8 +101,9 @@ class Solver {
     theta_[up] = t == up_room ? up_limit : theta_[up] + t;
     theta_[down] = t == down_room ? down_limit : theta_[down] - t;
     for (std::size_t k = 0; k < n_; ++k) {
-      gradient_[k] += static_cast<long double>(t) *
-                      (static_cast<long double>(gram_[up * n_ + k]) - gram_[down * n_ + k]);
+      gradient_[k] +=
+          static_cast<long double>(t) * (static_cast<long double>(gram_[up * n_ + k]) -
+                                         static_cast<long double>(gram_[down * n_ + k]));
     }
   }
 
