@@ -5,8 +5,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 #include "common/record/record_error.h"
 
@@ -36,23 +38,30 @@ int open_regular_file(const std::filesystem::path& path) {
   return -1;
 }
 
+std::optional<std::string> read_up_to(int fd, std::size_t most_bytes) {
+  std::string bytes;
+  std::array<char, 65536> block{};
+  while (bytes.size() <= most_bytes) {
+    const ssize_t got = ::read(fd, block.data(), block.size());
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return std::nullopt;
+    if (got == 0) break;
+    bytes.append(block.data(), static_cast<std::size_t>(got));
+  }
+  return bytes;
+}
+
 std::string read_whole_file(const std::filesystem::path& path, std::size_t most_bytes) {
   const int fd = open_regular_file(path);
-  std::string bytes;
-  char block[65536];
-  ssize_t got = 0;
-  do {
-    got = ::read(fd, block, sizeof block);
-    if (got > 0) bytes.append(block, static_cast<std::size_t>(got));
-  } while ((got > 0 && bytes.size() <= most_bytes) || (got < 0 && errno == EINTR));
+  std::optional<std::string> bytes = read_up_to(fd, most_bytes);
   const int error = errno;
   ::close(fd);
-  if (got < 0) throw RecordError(path.string() + ": cannot read: " + std::strerror(error));
-  if (bytes.size() > most_bytes) {
+  if (!bytes) throw RecordError(path.string() + ": cannot read: " + std::strerror(error));
+  if (bytes->size() > most_bytes) {
     throw RecordError(path.string() + ": holds more than the " + std::to_string(most_bytes) +
                       " bytes that are expected at most");
   }
-  return bytes;
+  return *std::move(bytes);
 }
 
 }  // namespace zerodrift::record

@@ -6,11 +6,12 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 #include "common/core/one_line.h"
+#include "common/record/input_file.h"
 
 namespace zerodrift::record {
 namespace {
@@ -78,15 +79,9 @@ std::string read_named(const std::filesystem::path& folder, std::string_view nam
   if (::fstat(file.number(), &status) != 0 || !S_ISREG(status.st_mode))
     refuse_name(name, "is no regular file");
   if (status.st_nlink > 1) refuse_name(name, "is a hard link: the file has another name elsewhere");
-  std::string bytes;
-  std::array<char, 65536> block{};
-  while (bytes.size() <= most_bytes) {
-    const ssize_t got = ::read(file.number(), block.data(), block.size());
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) refuse_name(name, std::string("cannot be read: ") + std::strerror(errno));
-    if (got == 0) return bytes;
-    bytes.append(block.data(), static_cast<std::size_t>(got));
-  }
+  std::optional<std::string> bytes = read_up_to(file.number(), most_bytes);
+  if (!bytes) refuse_name(name, std::string("cannot be read: ") + std::strerror(errno));
+  if (bytes->size() <= most_bytes) return *std::move(bytes);
   refuse_name(name, "has more than " + std::to_string(most_bytes) + " bytes, which none needs");
 }
 

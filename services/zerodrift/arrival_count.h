@@ -44,7 +44,6 @@ class ArrivalCount {
   void note_answer(const Writer& writer, std::uint64_t number, const Answer& answer) {
     const std::lock_guard lock(mutex_);
     const std::uint64_t unheard = note_locked(writer, number);
-    is_of_several_ = true;
     if (answer.is_repeat) return;
     auto [known, is_new] = runs_.try_emplace(answer.gyro_id);
     Run& run = known->second;
@@ -62,7 +61,7 @@ class ArrivalCount {
   // Nothing of a sensor's own gaps: those no writer numbered.
   [[nodiscard]] std::uint64_t missing() const {
     const std::lock_guard lock(mutex_);
-    if (!is_of_several_) return unheard_;
+    if (runs_.empty()) return unheard_;  // no topic of answers
     std::uint64_t holes = holes_before_;
     for (const auto& [gyro_id, run] : runs_) holes += run.holes();
     return std::min(unheard_, holes);
@@ -95,7 +94,6 @@ class ArrivalCount {
   bool has_begun_ = false;
   std::uint64_t unheard_ = 0;  // by the writers' numbers
   std::map<Writer, std::uint64_t> newest_;
-  bool is_of_several_ = false;
   std::map<std::uint32_t, Run> runs_;
   std::uint64_t holes_before_ = 0;  // of runs that are over
 };
