@@ -2,9 +2,10 @@
 // The same sample may come from several instances of the compensation. A reader gives it out once.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
-#include <map>
 
+#include "common/core/bounded_table.h"
 #include "common/core/first_come.h"
 #include "common/dds/topics.h"
 
@@ -32,19 +33,24 @@ template <typename Message>
 class RepeatFilter : public EveryCopy {};
 
 // A repeat is a sample of the same gyro, run and number (core/first_come.h). Samples that name no
-// run are their writer's own. Allocates with the first sample of a gyro.
+// run are their writer's own. Allocates 5 kB with the first sample of a gyro; of more than
+// kMostGyros gyros nothing is a repeat.
 template <>
 class RepeatFilter<msg::CompensatedRate> {
  public:
+  static constexpr std::size_t kMostGyros = 256;  // twice what one compensation answers
+
   bool is_repeat(const msg::CompensatedRate& message,
                  const eprosima::fastrtps::rtps::GUID_t& writer) {
+    auto* gyro = gyros_.find_or_make(message.gyro_id());
+    if (gyro == nullptr) return false;
     const std::uint64_t run = message.run_id() != 0 ? message.run_id() : run_of(writer);
-    return !gyros_[message.gyro_id()].takes(run, message.sequence_number(), writer,
-                                            message.order() == 0);
+    return !gyro->takes(run, message.sequence_number(), writer, message.order() == 0);
   }
 
  private:
-  std::map<std::uint32_t, core::FirstCome<eprosima::fastrtps::rtps::GUID_t>> gyros_;
+  core::BoundedTable<std::uint32_t, core::FirstCome<eprosima::fastrtps::rtps::GUID_t>> gyros_{
+      kMostGyros};
 };
 
 }  // namespace zerodrift::dds

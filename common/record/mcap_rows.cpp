@@ -40,9 +40,15 @@ void add_once(std::vector<Value>& values, const Value& value) {
   if (std::find(values.begin(), values.end(), value) == values.end()) values.push_back(value);
 }
 
-std::string list_of(const std::vector<std::uint32_t>& gyros) {
+std::string list_of(const std::set<std::uint32_t>& gyros) {
+  constexpr std::size_t kMostListed = 16;
   std::string text;
-  for (const auto gyro : gyros) text += (text.empty() ? "" : ", ") + std::to_string(gyro);
+  std::size_t listed = 0;
+  for (const auto gyro : gyros) {
+    if (++listed > kMostListed)
+      return text + " and " + std::to_string(gyros.size() - kMostListed) + " more";
+    text += (text.empty() ? "" : ", ") + std::to_string(gyro);
+  }
   return text;
 }
 
@@ -161,11 +167,10 @@ void McapRows::choose_gyro(const RecordOptions& options) {
     const auto gyro = number(mcap::value_of(channel.metadata, "gyro_id"));
     const std::string probe(mcap::value_of(channel.metadata, "probe"));
     all_say_so = all_say_so && gyro && (is_rate || !probe.empty());
-    if (gyro && is_rate) add_once(gyros_, *gyro);
-    if (gyro && !is_rate) add_once(thermometers_, std::make_pair(*gyro, probe));
+    if (gyro && is_rate) gyros_.insert(*gyro);
+    if (gyro && !is_rate) add({*gyro, probe});
   }
   if (!all_say_so) scan_for_keys();
-  std::sort(gyros_.begin(), gyros_.end());
   const std::string file = info_.path.string();
   if (gyros_.empty()) {
     std::vector<std::string> topics;
@@ -175,9 +180,7 @@ void McapRows::choose_gyro(const RecordOptions& options) {
     throw RecordError(file + ": has no message of angular_rate, of which a record is made; found " +
                       (names.empty() ? "none at all" : names));
   }
-  const auto is_there = [&](std::uint32_t gyro) {
-    return std::binary_search(gyros_.begin(), gyros_.end(), gyro);
-  };
+  const auto is_there = [&](std::uint32_t gyro) { return gyros_.contains(gyro); };
   if (options.gyro_id) {
     if (!is_there(*options.gyro_id)) {
       throw RecordError(file + ": has no gyro " + std::to_string(*options.gyro_id) +
@@ -185,7 +188,7 @@ void McapRows::choose_gyro(const RecordOptions& options) {
     }
     info_.gyro_id = *options.gyro_id;
   } else if (gyros_.size() == 1) {
-    info_.gyro_id = gyros_.front();
+    info_.gyro_id = *gyros_.begin();
   } else if (options.preferred_gyro_id && is_there(*options.preferred_gyro_id)) {
     info_.gyro_id = *options.preferred_gyro_id;
   } else {
@@ -199,15 +202,16 @@ void McapRows::choose_gyro(const RecordOptions& options) {
 void McapRows::scan_for_keys() {
   gyros_.clear();
   thermometers_.clear();
+  seen_.clear();
   mcap::Cursor cursor(*reader_);
   for (mcap::Message message; cursor.next(message);) {
     const mcap::Contents& contents = reader_->contents();
     const std::string_view type = type_of(contents, *contents.channel(message.channel_id));
     if (type == kRateType) {
-      if (const auto rate = decode_angular_rate(message.data)) add_once(gyros_, rate->gyro_id);
+      if (const auto rate = decode_angular_rate(message.data)) gyros_.insert(rate->gyro_id);
     } else if (type == kTemperatureType) {
       if (const auto reading = decode_temperature(message.data))
-        add_once(thermometers_, std::make_pair(reading->gyro_id, reading->sample.probe));
+        add({reading->gyro_id, reading->sample.probe});
     }
   }
 }

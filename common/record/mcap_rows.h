@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -47,8 +48,13 @@ class McapRows {
   std::shared_ptr<mcap::Reader> reader_;
   RecordInfo info_;
   TimeOrder time_order_;
-  std::vector<std::uint32_t> gyros_;                                 // with rates
-  std::vector<std::pair<std::uint32_t, std::string>> thermometers_;  // gyro and probe
+  using Thermometer = std::pair<std::uint32_t, std::string>;  // gyro and probe
+  void add(const Thermometer& thermometer) {
+    if (seen_.insert(thermometer).second) thermometers_.push_back(thermometer);
+  }
+  std::set<std::uint32_t> gyros_;  // with rates
+  std::set<Thermometer> seen_;
+  std::vector<Thermometer> thermometers_;  // as they come in the file
   std::unique_ptr<Streams> streams_;
   RecordRow row_;
   RecordedSamples recorded_;

@@ -5,9 +5,9 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <map>
 #include <mutex>
 
+#include "common/core/bounded_table.h"
 #include "common/dds/topics.h"
 
 namespace zerodrift::services {
@@ -25,7 +25,8 @@ class ArrivalCount {
   }
   void note_matched(const Writer& writer) {
     const std::lock_guard lock(mutex_);
-    if (!has_begun_) newest_.try_emplace(writer, kBefore);
+    if (has_begun_ || newest_.contains(writer)) return;
+    if (std::uint64_t* newest = newest_.find_or_make(writer)) *newest = kBefore;
   }
 
   // A sample with its writer's number.
@@ -45,10 +46,11 @@ class ArrivalCount {
     const std::lock_guard lock(mutex_);
     const std::uint64_t unheard = note_locked(writer, number);
     if (answer.is_repeat) return;
-    auto [known, is_new] = runs_.try_emplace(answer.gyro_id);
-    Run& run = known->second;
-    if (is_new || run.id != answer.run_id) {
-      if (!is_new) holes_before_ += run.holes();
+    Run* known = runs_.find_or_make(answer.gyro_id);
+    if (known == nullptr) return;
+    Run& run = *known;
+    if (run.count == 0 || run.id != answer.run_id) {
+      if (run.count > 0) holes_before_ += run.holes();
       // What its writer had said before is of this run, too.
       run = {answer.run_id, answer.sequence - std::min(unheard, answer.sequence), answer.sequence,
              0};
@@ -61,9 +63,9 @@ class ArrivalCount {
   // Nothing of a sensor's own gaps: those no writer numbered.
   [[nodiscard]] std::uint64_t missing() const {
     const std::lock_guard lock(mutex_);
-    if (runs_.empty()) return unheard_;  // no topic of answers
+    if (runs_.entries().empty()) return unheard_;  // no topic of answers
     std::uint64_t holes = holes_before_;
-    for (const auto& [gyro_id, run] : runs_) holes += run.holes();
+    for (const auto& [gyro_id, run] : runs_.entries()) holes += run.holes();
     return std::min(unheard_, holes);
   }
 
@@ -82,19 +84,22 @@ class ArrivalCount {
 
   // How many numbers were skipped. One that goes back begins anew.
   std::uint64_t note_locked(const Writer& writer, std::uint64_t number) {
-    auto [known, is_new] = newest_.try_emplace(writer, has_begun_ ? 0 : kBefore);
-    const bool skips = known->second != kBefore && number > known->second;
-    const std::uint64_t skipped = skips ? number - known->second - 1 : 0;
-    known->second = number;
+    const bool is_known = newest_.contains(writer);
+    std::uint64_t* newest = newest_.find_or_make(writer);
+    if (newest == nullptr) return 0;
+    if (!is_known && !has_begun_) *newest = kBefore;
+    const bool skips = *newest != kBefore && number > *newest;
+    const std::uint64_t skipped = skips ? number - *newest - 1 : 0;
+    *newest = number;
     unheard_ += skipped;
     return skipped;
   }
 
   mutable std::mutex mutex_;
   bool has_begun_ = false;
-  std::uint64_t unheard_ = 0;  // by the writers' numbers
-  std::map<Writer, std::uint64_t> newest_;
-  std::map<std::uint32_t, Run> runs_;
+  std::uint64_t unheard_ = 0;                                 // by the writers' numbers
+  core::BoundedTable<Writer, std::uint64_t> newest_{65'536};  // 5 MB; of more nothing is missed
+  core::BoundedTable<std::uint32_t, Run> runs_{4096};
   std::uint64_t holes_before_ = 0;  // of runs that are over
 };
 

@@ -81,7 +81,12 @@ void LiveRows::push(const core::TemperatureSample& reading) {
     ++counts_.late_probes;
     return;
   }
-  Probe& probe = probes_[reading.probe];
+  Probe* known = probes_.find_or_make(reading.probe);
+  if (known == nullptr) {
+    ++counts_.readings_refused;
+    return;
+  }
+  Probe& probe = *known;
   if (!reading.measured) return probe.hear(reading.time);
   if (!probe.gate.admits(reading.time)) {
     ++counts_.readings_refused;
@@ -98,13 +103,13 @@ void LiveRows::finish() {
 
 void LiveRows::start() {
   started_ = true;
-  for (const auto& [name, probe] : probes_) probe_names_.push_back(name);
+  for (const auto& [name, probe] : probes_.entries()) probe_names_.push_back(name);
   std::sort(probe_names_.begin(), probe_names_.end(), is_before);
   has_reference_ = !references_.empty();
   sample_period_s_ = median_step_s(rates_);
   row_.temperature_degc.assign(probe_names_.size(), record::kNotMeasured);
   // What was read before the first rate belongs to no row.
-  for (auto& [name, probe] : probes_) {
+  for (auto& [name, probe] : probes_.entries()) {
     while (!probe.readings.empty() && probe.readings.front().time < rates_.front().time)
       probe.readings.pop_front();
   }
@@ -113,14 +118,14 @@ void LiveRows::start() {
 bool LiveRows::is_complete(core::SensorTime time) const {
   if (finished_) return true;
   if (has_reference_ && reference_.holds_up(time)) return false;
-  return std::none_of(probes_.begin(), probes_.end(),
+  return std::none_of(probes_.entries().begin(), probes_.entries().end(),
                       [time](const auto& entry) { return entry.second.holds_up(time); });
 }
 
 // One that speaks again is waited for again.
 void LiveRows::stop_waiting(core::SensorTime time) {
   if (reference_.holds_up(time)) reference_.waited_for = false;
-  for (auto& [name, probe] : probes_) {
+  for (auto& [name, probe] : probes_.entries()) {
     if (probe.holds_up(time)) probe.waited_for = false;
   }
 }
@@ -148,7 +153,7 @@ const record::RecordRow* LiveRows::next() {
 // The mean of a probe's readings since the row before.
 void LiveRows::take_temperatures(core::SensorTime time) {
   for (std::size_t p = 0; p < probe_names_.size(); ++p) {
-    std::deque<Reading>& readings = probes_.find(probe_names_[p])->second.readings;
+    std::deque<Reading>& readings = probes_.entries().find(probe_names_[p])->second.readings;
     double sum_degc = 0.0;
     double count = 0.0;
     while (!readings.empty() && readings.front().time <= time) {

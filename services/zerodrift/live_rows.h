@@ -7,11 +7,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "common/core/bounded_table.h"
 #include "common/core/samples.h"
 #include "common/record/record_reader.h"
 
@@ -34,13 +34,15 @@ struct LiveRowsOptions {
   std::size_t rates_before_start = 512;
   // Rates and readings of one probe that wait at most; then nobody is waited for.
   std::size_t most_waiting = 16'384;
+  // Thermometers used at most: those that are heard first.
+  std::size_t most_probes = 64;
 };
 
 struct LiveCounts {
-  std::uint64_t rates_refused = 0;  // a time stamp not after the one before, or wild
-  std::uint64_t readings_refused = 0;
-  std::uint64_t late_probes = 0;      // readings of probes first heard after the start
-  std::uint64_t late_references = 0;  // true rates first heard after the start
+  std::uint64_t rates_refused = 0;     // a time stamp not after the one before, or wild
+  std::uint64_t readings_refused = 0;  // likewise, or of one probe too many
+  std::uint64_t late_probes = 0;       // readings of probes first heard after the start
+  std::uint64_t late_references = 0;   // true rates first heard after the start
   std::uint64_t without_reference =
       0;  // rows whose true rate nobody said; their rates are left out
 };
@@ -48,7 +50,8 @@ struct LiveCounts {
 // Memory: what waits, O(most_waiting) a stream. One thread at a time.
 class LiveRows {
  public:
-  explicit LiveRows(const LiveRowsOptions& options = {}) : options_(options) {}
+  explicit LiveRows(const LiveRowsOptions& options = {})
+      : options_(options), probes_(options.most_probes) {}
 
   void push(const core::AngularRateSample& sample);
   // What a navigation filter gives back rests on the compensation and is passed over.
@@ -98,7 +101,7 @@ class LiveRows {
   bool finished_ = false;
   TimeGate gate_;
   std::deque<core::AngularRateSample> rates_;
-  std::map<std::string, Probe> probes_;
+  core::BoundedTable<std::string, Probe> probes_;
   std::vector<std::string> probe_names_;
   Stream reference_;
   std::deque<core::RateReferenceSample> references_;

@@ -118,8 +118,13 @@ void RecordFile::attach_checkpoints(const char* when, std::int64_t now_ns) {
 }
 
 std::uint16_t RecordFile::channel_of(const QueuedMessage& message) {
-  const Key key{message.topic, message.gyro_id, std::string(message.part)};
+  Key key{message.topic, message.gyro_id, std::string(message.part)};
   if (const auto known = channels_.find(key); known != channels_.end()) return known->second;
+  const bool is_named = channels_.size() < kMostChannels;
+  if (!is_named) {
+    key = {message.topic, 0, ""};
+    if (const auto known = channels_.find(key); known != channels_.end()) return known->second;
+  }
   const dds::TopicSpec& spec = dds::kAllTopics[message.topic];
   auto schema = schemas_.find(message.topic);
   if (schema == schemas_.end()) {
@@ -129,8 +134,9 @@ std::uint16_t RecordFile::channel_of(const QueuedMessage& message) {
                  .first;
   }
   mcap::Pairs metadata;
-  if (message.gyro_id != 0) metadata.emplace_back("gyro_id", std::to_string(message.gyro_id));
-  if (!message.part.empty()) metadata.emplace_back("probe", std::string(message.part));
+  if (is_named && message.gyro_id != 0)
+    metadata.emplace_back("gyro_id", std::to_string(message.gyro_id));
+  if (is_named && !message.part.empty()) metadata.emplace_back("probe", std::string(message.part));
   const auto id = writer_->add_channel(schema->second, spec.name, "cdr", metadata);
   channels_.emplace(key, id);
   return id;

@@ -72,6 +72,9 @@ class RecordFile {
   void open(std::int64_t now_ns);
   void finish_open(const mcap::Pairs& more);
   [[nodiscard]] std::filesystem::path next_path();
+  // Channels are of a topic, gyro and probe. Of more than kMostChannels those that come later share
+  // one of their topic, whose metadata names neither, as in files of others.
+  static constexpr std::size_t kMostChannels = 4096;
   std::uint16_t channel_of(const QueuedMessage& message);
   void attach(const Attached& attached, const char* media_type, std::int64_t now_ns);
   void attach_checkpoints(const char* when, std::int64_t now_ns);

@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <deque>
 #include <exception>
-#include <map>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -15,6 +14,7 @@
 #include <tuple>
 #include <utility>
 
+#include "common/core/bounded_table.h"
 #include "common/dds/raw_reader.h"
 #include "common/mcap/mcap_error.h"
 #include "common/service/host.h"
@@ -378,7 +378,9 @@ class McapRecorder {
     std::size_t position = 0;
     for (QueuedMessage message; batch.next(position, message);) {
       if (message.role != MessageRole::kPaced) continue;
-      Progress& gyro = progress_of_[message.gyro_id];
+      Progress* known = progress_of_.find_or_make(message.gyro_id);
+      if (known == nullptr) continue;
+      Progress& gyro = *known;
       const bool is_answer = message.topic == kCompensatedIndex;
       if (is_answer == gyro.is_answered) {
         gyro.newest = message.sequence;
@@ -391,7 +393,7 @@ class McapRecorder {
   void report_progress() {
     const std::lock_guard lock(progress_mutex_);
     if (!progress_) return;
-    for (const auto& [gyro_id, progress] : progress_of_)
+    for (const auto& [gyro_id, progress] : progress_of_.entries())
       progress_->report(gyro_id, progress.newest, core::kNever);
   }
 
@@ -518,7 +520,7 @@ class McapRecorder {
   std::int64_t retry_ns_ = 0;
   std::int64_t flushed_ns_ = 0;
   std::int64_t synced_ns_ = 0;
-  std::map<std::uint32_t, Progress> progress_of_;
+  core::BoundedTable<std::uint32_t, Progress> progress_of_{256};
   service::LatencyHistogram queue_delay_;  // arrival to writer
   service::LatencyHistogram chunk_delay_;  // compressing a chunk and handing it to the system
 

@@ -19,6 +19,7 @@ using core::deg_h_from_radps;
 namespace {
 
 constexpr std::size_t kEventsShown = 6;
+constexpr std::size_t kMostMetrics = 512;  // of a service
 constexpr double kUnknown = -1.0;
 constexpr double kMinute = 60.0;
 
@@ -63,13 +64,20 @@ StatusBoard::StatusBoard(dds::Participant& participant)
 
 void StatusBoard::note(const msg::ServiceStatus& status) {
   const std::lock_guard lock(mutex_);
-  Metrics& metrics = services_[status.service().c_str()];
-  for (const auto& metric : status.metrics()) metrics[metric.name().c_str()] = metric.value();
+  Metrics* metrics = services_.find_or_make(status.service().c_str());
+  if (metrics == nullptr) return;
+  for (const auto& metric : status.metrics()) {
+    const std::string name = metric.name().c_str();
+    if (metrics->size() < kMostMetrics || metrics->contains(name))
+      (*metrics)[name] = metric.value();
+  }
 }
 
 void StatusBoard::note(const msg::AllanReport& report) {
   const std::lock_guard lock(mutex_);
-  reports_[{report.gyro_id(), report.axis(), report.stream()}] = report;
+  if (report.axis() > 2 || report.stream() > 1) return;
+  if (auto* newest = reports_.find_or_make({report.gyro_id(), report.axis(), report.stream()}))
+    *newest = report;
 }
 
 void StatusBoard::note(const msg::Event& event) {
@@ -82,8 +90,8 @@ void StatusBoard::note(const msg::Event& event) {
 
 double StatusBoard::metric(const std::string& service, const std::string& name,
                            double otherwise) const {
-  const auto known = services_.find(service);
-  if (known == services_.end()) return otherwise;
+  const auto known = services_.entries().find(service);
+  if (known == services_.entries().end()) return otherwise;
   const auto value = known->second.find(name);
   return value == known->second.end() ? otherwise : value->second;
 }
@@ -124,7 +132,7 @@ bool StatusBoard::nothing_lost() {
 
 std::vector<std::uint32_t> StatusBoard::gyros() const {
   std::vector<std::uint32_t> ids;
-  for (const auto& [name, service] : services_) {
+  for (const auto& [name, service] : services_.entries()) {
     if (name.rfind(kPart, 0) != 0) continue;
     std::uint32_t id = 0;
     const char* end = name.data() + name.size();
@@ -148,9 +156,9 @@ std::string StatusBoard::axis_row(std::uint32_t gyro, core::Axis axis) const {
   std::string raw_std = "-", left_std = "-", ratio = "-", raw_minute = "-", left_minute = "-",
               held = "-";
   const auto number = static_cast<std::uint32_t>(core::index(axis));
-  const auto raw = reports_.find({gyro, number, 0});
-  const auto left = reports_.find({gyro, number, 1});
-  if (raw != reports_.end() && left != reports_.end()) {
+  const auto raw = reports_.entries().find({gyro, number, 0});
+  const auto left = reports_.entries().find({gyro, number, 1});
+  if (raw != reports_.entries().end() && left != reports_.entries().end()) {
     const auto& raw_blocks = raw->second.since_start_blocks();
     const auto& left_blocks = left->second.since_start_blocks();
     raw_std = figure(raw_blocks);
@@ -174,8 +182,8 @@ std::string StatusBoard::axis_row(std::uint32_t gyro, core::Axis axis) const {
 
 // Which cluster time the Allan columns hold: the grid's nearest to a minute.
 std::string StatusBoard::minute_heading(std::uint32_t gyro) const {
-  const auto report = reports_.lower_bound({gyro, 0, 0});
-  if (report == reports_.end() || std::get<0>(report->first) != gyro) return "ADEV raw";
+  const auto report = reports_.entries().lower_bound({gyro, 0, 0});
+  if (report == reports_.entries().end() || std::get<0>(report->first) != gyro) return "ADEV raw";
   const msg::AllanPoint* point = minute_point(report->second);
   return point == nullptr ? "ADEV raw" : fmt::format("ADEV {:.0f} s", point->tau_s());
 }
@@ -202,7 +210,7 @@ std::string StatusBoard::instances() const {
   static constexpr std::array<const char*, 3> kHealth{"in sync", "catching up",
                                                       "its learner hangs"};
   std::string text;
-  for (const auto& [name, metrics] : services_) {
+  for (const auto& [name, metrics] : services_.entries()) {
     const auto health = metrics.find("health");
     const std::size_t colon = name.find(':');
     if (health == metrics.end() || colon == std::string::npos) continue;
@@ -251,7 +259,7 @@ std::string StatusBoard::hops() const {
 
 std::string StatusBoard::table() {
   const std::lock_guard lock(mutex_);
-  if (services_.empty()) return "";
+  if (services_.entries().empty()) return "";
   std::string text;
   for (const std::uint32_t gyro : gyros()) text += gyro_table(gyro);
   text += instances() + totals() + hops();

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "common/core/axis.h"
+#include "common/core/bounded_table.h"
 #include "common/dds/participant.h"
 
 namespace zerodrift::services {
@@ -71,9 +72,9 @@ class StatusBoard {
   [[nodiscard]] bool all_answered() const;
 
   std::mutex mutex_;
-  std::map<std::string, Metrics> services_;  // newest status of each
-  std::map<ReportKey, msg::AllanReport> reports_;
-  std::vector<std::string> events_;  // the newest few
+  core::BoundedTable<std::string, Metrics> services_{512};        // newest status of each
+  core::BoundedTable<ReportKey, msg::AllanReport> reports_{768};  // 128 gyros
+  std::vector<std::string> events_;                               // the newest few
   dds::Reader<msg::ServiceStatus> status_reader_;
   dds::Reader<msg::AllanReport> report_reader_;
   dds::Reader<msg::Event> event_reader_;

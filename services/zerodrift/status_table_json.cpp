@@ -64,7 +64,7 @@ std::string StatusBoard::json() {
                             {"max_us", metric(hop.service, name + "_max", kNaN)},
                             {"samples", count}});
   }
-  json["services"] = services_;
+  json["services"] = services_.entries();
   json["events"] = events_;
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -83,8 +83,8 @@ std::string StatusBoard::gyro_json(std::uint32_t gyro) const {
     if (metric(of, "valid" + suffix, 0.0) == 0.0) continue;
     const auto report = [&](std::uint32_t stream) -> const msg::AllanReport* {
       const auto found =
-          reports_.find({gyro, static_cast<std::uint32_t>(core::index(axis)), stream});
-      return found == reports_.end() ? nullptr : &found->second;
+          reports_.entries().find({gyro, static_cast<std::uint32_t>(core::index(axis)), stream});
+      return found == reports_.entries().end() ? nullptr : &found->second;
     };
     const auto mode = static_cast<compensation::Mode>(metric(of, "mode" + suffix, 0.0));
     const auto reason = static_cast<compensation::Reason>(metric(of, "reason" + suffix, 0.0));

@@ -44,6 +44,17 @@ TEST(RepeatFilter, TakesSamplesThatNameNoRunForTheirWritersOwn) {
   EXPECT_TRUE(filter.is_repeat(sample(7, 0), writer(2)));
 }
 
+TEST(RepeatFilter, OfTooManyGyrosKeepsThoseItKnewFirst) {
+  using Filter = RepeatFilter<msg::CompensatedRate>;
+  Filter filter;
+  EXPECT_FALSE(filter.is_repeat(sample(7, 1, 1), writer(1)));
+  for (std::uint32_t made_up = 0; made_up < 2 * Filter::kMostGyros; ++made_up)
+    EXPECT_FALSE(filter.is_repeat(sample(7, 1, 1000 + made_up), writer(1)));
+  EXPECT_TRUE(filter.is_repeat(sample(7, 1, 1), writer(2)));
+  const std::uint32_t too_many = 1000 + 2 * Filter::kMostGyros - 1;
+  EXPECT_FALSE(filter.is_repeat(sample(7, 1, too_many), writer(2))) << "given out as it comes";
+}
+
 TEST(RepeatFilter, OfOtherTopicsLetsEverythingThrough) {
   RepeatFilter<msg::AngularRate> filter;
   const msg::AngularRate rate;

@@ -53,6 +53,20 @@ TEST(ArrivalCountLaws, WhatAnotherInstanceWroteIsNotMissing) {
   EXPECT_EQ(answers.arrivals.missing(), 3U);
 }
 
+TEST(ArrivalCountLaws, MadeUpGyrosTakeNoKnownOnesPlace) {
+  ArrivalCount arrivals;
+  arrivals.begin();
+  const auto writer = writer_of(1);
+  std::uint64_t number = 0;
+  arrivals.note_answer(writer, ++number, {1, 1, 1, false});
+  for (std::uint32_t id = 2; id < 20'000; ++id)
+    arrivals.note_answer(writer, ++number, {id, 1, 1, false});
+  EXPECT_EQ(arrivals.missing(), 0U);
+  number += 3;  // three that nobody heard
+  arrivals.note_answer(writer, ++number, {1, 1, 5, false});
+  EXPECT_EQ(arrivals.missing(), 3U);
+}
+
 TEST(ArrivalCountLaws, AnInstanceThatIsBehindFillsWhatOneAheadLeftOpen) {
   Answers answers;
   answers.hear(1, 1, 1);

@@ -168,6 +168,20 @@ TEST(LiveRows, MemoryIsBoundedWhereATemperatureStops) {
   EXPECT_TRUE(rows_of(rows).empty());
 }
 
+TEST(LiveRows, MadeUpThermometersTakeNoMemoryAndNoKnownOnesPlace) {
+  LiveRows rows({.rates_before_start = 4, .most_waiting = 64, .most_probes = 3});
+  rows.push(reading("coil", 0.0, 20.0));
+  for (int i = 0; i < 1000; ++i) rows.push(reading("made_up_" + std::to_string(i), 0.0, 20.0));
+  EXPECT_EQ(rows.counts().readings_refused, 998U);
+  for (int i = 0; i < 4; ++i) {
+    rows.push(reading("coil", i + 0.5, 20.0));
+    rows.push(rate(i, i));
+  }
+  rows.finish();
+  EXPECT_EQ(rows_of(rows).size(), 4U);
+  EXPECT_EQ(rows.probes(), (std::vector<std::string>{"coil", "made_up_0", "made_up_1"}));
+}
+
 TEST(LiveRows, ProbesAndTrueRatesThatComeTooLateAreCounted) {
   LiveRows rows({.rates_before_start = 2});
   for (int i = 0; i < 3; ++i) rows.push(rate(i, i));
