@@ -1,14 +1,16 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Runs the main job for many simulated hours, as fast as it goes, and says whether anything grew, got lost or came too late.
-#   tests/soak.sh --hours H [--keep DIR] [--domain N]
+#   tests/soak.sh --hours H [--keep DIR] [--domain N] [--faults S]
 # --keep DIR: samples.csv and the services' logs stay there. --domain: default one of 215 to 224 that is free.
+# --faults S: two compensations that answer the same, and every S seconds of sensor time (later where they aren't both in sync
+# yet) a fault, in turn: the leader dies, a process stands still, a command that names nothing. Counted by kind.
 # ZERODRIFT_BUILD_DIR names the build folder (default: build/release).
 # Exit code 0: PASS; 1: FAIL, with the reasons; 2: wrong usage or it could not be run. Ctrl-C stops everything.
 #
 # Bars: those of tests/soak_verdict.awk from 10 % of the time on; each sample published answered exactly once and monitored;
 # no process ends before its source; nothing left in /dev/shm; no warning of a service, except of what the data are like, and
-# a missed deadline while this machine was busy.
+# a missed deadline while this machine was busy. With faults: each sample published monitored exactly once, and warnings are told.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 bin=${ZERODRIFT_BUILD_DIR:-$root/build/release}/bin
@@ -21,18 +23,20 @@ busy_percent=90
 of_the_data='(noise_grew|compensation_harms)[a-z_]*'
 
 bad() { echo "soak: $1" >&2; exit 2; }
-hours='' keep='' domain=''
+hours='' keep='' domain='' faults_s=''
 while [ $# -gt 0 ]; do
   case $1 in
-    -h|--help) sed -n '3,8s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
+    -h|--help) sed -n '3,14s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
     --hours|--keep|--domain) [ $# -ge 2 ] || bad "$1 needs a value"; printf -v "${1#--}" '%s' "$2"; shift 2 ;;
-    *) bad "unknown option '$1'; expected --hours H [--keep DIR] [--domain N]" ;;
+    --faults) [ $# -ge 2 ] || bad "$1 needs a value"; faults_s=$2; shift 2 ;;
+    *) bad "unknown option '$1'; expected --hours H [--keep DIR] [--domain N] [--faults S]" ;;
   esac
 done
 [ -n "$hours" ] || bad "--hours is missing; expected e.g. --hours 72"
 duration_s=$(LC_ALL=C awk -v h="$hours" 'BEGIN { if (h ~ /^[0-9]+(\.[0-9]+)?$/ && h >= 0.25 && h <= 10000) printf "%d", h * 3600 }')
 [ -n "$duration_s" ] || bad "--hours: found '$hours', expected 0.25 to 10000"
 [[ -z $domain || ( $domain =~ ^[0-9]{1,3}$ && $((10#$domain)) -le 232 ) ]] || bad "--domain: found '$domain', expected 0 to 232"
+[[ -z $faults_s || ( $faults_s =~ ^[0-9]{1,5}$ && $((10#$faults_s)) -ge 10 ) ]] || bad "--faults: found '$faults_s', expected seconds from 10 on"
 for program in compensation gyro_publisher thermal_publisher allan_monitor zerodrift; do
   [ -x "$bin/$program" ] || bad "$bin/$program is missing; deploy/setup.sh builds it"
 done
@@ -128,10 +132,53 @@ sample() {   # name; a line of the CSV; nothing where the process is over
 ended() { ! kill -0 "${pid_of[$1]}" 2>/dev/null; }
 exit_code() { local code=0; wait "${pid_of[$1]}" || code=$?; unset "pid_of[$1]"; echo "$code" > "$work/code"; }
 
+# ---------------------------------------- faults
+
+# The one that is killed leads whenever it is in sync. What it takes is no leak: it is not sampled.
+victim=compensation_killed
+declare -A fault_count=()
+next_fault_s=600 fault=0
+start_victim() {
+  start "$victim" "$bin/compensation" --redundant --instance 0 --await-subscribers 1
+}
+in_sync() {   # both, by the newest table
+  local newest
+  newest=$(tail -c 6000 "$work/status.log" | grep -E '^compensation(/1)? of gyro [0-9]+: ' | tail -n 2)
+  [ "$(grep -cE ' in sync' <<< "$newest")" -eq 2 ] && [ "$(cut -d' ' -f1 <<< "$newest" | sort -u | wc -l)" -eq 2 ]
+}
+stand_still() {   # name seconds
+  kill -STOP "${pid_of[$1]}"
+  sleep "$2" {lock}>&-
+  kill -CONT "${pid_of[$1]}"
+}
+inject() {
+  [ -n "$faults_s" ] && [ -n "$now_s" ] && [ "${now_s%.*}" -ge "$next_fault_s" ] || return 0
+  [ "${now_s%.*}" -lt $((duration_s - 120)) ] && ! ended gyro_publisher && in_sync || return 0
+  local kinds=(dies stands_short monitor_stands command stands_long publisher_stands) kind
+  kind=${kinds[$((fault % ${#kinds[@]}))]}
+  fault=$((fault + 1)) next_fault_s=$((${now_s%.*} + faults_s))
+  fault_count[$kind]=$((${fault_count[$kind]:-0} + 1))
+  case $kind in
+    dies)
+      kill -KILL "${pid_of[$victim]}"
+      wait "${pid_of[$victim]}" 2>/dev/null || true
+      start_victim
+      # The newest table must not be one of before.
+      sleep 1.5 {lock}>&- ;;
+    stands_short) stand_still "$victim" 0.2 ;;
+    stands_long) stand_still compensation 1.2 ;;
+    monitor_stands) stand_still allan_monitor 0.5 ;;
+    publisher_stands) stand_still gyro_publisher 0.5 ;;
+    command) "$bin/zerodrift" ctl adopt nothing.yaml --domain "$domain" >> "$work/commands.log" 2>&1 {lock}>&- || true ;;
+  esac
+}
+
+# ---------------------------------------- what must hold
+
 # Services end when told, publishers with their source and then by 0.
 check_alive() {
   local name
-  for name in compensation allan_monitor; do
+  for name in "${services[@]}"; do
     if ended "$name"; then reasons+=("$name ended at sensor time ${now_s:-0} s"); return 1; fi
   done
   for name in thermal_publisher gyro_publisher; do
@@ -151,6 +198,12 @@ watch() {   # until the table is over, or nothing goes on
       [ -z "${pid_of[$name]:-}" ] || sample "$name" >> "$work/samples.csv"
     done
     check_alive || return 0
+    inject
+    # A compensation that began anew doesn't count all answers, so the table doesn't see the end.
+    if [ -n "$faults_s" ] && [ -z "${pid_of[gyro_publisher]:-}" ] && [ $((SECONDS - moved)) -gt 5 ]; then
+      kill -TERM "${pid_of[status]}"
+      return 0
+    fi
     if [ $((SECONDS - moved)) -gt "$give_up_s" ]; then
       reasons+=("nothing went on for $give_up_s s at sensor time ${now_s:-0} s")
       return 0
@@ -161,7 +214,7 @@ watch() {   # until the table is over, or nothing goes on
 
 stop_and_check() {   # the services, which are told to end and have done nothing wrong
   local name i
-  for name in compensation allan_monitor; do kill -TERM "${pid_of[$name]}" 2>/dev/null || true; done
+  for name in "${services[@]}"; do kill -TERM "${pid_of[$name]}" 2>/dev/null || true; done
   for name in "${!pid_of[@]}"; do
     for ((i = 0; i < 10 * stop_within_s; ++i)); do ended "$name" && break; sleep 0.1; done
     ended "$name" || { reasons+=("$name did not end within $stop_within_s s"); continue; }
@@ -178,6 +231,10 @@ check_answers() {
   read -r _ _ published _ in _ out _ monitored _ missing _ duplicates _ rejected <<< "$line" || true
   echo "${line:-samples: none}"
   [ "${published:-0}" -eq "$expected" ] || reasons+=("${published:-0} samples were published, expected $expected")
+  if [ -n "$faults_s" ]; then   # of whom it died, counts begin anew
+    [ "${monitored:-0}" -eq "$expected" ] || reasons+=("of $expected samples ${monitored:-0} were monitored")
+    return
+  fi
   if [ "${out:-0}" -ne "$expected" ] || [ "$in" -ne "$expected" ] || [ "$monitored" -ne "$expected" ]; then
     reasons+=("of $expected samples $in came in, $out were answered and $monitored monitored")
   fi
@@ -199,7 +256,7 @@ check_events() {
     time=${line%% *} text=${line#*: } code=${text%%:*} text=${text#*: }
     count=$(grep -hF -- "$text (" "$work/status.log" | grep -oE '\([0-9]+x\)$' | tr -dc '0-9\n' | sort -n | tail -n 1 || true)
     printf 'event %s %s, %s\n' "${count:+${count}x}" "$code" "$text"
-    [[ ! $code =~ ^$of_the_data$ ]] || continue
+    [[ ! $code =~ ^$of_the_data$ && -z $faults_s ]] || continue
     if [ "$code" = deadline_missed ]; then
       busy=$(busy_at "$time")
       [ "$busy" -lt "$busy_percent" ] || { echo "  the machine was busy to $busy %"; continue; }
@@ -214,9 +271,16 @@ check_events() {
 write_profile > "$work/profile.yaml"
 echo 'wall_s,sensor_s,process,rss_kb,files,threads,cpu_s,shm_names,shm_bytes,machine_busy_percent,data_kb' > "$work/samples.csv"
 source=(--source simulation --model "$root/config/models/paper_fog.yaml" --profile "$work/profile.yaml" --seed 1 --speed max)
-start status "$bin/zerodrift" ctl status --follow --until-finished
+until_finished=(--until-finished)
+[ -z "$faults_s" ] || until_finished=()
+start status "$bin/zerodrift" ctl status --follow "${until_finished[@]}"
 start allan_monitor "$bin/allan_monitor"
-start compensation "$bin/compensation" --await-subscribers 1
+services=(compensation allan_monitor) instance=()
+if [ -n "$faults_s" ]; then
+  services+=("$victim") instance=(--redundant --instance 1)
+  start_victim
+fi
+start compensation "$bin/compensation" --await-subscribers 1 "${instance[@]}"
 start thermal_publisher "$bin/thermal_publisher" "${source[@]}"
 start gyro_publisher "$bin/gyro_publisher" "${source[@]}" --rate "$rate_hz" --wait-for compensation,allan_monitor
 SECONDS=0 now_s='' percent=0
@@ -227,9 +291,16 @@ watch
 stop_and_check
 echo "$hours h of sensor time in $SECONDS s, domain $domain"
 verdict=0
-LC_ALL=C awk -v warm_up_s=$((duration_s / 10)) -f "$root/tests/soak_verdict.awk" "$work/samples.csv" || verdict=$?
+warm_up_s=$((duration_s / 10))
+[ -z "$faults_s" ] || warm_up_s=$((duration_s / 4))   # the first death is behind them: the middleware starts a thread then
+LC_ALL=C awk -v warm_up_s="$warm_up_s" -f "$root/tests/soak_verdict.awk" "$work/samples.csv" || verdict=$?
 check_answers
 check_events
+if [ -n "$faults_s" ]; then
+  printf 'faults: %d, one in %d s of sensor time:' "$fault" $((fault > 0 ? duration_s / fault : 0))
+  for name in "${!fault_count[@]}"; do printf ' %s %d' "$name" "${fault_count[$name]}"; done
+  echo
+fi
 [ -z "$keep" ] || echo "kept in $work"
 if [ ${#reasons[@]} -gt 0 ]; then printf '  %s\n' "${reasons[@]}"; verdict=1; fi
 case $verdict in

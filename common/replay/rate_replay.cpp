@@ -128,7 +128,7 @@ bool RateReplay::wait_for_all_until(const std::atomic<bool>& stopping,
   for (auto waited = 0ms; !is_there(); waited += kStopCheck) {
     if (stopping) return false;
     if (waited < kPatience) continue;
-    if (const std::string behind = pacer_.leave_behind_unnamed(first_sequence_); !behind.empty()) {
+    if (const std::string behind = pacer_.leave_behind(first_sequence_); !behind.empty()) {
       host_.raise({.code = "consumer_left_behind",
                    .text = behind + " did not get on for 5 s; the replay goes on without it",
                    .gyro_id = gyro_id_,

@@ -70,9 +70,9 @@ bool ReplayPacer::is_named(const Consumer& consumer) const {
   return std::find(wait_for_.begin(), wait_for_.end(), consumer.name) != wait_for_.end();
 }
 
-bool ReplayPacer::keeps_up_unnamed(const Consumer& consumer, std::uint64_t first_sequence) const {
-  return anybody_to_wait_for() && !is_named(consumer) && !consumer.is_left_behind &&
-         consumer.taken && *consumer.taken >= first_sequence;
+bool ReplayPacer::keeps_up(const Consumer& consumer, std::uint64_t first_sequence) const {
+  const bool has_taken = consumer.taken && *consumer.taken >= first_sequence;
+  return anybody_to_wait_for() && !consumer.is_left_behind && (is_named(consumer) || has_taken);
 }
 
 bool ReplayPacer::all_announced() const {
@@ -101,19 +101,24 @@ std::uint64_t ReplayPacer::backlog(const Consumer& consumer, std::uint64_t newes
   return newest >= first_sequence ? newest - first_sequence + 1 : 0;
 }
 
+std::optional<std::uint64_t> ReplayPacer::least_backlog(const std::string& name,
+                                                        std::uint64_t newest,
+                                                        std::uint64_t first_sequence) const {
+  std::optional<std::uint64_t> least;
+  for (const Consumer& consumer : consumers_) {
+    if (consumer.name != name) continue;
+    const std::uint64_t behind = backlog(consumer, newest, first_sequence);
+    least = std::min(least.value_or(behind), behind);
+  }
+  return least;
+}
+
 std::uint64_t ReplayPacer::backlog(std::uint64_t newest, std::uint64_t first_sequence) const {
   std::uint64_t largest = 0;
-  for (const auto& name : wait_for_) {
-    std::optional<std::uint64_t> least;
-    for (const Consumer& consumer : consumers_) {
-      if (consumer.name != name) continue;
-      const std::uint64_t behind = backlog(consumer, newest, first_sequence);
-      least = std::min(least.value_or(behind), behind);
-    }
-    largest = std::max(largest, least.value_or(0));
-  }
+  for (const auto& name : wait_for_)
+    largest = std::max(largest, least_backlog(name, newest, first_sequence).value_or(0));
   for (const Consumer& consumer : consumers_) {
-    if (keeps_up_unnamed(consumer, first_sequence))
+    if (keeps_up(consumer, first_sequence))
       largest = std::max(largest, backlog(consumer, newest, first_sequence));
   }
   return largest;
@@ -157,12 +162,14 @@ std::string ReplayPacer::let_unconnected_join(std::uint64_t first_sequence) {
   return names;
 }
 
-std::string ReplayPacer::leave_behind_unnamed(std::uint64_t first_sequence) {
+std::string ReplayPacer::leave_behind(std::uint64_t first_sequence) {
   const std::lock_guard lock(mutex_);
   std::string names;
   for (Consumer& c : consumers_) {
-    if (!newest_sent_ || !keeps_up_unnamed(c, first_sequence)) continue;
-    if (backlog(c, *newest_sent_, first_sequence) == 0) continue;
+    if (!newest_sent_ || !keeps_up(c, first_sequence)) continue;
+    const std::uint64_t indispensable =
+        is_named(c) ? least_backlog(c.name, *newest_sent_, first_sequence).value_or(0) : 0;
+    if (backlog(c, *newest_sent_, first_sequence) <= indispensable) continue;
     c.is_left_behind = true;
     names += (names.empty() ? "" : ", ") + c.name;
   }

@@ -4,7 +4,10 @@
 // best effort, the newest repeated); a publisher stays within a window of the slowest. A consumer
 // that left (dds::Departure::kLeft) is no longer waited for; one that only says nothing is: what
 // was sent meanwhile would be lost to it. Those that are named are waited for from the first sample
-// on; a recorder, say, that comes later is kept pace with from its first report on.
+// on; a recorder, say, that comes later is kept pace with from its first report on. Of several
+// processes with one name (redundant instances) the furthest is waited for in this way, and the
+// others like the recorder: none loses a sample while it gets on, and none that died is waited for
+// as long as one that nobody replaces.
 #pragma once
 
 #include <chrono>
@@ -45,9 +48,10 @@ class ReplayPacer {
   // where the replay is. Their names, comma-separated; "" where nobody took all, or all took
   // something.
   [[nodiscard]] std::string let_unconnected_join(std::uint64_t first_sequence);
-  // Consumers that are not named and have not taken all that was sent: they are no longer waited
-  // for until they get on. Their names, comma-separated.
-  [[nodiscard]] std::string leave_behind_unnamed(std::uint64_t first_sequence);
+  // Consumers that others can do without, not named or not the furthest of their name, and that
+  // have not taken all that was sent: they are no longer waited for until they get on. Their names,
+  // comma-separated.
+  [[nodiscard]] std::string leave_behind(std::uint64_t first_sequence);
   // Until all consumers have taken `sequence`.
   bool wait_for_all(std::uint64_t sequence, std::uint64_t first_sequence,
                     std::chrono::milliseconds at_most);
@@ -74,10 +78,14 @@ class ReplayPacer {
   [[nodiscard]] bool has_announced(const std::string& name) const;
   [[nodiscard]] bool all_announced() const;
   [[nodiscard]] bool is_named(const Consumer& consumer) const;
-  // Without a name in `wait_for`, and has said of this replay how far it is.
-  [[nodiscard]] bool keeps_up_unnamed(const Consumer& consumer, std::uint64_t first_sequence) const;
-  // Sequence numbers up to `newest` that the slowest consumer has not taken; of several with one
-  // name of `wait_for` the furthest counts.
+  // It is not left behind, and is named or has said of this replay how far it is.
+  [[nodiscard]] bool keeps_up(const Consumer& consumer, std::uint64_t first_sequence) const;
+  // Sequence numbers up to `newest` that the furthest consumer of this name has not taken; none:
+  // nobody has the name.
+  [[nodiscard]] std::optional<std::uint64_t> least_backlog(const std::string& name,
+                                                           std::uint64_t newest,
+                                                           std::uint64_t first_sequence) const;
+  // Sequence numbers up to `newest` that the slowest consumer has not taken.
   [[nodiscard]] std::uint64_t backlog(std::uint64_t newest, std::uint64_t first_sequence) const;
   [[nodiscard]] std::uint64_t backlog(const Consumer& consumer, std::uint64_t newest,
                                       std::uint64_t first_sequence) const;

@@ -124,6 +124,7 @@ enum class Domain : std::uint32_t {
   kRedundantPublishers,
   kRedundantPublishersTogether,
   kRestart,
+  kRedundantReplay,
 };
 
 static_assert(static_cast<std::uint32_t>(Domain::kConsole) <= 100);

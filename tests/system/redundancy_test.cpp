@@ -102,6 +102,43 @@ TEST(Redundancy, CommandsToOneThatDoesNotLeadAreRefused) {
   EXPECT_EQ(system.control({"freeze"}).exit_code, 0);
 }
 
+// A replay keeps pace with both, so that the slower one loses no input and answers the same.
+TEST(Redundancy, OfAReplayAtFullSpeedBothAnswerEverySampleTheSame) {
+  SystemUnderTest system(Domain::kRedundantReplay);
+  dds::Participant participant("test", system.network());
+  const Collector<msg::ServiceStatus> statuses(participant);
+  const Collector<msg::Event> events(participant);
+  constexpr double kDurationS = 600.0;
+  constexpr double kSamples = 200.0 * kDurationS;
+  Arguments source{"--source", "simulation", "--speed", "max"};
+  for (const auto& argument :
+       Simulation{.profile = write_ramp_profile(system, kDurationS)}.arguments())
+    source.push_back(argument);
+  system.start("allan_monitor", {});
+  for (const char* instance : {"0", "1"}) {
+    system.start("compensation",
+                 {"--instance", instance, "--redundant", "--await-subscribers", "1"});
+  }
+  ASSERT_TRUE(eventually([&] {
+    return metric(statuses, "compensation", "samples_in") == 0.0 &&
+           metric(statuses, "compensation/1", "samples_in") == 0.0;
+  })) << "both are there from the first sample on";
+  system.start("thermal_publisher", source);
+  source.insert(source.end(), {"--rate", "200", "--wait-for", "compensation,allan_monitor"});
+  ChildProcess& publisher = system.start("gyro_publisher", source);
+  EXPECT_EQ(publisher.wait(120s), 0);
+  EXPECT_TRUE(eventually([&] {
+    return metric(statuses, "compensation", "samples_out") == kSamples &&
+           metric(statuses, "compensation/1", "samples_out") == kSamples;
+  })) << newest_of_each(statuses);
+  // Who stands still for five seconds is done without, which is told.
+  if (told(events, "consumer_left_behind")) return;
+  for (const char* instance : {"compensation", "compensation/1"})
+    EXPECT_EQ(metric(statuses, instance, "missing"), 0.0) << instance;
+  EXPECT_GT(metric(statuses, "compensation/1:1", "compared"), kSamples / 2);
+  EXPECT_EQ(metric(statuses, "compensation/1:1", "differing"), 0.0);
+}
+
 // What each instance writes, whoever was first.
 class EachInstance {
  public:

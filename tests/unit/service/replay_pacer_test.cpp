@@ -166,13 +166,39 @@ TEST_F(Pacing, TheSlowestConsumerDecides) {
   EXPECT_FALSE(pacer_.wait_for_room(sent + 2, kFirst, kAWhile));
 }
 
-TEST_F(PacingOne, OfSeveralWithOneNameTheFurthestCounts) {
-  Consumer primary(domain_, "one");
-  Consumer standby(domain_, "one");
-  announced(primary, "");
-  const std::uint64_t sent = send_all_there_is_room_for(kFirst);
-  standby.reporter().announce();
-  EXPECT_TRUE(room_after(primary, sent, sent + 1));
+// Redundant instances: one that is slower must lose nothing, or it no longer answers the same; one
+// that died must not hold up the replay for as long as it takes to be missed.
+TEST_F(PacingOne, OfSeveralWithOneNameAllAreKeptPaceWithAndTheFurthestCannotBeLeftBehind) {
+  Consumer quick(domain_, "one");
+  Consumer slow(domain_, "one");
+  announced(quick, "");
+  std::uint64_t sent = send_all_there_is_room_for(kFirst);
+  EXPECT_GE(sent, kFirst + kWindow - 1);
+  // The slow one has taken nothing yet. It is known once the quick one alone makes no room.
+  EXPECT_TRUE(eventually([&] {
+    slow.reporter().announce();
+    quick.reporter().report(kGyro, sent, core::SensorTime{0});
+    sent = send_all_there_is_room_for(sent + 1, 1);
+    return !pacer_.wait_for_room(sent + 1, kFirst, kAWhile);
+  }));
+  EXPECT_EQ(pacer_.leave_behind(kFirst), "one");
+  EXPECT_TRUE(room_after(quick, sent, sent + 1));
+  ++sent;
+  const auto is_all_taken = [&](std::uint64_t by_quick, std::uint64_t by_slow) {
+    for (int i = 0; i < 10; ++i) {
+      quick.reporter().report(kGyro, by_quick, core::SensorTime{0});
+      slow.reporter().report(kGyro, by_slow, core::SensorTime{0});
+    }
+    return pacer_.wait_for_all(sent, kFirst, kAWhile);
+  };
+  EXPECT_TRUE(eventually([&] { return is_all_taken(sent, sent); })) << "both are known";
+  EXPECT_TRUE(eventually([&] { return !is_all_taken(sent, sent - 5); })) << "the slow one is";
+  EXPECT_EQ(pacer_.leave_behind(kFirst), "one");
+  EXPECT_TRUE(is_all_taken(sent, sent - 5));
+  EXPECT_TRUE(eventually([&] { return !is_all_taken(sent, sent - 4); })) << "it gets on again";
+  EXPECT_EQ(pacer_.leave_behind(kFirst), "one");
+  EXPECT_TRUE(eventually([&] { return !is_all_taken(sent - 4, sent - 4); }));
+  EXPECT_EQ(pacer_.leave_behind(kFirst), "") << "somebody of that name must take them";
 }
 
 // A recorder that comes in mid-replay must not lose what it says that it records.
@@ -192,9 +218,9 @@ TEST_F(PacingOne, OneThatIsNotNamedIsKeptPaceWithFromItsFirstReportOn) {
   };
   EXPECT_TRUE(eventually([&] { return is_all_taken(sent, sent); }));
   EXPECT_TRUE(eventually([&] { return !is_all_taken(sent, sent - 1); })) << "it is waited for";
-  EXPECT_EQ(pacer_.leave_behind_unnamed(kFirst), "recorder");
+  EXPECT_EQ(pacer_.leave_behind(kFirst), "recorder");
   EXPECT_TRUE(is_all_taken(sent, sent - 1)) << "until it gets on";
-  EXPECT_EQ(pacer_.leave_behind_unnamed(kFirst), "");
+  EXPECT_EQ(pacer_.leave_behind(kFirst), "");
   EXPECT_TRUE(eventually([&] { return !is_all_taken(sent, sent - 2); })) << "it is heard again";
 }
 
