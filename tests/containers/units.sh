@@ -120,6 +120,11 @@ flows() {
 told_count() { echo "  $(cat "$work/counted" 2>/dev/null || cat "$work/record") samples, missing, twice"; }
 check "samples flow: 200 a second, none missing, none twice" flows first
 told_count
+adopts() {
+  inside sh -c "printf 'format_version: 1\ngyro: example\ngyro_id: example\nnominal_rate_hz: 200\neffects:\n  - {kind: bias, axis: x, parameters: {bias_deg_h: 0.1}}\n' \
+    > /var/lib/zerodrift-compensation@0/repaired.yaml && zerodrift ctl adopt --model repaired.yaml"
+}
+check "a model that lies in the service's folder is adopted" adopts
 
 # ---------------------------------------- SIGKILL, SIGSTOP
 # again SECONDS UNIT: started once more and ready.
