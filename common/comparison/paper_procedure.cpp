@@ -65,6 +65,7 @@ std::vector<double> paper_residuals(std::string_view name, std::span<const Label
     scheme.learn(label_of(points[i]));
   for (std::size_t i = 0; i < points.size(); ++i) {
     const LabelledPoint& point = points[i];
+    scheme.observe(core::seconds(point.end), {point.features.data(), kPaperFeatures});
     const auto made =
         scheme.predict(core::seconds(point.end), {point.features.data(), kPaperFeatures});
     if (i >= kPaperInitialPoints) residuals.push_back(point.drift_radps - made.drift);

@@ -51,6 +51,7 @@ std::vector<std::optional<PredictedPoint>> predict_all(const Protocol& protocol,
       scheme.learn(label_of(known, dimension));
       ++learned;
     }
+    scheme.observe(core::seconds(point.end), {point.features.data(), dimension});
     const auto made = scheme.predict(core::seconds(point.end), {point.features.data(), dimension});
     pending[i] = {learned > 0, made.drift, calibrator.calibrate(made.variance)};
     if (learned > 0 && point.end > protocol.judged_from)

@@ -29,6 +29,12 @@ class DriftScheme {
  public:
   virtual ~DriftScheme() = default;
 
+  // The features of an instant, in the order of time, before it is predicted and whether or not its
+  // label is ever learned: what a scheme with thermal memory keeps up with. They are valid during
+  // the call only.
+  virtual void observe(double /*time_s*/, std::span<const double> /*features*/) {}
+
+  // A label of an instant that was observed.
   virtual void learn(const DriftLabel& label) = 0;
 
   // The label measured at `time_s` >= the newest learned label's time, from its features. A scheme

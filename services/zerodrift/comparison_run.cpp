@@ -45,6 +45,11 @@ class TimedScheme final : public regression::DriftScheme {
   explicit TimedScheme(std::unique_ptr<regression::DriftScheme> scheme)
       : scheme_(std::move(scheme)) {}
 
+  void observe(double time_s, std::span<const double> features) override {
+    const auto begun = Clock::now();
+    scheme_->observe(time_s, features);
+    elapsed_ += Clock::now() - begun;
+  }
   void learn(const regression::DriftLabel& label) override {
     const auto begun = Clock::now();
     scheme_->learn(label);

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// A bank of linear Kalman filters for the drift of one axis, alike but for how fast things may
+// change, averaged by how well each has foretold the labels (Bayesian model averaging with
+// forgetting; Raftery, Karny and Ettler, Technometrics 52, 2010).
+//
+// State of a filter: a level that walks, with `slopes` a slope that dies away (integrated
+// Ornstein-Uhlenbeck process), and a constant coefficient for each thermal term. Measurement: a
+// label, level plus coefficients times basis, with the label's own variance.
+//
+// Times in s; drift in any one unit (the caller's), variances in its square.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/experts/linear_forecast.h"
+
+namespace zerodrift::experts {
+
+enum class SlopeModel : std::uint8_t { kNone, kDamped };
+
+struct KalmanBankOptions {
+  std::vector<std::size_t> terms{};  // of the basis; each once, ascending
+  SlopeModel slopes = SlopeModel::kNone;
+};
+
+struct Labelled {
+  double time_s = 0.0;      // end of the label; strictly increasing
+  double duration_s = 0.0;  // > 0
+  double drift = 0.0;
+  double variance = 0.0;  // of the label as a measurement, > 0
+  Basis basis{};
+};
+
+// One thread. learn() is O(filters * states^2) without allocation.
+class KalmanBank {
+ public:
+  explicit KalmanBank(const KalmanBankOptions& options);
+
+  void learn(const Labelled& label);
+  [[nodiscard]] bool knows() const noexcept { return knows_; }
+  // The mean of all filters, by their weights. Only where it knows something.
+  [[nodiscard]] const LinearForecast& forecast() const noexcept { return forecast_; }
+  // Weights of the filters; they sum to 1.
+  [[nodiscard]] std::span<const double> weights() const noexcept { return weights_; }
+
+ private:
+  static constexpr std::size_t kMostStates = 2 + kBasisTerms;
+  struct Filter {
+    double walk = 0.0;         // of the level, in label variances per label
+    double slope_share = 0.0;  // of the slope over a label, squared, in label variances
+    double prior = 0.0;        // of a coefficient, squared, in label variances
+    std::size_t slope_time = 0;
+    double log_weight = 0.0;
+    std::array<double, kMostStates> mean{};
+    std::array<std::array<double, kMostStates>, kMostStates> covariance{};
+  };
+
+  void begin(const Labelled& label);
+  void predict(Filter& filter, double elapsed_s) const;
+  // Log-likelihood of the label.
+  double update(Filter& filter, const Labelled& label) const;
+  void average();
+
+  KalmanBankOptions options_;
+  std::size_t first_coefficient_ = 1;
+  std::size_t states_ = 1;
+  std::vector<Filter> filters_;
+  std::vector<double> weights_;
+  bool knows_ = false;
+  double time_s_ = 0.0;
+  double unit_variance_ = 0.0;  // of the first label
+  double unit_s_ = 0.0;         // its length
+  LinearForecast forecast_{};
+};
+
+}  // namespace zerodrift::experts
