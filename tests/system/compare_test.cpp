@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 
 #include "tests/system/files.h"
 #include "tests/system/pipeline.h"
@@ -72,6 +74,23 @@ double rmse(const Json& protocol, const std::string& scheme) {
   return protocol.at("schemes").at(scheme).at("rmse_deg_h").get<double>();
 }
 
+// Of all schemes the one whose rms with late labels is smallest beside persistence's, and that.
+std::pair<std::string, double> best_with_late_labels(const Json& compared) {
+  std::map<std::string, double> logs;
+  double count = 0.0;
+  for (const auto& [name, axis] : compared.at("axis").items()) {
+    for (const auto& [protocol, judged] : axis.at("protocols").items()) {
+      if (judged.at("delay_s") == 0.0) continue;
+      ++count;
+      for (const auto& [scheme, outcome] : judged.at("schemes").items())
+        logs[scheme] += std::log(rmse(judged, scheme) / rmse(judged, "persistence"));
+    }
+  }
+  const auto best = std::min_element(
+      logs.begin(), logs.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  return {best->first, std::exp(best->second / count)};
+}
+
 // ------------------------------------------------------------------------------------ answers
 
 TEST(Compare, JudgesEverySchemeUnderEveryProtocolAndWritesWholeFiles) {
@@ -82,11 +101,17 @@ TEST(Compare, JudgesEverySchemeUnderEveryProtocolAndWritesWholeFiles) {
   ASSERT_EQ(end.exit_code, 0) << end.err;
   EXPECT_EQ(end.err, "");
   EXPECT_LE(longest_line(end.out), kWidestLine);
-  const Json axis = json_of(system.path("r.json")).at("axis").at("z");
+  const Json compared = json_of(system.path("r.json"));
+  const auto [best, over_holding] = best_with_late_labels(compared);
+  EXPECT_EQ(compared.at("recommendation").at("scheme"), best);
+  EXPECT_NEAR(compared.at("recommendation").at("rmse_over_holding_late").get<double>(),
+              over_holding, 1e-9);
+  EXPECT_NE(end.out.find("With late labels " + best), std::string::npos) << end.out;
+  const Json& axis = compared.at("axis").at("z");
   for (const auto* protocol : {"one_ahead", "delayed_60_s", "delayed_600_s", "frozen"}) {
     const Json& judged = axis.at("protocols").at(protocol);
-    for (const auto* scheme :
-         {"none", "persistence", "polynomial", "rbf", "svr", "krls-t", "online-svr"}) {
+    for (const auto* scheme : {"none", "persistence", "polynomial", "rbf", "svr", "krls-t",
+                               "online-svr", "stack", "trend", "lagged"}) {
       const Json& told = judged.at("schemes").at(scheme);
       for (const auto* key : {"mean_deg_h", "std_deg_h", "mae_deg_h", "rmse_deg_h"})
         EXPECT_TRUE(told.at(key).is_number()) << protocol << ' ' << scheme << ' ' << key;
