@@ -81,8 +81,10 @@ ExpertStack::ExpertStack() {
   for (const Expert expert : kLinearExperts) {
     if (expert != Expert::kHold) banks_.emplace_back(bank_options(expert));
   }
-  scratch_.reserve(kErrors);
-  for (Horizon& horizon : horizons_) horizon.weights[0] = 1.0;
+  for (Horizon& horizon : horizons_) {
+    horizon.weights[0] = 1.0;
+    horizon.sorted.reserve(kErrors);
+  }
 }
 
 const LinearForecast& ExpertStack::forecast(Expert expert) const noexcept {
@@ -126,19 +128,24 @@ void ExpertStack::judge(std::size_t h, const Snapshot& made, const Labelled& lab
   const double error =
       by_svr ? label.drift - *by_svr : label.drift - made.expert[0].at(label.time_s, label.basis);
   horizon.squares[kSvr] = kept * horizon.squares[kSvr] + error * error;
-  horizon.errors.push_overwriting(
-      std::abs(label.drift - made.mean.at(label.time_s, label.basis, by_svr)));
+  note_error(h, std::abs(label.drift - made.mean.at(label.time_s, label.basis, by_svr)));
+}
+
+void ExpertStack::note_error(std::size_t h, double error) {
+  Horizon& horizon = horizons_[h];
+  auto& sorted = horizon.sorted;
   // Overlapping errors say the same again and again: enough of them for twenty horizons.
-  const double most = std::max(40.0, 20.0 * kHorizonsS[h] / spacing_s_);
-  while (static_cast<double>(horizon.errors.size()) > most) horizon.errors.pop();
-  scratch_.clear();
-  for (std::size_t i = 0; i < horizon.errors.size(); ++i) scratch_.push_back(horizon.errors[i]);
-  const auto n = static_cast<double>(scratch_.size());
-  const auto rank =
-      static_cast<std::size_t>(std::clamp(std::ceil(kCovered * (n + 1.0)) - 1.0, 0.0, n - 1.0));
-  std::nth_element(scratch_.begin(), scratch_.begin() + static_cast<std::ptrdiff_t>(rank),
-                   scratch_.end());
-  horizon.half_width = scratch_[rank];
+  const double most =
+      std::clamp(20.0 * kHorizonsS[h] / spacing_s_, 40.0, static_cast<double>(kErrors));
+  while (static_cast<double>(horizon.errors.size()) + 1.0 > most) {
+    sorted.erase(std::lower_bound(sorted.begin(), sorted.end(), horizon.errors.front()));
+    horizon.errors.pop();
+  }
+  horizon.errors.push_overwriting(error);
+  sorted.insert(std::upper_bound(sorted.begin(), sorted.end(), error), error);
+  const auto n = static_cast<double>(sorted.size());
+  horizon.half_width = sorted[static_cast<std::size_t>(
+      std::clamp(std::ceil(kCovered * (n + 1.0)) - 1.0, 0.0, n - 1.0))];
 }
 
 void ExpertStack::weigh(std::size_t h) {

@@ -110,8 +110,9 @@ class ExpertStack {
     double count = 0.0;
     std::array<double, kExperts> weights{};
     Mean mean{};
-    core::RingBuffer<double> errors{kErrors};
-    double half_width = -1.0;  // holds 95 % of the errors; negative: never judged
+    core::RingBuffer<double> errors{kErrors};  // the stack's own, as they came
+    std::vector<double> sorted{};              // the same
+    double half_width = -1.0;                  // holds 95 % of the errors; negative: never judged
   };
   struct Between {
     std::size_t lower;
@@ -120,6 +121,7 @@ class ExpertStack {
   };
   void judge(std::size_t h, const Snapshot& made, const Labelled& label,
              std::optional<double> by_svr);
+  void note_error(std::size_t h, double error);
   void weigh(std::size_t h);
   void keep(std::size_t h);
   [[nodiscard]] Between between(double age_s) const noexcept;
@@ -130,7 +132,6 @@ class ExpertStack {
   Hold hold_;
   std::vector<KalmanBank> banks_;  // of all experts but the first
   std::array<Horizon, kHorizons> horizons_{};
-  std::vector<double> scratch_;
 };
 
 }  // namespace zerodrift::experts

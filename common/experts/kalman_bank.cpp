@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "common/core/require.h"
 
@@ -21,16 +20,16 @@ constexpr double kForgetting = 0.998;  // of the evidence, a label: some 500 lab
 
 }  // namespace
 
-KalmanBank::KalmanBank(const KalmanBankOptions& options) : options_(options) {
-  core::require(options.terms.size() <= kBasisTerms, "an expert has more terms than the basis");
+KalmanBank::KalmanBank(const KalmanBankOptions& options) : terms_(options.terms) {
+  core::require(terms_.size() <= kBasisTerms, "an expert has more terms than the basis");
   const bool has_slope = options.slopes == SlopeModel::kDamped;
   first_coefficient_ = has_slope ? 2 : 1;
-  states_ = first_coefficient_ + options.terms.size();
-  const auto add_priors = [&](Filter filter) {
-    if (options.terms.empty()) return filters_.push_back(filter);
+  states_ = first_coefficient_ + terms_.size();
+  const auto add_priors = [&](Belief belief) {
+    if (terms_.empty()) return beliefs_.push_back(belief);
     for (const double prior : kPriors) {
-      filter.prior = prior;
-      filters_.push_back(filter);
+      belief.prior = prior;
+      beliefs_.push_back(belief);
     }
   };
   if (!has_slope) {
@@ -43,100 +42,138 @@ KalmanBank::KalmanBank(const KalmanBankOptions& options) : options_(options) {
       }
     }
   }
-  weights_.assign(filters_.size(), 1.0 / static_cast<double>(filters_.size()));
+  mean_.resize(states_ * filters());
+  covariance_.resize(states_ * (states_ + 1) / 2 * filters());
+  gain_.resize(states_ * filters());
+  innovation_.resize(filters());
+  variance_.resize(filters());
+  log_weights_.resize(filters());
+  weights_.assign(filters(), 1.0 / static_cast<double>(filters()));
 }
 
 void KalmanBank::begin(const Labelled& label) {
   unit_variance_ = label.variance;
   unit_s_ = label.duration_s;
-  for (Filter& filter : filters_) {
-    filter.covariance[0][0] = kDiffuse * unit_variance_;
-    filter.mean[0] = label.drift;
+  for (std::size_t f = 0; f < filters(); ++f) {
+    mean(0)[f] = label.drift;
+    covariance(0, 0)[f] = kDiffuse * unit_variance_;
     if (first_coefficient_ == 2)
-      filter.covariance[1][1] = filter.slope_share * unit_variance_ / (unit_s_ * unit_s_);
+      covariance(1, 1)[f] = beliefs_[f].slope_share * unit_variance_ / (unit_s_ * unit_s_);
     for (std::size_t j = first_coefficient_; j < states_; ++j)
-      filter.covariance[j][j] = filter.prior * unit_variance_;
+      covariance(j, j)[f] = beliefs_[f].prior * unit_variance_;
   }
 }
 
 // The level's walk is white noise integrated; a slope of standard deviation s decays with time T,
-// driven so that s is stationary (e.g. Bar-Shalom, Li and Kirubarajan 2001, 8.2.3, Singer's model).
-void KalmanBank::predict(Filter& filter, double elapsed_s) const {
-  auto& p = filter.covariance;
-  p[0][0] += filter.walk * unit_variance_ * elapsed_s / unit_s_;
+// driven so that s is stationary (Singer's model; e.g. Bar-Shalom, Li and Kirubarajan 2001, 8.2.3).
+void KalmanBank::predict(double elapsed_s) {
+  for (std::size_t f = 0; f < filters(); ++f)
+    covariance(0, 0)[f] += beliefs_[f].walk * unit_variance_ * elapsed_s / unit_s_;
   if (first_coefficient_ == 1) return;
-  const double time_s = kSlopeTimesS[filter.slope_time];
-  const double variance = filter.slope_share * unit_variance_ / (unit_s_ * unit_s_);
-  const double gone = -std::expm1(-elapsed_s / time_s);
-  const double kept = 1.0 - gone;
-  const double reach_s = time_s * gone;
-  // x0 += reach x1, x1 *= kept.
-  filter.mean[0] += reach_s * filter.mean[1];
-  filter.mean[1] *= kept;
-  for (std::size_t j = 0; j < states_; ++j) p[0][j] += reach_s * p[1][j];
-  for (std::size_t j = 0; j < states_; ++j) p[j][0] += reach_s * p[j][1];
-  for (std::size_t j = 0; j < states_; ++j) p[1][j] *= kept;
-  for (std::size_t j = 0; j < states_; ++j) p[j][1] *= kept;
-  p[0][0] += variance * time_s * (2.0 * elapsed_s - 2.0 * reach_s - time_s * gone * gone);
-  p[0][1] += variance * time_s * gone * gone;
-  p[1][0] = p[0][1];
-  p[1][1] += variance * (1.0 - kept * kept);
+  std::array<double, kSlopeTimesS.size()> gone{};
+  for (std::size_t i = 0; i < gone.size(); ++i) gone[i] = -std::expm1(-elapsed_s / kSlopeTimesS[i]);
+  for (std::size_t f = 0; f < filters(); ++f) {
+    const double time_s = kSlopeTimesS[beliefs_[f].slope_time];
+    const double lost = gone[beliefs_[f].slope_time];
+    const double kept = 1.0 - lost;
+    const double reach_s = time_s * lost;
+    const double slope_variance =
+        beliefs_[f].slope_share * unit_variance_ / (unit_s_ * unit_s_) * time_s;
+    // level += reach slope, slope *= kept.
+    mean(0)[f] += reach_s * mean(1)[f];
+    mean(1)[f] *= kept;
+    double& level = covariance(0, 0)[f];
+    double& cross = covariance(1, 0)[f];
+    double& slope = covariance(1, 1)[f];
+    level += 2.0 * reach_s * cross + reach_s * reach_s * slope +
+             slope_variance * (2.0 * elapsed_s - 2.0 * reach_s - time_s * lost * lost);
+    cross = kept * (cross + reach_s * slope) + slope_variance * lost * lost;
+    slope = kept * kept * slope + slope_variance / time_s * (1.0 - kept * kept);
+    for (std::size_t j = 2; j < states_; ++j) {
+      covariance(j, 0)[f] += reach_s * covariance(j, 1)[f];
+      covariance(j, 1)[f] *= kept;
+    }
+  }
 }
 
-double KalmanBank::update(Filter& filter, const Labelled& label) const {
-  auto& p = filter.covariance;
-  std::array<double, kMostStates> row{};
-  row[0] = 1.0;
-  for (std::size_t j = first_coefficient_; j < states_; ++j)
-    row[j] = label.basis[options_.terms[j - first_coefficient_]];
-  std::array<double, kMostStates> gain{};
-  double innovation = label.drift;
-  double variance = label.variance;
+void KalmanBank::update(const Labelled& label) {
+  const std::size_t n = filters();
+  std::fill(gain_.begin(), gain_.end(), 0.0);
+  std::fill(innovation_.begin(), innovation_.end(), label.drift);
+  std::fill(variance_.begin(), variance_.end(), label.variance);
+  const auto row = [&](std::size_t i) {
+    if (i == 0) return 1.0;
+    return i < first_coefficient_ ? 0.0 : label.basis[terms_[i - first_coefficient_]];
+  };
+  // Covariance times row, of which only the lower half is kept.
   for (std::size_t i = 0; i < states_; ++i) {
-    for (std::size_t j = 0; j < states_; ++j) gain[i] += p[i][j] * row[j];
-    innovation -= row[i] * filter.mean[i];
-    variance += row[i] * gain[i];
-  }
-  for (std::size_t i = 0; i < states_; ++i) {
-    filter.mean[i] += gain[i] * innovation / variance;
-    for (std::size_t j = 0; j <= i; ++j) {
-      p[i][j] -= gain[i] * gain[j] / variance;
-      p[j][i] = p[i][j];
+    double* const gain = &gain_[i * n];
+    for (std::size_t j = 0; j < states_; ++j) {
+      const double weight = row(j);
+      const double* const p = i >= j ? covariance(i, j) : covariance(j, i);
+      for (std::size_t f = 0; f < n; ++f) gain[f] += p[f] * weight;
     }
-    p[i][i] = std::max(p[i][i], 0.0);
   }
-  return -0.5 * (std::log(2.0 * std::numbers::pi * variance) + innovation * innovation / variance);
+  for (std::size_t i = 0; i < states_; ++i) {
+    const double weight = row(i);
+    for (std::size_t f = 0; f < n; ++f) {
+      innovation_[f] -= weight * mean(i)[f];
+      variance_[f] += weight * gain_[i * n + f];
+    }
+  }
+  for (std::size_t i = 0; i < states_; ++i) {
+    const double* const gain = &gain_[i * n];
+    double* const x = mean(i);
+    for (std::size_t f = 0; f < n; ++f) x[f] += gain[f] * innovation_[f] / variance_[f];
+    for (std::size_t j = 0; j <= i; ++j) {
+      const double* const other = &gain_[j * n];
+      double* const p = covariance(i, j);
+      for (std::size_t f = 0; f < n; ++f) p[f] -= gain[f] * other[f] / variance_[f];
+    }
+    double* const own = covariance(i, i);
+    for (std::size_t f = 0; f < n; ++f) own[f] = std::max(own[f], 0.0);
+  }
 }
 
 void KalmanBank::learn(const Labelled& label) {
-  if (!knows_) begin(label);
-  double most = -1e300;
-  for (Filter& filter : filters_) {
-    if (knows_) predict(filter, label.time_s - time_s_);
-    const double likelihood = update(filter, label);
-    if (knows_) filter.log_weight = kForgetting * filter.log_weight + likelihood;
-    most = std::max(most, filter.log_weight);
+  if (knows_) {
+    predict(label.time_s - time_s_);
+  } else {
+    begin(label);
   }
-  double sum = 0.0;
-  for (std::size_t i = 0; i < filters_.size(); ++i) {
-    filters_[i].log_weight -= most;
-    sum += weights_[i] = std::exp(filters_[i].log_weight);
-  }
-  for (double& weight : weights_) weight /= sum;
+  update(label);
+  if (knows_) weigh();
   time_s_ = label.time_s;
   knows_ = true;
   average();
 }
 
+// By the likelihood of the label's innovation.
+void KalmanBank::weigh() {
+  for (std::size_t f = 0; f < filters(); ++f) {
+    log_weights_[f] =
+        kForgetting * log_weights_[f] -
+        0.5 * (std::log(variance_[f]) + innovation_[f] * innovation_[f] / variance_[f]);
+  }
+  const double most = *std::max_element(log_weights_.begin(), log_weights_.end());
+  double sum = 0.0;
+  for (std::size_t f = 0; f < filters(); ++f) {
+    log_weights_[f] -= most;
+    sum += weights_[f] = std::exp(log_weights_[f]);
+  }
+  for (double& weight : weights_) weight /= sum;
+}
+
 void KalmanBank::average() {
   forecast_ = {.time_s = time_s_};
-  for (std::size_t i = 0; i < filters_.size(); ++i) {
-    const Filter& filter = filters_[i];
-    const double weight = weights_[i];
-    forecast_.level += weight * filter.mean[0];
-    if (first_coefficient_ == 2) forecast_.slope[filter.slope_time] += weight * filter.mean[1];
-    for (std::size_t j = first_coefficient_; j < states_; ++j)
-      forecast_.coefficient[options_.terms[j - first_coefficient_]] += weight * filter.mean[j];
+  for (std::size_t f = 0; f < filters(); ++f) {
+    forecast_.level += weights_[f] * mean(0)[f];
+    if (first_coefficient_ == 2)
+      forecast_.slope[beliefs_[f].slope_time] += weights_[f] * mean(1)[f];
+  }
+  for (std::size_t j = first_coefficient_; j < states_; ++j) {
+    double& coefficient = forecast_.coefficient[terms_[j - first_coefficient_]];
+    for (std::size_t f = 0; f < filters(); ++f) coefficient += weights_[f] * mean(j)[f];
   }
 }
 

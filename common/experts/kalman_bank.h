@@ -48,27 +48,37 @@ class KalmanBank {
   [[nodiscard]] std::span<const double> weights() const noexcept { return weights_; }
 
  private:
-  static constexpr std::size_t kMostStates = 2 + kBasisTerms;
-  struct Filter {
-    double walk = 0.0;         // of the level, in label variances per label
-    double slope_share = 0.0;  // of the slope over a label, squared, in label variances
-    double prior = 0.0;        // of a coefficient, squared, in label variances
+  // What a filter believes of how fast things change, in variances of a label and its length.
+  struct Belief {
+    double walk = 0.0;         // of the level, per label
+    double slope_share = 0.0;  // of the slope over a label, squared
+    double prior = 0.0;        // of a coefficient, squared
     std::size_t slope_time = 0;
-    double log_weight = 0.0;
-    std::array<double, kMostStates> mean{};
-    std::array<std::array<double, kMostStates>, kMostStates> covariance{};
   };
 
   void begin(const Labelled& label);
-  void predict(Filter& filter, double elapsed_s) const;
-  // Log-likelihood of the label.
-  double update(Filter& filter, const Labelled& label) const;
+  void predict(double elapsed_s);
+  void update(const Labelled& label);
+  void weigh();
   void average();
+  // State i of all filters, and the covariance of i and j <= i: the filters are the inner loop,
+  // which the compiler can put side by side.
+  [[nodiscard]] double* mean(std::size_t i) noexcept { return &mean_[i * filters()]; }
+  [[nodiscard]] double* covariance(std::size_t i, std::size_t j) noexcept {
+    return &covariance_[(i * (i + 1) / 2 + j) * filters()];
+  }
+  [[nodiscard]] std::size_t filters() const noexcept { return beliefs_.size(); }
 
-  KalmanBankOptions options_;
+  std::vector<std::size_t> terms_;
   std::size_t first_coefficient_ = 1;
   std::size_t states_ = 1;
-  std::vector<Filter> filters_;
+  std::vector<Belief> beliefs_;
+  std::vector<double> mean_;
+  std::vector<double> covariance_;
+  std::vector<double> gain_;        // of each state
+  std::vector<double> innovation_;  // of each filter, as all that follows
+  std::vector<double> variance_;
+  std::vector<double> log_weights_;
   std::vector<double> weights_;
   bool knows_ = false;
   double time_s_ = 0.0;
