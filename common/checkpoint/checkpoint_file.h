@@ -34,4 +34,14 @@ inline constexpr std::size_t kLargestFile = 1U << 30U;  // far above the largest
 [[nodiscard]] std::shared_ptr<compensation::RestoredLearner> restored_from(std::string_view bytes,
                                                                            const Owner& owner);
 
+// What a program goes on with when it starts.
+struct Resumed {
+  std::shared_ptr<compensation::RestoredLearner> learner;
+  std::string left_behind{};  // why only the kernels could be used, one line; empty: all is there
+};
+
+// As load(), but of a checkpoint of another layout it takes the kernels. Throws CheckpointError
+// where not even those can be used.
+[[nodiscard]] Resumed resume(const std::filesystem::path& path, const Owner& owner);
+
 }  // namespace zerodrift::checkpoint
