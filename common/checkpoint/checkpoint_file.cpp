@@ -8,7 +8,7 @@
 #include <string>
 #include <system_error>
 
-#include "common/record/atomic_file.h"
+#include "common/files/atomic_file.h"
 
 namespace zerodrift::checkpoint {
 namespace {
@@ -72,7 +72,7 @@ std::string why_no_place(const std::filesystem::path& path) {
 void save(const std::filesystem::path& path, const Owner& owner,
           const compensation::LearnerState& state) {
   const std::string bytes = encode(owner, state);
-  record::AtomicFile file(path);
+  files::AtomicFile file(path);
   file.append(bytes);
   file.commit();
 }

@@ -13,8 +13,8 @@
 
 namespace zerodrift::checkpoint {
 
-// The file appears whole or not at all (record::AtomicFile) and replaces an older one of that name.
-// Throws record::RecordError where it can't be written.
+// The file appears whole or not at all (files::AtomicFile) and replaces an older one of that name.
+// Throws files::FileError where it can't be written.
 void save(const std::filesystem::path& path, const Owner& owner,
           const compensation::LearnerState& state);
 

@@ -12,7 +12,7 @@
 #include <string>
 #include <utility>
 
-#include "common/record/record_error.h"
+#include "common/files/file_error.h"
 #include "idl/proto/checkpoint.pb.h"
 #include "tests/unit/checkpoint/envelope.h"
 #include "tests/unit/checkpoint/saved_learner.h"
@@ -89,7 +89,7 @@ TEST_F(CheckpointFile, WhereItCannotBeWrittenTheErrorNamesIt) {
   try {
     save(path("no/such/folder.ckpt"), owner_, saved_after(5));
     FAIL() << "written into a folder that isn't there";
-  } catch (const record::RecordError& error) {
+  } catch (const files::FileError& error) {
     EXPECT_NE(std::string(error.what()).find("folder.ckpt"), std::string::npos) << error.what();
   }
 }

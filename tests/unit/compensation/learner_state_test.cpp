@@ -367,8 +367,8 @@ TEST(LearnerStateLaws, ACompensatorThatResumesLearnsAsOneLearnerOfBothStreams) {
   const auto options = testing::options();
   Bench both(options);
   const auto compensate = [&](Compensator& compensator, const testing::Record& record) {
-    std::vector<CompensatedSample> answers;
-    testing::run(compensator, record, [&](const CompensatedSample& answer) {
+    std::vector<core::CompensatedSample> answers;
+    testing::run(compensator, record, [&](const core::CompensatedSample& answer) {
       answers.push_back(answer);
       if (const Label* label = compensator.confirmed_label()) {
         both.work({.kind = TrainingJob::Kind::kLabel, .label = *label});
@@ -384,7 +384,8 @@ TEST(LearnerStateLaws, ACompensatorThatResumesLearnsAsOneLearnerOfBothStreams) {
 
   Compensator first(options);
   const auto answers = compensate(first, testing::make_record(spec));
-  ASSERT_EQ(answers.back().rung[0], Rung::kOnlineSvr) << "nothing was learned that could be saved";
+  ASSERT_EQ(answers.back().rung[0], core::Rung::kOnlineSvr)
+      << "nothing was learned that could be saved";
   const LearnerState saved = first.learner().export_state();
   EXPECT_TRUE(print(saved, options) == print(both.state(), options));
 
@@ -398,8 +399,8 @@ TEST(LearnerStateLaws, ACompensatorThatResumesLearnsAsOneLearnerOfBothStreams) {
   const auto resumed = compensate(second, record);
   EXPECT_EQ(resumed.front().model_epoch, saved.epoch);
   // Its temperature rate needs a minute; until then the last stationary minute is held.
-  EXPECT_EQ(resumed.front().rung[0], Rung::kStationaryBias);
-  EXPECT_EQ(resumed[static_cast<std::size_t>(70.0 * spec.rate_hz)].rung[0], Rung::kOnlineSvr);
+  EXPECT_EQ(resumed.front().rung[0], core::Rung::kStationaryBias);
+  EXPECT_EQ(resumed[static_cast<std::size_t>(70.0 * spec.rate_hz)].rung[0], core::Rung::kOnlineSvr);
   EXPECT_TRUE(print(second.learner().export_state(), options) == print(both.state(), options));
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "common/record/unfinished_file.h"
+#include "common/files/unfinished_file.h"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -13,9 +13,9 @@
 #include <string>
 #include <utility>
 
-#include "common/record/record_error.h"
+#include "common/files/file_error.h"
 
-namespace zerodrift::record {
+namespace zerodrift::files {
 namespace {
 
 struct Unfinished {
@@ -49,8 +49,8 @@ UnfinishedFile::UnfinishedFile(const std::filesystem::path& target, int& fd) : p
     const int error = errno;
     unfinished().paths.erase(place.first);
     if (error == EEXIST) continue;
-    throw RecordError(target.string() +
-                      ": cannot create a file in its folder: " + std::strerror(error));
+    throw FileError(target.string() +
+                    ": cannot create a file in its folder: " + std::strerror(error));
   }
 }
 
@@ -77,4 +77,4 @@ void end_without_unfinished_files(int exit_code) {
   std::_Exit(exit_code);
 }
 
-}  // namespace zerodrift::record
+}  // namespace zerodrift::files
