@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "common/files/file_error.h"
-#include "common/mcap/log_file.h"
 
 namespace zerodrift::files {
 namespace {
@@ -103,7 +102,7 @@ void AtomicFile::commit() {
 
 fs::path AtomicFile::keep() {
   if (!partial_) return {};
-  const fs::path kept = mcap::free_name_of_cut(replaced_);
+  const fs::path kept = free_name_of_cut(replaced_);
   return partial_->rename_to(kept) == 0 ? kept : fs::path{};
 }
 

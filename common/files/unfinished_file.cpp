@@ -11,6 +11,7 @@
 #include <mutex>
 #include <set>
 #include <string>
+#include <system_error>
 #include <utility>
 
 #include "common/files/file_error.h"
@@ -69,6 +70,16 @@ int UnfinishedFile::rename_to(const std::filesystem::path& target) {
 void UnfinishedFile::keep() {
   const std::lock_guard lock(unfinished().mutex);
   unfinished().paths.erase(path_);
+}
+
+std::filesystem::path free_name_of_cut(const std::filesystem::path& target) {
+  for (int number = 1;; ++number) {
+    std::filesystem::path name = target;
+    name.replace_filename(target.stem().string() + ".cut" + std::to_string(number) +
+                          target.extension().string());
+    std::error_code error;
+    if (!std::filesystem::exists(std::filesystem::symlink_status(name, error))) return name;
+  }
 }
 
 void end_without_unfinished_files(int exit_code) {

@@ -31,6 +31,10 @@ class UnfinishedFile {
   std::filesystem::path path_;
 };
 
+// <stem>.cut<N><extension> beside the target, the first that nothing has: for what was written of
+// a file that did not become whole.
+[[nodiscard]] std::filesystem::path free_name_of_cut(const std::filesystem::path& target);
+
 // Removes what is unfinished and ends the process at once.
 [[noreturn]] void end_without_unfinished_files(int exit_code);
 

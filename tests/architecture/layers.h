@@ -30,7 +30,7 @@ inline constexpr std::array kLayers{
     Layer{"common/comparison",   Purity::kPure,   {"common/core", "common/thermal", "common/regression", "common/allan", "common/compensation"}},
     Layer{"common/diagnosis",    Purity::kPure,   {"common/core", "common/twin", "common/allan"}},
     Layer{"common/files",        Purity::kSystem, {"common/core"}},
-    Layer{"common/mcap",         Purity::kSystem, {"common/core"}},
+    Layer{"common/mcap",         Purity::kSystem, {"common/core", "common/files"}},
     Layer{"common/record",       Purity::kSystem, {"common/core", "common/files", "common/mcap"}},
     Layer{"common/checkpoint",   Purity::kSystem, {"common/core", "common/thermal", "common/regression", "common/compensation", "common/files", "idl/proto"}},
     Layer{"common/report",       Purity::kSystem, {"common/core", "common/files"}},
