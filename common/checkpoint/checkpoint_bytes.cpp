@@ -4,14 +4,15 @@
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/io/zero_copy_stream_impl_lite.h>
 
+#include <algorithm>
 #include <boost/crc.hpp>
 #include <limits>
 #include <stdexcept>
 #include <utility>
 
 #include "common/checkpoint/checkpoint_error.h"
-#include "common/checkpoint/learner_message.h"
 #include "common/compensation/option_keys.h"
+#include "idl/proto/checkpoint.pb.h"
 
 namespace zerodrift::checkpoint {
 namespace {
@@ -26,6 +27,7 @@ constexpr std::size_t kVersionAt = 8;
 constexpr std::size_t kCrcAt = 12;
 constexpr std::size_t kLengthAt = 16;
 
+constexpr auto kLastKernel = static_cast<std::uint32_t>(regression::KernelKind::kLinear);
 constexpr const char* kProducer = "zerodrift " ZERODRIFT_VERSION;
 
 template <typename Unsigned>
@@ -91,52 +93,68 @@ std::string_view open_envelope(std::string_view bytes) {
   if (version != kFormatVersion) {
     throw CheckpointError("found format version " + std::to_string(version) + ", expected " +
                               std::to_string(kFormatVersion) +
-                              (version > kFormatVersion ? ": saved by a newer zerodrift" : ""),
+                              (version > kFormatVersion ? ": saved by a newer zerodrift"
+                                                        : ": saved by an older zerodrift"),
                           "is of another format version");
   }
   return bytes.substr(kEnvelopeSize);
 }
 
-std::string value_of(const google::protobuf::RepeatedPtrField<proto::CheckpointOption>& options,
-                     const std::string& key) {
-  for (const auto& option : options) {
-    if (option.key() == key) return option.value();
-  }
-  return "nothing";
+using Options = google::protobuf::RepeatedPtrField<proto::CheckpointOption>;
+
+const std::string* find_value(const Options& options, const std::string& key) {
+  const auto found = std::find_if(options.begin(), options.end(),
+                                  [&](const auto& option) { return option.key() == key; });
+  return found == options.end() ? nullptr : &found->value();
 }
+
+// Which options of a checkpoint must be the configured ones.
+enum class Agreement : std::uint8_t {
+  kAll,
+  kKnownToBoth,  // keys that one of two versions doesn't have say nothing
+};
 
 // By key, so that the line names what differs.
-void check_options(const std::string& what,
-                   const google::protobuf::RepeatedPtrField<proto::CheckpointOption>& options,
-                   const std::vector<OptionValue>& expected) {
+void check_options(const std::string& what, const Options& options,
+                   const std::vector<OptionValue>& expected, Agreement agreement) {
   for (const auto& [key, value] : expected) {
-    const std::string found = value_of(options, key);
-    if (found == value) continue;
-    throw CheckpointError("found " + what + " made with " + key + " '" + found + "', expected '" +
-                              value + "' as configured",
+    const std::string* found = find_value(options, key);
+    if (found == nullptr ? agreement == Agreement::kKnownToBoth : *found == value) continue;
+    throw CheckpointError("found " + what + " made with " + key + " '" +
+                              (found == nullptr ? "nothing" : *found) + "', expected '" + value +
+                              "' as configured",
                           "was made with another " + key + " than is configured");
   }
+  // A key too many is a difference as well.
+  const auto count = static_cast<int>(expected.size());
+  if (agreement == Agreement::kKnownToBoth || options.size() <= count) return;
+  throw CheckpointError(
+      "found " + what + " made with " + options[count].key() + ", which is not configured",
+      "was made with something that is not configured");
 }
 
-// A key too many is a difference as well.
-void check_owner(const proto::Checkpoint& message, const Owner& owner) {
-  if (message.gyro_id() != owner.gyro_id) {
-    throw CheckpointError("found a checkpoint of gyro " + std::to_string(message.gyro_id()) +
-                              ", expected one of gyro " + std::to_string(owner.gyro_id),
-                          "is of another gyro");
-  }
-  const auto expected = option_values(owner.options, Decides::kModel);
-  check_options("a checkpoint", message.options(), expected);
-  if (message.options_size() > static_cast<int>(expected.size())) {
-    throw CheckpointError("found a checkpoint made with " +
-                              message.options(static_cast<int>(expected.size())).key() +
-                              ", which is not configured",
-                          "was made with something that is not configured");
-  }
+void check_gyro(const proto::Checkpoint& message, const Owner& owner) {
+  if (message.gyro_id() == owner.gyro_id) return;
+  throw CheckpointError("found a checkpoint of gyro " + std::to_string(message.gyro_id()) +
+                            ", expected one of gyro " + std::to_string(owner.gyro_id),
+                        "is of another gyro");
 }
 
-void put(const std::vector<OptionValue>& from,
-         google::protobuf::RepeatedPtrField<proto::CheckpointOption>& to) {
+void check_learned_with(const proto::Checkpoint& message, const Owner& owner, Agreement agreement) {
+  check_options("a checkpoint", message.options(), option_values(owner.options, Decides::kModel),
+                agreement);
+}
+
+void check_layout(const proto::Checkpoint& message) {
+  if (message.layout() == compensation::kLearnerLayout) return;
+  throw CheckpointError("found what a learner of layout " + std::to_string(message.layout()) +
+                            " knew, expected layout " +
+                            std::to_string(compensation::kLearnerLayout) + ": saved by " +
+                            message.producer(),
+                        "is of another version");
+}
+
+void put(const std::vector<OptionValue>& from, Options& to) {
   for (const auto& [key, value] : from) {
     auto* option = to.Add();
     option->set_key(key);
@@ -149,9 +167,17 @@ proto::Checkpoint message_of(const Owner& owner, const compensation::LearnerStat
   message.set_producer(kProducer);
   message.set_gyro_id(owner.gyro_id);
   put(option_values(owner.options, Decides::kModel), *message.mutable_options());
-  const core::SensorTime newest = state.newest_label();
-  if (newest != core::kNever) message.set_newest_label_ns(newest.count());
-  to_message(state, *message.mutable_learner());
+  message.set_epoch(state.epoch);
+  for (const auto& [kernel, epsilon] : state.kernels) {
+    auto& chosen = *message.add_kernels();
+    chosen.set_kind(static_cast<std::uint32_t>(kernel.kind));
+    chosen.set_gamma(kernel.gamma);
+    chosen.set_degree(kernel.degree);
+    chosen.set_offset(kernel.offset);
+    chosen.set_epsilon(epsilon);
+  }
+  message.set_layout(compensation::kLearnerLayout);
+  message.set_learner(state.bytes);
   return message;
 }
 
@@ -162,24 +188,45 @@ std::string enveloped(const proto::Checkpoint& message) {
   return std::string(kMagic) + version + little_endian(crc_of(version, rest)) + rest;
 }
 
-proto::Checkpoint checked(std::string_view bytes, const Owner& owner) {
+proto::Checkpoint parsed(std::string_view bytes) {
   const std::string_view contents = open_envelope(bytes);
   proto::Checkpoint message;
   if (contents.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()) ||
       !message.ParseFromArray(contents.data(), static_cast<int>(contents.size()))) {
     throw CheckpointError("found contents that are no checkpoint message");
   }
-  check_owner(message, owner);
   return message;
 }
 
-compensation::LearnerState learner_of(const proto::Checkpoint& message) {
-  compensation::LearnerState state = from_message(message.learner());
-  const core::SensorTime newest =
-      message.has_newest_label_ns() ? core::SensorTime{message.newest_label_ns()} : core::kNever;
-  if (newest != state.newest_label()) {
-    throw CheckpointError("found a newest label that is not the newest of the axes");
+proto::Checkpoint checked(std::string_view bytes, const Owner& owner) {
+  proto::Checkpoint message = parsed(bytes);
+  check_gyro(message, owner);
+  check_layout(message);
+  check_learned_with(message, owner, Agreement::kAll);
+  return message;
+}
+
+// But for what is of one layout.
+compensation::LearnerState kernels_of(const proto::Checkpoint& message) {
+  compensation::LearnerState state{.epoch = message.epoch()};
+  if (message.kernels_size() != static_cast<int>(state.kernels.size()))
+    throw CheckpointError("found a wrong number of kernels");
+  for (std::size_t i = 0; i < state.kernels.size(); ++i) {
+    const auto& chosen = message.kernels(static_cast<int>(i));
+    if (chosen.kind() > kLastKernel) throw CheckpointError("found a kernel that nobody knows");
+    state.kernels[i] = {.kernel = {.kind = static_cast<regression::KernelKind>(chosen.kind()),
+                                   .gamma = chosen.gamma(),
+                                   .degree = chosen.degree(),
+                                   .offset = chosen.offset()},
+                        .epsilon = chosen.epsilon()};
   }
+  return state;
+}
+
+compensation::LearnerState learner_of(proto::Checkpoint& message) {
+  if (message.learner().empty()) throw CheckpointError("found nothing that a learner knew");
+  compensation::LearnerState state = kernels_of(message);
+  state.bytes = std::move(*message.mutable_learner());
   return state;
 }
 
@@ -188,7 +235,8 @@ void check_path(const proto::Checkpoint& message, const Owner& owner) {
     throw CheckpointError("found a state of " + message.producer() + ", expected one of " +
                           kProducer);
   }
-  check_options("a state", message.path_options(), option_values(owner.options, Decides::kAnswers));
+  check_options("a state", message.path_options(), option_values(owner.options, Decides::kAnswers),
+                Agreement::kAll);
 }
 
 }  // namespace
@@ -198,7 +246,17 @@ std::string encode(const Owner& owner, const compensation::LearnerState& state) 
 }
 
 compensation::LearnerState decode(std::string_view bytes, const Owner& owner) {
-  return learner_of(checked(bytes, owner));
+  proto::Checkpoint message = checked(bytes, owner);
+  return learner_of(message);
+}
+
+compensation::LearnerState decode_kernels(std::string_view bytes, const Owner& owner) {
+  const proto::Checkpoint message = parsed(bytes);
+  check_gyro(message, owner);
+  check_learned_with(message, owner, Agreement::kKnownToBoth);
+  compensation::LearnerState state = kernels_of(message);
+  state.epoch += 1;  // another model than the saved one
+  return state;
 }
 
 std::string encode_running(const Owner& owner, const compensation::LearnerState& state,
@@ -211,7 +269,7 @@ std::string encode_running(const Owner& owner, const compensation::LearnerState&
 
 std::unique_ptr<compensation::Compensator> decode_running(std::string_view bytes,
                                                           const Owner& owner) {
-  const proto::Checkpoint message = checked(bytes, owner);
+  proto::Checkpoint message = checked(bytes, owner);
   check_path(message, owner);
   try {
     auto compensator = std::make_unique<compensation::Compensator>(owner.options);

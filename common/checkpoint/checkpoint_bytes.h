@@ -9,12 +9,12 @@
 #include <string_view>
 
 #include "common/compensation/compensator.h"
-#include "common/compensation/learner_state.h"
+#include "common/compensation/learner.h"
 #include "common/compensation/options.h"
 
 namespace zerodrift::checkpoint {
 
-inline constexpr std::uint32_t kFormatVersion = 1;
+inline constexpr std::uint32_t kFormatVersion = 2;
 inline constexpr std::size_t kEnvelopeSize = 24;
 
 // Whose checkpoint it is: only a learner of the same gyro under the same deciding options may
@@ -26,10 +26,14 @@ struct Owner {
 
 [[nodiscard]] std::string encode(const Owner& owner, const compensation::LearnerState& state);
 
-// Throws CheckpointError: not a checkpoint, truncated, damaged, of another format version, gyro or
-// configuration. Every truncation and every change of up to 32 successive bits is recognised before
-// anything is made of the contents (CRC-32).
+// Throws CheckpointError: not a checkpoint, truncated, damaged, of another format version, gyro,
+// layout or configuration. Every truncation and every change of up to 32 successive bits is
+// recognised before anything is made of the contents (CRC-32).
 [[nodiscard]] compensation::LearnerState decode(std::string_view bytes, const Owner& owner);
+
+// The kernels alone, which outlive an upgrade: of any layout, and of options that differ in none
+// that both programs have. Throws CheckpointError.
+[[nodiscard]] compensation::LearnerState decode_kernels(std::string_view bytes, const Owner& owner);
 
 // Everything a compensator is: what it learned and what its data path holds, for another instance
 // of the same build that goes on from there to the bit. `data_path` is Compensator::carry()'s.

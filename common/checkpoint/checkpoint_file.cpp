@@ -8,7 +8,7 @@
 #include <string>
 #include <system_error>
 
-#include "common/record/atomic_file.h"
+#include "common/files/atomic_file.h"
 
 namespace zerodrift::checkpoint {
 namespace {
@@ -38,6 +38,19 @@ std::string content(const std::filesystem::path& path) {
   return bytes;
 }
 
+std::shared_ptr<compensation::RestoredLearner> made_from(const compensation::LearnerState& state,
+                                                         const Owner& owner) {
+  try {
+    return std::make_shared<compensation::RestoredLearner>(owner.options, state);
+  } catch (const std::invalid_argument& error) {
+    throw CheckpointError(std::string("found values that no learner has: ") + error.what());
+  }
+}
+
+CheckpointError named(const std::filesystem::path& path, const CheckpointError& error) {
+  return CheckpointError(path.string() + ": " + error.what(), error.kind());
+}
+
 }  // namespace
 
 std::string why_no_place(const std::filesystem::path& path) {
@@ -59,18 +72,14 @@ std::string why_no_place(const std::filesystem::path& path) {
 void save(const std::filesystem::path& path, const Owner& owner,
           const compensation::LearnerState& state) {
   const std::string bytes = encode(owner, state);
-  record::AtomicFile file(path);
+  files::AtomicFile file(path);
   file.append(bytes);
   file.commit();
 }
 
 std::shared_ptr<compensation::RestoredLearner> restored_from(std::string_view bytes,
                                                              const Owner& owner) {
-  try {
-    return std::make_shared<compensation::RestoredLearner>(owner.options, decode(bytes, owner));
-  } catch (const std::invalid_argument& error) {
-    throw CheckpointError(std::string("found values that no learner has: ") + error.what());
-  }
+  return made_from(decode(bytes, owner), owner);
 }
 
 std::shared_ptr<compensation::RestoredLearner> load(const std::filesystem::path& path,
@@ -78,7 +87,20 @@ std::shared_ptr<compensation::RestoredLearner> load(const std::filesystem::path&
   try {
     return restored_from(content(path), owner);
   } catch (const CheckpointError& error) {
-    throw CheckpointError(path.string() + ": " + error.what(), error.kind());
+    throw named(path, error);
+  }
+}
+
+Resumed resume(const std::filesystem::path& path, const Owner& owner) {
+  try {
+    return {.learner = load(path, owner)};
+  } catch (const CheckpointError& refused) {
+    try {
+      return {.learner = made_from(decode_kernels(content(path), owner), owner),
+              .left_behind = refused.what()};
+    } catch (const CheckpointError&) {
+      throw refused;
+    }
   }
 }
 

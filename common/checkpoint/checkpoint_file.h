@@ -13,8 +13,8 @@
 
 namespace zerodrift::checkpoint {
 
-// The file appears whole or not at all (record::AtomicFile) and replaces an older one of that name.
-// Throws record::RecordError where it can't be written.
+// The file appears whole or not at all (files::AtomicFile) and replaces an older one of that name.
+// Throws files::FileError where it can't be written.
 void save(const std::filesystem::path& path, const Owner& owner,
           const compensation::LearnerState& state);
 
@@ -33,5 +33,15 @@ inline constexpr std::size_t kLargestFile = 1U << 30U;  // far above the largest
 // The same of bytes that were read.
 [[nodiscard]] std::shared_ptr<compensation::RestoredLearner> restored_from(std::string_view bytes,
                                                                            const Owner& owner);
+
+// What a program goes on with when it starts.
+struct Resumed {
+  std::shared_ptr<compensation::RestoredLearner> learner;
+  std::string left_behind{};  // why only the kernels could be used, one line; empty: all is there
+};
+
+// As load(), but of a checkpoint of another layout it takes the kernels. Throws CheckpointError
+// where not even those can be used.
+[[nodiscard]] Resumed resume(const std::filesystem::path& path, const Owner& owner);
 
 }  // namespace zerodrift::checkpoint

@@ -267,7 +267,7 @@ void Compensator::finish_learning() noexcept {
 
 // --------------------------------------------------------------------------------------- answering
 
-CompensatedSample Compensator::answer_next() noexcept {
+core::CompensatedSample Compensator::answer_next() noexcept {
   label_confirmed_ = false;
   Pending pending = waiting_.front();
   waiting_.pop();
@@ -316,9 +316,9 @@ bool Compensator::is_timely(const core::AngularRateSample& sample) const noexcep
   return since_doubted > core::SensorTime{0} && since_doubted <= largest;
 }
 
-CompensatedSample Compensator::answer(const Pending& pending) const noexcept {
+core::CompensatedSample Compensator::answer(const Pending& pending) const noexcept {
   const core::AngularRateSample& sample = pending.sample;
-  CompensatedSample out;
+  core::CompensatedSample out;
   out.raw = sample;
   out.late = pending.late;
   out.publish_time_ns = pending.publish_time_ns;
@@ -337,9 +337,9 @@ CompensatedSample Compensator::answer(const Pending& pending) const noexcept {
     out.sensor_variance[i] = gate_.state() != RestState::kInitial && gate_.knows(axis)
                                  ? gate_.sample_variance(axis)
                                  : -1.0;
-    out.mode[i] = usable ? state.mode : Mode::kPassthrough;
-    out.reason[i] = usable ? state.reason : Reason::kInvalidInput;
-    out.rung[i] = usable ? state.rung : Rung::kNone;
+    out.mode[i] = usable ? state.mode : core::Mode::kPassthrough;
+    out.reason[i] = usable ? state.reason : core::Reason::kInvalidInput;
+    out.rung[i] = usable ? state.rung : core::Rung::kNone;
   }
   return out;
 }
@@ -496,7 +496,7 @@ void Compensator::close_block(DriftBlock block) noexcept {
   const bool measured = block.count != core::PerAxis<std::size_t>{};
   if (!measured && !blocks_.turning()) return;
   const RestState state = blocks_.turning() ? gate_.motion() : gate_.add(block);
-  if (state != RestState::kRest || gate_reason() != Reason::kNone) {
+  if (state != RestState::kRest || gate_reason() != core::Reason::kNone) {
     labels_.discard();
     return;
   }
@@ -556,21 +556,21 @@ void Compensator::judge(AxisState& axis, const Label& label, std::size_t i) noex
 
 // -------------------------------------------------------------------------------------- estimating
 
-Reason Compensator::gate_reason() const noexcept {
-  if (commanded_freeze_) return Reason::kCommanded;
+core::Reason Compensator::gate_reason() const noexcept {
+  if (commanded_freeze_) return core::Reason::kCommanded;
   switch (gate_.state()) {
     case RestState::kInitial:
-      return Reason::kNoEstimateYet;
+      return core::Reason::kNoEstimateYet;
     case RestState::kMotion:
-      return Reason::kMotion;
+      return core::Reason::kMotion;
     case RestState::kLevelImplausible:
-      return Reason::kLevelImplausible;
+      return core::Reason::kLevelImplausible;
     case RestState::kSettling:
-      return Reason::kSettling;
+      return core::Reason::kSettling;
     case RestState::kRest:
       break;
   }
-  return Reason::kNone;
+  return core::Reason::kNone;
 }
 
 // Unknown, Earth rate is an error of up to 15 deg/h in every label: only a gyro noisier than that
@@ -598,28 +598,29 @@ bool Compensator::a_probe_is_stuck(core::SensorTime now) const noexcept {
   return false;
 }
 
-Reason Compensator::input_reason(thermal::FeatureStatus status,
-                                 core::SensorTime now) const noexcept {
+core::Reason Compensator::input_reason(thermal::FeatureStatus status,
+                                       core::SensorTime now) const noexcept {
   switch (status) {
     case thermal::FeatureStatus::kReady:
-      return a_probe_is_stuck(now) ? Reason::kProbeStuck : Reason::kNone;
+      return a_probe_is_stuck(now) ? core::Reason::kProbeStuck : core::Reason::kNone;
     case thermal::FeatureStatus::kNoTemperature:
-      return Reason::kTemperatureMissing;
+      return core::Reason::kTemperatureMissing;
     case thermal::FeatureStatus::kTemperatureStale:
-      return Reason::kTemperatureStale;
+      return core::Reason::kTemperatureStale;
     default:
-      return Reason::kRateNotReady;
+      return core::Reason::kRateNotReady;
   }
 }
 
 void Compensator::estimate(core::SensorTime now) noexcept {
   estimate_outdated_ = false;
-  const Reason common = gate_reason();
+  const core::Reason common = gate_reason();
   const bool earth_matters = earth_rate_matters();
   for (const auto axis : kAxes) {
     AxisState& state = axes_[index(axis)];
     const bool is_blind = earth_matters && !referenced_[index(axis)];
-    const Reason gate = common == Reason::kNone && is_blind ? Reason::kEarthRateUnknown : common;
+    const core::Reason gate =
+        common == core::Reason::kNone && is_blind ? core::Reason::kEarthRateUnknown : common;
     thermal::PulseTerms pulse;
     if (const AxisModel* model = active_model(axis)) {
       pulse = {.mean_radps = model->drift.held_radps,
@@ -627,9 +628,9 @@ void Compensator::estimate(core::SensorTime now) noexcept {
     }
     const thermal::FeatureVector vector = features_.build(now, tracks_, pulse);
     note_prior(axis);
-    Reason input = input_reason(vector.status, now);
-    if (input == Reason::kNone) input = prior_reason(axis);
-    state.context.features_ready = input == Reason::kNone;
+    core::Reason input = input_reason(vector.status, now);
+    if (input == core::Reason::kNone) input = prior_reason(axis);
+    state.context.features_ready = input == core::Reason::kNone;
     state.context.features = vector.values;
     estimate_axis(axis, now, gate, input);
   }
@@ -645,17 +646,18 @@ void Compensator::note_prior(core::Axis axis) noexcept {
 }
 
 // Why the prior of an axis has no value, or one that stands still.
-Reason Compensator::prior_reason(core::Axis axis) const noexcept {
-  if (!prior_ || !prior_->covers(axis)) return Reason::kNone;
+core::Reason Compensator::prior_reason(core::Axis axis) const noexcept {
+  if (!prior_ || !prior_->covers(axis)) return core::Reason::kNone;
   switch (prior_->status(axis)) {
     case PriorStatus::kReady:
-      return Reason::kNone;
+      return core::Reason::kNone;
     case PriorStatus::kRateNotReady:
-      return Reason::kRateNotReady;
+      return core::Reason::kRateNotReady;
     case PriorStatus::kTemperatureMissing:
       break;
   }
-  return prior_->drift_radps(axis) ? Reason::kTemperatureStale : Reason::kTemperatureMissing;
+  return prior_->drift_radps(axis) ? core::Reason::kTemperatureStale
+                                   : core::Reason::kTemperatureMissing;
 }
 
 // The model of an axis with at least one label, if there is one.
@@ -665,24 +667,25 @@ const AxisModel* Compensator::active_model(core::Axis axis) const noexcept {
   return &snapshot->axes[index(axis)];
 }
 
-void Compensator::estimate_axis(core::Axis axis, core::SensorTime now, Reason gate,
-                                Reason input) noexcept {
+void Compensator::estimate_axis(core::Axis axis, core::SensorTime now, core::Reason gate,
+                                core::Reason input) noexcept {
   AxisState& state = axes_[index(axis)];
   state.context.applied_radps.reset();
   state.context.held_radps.reset();
   if (options_.scheme == Scheme::kNone) {
-    return apply(state, Rung::kNone, Mode::kPassthrough, Reason::kSchemeNone, 0.0, -1.0);
+    return apply(state, core::Rung::kNone, core::Mode::kPassthrough, core::Reason::kSchemeNone, 0.0,
+                 -1.0);
   }
   const AxisModel* model = active_model(axis);
   // What a learner knows of the remainder is no drift without the prior.
   const bool lacks_prior = prior_ && prior_->covers(axis) && !state.on_prior;
   if (model == nullptr || lacks_prior) return apply_without_labels(axis, gate, input);
-  if (model->drift.trained && input == Reason::kNone) {
+  if (model->drift.trained && input == core::Reason::kNone) {
     apply_forecast(state, *model, now, gate);
   } else {
-    const Reason reason = input == Reason::kNone ? Reason::kInitialSet : input;
-    apply(state, Rung::kStationaryBias, Mode::kFallback, reason, model->drift.held_radps,
-          held_variance(model->drift, model->trust, now));
+    const core::Reason reason = input == core::Reason::kNone ? core::Reason::kInitialSet : input;
+    apply(state, core::Rung::kStationaryBias, core::Mode::kFallback, reason,
+          model->drift.held_radps, held_variance(model->drift, model->trust, now));
   }
   state.context.applied_radps = state.applied_radps;
   state.context.held_radps = model->drift.held_radps;
@@ -690,17 +693,18 @@ void Compensator::estimate_axis(core::Axis axis, core::SensorTime now, Reason ga
 }
 
 void Compensator::apply_forecast(AxisState& axis, const AxisModel& model, core::SensorTime now,
-                                 Reason gate) noexcept {
+                                 core::Reason gate) noexcept {
   const Forecast made = forecast(model.drift, model.trust, axis.context.features, now);
   if (made.kind == ForecastKind::kModel) {
     axis.safe_radps = made.drift_radps;
     axis.safe_time = now;
     if (made.beyond_learned) {
-      return apply(axis, Rung::kOnlineSvr, Mode::kOutOfDomain, Reason::kOutsideLearned,
-                   made.drift_radps, made.variance);
+      return apply(axis, core::Rung::kOnlineSvr, core::Mode::kOutOfDomain,
+                   core::Reason::kOutsideLearned, made.drift_radps, made.variance);
     }
-    const Mode mode = gate == Reason::kNone ? Mode::kLearning : Mode::kFrozen;
-    return apply(axis, Rung::kOnlineSvr, mode, gate, made.drift_radps, made.variance);
+    const core::Mode mode =
+        gate == core::Reason::kNone ? core::Mode::kLearning : core::Mode::kFrozen;
+    return apply(axis, core::Rung::kOnlineSvr, mode, gate, made.drift_radps, made.variance);
   }
   // Back to the last stationary minute, without a jump.
   double drift = made.drift_radps;
@@ -709,33 +713,38 @@ void Compensator::apply_forecast(AxisState& axis, const AxisModel& model, core::
     drift += weight * (*axis.safe_radps - drift);
   }
   const bool beyond = made.kind == ForecastKind::kBeyond;
-  apply(axis, Rung::kStationaryBias, beyond ? Mode::kOutOfDomain : Mode::kFallback,
-        beyond ? Reason::kOutsideLearned : Reason::kModelWorseThanBias, drift, made.variance);
+  apply(axis, core::Rung::kStationaryBias,
+        beyond ? core::Mode::kOutOfDomain : core::Mode::kFallback,
+        beyond ? core::Reason::kOutsideLearned : core::Reason::kModelWorseThanBias, drift,
+        made.variance);
 }
 
-void Compensator::apply_without_labels(core::Axis axis, Reason gate, Reason input) noexcept {
+void Compensator::apply_without_labels(core::Axis axis, core::Reason gate,
+                                       core::Reason input) noexcept {
   AxisState& state = axes_[index(axis)];
-  const bool temperature_bad = input == Reason::kTemperatureMissing ||
-                               input == Reason::kTemperatureStale || input == Reason::kProbeStuck;
+  const bool temperature_bad = input == core::Reason::kTemperatureMissing ||
+                               input == core::Reason::kTemperatureStale ||
+                               input == core::Reason::kProbeStuck;
   if (state.on_prior) {
-    return apply(state, Rung::kPrior, Mode::kFallback,
-                 temperature_bad ? input : Reason::kNoEstimateYet, 0.0, -1.0);
+    return apply(state, core::Rung::kPrior, core::Mode::kFallback,
+                 temperature_bad ? input : core::Reason::kNoEstimateYet, 0.0, -1.0);
   }
   const auto factory = temperature_bad ? std::nullopt : factory_drift(axis);
   if (factory) {
-    return apply(state, Rung::kFactoryPolynomial, Mode::kFallback, Reason::kNoEstimateYet, *factory,
-                 -1.0);
+    return apply(state, core::Rung::kFactoryPolynomial, core::Mode::kFallback,
+                 core::Reason::kNoEstimateYet, *factory, -1.0);
   }
   const bool lacks_prior = prior_ && prior_->covers(axis);
-  const Reason idle = temperature_bad || lacks_prior ? input : Reason::kNoEstimateYet;
-  const bool is_idle = gate == Reason::kNone || lacks_prior;
-  apply(state, Rung::kNone, Mode::kPassthrough, is_idle ? idle : gate, 0.0, -1.0);
+  const core::Reason idle = temperature_bad || lacks_prior ? input : core::Reason::kNoEstimateYet;
+  const bool is_idle = gate == core::Reason::kNone || lacks_prior;
+  apply(state, core::Rung::kNone, core::Mode::kPassthrough, is_idle ? idle : gate, 0.0, -1.0);
 }
 
 // `drift_radps`: with a prior, what it leaves; except on the rungs below it.
-void Compensator::apply(AxisState& axis, Rung rung, Mode mode, Reason reason, double drift_radps,
-                        double variance) noexcept {
-  axis.adds_prior = axis.on_prior && rung != Rung::kNone && rung != Rung::kFactoryPolynomial;
+void Compensator::apply(AxisState& axis, core::Rung rung, core::Mode mode, core::Reason reason,
+                        double drift_radps, double variance) noexcept {
+  axis.adds_prior =
+      axis.on_prior && rung != core::Rung::kNone && rung != core::Rung::kFactoryPolynomial;
   axis.rung = rung;
   axis.mode = mode;
   axis.reason = reason;

@@ -35,30 +35,14 @@
 #include "common/compensation/input_alignment.h"
 #include "common/compensation/label_builder.h"
 #include "common/compensation/learner.h"
-#include "common/compensation/mode.h"
 #include "common/compensation/options.h"
 #include "common/compensation/reference_screen.h"
 #include "common/compensation/residual_correction.h"
 #include "common/compensation/rest_gate.h"
+#include "common/core/compensated_sample.h"
 #include "common/core/samples.h"
 
 namespace zerodrift::compensation {
-
-struct CompensatedSample {
-  core::AngularRateSample raw;         // as it came; rate = raw.rate - applied_drift
-  bool late = false;                   // answered after a later sequence
-  core::PerAxis<double> rate_radps{};  // frame b
-  core::PerAxis<double> applied_drift_radps{};
-  core::PerAxis<double> drift_variance{};  // (rad/s)²; -1 unknown
-  core::PerAxis<double>
-      sensor_variance{};  // of one sample about its one-second mean at rest; -1 unknown
-  core::PerAxis<Mode> mode{};
-  core::PerAxis<Reason> reason{};
-  core::PerAxis<Rung> rung{};
-  std::uint64_t model_epoch = 0;
-  std::int64_t publish_time_ns = 0;  // carried along for the owner, never looked at
-  std::int64_t ingress_time_ns = 0;
-};
 
 // Whether the oldest waiting sample can be answered with everything that sensor time says it should
 // have.
@@ -139,7 +123,7 @@ class Compensator {
     return waiting_.front().sample.clock;
   }
   // Answers the oldest waiting sample with what is there. Only when readiness() is not kNothing.
-  CompensatedSample answer_next() noexcept;
+  core::CompensatedSample answer_next() noexcept;
   // The label that the sample answered last confirmed, if it did: what is learned from, whatever
   // the scheme.
   [[nodiscard]] const Label* confirmed_label() const noexcept {
@@ -226,9 +210,9 @@ class Compensator {
     TestThenTrain record{};
     double applied_radps = 0.0;
     double variance = -1.0;
-    Mode mode = Mode::kPassthrough;
-    Reason reason = Reason::kNoEstimateYet;
-    Rung rung = Rung::kNone;
+    core::Mode mode = core::Mode::kPassthrough;
+    core::Reason reason = core::Reason::kNoEstimateYet;
+    core::Rung rung = core::Rung::kNone;
     bool on_prior = false;         // the prior has a value
     bool adds_prior = false;       // which is part of the applied drift
     double remainder_radps = 0.0;  // of the applied drift, without the prior
@@ -236,8 +220,8 @@ class Compensator {
     void carry(core::StateArchive& archive) {
       archive(context, safe_radps, safe_time, record, applied_radps, variance, mode, reason, rung,
               on_prior, adds_prior, remainder_radps);
-      archive.require(mode <= Mode::kOutOfDomain && reason <= Reason::kSettling &&
-                      rung <= Rung::kPrior);
+      archive.require(mode <= core::Mode::kOutOfDomain && reason <= core::Reason::kSettling &&
+                      rung <= core::Rung::kPrior);
     }
   };
 
@@ -265,21 +249,22 @@ class Compensator {
   void judge(AxisState& axis, const Label& label, std::size_t i) noexcept;
   void estimate(core::SensorTime now) noexcept;
   void note_prior(core::Axis axis) noexcept;
-  [[nodiscard]] Reason prior_reason(core::Axis axis) const noexcept;
-  void estimate_axis(core::Axis axis, core::SensorTime now, Reason gate, Reason input) noexcept;
+  [[nodiscard]] core::Reason prior_reason(core::Axis axis) const noexcept;
+  void estimate_axis(core::Axis axis, core::SensorTime now, core::Reason gate,
+                     core::Reason input) noexcept;
   void apply_forecast(AxisState& axis, const AxisModel& model, core::SensorTime now,
-                      Reason gate) noexcept;
-  void apply_without_labels(core::Axis axis, Reason gate, Reason input) noexcept;
+                      core::Reason gate) noexcept;
+  void apply_without_labels(core::Axis axis, core::Reason gate, core::Reason input) noexcept;
   [[nodiscard]] const AxisModel* active_model(core::Axis axis) const noexcept;
-  void apply(AxisState& axis, Rung rung, Mode mode, Reason reason, double drift_radps,
-             double variance) noexcept;
+  void apply(AxisState& axis, core::Rung rung, core::Mode mode, core::Reason reason,
+             double drift_radps, double variance) noexcept;
   [[nodiscard]] std::optional<double> factory_drift(core::Axis axis) const noexcept;
-  [[nodiscard]] Reason gate_reason() const noexcept;
+  [[nodiscard]] core::Reason gate_reason() const noexcept;
   [[nodiscard]] EarthRateMode earth_rate_mode(core::ClockSource clock) const noexcept;
   [[nodiscard]] bool a_probe_is_stuck(core::SensorTime now) const noexcept;
-  [[nodiscard]] Reason input_reason(thermal::FeatureStatus status,
-                                    core::SensorTime now) const noexcept;
-  [[nodiscard]] CompensatedSample answer(const Pending& pending) const noexcept;
+  [[nodiscard]] core::Reason input_reason(thermal::FeatureStatus status,
+                                          core::SensorTime now) const noexcept;
+  [[nodiscard]] core::CompensatedSample answer(const Pending& pending) const noexcept;
 
   CompensationOptions options_;
   std::vector<std::string> probes_;

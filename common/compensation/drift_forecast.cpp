@@ -36,6 +36,9 @@ constexpr double kWindowsToProveBeyond = 2.0;
 constexpr double kLargestLossRatioBeyond = 0.5;
 // No gyro drifts so far: what predicts more was not learned but made up.
 constexpr double kLargestDriftRadps = 1e6;
+// Horizons of a state, s: of labels as long as options allow.
+constexpr double kShortestKept = 1.0;
+constexpr double kLongestKept = 1e12;
 
 double clamped(double weight) {
   return std::clamp(weight, 0.0, 1.0);
@@ -160,6 +163,76 @@ ForecastWeights likeliest_weights(const WeightEvidence& evidence, double ridge,
   }
   return best;
 }
+
+// ------------------------------------------------------------------------------------------- state
+
+void DriftModel::carry_level(core::StateArchive& archive) {
+  archive(time, held_radps, held_slope_radps2, held_variance, predicted_held_radps, trained,
+          offset_radps, scale_radps);
+  for (const double drift : {held_radps, predicted_held_radps, offset_radps})
+    archive.require(std::abs(drift) <= kLargestDriftRadps);
+  archive.require(held_variance >= 0.0 && scale_radps > 0.0);
+}
+
+// Of a model that holds nothing nothing is kept.
+void DriftModel::carry(core::StateArchive& archive) {
+  bool there = holds();
+  archive(there);
+  if (!there) {
+    time = core::kNever;
+    return;
+  }
+  carry_level(archive);
+  archive.require(holds() && trained);
+  archive(predictor, domain);
+}
+
+void ForecastWeights::carry(core::StateArchive& archive) {
+  archive(change, level);
+  for (const double weight : {change, level}) archive.require(weight >= 0.0 && weight <= 1.0);
+}
+
+void ForecastTrust::carry(core::StateArchive& archive) {
+  archive(weights, forecast_variance, held_variance);
+  for (const double variance : {forecast_variance, held_variance})
+    archive.require(variance >= 0.0 || variance == -1.0);
+}
+
+void TrustTable::carry(core::StateArchive& archive) {
+  archive(learned, beyond, horizon_s, largest_change_radps);
+  double shorter_s = 0.0;
+  for (const double horizon : horizon_s) {
+    archive.require(horizon >= kShortestKept && horizon <= kLongestKept && horizon > shorter_s);
+    shorter_s = horizon;
+  }
+  for (const double change : largest_change_radps) archive.require(change >= 0.0);
+}
+
+// As long as nothing was judged, all is 0.
+void ForecastJudge::Experience::carry(core::StateArchive& archive) {
+  bool there = windows > 0.0;
+  archive(there);
+  if (!there) {
+    *this = {};
+    return;
+  }
+  archive.sums(windows, error_scale, scale_windows, change_change, change_level, level_level,
+               change_error, level_error, forecast_loss, held_loss, model_loss, forecast_square,
+               held_square, square_weight, label_variance);
+  archive(weights);
+  for (const double sum :
+       {windows, error_scale, scale_windows, change_change, level_level, forecast_loss, held_loss,
+        model_loss, forecast_square, held_square, square_weight, label_variance}) {
+    archive.require(sum >= 0.0);
+  }
+}
+
+void ForecastJudge::Horizon::carry(core::StateArchive& archive) {
+  archive(judged, waiting, learned, beyond, moved_square, moved_weight, aged, last_judged);
+  for (const double sum : {moved_square, moved_weight, aged}) archive.require(sum >= 0.0);
+}
+
+// ------------------------------------------------------------------------------------------- judge
 
 ForecastJudge::ForecastJudge(double shortest_horizon_s, std::size_t dimension,
                              std::size_t capacity) {

@@ -25,6 +25,7 @@
 #include <vector>
 
 #include "common/compensation/label_builder.h"
+#include "common/core/state_archive.h"
 #include "common/core/time.h"
 #include "common/regression/sample_domain.h"
 #include "common/regression/svr_predictor.h"
@@ -48,6 +49,10 @@ struct DriftModel {
   // O(samples * dimension).
   [[nodiscard]] bool has_learned_near(const FeatureArray& features) const noexcept;
 
+  // Its state (core/state_archive.h) but for predictor and domain, and all of it.
+  void carry_level(core::StateArchive& archive);
+  void carry(core::StateArchive& archive);
+
   core::SensorTime time{core::kNever};  // end of the newest label
   double held_radps = 0.0;
   std::optional<double> held_slope_radps2{};  // of the labels of that minute; two are needed
@@ -63,6 +68,8 @@ struct DriftModel {
 struct ForecastWeights {
   double change = 0.0;
   double level = 0.0;
+
+  void carry(core::StateArchive& archive);
 };
 
 // Sums over judged labels of change², change * level, level², and of both times holding's error.
@@ -81,6 +88,8 @@ struct ForecastTrust {
   ForecastWeights weights;        // zeros unless proved
   double forecast_variance = -1;  // of such a forecast, (rad/s)²; negative: no experience
   double held_variance = -1;      // of holding
+
+  void carry(core::StateArchive& archive);
 };
 
 // By horizon, shortest first.
@@ -91,6 +100,8 @@ struct TrustTable {
   // Most that a forecast may differ from holding, rad/s: drift that never moved so far over such a
   // horizon is not believed to do it now. 0 without experience.
   std::array<double, kHorizons> largest_change_radps{};
+
+  void carry(core::StateArchive& archive);
 };
 
 enum class ForecastKind : std::uint8_t {
@@ -123,8 +134,6 @@ struct JudgedLabel {
   const FeatureArray& features;
 };
 
-struct ForecastJudgeState;
-
 // Keeps old models back, lets them forecast new labels, and learns how far to trust them.
 class ForecastJudge {
  public:
@@ -143,10 +152,11 @@ class ForecastJudge {
   void restart() noexcept;
   void reset() noexcept;
 
-  // To be saved, and back (learner_state.h). Throws std::invalid_argument, naming the field, where
-  // the state can't belong to this judge.
-  [[nodiscard]] ForecastJudgeState export_state() const;
-  void restore(const ForecastJudgeState& state);
+  // Its state (core/state_archive.h).
+  void carry(core::StateArchive& archive) {
+    for (Horizon& horizon : horizons_) archive(horizon);
+    archive(table_);
+  }
 
   // Sums over the labels judged, fading over kMemoryWindows windows; a window is as long as the
   // horizon, for within it errors are one and the same.
@@ -161,6 +171,8 @@ class ForecastJudge {
     // In (rad/s)², over a shorter memory.
     double forecast_square = 0.0, held_square = 0.0, square_weight = 0.0, label_variance = 0.0;
     ForecastWeights weights{};  // the best so far, proved or not
+
+    void carry(core::StateArchive& archive);
   };
 
  private:
@@ -174,6 +186,8 @@ class ForecastJudge {
     double moved_weight = 0.0;
     double aged = 0.0;  // sum of the ages at which models were judged, s
     core::SensorTime last_judged{core::kNever};
+
+    void carry(core::StateArchive& archive);
   };
 
   void judge(std::size_t horizon, const JudgedLabel& label) noexcept;

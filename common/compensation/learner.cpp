@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <stdexcept>
+#include <string_view>
 
+#include "common/core/integer_time.h"
 #include "common/regression/vector_operations.h"
 
 namespace zerodrift::compensation {
@@ -32,6 +35,7 @@ constexpr std::uint64_t kFirstSelection = 36;
 constexpr std::uint64_t kRarestSelection = 2304;
 constexpr double kTubeInNoise = 0.5;  // half-width of the tube in standard deviations of the noise
 constexpr std::size_t kSelectionSamples = 48;  // a selection takes some 10 ms
+constexpr double kLargestLabelRadps = 1e6;     // no gyro measures that: the number is corrupt
 
 regression::OnlineSvrOptions svr_options(const CompensationOptions& options,
                                          std::size_t dimension) {
@@ -94,6 +98,7 @@ void AxisLearner::begin() noexcept {
   model_.scale_radps = std::max(kScaleInSigmas * std::sqrt(variance / n), kSmallestScaleRadps);
   model_.trained = true;
   for (const auto& label : initial_) add(label);
+  initial_.clear();
 }
 
 // Where the SVR keeps the label.
@@ -117,21 +122,15 @@ std::size_t AxisLearner::add(const AxisLabel& label) noexcept {
 // them anew with it, in their order.
 void AxisLearner::reselect_kernel() {
   next_selection_ = std::min(2 * next_selection_, next_selection_ + kRarestSelection);
-  const regression::OnlineSvrState state = svr_.export_state();
-  std::vector<std::size_t> slots;
-  for (std::size_t slot = 0; slot < state.sets.size(); ++slot) {
-    if (state.sets[slot] != regression::SampleSet::kVacant) slots.push_back(slot);
-  }
-  std::sort(slots.begin(), slots.end(),
-            [&](std::size_t a, std::size_t b) { return state.arrivals[a] < state.arrivals[b]; });
+  const std::vector<std::size_t> slots = svr_.slots_by_arrival();
   const std::size_t dimension = svr_options_.dimension;
   const std::size_t stride = regression::padded(slots.size());
   std::vector<double> features(dimension * stride, 0.0);
   std::vector<double> targets;
   for (std::size_t i = 0; i < slots.size(); ++i) {
     for (std::size_t d = 0; d < dimension; ++d)
-      features[d * stride + i] = state.features[slots[i] * dimension + d];
-    targets.push_back(state.targets[slots[i]]);
+      features[d * stride + i] = svr_.feature(slots[i], d);
+    targets.push_back(svr_.target(slots[i]));
   }
   regression::KernelSelectionOptions options;
   options.criterion = *selection_;
@@ -150,8 +149,9 @@ void AxisLearner::reselect_kernel() {
   regression::OnlineSvr svr(svr_options);
   int rounds = 0;
   for (std::size_t i = 0; i < slots.size(); ++i) {
-    const std::span x(state.features.data() + slots[i] * dimension, dimension);
-    svr.add(x, targets[i], state.weights[slots[i]]);
+    std::array<double, regression::kMaxDimension> x{};
+    for (std::size_t d = 0; d < dimension; ++d) x[d] = svr_.feature(slots[i], d);
+    svr.add({x.data(), dimension}, targets[i], svr_.weight(slots[i]));
     for (; rounds < kRelearnRounds && !svr.is_settled(); ++rounds) svr.settle();
     if (!svr.is_settled()) return;  // a kernel that the samples don't settle with is none to take
   }
@@ -233,6 +233,88 @@ void AxisLearner::reset() noexcept {
   judge_.reset();
 }
 
+// ------------------------------------------------------------------------------------------- state
+
+void AxisLabel::carry(core::StateArchive& archive) {
+  archive(time, drift_radps, variance, features);
+  archive.require(core::is_usable(time) && std::abs(drift_radps) <= kLargestLabelRadps &&
+                  variance >= 0.0);
+}
+
+void AxisLearner::choose(const ChosenKernel& chosen) {
+  regression::OnlineSvrOptions options = svr_options_;
+  options.kernel = chosen.kernel;
+  options.epsilon = chosen.epsilon;
+  if (options == svr_options_) return;
+  if (!selection_) throw std::invalid_argument("kernel: expected the one that is configured");
+  svr_ = regression::OnlineSvr(options);
+}
+
+void AxisLearner::carry(core::StateArchive& archive) {
+  archive.list(initial_, initial_labels_);
+  archive(svr_, labels_, next_selection_, minute_, judge_);
+  model_.carry_level(archive);
+  require_sense(archive);
+  if (!archive.reads() || !archive.ok() || !model_.trained) return;
+  model_.predictor.assign(svr_);
+  model_.domain.assign(svr_);
+}
+
+// The initial set is there until it is complete; the last minute ends with the model's newest
+// label.
+void AxisLearner::require_sense(core::StateArchive& archive) const {
+  archive.require(model_.trained ? initial_.empty() : initial_.size() < initial_labels_);
+  for (const AxisLabel& label : initial_) archive.require(label.features.has_value());
+  core::SensorTime newest = core::kNever;
+  for (std::size_t i = 0; i < minute_.size(); ++i) {
+    const auto& [label, slot, arrival] = minute_[i];
+    archive.require(slot == regression::SampleWindow::kNoSlot ||
+                    (label.features && slot < svr_.slot_count()));
+    archive.require(label.time > newest);
+    newest = label.time;
+  }
+  archive.require(newest == model_.time);
+}
+
+namespace {
+
+void carry_all(core::StateArchive& archive, std::uint64_t& labels, std::vector<AxisLearner>& axes) {
+  archive(labels);
+  for (AxisLearner& axis : axes) archive(axis);
+}
+
+}  // namespace
+
+RestoredLearner::RestoredLearner(const CompensationOptions& options) {
+  axes.reserve(core::kAxisCount);
+  for (std::size_t i = 0; i < core::kAxisCount; ++i)
+    axes.emplace_back(options, options.features.size());
+}
+
+RestoredLearner::RestoredLearner(const CompensationOptions& options, const LearnerState& state)
+    : RestoredLearner(options) {
+  if (state.epoch >= kNotYet / 2)
+    throw std::invalid_argument("epoch: expected a number that can be counted up");
+  epoch = state.epoch;
+  for (std::size_t i = 0; i < core::kAxisCount; ++i) axes[i].choose(state.kernels[i]);
+  if (state.bytes.empty()) return;
+  core::StateArchive archive{std::string_view(state.bytes)};
+  carry_all(archive, labels, axes);
+  if (!archive.ok() || !archive.at_end())
+    throw std::invalid_argument("learner's state: expected one that fits the options");
+}
+
+LearnerState Learner::export_state() {
+  LearnerState state{.epoch = epoch_};
+  for (std::size_t i = 0; i < core::kAxisCount; ++i) state.kernels[i] = axes_[i].kernel();
+  core::StateArchive archive(state.bytes);
+  std::uint64_t labels = labels_learned();
+  carry_all(archive, labels, axes_);
+  return state;
+}
+
+// ---------------------------------------------------------------------------------- model exchange
+
 ModelExchange::ModelExchange(const CompensationOptions& options) {
   const std::size_t dimension = options.features.size();
   snapshots_.reserve(kSnapshots);
@@ -273,6 +355,22 @@ Learner::Learner(const CompensationOptions& options, ModelExchange& exchange)
   axes_.reserve(core::kAxisCount);
   for (std::size_t i = 0; i < core::kAxisCount; ++i)
     axes_.emplace_back(options, options.features.size());
+}
+
+// A learner that has given no model yet goes on from the saved epoch, which is that of the very
+// same model; any other never gives an epoch twice.
+std::uint64_t Learner::install(RestoredLearner& restored) noexcept {
+  axes_.swap(restored.axes);
+  labels_.store(restored.labels, std::memory_order_relaxed);
+  return std::max(epoch_ == 0 ? 0 : epoch_ + 1, restored.epoch);
+}
+
+// The newest epoch goes with neither: both learners count on from it.
+std::uint64_t Learner::trade(RestoredLearner& other) noexcept {
+  for (std::size_t i = 0; i < core::kAxisCount; ++i) {
+    if (other.exchanged[i]) std::swap(axes_[i], other.axes[i]);
+  }
+  return epoch_ + 1;
 }
 
 bool Learner::run_one() noexcept {

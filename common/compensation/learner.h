@@ -12,6 +12,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "common/compensation/drift_forecast.h"
@@ -19,12 +20,10 @@
 #include "common/compensation/options.h"
 #include "common/core/ring_buffer.h"
 #include "common/core/spsc_queue.h"
+#include "common/core/state_archive.h"
 #include "common/regression/online_svr.h"
 
 namespace zerodrift::compensation {
-
-struct AxisLearnerState;
-struct LearnerState;
 
 // One axis's part of a label.
 struct AxisLabel {
@@ -32,6 +31,15 @@ struct AxisLabel {
   double drift_radps = 0.0;
   double variance = 0.0;  // (rad/s)²
   std::optional<FeatureArray> features{};
+
+  void carry(core::StateArchive& archive);
+};
+
+// What an axis has chosen for itself. It means the same to every later version: scaled features in
+// their units^-2, half-width of the tube in units of the scaled targets.
+struct ChosenKernel {
+  regression::Kernel kernel{};
+  double epsilon = 0.0;
 };
 
 // What one axis's data path works with, frozen.
@@ -55,11 +63,14 @@ class AxisLearner {
   void write(AxisModel& model) const noexcept;
   void reset() noexcept;
 
-  // To be saved, and back (learner_state.h): continues to the bit. Throws std::invalid_argument,
-  // naming the field, where the state can't belong to the options.
-  [[nodiscard]] AxisLearnerState export_state() const;
-  [[nodiscard]] static AxisLearner from_state(const CompensationOptions& options,
-                                              std::size_t dimension, const AxisLearnerState& state);
+  [[nodiscard]] ChosenKernel kernel() const noexcept {
+    return {svr_.options().kernel, svr_.options().epsilon};
+  }
+  // Of one that knows nothing yet. Throws std::invalid_argument with one line for a kernel that is
+  // none, or that the options don't leave to be chosen.
+  void choose(const ChosenKernel& chosen);
+  // All else that it knows (core/state_archive.h): one that has read it continues to the bit.
+  void carry(core::StateArchive& archive);
 
  private:
   // A label of the last stationary minute, and where the SVR keeps it.
@@ -67,8 +78,11 @@ class AxisLearner {
     AxisLabel label{};
     std::size_t slot = regression::SampleWindow::kNoSlot;
     std::uint64_t arrival = 0;
+
+    void carry(core::StateArchive& archive) { archive(label, slot, arrival); }
   };
 
+  void require_sense(core::StateArchive& archive) const;
   void begin() noexcept;
   std::size_t add(const AxisLabel& label) noexcept;
   void hold(const AxisLabel& label, std::size_t slot) noexcept;
@@ -88,6 +102,16 @@ class AxisLearner {
   ForecastJudge judge_;
 };
 
+// The layout of LearnerState::bytes; another number for every change of what a learner carries.
+inline constexpr std::uint32_t kLearnerLayout = 1;
+
+// What a learner knows: what a checkpoint holds. What follows from the options alone is not in it.
+struct LearnerState {
+  std::uint64_t epoch = 0;
+  core::PerAxis<ChosenKernel> kernels{};
+  std::string bytes{};  // all else, of kLearnerLayout; empty: only the kernels are known
+};
+
 struct ModelSnapshot {
   std::uint64_t job = 0;  // the training job this answers
   std::uint64_t epoch = 0;
@@ -99,7 +123,7 @@ struct ModelSnapshot {
 struct RestoredLearner {
   static constexpr std::uint64_t kNotYet = std::numeric_limits<std::uint64_t>::max();
 
-  // Throws std::invalid_argument, naming the field, where the state can't belong to the options.
+  // Throws std::invalid_argument with one line where the state can't belong to the options.
   RestoredLearner(const CompensationOptions& options, const LearnerState& state);
   // One that knows nothing.
   explicit RestoredLearner(const CompensationOptions& options);
@@ -164,8 +188,8 @@ class Learner {
   [[nodiscard]] std::uint64_t labels_learned() const noexcept {
     return labels_.load(std::memory_order_relaxed);
   }
-  // All it knows after its newest job, and that job's number. The learner's thread.
-  [[nodiscard]] LearnerState export_state() const;
+  // All it knows after its newest job, and that job's number. The learner's thread; allocates.
+  [[nodiscard]] LearnerState export_state();
   [[nodiscard]] std::uint64_t newest_job() const noexcept { return job_; }
 
  private:

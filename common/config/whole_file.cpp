@@ -2,9 +2,9 @@
 #include "common/config/whole_file.h"
 
 #include "common/config/config_error.h"
-#include "common/record/atomic_file.h"
-#include "common/record/input_file.h"
-#include "common/record/record_error.h"
+#include "common/files/atomic_file.h"
+#include "common/files/file_error.h"
+#include "common/files/input_file.h"
 
 namespace zerodrift::config {
 namespace {
@@ -14,16 +14,16 @@ constexpr std::size_t kLargestFile = 1U << 24U;  // far above the largest model'
 }  // namespace
 
 std::string read_whole(const std::filesystem::path& path) try {
-  return record::read_whole_file(path, kLargestFile);
-} catch (const record::RecordError& error) {
+  return files::read_whole_file(path, kLargestFile);
+} catch (const files::FileError& error) {
   throw ConfigError(error.what());
 }
 
 void write_whole(const std::filesystem::path& path, std::string_view text) try {
-  record::AtomicFile file(path);
+  files::AtomicFile file(path);
   file.append(text);
   file.commit();
-} catch (const record::RecordError& error) {
+} catch (const files::FileError& error) {
   throw ConfigError(error.what());
 }
 

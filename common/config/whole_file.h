@@ -12,7 +12,7 @@ namespace zerodrift::config {
 // larger than any configuration.
 [[nodiscard]] std::string read_whole(const std::filesystem::path& path);
 
-// The file appears whole or not at all (record::AtomicFile). Throws ConfigError.
+// The file appears whole or not at all (files::AtomicFile). Throws ConfigError.
 void write_whole(const std::filesystem::path& path, std::string_view text);
 
 }  // namespace zerodrift::config

@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// Running state as bytes, for a twin process of the same build: every value in its own width, in
-// the machine's byte order, nothing between them. A class lists its state once, for both ways:
+// State as bytes: a running compensator's for another process, a learner's for a later one. Every
+// value in its own width, little-endian, nothing between them. A class lists its state once, for
+// both ways:
 //
 //   void carry(core::StateArchive& archive) { archive(level_, noise_, blocks_); }
 //
-// What follows from options alone is not carried. Bytes to be read may come from anybody: nothing
-// is read beyond them, and ok() says so where something was refused: counts beyond what the
+// What follows from options alone is not carried. The bytes don't say what they are: whoever keeps
+// them keeps the number of their layout beside them. Bytes to be read may come from anybody:
+// nothing is read beyond them, and ok() says so where something was refused: counts beyond what the
 // receiver has room for, flags that are neither 0 nor 1, numbers that are not finite or beyond
 // 1e30, times that are neither usable (integer_time.h; here with some room) nor kNever, signed
 // integers beyond theirs. What holds between several values, the class requires itself.
 #pragma once
 
 #include <array>
+#include <bit>
 #include <bitset>
 #include <cmath>
 #include <cstddef>
@@ -21,14 +24,22 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <vector>
 
 #include "common/core/integer_time.h"
 #include "common/core/ring_buffer.h"
 
 namespace zerodrift::core {
 
+static_assert(std::endian::native == std::endian::little && sizeof(std::size_t) == 8,
+              "a state is written as a little-endian machine of 64 bits holds it");
+
 class StateArchive {
  public:
+  // Most of a number, and of a sum: products of two sums stay finite.
+  static constexpr double kLargestNumber = 1e30;
+  static constexpr double kLargestSum = 1e100;
+
   // Writes: appends to `out`, and allocates where its capacity doesn't suffice.
   explicit StateArchive(std::string& out) : out_(&out) {}
   // Reads. What was read by then is in place even where ok() is false in the end: read into
@@ -40,6 +51,27 @@ class StateArchive {
     (one(values), ...);
   }
 
+  // `count` numbers in a row of magnitudes up to `largest`.
+  void numbers(double* first, std::size_t count, double largest = kLargestNumber) {
+    bytes(first, count * sizeof *first);
+    for (std::size_t i = 0; i < count; ++i) require(std::abs(first[i]) <= largest);  // false: NaN
+  }
+  // Numbers of magnitudes up to kLargestSum.
+  template <typename... Values>
+  void sums(Values&... values) {
+    (numbers(&values, 1, kLargestSum), ...);
+  }
+  // As many values as there are, `most` at most.
+  template <typename T>
+  void list(std::vector<T>& values, std::size_t most) {
+    std::uint64_t size = values.size();
+    one(size);
+    require(size <= most);
+    if (reads()) values.resize(ok_ ? size : 0);
+    for (T& value : values) one(value);
+  }
+
+  [[nodiscard]] bool reads() const noexcept { return out_ == nullptr; }
   // Of what was read: false makes the whole reading fail.
   void require(bool holds) noexcept {
     if (holds) return;
@@ -51,13 +83,12 @@ class StateArchive {
   [[nodiscard]] bool at_end() const noexcept { return in_.empty(); }
 
  private:
-  static constexpr double kLargestNumber = 1e30;
   // What is computed from a usable time may lie a little beyond. Differences of two still don't
   // overflow.
   static constexpr std::int64_t kLargestTicks = kLatestUsableTime.count() / 8 * 9;
 
   void bytes(void* value, std::size_t size) {
-    if (out_ != nullptr) {
+    if (!reads()) {
       out_->append(static_cast<const char*>(value), size);
       return;
     }
@@ -77,9 +108,8 @@ class StateArchive {
       bytes(&flag, 1);
       require(flag <= 1);
       value = flag == 1;
-    } else if constexpr (std::is_floating_point_v<T>) {
-      bytes(&value, sizeof value);
-      require(std::abs(value) <= kLargestNumber);  // false for NaN
+    } else if constexpr (std::is_same_v<T, double>) {
+      numbers(&value, 1);
     } else if constexpr (std::is_integral_v<T> && std::is_signed_v<T>) {
       bytes(&value, sizeof value);
       require(value >= -kLargestTicks && value <= kLargestTicks);
@@ -121,7 +151,7 @@ class StateArchive {
     one(size);
     require(size <= ring.capacity());
     if (!ok_) return;
-    if (out_ == nullptr) {
+    if (reads()) {
       ring.clear();
       while (ring.size() < size) ring.push(T{});
     }

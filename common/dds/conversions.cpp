@@ -129,7 +129,7 @@ core::RateReferenceSample from_message(const msg::RateReference& message) noexce
   return sample;
 }
 
-void to_message(const compensation::CompensatedSample& sample, std::uint32_t gyro_id,
+void to_message(const core::CompensatedSample& sample, std::uint32_t gyro_id,
                 std::uint32_t instance, msg::CompensatedRate& message) noexcept {
   const core::AngularRateSample& raw = sample.raw;
   message.gyro_id(gyro_id);
@@ -165,8 +165,8 @@ void to_message(const compensation::CompensatedSample& sample, std::uint32_t gyr
   message.ingress_time_ns(sample.ingress_time_ns);
 }
 
-compensation::CompensatedSample from_message(const msg::CompensatedRate& message) noexcept {
-  compensation::CompensatedSample sample;
+core::CompensatedSample from_message(const msg::CompensatedRate& message) noexcept {
+  core::CompensatedSample sample;
   sample.raw.sequence = message.sequence_number();
   sample.raw.time = core::SensorTime{message.sensor_time_ns()};
   sample.raw.interval_s = usable_interval(message.interval_s());
@@ -177,9 +177,9 @@ compensation::CompensatedSample from_message(const msg::CompensatedRate& message
   for (const auto axis : kAxes) {
     const std::size_t i = index(axis);
     sample.raw.rate_radps[i] = sample.rate_radps[i] + sample.applied_drift_radps[i];
-    sample.mode[i] = static_cast<compensation::Mode>(message.mode()[i]);
-    sample.reason[i] = static_cast<compensation::Reason>(message.reason()[i]);
-    sample.rung[i] = static_cast<compensation::Rung>(message.rung()[i]);
+    sample.mode[i] = static_cast<core::Mode>(message.mode()[i]);
+    sample.reason[i] = static_cast<core::Reason>(message.reason()[i]);
+    sample.rung[i] = static_cast<core::Rung>(message.rung()[i]);
     sample.sensor_variance[i] = -1.0;
   }
   read_validity(message.validity(), sample.raw);

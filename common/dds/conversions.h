@@ -6,7 +6,7 @@
 
 #include <cstdint>
 
-#include "common/compensation/compensator.h"
+#include "common/core/compensated_sample.h"
 #include "common/core/samples.h"
 #include "common/dds/topics.h"
 
@@ -23,8 +23,8 @@ msg::RateReference to_message(const core::RateReferenceSample& sample, std::uint
 core::RateReferenceSample from_message(const msg::RateReference& message) noexcept;
 
 // In place, so that the data path reuses one message.
-void to_message(const compensation::CompensatedSample& sample, std::uint32_t gyro_id,
+void to_message(const core::CompensatedSample& sample, std::uint32_t gyro_id,
                 std::uint32_t instance, msg::CompensatedRate& message) noexcept;
-compensation::CompensatedSample from_message(const msg::CompensatedRate& message) noexcept;
+core::CompensatedSample from_message(const msg::CompensatedRate& message) noexcept;
 
 }  // namespace zerodrift::dds

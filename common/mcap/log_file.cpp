@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "common/files/unfinished_file.h"
 #include "common/mcap/mcap_error.h"
 
 namespace zerodrift::mcap {
@@ -22,7 +23,7 @@ namespace fs = std::filesystem;
 
 // Of a recording that was not finished; never overwritten.
 fs::path move_aside(const fs::path& active, const fs::path& target) {
-  fs::path free = free_name_of_cut(target);
+  fs::path free = files::free_name_of_cut(target);
   std::error_code error;
   fs::rename(active, free, error);
   if (error) refuse(active, "cannot be moved to " + free.string(), error.value());
@@ -30,16 +31,6 @@ fs::path move_aside(const fs::path& active, const fs::path& target) {
 }
 
 }  // namespace
-
-fs::path free_name_of_cut(const fs::path& target) {
-  for (int number = 1;; ++number) {
-    fs::path name = target;
-    name.replace_filename(target.stem().string() + ".cut" + std::to_string(number) +
-                          target.extension().string());
-    std::error_code error;
-    if (!fs::exists(fs::symlink_status(name, error))) return name;
-  }
-}
 
 LogFile::LogFile(fs::path target) : target_(std::move(target)), active_(target_) {
   active_ += ".active";

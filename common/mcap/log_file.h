@@ -9,10 +9,6 @@
 
 namespace zerodrift::mcap {
 
-// <stem>.cut<N><extension> beside the target, the first that nothing has: for what was written of
-// a file that did not become whole.
-[[nodiscard]] std::filesystem::path free_name_of_cut(const std::filesystem::path& target);
-
 class LogFile {
  public:
   // What an earlier writer left under the .active name is moved to <stem>.cut<N><extension>, which

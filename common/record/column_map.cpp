@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "common/core/units.h"
+#include "common/files/file_error.h"
 #include "common/record/csv_cells.h"
-#include "common/record/record_error.h"
 
 namespace zerodrift::record {
 namespace {
@@ -132,7 +132,7 @@ std::optional<CanonicalName> parse_name_of(const QuantityName& known, std::strin
 }
 
 [[noreturn]] void refuse(std::string_view entry, const std::string& why) {
-  throw RecordError("--columns: '" + printable(entry) + "': " + why);
+  throw files::FileError("--columns: '" + printable(entry) + "': " + why);
 }
 
 Channel parse_channel(std::string_view entry, std::string_view channel_name) {

@@ -82,7 +82,7 @@ struct ColumnMapping {
 //   <channel>=<column>*<factor>           the same in the channel's default unit (s, rad/s, ...):
 //                                         'time=row*0.005' is a 200 Hz clock
 //   <channel>=<column>[lsb*<factor>]      another spelling of <column>*<factor>
-// Empty text is an empty map. Throws RecordError naming the entry.
+// Empty text is an empty map. Throws files::FileError naming the entry.
 [[nodiscard]] std::vector<ColumnMapping> parse_column_map(std::string_view text);
 
 }  // namespace zerodrift::record

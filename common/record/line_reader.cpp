@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "common/record/input_file.h"
-#include "common/record/record_error.h"
+#include "common/files/file_error.h"
+#include "common/files/input_file.h"
 
 namespace zerodrift::record {
 namespace {
@@ -43,7 +43,7 @@ struct LineReader::State {
     begin = 0;
     if (end == buffer.size()) {
       if (buffer.size() >= kLongestLine) {
-        throw RecordError(
+        throw files::FileError(
             path.string() + ":" + std::to_string(line_number + 1) +
             ": a line of more than 1 MiB; a record is lines of comma-separated cells");
       }
@@ -60,10 +60,10 @@ struct LineReader::State {
           std::max(std::streamsize{0}, chain.sgetn(target, static_cast<std::streamsize>(size))));
     } catch (const std::ios_base::failure& failure) {
       const bool compressed = chain.size() > 1;
-      throw RecordError(path.string() + ": " +
-                        (compressed ? "the compressed data is corrupt or cut" : "reading fails") +
-                        " behind line " + std::to_string(line_number) + " (" + failure.what() +
-                        ")");
+      throw files::FileError(
+          path.string() + ": " +
+          (compressed ? "the compressed data is corrupt or cut" : "reading fails") +
+          " behind line " + std::to_string(line_number) + " (" + failure.what() + ")");
     }
   }
 };
@@ -71,7 +71,7 @@ struct LineReader::State {
 LineReader::LineReader(const std::filesystem::path& path) : state_(std::make_unique<State>()) {
   state_->path = path;
   state_->buffer.resize(kChunk);
-  const io::file_descriptor_source file{open_regular_file(path), io::close_handle};
+  const io::file_descriptor_source file{files::open_regular_file(path), io::close_handle};
   const std::filesystem::path suffix = path.extension();
   if (suffix == ".gz")
     state_->chain.push(io::gzip_decompressor(), static_cast<std::streamsize>(kChunk));

@@ -12,15 +12,15 @@ namespace zerodrift::record {
 
 class LineReader {
  public:
-  // Throws RecordError where the file can't be opened.
+  // Throws files::FileError where the file can't be opened.
   explicit LineReader(const std::filesystem::path& path);
   ~LineReader();
   LineReader(LineReader&&) noexcept;
   LineReader& operator=(LineReader&&) noexcept;
 
   // The next line without its end (LF or CRLF) and, on the first line, without a UTF-8 byte-order
-  // mark. Valid until the next call. False at the end of the file. Throws RecordError for corrupt
-  // compressed data and for a line of more than 1 MiB.
+  // mark. Valid until the next call. False at the end of the file. Throws files::FileError for
+  // corrupt compressed data and for a line of more than 1 MiB.
   bool next(std::string_view& line);
 
   // Of the line that next() gave: its number, from 1, and whether a line end closed it. Only a

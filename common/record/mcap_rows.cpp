@@ -5,10 +5,10 @@
 #include <charconv>
 #include <cmath>
 
+#include "common/files/file_error.h"
 #include "common/mcap/mcap_error.h"
 #include "common/record/csv_cells.h"
 #include "common/record/decimal_time.h"
-#include "common/record/record_error.h"
 
 namespace zerodrift::record {
 namespace {
@@ -146,11 +146,11 @@ McapRows::McapRows(const std::filesystem::path& path, const RecordOptions& optio
     streams_ = make_streams();
     look_ahead();
   } catch (const mcap::McapError& error) {
-    throw RecordError(error.what());
+    throw files::FileError(error.what());
   }
   info_.warnings = take_warnings();
   if (!options.columns.empty())
-    throw RecordError(path.string() + ": is an MCAP file, which --columns says nothing of");
+    throw files::FileError(path.string() + ": is an MCAP file, which --columns says nothing of");
   row_.temperature_degc.assign(info_.probes.size(), kNotMeasured);
   recorded_.temperatures.resize(info_.probes.size());
   row_.recorded = &recorded_;
@@ -177,14 +177,15 @@ void McapRows::choose_gyro(const RecordOptions& options) {
     for (const auto& channel : reader_->contents().channels) add_once(topics, channel.topic);
     std::string names;
     for (const auto& topic : topics) names += (names.empty() ? "" : ", ") + printable(topic);
-    throw RecordError(file + ": has no message of angular_rate, of which a record is made; found " +
-                      (names.empty() ? "none at all" : names));
+    throw files::FileError(file +
+                           ": has no message of angular_rate, of which a record is made; found " +
+                           (names.empty() ? "none at all" : names));
   }
   const auto is_there = [&](std::uint32_t gyro) { return gyros_.contains(gyro); };
   if (options.gyro_id) {
     if (!is_there(*options.gyro_id)) {
-      throw RecordError(file + ": has no gyro " + std::to_string(*options.gyro_id) +
-                        ", expected --gyro-id to be one of " + list_of(gyros_));
+      throw files::FileError(file + ": has no gyro " + std::to_string(*options.gyro_id) +
+                             ", expected --gyro-id to be one of " + list_of(gyros_));
     }
     info_.gyro_id = *options.gyro_id;
   } else if (gyros_.size() == 1) {
@@ -192,7 +193,7 @@ void McapRows::choose_gyro(const RecordOptions& options) {
   } else if (options.preferred_gyro_id && is_there(*options.preferred_gyro_id)) {
     info_.gyro_id = *options.preferred_gyro_id;
   } else {
-    throw RecordError(file + ": holds gyros " + list_of(gyros_) + "; choose one by --gyro-id");
+    throw files::FileError(file + ": holds gyros " + list_of(gyros_) + "; choose one by --gyro-id");
   }
   for (const auto& [gyro, probe] : thermometers_) {
     if (gyro == info_.gyro_id) info_.probes.push_back(probe);
@@ -235,8 +236,8 @@ void McapRows::look_ahead() {
       *reader_, kRateType, info_.gyro_id, "",
       [](std::string_view payload) { return decode_angular_rate(payload); });
   if (!rates.head())
-    throw RecordError(info_.path.string() + ": no message of gyro " +
-                      std::to_string(info_.gyro_id) + " can be read");
+    throw files::FileError(info_.path.string() + ": no message of gyro " +
+                           std::to_string(info_.gyro_id) + " can be read");
   info_.first_time = rates.head()->time;
   std::vector<double> steps_s;
   std::optional<core::SensorTime> previous;
@@ -288,7 +289,7 @@ const RecordRow* McapRows::next() {
       return &row_;
     }
   } catch (const mcap::McapError& error) {
-    throw RecordError(error.what());
+    throw files::FileError(error.what());
   }
   return nullptr;
 }
@@ -339,11 +340,11 @@ bool McapRows::is_in_order(core::SensorTime time) {
     ++left_out_;
     return false;
   }
-  throw RecordError(info_.path.string() + ": angular_rate of gyro " +
-                    std::to_string(info_.gyro_id) + ", sequence number " +
-                    std::to_string(recorded_.rate->sequence) + ": time " + print_seconds(time) +
-                    " s is not after the one before (" + print_seconds(*previous_time_) +
-                    " s); a record's time strictly increases");
+  throw files::FileError(
+      info_.path.string() + ": angular_rate of gyro " + std::to_string(info_.gyro_id) +
+      ", sequence number " + std::to_string(recorded_.rate->sequence) + ": time " +
+      print_seconds(time) + " s is not after the one before (" + print_seconds(*previous_time_) +
+      " s); a record's time strictly increases");
 }
 
 std::vector<std::string> McapRows::take_warnings() {

@@ -19,7 +19,8 @@ namespace zerodrift::record {
 
 class McapRows {
  public:
-  // Throws RecordError where the file has no such messages, or several gyros and none was chosen.
+  // Throws files::FileError where the file has no such messages, or several gyros and none was
+  // chosen.
   McapRows(const std::filesystem::path& path, const RecordOptions& options);
   ~McapRows();
   McapRows(const McapRows&) = delete;  // a row points into it

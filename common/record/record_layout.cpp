@@ -6,8 +6,8 @@
 #include <map>
 #include <set>
 
+#include "common/files/file_error.h"
 #include "common/record/csv_cells.h"
-#include "common/record/record_error.h"
 
 namespace zerodrift::record {
 namespace {
@@ -49,7 +49,7 @@ class Binder {
 
  private:
   [[noreturn]] void refuse(const std::string& why) const {
-    throw RecordError(path_.string() + ": " + why);
+    throw files::FileError(path_.string() + ": " + why);
   }
 
   [[nodiscard]] std::string columns_there() const { return "the columns are: " + list_of(header_); }

@@ -41,7 +41,7 @@ struct RecordLayout {
 
 // A mapped column has the meaning the map gives it; any other that is named <channel>_<unit> has
 // that meaning unless the map gave the channel to another column; the rest are extra. Throws
-// RecordError where a mapped column is missing or there twice, a known quantity has an unknown
+// files::FileError where a mapped column is missing or there twice, a known quantity has an unknown
 // unit, two columns are one channel, or there is no time.
 [[nodiscard]] RecordLayout bind_columns(const std::filesystem::path& path,
                                         const std::vector<std::string>& header,

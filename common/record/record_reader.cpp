@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/files/file_error.h"
 #include "common/mcap/mcap_reader.h"
 #include "common/record/csv_cells.h"
 #include "common/record/decimal_time.h"
 #include "common/record/mcap_rows.h"
-#include "common/record/record_error.h"
 
 namespace zerodrift::record {
 namespace {
@@ -96,8 +96,8 @@ void RecordReader::read_header() {
     }
     note_metadata(line);
   }
-  throw RecordError(info_.path.string() +
-                    ": is empty; expected a header line with the columns' names");
+  throw files::FileError(info_.path.string() +
+                         ": is empty; expected a header line with the columns' names");
 }
 
 void RecordReader::note_metadata(std::string_view comment) {
@@ -148,9 +148,9 @@ void RecordReader::estimate_period() {
     previous = row->time;
   }
   if (!previous) {
-    throw RecordError(info_.path.string() +
-                      ": has a header but no row; expected at least one row of " +
-                      std::to_string(info_.columns.size()) + " cells");
+    throw files::FileError(info_.path.string() +
+                           ": has a header but no row; expected at least one row of " +
+                           std::to_string(info_.columns.size()) + " cells");
   }
   info_.sample_period_s = median(std::move(differences_s));
 }
@@ -179,7 +179,7 @@ const RecordRow* RecordReader::next_of_csv() {
   const bool complete = lines_->line_was_ended();
   try {
     decode(line);
-  } catch (const RecordError& error) {
+  } catch (const files::FileError& error) {
     if (complete) throw;
     warnings_.push_back(std::string{error.what()} +
                         "; the file ends within this row, which is left out");
@@ -275,7 +275,7 @@ void RecordReader::check_order_and_set_interval() {
 void RecordReader::refuse_row(const BoundColumn* column, const std::string& why) const {
   std::string line = info_.path.string() + ":" + std::to_string(lines_->line_number()) + ": ";
   if (column != nullptr) line += "column '" + printable(column->header) + "': ";
-  throw RecordError(line + why);
+  throw files::FileError(line + why);
 }
 
 RecordInfo inspect(const std::filesystem::path& path, const RecordOptions& options) {

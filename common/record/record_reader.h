@@ -95,7 +95,7 @@ class McapRows;
 
 class RecordReader {
  public:
-  // Reads the header and the first rows. Throws RecordError.
+  // Reads the header and the first rows. Throws files::FileError.
   explicit RecordReader(const std::filesystem::path& path, RecordOptions options = {});
   ~RecordReader();
   RecordReader(RecordReader&&) noexcept;
@@ -104,8 +104,8 @@ class RecordReader {
   [[nodiscard]] const RecordInfo& info() const noexcept { return info_; }
 
   // The next row, valid until the next call; nullptr at the end. A last line that has no line end
-  // and isn't a whole row was cut: it is left out and named in warnings(). Throws RecordError for
-  // any other bad row.
+  // and isn't a whole row was cut: it is left out and named in warnings(). Throws files::FileError
+  // for any other bad row.
   [[nodiscard]] const RecordRow* next();
 
   // What info() warns of, then what the rows read so far gave rise to. One line each.
@@ -149,7 +149,7 @@ class RecordReader {
   std::vector<std::string> warnings_;
 };
 
-// A quick look: reads the header and the first rows. Throws RecordError.
+// A quick look: reads the header and the first rows. Throws files::FileError.
 [[nodiscard]] RecordInfo inspect(const std::filesystem::path& path,
                                  const RecordOptions& options = {});
 

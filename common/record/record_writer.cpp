@@ -11,10 +11,10 @@
 #include <ios>
 #include <stdexcept>
 
-#include "common/record/atomic_file.h"
+#include "common/files/atomic_file.h"
+#include "common/files/file_error.h"
 #include "common/record/csv_cells.h"
 #include "common/record/decimal_time.h"
-#include "common/record/record_error.h"
 
 namespace zerodrift::record {
 namespace {
@@ -32,7 +32,7 @@ struct FileSink {
   using char_type = char;
   using category = io::sink_tag;
 
-  AtomicFile* file;
+  files::AtomicFile* file;
 
   std::streamsize write(const char* data, std::streamsize size) const {
     file->append({data, static_cast<std::size_t>(size)});
@@ -69,7 +69,7 @@ struct RecordWriter::State {
     file.check();
   }
 
-  AtomicFile file;
+  files::AtomicFile file;
   io::filtering_streambuf<io::output> chain;
   std::string pending;
   std::size_t column_count = 0;
@@ -78,12 +78,12 @@ struct RecordWriter::State {
 
 RecordWriter::RecordWriter(const std::filesystem::path& path, const RecordWriterOptions& options) {
   if (options.columns.empty())
-    throw RecordError(path.string() + ": a record needs at least one column");
+    throw files::FileError(path.string() + ": a record needs at least one column");
   state_ = std::make_unique<State>(path);
   for (const auto& [key, value] : options.metadata) {
     if ((key + value).find_first_of("\r\n") != std::string::npos) {
-      throw RecordError(path.string() + ": metadata '" + printable(key) +
-                        "' holds a line end; it must be one line");
+      throw files::FileError(path.string() + ": metadata '" + printable(key) +
+                             "' holds a line end; it must be one line");
     }
     ((((state_->pending += "# ") += key) += ": ") += value) += '\n';
   }

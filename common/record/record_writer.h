@@ -24,7 +24,7 @@ struct RecordWriterOptions {
 
 class RecordWriter {
  public:
-  // Throws RecordError where the folder can't be written or the options are wrong.
+  // Throws files::FileError where the folder can't be written or the options are wrong.
   RecordWriter(const std::filesystem::path& path, const RecordWriterOptions& options);
 
   // Without commit() nothing is left behind.
@@ -38,10 +38,10 @@ class RecordWriter {
   void number(double value);         // NaN becomes a blank cell: not measured
   void text(std::string_view cell);
   void blank();
-  void end_row();  // throws RecordError where the disk is full
+  void end_row();  // throws files::FileError where the disk is full
 
-  // Makes the file durable and gives it its name. Throws RecordError. Nothing may be written after
-  // it.
+  // Makes the file durable and gives it its name. Throws files::FileError. Nothing may be written
+  // after it.
   void commit();
 
   // After a failure: what was written so far stays under a name of its own, which it gives; empty

@@ -139,6 +139,9 @@ void squared_distances_for_any_width(const SampleColumns& samples, const double*
 }  // namespace
 
 std::optional<std::string> Kernel::validate() const {
+  if (kind > KernelKind::kLinear) {
+    return "kernel.kind: found " + std::to_string(static_cast<int>(kind)) + ", expected 0 to 4";
+  }
   if (!(std::isfinite(gamma) && gamma > 0.0)) {
     return "kernel.gamma: found " + std::to_string(gamma) + ", expected a number above 0";
   }

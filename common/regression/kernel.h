@@ -15,6 +15,8 @@
 #include <optional>
 #include <string>
 
+#include "common/core/state_archive.h"
+
 namespace zerodrift::regression {
 
 // Most features a sample can have.
@@ -40,6 +42,11 @@ struct Kernel {
   // The first wrong key and what would be right; empty if all is well.
   [[nodiscard]] std::optional<std::string> validate() const;
   [[nodiscard]] bool is_stationary() const noexcept;
+
+  void carry(core::StateArchive& archive) {
+    archive(kind, gamma, degree, offset);
+    archive.require(!validate());
+  }
 
   friend bool operator==(const Kernel&, const Kernel&) = default;
 };

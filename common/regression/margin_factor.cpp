@@ -70,15 +70,11 @@ void MarginFactor::remove_reference() noexcept {
   remove_row(0);
 }
 
-std::span<const double> MarginFactor::packed() const noexcept {
-  return {packed_.get(), rows_ * (rows_ + 1) / 2};
-}
-
-void MarginFactor::restore(std::span<const double> packed_rows, std::size_t rows) noexcept {
-  core::require(rows <= cosines_.size() && packed_rows.size() == rows * (rows + 1) / 2,
-                "a margin factor that is restored has room for its rows");
-  std::copy(packed_rows.begin(), packed_rows.end(), packed_.get());
+void MarginFactor::carry(core::StateArchive& archive, std::size_t rows) {
+  core::require(rows <= cosines_.size(), "a margin factor has room for the rows of its state");
   rows_ = rows;
+  archive.numbers(packed_.get(), rows * (rows + 1) / 2, core::StateArchive::kLargestSum);
+  for (std::size_t i = 0; i < rows; ++i) archive.require(row(i)[i] > 0.0);
 }
 
 }  // namespace zerodrift::regression

@@ -11,8 +11,9 @@
 
 #include <cstddef>
 #include <memory>
-#include <span>
 #include <vector>
+
+#include "common/core/state_archive.h"
 
 namespace zerodrift::regression {
 
@@ -42,9 +43,8 @@ class MarginFactor {
   // then take out row 0. O(rows²).
   void remove_reference() noexcept;
 
-  // The packed rows L_00, L_10, L_11, ... for saving and restoring.
-  [[nodiscard]] std::span<const double> packed() const noexcept;
-  void restore(std::span<const double> packed_rows, std::size_t rows) noexcept;
+  // Its state (core/state_archive.h): L_00, L_10, L_11, ... of as many rows as are said.
+  void carry(core::StateArchive& archive, std::size_t rows);
 
  private:
   [[nodiscard]] double* row(std::size_t i) const noexcept {

@@ -251,8 +251,4 @@ void MarginSystem::renew_factor() noexcept {
   }
 }
 
-void MarginSystem::restore_factor(std::span<const double> packed) noexcept {
-  factor_.restore(packed, std::max<std::size_t>(size(), 1) - 1);
-}
-
 }  // namespace zerodrift::regression

@@ -9,6 +9,7 @@
 // margin's own residual rates, and refined where they are more than rounding.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -75,10 +76,11 @@ class MarginSystem {
   [[nodiscard]] static double smallest_pivot(const Direction& direction,
                                              bool takes_any_pivot) noexcept;
 
-  // For saving and restoring; the samples first.
-  [[nodiscard]] std::span<const double> packed_factor() const noexcept { return factor_.packed(); }
-  void restore(const MarginSample& sample) noexcept { samples_.push_back(sample); }
-  void restore_factor(std::span<const double> packed) noexcept;
+  // Its state (core/state_archive.h) is its samples, put back by position, and then their factor.
+  void put_back(const MarginSample& sample) noexcept { samples_.push_back(sample); }
+  void carry_factor(core::StateArchive& archive) {
+    factor_.carry(archive, std::max<std::size_t>(size(), 1) - 1);
+  }
 
  private:
   void solve_rates(const double* row) noexcept;

@@ -53,6 +53,7 @@
 #include <span>
 #include <vector>
 
+#include "common/core/state_archive.h"
 #include "common/regression/kernel_rows.h"
 #include "common/regression/margin_system.h"
 #include "common/regression/online_svr_options.h"
@@ -92,37 +93,14 @@ struct SetCounts {
   std::size_t remaining = 0, margin = 0, error = 0, unsettled = 0;
 };
 
-// All that decides future results; a learner made from it continues to the bit. Vectors are
-// indexed by slot unless noted.
-struct OnlineSvrState {
-  std::vector<double> features;  // slot-major: feature d of slot i is features[i * dimension + d]
-  std::vector<double> targets;   // jitter included
-  std::vector<double> weights;
-  std::vector<double> thetas;
-  std::vector<double> residuals;  // h
-  std::vector<std::uint64_t> arrivals;
-  std::vector<SampleSet> sets;
-  std::vector<WindowTier> tiers;
-  std::vector<std::size_t> margin_slots;     // by margin position, the reference first
-  std::vector<double> margin_factor;         // packed rows, by margin position
-  std::vector<std::size_t> unsettled_slots;  // the last is driven first
-  std::vector<std::size_t>
-      forgotten_slots;  // those of unsettled_slots that are to leave the window
-  double bias = 0.0;
-  std::uint64_t arrival_count = 0;
-  std::size_t refresh_cursor = 0;
-};
-
 class OnlineSvr {
  public:
   // Throws std::invalid_argument with options.validate()'s sentence.
   explicit OnlineSvr(const OnlineSvrOptions& options);
 
-  // Continues a saved learner. Throws std::invalid_argument, naming the field, if the state can't
-  // belong to the options.
-  [[nodiscard]] static OnlineSvr from_state(const OnlineSvrOptions& options,
-                                            const OnlineSvrState& state);
-  [[nodiscard]] OnlineSvrState export_state() const;
+  // All that decides future results (core/state_archive.h): one of the same options that has read
+  // it continues to the bit.
+  void carry(core::StateArchive& archive);
 
   OnlineSvr(OnlineSvr&&) noexcept = default;
   OnlineSvr& operator=(OnlineSvr&&) noexcept = default;
@@ -164,6 +142,8 @@ class OnlineSvr {
   [[nodiscard]] double fitted(std::size_t slot) const noexcept {
     return target_[slot] + residual_[slot];
   }
+  // The slots that hold a sample, the earliest first. O(W log W), allocates.
+  [[nodiscard]] std::vector<std::size_t> slots_by_arrival() const;
   // Number of the sample in the order of insertion.
   [[nodiscard]] std::uint64_t arrival(std::size_t slot) const noexcept {
     return window_.arrival(slot);
@@ -228,6 +208,9 @@ class OnlineSvr {
   void await(std::size_t slot) noexcept;
   void push_unsettled(std::size_t slot) noexcept;
   void erase_unsettled(std::size_t slot) noexcept;
+
+  void carry_sample(core::StateArchive& archive, std::size_t slot);
+  void carry_sets(core::StateArchive& archive);
 
   void maintain() noexcept;
   void refresh_one_residual() noexcept;

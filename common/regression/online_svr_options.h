@@ -12,8 +12,6 @@ namespace zerodrift::regression {
 
 // Features, targets and k(x, x) beyond this are refused: double can't hold the KKT tolerance there.
 inline constexpr double kLargestMagnitude = 1e6;
-// Largest residual, bias, weight or factor entry of a saved state: products of them stay finite.
-inline constexpr double kLargestSum = 1e100;
 
 struct OnlineSvrOptions {
   std::size_t dimension = 2;   // features per sample, 1..kMaxDimension

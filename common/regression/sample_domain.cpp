@@ -3,9 +3,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
-#include <stdexcept>
 
 #include "common/regression/kernel.h"
 #include "common/regression/online_svr.h"
@@ -18,42 +16,22 @@ SampleDomain::SampleDomain(std::size_t dimension, std::size_t capacity)
       stride_(padded(capacity + 1)),  // a sample that is still leaving counts as well
       features_(dimension * stride_, 0.0) {}
 
-// Vacant slots are put out of reach instead of being left out, so that columns stay whole.
 void SampleDomain::assign(const OnlineSvr& svr) noexcept {
-  size_ = svr.slot_count();
-  for (std::size_t d = 0; d < dimension_; ++d) {
-    for (std::size_t slot = 0; slot < size_; ++slot)
-      features_[d * stride_ + slot] = svr.feature(slot, d);
-  }
-  for (std::size_t slot = 0; slot < size_; ++slot) {
-    if (svr.set_of(slot) == SampleSet::kVacant)
-      features_[slot] = std::numeric_limits<double>::infinity();
-  }
-}
-
-std::vector<double> SampleDomain::export_samples() const {
-  std::vector<double> samples;
-  for (std::size_t i = 0; i < size_; ++i) {
-    if (std::isinf(features_[i])) continue;  // a vacant slot
-    for (std::size_t d = 0; d < dimension_; ++d) samples.push_back(features_[d * stride_ + i]);
-  }
-  return samples;
-}
-
-void SampleDomain::restore(std::span<const double> samples) {
-  const bool fits = samples.size() % dimension_ == 0 && samples.size() / dimension_ <= stride_;
-  const bool in_range = std::all_of(samples.begin(), samples.end(),
-                                    [](double v) { return std::fabs(v) <= kLargestMagnitude; });
-  if (!fits || !in_range) {
-    throw std::invalid_argument(
-        "sample domain: expected at most capacity + 1 samples of dimension numbers within "
-        "kLargestMagnitude");
-  }
-  size_ = samples.size() / dimension_;
-  for (std::size_t i = 0; i < size_; ++i) {
+  size_ = 0;
+  for (std::size_t slot = 0; slot < svr.slot_count(); ++slot) {
+    if (svr.set_of(slot) == SampleSet::kVacant) continue;
     for (std::size_t d = 0; d < dimension_; ++d)
-      features_[d * stride_ + i] = samples[i * dimension_ + d];
+      features_[d * stride_ + size_] = svr.feature(slot, d);
+    ++size_;
   }
+}
+
+void SampleDomain::carry(core::StateArchive& archive) {
+  archive(size_);
+  archive.require(size_ <= stride_);
+  if (!archive.ok()) return;
+  for (std::size_t d = 0; d < dimension_; ++d)
+    archive.numbers(&features_[d * stride_], size_, kLargestMagnitude);
 }
 
 double SampleDomain::squared_distance_of_block(std::span<const double> x,

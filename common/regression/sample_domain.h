@@ -8,6 +8,8 @@
 #include <span>
 #include <vector>
 
+#include "common/core/state_archive.h"
+
 namespace zerodrift::regression {
 
 class OnlineSvr;
@@ -21,10 +23,8 @@ class SampleDomain {
   // be these. O(slots).
   void assign(const OnlineSvr& svr) noexcept;
 
-  // The samples, one after the other; and back. restore() throws std::invalid_argument where they
-  // can't belong to this dimension and capacity.
-  [[nodiscard]] std::vector<double> export_samples() const;
-  void restore(std::span<const double> samples);
+  // Its state (core/state_archive.h), for one of this dimension and capacity.
+  void carry(core::StateArchive& archive);
 
   // Squared Euclidean distance from x to the nearest sample; infinity while there is none.
   // O(samples).
@@ -39,7 +39,7 @@ class SampleDomain {
 
   std::size_t dimension_;
   std::size_t stride_;
-  std::size_t size_ = 0;          // slots
+  std::size_t size_ = 0;          // samples
   std::vector<double> features_;  // by column
 };
 

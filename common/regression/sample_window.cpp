@@ -72,8 +72,8 @@ void SampleWindow::clear() noexcept {
   oldest_recent_ = newest_recent_ = kNoSlot;
 }
 
-void SampleWindow::restore(std::size_t slot, std::uint64_t arrival, WindowTier tier,
-                           const SampleColumns& columns) noexcept {
+void SampleWindow::put_back(std::size_t slot, std::uint64_t arrival, WindowTier tier,
+                            const SampleColumns& columns) noexcept {
   arrival_[slot] = arrival;
   if (tier == WindowTier::kRecent) {
     append_recent(slot);

@@ -47,8 +47,8 @@ class SampleWindow {
   void clear() noexcept;
 
   // Puts a saved sample back; samples must come in order of arrival.
-  void restore(std::size_t slot, std::uint64_t arrival, WindowTier tier,
-               const SampleColumns& columns) noexcept;
+  void put_back(std::size_t slot, std::uint64_t arrival, WindowTier tier,
+                const SampleColumns& columns) noexcept;
 
  private:
   void append_recent(std::size_t slot) noexcept;

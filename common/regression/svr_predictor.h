@@ -8,19 +8,12 @@
 #include <span>
 #include <vector>
 
+#include "common/core/state_archive.h"
 #include "common/regression/kernel.h"
 
 namespace zerodrift::regression {
 
 class OnlineSvr;
-
-// All that decides its predictions.
-struct SvrPredictorState {
-  Kernel kernel{};
-  double bias = 0.0;
-  std::vector<double> features;  // support vector after support vector
-  std::vector<double> weights;   // theta, in the same order
-};
 
 class SvrPredictor {
  public:
@@ -34,10 +27,8 @@ class SvrPredictor {
   // Equal to the bit to the learner's predict() at the time of assign(). O(support vectors).
   [[nodiscard]] double predict(std::span<const double> x) const noexcept;
 
-  [[nodiscard]] SvrPredictorState export_state() const;
-  // Predicts as the saved one, to the bit. Throws std::invalid_argument, naming the field, where
-  // the state can't belong to this dimension and capacity.
-  void restore(const SvrPredictorState& state);
+  // Its state (core/state_archive.h), for one of this dimension and capacity.
+  void carry(core::StateArchive& archive);
 
   [[nodiscard]] std::size_t dimension() const noexcept { return dimension_; }
   [[nodiscard]] std::size_t support_size() const noexcept { return support_size_; }

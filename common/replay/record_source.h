@@ -39,7 +39,7 @@ struct ThermalSource {
 using Warn = std::function<void(const std::string&)>;
 
 // `warn` gets one line each for what is odd but usable. Throw std::invalid_argument or
-// record::RecordError with one line otherwise, the sources too. Clocks that are no replay's or
+// files::FileError with one line otherwise, the sources too. Clocks that are no replay's or
 // simulation's become kReplay: the sender paces itself by its consumers now.
 [[nodiscard]] GyroSource open_gyro_record(const RecordSourceOptions& options, const Warn& warn);
 [[nodiscard]] ThermalSource open_thermal_record(const RecordSourceOptions& options,

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "common/record/atomic_file.h"
+#include "common/files/atomic_file.h"
 #include "common/report/plain_text.h"
 #include "common/report/style_sheet.h"
 
@@ -149,7 +149,7 @@ std::string html_of(const Document& document) {
 
 void write_html(const std::filesystem::path& path, const Document& document) {
   const std::string page = html_of(document);
-  record::AtomicFile file{path};
+  files::AtomicFile file{path};
   file.append(page);
   file.commit();
 }

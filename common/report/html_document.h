@@ -50,7 +50,7 @@ struct Document {
 // can't be drawn.
 [[nodiscard]] std::string html_of(const Document& document);
 
-// html_of() in a file that appears whole or not at all. Throws record::RecordError as well.
+// html_of() in a file that appears whole or not at all. Throws files::FileError as well.
 void write_html(const std::filesystem::path& path, const Document& document);
 
 }  // namespace zerodrift::report

@@ -91,8 +91,7 @@ void AllanMonitorNode::on_sample(const msg::CompensatedRate& message) {
 }
 
 // A replay waits for this consumer, whether it has a use for the gyro or not.
-void AllanMonitorNode::leave_out(const compensation::CompensatedSample& sample,
-                                 std::uint32_t gyro_id) {
+void AllanMonitorNode::leave_out(const core::CompensatedSample& sample, std::uint32_t gyro_id) {
   ++strangers_;
   newest_stranger_ = gyro_id;
   auto known = std::find_if(stranger_paces_.begin(), stranger_paces_.end(),
@@ -106,14 +105,14 @@ void AllanMonitorNode::leave_out(const compensation::CompensatedSample& sample,
 
 // Samples that the statistics leave out were taken all the same. A late one is older than what was
 // reported.
-void AllanMonitorNode::keep_pace(Pace& pace, const compensation::CompensatedSample& sample) {
+void AllanMonitorNode::keep_pace(Pace& pace, const core::CompensatedSample& sample) {
   pace.is_waited_for = core::is_paced_by_consumers(sample.raw.clock);
   if (!pace.is_waited_for || sample.late) return;
   pace.newest_sequence = sample.raw.sequence;
   if (++pace.since_report >= kProgressEvery) report_progress(pace);
 }
 
-void AllanMonitorNode::place(Gyro& source, const compensation::CompensatedSample& sample) {
+void AllanMonitorNode::place(Gyro& source, const core::CompensatedSample& sample) {
   Counts& counts = source.statistics.counts;
   const allan::Placement placement = source.timing.place(sample.raw.time, sample.raw.interval_s);
   switch (placement.arrival) {
@@ -158,14 +157,14 @@ void AllanMonitorNode::start(Gyro& source) {
   }
 }
 
-void AllanMonitorNode::feed(Gyro& source, const compensation::CompensatedSample& sample,
+void AllanMonitorNode::feed(Gyro& source, const core::CompensatedSample& sample,
                             std::uint64_t missing) {
   for (const auto axis : kAxes) {
     const std::size_t i = index(axis);
     Axis& statistics = source.statistics.axes[i];
     const bool valid = sample.raw.valid[i];
     if (!valid && statistics.raw->samples() > 0) ++statistics.invalid;
-    if (!statistics.compensating && valid && sample.mode[i] != compensation::Mode::kPassthrough) {
+    if (!statistics.compensating && valid && sample.mode[i] != core::Mode::kPassthrough) {
       begin_compensated(statistics, source.timing.interval_s());
     }
     statistics.raw->gap(missing);

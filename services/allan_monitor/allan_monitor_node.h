@@ -19,8 +19,8 @@
 #include "common/allan/noise_watch.h"
 #include "common/allan/stream_statistics.h"
 #include "common/allan/stream_timing.h"
-#include "common/compensation/compensator.h"
 #include "common/core/axis.h"
+#include "common/core/compensated_sample.h"
 #include "common/core/time.h"
 #include "common/dds/participant.h"
 #include "common/service/hop_latency.h"
@@ -107,12 +107,12 @@ class AllanMonitorNode {
   // Receiving thread, under the lock.
   void on_sample(const msg::CompensatedRate& message);
   Gyro* gyro(std::uint32_t gyro_id);
-  void place(Gyro& gyro, const compensation::CompensatedSample& sample);
+  void place(Gyro& gyro, const core::CompensatedSample& sample);
   void start(Gyro& gyro);
   void begin_compensated(Axis& axis, double interval_s);
-  void feed(Gyro& gyro, const compensation::CompensatedSample& sample, std::uint64_t missing);
-  void leave_out(const compensation::CompensatedSample& sample, std::uint32_t gyro_id);
-  void keep_pace(Pace& pace, const compensation::CompensatedSample& sample);
+  void feed(Gyro& gyro, const core::CompensatedSample& sample, std::uint64_t missing);
+  void leave_out(const core::CompensatedSample& sample, std::uint32_t gyro_id);
+  void keep_pace(Pace& pace, const core::CompensatedSample& sample);
 
   // Either, under the lock.
   void report_progress(Pace& pace);

@@ -149,7 +149,7 @@ void CompensationNode::resume(Gyro& source) {
   try {
     const auto age = std::chrono::duration_cast<std::chrono::seconds>(
         std::filesystem::file_time_type::clock::now() - std::filesystem::last_write_time(file));
-    const auto loaded = checkpoint::load(file, {source.id, options_.compensation});
+    const auto [loaded, left_behind] = checkpoint::resume(file, {source.id, options_.compensation});
     {
       const std::lock_guard lock(data_mutex_);
       source.compensator().restore_models(loaded);
@@ -159,6 +159,10 @@ void CompensationNode::resume(Gyro& source) {
     if (epoch) {
       const std::lock_guard lock(data_mutex_);
       save_schedule_.resumed({source.id, *epoch});
+    }
+    if (!left_behind.empty()) {
+      return tell("cannot_resume", service::Severity::kWarning,
+                  left_behind + "; goes on with its kernels and learns all else anew");
     }
     tell("resumed", service::Severity::kInformation,
          "goes on from " + file.string() + ", saved " + std::to_string(age.count()) +

@@ -2,8 +2,8 @@
 #include "services/compensation/command_files.h"
 
 #include "common/config/compensation_config.h"
-#include "common/record/named_file.h"
-#include "common/record/record_error.h"
+#include "common/files/file_error.h"
+#include "common/files/named_file.h"
 
 namespace zerodrift::services {
 namespace {
@@ -11,14 +11,14 @@ namespace {
 std::string read(const std::filesystem::path& folder, const std::string& file,
                  std::size_t most_bytes) {
   try {
-    return record::read_named(folder, file, most_bytes);
-  } catch (const record::NameRefused& refused) {
+    return files::read_named(folder, file, most_bytes);
+  } catch (const files::NameRefused& refused) {
     throw CommandRefused(refused.what());
   }
 }
 
 void require_name(const std::string& name) {
-  if (const auto problem = record::problem_of_name(name)) throw CommandRefused(*problem);
+  if (const auto problem = files::problem_of_name(name)) throw CommandRefused(*problem);
 }
 
 }  // namespace
@@ -41,9 +41,9 @@ std::shared_ptr<compensation::RestoredLearner> checkpoint_named(const std::files
   try {
     return checkpoint::restored_from(bytes, owner);
   } catch (const checkpoint::CheckpointError& error) {
-    throw CommandRefused(record::quoted_name(file) + " " + error.kind());
+    throw CommandRefused(files::quoted_name(file) + " " + error.kind());
   } catch (const std::exception&) {
-    throw CommandRefused(record::quoted_name(file) + " can't be used");
+    throw CommandRefused(files::quoted_name(file) + " can't be used");
   }
 }
 
@@ -52,13 +52,13 @@ void save_as(const std::filesystem::path& folder, const std::string& name,
   const std::string file = checkpoint_file_name(owner.gyro_id, name);
   try {
     checkpoint::save(folder / file, owner, state);
-  } catch (const record::RecordError& error) {
+  } catch (const files::FileError& error) {
     // "<path>: <what the system says>": where the service's folders lie is not everybody's.
     const std::string text = error.what();
     const std::size_t reason = text.find(": ", folder.string().size());
-    throw CommandRefused(record::quoted_name(file) + (reason == std::string::npos
-                                                          ? ": cannot be written"
-                                                          : text.substr(reason)));
+    throw CommandRefused(files::quoted_name(file) + (reason == std::string::npos
+                                                         ? ": cannot be written"
+                                                         : text.substr(reason)));
   }
 }
 
@@ -71,7 +71,7 @@ twin::Model model_named(const std::filesystem::path& folder, const std::string& 
   require_name(name);
   const std::string text = read(folder, name, config::kLargestModelFile);
   const auto refusal = [&](const std::string& place) {
-    return CommandRefused("model " + record::quoted_name(name) + " can't be a prior" +
+    return CommandRefused("model " + files::quoted_name(name) + " can't be a prior" +
                           (place.empty() ? "" : ": " + place) +
                           "; `zerodrift compensate --prior` where the file lies tells why");
   };

@@ -22,7 +22,6 @@
 
 #include "common/checkpoint/save_schedule.h"
 #include "common/compensation/compensator.h"
-#include "common/compensation/learner_state.h"
 #include "common/dds/participant.h"
 #include "common/dds/ros2_imu.h"
 #include "common/service/command_server.h"

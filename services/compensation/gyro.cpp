@@ -115,7 +115,7 @@ bool Gyro::take_input_ended() noexcept {
 
 // ---------------------------------------- answers
 
-service::AnswerMark Gyro::prepare(const compensation::CompensatedSample& answer, std::uint64_t run,
+service::AnswerMark Gyro::prepare(const core::CompensatedSample& answer, std::uint64_t run,
                                   std::uint32_t answered) noexcept {
   dds::to_message(answer, id, surroundings_.instance, message_);
   message_.run_id(run);

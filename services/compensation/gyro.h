@@ -54,7 +54,7 @@ class Gyro final : private service::GyroPipeline<compensation::Compensator>::Por
   [[nodiscard]] const compensation::Compensator& compensator() const noexcept {
     return pipeline_.engine();
   }
-  [[nodiscard]] const compensation::CompensatedSample& newest() const noexcept {
+  [[nodiscard]] const core::CompensatedSample& newest() const noexcept {
     return pipeline_.newest();
   }
   [[nodiscard]] bool is_paced() const noexcept {
@@ -107,7 +107,7 @@ class Gyro final : private service::GyroPipeline<compensation::Compensator>::Por
   bool note_left(const Guid& writer);
 
   // Port
-  service::AnswerMark prepare(const compensation::CompensatedSample& answer, std::uint64_t run,
+  service::AnswerMark prepare(const core::CompensatedSample& answer, std::uint64_t run,
                               std::uint32_t answered) noexcept override;
   void write_prepared(bool leads) noexcept override;
   void write_prepared_alone() noexcept override;

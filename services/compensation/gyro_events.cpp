@@ -14,7 +14,7 @@
 namespace zerodrift::services {
 
 using compensation::Readiness;
-using compensation::Reason;
+using core::Reason;
 using service::Severity;
 
 namespace {
@@ -180,8 +180,8 @@ void GyroEvents::tell_of_modes(const Gyro& gyro) {
     host_.raise({.code = "mode_" + std::string(core::name(axis)),
                  .severity = Severity::kInformation,
                  .text = "axis " + std::string(core::name(axis)) + ": " +
-                         std::string(compensation::name(mode)) + " (" +
-                         std::string(compensation::name(reason)) + ")",
+                         std::string(core::name(mode)) + " (" + std::string(core::name(reason)) +
+                         ")",
                  .gyro_id = id_,
                  .sensor_time_ns = gyro.newest().raw.time.count()});
   }
@@ -195,7 +195,7 @@ void GyroEvents::tell_of_temperature(const Gyro& gyro) {
   if (now == told_temperature_fault_) return;
   told_temperature_fault_ = now;
   if (now == Reason::kNone) return;
-  raise(std::string(compensation::name(now)).c_str(), Severity::kWarning,
+  raise(std::string(core::name(now)).c_str(), Severity::kWarning,
         std::string(temperature_fault_text(now)) + "; the model is not used",
         gyro.newest().raw.time);
 }

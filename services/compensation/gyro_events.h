@@ -46,9 +46,9 @@ class GyroEvents {
   std::int64_t told_waiting_since_ns_ = 0;
   bool told_clocks_ = false;
   bool told_hanging_ = false;
-  core::PerAxis<compensation::Mode> told_mode_{};
-  core::PerAxis<compensation::Reason> told_reason_{};
-  compensation::Reason told_temperature_fault_ = compensation::Reason::kNone;
+  core::PerAxis<core::Mode> told_mode_{};
+  core::PerAxis<core::Reason> told_reason_{};
+  core::Reason told_temperature_fault_ = core::Reason::kNone;
 };
 
 }  // namespace zerodrift::services

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "common/compensation/drift_prior.h"
-#include "common/record/named_file.h"
+#include "common/files/named_file.h"
 #include "services/compensation/command_files.h"
 #include "services/compensation/compensation_node.h"
 
@@ -62,7 +62,7 @@ std::shared_ptr<compensation::PriorChange> change_to(
   try {
     return std::make_shared<compensation::PriorChange>(options, model);
   } catch (const std::invalid_argument&) {
-    throw CommandRefused("model " + record::quoted_name(name) +
+    throw CommandRefused("model " + files::quoted_name(name) +
                          " reads a temperature that is not configured; name its probe under "
                          "probes in the service's --config");
   }

@@ -144,7 +144,7 @@ std::optional<RunningState> CompensationNode::running_state(Gyro& source) {
 
 void CompensationNode::catch_up(Gyro& source, const RunningState& state) {
   auto fresh = checkpoint::decode_running(state.bytes, {source.id, source.options});
-  std::vector<compensation::CompensatedSample> answers;
+  std::vector<core::CompensatedSample> answers;
   std::vector<Gyro::Pipeline::Input> log;
   std::size_t repeated = 0;
   const auto is_wanted = [&] {

@@ -17,7 +17,7 @@ namespace zerodrift::services {
 struct CompensationNode::Seen {
   std::uint32_t id = 0;
   compensation::CompensatorCounts counts{};
-  compensation::CompensatedSample newest{};
+  core::CompensatedSample newest{};
   core::PerAxis<compensation::TestThenTrain> records{};
   core::PerAxis<std::size_t> support_vectors{};
   double temperature_degc = 0.0;

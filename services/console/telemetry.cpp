@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "common/allan/noise_units.h"
-#include "common/compensation/mode.h"
+#include "common/core/mode.h"
 #include "common/core/one_line.h"
 #include "common/core/units.h"
 
@@ -113,13 +113,12 @@ std::int64_t publish_unix_ns(const msg::CompensatedRate& sample,
 
 telemetry::AxisState axis_state(const msg::CompensatedRate& sample, std::size_t axis) {
   telemetry::AxisState state;
-  const auto mode = static_cast<compensation::Mode>(sample.mode()[axis]);
+  const auto mode = static_cast<core::Mode>(sample.mode()[axis]);
   state.set_mode(static_cast<telemetry::Mode>(sample.mode()[axis]));
-  const auto reason = static_cast<compensation::Reason>(sample.reason()[axis]);
-  if (reason != compensation::Reason::kNone || mode != compensation::Mode::kLearning)
-    state.set_reason(std::string(compensation::name(reason)));
-  state.set_rung(
-      std::string(compensation::name(static_cast<compensation::Rung>(sample.rung()[axis]))));
+  const auto reason = static_cast<core::Reason>(sample.reason()[axis]);
+  if (reason != core::Reason::kNone || mode != core::Mode::kLearning)
+    state.set_reason(std::string(core::name(reason)));
+  state.set_rung(std::string(core::name(static_cast<core::Rung>(sample.rung()[axis]))));
   return state;
 }
 

@@ -7,9 +7,9 @@
 #include <array>
 #include <utility>
 
-#include "common/compensation/navigation_input.h"
 #include "common/core/units.h"
 #include "common/dds/conversions.h"
+#include "common/navigation/navigation_input.h"
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
 #include "services/navigation_filter/state_message.h"
@@ -43,11 +43,11 @@ constexpr const char* name(Stream stream) {
 }
 
 navigation::NavigationSample to_navigation(const msg::CompensatedRate& message) {
-  const compensation::CompensatedSample heard = dds::from_message(message);
-  navigation::NavigationSample sample = compensation::to_navigation(heard);
+  const core::CompensatedSample heard = dds::from_message(message);
+  navigation::NavigationSample sample = navigation::to_navigation(heard);
   for (std::size_t i = 0; i < core::kAxisCount; ++i) {
-    sample.noise_variance[i] = compensation::noise_variance(message.rate_covariance_radps2()[4 * i],
-                                                            heard.drift_variance[i]);
+    sample.noise_variance[i] = navigation::noise_variance(message.rate_covariance_radps2()[4 * i],
+                                                          heard.drift_variance[i]);
   }
   return sample;
 }

@@ -6,7 +6,7 @@
 #include <memory>
 #include <stdexcept>
 
-#include "common/record/atomic_file.h"
+#include "common/files/atomic_file.h"
 #include "common/report/json_file.h"
 #include "common/service/main.h"
 #include "services/zerodrift/allan_report.h"
@@ -53,8 +53,8 @@ void check(const AllanRequest& request) {
 int allan_command(const AllanOptions& options) {
   const EndsAtOnce on_signal;
   check(options.request);
-  record::check_outputs({{"--record", options.request.record}},
-                        {{"--json", options.json}, {"--html", options.html}});
+  files::check_outputs({{"--record", options.request.record}},
+                       {{"--json", options.json}, {"--html", options.html}});
   const AllanResult result = run_allan(options.request);
   if (!options.json.empty()) report::write_json(options.json, allan_json(result));
   if (!options.html.empty()) report::write_html(options.html, allan_page(result));

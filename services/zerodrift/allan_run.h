@@ -43,7 +43,7 @@ struct AllanResult {
 
 // Drift = rate - reference where the record has a reference. A record that `zerodrift compensate`
 // wrote gives two streams an axis: compensated, and raw, which is it plus the drift taken off.
-// Shows its progress on a terminal. Throws record::RecordError, std::invalid_argument with one
+// Shows its progress on a terminal. Throws files::FileError, std::invalid_argument with one
 // line: what is wrong with the request, or what the record lacks.
 [[nodiscard]] AllanResult run_allan(const AllanRequest& request);
 

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "common/config/compensation_config.h"
-#include "common/record/atomic_file.h"
+#include "common/files/atomic_file.h"
 #include "common/report/json_file.h"
 #include "common/service/main.h"
 #include "services/zerodrift/commands.h"
@@ -27,8 +27,8 @@ struct CompareOptions {
 
 int compare(CompareOptions options) {
   const EndsAtOnce on_signal;
-  record::check_outputs({{"--record", options.request.record}, {"--config", options.config}},
-                        {{"--json", options.json}, {"--html", options.html}});
+  files::check_outputs({{"--record", options.request.record}, {"--config", options.config}},
+                       {{"--json", options.json}, {"--html", options.html}});
   if (!options.config.empty()) options.request.options = config::load_compensation(options.config);
   if (options.train_until) options.request.train_until_s = options.train_until;
   const ComparisonResult result = run_comparison(options.request);

@@ -136,7 +136,7 @@ Labels read_labels(const ComparisonRequest& request, ProgressBar& bar) {
                                 missing.front() + "=NAME[degC]'");
   }
   const std::optional<double> rows = estimated_rows(request.record);
-  offline.run(false, [&](const compensation::CompensatedSample& sample) {
+  offline.run(false, [&](const core::CompensatedSample& sample) {
     ++labels.samples;
     if (rows) bar.show(kFirstReading * static_cast<double>(labels.samples) / *rows);
     labels.last_time = std::max(labels.last_time, sample.raw.time);

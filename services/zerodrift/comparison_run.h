@@ -63,7 +63,7 @@ struct ComparisonResult {
   std::vector<AxisComparison> axes;
 };
 
-// Every axis with labels enough. Shows its progress on a terminal. Throws record::RecordError,
+// Every axis with labels enough. Shows its progress on a terminal. Throws files::FileError,
 // std::invalid_argument with one line: what is wrong with the request, or what the record lacks.
 [[nodiscard]] ComparisonResult run_comparison(const ComparisonRequest& request);
 

@@ -16,7 +16,7 @@
 #include "common/compensation/drift_prior.h"
 #include "common/config/compensation_config.h"
 #include "common/core/units.h"
-#include "common/record/atomic_file.h"
+#include "common/files/atomic_file.h"
 #include "common/service/main.h"
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/compensated_csv.h"
@@ -57,12 +57,12 @@ class Summary {
     }
   }
 
-  void add(const compensation::CompensatedSample& sample) {
+  void add(const core::CompensatedSample& sample) {
     for (const auto a : core::kAxes) {
       const std::size_t i = core::index(a);
       Axis& axis = axes_[i];
       axis.measured = axis.measured || sample.raw.valid[i];
-      axis.compensating = axis.compensating || sample.mode[i] != compensation::Mode::kPassthrough;
+      axis.compensating = axis.compensating || sample.mode[i] != core::Mode::kPassthrough;
       ++axis.rungs[static_cast<std::size_t>(sample.rung[i])];
       if (!axis.compensating) continue;
       const std::uint64_t blocks = axis.raw->moments(allan::Span::kSinceStart).blocks;
@@ -102,7 +102,7 @@ class Summary {
     std::optional<allan::BlockStatistics> compensated;
     bool measured = false;
     bool compensating = false;
-    std::array<std::uint64_t, compensation::kRungs> rungs{};
+    std::array<std::uint64_t, core::kRungs> rungs{};
     std::optional<double> last_mean;
     double step_squares = 0.0;
     std::uint64_t steps = 0;
@@ -154,11 +154,11 @@ void require_probes_of_prior(const std::string& record,
 
 int compensate(const CompensateOptions& options) {
   const EndsAtOnce on_signal;
-  record::check_outputs({{"--record", options.record},
-                         {"--config", options.config},
-                         {"--prior", options.prior},
-                         {"--checkpoint", options.checkpoint}},
-                        {{"--out", options.out}, {"--save-checkpoint", options.save_checkpoint}});
+  files::check_outputs({{"--record", options.record},
+                        {"--config", options.config},
+                        {"--prior", options.prior},
+                        {"--checkpoint", options.checkpoint}},
+                       {{"--out", options.out}, {"--save-checkpoint", options.save_checkpoint}});
   compensation::CompensationOptions compensation_options;
   if (!options.config.empty()) compensation_options = config::load_compensation(options.config);
   if (options.scheme == "none") compensation_options.scheme = compensation::Scheme::kNone;
@@ -191,7 +191,7 @@ int compensate(const CompensateOptions& options) {
   if (!options.out.empty()) csv.emplace(options.out);
   Summary summary(offline.info().sample_period_s > 0.0 ? offline.info().sample_period_s : 1.0);
   std::uint64_t samples = 0;
-  offline.run(!missing.empty(), [&](const compensation::CompensatedSample& sample) {
+  offline.run(!missing.empty(), [&](const core::CompensatedSample& sample) {
     ++samples;
     summary.add(sample);
     if (csv) csv->write(sample);

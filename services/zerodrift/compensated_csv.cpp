@@ -31,7 +31,7 @@ record::RecordWriterOptions layout() {
 
 CompensatedCsv::CompensatedCsv(const std::filesystem::path& path) : writer_(path, layout()) {}
 
-void CompensatedCsv::write(const compensation::CompensatedSample& sample) {
+void CompensatedCsv::write(const core::CompensatedSample& sample) {
   writer_.time(sample.raw.time);
   for (const auto axis : core::kAxes) {
     const std::size_t i = core::index(axis);
@@ -44,9 +44,9 @@ void CompensatedCsv::write(const compensation::CompensatedSample& sample) {
     writer_.number(sample.applied_drift_radps[i]);
     sample.drift_variance[i] >= 0.0 ? writer_.number(std::sqrt(sample.drift_variance[i]))
                                     : writer_.blank();
-    writer_.text(compensation::name(sample.mode[i]));
-    writer_.text(compensation::name(sample.reason[i]));
-    writer_.text(compensation::name(sample.rung[i]));
+    writer_.text(core::name(sample.mode[i]));
+    writer_.text(core::name(sample.reason[i]));
+    writer_.text(core::name(sample.rung[i]));
   }
   writer_.end_row();
 }

@@ -13,7 +13,7 @@ namespace zerodrift::services {
 class CompensatedCsv {
  public:
   explicit CompensatedCsv(const std::filesystem::path& path);
-  void write(const compensation::CompensatedSample& sample);
+  void write(const core::CompensatedSample& sample);
   void commit() { writer_.commit(); }
   std::filesystem::path keep() { return writer_.keep(); }
 

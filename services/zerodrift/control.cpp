@@ -12,7 +12,7 @@
 #include <string>
 #include <string_view>
 
-#include "common/record/named_file.h"
+#include "common/files/named_file.h"
 #include "common/service/command_client.h"
 #include "common/service/host.h"
 #include "common/service/main.h"
@@ -102,7 +102,7 @@ std::string prior_argument(const ControlOptions& options) {
   std::string argument;
   if (options.gyro_id != 0) argument = std::to_string(options.gyro_id) + ':';
   if (options.model.empty()) return argument;
-  if (const auto problem = record::problem_of_name(options.model)) {
+  if (const auto problem = files::problem_of_name(options.model)) {
     throw std::invalid_argument("ctl " + options.command + ": --model: " + *problem +
                                 "; copy the file into the folder that the service was given as "
                                 "--model-dir, and name it");

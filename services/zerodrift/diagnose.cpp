@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "common/config/twin_config.h"
-#include "common/record/atomic_file.h"
+#include "common/files/atomic_file.h"
 #include "common/record/record_reader.h"
 #include "common/report/json_file.h"
 #include "common/report/numbers.h"
@@ -66,10 +66,10 @@ std::string check_date(const std::string& text) {
 }
 
 void check_outputs(const DiagnoseOptions& options) {
-  std::vector<record::NamedFile> inputs{{"--model", options.request.model}};
+  std::vector<files::NamedFile> inputs{{"--model", options.request.model}};
   if (!options.live) inputs.push_back({"--record", options.request.record});
   for (const std::string& file : options.request.validation) inputs.push_back({"--validate", file});
-  record::check_outputs(
+  files::check_outputs(
       inputs,
       {{"--out-model", options.out_model}, {"--json", options.json}, {"--html", options.html}});
 }

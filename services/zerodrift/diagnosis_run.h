@@ -50,7 +50,7 @@ struct DiagnosisResult {
 // Whether the effects of the two differ in anything.
 [[nodiscard]] ModelChange change_between(const twin::Model& model, const twin::Model& repaired);
 
-// Shows its progress on a terminal. Throws config::ConfigError, record::RecordError,
+// Shows its progress on a terminal. Throws config::ConfigError, files::FileError,
 // std::invalid_argument with one line: what is wrong with the request, or what a record lacks.
 [[nodiscard]] DiagnosisResult run_diagnosis(const DiagnosisRequest& request);
 // The same with a record that was measured already; request.record is its name.

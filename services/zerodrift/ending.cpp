@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <cstring>
 
-#include "common/record/unfinished_file.h"
+#include "common/files/unfinished_file.h"
 #include "common/service/exit_code.h"
 #include "common/service/stop_signals.h"
 
@@ -16,7 +16,7 @@ namespace zerodrift::services {
 namespace {
 
 void end_on_signal(int signal_number) {
-  record::end_without_unfinished_files(128 + signal_number);
+  files::end_without_unfinished_files(128 + signal_number);
 }
 
 }  // namespace

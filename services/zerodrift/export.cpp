@@ -7,8 +7,8 @@
 #include <string>
 
 #include "common/dds/topics.h"
+#include "common/files/atomic_file.h"
 #include "common/mcap/mcap_reader.h"
-#include "common/record/atomic_file.h"
 #include "common/service/main.h"
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/ending.h"
@@ -43,7 +43,7 @@ ExportResult convert(const ExportOptions& options) {
 
 int run_export(const ExportOptions& options) {
   const EndsAtOnce on_signal;
-  record::check_outputs({{"--record", options.request.from}}, {{"--out", options.request.to}});
+  files::check_outputs({{"--record", options.request.from}}, {{"--out", options.request.to}});
   if (!options.attachment.empty()) {
     export_attachment(options.request.from, options.attachment, options.request.to);
     return service::kExitDone;

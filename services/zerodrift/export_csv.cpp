@@ -8,10 +8,10 @@
 #include "common/core/one_line.h"
 #include "common/dds/conversions.h"
 #include "common/dds/raw_reader.h"
+#include "common/files/atomic_file.h"
+#include "common/files/file_error.h"
 #include "common/mcap/mcap_error.h"
 #include "common/mcap/mcap_reader.h"
-#include "common/record/atomic_file.h"
-#include "common/record/record_error.h"
 #include "common/record/record_reader.h"
 #include "common/record/record_samples.h"
 #include "common/record/record_writer.h"
@@ -49,14 +49,14 @@ std::uint32_t chosen(const ExportRequest& request, const std::vector<std::uint32
   std::string names;
   for (const auto gyro : gyros) names += (names.empty() ? "" : ", ") + std::to_string(gyro);
   const std::string file = request.from.string();
-  if (gyros.empty()) throw record::RecordError(file + ": has no message of compensated_rate");
+  if (gyros.empty()) throw files::FileError(file + ": has no message of compensated_rate");
   if (!request.gyro_id) {
     if (gyros.size() == 1) return gyros.front();
-    throw record::RecordError(file + ": holds gyros " + names + "; choose one by --gyro-id");
+    throw files::FileError(file + ": holds gyros " + names + "; choose one by --gyro-id");
   }
   if (std::binary_search(gyros.begin(), gyros.end(), *request.gyro_id)) return *request.gyro_id;
-  throw record::RecordError(file + ": has no gyro " + std::to_string(*request.gyro_id) +
-                            ", expected --gyro-id to be one of " + names);
+  throw files::FileError(file + ": has no gyro " + std::to_string(*request.gyro_id) +
+                         ", expected --gyro-id to be one of " + names);
 }
 
 }  // namespace
@@ -120,7 +120,7 @@ ExportResult import_record(const ExportRequest& request) {
   file_options.metadata = {{"from", request.from.filename().string()},
                            {"log_time", "sensor time, where it is above 0"},
                            {"publish_time", "sensor time, where it is above 0"}};
-  record::UnfinishedFile unfinished(request.to.string() + ".active");  // of what follows
+  files::UnfinishedFile unfinished(request.to.string() + ".active");  // of what follows
   RecordFile file(std::move(file_options));
   const auto put = [&](const dds::TopicSpec& spec, std::uint64_t sequence, core::SensorTime time,
                        std::string_view part, const std::string& payload) {
@@ -162,15 +162,15 @@ void export_attachment(const std::filesystem::path& from, const std::string& nam
   std::string names;
   for (const auto& attachment : reader.contents().attachments) {
     if (attachment.name == name) {
-      record::AtomicFile file(to);
+      files::AtomicFile file(to);
       file.append(reader.attachment(attachment));
       file.commit();
       return;
     }
     names += (names.empty() ? "" : ", ") + attachment.name;
   }
-  throw record::RecordError(from.string() + ": has no attachment '" + name + "', expected one of " +
-                            (names.empty() ? "none" : names));
+  throw files::FileError(from.string() + ": has no attachment '" + name + "', expected one of " +
+                         (names.empty() ? "none" : names));
 }
 
 }  // namespace zerodrift::services

@@ -3,8 +3,8 @@
 #include <cstdio>
 #include <string>
 
+#include "common/files/atomic_file.h"
 #include "common/mcap/mcap_reader.h"
-#include "common/record/atomic_file.h"
 #include "common/record/record_reader.h"
 #include "common/report/json_file.h"
 #include "common/service/main.h"
@@ -42,7 +42,7 @@ nlohmann::ordered_json json_of(const record::RecordInfo& record) {
 
 int info(const InfoOptions& options) {
   const EndsAtOnce on_signal;
-  record::check_outputs({{"--record", options.record}}, {{"--json", options.json}});
+  files::check_outputs({{"--record", options.record}}, {{"--json", options.json}});
   if (mcap::is_mcap(options.record)) return show_mcap(options.record, options.json);
   const auto record =
       record::inspect(options.record, {.columns = record::parse_column_map(options.columns)});

@@ -70,7 +70,7 @@ class MeasuredRecordBuilder {
 };
 
 // `progress` is told the share that was read, 0 to 1. Reads the file once, O(rows). Throws
-// record::RecordError; std::invalid_argument with one line where the record lacks a wanted axis or
+// files::FileError; std::invalid_argument with one line where the record lacks a wanted axis or
 // has no rate that moves.
 [[nodiscard]] MeasuredRecord read_measured_record(const MeasuredRecordRequest& request,
                                                   const std::function<void(double)>& progress);

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "common/config/compensation_config.h"
+#include "common/files/atomic_file.h"
 #include "common/navigation/arguments.h"
-#include "common/record/atomic_file.h"
 #include "common/report/json_file.h"
 #include "common/service/main.h"
 #include "services/zerodrift/commands.h"
@@ -41,10 +41,10 @@ compensation::CompensationOptions compensation_options(const NavigateOptions& op
 
 int navigate(NavigateOptions options) {
   const EndsAtOnce on_signal;
-  record::check_outputs({{"--record", options.request.record},
-                         {"--config", options.config},
-                         {"--prior", options.prior}},
-                        {{"--json", options.json}, {"--html", options.html}});
+  files::check_outputs({{"--record", options.request.record},
+                        {"--config", options.config},
+                        {"--prior", options.prior}},
+                       {{"--json", options.json}, {"--html", options.html}});
   options.request.navigation = options.arguments.complete();
   options.request.compensation = compensation_options(options);
   if (!options.prior.empty())

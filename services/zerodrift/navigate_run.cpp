@@ -6,7 +6,7 @@
 #include <limits>
 #include <optional>
 
-#include "common/compensation/navigation_input.h"
+#include "common/navigation/navigation_input.h"
 #include "common/record/record_reader.h"
 #include "common/record/record_samples.h"
 #include "services/zerodrift/offline_run.h"
@@ -74,12 +74,12 @@ class NavigationOfRecord {
     }
   }
 
-  void take(const compensation::CompensatedSample& answer) {
+  void take(const core::CompensatedSample& answer) {
     const Beside beside = beside_.front();
     beside_.pop_front();
     if (beside.truth && beside.truth->valid == core::PerAxis<bool>{true, true, true})
       navigation_.push_truth(beside.truth->time, beside.truth->rate_radps);
-    auto sample = compensation::to_navigation(answer);
+    auto sample = navigation::to_navigation(answer);
     sample.specific_force_mps2 = beside.specific_force_mps2;
     navigation_.push(sample);
     while (const auto reference = navigation_.take_reference()) {

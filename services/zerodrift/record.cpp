@@ -9,7 +9,7 @@
 #include <string>
 
 #include "common/dds/conversions.h"
-#include "common/record/atomic_file.h"
+#include "common/files/atomic_file.h"
 #include "common/service/host.h"
 #include "common/service/main.h"
 #include "common/service/replay_pacer.h"
@@ -142,9 +142,9 @@ struct RecordArguments {
 };
 
 int record(const RecordArguments& arguments) {
-  std::vector<record::NamedFile> attached;
+  std::vector<files::NamedFile> attached;
   for (const auto& file : arguments.mcap.file.attachments) attached.push_back({"--attach", file});
-  record::check_outputs(attached, {{"--out", arguments.csv.out}});
+  files::check_outputs(attached, {{"--out", arguments.csv.out}});
   if (!arguments.csv.out.ends_with(".mcap")) {
     for (const auto* option : arguments.only_mcap) {
       if (option->count() == 0) continue;

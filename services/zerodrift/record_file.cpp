@@ -6,8 +6,8 @@
 #include <stdexcept>
 
 #include "common/dds/idl_text.h"
+#include "common/files/input_file.h"
 #include "common/mcap/mcap_error.h"
-#include "common/record/input_file.h"
 
 namespace zerodrift::services {
 namespace {
@@ -59,7 +59,7 @@ RecordFile::RecordFile(RecordFileOptions options) : options_(std::move(options))
 }
 
 RecordFile::Attached RecordFile::read(const fs::path& file, const std::string& name) {
-  std::string data = record::read_whole_file(file, kLargestAttachment);
+  std::string data = files::read_whole_file(file, kLargestAttachment);
   return {name, std::move(data), unix_ns_of(fs::last_write_time(file))};
 }
 

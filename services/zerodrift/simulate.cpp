@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/config/twin_config.h"
-#include "common/record/atomic_file.h"
+#include "common/files/atomic_file.h"
 #include "common/record/record_writer.h"
 #include "common/service/main.h"
 #include "common/twin/effect_catalogue.h"
@@ -105,8 +105,8 @@ std::vector<InputColumns> input_columns(const twin::Model& model, const twin::Pr
 
 int simulate(const SimulateOptions& options) {
   const EndsAtOnce on_signal;
-  record::check_outputs({{"--model", options.model}, {"--profile", options.profile}},
-                        {{"--out", options.out}});
+  files::check_outputs({{"--model", options.model}, {"--profile", options.profile}},
+                       {{"--out", options.out}});
   const auto loaded = config::load_model(options.model);
   for (const auto& line : loaded.warnings) std::fprintf(stderr, "%s\n", line.c_str());
   twin::Profile profile = config::load_profile(options.profile);

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <limits>
 
-#include "common/compensation/mode.h"
+#include "common/core/mode.h"
 #include "common/core/units.h"
 
 namespace zerodrift::services {
@@ -147,11 +147,10 @@ std::string StatusBoard::axis_row(std::uint32_t gyro, core::Axis axis) const {
   const std::string of = part(gyro);
   const std::string suffix = "_" + std::string(core::name(axis));
   if (metric(of, "valid" + suffix, 0.0) == 0.0) return "";
-  const auto mode = static_cast<compensation::Mode>(metric(of, "mode" + suffix, 0.0));
-  const auto reason = static_cast<compensation::Reason>(metric(of, "reason" + suffix, 0.0));
-  std::string why(compensation::name(mode));
-  if (reason != compensation::Reason::kNone)
-    why += fmt::format(" ({})", compensation::name(reason));
+  const auto mode = static_cast<core::Mode>(metric(of, "mode" + suffix, 0.0));
+  const auto reason = static_cast<core::Reason>(metric(of, "reason" + suffix, 0.0));
+  std::string why(core::name(mode));
+  if (reason != core::Reason::kNone) why += fmt::format(" ({})", core::name(reason));
 
   std::string raw_std = "-", left_std = "-", ratio = "-", raw_minute = "-", left_minute = "-",
               held = "-";

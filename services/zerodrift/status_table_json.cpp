@@ -6,7 +6,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "common/compensation/mode.h"
+#include "common/core/mode.h"
 #include "common/core/units.h"
 #include "services/zerodrift/status_table.h"
 
@@ -86,15 +86,15 @@ std::string StatusBoard::gyro_json(std::uint32_t gyro) const {
           reports_.entries().find({gyro, static_cast<std::uint32_t>(core::index(axis)), stream});
       return found == reports_.entries().end() ? nullptr : &found->second;
     };
-    const auto mode = static_cast<compensation::Mode>(metric(of, "mode" + suffix, 0.0));
-    const auto reason = static_cast<compensation::Reason>(metric(of, "reason" + suffix, 0.0));
+    const auto mode = static_cast<core::Mode>(metric(of, "mode" + suffix, 0.0));
+    const auto reason = static_cast<core::Reason>(metric(of, "reason" + suffix, 0.0));
     const auto minute = [](const msg::AllanReport* of_stream) {
       return of_stream == nullptr ? nullptr : minute_point(*of_stream);
     };
     json["axes"].push_back(
         {{"axis", core::name(axis)},
-         {"mode", compensation::name(mode)},
-         {"reason", compensation::name(reason)},
+         {"mode", core::name(mode)},
+         {"reason", core::name(reason)},
          {"drift_deg_h", metric(of, "drift" + suffix, kNaN)},
          {"applied_rmse_deg_h", metric(of, "applied_rmse" + suffix, kNaN)},
          {"persistence_rmse_deg_h", metric(of, "persistence_rmse" + suffix, kNaN)},

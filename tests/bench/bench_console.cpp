@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "common/record/atomic_file.h"
+#include "common/files/atomic_file.h"
 #include "common/service/host.h"
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
@@ -167,7 +167,7 @@ int report(const ConsoleBenchOptions& options, Figures& figures, std::int64_t re
                               {"cpu", figures.cpu},         {"cpu_goal", kCpuGoal},
                               {"age_p50_ms", p50_ms},       {"age_p99_ms", p99_ms},
                               {"resident_kb", resident_kb}};
-    record::AtomicFile file(options.json);
+    files::AtomicFile file(options.json);
     file.append(json.dump(2) + "\n");
     file.commit();
   }

@@ -17,7 +17,7 @@
 #include <thread>
 #include <vector>
 
-#include "common/record/atomic_file.h"
+#include "common/files/atomic_file.h"
 #include "common/service/host.h"
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
@@ -335,7 +335,7 @@ int report(const FailOverOptions& options, const std::vector<Round>& rounds) {
   }
   if (!options.json.empty()) {
     json["rate_hz"] = options.rate_hz;
-    record::AtomicFile file(options.json);
+    files::AtomicFile file(options.json);
     file.append(json.dump(2) + "\n");
     file.commit();
   }

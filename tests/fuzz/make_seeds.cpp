@@ -2,6 +2,7 @@
 // Writes the binary seeds of corpus/ anew, for when a format has changed:
 //   fuzz_seeds tests/fuzz/corpus
 // Text seeds are written by hand.
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -11,9 +12,10 @@
 #include <string>
 
 #include "common/checkpoint/checkpoint_bytes.h"
-#include "common/checkpoint/learner_message.h"
 #include "common/dds/topics.h"
 #include "common/drivers/kvh_frame.h"
+#include "idl/proto/checkpoint.pb.h"
+#include "tests/fuzz/checkpoint_envelope.h"
 #include "tests/fuzz/running_compensator.h"
 #include "tests/unit/checkpoint/saved_learner.h"
 #include "tests/unit/mcap/example_file.h"
@@ -39,21 +41,36 @@ void append(std::string& bytes, const T& value) {
 
 // ---------------------------------------- checkpoint
 
+// Labels more than a minute apart: the last stationary minute holds one.
 std::string axis_bytes(int labels) {
-  proto::LearnerCheckpoint message;
-  checkpoint::to_message(checkpoint::testing::saved_after(labels), message);
-  return message.axes(0).SerializeAsString();
+  const auto options = checkpoint::testing::small_options();
+  compensation::AxisLearner axis(options, options.features.size());
+  for (int n = 0; n < labels; ++n) {
+    compensation::AxisLabel label{.time = core::from_seconds(61.0 * n),
+                                  .drift_radps = 1e-5 * std::sin(0.2 * n),
+                                  .variance = 1e-14};
+    label.features.emplace().front() = std::sin(0.1 * n);
+    axis.learn(label);
+  }
+  std::string bytes;
+  core::StateArchive archive(bytes);
+  axis.carry(archive);
+  return bytes;
 }
 
 void checkpoint_seeds() {
   const auto options = checkpoint::testing::small_options();
   const std::string file = checkpoint::encode({7, options}, checkpoint::testing::saved_after(0));
-  write("checkpoint", "file_of_a_new_learner", "f" + file);
-  write("checkpoint", "file_cut", "f" + file.substr(0, file.size() / 2));
-  write("checkpoint", "message_of_a_new_learner", "m" + file.substr(checkpoint::kEnvelopeSize));
+  proto::Checkpoint message;
+  message.ParseFromString(file.substr(checkpoint::kEnvelopeSize));
+  message.clear_learner();
+  write("checkpoint", "file_cut", "f" + file.substr(0, 1000));
+  write("checkpoint", "message_of_a_new_learner", "m" + message.SerializeAsString());
+  message.set_layout(message.layout() + 1);
+  write("checkpoint", "file_of_another_layout", "f" + in_envelope(message.SerializeAsString()));
   write("checkpoint", "axis_with_its_initial_set", "a" + axis_bytes(3));
   write("checkpoint", "axis_just_begun", "a" + axis_bytes(5));
-  write("checkpoint", "axis_with_models_kept", "a" + axis_bytes(9));
+  write("checkpoint", "axis_with_models_judged", "a" + axis_bytes(6));
 }
 
 // ---------------------------------------- MCAP

@@ -36,7 +36,7 @@ class RunningCompensator {
       const core::SensorTime time = kSmallInterval * i;
       compensator_.push(good_temperature(time, i % 16));
       compensator_.push(good_rate(static_cast<std::uint64_t>(i), time, i % 7));
-      answer_all(compensator_, [](const compensation::CompensatedSample&) {});
+      answer_all(compensator_, [](const core::CompensatedSample&) {});
     }
   }
 

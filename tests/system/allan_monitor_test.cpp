@@ -47,9 +47,9 @@ class Gyro {
   }
 
   std::uint64_t next_number() { return sequence_++; }
-  compensation::CompensatedSample next() {
+  core::CompensatedSample next() {
     time_s += 1.0 / rate_hz;
-    compensation::CompensatedSample sample;
+    core::CompensatedSample sample;
     sample.raw.sequence = next_number();
     sample.raw.time = core::from_seconds(time_s);
     sample.raw.interval_s = 1.0 / rate_hz;
@@ -65,7 +65,7 @@ class Gyro {
     return sample;
   }
 
-  void send(const compensation::CompensatedSample& sample) {
+  void send(const core::CompensatedSample& sample) {
     msg::CompensatedRate message;
     dds::to_message(sample, id_, 0, message);
     ASSERT_TRUE(writer_.write(message));
@@ -352,7 +352,7 @@ TEST(AllanMonitor, TheStepOfTheFirstCorrectionIsNoHarm) {
   constexpr int kAfter = 12000;
   for (int k = 0; k < kAfter; ++k) {
     auto sample = gyro.next();
-    sample.mode.fill(compensation::Mode::kLearning);
+    sample.mode.fill(core::Mode::kLearning);
     for (std::size_t i = 0; i < 3; ++i) {
       sample.rate_radps[i] -= radps_from_deg_h(5.0);  // the drift in all: the rest is noise
       sample.applied_drift_radps[i] += radps_from_deg_h(5.0);

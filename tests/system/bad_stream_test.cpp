@@ -12,7 +12,7 @@
 #include <set>
 #include <string>
 
-#include "common/compensation/mode.h"
+#include "common/core/mode.h"
 #include "common/core/units.h"
 #include "common/dds/conversions.h"
 #include "tests/system/files.h"
@@ -21,10 +21,10 @@
 namespace zerodrift::system_test {
 namespace {
 
-using compensation::Mode;
-using compensation::Reason;
-using compensation::Rung;
+using core::Mode;
 using core::radps_from_deg_h;
+using core::Reason;
+using core::Rung;
 using namespace std::chrono_literals;
 
 constexpr double kRateHz = 50.0;
@@ -173,9 +173,8 @@ class Bench {
 
 void expect_mode(const msg::CompensatedRate& answer, Mode mode, Reason reason) {
   for (std::size_t i = 0; i < 3; ++i) {
-    EXPECT_EQ(compensation::name(static_cast<Mode>(answer.mode()[i])), compensation::name(mode));
-    EXPECT_EQ(compensation::name(static_cast<Reason>(answer.reason()[i])),
-              compensation::name(reason));
+    EXPECT_EQ(core::name(static_cast<Mode>(answer.mode()[i])), core::name(mode));
+    EXPECT_EQ(core::name(static_cast<Reason>(answer.reason()[i])), core::name(reason));
   }
 }
 

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "common/compensation/mode.h"
+#include "common/core/mode.h"
 #include "tests/system/files.h"
 #include "tests/system/pipeline.h"
 
@@ -21,7 +21,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kOnlineSvr = static_cast<std::uint8_t>(compensation::Rung::kOnlineSvr);
+constexpr auto kOnlineSvr = static_cast<std::uint8_t>(core::Rung::kOnlineSvr);
 
 bool is_on_model(const msg::CompensatedRate& answer) {
   return std::all_of(answer.rung().begin(), answer.rung().end(),

@@ -5,14 +5,14 @@
 #include <algorithm>
 #include <string>
 
-#include "common/compensation/mode.h"
+#include "common/core/mode.h"
 #include "tests/system/pipeline.h"
 
 namespace zerodrift::system_test {
 namespace {
 
-using compensation::Mode;
-using compensation::Reason;
+using core::Mode;
+using core::Reason;
 using namespace std::chrono_literals;
 
 TEST(Control, WithoutAServiceTheAnswerIsNo) {

@@ -24,7 +24,7 @@
 #include <string>
 #include <thread>
 
-#include "common/compensation/mode.h"
+#include "common/core/mode.h"
 #include "common/core/units.h"
 #include "common/dds/conversions.h"
 #include "tests/system/data_path_audit.h"
@@ -178,7 +178,7 @@ class Audited {
 
   [[nodiscard]] std::uint64_t sent() const { return sent_; }
   [[nodiscard]] std::uint64_t answered() const { return answered_; }
-  [[nodiscard]] std::uint64_t modes_seen(compensation::Mode mode) const {
+  [[nodiscard]] std::uint64_t modes_seen(core::Mode mode) const {
     return modes_[static_cast<std::size_t>(mode)];
   }
   [[nodiscard]] std::uint64_t epochs_seen() const { return epochs_; }
@@ -295,9 +295,9 @@ TEST(DataPath, TakesNoMemoryWaitsForNothingAndSharesNoLockWithTheLearner) {
   EXPECT_GT(service.audit->of_data_path.taken, 80'000U);
   EXPECT_EQ(service.audit->of_data_path.left_out, 0U);
   EXPECT_EQ(service.audit->of_learner.left_out, 0U);
-  using compensation::Mode;
+  using core::Mode;
   for (const Mode mode : {Mode::kLearning, Mode::kFrozen, Mode::kOutOfDomain})
-    EXPECT_GT(service.modes_seen(mode), 0U) << compensation::name(mode);
+    EXPECT_GT(service.modes_seen(mode), 0U) << core::name(mode);
   // The stream is far faster than real time: of several models that are ready the newest counts.
   EXPECT_GT(service.epochs_seen(), 20U) << "models handed over";
   std::printf("%lu samples, %lu locks taken by the data path (%zu different), %lu by the learner\n",
@@ -325,7 +325,7 @@ TEST(DataPath, AnswersEverySampleWhileTheLearnerStandsStill) {
   EXPECT_EQ(service.answered() + unheard, service.sent());
   EXPECT_EQ(service.audit->taken, 0U) << service.audit->first_finding.data();
   EXPECT_EQ(service.audit->waits, 0U);
-  EXPECT_EQ(service.modes_seen(compensation::Mode::kLearning), 0U);
+  EXPECT_EQ(service.modes_seen(core::Mode::kLearning), 0U);
   EXPECT_TRUE(eventually([&] { return service.figure("labels_skipped") > 0.0; }))
       << service.figure("labels") << " labels";
   // What came before the queue was full is in it; the confirmed label at the end may be neither.
@@ -337,7 +337,7 @@ TEST(DataPath, AnswersEverySampleWhileTheLearnerStandsStill) {
   service.ramp(60, 0.02);
   EXPECT_TRUE(eventually([&] {
     service.ramp(1, 0.02);
-    return service.modes_seen(compensation::Mode::kLearning) > 0;
+    return service.modes_seen(core::Mode::kLearning) > 0;
   }));
   service.stop();
   std::filesystem::remove(config);

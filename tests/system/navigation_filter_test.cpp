@@ -177,9 +177,9 @@ class Source {
   void connect() {
     ASSERT_TRUE(eventually([&] { return writer_.matched() > 0; }));
   }
-  compensation::CompensatedSample next() {
+  core::CompensatedSample next() {
     time_s += 0.02;
-    compensation::CompensatedSample sample;
+    core::CompensatedSample sample;
     sample.raw.sequence = sequence++;
     sample.raw.time = core::from_seconds(time_s);
     sample.raw.interval_s = 0.02;
@@ -190,7 +190,7 @@ class Source {
     for (double& rate : sample.rate_radps) rate = radps_from_deg_h(0.2) * normal_(random_);
     return sample;
   }
-  void send(const compensation::CompensatedSample& sample) {
+  void send(const core::CompensatedSample& sample) {
     msg::CompensatedRate message;
     dds::to_message(sample, id_, 0, message);
     send(message);

@@ -12,7 +12,7 @@
 #include <optional>
 #include <string>
 
-#include "common/compensation/mode.h"
+#include "common/core/mode.h"
 #include "tests/system/files.h"
 #include "tests/system/pipeline.h"
 
@@ -152,13 +152,13 @@ TEST(Prior, IsAdoptedAndTakenBackLive) {
   system.start("thermal_publisher", source);
   source.insert(source.end(), {"--rate", "50"});
   system.start("gyro_publisher", source);
-  const auto comes = [&](std::size_t from, compensation::Rung rung) {
+  const auto comes = [&](std::size_t from, core::Rung rung) {
     const auto is_so = [&](const msg::CompensatedRate& answer) {
       return answer.rung()[0] == static_cast<std::uint8_t>(rung);
     };
     return eventually([&] { return answers.any(is_so, from); });
   };
-  ASSERT_TRUE(comes(0, compensation::Rung::kOnlineSvr));
+  ASSERT_TRUE(comes(0, core::Rung::kOnlineSvr));
 
   const Finished early = system.control({"revert"});
   EXPECT_EQ(early.exit_code, 1);
@@ -180,7 +180,7 @@ TEST(Prior, IsAdoptedAndTakenBackLive) {
   std::filesystem::rename(write_partial_model(system), system.path("models/" + partial));
   EXPECT_EQ(system.control({"adopt", "--model", partial, "--gyro-id", "7"}).exit_code, 1);
   EXPECT_FALSE(answers.any([](const auto& answer) {
-    return answer.rung()[0] == static_cast<std::uint8_t>(compensation::Rung::kPrior);
+    return answer.rung()[0] == static_cast<std::uint8_t>(core::Rung::kPrior);
   }));
   ASSERT_EQ(system.control({"checkpoint"}).exit_code, 0);
 
@@ -189,7 +189,7 @@ TEST(Prior, IsAdoptedAndTakenBackLive) {
   ASSERT_EQ(adopted.exit_code, 0) << adopted.out << adopted.err;
   EXPECT_NE(adopted.out.find("adopted partial, 2 effects"), std::string::npos) << adopted.out;
   EXPECT_NE(adopted.out.find("model epoch"), std::string::npos) << adopted.out;
-  ASSERT_TRUE(comes(before, compensation::Rung::kPrior));
+  ASSERT_TRUE(comes(before, core::Rung::kPrior));
   EXPECT_TRUE(eventually([&] { return told(events, "command_adopt", "adopted partial"); }));
   const Finished foreign = system.control({"restore"});
   EXPECT_EQ(foreign.exit_code, 1);
@@ -201,7 +201,7 @@ TEST(Prior, IsAdoptedAndTakenBackLive) {
   ASSERT_EQ(reverted.exit_code, 0) << reverted.out << reverted.err;
   EXPECT_NE(reverted.out.find("reverted to no prior, model epoch"), std::string::npos)
       << reverted.out;
-  ASSERT_TRUE(comes(during, compensation::Rung::kOnlineSvr));
+  ASSERT_TRUE(comes(during, core::Rung::kOnlineSvr));
   EXPECT_TRUE(eventually([&] { return told(events, "command_revert", "reverted"); }));
   EXPECT_EQ(system.control({"restore"}).exit_code, 0);
   const auto all = answers.all();

@@ -10,7 +10,7 @@
 #include <string>
 #include <thread>
 
-#include "common/compensation/mode.h"
+#include "common/core/mode.h"
 #include "common/core/units.h"
 #include "common/dds/conversions.h"
 #include "common/service/monotonic_clock.h"
@@ -20,9 +20,9 @@
 namespace zerodrift::system_test {
 namespace {
 
-using compensation::Mode;
-using compensation::Reason;
-using compensation::Rung;
+using core::Mode;
+using core::Reason;
+using core::Rung;
 using namespace std::chrono_literals;
 
 // 10 s on a loaded machine (ChildProcess::wait). A consumer that was killed is remembered for 20 s:

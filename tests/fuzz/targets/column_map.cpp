@@ -5,8 +5,8 @@
 #include <cmath>
 #include <string_view>
 
+#include "common/files/file_error.h"
 #include "common/record/csv_cells.h"
-#include "common/record/record_error.h"
 #include "common/record/record_layout.h"
 #include "tests/fuzz/expectations.h"
 
@@ -42,7 +42,7 @@ void column_map(Bytes input) {
     for (const auto& mapping : map) check(mapping);
     const auto header = record::split_cells(take_line(text));
     check(record::bind_columns("record.csv", header, map), header);
-  } catch (const record::RecordError& error) {
+  } catch (const files::FileError& error) {
     demand_one_line(error.what());
   }
 }

@@ -58,7 +58,7 @@ bool is_sound(const core::RateReferenceSample& sample) {
   return sound;
 }
 
-bool is_sound(const compensation::CompensatedSample& sample) {
+bool is_sound(const core::CompensatedSample& sample) {
   return is_sound(sample.raw);
 }
 
@@ -74,7 +74,7 @@ msg::RateReference as_message(const core::RateReferenceSample& sample) {
   return dds::to_message(sample, 1);
 }
 
-msg::CompensatedRate as_message(const compensation::CompensatedSample& sample) {
+msg::CompensatedRate as_message(const core::CompensatedSample& sample) {
   msg::CompensatedRate message;
   dds::to_message(sample, 1, 0, message);
   return message;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Input: one byte, then an MCAP file. The byte says who reads it: m the MCAP reader alone, with
 // attachments and all CRCs; r as a record in order of time, R in any order.
+#include "common/files/file_error.h"
 #include "common/mcap/mcap_error.h"
 #include "common/mcap/mcap_reader.h"
-#include "common/record/record_error.h"
 #include "common/record/record_reader.h"
 #include "common/record/record_samples.h"
 #include "tests/fuzz/expectations.h"
@@ -70,7 +70,7 @@ void mcap(Bytes input) {
     read_file(bytes);
   } catch (const mcap::McapError& error) {
     demand_one_line(error.what());
-  } catch (const record::RecordError& error) {
+  } catch (const files::FileError& error) {
     demand_one_line(error.what());
   }
 }

@@ -4,8 +4,8 @@
 #include <string_view>
 #include <vector>
 
+#include "common/files/file_error.h"
 #include "common/record/column_map.h"
-#include "common/record/record_error.h"
 #include "common/record/record_reader.h"
 #include "common/record/record_samples.h"
 #include "tests/fuzz/expectations.h"
@@ -65,7 +65,7 @@ void record_csv(Bytes input) {
                         {.columns = record::parse_column_map(map), .time_order = order});
     read_all(reader, order);
     for (const auto& warning : reader.warnings()) demand_one_line(warning);
-  } catch (const record::RecordError& error) {
+  } catch (const files::FileError& error) {
     demand_one_line(error.what());
   }
 }

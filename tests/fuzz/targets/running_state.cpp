@@ -22,8 +22,8 @@
 namespace zerodrift::fuzz {
 namespace {
 
-using compensation::CompensatedSample;
 using compensation::Compensator;
+using core::CompensatedSample;
 
 constexpr int kSamples = 40;  // long enough for labels, confirmed and learned
 

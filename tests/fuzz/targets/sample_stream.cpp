@@ -23,8 +23,8 @@
 namespace zerodrift::fuzz {
 namespace {
 
-using compensation::CompensatedSample;
 using compensation::Compensator;
+using core::CompensatedSample;
 
 constexpr double kWindowS = 60.0;
 constexpr std::uint64_t kMostSamples = 300;  // of an input: a fuzzer lives on many short ones

@@ -12,7 +12,9 @@
 #include <string>
 #include <utility>
 
-#include "common/record/record_error.h"
+#include "common/files/file_error.h"
+#include "idl/proto/checkpoint.pb.h"
+#include "tests/unit/checkpoint/envelope.h"
 #include "tests/unit/checkpoint/saved_learner.h"
 
 namespace zerodrift::checkpoint {
@@ -87,8 +89,36 @@ TEST_F(CheckpointFile, WhereItCannotBeWrittenTheErrorNamesIt) {
   try {
     save(path("no/such/folder.ckpt"), owner_, saved_after(5));
     FAIL() << "written into a folder that isn't there";
-  } catch (const record::RecordError& error) {
+  } catch (const files::FileError& error) {
     EXPECT_NE(std::string(error.what()).find("folder.ckpt"), std::string::npos) << error.what();
+  }
+}
+
+// Rule: a program goes on with all that a checkpoint holds; after an upgrade with its kernels, and
+// the line says why; with nothing where not even those can be used.
+TEST_F(CheckpointFile, AfterAnUpgradeAProgramGoesOnWithItsKernels) {
+  save(path("all"), owner_, saved_after(40));
+  EXPECT_EQ(resume(path("all"), owner_).left_behind, "");
+  EXPECT_EQ(resume(path("all"), owner_).learner->epoch, 40U);
+
+  proto::Checkpoint message;
+  message.ParseFromString(content("all").substr(kEnvelopeSize));
+  message.set_layout(message.layout() + 1);
+  std::ofstream(path("upgraded"), std::ios::binary) << testing::wrap(message.SerializeAsString());
+  const Resumed resumed = resume(path("upgraded"), owner_);
+  EXPECT_EQ(resumed.left_behind, refusal("upgraded"));
+  EXPECT_NE(resumed.left_behind.find("layout"), std::string::npos);
+  EXPECT_EQ(resumed.learner->epoch, 41U);
+  EXPECT_EQ(resumed.learner->labels, 0U);
+
+  for (const char* name : {"none", "damaged"}) {
+    std::ofstream(path("damaged"), std::ios::binary) << content("all").substr(0, 100);
+    try {
+      (void)resume(path(name), owner_);
+      ADD_FAILURE() << name;
+    } catch (const CheckpointError& error) {
+      EXPECT_EQ(error.what(), refusal(name));
+    }
   }
 }
 
@@ -103,7 +133,7 @@ TEST_F(CheckpointFile, EveryRefusalIsOneLineThatNamesTheFile) {
   std::ofstream(path("flipped"), std::ios::binary) << flipped;
   save(path("other"), {2, options_}, saved_after(40));
   auto state = saved_after(40);
-  state.axes[1].model.scale_radps = -1.0;
+  state.bytes.back() = '\xff';  // of the last axis's scale
   save(path("senseless"), owner_, state);
 
   EXPECT_EQ(refusal("good"), "");

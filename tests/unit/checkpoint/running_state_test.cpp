@@ -19,13 +19,13 @@
 namespace zerodrift::checkpoint {
 namespace {
 
-using compensation::CompensatedSample;
 using compensation::CompensationOptions;
 using compensation::Compensator;
 using compensation::Readiness;
 using compensation::testing::GyroSpec;
 using compensation::testing::make_record;
 using compensation::testing::Record;
+using core::CompensatedSample;
 
 constexpr std::uint32_t kGyro = 3;
 
@@ -122,8 +122,7 @@ void expect_no_difference(const Record& record, const CompensationOptions& optio
         [&](const CompensatedSample& answer) { expected.push_back(answer); });
   }
   bool learned = false;
-  for (const auto& answer : expected)
-    learned = learned || answer.rung[0] == compensation::Rung::kOnlineSvr;
+  for (const auto& answer : expected) learned = learned || answer.rung[0] == core::Rung::kOnlineSvr;
   EXPECT_TRUE(learned) << "nothing was learned: the test shows nothing";
   // In the first block, while labels gather, in mid-turn, settling after it, late.
   for (const std::size_t cut : {std::size_t{3}, record.rates.size() / 7, record.rates.size() / 3,
@@ -249,7 +248,7 @@ TEST(RunningState, WithADataPathCutAnywhereIsRefused) {
 void expect_finite(const CompensatedSample& answer) {
   for (const auto axis : core::kAxes) {
     EXPECT_TRUE(std::isfinite(answer.applied_drift_radps[core::index(axis)]));
-    EXPECT_LE(answer.mode[core::index(axis)], compensation::Mode::kOutOfDomain);
+    EXPECT_LE(answer.mode[core::index(axis)], core::Mode::kOutOfDomain);
   }
 }
 

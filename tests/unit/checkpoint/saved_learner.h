@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "common/compensation/learner_state.h"
+#include "common/compensation/learner.h"
 
 namespace zerodrift::checkpoint::testing {
 
@@ -52,7 +52,7 @@ class Bench {
           .label = {},
           .restored = std::move(restored)});
   }
-  [[nodiscard]] compensation::LearnerState state() const { return learner_.export_state(); }
+  [[nodiscard]] compensation::LearnerState state() { return learner_.export_state(); }
   [[nodiscard]] const compensation::ModelSnapshot& active() const {
     if (exchange_.active() == nullptr) throw std::logic_error("no active snapshot");
     return *exchange_.active();

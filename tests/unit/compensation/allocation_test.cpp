@@ -94,7 +94,7 @@ TEST(CompensatorAllocationLaws, DataPathAndLearnerTakeNoMemoryAfterConstruction)
   Compensator compensator{busy_options()};
   std::size_t answers = 0;
   const std::size_t taken = allocated_by([&] {
-    testing::run(compensator, record, [&](const CompensatedSample&) {
+    testing::run(compensator, record, [&](const core::CompensatedSample&) {
       ++answers;
       if (answers == 20'000) compensator.freeze();
       if (answers == 20'400) compensator.learn();
@@ -119,9 +119,9 @@ TEST(CompensatorAllocationLaws, APriorAndItsChangesTakeNoMemory) {
   std::size_t answers = 0;
   std::size_t on_prior = 0;
   const std::size_t taken = allocated_by([&] {
-    testing::run(compensator, record, [&](const CompensatedSample& answer) {
+    testing::run(compensator, record, [&](const core::CompensatedSample& answer) {
       ++answers;
-      if (answer.rung[0] == Rung::kPrior) ++on_prior;
+      if (answer.rung[0] == core::Rung::kPrior) ++on_prior;
       if (answers == 12'000 || answers == 16'000) compensator.change_prior(change);
     });
     compensator.restart_stream();

@@ -120,9 +120,10 @@ Record record_with_references() {
 }
 
 // Feeds index by index, as the streams arrive whatever their stamps say, and answers at once.
-std::vector<CompensatedSample> run_as_it_arrives(Compensator& compensator, const Record& record) {
-  std::vector<CompensatedSample> answers;
-  const auto take = [&](const CompensatedSample& answer) { answers.push_back(answer); };
+std::vector<core::CompensatedSample> run_as_it_arrives(Compensator& compensator,
+                                                       const Record& record) {
+  std::vector<core::CompensatedSample> answers;
+  const auto take = [&](const core::CompensatedSample& answer) { answers.push_back(answer); };
   for (std::size_t k = 0; k < record.rates.size(); ++k) {
     const std::size_t second = k / 20;
     if (k % 20 == 0 && second < record.temperatures.size())
@@ -157,9 +158,9 @@ TEST_P(OneBadMessage, PoisonsNothing) {
         ASSERT_TRUE(std::isfinite(answers[k].drift_variance[i])) << k;
         ASSERT_TRUE(std::isfinite(answers[k].sensor_variance[i])) << k;
         const bool usable = answers[k].raw.valid[i] && std::abs(answers[k].raw.rate_radps[i]) < 1e3;
-        ASSERT_EQ(answers[k].reason[i] == Reason::kInvalidInput, !usable) << k;
+        ASSERT_EQ(answers[k].reason[i] == core::Reason::kInvalidInput, !usable) << k;
         if (static_cast<double>(k) / 20.0 < at_s + 120.0) continue;
-        ASSERT_NE(answers[k].rung[i], Rung::kNone) << k;
+        ASSERT_NE(answers[k].rung[i], core::Rung::kNone) << k;
         ASSERT_NEAR(answers[k].applied_drift_radps[i], record.drift_radps[k][i], 0.09 * kDegH) << k;
       }
     }
@@ -206,7 +207,7 @@ TEST(CompensatorAbuse, NothingIsLearnedWhileAnAxisIsSaturated) {
   Compensator compensator{testing::options()};
   std::uint64_t labels_before = 0, labels_after = 0;
   std::size_t k = 0;
-  testing::run(compensator, record, [&](const CompensatedSample&) {
+  testing::run(compensator, record, [&](const core::CompensatedSample&) {
     ++k;
     if (k == 2021) labels_before = compensator.counts().labels;
     if (k == 4000 + 15 * 20) labels_after = compensator.counts().labels;

@@ -30,7 +30,7 @@ GyroSpec ramp() {
 }
 
 template <typename Condition>
-std::size_t count(const std::vector<CompensatedSample>& answers, double from_s, double to_s,
+std::size_t count(const std::vector<core::CompensatedSample>& answers, double from_s, double to_s,
                   Condition&& holds) {
   return static_cast<std::size_t>(
       std::count_if(answers.begin(), answers.end(), [&](const auto& answer) {
@@ -39,7 +39,8 @@ std::size_t count(const std::vector<CompensatedSample>& answers, double from_s, 
       }));
 }
 
-bool all_axes(const CompensatedSample& answer, Mode mode, Reason reason, Rung rung) {
+bool all_axes(const core::CompensatedSample& answer, core::Mode mode, core::Reason reason,
+              core::Rung rung) {
   return std::all_of(kAxes.begin(), kAxes.end(), [&](Axis axis) {
     const std::size_t i = index(axis);
     return answer.mode[i] == mode && answer.reason[i] == reason && answer.rung[i] == rung;
@@ -54,16 +55,18 @@ TEST(CompensatorLadder, AHealthyRunClimbsToTheLearnedModel) {
   const auto answers = testing::run(compensator, make_record(ramp()));
   EXPECT_EQ(count(answers, 0, 24.0,
                   [](const auto& a) {
-                    return all_axes(a, Mode::kPassthrough, a.reason[0], Rung::kNone) &&
+                    return all_axes(a, core::Mode::kPassthrough, a.reason[0], core::Rung::kNone) &&
                            a.applied_drift_radps[0] == 0.0;
                   }),
             480U);
   EXPECT_EQ(count(answers, 25.0, 80.0,
                   [](const auto& a) {
-                    return all_axes(a, Mode::kFallback, a.reason[0], Rung::kStationaryBias);
+                    return all_axes(a, core::Mode::kFallback, a.reason[0],
+                                    core::Rung::kStationaryBias);
                   }),
             1100U);
-  EXPECT_TRUE(all_axes(answers.back(), Mode::kLearning, Reason::kNone, Rung::kOnlineSvr));
+  EXPECT_TRUE(
+      all_axes(answers.back(), core::Mode::kLearning, core::Reason::kNone, core::Rung::kOnlineSvr));
   EXPECT_EQ(compensator.rest_state(), RestState::kRest);
   for (const auto axis : kAxes) {
     const TestThenTrain& record = compensator.test_then_train(axis);
@@ -83,13 +86,13 @@ TEST(CompensatorLadder, WhenTemperatureStopsTheBiasTakesOver) {
   const auto answers = testing::run(compensator, record);
   ASSERT_EQ(answers.size(), record.rates.size());
   // An estimate is renewed with each block: a second of leeway.
-  EXPECT_EQ(
-      count(answers, 600.0, 630.0, [](const auto& a) { return a.rung[0] == Rung::kOnlineSvr; }),
-      600U);
+  EXPECT_EQ(count(answers, 600.0, 630.0,
+                  [](const auto& a) { return a.rung[0] == core::Rung::kOnlineSvr; }),
+            600U);
   EXPECT_EQ(count(answers, 632.0, 900.0,
                   [](const auto& a) {
-                    return all_axes(a, Mode::kFallback, Reason::kTemperatureStale,
-                                    Rung::kStationaryBias);
+                    return all_axes(a, core::Mode::kFallback, core::Reason::kTemperatureStale,
+                                    core::Rung::kStationaryBias);
                   }),
             268U * 20U);
   // The bias goes on being learned. Its labels are 50 s old in the mean at most (half a minute,
@@ -116,7 +119,8 @@ TEST(CompensatorLadder, AStuckProbeIsNotBelievedWhileAnotherMoves) {
   Compensator compensator{options};
   const auto answers = testing::run(compensator, record);
   const auto is_stuck = [](const auto& a) {
-    return all_axes(a, Mode::kFallback, Reason::kProbeStuck, Rung::kStationaryBias);
+    return all_axes(a, core::Mode::kFallback, core::Reason::kProbeStuck,
+                    core::Rung::kStationaryBias);
   };
   EXPECT_EQ(count(answers, 0.0, 679.0, is_stuck), 0U);
   EXPECT_EQ(count(answers, 682.0, 900.0, is_stuck), 218U * 20U);
@@ -132,9 +136,9 @@ TEST(CompensatorLadder, ProbesThatStandStillTogetherAreNotStuck) {
   options.probe_stuck_s = 180.0;
   Compensator compensator{options};
   const auto answers = testing::run(compensator, make_record(spec));
-  EXPECT_EQ(
-      count(answers, 0.0, 900.0, [](const auto& a) { return a.reason[0] == Reason::kProbeStuck; }),
-      0U);
+  EXPECT_EQ(count(answers, 0.0, 900.0,
+                  [](const auto& a) { return a.reason[0] == core::Reason::kProbeStuck; }),
+            0U);
 }
 
 // Rule: without any temperature the stationary bias compensates.
@@ -148,8 +152,8 @@ TEST(CompensatorLadder, WithoutAnyTemperatureTheBiasCompensates) {
   ASSERT_EQ(answers.size(), record.rates.size());
   EXPECT_EQ(count(answers, 26.0, 900.0,
                   [](const auto& a) {
-                    return all_axes(a, Mode::kFallback, Reason::kTemperatureMissing,
-                                    Rung::kStationaryBias);
+                    return all_axes(a, core::Mode::kFallback, core::Reason::kTemperatureMissing,
+                                    core::Rung::kStationaryBias);
                   }),
             874U * 20U);
   // Mean of six labels: sigma 0.056 / sqrt(60) = 0.0072 deg/h; 5 sigma.
@@ -166,15 +170,15 @@ TEST(CompensatorLadder, BeforeAnythingIsLearnedTheFactoryPolynomialCompensates) 
   Compensator compensator{options};
   const auto answers = testing::run(compensator, make_record(spec));
   // The newest temperature up to 0.05 s before: at 18.95 s the reading of 18 s.
-  const CompensatedSample& answer = answers[18 * 20 + 18];
+  const core::CompensatedSample& answer = answers[18 * 20 + 18];
   ASSERT_EQ(answer.raw.time, from_seconds(18.95));
   const double t = testing::Chamber(spec).temperature_degc(18.0);
-  EXPECT_EQ(answer.rung[0], Rung::kFactoryPolynomial);
-  EXPECT_EQ(answer.mode[0], Mode::kFallback);
-  EXPECT_EQ(answer.reason[0], Reason::kNoEstimateYet);
+  EXPECT_EQ(answer.rung[0], core::Rung::kFactoryPolynomial);
+  EXPECT_EQ(answer.mode[0], core::Mode::kFallback);
+  EXPECT_EQ(answer.reason[0], core::Reason::kNoEstimateYet);
   EXPECT_NEAR(answer.applied_drift_radps[0], 1e-5 + 2e-7 * t - 3e-9 * t * t, 1e-18);
-  EXPECT_EQ(answer.rung[1], Rung::kNone);  // an axis without one
-  EXPECT_EQ(answer.mode[1], Mode::kPassthrough);
+  EXPECT_EQ(answer.rung[1], core::Rung::kNone);  // an axis without one
+  EXPECT_EQ(answer.mode[1], core::Mode::kPassthrough);
 }
 
 // Rule: a factory polynomial goes by a temperature that is known; with a stale one it says nothing.
@@ -189,11 +193,11 @@ TEST(CompensatorLadder, AFactoryPolynomialIsNotAppliedToAStaleTemperature) {
   Compensator compensator{options};
   compensator.freeze();  // so that no bias is ever learned
   const auto answers = testing::run(compensator, record);
-  EXPECT_EQ(answers[80 * 20].rung[0], Rung::kFactoryPolynomial);
+  EXPECT_EQ(answers[80 * 20].rung[0], core::Rung::kFactoryPolynomial);
   // Stale after 30 s without a reading; an estimate is renewed with each block.
   EXPECT_EQ(count(answers, 92.0, 120.0,
                   [](const auto& a) {
-                    return a.rung[0] == Rung::kNone && a.mode[0] == Mode::kPassthrough;
+                    return a.rung[0] == core::Rung::kNone && a.mode[0] == core::Mode::kPassthrough;
                   }),
             28U * 20U);
 }
@@ -211,26 +215,26 @@ TEST(CompensatorLadder, OutsideTheLearnedTemperaturesItReturnsToTheBiasAndSaysSo
     if (t > 1000.0) reading.temperature_degc = 25.0 + (t - 1000.0) / 10.0;
   }
   Compensator compensator{testing::options()};
-  std::vector<CompensatedSample> answers;
-  testing::run(compensator, record, [&](const CompensatedSample& answer) {
+  std::vector<core::CompensatedSample> answers;
+  testing::run(compensator, record, [&](const core::CompensatedSample& answer) {
     answers.push_back(answer);
     if (answers.size() == 990U * 20U) compensator.freeze();
   });
-  const auto is_outside = [](const CompensatedSample& a) {
-    return a.mode[0] == Mode::kOutOfDomain && a.reason[0] == Reason::kOutsideLearned &&
-           a.rung[0] == Rung::kStationaryBias;
+  const auto is_outside = [](const core::CompensatedSample& a) {
+    return a.mode[0] == core::Mode::kOutOfDomain && a.reason[0] == core::Reason::kOutsideLearned &&
+           a.rung[0] == core::Rung::kStationaryBias;
   };
   // The temperature rate follows within its window of 60 s.
   EXPECT_EQ(count(answers, 1060.0, 1800.0, is_outside), 740U * 20U);
   const auto last_inside = std::find_if_not(answers.rbegin(), answers.rend(), is_outside);
   ASSERT_NE(last_inside, answers.rend());
-  const CompensatedSample& inside = *last_inside;
-  const CompensatedSample& first = *(last_inside - 1);
-  const CompensatedSample& later = *(last_inside - 1 - 50 * 20);
+  const core::CompensatedSample& inside = *last_inside;
+  const core::CompensatedSample& first = *(last_inside - 1);
+  const core::CompensatedSample& later = *(last_inside - 1 - 50 * 20);
   const double safe = inside.applied_drift_radps[0];
   const double bias =
       answers.back().applied_drift_radps[0];  // after 740 s / 10 s: exp(-74) is left
-  ASSERT_EQ(inside.rung[0], Rung::kOnlineSvr);
+  ASSERT_EQ(inside.rung[0], core::Rung::kOnlineSvr);
   // Renewed once or twice a second: the first step goes at most 1 - exp(-0.2) of the way.
   EXPECT_LE(std::abs(first.applied_drift_radps[0] - safe), 0.19 * std::abs(bias - safe));
   // exp(-5) after 50 s, a step of one second early or late.
@@ -249,7 +253,8 @@ TEST(CompensatorLadder, EarthRateOfUnknownAttitudeIsNotLearnedByAGyroThatSeesIt)
   const auto answers = testing::run(compensator, make_record(spec));
   EXPECT_EQ(count(answers, 11.0, 120.0,
                   [](const auto& a) {
-                    return all_axes(a, Mode::kPassthrough, Reason::kEarthRateUnknown, Rung::kNone);
+                    return all_axes(a, core::Mode::kPassthrough, core::Reason::kEarthRateUnknown,
+                                    core::Rung::kNone);
                   }),
             109U * 20U);
   EXPECT_EQ(compensator.counts().labels, 0U);
@@ -276,7 +281,7 @@ TEST(CompensatorLadder, AKnownEarthRateIsNotPartOfTheDrift) {
   const auto answers = testing::run(compensator, record);
   for (const auto axis : kAxes) {
     const std::size_t i = index(axis);
-    ASSERT_NE(answers.back().rung[i], Rung::kNone);
+    ASSERT_NE(answers.back().rung[i], core::Rung::kNone);
     // A label of 10 s: 0.018 deg/h; 5 sigma.
     EXPECT_NEAR(answers.back().applied_drift_radps[i], record.drift_radps.back()[i], 0.09 * kDegH);
   }
@@ -287,9 +292,9 @@ TEST(CompensatorLadder, AFreezeStopsLearningUntilToldToLearn) {
   GyroSpec spec = ramp();
   spec.duration_s = 1200.0;
   Compensator compensator{testing::options()};
-  std::vector<CompensatedSample> answers;
+  std::vector<core::CompensatedSample> answers;
   std::uint64_t labels_frozen = 0, labels_thawed = 0;
-  testing::run(compensator, make_record(spec), [&](const CompensatedSample& answer) {
+  testing::run(compensator, make_record(spec), [&](const core::CompensatedSample& answer) {
     answers.push_back(answer);
     if (answers.size() == 800U * 20U) {
       compensator.freeze();
@@ -304,12 +309,14 @@ TEST(CompensatorLadder, AFreezeStopsLearningUntilToldToLearn) {
   EXPECT_GT(compensator.counts().labels, labels_thawed + 15);  // 200 s less 5 s of confirmation
   EXPECT_EQ(count(answers, 802.0, 1000.0,
                   [](const auto& a) {
-                    return all_axes(a, Mode::kFrozen, Reason::kCommanded, Rung::kOnlineSvr);
+                    return all_axes(a, core::Mode::kFrozen, core::Reason::kCommanded,
+                                    core::Rung::kOnlineSvr);
                   }),
             198U * 20U);
   // What was learned just before may take effect within the handover (1 s); then the epoch stands.
   EXPECT_EQ(answers[802U * 20U].model_epoch, answers[999U * 20U].model_epoch);
-  EXPECT_TRUE(all_axes(answers.back(), Mode::kLearning, Reason::kNone, Rung::kOnlineSvr));
+  EXPECT_TRUE(
+      all_axes(answers.back(), core::Mode::kLearning, core::Reason::kNone, core::Rung::kOnlineSvr));
 }
 
 // Rule: a reset forgets everything learned at once, and learning begins anew.
@@ -317,8 +324,8 @@ TEST(CompensatorLadder, AResetForgetsAndLearningBeginsAnew) {
   GyroSpec spec = ramp();
   spec.duration_s = 1500.0;
   Compensator compensator{testing::options()};
-  std::vector<CompensatedSample> answers;
-  testing::run(compensator, make_record(spec), [&](const CompensatedSample& answer) {
+  std::vector<core::CompensatedSample> answers;
+  testing::run(compensator, make_record(spec), [&](const core::CompensatedSample& answer) {
     answers.push_back(answer);
     if (answers.size() == 800U * 20U) {
       ASSERT_GT(compensator.support_vectors(Axis::kX), 0U);
@@ -331,15 +338,18 @@ TEST(CompensatorLadder, AResetForgetsAndLearningBeginsAnew) {
   });
   EXPECT_EQ(count(answers, 800.0, 814.0,
                   [](const auto& a) {
-                    return all_axes(a, Mode::kPassthrough, Reason::kNoEstimateYet, Rung::kNone);
+                    return all_axes(a, core::Mode::kPassthrough, core::Reason::kNoEstimateYet,
+                                    core::Rung::kNone);
                   }),
             280U);
   EXPECT_EQ(count(answers, 817.0, 860.0,
                   [](const auto& a) {
-                    return all_axes(a, Mode::kFallback, a.reason[0], Rung::kStationaryBias);
+                    return all_axes(a, core::Mode::kFallback, a.reason[0],
+                                    core::Rung::kStationaryBias);
                   }),
             860U);
-  EXPECT_TRUE(all_axes(answers.back(), Mode::kLearning, Reason::kNone, Rung::kOnlineSvr));
+  EXPECT_TRUE(
+      all_axes(answers.back(), core::Mode::kLearning, core::Reason::kNone, core::Rung::kOnlineSvr));
 }
 
 // Rule: scheme none takes nothing off and learns nothing.
@@ -349,7 +359,8 @@ TEST(CompensatorLadder, SchemeNonePassesEverythingThrough) {
   Compensator compensator{options};
   const auto answers = testing::run(compensator, make_record(ramp()));
   for (const auto& answer : answers) {
-    ASSERT_TRUE(all_axes(answer, Mode::kPassthrough, Reason::kSchemeNone, Rung::kNone));
+    ASSERT_TRUE(
+        all_axes(answer, core::Mode::kPassthrough, core::Reason::kSchemeNone, core::Rung::kNone));
     ASSERT_EQ(answer.rate_radps, answer.raw.rate_radps);
   }
   EXPECT_FALSE(compensator.learner().run_one());

@@ -47,8 +47,8 @@ twin::Model without(twin::Model model, const std::string& kind) {
 }
 
 // Root mean square of applied less true drift of an axis, rad/s.
-double rms_error(const Record& record, const std::vector<CompensatedSample>& answers, double from_s,
-                 double to_s, Axis axis) {
+double rms_error(const Record& record, const std::vector<core::CompensatedSample>& answers,
+                 double from_s, double to_s, Axis axis) {
   double sum = 0.0;
   double n = 0.0;
   for (std::size_t k = 0; k < answers.size(); ++k) {
@@ -79,10 +79,10 @@ TEST(PriorScenario, TheRecordsOwnModelLeavesNoiseWithoutLearning) {
   const auto answers = testing::run(compensator, record);
   for (const auto axis : kAxes) {
     EXPECT_LT(rms_error(record, answers, 62.0, 1500.0, axis), kOfModelRadps);
-    EXPECT_EQ(answers.back().rung[index(axis)], Rung::kPrior);
-    EXPECT_EQ(answers.back().mode[index(axis)], Mode::kFallback);
-    EXPECT_EQ(answers.front().rung[index(axis)], Rung::kNone) << "the rate is not known yet";
-    EXPECT_EQ(answers.front().reason[index(axis)], Reason::kRateNotReady);
+    EXPECT_EQ(answers.back().rung[index(axis)], core::Rung::kPrior);
+    EXPECT_EQ(answers.back().mode[index(axis)], core::Mode::kFallback);
+    EXPECT_EQ(answers.front().rung[index(axis)], core::Rung::kNone) << "the rate is not known yet";
+    EXPECT_EQ(answers.front().reason[index(axis)], core::Reason::kRateNotReady);
     EXPECT_GT(rms_error(record, answers, 0.0, 50.0, axis), 0.5 * kDegH) << "nothing is taken off";
   }
   EXPECT_EQ(compensator.learner().labels_learned(), 0U);
@@ -102,7 +102,7 @@ TEST(PriorScenario, WhatThePriorLacksIsLearned) {
     const double alone = rms_error(record, frozen, 900.0, 1500.0, axis);
     EXPECT_GT(alone, 0.3 * kDegH);
     EXPECT_LT(rms_error(record, learned, 900.0, 1500.0, axis), 0.25 * alone);
-    EXPECT_EQ(learned.back().rung[index(axis)], Rung::kOnlineSvr);
+    EXPECT_EQ(learned.back().rung[index(axis)], core::Rung::kOnlineSvr);
   }
 }
 
@@ -139,9 +139,9 @@ TEST(PriorLaws, AModelWithoutDriftIsNoPriorToTheBit) {
     ASSERT_EQ(answers[k].applied_drift_radps, expected[k].applied_drift_radps) << k;
     ASSERT_EQ(answers[k].drift_variance, expected[k].drift_variance) << k;
     ASSERT_EQ(answers[k].model_epoch, expected[k].model_epoch) << k;
-    const bool was_none = expected[k].rung[0] == Rung::kNone;
-    ASSERT_EQ(answers[k].rung[0], was_none ? Rung::kPrior : expected[k].rung[0]) << k;
-    if (answers[k].rung[0] == Rung::kOnlineSvr) ++on_model;
+    const bool was_none = expected[k].rung[0] == core::Rung::kNone;
+    ASSERT_EQ(answers[k].rung[0], was_none ? core::Rung::kPrior : expected[k].rung[0]) << k;
+    if (answers[k].rung[0] == core::Rung::kOnlineSvr) ++on_model;
   }
   EXPECT_GT(on_model, 1000U);
 }
@@ -154,10 +154,10 @@ TEST(PriorLaws, LearnerTimingNeverChangesABit) {
   const auto run = [&](testing::LearnerTiming timing) {
     Compensator compensator{options};
     const auto change = std::make_shared<PriorChange>(options, model_of(climb()));
-    std::vector<CompensatedSample> answers;
+    std::vector<core::CompensatedSample> answers;
     testing::run(
         compensator, record,
-        [&](const CompensatedSample& answer) {
+        [&](const core::CompensatedSample& answer) {
           answers.push_back(answer);
           if (answers.size() != 8'000 && answers.size() != 12'000) return;
           EXPECT_TRUE(compensator.change_prior(change));
@@ -184,27 +184,27 @@ TEST(PriorChanges, AnAdoptedPriorAndTheOneBeforeTakeEffectWithTheNextSample) {
   Compensator compensator{options};
   const auto change = std::make_shared<PriorChange>(options, model_of(climb()));
   constexpr std::size_t kAdopted = 10'000, kReverted = 10'100;
-  std::vector<CompensatedSample> answers;
-  testing::run(compensator, record, [&](const CompensatedSample& answer) {
+  std::vector<core::CompensatedSample> answers;
+  testing::run(compensator, record, [&](const core::CompensatedSample& answer) {
     answers.push_back(answer);
     if (answers.size() != kAdopted && answers.size() != kReverted) return;
     ASSERT_TRUE(compensator.change_prior(change));
     EXPECT_FALSE(change->in_force);
   });
   ASSERT_TRUE(change->in_force);
-  EXPECT_EQ(answers[kAdopted - 1].rung[0], Rung::kOnlineSvr);
-  EXPECT_EQ(answers[kAdopted].rung[0], Rung::kPrior);
+  EXPECT_EQ(answers[kAdopted - 1].rung[0], core::Rung::kOnlineSvr);
+  EXPECT_EQ(answers[kAdopted].rung[0], core::Rung::kPrior);
   EXPECT_EQ(answers[kAdopted].model_epoch, answers[kAdopted - 1].model_epoch + 1);
   EXPECT_NEAR(answers[kAdopted].applied_drift_radps[0], record.drift_radps[kAdopted][0],
               2.0 * kOfModelRadps);
-  EXPECT_EQ(answers[kReverted].rung[0], Rung::kOnlineSvr);
+  EXPECT_EQ(answers[kReverted].rung[0], core::Rung::kOnlineSvr);
   EXPECT_EQ(answers[kReverted].model_epoch, answers[kReverted - 1].model_epoch + 1);
   // Ten seconds on, the same model says nearly the same: the drift moves by .004 deg/h/s at most.
   EXPECT_NEAR(answers[kReverted].applied_drift_radps[0],
               answers[kAdopted - 1].applied_drift_radps[0], 0.05 * kDegH);
   for (std::size_t k = 1; k < answers.size(); ++k)
     ASSERT_GE(answers[k].model_epoch, answers[k - 1].model_epoch);
-  EXPECT_EQ(answers.back().rung[0], Rung::kOnlineSvr);
+  EXPECT_EQ(answers.back().rung[0], core::Rung::kOnlineSvr);
 }
 
 // Rule: an axis that neither prior has effects of keeps what it learned and learns on.
@@ -214,16 +214,16 @@ TEST(PriorChanges, AnAxisThatNoPriorCoversKeepsWhatItLearned) {
   Compensator compensator{options};
   const auto change = std::make_shared<PriorChange>(
       options, model_of({effect("bias", Axis::kX, {{"bias_deg_h", 2.0}})}));
-  std::vector<CompensatedSample> answers;
-  testing::run(compensator, record, [&](const CompensatedSample& answer) {
+  std::vector<core::CompensatedSample> answers;
+  testing::run(compensator, record, [&](const core::CompensatedSample& answer) {
     answers.push_back(answer);
     if (answers.size() != 10'000) return;
     ASSERT_TRUE(compensator.change_prior(change));
   });
-  EXPECT_EQ(answers[10'000].rung[0], Rung::kPrior);
-  EXPECT_EQ(answers[9'999].rung[1], Rung::kOnlineSvr);
-  EXPECT_EQ(answers[10'000].rung[1], Rung::kOnlineSvr);
-  EXPECT_EQ(answers.back().rung[1], Rung::kOnlineSvr);
+  EXPECT_EQ(answers[10'000].rung[0], core::Rung::kPrior);
+  EXPECT_EQ(answers[9'999].rung[1], core::Rung::kOnlineSvr);
+  EXPECT_EQ(answers[10'000].rung[1], core::Rung::kOnlineSvr);
+  EXPECT_EQ(answers.back().rung[1], core::Rung::kOnlineSvr);
 }
 
 // Rule: a prior can come where there was none, before anything was learned, and go again.
@@ -235,16 +235,16 @@ TEST(PriorChanges, APriorCanComeAndGo) {
   const auto change = std::make_shared<PriorChange>(options, model_of(climb()));
   ASSERT_TRUE(compensator.change_prior(change));
   std::size_t n = 0;
-  testing::run(compensator, record, [&](const CompensatedSample& answer) {
+  testing::run(compensator, record, [&](const core::CompensatedSample& answer) {
     ++n;
     if (n == 1) {
       EXPECT_EQ(answer.model_epoch, 1U);
     } else if (n == 700) {  // the rate's 60 s are over
-      EXPECT_EQ(answer.rung[0], Rung::kPrior);
+      EXPECT_EQ(answer.rung[0], core::Rung::kPrior);
     } else if (n == 750) {
       compensator.change_prior(change);
     } else if (n == 751) {
-      EXPECT_EQ(answer.rung[0], Rung::kNone);
+      EXPECT_EQ(answer.rung[0], core::Rung::kNone);
       EXPECT_EQ(answer.applied_drift_radps[0], 0.0);
     }
   });
@@ -265,11 +265,11 @@ TEST(PriorAbuse, WithoutTemperaturesThePriorStandsStillAndSaysWhy) {
   compensator.freeze();
   const auto answers = testing::run(compensator, record);
   ASSERT_EQ(answers.size(), record.rates.size());
-  const auto at = [&](double time_s) -> const CompensatedSample& {
+  const auto at = [&](double time_s) -> const core::CompensatedSample& {
     return answers[static_cast<std::size_t>(time_s * climb().rate_hz)];
   };
-  EXPECT_EQ(at(740).reason[0], Reason::kTemperatureStale);
-  EXPECT_EQ(at(740).rung[0], Rung::kPrior);
+  EXPECT_EQ(at(740).reason[0], core::Reason::kTemperatureStale);
+  EXPECT_EQ(at(740).rung[0], core::Rung::kPrior);
   EXPECT_EQ(at(740).applied_drift_radps, at(990).applied_drift_radps);
   EXPECT_NE(at(1100).applied_drift_radps, at(990).applied_drift_radps);
   EXPECT_LT(rms_error(record, answers, 1070.0, 1500.0, Axis::kX), kOfModelRadps);
@@ -284,8 +284,8 @@ TEST(PriorAbuse, AnAxisWithoutItsProbeTakesNothingOff) {
       model_of({effect("bias_temperature", Axis::kX, {{"c1_deg_h_per_degc", 1.0}}, {"board"})}));
   EXPECT_EQ(options.probes(), (std::vector<std::string>{"coil", "board"}));
   Compensator compensator{options};
-  std::vector<CompensatedSample> answers;
-  const auto take = [&](const CompensatedSample& answer) { answers.push_back(answer); };
+  std::vector<core::CompensatedSample> answers;
+  const auto take = [&](const core::CompensatedSample& answer) { answers.push_back(answer); };
   std::size_t t = 0;
   for (const auto& sample : record.rates) {
     for (; record.temperatures[t].time <= sample.time; ++t)
@@ -295,9 +295,9 @@ TEST(PriorAbuse, AnAxisWithoutItsProbeTakesNothingOff) {
     testing::answer_ready(compensator, testing::LearnerTiming::kAtOnce, take);
   }
   ASSERT_GT(answers.size(), record.rates.size() - 100);
-  EXPECT_EQ(answers.back().rung[0], Rung::kNone);
-  EXPECT_EQ(answers.back().reason[0], Reason::kTemperatureMissing);
-  EXPECT_EQ(answers.back().rung[1], Rung::kOnlineSvr);
+  EXPECT_EQ(answers.back().rung[0], core::Rung::kNone);
+  EXPECT_EQ(answers.back().reason[0], core::Reason::kTemperatureMissing);
+  EXPECT_EQ(answers.back().rung[1], core::Rung::kOnlineSvr);
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ using testing::Random;
 using testing::Record;
 
 // Everything that decides what goes out, as bits.
-std::vector<std::uint64_t> bits(const CompensatedSample& answer) {
+std::vector<std::uint64_t> bits(const core::CompensatedSample& answer) {
   std::vector<std::uint64_t> words{answer.raw.sequence, answer.late ? 1U : 0U, answer.model_epoch};
   for (std::size_t i = 0; i < core::kAxisCount; ++i) {
     for (const double value : {answer.rate_radps[i], answer.applied_drift_radps[i],
@@ -55,12 +55,12 @@ Record record_with_references() {
 }
 
 // Merges the three streams, each in its own order, with each one ahead by a random run of messages.
-std::vector<CompensatedSample> run_interleaved(const Record& record, std::uint64_t seed,
-                                               LearnerTiming timing) {
+std::vector<core::CompensatedSample> run_interleaved(const Record& record, std::uint64_t seed,
+                                                     LearnerTiming timing) {
   Compensator compensator{testing::options()};
   Random random(seed);
-  std::vector<CompensatedSample> answers;
-  const auto take = [&](const CompensatedSample& answer) { answers.push_back(answer); };
+  std::vector<core::CompensatedSample> answers;
+  const auto take = [&](const core::CompensatedSample& answer) { answers.push_back(answer); };
   std::size_t k = 0, t = 0, r = 0;
   // A record's reference comes with every sample, so the stream is there from the beginning.
   compensator.push(record.references[r++]);
@@ -138,7 +138,7 @@ TEST(Compensator, AnsweringWithoutADueModelIsCounted) {
   const Record record = make_record(spec);
   for (const auto& reading : record.temperatures) compensator.push(reading);
   bool awaited = false;
-  CompensatedSample last;
+  core::CompensatedSample last;
   for (const auto& sample : record.rates) {
     compensator.push(sample);
     awaited = awaited || compensator.readiness() == Readiness::kAwaitsModel;
@@ -175,7 +175,7 @@ TEST(CompensatorLaws, EveryAdmittedSampleHasExactlyOneAnswer) {
     }
     Compensator compensator{testing::options()};
     std::map<std::uint64_t, int> answered;
-    const auto take = [&](const CompensatedSample& answer) {
+    const auto take = [&](const core::CompensatedSample& answer) {
       ++answered[answer.raw.sequence];
       ASSERT_EQ(answer.raw.rate_radps[0], sent.at(answer.raw.sequence));
       ASSERT_EQ(answer.rate_radps[0], answer.raw.rate_radps[0] - answer.applied_drift_radps[0]);
@@ -256,7 +256,7 @@ TEST(CompensatorScenarios, AfterASourceRestartTheModelStillCompensates) {
   Compensator compensator{testing::options()};
   const Record record = make_record(spec);
   const auto before = testing::run(compensator, record);
-  ASSERT_EQ(before.back().rung[0], Rung::kOnlineSvr);
+  ASSERT_EQ(before.back().rung[0], core::Rung::kOnlineSvr);
   const auto counts_before = compensator.counts();
   compensator.restart_stream();
   EXPECT_EQ(compensator.counts().missing, 0U);
@@ -273,7 +273,7 @@ TEST(CompensatorScenarios, AfterASourceRestartTheModelStillCompensates) {
   // The temperature rate has its window again after 30 s, and then the model the same coil saw.
   for (std::size_t k = 0; k < after.size(); ++k) {
     if (again.rates[k].time < from_seconds(35.0)) continue;
-    ASSERT_EQ(after[k].rung[0], Rung::kOnlineSvr) << k;
+    ASSERT_EQ(after[k].rung[0], core::Rung::kOnlineSvr) << k;
   }
 }
 
@@ -357,7 +357,7 @@ TEST(CompensatorAbuse, SamplesThatWaitAcrossARestartAreAnsweredAndMoveNothing) {
 // Rule: a record slower than a sample a minute is a stream like any other; its steps are no faults.
 TEST(Compensator, ARecordOfTwoMinuteMeansIsFollowedAndCompensated) {
   Compensator compensator{testing::options()};
-  CompensatedSample last;
+  core::CompensatedSample last;
   for (std::uint64_t k = 0; k < 200; ++k) {
     core::AngularRateSample sample;
     sample.sequence = k;
@@ -371,7 +371,7 @@ TEST(Compensator, ARecordOfTwoMinuteMeansIsFollowedAndCompensated) {
     last = compensator.answer_next();
   }
   EXPECT_EQ(compensator.counts().time_faults, 0U);
-  EXPECT_EQ(last.rung[0], Rung::kStationaryBias);
+  EXPECT_EQ(last.rung[0], core::Rung::kStationaryBias);
   EXPECT_NEAR(last.applied_drift_radps[0], 1e-5, 1e-8);  // ten times the alternation
 }
 

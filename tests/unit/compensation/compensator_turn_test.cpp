@@ -51,9 +51,9 @@ TEST_P(TurnInMidRecord, PassesUntouchedAndNothingOfItIsLearned) {
 
   Compensator a{testing::options()}, b{testing::options()};
   const auto without = testing::run(a, quiet);
-  std::vector<CompensatedSample> with;
+  std::vector<core::CompensatedSample> with;
   std::uint64_t labels_at_begin = 0, labels_before_new = 0, labels = 0;
-  testing::run(b, turning, [&](const CompensatedSample& answer) {
+  testing::run(b, turning, [&](const core::CompensatedSample& answer) {
     const double t = seconds(answer.raw.time);
     // The block that holds the beginning may still confirm a label that ended 5 s before.
     if (t <= kBegin + 1.0) labels_at_begin = b.counts().labels;
@@ -75,7 +75,7 @@ TEST_P(TurnInMidRecord, PassesUntouchedAndNothingOfItIsLearned) {
       ASSERT_NEAR(with[k].rate_radps[i] - turning.true_radps[k][i], own_error, 1e-15);
       if (t > kBegin && t < end + 3.0) {
         if (t > kBegin + 2.0) {
-          ASSERT_NE(with[k].mode[i], Mode::kLearning);
+          ASSERT_NE(with[k].mode[i], core::Mode::kLearning);
         }
         largest_step =
             std::max(largest_step, std::abs(applied - with[k - 1].applied_drift_radps[i]));
@@ -121,8 +121,8 @@ TEST(CompensatorScenarios, ATurnThatBeginsAtAnyPhaseOfABlockIsNotLearned) {
     CompensationOptions options = testing::options();
     options.features = {{.kind = thermal::FeatureKind::kTemperature, .probe = "coil"}};
     Compensator compensator{options};
-    testing::run(compensator, make_record(spec), [&](const CompensatedSample& answer) {
-      if (answer.rung[index(Axis::kZ)] == Rung::kNone) return;
+    testing::run(compensator, make_record(spec), [&](const core::CompensatedSample& answer) {
+      if (answer.rung[index(Axis::kZ)] == core::Rung::kNone) return;
       const double truth = testing::drift_deg_h(spec, seconds(answer.raw.time), Axis::kZ);
       ASSERT_NEAR(answer.applied_drift_radps[index(Axis::kZ)] / kDegH, truth, 0.13);
     });
@@ -147,7 +147,7 @@ TEST(CompensatorScenarios, AgainstAReferenceASlowTurnIsNoHindrance) {
   Compensator compensator{testing::options()};
   const auto answers = testing::run(compensator, record);
   EXPECT_GE(compensator.counts().labels, 27U);  // (300 - 9 - 5) / 10 = 28
-  EXPECT_NE(answers.back().rung[2], Rung::kNone);
+  EXPECT_NE(answers.back().rung[2], core::Rung::kNone);
 }
 
 double standard_deviation(const std::vector<double>& values) {

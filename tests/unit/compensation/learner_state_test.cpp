@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // A learner saved in mid-run and restored elsewhere goes on as if nothing had happened.
-#include "common/compensation/learner_state.h"
-
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -11,12 +9,17 @@
 #include <string>
 #include <vector>
 
+#include "common/compensation/learner.h"
+#include "tests/support/state_bytes.h"
 #include "tests/unit/compensation/synthetic_gyro.h"
 
 namespace zerodrift::compensation {
 namespace {
 
 using testing::Random;
+using zerodrift::testing::read_state;
+using zerodrift::testing::state_of;
+using zerodrift::testing::with;
 
 constexpr double kSigma = 1e-7;
 constexpr std::size_t kLabels = 400;
@@ -68,10 +71,6 @@ std::vector<TrainingJob> life() {
 class Print {
  public:
   void add(double value) { bits_.push_back(std::bit_cast<std::uint64_t>(value)); }
-  void add(const std::vector<double>& values) {
-    add(static_cast<double>(values.size()));
-    for (const double value : values) add(value);
-  }
   void add(core::SensorTime time) { bits_.push_back(static_cast<std::uint64_t>(time.count())); }
   void add(const ForecastTrust& trust) {
     add(trust.weights.change);
@@ -79,7 +78,7 @@ class Print {
     add(trust.forecast_variance);
     add(trust.held_variance);
   }
-  void add(const DriftModel& model) {
+  void add(DriftModel model) {
     add(model.time);
     add(model.held_radps);
     add(model.held_slope_radps2.value_or(-1.0));
@@ -89,13 +88,7 @@ class Print {
     if (!model.trained) return;  // nobody may ask for the rest
     add(model.offset_radps);
     add(model.scale_radps);
-    const auto predictor = model.predictor.export_state();
-    add(static_cast<double>(predictor.kernel.kind));
-    add(predictor.kernel.gamma);
-    add(predictor.bias);
-    add(predictor.features);
-    add(predictor.weights);
-    add(model.domain.export_samples());
+    for (const char byte : state_of(model)) bits_.push_back(static_cast<unsigned char>(byte));
   }
   void add(const ModelSnapshot& snapshot) {
     bits_.push_back(snapshot.epoch);
@@ -132,7 +125,7 @@ class Bench {
     made.add(work(job));
     return made;
   }
-  [[nodiscard]] LearnerState state() const { return learner_.export_state(); }
+  [[nodiscard]] LearnerState state() { return learner_.export_state(); }
   [[nodiscard]] const Learner& learner() const { return learner_; }
 
  private:
@@ -165,7 +158,7 @@ TEST(LearnerStateLaws, RestoredAtAnyCutEveryLaterSnapshotIsTheSameToTheBit) {
   for (const auto& job : jobs) {
     expected.push_back(whole.print(job));
     saved.push_back(whole.state());
-    const auto& kernel = saved.back().axes[0].svr_options.kernel;
+    const auto& kernel = saved.back().kernels[0].kernel;
     kernels.insert(std::to_string(static_cast<int>(kernel.kind)) + std::to_string(kernel.gamma));
   }
   ASSERT_GT(kernels.size(), 1U) << "the kernel must have been chosen anew for this to say anything";
@@ -221,50 +214,148 @@ TEST(LearnerState, IntoALearnerAtWorkTheEpochCountsUp) {
   EXPECT_EQ(young.work(restore_job(std::make_shared<RestoredLearner>(options, early))).epoch, 20U);
 }
 
-// Rule: a state that can't belong to the options is refused by name; nothing is made of it.
+bool is_taken(const CompensationOptions& options, const LearnerState& state) {
+  try {
+    const RestoredLearner restored(options, state);
+    return true;
+  } catch (const std::invalid_argument&) {
+    return false;
+  }
+}
+
+// Rule: a state that can't belong to the options is refused.
 TEST(LearnerState, WhatCannotBelongToTheOptionsIsRefused) {
   const auto options = small_options();
   const LearnerState good = state_after(options, 100);
-  EXPECT_NO_THROW(RestoredLearner(options, good));
-  const auto refused = [&](const char* what, auto&& spoil) {
+  EXPECT_TRUE(is_taken(options, good));
+  const auto is_taken_with = [&](auto&& spoil) {
     LearnerState bad = good;
-    spoil(bad.axes[1], bad);
-    try {
-      const RestoredLearner restored(options, bad);
-      ADD_FAILURE() << what << " was taken";
-    } catch (const std::invalid_argument& error) {
-      EXPECT_NE(std::string(error.what()).find(what), std::string::npos) << error.what();
-    }
+    spoil(bad);
+    return is_taken(options, bad);
   };
-  const double nan = std::nan("");
-  refused("initial set", [](auto& axis, auto&) { axis.initial.resize(1); });
-  refused("epsilon", [](auto& axis, auto&) { axis.svr_options.epsilon = -1.0; });
-  refused("gamma", [](auto& axis, auto&) { axis.svr_options.kernel.gamma = 0.0; });
-  refused("SVR capacity", [](auto& axis, auto&) { axis.svr_options.capacity = 61; });
-  refused("thetas", [](auto& axis, auto&) { axis.svr.thetas[0] = 1e9; });
-  refused("last minute", [](auto& axis, auto&) { axis.minute.front().slot = 61; });
-  refused("last minute", [](auto& axis, auto&) { axis.minute.pop_back(); });
-  refused("last minute", [](auto& axis, auto&) { std::swap(axis.minute[0], axis.minute[1]); });
-  refused("last minute", [&](auto& axis, auto&) { axis.minute[0].label.variance = nan; });
-  refused("model", [](auto& axis, auto&) { axis.model.scale_radps = 0.0; });
-  refused("model", [&](auto& axis, auto&) { axis.model.held_radps = nan; });
-  refused("kept model",
-          [](auto& axis, auto&) { axis.judge.horizons[0].judged->drift.trained = false; });
-  refused("weights",
-          [](auto& axis, auto&) { axis.judge.horizons[0].waiting->predictor.weights.resize(99); });
-  refused("sample domain",
-          [](auto& axis, auto&) { axis.judge.horizons[0].waiting->domain.pop_back(); });
-  refused("experience", [](auto& axis, auto&) { axis.judge.horizons[2].learned.windows = -1.0; });
-  refused("experience",
-          [&](auto& axis, auto&) { axis.judge.horizons[2].learned.weights.level = nan; });
-  refused("trust", [](auto& axis, auto&) { axis.judge.table.horizon_s[3] = 0.0; });
-  refused("trust", [](auto& axis, auto&) { axis.judge.table.learned[0].weights.change = 2.0; });
-  refused("horizon", [](auto& axis, auto&) { axis.judge.horizons[1].aged = -1.0; });
-  refused("epoch", [](auto&, auto& state) { state.epoch = RestoredLearner::kNotYet; });
+  EXPECT_FALSE(is_taken_with([](auto& s) { s.kernels[1].epsilon = -1.0; }));
+  EXPECT_FALSE(is_taken_with([](auto& s) { s.kernels[1].kernel.gamma = 0.0; }));
+  EXPECT_FALSE(is_taken_with([](auto& s) { s.epoch = RestoredLearner::kNotYet; }));
+  EXPECT_FALSE(is_taken_with([](auto& s) { s.bytes += '\0'; }));
+  for (std::size_t size = 1; size < good.bytes.size(); size += 1 + size / 30)
+    EXPECT_FALSE(is_taken_with([&](auto& s) { s.bytes.resize(size); })) << size;
 
   CompensationOptions other = options;
-  other.model.capacity = 61;
-  EXPECT_THROW(RestoredLearner(other, good), std::invalid_argument);
+  other.model.capacity = 30;
+  EXPECT_FALSE(is_taken(other, good)) << "more samples than its window holds";
+  other = options;
+  other.features.pop_back();
+  EXPECT_FALSE(is_taken(other, good));
+}
+
+template <typename T, typename Spoil>
+bool is_read_back(const T& good, const Spoil& spoil) {
+  T bad = good;
+  spoil(bad);
+  const std::string bytes = state_of(bad);
+  T read = good;
+  return read_state(read, bytes);
+}
+
+// Rule: what no learner ever holds is refused with the part that holds it.
+TEST(LearnerStateAbuse, ValuesThatNoLearnerHoldsAreRefused) {
+  const double nan = std::nan("");
+  const AxisLabel label{.time = core::from_seconds(5.0), .drift_radps = 1e-5, .variance = 1e-14};
+  EXPECT_TRUE(is_read_back(label, [](auto&) {}));
+  EXPECT_FALSE(is_read_back(label, [](auto& l) { l.time = core::kNever; }));
+  EXPECT_FALSE(is_read_back(label, [](auto& l) { l.drift_radps = -2e6; }));
+  EXPECT_FALSE(is_read_back(label, [&](auto& l) { l.variance = nan; }));
+  EXPECT_FALSE(is_read_back(label, [](auto& l) { l.variance = -1e-14; }));
+
+  DriftModel model(2, 60);
+  EXPECT_TRUE(is_read_back(model, [](auto&) {})) << "one that holds nothing";
+  model.time = core::from_seconds(5.0);
+  model.trained = true;
+  EXPECT_TRUE(is_read_back(model, [](auto&) {}));
+  EXPECT_FALSE(is_read_back(model, [](auto& m) { m.trained = false; }));
+  EXPECT_FALSE(is_read_back(model, [](auto& m) { m.scale_radps = 0.0; }));
+  EXPECT_FALSE(is_read_back(model, [&](auto& m) { m.held_radps = nan; }));
+  EXPECT_FALSE(is_read_back(model, [](auto& m) { m.predicted_held_radps = 2e6; }));
+  EXPECT_FALSE(is_read_back(model, [](auto& m) { m.held_variance = -1.0; }));
+  EXPECT_FALSE(is_read_back(model, [&](auto& m) { m.held_slope_radps2 = nan; }));
+  DriftModel narrow(2, 4);
+  regression::OnlineSvrOptions svr_options;
+  svr_options.capacity = 60;
+  regression::OnlineSvr svr(svr_options);
+  for (int i = 0; i < 60; ++i) svr.add(std::vector<double>{0.1 * i, 0.0}, i % 2);
+  model.domain.assign(svr);
+  EXPECT_FALSE(read_state(narrow, state_of(model))) << "more samples than there is room for";
+
+  TrustTable table;
+  for (std::size_t k = 0; k < kHorizons; ++k) table.horizon_s[k] = 8.0 * static_cast<double>(k + 1);
+  EXPECT_TRUE(is_read_back(table, [](auto&) {}));
+  EXPECT_FALSE(is_read_back(table, [](auto& t) { t.horizon_s[3] = 0.0; }));
+  EXPECT_FALSE(is_read_back(table, [](auto& t) { t.learned[0].weights.change = 2.0; }));
+  EXPECT_FALSE(is_read_back(table, [&](auto& t) { t.beyond[5].weights.level = nan; }));
+  EXPECT_FALSE(is_read_back(table, [](auto& t) { t.learned[1].held_variance = -2.0; }));
+  EXPECT_FALSE(is_read_back(table, [](auto& t) { t.largest_change_radps[0] = -1.0; }));
+
+  ForecastJudge::Experience seen{.windows = 1.0};
+  EXPECT_TRUE(is_read_back(ForecastJudge::Experience{}, [](auto&) {}));
+  EXPECT_TRUE(is_read_back(seen, [](auto& e) { e.change_change = 1e99; }));
+  EXPECT_FALSE(is_read_back(seen, [](auto& e) { e.change_change = 1e101; }));
+  EXPECT_FALSE(is_read_back(seen, [](auto& e) { e.held_loss = -1.0; }));
+  EXPECT_FALSE(is_read_back(seen, [&](auto& e) { e.weights.level = nan; }));
+}
+
+// Rule: whatever is written over a state, it is refused or makes a learner that learns.
+TEST(LearnerStateAbuse, WhatIsWrittenOverAStateIsRefusedOrDoesNoHarm) {
+  const auto options = small_options();
+  const auto jobs = life();
+  const LearnerState good = state_after(options, 60);
+  std::size_t taken = 0;
+  std::size_t tried = 0;
+  for (const std::uint64_t number :
+       {std::uint64_t{0x7ff8000000000000}, std::uint64_t{2}, std::uint64_t{0xbfe0000000000000}}) {
+    for (std::size_t at = 0; at + 8 <= good.bytes.size(); at += 1 + good.bytes.size() / 300) {
+      LearnerState changed = good;
+      changed.bytes = with(good.bytes, at, number);
+      ++tried;
+      if (!is_taken(options, changed)) continue;
+      ++taken;
+      Bench bench(options);
+      bench.work(restore_job(std::make_shared<RestoredLearner>(options, changed)));
+      for (std::size_t n = 60; n < 70; ++n) {
+        for (const auto& axis : bench.work(jobs[n]).axes)
+          ASSERT_TRUE(std::isfinite(axis.drift.held_radps)) << at;
+      }
+    }
+  }
+  EXPECT_GT(tried - taken, tried / 6);
+  EXPECT_GT(taken, tried / 20);
+}
+
+// Rule: kernels alone begin a learner that knows nothing else and learns with them.
+TEST(LearnerState, KernelsAloneAreLearnedWithFromTheFirstLabelOn) {
+  auto options = small_options();
+  const LearnerState all = state_after(options, 100);
+  LearnerState kernels{.epoch = all.epoch, .kernels = all.kernels};
+  ASSERT_NE(kernels.kernels[0].kernel, options.model.kernel) << "or nothing was chosen";
+  Bench bench(options);
+  const auto restored = std::make_shared<RestoredLearner>(options, kernels);
+  EXPECT_FALSE(bench.work(restore_job(restored)).axes[0].drift.trained);
+  EXPECT_EQ(restored->installed_as, all.epoch);
+  EXPECT_EQ(bench.learner().labels_learned(), 0U);
+  const auto jobs = life();
+  for (std::size_t n = 0; n < 20; ++n) bench.work(jobs[n]);
+  EXPECT_EQ(bench.state().kernels[0].kernel, kernels.kernels[0].kernel);
+
+  options.model.selection.reset();
+  EXPECT_FALSE(is_taken(options, kernels)) << "the configuration leaves no choice";
+}
+
+// Rule: another layout has another number. Where this fails, what a learner carries has changed:
+// count kLearnerLayout up and write the new sizes here.
+TEST(LearnerState, AnotherLayoutHasAnotherNumber) {
+  const auto options = small_options();
+  EXPECT_EQ(kLearnerLayout, 1U);
+  EXPECT_EQ(state_after(options, 0).bytes.size(), 2486U);
+  EXPECT_EQ(state_after(options, 30).bytes.size(), 26534U);
 }
 
 // Rule: given before the first sample, a saved learner is in force from that sample on; and the
@@ -276,8 +367,8 @@ TEST(LearnerStateLaws, ACompensatorThatResumesLearnsAsOneLearnerOfBothStreams) {
   const auto options = testing::options();
   Bench both(options);
   const auto compensate = [&](Compensator& compensator, const testing::Record& record) {
-    std::vector<CompensatedSample> answers;
-    testing::run(compensator, record, [&](const CompensatedSample& answer) {
+    std::vector<core::CompensatedSample> answers;
+    testing::run(compensator, record, [&](const core::CompensatedSample& answer) {
       answers.push_back(answer);
       if (const Label* label = compensator.confirmed_label()) {
         both.work({.kind = TrainingJob::Kind::kLabel, .label = *label});
@@ -293,7 +384,8 @@ TEST(LearnerStateLaws, ACompensatorThatResumesLearnsAsOneLearnerOfBothStreams) {
 
   Compensator first(options);
   const auto answers = compensate(first, testing::make_record(spec));
-  ASSERT_EQ(answers.back().rung[0], Rung::kOnlineSvr) << "nothing was learned that could be saved";
+  ASSERT_EQ(answers.back().rung[0], core::Rung::kOnlineSvr)
+      << "nothing was learned that could be saved";
   const LearnerState saved = first.learner().export_state();
   EXPECT_TRUE(print(saved, options) == print(both.state(), options));
 
@@ -307,8 +399,8 @@ TEST(LearnerStateLaws, ACompensatorThatResumesLearnsAsOneLearnerOfBothStreams) {
   const auto resumed = compensate(second, record);
   EXPECT_EQ(resumed.front().model_epoch, saved.epoch);
   // Its temperature rate needs a minute; until then the last stationary minute is held.
-  EXPECT_EQ(resumed.front().rung[0], Rung::kStationaryBias);
-  EXPECT_EQ(resumed[static_cast<std::size_t>(70.0 * spec.rate_hz)].rung[0], Rung::kOnlineSvr);
+  EXPECT_EQ(resumed.front().rung[0], core::Rung::kStationaryBias);
+  EXPECT_EQ(resumed[static_cast<std::size_t>(70.0 * spec.rate_hz)].rung[0], core::Rung::kOnlineSvr);
   EXPECT_TRUE(print(second.learner().export_state(), options) == print(both.state(), options));
 }
 

@@ -128,7 +128,7 @@ TEST(RestReference, AnAxisItDoesNotSpeakOfIsNotLearned) {
   Compensator compensator(earth_unknown());
   const auto answers = testing::run(compensator, record);
   EXPECT_EQ(answers.back().applied_drift_radps[0], 0.0);
-  EXPECT_EQ(answers.back().reason[0], Reason::kEarthRateUnknown);
+  EXPECT_EQ(answers.back().reason[0], core::Reason::kEarthRateUnknown);
   EXPECT_NEAR(answers.back().applied_drift_radps[2] / kDegH, record.drift_radps.back()[2] / kDegH,
               0.1);
 }
@@ -191,7 +191,7 @@ TEST(RestReferenceLaws, ArrivalOrderNeverChangesABit) {
   const auto expected = testing::run(in_time, record);
   Record late = record;
   Compensator behind(options);
-  std::vector<CompensatedSample> answers;
+  std::vector<core::CompensatedSample> answers;
   std::size_t t = 0;
   std::size_t r = 0;
   testing::Random random(4);
@@ -203,13 +203,14 @@ TEST(RestReferenceLaws, ArrivalOrderNeverChangesABit) {
     for (; r < late.references.size() && late.references[r].time <= sample.time - lag; ++r)
       behind.push(late.references[r]);
     if (t == late.temperatures.size()) behind.give_up_waiting();
-    testing::answer_ready(behind, testing::LearnerTiming::kOnlyWhenAwaited,
-                          [&](const CompensatedSample& answer) { answers.push_back(answer); });
+    testing::answer_ready(
+        behind, testing::LearnerTiming::kOnlyWhenAwaited,
+        [&](const core::CompensatedSample& answer) { answers.push_back(answer); });
   }
   for (; t < late.temperatures.size(); ++t) behind.push(late.temperatures[t]);
   for (; r < late.references.size(); ++r) behind.push(late.references[r]);
   testing::answer_ready(behind, testing::LearnerTiming::kOnlyWhenAwaited,
-                        [&](const CompensatedSample& answer) { answers.push_back(answer); });
+                        [&](const core::CompensatedSample& answer) { answers.push_back(answer); });
   ASSERT_GT(answers.size(), 4700U);
   for (std::size_t k = 0; k < answers.size(); ++k) {
     ASSERT_EQ(answers[k].raw.sequence, expected[k].raw.sequence);
@@ -245,17 +246,18 @@ struct Told {
   double age_s = 0.0;  // the stamp is older by this
 };
 // What a filter says at a sample in motion; nothing: nothing.
-using Filter = std::function<std::optional<Told>(const CompensatedSample& answer, std::size_t k)>;
+using Filter =
+    std::function<std::optional<Told>(const core::CompensatedSample& answer, std::size_t k)>;
 
 struct Driven {
-  std::vector<CompensatedSample> answers;
+  std::vector<core::CompensatedSample> answers;
   CompensatorCounts counts;
 };
 
 Driven drive(const Record& record, const Filter& filter, const CompensationOptions& options) {
   Compensator compensator(options);
   Driven driven;
-  testing::run(compensator, record, [&](const CompensatedSample& answer) {
+  testing::run(compensator, record, [&](const core::CompensatedSample& answer) {
     const std::size_t k = driven.answers.size();
     driven.answers.push_back(answer);
     if (!filter || k % 2 != 0 || core::seconds(answer.raw.time) < 310.0) return;
@@ -316,7 +318,7 @@ class Feedback : public ::testing::Test {
     EXPECT_EQ(with.counts.labels, without.counts.labels);
     EXPECT_LE(largest_difference_deg_h(with, without), 0.5 + 1e-9);
   }
-  [[nodiscard]] core::PerAxis<double> truly_left(const CompensatedSample& answer,
+  [[nodiscard]] core::PerAxis<double> truly_left(const core::CompensatedSample& answer,
                                                  std::size_t k) const {
     core::PerAxis<double> left{};
     for (std::size_t i = 0; i < 3; ++i)
@@ -328,7 +330,7 @@ class Feedback : public ::testing::Test {
 TEST_F(Feedback, ByDefaultIsRefusedAndChangesNoBit) {
   const Driven with = drive(
       record,
-      [&](const CompensatedSample& answer, std::size_t k) {
+      [&](const core::CompensatedSample& answer, std::size_t k) {
         return Told{.residual_radps = truly_left(answer, k)};
       },
       testing::options());
@@ -343,7 +345,7 @@ TEST_F(Feedback, AcceptedButSilentChangesNoBit) {
 TEST_F(Feedback, OfARightFilterImproves) {
   const Driven with = drive(
       record,
-      [&](const CompensatedSample& answer, std::size_t k) {
+      [&](const core::CompensatedSample& answer, std::size_t k) {
         return Told{.residual_radps = truly_left(answer, k)};
       },
       with_residuals());
@@ -357,7 +359,7 @@ TEST_F(Feedback, OfARightFilterImproves) {
 TEST_F(Feedback, WithAConstantErrorOfFiveDegPerHourIsRefusedAtOnce) {
   const Driven with = drive(
       record,
-      [&](const CompensatedSample& answer, std::size_t k) {
+      [&](const core::CompensatedSample& answer, std::size_t k) {
         Told told{.residual_radps = truly_left(answer, k), .sigma_deg_h = 0.001};
         for (double& r : told.residual_radps) r += 5.0 * kDegH;
         return told;
@@ -372,7 +374,7 @@ TEST_F(Feedback, WithAConstantErrorOfFiveDegPerHourIsRefusedAtOnce) {
 TEST_F(Feedback, OfTheWrongSignCannotRunAway) {
   const Driven with = drive(
       record,
-      [&](const CompensatedSample& answer, std::size_t k) {
+      [&](const core::CompensatedSample& answer, std::size_t k) {
         Told told{.residual_radps = truly_left(answer, k), .sigma_deg_h = 0.001};
         for (double& r : told.residual_radps) r = -r;
         return told;
@@ -387,7 +389,7 @@ TEST_F(Feedback, OfTheWrongSignCannotRunAway) {
 TEST_F(Feedback, OfAFilterThatAnswersWithTheSameResidualForEverCannotRunAway) {
   const Driven with = drive(
       record,
-      [&](const CompensatedSample&, std::size_t) {
+      [&](const core::CompensatedSample&, std::size_t) {
         return Told{.residual_radps = {0.02 * kDegH, 0.02 * kDegH, 0.02 * kDegH},
                     .sigma_deg_h = 0.001};
       },
@@ -398,7 +400,7 @@ TEST_F(Feedback, OfAFilterThatAnswersWithTheSameResidualForEverCannotRunAway) {
 TEST_F(Feedback, WithAnErrorThatGrowsIsFollowedNoFurtherThanTheBound) {
   const Driven with = drive(
       record,
-      [&](const CompensatedSample& answer, std::size_t k) {
+      [&](const core::CompensatedSample& answer, std::size_t k) {
         Told told{.residual_radps = truly_left(answer, k), .sigma_deg_h = 0.001};
         const double grown = 0.01 * (core::seconds(answer.raw.time) - 310.0);  // 36 deg/h an hour
         for (double& r : told.residual_radps) r += grown * kDegH;
@@ -412,7 +414,7 @@ TEST_F(Feedback, WithAnErrorThatGrowsIsFollowedNoFurtherThanTheBound) {
 TEST_F(Feedback, OfAnotherModelsEpochIsRefused) {
   const Driven with = drive(
       record,
-      [&](const CompensatedSample& answer, std::size_t k) {
+      [&](const core::CompensatedSample& answer, std::size_t k) {
         return Told{.residual_radps = truly_left(answer, k), .epoch_offset = 1};
       },
       with_residuals());
@@ -424,7 +426,7 @@ TEST_F(Feedback, OfAnotherModelsEpochIsRefused) {
 TEST_F(Feedback, OlderThanASecondIsNotHeard) {
   const Driven with = drive(
       record,
-      [&](const CompensatedSample& answer, std::size_t k) {
+      [&](const core::CompensatedSample& answer, std::size_t k) {
         return Told{.residual_radps = truly_left(answer, k), .age_s = 1.0};
       },
       with_residuals());
@@ -435,7 +437,7 @@ TEST_F(Feedback, OlderThanASecondIsNotHeard) {
 TEST_F(Feedback, ThatIsUncertainIsRefused) {
   const Driven with = drive(
       record,
-      [&](const CompensatedSample& answer, std::size_t k) {
+      [&](const core::CompensatedSample& answer, std::size_t k) {
         return Told{.residual_radps = truly_left(answer, k), .sigma_deg_h = 0.5};
       },
       with_residuals());
@@ -447,7 +449,7 @@ TEST_F(Feedback, OfNoNumbersPoisonsNothing) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const Driven with = drive(
       record,
-      [&](const CompensatedSample&, std::size_t k) {
+      [&](const core::CompensatedSample&, std::size_t k) {
         return Told{.residual_radps = {nan, k % 4 == 0 ? 1e300 : nan, nan},
                     .sigma_deg_h = k % 8 == 0 ? nan : 0.01};
       },

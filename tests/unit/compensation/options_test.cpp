@@ -68,9 +68,9 @@ TEST(CompensationOptions, ProbesAreNamedOnceInOrderOfFirstUse) {
 // Rule: names go out on the interface and differ from each other.
 TEST(Mode, EveryModeReasonAndRungHasItsOwnName) {
   std::vector<std::string_view> names;
-  for (std::uint8_t i = 0; i <= 4; ++i) names.push_back(name(static_cast<Mode>(i)));
-  for (std::uint8_t i = 1; i <= 15; ++i) names.push_back(name(static_cast<Reason>(i)));
-  for (std::uint8_t i = 1; i <= 3; ++i) names.push_back(name(static_cast<Rung>(i)));
+  for (std::uint8_t i = 0; i <= 4; ++i) names.push_back(name(static_cast<core::Mode>(i)));
+  for (std::uint8_t i = 1; i <= 15; ++i) names.push_back(name(static_cast<core::Reason>(i)));
+  for (std::uint8_t i = 1; i <= 3; ++i) names.push_back(name(static_cast<core::Rung>(i)));
   std::sort(names.begin(), names.end());
   EXPECT_EQ(std::adjacent_find(names.begin(), names.end()), names.end());
   EXPECT_EQ(std::find(names.begin(), names.end(), "unknown"), names.end());

@@ -209,13 +209,13 @@ void run(Compensator& compensator, const Record& record, Take&& take,
   }
 }
 
-inline std::vector<CompensatedSample> run(Compensator& compensator, const Record& record,
-                                          LearnerTiming timing = LearnerTiming::kAtOnce) {
-  std::vector<CompensatedSample> answers;
+inline std::vector<core::CompensatedSample> run(Compensator& compensator, const Record& record,
+                                                LearnerTiming timing = LearnerTiming::kAtOnce) {
+  std::vector<core::CompensatedSample> answers;
   answers.reserve(record.rates.size());
   run(
-      compensator, record, [&](const CompensatedSample& answer) { answers.push_back(answer); },
-      timing);
+      compensator, record,
+      [&](const core::CompensatedSample& answer) { answers.push_back(answer); }, timing);
   return answers;
 }
 

@@ -149,7 +149,7 @@ TEST_F(CommandFiles, ASaveThatFailsTellsWhyAndNotWhere) {
             "'1-x.ckpt': cannot create a file in its folder: No such file or directory");
 }
 
-// Names are tried in tests/unit/record/named_file_test.cpp.
+// Names are tried in tests/unit/files/named_file_test.cpp.
 TEST_F(CommandFiles, ABadNameIsRefusedBeforeAnythingIsOpened) {
   for (const char* name : {"../x", "/etc/passwd", "a\nb", ".."}) {
     EXPECT_NE(restore_refusal(name).find("expected 1 to 64 of letters"), std::string::npos);

@@ -13,8 +13,8 @@
 namespace zerodrift::dds {
 namespace {
 
-using compensation::CompensatedSample;
 using core::AngularRateSample;
+using core::CompensatedSample;
 using core::PerAxis;
 using core::RateReferenceSample;
 using core::SensorTime;
@@ -216,12 +216,10 @@ CompensatedSample compensated_sample() {
   }
   sample.drift_variance = {1e-14, 2e-14, 0.1 + 0.2};
   sample.sensor_variance = {1e-10, 2e-10, 3e-10};
-  sample.mode = {compensation::Mode::kLearning, compensation::Mode::kFallback,
-                 compensation::Mode::kOutOfDomain};
-  sample.reason = {compensation::Reason::kNone, compensation::Reason::kProbeStuck,
-                   compensation::Reason::kOutsideLearned};
-  sample.rung = {compensation::Rung::kOnlineSvr, compensation::Rung::kStationaryBias,
-                 compensation::Rung::kFactoryPolynomial};
+  sample.mode = {core::Mode::kLearning, core::Mode::kFallback, core::Mode::kOutOfDomain};
+  sample.reason = {core::Reason::kNone, core::Reason::kProbeStuck, core::Reason::kOutsideLearned};
+  sample.rung = {core::Rung::kOnlineSvr, core::Rung::kStationaryBias,
+                 core::Rung::kFactoryPolynomial};
   sample.model_epoch = kLargeSequence;
   sample.publish_time_ns = 11;
   sample.ingress_time_ns = -12;

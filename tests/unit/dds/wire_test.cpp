@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/compensation/mode.h"
+#include "common/core/mode.h"
 #include "common/core/samples.h"
 #include "common/dds/topics.h"
 
@@ -53,13 +53,13 @@ void expect_numbers(const Numbered<Enum>& pinned) {
 template <typename Enum>
 void expect_names(const std::vector<std::string>& names) {
   for (std::size_t i = 0; i < names.size(); ++i) {
-    EXPECT_EQ(compensation::name(static_cast<Enum>(i)), names[i]);
+    EXPECT_EQ(core::name(static_cast<Enum>(i)), names[i]);
   }
-  EXPECT_EQ(compensation::name(static_cast<Enum>(names.size())), "unknown");
+  EXPECT_EQ(core::name(static_cast<Enum>(names.size())), "unknown");
 }
 
 TEST(WireNumbers, OfModesArePinned) {
-  using compensation::Mode;
+  using core::Mode;
   expect_numbers<Mode>({{Mode::kPassthrough, 0},
                         {Mode::kLearning, 1},
                         {Mode::kFrozen, 2},
@@ -69,7 +69,7 @@ TEST(WireNumbers, OfModesArePinned) {
 }
 
 TEST(WireNumbers, OfReasonsArePinned) {
-  using compensation::Reason;
+  using core::Reason;
   expect_numbers<Reason>({{Reason::kNone, 0},
                           {Reason::kNoEstimateYet, 1},
                           {Reason::kInitialSet, 2},
@@ -94,7 +94,7 @@ TEST(WireNumbers, OfReasonsArePinned) {
 }
 
 TEST(WireNumbers, OfRungsArePinned) {
-  using compensation::Rung;
+  using core::Rung;
   expect_numbers<Rung>({{Rung::kNone, 0},
                         {Rung::kFactoryPolynomial, 1},
                         {Rung::kStationaryBias, 2},

@@ -5,8 +5,8 @@
 
 #include <cmath>
 
-#include "common/compensation/navigation_input.h"
 #include "common/core/units.h"
+#include "common/navigation/navigation_input.h"
 #include "tests/unit/allan/allocation_counter.h"
 #include "tests/unit/compensation/synthetic_gyro.h"
 
@@ -49,7 +49,7 @@ TEST(NavigationAllocationLaws, NoSampleTakesMemoryOnEitherSide) {
       const std::size_t before = allocation_count();
       const auto answer = compensator.answer_next();
       navigation.push_truth(answer.raw.time, {0.0, 0.0, 0.0});
-      navigation.push(compensation::to_navigation(answer));
+      navigation.push(navigation::to_navigation(answer));
       while (const auto reference = navigation.take_reference()) compensator.push(*reference);
       taken += allocation_count() - before;
     }

@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "common/compensation/compensator.h"
-#include "common/compensation/navigation_input.h"
 #include "common/config/twin_config.h"
 #include "common/core/units.h"
 #include "common/navigation/gyro_navigation.h"
+#include "common/navigation/navigation_input.h"
 #include "common/twin/simulation.h"
 
 namespace zerodrift::navigation::testing {
@@ -50,7 +50,7 @@ inline Drive shipped_drive() {
 
 // What a test may want of each sample, beside the truth.
 struct DrivenSample {
-  const compensation::CompensatedSample& answer;
+  const core::CompensatedSample& answer;
   const core::PerAxis<double>& true_drift_radps;
   const GyroNavigation& navigation;
 };
@@ -60,7 +60,7 @@ using Look = std::function<void(const DrivenSample&)>;
 using Feedback = std::function<void(const DrivenSample&, compensation::Compensator&)>;
 
 inline void answer_ready(compensation::Compensator& compensator,
-                         const std::function<void(const compensation::CompensatedSample&)>& take) {
+                         const std::function<void(const core::CompensatedSample&)>& take) {
   for (;;) {
     const compensation::Readiness readiness = compensator.readiness();
     if (readiness == compensation::Readiness::kAwaitsModel) {
@@ -83,10 +83,10 @@ inline void run(const Drive& drive, GyroNavigation& navigation,
   std::vector<core::PerAxis<double>> drifts;
   std::vector<core::PerAxis<double>> rates;
   std::size_t answered = 0;
-  const auto take = [&](const compensation::CompensatedSample& answer) {
+  const auto take = [&](const core::CompensatedSample& answer) {
     const std::size_t k = answered++;
     if (answer.raw.valid != core::PerAxis<bool>{}) navigation.push_truth(answer.raw.time, rates[k]);
-    navigation.push(compensation::to_navigation(answer));
+    navigation.push(navigation::to_navigation(answer));
     const DrivenSample driven{answer, drifts[k], navigation};
     while (const auto reference = navigation.take_reference()) {
       if (drive.feeds_back) compensator.push(*reference);

@@ -8,10 +8,10 @@
 #include <limits>
 #include <random>
 
-#include "common/record/record_error.h"
+#include "common/files/file_error.h"
 #include "common/record/record_reader.h"
 #include "common/record/record_writer.h"
-#include "tests/unit/record/scratch_folder.h"
+#include "tests/support/scratch_folder.h"
 
 namespace zerodrift::record {
 namespace {
@@ -27,7 +27,7 @@ class BadRecord : public ScratchFolder {
       while (reader.next() != nullptr) ++rows;
       for (const std::string& warning : reader.warnings())
         warnings_.push_back(without_folder(warning));
-    } catch (const RecordError& error) {
+    } catch (const files::FileError& error) {
       EXPECT_EQ(std::string{error.what()}.find('\n'), std::string::npos)
           << "more than one line: " << error.what();
       return without_folder(error.what());

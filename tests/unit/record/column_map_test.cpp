@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "common/core/units.h"
-#include "common/record/record_error.h"
+#include "common/files/file_error.h"
 
 namespace zerodrift::record {
 namespace {
@@ -12,7 +12,7 @@ namespace {
 std::string error_of(std::string_view map) {
   try {
     (void)parse_column_map(map);
-  } catch (const RecordError& error) {
+  } catch (const files::FileError& error) {
     return error.what();
   }
   return "no error";

@@ -3,11 +3,11 @@
 
 #include <cmath>
 
-#include "common/record/record_error.h"
+#include "common/files/file_error.h"
 #include "common/record/record_reader.h"
 #include "common/record/record_samples.h"
+#include "tests/support/scratch_folder.h"
 #include "tests/unit/record/recording.h"
-#include "tests/unit/record/scratch_folder.h"
 
 namespace zerodrift::record {
 namespace {
@@ -20,7 +20,7 @@ class McapRecord : public ScratchFolder {
       RecordReader reader(file, options);
       while (reader.next() != nullptr) {
       }
-    } catch (const RecordError& error) {
+    } catch (const files::FileError& error) {
       std::string line = error.what();
       const std::string folder = path("").string();
       if (line.starts_with(folder)) line.erase(0, folder.size());

@@ -9,14 +9,14 @@
 #include "common/dds/raw_reader.h"
 #include "common/mcap/mcap_reader.h"
 #include "common/record/record_reader.h"
-#include "tests/unit/record/scratch_folder.h"
+#include "tests/support/scratch_folder.h"
 
 namespace zerodrift::services {
 namespace {
 
 // A flood of made-up ids must neither end a recording (an MCAP file holds 65535 channels at most)
 // nor hide what came.
-using RecordFileLaws = record::ScratchFolder;
+using RecordFileLaws = ScratchFolder;
 
 TEST_F(RecordFileLaws, OfMoreGyrosThanChannelsEveryMessageIsKeptAndFound) {
   constexpr std::uint32_t kGyros = 70'000;

@@ -8,7 +8,7 @@
 
 #include "common/core/units.h"
 #include "common/record/record_writer.h"
-#include "tests/unit/record/scratch_folder.h"
+#include "tests/support/scratch_folder.h"
 
 namespace zerodrift::record {
 namespace {

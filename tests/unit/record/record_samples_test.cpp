@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "tests/unit/record/scratch_folder.h"
+#include "tests/support/scratch_folder.h"
 
 namespace zerodrift::record {
 namespace {

@@ -11,9 +11,9 @@
 #include <random>
 #include <stdexcept>
 
-#include "common/record/record_error.h"
+#include "common/files/file_error.h"
 #include "common/record/record_reader.h"
-#include "tests/unit/record/scratch_folder.h"
+#include "tests/support/scratch_folder.h"
 
 namespace zerodrift::record {
 namespace {
@@ -116,8 +116,8 @@ TEST_F(RecordWriting, MovedFromWriterLeavesTheFileToTheOther) {
 TEST_F(RecordWriting, MissingFolderIsRefusedWithTheFilesName) {
   try {
     RecordWriter writer{path("none/a.csv"), {.columns = {"time_s"}, .metadata = {}}};
-    FAIL() << "expected RecordError";
-  } catch (const RecordError& error) {
+    FAIL() << "expected files::FileError";
+  } catch (const files::FileError& error) {
     EXPECT_EQ(std::string{error.what()},
               path("none/a.csv").string() +
                   ": cannot create a file in its folder: No such file or directory");
@@ -126,7 +126,7 @@ TEST_F(RecordWriting, MissingFolderIsRefusedWithTheFilesName) {
 
 TEST_F(RecordWriting, MetadataWithALineEndIsRefused) {
   EXPECT_THROW(RecordWriter(path("a.csv"), {.columns = {"time_s"}, .metadata = {{"k", "a\nb"}}}),
-               RecordError);
+               files::FileError);
   EXPECT_EQ(file_count(), 0U);
 }
 
@@ -155,7 +155,7 @@ TEST_F(RecordWriting, FullDiskIsOneErrorLineAndNoFile) {
           writer.end_row();
         }
         writer.commit();
-      } catch (const RecordError& error) {
+      } catch (const files::FileError& error) {
         line = error.what();
       }
       ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);

@@ -5,8 +5,12 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <cstring>
 #include <random>
+#include <string>
 #include <vector>
+
+#include "common/core/require.h"
 
 namespace zerodrift::regression {
 namespace {
@@ -35,12 +39,22 @@ void append_point(MarginFactor& factor, const Points& points) {
   factor.append(lower.data(), gram(n, n) - lower.squaredNorm());
 }
 
-double largest_difference(const MarginFactor& factor, const Points& points) {
+std::vector<double> packed(MarginFactor& factor) {
+  std::string bytes;
+  core::StateArchive archive(bytes);
+  factor.carry(archive, factor.rows());
+  std::vector<double> rows(bytes.size() / sizeof(double));
+  std::memcpy(rows.data(), bytes.data(), bytes.size());
+  return rows;
+}
+
+double largest_difference(MarginFactor& factor, const Points& points) {
   const Eigen::MatrixXd gram = reduced_gram(points);
+  const std::vector<double> rows = packed(factor);
   Eigen::MatrixXd l = Eigen::MatrixXd::Zero(gram.rows(), gram.cols());
   std::size_t next = 0;
   for (Eigen::Index i = 0; i < l.rows(); ++i) {
-    for (Eigen::Index j = 0; j <= i; ++j) l(i, j) = factor.packed()[next++];
+    for (Eigen::Index j = 0; j <= i; ++j) l(i, j) = rows[next++];
   }
   return l.rows() == 0 ? 0.0 : (l * l.transpose() - gram).cwiseAbs().maxCoeff();
 }
@@ -95,8 +109,9 @@ TEST(MarginFactorAbuse, RowsThatAreNotThereOrDoNotFitEndTheProcessInEveryBuild) 
   factor.append(nullptr, 1.0);
   const std::vector<double> lower{0.5};
   EXPECT_DEATH(factor.append(lower.data(), 1.0), "a margin factor has room for the row");
-  const std::vector<double> three(3, 1.0);
-  EXPECT_DEATH(factor.restore(three, 2), "a margin factor that is restored has room for its rows");
+  std::string bytes;
+  core::StateArchive archive(bytes);
+  EXPECT_THROW(factor.carry(archive, 2), core::BrokenPromise);
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "common/record/record_error.h"
+#include "common/files/file_error.h"
 
 namespace zerodrift::replay {
 namespace {
@@ -81,7 +81,7 @@ TEST_F(RecordSource, TemperaturesOfAllProbesComeInOrderOfTime) {
 TEST_F(RecordSource, WhatCannotBeReadIsOneLine) {
   const auto ignore = [](const std::string&) {};
   EXPECT_THROW(open_gyro_record({}, ignore), std::invalid_argument);
-  EXPECT_THROW(open_gyro_record({.record = "/nowhere/a.csv"}, ignore), record::RecordError);
+  EXPECT_THROW(open_gyro_record({.record = "/nowhere/a.csv"}, ignore), files::FileError);
   EXPECT_THROW(open_thermal_record({.record = "/nowhere/a.mcap"}, ignore), std::runtime_error);
 }
 

@@ -13,7 +13,7 @@
 #include "common/report/picture_script.h"
 #include "common/report/plain_text.h"
 #include "common/report/report_error.h"
-#include "tests/unit/record/scratch_folder.h"
+#include "tests/support/scratch_folder.h"
 #include "tests/unit/report/example_document.h"
 #include "tests/unit/report/markup.h"
 #include "tests/unit/report/other_path.h"
@@ -153,7 +153,7 @@ TEST(ChartLaws, OnlyTheNameIsTakenByAssistiveTechnology) {
   EXPECT_TRUE(svg.named("desc").empty());
 }
 
-class HostileLabels : public record::ScratchFolder {};
+class HostileLabels : public ScratchFolder {};
 
 // Each of these runs a program, or ends the data or the string, if gnuplot reads it as its own.
 TEST_F(HostileLabels, NeverReachGnuplotAndAreDrawnAsTheyAre) {
@@ -275,7 +275,7 @@ TEST(ChartValidation, NamesTheCurveAndWhatWouldBeRight) {
   EXPECT_NE(validate(chart), std::nullopt);
 }
 
-class ForeignGnuplot : public record::ScratchFolder {};
+class ForeignGnuplot : public ScratchFolder {};
 
 TEST_F(ForeignGnuplot, WhatIsNoWholeSvgIsRefused) {
   const Chart chart{.title = "a", .x_label = "x", .y_label = "y", .curves = {line({0, 1}, {0, 1})}};

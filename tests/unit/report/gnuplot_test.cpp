@@ -7,13 +7,13 @@
 #include <cerrno>
 
 #include "common/report/report_error.h"
-#include "tests/unit/record/scratch_folder.h"
+#include "tests/support/scratch_folder.h"
 #include "tests/unit/report/other_path.h"
 
 namespace zerodrift::report {
 namespace {
 
-class Gnuplot : public record::ScratchFolder {
+class Gnuplot : public ScratchFolder {
  protected:
   // PATH with only this shell script in gnuplot's place.
   [[nodiscard]] std::string only(const std::string& script) const {

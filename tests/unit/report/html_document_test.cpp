@@ -6,9 +6,9 @@
 #include <set>
 #include <stdexcept>
 
-#include "common/record/record_error.h"
+#include "common/files/file_error.h"
 #include "common/report/report_error.h"
-#include "tests/unit/record/scratch_folder.h"
+#include "tests/support/scratch_folder.h"
 #include "tests/unit/report/example_document.h"
 #include "tests/unit/report/markup.h"
 #include "tests/unit/report/other_path.h"
@@ -16,7 +16,7 @@
 namespace zerodrift::report {
 namespace {
 
-class HtmlDocument : public record::ScratchFolder {};
+class HtmlDocument : public ScratchFolder {};
 
 TEST(HtmlGolden, BodyOfAPageWithoutPictures) {
   const Document document{.title = "Report",
@@ -144,7 +144,7 @@ TEST_F(HtmlDocument, WithoutGnuplotTheOldPageStays) {
 
 TEST_F(HtmlDocument, MissingFolderIsRefused) {
   EXPECT_THROW(write_html(path("none/a.html"), {.title = "T", .subtitle = "", .verdict = ""}),
-               record::RecordError);
+               files::FileError);
 }
 
 }  // namespace

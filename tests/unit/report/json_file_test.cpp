@@ -9,13 +9,13 @@
 #include <limits>
 #include <random>
 
-#include "common/record/record_error.h"
-#include "tests/unit/record/scratch_folder.h"
+#include "common/files/file_error.h"
+#include "tests/support/scratch_folder.h"
 
 namespace zerodrift::report {
 namespace {
 
-class JsonFile : public record::ScratchFolder {};
+class JsonFile : public ScratchFolder {};
 
 TEST_F(JsonFile, KeepsTheOrderOfKeysAndMakesNullOfWhatIsNoNumber) {
   nlohmann::ordered_json value;
@@ -53,7 +53,7 @@ TEST_F(JsonFile, BrokenUtf8IsReplacedNotRefused) {
 }
 
 TEST_F(JsonFile, MissingFolderIsOneErrorLine) {
-  EXPECT_THROW(write_json(path("none/a.json"), 1), record::RecordError);
+  EXPECT_THROW(write_json(path("none/a.json"), 1), files::FileError);
 }
 
 }  // namespace

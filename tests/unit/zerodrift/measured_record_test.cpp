@@ -13,7 +13,7 @@
 #include <stdexcept>
 
 #include "common/core/units.h"
-#include "tests/unit/record/scratch_folder.h"
+#include "tests/support/scratch_folder.h"
 
 namespace zerodrift::services {
 namespace {
@@ -34,7 +34,7 @@ Cells sound(int i) {
   return {1.0 + 0.1 * noise(i), temperature, temperature + 1.0};
 }
 
-class MeasuredRecordTest : public record::ScratchFolder {
+class MeasuredRecordTest : public ScratchFolder {
  protected:
   static constexpr int kHour = 3600;
 

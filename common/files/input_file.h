@@ -8,18 +8,18 @@
 #include <optional>
 #include <string>
 
-namespace zerodrift::record {
+namespace zerodrift::files {
 
 // A file descriptor, the caller's to close. Never waits, as opening a pipe would. Throws
-// RecordError where the file can't be opened or is no regular file.
+// FileError where the file can't be opened or is no regular file.
 [[nodiscard]] int open_regular_file(const std::filesystem::path& path);
 
 // What is left of a file; where that is more than `most_bytes`, some of it, which is more, too.
 // Nothing where reading fails, with errno.
 [[nodiscard]] std::optional<std::string> read_up_to(int fd, std::size_t most_bytes);
 
-// Throws RecordError, also where the file holds more than `most_bytes`.
+// Throws FileError, also where the file holds more than `most_bytes`.
 [[nodiscard]] std::string read_whole_file(const std::filesystem::path& path,
                                           std::size_t most_bytes);
 
-}  // namespace zerodrift::record
+}  // namespace zerodrift::files

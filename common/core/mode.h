@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <string_view>
 
-namespace zerodrift::compensation {
+namespace zerodrift::core {
 
 enum class Mode : std::uint8_t {
   kPassthrough = 0,  // nothing taken off
@@ -119,4 +119,4 @@ constexpr std::string_view name(Rung rung) {
   return "unknown";
 }
 
-}  // namespace zerodrift::compensation
+}  // namespace zerodrift::core

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "common/record/atomic_file.h"
+#include "common/files/atomic_file.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -11,10 +11,10 @@
 #include <string>
 #include <thread>
 
-#include "common/record/record_error.h"
-#include "tests/unit/record/scratch_folder.h"
+#include "common/files/file_error.h"
+#include "tests/support/scratch_folder.h"
 
-namespace zerodrift::record {
+namespace zerodrift::files {
 namespace {
 
 class AtomicWriting : public ScratchFolder {};
@@ -38,7 +38,7 @@ TEST_F(AtomicWriting, WithoutCommitNothingIsLeftBehind) {
 std::string refusal(const std::function<void()>& action) {
   try {
     action();
-  } catch (const RecordError& error) {
+  } catch (const FileError& error) {
     return error.what();
   }
   return "";
@@ -157,12 +157,12 @@ TEST_F(AtomicWriting, FirstFailureIsRememberedUntilItIsAskedFor) {
     file.append(std::string(2000, 'x'));
     ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
     file.append("would fit");
-    EXPECT_THROW(file.check(), RecordError);
-    EXPECT_THROW(file.commit(), RecordError);
+    EXPECT_THROW(file.check(), FileError);
+    EXPECT_THROW(file.commit(), FileError);
   }
   std::signal(SIGXFSZ, old_handler);
   EXPECT_EQ(file_count(), 0U);
 }
 
 }  // namespace
-}  // namespace zerodrift::record
+}  // namespace zerodrift::files

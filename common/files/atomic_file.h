@@ -10,15 +10,15 @@
 #include <string_view>
 #include <vector>
 
-#include "common/record/unfinished_file.h"
+#include "common/files/unfinished_file.h"
 
-namespace zerodrift::record {
+namespace zerodrift::files {
 
 class AtomicFile {
  public:
   // A link is followed: what it points to is replaced, not the link. A pipe without a reader is
   // waited for. Where the target is standard output itself, what else is said there goes to
-  // standard error from then on. Throws RecordError where the target is a folder, a socket or a
+  // standard error from then on. Throws FileError where the target is a folder, a socket or a
   // disk, or where its folder can't be written.
   explicit AtomicFile(std::filesystem::path target);
 
@@ -30,10 +30,10 @@ class AtomicFile {
   // Remembers the first failure and drops whatever comes after it; check() and commit() report it.
   void append(std::string_view bytes) noexcept;
 
-  // Throws RecordError where an append() has failed.
+  // Throws FileError where an append() has failed.
   void check() const;
 
-  // Makes the file durable and gives it its name. Throws RecordError. Nothing may be appended after
+  // Makes the file durable and gives it its name. Throws FileError. Nothing may be appended after
   // it.
   void commit();
 
@@ -50,7 +50,7 @@ class AtomicFile {
 };
 
 // What commit() could not do later is better known before minutes of computing than after. Throws
-// RecordError.
+// FileError.
 void require_writable(const std::filesystem::path& target);
 
 // A file of a command, by its option: {"--record", "a.csv"}; an empty name doesn't count.
@@ -59,8 +59,8 @@ struct NamedFile {
   std::string file{};
 };
 
-// Throws RecordError where an output is an input or another output, by whatever path or link, or
+// Throws FileError where an output is an input or another output, by whatever path or link, or
 // can't be written. To be called before anything is read: outputs replace what is there.
 void check_outputs(const std::vector<NamedFile>& inputs, const std::vector<NamedFile>& outputs);
 
-}  // namespace zerodrift::record
+}  // namespace zerodrift::files

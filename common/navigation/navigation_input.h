@@ -4,10 +4,10 @@
 
 #include <algorithm>
 
-#include "common/compensation/compensator.h"
+#include "common/core/compensated_sample.h"
 #include "common/navigation/gyro_navigation.h"
 
-namespace zerodrift::compensation {
+namespace zerodrift::navigation {
 
 // A filter that hears the topic knows the sensor's variance as rate covariance - drift variance,
 // each as published: offline runs compute the same, to the bit.
@@ -16,9 +16,9 @@ namespace zerodrift::compensation {
   return known ? std::max(0.0, rate_variance - drift_variance) : -1.0;
 }
 
-[[nodiscard]] inline navigation::NavigationSample to_navigation(
-    const CompensatedSample& sample) noexcept {
-  navigation::NavigationSample out;
+[[nodiscard]] inline NavigationSample to_navigation(
+    const core::CompensatedSample& sample) noexcept {
+  NavigationSample out;
   out.sequence = sample.raw.sequence;
   out.time = sample.raw.time;
   out.interval_s = sample.raw.interval_s;
@@ -38,4 +38,4 @@ namespace zerodrift::compensation {
   return out;
 }
 
-}  // namespace zerodrift::compensation
+}  // namespace zerodrift::navigation

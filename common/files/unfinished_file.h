@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-namespace zerodrift::record {
+namespace zerodrift::files {
 
 // The name of a file that is not finished. It is removed with the object, or when the process ends
 // by end_without_unfinished_files(), unless it was kept or got its own name. Any thread.
@@ -14,7 +14,7 @@ class UnfinishedFile {
   // Of a file that is or will be there, e.g. the <target>.active of a recording.
   explicit UnfinishedFile(std::filesystem::path path);
   // Creates ".<name>.<pid>.<n>.partial" beside the target, so that a rename stays within one file
-  // system. `fd` is the caller's to close. Throws RecordError.
+  // system. `fd` is the caller's to close. Throws FileError.
   UnfinishedFile(const std::filesystem::path& target, int& fd);
   ~UnfinishedFile();
   UnfinishedFile(const UnfinishedFile&) = delete;
@@ -31,7 +31,11 @@ class UnfinishedFile {
   std::filesystem::path path_;
 };
 
+// <stem>.cut<N><extension> beside the target, the first that nothing has: for what was written of
+// a file that did not become whole.
+[[nodiscard]] std::filesystem::path free_name_of_cut(const std::filesystem::path& target);
+
 // Removes what is unfinished and ends the process at once.
 [[noreturn]] void end_without_unfinished_files(int exit_code);
 
-}  // namespace zerodrift::record
+}  // namespace zerodrift::files

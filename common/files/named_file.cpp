@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "common/record/named_file.h"
+#include "common/files/named_file.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -11,9 +11,9 @@
 #include <utility>
 
 #include "common/core/one_line.h"
-#include "common/record/input_file.h"
+#include "common/files/input_file.h"
 
-namespace zerodrift::record {
+namespace zerodrift::files {
 namespace {
 
 constexpr std::size_t kLongestName = 64;
@@ -85,4 +85,4 @@ std::string read_named(const std::filesystem::path& folder, std::string_view nam
   refuse_name(name, "has more than " + std::to_string(most_bytes) + " bytes, which none needs");
 }
 
-}  // namespace zerodrift::record
+}  // namespace zerodrift::files

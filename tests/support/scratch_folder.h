@@ -12,13 +12,12 @@
 #include <string>
 #include <string_view>
 
-namespace zerodrift::record {
+namespace zerodrift {
 
 class ScratchFolder : public ::testing::Test {
  protected:
   ScratchFolder() {
-    std::string name =
-        (std::filesystem::temp_directory_path() / "zerodrift-record-XXXXXX").string();
+    std::string name = (std::filesystem::temp_directory_path() / "zerodrift-test-XXXXXX").string();
     if (::mkdtemp(name.data()) == nullptr) std::abort();
     folder_ = name;
   }
@@ -47,4 +46,4 @@ class ScratchFolder : public ::testing::Test {
   std::filesystem::path folder_;
 };
 
-}  // namespace zerodrift::record
+}  // namespace zerodrift

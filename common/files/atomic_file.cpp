@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "common/record/atomic_file.h"
+#include "common/files/atomic_file.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -11,16 +11,15 @@
 #include <system_error>
 #include <utility>
 
-#include "common/mcap/log_file.h"
-#include "common/record/record_error.h"
+#include "common/files/file_error.h"
 
-namespace zerodrift::record {
+namespace zerodrift::files {
 namespace {
 
 namespace fs = std::filesystem;
 
 [[noreturn]] void refuse(const fs::path& path, const std::string& what, int error) {
-  throw RecordError(path.string() + ": " + what + ": " + std::strerror(error));
+  throw FileError(path.string() + ": " + what + ": " + std::strerror(error));
 }
 
 // Is there, and is written straight.
@@ -28,7 +27,7 @@ bool is_special(const fs::path& path) {
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0 || S_ISREG(status.st_mode)) return false;
   if (S_ISCHR(status.st_mode) || S_ISFIFO(status.st_mode)) return true;
-  throw RecordError(path.string() + ": is a folder, a disk or a socket, expected a file to write");
+  throw FileError(path.string() + ": is a folder, a disk or a socket, expected a file to write");
 }
 
 // A terminal or /dev/null takes both.
@@ -103,7 +102,7 @@ void AtomicFile::commit() {
 
 fs::path AtomicFile::keep() {
   if (!partial_) return {};
-  const fs::path kept = mcap::free_name_of_cut(replaced_);
+  const fs::path kept = free_name_of_cut(replaced_);
   return partial_->rename_to(kept) == 0 ? kept : fs::path{};
 }
 
@@ -130,8 +129,8 @@ bool is_same_file(const std::string& a, const std::string& b) {
 void check_outputs(const std::vector<NamedFile>& inputs, const std::vector<NamedFile>& outputs) {
   const auto refuse_same = [](const NamedFile& output, const NamedFile& other) {
     if (output.file.empty() || other.file.empty() || !is_same_file(output.file, other.file)) return;
-    throw RecordError(output.option + ": found '" + output.file + "', which is also " +
-                      other.option + "; expected another file");
+    throw FileError(output.option + ": found '" + output.file + "', which is also " + other.option +
+                    "; expected another file");
   };
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     for (const NamedFile& input : inputs) refuse_same(outputs[i], input);
@@ -142,4 +141,4 @@ void check_outputs(const std::vector<NamedFile>& inputs, const std::vector<Named
   }
 }
 
-}  // namespace zerodrift::record
+}  // namespace zerodrift::files

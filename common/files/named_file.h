@@ -10,7 +10,7 @@
 #include <string>
 #include <string_view>
 
-namespace zerodrift::record {
+namespace zerodrift::files {
 
 // What such a name is refused for. what() is one line that quotes the name and nothing else: not
 // the folder, not what the file holds.
@@ -30,4 +30,4 @@ class NameRefused : public std::runtime_error {
 [[nodiscard]] std::string read_named(const std::filesystem::path& folder, std::string_view name,
                                      std::size_t most_bytes);
 
-}  // namespace zerodrift::record
+}  // namespace zerodrift::files

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "common/record/input_file.h"
+#include "common/files/input_file.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -10,9 +10,9 @@
 #include <cstring>
 #include <utility>
 
-#include "common/record/record_error.h"
+#include "common/files/file_error.h"
 
-namespace zerodrift::record {
+namespace zerodrift::files {
 namespace {
 
 const char* kind_of(mode_t mode) {
@@ -25,9 +25,7 @@ const char* kind_of(mode_t mode) {
 }  // namespace
 
 int open_regular_file(const std::filesystem::path& path) {
-  const auto refuse = [&](const std::string& why) {
-    throw RecordError(path.string() + ": " + why);
-  };
+  const auto refuse = [&](const std::string& why) { throw FileError(path.string() + ": " + why); };
   // O_NONBLOCK: of no effect on a regular file; a pipe without a writer would be waited for.
   const int fd = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
   if (fd < 0) refuse(std::string("cannot open: ") + std::strerror(errno));
@@ -56,12 +54,12 @@ std::string read_whole_file(const std::filesystem::path& path, std::size_t most_
   std::optional<std::string> bytes = read_up_to(fd, most_bytes);
   const int error = errno;
   ::close(fd);
-  if (!bytes) throw RecordError(path.string() + ": cannot read: " + std::strerror(error));
+  if (!bytes) throw FileError(path.string() + ": cannot read: " + std::strerror(error));
   if (bytes->size() > most_bytes) {
-    throw RecordError(path.string() + ": holds more than the " + std::to_string(most_bytes) +
-                      " bytes that are expected at most");
+    throw FileError(path.string() + ": holds more than the " + std::to_string(most_bytes) +
+                    " bytes that are expected at most");
   }
   return *std::move(bytes);
 }
 
-}  // namespace zerodrift::record
+}  // namespace zerodrift::files

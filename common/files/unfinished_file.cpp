@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "common/record/unfinished_file.h"
+#include "common/files/unfinished_file.h"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -11,11 +11,12 @@
 #include <mutex>
 #include <set>
 #include <string>
+#include <system_error>
 #include <utility>
 
-#include "common/record/record_error.h"
+#include "common/files/file_error.h"
 
-namespace zerodrift::record {
+namespace zerodrift::files {
 namespace {
 
 struct Unfinished {
@@ -49,8 +50,8 @@ UnfinishedFile::UnfinishedFile(const std::filesystem::path& target, int& fd) : p
     const int error = errno;
     unfinished().paths.erase(place.first);
     if (error == EEXIST) continue;
-    throw RecordError(target.string() +
-                      ": cannot create a file in its folder: " + std::strerror(error));
+    throw FileError(target.string() +
+                    ": cannot create a file in its folder: " + std::strerror(error));
   }
 }
 
@@ -71,10 +72,20 @@ void UnfinishedFile::keep() {
   unfinished().paths.erase(path_);
 }
 
+std::filesystem::path free_name_of_cut(const std::filesystem::path& target) {
+  for (int number = 1;; ++number) {
+    std::filesystem::path name = target;
+    name.replace_filename(target.stem().string() + ".cut" + std::to_string(number) +
+                          target.extension().string());
+    std::error_code error;
+    if (!std::filesystem::exists(std::filesystem::symlink_status(name, error))) return name;
+  }
+}
+
 void end_without_unfinished_files(int exit_code) {
   unfinished().mutex.lock();  // for good: nothing new begins
   for (const auto& path : unfinished().paths) ::unlink(path.c_str());
   std::_Exit(exit_code);
 }
 
-}  // namespace zerodrift::record
+}  // namespace zerodrift::files

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "common/record/named_file.h"
+#include "common/files/named_file.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -11,7 +11,7 @@
 
 #include "common/core/one_line.h"
 
-namespace zerodrift::record {
+namespace zerodrift::files {
 namespace {
 
 namespace fs = std::filesystem;
@@ -117,4 +117,4 @@ TEST_F(NamedFile, AFolderThatIsGoneIsSaidToBe) {
 }
 
 }  // namespace
-}  // namespace zerodrift::record
+}  // namespace zerodrift::files
