@@ -26,7 +26,7 @@ struct ExportResult {
   std::vector<std::string> warnings{};
 };
 
-// All throw RecordError or McapError with one line.
+// All throw FileError or McapError with one line.
 // Rates, references and temperatures by sensor time, a row each.
 [[nodiscard]] ExportResult export_record(const ExportRequest& request);
 // compensated_rate as `zerodrift record` and `compensate` write it.
