@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "common/diagnosis/find_missing.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,7 +11,6 @@
 #include <vector>
 
 #include "common/core/require.h"
-#include "common/diagnosis/find_missing.h"
 #include "common/diagnosis/known_effects.h"
 #include "tests/unit/diagnosis/search_record.h"
 
