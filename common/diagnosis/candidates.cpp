@@ -15,6 +15,7 @@ using twin::EffectDefinition;
 using twin::Need;
 using twin::ParameterDefinition;
 using twin::ParameterRole;
+using twin::SearchRule;
 using twin::TemperaturePoint;
 
 namespace {
@@ -121,19 +122,19 @@ std::optional<std::string> no_component(Need need, const std::string& amplitude,
                                         const MeasuredSeries& series, core::Axis axis) {
   const auto of = [](const core::PerAxis<std::vector<double>>& channels, const std::string& what,
                      std::size_t component) -> std::optional<std::string> {
-    const std::string channel = what + "_" + std::string(core::name(core::kAxes[component]));
+    const std::string channel = what + std::string(core::name(core::kAxes[component]));
     if (channels[component].empty()) return "no " + channel + " in the record";
     if (!moves(channels[component])) return channel + " never changes";
     return std::nullopt;
   };
   for (std::size_t i = 0; i < core::kAxisCount; ++i) {
     if (!amplitude.starts_with(std::string(core::name(core::kAxes[i])) + "_")) continue;
-    if (need == Need::kMagnetic) return of(series.magnetic_ut, "magnetic", i);
-    if (need == Need::kAcceleration) return of(series.acceleration_mps2, "acceleration", i);
+    if (need == Need::kMagnetic) return of(series.magnetic_ut, "magnetic_", i);
+    if (need == Need::kAcceleration) return of(series.acceleration_mps2, "acceleration_", i);
   }
   if (need != Need::kCrossAxisRate) return std::nullopt;
   const std::size_t steps = amplitude.starts_with("next_axis") ? 1 : 2;
-  return of(series.reference_radps, "reference_rate", (core::index(axis) + steps) % 3);
+  return of(series.reference_radps, "reference_rate_", (core::index(axis) + steps) % 3);
 }
 
 std::optional<std::string> no_rate(const MeasuredSeries& series, core::Axis axis) {
@@ -178,19 +179,20 @@ struct Grid {
 Grid grid_of(const ParameterDefinition& parameter, const Playback& playback,
              const std::vector<TemperaturePoint>& inputs, const Oscillations& oscillations) {
   constexpr double kArcsecPerRad = 3600.0 / core::kRadPerDeg;
-  if (parameter.name == "frequency_hz")
+  if (parameter.rule == SearchRule::kFrequency)
     return {oscillations.lines.frequencies, oscillations.lines.looked_at};
-  if (parameter.name == "angle_arcsec") {
+  if (parameter.rule == SearchRule::kAngle) {
     return {inverse(oscillations.resets.frequencies, kArcsecPerRad), oscillations.resets.looked_at};
   }
-  if (parameter.name == "period_degc" && !inputs.empty()) {
+  if (parameter.rule == SearchRule::kPeriod && !inputs.empty()) {
     const auto& fringes = oscillations.fringes[twin::index(inputs.front())];
     return {inverse(fringes.frequencies, 1.0), fringes.looked_at};
   }
-  std::vector<double> values =
-      parameter.name == "threshold_degc" && !inputs.empty() ? thresholds(playback, inputs.front())
-      : parameter.grid.empty() ? std::vector<double>{parameter.default_value}
-                               : parameter.grid;
+  std::vector<double> values = parameter.rule == SearchRule::kThreshold && !inputs.empty()
+                                   ? thresholds(playback, inputs.front())
+                               : parameter.grid.empty()
+                                   ? std::vector<double>{parameter.default_value}
+                                   : parameter.grid;
   std::erase_if(values,
                 [&](double v) { return !(v >= parameter.minimum && v <= parameter.maximum); });
   const auto count = static_cast<double>(values.size());
@@ -235,36 +237,39 @@ void add_variants(Candidate& candidate, const Playback& playback,
   candidate.variants.insert(candidate.variants.end(), variants.begin(), variants.end());
 }
 
-const twin::EffectSpec* find_in(const twin::Model& model, core::Axis axis, std::string_view kind) {
+bool is_listed(const twin::Model& model, core::Axis axis, const std::string& kind) {
+  return std::any_of(model.effects.begin(), model.effects.end(),
+                     [&](const auto& spec) { return spec.axis == axis && spec.kind == kind; });
+}
+
+// The effect of an axis that the others take their conventions from.
+const twin::EffectSpec* lender_in(const twin::Model& model, core::Axis axis) {
   for (const twin::EffectSpec& spec : model.effects) {
-    if (spec.axis == axis && spec.kind == kind) return &spec;
+    const EffectDefinition* definition = twin::find_effect(spec.kind);
+    if (spec.axis == axis && definition != nullptr && definition->search.lends_conventions)
+      return &spec;
   }
   return nullptr;
 }
 
-// Values that an effect copies from the axis's bias_temperature, which has the same names for them.
-twin::Parameters copied(const EffectDefinition& definition, const twin::Model& model,
-                        core::Axis axis) {
+twin::Parameters borrowed(const EffectDefinition& definition, const twin::Model& model,
+                          core::Axis axis) {
   twin::Parameters values;
-  const twin::EffectSpec* known = find_in(model, axis, "bias_temperature");
-  if (known == nullptr) return values;
+  const twin::EffectSpec* lender = lender_in(model, axis);
+  if (lender == nullptr) return values;
   for (const std::string& name : names_of(definition, ParameterRole::kConvention)) {
-    const auto given = known->parameters.find(name);
-    if (given != known->parameters.end()) values[name] = given->second;
+    const auto given = lender->parameters.find(name);
+    if (given != lender->parameters.end()) values[name] = given->second;
   }
   return values;
 }
 
-std::optional<std::string> nothing_to_copy(const EffectDefinition& definition,
-                                           const twin::Model& model, core::Axis axis) {
-  if (definition.kind != "sensor_lag") return std::nullopt;
-  const twin::EffectSpec* known = find_in(model, axis, "bias_temperature");
-  if (known != nullptr && !known->parameters.empty()) return std::nullopt;
-  return "the model has no bias_temperature that a thermometer could lag behind";
-}
-
-bool is_regressor(const EffectDefinition& definition) {
-  return is_waveform(definition) && definition.kind != "bias";  // the mean: always refitted
+std::optional<std::string> nothing_to_borrow(const EffectDefinition& definition,
+                                             const twin::Model& model, core::Axis axis) {
+  if (definition.search.without_lender.empty()) return std::nullopt;
+  const twin::EffectSpec* lender = lender_in(model, axis);
+  if (lender != nullptr && !lender->parameters.empty()) return std::nullopt;
+  return definition.search.without_lender;
 }
 
 }  // namespace
@@ -412,9 +417,10 @@ Candidates candidates(const MeasuredSeries& series, const Playback& playback,
                       const twin::Model& model, core::Axis axis, const Oscillations& oscillations) {
   Candidates result;
   for (const EffectDefinition& definition : twin::effect_catalogue()) {
-    if (!is_regressor(definition) || find_in(model, axis, definition.kind) != nullptr) continue;
+    if (!is_waveform(definition) || definition.search.is_constant) continue;
+    if (is_listed(model, axis, definition.kind)) continue;
     auto why = why_not_testable(definition, series, playback, axis);
-    if (!why) why = nothing_to_copy(definition, model, axis);
+    if (!why) why = nothing_to_borrow(definition, model, axis);
     if (why) {
       result.not_testable.push_back({definition.kind, *why});
       continue;
@@ -424,7 +430,7 @@ Candidates candidates(const MeasuredSeries& series, const Playback& playback,
     Candidate candidate{.definition = &definition,
                         .axis = axis,
                         .amplitudes = names_of(definition, ParameterRole::kAmplitude),
-                        .conventions = copied(definition, model, axis)};
+                        .conventions = borrowed(definition, model, axis)};
     const auto choices = input_choices(playback, definition.inputs.size());
     for (const auto& inputs : choices) add_variants(candidate, playback, inputs, oscillations);
     if (candidate.variants.empty()) continue;

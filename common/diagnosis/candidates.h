@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "common/core/axis.h"
-#include "common/diagnosis/diagnosis.h"
+#include "common/diagnosis/finding.h"
 #include "common/diagnosis/measured_series.h"
 #include "common/diagnosis/oscillation_scan.h"
 #include "common/diagnosis/playback.h"
@@ -57,7 +57,8 @@ struct Oscillations {
                                              const Playback& playback, core::Axis axis);
 
 // Effects that the model lists for the axis (with or without parameters) are left out: they are
-// refitted, not named. What an effect copies from the model (T_ref, b') is taken from there.
+// refitted, not named. What an effect takes from another one of the model (T_ref, b') comes from
+// there.
 [[nodiscard]] Candidates candidates(const MeasuredSeries& series, const Playback& playback,
                                     const twin::Model& model, core::Axis axis,
                                     const Oscillations& oscillations);

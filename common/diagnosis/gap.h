@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "common/core/axis.h"
-#include "common/diagnosis/diagnosis.h"
+#include "common/diagnosis/finding.h"
 #include "common/twin/model.h"
 
 namespace zerodrift::diagnosis {

@@ -157,7 +157,8 @@ GenericFunction product_of(const InputChannel& a, const InputChannel& b) {
     columns[1][i] = u[i] * u[i] * v[i];
     columns[2][i] = u[i] * v[i] * v[i];
   }
-  return {{a.name, b.name}, {std::move(columns)}};
+  const bool thermal = a.family == twin::InputFamily::kTemperature;
+  return {{a.name, b.name}, thermal ? b.family : a.family, {std::move(columns)}};
 }
 
 }  // namespace
@@ -165,32 +166,42 @@ GenericFunction product_of(const InputChannel& a, const InputChannel& b) {
 std::vector<InputChannel> moving_inputs(const MeasuredSeries& series, core::Axis axis) {
   std::vector<InputChannel> channels;
   const auto& valid = series.valid[core::index(axis)];
-  const auto take = [&](std::string name, std::string unit, std::vector<double> values) {
-    if (moves(values, valid))
-      channels.push_back({std::move(name), std::move(unit), std::move(values)});
+  using twin::InputFamily;
+  const auto take = [&](std::string name, std::string unit, InputFamily family,
+                        std::vector<double> values) {
+    if (moves(values, valid)) {
+      channels.push_back({.name = std::move(name),
+                          .unit = std::move(unit),
+                          .values = std::move(values),
+                          .family = family});
+    }
   };
   for (const ProbeSeries& probe : series.probes)
-    take("temperature_" + probe.name, "°C", probe.temperature_degc);
+    take("temperature_" + probe.name, "°C", InputFamily::kTemperature, probe.temperature_degc);
   auto mean = mean_coil(series);
   if (moves(mean, valid)) {
-    channels.push_back({"temperature_coil", "°C", std::move(mean), ChannelOrigin::kMeanOfFaces});
+    channels.push_back({"temperature_coil", "°C", std::move(mean), ChannelOrigin::kMeanOfFaces,
+                        InputFamily::kTemperature});
   }
-  for (const ProbeSeries& probe : series.probes)
-    take("temperature_rate_" + probe.name, "°C/min", scaled_by(probe.rate_degc_per_s, 60.0));
+  for (const ProbeSeries& probe : series.probes) {
+    take("temperature_rate_" + probe.name, "°C/min", InputFamily::kTemperature,
+         scaled_by(probe.rate_degc_per_s, 60.0));
+  }
   for (const core::Axis a : core::kAxes) {
     const std::string suffix = a == axis ? "" : "_" + std::string(core::name(a));
-    take("rate" + suffix, "deg/h",
+    take("rate" + suffix, "deg/h", InputFamily::kRate,
          scaled_by(series.reference_radps[core::index(a)], 1.0 / core::radps_from_deg_h(1.0)));
   }
   for (const core::Axis a : core::kAxes) {
-    const std::string suffix = "_" + std::string(core::name(a));
-    take("magnetic" + suffix, "uT", series.magnetic_ut[core::index(a)]);
-    take("acceleration" + suffix, "m/s^2", series.acceleration_mps2[core::index(a)]);
+    const std::string name(core::name(a));
+    take("magnetic_" + name, "uT", InputFamily::kMagnetic, series.magnetic_ut[core::index(a)]);
+    take("acceleration_" + name, "m/s^2", InputFamily::kAcceleration,
+         series.acceleration_mps2[core::index(a)]);
   }
-  take("vibration", "g", series.vibration_g);
-  take("source_current", "mA", series.source_current_ma);
-  take("supply", "V", series.supply_v);
-  take("time", "s", series.since_power_on_s);
+  take("vibration", "g", InputFamily::kVibration, series.vibration_g);
+  take("source_current", "mA", InputFamily::kSourceCurrent, series.source_current_ma);
+  take("supply", "V", InputFamily::kSupply, series.supply_v);
+  take("time", "s", InputFamily::kTime, series.since_power_on_s);
   return channels;
 }
 
@@ -210,7 +221,8 @@ std::vector<GenericFunction> generic_functions(const std::vector<InputChannel>& 
                                                double interval_s) {
   std::vector<GenericFunction> functions;
   for (const InputChannel& channel : channels) {
-    GenericFunction function{{channel.name}, {spline_basis(channel.values, kSplineIntervals)}};
+    GenericFunction function{
+        {channel.name}, channel.family, {spline_basis(channel.values, kSplineIntervals)}};
     if (is_temperature(channel)) {
       function.resolutions.push_back(spline_basis(channel.values, kFineIntervals, Knots::kUniform));
     }

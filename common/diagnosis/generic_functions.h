@@ -10,6 +10,7 @@
 
 #include "common/core/axis.h"
 #include "common/diagnosis/measured_series.h"
+#include "common/twin/input_family.h"
 
 namespace zerodrift::diagnosis {
 
@@ -24,10 +25,13 @@ struct InputChannel {
   std::string unit;  // of the values
   std::vector<double> values{};
   ChannelOrigin origin = ChannelOrigin::kMeasured;
+  twin::InputFamily family = twin::InputFamily::kNone;
 };
 
 struct GenericFunction {
   std::vector<std::string> depends_on{};  // one or two names
+  // A product belongs to the input that is not a temperature: without it there is no effect.
+  twin::InputFamily family = twin::InputFamily::kNone;
   // Each a set of columns: coarse and fine.
   std::vector<std::vector<std::vector<double>>> resolutions{};
 };

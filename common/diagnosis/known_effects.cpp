@@ -78,7 +78,8 @@ std::vector<KnownParameter> known_parameters(const twin::Model& model, core::Axi
     const EffectSpec& spec = model.effects[i];
     const EffectDefinition* definition = twin::find_effect(spec.kind);
     if (definition == nullptr || spec.axis != axis || spec.parameters.empty()) continue;
-    if (definition->family != twin::Family::kDeterministic || spec.kind == "bias") continue;
+    if (definition->family != twin::Family::kDeterministic || definition->search.is_constant)
+      continue;
     for (const ParameterDefinition& parameter : definition->parameters) {
       const bool amplitude = is_fitted_amplitude(parameter, spec);
       if (!amplitude && !is_fitted_shape(parameter, spec)) continue;
@@ -117,17 +118,22 @@ std::vector<Recalibration> recalibrate(twin::Model& model, const std::vector<Kno
   return told;
 }
 
-double shift_bias(twin::Model& model, core::Axis axis, double by_radps) {
-  constexpr const char* kParameter = "bias_deg_h";
+Recalibration shift_bias(twin::Model& model, core::Axis axis, double by_radps) {
+  const auto all = twin::effect_catalogue();
+  const auto constant = std::find_if(
+      all.begin(), all.end(), [](const EffectDefinition& d) { return d.search.is_constant; });
+  core::require(constant != all.end(), "the catalogue has a constant effect");
+  const std::string& parameter = constant->parameters.front().name;  // deg/h
   const double by_deg_h = by_radps / core::radps_from_deg_h(1.0);
-  for (EffectSpec& spec : model.effects) {
-    if (spec.kind != "bias" || spec.axis != axis) continue;
-    const auto given = spec.parameters.find(kParameter);
-    const double to = (given == spec.parameters.end() ? 0.0 : given->second) + by_deg_h;
-    return spec.parameters[kParameter] = to;
-  }
-  model.effects.push_back({.kind = "bias", .axis = axis, .parameters = {{kParameter, by_deg_h}}});
-  return by_deg_h;
+  auto spec = std::find_if(model.effects.begin(), model.effects.end(), [&](const EffectSpec& e) {
+    return e.kind == constant->kind && e.axis == axis;
+  });
+  if (spec == model.effects.end())
+    spec = model.effects.insert(spec, {.kind = constant->kind, .axis = axis});
+  const auto given = spec->parameters.find(parameter);
+  const double to = (given == spec->parameters.end() ? 0.0 : given->second) + by_deg_h;
+  spec->parameters[parameter] = to;
+  return {spec->kind, parameter, to - core::deg_h_from_radps(by_radps), to};
 }
 
 }  // namespace zerodrift::diagnosis

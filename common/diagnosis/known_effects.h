@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "common/core/axis.h"
-#include "common/diagnosis/diagnosis.h"
+#include "common/diagnosis/finding.h"
 #include "common/diagnosis/playback.h"
-#include "common/diagnosis/search.h"
+#include "common/diagnosis/search_problem.h"
 #include "common/twin/model.h"
 
 namespace zerodrift::diagnosis {
@@ -35,8 +35,8 @@ struct KnownParameter {
     twin::Model& model, const std::vector<KnownParameter>& known,
     const std::vector<CorrectionFinding>& corrections);
 
-// Adds to the axis's bias, which is added to the list where the model has none. The new bias,
-// deg/h.
-double shift_bias(twin::Model& model, core::Axis axis, double by_radps);
+// Adds to the axis's constant effect, which is added to the list where the model has none; tells
+// from what to what, without a standard error.
+Recalibration shift_bias(twin::Model& model, core::Axis axis, double by_radps);
 
 }  // namespace zerodrift::diagnosis

@@ -194,21 +194,23 @@ Columns waveform_of(const NamedEffect& effect, const Playback& playback, core::A
 // The periods and frequencies that the catalogue offers to a search, as if a record showed them.
 Oscillations offered_oscillations() {
   constexpr double kArcsecPerRad = 3600.0 / core::kRadPerDeg;
-  const auto frequencies = [](const char* kind, const char* parameter, double of_one, bool period) {
+  const auto offered = [](twin::SearchRule rule, const auto& frequency_of) {
     OscillationPeaks peaks;
-    for (const auto& definition : twin::find_effect(kind)->parameters) {
-      if (definition.name != parameter) continue;
-      for (const double v : definition.grid)
-        peaks.frequencies.push_back(period ? of_one / v : of_one * v);
+    for (const auto& definition : twin::effect_catalogue()) {
+      for (const auto& parameter : definition.parameters) {
+        if (parameter.rule != rule) continue;
+        for (const double v : parameter.grid) peaks.frequencies.push_back(frequency_of(v));
+      }
     }
     peaks.looked_at = static_cast<double>(peaks.frequencies.size());
     return peaks;
   };
-  Oscillations offered;
-  offered.lines = frequencies("line", "frequency_hz", 1.0, false);
-  offered.fringes.fill(frequencies("etalon_fringe", "period_degc", 1.0, true));
-  offered.resets = frequencies("modulator_reset", "angle_arcsec", kArcsecPerRad, true);
-  return offered;
+  Oscillations all;
+  all.lines = offered(twin::SearchRule::kFrequency, [](double hz) { return hz; });
+  all.fringes.fill(offered(twin::SearchRule::kPeriod, [](double degc) { return 1.0 / degc; }));
+  all.resets =
+      offered(twin::SearchRule::kAngle, [](double arcsec) { return kArcsecPerRad / arcsec; });
+  return all;
 }
 
 // Columns of the rival at each of its variants; no more than enough to cover its shapes. None where

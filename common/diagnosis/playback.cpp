@@ -160,10 +160,6 @@ std::vector<double> Playback::drift(const twin::Model& model, core::Axis axis) c
   return sum;
 }
 
-bool is_waveform(const twin::EffectDefinition& definition) {
-  return definition.family == twin::Family::kDeterministic || definition.kind == "clock_offset";
-}
-
 twin::EffectContext default_context(const twin::EffectDefinition& definition, core::Axis axis,
                                     double interval_s) {
   return {.parameters = twin::complete_parameters(definition, {}),

@@ -51,9 +51,6 @@ class Playback {
   std::vector<twin::EffectInputs> inputs_;
 };
 
-// A function of a record's inputs: the deterministic effects, and a clock's offset.
-[[nodiscard]] bool is_waveform(const twin::EffectDefinition& definition);
-
 // A context with the catalogue's defaults, no noise.
 [[nodiscard]] twin::EffectContext default_context(const twin::EffectDefinition& definition,
                                                   core::Axis axis, double interval_s);

@@ -5,8 +5,10 @@
 #include <cmath>
 #include <optional>
 
+#include "common/core/require.h"
 #include "common/core/units.h"
 #include "common/diagnosis/median.h"
+#include "common/twin/effect_catalogue.h"
 
 namespace zerodrift::diagnosis {
 namespace {
@@ -65,9 +67,14 @@ bool is_alone(const std::vector<double>& departure, std::size_t i) {
   return !before && !after;
 }
 
-NamedEffect certain(const char* name) {
+NamedEffect certain(twin::LocalFault fault) {
+  const auto all = twin::effect_catalogue();
+  const auto found = std::find_if(all.begin(), all.end(), [fault](const auto& definition) {
+    return definition.search.fault == fault;
+  });
+  core::require(found != all.end(), "the catalogue has each fault of a record");
   NamedEffect effect;
-  effect.name = name;
+  effect.name = found->kind;
   effect.probability = 1.0;
   return effect;
 }
@@ -94,7 +101,7 @@ std::optional<NamedEffect> spikes(const MeasuredSeries& series, core::Axis axis,
   const auto count = static_cast<double>(heights.size());
   double squares = 0.0;
   for (const double height : heights) squares += height * height;
-  NamedEffect effect = certain("spikes");
+  NamedEffect effect = certain(twin::LocalFault::kSpikes);
   const double hours = series.interval_s * static_cast<double>(series.size) / core::kSecondsPerHour;
   const double deviation = std::sqrt(squares / count) / core::radps_from_deg_h(1.0);
   effect.parameters = {{"deviation_deg_h", deviation}, {"spikes_per_h", count / hours}};
@@ -151,7 +158,7 @@ std::optional<NamedEffect> saturation(const std::vector<double>& rate,
     begin = end;
   }
   if (clipped == 0) return std::nullopt;
-  NamedEffect effect = certain("saturation");
+  NamedEffect effect = certain(twin::LocalFault::kSaturation);
   effect.parameters = {{"limit_deg_s", std::max(std::abs(low), std::abs(high)) / core::kRadPerDeg}};
   return effect;
 }
@@ -173,7 +180,7 @@ std::optional<NamedEffect> dropped_samples(const MeasuredSeries& series,
     begin = end;
   }
   if (places < kFewestDropouts) return std::nullopt;
-  NamedEffect effect = certain("dropped_samples");
+  NamedEffect effect = certain(twin::LocalFault::kDroppedSamples);
   effect.parameters = {
       {"share", static_cast<double>(lost) / static_cast<double>(valid.size())},
       {"mean_burst_s", lost == places ? 0.0

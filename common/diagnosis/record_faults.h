@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "common/diagnosis/diagnosis.h"
+#include "common/diagnosis/finding.h"
 #include "common/diagnosis/measured_series.h"
 
 namespace zerodrift::diagnosis {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the search knows of its columns: coefficients, cross products, and the evidence of every
-// variant beside a base. For search.cpp.
+// variant beside a base.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "common/diagnosis/search.h"
+#include "common/diagnosis/search_problem.h"
 
 namespace zerodrift::diagnosis {
 

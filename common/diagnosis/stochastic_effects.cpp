@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "common/core/units.h"
+#include "common/diagnosis/noise_of_model.h"
 #include "common/diagnosis/noise_weight.h"
 #include "common/diagnosis/search_board.h"
 #include "common/twin/effect_catalogue.h"
@@ -18,100 +19,6 @@ namespace zerodrift::diagnosis {
 using twin::EffectSpec;
 
 namespace {
-
-// A noise coefficient of the model file in the program's units, and back.
-struct Scale {
-  NoiseKind kind;
-  std::string_view effect;
-  std::string_view parameter;
-  double si_per_unit;
-};
-
-constexpr double kRadPerArcsec = core::kRadPerDeg / 3600.0;
-constexpr double kRoot12 = 3.4641016151377544;
-constexpr std::array kScales{
-    Scale{NoiseKind::kWhite, "angle_random_walk", "coefficient_deg_per_sqrt_h",
-          core::kRadPerDeg / 60.0},
-    Scale{NoiseKind::kFlicker, "bias_instability", "coefficient_deg_h",
-          core::kRadPerSecPerDegPerHour},
-    Scale{NoiseKind::kRandomWalk, "rate_random_walk", "coefficient_deg_per_h_1_5",
-          core::kRadPerSecPerDegPerHour / 60.0},
-    // An angle rounded to steps q is wrong by q/sqrt(12) rms.
-    Scale{NoiseKind::kQuantization, "quantization", "step_arcsec", kRadPerArcsec / kRoot12},
-    Scale{NoiseKind::kMarkov, "markov", "sigma_deg_h", core::kRadPerSecPerDegPerHour},
-};
-
-const Scale& scale_of(NoiseKind kind) {
-  return *std::find_if(kScales.begin(), kScales.end(),
-                       [kind](const Scale& s) { return s.kind == kind; });
-}
-
-const Scale* scale_of(const std::string& effect) {
-  const auto found = std::find_if(kScales.begin(), kScales.end(),
-                                  [&](const Scale& s) { return s.effect == effect; });
-  return found == kScales.end() ? nullptr : &*found;
-}
-
-// `square` as seen in a series of which `share` is valid.
-double value_in_file(const Scale& scale, double square, double share) {
-  return std::sqrt(square / seen_share(scale.kind, share)) / scale.si_per_unit;
-}
-
-double given_or_default(const EffectSpec& spec, const std::string& parameter) {
-  return twin::complete_parameters(*twin::find_effect(spec.kind), spec.parameters).at(parameter);
-}
-
-// Relative, where the file gives a standard error.
-std::optional<double> error_of_square(const EffectSpec& spec, const std::string& parameter) {
-  constexpr double kSmallest = 0.05;
-  const auto error = spec.standard_errors.find(parameter);
-  const auto value = spec.parameters.find(parameter);
-  if (error == spec.standard_errors.end() || value == spec.parameters.end()) return std::nullopt;
-  if (!(error->second > 0.0 && value->second > 0.0)) return std::nullopt;
-  return std::max(kSmallest, 2.0 * error->second / value->second);
-}
-
-// A two-level signal has the spectrum of a Markov noise of its variance.
-KnownNoise telegraph_noise(const EffectSpec& spec, double relative_sigma) {
-  const double up = given_or_default(spec, "up_s");
-  const double down = given_or_default(spec, "down_s");
-  const double amplitude = core::radps_from_deg_h(given_or_default(spec, "amplitude_deg_h"));
-  const double share = up / (up + down);
-  return {{NoiseKind::kMarkov, 1.0 / (1.0 / up + 1.0 / down)},
-          amplitude * amplitude * share * (1.0 - share),
-          relative_sigma};
-}
-
-constexpr double kAnyValue = 50.0;  // relative sigma: no prior to speak of
-
-struct ListedNoise {
-  std::size_t effect;  // in the model
-  KnownNoise noise;
-};
-
-std::vector<ListedNoise> listed_noise(const twin::Model& model, core::Axis axis,
-                                      double relative_sigma, double share) {
-  std::vector<ListedNoise> listed;
-  for (std::size_t i = 0; i < model.effects.size(); ++i) {
-    const EffectSpec& spec = model.effects[i];
-    if (spec.axis != axis) continue;
-    if (spec.kind == "telegraph") {
-      listed.push_back({i, telegraph_noise(spec, relative_sigma)});
-      continue;
-    }
-    const Scale* scale = scale_of(spec.kind);
-    if (scale == nullptr) continue;
-    const double value = given_or_default(spec, std::string(scale->parameter)) * scale->si_per_unit;
-    KnownNoise noise{{scale->kind, 0.0},
-                     value * value * seen_share(scale->kind, share),
-                     error_of_square(spec, std::string(scale->parameter)).value_or(relative_sigma)};
-    if (spec.parameters.empty()) noise.relative_sigma = kAnyValue;
-    if (scale->kind == NoiseKind::kMarkov)
-      noise.term.correlation_s = given_or_default(spec, "tau_s");
-    listed.push_back({i, noise});
-  }
-  return listed;
-}
 
 // Relative sigma of a square that is held. It enters as 2 / sigma² degrees of freedom, which must
 // be far more than a record has values.
@@ -270,12 +177,12 @@ double peakedness_of_course(const NoiseQuestion& question, const Addition& marko
 NamedEffect named(const Addition& addition, const std::vector<Addition>& rivals, double share) {
   constexpr double kCredible = 0.95;
   NamedEffect effect;
-  const Scale& scale = scale_of(addition.term.kind);
-  effect.name = scale.effect;
-  const double value = value_in_file(scale, addition.hypothesis.squares.back(), share);
-  effect.parameters = {{std::string(scale.parameter), value}};
-  if (addition.term.kind == NoiseKind::kMarkov)
-    effect.parameters["tau_s"] = addition.term.correlation_s;
+  const twin::EffectDefinition& definition = noise_effect(addition.term.kind);
+  effect.name = definition.kind;
+  const double value = value_in_file(definition, addition.hypothesis.squares.back(), share);
+  effect.parameters = definition.spectrum.parameters_of
+                          ? definition.spectrum.parameters_of({value, addition.term.correlation_s})
+                          : twin::Parameters{{definition.spectrum.scale, value}};
   effect.log_evidence = addition.evidence;
   double sum = 0.0;
   for (const Addition& rival : rivals) sum += std::exp(rival.evidence - addition.evidence);
@@ -285,16 +192,17 @@ NamedEffect named(const Addition& addition, const std::vector<Addition>& rivals,
     if (rival.term.kind == addition.term.kind) {
       effect.probability = probability;
     } else if (mass < kCredible) {
-      effect.alternatives.push_back({std::string(scale_of(rival.term.kind).effect), probability});
+      effect.alternatives.push_back({noise_effect(rival.term.kind).kind, probability});
     }
     mass += probability;
   }
   return effect;
 }
 
-// Turns a Markov noise into a telegraph where its course has two levels.
-void consider_telegraph(NamedEffect& effect, const NoiseQuestion& question,
-                        const Addition& markov) {
+// Turns a first-order noise into one of two levels where its course has two.
+void consider_two_levels(NamedEffect& effect, const NoiseQuestion& question, const Addition& markov,
+                         double share) {
+  const twin::EffectDefinition& two_levels = noise_effect(twin::NoiseLaw::kTwoLevel);
   constexpr double kGaussian = 3.0;
   constexpr double kTwoLevels = 2.0;
   const double duration_s =
@@ -307,23 +215,23 @@ void consider_telegraph(NamedEffect& effect, const NoiseQuestion& question,
   const double nats = kPriorNats + (std::pow((peakedness - kGaussian) / error, 2) -
                                     std::pow(std::max(peakedness - kTwoLevels, 0.0) / error, 2)) /
                                        2.0;
-  const double telegraph = 1.0 / (1.0 + std::exp(-nats));
-  if (telegraph <= 0.5) {
-    if (telegraph > 0.05)
+  const double probability = 1.0 / (1.0 + std::exp(-nats));
+  if (probability <= 0.5) {
+    if (probability > 0.05)
       effect.alternatives.insert(effect.alternatives.begin(),
-                                 {"telegraph", telegraph * effect.probability});
-    effect.probability *= 1.0 - telegraph;
+                                 {two_levels.kind, probability * effect.probability});
+    effect.probability *= 1.0 - probability;
     return;
   }
-  const double sigma = effect.parameters.at("sigma_deg_h");
-  const double dwell_s = 2.0 * markov.term.correlation_s;
-  if (telegraph < 0.95) {
+  if (probability < 0.95) {
     effect.alternatives.insert(effect.alternatives.begin(),
-                               {"markov", (1.0 - telegraph) * effect.probability});
+                               {effect.name, (1.0 - probability) * effect.probability});
   }
-  effect.name = "telegraph";
-  effect.probability *= telegraph;
-  effect.parameters = {{"amplitude_deg_h", 2.0 * sigma}, {"up_s", dwell_s}, {"down_s", dwell_s}};
+  const double sigma_deg_h =
+      value_in_file(noise_effect(markov.term.kind), markov.hypothesis.squares.back(), share);
+  effect.name = two_levels.kind;
+  effect.probability *= probability;
+  effect.parameters = two_levels.spectrum.parameters_of({sigma_deg_h, markov.term.correlation_s});
 }
 
 std::vector<KnownNoise> free_noise(const std::vector<ListedNoise>& listed) {
@@ -336,6 +244,7 @@ std::vector<KnownNoise> free_noise(const std::vector<ListedNoise>& listed) {
 }
 
 constexpr double kNatsToBeWrong = 7.0;
+constexpr double kKinds = 5.0;  // of noise, any of which may be missing
 
 // Of a coefficient, relative: from what the likelihood loses where its square is held off the best
 // one by a tenth.
@@ -353,7 +262,8 @@ double relative_error(const Likelihoods& likelihoods, const std::vector<KnownNoi
 std::optional<Recalibration> fitted_from_nothing(const Likelihoods& likelihoods,
                                                  const std::vector<KnownNoise>& free,
                                                  const Hypothesis& fit, std::size_t which,
-                                                 const Scale& scale, double share) {
+                                                 const twin::EffectDefinition& definition,
+                                                 double share) {
   std::vector<KnownNoise> others = free;
   others.erase(others.begin() + static_cast<std::ptrdiff_t>(which));
   if (!(fit.squares[which] > 0.0)) return std::nullopt;
@@ -361,8 +271,8 @@ std::optional<Recalibration> fitted_from_nothing(const Likelihoods& likelihoods,
       fit.log_likelihood - likelihoods.of(others).log_likelihood < kNatsToBeWrong) {
     return std::nullopt;
   }
-  const double to = value_in_file(scale, fit.squares[which], share);
-  return Recalibration{std::string(scale.effect), std::string(scale.parameter), 0.0, to,
+  const double to = value_in_file(definition, fit.squares[which], share);
+  return Recalibration{definition.kind, definition.spectrum.scale, 0.0, to,
                        to * relative_error(likelihoods, free, fit, which)};
 }
 
@@ -379,18 +289,18 @@ std::vector<Recalibration> wrong_coefficients(const NoiseQuestion& question,
   std::vector<Recalibration> wrong;
   for (std::size_t i = 0; i < listed.size(); ++i) {
     const EffectSpec& spec = question.model.effects[listed[i].effect];
-    const Scale* scale = scale_of(spec.kind);
-    if (scale == nullptr || !(listed[i].noise.square > 0.0)) continue;
+    const twin::EffectDefinition& definition = *twin::find_effect(spec.kind);
+    if (!has_one_coefficient(definition) || !(listed[i].noise.square > 0.0)) continue;
     if (spec.parameters.empty()) {
-      if (auto found = fitted_from_nothing(likelihoods, known, free, i, *scale, share))
+      if (auto found = fitted_from_nothing(likelihoods, known, free, i, definition, share))
         wrong.push_back(std::move(*found));
       continue;
     }
     const double lost = likelihoods.cost_of_holding(known, free, i, kHeld);
     if (lost < kNatsToBeWrong) continue;
-    const double from = value_in_file(*scale, listed[i].noise.square, share);
-    const double to = value_in_file(*scale, free.squares[i], share);
-    wrong.push_back({spec.kind, std::string(scale->parameter), from, to,
+    const double from = value_in_file(definition, listed[i].noise.square, share);
+    const double to = value_in_file(definition, free.squares[i], share);
+    wrong.push_back({spec.kind, definition.spectrum.scale, from, to,
                      std::abs(to - from) / std::sqrt(2.0 * lost)});
   }
   return wrong;
@@ -443,24 +353,6 @@ std::vector<Addition> additions_to_the_files(const std::vector<KnownNoise>& pres
 
 }  // namespace
 
-double seen_share(NoiseKind kind, double share) {
-  return kind == NoiseKind::kWhite || kind == NoiseKind::kQuantization ? share : 1.0;
-}
-
-double valid_share(std::span<const std::uint8_t> valid) {
-  const auto present = std::count_if(valid.begin(), valid.end(), [](auto v) { return v != 0; });
-  return valid.empty() ? 1.0 : static_cast<double>(present) / static_cast<double>(valid.size());
-}
-
-NoisePrior noise_prior(const twin::Model& model, core::Axis axis, double relative_sigma,
-                       double valid_share) {
-  NoisePrior prior;
-  for (const ListedNoise& entry : listed_noise(model, axis, relative_sigma, valid_share)) {
-    if (entry.noise.square > 0.0) prior.known.push_back(entry.noise);
-  }
-  return prior;
-}
-
 NoiseFindings examine_noise(const NoiseQuestion& question, const SearchOptions& options) {
   if (!(variance_of(question.problem) > 0.0)) return {};
   const Likelihoods likelihoods(question, options);
@@ -474,7 +366,7 @@ NoiseFindings examine_noise(const NoiseQuestion& question, const SearchOptions& 
     present.push_back({white, typical_square(question, white), kAnyValue});
   }
   Hypothesis best = likelihoods.of(present);
-  const double threshold = std::log(static_cast<double>(kScales.size()) / question.false_alarm);
+  const double threshold = std::log(kKinds / question.false_alarm);
   bool trusts_file = false;
   while (findings.effects.size() < options.max_effects) {
     auto rivals = best_of_each_kind(additions_to(present, best, likelihoods, question, options));
@@ -486,7 +378,7 @@ NoiseFindings examine_noise(const NoiseQuestion& question, const SearchOptions& 
     if (rivals.empty() || rivals.front().evidence < threshold) break;
     NamedEffect effect = named(rivals.front(), rivals, share);
     if (rivals.front().term.kind == NoiseKind::kMarkov)
-      consider_telegraph(effect, question, rivals.front());
+      consider_two_levels(effect, question, rivals.front(), share);
     findings.effects.push_back(std::move(effect));
     best = rivals.front().hypothesis;
     present.push_back({rivals.front().term, best.squares.back(), kAnyValue});

@@ -9,28 +9,12 @@
 #include <vector>
 
 #include "common/core/axis.h"
-#include "common/diagnosis/diagnosis.h"
+#include "common/diagnosis/finding.h"
 #include "common/diagnosis/noise_spectrum.h"
-#include "common/diagnosis/search.h"
+#include "common/diagnosis/search_problem.h"
 #include "common/twin/model.h"
 
 namespace zerodrift::diagnosis {
-
-// Relative standard error of a model's noise squares without one in the file.
-inline constexpr double kModelNoiseSigma = 0.3;
-
-// The stochastic effects that a model lists for an axis, as terms of a noise spectrum of a series
-// of which this share is valid: bridges over missing samples carry none of the white noises (white
-// rate, white angle), whose power falls by as much. `relative_sigma` of a square where the file
-// gives no standard error.
-[[nodiscard]] NoisePrior noise_prior(const twin::Model& model, core::Axis axis,
-                                     double relative_sigma, double valid_share);
-
-[[nodiscard]] double valid_share(std::span<const std::uint8_t> valid);
-
-// Share of a noise's power that is left in a series of which `share` is valid, as GapBridge bridges
-// it: `share` of the white noises, all of the slow ones.
-[[nodiscard]] double seen_share(NoiseKind kind, double share);
 
 struct NoiseFindings {
   std::vector<NamedEffect> effects{};  // kinds the model lacks

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One attempt to repair a model with one record, or with the part of it that a mask leaves: known
-// effects refitted, missing ones named, noise examined.
+// One attempt to repair a model: what it is about, what comes of it, and what its steps share.
 #pragma once
 
 #include <cstdint>
@@ -10,10 +9,14 @@
 #include <vector>
 
 #include "common/core/axis.h"
-#include "common/diagnosis/diagnosis.h"
+#include "common/diagnosis/diagnosis_options.h"
+#include "common/diagnosis/find_missing.h"
+#include "common/diagnosis/finding.h"
+#include "common/diagnosis/known_effects.h"
+#include "common/diagnosis/lineup.h"
 #include "common/diagnosis/measured_series.h"
 #include "common/diagnosis/playback.h"
-#include "common/diagnosis/search.h"
+#include "common/diagnosis/search_problem.h"
 #include "common/twin/model.h"
 
 namespace zerodrift::diagnosis {
@@ -40,12 +43,18 @@ struct Trial {
   std::optional<std::string> refusal{};       // the record says nothing about this axis
 };
 
-[[nodiscard]] Trial repair(const TrialInput& input);
-
 // Rate minus true rate; 0 where the axis has no sample.
 [[nodiscard]] std::vector<double> measured_drift(const MeasuredSeries& series, core::Axis axis);
 // a - b where valid, else 0.
 [[nodiscard]] std::vector<double> difference(std::span<const double> a, std::span<const double> b,
                                              std::span<const std::uint8_t> valid);
+
+[[nodiscard]] SearchOptions search_options(const DiagnosisOptions& options);
+// Of a residual beside what is known of the model, noise included; no groups yet.
+[[nodiscard]] SearchProblem problem_of(std::span<const double> residual,
+                                       const std::vector<KnownParameter>& known,
+                                       const twin::Model& model, const TrialInput& input);
+// What a search says of its groups: evidence, what it could have seen, what it could not test.
+void take_groups(Trial& trial, const SearchReport& report, const Lineup& lineup);
 
 }  // namespace zerodrift::diagnosis

@@ -15,6 +15,7 @@
 
 #include "common/core/axis.h"
 #include "common/core/state_archive.h"
+#include "common/twin/input_family.h"
 #include "common/twin/random.h"
 #include "common/twin/temperature_point.h"
 #include "common/twin/thermal_plant.h"
@@ -83,6 +84,16 @@ enum class ParameterRole {
                 // known from elsewhere: never fitted
 };
 
+// Where a search looks for the value of a kShape parameter.
+enum class SearchRule {
+  kGrid,       // at the values of its grid, then between them
+  kLag,        // the same, in steps of a minute up to a quarter of the record
+  kFrequency,  // Hz: where the residual oscillates in time
+  kPeriod,     // °C: where it oscillates along the effect's temperature
+  kAngle,      // arcsec: where it oscillates along the angle turned through
+  kThreshold,  // °C: within the range of the effect's temperature
+};
+
 struct ParameterDefinition {
   std::string name;  // ends in its unit
   std::string meaning;
@@ -91,6 +102,7 @@ struct ParameterDefinition {
   double maximum = std::numeric_limits<double>::max();
   ParameterRole role = ParameterRole::kAmplitude;
   std::vector<double> grid{};  // kShape: what a search tries, increasing, within the limits
+  SearchRule rule = SearchRule::kGrid;
 };
 
 // What a record must hold, and move, before it can say anything about an effect.
@@ -114,6 +126,23 @@ enum class Need {
 
 using Parameters = std::map<std::string, double>;
 
+// The laws of noise that a spectrum is fitted with.
+enum class NoiseLaw {
+  kNone,
+  kWhite,         // scale in rad/sqrt(s)
+  kFlicker,       // rad/s
+  kRandomWalk,    // rad/s^1.5
+  kQuantization,  // rad rms
+  kFirstOrder,    // rad/s, correlated exponentially
+  kTwoLevel,      // the same spectrum, but two values only
+};
+
+// What the spectrum of a first-order or two-level noise is known by.
+struct FirstOrder {
+  double sigma_deg_h = 0.0;
+  double tau_s = 0.0;
+};
+
 // A stochastic effect's spectrum.
 struct Spectrum {
   // The parameter whose square the density is proportional to.
@@ -123,6 +152,32 @@ struct Spectrum {
   // variance where that exists. `parameters` is complete (see complete_parameters()).
   std::function<double(const Parameters& parameters, double frequency_hz, double interval_s)>
       density;
+  NoiseLaw law = NoiseLaw::kNone;
+  double si_per_unit = 0.0;  // of the scale, as the law has it
+  // kFirstOrder and kTwoLevel: from complete parameters, and the parameters that mean it.
+  std::function<FirstOrder(const Parameters& parameters)> first_order{};
+  std::function<Parameters(const FirstOrder& noise)> parameters_of{};
+};
+
+// A record's own fault that is found by what it does to single samples.
+enum class LocalFault { kNone, kSpikes, kSaturation, kDroppedSamples };
+
+// What a diagnosis has to know of an effect beside its definition, so that it need not name it.
+struct SearchTraits {
+  // The simpler effect that this one has as a limit.
+  std::string limit{};
+  // Adds the same to every sample: always refitted, never looked for.
+  bool is_constant = false;
+  // Its phase is another one in each record: what is proved elsewhere is its frequency.
+  bool has_free_phase = false;
+  // A function of the inputs though Family::kRecordFault.
+  bool follows_inputs = false;
+  LocalFault fault = LocalFault::kNone;
+  // Effects of the same axis take kConvention parameters of the same names from it.
+  bool lends_conventions = false;
+  // Why nothing can be said of an effect where the model has none that lends. Empty: it does
+  // without.
+  std::string without_lender{};
 };
 
 // Everything an instance is made from.
@@ -147,6 +202,7 @@ struct EffectDefinition {
   std::vector<Need> needs{};
   std::vector<std::string> confused_with{};  // effects of the catalogue that look alike
   Spectrum spectrum{};                       // Family::kStochastic only
+  SearchTraits search{};
   std::function<std::unique_ptr<Effect>(const EffectContext&)> make;
 };
 
@@ -158,7 +214,13 @@ inline ParameterDefinition lag_parameter() {
           0.0,
           1e5,
           ParameterRole::kShape,
-          {0.0, 60.0, 180.0, 600.0, 1800.0}};
+          {0.0, 60.0, 180.0, 600.0, 1800.0},
+          SearchRule::kLag};
+}
+
+// A function of a record's inputs: what may be run over a record and regressed on.
+[[nodiscard]] inline bool is_waveform(const EffectDefinition& definition) {
+  return definition.family == Family::kDeterministic || definition.search.follows_inputs;
 }
 
 // The temperature that temperature effects count from.

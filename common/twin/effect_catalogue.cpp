@@ -85,6 +85,30 @@ bool depends_on(const Model& model, Need need) {
   });
 }
 
+InputFamily input_family(const EffectDefinition& definition) {
+  for (const Need need : definition.needs) {
+    switch (need) {
+      case Need::kReferenceRate:
+      case Need::kSlowReferenceRate:
+      case Need::kCrossAxisRate:
+        return InputFamily::kRate;
+      case Need::kMagnetic:
+        return InputFamily::kMagnetic;
+      case Need::kAcceleration:
+        return InputFamily::kAcceleration;
+      case Need::kVibration:
+        return InputFamily::kVibration;
+      case Need::kSourceCurrent:
+        return InputFamily::kSourceCurrent;
+      case Need::kSupply:
+        return InputFamily::kSupply;
+      default:
+        break;
+    }
+  }
+  return definition.inputs.empty() ? InputFamily::kTime : InputFamily::kTemperature;
+}
+
 Parameters complete_parameters(const EffectDefinition& definition, const Parameters& given) {
   Parameters complete;
   for (const ParameterDefinition& parameter : definition.parameters) {

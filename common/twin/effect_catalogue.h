@@ -24,6 +24,10 @@ namespace zerodrift::twin {
 // True where an effect that the model simulates needs this of a record.
 [[nodiscard]] bool depends_on(const Model& model, Need need);
 
+// What an effect follows: the first input beside temperature that it needs, else temperature where
+// it reads one, else time.
+[[nodiscard]] InputFamily input_family(const EffectDefinition& definition);
+
 // The given parameters and, for those left out, the catalogue's defaults.
 [[nodiscard]] Parameters complete_parameters(const EffectDefinition& definition,
                                              const Parameters& given);

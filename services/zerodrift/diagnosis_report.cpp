@@ -98,7 +98,7 @@ std::string_view unit_of(std::string_view kind) {
        {"rate", "deg/h"},
        {"frequency", "Hz"},
        {"allan_tau", "s"},
-       {"magnetic", "µT"},
+       {"magnetic_", "µT"},
        {"acceleration", "m/s²"},
        {"vibration", "g"},
        {"source_current", "mA"},

@@ -7,10 +7,10 @@
 #include <limits>
 #include <stdexcept>
 
-#include "common/allan/noise_units.h"
 #include "common/config/twin_config.h"
 #include "common/report/numbers.h"
 #include "common/report/plain_text.h"
+#include "common/twin/effect_catalogue.h"
 #include "services/zerodrift/measured_record.h"
 #include "services/zerodrift/progress_bar.h"
 
@@ -57,10 +57,11 @@ RecordSummary summary_of(const MeasuredRecord& record) {
 double expected_noise_radps(const twin::Model& model, core::Axis axis, double period_s) {
   double square = 0.0;
   for (const twin::EffectSpec& effect : model.effects) {
-    if (effect.axis != axis || effect.kind != "angle_random_walk") continue;
-    const auto found = effect.parameters.find("coefficient_deg_per_sqrt_h");
+    const twin::Spectrum& spectrum = twin::find_effect(effect.kind)->spectrum;
+    if (effect.axis != axis || spectrum.law != twin::NoiseLaw::kWhite) continue;
+    const auto found = effect.parameters.find(spectrum.scale);
     if (found == effect.parameters.end()) continue;
-    const double n = allan::angle_random_walk_rad_rts(found->second);
+    const double n = found->second * spectrum.si_per_unit;
     square += n * n / period_s;
   }
   return std::sqrt(square);

@@ -79,6 +79,12 @@ TEST(Sources, TopicsAreNamedInOnePlace) {
   EXPECT_EQ(listed(check_topic_literals(project())), "");
 }
 
+TEST(Sources, OutsideItsFileNameNoEffect) {
+  const auto names = effect_names(project());
+  EXPECT_GT(names.size(), 0U) << "no effect found: nothing was checked";
+  EXPECT_EQ(listed(check_effect_names(project(), names)), "");
+}
+
 TEST(Sources, MainFunctionsStayShort) {
   EXPECT_EQ(listed(check_mains(project())), "");
 }
@@ -170,6 +176,11 @@ TEST(WrongTree, TopicsNamedElsewhereAreReported) {
   expect_offences(check_topic_literals(wrong_tree()),
                   {"services/two/two.h:3: spells out topic \"compensated_rate\"",
                    "services/two/two.h:4: makes a topic"});
+}
+
+TEST(WrongTree, EffectsNamedOutsideTheirFilesAreReported) {
+  expect_offences(check_effect_names(wrong_tree(), effect_names(project())),
+                  {"services/two/effect.h:4: names effect \"shupe\""});
 }
 
 TEST(WrongTree, LongAndMissingMainsAreReported) {

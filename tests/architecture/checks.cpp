@@ -363,6 +363,41 @@ Offences check_topic_literals(const Tree& tree) {
   return offences;
 }
 
+std::set<std::string> effect_names(const Tree& tree) {
+  std::set<std::string> names;
+  for (const auto& entry : fs::directory_iterator(tree.root / "common/twin/effects")) {
+    if (entry.path().extension() == ".cpp") names.insert(entry.path().stem());
+  }
+  return names;
+}
+
+Offences check_effect_names(const Tree& tree, const std::set<std::string>& names) {
+  static const std::regex kLiteral(R"re("(\w+)")re");
+  const auto is_of_twin = [](const std::string& path) {
+    return path.starts_with("common/twin/") || path.starts_with("common/diagnosis/");
+  };
+  Offences offences;
+  for (const char* top : {"common", "services"}) {
+    std::set<std::string> looked_at;
+    for (const Include& include : includes(tree, top)) {
+      if (is_of_twin(include.named) || is_of_twin(include.file)) looked_at.insert(include.file);
+    }
+    for (const std::string& file : looked_at) {
+      if (file.starts_with("common/twin/effects/")) continue;
+      const auto lines = lines_of(tree.root / file);
+      for (std::size_t i = 0; i < lines.size(); ++i) {
+        const std::string code = lines[i].substr(0, lines[i].find("//"));
+        for (std::sregex_iterator it(code.begin(), code.end(), kLiteral), end; it != end; ++it) {
+          if (!names.contains((*it)[1])) continue;
+          offences.push_back(file + ':' + std::to_string(i + 1) + ": names effect " + it->str() +
+                             "; what a search must know of it stands in its definition");
+        }
+      }
+    }
+  }
+  return offences;
+}
+
 Offences check_mains(const Tree& tree) {
   Offences offences;
   for (const std::string& service : subfolders(tree.root / "services")) {

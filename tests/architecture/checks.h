@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -37,6 +38,11 @@ Offences check_includes(const Tree& tree);
 Offences check_pure_sources(const Tree& tree);
 Offences check_cmake_depends(const Tree& tree);
 Offences check_topic_literals(const Tree& tree);
+// Sources of common/twin and common/diagnosis, and those that include their headers, name no effect
+// of `names` but in common/twin/effects.
+Offences check_effect_names(const Tree& tree, const std::set<std::string>& names);
+// The effects of a tree: one file each.
+std::set<std::string> effect_names(const Tree& tree);
 Offences check_mains(const Tree& tree);
 Offences check_licence_lines(const Tree& tree);
 Offences check_test_folders(const Tree& tree);

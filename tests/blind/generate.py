@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes the cases of a suite: what `zerodrift diagnose` may see under --out, the truth under --truth.
 
-    generate.py --suite fast|full|dev --seed S --out DIR [--truth DIR] [--only 3,17 | --only 0:20]
+    generate.py --suite fast|full|dev --seed S --out DIR [--truth DIR] [--only 3,17 | --only 0:20] [--kinds-only]
 
 DIR/case_007/ holds model.yaml, record.csv (to diagnose) and validation.csv; TRUTH/case_007.json what is hidden.
 """
@@ -49,7 +49,14 @@ def yaml_text(model):
     return "\n".join(lines) + "\n"
 
 
-def write_case(suite, seed, index, out, truth):
+def kinds_alone(model):
+    """The model of an owner who knows what the gyro has, but not how much of it."""
+    values = ("parameters", "standard_errors")
+    effects = [{key: value for key, value in entry.items() if key not in values} for entry in model["effects"]]
+    return {**model, "effects": effects}
+
+
+def write_case(suite, seed, index, out, truth, kinds_only=False):
     """Makes and writes one case; returns its name."""
     case = cases.make_case(suite, seed, index)
     name = case.truth["case"]
@@ -57,7 +64,7 @@ def write_case(suite, seed, index, out, truth):
     folder.mkdir(parents=True, exist_ok=True)
     pathlib.Path(truth).mkdir(parents=True, exist_ok=True)
     gyro_id = case.model["gyro_id"]
-    (folder / "model.yaml").write_text(yaml_text(case.model))
+    (folder / "model.yaml").write_text(yaml_text(kinds_alone(case.model) if kinds_only else case.model))
     (folder / "record.csv").write_text(csv_text(case.fit, gyro_id))
     (folder / "validation.csv").write_text(csv_text(case.validation, gyro_id))
     (pathlib.Path(truth) / f"{name}.json").write_text(json.dumps(case.truth, indent=1) + "\n")
@@ -90,6 +97,7 @@ def main(argv=None):
     parser.add_argument("--suite", required=True, choices=sorted(suites.SEEDS))
     parser.add_argument("--seed", required=True, type=int)
     parser.add_argument("--only", default="", help="case numbers: 3,17 or 0:20")
+    parser.add_argument("--kinds-only", action="store_true", help="models list their effects without values")
     options = parser.parse_args(argv)
     try:
         suites.check_seed(options.suite, options.seed)
@@ -98,7 +106,7 @@ def main(argv=None):
         print(problem, file=sys.stderr)
         return 2
     for index in parse_only(options.only, len(suites.plan(options.suite, options.seed))):
-        write_case(options.suite, options.seed, index, options.out, truth)
+        write_case(options.suite, options.seed, index, options.out, truth, options.kinds_only)
     return 0
 
 

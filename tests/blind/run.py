@@ -4,6 +4,7 @@
 
     run.py --diagnose PATH_TO_zerodrift --suite fast --seed S [--jobs 2] [--work DIR] [--table out.md] [--keep]
     run.py --diagnose PATH_TO_zerodrift_blind_baselines --baseline bic|stlsq ...
+    run.py ... --kinds-only --classes null,single    models that list their effects without values
     run.py ... --at-most-false-names 1 --at-least-right 10 --at-most-failed 0    bars: exit code 1 where one is missed
 
 A case is made, diagnosed and its records deleted, so that a suite needs little room. diagnose is given the paths of the
@@ -55,7 +56,8 @@ def one_case(job):
     """In a worker process, which has one child at a time: its use of the processor is that child's."""
     options, index = job
     work = pathlib.Path(options["work"])
-    name = generate.write_case(options["suite"], options["seed"], index, work / "cases", work / "truth")
+    name = generate.write_case(options["suite"], options["seed"], index, work / "cases", work / "truth",
+                               options["kinds_only"])
     results = work / "results"
     answer = results / f"{name}.json"
     answer.unlink(missing_ok=True)
@@ -87,6 +89,8 @@ def main(argv=None):
     parser.add_argument("--baseline", choices=["bic", "stlsq"])
     parser.add_argument("--timeout", type=float, default=60.0, help="seconds per case")
     parser.add_argument("--only", default="", help="case numbers: 3,17 or 0:20")
+    parser.add_argument("--classes", default="", help="only these: null,single")
+    parser.add_argument("--kinds-only", action="store_true", help="models list their effects without values")
     parser.add_argument("--work", help="default: a temporary folder, deleted at the end")
     parser.add_argument("--keep", action="store_true", help="keep the records (needs --work)")
     parser.add_argument("--table", help="also write the table here")
@@ -105,11 +109,14 @@ def main(argv=None):
         for folder in ("truth", "results"):
             shutil.rmtree(work / folder, ignore_errors=True)
             (work / folder).mkdir(parents=True)
-        indices = generate.parse_only(options.only, len(suites.plan(options.suite, options.seed)))
+        plan = suites.plan(options.suite, options.seed)
+        classes = options.classes.split(",") if options.classes else {kind for kind, _ in plan}
+        indices = [i for i in generate.parse_only(options.only, len(plan)) if plan[i][0] in classes]
         run_suite({"program": str(pathlib.Path(options.diagnose).resolve()), "baseline": options.baseline,
                    "suite": options.suite, "seed": options.seed, "work": str(work), "timeout_s": options.timeout,
-                   "keep": options.keep and bool(options.work)}, indices, options.jobs)
+                   "keep": options.keep and bool(options.work), "kinds_only": options.kinds_only}, indices, options.jobs)
         title = f"suite {options.suite}, seed {options.seed}, {options.baseline or 'diagnose'}"
+        title += ", kinds only" if options.kinds_only else ""
         scored = score.load_results(work / "truth", work / "results")
         text = score.table_text(scored, title)
         print(text, end="")

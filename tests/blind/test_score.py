@@ -241,6 +241,13 @@ class Blindness(unittest.TestCase):
             self.assertTrue(low <= hidden["effects"][0]["d"] <= high)
             self.assertLess(hidden["validation"]["oracle_rms_deg_h"], hidden["validation"]["before_rms_deg_h"])
 
+    def test_kinds_alone_lose_their_values_and_nothing_else(self):
+        model = {"gyro_id": "a", "effects": [{"kind": "shupe", "axis": "x", "inputs": ["board"], "parameters": {"c": 1.0},
+                                              "standard_errors": {"c": 0.1}}]}
+        self.assertEqual(generate.kinds_alone(model),
+                         {"gyro_id": "a", "effects": [{"kind": "shupe", "axis": "x", "inputs": ["board"]}]})
+        self.assertIn("parameters", model["effects"][0])
+
 
 FAKE = """#!/bin/sh
 while [ $# -gt 0 ]; do
@@ -266,6 +273,7 @@ class Runner(unittest.TestCase):
     def test_a_program_that_answers_is_scored(self):
         text = self.run_with("""echo '{"verdict": "consistent", "axis": {"x": {}, "y": {}, "z": {}}}' > "$json" """)
         self.assertIn("| no readable result (crash, time-out) | ≤ 0 % | 0/1", text)
+        self.assertIn("kinds only", self.run_with("exit 1", "--kinds-only"))
 
     def test_a_program_that_hangs_is_stopped_and_counts_as_failed(self):
         text = self.run_with("exec sleep 30", "--timeout", "1")

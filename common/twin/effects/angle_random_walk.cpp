@@ -47,7 +47,8 @@ EffectDefinition angle_random_walk() {
           .inputs = {},
           .needs = {Need::kRawRate},
           .confused_with = {"quantization"},
-          .spectrum = {"coefficient_deg_per_sqrt_h", density},
+          .spectrum = {"coefficient_deg_per_sqrt_h", density, NoiseLaw::kWhite,
+                       core::kRadPerDeg / 60.0},
           .make = [](const EffectContext& c) { return std::make_unique<AngleRandomWalk>(c); }};
 }
 

@@ -28,6 +28,7 @@ EffectDefinition bias() {
           .inputs = {},
           .needs = {},
           .confused_with = {},
+          .search = {.is_constant = true},
           .make = [](const EffectContext& c) { return std::make_unique<Bias>(c); }};
 }
 

@@ -50,6 +50,7 @@ EffectDefinition bias_temperature() {
           .inputs = {TemperaturePoint::kCoil},
           .needs = {Need::kTemperature},
           .confused_with = {"shupe_temperature", "rate_ramp"},
+          .search = {.lends_conventions = true},
           .make = [](const EffectContext& c) { return std::make_unique<BiasTemperature>(c); }};
 }
 

@@ -64,6 +64,7 @@ EffectDefinition clock_offset() {
           .inputs = {},
           .needs = {Need::kReferenceRate, Need::kTimeStamps},
           .confused_with = {},
+          .search = {.follows_inputs = true},
           .make = [](const EffectContext& c) { return std::make_unique<ClockOffset>(c); }};
 }
 

@@ -48,6 +48,7 @@ EffectDefinition coil_lag() {
           .inputs = {TemperaturePoint::kCoil},
           .needs = {Need::kTemperature},
           .confused_with = {"shupe", "gradient"},
+          .search = {.limit = "shupe"},
           .make = [](const EffectContext& c) { return std::make_unique<CoilLag>(c); }};
 }
 

@@ -57,6 +57,7 @@ EffectDefinition dropped_samples() {
       .inputs = {},
       .needs = {Need::kTimeStamps},
       .confused_with = {},
+      .search = {.fault = LocalFault::kDroppedSamples},
       .make = [](const EffectContext& c) { return std::make_unique<DroppedSamples>(c); }};
 }
 

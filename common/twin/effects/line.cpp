@@ -54,11 +54,13 @@ EffectDefinition line() {
                           1e-9,
                           1e5,
                           ParameterRole::kShape,
-                          {1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3}},
+                          {1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3},
+                          SearchRule::kFrequency},
                          {"phase_rad", "phi", 0.0, -1e3, 1e3, ParameterRole::kConvention}},
           .inputs = {},
           .needs = {Need::kRawRate},
           .confused_with = {},
+          .search = {.has_free_phase = true},
           .make = [](const EffectContext& c) { return std::make_unique<Line>(c); }};
 }
 

@@ -17,6 +17,14 @@ double density(const Parameters& parameters, double frequency_hz, double interva
                              interval_s);
 }
 
+FirstOrder first_order(const Parameters& parameters) {
+  return {parameters.at("sigma_deg_h"), parameters.at("tau_s")};
+}
+
+Parameters parameters_of(const FirstOrder& noise) {
+  return {{"sigma_deg_h", noise.sigma_deg_h}, {"tau_s", noise.tau_s}};
+}
+
 class Markov final : public Effect {
  public:
   explicit Markov(const EffectContext& context) : noise_(context.noise), value_radps_(0.0) {
@@ -59,7 +67,8 @@ EffectDefinition markov() {
           .inputs = {},
           .needs = {Need::kLongRecord},
           .confused_with = {"bias_instability", "telegraph"},
-          .spectrum = {"sigma_deg_h", density},
+          .spectrum = {"sigma_deg_h", density, NoiseLaw::kFirstOrder, core::kRadPerSecPerDegPerHour,
+                       first_order, parameters_of},
           .make = [](const EffectContext& c) { return std::make_unique<Markov>(c); }};
 }
 

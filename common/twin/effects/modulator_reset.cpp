@@ -68,10 +68,12 @@ EffectDefinition modulator_reset() {
                           1e-3,
                           1e6,
                           ParameterRole::kShape,
-                          {0.5, 1.0, 2.0, 4.6, 10.0, 20.0}}},
+                          {0.5, 1.0, 2.0, 4.6, 10.0, 20.0},
+                          SearchRule::kAngle}},
           .inputs = {},
           .needs = {Need::kReferenceRate},
           .confused_with = {"line"},
+          .search = {.limit = "scale_factor"},
           .make = [](const EffectContext& c) { return std::make_unique<ModulatorReset>(c); }};
 }
 

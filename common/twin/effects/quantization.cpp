@@ -13,6 +13,8 @@ namespace zerodrift::twin::effects {
 namespace {
 
 constexpr double kRadPerArcsec = core::kRadPerDeg / 3600.0;
+constexpr double kRoot12 =
+    3.4641016151377544;  // an angle rounded to steps q is wrong by q/sqrt(12) rms
 
 class Quantization final : public Effect {
  public:
@@ -60,7 +62,7 @@ EffectDefinition quantization() {
           .inputs = {},
           .needs = {Need::kRawRate},
           .confused_with = {"angle_random_walk"},
-          .spectrum = {"step_arcsec", density},
+          .spectrum = {"step_arcsec", density, NoiseLaw::kQuantization, kRadPerArcsec / kRoot12},
           .make = [](const EffectContext& c) { return std::make_unique<Quantization>(c); }};
 }
 

@@ -51,7 +51,8 @@ EffectDefinition rate_random_walk() {
           .inputs = {},
           .needs = {Need::kLongRecord},
           .confused_with = {"rate_ramp"},
-          .spectrum = {"coefficient_deg_per_h_1_5", density},
+          .spectrum = {"coefficient_deg_per_h_1_5", density, NoiseLaw::kRandomWalk,
+                       core::kRadPerSecPerDegPerHour / 60.0},
           .make = [](const EffectContext& c) { return std::make_unique<RateRandomWalk>(c); }};
 }
 

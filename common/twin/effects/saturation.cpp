@@ -48,6 +48,7 @@ EffectDefinition saturation() {
           .inputs = {},
           .needs = {Need::kRawRate},
           .confused_with = {},
+          .search = {.fault = LocalFault::kSaturation},
           .make = [](const EffectContext& c) { return std::make_unique<Saturation>(c); }};
 }
 

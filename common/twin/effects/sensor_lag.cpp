@@ -65,6 +65,8 @@ EffectDefinition sensor_lag() {
       .inputs = {TemperaturePoint::kCoil},
       .needs = {Need::kTemperature},
       .confused_with = {"shupe"},
+      .search = {.without_lender =
+                     "the model has no bias_temperature that a thermometer could lag behind"},
       .make = [](const EffectContext& c) { return std::make_unique<SensorLag>(c); }};
 }
 

@@ -51,6 +51,7 @@ EffectDefinition spikes() {
           .inputs = {},
           .needs = {Need::kRawRate},
           .confused_with = {},
+          .search = {.fault = LocalFault::kSpikes},
           .make = [](const EffectContext& c) { return std::make_unique<Spikes>(c); }};
 }
 

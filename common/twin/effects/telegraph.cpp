@@ -34,6 +34,19 @@ double density(const Parameters& parameters, double frequency_hz, double interva
   return first_order_density(variance, switching.tau_s, frequency_hz, interval_s);
 }
 
+FirstOrder first_order(const Parameters& parameters) {
+  const Switching switching = switching_of(parameters);
+  const double share = switching.share_up;
+  return {std::abs(parameters.at("amplitude_deg_h")) * std::sqrt(share * (1.0 - share)),
+          switching.tau_s};
+}
+
+// As long up as down.
+Parameters parameters_of(const FirstOrder& noise) {
+  const double dwell_s = 2.0 * noise.tau_s;
+  return {{"amplitude_deg_h", 2.0 * noise.sigma_deg_h}, {"up_s", dwell_s}, {"down_s", dwell_s}};
+}
+
 class Telegraph final : public Effect {
  public:
   explicit Telegraph(const EffectContext& context)
@@ -91,7 +104,8 @@ EffectDefinition telegraph() {
           .inputs = {},
           .needs = {Need::kLongRecord},
           .confused_with = {"markov"},
-          .spectrum = {"amplitude_deg_h", density},
+          .spectrum = {"amplitude_deg_h", density, NoiseLaw::kTwoLevel,
+                       core::kRadPerSecPerDegPerHour, first_order, parameters_of},
           .make = [](const EffectContext& c) { return std::make_unique<Telegraph>(c); }};
 }
 

@@ -126,10 +126,10 @@ TEST_F(CandidatesTest, KnownParametersHaveTheColumnsOfTheirOwnChange) {
 
 TEST(KnownEffects, ABiasIsShiftedOrAdded) {
   twin::Model model = test::lab_model();
-  const double to = shift_bias(model, core::Axis::kX, core::radps_from_deg_h(0.1));
+  const double to = shift_bias(model, core::Axis::kX, core::radps_from_deg_h(0.1)).to;
   EXPECT_NEAR(to, 0.45, 1e-12);
   model = test::without(model, "bias");
-  EXPECT_NEAR(shift_bias(model, core::Axis::kX, core::radps_from_deg_h(0.1)), 0.1, 1e-12);
+  EXPECT_NEAR(shift_bias(model, core::Axis::kX, core::radps_from_deg_h(0.1)).to, 0.1, 1e-12);
   EXPECT_EQ(model.effects.back().kind, "bias");
 }
 

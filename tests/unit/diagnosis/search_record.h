@@ -7,12 +7,13 @@
 #include <cstdint>
 #include <functional>
 #include <numbers>
+#include <optional>
 #include <random>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "common/diagnosis/search.h"
+#include "common/diagnosis/search_problem.h"
 #include "tests/unit/allan/noise_sources.h"
 
 namespace zerodrift::diagnosis::test {
@@ -179,17 +180,19 @@ inline Series coloured_noise(std::size_t n, double interval_s, const NoiseLevels
 // Named and generic groups, some 35 with 20 variants where they have inner parameters. `c` must
 // outlive them.
 inline std::vector<CandidateGroup> usual_groups(const Chamber& c) {
+  using twin::InputFamily;
   using Shape = std::vector<double>;
   std::vector<CandidateGroup> groups;
   const double span = c.span_s();
   const auto centred = [](double t) { return (t - 25.0) / 30.0; };
-  const auto add = [&](std::string name, std::string family, std::vector<Shape> shapes,
+  const auto add = [&](std::string name, InputFamily family, std::vector<Shape> shapes,
                        std::function<std::vector<Series>(const Shape&)> columns,
-                       std::vector<ShapeRange> ranges = {}, std::string parent = {}) {
+                       std::vector<ShapeRange> ranges = {}, std::optional<GroupId> parent = {}) {
     CandidateGroup g;
+    g.id = static_cast<GroupId>(groups.size());
     g.name = std::move(name);
-    g.family = std::move(family);
-    g.parent = std::move(parent);
+    g.family = family;
+    g.parent = parent;
     g.ranges = std::move(ranges);
     g.columns = std::move(columns);
     for (Shape& s : shapes) g.variants.push_back({std::move(s), 0.0});
@@ -202,20 +205,21 @@ inline std::vector<CandidateGroup> usual_groups(const Chamber& c) {
     }
   }
   const auto rate_of = [&c](const Series& t) { return derivative(t, c.interval_s); };
-  add("bias_temperature", "T", lagged, [=, &c](const Shape& s) {
+  add("bias_temperature", InputFamily::kTemperature, lagged, [=, &c](const Shape& s) {
     const Series t = map(c.temperature(s[0], s[1]), centred);
     return std::vector<Series>{t, product(t, t), product(t, product(t, t))};
   });
-  add("shupe", "T", {{0}, {1}, {2}, {3}},
+  add("shupe", InputFamily::kTemperature, {{0}, {1}, {2}, {3}},
       [=, &c](const Shape& s) { return std::vector<Series>{rate_of(c.temperature(s[0]))}; });
   std::vector<Shape> lags;
   for (double probe = 0; probe < 4; ++probe) {
     for (double tau = span / 150; tau < span / 7; tau *= 1.7) lags.push_back({probe, tau});
   }
   add(
-      "coil_lag", "T", lags,
+      "coil_lag", InputFamily::kTemperature, lags,
       [=, &c](const Shape& s) { return std::vector<Series>{rate_of(c.temperature(s[0], s[1]))}; },
-      {ShapeRange{}, ShapeRange{ShapeScale::kLogarithmic, span / 200, span / 5, 1.7}}, "shupe");
+      {ShapeRange{}, ShapeRange{ShapeScale::kLogarithmic, span / 200, span / 5, 1.7}},
+      groups.back().id);
   std::vector<Shape> pairs;
   for (double pair = 0; pair < 3; ++pair) {
     for (const double lag : {0.0, span / 200, span / 80, span / 40, span / 15}) {
@@ -227,10 +231,11 @@ inline std::vector<CandidateGroup> usual_groups(const Chamber& c) {
     return difference(c.temperature(pair == 2 ? 1 : 0, s[1]),
                       c.temperature(pair == 0 ? 1 : 2, s[1]));
   };
-  add("gradient", "T", pairs, [=](const Shape& s) { return std::vector<Series>{gradient(s)}; });
-  add("gradient_rate", "T", pairs,
+  add("gradient", InputFamily::kTemperature, pairs,
+      [=](const Shape& s) { return std::vector<Series>{gradient(s)}; });
+  add("gradient_rate", InputFamily::kTemperature, pairs,
       [=](const Shape& s) { return std::vector<Series>{rate_of(gradient(s))}; });
-  add("shupe_temperature", "T", lagged, [=, &c](const Shape& s) {
+  add("shupe_temperature", InputFamily::kTemperature, lagged, [=, &c](const Shape& s) {
     const Series t = c.temperature(s[0], s[1]);
     return std::vector<Series>{product(map(t, centred), rate_of(t))};
   });
@@ -238,7 +243,7 @@ inline std::vector<CandidateGroup> usual_groups(const Chamber& c) {
   for (double probe = 0; probe < 4; ++probe) {
     for (const double width : {2.0, 4.0, 7.0, 12.0}) widths.push_back({probe, width});
   }
-  add("hysteresis", "T", widths, [=, &c](const Shape& s) {
+  add("hysteresis", InputFamily::kTemperature, widths, [=, &c](const Shape& s) {
     const Series t = c.temperature(s[0]);
     return std::vector<Series>{difference(t, play(t, s[1])), difference(t, play(t, 2.0 * s[1]))};
   });
@@ -246,7 +251,7 @@ inline std::vector<CandidateGroup> usual_groups(const Chamber& c) {
   for (double probe = 0; probe < 3; ++probe) {
     for (double at = -10; at < 55; at += 5) steps.push_back({probe, at});
   }
-  add("temperature_step", "T", steps, [=, &c](const Shape& s) {
+  add("temperature_step", InputFamily::kTemperature, steps, [=, &c](const Shape& s) {
     return std::vector<Series>{
         map(c.temperature(s[0]), [=](double t) { return t > s[1] ? 1.0 : 0.0; })};
   });
@@ -254,7 +259,7 @@ inline std::vector<CandidateGroup> usual_groups(const Chamber& c) {
   for (double probe = 0; probe < 3; ++probe) {
     for (double period = 3.0; period < 20.0; period *= 1.15) periods.push_back({probe, period});
   }
-  add("etalon_fringe", "T", periods, [=, &c](const Shape& s) {
+  add("etalon_fringe", InputFamily::kTemperature, periods, [=, &c](const Shape& s) {
     const double k = 2.0 * std::numbers::pi / s[1];
     const Series t = c.temperature(s[0]);
     return std::vector<Series>{map(t, [=](double v) { return std::sin(k * v); }),
@@ -265,51 +270,55 @@ inline std::vector<CandidateGroup> usual_groups(const Chamber& c) {
     for (const double power : {0.5, 0.75, 1.0}) warm.push_back({tau, power});
   }
   const Series time = c.time();
-  add("warm_up", "time", warm, [=](const Shape& s) {
+  add("warm_up", InputFamily::kTime, warm, [=](const Shape& s) {
     return std::vector<Series>{
         map(time, [=](double t) { return std::exp(-std::pow(t / s[0], s[1])); })};
   });
-  add("rate_ramp", "time", {{0}, {1}}, [=](const Shape& s) {
+  add("rate_ramp", InputFamily::kTime, {{0}, {1}}, [=](const Shape& s) {
     return std::vector<Series>{
         map(time, [=](double t) { return s[0] < 0.5 ? t : std::log(t + 0.02); })};
   });
-  const auto single = [&](std::string name, std::string family, Series x) {
-    add(std::move(name), std::move(family), {{}},
+  const auto single = [&](std::string name, InputFamily family, Series x) {
+    add(std::move(name), family, {{}},
         [x = std::move(x)](const Shape&) { return std::vector<Series>{x}; });
   };
-  single("scale_factor", "W", c.rate);
-  single("scale_factor_nonlinearity", "W", map(c.rate, [](double w) { return w * w * w; }));
-  single("scale_factor_asymmetry", "W", map(c.rate, [](double w) { return std::abs(w); }));
-  add("scale_factor_temperature", "W", {{0}, {1}, {2}, {3}}, [=, &c](const Shape& s) {
-    return std::vector<Series>{product(c.rate, map(c.temperature(s[0]), centred))};
-  });
-  add("misalignment", "cross", {{}}, [&c](const Shape&) {
+  single("scale_factor", InputFamily::kRate, c.rate);
+  single("scale_factor_nonlinearity", InputFamily::kRate,
+         map(c.rate, [](double w) { return w * w * w; }));
+  single("scale_factor_asymmetry", InputFamily::kRate,
+         map(c.rate, [](double w) { return std::abs(w); }));
+  add("scale_factor_temperature", InputFamily::kRate, {{0}, {1}, {2}, {3}},
+      [=, &c](const Shape& s) {
+        return std::vector<Series>{product(c.rate, map(c.temperature(s[0]), centred))};
+      });
+  add("misalignment", InputFamily::kRate, {{}}, [&c](const Shape&) {
     return std::vector<Series>{c.cross_a, c.cross_b};
   });
-  single("acceleration_sensitivity", "g", c.tilt);
-  single("vibration_rectification", "vibration", c.vibration);
-  single("magnetic", "field", c.field);
-  single("source_intensity", "current", c.current);
+  single("acceleration_sensitivity", InputFamily::kAcceleration, c.tilt);
+  single("vibration_rectification", InputFamily::kVibration, c.vibration);
+  single("magnetic", InputFamily::kMagnetic, c.field);
+  single("source_intensity", InputFamily::kSourceCurrent, c.current);
   std::vector<Shape> lines;
   for (double cycles = 6.3; cycles < 2000.0 && cycles < 0.3 * static_cast<double>(c.n);
        cycles *= 1.5) {
     lines.push_back({cycles});
   }
-  add("line", "line", lines, [=](const Shape& s) {
+  add("line", InputFamily::kTime, lines, [=](const Shape& s) {
     const double k = 2.0 * std::numbers::pi * s[0];
     return std::vector<Series>{map(time, [=](double t) { return std::sin(k * t); }),
                                map(time, [=](double t) { return std::cos(k * t); })};
   });
   const std::size_t named = groups.size();
   for (int probe = 0; probe < 4; ++probe) {
-    add("spline of T" + std::to_string(probe), "T", {{double(probe)}},
+    add("spline of T" + std::to_string(probe), InputFamily::kTemperature, {{double(probe)}},
         [=, &c](const Shape& s) { return hats(c.temperature(s[0]), 12); });
-    add("spline of dT" + std::to_string(probe), "T", {{double(probe)}},
+    add("spline of dT" + std::to_string(probe), InputFamily::kTemperature, {{double(probe)}},
         [=, &c](const Shape& s) { return hats(rate_of(c.temperature(s[0])), 10); });
   }
-  add("spline of W", "W", {{}}, [=, &c](const Shape&) { return hats(c.rate, 10); });
-  add("spline of time", "time", {{}}, [=](const Shape&) { return hats(time, 12); });
-  add("spline of field", "field", {{}}, [=, &c](const Shape&) { return hats(c.field, 10); });
+  add("spline of W", InputFamily::kRate, {{}}, [=, &c](const Shape&) { return hats(c.rate, 10); });
+  add("spline of time", InputFamily::kTime, {{}}, [=](const Shape&) { return hats(time, 12); });
+  add("spline of field", InputFamily::kMagnetic, {{}},
+      [=, &c](const Shape&) { return hats(c.field, 10); });
   for (std::size_t g = named; g < groups.size(); ++g) groups[g].kind = CandidateKind::kGeneric;
   return groups;
 }

@@ -13,6 +13,7 @@
 
 #include "common/core/units.h"
 #include "common/diagnosis/cosine_transform.h"
+#include "common/diagnosis/noise_of_model.h"
 #include "common/diagnosis/noise_spectrum.h"
 #include "common/twin/effect_catalogue.h"
 #include "tests/unit/diagnosis/search_record.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "common/diagnosis/search.h"
+#include "common/diagnosis/find_missing.h"
 
 #include <gtest/gtest.h>
 
@@ -73,16 +73,22 @@ class Record {
   std::vector<CandidateGroup> groups;
 };
 
+// The usual groups are the same in every record, each at the place of its id.
+std::string name_of(GroupId id) {
+  static const Record record(1);
+  return record.groups.at(static_cast<std::size_t>(id)).name;
+}
+
 std::string names(const SearchReport& report) {
   std::string all(name(report.outcome));
-  for (const FoundEffect& e : report.effects) all += ' ' + e.name;
-  if (report.unknown) all += " unknown: " + report.unknown->name;
+  for (const FoundEffect& e : report.effects) all += ' ' + name_of(e.group);
+  if (report.unknown) all += " unknown: " + name_of(report.unknown->group);
   return all;
 }
 
 bool is_in_set(const FoundEffect& effect, const std::string& name) {
   return std::any_of(effect.credible_set.begin(), effect.credible_set.end(),
-                     [&](const RankedName& r) { return r.name == name; });
+                     [&](const RankedGroup& r) { return name_of(r.group) == name; });
 }
 
 TEST(SearchScenario, NoiseAloneGetsNoName) {
@@ -95,7 +101,7 @@ TEST(SearchScenario, NoiseAloneGetsNoName) {
     Record record(100 + seed, {1.0, 0.05 * loudness, 4e-4 * loudness});
     SearchProblem problem = record.problem();
     problem.known.push_back({"known", record.chamber().temperature(3)});
-    const SearchReport report = search(problem);
+    const SearchReport report = find_missing(problem);
     EXPECT_EQ(report.noise_status, NoiseFitStatus::kConverged);
     false_names += report.outcome != SearchOutcome::kNothingMissing ? 1 : 0;
     false_corrections += report.corrections.at(0).significant ? 1 : 0;
@@ -121,11 +127,11 @@ TEST(SearchScenario, AHiddenEffectIsFoundWithItsSizeAmongAllOthers) {
   for (std::size_t i = 0; i < cases.size(); ++i) {
     Record record(200 + i);
     const Series truth = record.hide(cases[i].name, cases[i].shape, 15.0);
-    const SearchReport report = search(record.problem());
+    const SearchReport report = find_missing(record.problem());
     ASSERT_EQ(report.outcome, SearchOutcome::kNamed) << cases[i].name << ": " << names(report);
     ASSERT_EQ(report.effects.size(), 1u) << cases[i].name << ": " << names(report);
     const FoundEffect& found = report.effects.front();
-    EXPECT_EQ(found.name, cases[i].name);
+    EXPECT_EQ(name_of(found.group), cases[i].name);
     EXPECT_TRUE(is_in_set(found, cases[i].name));
     EXPECT_GT(found.log_evidence, report.threshold_nats);
     const Series standard = test::standardised(truth);
@@ -144,7 +150,7 @@ TEST(SearchScenario, TwoEffectsOfDifferentInputsAreBothFound) {
   Record record(301);
   record.hide("scale_factor", {}, 15.0);
   record.hide("shupe", {0.0}, 20.0);
-  const SearchReport report = search(record.problem());
+  const SearchReport report = find_missing(record.problem());
   EXPECT_EQ(report.outcome, SearchOutcome::kNamed) << names(report);
   ASSERT_EQ(report.effects.size(), 2u) << names(report);
   bool scale_factor = false;
@@ -162,10 +168,10 @@ TEST(SearchScenario, ABumpThatTheCatalogueLacksIsUnknownAndNamesItsInput) {
   Series bump = record.chamber().temperature(1);
   for (double& t : bump) t = std::exp(-0.5 * std::pow((t - 24.0) / 5.0, 2));
   record.hide(bump, 30.0);
-  const SearchReport report = search(record.problem());
+  const SearchReport report = find_missing(record.problem());
   ASSERT_EQ(report.outcome, SearchOutcome::kUnknown) << names(report);
   ASSERT_TRUE(report.unknown.has_value());
-  EXPECT_EQ(report.unknown->name.substr(0, 11), "spline of T") << names(report);
+  EXPECT_EQ(name_of(report.unknown->group).substr(0, 11), "spline of T") << names(report);
   EXPECT_FALSE(report.reason.empty());
 }
 
@@ -174,15 +180,16 @@ TEST(SearchScenario, AKnownEffectOfAnotherSizeIsACorrectionAndNoNewEffect) {
   const Series known = record.hide("scale_factor", {}, 20.0);
   SearchProblem problem = record.problem();
   problem.known.push_back({"scale_factor", known, 5.0});  // the truth is a correction of 1
-  const SearchReport report = search(problem);
+  const SearchReport report = find_missing(problem);
   EXPECT_EQ(report.outcome, SearchOutcome::kNothingMissing) << names(report);
   ASSERT_EQ(report.corrections.size(), 1u);
   EXPECT_TRUE(report.corrections[0].significant);
   // 5 sigma, and the standard error is 1/d.
   EXPECT_NEAR(report.corrections[0].value, 1.0, 0.25);
   EXPECT_NEAR(report.corrections[0].standard_error, 0.05, 0.015);
-  const auto group = std::find_if(report.groups.begin(), report.groups.end(),
-                                  [](const GroupFinding& g) { return g.name == "scale_factor"; });
+  const auto group =
+      std::find_if(report.groups.begin(), report.groups.end(),
+                   [](const GroupFinding& g) { return name_of(g.group) == "scale_factor"; });
   EXPECT_EQ(group->testability, Testability::kCollinear);
   EXPECT_EQ(group->collinear_with, "scale_factor");
 }
@@ -191,14 +198,14 @@ TEST(SearchScenario, KnownNoiseKeepsAnEffectFromBeingTakenForNoise) {
   Record record(601);
   record.hide("rate_ramp", {0.0}, 12.0);
   SearchProblem problem = record.problem();
-  const double freely = search(problem).groups.at(10).log_evidence;
+  const double freely = find_missing(problem).groups.at(10).log_evidence;
   problem.noise.known = {
       {{NoiseKind::kWhite, 0.0}, 1.0, 0.1},
       {{NoiseKind::kFlicker, 0.0}, kNoise.flicker * kNoise.flicker, 0.3},
       {{NoiseKind::kRandomWalk, 0.0}, kNoise.random_walk * kNoise.random_walk, 0.3}};
   problem.noise.unlisted = UnlistedNoise::kExcluded;
-  const SearchReport report = search(problem);
-  EXPECT_EQ(report.groups.at(10).name, "rate_ramp");
+  const SearchReport report = find_missing(problem);
+  EXPECT_EQ(name_of(report.groups.at(10).group), "rate_ramp");
   EXPECT_GT(report.groups.at(10).log_evidence, freely);
 }
 
@@ -211,29 +218,29 @@ TEST(SearchScenario, DroppedSamplesAndAnOutageNeitherFeignNorHideAnEffect) {
     for (std::size_t i = 0; i < kPoints; ++i) {
       if (record.valid[i] == 0) record.series[i] = std::numeric_limits<double>::quiet_NaN();
     }
-    const SearchReport report = search(record.problem());
+    const SearchReport report = find_missing(record.problem());
     EXPECT_NEAR(report.missing_share, 0.043, 0.001);
     if (!effect) {
       EXPECT_EQ(report.outcome, SearchOutcome::kNothingMissing) << names(report);
       continue;
     }
     ASSERT_EQ(report.effects.size(), 1u) << names(report);
-    EXPECT_EQ(report.effects[0].name, "scale_factor_asymmetry");
+    EXPECT_EQ(name_of(report.effects[0].group), "scale_factor_asymmetry");
     EXPECT_NEAR(report.effects[0].separation, 15.0, 4.0);  // 3 sigma of a unit normal, and 4 %
   }
 }
 
 TEST(SearchLaws, TheSmallestVisibleAmplitudeHasTheSeparationItPromises) {
   Record record(801);
-  const SearchReport before = search(record.problem());
+  const SearchReport before = find_missing(record.problem());
   const auto of = [](const SearchReport& report) {
     return *std::find_if(report.groups.begin(), report.groups.end(),
-                         [](const GroupFinding& g) { return g.name == "magnetic"; });
+                         [](const GroupFinding& g) { return name_of(g.group) == "magnetic"; });
   };
   const double amplitude = of(before).smallest_amplitude.value();
   const Series& field = record.chamber().field;
   for (std::size_t i = 0; i < kPoints; ++i) record.series[i] += 3.0 * amplitude * field[i];
-  const SearchReport report = search(record.problem());
+  const SearchReport report = find_missing(record.problem());
   ASSERT_EQ(report.effects.size(), 1u) << names(report);
   // d = 24 with the same noise: 5 sigma of a unit normal.
   EXPECT_NEAR(report.effects[0].separation, 24.0, 5.0);
@@ -243,9 +250,9 @@ TEST(SearchLaws, TheSmallestVisibleAmplitudeHasTheSeparationItPromises) {
 TEST(SearchLaws, ScalingTheSeriesChangesNoEvidence) {
   Record record(901);
   record.hide("magnetic", {}, 12.0);
-  const SearchReport once = search(record.problem());
+  const SearchReport once = find_missing(record.problem());
   for (double& v : record.series) v *= 1e-7;
-  const SearchReport scaled = search(record.problem());
+  const SearchReport scaled = find_missing(record.problem());
   EXPECT_EQ(names(once), names(scaled));
   for (std::size_t g = 0; g < once.groups.size(); ++g) {
     // Fits end when 1e-6 nats are left by a quadratic model.
@@ -274,13 +281,13 @@ TEST(SearchLaws, TheBestOfManyCountsForWhatShareOfThemItIs) {
                                [](const CandidateGroup& g) { return g.name == "magnetic"; });
   ASSERT_EQ(at->variants.size(), 1U);
   const auto place = static_cast<std::size_t>(at - problem.groups.begin());
-  const double alone = search(problem).groups[place].log_evidence;
+  const double alone = find_missing(problem).groups[place].log_evidence;
   at->variants.front().log_prior = -std::log(1000.0);
-  EXPECT_NEAR(search(problem).groups[place].log_evidence, alone - std::log(1000.0), 1e-9);
+  EXPECT_NEAR(find_missing(problem).groups[place].log_evidence, alone - std::log(1000.0), 1e-9);
   // Twice the same at half the prior is the same.
   at->variants.front().log_prior = -std::log(2.0);
   at->variants.push_back(at->variants.front());
-  EXPECT_NEAR(search(problem).groups[place].log_evidence, alone, 1e-9);
+  EXPECT_NEAR(find_missing(problem).groups[place].log_evidence, alone, 1e-9);
 }
 
 TEST(SearchAbuse, ARecordThatSaysNothingIsRefusedWithAReason) {
@@ -293,9 +300,9 @@ TEST(SearchAbuse, ARecordThatSaysNothingIsRefusedWithAReason) {
   Series broken = noise;
   broken[17] = std::numeric_limits<double>::infinity();
   for (const SearchReport& report :
-       {search(tiny(flat, all, {ramp})), search(tiny(noise, none, {ramp})),
-        search(tiny(broken, all, {ramp})),
-        search(tiny(Series(10, 1.0), std::vector<std::uint8_t>(10, 1), {Series(10, 2.0)}))}) {
+       {find_missing(tiny(flat, all, {ramp})), find_missing(tiny(noise, none, {ramp})),
+        find_missing(tiny(broken, all, {ramp})),
+        find_missing(tiny(Series(10, 1.0), std::vector<std::uint8_t>(10, 1), {Series(10, 2.0)}))}) {
     EXPECT_EQ(report.outcome, SearchOutcome::kRefused);
     EXPECT_FALSE(report.reason.empty());
     EXPECT_TRUE(report.effects.empty());
@@ -308,7 +315,7 @@ TEST(SearchAbuse, ColumnsThatCanNotAnswerAreNotTestable) {
   Series nan(200, 1.0);
   nan[3] = std::numeric_limits<double>::quiet_NaN();
   const auto verdict = [&](std::vector<Series> columns) {
-    const SearchReport report = search(tiny(noise, all, std::move(columns)));
+    const SearchReport report = find_missing(tiny(noise, all, std::move(columns)));
     EXPECT_EQ(report.outcome, SearchOutcome::kNothingMissing);
     return report.groups.at(0).testability;
   };
@@ -326,10 +333,10 @@ TEST(SearchAbuse, MoreColumnsThanDataNameNothing) {
   for (std::uint64_t i = 0; i < 30; ++i) {
     many.push_back(test::coloured_noise(kN, 1.0, kNoise, 100 + i));
   }
-  EXPECT_NE(search(tiny(noise, all, many)).outcome, SearchOutcome::kNamed);
+  EXPECT_NE(find_missing(tiny(noise, all, many)).outcome, SearchOutcome::kNamed);
   SearchProblem problem = tiny(noise, all, {many[0]});
   for (std::size_t i = 1; i < many.size(); ++i) problem.known.push_back({"known", many[i]});
-  const SearchReport report = search(problem);
+  const SearchReport report = find_missing(problem);
   EXPECT_NE(report.outcome, SearchOutcome::kNamed);
   EXPECT_TRUE(report.outcome == SearchOutcome::kRefused ||
               report.corrections.size() == problem.known.size());
@@ -344,7 +351,7 @@ TEST(SearchAbuse, KnownColumnsThatAreTheSameGetACorrectionEach) {
     problem.groups.clear();
     for (std::size_t i = 0; i < copies; ++i)
       problem.known.push_back({"copy", known, std::numeric_limits<double>::infinity()});
-    const SearchReport report = search(problem);
+    const SearchReport report = find_missing(problem);
     EXPECT_NE(report.outcome, SearchOutcome::kRefused);
     EXPECT_EQ(report.corrections.size(), copies);
   }
@@ -359,11 +366,11 @@ TEST(SearchAbuse, CorrectionsThatBelongToOtherParametersAreRefusedInEveryBuild) 
 TEST(SearchAbuse, ContradictionsAndWrongOptionsAreNamed) {
   const std::vector<std::uint8_t> short_mask(5, 1);
   const Series noise = test::coloured_noise(50, 1.0, kNoise, 1);
-  EXPECT_THROW((void)search(tiny(noise, short_mask, {noise})), std::invalid_argument);
+  EXPECT_THROW((void)find_missing(tiny(noise, short_mask, {noise})), std::invalid_argument);
   const std::vector<std::uint8_t> all(50, 1);
   SearchProblem problem = tiny(noise, all, {noise});
   problem.groups[0].columns = nullptr;
-  EXPECT_THROW((void)search(problem), std::invalid_argument);
+  EXPECT_THROW((void)find_missing(problem), std::invalid_argument);
   SearchOptions options;
   options.false_alarm = 0.0;
   ASSERT_TRUE(options.validate().has_value());

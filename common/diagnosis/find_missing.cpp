@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "common/diagnosis/search.h"
+#include "common/diagnosis/find_missing.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -9,12 +8,13 @@
 #include <stdexcept>
 #include <utility>
 
+#include "common/diagnosis/group_findings.h"
+#include "common/diagnosis/joint_fit.h"
 #include "common/diagnosis/search_board.h"
 
 namespace zerodrift::diagnosis {
 namespace {
 
-constexpr std::size_t kFewestPoints = 16;
 constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
 struct Chosen {
@@ -24,44 +24,6 @@ struct Chosen {
   double log_evidence = 0.0;
   double chi_square = 0.0;
 };
-
-void check(const SearchProblem& problem) {
-  const std::size_t n = problem.series.size();
-  if (problem.valid.size() != n) {
-    throw std::invalid_argument("valid has " + std::to_string(problem.valid.size()) +
-                                " entries, the series " + std::to_string(n));
-  }
-  if (!(problem.interval_s > 0.0)) {
-    throw std::invalid_argument("interval_s is " + std::to_string(problem.interval_s) +
-                                ", must be > 0");
-  }
-  if (const auto error = problem.noise.validate()) throw std::invalid_argument(*error);
-  for (const CandidateGroup& g : problem.groups) {
-    if (!g.columns) throw std::invalid_argument("group '" + g.name + "' can't make its columns");
-  }
-}
-
-std::optional<std::string> reason_to_refuse(const SearchProblem& problem,
-                                            const SearchOptions& options) {
-  const std::size_t n = problem.series.size();
-  if (n < kFewestPoints) {
-    return "the series has " + std::to_string(n) + " points, needs " +
-           std::to_string(kFewestPoints);
-  }
-  std::size_t valid = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (problem.valid[i] == 0) continue;
-    ++valid;
-    if (!std::isfinite(problem.series[i])) {
-      return "the series is not finite at point " + std::to_string(i);
-    }
-  }
-  const double share = static_cast<double>(valid) / static_cast<double>(n);
-  if (!(share >= options.least_valid_share)) {
-    return "only " + std::to_string(std::lround(100.0 * share)) + " % of the series is valid";
-  }
-  return std::nullopt;
-}
 
 class Searcher {
  public:
@@ -79,7 +41,7 @@ class Searcher {
     first_ = board_.evaluate(board_.known(), {}, {});
     if (!(board_.series_power() > 0.0) || first_.null.status == NoiseFitStatus::kNoPower) {
       report.reason = "nothing is left of the series beside its mean and the model's columns";
-      report.groups = groups_at_first();
+      report.groups = groups();
       return report;
     }
     add_greedily();
@@ -121,12 +83,13 @@ class Searcher {
 
   // d² of the chosen effects that a group could be the remainder of.
   [[nodiscard]] double explained_in_family(std::size_t group, std::size_t left_out) const {
-    const std::string& family = problem_.groups[group].family;
+    const twin::InputFamily family = problem_.groups[group].family;
     double sum = 0.0;
     for (std::size_t i = 0; i < chosen_.size(); ++i) {
       if (i == left_out) continue;
-      const std::string& other = problem_.groups[chosen_[i].group].family;
-      if (family.empty() || other.empty() || family == other) sum += chosen_[i].chi_square;
+      const twin::InputFamily other = problem_.groups[chosen_[i].group].family;
+      constexpr auto kAny = twin::InputFamily::kNone;
+      if (family == kAny || other == kAny || family == other) sum += chosen_[i].chi_square;
     }
     return sum;
   }
@@ -152,10 +115,10 @@ class Searcher {
 
   // The simpler effect, where the record doesn't tell it from the one found.
   [[nodiscard]] std::size_t simplest(const Evaluation& e, std::size_t group) const {
-    const std::string& parent = problem_.groups[group].parent;
-    if (parent.empty()) return group;
+    const std::optional<GroupId> parent = problem_.groups[group].parent;
+    if (!parent) return group;
     for (std::size_t g = 0; g < problem_.groups.size(); ++g) {
-      const bool as_good = problem_.groups[g].name == parent &&
+      const bool as_good = problem_.groups[g].id == *parent &&
                            score(e, g) >= score(e, group) - options_.nested_margin_nats;
       if (as_good) return g;
     }
@@ -313,11 +276,12 @@ class Searcher {
     return logarithms;
   }
 
-  [[nodiscard]] std::vector<RankedName> credible_set(const Evaluation& e, std::size_t place) const {
+  [[nodiscard]] std::vector<RankedGroup> credible_set(const Evaluation& e,
+                                                      std::size_t place) const {
     const std::size_t named = chosen_[place].group;
     const std::vector<double> logarithms = tempered(e, place);
     const double total = log_sum(logarithms);
-    std::vector<RankedName> ranked;
+    std::vector<RankedGroup> ranked;
     std::vector<std::size_t> order(logarithms.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::stable_sort(order.begin(), order.end(),
@@ -325,36 +289,36 @@ class Searcher {
     for (const std::size_t g : order) {
       const double probability = std::exp(logarithms[g] - total);
       if (!(probability > 0.0)) break;
-      ranked.push_back({problem_.groups[g].name, probability, {}});
+      ranked.push_back({problem_.groups[g].id, probability, {}});
     }
     merge_nested(e, ranked);
-    std::stable_sort(ranked.begin(), ranked.end(), [](const RankedName& a, const RankedName& b) {
+    std::stable_sort(ranked.begin(), ranked.end(), [](const RankedGroup& a, const RankedGroup& b) {
       return a.probability > b.probability;
     });
     double mass = 0.0;
-    std::vector<RankedName> set;
-    for (RankedName& r : ranked) {
-      const bool is_named = r.name == problem_.groups[named].name;
+    std::vector<RankedGroup> set;
+    for (RankedGroup& r : ranked) {
+      const bool is_named = r.group == problem_.groups[named].id;
       if (mass < options_.credible_mass || is_named) set.push_back(r);
       mass += r.probability;
     }
     return set;
   }
 
-  void merge_nested(const Evaluation& e, std::vector<RankedName>& ranked) const {
+  void merge_nested(const Evaluation& e, std::vector<RankedGroup>& ranked) const {
     for (std::size_t g = 0; g < problem_.groups.size(); ++g) {
       const std::size_t parent = simplest(e, g);
       if (parent == g || !std::isfinite(e.groups[g].log_evidence)) continue;
       const auto find = [&](std::size_t group) {
-        return std::find_if(ranked.begin(), ranked.end(), [&](const RankedName& r) {
-          return r.name == problem_.groups[group].name;
+        return std::find_if(ranked.begin(), ranked.end(), [&](const RankedGroup& r) {
+          return r.group == problem_.groups[group].id;
         });
       };
       const auto child = find(g);
       const auto into = find(parent);
       if (child == ranked.end() || into == ranked.end()) continue;
       into->probability += child->probability;
-      into->nested.push_back(child->name);
+      into->nested.push_back(child->group);
       ranked.erase(child);
     }
   }
@@ -366,30 +330,32 @@ class Searcher {
         fit_noise(rows, board_.dictionary(), options_.noise_fit, remainder_.null.squares);
     report.noise_status = noise.status;
     if (noise.status == NoiseFitStatus::kNoPower) {
-      report.corrections = corrections(std::nullopt);
+      report.corrections = corrections_of(problem_, options_, board_, std::nullopt);
       return;
     }
     report.noise_squares.assign(noise.squares.begin(), noise.squares.end());
     const std::optional<Amplitudes> joint = fit_amplitudes(rows, noise.spectrum);
     if (joint) {
       for (std::size_t i = 0; i < chosen_.size(); ++i) {
-        report.effects.push_back(describe(chosen_[i], base, *joint));
+        report.effects.push_back(found(chosen_[i], base, *joint));
         const Evaluation e = evaluate(i);
         FoundEffect& effect = report.effects.back();
         effect.credible_set = credible_set(e, i);
         effect.log_evidence = e.groups[chosen_[i].group].log_evidence;
-        for (const RankedName& r : effect.credible_set) {
-          if (r.name == effect.name) effect.probability = r.probability;
+        for (const RankedGroup& r : effect.credible_set) {
+          if (r.group == effect.group) effect.probability = r.probability;
         }
       }
       if (report.outcome == SearchOutcome::kUnknown) {
         unknown_.places = unknown_places_;
-        report.unknown = describe(unknown_, base, *joint);
+        report.unknown = found(unknown_, base, *joint);
       }
     }
-    report.corrections = corrections(joint);
-    report.groups = groups_at_first();
-    add_power(report, noise.spectrum);
+    report.corrections = corrections_of(problem_, options_, board_, joint);
+    report.groups = groups();
+    for (std::size_t g = 0; g < report.groups.size(); ++g)
+      add_power(report.groups[g], problem_, options_, board_, base_without(place_of(g)),
+                noise.spectrum);
     const Eigen::VectorXd known_spectrum =
         board_.dictionary().spectra() * board_.dictionary().prior_square();
     report.octaves = power_by_octave(rows, board_.bands(),
@@ -397,190 +363,31 @@ class Searcher {
                                      problem_.interval_s);
   }
 
-  [[nodiscard]] FoundEffect describe(const Chosen& c, const Base& base,
-                                     const Amplitudes& joint) const {
-    FoundEffect effect;
-    const BoardVariant& v = board_.variant(c.variant);
-    effect.name = problem_.groups[c.group].name;
-    effect.shape = v.definition.shape;
+  [[nodiscard]] FoundEffect found(const Chosen& c, const Base& base,
+                                  const Amplitudes& joint) const {
+    FoundEffect effect{fitted_effect(problem_, board_, c.variant, c.places, base, joint)};
     effect.log_evidence = c.log_evidence;
     effect.separation = std::sqrt(c.chi_square);
-    const auto columns = problem_.groups[c.group].columns(effect.shape);
-    // From the joint fit's values to the group's own columns; none to those that took no part.
-    Eigen::MatrixXd to_columns =
-        Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(columns.size()), joint.values.size());
-    for (std::size_t j = 0; j < c.places.size(); ++j) {
-      const auto at = std::find(base.begin(), base.end(), c.places[j]);
-      if (at == base.end()) continue;
-      to_columns(static_cast<Eigen::Index>(v.which[j]), at - base.begin()) =
-          1.0 / board_.active(*at).norm;
-    }
-    const Eigen::VectorXd amplitudes = to_columns * joint.values;
-    effect.amplitudes.assign(amplitudes.begin(), amplitudes.end());
-    effect.covariance = to_columns * joint.covariance * to_columns.transpose();
-    effect.waveform.assign(problem_.series.size(), 0.0);
-    for (std::size_t j = 0; j < columns.size(); ++j) {
-      for (std::size_t i = 0; i < effect.waveform.size(); ++i) {
-        effect.waveform[i] += effect.amplitudes[j] * columns[j][i];
-      }
-    }
-    const double n = static_cast<double>(effect.waveform.size());
-    const double mean = std::accumulate(effect.waveform.begin(), effect.waveform.end(), 0.0) / n;
-    double squares = 0.0;
-    for (double& w : effect.waveform) {
-      w -= mean;
-      squares += w * w;
-    }
-    effect.rms = std::sqrt(squares / n);
     return effect;
   }
 
-  // One for each known column; without a joint fit each is 0 and may be anything.
-  [[nodiscard]] std::vector<CorrectionFinding> corrections(
-      const std::optional<Amplitudes>& joint) const {
-    std::vector<CorrectionFinding> findings;
-    const double threshold =
-        std::log(static_cast<double>(problem_.known.size()) / options_.false_alarm);
-    std::size_t counted = 0;
-    for (std::size_t k = 0; k < problem_.known.size(); ++k) {
-      CorrectionFinding f;
-      f.name = problem_.known[k].name;
-      f.testability = board_.known_testability()[k];
-      f.standard_error = joint ? 0.0 : std::numeric_limits<double>::infinity();
-      if (joint && f.testability == Testability::kTestable) {
-        const auto i = static_cast<Eigen::Index>(counted);
-        const double norm = board_.active(board_.known()[counted++]).norm;
-        f.value = joint->values(i) / norm;
-        const double variance = joint->covariance(i, i) / (norm * norm);
-        f.standard_error = std::sqrt(variance);
-        f.log_evidence = evidence_of_correction(f.value, variance, problem_.known[k].prior_sd);
-        f.significant = f.log_evidence > threshold;
-      }
-      findings.push_back(std::move(f));
-    }
-    return findings;
-  }
-
-  [[nodiscard]] double evidence_of_correction(double value, double variance,
-                                              double prior_sd) const {
-    if (std::isfinite(prior_sd)) {  // Savage-Dickey (Dickey 1971)
-      return 0.5 * std::log(variance) - std::log(prior_sd) + 0.5 * value * value / variance;
-    }
-    ProjectedColumns one;
-    one.gram.setConstant(1, 1, 1.0 / variance);
-    one.products.setConstant(1, value / variance);
-    one.unprojected.setConstant(1, 1.0 / variance);
-    return column_evidence(one, options_.evidence).log_bayes_factor;
-  }
-
-  [[nodiscard]] std::vector<GroupFinding> groups_at_first() const {
-    std::vector<GroupFinding> findings(problem_.groups.size());
-    for (std::size_t g = 0; g < findings.size(); ++g) {
-      GroupFinding& f = findings[g];
-      f.name = problem_.groups[g].name;
-      f.kind = problem_.groups[g].kind;
-      f.testability = testability(g);
-      if (f.testability == Testability::kCollinear) f.collinear_with = nearest_known(g);
-      if (f.testability != Testability::kTestable) continue;
-      const GroupScore& score = first_.groups[g];
-      f.log_evidence = score.log_evidence;
-      f.separation = std::sqrt(std::max(score.chi_square, 0.0));
-      f.shape = board_.variant(score.best_variant).definition.shape;
-      const std::vector<std::size_t> best{score.best_variant};
-      const Eigen::VectorXd spectrum =
-          board_.dictionary().spectra() * first_.noises[first_.variants[score.best_variant].noise];
-      const ColumnEvidence e = column_evidence(
-          board_.project(board_.known(), best, spectrum).front(), options_.evidence);
-      const double power =
-          e.amplitudes.dot(board_.variant(score.best_variant).plain_gram * e.amplitudes) /
-          board_.coefficient_weight();
-      f.rms = std::sqrt(std::max(power, 0.0) / static_cast<double>(problem_.series.size()));
-      const double remaining = remainder_.groups.empty() ? 0.0 : remainder_.groups[g].log_evidence;
-      f.remaining_log_evidence = std::isfinite(remaining) ? remaining : 0.0;
-    }
-    return findings;
-  }
-
-  [[nodiscard]] Testability testability(std::size_t group) const {
-    Testability best = Testability::kUnusable;
-    for (const std::size_t i : board_.members(group)) {
-      Testability t = board_.variant(i).testability;
-      if (t == Testability::kTestable && !std::isfinite(first_.variants[i].log_evidence)) {
-        t = Testability::kCollinear;
-      }
-      const auto better = [](Testability a) {
-        switch (a) {
-          case Testability::kTestable:
-            return 3;
-          case Testability::kCollinear:
-            return 2;
-          case Testability::kNotExcited:
-            return 1;
-          case Testability::kUnusable:
-            break;
-        }
-        return 0;
-      };
-      if (better(t) > better(best)) best = t;
-    }
-    return best;
-  }
-
-  [[nodiscard]] std::string nearest_known(std::size_t group) const {
-    std::string nearest;
-    double largest = 0.0;
-    const auto p = static_cast<Eigen::Index>(board_.known().size());
-    for (const std::size_t i : board_.members(group)) {
-      const BoardVariant& v = board_.variant(i);
-      if (v.testability != Testability::kTestable) continue;
-      const Eigen::MatrixXd gram = weighted_gram(
-          board_.rows(board_.known(), &v), board_.dictionary().spectra() * first_.null.squares);
-      for (Eigen::Index j = 0; j < p; ++j) {
-        const double correlation = gram(j, p) * gram(j, p) / (gram(j, j) * gram(p, p));
-        if (!(correlation > largest)) continue;
-        largest = correlation;
-        nearest = board_.active_name(board_.known()[static_cast<std::size_t>(j)]);
-      }
-    }
-    return nearest;
-  }
-
-  void add_power(SearchReport& report, const Eigen::VectorXd& spectrum) const {
+  [[nodiscard]] std::vector<GroupFinding> groups() const {
+    std::vector<GroupFinding> findings;
     for (std::size_t g = 0; g < problem_.groups.size(); ++g) {
-      if (report.groups[g].testability != Testability::kTestable) continue;
-      std::size_t own = kNone;
-      for (std::size_t i = 0; i < chosen_.size(); ++i) own = chosen_[i].group == g ? i : own;
-      std::vector<std::size_t> variants;
-      for (const std::size_t i : board_.members(g)) {
-        if (board_.variant(i).testability == Testability::kTestable) variants.push_back(i);
-      }
-      const auto projected = board_.project(base_without(own), variants, spectrum);
-      std::vector<std::pair<double, std::size_t>> squares;  // d² of unit RMS, variant
-      for (std::size_t i = 0; i < variants.size(); ++i) {
-        const double square = square_of_unit_rms(projected[i], board_.variant(variants[i]));
-        if (square > 0.0) squares.emplace_back(square, variants[i]);
-      }
-      if (squares.empty()) continue;
-      std::sort(squares.begin(), squares.end());
-      const auto [square, variant] = squares[squares.size() / 2];
-      report.groups[g].smallest_rms = options_.power_separation / std::sqrt(square);
-      const BoardVariant& v = board_.variant(variant);
-      if (v.columns.size() == 1) {
-        report.groups[g].smallest_amplitude =
-            report.groups[g].smallest_rms * std::sqrt(static_cast<double>(problem_.series.size())) /
-            v.columns.front().norm;
-      }
+      findings.push_back(group_finding(g, problem_, options_, board_, first_));
+      if (findings.back().testability != Testability::kTestable || remainder_.groups.empty())
+        continue;
+      const double remaining = remainder_.groups[g].log_evidence;
+      findings.back().remaining_log_evidence = std::isfinite(remaining) ? remaining : 0.0;
     }
+    return findings;
   }
 
-  [[nodiscard]] double square_of_unit_rms(const ProjectedColumns& projected,
-                                          const BoardVariant& v) const {
-    constexpr double kRidge = 1e-9;  // columns may depend on each other
-    Eigen::MatrixXd plain = v.plain_gram;
-    plain.diagonal().array() += kRidge;
-    const double mean = Eigen::LLT<Eigen::MatrixXd>(plain).solve(projected.gram).trace() /
-                        static_cast<double>(v.columns.size());
-    return mean * static_cast<double>(problem_.series.size()) * board_.coefficient_weight();
+  // Of a group among the chosen ones, or kNone.
+  [[nodiscard]] std::size_t place_of(std::size_t group) const {
+    std::size_t place = kNone;
+    for (std::size_t i = 0; i < chosen_.size(); ++i) place = chosen_[i].group == group ? i : place;
+    return place;
   }
 
   const SearchProblem& problem_;
@@ -612,32 +419,10 @@ std::string_view name(SearchOutcome outcome) noexcept {
   return "";
 }
 
-std::optional<std::string> SearchOptions::validate() const {
-  const auto share = [](const char* key, double value) -> std::optional<std::string> {
-    if (value > 0.0 && value < 1.0) return std::nullopt;
-    return std::string(key) + " is " + std::to_string(value) + ", must be inside (0, 1)";
-  };
-  if (auto e = share("false_alarm", false_alarm)) return e;
-  if (auto e = share("credible_mass", credible_mass)) return e;
-  if (auto e = share("form_mismatch_share", form_mismatch_share)) return e;
-  if (auto e = share("least_valid_share", least_valid_share)) return e;
-  if (!(mismatch_freedom > 0.0)) {
-    return "mismatch_freedom is " + std::to_string(mismatch_freedom) + ", must be > 0";
-  }
-  if (!(power_separation > 0.0)) {
-    return "power_separation is " + std::to_string(power_separation) + ", must be > 0";
-  }
-  if (single_coefficients < 1) return "single_coefficients is 0, must be >= 1";
-  if (refits < 1) return "refits is 0, must be >= 1";
-  if (auto e = evidence.validate()) return "evidence: " + *e;
-  if (auto e = noise_fit.validate()) return "noise_fit: " + *e;
-  return std::nullopt;
-}
-
-SearchReport search(const SearchProblem& problem, const SearchOptions& options) {
+SearchReport find_missing(const SearchProblem& problem, const SearchOptions& options) {
   if (const auto error = options.validate()) throw std::invalid_argument(*error);
-  check(problem);
-  if (auto reason = reason_to_refuse(problem, options)) {
+  problem.check();
+  if (auto reason = problem.reason_to_refuse(options.least_valid_share)) {
     SearchReport report;
     report.reason = std::move(*reason);
     return report;

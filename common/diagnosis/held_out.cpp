@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/diagnosis/held_out.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/diagnosis/gap.h"
+#include "common/diagnosis/noise_weight.h"
+#include "common/twin/effect_catalogue.h"
+
+namespace zerodrift::diagnosis {
+namespace {
+
+// Held-out figures may be worse by this and still count as equal.
+constexpr double kNoWorse = 1.02;
+constexpr double kMeanNoWorse = 1.05;  // with the mean, of which two records say little
+constexpr double kAllanTolerance = 0.02;
+constexpr double kClearNats = 10.0;  // a likelihood that outweighs the few points of an Allan curve
+constexpr double kNatsOfALine = 3.0;  // that noise alone gains by a free size and phase
+
+bool has_free_phase(const twin::EffectSpec& effect) {
+  const auto* definition = twin::find_effect(effect.kind);
+  return definition != nullptr && definition->search.has_free_phase;
+}
+
+// Nobody can tell the phase that a line has in another record: its frequency has to be there.
+twin::Model without_free_phases(twin::Model model) {
+  std::erase_if(model.effects, has_free_phase);
+  return model;
+}
+
+std::vector<double> added_lines_hz(const twin::Model& before, const twin::Model& after,
+                                   core::Axis axis) {
+  std::vector<double> frequencies;
+  for (const twin::EffectSpec& effect : after.effects) {
+    if (!has_free_phase(effect) || effect.axis != axis || effect.parameters.empty()) continue;
+    const bool is_old =
+        std::any_of(before.effects.begin(), before.effects.end(), [&](const twin::EffectSpec& old) {
+          return old.kind == effect.kind && old.axis == axis && old.parameters == effect.parameters;
+        });
+    if (is_old) continue;
+    const twin::EffectDefinition& definition = *twin::find_effect(effect.kind);
+    const auto complete = twin::complete_parameters(definition, effect.parameters);
+    for (const twin::ParameterDefinition& parameter : definition.parameters) {
+      if (parameter.rule == twin::SearchRule::kFrequency)
+        frequencies.push_back(complete.at(parameter.name));
+    }
+  }
+  return frequencies;
+}
+
+// Another bias moves the drift without changing its shape.
+template <typename Changes>
+bool changes_shape(const Changes& changes) {
+  return std::any_of(changes.begin(), changes.end(), [](const auto& change) {
+    return !is_noise(change.name) && !twin::find_effect(change.name)->search.is_constant;
+  });
+}
+
+bool changes_noise(const Trial& trial) {
+  const auto is_of_noise = [](const auto& change) { return is_noise(change.name); };
+  return std::any_of(trial.effects.begin(), trial.effects.end(), is_of_noise) ||
+         std::any_of(trial.recalibrated.begin(), trial.recalibrated.end(), is_of_noise);
+}
+
+}  // namespace
+
+bool is_noise(const std::string& kind) {
+  const auto* definition = twin::find_effect(kind);
+  return definition != nullptr && definition->family == twin::Family::kStochastic;
+}
+
+std::size_t intervals_in(double duration_s, double interval_s) {
+  return static_cast<std::size_t>(std::max(1.0, std::round(duration_s / interval_s)));
+}
+
+double duration_of(const MeasuredSeries& series) {
+  return series.interval_s * static_cast<double>(series.size);
+}
+
+bool can_judge(const HeldOutPart& part) {
+  const std::vector<double> any(part.valid.size(), 0.0);
+  return block_means(any, part.valid, intervals_in(kMeanS, part.series->interval_s)).mean.size() >=
+         2;
+}
+
+Split split_in_blocks(const MeasuredSeries& series, const Playback& playback,
+                      const std::vector<std::uint8_t>& sound) {
+  const double duration_s = duration_of(series);
+  if (duration_s < kShortestForBlocksS) return {.fitted = sound};
+  Split split{.kind = HeldOut::kBlocks, .fitted = sound};
+  std::vector<std::uint8_t> kept(series.size, 0);
+  const double guard_s = std::min(duration_s / (4.0 * kBlocks), kLongestGuardS);
+  const std::size_t guard = intervals_in(guard_s, series.interval_s);
+  for (const std::size_t block : {3U, 7U}) {
+    const std::size_t begin = series.size * block / kBlocks;
+    const std::size_t end = series.size * (block + 1) / kBlocks;
+    for (std::size_t i = begin; i < end; ++i) {
+      split.fitted[i] = 0;
+      const bool guarded = i < begin + guard || i + guard >= end;
+      if (!guarded) kept[i] = sound[i];
+    }
+  }
+  split.held_out.push_back({&series, &playback, std::move(kept)});
+  return can_judge(split.held_out.front()) ? split : Split{.fitted = sound};
+}
+
+Comparison compare_on(const std::vector<HeldOutPart>& parts, const twin::Model& before,
+                      const twin::Model& after, core::Axis axis) {
+  Comparison result;
+  double weight = 0.0;
+  double weight_before = 0.0;
+  double weight_after = 0.0;
+  const auto add_distance = [](double& sum, double& weights, double distance, double w) {
+    if (!std::isfinite(distance)) return;
+    sum += w * distance;
+    weights += w;
+  };
+  for (const HeldOutPart& part : parts) {
+    const MeasuredSeries& series = *part.series;
+    const auto measured = measured_drift(series, axis);
+    const auto drift_before = part.playback->drift(before, axis);
+    const auto drift_after = part.playback->drift(after, axis);
+    const std::size_t block = intervals_in(kMeanS, series.interval_s);
+    const auto rms = [&](const std::vector<double>& drift) {
+      return rms_of_block_means(difference(measured, drift, part.valid), part.valid, block);
+    };
+    const auto noise_before = model_noise(before, axis, series.interval_s, series.size);
+    const auto noise_after = model_noise(after, axis, series.interval_s, series.size);
+    const auto curves = allan_curves(measured, part.valid, series.interval_s,
+                                     {drift_before, noise_before}, {drift_after, noise_after});
+    const AllanDistance distance = allan_distance(curves);
+    const double w = static_cast<double>(series.size);
+    const auto add = [w](double& sum, double value) { sum += w * value * value; };
+    const auto quiet_before = part.playback->drift(without_free_phases(before), axis);
+    const auto quiet_after = part.playback->drift(without_free_phases(after), axis);
+    const BlockRms rms_before = rms(quiet_before);
+    const BlockRms rms_after = rms(quiet_after);
+    add(result.gap.before_rms_radps, rms_before.about_zero);
+    add(result.gap.after_rms_radps, rms_after.about_zero);
+    add(result.shape_before_radps, rms_before.about_mean);
+    add(result.shape_after_radps, rms_after.about_mean);
+    add(result.gap.noise_floor_rms_radps, expected_rms_of_block_means(noise_after, block));
+    const auto variances = model_noise(after, axis, series.interval_s, quick_length(series.size));
+    const auto misfit = [&](const std::vector<double>& drift) {
+      return weighted_square(difference(measured, drift, part.valid), part.valid, variances);
+    };
+    result.gain_nats += 0.5 * (misfit(quiet_before) - misfit(quiet_after));
+    const auto variances_before =
+        model_noise(before, axis, series.interval_s, quick_length(series.size));
+    result.noise_gain_nats += noise_gain_nats(difference(measured, quiet_after, part.valid),
+                                              part.valid, variances_before, variances);
+    for (const double frequency_hz : added_lines_hz(before, after, axis)) {
+      result.gain_nats -= kNatsOfALine;
+      result.gain_nats += line_gain_nats(difference(measured, quiet_after, part.valid), part.valid,
+                                         variances, frequency_hz, series.interval_s);
+    }
+    add_distance(result.allan.before, weight_before, distance.before, w);
+    add_distance(result.allan.after, weight_after, distance.after, w);
+    weight += w;
+  }
+  if (weight == 0.0) return result;
+  for (double* square :
+       {&result.gap.before_rms_radps, &result.gap.after_rms_radps,
+        &result.gap.noise_floor_rms_radps, &result.shape_before_radps, &result.shape_after_radps})
+    *square = std::sqrt(*square / weight);
+  result.allan.before /= weight_before;
+  result.allan.after /= weight_after;
+  return result;
+}
+
+Acceptance judge(const Trial& trial, const Comparison& held_out, HeldOut kind) {
+  if (trial.effects.empty() && trial.recalibrated.empty()) return Acceptance::kNothingToProve;
+  if (kind == HeldOut::kNothing) return Acceptance::kUnproven;
+  const bool shape = changes_shape(trial.effects) || changes_shape(trial.recalibrated);
+  const Gap& gap = held_out.gap;
+  const AllanDistance& allan = held_out.allan;
+  const bool comparable = std::isfinite(allan.before) && std::isfinite(allan.after);
+  const bool noise_is_new = changes_noise(trial) && !std::isfinite(allan.before);
+  const bool no_worse = held_out.shape_after_radps <= kNoWorse * held_out.shape_before_radps &&
+                        gap.after_rms_radps <= kMeanNoWorse * gap.before_rms_radps &&
+                        (!comparable || allan.after <= allan.before + kAllanTolerance ||
+                         held_out.noise_gain_nats > kClearNats);
+  const bool likelier = held_out.gain_nats != 0.0
+                            ? held_out.gain_nats > 0.0
+                            : held_out.shape_after_radps < held_out.shape_before_radps;
+  const bool closer = shape ? likelier
+                            : held_out.noise_gain_nats > 0.0 || noise_is_new ||
+                                  (comparable && allan.after < allan.before) ||
+                                  held_out.gap.after_rms_radps < held_out.gap.before_rms_radps;
+  return closer && no_worse ? Acceptance::kAccepted : Acceptance::kReverted;
+}
+
+}  // namespace zerodrift::diagnosis

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// What takes no part in a fit, and what it says of a repaired model.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/core/axis.h"
+#include "common/diagnosis/finding.h"
+#include "common/diagnosis/measured_series.h"
+#include "common/diagnosis/playback.h"
+#include "common/diagnosis/trial.h"
+#include "common/twin/model.h"
+
+namespace zerodrift::diagnosis {
+
+inline constexpr double kMeanS = 60.0;  // RMS figures are of means over this
+// Two of so many blocks are kept back, with a guard at each of their ends: a quarter of the block,
+// so that half of it is judged, but no more than this.
+inline constexpr std::size_t kBlocks = 10;
+inline constexpr double kLongestGuardS = 300.0;
+// Nor less than twice the half window that temperatures are smoothed over, so that no reading takes
+// part on both sides. In a shorter record than this nothing can be kept back.
+inline constexpr double kShortestGuardS = 90.0;
+inline constexpr double kShortestForBlocksS = 4.0 * kShortestGuardS * kBlocks;
+
+struct HeldOutPart {
+  const MeasuredSeries* series;
+  const Playback* playback;
+  std::vector<std::uint8_t> valid;
+};
+
+struct Split {
+  HeldOut kind = HeldOut::kNothing;
+  std::vector<std::uint8_t> fitted{};
+  std::vector<HeldOutPart> held_out{};
+};
+
+[[nodiscard]] std::size_t intervals_in(double duration_s, double interval_s);
+[[nodiscard]] double duration_of(const MeasuredSeries& series);
+// An RMS of means needs two of them.
+[[nodiscard]] bool can_judge(const HeldOutPart& part);
+
+// Two blocks of the record, not those at its ends; everything is fitted where they can't judge.
+[[nodiscard]] Split split_in_blocks(const MeasuredSeries& series, const Playback& playback,
+                                    const std::vector<std::uint8_t>& sound);
+
+struct Comparison {
+  Gap gap;
+  // About the mean: what is judged, since the bias of a switch-on is anyone's.
+  double shape_before_radps = 0.0;
+  double shape_after_radps = 0.0;
+  // How much likelier the drift afterwards makes the data about their mean, nats; 0 where the model
+  // has no noise to judge by.
+  double gain_nats = 0.0;
+  double noise_gain_nats = 0.0;  // of the noise afterwards, on what the drift afterwards leaves
+  AllanDistance allan;
+};
+
+[[nodiscard]] Comparison compare_on(const std::vector<HeldOutPart>& parts,
+                                    const twin::Model& before, const twin::Model& after,
+                                    core::Axis axis);
+
+// What changes the drift's shape has to make the data likelier, which tells more than their RMS
+// where noise is red; what is noise, too, or bring the Allan curve closer; a bias, the mean.
+// Neither may make the others worse. Of a twin without any noise the Allan curve is no figure to
+// judge by, and any noise is likelier than none.
+[[nodiscard]] Acceptance judge(const Trial& trial, const Comparison& held_out, HeldOut kind);
+
+// Whether the catalogue has the effect as a noise.
+[[nodiscard]] bool is_noise(const std::string& kind);
+
+}  // namespace zerodrift::diagnosis

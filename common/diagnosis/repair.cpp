@@ -1,0 +1,340 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/diagnosis/repair.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "common/core/units.h"
+#include "common/diagnosis/candidates.h"
+#include "common/diagnosis/gap.h"
+#include "common/diagnosis/generic_functions.h"
+#include "common/diagnosis/joint_fit.h"
+#include "common/diagnosis/known_effects.h"
+#include "common/diagnosis/listed_effects.h"
+#include "common/diagnosis/noise_of_model.h"
+#include "common/diagnosis/noise_weight.h"
+#include "common/diagnosis/rounded_text.h"
+#include "common/diagnosis/stochastic_effects.h"
+#include "common/diagnosis/unknown_effect.h"
+#include "common/twin/effect_catalogue.h"
+
+namespace zerodrift::diagnosis {
+
+using twin::EffectSpec;
+using twin::ParameterDefinition;
+using twin::ParameterRole;
+
+namespace {
+
+double mean_of(std::span<const double> values, std::span<const std::uint8_t> valid) {
+  double sum = 0.0, count = 0.0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (valid[i] == 0) continue;
+    sum += values[i];
+    count += 1.0;
+  }
+  return count > 0.0 ? sum / count : 0.0;
+}
+
+void take_off_corrections(std::vector<double>& left,
+                          const std::vector<CorrectionFinding>& corrections,
+                          const SearchProblem& problem) {
+  for (std::size_t c = 0; c < corrections.size(); ++c) {
+    if (corrections[c].testability != Testability::kTestable) continue;
+    for (std::size_t i = 0; i < left.size(); ++i)
+      left[i] -= corrections[c].value * problem.known[c].values[i];
+  }
+  centre(left, problem.valid);
+}
+
+// What is left after the search, with the known columns that were refitted: for the noise.
+std::vector<double> remainder_of(const SearchReport& report, const SearchProblem& problem) {
+  std::vector<double> left(problem.series.begin(), problem.series.end());
+  const auto take_off = [&](const FittedEffect& effect) {
+    for (std::size_t i = 0; i < left.size(); ++i) left[i] -= effect.waveform[i];
+  };
+  for (const FoundEffect& effect : report.effects) take_off(effect);
+  if (report.unknown) take_off(*report.unknown);
+  take_off_corrections(left, report.corrections, problem);
+  return left;
+}
+
+// Where what the known effects alone leave of the residual oscillates, against its noise.
+Oscillations oscillations_of(const SearchProblem& problem, const TrialInput& input) {
+  const auto noise = fit_noise_beside(problem, search_options(input.options));
+  if (!noise) return {};
+  std::vector<double> left(problem.series.begin(), problem.series.end());
+  take_off_corrections(left, noise->corrections, problem);
+  const std::size_t quick = quick_length(left.size());
+  auto weighted = divided_by_noise(
+      std::span(left).first(quick),
+      dct_variances(noise->noise_terms, noise->noise_squares, quick, input.series.interval_s));
+  weighted.resize(left.size(), 0.0);
+  return find_oscillations(weighted, input.playback, input.axis);
+}
+
+Lineup line_up(const twin::Model& model, const TrialInput& input, const SearchProblem& problem,
+               const std::vector<InputChannel>& channels, std::vector<NotTestable>& not_testable) {
+  Candidates found =
+      candidates(input.series, input.playback, model, input.axis, oscillations_of(problem, input));
+  not_testable.insert(not_testable.end(), found.not_testable.begin(), found.not_testable.end());
+  Lineup lineup;
+  for (Candidate& candidate : found.testable) {
+    const bool refuted = std::find(input.refuted.begin(), input.refuted.end(),
+                                   candidate.definition->kind) != input.refuted.end();
+    if (!refuted) lineup.add(std::move(candidate));
+  }
+  lineup.generic = generic_functions(channels, input.series.interval_s);
+  return lineup;
+}
+
+// r' C^-1 r of what an effect with these parameters would leave.
+double misfit(const NamedEffect& effect, const std::vector<double>& without,
+              const std::vector<double>& dct_variances, const TrialInput& input) {
+  const EffectSpec spec{.kind = effect.name,
+                        .axis = input.axis,
+                        .parameters = effect.parameters,
+                        .inputs = effect.inputs};
+  const twin::EffectDefinition& definition = *twin::find_effect(effect.name);
+  const auto waveform =
+      input.playback.run(definition, context_of(spec, definition, input.series.interval_s));
+  return weighted_square(difference(without, waveform, input.valid), input.valid, dct_variances);
+}
+
+// An effect without an amplitude has the size that its shape gives it: the shape that fits as it
+// is, within a factor of five of the one whose column was chosen, or of what it would be if its
+// waveform grew with it.
+void fit_size(NamedEffect& effect, const Candidate& candidate, double factor,
+              const std::vector<double>& without, const SearchReport& report,
+              const TrialInput& input) {
+  constexpr int kSteps = 60;
+  const auto shapes = names_of(*candidate.definition, ParameterRole::kShape);
+  if (!candidate.amplitudes.empty() || shapes.size() != 1) return;
+  const auto variances = dct_variances(report.noise_terms, report.noise_squares,
+                                       quick_length(without.size()), input.series.interval_s);
+  const ParameterDefinition& parameter = *std::find_if(
+      candidate.definition->parameters.begin(), candidate.definition->parameters.end(),
+      [&](const ParameterDefinition& p) { return p.name == shapes.front(); });
+  double& value = effect.parameters[shapes.front()];
+  const double chosen = value;
+  double best = chosen;
+  double least = std::numeric_limits<double>::infinity();
+  for (const double around : {chosen, chosen * factor}) {
+    for (int step = -kSteps; step <= kSteps; ++step) {
+      value = around * std::pow(5.0, static_cast<double>(step) / kSteps);
+      if (!(value >= parameter.minimum && value <= parameter.maximum)) continue;
+      const double left = misfit(effect, without, variances, input);
+      if (left < least) {
+        least = left;
+        best = value;
+      }
+    }
+  }
+  value = best;
+}
+
+void add_to_model(Trial& trial, const TrialInput& input) {
+  for (const NamedEffect& effect : trial.effects) {
+    trial.repaired.effects.push_back(
+        {.kind = effect.name,
+         .axis = input.axis,
+         .parameters = effect.parameters,
+         .standard_errors = effect.standard_errors,
+         .inputs = effect.inputs,
+         .origin = {.by = "diagnose",
+                    .record = input.options.record,
+                    .date = input.options.date,
+                    .evidence = "log Bayes factor " + rounded(effect.log_evidence)}});
+  }
+}
+
+NoiseFindings noise_of(std::span<const double> remainder, const TrialInput& input,
+                       const SearchProblem& problem, const twin::Model& model) {
+  const SearchProblem of_noise{.series = remainder,
+                               .valid = problem.valid,
+                               .interval_s = problem.interval_s,
+                               .known = problem.known};
+  return examine_noise({of_noise, model, input.axis, 0.5 * input.options.false_names_per_record},
+                       search_options(input.options));
+}
+
+void take_noise(Trial& trial, const TrialInput& input, const NoiseFindings& noise) {
+  trial.noise_dct_variances =
+      dct_variances(noise.terms, noise.squares, input.series.size, input.series.interval_s);
+  adopt_noise(trial.repaired, input.axis, noise,
+              {.by = "diagnose",
+               .record = input.options.record,
+               .date = input.options.date,
+               .evidence = "noise spectrum"});
+  trial.effects.insert(trial.effects.end(), noise.effects.begin(), noise.effects.end());
+  trial.recalibrated.insert(trial.recalibrated.end(), noise.recalibrated.begin(),
+                            noise.recalibrated.end());
+}
+
+// The bias takes up the mean that is left where it is more than slow noise makes of a mean.
+void recalibrate_bias(Trial& trial, const TrialInput& input, double mean_radps) {
+  constexpr double kSigmas = 3.0;
+  constexpr double kMeanS = 60.0;
+  const auto block = static_cast<std::size_t>(std::max(1.0, kMeanS / input.series.interval_s));
+  const double slow = expected_rms_of_block_means(trial.noise_dct_variances, block);
+  if (std::abs(mean_radps) <= kSigmas * slow) return;
+  Recalibration change = shift_bias(trial.repaired, input.axis, mean_radps);
+  change.standard_error = core::deg_h_from_radps(slow);
+  trial.recalibrated.push_back(std::move(change));
+}
+
+// A name that was chosen in the light of one state of the search may look worse in another one, or
+// once a noise is split into two readings. Then it can't be told from the names that look better:
+// all of them are as probable.
+void level(NamedEffect& effect) {
+  double sum = effect.probability;
+  double count = 1.0;
+  for (const Alternative& other : effect.alternatives) {
+    if (other.probability <= effect.probability) continue;
+    sum += other.probability;
+    count += 1.0;
+  }
+  for (Alternative& other : effect.alternatives) {
+    if (other.probability > effect.probability) other.probability = sum / count;
+  }
+  effect.probability = sum / count;
+}
+
+double evidence_of(const SearchReport& report) {
+  double sum = report.unknown ? report.unknown->log_evidence : 0.0;
+  for (const FoundEffect& effect : report.effects) sum += effect.log_evidence;
+  return sum;
+}
+
+double evidence_of(const NoiseFindings& noise) {
+  double sum = 0.0;
+  for (const NamedEffect& effect : noise.effects) sum += effect.log_evidence;
+  return sum;
+}
+
+// An unknown dependence on an input, told by a spline, leaves a remainder that effects of the same
+// input seem to explain: with an unknown of their family none of them is named.
+SearchReport search_without_family_of_unknown(SearchProblem& problem,
+                                              const SearchOptions& options) {
+  SearchReport report = find_missing(problem, options);
+  if (!report.unknown || report.effects.empty()) return report;
+  const twin::InputFamily of_unknown = problem.group(report.unknown->group).family;
+  const auto named_there = std::count_if(
+      report.effects.begin(), report.effects.end(),
+      [&](const FoundEffect& effect) { return problem.group(effect.group).family == of_unknown; });
+  if (named_there == 0) return report;
+  std::erase_if(problem.groups, [&](const CandidateGroup& group) {
+    return group.kind == CandidateKind::kNamed && group.family == of_unknown;
+  });
+  SearchReport again = find_missing(problem, options);
+  again.groups = std::move(report.groups);
+  return again;
+}
+
+// The amplitudes once more beside the known parameters that were found wrong; the others stay as
+// the model has them. In the search all were free, so that a small error of theirs is not mistaken
+// for an effect; but corrections within their errors make a twin worse elsewhere. What doesn't fit
+// together stays as it was.
+void refit_amplitudes(SearchReport& report, const SearchProblem& searched,
+                      const SearchOptions& options) {
+  SearchProblem problem = searched;
+  problem.known.clear();
+  for (std::size_t i = 0; i < report.corrections.size(); ++i) {
+    if (!report.corrections[i].significant) continue;
+    problem.known.push_back(searched.known[i]);
+    problem.known.back().prior_sd = std::numeric_limits<double>::infinity();
+  }
+  std::vector<ChosenShape> chosen;
+  for (const FoundEffect& effect : report.effects) chosen.push_back({effect.group, effect.shape});
+  if (report.unknown) chosen.push_back({report.unknown->group, report.unknown->shape});
+  const std::optional<JointFit> joint = fit_jointly(problem, chosen, options);
+  if (!joint) return;
+  for (std::size_t i = 0; i < report.effects.size(); ++i)
+    static_cast<FittedEffect&>(report.effects[i]) = joint->effects[i];
+  if (report.unknown) static_cast<FittedEffect&>(*report.unknown) = joint->effects.back();
+  std::size_t of_joint = 0;
+  for (CorrectionFinding& correction : report.corrections) {
+    correction.value = 0.0;
+    if (!correction.significant) continue;
+    const CorrectionFinding& now = joint->corrections[of_joint++];
+    correction.value = now.value;
+    correction.standard_error = now.standard_error;
+  }
+}
+
+// A missing kind of noise looks like missing effects, and the other way round. First the model's
+// own kinds of noise only: flexible noise would absorb effects. Where a kind is missing beside what
+// was found, or explains the record better than all that was found with it, the search is made
+// again with it.
+SearchReport search_beside_noise(SearchProblem& problem, const TrialInput& input,
+                                 const twin::Model& model) {
+  const SearchOptions options = search_options(input.options);
+  const std::size_t listed = problem.noise.known.size();
+  if (listed == 0) return search_without_family_of_unknown(problem, options);
+  problem.noise.unlisted = UnlistedNoise::kExcluded;
+  SearchReport report = search_without_family_of_unknown(problem, options);
+  if (report.outcome == SearchOutcome::kRefused) return report;
+  NoiseFindings noise = noise_of(remainder_of(report, problem), input, problem, model);
+  if (!report.effects.empty() || report.unknown) {
+    NoiseFindings alone = noise_of(problem.series, input, problem, model);
+    if (evidence_of(alone) > evidence_of(report) + evidence_of(noise)) noise = std::move(alone);
+  }
+  if (noise.effects.empty()) return report;
+  const double share = valid_share(input.valid);
+  for (std::size_t t = listed; t < noise.terms.size(); ++t) {
+    const double seen = noise.squares[t] * seen_share(noise.terms[t].kind, share);
+    problem.noise.known.push_back({noise.terms[t], seen, kModelNoiseSigma});
+  }
+  return search_without_family_of_unknown(problem, options);
+}
+
+}  // namespace
+
+Trial repair(const TrialInput& input) {
+  Trial trial{.repaired = input.model};
+  tell_untestable(trial, input);
+  fit_listed(trial, input);
+  const auto residual = difference(measured_drift(input.series, input.axis),
+                                   input.playback.drift(trial.repaired, input.axis), input.valid);
+  const auto known = known_parameters(trial.repaired, input.axis, input.playback);
+  SearchProblem problem = problem_of(residual, known, trial.repaired, input);
+  const auto channels = moving_inputs(input.series, input.axis);
+  const Lineup lineup = line_up(trial.repaired, input, problem, channels, trial.not_testable);
+  problem.groups = lineup.groups(input.series, input.playback);
+
+  SearchReport report = search_beside_noise(problem, input, trial.repaired);
+  if (report.outcome == SearchOutcome::kRefused) {
+    trial.refusal = report.reason;
+    return trial;
+  }
+  refit_amplitudes(report, problem, search_options(input.options));
+  take_groups(trial, report, lineup);
+  const auto remainder = remainder_of(report, problem);
+  for (const FoundEffect& found : report.effects) {
+    NamedEffect effect = lineup.effect_of(found);
+    effect.share_of_gap = found.rms * found.rms;
+    std::vector<double> without = remainder;
+    for (std::size_t i = 0; i < without.size(); ++i) without[i] += found.waveform[i];
+    fit_size(effect, *lineup.named_by(found.group), found.amplitudes.front(), without, report,
+             input);
+    trial.effects.push_back(std::move(effect));
+  }
+  if (report.unknown) {
+    const GenericFunction& function = *lineup.generic_by(report.unknown->group);
+    trial.unknown = unknown_effect(*report.unknown, function, channels);
+  }
+  const auto changes = recalibrate(trial.repaired, known, report.corrections);
+  trial.recalibrated.insert(trial.recalibrated.end(), changes.begin(), changes.end());
+  add_to_model(trial, input);
+  take_noise(trial, input, noise_of(remainder, input, problem, trial.repaired));
+  const auto left = difference(measured_drift(input.series, input.axis),
+                               input.playback.drift(trial.repaired, input.axis), input.valid);
+  recalibrate_bias(trial, input, mean_of(left, input.valid));
+  tell_unfitted(trial, input);
+  for (NamedEffect& effect : trial.effects) level(effect);
+  return trial;
+}
+
+}  // namespace zerodrift::diagnosis

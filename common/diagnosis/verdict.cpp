@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/diagnosis/verdict.h"
+
+#include <algorithm>
+
+#include "common/core/units.h"
+#include "common/diagnosis/candidates.h"
+#include "common/diagnosis/held_out.h"
+#include "common/diagnosis/rounded_text.h"
+#include "common/twin/effect_catalogue.h"
+
+namespace zerodrift::diagnosis {
+namespace {
+
+constexpr double kShortestRecordS = 600.0;
+constexpr std::size_t kFewestIntervals = 60;
+
+}  // namespace
+
+std::string_view name(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kConsistent:
+      return "consistent";
+    case Verdict::kUndecidable:
+      return "undecidable";
+    case Verdict::kRecalibrated:
+      return "recalibrated";
+    case Verdict::kEffectNamed:
+      return "effect_named";
+    case Verdict::kAmbiguous:
+      return "ambiguous";
+    case Verdict::kUnknownEffect:
+      return "unknown_effect";
+  }
+  return "unknown";
+}
+
+Verdict verdict_of(const AxisDiagnosis& axis) {
+  if (axis.unknown) return Verdict::kUnknownEffect;
+  if (!axis.examined || axis.acceptance == Acceptance::kUnproven) return Verdict::kUndecidable;
+  if (!axis.effects.empty()) {
+    const bool certain =
+        std::all_of(axis.effects.begin(), axis.effects.end(),
+                    [](const NamedEffect& effect) { return effect.alternatives.empty(); });
+    return certain ? Verdict::kEffectNamed : Verdict::kAmbiguous;
+  }
+  return axis.recalibrated.empty() ? Verdict::kConsistent : Verdict::kRecalibrated;
+}
+
+std::string list_of(const std::vector<NamedEffect>& effects) {
+  std::string text;
+  for (const NamedEffect& effect : effects) {
+    if (!text.empty()) text += " and ";
+    text += effect.name;
+    if (effect.alternatives.empty()) continue;
+    text += " (or";
+    for (std::size_t i = 0; i < effect.alternatives.size(); ++i)
+      text += (i > 0 ? ", " : " ") + effect.alternatives[i].name;
+    text += ")";
+  }
+  return text;
+}
+
+std::string sentence_of(const AxisDiagnosis& axis) {
+  const Gap& gap = axis.held_out_kind == HeldOut::kNothing ? axis.fit : axis.held_out;
+  const std::string figures =
+      " The gap on " +
+      std::string(axis.held_out_kind == HeldOut::kNothing ? "the record" : "held-out data") +
+      " falls from " + rounded(core::deg_h_from_radps(gap.before_rms_radps)) + " to " +
+      rounded(core::deg_h_from_radps(gap.after_rms_radps)) + " deg/h rms.";
+  std::string text;
+  const std::string suggested =
+      "The record suggests " +
+      (axis.effects.empty() ? std::string("other parameters") : list_of(axis.effects));
+  if (axis.acceptance == Acceptance::kReverted && !axis.unknown)
+    return suggested + ", but held-out data don't confirm it: the model is left as it was.";
+  switch (axis.verdict) {
+    case Verdict::kConsistent:
+      return "Nothing is missing that this record could have shown.";
+    case Verdict::kUndecidable:
+      return suggested +
+             ", but nothing could be kept back to prove it on: the model is left as it was. A "
+             "second record, or one of " +
+             rounded(kShortestForBlocksS / 60.0) +
+             " min or more in which this axis has valid rates, decides it.";
+    case Verdict::kRecalibrated:
+      text = "No effect is missing, but parameters of the model were wrong.";
+      break;
+    case Verdict::kEffectNamed:
+    case Verdict::kAmbiguous:
+      text = "Missing: " + list_of(axis.effects) + ".";
+      break;
+    case Verdict::kUnknownEffect:
+      text = "Something is missing that the catalogue doesn't know: " + axis.unknown->description +
+             ".";
+      if (!axis.effects.empty()) text += " Also missing: " + list_of(axis.effects) + ".";
+      break;
+  }
+  if (axis.acceptance == Acceptance::kAccepted) text += figures;
+  return text;
+}
+
+std::optional<std::string> why_too_short(const MeasuredSeries& series) {
+  const double duration_s = duration_of(series);
+  if (duration_s >= kShortestRecordS && series.size >= kFewestIntervals) return std::nullopt;
+  return "the record is too short, " + rounded(duration_s / 60.0) + " min in " +
+         std::to_string(series.size) + " intervals where a diagnosis needs " +
+         rounded(kShortestRecordS / 60.0) + " min in " + std::to_string(kFewestIntervals);
+}
+
+std::string what_would_decide(const twin::Model& model, const MeasuredSeries& series,
+                              const Playback& playback, core::Axis axis) {
+  std::vector<std::string> needs;
+  const auto add = [&](twin::Need need) {
+    const std::string what(wanted(need));
+    const bool is_new = !what.empty() && std::find(needs.begin(), needs.end(), what) == needs.end();
+    if (is_new && why_unmet(need, series, playback, axis)) needs.push_back(what);
+  };
+  for (const twin::EffectSpec& spec : model.effects) {
+    const auto* definition = twin::find_effect(spec.kind);
+    if (definition == nullptr || spec.axis != axis) continue;
+    for (const twin::Need need : definition->needs) add(need);
+  }
+  if (needs.empty() && !an_input_moves(series, playback, axis)) add(twin::Need::kTemperature);
+  std::string text = "A record of " + rounded(kShortestForBlocksS / 60.0) + " min or more";
+  for (std::size_t i = 0; i < needs.size(); ++i)
+    text += (i == 0 ? " with " : i + 1 == needs.size() ? " and " : ", ") + needs[i];
+  const bool is_long = duration_of(series) >= kShortestForBlocksS;
+  if (is_long && needs.empty()) text += " in which this axis has valid rates throughout";
+  return text + " decides it.";
+}
+
+AxisDiagnosis can_not_be_diagnosed(AxisDiagnosis result, const std::string& why,
+                                   const std::string& what_would) {
+  result.examined = false;
+  result.verdict = Verdict::kUndecidable;
+  result.sentence = "This axis can't be diagnosed: " + why + ". " + what_would;
+  return result;
+}
+
+}  // namespace zerodrift::diagnosis

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a diagnosis comes to, for programs and for people.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/core/axis.h"
+#include "common/diagnosis/finding.h"
+#include "common/diagnosis/measured_series.h"
+#include "common/diagnosis/playback.h"
+#include "common/twin/model.h"
+
+namespace zerodrift::diagnosis {
+
+[[nodiscard]] Verdict verdict_of(const AxisDiagnosis& axis);
+[[nodiscard]] std::string sentence_of(const AxisDiagnosis& axis);
+// "shupe (or gradient) and line".
+[[nodiscard]] std::string list_of(const std::vector<NamedEffect>& effects);
+
+// Why a record is too short to be diagnosed, or nothing.
+[[nodiscard]] std::optional<std::string> why_too_short(const MeasuredSeries& series);
+// What a record that could decide has: the length that something can be kept back of, and what the
+// listed effects need and this record lacks.
+[[nodiscard]] std::string what_would_decide(const twin::Model& model, const MeasuredSeries& series,
+                                            const Playback& playback, core::Axis axis);
+[[nodiscard]] AxisDiagnosis can_not_be_diagnosed(AxisDiagnosis result, const std::string& why,
+                                                 const std::string& what_would);
+
+}  // namespace zerodrift::diagnosis
