@@ -263,6 +263,10 @@ TEST(PacketAttack, OfWellFormedMessagesLeavesAServiceWithoutSecurityEverySample)
       attack.to_all(hostile.bytes);
   }
   run.expect_one_answer_each();
+  // The newest refusal is what is told.
+  attack.to_all(rtps_bytes::Message(stream.writes)
+                    .add(0x07, rtps_bytes::heartbeat(stream.of_writer, 1, 2, 1))
+                    .bytes());
   run.expect_event("packet_refused", "another participant's name");
 
   // With the right to forge the sender's port too: what is a leap is refused. What is none can be
@@ -273,7 +277,6 @@ TEST(PacketAttack, OfWellFormedMessagesLeavesAServiceWithoutSecurityEverySample)
        rtps_bytes::hostile_messages(stream.writes, {}, stream.of_writer, stream.of_reader, kLeaps))
     attack.forged_to_all(forged, hostile.bytes);
   run.expect_one_answer_each();
-  // The newest refusal is what is told.
   attack.forged_to_all(
       forged, rtps_bytes::Message(stream.writes)
                   .add(0x07, rtps_bytes::heartbeat(stream.of_writer, 1, std::uint64_t{1} << 40U, 1))
