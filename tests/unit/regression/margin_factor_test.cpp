@@ -44,7 +44,7 @@ std::vector<double> packed(MarginFactor& factor) {
   core::StateArchive archive(bytes);
   factor.carry(archive, factor.rows());
   std::vector<double> rows(bytes.size() / sizeof(double));
-  std::memcpy(rows.data(), bytes.data(), bytes.size());
+  if (!rows.empty()) std::memcpy(rows.data(), bytes.data(), bytes.size());
   return rows;
 }
 
