@@ -169,7 +169,10 @@ inject() {
     stands_long) stand_still compensation 1.2 ;;
     monitor_stands) stand_still allan_monitor 0.5 ;;
     publisher_stands) stand_still gyro_publisher 0.5 ;;
-    command) "$bin/zerodrift" ctl adopt nothing.yaml --domain "$domain" >> "$work/commands.log" 2>&1 {lock}>&- || true ;;
+    command)
+      local code=0
+      "$bin/zerodrift" ctl adopt --model nothing.yaml --domain "$domain" >> "$work/commands.log" 2>&1 {lock}>&- || code=$?
+      [ "$code" -eq 1 ] || reasons+=("a command that names nothing ended with exit code $code, expected 1: refused") ;;
   esac
 }
 

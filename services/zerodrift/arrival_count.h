@@ -25,8 +25,7 @@ class ArrivalCount {
   }
   void note_matched(const Writer& writer) {
     const std::lock_guard lock(mutex_);
-    if (has_begun_ || newest_.contains(writer)) return;
-    if (std::uint64_t* newest = newest_.find_or_make(writer)) *newest = kBefore;
+    if (!has_begun_) newest_.find_or_make(writer, kBefore);
   }
 
   // A sample with its writer's number.
@@ -84,10 +83,8 @@ class ArrivalCount {
 
   // How many numbers were skipped. One that goes back begins anew.
   std::uint64_t note_locked(const Writer& writer, std::uint64_t number) {
-    const bool is_known = newest_.contains(writer);
-    std::uint64_t* newest = newest_.find_or_make(writer);
+    std::uint64_t* newest = newest_.find_or_make(writer, has_begun_ ? 0 : kBefore);
     if (newest == nullptr) return 0;
-    if (!is_known && !has_begun_) *newest = kBefore;
     const bool skips = *newest != kBefore && number > *newest;
     const std::uint64_t skipped = skips ? number - *newest - 1 : 0;
     *newest = number;
