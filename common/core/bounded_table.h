@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <utility>
 
 namespace zerodrift::core {
 
@@ -15,15 +16,16 @@ class BoundedTable {
  public:
   explicit BoundedTable(std::size_t most_entries) : most_entries_(most_entries) {}
 
-  // The key's value, `initial` where the key is new; nullptr where the table is full, which is
-  // counted.
-  Value* find_or_make(const Key& key, const Value& initial = {}) {
+  // The key's value, made from `initial` where the key is new; nullptr where the table is full,
+  // which is counted.
+  template <typename... Initial>
+  Value* find_or_make(const Key& key, Initial&&... initial) {
     if (const auto known = entries_.find(key); known != entries_.end()) return &known->second;
     if (entries_.size() >= most_entries_) {
       ++refused_;
       return nullptr;
     }
-    return &entries_.emplace(key, initial).first->second;
+    return &entries_.try_emplace(key, std::forward<Initial>(initial)...).first->second;
   }
   [[nodiscard]] bool contains(const Key& key) const { return entries_.contains(key); }
 
