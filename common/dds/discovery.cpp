@@ -315,6 +315,20 @@ std::size_t Discovery::peers() {
   return peers_.size() - (own_ && peers_.contains(*own_) ? 1 : 0);
 }
 
+Acquaintance Discovery::acquaintance() {
+  const std::lock_guard lock(mutex_);
+  std::set<Prefix> with_writers;
+  for (const auto& [guid, remote] : remotes_)
+    if (remote.direction == Direction::kWriter) with_writers.insert(guid.guidPrefix);
+  Acquaintance known{.endpoints = remotes_.size()};
+  for (const auto& [prefix, peer] : peers_) {
+    if (prefix == own_) continue;
+    ++known.peers;
+    if (!with_writers.contains(prefix)) ++known.unfinished;
+  }
+  return known;
+}
+
 std::size_t Discovery::counterparts(std::string_view topic, Direction ours) {
   const std::lock_guard lock(mutex_);
   return static_cast<std::size_t>(

@@ -75,6 +75,14 @@ struct SampleOrigin {
 
 enum class Direction : std::uint8_t { kWriter, kReader };
 
+// How far discovery has come. A participant is found first, its endpoints are told afterwards.
+struct Acquaintance {
+  std::size_t peers = 0;       // other participants
+  std::size_t unfinished = 0;  // of these: no writer of theirs is known yet
+  std::size_t endpoints = 0;   // of all participants
+  bool operator==(const Acquaintance&) const = default;
+};
+
 namespace detail {
 
 // Nanoseconds of the host's monotonic clock; never 0.
@@ -207,6 +215,8 @@ class Discovery final : public eprosima::fastdds::dds::DomainParticipantListener
   [[nodiscard]] std::vector<RemoteEndpoint> remote_endpoints(std::size_t at_most);
   // The other participants known now. Any thread.
   [[nodiscard]] std::size_t peers();
+  // Whom this participant knows of, and how far. Any thread.
+  [[nodiscard]] Acquaintance acquaintance();
   // The others' endpoints on a topic, at the other end than `ours`. Any thread.
   [[nodiscard]] std::size_t counterparts(std::string_view topic, Direction ours);
   // This participant uses shared memory; to be called before it is created.

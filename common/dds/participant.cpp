@@ -274,6 +274,7 @@ Participant::Participant(const std::string& name, const NetworkOptions& network)
     throw DdsError("dds: cannot create a participant in domain " + std::to_string(network.domain) +
                    "; are the interfaces up and UDP ports free?");
   }
+  security_->let_out();
 }
 
 Participant::~Participant() {

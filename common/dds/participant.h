@@ -87,6 +87,8 @@ class Participant {
   }
   // The other participants known now. Any thread.
   [[nodiscard]] std::size_t peers() { return discovery_.peers(); }
+  // How far discovery has come. Any thread.
+  [[nodiscard]] Acquaintance acquaintance() { return discovery_.acquaintance(); }
 
  private:
   template <typename>

@@ -6,6 +6,7 @@
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 
 #include <algorithm>
+#include <atomic>
 #include <fastdds/dds/log/Log.hpp>
 #include <fastdds/dds/log/StdoutErrConsumer.hpp>
 #include <iterator>
@@ -101,6 +102,7 @@ struct Entrance {
       : guard(rule, std::move(notices)) {}
   PacketGuard guard;
   ReceivingWatch receiving;
+  std::atomic<bool> may_send{false};
 };
 
 class GuardedTransport final : public transport::ChainingTransport {
@@ -118,6 +120,7 @@ class GuardedTransport final : public transport::ChainingTransport {
             std::uint32_t send_buffer_size, rtps::LocatorsIterator* destination_locators_begin,
             rtps::LocatorsIterator* destination_locators_end,
             const Clock::time_point& timeout) override {
+    if (!entrance_->may_send.load(std::memory_order_acquire)) return true;
     return low_sender_resource->send(send_buffer, send_buffer_size, destination_locators_begin,
                                      destination_locators_end, timeout);
   }
@@ -171,6 +174,7 @@ class Watch : public SecurityWatch, protected fdds::DomainParticipantListener {
       : next_(next), entrance_(std::make_shared<Entrance>(rule, notices_)) {}
   fdds::DomainParticipantListener* listener() noexcept override { return this; }
   std::vector<SecurityNotice> take(Clock::time_point) override { return notices_->take(); }
+  void let_out() noexcept override { entrance_->may_send.store(true, std::memory_order_release); }
   [[nodiscard]] std::optional<std::int64_t> busy_since_ns() const noexcept override {
     return entrance_->receiving.busy_since_ns();
   }

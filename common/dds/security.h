@@ -45,6 +45,11 @@ class SecurityWatch {
   virtual ~SecurityWatch() = default;
   // To be the participant's listener, for discovery and authentication.
   virtual eprosima::fastdds::dds::DomainParticipantListener* listener() noexcept = 0;
+  // From now on datagrams leave. To be called once the participant is made: the middleware
+  // announces it shortly before it listens, each peer answers an announcement once, and an answer
+  // that comes in between is lost; then a peer is not found before it announces itself again, up to
+  // 2 s later.
+  virtual void let_out() noexcept = 0;
   // When the oldest datagram came that a receiving thread is still busy with.
   [[nodiscard]] virtual std::optional<std::int64_t> busy_since_ns() const noexcept = 0;
   // Each notice once. A participant that does not prove who it is within 5 s of its announcement

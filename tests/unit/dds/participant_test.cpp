@@ -3,14 +3,20 @@
 // so every sample here crosses a socket on the loopback interface.
 #include "common/dds/participant.h"
 
+#include <arpa/inet.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <stdexcept>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -239,6 +245,76 @@ TEST(Loopback, AReaderLearnsWhichWriterIsGone) {
   ASSERT_TRUE(eventually([&] { return count(gone) == 1; }));
   EXPECT_EQ(gone.front(), heard.front());
   EXPECT_EQ(reader.matched(), 1);
+}
+
+// Answers the first announcement that comes, at once and once, as another process.
+class AnswersOnce {
+ public:
+  // As the first participant of the domain (RTPS 2.3, 9.6.1.1), to all others' ports.
+  explicit AnswersOnce(std::uint32_t domain)
+      : socket_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+    const auto port = static_cast<std::uint16_t>(7400 + 250 * domain + 10);
+    const timeval at_most{.tv_sec = 30, .tv_usec = 0};
+    ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &at_most, sizeof at_most);
+    const sockaddr_in own = loopback(port);
+    if (::bind(socket_, reinterpret_cast<const sockaddr*>(&own), sizeof own) != 0)
+      throw std::runtime_error("the domain's first port is taken");
+    answers_ = std::thread([this, port] {
+      const std::vector<std::uint8_t> announcement = receive();
+      for (int id = 1; id <= 40; ++id) {
+        const sockaddr_in to = loopback(static_cast<std::uint16_t>(port + 2 * id));
+        ::sendto(socket_, announcement.data(), announcement.size(), 0,
+                 reinterpret_cast<const sockaddr*>(&to), sizeof to);
+      }
+    });
+  }
+  ~AnswersOnce() {
+    answers_.join();
+    ::close(socket_);
+  }
+  AnswersOnce(const AnswersOnce&) = delete;
+  AnswersOnce& operator=(const AnswersOnce&) = delete;
+
+ private:
+  static sockaddr_in loopback(std::uint16_t port) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(port);
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    return address;
+  }
+  // The announcement with another name wherever it holds its sender's: header and GUID.
+  std::vector<std::uint8_t> receive() const {
+    constexpr std::size_t kPrefixAt = 8;
+    constexpr std::size_t kPrefix = 12;
+    constexpr std::size_t kProcessAt = 4;  // as the middleware makes its names
+    constexpr std::uint8_t kAnother = 0x80;
+    std::vector<std::uint8_t> bytes(65536);
+    const auto size = ::recv(socket_, bytes.data(), bytes.size(), 0);
+    bytes.resize(static_cast<std::size_t>(std::max<ssize_t>(size, kPrefixAt + kPrefix)));
+    const std::vector<std::uint8_t> sender(bytes.begin() + kPrefixAt,
+                                           bytes.begin() + kPrefixAt + kPrefix);
+    for (auto found = bytes.begin();; found += kPrefix) {
+      found = std::search(found, bytes.end(), sender.begin(), sender.end());
+      if (found == bytes.end()) return bytes;
+      *(found + kProcessAt) ^= kAnother;
+    }
+  }
+
+  int socket_;
+  std::thread answers_;
+};
+
+// A peer answers a newcomer's announcement once. One that came before the newcomer listened was
+// lost, and the two met only with the peer's next announcement, up to 2 s later.
+TEST(Meeting, AParticipantHearsTheAnswerToItsFirstAnnouncement) {
+  constexpr std::uint32_t kDomain = 107;
+  const TestDomain domain(kDomain);
+  for (int round = 0; round < 20; ++round) {
+    const AnswersOnce peer(kDomain);
+    Participant participant("newcomer", domain.network());
+    ASSERT_TRUE(eventually([&] { return participant.peers() == 1; }, 10s)) << "round " << round;
+  }
 }
 
 TEST(Confinement, EverySocketIsBoundToTheLoopbackAddress) {
