@@ -178,7 +178,9 @@ void add_mcap_options(CLI::App& command, RecordArguments& arguments) {
   arguments.only_mcap = {
       command.add_option("--topics", mcap.topics, ".mcap: these alone, by commas; all without")
           ->delimiter(','),
-      command.add_option("--duration", mcap.duration_s, ".mcap: stop after so many seconds")
+      command
+          .add_option("--duration", mcap.duration_s,
+                      ".mcap: stop so many seconds after \"recording to ...\"")
           ->check(CLI::PositiveNumber),
       add_compression(command, mcap.file.writer.compression),
       command.add_option("--chunk-size", arguments.chunk_kb, ".mcap: kB of a chunk, uncompressed")

@@ -23,6 +23,7 @@
 #include "common/service/monotonic_clock.h"
 #include "common/service/replay_pacer.h"
 #include "services/zerodrift/arrival_count.h"
+#include "services/zerodrift/discovery_settled.h"
 #include "services/zerodrift/record_queue.h"
 
 namespace zerodrift::services {
@@ -35,9 +36,8 @@ constexpr std::int64_t kSecondNs = 1'000'000'000;
 constexpr std::int64_t kFlushEveryNs = kSecondNs;     // at most so much is lost with the process
 constexpr std::int64_t kSyncEveryNs = 5 * kSecondNs;  // and with the machine
 constexpr std::int64_t kRetryEveryNs = kSecondNs;     // a disk that refused
-// A source begins when its consumers have announced themselves. This one does so when it has been
-// matched with the same number of writers for so long, that is when they know of it as well.
-constexpr std::int64_t kSettledNs = kSecondNs / 2;
+// A source begins when its consumers have announced themselves: this one once its discovery has
+// settled, that is when the writers know of it as well.
 constexpr const char* kConsumer = "recorder";
 
 // In the order of dds::kAllTopics.
@@ -139,7 +139,6 @@ class McapRecorder {
         pre_trigger_(options.pre_trigger_s, options.pre_trigger_bytes),
         host_("recorder", options.network),
         participant_("recorder_data", options.network),
-        started_ns_(service::monotonic_ns()),
         writer_([this] { write_until_closed(); }) {
     if (!file_.moved_aside().empty()) {
       std::fprintf(stderr, "%s: of a recording that was not finished\n",
@@ -407,8 +406,8 @@ class McapRecorder {
   void tick() {
     begin_once_settled();
     const auto now = service::monotonic_ns();
-    if (options_.duration_s > 0.0 &&
-        static_cast<double>(now - started_ns_) >= 1e9 * options_.duration_s)
+    if (has_begun_ && options_.duration_s > 0.0 &&
+        static_cast<double>(now - began_ns_) >= 1e9 * options_.duration_s)
       service::request_stop();
     const std::uint64_t dropped = queue_.dropped();
     host_.raise_counted({.code = "recording_overrun",
@@ -443,12 +442,9 @@ class McapRecorder {
       if (name == dds::kAllTopics[kRateTopic].name) rates = count;
     }
     const std::int64_t now = service::monotonic_ns();
-    if (all != writers_) {
-      writers_ = all;
-      matched_since_ns_ = now;
-    }
-    if (now - matched_since_ns_ < kSettledNs) return;
+    if (!discovery_.note(participant_.acquaintance(), all, now)) return;
     if (!has_begun_) {
+      began_ns_ = now;
       for (ArrivalCount& arrivals : arrivals_) arrivals.begin();
       has_begun_ = true;
       std::printf("recording to %s\n", options_.file.out.c_str());
@@ -532,13 +528,12 @@ class McapRecorder {
 
   service::Host host_;
   dds::Participant participant_;
-  std::int64_t started_ns_;
   std::array<ArrivalCount, dds::kAllTopics.size()> arrivals_;
   std::mutex progress_mutex_;
   std::unique_ptr<service::ReplayProgressReporter> progress_;
   bool has_begun_ = false;
-  int writers_ = -1;
-  std::int64_t matched_since_ns_ = 0;
+  std::int64_t began_ns_ = 0;
+  DiscoverySettled discovery_;
   std::uint64_t told_dropped_ = 0;
   std::uint64_t told_missed_ = 0;
   std::thread writer_;

@@ -111,11 +111,11 @@ count() {
     END {print n + 0, (n ? high - low + 1 - (n - twice) : 0), twice + 0}' "/tmp/$2.csv" > "$work/counted"
   cat "$work/counted"
 }
-# flows NAME: 4 s of 200 Hz, none missing, none twice. 400: the recorder may need 2 s until it is matched.
+# flows NAME: 4 s of 200 Hz, none missing, none twice; recorded from the moment on at which the recorder knows who is there.
 flows() {
   count 4 "$1" || return 1
   read -r samples missing twice < "$work/counted"
-  [ "$samples" -ge 400 ] && [ "$missing" -eq 0 ] && [ "$twice" -eq 0 ]
+  [ "$samples" -ge 700 ] && [ "$missing" -eq 0 ] && [ "$twice" -eq 0 ]
 }
 told_count() { echo "  $(cat "$work/counted" 2>/dev/null || cat "$work/record") samples, missing, twice"; }
 check "samples flow: 200 a second, none missing, none twice" flows first

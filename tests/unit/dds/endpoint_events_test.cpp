@@ -353,6 +353,25 @@ TEST(EndpointEventLaws, APeerThatIsNotHeardOfAnyMoreIsNamed) {
   EXPECT_EQ(told[0].topic, "");
 }
 
+TEST(AcquaintanceLaws, APeerIsUnfinishedUntilAWriterOfItIsKnown) {
+  using Info = eprosima::fastrtps::rtps::ParticipantDiscoveryInfo;
+  using WriterInfo = eprosima::fastrtps::rtps::WriterDiscoveryInfo;
+  eprosima::fastrtps::rtps::ParticipantProxyData data{{}};
+  data.m_guid.guidPrefix.value[0] = 1;
+  detail::Discovery discovery;
+  EXPECT_EQ(discovery.acquaintance(), Acquaintance{});
+  Info info(data);
+  info.status = Info::DISCOVERED_PARTICIPANT;
+  discovery.on_participant_discovery(nullptr, std::move(info));
+  EXPECT_EQ(discovery.acquaintance(), (Acquaintance{.peers = 1, .unfinished = 1}));
+  eprosima::fastrtps::rtps::WriterProxyData writer(1, 1);
+  writer.guid({data.m_guid.guidPrefix, 0x103});
+  WriterInfo found(writer);
+  found.status = WriterInfo::DISCOVERED_WRITER;
+  discovery.on_publisher_discovery(nullptr, std::move(found));
+  EXPECT_EQ(discovery.acquaintance(), (Acquaintance{.peers = 1, .endpoints = 1}));
+}
+
 // ---------------------------------------- scenarios
 
 // The deadline is 100 ms. A pause of 350 ms holds three periods: one run. A machine that holds this

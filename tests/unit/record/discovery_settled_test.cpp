@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/zerodrift/discovery_settled.h"
+
+#include <gtest/gtest.h>
+
+namespace zerodrift::services {
+namespace {
+
+constexpr std::int64_t kMs = 1'000'000;
+using Known = dds::Acquaintance;
+
+TEST(DiscoverySettledLaws, ItIsSettledAfterHalfASecondWithoutNews) {
+  DiscoverySettled discovery;
+  EXPECT_FALSE(discovery.note({}, 0, 0));
+  EXPECT_FALSE(discovery.note({}, 0, 499 * kMs));
+  EXPECT_TRUE(discovery.note({}, 0, 500 * kMs)) << "nobody is there";
+  EXPECT_FALSE(discovery.note(Known{.peers = 1, .endpoints = 20}, 12, 600 * kMs));
+  EXPECT_FALSE(discovery.note(Known{.peers = 1, .endpoints = 20}, 13, 700 * kMs))
+      << "a writer that is matched later, as under security";
+  EXPECT_TRUE(discovery.note(Known{.peers = 1, .endpoints = 20}, 13, 1200 * kMs));
+}
+
+TEST(DiscoverySettledLaws, AParticipantWhoseWritersAreNotToldYetIsWaitedFor) {
+  DiscoverySettled discovery;
+  const Known found{.peers = 6, .unfinished = 6};
+  for (int ms = 0; ms < 1100; ms += 100) EXPECT_FALSE(discovery.note(found, 0, ms * kMs));
+  const Known told{.peers = 6, .endpoints = 140};
+  EXPECT_FALSE(discovery.note(told, 9, 1100 * kMs));
+  EXPECT_TRUE(discovery.note(told, 9, 1600 * kMs));
+}
+
+TEST(DiscoverySettledLaws, AParticipantWithoutWritersHoldsNobodyUpForLong) {
+  DiscoverySettled discovery;
+  const Known found{.peers = 2, .unfinished = 1, .endpoints = 9};
+  EXPECT_FALSE(discovery.note(found, 3, 0));
+  EXPECT_FALSE(discovery.note(found, 3, 2999 * kMs));
+  EXPECT_TRUE(discovery.note(found, 3, 3000 * kMs));
+}
+
+}  // namespace
+}  // namespace zerodrift::services
