@@ -35,6 +35,7 @@ inline constexpr std::array kLayers{
     Layer{"common/record",       Purity::kSystem, {"common/core", "common/files", "common/mcap"}},
     Layer{"common/checkpoint",   Purity::kSystem, {"common/core", "common/thermal", "common/regression", "common/compensation", "common/files", "idl/proto"}},
     Layer{"common/report",       Purity::kSystem, {"common/core", "common/files"}},
+    Layer{"common/measurement",  Purity::kSystem, {"common/core", "common/twin", "common/diagnosis", "common/record", "common/report"}},
     Layer{"common/drivers",      Purity::kSystem, {"common/core"}},
     Layer{"common/config",       Purity::kSystem, {"common/core", "common/thermal", "common/regression", "common/navigation", "common/compensation", "common/twin", "common/files", "idl/proto"}},
     Layer{"common/dds",          Purity::kSystem, {"common/core", "idl/dds"}},
