@@ -47,6 +47,8 @@ std::string code_of(const char* what, core::Axis axis) {
 AllanMonitorNode::AllanMonitorNode(const AllanMonitorOptions& options)
     : options_(options),
       host_("allan_monitor", options.network, options.supervision),
+      gyros_(options.max_gyros),
+      stranger_paces_(kMostStrangers),
       writer_(host_.participant(), host_.observer()),
       progress_(host_.participant(), "allan_monitor"),
       reader_(
@@ -61,21 +63,11 @@ int AllanMonitorNode::run() {
 
 // ---------------------------------------- samples
 
-AllanMonitorNode::Gyro* AllanMonitorNode::gyro(std::uint32_t gyro_id) {
-  for (auto& known : gyros_) {
-    if (known->id == gyro_id) return known.get();
-  }
-  if (gyros_.size() >= options_.max_gyros) return nullptr;
-  gyros_.push_back(std::make_unique<Gyro>());
-  gyros_.back()->id = gyros_.back()->pace.gyro_id = gyro_id;
-  return gyros_.back().get();
-}
-
 void AllanMonitorNode::on_sample(const msg::CompensatedRate& message) {
   const std::int64_t arrival_ns = service::monotonic_ns();
   const std::lock_guard lock(mutex_);
   const auto sample = dds::from_message(message);
-  Gyro* source = gyro(message.gyro_id());
+  Gyro* source = gyros_.find_or_make(message.gyro_id(), message.gyro_id());
   if (source == nullptr) {
     leave_out(sample, message.gyro_id());
     return;
@@ -92,15 +84,9 @@ void AllanMonitorNode::on_sample(const msg::CompensatedRate& message) {
 
 // A replay waits for this consumer, whether it has a use for the gyro or not.
 void AllanMonitorNode::leave_out(const core::CompensatedSample& sample, std::uint32_t gyro_id) {
-  ++strangers_;
   newest_stranger_ = gyro_id;
-  auto known = std::find_if(stranger_paces_.begin(), stranger_paces_.end(),
-                            [&](const Pace& pace) { return pace.gyro_id == gyro_id; });
-  if (known == stranger_paces_.end()) {
-    if (stranger_paces_.size() >= kMostStrangers) return;
-    known = stranger_paces_.insert(known, {.gyro_id = gyro_id});
-  }
-  keep_pace(*known, sample);
+  if (Pace* pace = stranger_paces_.find_or_make(gyro_id, Pace{.gyro_id = gyro_id}))
+    keep_pace(*pace, sample);
 }
 
 // Samples that the statistics leave out were taken all the same. A late one is older than what was
@@ -211,23 +197,26 @@ void AllanMonitorNode::tick() {
 void AllanMonitorNode::report_all_progress() {
   const std::lock_guard lock(mutex_);
   progress_.announce();
-  for (const auto& source : gyros_) {
-    if (source->pace.is_waited_for) report_progress(source->pace);
+  for (auto& [id, source] : gyros_.entries()) {
+    if (source.pace.is_waited_for) report_progress(source.pace);
   }
-  for (Pace& pace : stranger_paces_) {
+  for (auto& [id, pace] : stranger_paces_.entries()) {
     if (pace.is_waited_for) report_progress(pace);
   }
 }
 
 // The lock is held for one gyro at a time.
 std::vector<AllanMonitorNode::Watch*> AllanMonitorNode::copy_statistics(bool due) {
-  std::vector<Watch*> copied;
-  for (std::size_t i = 0;; ++i) {
-    if (i == watches_.size()) watches_.push_back(std::make_unique<Watch>());
-    Watch& watch = *watches_[i];
+  std::vector<Gyro*> known;
+  {
     const std::lock_guard lock(mutex_);
-    if (i == gyros_.size()) return copied;
-    watch.gyro = gyros_[i].get();
+    for (auto& [id, source] : gyros_.entries()) known.push_back(&source);
+  }
+  std::vector<Watch*> copied;
+  for (Gyro* source : known) {
+    Watch& watch = watches_[source->id];
+    watch.gyro = source;
+    const std::lock_guard lock(mutex_);
     if (watch.gyro->statistics.counts.samples == 0 && watch.gyro->statistics.counts.refused == 0)
       continue;
     if (!due) continue;
@@ -236,6 +225,7 @@ std::vector<AllanMonitorNode::Watch*> AllanMonitorNode::copy_statistics(bool due
     copy_cost_ns_ = std::max(copy_cost_ns_, service::monotonic_ns() - began_ns);
     copied.push_back(&watch);
   }
+  return copied;
 }
 
 void AllanMonitorNode::report(Watch& watch) {
@@ -400,9 +390,9 @@ service::Status AllanMonitorNode::status() {
   bool paced = true;
   {
     const std::lock_guard lock(mutex_);
-    for (const auto& source : gyros_) {
-      paced = paced && source->pace.is_waited_for;
-      const Counts& counts = source->statistics.counts;
+    for (const auto& [id, source] : gyros_.entries()) {
+      paced = paced && source.pace.is_waited_for;
+      const Counts& counts = source.statistics.counts;
       sum.samples += counts.samples;
       sum.gaps += counts.gaps;
       sum.out_of_order += counts.out_of_order;
@@ -411,7 +401,7 @@ service::Status AllanMonitorNode::status() {
       sum.starts += counts.starts;
     }
     gyros = gyros_.size();
-    strangers = strangers_;
+    strangers = gyros_.refused();
     newest_stranger = newest_stranger_;
   }
   if (strangers > told_strangers_.count) {

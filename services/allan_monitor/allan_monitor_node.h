@@ -10,7 +10,7 @@
 
 #include <array>
 #include <cstdint>
-#include <memory>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -20,6 +20,7 @@
 #include "common/allan/stream_statistics.h"
 #include "common/allan/stream_timing.h"
 #include "common/core/axis.h"
+#include "common/core/bounded_table.h"
 #include "common/core/compensated_sample.h"
 #include "common/core/time.h"
 #include "common/dds/participant.h"
@@ -78,7 +79,8 @@ class AllanMonitorNode {
     bool is_waited_for = false;
   };
   struct Gyro {
-    std::uint32_t id = 0;
+    explicit Gyro(std::uint32_t gyro_id) : id(gyro_id), pace{.gyro_id = gyro_id} {}
+    const std::uint32_t id;
     Pace pace;
     allan::StreamTiming timing;
     Statistics statistics;
@@ -106,7 +108,6 @@ class AllanMonitorNode {
 
   // Receiving thread, under the lock.
   void on_sample(const msg::CompensatedRate& message);
-  Gyro* gyro(std::uint32_t gyro_id);
   void place(Gyro& gyro, const core::CompensatedSample& sample);
   void start(Gyro& gyro);
   void begin_compensated(Axis& axis, double interval_s);
@@ -137,14 +138,13 @@ class AllanMonitorNode {
 
   AllanMonitorOptions options_;
   service::Host host_;
-  std::mutex mutex_;  // between the receiving thread and the reports
-  std::vector<std::unique_ptr<Gyro>> gyros_;
-  std::uint64_t strangers_ = 0;  // samples of gyros beyond max_gyros
+  std::mutex mutex_;                               // between the receiving thread and the reports
+  core::BoundedTable<std::uint32_t, Gyro> gyros_;  // what it refuses are samples of others
   std::uint32_t newest_stranger_ = 0;
-  std::vector<Pace> stranger_paces_;  // of the first kMostStrangers
+  core::BoundedTable<std::uint32_t, Pace> stranger_paces_;
   service::HopLatency delivery_latency_{"delivery"};
   service::HopLatency chain_latency_{"chain"};
-  std::vector<std::unique_ptr<Watch>> watches_;
+  std::map<std::uint32_t, Watch> watches_;  // by gyro
   Told told_strangers_;
   std::optional<std::int64_t> reported_ns_;
   std::int64_t report_cost_ns_ = 0;  // of all gyros, the last time

@@ -57,6 +57,8 @@ navigation::NavigationSample to_navigation(const msg::CompensatedRate& message) 
 NavigationFilterNode::NavigationFilterNode(const NavigationFilterOptions& options)
     : options_(options),
       host_("navigation_filter", options.network, options.supervision),
+      gyros_(options.max_gyros),
+      strangers_(kMostStrangers),
       state_writer_(host_.participant(), host_.observer()),
       reference_writer_(host_.participant(), host_.observer()),
       progress_(host_.participant(), "navigation_filter"),
@@ -80,12 +82,7 @@ int NavigationFilterNode::run() {
 // ---------------------------------------- samples
 
 NavigationFilterNode::Gyro* NavigationFilterNode::gyro(std::uint32_t gyro_id) {
-  for (auto& known : gyros_) {
-    if (known->id == gyro_id) return known.get();
-  }
-  if (gyros_.size() >= options_.max_gyros) return nullptr;
-  gyros_.push_back(std::make_unique<Gyro>(gyro_id, options_.navigation));
-  return gyros_.back().get();
+  return gyros_.find_or_make(gyro_id, gyro_id, options_.navigation);
 }
 
 void NavigationFilterNode::on_sample(const msg::CompensatedRate& message) {
@@ -96,7 +93,9 @@ void NavigationFilterNode::on_sample(const msg::CompensatedRate& message) {
   Gyro* source = gyro(message.gyro_id());
   if (source == nullptr) {
     ++stranger_samples_;
-    if (Pace* pace = stranger(message.gyro_id())) keep_pace(*pace, message);
+    // A replay waits for this consumer, whether it has a use for the gyro or not.
+    const std::uint32_t id = message.gyro_id();
+    if (Pace* pace = strangers_.find_or_make(id, Pace{.gyro_id = id})) keep_pace(*pace, message);
     return;
   }
   source->navigation.push(to_navigation(message));
@@ -125,15 +124,6 @@ void NavigationFilterNode::give_references(Gyro& source) {
   }
 }
 
-// A replay waits for this consumer, whether it has a use for the gyro or not.
-NavigationFilterNode::Pace* NavigationFilterNode::stranger(std::uint32_t gyro_id) {
-  const auto known = std::find_if(strangers_.begin(), strangers_.end(),
-                                  [&](const Pace& pace) { return pace.gyro_id == gyro_id; });
-  if (known != strangers_.end()) return &*known;
-  if (strangers_.size() >= kMostStrangers) return nullptr;
-  return &strangers_.emplace_back(Pace{.gyro_id = gyro_id});
-}
-
 void NavigationFilterNode::keep_pace(Pace& pace, const msg::CompensatedRate& message) {
   pace.is_waited_for =
       core::is_paced_by_consumers(static_cast<core::ClockSource>(message.clock_source()));
@@ -157,14 +147,14 @@ void NavigationFilterNode::tick() {
       !published_ns_ || static_cast<double>(now - *published_ns_) >= options_.period_s * 1e9;
   if (due) published_ns_ = now;
   const std::lock_guard lock(mutex_);
-  for (const auto& source : gyros_) {
-    source->navigation.give_up_waiting();
-    give_references(*source);
-    if (source->pace.is_waited_for) report_progress(source->pace);
-    if (due) publish_states(*source);
-    tell_of(*source);
+  for (auto& [id, source] : gyros_.entries()) {
+    source.navigation.give_up_waiting();
+    give_references(source);
+    if (source.pace.is_waited_for) report_progress(source.pace);
+    if (due) publish_states(source);
+    tell_of(source);
   }
-  for (Pace& pace : strangers_) {
+  for (auto& [id, pace] : strangers_.entries()) {
     if (pace.is_waited_for) report_progress(pace);
   }
 }
@@ -243,10 +233,10 @@ service::Status NavigationFilterNode::status() {
   bool paced = true;
   {
     const std::lock_guard lock(mutex_);
-    for (const auto& source : gyros_) {
-      const navigation::GyroNavigation& n = source->navigation;
-      paced = paced && source->pace.is_waited_for;
-      all.push_back({.id = source->id,
+    for (const auto& [id, source] : gyros_.entries()) {
+      const navigation::GyroNavigation& n = source.navigation;
+      paced = paced && source.pace.is_waited_for;
+      all.push_back({.id = id,
                      .truth = n.truth_heard(),
                      .at_rest = n.at_rest(),
                      .phase = n.phase(),

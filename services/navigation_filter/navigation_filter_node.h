@@ -7,12 +7,12 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "common/core/bounded_table.h"
 #include "common/dds/participant.h"
 #include "common/navigation/gyro_navigation.h"
 #include "common/service/hop_latency.h"
@@ -47,7 +47,7 @@ class NavigationFilterNode {
   struct Gyro {
     Gyro(std::uint32_t gyro_id, const navigation::GyroNavigationOptions& options)
         : id(gyro_id), pace{.gyro_id = gyro_id}, navigation(options) {}
-    std::uint32_t id;
+    const std::uint32_t id;
     Pace pace;
     navigation::GyroNavigation navigation;
     navigation::NavigationCounts told{};
@@ -62,7 +62,6 @@ class NavigationFilterNode {
   void on_reference(const msg::RateReference& message);
   Gyro* gyro(std::uint32_t gyro_id);
   void keep_pace(Pace& pace, const msg::CompensatedRate& message);
-  Pace* stranger(std::uint32_t gyro_id);
   void give_references(Gyro& source);
   void report_progress(Pace& pace);
 
@@ -75,8 +74,8 @@ class NavigationFilterNode {
   NavigationFilterOptions options_;
   service::Host host_;
   std::mutex mutex_;
-  std::vector<std::unique_ptr<Gyro>> gyros_;
-  std::vector<Pace> strangers_;
+  core::BoundedTable<std::uint32_t, Gyro> gyros_;
+  core::BoundedTable<std::uint32_t, Pace> strangers_;
   std::uint64_t stranger_samples_ = 0;
   std::uint64_t told_stranger_samples_ = 0;
   std::uint64_t unwritten_ = 0;
