@@ -38,64 +38,6 @@ constexpr double kLargestBiasRadps = 10.0 * core::kRadPerDeg;
 constexpr int kDigits = 3;
 constexpr std::uint64_t kRowsPerProgress = 8192;
 
-double value_of(const record::RecordRow& row, const BoundColumn& column) {
-  const std::size_t axis = core::index(column.channel.axis);
-  switch (column.channel.quantity) {
-    case Quantity::kRate:
-      return row.rate_radps[axis];
-    case Quantity::kReference:
-      return row.reference_radps[axis];
-    case Quantity::kTemperature:
-      return row.temperature_degc[column.slot];
-    case Quantity::kMagnetic:
-      return row.inputs.magnetic_ut[axis];
-    case Quantity::kAcceleration:
-      return row.inputs.acceleration_mps2[axis];
-    case Quantity::kVibration:
-      return row.inputs.vibration_g;
-    case Quantity::kSourceCurrent:
-      return row.inputs.source_current_ma;
-    case Quantity::kSupply:
-      return row.inputs.supply_v;
-    case Quantity::kTime:
-      break;
-  }
-  return kNone;
-}
-
-void put(double value, const BoundColumn& column, diagnosis::MeasuredRow& row,
-         std::vector<double>& temperature_degc) {
-  const std::size_t axis = core::index(column.channel.axis);
-  switch (column.channel.quantity) {
-    case Quantity::kRate:
-      row.rate_radps[axis] = value;
-      break;
-    case Quantity::kReference:
-      row.reference_radps[axis] = value;
-      break;
-    case Quantity::kTemperature:
-      temperature_degc[column.slot] = value;
-      break;
-    case Quantity::kMagnetic:
-      row.magnetic_ut[axis] = value;
-      break;
-    case Quantity::kAcceleration:
-      row.acceleration_mps2[axis] = value;
-      break;
-    case Quantity::kVibration:
-      row.vibration_g = value;
-      break;
-    case Quantity::kSourceCurrent:
-      row.source_current_ma = value;
-      break;
-    case Quantity::kSupply:
-      row.supply_v = value;
-      break;
-    case Quantity::kTime:
-      break;
-  }
-}
-
 // Noise from sample to sample. E|x - y| of white noise is 2 sigma / sqrt(pi).
 class StepNoise {
  public:
@@ -191,26 +133,26 @@ class MeasuredRecordBuilder::Implementation {
       : columns_(std::move(columns)),
         series_({.probes = columns_.probes,
                  .has_reference = columns_.has_reference,
-                 .sample_period_s = require_period(columns_.sample_period_s, columns_.file)}),
-        temperature_degc_(columns_.probes.size(), kNone) {
+                 .sample_period_s = require_period(columns_.sample_period_s, columns_.file)}) {
+    cleared_.temperature_degc.assign(columns_.probes.size(), kNone);
     for (const BoundColumn& column : columns_.columns) watches_.emplace_back(column);
   }
 
   void add(const record::RecordRow& row) {
     if (rows_++ > 0) gaps_.add(row.interval_s, columns_.sample_period_s);
-    diagnosis::MeasuredRow measured{.time_s = core::seconds(row.time),
-                                    .rate_radps = kNoAxis,
-                                    .reference_radps = {},
-                                    .temperature_degc = temperature_degc_,
-                                    .magnetic_ut = kNoAxis,
-                                    .acceleration_mps2 = kNoAxis,
-                                    .vibration_g = kNone,
-                                    .source_current_ma = kNone,
-                                    .supply_v = kNone};
     for (ColumnWatch& watch : watches_) {
-      const double value = watch.pass(value_of(row, watch.column()));
-      put(value, watch.column(), measured, temperature_degc_);
+      record::value_of(cleared_, watch.column()) =
+          watch.pass(record::value_of(row, watch.column()));
     }
+    const diagnosis::MeasuredRow measured{.time_s = core::seconds(row.time),
+                                          .rate_radps = cleared_.rate_radps,
+                                          .reference_radps = cleared_.reference_radps,
+                                          .temperature_degc = cleared_.temperature_degc,
+                                          .magnetic_ut = cleared_.inputs.magnetic_ut,
+                                          .acceleration_mps2 = cleared_.inputs.acceleration_mps2,
+                                          .vibration_g = cleared_.inputs.vibration_g,
+                                          .source_current_ma = cleared_.inputs.source_current_ma,
+                                          .supply_v = cleared_.inputs.supply_v};
     // Turns are no noise.
     for (std::size_t axis = 0; axis < core::kAxisCount; ++axis)
       noise_[axis].add(measured.rate_radps[axis] - measured.reference_radps[axis]);
@@ -368,7 +310,7 @@ class MeasuredRecordBuilder::Implementation {
   diagnosis::SeriesBuilder series_;
   std::vector<ColumnWatch> watches_;
   core::PerAxis<StepNoise> noise_;
-  std::vector<double> temperature_degc_;
+  record::RecordRow cleared_;  // without what can't have been measured
   std::uint64_t rows_ = 0;
   Gaps gaps_;
 };

@@ -23,7 +23,6 @@ using Output = allan::StuckDetector::Output;
 
 namespace {
 
-constexpr std::uint64_t kProgressEvery = 32;        // samples between two progress reports
 constexpr std::size_t kMostStrangers = 1024;        // that are told how far they are heard
 constexpr std::int64_t kRepeatNs = 10'000'000'000;  // between two events of what keeps happening
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
@@ -74,7 +73,7 @@ void AllanMonitorNode::on_sample(const msg::CompensatedRate& message) {
   }
   delivery_latency_.record_between(message.egress_time_ns(), arrival_ns);
   chain_latency_.record_between(message.publish_time_ns(), arrival_ns);
-  keep_pace(source->pace, sample);
+  keep_pace(source->id, source->pace, sample);
   if (sample.late) {
     ++source->statistics.counts.out_of_order;  // its place in the stream has passed: it stays a gap
     return;
@@ -85,17 +84,14 @@ void AllanMonitorNode::on_sample(const msg::CompensatedRate& message) {
 // A replay waits for this consumer, whether it has a use for the gyro or not.
 void AllanMonitorNode::leave_out(const core::CompensatedSample& sample, std::uint32_t gyro_id) {
   newest_stranger_ = gyro_id;
-  if (Pace* pace = stranger_paces_.find_or_make(gyro_id, Pace{.gyro_id = gyro_id}))
-    keep_pace(*pace, sample);
+  if (auto* pace = stranger_paces_.find_or_make(gyro_id)) keep_pace(gyro_id, *pace, sample);
 }
 
-// Samples that the statistics leave out were taken all the same. A late one is older than what was
-// reported.
-void AllanMonitorNode::keep_pace(Pace& pace, const core::CompensatedSample& sample) {
-  pace.is_waited_for = core::is_paced_by_consumers(sample.raw.clock);
-  if (!pace.is_waited_for || sample.late) return;
-  pace.newest_sequence = sample.raw.sequence;
-  if (++pace.since_report >= kProgressEvery) report_progress(pace);
+// Samples that the statistics leave out were taken all the same.
+void AllanMonitorNode::keep_pace(std::uint32_t gyro_id, service::ConsumerPace& pace,
+                                 const core::CompensatedSample& sample) {
+  const bool is_paced = core::is_paced_by_consumers(sample.raw.clock);
+  if (pace.take(sample.raw.sequence, is_paced, sample.late)) report_progress(gyro_id, pace);
 }
 
 void AllanMonitorNode::place(Gyro& source, const core::CompensatedSample& sample) {
@@ -173,10 +169,10 @@ void AllanMonitorNode::begin_compensated(Axis& axis, double interval_s) {
   axis.compensated->begin_blocks();
 }
 
-void AllanMonitorNode::report_progress(Pace& pace) {
-  pace.since_report = 0;
+void AllanMonitorNode::report_progress(std::uint32_t gyro_id, service::ConsumerPace& pace) {
+  pace.note_report();
   // It needs no temperatures: a time that nobody waits for.
-  progress_.report(pace.gyro_id, pace.newest_sequence, core::kNever);
+  progress_.report(gyro_id, pace.newest_sequence(), core::kNever);
 }
 
 // ---------------------------------------- reports
@@ -198,10 +194,10 @@ void AllanMonitorNode::report_all_progress() {
   const std::lock_guard lock(mutex_);
   progress_.announce();
   for (auto& [id, source] : gyros_.entries()) {
-    if (source.pace.is_waited_for) report_progress(source.pace);
+    if (source.pace.is_waited_for()) report_progress(id, source.pace);
   }
   for (auto& [id, pace] : stranger_paces_.entries()) {
-    if (pace.is_waited_for) report_progress(pace);
+    if (pace.is_waited_for()) report_progress(id, pace);
   }
 }
 
@@ -391,7 +387,7 @@ service::Status AllanMonitorNode::status() {
   {
     const std::lock_guard lock(mutex_);
     for (const auto& [id, source] : gyros_.entries()) {
-      paced = paced && source.pace.is_waited_for;
+      paced = paced && source.pace.is_waited_for();
       const Counts& counts = source.statistics.counts;
       sum.samples += counts.samples;
       sum.gaps += counts.gaps;

@@ -24,6 +24,7 @@
 #include "common/core/compensated_sample.h"
 #include "common/core/time.h"
 #include "common/dds/participant.h"
+#include "common/service/consumer_pace.h"
 #include "common/service/hop_latency.h"
 #include "common/service/host.h"
 #include "common/service/replay_pacer.h"
@@ -71,17 +72,10 @@ class AllanMonitorNode {
     Counts counts;
     core::PerAxis<Axis> axes;
   };
-  // What a replay that waits for this consumer is told of one gyro.
-  struct Pace {
-    std::uint32_t gyro_id = 0;
-    std::uint64_t newest_sequence = 0;
-    std::uint64_t since_report = 0;
-    bool is_waited_for = false;
-  };
   struct Gyro {
-    explicit Gyro(std::uint32_t gyro_id) : id(gyro_id), pace{.gyro_id = gyro_id} {}
+    explicit Gyro(std::uint32_t gyro_id) : id(gyro_id) {}
     const std::uint32_t id;
-    Pace pace;
+    service::ConsumerPace pace{};
     allan::StreamTiming timing;
     Statistics statistics;
   };
@@ -113,10 +107,11 @@ class AllanMonitorNode {
   void begin_compensated(Axis& axis, double interval_s);
   void feed(Gyro& gyro, const core::CompensatedSample& sample, std::uint64_t missing);
   void leave_out(const core::CompensatedSample& sample, std::uint32_t gyro_id);
-  void keep_pace(Pace& pace, const core::CompensatedSample& sample);
+  void keep_pace(std::uint32_t gyro_id, service::ConsumerPace& pace,
+                 const core::CompensatedSample& sample);
 
   // Either, under the lock.
-  void report_progress(Pace& pace);
+  void report_progress(std::uint32_t gyro_id, service::ConsumerPace& pace);
 
   // Reporting thread.
   void tick();
@@ -141,7 +136,7 @@ class AllanMonitorNode {
   std::mutex mutex_;                               // between the receiving thread and the reports
   core::BoundedTable<std::uint32_t, Gyro> gyros_;  // what it refuses are samples of others
   std::uint32_t newest_stranger_ = 0;
-  core::BoundedTable<std::uint32_t, Pace> stranger_paces_;
+  core::BoundedTable<std::uint32_t, service::ConsumerPace> stranger_paces_;
   service::HopLatency delivery_latency_{"delivery"};
   service::HopLatency chain_latency_{"chain"};
   std::map<std::uint32_t, Watch> watches_;  // by gyro

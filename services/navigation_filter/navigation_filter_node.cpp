@@ -22,7 +22,6 @@ using service::Severity;
 
 namespace {
 
-constexpr std::uint64_t kProgressEvery = 32;  // samples between two progress reports
 constexpr std::size_t kMostStrangers = 1024;  // that are told how far they are heard
 constexpr std::array kFilters{Stream::kRaw, Stream::kCompensated};
 
@@ -93,14 +92,13 @@ void NavigationFilterNode::on_sample(const msg::CompensatedRate& message) {
   Gyro* source = gyro(message.gyro_id());
   if (source == nullptr) {
     ++stranger_samples_;
-    // A replay waits for this consumer, whether it has a use for the gyro or not.
     const std::uint32_t id = message.gyro_id();
-    if (Pace* pace = strangers_.find_or_make(id, Pace{.gyro_id = id})) keep_pace(*pace, message);
+    if (auto* pace = strangers_.find_or_make(id)) keep_pace(id, *pace, message);
     return;
   }
   source->navigation.push(to_navigation(message));
   give_references(*source);
-  keep_pace(source->pace, message);
+  keep_pace(source->id, source->pace, message);
 }
 
 // Of the truth alone: the rest is what filters say, this one among them.
@@ -124,18 +122,18 @@ void NavigationFilterNode::give_references(Gyro& source) {
   }
 }
 
-void NavigationFilterNode::keep_pace(Pace& pace, const msg::CompensatedRate& message) {
-  pace.is_waited_for =
-      core::is_paced_by_consumers(static_cast<core::ClockSource>(message.clock_source()));
-  if (!pace.is_waited_for || message.order() != 0) return;
-  pace.newest_sequence = message.sequence_number();
-  if (++pace.since_report >= kProgressEvery) report_progress(pace);
+void NavigationFilterNode::keep_pace(std::uint32_t gyro_id, service::ConsumerPace& pace,
+                                     const msg::CompensatedRate& message) {
+  const auto clock = static_cast<core::ClockSource>(message.clock_source());
+  if (pace.take(message.sequence_number(), core::is_paced_by_consumers(clock),
+                message.order() != 0))
+    report_progress(gyro_id, pace);
 }
 
-void NavigationFilterNode::report_progress(Pace& pace) {
-  pace.since_report = 0;
+void NavigationFilterNode::report_progress(std::uint32_t gyro_id, service::ConsumerPace& pace) {
+  pace.note_report();
   // It needs no temperatures: a time that nobody waits for.
-  progress_.report(pace.gyro_id, pace.newest_sequence, core::kNever);
+  progress_.report(gyro_id, pace.newest_sequence(), core::kNever);
 }
 
 // ---------------------------------------- states
@@ -150,12 +148,12 @@ void NavigationFilterNode::tick() {
   for (auto& [id, source] : gyros_.entries()) {
     source.navigation.give_up_waiting();
     give_references(source);
-    if (source.pace.is_waited_for) report_progress(source.pace);
+    if (source.pace.is_waited_for()) report_progress(id, source.pace);
     if (due) publish_states(source);
     tell_of(source);
   }
   for (auto& [id, pace] : strangers_.entries()) {
-    if (pace.is_waited_for) report_progress(pace);
+    if (pace.is_waited_for()) report_progress(id, pace);
   }
 }
 
@@ -235,7 +233,7 @@ service::Status NavigationFilterNode::status() {
     const std::lock_guard lock(mutex_);
     for (const auto& [id, source] : gyros_.entries()) {
       const navigation::GyroNavigation& n = source.navigation;
-      paced = paced && source.pace.is_waited_for;
+      paced = paced && source.pace.is_waited_for();
       all.push_back({.id = id,
                      .truth = n.truth_heard(),
                      .at_rest = n.at_rest(),
