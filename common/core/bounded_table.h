@@ -27,11 +27,18 @@ class BoundedTable {
     }
     return &entries_.try_emplace(key, std::forward<Initial>(initial)...).first->second;
   }
+  // The key's value, valid for the table's life; nullptr where it has none.
+  [[nodiscard]] Value* find(const Key& key) {
+    const auto known = entries_.find(key);
+    return known == entries_.end() ? nullptr : &known->second;
+  }
   [[nodiscard]] bool contains(const Key& key) const { return entries_.contains(key); }
 
   // In the order of their keys.
   [[nodiscard]] const std::map<Key, Value>& entries() const noexcept { return entries_; }
   [[nodiscard]] std::map<Key, Value>& entries() noexcept { return entries_; }
+  [[nodiscard]] std::size_t size() const noexcept { return entries_.size(); }
+  [[nodiscard]] bool empty() const noexcept { return entries_.empty(); }
   [[nodiscard]] std::uint64_t refused() const noexcept { return refused_; }
 
  private:

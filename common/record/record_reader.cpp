@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/median.h"
 #include "common/files/file_error.h"
 #include "common/mcap/mcap_reader.h"
 #include "common/record/csv_cells.h"
@@ -18,7 +19,16 @@ constexpr std::uint64_t kRowsForPeriod = 101;
 // Beyond this a nanosecond count doesn't fit 64 bits.
 constexpr double kLargestTimeS = 9.2e9;
 
-double& slot_of(RecordRow& row, const BoundColumn& column) {
+// -0.0 + 0.0 is +0.0: an offset of zero is left out so that a value in its default unit keeps its
+// bits.
+double convert(double cell, const UnitConversion& conversion) {
+  const double scaled = cell * conversion.scale;
+  return conversion.offset == 0.0 ? scaled : scaled + conversion.offset;
+}
+
+}  // namespace
+
+double& value_of(RecordRow& row, const BoundColumn& column) {
   const std::size_t axis = core::index(column.channel.axis);
   switch (column.channel.quantity) {
     case Quantity::kRate:
@@ -41,22 +51,6 @@ double& slot_of(RecordRow& row, const BoundColumn& column) {
   }
   return row.temperature_degc[column.slot];
 }
-
-// -0.0 + 0.0 is +0.0: an offset of zero is left out so that a value in its default unit keeps its
-// bits.
-double convert(double cell, const UnitConversion& conversion) {
-  const double scaled = cell * conversion.scale;
-  return conversion.offset == 0.0 ? scaled : scaled + conversion.offset;
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-}  // namespace
 
 RecordReader::RecordReader(const std::filesystem::path& path, RecordOptions options)
     : RecordReader(path, std::move(options), PeriodEstimate::kMake) {}
@@ -152,7 +146,7 @@ void RecordReader::estimate_period() {
                            ": has a header but no row; expected at least one row of " +
                            std::to_string(info_.columns.size()) + " cells");
   }
-  info_.sample_period_s = median(std::move(differences_s));
+  info_.sample_period_s = core::median_of(std::move(differences_s));
 }
 
 bool RecordReader::next_data_line(std::string_view& line) {
@@ -223,7 +217,7 @@ void RecordReader::decode_cells(std::string_view line) {
 }
 
 void RecordReader::decode_value(CellCursor& cursor, const BoundColumn& column) {
-  double& slot = slot_of(row_, column);
+  double& slot = value_of(row_, column);
   double value = kNotMeasured;
   if (!cursor.take_plain_number(value)) {
     const std::string_view cell = cursor.take();

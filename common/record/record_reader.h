@@ -61,6 +61,12 @@ struct RecordRow {
   const RecordedSamples* recorded = nullptr;
 };
 
+// Where a row has the value of a column whose role is ColumnRole::kValue.
+[[nodiscard]] double& value_of(RecordRow& row, const BoundColumn& column);
+[[nodiscard]] inline double value_of(const RecordRow& row, const BoundColumn& column) {
+  return value_of(const_cast<RecordRow&>(row), column);
+}
+
 // What is known of a record before its rows are read.
 struct RecordInfo {
   std::filesystem::path path;

@@ -199,13 +199,18 @@ class GyroPipeline {
   }
   // `fresh` has been given the whole log, and goes on instead of the engine, which it becomes.
   // `answers` are those to the log: all are written, so that they reach back behind what any reader
-  // may be waiting for.
+  // may be waiting for. What this engine alone has answered is written before, since the other line
+  // may have begun after it.
   void go_on_with(std::unique_ptr<Engine>& fresh, const std::vector<Answer>& answers,
                   std::int64_t now_ns) {
+    write_held_unless([&](const Kept& kept) {
+      const bool is_answered_anew = kept.run == run_ && !answers.empty() &&
+                                    kept.answer.raw.sequence >= answers.front().raw.sequence;
+      return is_answered_anew || sync_.was_heard(kept.run, kept.answer.raw.sequence);
+    });
     engine_.swap(fresh);
     drop_log();
     asked_ns_ = now_ns;
-    held_.clear();
     sync_.caught_up();
     for (const Answer& repeated : answers) pass_on(repeated, now_ns);
   }
@@ -299,16 +304,22 @@ class GyroPipeline {
       ++dropped_;
     held_.push_overwriting(kept);
   }
-  // What nobody was heard to write, and a little more.
-  void write_held() {
-    const bool leads = sync_.leads();
+  template <typename Predicate>
+  void write_held_unless(const Predicate& is_needless) {
     for (; !held_.empty(); held_.pop()) {
       const Kept& kept = held_.front();
-      if (sync_.was_heard(kept.run, kept.answer.raw.sequence + kOverlap)) continue;
+      if (is_needless(kept)) continue;
       prepare(kept);
-      port_.write_prepared(leads);
+      port_.write_prepared(sync_.leads());
     }
-    if (!unled_ || !leads) return;
+  }
+  // What nobody was heard to write, and a little more.
+  void write_held() {
+    write_held_unless([this](const Kept& kept) {
+      const std::uint64_t sequence = kept.answer.raw.sequence;
+      return sync_.was_heard(kept.run, sequence) && sync_.was_heard(kept.run, sequence + kOverlap);
+    });
+    if (!unled_ || !sync_.leads()) return;
     for (; !unled_->empty(); unled_->pop()) {
       const Kept& kept = unled_->front();
       if (sync_.was_heard(kept.run, kept.answer.raw.sequence)) continue;

@@ -141,7 +141,9 @@ void InstanceSync::caught_up() noexcept {
 
 bool InstanceSync::was_heard(std::uint64_t run, std::uint64_t sequence) const noexcept {
   return std::any_of(peers_.begin(), peers_.end(), [&](const Peer& peer) {
-    return peer.heard && peer.newest.run == run && sequence <= peer.newest.sequence;
+    const AnswerMark& newest = peer.newest;
+    if (!peer.heard || newest.run != run || sequence > newest.sequence) return false;
+    return newest.answered == 0 || newest.sequence - sequence < newest.answered;
   });
 }
 

@@ -94,7 +94,9 @@ class InstanceSync {
   [[nodiscard]] std::optional<std::uint64_t> wanted_run() const noexcept;
   // A giver's state is in place.
   void caught_up() noexcept;
-  // Heard from anybody; what is held back needs not be written.
+  // Whether it was heard from anybody, or a line that is heard answered it before: what is held
+  // back needs not be written. A line of n answers has the last n of its run at most; one that
+  // hangs doesn't say how many it has, and is believed to have all.
   [[nodiscard]] bool was_heard(std::uint64_t run, std::uint64_t sequence) const noexcept;
 
   struct Counts {

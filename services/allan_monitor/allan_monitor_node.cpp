@@ -23,7 +23,6 @@ using Output = allan::StuckDetector::Output;
 
 namespace {
 
-constexpr std::uint64_t kProgressEvery = 32;        // samples between two progress reports
 constexpr std::size_t kMostStrangers = 1024;        // that are told how far they are heard
 constexpr std::int64_t kRepeatNs = 10'000'000'000;  // between two events of what keeps happening
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
@@ -47,6 +46,8 @@ std::string code_of(const char* what, core::Axis axis) {
 AllanMonitorNode::AllanMonitorNode(const AllanMonitorOptions& options)
     : options_(options),
       host_("allan_monitor", options.network, options.supervision),
+      gyros_(options.max_gyros),
+      stranger_paces_(kMostStrangers),
       writer_(host_.participant(), host_.observer()),
       progress_(host_.participant(), "allan_monitor"),
       reader_(
@@ -61,28 +62,18 @@ int AllanMonitorNode::run() {
 
 // ---------------------------------------- samples
 
-AllanMonitorNode::Gyro* AllanMonitorNode::gyro(std::uint32_t gyro_id) {
-  for (auto& known : gyros_) {
-    if (known->id == gyro_id) return known.get();
-  }
-  if (gyros_.size() >= options_.max_gyros) return nullptr;
-  gyros_.push_back(std::make_unique<Gyro>());
-  gyros_.back()->id = gyros_.back()->pace.gyro_id = gyro_id;
-  return gyros_.back().get();
-}
-
 void AllanMonitorNode::on_sample(const msg::CompensatedRate& message) {
   const std::int64_t arrival_ns = service::monotonic_ns();
   const std::lock_guard lock(mutex_);
   const auto sample = dds::from_message(message);
-  Gyro* source = gyro(message.gyro_id());
+  Gyro* source = gyros_.find_or_make(message.gyro_id(), message.gyro_id());
   if (source == nullptr) {
     leave_out(sample, message.gyro_id());
     return;
   }
   delivery_latency_.record_between(message.egress_time_ns(), arrival_ns);
   chain_latency_.record_between(message.publish_time_ns(), arrival_ns);
-  keep_pace(source->pace, sample);
+  keep_pace(source->id, source->pace, sample);
   if (sample.late) {
     ++source->statistics.counts.out_of_order;  // its place in the stream has passed: it stays a gap
     return;
@@ -92,24 +83,15 @@ void AllanMonitorNode::on_sample(const msg::CompensatedRate& message) {
 
 // A replay waits for this consumer, whether it has a use for the gyro or not.
 void AllanMonitorNode::leave_out(const core::CompensatedSample& sample, std::uint32_t gyro_id) {
-  ++strangers_;
   newest_stranger_ = gyro_id;
-  auto known = std::find_if(stranger_paces_.begin(), stranger_paces_.end(),
-                            [&](const Pace& pace) { return pace.gyro_id == gyro_id; });
-  if (known == stranger_paces_.end()) {
-    if (stranger_paces_.size() >= kMostStrangers) return;
-    known = stranger_paces_.insert(known, {.gyro_id = gyro_id});
-  }
-  keep_pace(*known, sample);
+  if (auto* pace = stranger_paces_.find_or_make(gyro_id)) keep_pace(gyro_id, *pace, sample);
 }
 
-// Samples that the statistics leave out were taken all the same. A late one is older than what was
-// reported.
-void AllanMonitorNode::keep_pace(Pace& pace, const core::CompensatedSample& sample) {
-  pace.is_waited_for = core::is_paced_by_consumers(sample.raw.clock);
-  if (!pace.is_waited_for || sample.late) return;
-  pace.newest_sequence = sample.raw.sequence;
-  if (++pace.since_report >= kProgressEvery) report_progress(pace);
+// Samples that the statistics leave out were taken all the same.
+void AllanMonitorNode::keep_pace(std::uint32_t gyro_id, service::ConsumerPace& pace,
+                                 const core::CompensatedSample& sample) {
+  const bool is_paced = core::is_paced_by_consumers(sample.raw.clock);
+  if (pace.take(sample.raw.sequence, is_paced, sample.late)) report_progress(gyro_id, pace);
 }
 
 void AllanMonitorNode::place(Gyro& source, const core::CompensatedSample& sample) {
@@ -187,10 +169,10 @@ void AllanMonitorNode::begin_compensated(Axis& axis, double interval_s) {
   axis.compensated->begin_blocks();
 }
 
-void AllanMonitorNode::report_progress(Pace& pace) {
-  pace.since_report = 0;
+void AllanMonitorNode::report_progress(std::uint32_t gyro_id, service::ConsumerPace& pace) {
+  pace.note_report();
   // It needs no temperatures: a time that nobody waits for.
-  progress_.report(pace.gyro_id, pace.newest_sequence, core::kNever);
+  progress_.report(gyro_id, pace.newest_sequence(), core::kNever);
 }
 
 // ---------------------------------------- reports
@@ -211,23 +193,26 @@ void AllanMonitorNode::tick() {
 void AllanMonitorNode::report_all_progress() {
   const std::lock_guard lock(mutex_);
   progress_.announce();
-  for (const auto& source : gyros_) {
-    if (source->pace.is_waited_for) report_progress(source->pace);
+  for (auto& [id, source] : gyros_.entries()) {
+    if (source.pace.is_waited_for()) report_progress(id, source.pace);
   }
-  for (Pace& pace : stranger_paces_) {
-    if (pace.is_waited_for) report_progress(pace);
+  for (auto& [id, pace] : stranger_paces_.entries()) {
+    if (pace.is_waited_for()) report_progress(id, pace);
   }
 }
 
 // The lock is held for one gyro at a time.
 std::vector<AllanMonitorNode::Watch*> AllanMonitorNode::copy_statistics(bool due) {
-  std::vector<Watch*> copied;
-  for (std::size_t i = 0;; ++i) {
-    if (i == watches_.size()) watches_.push_back(std::make_unique<Watch>());
-    Watch& watch = *watches_[i];
+  std::vector<Gyro*> known;
+  {
     const std::lock_guard lock(mutex_);
-    if (i == gyros_.size()) return copied;
-    watch.gyro = gyros_[i].get();
+    for (auto& [id, source] : gyros_.entries()) known.push_back(&source);
+  }
+  std::vector<Watch*> copied;
+  for (Gyro* source : known) {
+    Watch& watch = watches_[source->id];
+    watch.gyro = source;
+    const std::lock_guard lock(mutex_);
     if (watch.gyro->statistics.counts.samples == 0 && watch.gyro->statistics.counts.refused == 0)
       continue;
     if (!due) continue;
@@ -236,6 +221,7 @@ std::vector<AllanMonitorNode::Watch*> AllanMonitorNode::copy_statistics(bool due
     copy_cost_ns_ = std::max(copy_cost_ns_, service::monotonic_ns() - began_ns);
     copied.push_back(&watch);
   }
+  return copied;
 }
 
 void AllanMonitorNode::report(Watch& watch) {
@@ -400,9 +386,9 @@ service::Status AllanMonitorNode::status() {
   bool paced = true;
   {
     const std::lock_guard lock(mutex_);
-    for (const auto& source : gyros_) {
-      paced = paced && source->pace.is_waited_for;
-      const Counts& counts = source->statistics.counts;
+    for (const auto& [id, source] : gyros_.entries()) {
+      paced = paced && source.pace.is_waited_for();
+      const Counts& counts = source.statistics.counts;
       sum.samples += counts.samples;
       sum.gaps += counts.gaps;
       sum.out_of_order += counts.out_of_order;
@@ -411,7 +397,7 @@ service::Status AllanMonitorNode::status() {
       sum.starts += counts.starts;
     }
     gyros = gyros_.size();
-    strangers = strangers_;
+    strangers = gyros_.refused();
     newest_stranger = newest_stranger_;
   }
   if (strangers > told_strangers_.count) {

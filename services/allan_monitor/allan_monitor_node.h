@@ -10,7 +10,7 @@
 
 #include <array>
 #include <cstdint>
-#include <memory>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -20,9 +20,11 @@
 #include "common/allan/stream_statistics.h"
 #include "common/allan/stream_timing.h"
 #include "common/core/axis.h"
+#include "common/core/bounded_table.h"
 #include "common/core/compensated_sample.h"
 #include "common/core/time.h"
 #include "common/dds/participant.h"
+#include "common/service/consumer_pace.h"
 #include "common/service/hop_latency.h"
 #include "common/service/host.h"
 #include "common/service/replay_pacer.h"
@@ -70,16 +72,10 @@ class AllanMonitorNode {
     Counts counts;
     core::PerAxis<Axis> axes;
   };
-  // What a replay that waits for this consumer is told of one gyro.
-  struct Pace {
-    std::uint32_t gyro_id = 0;
-    std::uint64_t newest_sequence = 0;
-    std::uint64_t since_report = 0;
-    bool is_waited_for = false;
-  };
   struct Gyro {
-    std::uint32_t id = 0;
-    Pace pace;
+    explicit Gyro(std::uint32_t gyro_id) : id(gyro_id) {}
+    const std::uint32_t id;
+    service::ConsumerPace pace{};
     allan::StreamTiming timing;
     Statistics statistics;
   };
@@ -106,16 +102,16 @@ class AllanMonitorNode {
 
   // Receiving thread, under the lock.
   void on_sample(const msg::CompensatedRate& message);
-  Gyro* gyro(std::uint32_t gyro_id);
   void place(Gyro& gyro, const core::CompensatedSample& sample);
   void start(Gyro& gyro);
   void begin_compensated(Axis& axis, double interval_s);
   void feed(Gyro& gyro, const core::CompensatedSample& sample, std::uint64_t missing);
   void leave_out(const core::CompensatedSample& sample, std::uint32_t gyro_id);
-  void keep_pace(Pace& pace, const core::CompensatedSample& sample);
+  void keep_pace(std::uint32_t gyro_id, service::ConsumerPace& pace,
+                 const core::CompensatedSample& sample);
 
   // Either, under the lock.
-  void report_progress(Pace& pace);
+  void report_progress(std::uint32_t gyro_id, service::ConsumerPace& pace);
 
   // Reporting thread.
   void tick();
@@ -137,14 +133,13 @@ class AllanMonitorNode {
 
   AllanMonitorOptions options_;
   service::Host host_;
-  std::mutex mutex_;  // between the receiving thread and the reports
-  std::vector<std::unique_ptr<Gyro>> gyros_;
-  std::uint64_t strangers_ = 0;  // samples of gyros beyond max_gyros
+  std::mutex mutex_;                               // between the receiving thread and the reports
+  core::BoundedTable<std::uint32_t, Gyro> gyros_;  // what it refuses are samples of others
   std::uint32_t newest_stranger_ = 0;
-  std::vector<Pace> stranger_paces_;  // of the first kMostStrangers
+  core::BoundedTable<std::uint32_t, service::ConsumerPace> stranger_paces_;
   service::HopLatency delivery_latency_{"delivery"};
   service::HopLatency chain_latency_{"chain"};
-  std::vector<std::unique_ptr<Watch>> watches_;
+  std::map<std::uint32_t, Watch> watches_;  // by gyro
   Told told_strangers_;
   std::optional<std::int64_t> reported_ns_;
   std::int64_t report_cost_ns_ = 0;  // of all gyros, the last time

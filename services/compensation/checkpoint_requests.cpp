@@ -106,8 +106,7 @@ void CompensationNode::save_of_itself(const checkpoint::SaveSchedule::Model& mod
   Gyro* source = nullptr;
   {
     const std::lock_guard lock(data_mutex_);
-    const auto is_it = [&](const auto& known) { return known->id == model.gyro_id; };
-    source = std::find_if(gyros_.begin(), gyros_.end(), is_it)->get();
+    source = &gyros_.entries().at(model.gyro_id);
     if (source->change && !source->change->in_force) return save_schedule_.put_off(model);
   }
   const auto tell = [&](checkpoint::SaveSchedule::News news, const char* code,

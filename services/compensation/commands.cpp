@@ -16,10 +16,10 @@ CompensationNode::Verdict CompensationNode::on_command(const msg::Command& comma
   return needs_files ? hand_over(command) : obey(command);
 }
 
-std::vector<Gyro*> CompensationNode::led_gyros() const {
+std::vector<Gyro*> CompensationNode::led_gyros() {
   std::vector<Gyro*> led;
-  for (const auto& source : gyros_) {
-    if (source->leads()) led.push_back(source.get());
+  for (auto& [id, source] : gyros_.entries()) {
+    if (source.leads()) led.push_back(&source);
   }
   return led;
 }

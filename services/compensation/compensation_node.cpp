@@ -28,6 +28,7 @@ std::string instance_name(std::uint32_t instance) {
 CompensationNode::CompensationNode(const CompensationNodeOptions& options)
     : options_(options),
       host_(instance_name(options.instance), options.network, options.supervision),
+      gyros_(options.max_gyros),
       early_(options.max_gyros, kMostEarlyInputs),
       save_schedule_(options.checkpoint_period),
       learner_(kMostGyros, data_mutex_, [this] { drain_all(); }),
@@ -80,40 +81,30 @@ int CompensationNode::run() {
 
 // ---------------------------------------- data path
 
-Gyro* CompensationNode::known(std::uint32_t gyro_id) noexcept {
-  for (auto& source : gyros_) {
-    if (source->id == gyro_id) return source.get();
-  }
-  return nullptr;
-}
-
 Gyro* CompensationNode::gyro(std::uint32_t gyro_id, std::int64_t now_ns) {
-  if (Gyro* source = known(gyro_id)) return source;
-  if (gyros_.size() >= options_.max_gyros) {
-    ++strangers_;
-    newest_stranger_ = gyro_id;
-    return nullptr;
-  }
-  const auto sync =
-      options_.redundant ? service::InstanceSync(options_.instance) : service::InstanceSync();
+  if (Gyro* source = gyros_.find(gyro_id)) return source;
   const Gyro::Surroundings surroundings{.instance = options_.instance,
+                                        .is_redundant = options_.redundant,
                                         .await_subscribers = options_.await_subscribers,
                                         .host = host_,
                                         .learner = learner_,
                                         .progress = progress_,
                                         .compute_latency = compute_latency_};
-  gyros_.push_back(std::make_unique<Gyro>(gyro_id, options_.compensation, sync,
-                                          options_.ros2_imu.contains(gyro_id), surroundings));
-  Gyro& made = *gyros_.back();
-  for (const Gyro::Arrived& early : early_.take(gyro_id)) made.take(early, now_ns);
-  return &made;
+  Gyro* made = gyros_.find_or_make(gyro_id, gyro_id, options_.compensation,
+                                   options_.ros2_imu.contains(gyro_id), surroundings);
+  if (made == nullptr) {
+    newest_stranger_ = gyro_id;
+    return nullptr;
+  }
+  for (const Gyro::Arrived& early : early_.take(gyro_id)) made->take(early, now_ns);
+  return made;
 }
 
 void CompensationNode::take_in(std::uint32_t gyro_id, Gyro::Arrived arrived) {
   const std::int64_t now = service::monotonic_ns();
   const std::lock_guard lock(data_mutex_);
   take_departures(now);
-  Gyro* source = known(gyro_id);
+  Gyro* source = gyros_.find(gyro_id);
   if (source == nullptr) return early_.keep(gyro_id, std::move(arrived));
   source->take(arrived, now);
 }
@@ -136,7 +127,7 @@ void CompensationNode::take_departures(std::int64_t now_ns) {
     departures.swap(departures_);
     any_departed_ = false;
   }
-  for (auto& source : gyros_) source->end_inputs_of(departures, now_ns);
+  for (auto& [id, source] : gyros_.entries()) source.end_inputs_of(departures, now_ns);
 }
 
 void CompensationNode::on_rate(const msg::AngularRate& message, const dds::SampleOrigin& origin) {
@@ -174,13 +165,13 @@ void CompensationNode::on_reference(const msg::RateReference& message,
 void CompensationNode::on_replay(const msg::ReplayProgress& message) {
   if (message.consumer().size() != 0) return;
   const std::lock_guard lock(data_mutex_);
-  if (Gyro* source = known(message.gyro_id()))
+  if (Gyro* source = gyros_.find(message.gyro_id()))
     source->limit_probes(message.probes().c_str(), service::monotonic_ns());
 }
 
 void CompensationNode::drain_all() {
   const std::int64_t now = service::monotonic_ns();
-  for (auto& source : gyros_) source->pipeline().drain(now);
+  for (auto& [id, source] : gyros_.entries()) source.pipeline().drain(now);
 }
 
 // ---------------------------------------- the tick
@@ -192,12 +183,12 @@ void CompensationNode::tick() {
   const std::lock_guard lock(data_mutex_);
   take_departures(now);
   tell_of_strangers();
-  for (auto& source : gyros_) {
-    source->note_subscribers();
-    source->pipeline().drain(now);
-    source->tick(now);
-    source->events.tell(*source, now);
-    ask_for_state(*source, now);
+  for (auto& [id, source] : gyros_.entries()) {
+    source.note_subscribers();
+    source.pipeline().drain(now);
+    source.tick(now);
+    source.events.tell(source, now);
+    ask_for_state(source, now);
   }
   save_from_time_to_time();
 }
@@ -208,8 +199,8 @@ void CompensationNode::make_writers() {
   std::vector<Gyro*> without;
   {
     const std::lock_guard lock(data_mutex_);
-    for (auto& source : gyros_) {
-      if (!source->has_writer()) without.push_back(source.get());
+    for (auto& [id, source] : gyros_.entries()) {
+      if (!source.has_writer()) without.push_back(&source);
     }
   }
   for (Gyro* source : without) {
@@ -231,7 +222,8 @@ std::unique_ptr<dds::RosImuWriter> CompensationNode::make_ros2_writer(std::uint3
 }
 
 void CompensationNode::tell_of_strangers() {
-  if (strangers_ == told_strangers_) return;
+  const std::uint64_t strangers = gyros_.refused();
+  if (strangers == told_strangers_) return;
   host_.raise_counted(
       {.code = "too_many_gyros",
        .severity = Severity::kWarning,
@@ -239,8 +231,8 @@ void CompensationNode::tell_of_strangers() {
                " is one too many: " + std::to_string(options_.max_gyros) +
                " gyros are compensated (--max-gyros), samples of others are not answered",
        .gyro_id = newest_stranger_},
-      strangers_ - told_strangers_);
-  told_strangers_ = strangers_;
+      strangers - told_strangers_);
+  told_strangers_ = strangers;
 }
 
 }  // namespace zerodrift::services

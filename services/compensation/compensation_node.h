@@ -22,6 +22,7 @@
 
 #include "common/checkpoint/save_schedule.h"
 #include "common/compensation/compensator.h"
+#include "common/core/bounded_table.h"
 #include "common/dds/participant.h"
 #include "common/dds/ros2_imu.h"
 #include "common/service/command_server.h"
@@ -81,7 +82,6 @@ class CompensationNode {
   void on_reference(const msg::RateReference& message, const dds::SampleOrigin& origin);
   void on_replay(const msg::ReplayProgress& message);
 
-  [[nodiscard]] Gyro* known(std::uint32_t gyro_id) noexcept;
   // Of a rate; null where there are as many as there may be.
   Gyro* gyro(std::uint32_t gyro_id, std::int64_t now_ns);
   // Of a gyro that is not known yet it is kept until the first rate comes.
@@ -105,7 +105,7 @@ class CompensationNode {
   Verdict obey(const msg::Command& command);
   std::string obey(Gyro& gyro, std::string_view command, bool& accepted);
   // The commands that change a model are the leading instance's.
-  [[nodiscard]] std::vector<Gyro*> led_gyros() const;
+  [[nodiscard]] std::vector<Gyro*> led_gyros();
 
   // requests.cpp
   Verdict hand_over(const msg::Command& command);
@@ -152,9 +152,8 @@ class CompensationNode {
   service::Host host_;
   std::mutex
       data_mutex_;  // between the receiving thread and the status thread; never the learner's
-  std::vector<std::unique_ptr<Gyro>> gyros_;
+  core::BoundedTable<std::uint32_t, Gyro> gyros_;  // what it refuses are samples of others
   service::EarlyInputs<Gyro::Arrived> early_;
-  std::uint64_t strangers_ = 0;  // samples of gyros beyond max_gyros
   std::uint64_t told_strangers_ = 0;
   std::uint32_t newest_stranger_ = 0;
   std::mutex departures_mutex_;  // held for a push or a swap

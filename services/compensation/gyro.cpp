@@ -30,13 +30,16 @@ constexpr std::array kReferencePlaces{core::ReferenceKind::kRecord, core::Refere
 }  // namespace
 
 Gyro::Gyro(std::uint32_t gyro_id, const compensation::CompensationOptions& configured,
-           const service::InstanceSync& sync, bool has_ros2, const Surroundings& surroundings)
+           bool has_ros2, const Surroundings& surroundings)
     : id(gyro_id),
       options(configured),
       events(surroundings.host, gyro_id, surroundings.instance),
       surroundings_(surroundings),
       has_ros2_(has_ros2),
-      pipeline_(std::make_unique<compensation::Compensator>(configured), sync, *this),
+      pipeline_(std::make_unique<compensation::Compensator>(configured),
+                surroundings.is_redundant ? service::InstanceSync(surroundings.instance)
+                                          : service::InstanceSync(),
+                *this),
       temperature_writers_(compensator().probes().size()) {
   surroundings_.learner.add(compensator());
 }

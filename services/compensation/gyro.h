@@ -32,6 +32,7 @@ class Gyro final : private service::GyroPipeline<compensation::Compensator>::Por
   // What all gyros of the service have in common.
   struct Surroundings {
     std::uint32_t instance = 0;
+    bool is_redundant = false;
     int await_subscribers = 0;
     service::Host& host;
     LearnerThread& learner;
@@ -44,8 +45,8 @@ class Gyro final : private service::GyroPipeline<compensation::Compensator>::Por
     Guid writer{};
   };
 
-  Gyro(std::uint32_t gyro_id, const compensation::CompensationOptions& configured,
-       const service::InstanceSync& sync, bool has_ros2, const Surroundings& surroundings);
+  Gyro(std::uint32_t gyro_id, const compensation::CompensationOptions& configured, bool has_ros2,
+       const Surroundings& surroundings);
 
   const std::uint32_t id;
   [[nodiscard]] Pipeline& pipeline() noexcept { return pipeline_; }

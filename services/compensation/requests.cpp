@@ -32,7 +32,7 @@ CompensationNode::Verdict CompensationNode::hand_over(const msg::Command& comman
     return {.text = "checkpoints are off; start the service with --checkpoint-dir DIR"};
   }
   Request request{.command = command, .argument = command.argument().c_str(), .gyros = {}};
-  for (auto& source : gyros_) request.gyros.push_back(source.get());
+  for (auto& [id, source] : gyros_.entries()) request.gyros.push_back(&source);
   if (request.gyros.empty()) return {.text = "no gyro has been heard yet"};
   if (!is_checkpoint(command)) request.gyros = led_gyros();
   if (request.gyros.empty()) return {.text = kOtherLeadsText};

@@ -40,13 +40,13 @@ bool is_in_sync(const Gyro& source) {
 
 void CompensationNode::on_peer(const msg::CompensatedRate& message) {
   const std::lock_guard lock(data_mutex_);
-  if (Gyro* source = known(message.gyro_id())) source->pipeline().hear(mark_of(message));
+  if (Gyro* source = gyros_.find(message.gyro_id())) source->pipeline().hear(mark_of(message));
 }
 
 void CompensationNode::on_checkpoint(const msg::CheckpointPart& part) {
   if (part.instance() == options_.instance) return;
   const std::lock_guard lock(data_mutex_);
-  Gyro* const source = known(part.gyro_id());
+  Gyro* const source = gyros_.find(part.gyro_id());
   if (source == nullptr) return;
   if (part.parts() == 0) {
     if (part.asked() == options_.instance && is_in_sync(*source))

@@ -60,7 +60,7 @@ service::Status CompensationNode::status() {
   all.reserve(128);
   {
     const std::lock_guard lock(data_mutex_);
-    for (const auto& source : gyros_) all.push_back(see(*source));
+    for (const auto& [id, source] : gyros_.entries()) all.push_back(see(source));
   }
   service::Status status;
   status.state = all.empty() ? service::State::kWaiting : service::State::kRunning;

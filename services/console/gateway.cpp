@@ -18,7 +18,6 @@ using Importance = web::Frame::Importance;
 namespace {
 
 constexpr std::size_t kEventsKept = 256;
-constexpr std::size_t kMostProbes = 16;               // of a gyro, with a rate
 constexpr std::size_t kRowsWaitBelowBytes = 1 << 20;  // a backlog is sent to who keeps up
 constexpr std::int64_t kRestartNs = 10'000'000'000;   // a thermometer's clock that goes back so far
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -60,18 +59,19 @@ Gateway::Gateway(const GatewayOptions& options, foxglove::Hub& hub)
       hub_(hub),
       status_channel_(hub.add_channel("/service_status", schema<telemetry::ServiceStatus>())),
       event_channel_(hub.add_channel("/event", schema<telemetry::Event>())),
-      gateway_channel_(hub.add_channel("/gateway", schema<telemetry::GatewayStatus>())) {}
+      gateway_channel_(hub.add_channel("/gateway", schema<telemetry::GatewayStatus>())),
+      gyros_(options.most_gyros),
+      statuses_(options.most_services) {}
 
 Gateway::Gyro* Gateway::gyro(std::uint32_t id) {
-  const auto known = gyros_.find(id);
-  if (known != gyros_.end()) return known->second.get();
-  if (gyros_.size() >= options_.most_gyros) {
+  if (Gyro* known = gyros_.find(id)) return known;
+  Gyro* made = gyros_.find_or_make(id, id, options_.history);
+  if (made == nullptr) {
     ++left_out_;
     return nullptr;
   }
-  auto made = std::make_unique<Gyro>(id, options_.history);
   add_channels(*made);
-  return (gyros_[id] = std::move(made)).get();
+  return made;
 }
 
 void Gateway::add_channels(Gyro& gyro) {
@@ -125,20 +125,17 @@ void Gateway::take(const msg::Temperature& reading, std::int64_t unix_ns) {
   Gyro* from = gyro(reading.gyro_id());
   if (from == nullptr) return;
   const core::TemperatureSample sample = dds::from_message(reading);
-  auto track = from->tracks.find(sample.probe);
-  if (track == from->tracks.end()) {
-    if (from->tracks.size() >= kMostProbes) {
-      ++left_out_;
-      return;
-    }
-    track = from->tracks.emplace(sample.probe, track_options()).first;
+  thermal::TemperatureTrack* track = from->tracks.find_or_make(sample.probe, track_options());
+  if (track == nullptr) {
+    ++left_out_;
+    return;
   }
-  const auto age = track->second.age(sample.time);
-  if (age && age->count() < -kRestartNs) track->second.reset();
-  const auto verdict = track->second.add(sample);
+  const auto age = track->age(sample.time);
+  if (age && age->count() < -kRestartNs) track->reset();
+  const auto verdict = track->add(sample);
   if (verdict == thermal::ReadingVerdict::kOutOfOrder) return;
   const bool is_known = verdict == thermal::ReadingVerdict::kAccepted;
-  const auto rate = track->second.rate_degc_per_s();
+  const auto rate = track->rate_degc_per_s();
   telemetry::Temperature out;
   set_time(*out.mutable_timestamp(), reading.sensor_time_ns());
   out.set_gyro_id(from->id);
@@ -181,15 +178,14 @@ void Gateway::take(const msg::TwinReport& report, std::int64_t unix_ns) {
 void Gateway::take(const msg::ServiceStatus& status, const WriterId& writer, std::int64_t unix_ns) {
   telemetry::ServiceStatus said = to_telemetry(status, unix_ns);
   const std::string name = said.service();
-  if (!statuses_.contains(name)) {
-    if (statuses_.size() >= options_.most_services) {
-      ++left_out_;
-      return;
-    }
-    status_keys_[name] = static_cast<std::uint32_t>(status_keys_.size() + 1);
+  telemetry::ServiceStatus* newest = statuses_.find_or_make(name);
+  if (newest == nullptr) {
+    ++left_out_;
+    return;
   }
+  status_keys_.try_emplace(name, static_cast<std::uint32_t>(status_keys_.size() + 1));
   services_of_[writer].insert(name);
-  statuses_[name] = std::move(said);
+  *newest = std::move(said);
   publish_status(name, unix_ns);
 }
 
@@ -197,12 +193,11 @@ void Gateway::take_gone(const WriterId& writer, std::int64_t unix_ns) {
   const auto known = services_of_.find(writer);
   if (known == services_of_.end()) return;
   for (const std::string& name : known->second) {
-    telemetry::ServiceStatus& status = statuses_[name];
     const bool has_successor = std::any_of(
         services_of_.begin(), services_of_.end(),
         [&](const auto& entry) { return entry.first != writer && entry.second.contains(name); });
     if (has_successor) continue;
-    status.set_alive(false);
+    statuses_.entries().at(name).set_alive(false);
     publish_status(name, unix_ns);
   }
   services_of_.erase(known);
@@ -211,7 +206,7 @@ void Gateway::take_gone(const WriterId& writer, std::int64_t unix_ns) {
 void Gateway::publish_status(const std::string& service, std::int64_t unix_ns) {
   if (!hub_.has_subscriber(status_channel_)) return;
   hub_.publish(status_channel_, state_delivery(unix_ns, status_keys_[service]),
-               encoded(statuses_[service]));
+               encoded(statuses_.entries().at(service)));
 }
 
 void Gateway::take(const msg::Event& event, std::int64_t unix_ns) {
@@ -249,10 +244,10 @@ void Gateway::flush_rows(Gyro& gyro, std::int64_t unix_ns) {
 
 void Gateway::flush(std::int64_t unix_ns) {
   is_watched_ = false;
-  for (auto& [id, gyro] : gyros_) {
-    flush(*gyro, unix_ns);
-    is_watched_ = is_watched_ || hub_.has_subscriber(gyro->channels.samples) ||
-                  hub_.has_subscriber(gyro->channels.rate);
+  for (auto& [id, gyro] : gyros_.entries()) {
+    flush(gyro, unix_ns);
+    is_watched_ = is_watched_ || hub_.has_subscriber(gyro.channels.samples) ||
+                  hub_.has_subscriber(gyro.channels.rate);
   }
   // Who is busy with what it has already is asked again.
   auto waiting = std::exchange(late_comers_, {});
@@ -264,9 +259,9 @@ void Gateway::flush(std::int64_t unix_ns) {
       late_comers_.emplace_back(client, channel);
       continue;
     }
-    for (auto& [id, gyro] : gyros_) {
-      if (gyro->channels.history != channel) continue;
-      hub_.publish_to(client, channel, state_delivery(unix_ns), encoded(gyro->history.backlog()));
+    for (const auto& [id, gyro] : gyros_.entries()) {
+      if (gyro.channels.history != channel) continue;
+      hub_.publish_to(client, channel, state_delivery(unix_ns), encoded(gyro.history.backlog()));
       served.insert(client);
     }
   }
@@ -276,7 +271,7 @@ void Gateway::flush(std::int64_t unix_ns) {
 void Gateway::subscribed(foxglove::ClientId client, foxglove::ChannelId channel) {
   const std::int64_t unix_ns = std::max<std::int64_t>(newest_sample_unix_ns_, 0);
   if (channel == status_channel_) {
-    for (const auto& [name, status] : statuses_) {
+    for (const auto& [name, status] : statuses_.entries()) {
       hub_.publish_to(client, channel,
                       state_delivery(time_ns(status.timestamp()), status_keys_[name]),
                       encoded(status));
@@ -289,24 +284,24 @@ void Gateway::subscribed(foxglove::ClientId client, foxglove::ChannelId channel)
     }
     return;
   }
-  for (auto& [id, gyro] : gyros_) {
-    if (channel == gyro->channels.history) {
+  for (const auto& [id, gyro] : gyros_.entries()) {
+    if (channel == gyro.channels.history) {
       late_comers_.emplace_back(client, channel);
-    } else if (channel == gyro->channels.allan) {
+    } else if (channel == gyro.channels.allan) {
       for (const auto& [which, report] : allan_) {
         const auto& [of, axis, stream] = which;
         if (of == id)
           hub_.publish_to(client, channel, state_delivery(unix_ns, key(axis, stream)),
                           encoded(report));
       }
-    } else if (channel == gyro->channels.twin) {
+    } else if (channel == gyro.channels.twin) {
       for (const auto& [which, report] : twins_) {
         const auto& [of, axis] = which;
         if (of == id)
           hub_.publish_to(client, channel, state_delivery(report.wall_time_ns(), key(axis, 0)),
                           encoded(report));
       }
-    } else if (channel == gyro->channels.samples || channel == gyro->channels.rate) {
+    } else if (channel == gyro.channels.samples || channel == gyro.channels.rate) {
       is_watched_ = true;
     }
   }
@@ -340,9 +335,9 @@ void Gateway::tell_of_gateway(const std::vector<dds::RemoteEndpoint>& endpoints,
 
 std::map<std::uint32_t, Gateway::GyroFigures> Gateway::gyro_figures() const {
   std::map<std::uint32_t, GyroFigures> all;
-  for (const auto& [id, gyro] : gyros_) {
-    if (gyro->samples == 0) continue;
-    all[id] = {gyro->samples, gyro->missing, gyro->arrival.unix_ns, to_telemetry(gyro->newest)};
+  for (const auto& [id, gyro] : gyros_.entries()) {
+    if (gyro.samples == 0) continue;
+    all[id] = {gyro.samples, gyro.missing, gyro.arrival.unix_ns, to_telemetry(gyro.newest)};
   }
   return all;
 }

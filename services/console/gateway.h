@@ -7,12 +7,12 @@
 #include <cstdint>
 #include <deque>
 #include <map>
-#include <memory>
 #include <set>
 #include <string>
 #include <tuple>
 #include <vector>
 
+#include "common/core/bounded_table.h"
 #include "common/dds/discovery.h"
 #include "common/foxglove/hub.h"
 #include "common/service/hop_latency.h"
@@ -69,7 +69,7 @@ class Gateway {
   };
   [[nodiscard]] std::map<std::uint32_t, GyroFigures> gyro_figures() const;
   [[nodiscard]] const std::map<std::string, telemetry::ServiceStatus>& services() const {
-    return statuses_;
+    return statuses_.entries();
   }
   [[nodiscard]] const std::map<GyroAxisStream, telemetry::AllanReport>& allan_reports() const {
     return allan_;
@@ -86,11 +86,12 @@ class Gateway {
   struct Gyro {
     Gyro(std::uint32_t gyro_id, const HistoryOptions& options)
         : id(gyro_id), history(gyro_id, options) {}
-    std::uint32_t id;
+    static constexpr std::size_t kMostProbes = 16;  // with a rate
+    const std::uint32_t id;
     Channels channels{};
     GyroHistory history;
     telemetry::SampleBatch batch{};
-    std::map<std::string, thermal::TemperatureTrack> tracks{};
+    core::BoundedTable<std::string, thermal::TemperatureTrack> tracks{kMostProbes};
     std::uint64_t samples = 0;
     std::uint64_t missing = 0;
     std::uint64_t next_sequence = 0;   // 0: none came
@@ -109,10 +110,10 @@ class Gateway {
   foxglove::ChannelId status_channel_ = 0;
   foxglove::ChannelId event_channel_ = 0;
   foxglove::ChannelId gateway_channel_ = 0;
-  std::map<std::uint32_t, std::unique_ptr<Gyro>> gyros_;
+  core::BoundedTable<std::uint32_t, Gyro> gyros_;
   std::map<GyroAxisStream, telemetry::AllanReport> allan_;
   std::map<GyroAxis, telemetry::TwinReport> twins_;
-  std::map<std::string, telemetry::ServiceStatus> statuses_;
+  core::BoundedTable<std::string, telemetry::ServiceStatus> statuses_;
   std::map<std::string, std::uint32_t> status_keys_;
   std::map<WriterId, std::set<std::string>> services_of_;
   std::deque<telemetry::Event> events_;

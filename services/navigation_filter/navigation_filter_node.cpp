@@ -22,7 +22,6 @@ using service::Severity;
 
 namespace {
 
-constexpr std::uint64_t kProgressEvery = 32;  // samples between two progress reports
 constexpr std::size_t kMostStrangers = 1024;  // that are told how far they are heard
 constexpr std::array kFilters{Stream::kRaw, Stream::kCompensated};
 
@@ -57,6 +56,8 @@ navigation::NavigationSample to_navigation(const msg::CompensatedRate& message) 
 NavigationFilterNode::NavigationFilterNode(const NavigationFilterOptions& options)
     : options_(options),
       host_("navigation_filter", options.network, options.supervision),
+      gyros_(options.max_gyros),
+      strangers_(kMostStrangers),
       state_writer_(host_.participant(), host_.observer()),
       reference_writer_(host_.participant(), host_.observer()),
       progress_(host_.participant(), "navigation_filter"),
@@ -80,12 +81,7 @@ int NavigationFilterNode::run() {
 // ---------------------------------------- samples
 
 NavigationFilterNode::Gyro* NavigationFilterNode::gyro(std::uint32_t gyro_id) {
-  for (auto& known : gyros_) {
-    if (known->id == gyro_id) return known.get();
-  }
-  if (gyros_.size() >= options_.max_gyros) return nullptr;
-  gyros_.push_back(std::make_unique<Gyro>(gyro_id, options_.navigation));
-  return gyros_.back().get();
+  return gyros_.find_or_make(gyro_id, gyro_id, options_.navigation);
 }
 
 void NavigationFilterNode::on_sample(const msg::CompensatedRate& message) {
@@ -96,12 +92,13 @@ void NavigationFilterNode::on_sample(const msg::CompensatedRate& message) {
   Gyro* source = gyro(message.gyro_id());
   if (source == nullptr) {
     ++stranger_samples_;
-    if (Pace* pace = stranger(message.gyro_id())) keep_pace(*pace, message);
+    const std::uint32_t id = message.gyro_id();
+    if (auto* pace = strangers_.find_or_make(id)) keep_pace(id, *pace, message);
     return;
   }
   source->navigation.push(to_navigation(message));
   give_references(*source);
-  keep_pace(source->pace, message);
+  keep_pace(source->id, source->pace, message);
 }
 
 // Of the truth alone: the rest is what filters say, this one among them.
@@ -125,27 +122,18 @@ void NavigationFilterNode::give_references(Gyro& source) {
   }
 }
 
-// A replay waits for this consumer, whether it has a use for the gyro or not.
-NavigationFilterNode::Pace* NavigationFilterNode::stranger(std::uint32_t gyro_id) {
-  const auto known = std::find_if(strangers_.begin(), strangers_.end(),
-                                  [&](const Pace& pace) { return pace.gyro_id == gyro_id; });
-  if (known != strangers_.end()) return &*known;
-  if (strangers_.size() >= kMostStrangers) return nullptr;
-  return &strangers_.emplace_back(Pace{.gyro_id = gyro_id});
+void NavigationFilterNode::keep_pace(std::uint32_t gyro_id, service::ConsumerPace& pace,
+                                     const msg::CompensatedRate& message) {
+  const auto clock = static_cast<core::ClockSource>(message.clock_source());
+  if (pace.take(message.sequence_number(), core::is_paced_by_consumers(clock),
+                message.order() != 0))
+    report_progress(gyro_id, pace);
 }
 
-void NavigationFilterNode::keep_pace(Pace& pace, const msg::CompensatedRate& message) {
-  pace.is_waited_for =
-      core::is_paced_by_consumers(static_cast<core::ClockSource>(message.clock_source()));
-  if (!pace.is_waited_for || message.order() != 0) return;
-  pace.newest_sequence = message.sequence_number();
-  if (++pace.since_report >= kProgressEvery) report_progress(pace);
-}
-
-void NavigationFilterNode::report_progress(Pace& pace) {
-  pace.since_report = 0;
+void NavigationFilterNode::report_progress(std::uint32_t gyro_id, service::ConsumerPace& pace) {
+  pace.note_report();
   // It needs no temperatures: a time that nobody waits for.
-  progress_.report(pace.gyro_id, pace.newest_sequence, core::kNever);
+  progress_.report(gyro_id, pace.newest_sequence(), core::kNever);
 }
 
 // ---------------------------------------- states
@@ -157,15 +145,15 @@ void NavigationFilterNode::tick() {
       !published_ns_ || static_cast<double>(now - *published_ns_) >= options_.period_s * 1e9;
   if (due) published_ns_ = now;
   const std::lock_guard lock(mutex_);
-  for (const auto& source : gyros_) {
-    source->navigation.give_up_waiting();
-    give_references(*source);
-    if (source->pace.is_waited_for) report_progress(source->pace);
-    if (due) publish_states(*source);
-    tell_of(*source);
+  for (auto& [id, source] : gyros_.entries()) {
+    source.navigation.give_up_waiting();
+    give_references(source);
+    if (source.pace.is_waited_for()) report_progress(id, source.pace);
+    if (due) publish_states(source);
+    tell_of(source);
   }
-  for (Pace& pace : strangers_) {
-    if (pace.is_waited_for) report_progress(pace);
+  for (auto& [id, pace] : strangers_.entries()) {
+    if (pace.is_waited_for()) report_progress(id, pace);
   }
 }
 
@@ -243,10 +231,10 @@ service::Status NavigationFilterNode::status() {
   bool paced = true;
   {
     const std::lock_guard lock(mutex_);
-    for (const auto& source : gyros_) {
-      const navigation::GyroNavigation& n = source->navigation;
-      paced = paced && source->pace.is_waited_for;
-      all.push_back({.id = source->id,
+    for (const auto& [id, source] : gyros_.entries()) {
+      const navigation::GyroNavigation& n = source.navigation;
+      paced = paced && source.pace.is_waited_for();
+      all.push_back({.id = id,
                      .truth = n.truth_heard(),
                      .at_rest = n.at_rest(),
                      .phase = n.phase(),

@@ -7,14 +7,15 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "common/core/bounded_table.h"
 #include "common/dds/participant.h"
 #include "common/navigation/gyro_navigation.h"
+#include "common/service/consumer_pace.h"
 #include "common/service/hop_latency.h"
 #include "common/service/host.h"
 #include "common/service/replay_pacer.h"
@@ -37,18 +38,11 @@ class NavigationFilterNode {
   int run();  // exit code
 
  private:
-  // What a replay that waits for this consumer is told of one gyro.
-  struct Pace {
-    std::uint32_t gyro_id = 0;
-    std::uint64_t newest_sequence = 0;
-    std::uint64_t since_report = 0;
-    bool is_waited_for = false;
-  };
   struct Gyro {
     Gyro(std::uint32_t gyro_id, const navigation::GyroNavigationOptions& options)
-        : id(gyro_id), pace{.gyro_id = gyro_id}, navigation(options) {}
-    std::uint32_t id;
-    Pace pace;
+        : id(gyro_id), navigation(options) {}
+    const std::uint32_t id;
+    service::ConsumerPace pace{};
     navigation::GyroNavigation navigation;
     navigation::NavigationCounts told{};
     navigation::Phase told_phase = navigation::Phase::kWaiting;
@@ -61,10 +55,10 @@ class NavigationFilterNode {
   void on_sample(const msg::CompensatedRate& message);
   void on_reference(const msg::RateReference& message);
   Gyro* gyro(std::uint32_t gyro_id);
-  void keep_pace(Pace& pace, const msg::CompensatedRate& message);
-  Pace* stranger(std::uint32_t gyro_id);
+  void keep_pace(std::uint32_t gyro_id, service::ConsumerPace& pace,
+                 const msg::CompensatedRate& message);
   void give_references(Gyro& source);
-  void report_progress(Pace& pace);
+  void report_progress(std::uint32_t gyro_id, service::ConsumerPace& pace);
 
   // The host's thread.
   void tick();
@@ -75,8 +69,8 @@ class NavigationFilterNode {
   NavigationFilterOptions options_;
   service::Host host_;
   std::mutex mutex_;
-  std::vector<std::unique_ptr<Gyro>> gyros_;
-  std::vector<Pace> strangers_;
+  core::BoundedTable<std::uint32_t, Gyro> gyros_;
+  core::BoundedTable<std::uint32_t, service::ConsumerPace> strangers_;
   std::uint64_t stranger_samples_ = 0;
   std::uint64_t told_stranger_samples_ = 0;
   std::uint64_t unwritten_ = 0;

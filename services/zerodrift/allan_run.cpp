@@ -13,9 +13,9 @@
 #include "common/core/units.h"
 #include "common/record/csv_cells.h"
 #include "common/record/record_reader.h"
+#include "common/record/record_rows.h"
 #include "common/report/numbers.h"
 #include "services/zerodrift/progress_bar.h"
-#include "services/zerodrift/record_rows.h"
 
 namespace zerodrift::services {
 namespace {
@@ -147,7 +147,7 @@ void refuse_second_rate(const AllanRequest& request, const allan::SampleClock& c
 
 void read_all(const AllanRequest& request, RecordReader& reader, allan::SampleClock& clock,
               std::vector<Source>& sources, AllanResult& result, ProgressBar& bar) {
-  const std::optional<double> rows_expected = estimated_rows(request.record);
+  const std::optional<double> rows_expected = record::estimated_rows(request.record);
   RowNumbers rows;
   std::optional<core::SensorTime> first, previous;
   while (const RecordRow* row = reader.next()) {

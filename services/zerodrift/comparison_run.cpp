@@ -10,10 +10,10 @@
 #include <set>
 #include <stdexcept>
 
+#include "common/record/record_rows.h"
 #include "common/report/numbers.h"
 #include "services/zerodrift/offline_run.h"
 #include "services/zerodrift/progress_bar.h"
-#include "services/zerodrift/record_rows.h"
 
 namespace zerodrift::services {
 namespace {
@@ -135,7 +135,7 @@ Labels read_labels(const ComparisonRequest& request, ProgressBar& bar) {
                                 missing.front() + "_degC, or --columns 'temperature_" +
                                 missing.front() + "=NAME[degC]'");
   }
-  const std::optional<double> rows = estimated_rows(request.record);
+  const std::optional<double> rows = record::estimated_rows(request.record);
   offline.run(false, [&](const core::CompensatedSample& sample) {
     ++labels.samples;
     if (rows) bar.show(kFirstReading * static_cast<double>(labels.samples) / *rows);

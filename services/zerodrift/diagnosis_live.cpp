@@ -140,11 +140,11 @@ void LiveDiagnosis::report_progress() {
   progress_.report(options_.gyro_id, newest_sequence_, newest_);
 }
 
-MeasuredColumns LiveDiagnosis::columns() const {
-  MeasuredColumns columns{.file = request_.record,
-                          .probes = rows_.probes(),
-                          .has_reference = rows_.has_reference(),
-                          .sample_period_s = rows_.sample_period_s()};
+measurement::MeasuredColumns LiveDiagnosis::columns() const {
+  measurement::MeasuredColumns columns{.file = request_.record,
+                                       .probes = rows_.probes(),
+                                       .has_reference = rows_.has_reference(),
+                                       .sample_period_s = rows_.sample_period_s()};
   const auto& wanted = request_.axes;
   for (const auto axis : core::kAxes) {
     if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), axis) == wanted.end()) continue;
@@ -164,7 +164,7 @@ MeasuredColumns LiveDiagnosis::columns() const {
   return columns;
 }
 
-MeasuredRecord LiveDiagnosis::finish() {
+measurement::MeasuredRecord LiveDiagnosis::finish() {
   const std::lock_guard lock(mutex_);
   phase_ = Phase::kDiagnosing;
   rows_.finish();
@@ -176,9 +176,9 @@ MeasuredRecord LiveDiagnosis::finish() {
                                 ", expected a publisher of gyro id " +
                                 std::to_string(options_.gyro_id) + " (--gyro-id, --domain)");
   }
-  MeasuredRecord measured = builder_->finish();
+  measurement::MeasuredRecord measured = builder_->finish();
   builder_.reset();
-  const LiveCounts& counts = rows_.counts();
+  const measurement::LiveCounts& counts = rows_.counts();
   const auto tell = [&](std::uint64_t count, const std::string& what) {
     note(measured.warnings, request_.record, count, what);
   };
@@ -227,7 +227,7 @@ service::Status LiveDiagnosis::status() {
 
 void LiveDiagnosis::run(const std::function<void(const DiagnosisResult&)>& take) {
   host_.run([this] { return status(); }, [this] { tick(); });
-  const MeasuredRecord record = finish();
+  const measurement::MeasuredRecord record = finish();
   std::exception_ptr error;
   std::thread worker([&] {
     try {

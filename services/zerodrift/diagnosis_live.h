@@ -11,11 +11,11 @@
 #include <string>
 
 #include "common/dds/participant.h"
+#include "common/measurement/live_rows.h"
+#include "common/measurement/measured_record.h"
 #include "common/service/host.h"
 #include "common/service/replay_pacer.h"
 #include "services/zerodrift/diagnosis_run.h"
-#include "services/zerodrift/live_rows.h"
-#include "services/zerodrift/measured_record.h"
 #include "services/zerodrift/twin_report.h"
 
 namespace zerodrift::services {
@@ -52,8 +52,8 @@ class LiveDiagnosis {
   void add_ready_rows();
   void complete();
   void report_progress();
-  [[nodiscard]] MeasuredColumns columns() const;
-  [[nodiscard]] MeasuredRecord finish();
+  [[nodiscard]] measurement::MeasuredColumns columns() const;
+  [[nodiscard]] measurement::MeasuredRecord finish();
 
   // Host's thread.
   void tick();
@@ -69,8 +69,8 @@ class LiveDiagnosis {
   std::atomic<std::uint64_t> rejected_{0};  // samples of a second publisher with this id
   std::mutex mutex_;
   Phase phase_ = Phase::kListening;
-  LiveRows rows_;
-  std::optional<MeasuredRecordBuilder> builder_;
+  measurement::LiveRows rows_;
+  std::optional<measurement::MeasuredRecordBuilder> builder_;
   std::string failure_;
   std::optional<core::SensorTime> first_;
   core::SensorTime newest_{0};

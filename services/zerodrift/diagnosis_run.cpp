@@ -11,7 +11,6 @@
 #include "common/report/numbers.h"
 #include "common/report/plain_text.h"
 #include "common/twin/effect_catalogue.h"
-#include "services/zerodrift/measured_record.h"
 #include "services/zerodrift/progress_bar.h"
 
 namespace zerodrift::services {
@@ -42,7 +41,7 @@ void check(const DiagnosisRequest& request) {
   }
 }
 
-RecordSummary summary_of(const MeasuredRecord& record) {
+RecordSummary summary_of(const measurement::MeasuredRecord& record) {
   RecordSummary summary{.file = record.file,
                         .rows = record.series.rows,
                         .duration_s = record.duration_s(),
@@ -68,7 +67,7 @@ double expected_noise_radps(const twin::Model& model, core::Axis axis, double pe
 }
 
 // Rates in another unit than their name says betray themselves by their noise.
-void compare_noise(const twin::Model& model, const MeasuredRecord& record,
+void compare_noise(const twin::Model& model, const measurement::MeasuredRecord& record,
                    std::vector<std::string>& warnings) {
   for (const auto axis : core::kAxes) {
     if (!record.has(axis)) continue;
@@ -89,7 +88,7 @@ void compare_noise(const twin::Model& model, const MeasuredRecord& record,
 
 // An axis of which the twin says nothing.
 void name_bare_axes(const twin::Model& model, const DiagnosisRequest& request,
-                    const MeasuredRecord& record, std::vector<std::string>& warnings) {
+                    const measurement::MeasuredRecord& record, std::vector<std::string>& warnings) {
   for (const auto axis : core::kAxes) {
     const bool listed =
         std::any_of(model.effects.begin(), model.effects.end(),
@@ -101,7 +100,8 @@ void name_bare_axes(const twin::Model& model, const DiagnosisRequest& request,
   }
 }
 
-void require_common_axis(const MeasuredRecord& record, const MeasuredRecord& validation) {
+void require_common_axis(const measurement::MeasuredRecord& record,
+                         const measurement::MeasuredRecord& validation) {
   for (const auto axis : core::kAxes) {
     if (record.has(axis) && validation.has(axis)) return;
   }
@@ -111,7 +111,7 @@ void require_common_axis(const MeasuredRecord& record, const MeasuredRecord& val
 
 // Of a record to prove on. What is compared are means of 60 s: ten of them are the least that tells
 // drift from chance. (A short record to diagnose gets the verdict that it can't be decided.)
-void require_length(const MeasuredRecord& validation) {
+void require_length(const measurement::MeasuredRecord& validation) {
   constexpr double kShortestS = 600.0;
   if (validation.duration_s() >= kShortestS) return;
   throw std::invalid_argument(validation.file + ": found " +
@@ -134,14 +134,14 @@ bool is_equal(const twin::EffectSpec& a, const twin::EffectSpec& b) {
          a.standard_errors == b.standard_errors && a.inputs == b.inputs;
 }
 
-DiagnosisResult diagnose_with(const DiagnosisRequest& request, const MeasuredRecord& record,
-                              ProgressBar& bar) {
+DiagnosisResult diagnose_with(const DiagnosisRequest& request,
+                              const measurement::MeasuredRecord& record, ProgressBar& bar) {
   const config::LoadedModel loaded = config::load_model(request.model);
   DiagnosisResult result;
   result.model = request.model;
   result.gyro = loaded.model.gyro;
   result.warnings = loaded.warnings;
-  const auto note = [&](const MeasuredRecord& measured) {
+  const auto note = [&](const measurement::MeasuredRecord& measured) {
     result.warnings.insert(result.warnings.end(), measured.warnings.begin(),
                            measured.warnings.end());
     compare_noise(loaded.model, measured, result.warnings);
@@ -154,7 +154,7 @@ DiagnosisResult diagnose_with(const DiagnosisRequest& request, const MeasuredRec
   double done = share_of_each;
   for (const std::string& file : request.validation) {
     bar.show(done);
-    MeasuredRecord held_out = read_measured_record(
+    measurement::MeasuredRecord held_out = measurement::read_measured_record(
         {.record = file, .columns = request.columns, .gyro_id = request.gyro_id},
         [&](double share) { bar.show(done + share_of_each * share); });
     done += share_of_each;
@@ -186,16 +186,17 @@ DiagnosisResult run_diagnosis(const DiagnosisRequest& request) {
   ProgressBar bar("diagnose");
   const double share_of_each = kReading / static_cast<double>(1 + request.validation.size());
   bar.show(0.0);
-  const MeasuredRecord record =
-      read_measured_record({.record = request.record,
-                            .columns = request.columns,
-                            .gyro_id = request.gyro_id,
-                            .axes = request.axes},
-                           [&](double share) { bar.show(share_of_each * share); });
+  const measurement::MeasuredRecord record =
+      measurement::read_measured_record({.record = request.record,
+                                         .columns = request.columns,
+                                         .gyro_id = request.gyro_id,
+                                         .axes = request.axes},
+                                        [&](double share) { bar.show(share_of_each * share); });
   return diagnose_with(request, record, bar);
 }
 
-DiagnosisResult run_diagnosis(const DiagnosisRequest& request, const MeasuredRecord& record) {
+DiagnosisResult run_diagnosis(const DiagnosisRequest& request,
+                              const measurement::MeasuredRecord& record) {
   check(request);
   ProgressBar bar("diagnose");
   return diagnose_with(request, record, bar);

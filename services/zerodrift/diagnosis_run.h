@@ -9,8 +9,8 @@
 
 #include "common/core/axis.h"
 #include "common/diagnosis/diagnosis.h"
+#include "common/measurement/measured_record.h"
 #include "common/twin/model.h"
-#include "services/zerodrift/measured_record.h"
 
 namespace zerodrift::services {
 
@@ -55,6 +55,6 @@ struct DiagnosisResult {
 [[nodiscard]] DiagnosisResult run_diagnosis(const DiagnosisRequest& request);
 // The same with a record that was measured already; request.record is its name.
 [[nodiscard]] DiagnosisResult run_diagnosis(const DiagnosisRequest& request,
-                                            const MeasuredRecord& record);
+                                            const measurement::MeasuredRecord& record);
 
 }  // namespace zerodrift::services

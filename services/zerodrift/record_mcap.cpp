@@ -17,6 +17,7 @@
 #include "common/core/bounded_table.h"
 #include "common/dds/raw_reader.h"
 #include "common/mcap/mcap_error.h"
+#include "common/recording/record_queue.h"
 #include "common/service/host.h"
 #include "common/service/latency_histogram.h"
 #include "common/service/main.h"
@@ -24,7 +25,6 @@
 #include "common/service/replay_pacer.h"
 #include "services/zerodrift/arrival_count.h"
 #include "services/zerodrift/discovery_settled.h"
-#include "services/zerodrift/record_queue.h"
 
 namespace zerodrift::services {
 namespace {

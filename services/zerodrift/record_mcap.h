@@ -8,9 +8,11 @@
 #include <vector>
 
 #include "common/dds/participant.h"
-#include "services/zerodrift/record_file.h"
+#include "common/recording/record_file.h"
 
 namespace zerodrift::services {
+
+using namespace recording;
 
 struct McapRecordOptions {
   dds::NetworkOptions network{};

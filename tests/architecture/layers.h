@@ -35,12 +35,14 @@ inline constexpr std::array kLayers{
     Layer{"common/record",       Purity::kSystem, {"common/core", "common/files", "common/mcap"}},
     Layer{"common/checkpoint",   Purity::kSystem, {"common/core", "common/thermal", "common/regression", "common/compensation", "common/files", "idl/proto"}},
     Layer{"common/report",       Purity::kSystem, {"common/core", "common/files"}},
+    Layer{"common/measurement",  Purity::kSystem, {"common/core", "common/twin", "common/diagnosis", "common/record", "common/report"}},
     Layer{"common/drivers",      Purity::kSystem, {"common/core"}},
     Layer{"common/config",       Purity::kSystem, {"common/core", "common/thermal", "common/regression", "common/navigation", "common/compensation", "common/twin", "common/files", "idl/proto"}},
     Layer{"common/dds",          Purity::kSystem, {"common/core", "idl/dds"}},
     Layer{"common/web",          Purity::kSystem, {"common/core"}},
     Layer{"common/foxglove",     Purity::kSystem, {"common/core", "common/web"}},
     Layer{"common/replay",       Purity::kSystem, {"common/core", "common/twin", "common/config", "common/record", "common/dds", "common/service", "idl/dds"}},
+    Layer{"common/recording",    Purity::kSystem, {"common/files", "common/mcap", "common/dds"}},
     Layer{"common/service",      Purity::kSystem, {"common/core", "common/compensation", "common/dds", "idl/dds"}},
 };
 // clang-format on

@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "common/config/twin_config.h"
+#include "common/measurement/measured_record.h"
 #include "common/report/json_file.h"
 #include "services/zerodrift/diagnosis_report.h"
 #include "services/zerodrift/diagnosis_run.h"
-#include "services/zerodrift/measured_record.h"
 #include "tests/blind/baselines.h"
 
 namespace {
@@ -28,8 +28,8 @@ struct Request {
   std::string json;
 };
 
-services::MeasuredRecord read(const std::string& file, services::DiagnosisResult& result) {
-  auto record = services::read_measured_record({.record = file, .columns = {}}, [](double) {});
+measurement::MeasuredRecord read(const std::string& file, services::DiagnosisResult& result) {
+  auto record = measurement::read_measured_record({.record = file, .columns = {}}, [](double) {});
   result.warnings.insert(result.warnings.end(), record.warnings.begin(), record.warnings.end());
   return record;
 }

@@ -243,13 +243,7 @@ class Instance final : public Node, private Pipeline::Port {
     pipeline_.tick(clock());
     const auto giver = pipeline_.state_to_ask_for(clock());
     if (giver) world_.send(number_, static_cast<int>(*giver), Question{number_, *giver});
-    const bool in_sync = pipeline_.sync().may_write();
-    if (world_.tells && in_sync != told_in_sync_)
-      world_.tell(std::to_string(number_) + (in_sync ? " is in sync" : " is behind"));
-    if (in_sync && !told_in_sync_ && !has_state_ && world_.now > 8 * kSecond)
-      world_.began_anew = true;
-    told_in_sync_ = in_sync;
-    has_state_ = has_state_ && in_sync;
+    note_sync();
   }
   void publisher_gone(std::uint64_t run) { pipeline_.publisher_gone(run); }
   void step_clock(Time by) { offset_ += by; }
@@ -274,6 +268,7 @@ class Instance final : public Node, private Pipeline::Port {
     return prepared_;
   }
   void write_prepared(bool) noexcept override {
+    note_sync();  // it may be in sync between two ticks only
     for (const Reader* reader : world_.readers_) {
       const auto r = std::find(world_.readers_.begin(), world_.readers_.end(), reader);
       world_.send(number_, kFirstReader + static_cast<int>(r - world_.readers_.begin()), prepared_);
@@ -313,10 +308,19 @@ class Instance final : public Node, private Pipeline::Port {
     std::vector<HashAnswer> answers;
     for (const auto& input : pipeline_.logged())
       Pipeline::repeat(*fresh, input, state.sequence, answers);
-    pipeline_.go_on_with(fresh, answers, clock());
+    note_sync();
     has_state_ = true;
     world_.tell(std::to_string(number_) + " has the state of " + std::to_string(from) +
                 " as of sample " + std::to_string(state.sequence));
+    pipeline_.go_on_with(fresh, answers, clock());
+  }
+  void note_sync() {
+    const bool in_sync = pipeline_.sync().may_write();
+    if (in_sync == told_in_sync_) return;
+    told_in_sync_ = in_sync;
+    world_.tell(std::to_string(number_) + (in_sync ? " is in sync" : " is behind"));
+    if (in_sync && !has_state_ && world_.now > 8 * kSecond) world_.began_anew = true;
+    has_state_ = has_state_ && in_sync;
   }
 
   int number_;

@@ -21,6 +21,25 @@ TEST(BoundedTableLaws, WhoIsInItStaysInItAndWhoIsTooManyIsCounted) {
   for (int key = 0; key < 3; ++key) EXPECT_EQ(table.entries().at(key), 10.0 * key);
   EXPECT_NE(table.find_or_make(2), nullptr);
   EXPECT_FALSE(table.contains(100));
+  EXPECT_EQ(table.size(), 3U);
+  EXPECT_EQ(table.find(2), &table.entries().at(2));
+  EXPECT_EQ(table.find(100), nullptr) << "to look is not to ask for a place";
+  EXPECT_EQ(table.refused(), 9'900U);
+}
+
+// Rule: what a thread holds on to while others come in stays where it is.
+TEST(BoundedTableLaws, AValueIsMadeInItsPlaceAndStaysThere) {
+  struct Immovable {
+    explicit Immovable(int its_number) : number(its_number) {}
+    Immovable(const Immovable&) = delete;
+    Immovable& operator=(const Immovable&) = delete;
+    const int number;
+  };
+  BoundedTable<int, Immovable> table(100);
+  const Immovable* first = table.find_or_make(50, 7);
+  for (int key = 0; key < 100; ++key) table.find_or_make(key, key);
+  EXPECT_EQ(table.find(50), first);
+  EXPECT_EQ(table.entries().at(50).number, 7);
 }
 
 }  // namespace

@@ -45,6 +45,8 @@ class Instance final : Pipeline::Port {
     now_ns += 5 * kMs;
     pipeline.push(rate(sequence), run, 0, now_ns);
   }
+  // At the same moment as what came before.
+  void sample_at_once(std::uint64_t sequence) { pipeline.push(rate(sequence), kRun, 0, now_ns); }
   void hear(const AnswerMark& other) { pipeline.hear(other); }
   // From `first` until it is the only one in sync.
   std::uint64_t begin(std::uint64_t first = 1) {
@@ -141,6 +143,42 @@ TEST(GyroPipeline, OneThatCatchesUpGoesOnToTheBitAndReachesBackToTheState) {
     EXPECT_EQ(mine.sequence, other.sequence);
     EXPECT_EQ(mine.digest, other.digest);
   }
+}
+
+// Rule: what only one that is behind has answered is not lost with its line. Here the other one
+// died, and began anew a hundred samples later.
+TEST(GyroPipeline, WhatNobodyElseAnsweredIsWrittenBeforeItGoesOnFromAStateThatBeganLater) {
+  Instance first(0);
+  Instance survivor(1);
+  const std::uint64_t held_from = first.begin();
+  std::uint64_t next = held_from;
+  std::vector<std::uint64_t> digests;
+  const auto answer = [&] {
+    survivor.sample(next++);
+    digests.push_back(survivor.pipeline.newest().digest);
+  };
+  for (int k = 0; k < 10; ++k) {
+    first.sample(next);
+    answer();
+    survivor.hear(first.written.back());
+  }
+  EXPECT_FALSE(survivor.pipeline.state_to_ask_for(survivor.now_ns)) << "the log begins first";
+  for (int k = 0; k < 100; ++k) answer();
+  Instance anew(0);
+  const std::uint64_t began_at = next;
+  next = anew.begin(began_at);
+  for (std::uint64_t k = began_at; k < next; ++k) survivor.sample_at_once(k);
+  for (const AnswerMark& mark : anew.written) survivor.hear(mark);
+  ASSERT_TRUE(survivor.written.empty());
+  ASSERT_TRUE(survivor.catch_up(anew));
+  ASSERT_EQ(survivor.written.size(), digests.size()) << "anew has written the others";
+  for (std::size_t k = 0; k < digests.size(); ++k) {
+    EXPECT_EQ(survivor.written[k].sequence, held_from + k);
+    EXPECT_EQ(survivor.written[k].digest, digests[k]);
+  }
+  anew.sample(next);
+  survivor.sample(next);
+  EXPECT_EQ(survivor.written.back().digest, anew.written.back().digest);
 }
 
 TEST(GyroPipeline, AStateThatTheLogDoesNotReachIsRefused) {

@@ -194,6 +194,21 @@ TEST(InstanceSync, OneThatIsStillWithTheRunBeforeIsNotFollowed) {
   EXPECT_EQ(instance.sync.health(), InstanceSync::Health::kInSync);
 }
 
+// Rule: a line of n answers up to a sample says nothing about what came before these n.
+TEST(InstanceSync, WhatALineThatBeganAnewNeverAnsweredWasHeardFromNobody) {
+  InstanceSync sync(1);
+  sync.hear(mark(0, 1000, 1, 400));
+  EXPECT_FALSE(sync.was_heard(1, 600));
+  EXPECT_TRUE(sync.was_heard(1, 601));
+  EXPECT_TRUE(sync.was_heard(1, 1000));
+  EXPECT_FALSE(sync.was_heard(1, 1001));
+  EXPECT_FALSE(sync.was_heard(2, 1000)) << "of another run";
+  sync.hear(mark(2, 700, 1, 100000));
+  EXPECT_TRUE(sync.was_heard(1, 600)) << "from the third one";
+  sync.hear(mark(0, 1000, 1, 0));
+  EXPECT_TRUE(sync.was_heard(1, 800)) << "one that hangs doesn't say how long its line is";
+}
+
 TEST(InstanceSync, AnotherGyrosOrItsOwnOrAForgedNumberIsNobody) {
   Instance instance(0);
   instance.sync.hear(mark(0, 1));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/zerodrift/record_queue.h"
+#include "common/recording/record_queue.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-namespace zerodrift::services {
+namespace zerodrift::recording {
 namespace {
 
 using namespace std::chrono_literals;
@@ -114,4 +114,4 @@ TEST(RecordQueueLaws, OfSeveralThreadsNothingGoesByUncounted) {
 }
 
 }  // namespace
-}  // namespace zerodrift::services
+}  // namespace zerodrift::recording

@@ -15,7 +15,7 @@
 #include "common/record/record_layout.h"
 #include "common/record/record_reader.h"
 
-namespace zerodrift::services {
+namespace zerodrift::measurement {
 
 struct MeasuredRecordRequest {
   std::string record;
@@ -75,4 +75,4 @@ class MeasuredRecordBuilder {
 [[nodiscard]] MeasuredRecord read_measured_record(const MeasuredRecordRequest& request,
                                                   const std::function<void(double)>& progress);
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::measurement

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/zerodrift/live_rows.h"
+#include "common/measurement/live_rows.h"
 
 #include <algorithm>
 #include <utility>
 
-#include "common/twin/temperature_point.h"
+#include "common/core/median.h"
+#include "common/measurement/probe_order.h"
 
-namespace zerodrift::services {
+namespace zerodrift::measurement {
 namespace {
 
 constexpr std::size_t kStepsForPeriod = 100;
@@ -21,18 +22,7 @@ double median_step_s(const std::deque<core::AngularRateSample>& rates) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < rates.size() && i <= kStepsForPeriod; ++i)
     steps.push_back(core::seconds(rates[i].time - rates[i - 1].time));
-  if (steps.empty()) return 0.0;
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return *middle;
-}
-
-bool is_before(const std::string& a, const std::string& b) {
-  const auto place = [](const std::string& name) {
-    const auto point = twin::temperature_point(name);
-    return point ? twin::index(*point) : twin::kTemperaturePointCount;
-  };
-  return std::pair(place(a), a) < std::pair(place(b), b);
+  return core::median_of(std::move(steps));
 }
 
 }  // namespace
@@ -104,7 +94,7 @@ void LiveRows::finish() {
 void LiveRows::start() {
   started_ = true;
   for (const auto& [name, probe] : probes_.entries()) probe_names_.push_back(name);
-  std::sort(probe_names_.begin(), probe_names_.end(), is_before);
+  std::sort(probe_names_.begin(), probe_names_.end(), is_probe_before);
   has_reference_ = !references_.empty();
   sample_period_s_ = median_step_s(rates_);
   row_.temperature_degc.assign(probe_names_.size(), record::kNotMeasured);
@@ -183,4 +173,4 @@ void LiveRows::take_reference(core::SensorTime time) {
   }
 }
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::measurement

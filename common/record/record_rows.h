@@ -4,10 +4,10 @@
 #include <filesystem>
 #include <optional>
 
-namespace zerodrift::services {
+namespace zerodrift::record {
 
 // Rows of a plain .csv, from its size and the lines of its first 64 kB, for a progress bar; nothing
 // of a compressed file or of one that cannot be read.
 [[nodiscard]] std::optional<double> estimated_rows(const std::filesystem::path& record);
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::record

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/zerodrift/record_file.h"
+#include "common/recording/record_file.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -9,7 +9,7 @@
 #include "common/files/input_file.h"
 #include "common/mcap/mcap_error.h"
 
-namespace zerodrift::services {
+namespace zerodrift::recording {
 namespace {
 
 namespace fs = std::filesystem;
@@ -202,4 +202,4 @@ void RecordFile::finish_open(const mcap::Pairs& more) {
   file_->commit();
 }
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::recording

@@ -15,7 +15,7 @@
 #include "common/core/samples.h"
 #include "common/record/record_reader.h"
 
-namespace zerodrift::services {
+namespace zerodrift::measurement {
 
 // Time stamps of a stream in order. One that is far ahead is believed when the next one confirms
 // it, so that a wild stamp costs one sample and not the stream.
@@ -113,4 +113,4 @@ class LiveRows {
   LiveCounts counts_;
 };
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::measurement

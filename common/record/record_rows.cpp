@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/zerodrift/record_rows.h"
+#include "common/record/record_rows.h"
 
 #include <algorithm>
 #include <fstream>
 #include <string>
 
-namespace zerodrift::services {
+namespace zerodrift::record {
 
 std::optional<double> estimated_rows(const std::filesystem::path& record) {
   std::error_code error;
@@ -20,4 +20,4 @@ std::optional<double> estimated_rows(const std::filesystem::path& record) {
   return static_cast<double>(size) * static_cast<double>(lines) / static_cast<double>(begin.size());
 }
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::record

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Records as they come, for the diagnosis: what can't have been measured is taken out with a line
 // that names the column, and what is of no use at all is refused with one line.
-#include "services/zerodrift/measured_record.h"
+#include "common/measurement/measured_record.h"
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@
 #include "common/core/units.h"
 #include "tests/support/scratch_folder.h"
 
-namespace zerodrift::services {
+namespace zerodrift::measurement {
 namespace {
 
 struct Cells {
@@ -262,4 +262,4 @@ TEST_F(MeasuredRecordTest, WhatIsOfNoUseIsRefusedInOneLineThatNamesTheFile) {
 }
 
 }  // namespace
-}  // namespace zerodrift::services
+}  // namespace zerodrift::measurement

@@ -14,9 +14,9 @@
 
 #include "common/mcap/log_file.h"
 #include "common/mcap/mcap_writer.h"
-#include "services/zerodrift/record_queue.h"
+#include "common/recording/record_queue.h"
 
-namespace zerodrift::services {
+namespace zerodrift::recording {
 
 enum class Opening : std::uint8_t { kAtOnce, kWithTheFirstMessage };
 
@@ -96,4 +96,4 @@ class RecordFile {
   std::filesystem::path moved_aside_;
 };
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::recording

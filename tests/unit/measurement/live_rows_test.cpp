@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Streams of a running system as rows: the same whatever came first, and none of a wild stamp.
-#include "services/zerodrift/live_rows.h"
+#include "common/measurement/live_rows.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <random>
 #include <vector>
 
-namespace zerodrift::services {
+namespace zerodrift::measurement {
 namespace {
 
 core::SensorTime at(double seconds) {
@@ -195,4 +195,4 @@ TEST(LiveRows, ProbesAndTrueRatesThatComeTooLateAreCounted) {
 }
 
 }  // namespace
-}  // namespace zerodrift::services
+}  // namespace zerodrift::measurement

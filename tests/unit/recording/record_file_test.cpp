@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/zerodrift/record_file.h"
+#include "common/recording/record_file.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include "common/record/record_reader.h"
 #include "tests/support/scratch_folder.h"
 
-namespace zerodrift::services {
+namespace zerodrift::recording {
 namespace {
 
 // A flood of made-up ids must neither end a recording (an MCAP file holds 65535 channels at most)
@@ -56,4 +56,4 @@ TEST_F(RecordFileLaws, OfMoreGyrosThanChannelsEveryMessageIsKeptAndFound) {
 }
 
 }  // namespace
-}  // namespace zerodrift::services
+}  // namespace zerodrift::recording

@@ -15,7 +15,7 @@
 
 #include "common/dds/topics.h"
 
-namespace zerodrift::services {
+namespace zerodrift::recording {
 
 // What else a message is to the recorder.
 enum class MessageRole : std::uint32_t {
@@ -91,4 +91,4 @@ class RecordQueue {
   std::atomic<std::size_t> peak_{0};
 };
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::recording

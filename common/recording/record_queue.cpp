@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/zerodrift/record_queue.h"
+#include "common/recording/record_queue.h"
 
 #include <algorithm>
 #include <cstring>
 #include <type_traits>
 #include <utility>
 
-namespace zerodrift::services {
+namespace zerodrift::recording {
 namespace {
 
 // What stands before each message's part and payload.
@@ -108,4 +108,4 @@ std::uint64_t RecordQueue::dropped() const noexcept {
   return all;
 }
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::recording

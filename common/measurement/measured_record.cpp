@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/zerodrift/measured_record.h"
+#include "common/measurement/measured_record.h"
 
 #include <algorithm>
 #include <array>
@@ -10,13 +10,14 @@
 #include <stdexcept>
 
 #include "common/core/units.h"
+#include "common/measurement/column_watch.h"
+#include "common/measurement/probe_order.h"
 #include "common/record/record_reader.h"
+#include "common/record/record_rows.h"
 #include "common/report/numbers.h"
 #include "common/report/plain_text.h"
-#include "common/twin/temperature_point.h"
-#include "services/zerodrift/record_rows.h"
 
-namespace zerodrift::services {
+namespace zerodrift::measurement {
 namespace {
 
 using record::BoundColumn;
@@ -28,199 +29,14 @@ constexpr core::PerAxis<double> kNoAxis{kNone, kNone, kNone};
 constexpr double kLongestPeriodS = 60.0;
 // Below it slow effects and slow noise look alike.
 constexpr double kShortS = 1800.0;
-// So many equal readings in a row from the first to the last are no measurement.
-constexpr std::uint64_t kReadingsOfAStuckSensor = 100;
 // A thermometer that never moves is stuck if another one does by so much.
 constexpr double kMovedDegc = 1.0;
 // A step in time is a gap from so many sample periods on.
 constexpr double kGapPeriods = 2.5;
 // A gyro at rest shows less, also a poor one.
 constexpr double kLargestBiasRadps = 10.0 * core::kRadPerDeg;
-constexpr double kGravityMps2 = 9.80665;
 constexpr int kDigits = 3;
 constexpr std::uint64_t kRowsPerProgress = 8192;
-
-// What a sensor can have measured, in the default unit of the quantity.
-struct Limits {
-  double lowest = 0.0;
-  double highest = 0.0;
-  const char* text = "";
-};
-
-Limits limits_of(Quantity quantity) {
-  constexpr double kFastestRadps = 1e4 * core::kRadPerDeg;
-  constexpr double kStrongestUt = 1e5;
-  constexpr double kHardestMps2 = 1e3 * kGravityMps2;
-  switch (quantity) {
-    case Quantity::kRate:
-    case Quantity::kReference:
-      return {-kFastestRadps, kFastestRadps, "-10000 to 10000 deg/s"};
-    case Quantity::kTemperature:
-      return {-100.0, 200.0, "-100 to 200 degC"};
-    case Quantity::kMagnetic:
-      return {-kStrongestUt, kStrongestUt, "-100 to 100 mT"};
-    case Quantity::kAcceleration:
-      return {-kHardestMps2, kHardestMps2, "-1000 to 1000 g"};
-    case Quantity::kVibration:
-      return {0.0, 1e3, "0 to 1000 g"};
-    case Quantity::kSourceCurrent:
-      return {0.0, 1e5, "0 to 100 A"};
-    case Quantity::kSupply:
-      return {-1e3, 1e3, "-1000 to 1000 V"};
-    case Quantity::kTime:
-      break;
-  }
-  return {-std::numeric_limits<double>::max(), std::numeric_limits<double>::max(), "any"};
-}
-
-// One column: passes on what can have been measured and remembers the rest.
-class ColumnWatch {
- public:
-  explicit ColumnWatch(BoundColumn column)
-      : column_(std::move(column)), limits_(limits_of(column_.channel.quantity)) {}
-
-  // The reading, or NaN.
-  double pass(double value) {
-    if (std::isnan(value)) return value;
-    if (!(value >= limits_.lowest && value <= limits_.highest)) {
-      ++impossible_;
-      lowest_impossible_ = std::min(lowest_impossible_, value);
-      highest_impossible_ = std::max(highest_impossible_, value);
-      return kNone;
-    }
-    ++readings_;
-    last_ = value;
-    lowest_ = std::min(lowest_, value);
-    highest_ = std::max(highest_, value);
-    return value;
-  }
-
-  [[nodiscard]] const BoundColumn& column() const { return column_; }
-  [[nodiscard]] std::uint64_t readings() const { return readings_; }
-  [[nodiscard]] bool never_moves() const {
-    return readings_ >= kReadingsOfAStuckSensor && !(lowest_ < highest_);
-  }
-  [[nodiscard]] double range() const { return readings_ > 0 ? highest_ - lowest_ : 0.0; }
-  [[nodiscard]] double last() const { return last_; }
-
-  // A line on the readings that were not passed on, if any.
-  [[nodiscard]] std::optional<std::string> complaint() const {
-    if (impossible_ == 0) return std::nullopt;
-    const std::uint64_t all = impossible_ + readings_;
-    std::string text = column_name() + ": " + std::to_string(impossible_) + " of " +
-                       std::to_string(all) + " readings lie between " +
-                       significant(in_unit(lowest_impossible_), 4) + " and " +
-                       significant(in_unit(highest_impossible_), 4) + " " + unit() + ", expected " +
-                       limits_.text + "; taken as not measured" + hint();
-    return text;
-  }
-
-  [[nodiscard]] std::string column_name() const {
-    return "column " + report::shortened(column_.header, 60);
-  }
-
- private:
-  [[nodiscard]] bool is_rate() const {
-    return column_.channel.quantity == Quantity::kRate ||
-           column_.channel.quantity == Quantity::kReference;
-  }
-  [[nodiscard]] double in_unit(double value) const {
-    return is_rate() ? value / core::kRadPerDeg : value;
-  }
-  [[nodiscard]] std::string unit() const {
-    return is_rate() ? "deg/s" : std::string(record::default_unit(column_.channel.quantity));
-  }
-
-  // What the unit probably is, where nearly all is impossible.
-  [[nodiscard]] std::string hint() const {
-    if (impossible_ < readings_) return {};
-    constexpr double kZeroDegcInKelvin = 273.15;
-    const auto fits = [&](double offset) {
-      return lowest_impossible_ + offset >= limits_.lowest &&
-             highest_impossible_ + offset <= limits_.highest;
-    };
-    const auto mapped = [&](const char* unit) {
-      return " (is it in " + std::string(unit) + "? then --columns '" +
-             record::name(column_.channel) + "=" + report::shortened(column_.header, 60) + "[" +
-             unit + "]')";
-    };
-    if (column_.channel.quantity == Quantity::kTemperature) {
-      if (fits(-kZeroDegcInKelvin)) return mapped("K");
-      if (fits(kZeroDegcInKelvin)) return mapped("degC");
-    }
-    if (is_rate()) return " (is the unit right? rad/s, deg/s and deg/h are accepted)";
-    return " (is the unit right? accepted: " + record::accepted_units(column_.channel.quantity) +
-           ")";
-  }
-
-  BoundColumn column_;
-  Limits limits_;
-  std::uint64_t readings_ = 0;
-  std::uint64_t impossible_ = 0;
-  double last_ = kNone;
-  double lowest_ = std::numeric_limits<double>::infinity();
-  double highest_ = -std::numeric_limits<double>::infinity();
-  double lowest_impossible_ = std::numeric_limits<double>::infinity();
-  double highest_impossible_ = -std::numeric_limits<double>::infinity();
-};
-
-double value_of(const record::RecordRow& row, const BoundColumn& column) {
-  const std::size_t axis = core::index(column.channel.axis);
-  switch (column.channel.quantity) {
-    case Quantity::kRate:
-      return row.rate_radps[axis];
-    case Quantity::kReference:
-      return row.reference_radps[axis];
-    case Quantity::kTemperature:
-      return row.temperature_degc[column.slot];
-    case Quantity::kMagnetic:
-      return row.inputs.magnetic_ut[axis];
-    case Quantity::kAcceleration:
-      return row.inputs.acceleration_mps2[axis];
-    case Quantity::kVibration:
-      return row.inputs.vibration_g;
-    case Quantity::kSourceCurrent:
-      return row.inputs.source_current_ma;
-    case Quantity::kSupply:
-      return row.inputs.supply_v;
-    case Quantity::kTime:
-      break;
-  }
-  return kNone;
-}
-
-void put(double value, const BoundColumn& column, diagnosis::MeasuredRow& row,
-         std::vector<double>& temperature_degc) {
-  const std::size_t axis = core::index(column.channel.axis);
-  switch (column.channel.quantity) {
-    case Quantity::kRate:
-      row.rate_radps[axis] = value;
-      break;
-    case Quantity::kReference:
-      row.reference_radps[axis] = value;
-      break;
-    case Quantity::kTemperature:
-      temperature_degc[column.slot] = value;
-      break;
-    case Quantity::kMagnetic:
-      row.magnetic_ut[axis] = value;
-      break;
-    case Quantity::kAcceleration:
-      row.acceleration_mps2[axis] = value;
-      break;
-    case Quantity::kVibration:
-      row.vibration_g = value;
-      break;
-    case Quantity::kSourceCurrent:
-      row.source_current_ma = value;
-      break;
-    case Quantity::kSupply:
-      row.supply_v = value;
-      break;
-    case Quantity::kTime:
-      break;
-  }
-}
 
 // Noise from sample to sample. E|x - y| of white noise is 2 sigma / sqrt(pi).
 class StepNoise {
@@ -289,17 +105,6 @@ double require_period(double period_s, const std::string& file) {
       ", expected one every minute or more often: means of 60 s are compared");
 }
 
-// Places of the twin first, in its order; the others by name.
-void sort_probes(std::vector<diagnosis::ProbeSeries>& probes) {
-  const auto place = [](const diagnosis::ProbeSeries& probe) {
-    const auto point = twin::temperature_point(probe.name);
-    return point ? twin::index(*point) : twin::kTemperaturePointCount;
-  };
-  std::sort(probes.begin(), probes.end(), [&](const auto& a, const auto& b) {
-    return std::pair(place(a), a.name) < std::pair(place(b), b.name);
-  });
-}
-
 MeasuredColumns columns_of(const record::RecordInfo& info, const MeasuredRecordRequest& request,
                            const std::vector<record::ColumnMapping>& map) {
   require_axes(info, request);
@@ -328,26 +133,26 @@ class MeasuredRecordBuilder::Implementation {
       : columns_(std::move(columns)),
         series_({.probes = columns_.probes,
                  .has_reference = columns_.has_reference,
-                 .sample_period_s = require_period(columns_.sample_period_s, columns_.file)}),
-        temperature_degc_(columns_.probes.size(), kNone) {
+                 .sample_period_s = require_period(columns_.sample_period_s, columns_.file)}) {
+    cleared_.temperature_degc.assign(columns_.probes.size(), kNone);
     for (const BoundColumn& column : columns_.columns) watches_.emplace_back(column);
   }
 
   void add(const record::RecordRow& row) {
     if (rows_++ > 0) gaps_.add(row.interval_s, columns_.sample_period_s);
-    diagnosis::MeasuredRow measured{.time_s = core::seconds(row.time),
-                                    .rate_radps = kNoAxis,
-                                    .reference_radps = {},
-                                    .temperature_degc = temperature_degc_,
-                                    .magnetic_ut = kNoAxis,
-                                    .acceleration_mps2 = kNoAxis,
-                                    .vibration_g = kNone,
-                                    .source_current_ma = kNone,
-                                    .supply_v = kNone};
     for (ColumnWatch& watch : watches_) {
-      const double value = watch.pass(value_of(row, watch.column()));
-      put(value, watch.column(), measured, temperature_degc_);
+      record::value_of(cleared_, watch.column()) =
+          watch.pass(record::value_of(row, watch.column()));
     }
+    const diagnosis::MeasuredRow measured{.time_s = core::seconds(row.time),
+                                          .rate_radps = cleared_.rate_radps,
+                                          .reference_radps = cleared_.reference_radps,
+                                          .temperature_degc = cleared_.temperature_degc,
+                                          .magnetic_ut = cleared_.inputs.magnetic_ut,
+                                          .acceleration_mps2 = cleared_.inputs.acceleration_mps2,
+                                          .vibration_g = cleared_.inputs.vibration_g,
+                                          .source_current_ma = cleared_.inputs.source_current_ma,
+                                          .supply_v = cleared_.inputs.supply_v};
     // Turns are no noise.
     for (std::size_t axis = 0; axis < core::kAxisCount; ++axis)
       noise_[axis].add(measured.rate_radps[axis] - measured.reference_radps[axis]);
@@ -361,7 +166,8 @@ class MeasuredRecordBuilder::Implementation {
     tell_of_columns(measured);
     tell_of_rest(measured);
     tell_of_time(measured);
-    sort_probes(measured.series.probes);
+    std::sort(measured.series.probes.begin(), measured.series.probes.end(),
+              [](const auto& a, const auto& b) { return is_probe_before(a.name, b.name); });
     return measured;
   }
 
@@ -451,9 +257,9 @@ class MeasuredRecordBuilder::Implementation {
       for (const double value : axis) sum += value * value;
       square += sum / static_cast<double>(axis.size());
     }
-    const double in_g = std::sqrt(square) / kGravityMps2;
+    const double in_g = std::sqrt(square) / kStandardGravityMps2;
     const auto near = [&](double factor) { return in_g > 0.8 * factor && in_g < 1.25 * factor; };
-    if (!near(1.0 / kGravityMps2) && !near(kGravityMps2)) return;
+    if (!near(1.0 / kStandardGravityMps2) && !near(kStandardGravityMps2)) return;
     warn(measured, "columns of acceleration: the root mean square is " +
                        significant(in_g, kDigits) + " g; is their unit right? accepted: " +
                        record::accepted_units(Quantity::kAcceleration));
@@ -504,7 +310,7 @@ class MeasuredRecordBuilder::Implementation {
   diagnosis::SeriesBuilder series_;
   std::vector<ColumnWatch> watches_;
   core::PerAxis<StepNoise> noise_;
-  std::vector<double> temperature_degc_;
+  record::RecordRow cleared_;  // without what can't have been measured
   std::uint64_t rows_ = 0;
   Gaps gaps_;
 };
@@ -529,7 +335,7 @@ MeasuredRecord read_measured_record(const MeasuredRecordRequest& request,
   record::RecordReader reader(request.record,
                               record::RecordOptions{.columns = map, .gyro_id = request.gyro_id});
   MeasuredRecordBuilder builder(columns_of(reader.info(), request, map));
-  const std::optional<double> expected_rows = estimated_rows(request.record);
+  const std::optional<double> expected_rows = record::estimated_rows(request.record);
   std::uint64_t rows = 0;
   while (const record::RecordRow* row = reader.next()) {
     builder.add(*row);
@@ -542,4 +348,4 @@ MeasuredRecord read_measured_record(const MeasuredRecordRequest& request,
   return measured;
 }
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::measurement
