@@ -7,10 +7,16 @@
 namespace zerodrift::experts {
 namespace {
 
-constexpr double kHoldCredit = 1.0;  // nats
+// In nats.
+constexpr double kHoldCredit = 1.0;
+constexpr double kSvrCredit = 2.0;  // at the longest horizon
 constexpr double kMemoryHorizons = 8.0;
 constexpr double kFewestLabels = 30.0;  // that a memory of one ahead is made of
 constexpr double kCovered = 0.95;
+constexpr double kErrorHorizons = 20.0;
+// Student's t of nu degrees of freedom over the normal quantile z is 1 + (z^2 + 1) / (4 nu) + ...
+// (Abramowitz and Stegun 26.7.5).
+constexpr double kStudentExcess = (1.96 * 1.96 + 1.0) / 4.0;
 constexpr std::size_t kSvr = kLinearExperts.size();
 constexpr double kSmallestSquares = 1e-300;
 constexpr double kShortestSpacingS = 1e-3;
@@ -19,6 +25,14 @@ constexpr double kShortestSpacingS = 1e-3;
 double size_of(double error) {
   return std::abs(error) <= core::StateArchive::kLargestNumber ? std::abs(error)
                                                                : core::StateArchive::kLargestNumber;
+}
+
+// Makes one of the shares so many times as large beside the others.
+void favour(double& one, double times, std::array<double, kExperts>& shares) {
+  one *= times;
+  double sum = 0.0;
+  for (const double share : shares) sum += share;
+  for (double& share : shares) share /= sum;
 }
 
 }  // namespace
@@ -69,6 +83,7 @@ void ExpertStack::learn(const StackLabel& label, const Foretold& by_svr) {
     for (std::size_t h = 0; h < kHorizons; ++h) {
       if (const Snapshot* made = judged_[h].made.due(label.time_s))
         judge(h, *made, label, basis, by_svr[h]);
+      measure_width(h);
     }
   }
   const Labelled own{label.time_s, label.duration_s, label.drift, label.variance, basis};
@@ -96,31 +111,39 @@ void ExpertStack::judge(std::size_t h, const Snapshot& made, const StackLabel& l
   const double by_hold = made.expert[0].at(label.time_s, basis);
   const double error = size_of(label.drift - by_svr.value_or(by_hold));
   judged.squares[kSvr] = kept * judged.squares[kSvr] + error * error;
-  note_error(h, size_of(label.drift - made.mean.at(label.time_s, basis, by_svr)));
+  note_error(h, label.time_s, size_of(label.drift - made.mean.at(label.time_s, basis, by_svr)));
 }
 
-void ExpertStack::note_error(std::size_t h, double error) {
-  auto& [made, squares, count, errors, sorted] = judged_[h];
-  // Overlapping errors say the same again and again: enough of them for twenty horizons.
-  const double spacing_s = std::max(forecast_.spacing_s, kShortestSpacingS);
-  const double most =
-      std::clamp(20.0 * kHorizonsS[h] / spacing_s, 40.0, static_cast<double>(kErrors));
+// Overlapping errors say the same again and again: there is room for those of so many horizons.
+double ExpertStack::error_spacing_s(std::size_t h) const {
+  return std::max({forecast_.spacing_s, kShortestSpacingS,
+                   kErrorHorizons * kHorizonsS[h] / static_cast<double>(kErrors)});
+}
+
+void ExpertStack::note_error(std::size_t h, double time_s, double error) {
+  auto& [made, squares, count, noted_s, errors, sorted] = judged_[h];
+  const double room_s = kErrorHorizons * kHorizonsS[h] / static_cast<double>(kErrors);
+  if (noted_s && time_s - *noted_s < room_s) return;
+  noted_s = time_s;
+  const double most = std::clamp(kErrorHorizons * kHorizonsS[h] / error_spacing_s(h), 40.0,
+                                 static_cast<double>(kErrors));
   while (static_cast<double>(errors.size()) + 1.0 > most) {
     sorted.erase(std::lower_bound(sorted.begin(), sorted.end(), errors.front()));
     errors.pop();
   }
   errors.push_overwriting(error);
   sorted.insert(std::upper_bound(sorted.begin(), sorted.end(), error), error);
-  measure_width(h);
 }
 
 void ExpertStack::measure_width(std::size_t h) {
   const auto& sorted = judged_[h].sorted;
+  double& half_width = forecast_.horizons[h].half_width;
+  half_width = -1.0;
+  if (sorted.empty()) return;
   const auto n = static_cast<double>(sorted.size());
-  forecast_.horizons[h].half_width =
-      sorted.empty() ? -1.0
-                     : sorted[static_cast<std::size_t>(
-                           std::clamp(std::ceil(kCovered * (n + 1.0)) - 1.0, 0.0, n - 1.0))];
+  const double rank = std::clamp(std::ceil(kCovered * (n + 1.0)) - 1.0, 0.0, n - 1.0);
+  const double independent = h == 0 ? n : std::max(1.0, n * error_spacing_s(h) / kHorizonsS[h]);
+  half_width = sorted[static_cast<std::size_t>(rank)] * (1.0 + kStudentExcess / independent);
 }
 
 void ExpertStack::weigh(std::size_t h) {
@@ -133,12 +156,14 @@ void ExpertStack::weigh(std::size_t h) {
     for (std::size_t k = 0; k < kExperts; ++k)
       logs[k] = -0.5 * independent * std::log(std::max(judged.squares[k], kSmallestSquares));
     logs[0] += kHoldCredit;
+    if (h + 1 == kHorizons) logs[kSvr] += kSvrCredit;
     const double most = *std::max_element(logs.begin(), logs.end());
     double sum = 0.0;
     for (std::size_t k = 0; k < kExperts; ++k) sum += shares[k] = std::exp(logs[k] - most);
     for (double& share : shares) share /= sum;
   } else if (h > 0) {
     shares = forecast_.horizons[h - 1].shares;
+    if (h + 1 == kHorizons) favour(shares[kSvr], std::exp(kSvrCredit), shares);
   }
   mean = {.linear = {.time_s = forecast_.time_s}, .svr_share = shares.back()};
   const double linear = std::max(1.0 - shares.back(), 1e-12);
@@ -158,7 +183,10 @@ void ExpertStack::keep(std::size_t h) {
 void ExpertStack::restart() noexcept {
   hold_.restart();
   for (KalmanBank& bank : banks_) bank.restart();
-  for (Judged& judged : judged_) judged.made.clear();
+  for (Judged& judged : judged_) {
+    judged.made.clear();
+    judged.noted_s.reset();
+  }
 }
 
 void ExpertStack::reset() noexcept {
@@ -169,6 +197,7 @@ void ExpertStack::reset() noexcept {
     judged.made.clear();
     judged.squares = {};
     judged.count = 0.0;
+    judged.noted_s.reset();
     judged.errors.clear();
     judged.sorted.clear();
   }
@@ -190,13 +219,13 @@ void ExpertStack::carry(core::StateArchive& archive) {
       archive.sums(square);
       archive.require(square >= 0.0);
     }
-    archive(judged.count, judged.errors);
+    archive(judged.count, judged.noted_s, judged.errors);
     archive.require(judged.count >= 0.0);
     for (std::size_t i = 0; i < judged.errors.size(); ++i) archive.require(judged.errors[i] >= 0.0);
   }
   if (!archive.reads() || !archive.ok()) return;
   for (std::size_t h = 0; h < kHorizons; ++h) {
-    auto& [made, squares, count, errors, sorted] = judged_[h];
+    auto& [made, squares, count, noted_s, errors, sorted] = judged_[h];
     sorted.clear();
     for (std::size_t i = 0; i < errors.size(); ++i) sorted.push_back(errors[i]);
     std::sort(sorted.begin(), sorted.end());

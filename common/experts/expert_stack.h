@@ -9,9 +9,11 @@
 //   weight_k ~ exp(-n/2 ln(S_k / N)),  n = 1 + N dt / h   (errors overlap), one ahead 1 + N / 2
 // which is exponential weighting by the log-likelihood of errors whose variance is S_k / N. Holding
 // the last minute has one nat of credit. A horizon that was never judged borrows the weights of the
-// longest one below it.
+// longest one below it. At the longest one, of which few independent errors are ever seen, the SVR
+// has two nats: far beyond what was seen it goes back to holding, where linear terms go on.
 //
-// The interval of a horizon is the 95 % quantile of the stack's own past errors at it.
+// The interval of a horizon is the 95 % quantile of the stack's own errors at it over the last
+// twenty horizons, wider by as much as Student's t is where few of them are independent.
 #pragma once
 
 #include <array>
@@ -100,12 +102,14 @@ class ExpertStack {
     PastForecasts<Snapshot> made;
     std::array<double, kExperts> squares{};
     double count = 0.0;
+    std::optional<double> noted_s{};           // end of the label of the newest error that was kept
     core::RingBuffer<double> errors{kErrors};  // the stack's own, as they came
     std::vector<double> sorted{};              // the same
   };
   void judge(std::size_t h, const Snapshot& made, const StackLabel& label, const Basis& basis,
              std::optional<double> by_svr);
-  void note_error(std::size_t h, double error);
+  void note_error(std::size_t h, double time_s, double error);
+  [[nodiscard]] double error_spacing_s(std::size_t h) const;
   void measure_width(std::size_t h);
   void weigh(std::size_t h);
   void keep(std::size_t h);

@@ -392,8 +392,8 @@ TEST(LearnerState, AnotherLayoutHasAnotherNumber) {
   EXPECT_EQ(kLearnerLayout, 2U);
   EXPECT_EQ(state_after(options, 0).bytes.size(), 2486U);
   EXPECT_EQ(state_after(options, 30).bytes.size(), 27542U);
-  EXPECT_EQ(state_after(stacked(options), 0).bytes.size(), 67754U);
-  EXPECT_EQ(state_after(stacked(options), 30).bytes.size(), 262506U);
+  EXPECT_EQ(state_after(stacked(options), 0).bytes.size(), 67769U);
+  EXPECT_EQ(state_after(stacked(options), 30).bytes.size(), 262569U);
 }
 
 // Rule: given before the first sample, a saved learner is in force from that sample on; and the
