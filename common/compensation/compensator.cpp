@@ -57,12 +57,36 @@ PriorChange::PriorChange(const CompensationOptions& options,
   if (model) prior = std::make_unique<DriftPrior>(*model, options.probes());
 }
 
+// As the features that the compensator's regression has: of the first temperature and of the first
+// rate.
+Compensator::ThermalInput::ThermalInput(const CompensationOptions& options,
+                                        const std::vector<std::string>& probes) {
+  const auto first = [&](thermal::FeatureKind kind) {
+    return std::find_if(options.features.begin(), options.features.end(),
+                        [&](const auto& feature) { return feature.kind == kind; });
+  };
+  const auto scale_of = [&](thermal::FeatureKind kind) {
+    const auto found = first(kind);
+    const auto scale = found == options.features.end() ? std::nullopt : found->scale;
+    return scale.value_or(thermal::default_scale(kind));
+  };
+  temperature_scale_degc = scale_of(thermal::FeatureKind::kTemperature);
+  rate_scale_degc_per_s = scale_of(thermal::FeatureKind::kTemperatureRate);
+  const auto temperature = first(thermal::FeatureKind::kTemperature);
+  if (probes.empty()) return;
+  probe = 0;
+  if (temperature == options.features.end()) return;
+  probe = static_cast<std::size_t>(std::find(probes.begin(), probes.end(), temperature->probe) -
+                                   probes.begin());
+}
+
 Compensator::Compensator(const CompensationOptions& options)
     : options_(options),
       probes_(options.probes()),
       temperature_delay_(core::from_seconds(options.temperature_delay_s)),
       handover_(core::from_seconds(options.learning.handover_s)),
       features_(builder_options(options), probes_),
+      thermal_input_(options, probes_),
       waiting_(kWaiting),
       temperatures_(checked_probe_count(options), kTemperaturesWaiting),
       references_(kWaiting),
@@ -188,6 +212,7 @@ void Compensator::restart_histories() noexcept {
   if (options_.reference.await_feedback) rests_.expect();
   referenced_ = uncovered_ = {};
   for (auto& track : tracks_) track.reset();
+  thermal_.restart();
   blocks_.restart();
   gate_.restart();
   labels_.discard();
@@ -353,6 +378,12 @@ void Compensator::take_temperatures(core::SensorTime until) noexcept {
     const auto verdict = tracks_[reading->probe].add(sample);
     if (verdict == thermal::ReadingVerdict::kAccepted) {
       estimate_outdated_ = true;
+      if (reading->probe == thermal_input_.probe) {
+        thermal_.advance(core::seconds(reading->time),
+                         reading->temperature_degc / thermal_input_.temperature_scale_degc,
+                         tracks_[reading->probe].rate_degc_per_s().value_or(0.0) /
+                             thermal_input_.rate_scale_degc_per_s);
+      }
     } else if (reading->measured) {
       ++counts_.temperatures_refused;
     }
@@ -520,7 +551,8 @@ void Compensator::close_block(DriftBlock block) noexcept {
     const bool needs_prior = prior_ && prior_->covers(axis);
     if (needs_prior && !context[index(axis)].prior_ready) block.count[index(axis)] = 0;
   }
-  if (const auto label = labels_.add(block, context, variance)) learn_from(*label);
+  if (const auto label = labels_.add(block, context, thermal_.state(), variance))
+    learn_from(*label);
 }
 
 void Compensator::learn_from(const Label& label) noexcept {
@@ -680,7 +712,7 @@ void Compensator::estimate_axis(core::Axis axis, core::SensorTime now, core::Rea
   // What a learner knows of the remainder is no drift without the prior.
   const bool lacks_prior = prior_ && prior_->covers(axis) && !state.on_prior;
   if (model == nullptr || lacks_prior) return apply_without_labels(axis, gate, input);
-  if (model->drift.trained && input == core::Reason::kNone) {
+  if (forecasts(*model) && input == core::Reason::kNone) {
     apply_forecast(state, *model, now, gate);
   } else {
     const core::Reason reason = input == core::Reason::kNone ? core::Reason::kInitialSet : input;
@@ -692,19 +724,28 @@ void Compensator::estimate_axis(core::Axis axis, core::SensorTime now, core::Rea
   if (state.on_prior) *state.context.held_radps += state.context.prior_radps;
 }
 
+// More than the last stationary minute.
+bool Compensator::forecasts(const AxisModel& model) const noexcept {
+  return options_.scheme == Scheme::kStack ? model.stack.knows() : model.drift.trained;
+}
+
 void Compensator::apply_forecast(AxisState& axis, const AxisModel& model, core::SensorTime now,
                                  core::Reason gate) noexcept {
-  const Forecast made = forecast(model.drift, model.trust, axis.context.features, now);
-  if (made.kind == ForecastKind::kModel) {
+  const bool is_stack = options_.scheme == Scheme::kStack;
+  const Forecast made = is_stack
+                            ? stack_forecast(model, axis.context.features, thermal_.state(), now)
+                            : forecast(model.drift, model.trust, axis.context.features, now);
+  if (made.kind == ForecastKind::kModel || made.kind == ForecastKind::kStack) {
+    const core::Rung rung = is_stack ? core::Rung::kStack : core::Rung::kOnlineSvr;
     axis.safe_radps = made.drift_radps;
     axis.safe_time = now;
     if (made.beyond_learned) {
-      return apply(axis, core::Rung::kOnlineSvr, core::Mode::kOutOfDomain,
-                   core::Reason::kOutsideLearned, made.drift_radps, made.variance);
+      return apply(axis, rung, core::Mode::kOutOfDomain, core::Reason::kOutsideLearned,
+                   made.drift_radps, made.variance);
     }
     const core::Mode mode =
         gate == core::Reason::kNone ? core::Mode::kLearning : core::Mode::kFrozen;
-    return apply(axis, core::Rung::kOnlineSvr, mode, gate, made.drift_radps, made.variance);
+    return apply(axis, rung, mode, gate, made.drift_radps, made.variance);
   }
   // Back to the last stationary minute, without a jump.
   double drift = made.drift_radps;
@@ -770,6 +811,7 @@ void Compensator::carry(core::StateArchive& archive) {
           labels_);
   if (prior_) archive(*prior_);
   for (auto& track : tracks_) archive(track);
+  archive(thermal_);
   archive(stream_began_, streams_, axes_, counts_, newest_, doubted_, clock_, referenced_,
           uncovered_, refused_rest_, heard_residual_, estimate_outdated_, commanded_freeze_);
 }
@@ -816,6 +858,13 @@ double Compensator::temperature_rate_degc_per_s() const noexcept {
 std::size_t Compensator::support_vectors(core::Axis axis) const noexcept {
   const AxisModel* model = active_model(axis);
   return model && model->drift.trained ? model->drift.predictor.support_size() : 0;
+}
+
+std::optional<StackState> Compensator::stack_state(core::Axis axis) const noexcept {
+  const AxisModel* model = active_model(axis);
+  if (model == nullptr || !model->stack.knows()) return std::nullopt;
+  return StackState{model->stack.shares(core::seconds(newest_) - model->stack.time_s),
+                    model->stack.longest_judged_s()};
 }
 
 }  // namespace zerodrift::compensation

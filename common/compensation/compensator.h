@@ -6,8 +6,8 @@
 // time after the label it came from, so equal inputs give equal outputs to the bit as long as
 // nobody had to go on without waiting (see readiness()).
 //
-//   raw sample -> ladder (online SVR > stationary bias > prior > factory polynomial > nothing) ->
-//   compensated sample
+//   raw sample -> ladder (stack or online SVR > stationary bias > prior > factory polynomial >
+//   nothing) -> compensated sample
 //        \-> one-second blocks -> rest gate -> labels -> learner (another thread) -> snapshot,
 //        active at its due time
 //
@@ -31,6 +31,7 @@
 #include <string_view>
 #include <vector>
 
+#include "common/compensation/axis_model.h"
 #include "common/compensation/drift_prior.h"
 #include "common/compensation/input_alignment.h"
 #include "common/compensation/label_builder.h"
@@ -41,6 +42,8 @@
 #include "common/compensation/rest_gate.h"
 #include "common/core/compensated_sample.h"
 #include "common/core/samples.h"
+#include "common/experts/stack_forecast.h"
+#include "common/experts/thermal_basis.h"
 
 namespace zerodrift::compensation {
 
@@ -86,6 +89,12 @@ struct TestThenTrain {
   double held_mse = 0.0;     // of holding the last stationary minute, on the same labels
 
   void carry(core::StateArchive& archive) { archive(labels, applied_mse, held_mse); }
+};
+
+// What the stack of an axis makes its forecast of.
+struct StackState {
+  std::array<double, experts::kExperts> shares{};  // by experts::Expert; they sum to 1
+  std::optional<double> longest_judged_s{};  // beyond it the stated variance is an extrapolation
 };
 
 // Another prior and a learner of what it leaves, on their way into force. Afterwards it holds those
@@ -171,6 +180,9 @@ class Compensator {
   [[nodiscard]] double temperature_degc() const noexcept;
   [[nodiscard]] double temperature_rate_degc_per_s() const noexcept;
   [[nodiscard]] std::size_t support_vectors(core::Axis axis) const noexcept;
+  // Of the axis's experts at the present age of its newest label; nothing where the stack isn't the
+  // scheme or knows nothing yet.
+  [[nodiscard]] std::optional<StackState> stack_state(core::Axis axis) const noexcept;
 
   // --- its state, for another compensator of the same options that is to go on to the bit
   // No sample waits and no model is due: the learner's newest model is the one in force.
@@ -221,8 +233,17 @@ class Compensator {
       archive(context, safe_radps, safe_time, record, applied_radps, variance, mode, reason, rung,
               on_prior, adds_prior, remainder_radps);
       archive.require(mode <= core::Mode::kOutOfDomain && reason <= core::Reason::kSettling &&
-                      rung <= core::Rung::kPrior);
+                      rung <= core::Rung::kStack);
     }
+  };
+
+  // Which reading the experts' thermal basis follows, and its scales.
+  struct ThermalInput {
+    ThermalInput(const CompensationOptions& options, const std::vector<std::string>& probes);
+
+    std::optional<std::size_t> probe{};
+    double temperature_scale_degc = 1.0;
+    double rate_scale_degc_per_s = 1.0;
   };
 
   [[nodiscard]] bool is_timely(const core::AngularRateSample& sample) const noexcept;
@@ -252,6 +273,7 @@ class Compensator {
   [[nodiscard]] core::Reason prior_reason(core::Axis axis) const noexcept;
   void estimate_axis(core::Axis axis, core::SensorTime now, core::Reason gate,
                      core::Reason input) noexcept;
+  [[nodiscard]] bool forecasts(const AxisModel& model) const noexcept;
   void apply_forecast(AxisState& axis, const AxisModel& model, core::SensorTime now,
                       core::Reason gate) noexcept;
   void apply_without_labels(core::Axis axis, core::Reason gate, core::Reason input) noexcept;
@@ -272,6 +294,8 @@ class Compensator {
   core::SensorTime handover_;
   thermal::FeatureBuilder features_;
   std::vector<thermal::TemperatureTrack> tracks_;
+  ThermalInput thermal_input_;
+  experts::ThermalMemory thermal_;
 
   SequenceWindow sequences_;
   core::RingBuffer<Pending> waiting_;

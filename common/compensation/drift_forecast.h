@@ -107,6 +107,7 @@ struct TrustTable {
 enum class ForecastKind : std::uint8_t {
   kModel,     // the model's change is in it
   kBeyond,    // held: the features lie beyond what was learned
+  kStack,     // of several experts (axis_model.h)
   kUnproved,  // held: at this horizon the model did not predict better than holding
 };
 

@@ -72,10 +72,11 @@ LabelBuilder::LabelBuilder(double label_s, double confirm_s)
 
 std::optional<Label> LabelBuilder::add(
     const DriftBlock& block, const core::PerAxis<AxisContext>& context,
+    const experts::ThermalState& thermal,
     const core::PerAxis<double>& block_variance_radps2) noexcept {
   // A pause longer than a label parts two labels: what was collected before it stands for itself.
   if (begin_ != core::kNever && block.begin - end_ > label_) finish();
-  accumulate(block, context, block_variance_radps2);
+  accumulate(block, context, thermal, block_variance_radps2);
   if (end_ - begin_ >= label_) finish();
 
   if (pending_.empty() || block.end < pending_.front().end + confirm_) return std::nullopt;
@@ -85,9 +86,12 @@ std::optional<Label> LabelBuilder::add(
 }
 
 void LabelBuilder::accumulate(const DriftBlock& block, const core::PerAxis<AxisContext>& context,
+                              const experts::ThermalState& thermal,
                               const core::PerAxis<double>& block_variance_radps2) noexcept {
   if (begin_ == core::kNever) begin_ = block.begin;
   end_ = block.end;
+  ++blocks_;
+  thermal_.add(thermal);
   for (const auto axis : kAxes) {
     const std::size_t i = index(axis);
     if (block.count[i] == 0) continue;
@@ -109,6 +113,7 @@ void LabelBuilder::finish() noexcept {
   Label label;
   label.begin = begin_;
   label.end = end_;
+  label.thermal = thermal_.over(static_cast<double>(blocks_));
   for (const auto axis : kAxes) {
     const std::size_t i = index(axis);
     const AxisSums& sums = sums_[i];
@@ -134,6 +139,8 @@ void LabelBuilder::finish() noexcept {
 void LabelBuilder::reopen() noexcept {
   begin_ = end_ = core::kNever;
   sums_ = {};
+  thermal_ = {};
+  blocks_ = 0;
 }
 
 void LabelBuilder::discard() noexcept {

@@ -10,6 +10,7 @@
 #include "common/compensation/rest_gate.h"
 #include "common/core/ring_buffer.h"
 #include "common/core/state_archive.h"
+#include "common/experts/thermal_basis.h"
 #include "common/thermal/features.h"
 
 namespace zerodrift::compensation {
@@ -85,12 +86,13 @@ struct Label {
   core::PerAxis<double> variance_radps2{};
   core::PerAxis<bool> features_ready{};
   core::PerAxis<FeatureArray> features{};  // means over the label
+  experts::ThermalState thermal{};         // mean over the label
   core::PerAxis<std::optional<double>> applied_radps{};
   core::PerAxis<std::optional<double>> held_radps{};
 
   void carry(core::StateArchive& archive) {
     archive(begin, end, valid, drift_radps, prior_radps, variance_radps2, features_ready, features,
-            applied_radps, held_radps);
+            thermal, applied_radps, held_radps);
     archive.require(begin != core::kNever && end != core::kNever);
   }
 };
@@ -103,12 +105,14 @@ class LabelBuilder {
 
   // At most one label is confirmed a block.
   std::optional<Label> add(const DriftBlock& block, const core::PerAxis<AxisContext>& context,
+                           const experts::ThermalState& thermal,
                            const core::PerAxis<double>& block_variance_radps2) noexcept;
   void discard() noexcept;
 
   // Its state (core/state_archive.h).
   void carry(core::StateArchive& archive) {
-    archive(begin_, end_, sums_, pending_);
+    archive(begin_, end_, sums_, thermal_, blocks_, pending_);
+    archive.require(begin_ == core::kNever || blocks_ > 0);
     archive.require((begin_ == core::kNever) == (end_ == core::kNever));
   }
 
@@ -141,6 +145,7 @@ class LabelBuilder {
   static constexpr std::size_t kPending = 64;
 
   void accumulate(const DriftBlock& block, const core::PerAxis<AxisContext>& context,
+                  const experts::ThermalState& thermal,
                   const core::PerAxis<double>& block_variance_radps2) noexcept;
   void finish() noexcept;
   void reopen() noexcept;
@@ -150,6 +155,8 @@ class LabelBuilder {
   core::SensorTime begin_{core::kNever};
   core::SensorTime end_{core::kNever};
   core::PerAxis<AxisSums> sums_{};
+  experts::ThermalState thermal_{};  // sums over blocks
+  std::size_t blocks_ = 0;
   core::RingBuffer<Label> pending_{kPending};
 };
 

@@ -7,7 +7,6 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "common/core/integer_time.h"
 #include "common/regression/vector_operations.h"
 
 namespace zerodrift::compensation {
@@ -35,7 +34,6 @@ constexpr std::uint64_t kFirstSelection = 36;
 constexpr std::uint64_t kRarestSelection = 2304;
 constexpr double kTubeInNoise = 0.5;  // half-width of the tube in standard deviations of the noise
 constexpr std::size_t kSelectionSamples = 48;  // a selection takes some 10 ms
-constexpr double kLargestLabelRadps = 1e6;     // no gyro measures that: the number is corrupt
 
 regression::OnlineSvrOptions svr_options(const CompensationOptions& options,
                                          std::size_t dimension) {
@@ -63,13 +61,17 @@ AxisLearner::AxisLearner(const CompensationOptions& options, std::size_t dimensi
       judge_(std::max(kShortestHorizonS, kHorizonInLabels * options.learning.label_interval_s),
              dimension, options.model.capacity) {
   initial_.reserve(initial_labels_);
+  if (options.scheme == Scheme::kStack) stack_.emplace(dimension, options.model.capacity);
 }
 
 void AxisLearner::learn(const AxisLabel& label) noexcept {
   if (label.time <= model_.time) {  // the clock was set back
     minute_.clear();
     judge_.restart();
+    if (stack_) stack_->restart();
   }
+  // The stack is told what the SVR says of the label before that learns it.
+  if (stack_ && label.features) stack_->learn(label);
   std::size_t slot = regression::SampleWindow::kNoSlot;
   if (label.features) {
     if (model_.trained) {
@@ -83,7 +85,9 @@ void AxisLearner::learn(const AxisLabel& label) noexcept {
   }
   hold(label, slot);
   update_model();
-  if (model_.trained) judge_.keep(model_);
+  if (!model_.trained) return;
+  judge_.keep(model_);
+  if (stack_ && label.features) stack_->keep(model_, judge_.trust());
 }
 
 void AxisLearner::begin() noexcept {
@@ -216,6 +220,7 @@ void AxisLearner::update_model() noexcept {
 void AxisLearner::write(AxisModel& model) const noexcept {
   model.drift = model_;
   model.trust = judge_.trust();
+  if (stack_) model.stack = stack_->forecast();
 }
 
 void AxisLearner::reset() noexcept {
@@ -231,15 +236,10 @@ void AxisLearner::reset() noexcept {
   labels_ = 0;
   next_selection_ = kFirstSelection;
   judge_.reset();
+  if (stack_) stack_->reset();
 }
 
 // ------------------------------------------------------------------------------------------- state
-
-void AxisLabel::carry(core::StateArchive& archive) {
-  archive(time, drift_radps, variance, features);
-  archive.require(core::is_usable(time) && std::abs(drift_radps) <= kLargestLabelRadps &&
-                  variance >= 0.0);
-}
 
 void AxisLearner::choose(const ChosenKernel& chosen) {
   regression::OnlineSvrOptions options = svr_options_;
@@ -255,6 +255,7 @@ void AxisLearner::carry(core::StateArchive& archive) {
   archive(svr_, labels_, next_selection_, minute_, judge_);
   model_.carry_level(archive);
   require_sense(archive);
+  if (stack_) archive(*stack_);
   if (!archive.reads() || !archive.ok() || !model_.trained) return;
   model_.predictor.assign(svr_);
   model_.domain.assign(svr_);
@@ -391,9 +392,11 @@ bool Learner::run_one() noexcept {
       learner.reset();
     } else if (label.valid[i]) {
       AxisLabel own{.time = label.end,
+                    .duration_s = core::seconds(label.end - label.begin),
                     .drift_radps = label.drift_radps[i] - label.prior_radps[i],
                     .variance = label.variance_radps2[i]};
       if (label.features_ready[i]) own.features = label.features[i];
+      own.thermal = label.thermal;
       learner.learn(own);
     }
     learner.write(snapshot->axes[index(axis)]);

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The learner's side: one online SVR an axis, fed with confirmed labels, giving immutable snapshots
-// to the data path. Labels go one way and snapshots the other through bounded queues without a
-// lock, so that learning never delays a sample. Nothing here starts a thread: the owner calls
-// Learner::run_one() wherever it wants learning to happen.
+// The learner's side: one online SVR an axis, with the stack as the scheme one expert of several,
+// fed with confirmed labels, giving immutable snapshots to the data path. Labels go one way and
+// snapshots the other through bounded queues without a lock, so that learning never delays a
+// sample. Nothing here starts a thread: the owner calls Learner::run_one() wherever it wants
+// learning to happen.
 #pragma once
 
 #include <array>
@@ -15,6 +16,8 @@
 #include <string>
 #include <vector>
 
+#include "common/compensation/axis_model.h"
+#include "common/compensation/axis_stack.h"
 #include "common/compensation/drift_forecast.h"
 #include "common/compensation/label_builder.h"
 #include "common/compensation/options.h"
@@ -25,29 +28,11 @@
 
 namespace zerodrift::compensation {
 
-// One axis's part of a label.
-struct AxisLabel {
-  core::SensorTime time{0};  // its end
-  double drift_radps = 0.0;
-  double variance = 0.0;  // (rad/s)²
-  std::optional<FeatureArray> features{};
-
-  void carry(core::StateArchive& archive);
-};
-
 // What an axis has chosen for itself. It means the same to every later version: scaled features in
 // their units^-2, half-width of the tube in units of the scaled targets.
 struct ChosenKernel {
   regression::Kernel kernel{};
   double epsilon = 0.0;
-};
-
-// What one axis's data path works with, frozen.
-struct AxisModel {
-  AxisModel(std::size_t dimension, std::size_t capacity) : drift(dimension, capacity) {}
-
-  DriftModel drift;
-  TrustTable trust;
 };
 
 // Learns one axis.
@@ -100,10 +85,11 @@ class AxisLearner {
   core::RingBuffer<HeldLabel> minute_;
   DriftModel model_;
   ForecastJudge judge_;
+  std::optional<AxisStack> stack_;  // where it is the scheme
 };
 
 // The layout of LearnerState::bytes; another number for every change of what a learner carries.
-inline constexpr std::uint32_t kLearnerLayout = 1;
+inline constexpr std::uint32_t kLearnerLayout = 2;
 
 // What a learner knows: what a checkpoint holds. What follows from the options alone is not in it.
 struct LearnerState {

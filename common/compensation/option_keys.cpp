@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "common/compensation/drift_prior.h"
+#include "common/core/require.h"
 
 namespace zerodrift::compensation {
 namespace {
@@ -28,7 +29,8 @@ struct Names {
   std::array<Value, N> values;
 };
 
-constexpr Names<Scheme, 2> kSchemes{{"online-svr", "none"}, {Scheme::kOnlineSvr, Scheme::kNone}};
+constexpr Names<Scheme, 3> kSchemes{{"online-svr", "stack", "none"},
+                                    {Scheme::kOnlineSvr, Scheme::kStack, Scheme::kNone}};
 constexpr Names<FeatureKind, 7> kFeatures{
     {"temperature", "temperature_rate", "temperature_times_rate", "lagged_temperature",
      "probe_difference", "pulse_mean", "pulse_rate"},
@@ -408,9 +410,18 @@ std::span<const std::string_view> scheme_names() {
   return kSchemes.names;
 }
 
+Scheme scheme_named(std::string_view name) {
+  const auto found = std::find(kSchemes.names.begin(), kSchemes.names.end(), name);
+  core::require(found != kSchemes.names.end(), "a scheme is one of scheme_names()");
+  return kSchemes.values[static_cast<std::size_t>(found - kSchemes.names.begin())];
+}
+
 void describe(CompensationOptions& options, OptionVisitor& visitor) {
-  choose(visitor, {"scheme", Decides::kAnswers, "What predicts the drift."}, kSchemes,
-         options.scheme);
+  choose(visitor,
+         {"scheme", Decides::kModel,
+          "What predicts the drift; stack weighs online-svr and Kalman filters with thermal memory "
+          "by what they foretold."},
+         kSchemes, options.scheme);
   describe_features(options, visitor);
   describe_temperature_rate(options.track, visitor);
   describe_model(options.model, visitor);

@@ -117,5 +117,6 @@ struct OptionValue {
 
 // Names of the schemes, as scheme takes them.
 [[nodiscard]] std::span<const std::string_view> scheme_names();
+[[nodiscard]] Scheme scheme_named(std::string_view name);  // one of them
 
 }  // namespace zerodrift::compensation

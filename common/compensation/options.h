@@ -18,7 +18,11 @@
 
 namespace zerodrift::compensation {
 
-enum class Scheme : std::uint8_t { kNone, kOnlineSvr };
+enum class Scheme : std::uint8_t {
+  kNone,
+  kOnlineSvr,
+  kStack,  // the online SVR and banks of Kalman filters, weighed by the age of the newest label
+};
 
 // What becomes of Earth's rotation while the gyro stands still and no reference is there.
 enum class EarthRateMode : std::uint8_t {

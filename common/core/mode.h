@@ -14,8 +14,8 @@ enum class Mode : std::uint8_t {
   kLearning = 1,     // the model compensates, and learns from what comes in
   kFrozen = 2,       // the model compensates and does not learn
   kFallback = 3,     // a simpler estimate compensates
-  kOutOfDomain =
-      4,  // temperature or rate outside what was learned: the last safe value compensates
+  kOutOfDomain = 4,  // temperature or rate outside what was learned: the last safe value, or a
+                     // forecast that proved itself there, compensates
 };
 
 enum class Reason : std::uint8_t {
@@ -37,17 +37,18 @@ enum class Reason : std::uint8_t {
   kSettling = 15,      // still again, waiting out the dwell
 };
 
-// Which rung of the fallback ladder gave the applied drift. With a prior, kStationaryBias and
-// kOnlineSvr speak of what it leaves, and it is part of the applied drift.
+// Which rung of the fallback ladder gave the applied drift. With a prior, kStationaryBias,
+// kOnlineSvr and kStack speak of what it leaves, and it is part of the applied drift.
 enum class Rung : std::uint8_t {
   kNone = 0,
   kFactoryPolynomial = 1,
   kStationaryBias = 2,
   kOnlineSvr = 3,
   kPrior = 4,  // the twin's model alone; between the factory polynomial and the stationary bias
+  kStack = 5,  // several experts by their weights, the online SVR among them
 };
 
-inline constexpr std::size_t kRungs = 5;
+inline constexpr std::size_t kRungs = 6;
 
 constexpr std::string_view name(Mode mode) {
   switch (mode) {
@@ -115,6 +116,8 @@ constexpr std::string_view name(Rung rung) {
       return "online_svr";
     case Rung::kPrior:
       return "prior";
+    case Rung::kStack:
+      return "stack";
   }
   return "unknown";
 }

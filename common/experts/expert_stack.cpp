@@ -4,87 +4,64 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/experts/thermal_basis.h"
-
 namespace zerodrift::experts {
 namespace {
 
-constexpr double kHoldCredit = 1.0;  // nats
+// In nats.
+constexpr double kHoldCredit = 1.0;
+constexpr double kSvrCredit = 2.0;  // at the longest horizon
 constexpr double kMemoryHorizons = 8.0;
 constexpr double kFewestLabels = 30.0;  // that a memory of one ahead is made of
-constexpr double kNormalQuantile = 1.959963984540054;
 constexpr double kCovered = 0.95;
+constexpr double kErrorHorizons = 20.0;
+// Student's t of nu degrees of freedom over the normal quantile z is 1 + (z^2 + 1) / (4 nu) + ...
+// (Abramowitz and Stegun 26.7.5).
+constexpr double kStudentExcess = (1.96 * 1.96 + 1.0) / 4.0;
+constexpr std::size_t kSvr = kLinearExperts.size();
+constexpr double kSmallestSquares = 1e-300;
+constexpr double kShortestSpacingS = 1e-3;
+
+// An expert that says no number is as wrong as one can be.
+double size_of(double error) {
+  return std::abs(error) <= core::StateArchive::kLargestNumber ? std::abs(error)
+                                                               : core::StateArchive::kLargestNumber;
+}
+
+// Makes one of the shares so many times as large beside the others.
+void favour(double& one, double times, std::array<double, kExperts>& shares) {
+  one *= times;
+  double sum = 0.0;
+  for (const double share : shares) sum += share;
+  for (double& share : shares) share /= sum;
+}
 
 }  // namespace
-
-std::string_view name(Expert expert) {
-  switch (expert) {
-    case Expert::kHold:
-      return "hold";
-    case Expert::kRandomWalk:
-      return "random-walk";
-    case Expert::kTrend:
-      return "trend";
-    case Expert::kLinear:
-      return "linear";
-    case Expert::kCubic:
-      return "cubic";
-    case Expert::kLagged:
-      return "lagged";
-    case Expert::kShupe:
-      return "shupe";
-    case Expert::kOnlineSvr:
-      return "online-svr";
-  }
-  return "unknown";
-}
-
-KalmanBankOptions bank_options(Expert expert) {
-  std::vector<std::size_t> terms;
-  switch (expert) {
-    case Expert::kHold:
-    case Expert::kRandomWalk:
-    case Expert::kOnlineSvr:
-      break;
-    case Expert::kTrend:
-      return {.slopes = SlopeModel::kDamped};
-    case Expert::kLinear:
-      terms = {kTemperature, kTemperatureRate};
-      break;
-    case Expert::kCubic:
-      terms = {kTemperature, kTemperatureRate, kTemperatureSquared, kTemperatureCubed,
-               kTemperatureTimesRate};
-      break;
-    case Expert::kLagged:
-      terms = {kTemperature, kTemperatureSquared};
-      break;
-    case Expert::kShupe:
-      terms = {kTemperature, kTemperatureRate, kTemperatureSquared, kTemperatureCubed,
-               kTemperatureTimesRate};
-      break;
-  }
-  if (expert == Expert::kLagged || expert == Expert::kShupe) {
-    for (std::size_t i = 0; i < kMemoryTimesS.size(); ++i) terms.push_back(kFirstMemory + i);
-  }
-  return {.terms = terms};
-}
 
 void Hold::learn(const Labelled& label) {
   while (!held_.empty() && held_.front().time_s <= label.time_s - kWindowS) held_.pop();
   held_.push_overwriting({label.time_s, label.drift});
-  forecast_ = {.time_s = label.time_s};
+  average();
+}
+
+void Hold::average() noexcept {
+  forecast_ = {};
+  if (held_.empty()) return;
+  forecast_.time_s = held_.back().time_s;
   for (std::size_t i = 0; i < held_.size(); ++i)
     forecast_.level += held_[i].drift / static_cast<double>(held_.size());
+}
+
+void Hold::carry(core::StateArchive& archive) {
+  archive(held_);
+  if (archive.reads()) average();
 }
 
 ExpertStack::ExpertStack() {
   for (const Expert expert : kLinearExperts) {
     if (expert != Expert::kHold) banks_.emplace_back(bank_options(expert));
   }
-  for (Horizon& horizon : horizons_) {
-    horizon.weights[0] = 1.0;
-    horizon.sorted.reserve(kErrors);
-  }
+  for (const double horizon_s : kHorizonsS) judged_.emplace_back(horizon_s);
+  reset();
 }
 
 const LinearForecast& ExpertStack::forecast(Expert expert) const noexcept {
@@ -92,134 +69,169 @@ const LinearForecast& ExpertStack::forecast(Expert expert) const noexcept {
   return k == 0 ? hold_.forecast() : banks_[k - 1].forecast();
 }
 
-void ExpertStack::learn(const Labelled& label, const Foretold& by_svr) {
+void ExpertStack::learn(const StackLabel& label, const Foretold& by_svr) {
+  if (labels_ == 0) forecast_.reference_temperature = label.thermal.temperature;
+  const Basis basis = basis_of(label.thermal, forecast_.reference_temperature);
   if (labels_ > 0) {
-    const double step_s = label.time_s - time_s_;
-    spacing_s_ = labels_ == 1 ? step_s : std::min(spacing_s_ + 0.1 * (step_s - spacing_s_), step_s);
+    // Of the first label after restart() nothing is known but that it came.
+    const double step_s = label.time_s - forecast_.time_s;
+    double& spacing_s = forecast_.spacing_s;
+    if (step_s > 0.0) {
+      spacing_s =
+          spacing_s == 0.0 ? step_s : std::min(spacing_s + 0.1 * (step_s - spacing_s), step_s);
+    }
     for (std::size_t h = 0; h < kHorizons; ++h) {
-      auto& made = horizons_[h].made;
-      // The newest one that is old enough; what is older still is of no use any more.
-      while (made.size() > 1 && label.time_s - made[1].mean.linear.time_s >= kHorizonsS[h])
-        made.pop();
-      if (!made.empty() && label.time_s - made.front().mean.linear.time_s >= kHorizonsS[h])
-        judge(h, made.front(), label, by_svr[h]);
+      if (const Snapshot* made = judged_[h].made.due(label.time_s))
+        judge(h, *made, label, basis, by_svr[h]);
+      measure_width(h);
     }
   }
-  hold_.learn(label);
-  for (KalmanBank& bank : banks_) bank.learn(label);
-  time_s_ = label.time_s;
+  const Labelled own{label.time_s, label.duration_s, label.drift, label.variance, basis};
+  hold_.learn(own);
+  for (KalmanBank& bank : banks_) bank.learn(own);
   ++labels_;
+  forecast_.time_s = label.time_s;
+  forecast_.label_variance = label.variance;
   for (std::size_t h = 0; h < kHorizons; ++h) weigh(h);
   for (std::size_t h = 0; h < kHorizons; ++h) keep(h);
 }
 
-void ExpertStack::judge(std::size_t h, const Snapshot& made, const Labelled& label,
-                        std::optional<double> by_svr) {
-  Horizon& horizon = horizons_[h];
-  const double memory_s = kMemoryHorizons * std::max(kHorizonsS[h], kFewestLabels * spacing_s_);
-  const double kept = std::exp(-spacing_s_ / memory_s);
-  horizon.count = kept * horizon.count + 1.0;
-  constexpr std::size_t kSvr = kLinearExperts.size();
+void ExpertStack::judge(std::size_t h, const Snapshot& made, const StackLabel& label,
+                        const Basis& basis, std::optional<double> by_svr) {
+  Judged& judged = judged_[h];
+  const double spacing_s = std::max(forecast_.spacing_s, kShortestSpacingS);
+  const double memory_s = kMemoryHorizons * std::max(kHorizonsS[h], kFewestLabels * spacing_s);
+  const double kept = std::exp(-spacing_s / memory_s);
+  judged.count = kept * judged.count + 1.0;
   for (std::size_t k = 0; k < kSvr; ++k) {
-    const double error = label.drift - made.expert[k].at(label.time_s, label.basis);
-    horizon.squares[k] = kept * horizon.squares[k] + error * error;
+    const double error = size_of(label.drift - made.expert[k].at(label.time_s, basis));
+    judged.squares[k] = kept * judged.squares[k] + error * error;
   }
   // As long as the SVR says nothing it holds.
-  const double error =
-      by_svr ? label.drift - *by_svr : label.drift - made.expert[0].at(label.time_s, label.basis);
-  horizon.squares[kSvr] = kept * horizon.squares[kSvr] + error * error;
-  note_error(h, std::abs(label.drift - made.mean.at(label.time_s, label.basis, by_svr)));
+  const double by_hold = made.expert[0].at(label.time_s, basis);
+  const double error = size_of(label.drift - by_svr.value_or(by_hold));
+  judged.squares[kSvr] = kept * judged.squares[kSvr] + error * error;
+  note_error(h, label.time_s, size_of(label.drift - made.mean.at(label.time_s, basis, by_svr)));
 }
 
-void ExpertStack::note_error(std::size_t h, double error) {
-  Horizon& horizon = horizons_[h];
-  auto& sorted = horizon.sorted;
-  // Overlapping errors say the same again and again: enough of them for twenty horizons.
-  const double most =
-      std::clamp(20.0 * kHorizonsS[h] / spacing_s_, 40.0, static_cast<double>(kErrors));
-  while (static_cast<double>(horizon.errors.size()) + 1.0 > most) {
-    sorted.erase(std::lower_bound(sorted.begin(), sorted.end(), horizon.errors.front()));
-    horizon.errors.pop();
+// Overlapping errors say the same again and again: there is room for those of so many horizons.
+double ExpertStack::error_spacing_s(std::size_t h) const {
+  return std::max({forecast_.spacing_s, kShortestSpacingS,
+                   kErrorHorizons * kHorizonsS[h] / static_cast<double>(kErrors)});
+}
+
+void ExpertStack::note_error(std::size_t h, double time_s, double error) {
+  auto& [made, squares, count, noted_s, errors, sorted] = judged_[h];
+  const double room_s = kErrorHorizons * kHorizonsS[h] / static_cast<double>(kErrors);
+  if (noted_s && time_s - *noted_s < room_s) return;
+  noted_s = time_s;
+  const double most = std::clamp(kErrorHorizons * kHorizonsS[h] / error_spacing_s(h), 40.0,
+                                 static_cast<double>(kErrors));
+  while (static_cast<double>(errors.size()) + 1.0 > most) {
+    sorted.erase(std::lower_bound(sorted.begin(), sorted.end(), errors.front()));
+    errors.pop();
   }
-  horizon.errors.push_overwriting(error);
+  errors.push_overwriting(error);
   sorted.insert(std::upper_bound(sorted.begin(), sorted.end(), error), error);
+}
+
+void ExpertStack::measure_width(std::size_t h) {
+  const auto& sorted = judged_[h].sorted;
+  double& half_width = forecast_.horizons[h].half_width;
+  half_width = -1.0;
+  if (sorted.empty()) return;
   const auto n = static_cast<double>(sorted.size());
-  horizon.half_width = sorted[static_cast<std::size_t>(
-      std::clamp(std::ceil(kCovered * (n + 1.0)) - 1.0, 0.0, n - 1.0))];
+  const double rank = std::clamp(std::ceil(kCovered * (n + 1.0)) - 1.0, 0.0, n - 1.0);
+  const double independent = h == 0 ? n : std::max(1.0, n * error_spacing_s(h) / kHorizonsS[h]);
+  half_width = sorted[static_cast<std::size_t>(rank)] * (1.0 + kStudentExcess / independent);
 }
 
 void ExpertStack::weigh(std::size_t h) {
-  Horizon& horizon = horizons_[h];
-  if (horizon.count > 0.0) {
+  const Judged& judged = judged_[h];
+  auto& [mean, half_width, shares] = forecast_.horizons[h];
+  if (judged.count > 0.0) {
     const double independent =
-        1.0 + (h == 0 ? 0.5 * horizon.count : horizon.count * spacing_s_ / kHorizonsS[h]);
+        1.0 + (h == 0 ? 0.5 * judged.count : judged.count * forecast_.spacing_s / kHorizonsS[h]);
     std::array<double, kExperts> logs{};
     for (std::size_t k = 0; k < kExperts; ++k)
-      logs[k] = -0.5 * independent * std::log(std::max(horizon.squares[k], 1e-300));
+      logs[k] = -0.5 * independent * std::log(std::max(judged.squares[k], kSmallestSquares));
     logs[0] += kHoldCredit;
+    if (h + 1 == kHorizons) logs[kSvr] += kSvrCredit;
     const double most = *std::max_element(logs.begin(), logs.end());
     double sum = 0.0;
-    for (std::size_t k = 0; k < kExperts; ++k) sum += horizon.weights[k] = std::exp(logs[k] - most);
-    for (double& weight : horizon.weights) weight /= sum;
+    for (std::size_t k = 0; k < kExperts; ++k) sum += shares[k] = std::exp(logs[k] - most);
+    for (double& share : shares) share /= sum;
   } else if (h > 0) {
-    horizon.weights = horizons_[h - 1].weights;
+    shares = forecast_.horizons[h - 1].shares;
+    if (h + 1 == kHorizons) favour(shares[kSvr], std::exp(kSvrCredit), shares);
   }
-  horizon.mean = {.linear = {.time_s = time_s_}, .svr_share = horizon.weights.back()};
-  const double linear = std::max(1.0 - horizon.weights.back(), 1e-12);
-  for (const Expert expert : kLinearExperts) {
-    horizon.mean.linear.add(horizon.weights[static_cast<std::size_t>(expert)] / linear,
-                            forecast(expert));
-  }
+  mean = {.linear = {.time_s = forecast_.time_s}, .svr_share = shares.back()};
+  const double linear = std::max(1.0 - shares.back(), 1e-12);
+  for (const Expert expert : kLinearExperts)
+    mean.linear.add(shares[static_cast<std::size_t>(expert)] / linear, forecast(expert));
 }
 
 void ExpertStack::keep(std::size_t h) {
-  Horizon& horizon = horizons_[h];
-  const auto& made = horizon.made;
-  if (!made.empty() && time_s_ - made.back().mean.linear.time_s <
-                           kHorizonsS[h] / static_cast<double>(kSnapshots - 1))
-    return;
-  Snapshot snapshot;
+  auto& made = judged_[h].made;
+  if (!made.wants(forecast_.time_s)) return;
+  Snapshot& snapshot = made.keep(forecast_.time_s);
   for (const Expert expert : kLinearExperts)
     snapshot.expert[static_cast<std::size_t>(expert)] = forecast(expert);
-  snapshot.mean = horizon.mean;
-  horizon.made.push_overwriting(snapshot);
+  snapshot.mean = forecast_.horizons[h].mean;
 }
 
-// Ages between two horizons: linear in the logarithm.
-ExpertStack::Between ExpertStack::between(double age_s) const noexcept {
-  const auto of = [this](std::size_t h) {
-    return h == 0 ? std::clamp(spacing_s_, 1e-3, 0.5 * kHorizonsS[1]) : kHorizonsS[h];
-  };
-  if (age_s <= of(0)) return {0, 0, 0.0};
-  std::size_t h = 1;
-  while (h + 1 < kHorizons && age_s > of(h)) ++h;
-  const double share = std::log(age_s / of(h - 1)) / std::log(of(h) / of(h - 1));
-  return {h - 1, h, std::clamp(share, 0.0, 1.0)};
-}
-
-std::array<double, kExperts> ExpertStack::shares(double age_s) const noexcept {
-  const auto [lower, upper, share] = between(age_s);
-  std::array<double, kExperts> out{};
-  for (std::size_t k = 0; k < kExperts; ++k) {
-    out[k] = (1.0 - share) * horizons_[lower].weights[k] + share * horizons_[upper].weights[k];
+void ExpertStack::restart() noexcept {
+  hold_.restart();
+  for (KalmanBank& bank : banks_) bank.restart();
+  for (Judged& judged : judged_) {
+    judged.made.clear();
+    judged.noted_s.reset();
   }
-  return out;
 }
 
-ExpertStack::Prediction ExpertStack::predict(double time_s, const Basis& basis,
-                                             std::optional<double> by_svr) const noexcept {
-  if (!knows()) return {};
-  const auto [lower, upper, share] = between(time_s - time_s_);
-  const Horizon& a = horizons_[lower];
-  const Horizon& b = horizons_[upper];
-  Prediction made;
-  made.drift =
-      (1.0 - share) * a.mean.at(time_s, basis, by_svr) + share * b.mean.at(time_s, basis, by_svr);
-  if (a.half_width >= 0.0 && b.half_width >= 0.0) {
-    const double width = ((1.0 - share) * a.half_width + share * b.half_width) / kNormalQuantile;
-    made.variance = width * width;
+void ExpertStack::reset() noexcept {
+  labels_ = 0;
+  hold_.restart();
+  for (KalmanBank& bank : banks_) bank.reset();
+  for (Judged& judged : judged_) {
+    judged.made.clear();
+    judged.squares = {};
+    judged.count = 0.0;
+    judged.noted_s.reset();
+    judged.errors.clear();
+    judged.sorted.clear();
   }
-  return made;
+  forecast_ = {};
+  // Until a horizon was judged, the last minute is held.
+  for (auto& horizon : forecast_.horizons) horizon.shares[0] = 1.0;
+}
+
+// What follows from the rest is made anew.
+void ExpertStack::carry(core::StateArchive& archive) {
+  if (archive.reads()) reset();
+  archive(labels_, forecast_.time_s, forecast_.spacing_s, forecast_.label_variance,
+          forecast_.reference_temperature, hold_);
+  archive.require(forecast_.spacing_s >= 0.0 && forecast_.label_variance >= 0.0);
+  for (KalmanBank& bank : banks_) archive(bank);
+  for (Judged& judged : judged_) {
+    archive(judged.made);
+    for (double& square : judged.squares) {
+      archive.sums(square);
+      archive.require(square >= 0.0);
+    }
+    archive(judged.count, judged.noted_s, judged.errors);
+    archive.require(judged.count >= 0.0);
+    for (std::size_t i = 0; i < judged.errors.size(); ++i) archive.require(judged.errors[i] >= 0.0);
+  }
+  if (!archive.reads() || !archive.ok()) return;
+  for (std::size_t h = 0; h < kHorizons; ++h) {
+    auto& [made, squares, count, noted_s, errors, sorted] = judged_[h];
+    sorted.clear();
+    for (std::size_t i = 0; i < errors.size(); ++i) sorted.push_back(errors[i]);
+    std::sort(sorted.begin(), sorted.end());
+    measure_width(h);
+    if (labels_ > 0) weigh(h);
+  }
 }
 
 }  // namespace zerodrift::experts

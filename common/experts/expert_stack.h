@@ -9,57 +9,57 @@
 //   weight_k ~ exp(-n/2 ln(S_k / N)),  n = 1 + N dt / h   (errors overlap), one ahead 1 + N / 2
 // which is exponential weighting by the log-likelihood of errors whose variance is S_k / N. Holding
 // the last minute has one nat of credit. A horizon that was never judged borrows the weights of the
-// longest one below it.
+// longest one below it. At the longest one, of which few independent errors are ever seen, the SVR
+// has two nats: far beyond what was seen it goes back to holding, where linear terms go on.
 //
-// The interval of a horizon is the 95 % quantile of the stack's own past errors at it.
+// The interval of a horizon is the 95 % quantile of the stack's own errors at it over the last
+// twenty horizons, wider by as much as Student's t is where few of them are independent.
 #pragma once
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
-#include <string_view>
 #include <vector>
 
 #include "common/core/ring_buffer.h"
+#include "common/core/state_archive.h"
+#include "common/experts/expert.h"
 #include "common/experts/kalman_bank.h"
 #include "common/experts/linear_forecast.h"
+#include "common/experts/past_forecasts.h"
+#include "common/experts/stack_forecast.h"
 
 namespace zerodrift::experts {
 
-enum class Expert : std::uint8_t {
-  kHold,
-  kRandomWalk,
-  kTrend,
-  kLinear,
-  kCubic,
-  kLagged,
-  kShupe,
-  kOnlineSvr,
+struct StackLabel {
+  double time_s = 0.0;      // end of the label; strictly increasing but for restart()
+  double duration_s = 0.0;  // > 0
+  double drift = 0.0;
+  double variance = 0.0;   // of the label as a measurement, > 0
+  ThermalState thermal{};  // the mean over the label, or that of its end
 };
-inline constexpr std::array kLinearExperts{Expert::kHold,   Expert::kRandomWalk, Expert::kTrend,
-                                           Expert::kLinear, Expert::kCubic,      Expert::kLagged,
-                                           Expert::kShupe};
-inline constexpr std::size_t kExperts = kLinearExperts.size() + 1;
-// hold, random-walk, trend, linear, cubic, lagged, shupe, online-svr.
-[[nodiscard]] std::string_view name(Expert expert);
-[[nodiscard]] KalmanBankOptions bank_options(Expert expert);  // of the linear ones but kHold
-
-// Ages of the newest label at which experts are judged, s; the first is one label ahead.
-inline constexpr std::array<double, 5> kHorizonsS{0.0, 60.0, 300.0, 900.0, 3600.0};
-inline constexpr std::size_t kHorizons = kHorizonsS.size();
 
 // The mean of the labels of the last minute.
 class Hold {
  public:
   void learn(const Labelled& label);
   [[nodiscard]] const LinearForecast& forecast() const noexcept { return forecast_; }
+  void restart() noexcept { held_.clear(); }
+
+  // Its state (core/state_archive.h).
+  void carry(core::StateArchive& archive);
 
  private:
   static constexpr double kWindowS = 60.0;
   struct Held {
     double time_s = 0.0;
     double drift = 0.0;
+
+    void carry(core::StateArchive& archive) { archive(time_s, drift); }
   };
+  void average() noexcept;
+
   core::RingBuffer<Held> held_{256};
   LinearForecast forecast_{};
 };
@@ -73,65 +73,52 @@ class ExpertStack {
  public:
   ExpertStack();
 
-  void learn(const Labelled& label, const Foretold& by_svr = {});
-  [[nodiscard]] bool knows() const noexcept { return labels_ > 0; }
-
-  struct Prediction {
-    double drift = 0.0;
-    double variance = -1.0;  // of the drift and a label's noise together; negative: never judged
-  };
-  // At a time from the newest label's on. `by_svr`: what the online SVR says now. O(terms).
-  [[nodiscard]] Prediction predict(double time_s, const Basis& basis,
-                                   std::optional<double> by_svr = {}) const noexcept;
-  // Shares of the experts at an age of the newest label; they sum to 1.
-  [[nodiscard]] std::array<double, kExperts> shares(double age_s) const noexcept;
+  void learn(const StackLabel& label, const Foretold& by_svr = {});
+  // What it knows after its newest label.
+  [[nodiscard]] const StackForecast& forecast() const noexcept { return forecast_; }
   [[nodiscard]] const LinearForecast& forecast(Expert expert) const noexcept;
 
+  // The clock was set back, so that past forecasts have no age: the level is learned anew, what
+  // drift owes to temperature and which expert is to be trusted stays.
+  void restart() noexcept;
+  // Forgets everything.
+  void reset() noexcept;
+
+  // Its state (core/state_archive.h): one that has read it goes on to the bit.
+  void carry(core::StateArchive& archive);
+
  private:
-  static constexpr std::size_t kSnapshots = 32;  // over a horizon
+  static constexpr std::size_t kKept = 31;  // past forecasts over a horizon
   static constexpr std::size_t kErrors = 256;
-  // Of the linear experts, and how much of the SVR comes to it.
-  struct Mean {
-    LinearForecast linear{};
-    double svr_share = 0.0;
-    [[nodiscard]] double at(double time_s, const Basis& basis,
-                            std::optional<double> by_svr) const noexcept {
-      const double sum = linear.at(time_s, basis);
-      return by_svr ? sum + svr_share * (*by_svr - sum) : sum;
-    }
-  };
   struct Snapshot {
     std::array<LinearForecast, kLinearExperts.size()> expert{};
-    Mean mean{};
+    StackMean mean{};
+
+    void carry(core::StateArchive& archive) { archive(expert, mean); }
   };
-  struct Horizon {
-    core::RingBuffer<Snapshot> made{kSnapshots + 1};
+  struct Judged {
+    explicit Judged(double horizon_s) : made(horizon_s, kKept, {}) { sorted.reserve(kErrors); }
+
+    PastForecasts<Snapshot> made;
     std::array<double, kExperts> squares{};
     double count = 0.0;
-    std::array<double, kExperts> weights{};
-    Mean mean{};
+    std::optional<double> noted_s{};           // end of the label of the newest error that was kept
     core::RingBuffer<double> errors{kErrors};  // the stack's own, as they came
     std::vector<double> sorted{};              // the same
-    double half_width = -1.0;                  // holds 95 % of the errors; negative: never judged
   };
-  struct Between {
-    std::size_t lower;
-    std::size_t upper;
-    double share;  // of the upper one
-  };
-  void judge(std::size_t h, const Snapshot& made, const Labelled& label,
+  void judge(std::size_t h, const Snapshot& made, const StackLabel& label, const Basis& basis,
              std::optional<double> by_svr);
-  void note_error(std::size_t h, double error);
+  void note_error(std::size_t h, double time_s, double error);
+  [[nodiscard]] double error_spacing_s(std::size_t h) const;
+  void measure_width(std::size_t h);
   void weigh(std::size_t h);
   void keep(std::size_t h);
-  [[nodiscard]] Between between(double age_s) const noexcept;
 
-  std::size_t labels_ = 0;
-  double time_s_ = 0.0;
-  double spacing_s_ = 0.0;  // between labels, smoothed
+  std::uint64_t labels_ = 0;
   Hold hold_;
   std::vector<KalmanBank> banks_;  // of all experts but the first
-  std::array<Horizon, kHorizons> horizons_{};
+  std::vector<Judged> judged_;     // by horizon
+  StackForecast forecast_{};
 };
 
 }  // namespace zerodrift::experts

@@ -48,7 +48,29 @@ KalmanBank::KalmanBank(const KalmanBankOptions& options) : terms_(options.terms)
   innovation_.resize(filters());
   variance_.resize(filters());
   log_weights_.resize(filters());
-  weights_.assign(filters(), 1.0 / static_cast<double>(filters()));
+  weights_.resize(filters());
+  reset();
+}
+
+void KalmanBank::reset() noexcept {
+  knows_ = has_time_ = false;
+  for (auto* numbers : {&mean_, &covariance_, &log_weights_})
+    std::fill(numbers->begin(), numbers->end(), 0.0);
+  weigh();
+  forecast_ = {};
+}
+
+void KalmanBank::restart() noexcept {
+  has_time_ = false;
+  if (!knows_) return;
+  for (std::size_t f = 0; f < filters(); ++f) {
+    covariance(0, 0)[f] += kDiffuse * unit_variance_;
+    if (first_coefficient_ == 1) continue;
+    mean(1)[f] = 0.0;
+    covariance(1, 0)[f] = 0.0;
+    for (std::size_t j = 2; j < states_; ++j) covariance(j, 1)[f] = 0.0;
+    covariance(1, 1)[f] = beliefs_[f].slope_share * unit_variance_ / (unit_s_ * unit_s_);
+  }
 }
 
 void KalmanBank::begin(const Labelled& label) {
@@ -121,6 +143,8 @@ void KalmanBank::update(const Labelled& label) {
       variance_[f] += weight * gain_[i * n + f];
     }
   }
+  // Rounding, or a covariance that came from anywhere, makes no measurement better than it is.
+  for (double& variance : variance_) variance = std::max(variance, label.variance);
   for (std::size_t i = 0; i < states_; ++i) {
     const double* const gain = &gain_[i * n];
     double* const x = mean(i);
@@ -136,35 +160,37 @@ void KalmanBank::update(const Labelled& label) {
 }
 
 void KalmanBank::learn(const Labelled& label) {
-  if (knows_) {
-    predict(label.time_s - time_s_);
-  } else {
+  if (!knows_) {
     begin(label);
+  } else if (has_time_) {
+    predict(label.time_s - time_s_);
   }
   update(label);
-  if (knows_) weigh();
+  if (knows_) note_evidence();
   time_s_ = label.time_s;
-  knows_ = true;
+  knows_ = has_time_ = true;
+  weigh();
   average();
 }
 
-// By the likelihood of the label's innovation.
-void KalmanBank::weigh() {
+// The likelihood of the label's innovation.
+void KalmanBank::note_evidence() noexcept {
   for (std::size_t f = 0; f < filters(); ++f) {
     log_weights_[f] =
         kForgetting * log_weights_[f] -
         0.5 * (std::log(variance_[f]) + innovation_[f] * innovation_[f] / variance_[f]);
   }
   const double most = *std::max_element(log_weights_.begin(), log_weights_.end());
+  for (double& weight : log_weights_) weight -= most;
+}
+
+void KalmanBank::weigh() noexcept {
   double sum = 0.0;
-  for (std::size_t f = 0; f < filters(); ++f) {
-    log_weights_[f] -= most;
-    sum += weights_[f] = std::exp(log_weights_[f]);
-  }
+  for (std::size_t f = 0; f < filters(); ++f) sum += weights_[f] = std::exp(log_weights_[f]);
   for (double& weight : weights_) weight /= sum;
 }
 
-void KalmanBank::average() {
+void KalmanBank::average() noexcept {
   forecast_ = {.time_s = time_s_};
   for (std::size_t f = 0; f < filters(); ++f) {
     forecast_.level += weights_[f] * mean(0)[f];
@@ -175,6 +201,24 @@ void KalmanBank::average() {
     double& coefficient = forecast_.coefficient[terms_[j - first_coefficient_]];
     for (std::size_t f = 0; f < filters(); ++f) coefficient += weights_[f] * mean(j)[f];
   }
+}
+
+// What follows from the rest is made anew.
+void KalmanBank::carry(core::StateArchive& archive) {
+  archive(knows_, has_time_, time_s_, unit_variance_, unit_s_);
+  archive.require(unit_variance_ >= 0.0 && unit_s_ >= 0.0 && (!knows_ || unit_s_ > 0.0));
+  archive.numbers(mean_.data(), mean_.size());
+  archive.numbers(covariance_.data(), covariance_.size());
+  archive.numbers(log_weights_.data(), log_weights_.size());
+  for (std::size_t i = 0; i < states_; ++i) {
+    for (std::size_t f = 0; f < filters(); ++f) archive.require(covariance(i, i)[f] >= 0.0);
+  }
+  for (const double weight : log_weights_) archive.require(weight <= 0.0);
+  archive.require(std::find(log_weights_.begin(), log_weights_.end(), 0.0) != log_weights_.end());
+  if (!archive.reads() || !archive.ok()) return;
+  weigh();
+  forecast_ = {};
+  if (knows_) average();
 }
 
 }  // namespace zerodrift::experts

@@ -16,6 +16,7 @@
 #include <span>
 #include <vector>
 
+#include "common/core/state_archive.h"
 #include "common/experts/linear_forecast.h"
 
 namespace zerodrift::experts {
@@ -42,10 +43,17 @@ class KalmanBank {
 
   void learn(const Labelled& label);
   [[nodiscard]] bool knows() const noexcept { return knows_; }
+  // The clock was set back: the level and slopes are learned anew, coefficients stay.
+  void restart() noexcept;
+  // Forgets everything.
+  void reset() noexcept;
   // The mean of all filters, by their weights. Only where it knows something.
   [[nodiscard]] const LinearForecast& forecast() const noexcept { return forecast_; }
   // Weights of the filters; they sum to 1.
   [[nodiscard]] std::span<const double> weights() const noexcept { return weights_; }
+
+  // Its state (core/state_archive.h), for one of these options.
+  void carry(core::StateArchive& archive);
 
  private:
   // What a filter believes of how fast things change, in variances of a label and its length.
@@ -59,8 +67,9 @@ class KalmanBank {
   void begin(const Labelled& label);
   void predict(double elapsed_s);
   void update(const Labelled& label);
-  void weigh();
-  void average();
+  void note_evidence() noexcept;
+  void weigh() noexcept;
+  void average() noexcept;
   // State i of all filters, and the covariance of i and j <= i: the filters are the inner loop,
   // which the compiler can put side by side.
   [[nodiscard]] double* mean(std::size_t i) noexcept { return &mean_[i * filters()]; }
@@ -81,6 +90,7 @@ class KalmanBank {
   std::vector<double> log_weights_;
   std::vector<double> weights_;
   bool knows_ = false;
+  bool has_time_ = false;  // `time_s_` is that of the newest label
   double time_s_ = 0.0;
   double unit_variance_ = 0.0;  // of the first label
   double unit_s_ = 0.0;         // its length

@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the drift may be linear in: temperature about that of the first reading, its powers and
-// rate, and thermal memory, which is how far the temperature is from what it was on the whole over
-// the last minutes to an hour (heat that is still on its way through a coil).
+// What the drift may be linear in: temperature about a reference, its powers and rate, and thermal
+// memory, which is how far the temperature is from what it was on the whole over the last minutes
+// to an hour (heat that is still on its way through a coil).
+//
+// Temperatures in any unit of the order of 10 degrees, rates in any unit of the order of a degree a
+// minute, times in s.
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <optional>
 
+#include "common/core/state_archive.h"
 #include "common/experts/linear_forecast.h"
 
 namespace zerodrift::experts {
@@ -24,44 +29,68 @@ enum BasisTerm : std::size_t {
 inline constexpr std::array<double, kBasisTerms - kFirstMemory> kMemoryTimesS{120.0, 360.0, 1080.0,
                                                                               3240.0};
 
-// One thread. O(1) a reading, no allocation; a temperature in any unit of the order of 10 degrees,
-// its rate in any unit of the order of a degree a minute.
-class ThermalBasis {
+// Of an instant.
+struct ThermalState {
+  double temperature = 0.0;
+  double rate = 0.0;
+  std::array<double, kMemoryTimesS.size()> memory{};  // temperature less its low passes
+
+  // Sums and means, term by term.
+  void add(const ThermalState& other) noexcept {
+    temperature += other.temperature;
+    rate += other.rate;
+    for (std::size_t i = 0; i < memory.size(); ++i) memory[i] += other.memory[i];
+  }
+  [[nodiscard]] ThermalState over(double count) const noexcept {
+    ThermalState mean{temperature / count, rate / count, memory};
+    for (double& term : mean.memory) term /= count;
+    return mean;
+  }
+  void carry(core::StateArchive& archive) { archive(temperature, rate, memory); }
+};
+
+// Powers are of the temperature about `reference`, and scaled so that those of a record's whole
+// range are of the order of the temperature itself.
+[[nodiscard]] inline Basis basis_of(const ThermalState& state, double reference) noexcept {
+  const double now = state.temperature - reference;
+  Basis basis{now, state.rate, now * now / 3.0, now * now * now / 9.0, now * state.rate / 3.0};
+  for (std::size_t i = 0; i < kMemoryTimesS.size(); ++i) basis[kFirstMemory + i] = state.memory[i];
+  return basis;
+}
+
+// Follows a thermometer. One thread. O(1) a reading, no allocation.
+class ThermalMemory {
  public:
-  // The basis at `time_s`, which is after that of the call before. Between two readings the
-  // temperature counts as linear in time, for which the low passes are exact.
-  const Basis& advance(double time_s, double temperature, double rate) noexcept {
-    if (!before_) {
-      first_ = temperature;
-      low_pass_.fill(0.0);
-    }
-    const double now = temperature - first_;
-    if (before_) {
-      const double elapsed_s = time_s - before_->time_s;
-      const double slope = (now - before_->temperature) / elapsed_s;
-      for (std::size_t i = 0; i < low_pass_.size(); ++i) {
+  // A reading at `time_s`, which is after that of the call before. Between two readings the
+  // temperature counts as linear in time, for which the low passes are exact. They begin at the
+  // first reading, so that nothing is on its way then.
+  const ThermalState& advance(double time_s, double temperature, double rate) noexcept {
+    if (newest_s_) {
+      const double elapsed_s = time_s - *newest_s_;
+      const double slope = (temperature - state_.temperature) / elapsed_s;
+      for (std::size_t i = 0; i < kMemoryTimesS.size(); ++i) {
         const double lag = slope * kMemoryTimesS[i];
-        low_pass_[i] =
-            now - lag +
-            (low_pass_[i] - before_->temperature + lag) * std::exp(-elapsed_s / kMemoryTimesS[i]);
+        state_.memory[i] = lag + (state_.memory[i] - lag) * std::exp(-elapsed_s / kMemoryTimesS[i]);
       }
     }
-    before_ = {time_s, now};
-    basis_ = {now, rate, now * now / 3.0, now * now * now / 9.0, now * rate / 3.0};
-    for (std::size_t i = 0; i < low_pass_.size(); ++i)
-      basis_[kFirstMemory + i] = now - low_pass_[i];
-    return basis_;
+    newest_s_ = time_s;
+    state_.temperature = temperature;
+    state_.rate = rate;
+    return state_;
+  }
+  [[nodiscard]] const ThermalState& state() const noexcept { return state_; }
+  // Forgets all: the clock was set back, or another stream began.
+  void restart() noexcept {
+    newest_s_.reset();
+    state_ = {};
   }
 
+  // Its state (core/state_archive.h).
+  void carry(core::StateArchive& archive) { archive(newest_s_, state_); }
+
  private:
-  struct Reading {
-    double time_s;
-    double temperature;  // about the first
-  };
-  double first_ = 0.0;
-  std::optional<Reading> before_{};
-  std::array<double, kMemoryTimesS.size()> low_pass_{};
-  Basis basis_{};
+  std::optional<double> newest_s_{};
+  ThermalState state_{};
 };
 
 }  // namespace zerodrift::experts

@@ -5,14 +5,26 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "common/core/units.h"
+#include "common/experts/expert.h"
 #include "services/compensation/compensation_node.h"
 
 namespace zerodrift::services {
+namespace {
+
+// online_svr: as names of metrics are spelled.
+std::string metric_name(experts::Expert expert) {
+  std::string name{experts::name(expert)};
+  std::replace(name.begin(), name.end(), '-', '_');
+  return name;
+}
+
+}  // namespace
 
 struct CompensationNode::Seen {
   std::uint32_t id = 0;
@@ -20,6 +32,7 @@ struct CompensationNode::Seen {
   core::CompensatedSample newest{};
   core::PerAxis<compensation::TestThenTrain> records{};
   core::PerAxis<std::size_t> support_vectors{};
+  core::PerAxis<std::optional<compensation::StackState>> stacks{};
   double temperature_degc = 0.0;
   double temperature_rate_degc_per_s = 0.0;
   std::uint64_t rejected = 0;
@@ -49,6 +62,7 @@ CompensationNode::Seen CompensationNode::see(const Gyro& source) {
   for (const auto axis : core::kAxes) {
     seen.records[core::index(axis)] = compensator.test_then_train(axis);
     seen.support_vectors[core::index(axis)] = compensator.support_vectors(axis);
+    seen.stacks[core::index(axis)] = compensator.stack_state(axis);
   }
   return seen;
 }
@@ -135,6 +149,14 @@ service::StatusPart CompensationNode::part(const Seen& seen) {
     add("support_vectors" + suffix, "1", static_cast<double>(seen.support_vectors[i]));
     add("applied_rmse" + suffix, "deg/h", core::deg_h_from_radps(std::sqrt(record.applied_mse)));
     add("persistence_rmse" + suffix, "deg/h", core::deg_h_from_radps(std::sqrt(record.held_mse)));
+    if (!seen.stacks[i]) continue;
+    // Of the forecast in force: who has earned which share of it, and the longest age of the newest
+    // label that was judged; beyond it the stated variance is an extrapolation.
+    for (std::size_t k = 0; k < experts::kExperts; ++k) {
+      const auto expert = static_cast<experts::Expert>(k);
+      add("share_" + metric_name(expert) + suffix, "1", seen.stacks[i]->shares[k]);
+    }
+    add("longest_judged" + suffix, "s", seen.stacks[i]->longest_judged_s.value_or(0.0));
   }
   return part;
 }

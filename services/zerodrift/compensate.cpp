@@ -9,11 +9,13 @@
 #include <numeric>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "common/allan/block_statistics.h"
 #include "common/checkpoint/checkpoint_file.h"
 #include "common/compensation/compensator.h"
 #include "common/compensation/drift_prior.h"
+#include "common/compensation/option_keys.h"
 #include "common/config/compensation_config.h"
 #include "common/core/units.h"
 #include "common/files/atomic_file.h"
@@ -85,10 +87,12 @@ class Summary {
           axis.steps > 0 ? std::sqrt(axis.step_squares / static_cast<double>(axis.steps)) : 0.0;
       const auto total =
           static_cast<double>(std::accumulate(axis.rungs.begin(), axis.rungs.end(), 0ULL));
-      std::printf(
-          "%-4s  %20.5f %13.5f %13.5f %17.1f %8.1f %%\n", std::string(core::name(a)).c_str(),
-          core::deg_h_from_radps(raw), core::deg_h_from_radps(left), core::deg_h_from_radps(held),
-          left > 0.0 ? raw / left : 0.0, 100.0 * static_cast<double>(axis.rungs[3]) / total);
+      const std::uint64_t on_model = axis.rungs[static_cast<std::size_t>(core::Rung::kOnlineSvr)] +
+                                     axis.rungs[static_cast<std::size_t>(core::Rung::kStack)];
+      std::printf("%-4s  %20.5f %13.5f %13.5f %17.1f %8.1f %%\n",
+                  std::string(core::name(a)).c_str(), core::deg_h_from_radps(raw),
+                  core::deg_h_from_radps(left), core::deg_h_from_radps(held),
+                  left > 0.0 ? raw / left : 0.0, 100.0 * static_cast<double>(on_model) / total);
     }
     std::printf(
         "persistence: the minute's mean held over the next minute. Each sample was compensated "
@@ -161,7 +165,8 @@ int compensate(const CompensateOptions& options) {
                        {{"--out", options.out}, {"--save-checkpoint", options.save_checkpoint}});
   compensation::CompensationOptions compensation_options;
   if (!options.config.empty()) compensation_options = config::load_compensation(options.config);
-  if (options.scheme == "none") compensation_options.scheme = compensation::Scheme::kNone;
+  if (!options.scheme.empty())
+    compensation_options.scheme = compensation::scheme_named(options.scheme);
   if (!options.prior.empty()) compensation_options.prior = config::load_prior(options.prior);
   compensation::Compensator compensator(compensation_options);
   OfflineRun offline(options.record, options.columns, chosen_gyro(*options.gyro_id_option),
@@ -214,8 +219,9 @@ void add_compensate(CLI::App& app, Run& run) {
   command->add_option("--record", options->record, kRecordHelp)->required();
   command->add_option("--columns", options->columns, "names and units of a foreign CSV");
   command->add_option("--config", options->config, "YAML or JSON file (docs/configuration.md)");
-  command->add_option("--scheme", options->scheme, "online-svr or none; overrides the file")
-      ->check(CLI::IsMember({"online-svr", "none"}));
+  const auto schemes = compensation::scheme_names();
+  command->add_option("--scheme", options->scheme, "overrides the file")
+      ->check(CLI::IsMember(std::vector<std::string>(schemes.begin(), schemes.end())));
   command->add_option("--prior", options->prior,
                       "a twin's model: drift = model + what is learned of the remainder; overrides "
                       "the file");

@@ -27,7 +27,7 @@ inline constexpr std::array kLayers{
     Layer{"common/navigation",   Purity::kPure,   {"common/core"}},
     Layer{"common/allan",        Purity::kPure,   {"common/core"}},
     Layer{"common/twin",         Purity::kPure,   {"common/core"}},
-    Layer{"common/compensation", Purity::kPure,   {"common/core", "common/thermal", "common/regression", "common/navigation", "common/twin"}},
+    Layer{"common/compensation", Purity::kPure,   {"common/core", "common/thermal", "common/regression", "common/experts", "common/navigation", "common/twin"}},
     Layer{"common/comparison",   Purity::kPure,   {"common/core", "common/thermal", "common/regression", "common/experts", "common/allan", "common/compensation"}},
     Layer{"common/diagnosis",    Purity::kPure,   {"common/core", "common/twin", "common/allan"}},
     Layer{"common/files",        Purity::kSystem, {"common/core"}},

@@ -17,6 +17,7 @@
 #include <thread>
 #include <vector>
 
+#include "common/compensation/option_keys.h"
 #include "common/files/atomic_file.h"
 #include "common/service/host.h"
 #include "common/service/main.h"
@@ -47,7 +48,6 @@ constexpr double kPeriodsStop = 10.0;
 
 // Sensor time runs 10 times as fast as the host's, so delays that jitter may not exceed are longer.
 constexpr const char* kConfig =
-    "scheme: online-svr\n"
     "features:\n"
     "  - {kind: temperature, probe: coil}\n"
     "  - {kind: temperature_rate, probe: coil}\n"
@@ -60,6 +60,7 @@ struct FailOverOptions {
   int rounds = 10;
   std::vector<std::string> faults{"kill", "stop", "hang"};
   double rate_hz = 200.0;
+  std::string scheme{compensation::scheme_names().front()};
   std::string json;
 };
 
@@ -166,7 +167,7 @@ class FailOver {
         instances_(listening_),
         subscriber_(listening_) {
     std::filesystem::create_directories(folder_);
-    std::ofstream(folder_ / "config.yaml") << kConfig;
+    std::ofstream(folder_ / "config.yaml") << "scheme: " << options.scheme << '\n' << kConfig;
   }
   ~FailOver() {
     processes_.clear();
@@ -362,6 +363,10 @@ void add_bench_fail_over(CLI::App& bench, Run& run) {
       ->capture_default_str();
   command->add_option("--rate", options->rate_hz, "samples a second")
       ->check(CLI::Range(10.0, 5000.0))
+      ->capture_default_str();
+  const auto schemes = compensation::scheme_names();
+  command->add_option("--scheme", options->scheme, "of both instances")
+      ->check(CLI::IsMember(std::vector<std::string>(schemes.begin(), schemes.end())))
       ->capture_default_str();
   command->add_option("--json", options->json, "also as JSON, to this file");
   command->add_option("--domain", options->network.domain, "DDS domain")->capture_default_str();

@@ -106,6 +106,7 @@ class Chain {
         temperature_rate_.rate_degc_per_s().value() * kSecondsPerMinute,
         core::deg_h_from_radps(record_.points[i - 1].rate_radps)};
     const double time_s = core::seconds(point.time);
+    scheme_->observe(time_s, features);
     const double compensated_radps = point.rate_radps - scheme_->predict(time_s, features).drift;
     scheme_->learn({.time_s = time_s,
                     .duration_s = record_.interval_s,

@@ -25,10 +25,10 @@ void expect_every_sample_once(const std::filesystem::path& out, std::uint64_t sa
 }
 
 // The comparison would say little of a run in which nothing was learned.
-void expect_model_at_work(const std::filesystem::path& out) {
+void expect_at_work(const std::string& rung, const std::filesystem::path& out) {
   const Table table = read_table(out);
   for (const char* axis : {"x", "y", "z"}) {
-    EXPECT_EQ(table.rows.back()[table.column(std::string("rung_") + axis)], "online_svr");
+    EXPECT_EQ(table.rows.back()[table.column(std::string("rung_") + axis)], rung);
   }
 }
 
@@ -43,7 +43,24 @@ TEST(LiveRun, OfARecordEqualsOfflineCompensationToTheByte) {
                     .out = system.path("live.csv")});
   EXPECT_EQ(first_difference(system.path("live.csv"), system.path("offline.csv")), "");
   expect_every_sample_once(system.path("live.csv"), kSamples);
-  expect_model_at_work(system.path("live.csv"));
+  expect_at_work("online_svr", system.path("live.csv"));
+}
+
+// Rule: a stack of experts is no exception.
+TEST(LiveRun, OfAStackEqualsOfflineCompensationToTheByte) {
+  SystemUnderTest system(Domain::kStackLive);
+  const Simulation simulation{.profile = write_ramp_profile(system, kDurationS), .seed = 3};
+  const auto record = system.path("record.csv");
+  simulate(system, simulation, record);
+  write(system.path("stack.yaml"), "scheme: stack\n");
+  run_offline(system, record, system.path("offline.csv"), {"--scheme", "stack"});
+  run_live(system, {.source = {"--source", "record", "--record", record},
+                    .compensation = {"--config", system.path("stack.yaml")},
+                    .samples = kSamples,
+                    .out = system.path("live.csv")});
+  EXPECT_EQ(first_difference(system.path("live.csv"), system.path("offline.csv")), "");
+  expect_every_sample_once(system.path("live.csv"), kSamples);
+  expect_at_work("stack", system.path("live.csv"));
 }
 
 TEST(LiveRun, OfASimulationEqualsOfflineCompensationOfItsRecordToTheByte) {

@@ -54,6 +54,11 @@ TEST(Redundancy, AKilledOneCostsNoSampleAndComesBackInSync) {
   expect_each_sample_once(fail_over(system, "kill"));
 }
 
+TEST(Redundancy, OfAStackOneThatComesBackIsInSyncToTheBit) {
+  SystemUnderTest system(Domain::kStandbyStack);
+  expect_each_sample_once(fail_over(system, "kill", {"--scheme", "stack"}));
+}
+
 TEST(Redundancy, AStoppedOneCostsNoSampleAndItsOldOnesAreNotRepeated) {
   SystemUnderTest system(Domain::kStandbyStopped);
   expect_each_sample_once(fail_over(system, "stop"));

@@ -122,7 +122,9 @@ void expect_no_difference(const Record& record, const CompensationOptions& optio
         [&](const CompensatedSample& answer) { expected.push_back(answer); });
   }
   bool learned = false;
-  for (const auto& answer : expected) learned = learned || answer.rung[0] == core::Rung::kOnlineSvr;
+  const core::Rung learned_rung =
+      options.scheme == compensation::Scheme::kStack ? core::Rung::kStack : core::Rung::kOnlineSvr;
+  for (const auto& answer : expected) learned = learned || answer.rung[0] == learned_rung;
   EXPECT_TRUE(learned) << "nothing was learned: the test shows nothing";
   // In the first block, while labels gather, in mid-turn, settling after it, late.
   for (const std::size_t cut : {std::size_t{3}, record.rates.size() / 7, record.rates.size() / 3,
@@ -138,6 +140,12 @@ void expect_no_difference(const Record& record, const CompensationOptions& optio
 
 TEST(RunningState, GoesOnToTheBitWhereverItIsCut) {
   expect_no_difference(make_record(chamber()), small_options());
+}
+
+TEST(RunningState, GoesOnToTheBitWithTheStack) {
+  CompensationOptions options = small_options();
+  options.scheme = compensation::Scheme::kStack;
+  expect_no_difference(make_record(chamber()), options);
 }
 
 TEST(RunningState, GoesOnToTheBitWithTheSlidingMeanRate) {

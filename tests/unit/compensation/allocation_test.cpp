@@ -89,9 +89,9 @@ TEST(CompensatorAllocationLaws, TheCounterCounts) {
 
 // Rule: no memory is taken in push, answer_next, learning, freeze and reset, from the first sample
 // on.
-TEST(CompensatorAllocationLaws, DataPathAndLearnerTakeNoMemoryAfterConstruction) {
+void expect_no_memory_taken(const CompensationOptions& options) {
   const Record record = busy_record();
-  Compensator compensator{busy_options()};
+  Compensator compensator{options};
   std::size_t answers = 0;
   const std::size_t taken = allocated_by([&] {
     testing::run(compensator, record, [&](const core::CompensatedSample&) {
@@ -105,6 +105,16 @@ TEST(CompensatorAllocationLaws, DataPathAndLearnerTakeNoMemoryAfterConstruction)
   EXPECT_EQ(taken, 0U);
   EXPECT_EQ(answers, record.rates.size());
   EXPECT_GT(compensator.learner().labels_learned(), 80U);  // more than the window holds
+}
+
+TEST(CompensatorAllocationLaws, DataPathAndLearnerTakeNoMemoryAfterConstruction) {
+  expect_no_memory_taken(busy_options());
+}
+
+TEST(CompensatorAllocationLaws, NorDoesAStack) {
+  CompensationOptions options = busy_options();
+  options.scheme = Scheme::kStack;
+  expect_no_memory_taken(options);
 }
 
 // Rule: nor with a prior whose effects have states, when these begin anew, and when another prior

@@ -143,9 +143,9 @@ constexpr core::PerAxis<double> kVariance{4.0, 9.0, 16.0};
 TEST(LabelBuilder, ALabelIsTheMeanOfItsBlocks) {
   LabelBuilder labels(10.0, 5.0);
   for (int s = 0; s < 14; ++s) {
-    ASSERT_FALSE(labels.add(still_block(s, 1e-6 * s), context(s), kVariance)) << s;
+    ASSERT_FALSE(labels.add(still_block(s, 1e-6 * s), context(s), {}, kVariance)) << s;
   }
-  const auto label = labels.add(still_block(14), context(14), kVariance);
+  const auto label = labels.add(still_block(14), context(14), {}, kVariance);
   ASSERT_TRUE(label);
   EXPECT_EQ(label->begin, from_seconds(0));
   EXPECT_EQ(label->end, from_seconds(10));
@@ -161,11 +161,11 @@ TEST(LabelBuilder, ALabelIsTheMeanOfItsBlocks) {
 // Rule: predictions and features count only where they held for the whole label.
 TEST(LabelBuilder, APredictionThatHeldForPartOfALabelIsNotJudged) {
   LabelBuilder labels(10.0, 0.0);
-  for (int s = 0; s < 9; ++s) labels.add(still_block(s), context(1.0), kVariance);
+  for (int s = 0; s < 9; ++s) labels.add(still_block(s), context(1.0), {}, kVariance);
   auto last = context(1.0);
   last[0].applied_radps.reset();
   last[1].features_ready = false;
-  const auto label = labels.add(still_block(9), last, kVariance);
+  const auto label = labels.add(still_block(9), last, {}, kVariance);
   ASSERT_TRUE(label);
   EXPECT_FALSE(label->applied_radps[0]);
   EXPECT_TRUE(label->held_radps[0]);
@@ -181,7 +181,7 @@ TEST(LabelBuilder, AnAxisNotMeasuredHasNoLabel) {
     DriftBlock block = still_block(s);
     block.count[1] = 0;
     block.mean_radps[1] = std::numeric_limits<double>::quiet_NaN();
-    label = labels.add(block, context(1.0), kVariance);
+    label = labels.add(block, context(1.0), {}, kVariance);
   }
   ASSERT_TRUE(label);
   EXPECT_TRUE(label->valid[0]);
@@ -198,7 +198,7 @@ TEST(LabelBuilderLaws, NoLabelGivenOutHoldsTheBeginningOfATurn) {
     // The block in which the turn begins may still pass for rest; the next one never does.
     for (int s = 0; s <= turn_block; ++s) {
       const double mean = s == turn_block ? 1.0 : 1e-5;
-      if (const auto label = labels.add(still_block(s, mean), context(1.0), kVariance)) {
+      if (const auto label = labels.add(still_block(s, mean), context(1.0), {}, kVariance)) {
         ++labels_given;
         EXPECT_LE(label->end + from_seconds(4.0), from_seconds(turn_block));
         EXPECT_NEAR(label->drift_radps[0], 1e-5, 1e-18);
@@ -207,7 +207,7 @@ TEST(LabelBuilderLaws, NoLabelGivenOutHoldsTheBeginningOfATurn) {
     labels.discard();
     // After the turn labels start anew, from blocks after it only.
     for (int s = turn_block + 30; s < turn_block + 60; ++s) {
-      if (const auto label = labels.add(still_block(s), context(1.0), kVariance)) {
+      if (const auto label = labels.add(still_block(s), context(1.0), {}, kVariance)) {
         EXPECT_GE(label->begin, from_seconds(turn_block + 30));
         EXPECT_NEAR(label->drift_radps[0], 1e-5, 1e-18);
       }
@@ -219,8 +219,8 @@ TEST(LabelBuilderLaws, NoLabelGivenOutHoldsTheBeginningOfATurn) {
 // Rule: a pause longer than a label parts two labels.
 TEST(LabelBuilder, APauseLongerThanALabelPartsTwo) {
   LabelBuilder labels(10.0, 0.0);
-  for (int s = 0; s < 4; ++s) labels.add(still_block(s, 1e-6), context(1.0), kVariance);
-  const auto before = labels.add(still_block(100, 5e-6), context(1.0), kVariance);
+  for (int s = 0; s < 4; ++s) labels.add(still_block(s, 1e-6), context(1.0), {}, kVariance);
+  const auto before = labels.add(still_block(100, 5e-6), context(1.0), {}, kVariance);
   ASSERT_TRUE(before);
   EXPECT_EQ(before->end, from_seconds(4));
   EXPECT_NEAR(before->drift_radps[0], 1e-6, 1e-20);
@@ -231,7 +231,7 @@ TEST(LabelBuilderAbuse, ShortLabelsWithALongConfirmationStillComeOut) {
   LabelBuilder labels(1.0, 600.0);
   int given = 0;
   for (int s = 0; s < 2000; ++s) {
-    if (const auto label = labels.add(still_block(s), context(1.0), kVariance)) {
+    if (const auto label = labels.add(still_block(s), context(1.0), {}, kVariance)) {
       ++given;
       EXPECT_GE(from_seconds(s + 1), label->end + from_seconds(600.0));
     }

@@ -34,6 +34,11 @@ CompensationOptions small_options() {
   return options;
 }
 
+CompensationOptions stacked(CompensationOptions options) {
+  options.scheme = Scheme::kStack;
+  return options;
+}
+
 // What a gyro's life may hold: labels of unequal certainty, axes not measured, temperatures
 // missing, drift that breaks its ways, a pause longer than the judge's shorter horizons, a reset
 // and a clock set back.
@@ -49,9 +54,11 @@ std::vector<TrainingJob> life() {
       continue;
     }
     Label label;
+    label.begin = core::from_seconds(time_s - 10.0);
     label.end = core::from_seconds(time_s);
     const double t = 2.0 * std::sin(time_s / 700.0);
     const double rate = 2.0 * std::cos(time_s / 700.0);
+    label.thermal = {.temperature = t, .rate = rate, .memory = {0.1 * t, 0.2 * t, 0.3 * t, rate}};
     for (std::size_t i = 0; i < core::kAxisCount; ++i) {
       const double sigma = kSigma * (random.below(5) == 0 ? 4.0 : 1.0);
       const double sign = i == 1 ? -1.0 : 1.0;
@@ -78,6 +85,14 @@ class Print {
     add(trust.forecast_variance);
     add(trust.held_variance);
   }
+  void add(const experts::StackForecast& stack) {
+    for (const double age_s : {1.0, 20.0, 200.0, 2000.0}) {
+      const auto made = stack.predict(stack.time_s + age_s, {.temperature = 0.3}, 1e-5);
+      add(made.drift);
+      add(made.variance);
+      for (const double share : stack.shares(age_s)) add(share);
+    }
+  }
   void add(DriftModel model) {
     add(model.time);
     add(model.held_radps);
@@ -98,6 +113,7 @@ class Print {
       for (const auto& trust : axis.trust.beyond) add(trust);
       for (const double horizon : axis.trust.horizon_s) add(horizon);
       for (const double change : axis.trust.largest_change_radps) add(change);
+      add(axis.stack);
     }
   }
   friend bool operator==(const Print&, const Print&) = default;
@@ -148,8 +164,7 @@ LearnerState state_after(const CompensationOptions& options, std::size_t labels)
 // Rule: saved after any label and restored in a new learner, every later snapshot is the same to
 // the bit, epoch and count of labels included. Cuts: all through the initial set, about each choice
 // of a kernel (from 36 labels on), the pause, the reset and the clock set back, and all along.
-TEST(LearnerStateLaws, RestoredAtAnyCutEveryLaterSnapshotIsTheSameToTheBit) {
-  const auto options = small_options();
+void expect_the_same_bits_after_any_cut(const CompensationOptions& options) {
   const auto jobs = life();
   Bench whole(options);
   std::vector<Print> expected;
@@ -177,6 +192,14 @@ TEST(LearnerStateLaws, RestoredAtAnyCutEveryLaterSnapshotIsTheSameToTheBit) {
     }
     EXPECT_EQ(resumed.learner().labels_learned(), whole.learner().labels_learned());
   }
+}
+
+TEST(LearnerStateLaws, RestoredAtAnyCutEveryLaterSnapshotIsTheSameToTheBit) {
+  expect_the_same_bits_after_any_cut(small_options());
+}
+
+TEST(LearnerStateLaws, RestoredAtAnyCutAStackGoesOnToTheBit) {
+  expect_the_same_bits_after_any_cut(stacked(small_options()));
 }
 
 // Rule: the snapshot that answers a restore is the one that was last given before saving.
@@ -304,8 +327,7 @@ TEST(LearnerStateAbuse, ValuesThatNoLearnerHoldsAreRefused) {
 }
 
 // Rule: whatever is written over a state, it is refused or makes a learner that learns.
-TEST(LearnerStateAbuse, WhatIsWrittenOverAStateIsRefusedOrDoesNoHarm) {
-  const auto options = small_options();
+void expect_no_harm_by_what_is_written_over(const CompensationOptions& options) {
   const auto jobs = life();
   const LearnerState good = state_after(options, 60);
   std::size_t taken = 0;
@@ -321,13 +343,27 @@ TEST(LearnerStateAbuse, WhatIsWrittenOverAStateIsRefusedOrDoesNoHarm) {
       Bench bench(options);
       bench.work(restore_job(std::make_shared<RestoredLearner>(options, changed)));
       for (std::size_t n = 60; n < 70; ++n) {
-        for (const auto& axis : bench.work(jobs[n]).axes)
+        for (const auto& axis : bench.work(jobs[n]).axes) {
           ASSERT_TRUE(std::isfinite(axis.drift.held_radps)) << at;
+          if (!axis.stack.knows()) continue;
+          const auto made = stack_forecast(axis, {0.1, 0.2}, jobs[n].label.thermal,
+                                           jobs[n].label.end + core::from_seconds(100.0));
+          ASSERT_TRUE(std::isfinite(made.drift_radps)) << at;
+          ASSERT_TRUE(std::isfinite(made.variance)) << at;
+        }
       }
     }
   }
-  EXPECT_GT(tried - taken, tried / 6);
+  EXPECT_GT(tried - taken, tried / 8);
   EXPECT_GT(taken, tried / 20);
+}
+
+TEST(LearnerStateAbuse, WhatIsWrittenOverAStateIsRefusedOrDoesNoHarm) {
+  expect_no_harm_by_what_is_written_over(small_options());
+}
+
+TEST(LearnerStateAbuse, WhatIsWrittenOverAStackIsRefusedOrDoesNoHarm) {
+  expect_no_harm_by_what_is_written_over(stacked(small_options()));
 }
 
 // Rule: kernels alone begin a learner that knows nothing else and learns with them.
@@ -353,9 +389,11 @@ TEST(LearnerState, KernelsAloneAreLearnedWithFromTheFirstLabelOn) {
 // count kLearnerLayout up and write the new sizes here.
 TEST(LearnerState, AnotherLayoutHasAnotherNumber) {
   const auto options = small_options();
-  EXPECT_EQ(kLearnerLayout, 1U);
+  EXPECT_EQ(kLearnerLayout, 2U);
   EXPECT_EQ(state_after(options, 0).bytes.size(), 2486U);
-  EXPECT_EQ(state_after(options, 30).bytes.size(), 26534U);
+  EXPECT_EQ(state_after(options, 30).bytes.size(), 27542U);
+  EXPECT_EQ(state_after(stacked(options), 0).bytes.size(), 67769U);
+  EXPECT_EQ(state_after(stacked(options), 30).bytes.size(), 262569U);
 }
 
 // Rule: given before the first sample, a saved learner is in force from that sample on; and the

@@ -279,7 +279,7 @@ TEST_F(CompensationFile, AnUnknownKeyIsNamed) {
 
 TEST_F(CompensationFile, AWordThatIsNoChoiceIsNamedWithTheChoices) {
   EXPECT_EQ(error("\nscheme: offline\n"),
-            "2: scheme: found 'offline', expected one of online-svr, none");
+            "2: scheme: found 'offline', expected one of online-svr, stack, none");
   EXPECT_EQ(error("svr:\n  window: lifo\n"),
             "2: svr.window: found 'lifo', expected one of two_tier, fifo");
   EXPECT_EQ(error("svr:\n  kernel: gauss\n"),

@@ -99,7 +99,8 @@ TEST(WireNumbers, OfRungsArePinned) {
                         {Rung::kFactoryPolynomial, 1},
                         {Rung::kStationaryBias, 2},
                         {Rung::kOnlineSvr, 3},
-                        {Rung::kPrior, 4}});
+                        {Rung::kPrior, 4},
+                        {Rung::kStack, 5}});
   expect_names<Rung>({"none", "factory_polynomial", "stationary_bias", "online_svr", "prior"});
 }
 

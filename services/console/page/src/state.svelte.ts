@@ -13,7 +13,7 @@ import type {
   ToWorker,
   View,
 } from './lib/messages.ts';
-import { isPast, isStale, verdict, type Facts, type Link, type Verdict } from './lib/verdict.ts';
+import { isPast, isStale, sharesText, verdict, type Facts, type Link, type Verdict } from './lib/verdict.ts';
 
 export const TABS = ['live', 'allan', 'health', 'twin', 'navigation', 'events'] as const;
 export type Tab = (typeof TABS)[number];
@@ -182,6 +182,13 @@ export class ConsoleState {
 
   metric(service: string, name: string): number {
     return this.services.find((s) => s.service === service)?.metrics.find((m) => m.name === name)?.value ?? NaN;
+  }
+
+  /** Who makes the forecast of an axis; empty where the compensation doesn't say. */
+  shares(axis: number): string {
+    const instance = this.live?.instance ?? 0;
+    const service = `compensation${instance > 0 ? `/${instance}` : ''}:${this.selected}`;
+    return sharesText(this.services.find((s) => s.service === service)?.metrics ?? [], axis);
   }
 
   report(axis: number, stream: number): PlainAllan | undefined {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { verdict, type AxisFacts, type Facts } from '../src/lib/verdict.ts';
+import { sharesText, verdict, type AxisFacts, type Facts } from '../src/lib/verdict.ts';
 
 const LEARNING: AxisFacts = { valid: true, mode: 1, reason: 'none', ratio: 200 };
 const GOOD: Facts = {
@@ -74,4 +74,17 @@ test('without a gyro or a gateway nothing is claimed', () => {
   assert.equal(verdict({ ...GOOD, heard: false }).data.text, 'No gyro heard');
   assert.equal(verdict({ ...GOOD, heard: false, link: 'connecting' }).data.text, 'Connecting');
   assert.equal(verdict({ ...GOOD, link: 'gone' }).data.text, 'Gateway gone');
+});
+
+test('experts with a tenth of the forecast are named, the largest first', () => {
+  const metrics = [
+    { name: 'share_hold_x', value: 0.04 },
+    { name: 'share_online_svr_x', value: 0.3 },
+    { name: 'share_lagged_x', value: 0.604 },
+    { name: 'share_random_walk_y', value: 1 },
+    { name: 'drift_x', value: 3 },
+  ];
+  assert.equal(sharesText(metrics, 0), '60 % lagged, 30 % SVR');
+  assert.equal(sharesText(metrics, 1), '100 % random walk');
+  assert.equal(sharesText(metrics, 2), '');
 });

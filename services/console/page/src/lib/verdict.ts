@@ -57,10 +57,32 @@ const RUNG_TEXT: Record<string, string> = {
   stationary_bias: 'last stationary mean',
   online_svr: 'online SVR',
   prior: "the twin's model",
+  stack: 'experts',
 };
 
 export function rungText(rung: string): string {
   return RUNG_TEXT[rung] ?? rung.replaceAll('_', ' ');
+}
+
+const EXPERT_TEXT: Record<string, string> = {
+  hold: 'last mean',
+  random_walk: 'random walk',
+  shupe: 'Shupe',
+  online_svr: 'SVR',
+};
+const SMALLEST_SHARE = 0.1;
+
+/** "60 % lagged, 30 % SVR": experts with a tenth of an axis's forecast or more, the largest first. */
+export function sharesText(metrics: { name: string; value: number }[], axis: number): string {
+  const ending = `_${'xyz'[axis]}`;
+  return metrics
+    .filter((m) => m.name.startsWith('share_') && m.name.endsWith(ending) && m.value >= SMALLEST_SHARE)
+    .sort((a, b) => b.value - a.value)
+    .map((m) => {
+      const expert = m.name.slice('share_'.length, -ending.length);
+      return `${Math.round(100 * m.value)} % ${EXPERT_TEXT[expert] ?? expert.replaceAll('_', ' ')}`;
+    })
+    .join(', ');
 }
 
 export type Link = 'connecting' | 'open' | 'gone';

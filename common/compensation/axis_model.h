@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// What one axis learns from, and what its data path works with.
+#pragma once
+
+#include <optional>
+
+#include "common/compensation/drift_forecast.h"
+#include "common/compensation/label_builder.h"
+#include "common/core/state_archive.h"
+#include "common/experts/stack_forecast.h"
+
+namespace zerodrift::compensation {
+
+// One axis's part of a label.
+struct AxisLabel {
+  core::SensorTime time{0};  // its end
+  double duration_s = 0.0;
+  double drift_radps = 0.0;
+  double variance = 0.0;  // (rad/s)²
+  std::optional<FeatureArray> features{};
+  experts::ThermalState thermal{};  // means something with features only
+
+  void carry(core::StateArchive& archive);
+};
+
+// The online SVR, frozen, with what experience says of its forecasts.
+struct SvrModel {
+  SvrModel(std::size_t dimension, std::size_t capacity) : drift(dimension, capacity) {}
+
+  // Only of one that holds something (drift_forecast.h) or knows nothing at all.
+  void carry(core::StateArchive& archive) { archive(drift, trust); }
+
+  DriftModel drift;
+  TrustTable trust;
+};
+
+// What one axis's data path works with, frozen.
+struct AxisModel : SvrModel {
+  using SvrModel::SvrModel;
+
+  experts::StackForecast stack{};  // knows nothing where the scheme isn't the stack
+};
+
+// The forecast of an axis's stack, which must know something. O(samples * dimension) once the
+// online SVR is trained, else O(terms); no allocation.
+[[nodiscard]] Forecast stack_forecast(const AxisModel& model, const FeatureArray& features,
+                                      const experts::ThermalState& thermal,
+                                      core::SensorTime now) noexcept;
+
+}  // namespace zerodrift::compensation

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/experts/stack_forecast.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace zerodrift::experts {
+namespace {
+
+constexpr double kNormalQuantile = 1.959963984540054;  // of 95 %, two-sided
+// The drift can't be known better than so many labels measure it.
+constexpr double kLabelsInAMean = 12.0;
+
+}  // namespace
+
+// One label ahead is as far as labels are apart.
+double StackForecast::age_of(std::size_t h) const noexcept {
+  return h == 0 ? std::clamp(spacing_s, 1e-3, 0.5 * kHorizonsS[1]) : kHorizonsS[h];
+}
+
+// Ages between two horizons: linear in the logarithm.
+StackForecast::Between StackForecast::between(double age_s) const noexcept {
+  if (age_s <= age_of(0)) return {0, 0, 0.0};
+  std::size_t h = 1;
+  while (h + 1 < kHorizons && age_s > age_of(h)) ++h;
+  const double share = std::log(age_s / age_of(h - 1)) / std::log(age_of(h) / age_of(h - 1));
+  return {h - 1, h, std::clamp(share, 0.0, 1.0)};
+}
+
+double StackForecast::half_width(double age_s, const Between& at) const noexcept {
+  const double lower = horizons[at.lower].half_width;
+  const double upper = horizons[at.upper].half_width;
+  if (lower >= 0.0 && upper >= 0.0) return (1.0 - at.share) * lower + at.share * upper;
+  for (std::size_t h = at.upper + 1; h-- > 0;) {
+    if (horizons[h].half_width >= 0.0)
+      return horizons[h].half_width * std::max(1.0, age_s / age_of(h));
+  }
+  return -1.0;
+}
+
+StackForecast::Prediction StackForecast::predict(double now_s, const ThermalState& thermal,
+                                                 std::optional<double> by_svr) const noexcept {
+  if (!knows()) return {};
+  const double until_s = std::max(now_s, time_s);
+  const Basis basis = basis_of(thermal, reference_temperature);
+  const Between at = between(until_s - time_s);
+  const Horizon& a = horizons[at.lower];
+  const Horizon& b = horizons[at.upper];
+  Prediction made;
+  made.drift = (1.0 - at.share) * a.mean.at(until_s, basis, by_svr) +
+               at.share * b.mean.at(until_s, basis, by_svr);
+  const double width = half_width(until_s - time_s, at) / kNormalQuantile;
+  if (width < 0.0) return made;
+  made.variance = std::max(width * width - label_variance, label_variance / kLabelsInAMean);
+  made.was_judged = a.half_width >= 0.0 && b.half_width >= 0.0;
+  return made;
+}
+
+std::array<double, kExperts> StackForecast::shares(double age_s) const noexcept {
+  const auto [lower, upper, share] = between(age_s);
+  std::array<double, kExperts> out{};
+  for (std::size_t k = 0; k < kExperts; ++k)
+    out[k] = (1.0 - share) * horizons[lower].shares[k] + share * horizons[upper].shares[k];
+  return out;
+}
+
+std::optional<double> StackForecast::longest_judged_s() const noexcept {
+  for (std::size_t h = kHorizons; h-- > 0;) {
+    if (horizons[h].half_width >= 0.0) return age_of(h);
+  }
+  return std::nullopt;
+}
+
+}  // namespace zerodrift::experts
