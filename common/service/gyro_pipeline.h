@@ -199,14 +199,14 @@ class GyroPipeline {
   }
   // `fresh` has been given the whole log, and goes on instead of the engine, which it becomes.
   // `answers` are those to the log: all are written, so that they reach back behind what any reader
-  // may be waiting for. What this engine alone has answered is written before, since the other line
-  // may have begun after it.
+  // may be waiting for. What this engine alone has answered of the run is written before, since the
+  // other line may have begun after it; another run's publisher may be one that nobody follows.
   void go_on_with(std::unique_ptr<Engine>& fresh, const std::vector<Answer>& answers,
                   std::int64_t now_ns) {
     write_held_unless([&](const Kept& kept) {
-      const bool is_answered_anew = kept.run == run_ && !answers.empty() &&
-                                    kept.answer.raw.sequence >= answers.front().raw.sequence;
-      return is_answered_anew || sync_.was_heard(kept.run, kept.answer.raw.sequence);
+      const std::uint64_t sequence = kept.answer.raw.sequence;
+      const bool is_answered_anew = !answers.empty() && sequence >= answers.front().raw.sequence;
+      return kept.run != run_ || is_answered_anew || sync_.was_heard(kept.run, sequence);
     });
     engine_.swap(fresh);
     drop_log();

@@ -10,13 +10,13 @@
 
 #include "common/dds/conversions.h"
 #include "common/files/atomic_file.h"
+#include "common/recording/recorder.h"
 #include "common/service/host.h"
 #include "common/service/main.h"
 #include "common/service/replay_pacer.h"
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/compensated_csv.h"
 #include "services/zerodrift/ending.h"
-#include "services/zerodrift/record_mcap.h"
 #include "services/zerodrift/record_options.h"
 
 namespace zerodrift::services {
@@ -132,7 +132,7 @@ class Recorder {
 // The options of the command line; those of MCAP files alone are kept as they are used.
 struct RecordArguments {
   RecordOptions csv;
-  McapRecordOptions mcap;
+  recording::McapRecordOptions mcap;
   double chunk_kb = 1024.0;
   double split_mb = 0.0;
   double split_s = 0.0;
@@ -143,7 +143,8 @@ struct RecordArguments {
 
 int record(const RecordArguments& arguments) {
   std::vector<files::NamedFile> attached;
-  for (const auto& file : arguments.mcap.file.attachments) attached.push_back({"--attach", file});
+  for (const auto& file : arguments.mcap.disk.file.attachments)
+    attached.push_back({"--attach", file});
   files::check_outputs(attached, {{"--out", arguments.csv.out}});
   if (!arguments.csv.out.ends_with(".mcap")) {
     for (const auto* option : arguments.only_mcap) {
@@ -153,28 +154,30 @@ int record(const RecordArguments& arguments) {
     }
     return Recorder(arguments.csv).run();
   }
-  McapRecordOptions options = arguments.mcap;
+  recording::McapRecordOptions options = arguments.mcap;
   options.network = arguments.csv.network;
   options.samples = arguments.csv.samples;
   if (arguments.gyro_id->count() > 0) options.gyro_id = arguments.csv.gyro_id;
   options.queue_bytes = static_cast<std::size_t>(1e6 * arguments.queue_mb);
-  options.file.out = arguments.csv.out;
-  options.file.writer.chunk_bytes = static_cast<std::size_t>(1024.0 * arguments.chunk_kb);
-  options.file.split_bytes = static_cast<std::uint64_t>(1e6 * arguments.split_mb);
-  options.file.split_ns = static_cast<std::int64_t>(1e9 * arguments.split_s);
-  if (options.pre_trigger_s > 0.0) options.file.opening = Opening::kWithTheFirstMessage;
-  options.file.is_numbered =
-      options.file.split_bytes > 0 || options.file.split_ns > 0 || options.pre_trigger_s > 0.0;
-  options.file.metadata = {
+  options.disk.file.out = arguments.csv.out;
+  options.disk.file.writer.chunk_bytes = static_cast<std::size_t>(1024.0 * arguments.chunk_kb);
+  options.disk.file.split_bytes = static_cast<std::uint64_t>(1e6 * arguments.split_mb);
+  options.disk.file.split_ns = static_cast<std::int64_t>(1e9 * arguments.split_s);
+  if (options.disk.pre_trigger_s > 0.0)
+    options.disk.file.opening = recording::Opening::kWithTheFirstMessage;
+  options.disk.file.is_numbered = options.disk.file.split_bytes > 0 ||
+                                  options.disk.file.split_ns > 0 ||
+                                  options.disk.pre_trigger_s > 0.0;
+  options.disk.file.metadata = {
       {"domain", std::to_string(options.network.domain)},
       {"log_time", "Unix time of arrival at the recorder, ns"},
       {"publish_time", "sensor time where the message has one above 0, else log_time"},
       {"sequence", "the low 32 bits of sequence_number where the message has one"}};
-  return record_mcap(options);
+  return recording::record_mcap(options);
 }
 
 void add_mcap_options(CLI::App& command, RecordArguments& arguments) {
-  McapRecordOptions& mcap = arguments.mcap;
+  recording::McapRecordOptions& mcap = arguments.mcap;
   arguments.only_mcap = {
       command.add_option("--topics", mcap.topics, ".mcap: these alone, by commas; all without")
           ->delimiter(','),
@@ -182,7 +185,7 @@ void add_mcap_options(CLI::App& command, RecordArguments& arguments) {
           .add_option("--duration", mcap.duration_s,
                       ".mcap: stop so many seconds after \"recording to ...\"")
           ->check(CLI::PositiveNumber),
-      add_compression(command, mcap.file.writer.compression),
+      add_compression(command, mcap.disk.file.writer.compression),
       command.add_option("--chunk-size", arguments.chunk_kb, ".mcap: kB of a chunk, uncompressed")
           ->check(CLI::Range(1.0, 65536.0))
           ->capture_default_str(),
@@ -194,17 +197,18 @@ void add_mcap_options(CLI::App& command, RecordArguments& arguments) {
           .add_option("--split-duration", arguments.split_s, ".mcap: a new file every so many s")
           ->check(CLI::Range(0.1, 1e7)),
       command
-          .add_option("--pre-trigger", mcap.pre_trigger_s,
+          .add_option("--pre-trigger", mcap.disk.pre_trigger_s,
                       ".mcap: keep so many s in memory and write them when an event of severity "
                       "warning or error comes")
           ->check(CLI::Range(0.1, 86400.0)),
-      command.add_option("--post-trigger", mcap.post_trigger_s, ".mcap: and so many s after it")
+      command
+          .add_option("--post-trigger", mcap.disk.post_trigger_s, ".mcap: and so many s after it")
           ->check(CLI::Range(0.0, 86400.0))
           ->capture_default_str(),
       command.add_option("--trigger", mcap.trigger, ".mcap: events of this code alone"),
-      command.add_option("--attach", mcap.file.attachments,
+      command.add_option("--attach", mcap.disk.file.attachments,
                          ".mcap: a file that belongs to the recording (repeatable)"),
-      command.add_option("--attach-checkpoint", mcap.file.checkpoint_dir,
+      command.add_option("--attach-checkpoint", mcap.disk.file.checkpoint_dir,
                          ".mcap: the compensation's --checkpoint-dir; the newest of each gyro at "
                          "begin and end"),
       command.add_option("--queue", arguments.queue_mb, ".mcap: MB that may wait for the disk")

@@ -42,7 +42,7 @@ inline constexpr std::array kLayers{
     Layer{"common/web",          Purity::kSystem, {"common/core"}},
     Layer{"common/foxglove",     Purity::kSystem, {"common/core", "common/web"}},
     Layer{"common/replay",       Purity::kSystem, {"common/core", "common/twin", "common/config", "common/record", "common/dds", "common/service", "idl/dds"}},
-    Layer{"common/recording",    Purity::kSystem, {"common/files", "common/mcap", "common/dds"}},
+    Layer{"common/recording",    Purity::kSystem, {"common/core", "common/files", "common/mcap", "common/dds", "common/service"}},
     Layer{"common/service",      Purity::kSystem, {"common/core", "common/compensation", "common/dds", "idl/dds"}},
 };
 // clang-format on

@@ -233,6 +233,8 @@ TEST(GyroPipeline, OneThatIsBehindFollowsThePublisherOfThoseInSync) {
   EXPECT_GT(taker.pipeline.rejected(), 90U);
   EXPECT_GT(giver.pipeline.rejected(), 90U);
   EXPECT_TRUE(taker.catch_up(giver));
+  for (const AnswerMark& mark : taker.written)
+    EXPECT_EQ(mark.run, kRun) << "what it answered of the other one is nobody's";
 }
 
 TEST(GyroPipeline, APublisherThatIsGoneIsReplacedAtOnceAndASilentOneAfterASecond) {

@@ -6,7 +6,7 @@
 
 #include "common/dds/discovery.h"
 
-namespace zerodrift::services {
+namespace zerodrift::recording {
 
 // The middleware finds participants within tenths of a second, and tells of their endpoints again
 // after a second where that was not heard (the heartbeat of its built-in writers): a pause alone
@@ -38,4 +38,4 @@ class DiscoverySettled {
   int matched_ = 0;
 };
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::recording

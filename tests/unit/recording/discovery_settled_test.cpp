@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/zerodrift/discovery_settled.h"
+#include "common/recording/discovery_settled.h"
 
 #include <gtest/gtest.h>
 
-namespace zerodrift::services {
+namespace zerodrift::recording {
 namespace {
 
 constexpr std::int64_t kMs = 1'000'000;
@@ -38,4 +38,4 @@ TEST(DiscoverySettledLaws, AParticipantWithoutWritersHoldsNobodyUpForLong) {
 }
 
 }  // namespace
-}  // namespace zerodrift::services
+}  // namespace zerodrift::recording

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/zerodrift/arrival_count.h"
+#include "common/recording/arrival_count.h"
 
 #include <gtest/gtest.h>
 
-namespace zerodrift::services {
+namespace zerodrift::recording {
 namespace {
 
 ArrivalCount::Writer writer_of(unsigned char id) {
@@ -114,4 +114,4 @@ TEST(ArrivalCountAbuse, NumbersThatGoBackBeginAnew) {
 }
 
 }  // namespace
-}  // namespace zerodrift::services
+}  // namespace zerodrift::recording

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/zerodrift/record_mcap.h"
+#include "common/recording/recorder.h"
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <cstdio>
-#include <deque>
 #include <exception>
 #include <memory>
 #include <optional>
@@ -16,136 +16,45 @@
 
 #include "common/core/bounded_table.h"
 #include "common/dds/raw_reader.h"
-#include "common/mcap/mcap_error.h"
+#include "common/recording/arrival_count.h"
+#include "common/recording/discovery_settled.h"
 #include "common/recording/record_queue.h"
+#include "common/recording/recorded_topics.h"
 #include "common/service/host.h"
-#include "common/service/latency_histogram.h"
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
 #include "common/service/replay_pacer.h"
-#include "services/zerodrift/arrival_count.h"
-#include "services/zerodrift/discovery_settled.h"
 
-namespace zerodrift::services {
+namespace zerodrift::recording {
 namespace {
 
 using namespace std::chrono_literals;
 
 constexpr auto kLongestWait = 50ms;
-constexpr std::int64_t kSecondNs = 1'000'000'000;
-constexpr std::int64_t kFlushEveryNs = kSecondNs;     // at most so much is lost with the process
-constexpr std::int64_t kSyncEveryNs = 5 * kSecondNs;  // and with the machine
-constexpr std::int64_t kRetryEveryNs = kSecondNs;     // a disk that refused
 // A source begins when its consumers have announced themselves: this one once its discovery has
 // settled, that is when the writers know of it as well.
 constexpr const char* kConsumer = "recorder";
 
-// In the order of dds::kAllTopics.
-using Messages =
-    std::tuple<msg::AngularRate, msg::Temperature, msg::RateReference, msg::CompensatedRate,
-               msg::AllanReport, msg::ServiceStatus, msg::Event, msg::Command, msg::CommandReply,
-               msg::ReplayProgress, msg::CheckpointPart, msg::NavigationState, msg::TwinReport>;
-static_assert(std::tuple_size_v<Messages> == dds::kAllTopics.size(),
-              "every topic is recorded: a new one's type belongs into Messages");
-
-template <typename Message>
-consteval std::uint32_t topic_index() {
-  for (std::uint32_t i = 0; i < dds::kAllTopics.size(); ++i) {
-    if (dds::kAllTopics[i].name == dds::TopicOf<Message>::kSpec.name) return i;
-  }
-  throw "a topic that is not in kAllTopics";
-}
-
-// Events from now on: what is kept for late joiners is old news, and its stamps are of other
-// clocks.
-constexpr dds::TopicSpec kNewEvents = [] {
-  dds::TopicSpec spec = dds::kEvent;
-  spec.durability = dds::Durability::kVolatile;
-  return spec;
-}();
-
-// Of a topic that keeps the newest alone, what was replaced before it was read is no loss.
-constexpr bool loses_nothing(const dds::TopicSpec& spec) {
-  return spec.reliability == dds::Reliability::kReliable && spec.depth > 1;
-}
-
 constexpr std::uint32_t kRateTopic = topic_index<msg::AngularRate>();
 constexpr std::uint32_t kCompensatedIndex = topic_index<msg::CompensatedRate>();
-
-template <typename Message>
-MessageRole pace_of(const Message& message) {
-  if constexpr (requires {
-                  message.clock_source();
-                  message.interval_s();
-                }) {
-    if (core::is_paced_by_consumers(static_cast<core::ClockSource>(message.clock_source())))
-      return MessageRole::kPaced;
-  }
-  return MessageRole::kPlain;
-}
-
-// Keeps the last seconds until something happens.
-class PreTrigger {
- public:
-  PreTrigger(double span_s, std::size_t most_bytes)
-      : span_ns_(static_cast<std::int64_t>(1e9 * span_s)), most_bytes_(most_bytes) {}
-
-  void keep(MessageBatch&& batch, std::int64_t now_ns) {
-    if (!batch.empty()) {
-      bytes_ += batch.bytes();
-      batches_.push_back(std::move(batch));
-    }
-    while (!batches_.empty() && batches_.front().newest_arrival_ns() < now_ns - span_ns_)
-      drop_front();
-    while (bytes_ > most_bytes_ && batches_.size() > 1) {
-      is_shortened_ = true;
-      drop_front();
-    }
-  }
-
-  template <typename Write>
-  void give_out(std::int64_t trigger_ns, Write&& write) {
-    for (const auto& batch : batches_) {
-      std::size_t position = 0;
-      for (QueuedMessage message; batch.next(position, message);) {
-        if (message.arrival_ns >= trigger_ns - span_ns_) write(message);
-      }
-    }
-    batches_.clear();
-    bytes_ = 0;
-  }
-  // The memory did not suffice for the time that was asked for.
-  [[nodiscard]] bool is_shortened() const noexcept { return is_shortened_; }
-
- private:
-  void drop_front() {
-    bytes_ -= batches_.front().bytes();
-    batches_.pop_front();
-  }
-
-  std::int64_t span_ns_;
-  std::size_t most_bytes_;
-  std::deque<MessageBatch> batches_;
-  std::size_t bytes_ = 0;
-  bool is_shortened_ = false;
-};
 
 class McapRecorder {
  public:
   explicit McapRecorder(const McapRecordOptions& options)
       : options_(options),
-        file_(options.file),
+        disk_(
+            options.disk, [this](const std::string& why) { tell_refusal(why); },
+            [this] { return description(); }),
         queue_(options.queue_bytes),
-        pre_trigger_(options.pre_trigger_s, options.pre_trigger_bytes),
         host_("recorder", options.network),
         participant_("recorder_data", options.network),
         writer_([this] { write_until_closed(); }) {
-    if (!file_.moved_aside().empty()) {
-      std::fprintf(stderr, "%s: of a recording that was not finished\n",
-                   file_.moved_aside().c_str());
+    const auto& moved_aside = disk_.file().moved_aside();
+    if (!moved_aside.empty()) {
+      std::fprintf(stderr, "%s: of a recording that was not finished\n", moved_aside.c_str());
     }
     try {
-      if (options_.pre_trigger_s > 0.0) {
+      if (options_.disk.pre_trigger_s > 0.0) {
         triggers_of_.emplace(
             participant_, kNewEvents,
             [this](const msg::Event& event, dds::Bytes, const dds::WireOrigin&) {
@@ -168,8 +77,8 @@ class McapRecorder {
     // What was received is written; what comes from here on is not asked for.
     end_writer();
     report();
-    const bool is_complete =
-        lost() == 0 && !failed_ && (options_.samples == 0 || compensated_ >= options_.samples);
+    const bool is_complete = lost() == 0 && !disk_.has_failed() &&
+                             (options_.samples == 0 || compensated_ >= options_.samples);
     const int exit_code = is_complete ? service::kExitDone : service::kExitNo;
     std::fflush(stdout);
     service::end_within(service::kStopWithin, exit_code);
@@ -257,101 +166,23 @@ class McapRecorder {
     while (queue_.take(batch, kLongestWait)) {
       const std::int64_t now_ns = service::monotonic_ns();
       note_progress(batch);
-      if (options_.pre_trigger_s > 0.0) {
-        watch_for_trigger(batch, now_ns);
-      } else {
-        write(batch);
-      }
+      disk_.take(batch, now_ns);
       report_progress();
-      look_after_disk(now_ns);
+      disk_.look_after_disk(now_ns);
     }
-    guarded([this] { finish_file(); });
+    disk_.finish();
   }
 
-  void write(const MessageBatch& batch) {
-    std::size_t position = 0;
-    for (QueuedMessage message; batch.next(position, message);) write(message);
+  void tell_refusal(const std::string& why) {
+    host_.raise({.code = "recording_failed",
+                 .severity = service::Severity::kError,
+                 .text = why,
+                 .gyro_id = 0,
+                 .sensor_time_ns = 0});
   }
 
-  void write(const QueuedMessage& message) {
-    if (message.role == MessageRole::kTrigger) return;
-    if (is_refused_) {  // the open chunk waits for the disk; it must not grow without end
-      ++unwritten_;
-      return;
-    }
-    const std::int64_t now_ns = service::monotonic_ns();
-    queue_delay_.record_between(message.arrival_ns, now_ns);
-    guarded([&] {
-      const std::uint64_t before = file_.bytes();
-      file_.write(message);
-      if (file_.bytes() != before) {
-        chunk_delay_.record_between(now_ns, service::monotonic_ns());
-        flushed_ns_ = now_ns;
-      }
-      if (file_.is_due_to_split(message.arrival_ns)) finish_file();
-    });
-    bytes_ = file_.bytes();
-    messages_ = file_.messages();
-  }
-
-  void watch_for_trigger(MessageBatch& batch, std::int64_t now_ns) {
-    std::optional<std::int64_t> first;
-    std::size_t position = 0;
-    for (QueuedMessage message; batch.next(position, message);) {
-      if (message.role != MessageRole::kTrigger) continue;
-      if (!first) first = message.arrival_ns;
-      recorded_until_ns_ =
-          message.arrival_ns + static_cast<std::int64_t>(1e9 * options_.post_trigger_s);
-    }
-    if (is_triggered_) {
-      write(batch);
-    } else {
-      pre_trigger_.keep(std::move(batch), now_ns);
-      batch = {};
-      if (!first) return;
-      ++triggers_;
-      is_triggered_ = true;
-      pre_trigger_.give_out(*first, [this](const QueuedMessage& message) { write(message); });
-    }
-    if (now_ns < recorded_until_ns_) return;
-    is_triggered_ = false;
-    guarded([this] { finish_file(); });
-  }
-
-  // Durable step by step: what a second old is survives the process, what five are the machine.
-  void look_after_disk(std::int64_t now_ns) {
-    if (is_refused_ && now_ns < retry_ns_) return;
-    if (is_refused_ || now_ns - flushed_ns_ >= kFlushEveryNs) {
-      flushed_ns_ = now_ns;
-      const bool is_sync_due = now_ns - synced_ns_ >= kSyncEveryNs;
-      if (is_sync_due) synced_ns_ = now_ns;
-      guarded([&] {
-        file_.flush(is_sync_due ? RecordFile::Durability::kMedium
-                                : RecordFile::Durability::kProcess);
-        chunk_delay_.record_between(now_ns, service::monotonic_ns());
-        is_refused_ = false;
-      });
-      bytes_ = file_.bytes();
-    }
-  }
-
-  template <typename Action>
-  void guarded(Action&& action) {
-    try {
-      action();
-    } catch (const std::exception& error) {
-      failed_ = true;
-      is_refused_ = true;
-      retry_ns_ = service::monotonic_ns() + kRetryEveryNs;
-      host_.raise({.code = "recording_failed",
-                   .severity = service::Severity::kError,
-                   .text = error.what(),
-                   .gyro_id = 0,
-                   .sensor_time_ns = 0});
-    }
-  }
-
-  void finish_file() {
+  // For a file that ends.
+  [[nodiscard]] mcap::Pairs description() const {
     mcap::Pairs more{{"messages_lost", std::to_string(lost())}};
     for (std::size_t i = 0; i < dds::kAllTopics.size(); ++i) {
       if (const std::uint64_t count = queue_.dropped(i) + arrivals_[i].missing(); count > 0) {
@@ -359,17 +190,8 @@ class McapRecorder {
                           std::to_string(count));
       }
     }
-    const auto us = [](std::int64_t ns) { return std::to_string(ns / 1000); };
     more.emplace_back("queue_peak_bytes", std::to_string(queue_.peak_bytes()));
-    more.emplace_back("queue_delay_p99_us", us(queue_delay_.percentile_ns(0.99)));
-    more.emplace_back("queue_delay_max_us", us(queue_delay_.max_ns()));
-    more.emplace_back("chunk_write_p99_us", us(chunk_delay_.percentile_ns(0.99)));
-    more.emplace_back("chunk_write_max_us", us(chunk_delay_.max_ns()));
-    if (options_.pre_trigger_s > 0.0) {
-      more.emplace_back("trigger", std::to_string(triggers_));
-      if (pre_trigger_.is_shortened()) more.emplace_back("pre_trigger_shortened", "yes");
-    }
-    file_.finish(more);
+    return more;
   }
 
   // A replay goes on once what it sent is out of the queue: then none of it can be lost.
@@ -447,7 +269,7 @@ class McapRecorder {
       began_ns_ = now;
       for (ArrivalCount& arrivals : arrivals_) arrivals.begin();
       has_begun_ = true;
-      std::printf("recording to %s\n", options_.file.out.c_str());
+      std::printf("recording to %s\n", options_.disk.file.out.c_str());
       std::fflush(stdout);
     }
     const bool wants_rates = options_.topics.empty() ||
@@ -462,37 +284,39 @@ class McapRecorder {
     for (const ArrivalCount& arrivals : arrivals_) all += arrivals.missing();
     return all;
   }
-  [[nodiscard]] std::uint64_t lost() const { return queue_.dropped() + unwritten_ + not_arrived(); }
+  [[nodiscard]] std::uint64_t lost() const {
+    return queue_.dropped() + disk_.unwritten() + not_arrived();
+  }
 
   service::Status status() {
     const auto us = [](std::int64_t ns) { return static_cast<double>(ns) * 1e-3; };
-    return {.state = failed_         ? service::State::kDegraded
-                     : messages_ > 0 ? service::State::kRunning
-                                     : service::State::kWaiting,
-            .summary = std::to_string(messages_) + " messages recorded",
-            .metrics = {{"messages", "1", static_cast<double>(messages_)},
+    return {.state = disk_.has_failed()     ? service::State::kDegraded
+                     : disk_.messages() > 0 ? service::State::kRunning
+                                            : service::State::kWaiting,
+            .summary = std::to_string(disk_.messages()) + " messages recorded",
+            .metrics = {{"messages", "1", static_cast<double>(disk_.messages())},
                         {"samples", "1", static_cast<double>(compensated_)},
                         {"messages_lost", "1", static_cast<double>(lost())},
-                        {"bytes", "B", static_cast<double>(bytes_)},
+                        {"bytes", "B", static_cast<double>(disk_.bytes())},
                         {"queue_peak", "B", static_cast<double>(queue_.peak_bytes())},
-                        {"queue_delay_p99", "us", us(queue_delay_.percentile_ns(0.99))},
-                        {"chunk_write_p99", "us", us(chunk_delay_.percentile_ns(0.99))}}};
+                        {"queue_delay_p99", "us", us(disk_.queue_delay().percentile_ns(0.99))},
+                        {"chunk_write_p99", "us", us(disk_.chunk_delay().percentile_ns(0.99))}}};
   }
 
   void report() const {
-    for (const auto& path : file_.files()) {
+    for (const auto& path : disk_.file().files()) {
       std::printf(
           "%s%s\n", path.c_str(),
           path.extension() == ".active" ? ": not finished, readable as far as it goes" : "");
     }
     const auto count = [](std::uint64_t value) { return static_cast<unsigned long long>(value); };
-    std::printf("%llu messages, %.1f MB, %llu lost\n", count(file_.messages()),
-                static_cast<double>(file_.bytes()) * 1e-6, count(lost()));
+    std::printf("%llu messages, %.1f MB, %llu lost\n", count(disk_.file().messages()),
+                static_cast<double>(disk_.file().bytes()) * 1e-6, count(lost()));
     if (lost() == 0) return;
     std::printf(
         "lost: %llu did not arrive, %llu found no room while the disk was slow, %llu were "
         "refused by the disk\n",
-        count(not_arrived()), count(queue_.dropped()), count(unwritten_));
+        count(not_arrived()), count(queue_.dropped()), count(disk_.unwritten()));
     for (std::size_t i = 0; i < arrivals_.size(); ++i) {
       if (arrivals_[i].missing() == 0) continue;
       std::printf("  %s: %llu did not arrive\n", std::string(dds::kAllTopics[i].name).c_str(),
@@ -506,24 +330,9 @@ class McapRecorder {
   };
 
   McapRecordOptions options_;
-  RecordFile file_;  // the writer's
+  DiskWriter disk_;  // the writer's
   RecordQueue queue_;
-  PreTrigger pre_trigger_;
-  bool is_triggered_ = false;
-  std::uint64_t triggers_ = 0;
-  std::int64_t recorded_until_ns_ = 0;
-  bool is_refused_ = false;  // by the disk; tried again
-  std::int64_t retry_ns_ = 0;
-  std::int64_t flushed_ns_ = 0;
-  std::int64_t synced_ns_ = 0;
   core::BoundedTable<std::uint32_t, Progress> progress_of_{256};
-  service::LatencyHistogram queue_delay_;  // arrival to writer
-  service::LatencyHistogram chunk_delay_;  // compressing a chunk and handing it to the system
-
-  std::atomic<bool> failed_{false};
-  std::atomic<std::uint64_t> unwritten_{0};
-  std::atomic<std::uint64_t> messages_{0};
-  std::atomic<std::uint64_t> bytes_{0};
   std::atomic<std::uint64_t> compensated_{0};
 
   service::Host host_;
@@ -567,4 +376,4 @@ int record_mcap(const McapRecordOptions& options) {
   return McapRecorder(options).run();
 }
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::recording

@@ -10,7 +10,7 @@
 #include "common/core/bounded_table.h"
 #include "common/dds/topics.h"
 
-namespace zerodrift::services {
+namespace zerodrift::recording {
 
 // One topic. Any thread.
 class ArrivalCount {
@@ -100,4 +100,4 @@ class ArrivalCount {
   std::uint64_t holes_before_ = 0;  // of runs that are over
 };
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::recording

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// zerodrift record to MCAP: all topics as they are on the wire.
+// A recorder on its own participant: all topics as they are on the wire, in MCAP files.
 #pragma once
 
 #include <cstddef>
@@ -8,29 +8,23 @@
 #include <vector>
 
 #include "common/dds/participant.h"
-#include "common/recording/record_file.h"
+#include "common/recording/disk_writer.h"
 
-namespace zerodrift::services {
-
-using namespace recording;
+namespace zerodrift::recording {
 
 struct McapRecordOptions {
   dds::NetworkOptions network{};
-  RecordFileOptions file{};
+  DiskWriterOptions disk{};
   std::vector<std::string> topics{};  // empty: all
   std::uint32_t gyro_id = 0;          // 0: all
   std::uint64_t samples = 0;          // of compensated_rate; 0: until a stop signal
   double duration_s = 0.0;            // 0: until a stop signal
-  // Above 0: nothing is written until a trigger comes, then what the last seconds brought.
-  double pre_trigger_s = 0.0;
-  double post_trigger_s = 10.0;
-  std::string trigger{};  // an event's code; empty: any of severity warning or error
+  std::string trigger{};              // an event's code; empty: any of severity warning or error
   std::size_t queue_bytes = std::size_t{64} << 20U;
-  std::size_t pre_trigger_bytes = std::size_t{512} << 20U;
 };
 
 // Until a stop signal, or until there is what was asked for. Exit code: no where a message was
 // lost, or fewer samples came than asked for. Throws with one line where it can't begin.
 int record_mcap(const McapRecordOptions& options);
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::recording
