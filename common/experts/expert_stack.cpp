@@ -12,6 +12,9 @@ constexpr double kHoldCredit = 1.0;
 constexpr double kSvrCredit = 2.0;  // at the longest horizon
 constexpr double kMemoryHorizons = 8.0;
 constexpr double kFewestLabels = 30.0;  // that a memory of one ahead is made of
+constexpr double kLongestStep = 3.0;    // in labels; a longer one is a pause
+constexpr double kOldestInHorizons = 3.0;
+constexpr double kOldestInLabels = 60.0;
 constexpr double kCovered = 0.95;
 constexpr double kErrorHorizons = 20.0;
 // Student's t of nu degrees of freedom over the normal quantile z is 1 + (z^2 + 1) / (4 nu) + ...
@@ -77,11 +80,14 @@ void ExpertStack::learn(const StackLabel& label, const Foretold& by_svr) {
     const double step_s = label.time_s - forecast_.time_s;
     double& spacing_s = forecast_.spacing_s;
     if (step_s > 0.0) {
-      spacing_s =
-          spacing_s == 0.0 ? step_s : std::min(spacing_s + 0.1 * (step_s - spacing_s), step_s);
+      const double of_no_pause_s = std::min(step_s, kLongestStep * spacing_s);
+      spacing_s = spacing_s == 0.0
+                      ? step_s
+                      : std::min(spacing_s + 0.1 * (of_no_pause_s - spacing_s), step_s);
     }
     for (std::size_t h = 0; h < kHorizons; ++h) {
-      if (const Snapshot* made = judged_[h].made.due(label.time_s))
+      const Snapshot* made = judged_[h].made.due(label.time_s);
+      if (made != nullptr && is_of_horizon(h, label.time_s - made->mean.linear.time_s))
         judge(h, *made, label, basis, by_svr[h]);
       measure_width(h);
     }
@@ -94,6 +100,12 @@ void ExpertStack::learn(const StackLabel& label, const Foretold& by_svr) {
   forecast_.label_variance = label.variance;
   for (std::size_t h = 0; h < kHorizons; ++h) weigh(h);
   for (std::size_t h = 0; h < kHorizons; ++h) keep(h);
+}
+
+// After a pause an old forecast says nothing of a horizon any more.
+bool ExpertStack::is_of_horizon(std::size_t h, double age_s) const {
+  return age_s <=
+         std::max(kOldestInHorizons * kHorizonsS[h], kOldestInLabels * forecast_.spacing_s);
 }
 
 void ExpertStack::judge(std::size_t h, const Snapshot& made, const StackLabel& label,

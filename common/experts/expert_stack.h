@@ -106,6 +106,7 @@ class ExpertStack {
     core::RingBuffer<double> errors{kErrors};  // the stack's own, as they came
     std::vector<double> sorted{};              // the same
   };
+  [[nodiscard]] bool is_of_horizon(std::size_t h, double age_s) const;
   void judge(std::size_t h, const Snapshot& made, const StackLabel& label, const Basis& basis,
              std::optional<double> by_svr);
   void note_error(std::size_t h, double time_s, double error);

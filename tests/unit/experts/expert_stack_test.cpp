@@ -246,6 +246,29 @@ TEST(ExpertStackScenario, AfterTheClockWasSetBackCoefficientsAndTrustGoOn) {
   EXPECT_LT(std::sqrt(squares), 4.0);  // the drift moves by some hundred
 }
 
+// Rule: what was foretold before a day's pause says nothing of any horizon: trust and intervals
+// stay as they were, whatever the first label brings.
+TEST(ExpertStackLaws, AfterAPauseNothingIsJudgedByWhatWasForetoldBeforeIt) {
+  const Series series = with_thermal_memory(14, 1200);
+  ExpertStack stack;
+  for (const StackLabel& label : series.labels) stack.learn(label);
+  const auto half_widths = [&] {
+    std::array<double, kHorizons> widths{};
+    for (std::size_t h = 0; h < kHorizons; ++h) widths[h] = stack.forecast().horizons[h].half_width;
+    return widths;
+  };
+  const auto shares = stack.forecast().horizons[1].shares;
+  const auto widths = half_widths();
+  StackLabel later = series.labels.back();
+  later.time_s += 86'400.0;
+  later.drift += 1000.0;
+  stack.learn(later);
+  for (std::size_t h = 0; h < kHorizons; ++h)
+    EXPECT_NEAR(half_widths()[h], widths[h], 0.1 * widths[h]);
+  for (std::size_t k = 0; k < kExperts; ++k)
+    EXPECT_NEAR(stack.forecast().horizons[1].shares[k], shares[k], 0.1);
+}
+
 // Rule: whatever is written over a state, it is refused or makes a stack that learns on.
 TEST(ExpertStackAbuse, WhatIsWrittenOverAStateIsRefusedOrDoesNoHarm) {
   const Series series = with_thermal_memory(13, 200);
