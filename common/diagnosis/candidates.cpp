@@ -237,9 +237,28 @@ void add_variants(Candidate& candidate, const Playback& playback,
   candidate.variants.insert(candidate.variants.end(), variants.begin(), variants.end());
 }
 
-bool is_listed(const twin::Model& model, core::Axis axis, const std::string& kind) {
-  return std::any_of(model.effects.begin(), model.effects.end(),
-                     [&](const auto& spec) { return spec.axis == axis && spec.kind == kind; });
+using Choices = std::vector<std::vector<TemperaturePoint>>;
+
+void add_choices(Candidate& candidate, const Playback& playback, const Choices& choices,
+                 const Oscillations& oscillations) {
+  for (const auto& inputs : choices) add_variants(candidate, playback, inputs, oscillations);
+  for (Variant& variant : candidate.variants)
+    variant.log_prior -= std::log(static_cast<double>(choices.size()));
+}
+
+// The temperatures that the file says, or any.
+Choices choices_of(const twin::EffectSpec& spec, const EffectDefinition& definition,
+                   const Playback& playback) {
+  if (spec.inputs.empty()) return input_choices(playback, definition.inputs.size());
+  return {context_of(spec, definition, playback.interval_s()).inputs};
+}
+
+const twin::EffectSpec* listed_in(const twin::Model& model, core::Axis axis,
+                                  const std::string& kind) {
+  const auto found =
+      std::find_if(model.effects.begin(), model.effects.end(),
+                   [&](const auto& spec) { return spec.axis == axis && spec.kind == kind; });
+  return found == model.effects.end() ? nullptr : &*found;
 }
 
 // The effect of an axis that the others take their conventions from.
@@ -413,30 +432,48 @@ std::vector<NotTestable> amplitudes_not_testable(const EffectDefinition& definit
   return result;
 }
 
+std::optional<Candidate> listed_candidate(const twin::EffectSpec& spec,
+                                          const MeasuredSeries& series, const Playback& playback,
+                                          const twin::Model& model) {
+  const EffectDefinition& definition = *twin::find_effect(spec.kind);
+  if (why_not_testable(definition, series, playback, spec.axis)) return std::nullopt;
+  if (nothing_to_borrow(definition, model, spec.axis)) return std::nullopt;
+  Candidate candidate{.definition = &definition,
+                      .axis = spec.axis,
+                      .amplitudes = names_of(definition, ParameterRole::kAmplitude),
+                      .conventions = borrowed(definition, model, spec.axis),
+                      .is_listed = true};
+  if (candidate.amplitudes.empty()) return std::nullopt;
+  add_choices(candidate, playback, choices_of(spec, definition, playback), {});
+  if (candidate.variants.empty()) return std::nullopt;
+  return candidate;
+}
+
 Candidates candidates(const MeasuredSeries& series, const Playback& playback,
                       const twin::Model& model, core::Axis axis, const Oscillations& oscillations) {
   Candidates result;
   for (const EffectDefinition& definition : twin::effect_catalogue()) {
     if (!is_waveform(definition) || definition.search.is_constant) continue;
-    if (is_listed(model, axis, definition.kind)) continue;
+    const twin::EffectSpec* listed = listed_in(model, axis, definition.kind);
+    if (listed != nullptr && !listed->parameters.empty()) continue;
     auto why = why_not_testable(definition, series, playback, axis);
     if (!why) why = nothing_to_borrow(definition, model, axis);
     if (why) {
-      result.not_testable.push_back({definition.kind, *why});
+      if (listed == nullptr) result.not_testable.push_back({definition.kind, *why});
       continue;
     }
-    for (NotTestable& amplitude : amplitudes_not_testable(definition, series, playback, axis))
-      result.not_testable.push_back(std::move(amplitude));
+    auto components = amplitudes_not_testable(definition, series, playback, axis);
+    if (listed != nullptr) components.clear();
+    result.not_testable.insert(result.not_testable.end(), components.begin(), components.end());
     Candidate candidate{.definition = &definition,
                         .axis = axis,
                         .amplitudes = names_of(definition, ParameterRole::kAmplitude),
-                        .conventions = borrowed(definition, model, axis)};
-    const auto choices = input_choices(playback, definition.inputs.size());
-    for (const auto& inputs : choices) add_variants(candidate, playback, inputs, oscillations);
-    if (candidate.variants.empty()) continue;
-    for (Variant& variant : candidate.variants)
-      variant.log_prior -= std::log(static_cast<double>(choices.size()));
-    result.testable.push_back(std::move(candidate));
+                        .conventions = borrowed(definition, model, axis),
+                        .is_listed = listed != nullptr};
+    const auto choices = listed != nullptr ? choices_of(*listed, definition, playback)
+                                           : input_choices(playback, definition.inputs.size());
+    add_choices(candidate, playback, choices, oscillations);
+    if (!candidate.variants.empty()) result.testable.push_back(std::move(candidate));
   }
   return result;
 }

@@ -37,6 +37,7 @@ struct Candidate {
   std::vector<std::string> amplitudes{};
   twin::Parameters conventions{};  // kConvention parameters taken from the model
   std::vector<Variant> variants{};
+  bool is_listed = false;  // in the model, without coefficients yet
 };
 
 struct Candidates {
@@ -56,12 +57,21 @@ struct Oscillations {
 [[nodiscard]] Oscillations find_oscillations(std::span<const double> weighted,
                                              const Playback& playback, core::Axis axis);
 
-// Effects that the model lists for the axis (with or without parameters) are left out: they are
-// refitted, not named. What an effect takes from another one of the model (T_ref, b') comes from
+// Effects that the model lists for the axis with parameters are left out: they are refitted, not
+// named. Those listed without are among the candidates, but their needs are not told a second time.
+// What an effect takes from another one of the model (T_ref, b') comes from
 // there.
 [[nodiscard]] Candidates candidates(const MeasuredSeries& series, const Playback& playback,
                                     const twin::Model& model, core::Axis axis,
                                     const Oscillations& oscillations);
+
+// An effect that the model lists without coefficients, at the temperatures that it is listed with
+// if there are any. Nothing where the record can't test it or the search needs a scan for its
+// shape.
+[[nodiscard]] std::optional<Candidate> listed_candidate(const twin::EffectSpec& spec,
+                                                        const MeasuredSeries& series,
+                                                        const Playback& playback,
+                                                        const twin::Model& model);
 
 // Why a record can't test an effect, or nothing.
 [[nodiscard]] std::optional<std::string> why_not_testable(const twin::EffectDefinition& definition,

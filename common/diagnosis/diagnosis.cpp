@@ -5,6 +5,7 @@
 #include <span>
 #include <stdexcept>
 
+#include "common/diagnosis/calibration.h"
 #include "common/diagnosis/candidates.h"
 #include "common/diagnosis/curves.h"
 #include "common/diagnosis/disagreement.h"
@@ -19,6 +20,9 @@
 
 namespace zerodrift::diagnosis {
 namespace {
+
+// Less is not worth a second search.
+constexpr double kLeastGainOfLagsNats = 5.0;
 
 bool has_axis(const MeasuredSeries& series, core::Axis axis) {
   return !series.rate_radps[core::index(axis)].empty();
@@ -52,7 +56,8 @@ class AxisExamination {
     const RecordFaults faults =
         find_record_faults(series_, axis_, difference(measured, before, series_.valid[a]));
     Split split = held_out_parts(validation, playbacks, faults.sound);
-    Judged judged = attempt(split, {});
+    Calibrated calibrated = calibrated_on(split, Lags::kAtDefault);
+    Judged judged = attempt(calibrated, split, {});
     AxisDiagnosis result;
     result.samples_left_out = faults.left_out;
     result.not_testable = judged.trial.not_testable;
@@ -60,36 +65,164 @@ class AxisExamination {
       return can_not_be_diagnosed(std::move(result), *judged.trial.refusal,
                                   what_would_decide(model_, series_, playback_, axis_));
     }
+    prefer_lags(calibrated, judged, split);
+    calibrate_beside_found(calibrated, judged, split);
     const std::vector<std::string> refuted = refuted_by(judged);
-    const bool tried_again = !refuted.empty() && try_without(refuted, split, judged);
+    const bool tried_again = !refuted.empty() && try_without(refuted, calibrated, split, judged);
+    std::string aside = tried_again ? spoken_against(refuted) : "";
+    if (!tried_again) aside += fall_back(judged, calibrated);
     const bool adopted = judged.acceptance == Acceptance::kAccepted;
-    if (!adopted) judged.held_out = compare_on(split.held_out, model_, model_, axis_);
+    const twin::Model& final_model = adopted ? judged.trial.repaired : model_;
+    const Comparison held_out = compare_on(split.held_out, model_, final_model, axis_);
     result.held_out_kind = split.kind;
     result.acceptance = judged.acceptance;
-    result.held_out = judged.held_out.gap;
-    const twin::Model& final_model = adopted ? judged.trial.repaired : model_;
+    result.held_out = held_out.gap;
     if (adopted) copy_axis(judged.trial.repaired, repaired, axis_);
+    judged.trial.recalibrated =
+        merged(calibrated.calibration.trial.recalibrated, judged.trial.recalibrated);
     take(result, judged.trial, faults);
     describe(result, judged.trial, measured, before, final_model, faults.sound);
-    if (split.kind != HeldOut::kNothing) result.allan_log_distance = judged.held_out.allan;
+    if (split.kind != HeldOut::kNothing) result.allan_log_distance = held_out.allan;
     conclude(result);
-    if (tried_again) result.sentence += spoken_against(refuted);
+    result.sentence += aside;
     return result;
   }
 
  private:
+  // What the model lists without coefficients, with those of this record.
+  struct Calibrated {
+    Calibration calibration;
+    Acceptance acceptance = Acceptance::kNothingToProve;
+
+    [[nodiscard]] const twin::Model& proved(const twin::Model& given) const {
+      return acceptance == Acceptance::kAccepted ? calibration.trial.repaired : given;
+    }
+  };
+
   struct Judged {
     Trial trial;
-    Comparison held_out;
     Acceptance acceptance = Acceptance::kNothingToProve;
   };
 
-  [[nodiscard]] Judged attempt(const Split& split, std::span<const std::string> refuted) const {
-    Judged judged{repair({model_, series_, playback_, axis_, split.fitted, options_, refuted}), {}};
+  [[nodiscard]] Calibrated calibrated_on(const Split& split, Lags lags,
+                                         std::span<const NamedEffect> beside = {}) const {
+    Calibrated calibrated = calibrated_without({}, split, lags, beside);
+    if (calibrated.acceptance != Acceptance::kReverted) return calibrated;
+    const std::vector<std::string> refuted = kinds_refuted(calibrated.calibration, split);
+    if (refuted.empty()) return calibrated;
+    Calibrated others = calibrated_without(refuted, split, lags, beside);
+    return others.acceptance == Acceptance::kAccepted ? others : calibrated;
+  }
+
+  [[nodiscard]] Calibrated calibrated_without(std::span<const std::string> refuted,
+                                              const Split& split, Lags lags,
+                                              std::span<const NamedEffect> beside) const {
+    Calibrated result{calibrate(
+        {model_, series_, playback_, axis_, split.fitted, options_, refuted}, lags, beside)};
+    const Trial& trial = result.calibration.trial;
+    result.acceptance =
+        judge(trial, compare_on(split.held_out, model_, trial.repaired, axis_), split.kind);
+    return result;
+  }
+
+  // Of the listed effects that got coefficients those that make held-out data less likely.
+  [[nodiscard]] std::vector<std::string> kinds_refuted(const Calibration& calibration,
+                                                       const Split& split) const {
+    std::vector<std::string> kinds;
+    const twin::Model& all = calibration.trial.repaired;
+    for (std::size_t i = 0; i < model_.effects.size(); ++i) {
+      const twin::EffectSpec& given = model_.effects[i];
+      const bool is_new = given.axis == axis_ && given.parameters.empty() &&
+                          !all.effects[i].parameters.empty() && !is_noise(given.kind);
+      if (!is_new || twin::find_effect(given.kind)->search.is_constant) continue;
+      twin::Model without = all;
+      without.effects[i] = given;
+      if (compare_on(split.held_out, without, all, axis_).gain_nats < 0.0)
+        kinds.push_back(given.kind);
+    }
+    return kinds;
+  }
+
+  [[nodiscard]] Judged attempt(const Calibrated& calibrated, const Split& split,
+                               std::span<const std::string> refuted) const {
+    Judged judged{repair({calibrated.calibration.drift_alone, series_, playback_, axis_,
+                          split.fitted, options_, refuted, calibrated.calibration.fitted})};
     if (judged.trial.refusal) return judged;
-    judged.held_out = compare_on(split.held_out, model_, judged.trial.repaired, axis_);
-    judged.acceptance = judge(judged.trial, judged.held_out, split.kind);
+    judged.acceptance =
+        judge(judged.trial,
+              compare_on(split.held_out, calibrated.proved(model_), judged.trial.repaired, axis_),
+              split.kind);
     return judged;
+  }
+
+  // What was found may have moved the shapes and inputs of what was calibrated without it: then
+  // both are found once more.
+  void calibrate_beside_found(Calibrated& calibrated, Judged& judged, const Split& split) const {
+    std::vector<NamedEffect> found = judged.trial.effects;
+    std::erase_if(found, [](const NamedEffect& effect) { return is_noise(effect.name); });
+    if (found.empty() || calibrated.calibration.fitted.empty()) return;
+    const Lags lags = calibrated.calibration.lags;
+    Calibrated again = calibrated_on(split, lags, found);
+    if (again.acceptance == Acceptance::kReverted ||
+        same_shapes(again.calibration, calibrated.calibration)) {
+      return;
+    }
+    Judged second = attempt(again, split, {});
+    if (second.trial.refusal || !(second.trial.log_evidence > judged.trial.log_evidence)) return;
+    calibrated = std::move(again);
+    judged = std::move(second);
+  }
+
+  // Lags of what the model lists rival what seems to be missing: they win where they explain as
+  // much.
+  void prefer_lags(Calibrated& calibrated, Judged& judged, const Split& split) const {
+    const bool finds = !judged.trial.effects.empty() || judged.trial.unknown;
+    if (!finds || !calibrated.calibration.has_free_lags) return;
+    Calibrated lagged = calibrated_on(split, Lags::kFree);
+    const double gain = lagged.calibration.score - calibrated.calibration.score;
+    if (lagged.acceptance == Acceptance::kReverted || !(gain > kLeastGainOfLagsNats)) return;
+    Judged rival = attempt(lagged, split, {});
+    if (rival.trial.refusal || rival.trial.log_evidence + gain < judged.trial.log_evidence) return;
+    calibrated = std::move(lagged);
+    judged = std::move(rival);
+  }
+
+  // What a trial found and could not prove leaves the calibration as it is. The sentence about it,
+  // if there was a name.
+  static std::string fall_back(Judged& judged, const Calibrated& calibrated) {
+    const bool stands = judged.acceptance != Acceptance::kReverted &&
+                        judged.acceptance != Acceptance::kNothingToProve;
+    if (stands) return {};
+    if (judged.acceptance == Acceptance::kNothingToProve) judged.acceptance = calibrated.acceptance;
+    if (calibrated.acceptance != Acceptance::kAccepted) return {};
+    std::string aside;
+    if (!judged.trial.effects.empty()) {
+      std::vector<std::string> names;
+      for (const NamedEffect& effect : judged.trial.effects) names.push_back(effect.name);
+      aside = spoken_against(names);
+    }
+    judged.trial.effects.clear();
+    judged.trial.recalibrated.clear();
+    judged.trial.repaired = calibrated.calibration.trial.repaired;
+    judged.acceptance = Acceptance::kAccepted;
+    return aside;
+  }
+
+  // Of a parameter that was found twice the later value counts.
+  static std::vector<Recalibration> merged(std::vector<Recalibration> first,
+                                           const std::vector<Recalibration>& later) {
+    for (const Recalibration& change : later) {
+      const auto same = std::find_if(first.begin(), first.end(), [&](const Recalibration& other) {
+        return other.name == change.name && other.parameter == change.parameter;
+      });
+      if (same == first.end()) {
+        first.push_back(change);
+        continue;
+      }
+      same->to = change.to;
+      same->standard_error = change.standard_error;
+    }
+    return first;
   }
 
   static std::vector<std::string> refuted_by(const Judged& judged) {
@@ -110,8 +243,9 @@ class AxisExamination {
   // What is significant in the record but not the effect it was taken for is another one, or none
   // that the catalogue knows.
   // True where that led to an answer, which then replaces the first one.
-  bool try_without(std::span<const std::string> refuted, const Split& split, Judged& judged) const {
-    Judged second = attempt(split, refuted);
+  bool try_without(std::span<const std::string> refuted, const Calibrated& calibrated,
+                   const Split& split, Judged& judged) const {
+    Judged second = attempt(calibrated, split, refuted);
     if (second.acceptance != Acceptance::kAccepted && !second.trial.unknown) return false;
     second.trial.evidence = judged.trial.evidence;
     judged = std::move(second);

@@ -211,6 +211,14 @@ std::optional<std::string> EvidenceOptions::validate() const {
   return std::nullopt;
 }
 
+double log_evidence_of_any_value(double value, double variance, const EvidenceOptions& options) {
+  ProjectedColumns one;
+  one.gram.setConstant(1, 1, 1.0 / variance);
+  one.products.setConstant(1, value / variance);
+  one.unprojected.setConstant(1, 1.0 / variance);
+  return column_evidence(one, options, Detail::kEvidence).log_bayes_factor;
+}
+
 double log_sum(std::span<const double> logarithms) noexcept {
   double largest = -std::numeric_limits<double>::infinity();
   for (const double v : logarithms) largest = std::max(largest, v);

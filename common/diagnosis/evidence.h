@@ -129,6 +129,10 @@ enum class Detail : std::uint8_t { kEvidence, kAmplitudesToo };
 // One column with its amplitude's own prior N(0, sd²) in place of the range of scales.
 [[nodiscard]] double log_bayes_factor_with_prior(double gram, double product, double prior_sd);
 
+// The same of one whitened amplitude that may be anything, from its estimate and variance.
+[[nodiscard]] double log_evidence_of_any_value(double value, double variance,
+                                               const EvidenceOptions& options);
+
 // log sum exp; -infinity of nothing.
 [[nodiscard]] double log_sum(std::span<const double> logarithms) noexcept;
 

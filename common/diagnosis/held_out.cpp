@@ -15,7 +15,7 @@ namespace {
 constexpr double kNoWorse = 1.02;
 constexpr double kMeanNoWorse = 1.05;  // with the mean, of which two records say little
 constexpr double kAllanTolerance = 0.02;
-constexpr double kClearNats = 10.0;  // a likelihood that outweighs the few points of an Allan curve
+constexpr double kClearNats = 10.0;   // outweighs the few points of an Allan curve, or a mean
 constexpr double kNatsOfALine = 3.0;  // that noise alone gains by a free size and phase
 
 bool has_free_phase(const twin::EffectSpec& effect) {
@@ -177,8 +177,12 @@ Acceptance judge(const Trial& trial, const Comparison& held_out, HeldOut kind) {
   const AllanDistance& allan = held_out.allan;
   const bool comparable = std::isfinite(allan.before) && std::isfinite(allan.after);
   const bool noise_is_new = changes_noise(trial) && !std::isfinite(allan.before);
+  const bool clear_shape = shape && held_out.gain_nats > kClearNats &&
+                           held_out.shape_after_radps < held_out.shape_before_radps;
+  const bool mean_no_worse =
+      clear_shape || gap.after_rms_radps <= kMeanNoWorse * gap.before_rms_radps;
   const bool no_worse = held_out.shape_after_radps <= kNoWorse * held_out.shape_before_radps &&
-                        gap.after_rms_radps <= kMeanNoWorse * gap.before_rms_radps &&
+                        mean_no_worse &&
                         (!comparable || allan.after <= allan.before + kAllanTolerance ||
                          held_out.noise_gain_nats > kClearNats);
   const bool likelier = held_out.gain_nats != 0.0

@@ -15,11 +15,7 @@ double evidence_of_correction(double value, double variance, double prior_sd,
   if (std::isfinite(prior_sd)) {  // Savage-Dickey (Dickey 1971)
     return 0.5 * std::log(variance) - std::log(prior_sd) + 0.5 * value * value / variance;
   }
-  ProjectedColumns one;
-  one.gram.setConstant(1, 1, 1.0 / variance);
-  one.products.setConstant(1, value / variance);
-  one.unprojected.setConstant(1, 1.0 / variance);
-  return column_evidence(one, options).log_bayes_factor;
+  return log_evidence_of_any_value(value, variance, options);
 }
 
 // The problem with these groups alone, each at its shape.

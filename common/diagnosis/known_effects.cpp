@@ -52,10 +52,6 @@ std::vector<double> shape_column(const Playback& playback, const EffectSpec& spe
   return column;
 }
 
-bool is_fitted_amplitude(const ParameterDefinition& parameter, const EffectSpec& spec) {
-  return parameter.role == ParameterRole::kAmplitude && spec.parameters.contains(parameter.name);
-}
-
 bool is_fitted_shape(const ParameterDefinition& parameter, const EffectSpec& spec) {
   if (parameter.role != ParameterRole::kShape) return false;
   const auto given = spec.parameters.find(parameter.name);
@@ -80,10 +76,11 @@ std::vector<KnownParameter> known_parameters(const twin::Model& model, core::Axi
     if (definition == nullptr || spec.axis != axis || spec.parameters.empty()) continue;
     if (definition->family != twin::Family::kDeterministic || definition->search.is_constant)
       continue;
+    const auto complete = twin::complete_parameters(*definition, spec.parameters);
     for (const ParameterDefinition& parameter : definition->parameters) {
-      const bool amplitude = is_fitted_amplitude(parameter, spec);
+      const bool amplitude = parameter.role == ParameterRole::kAmplitude;
       if (!amplitude && !is_fitted_shape(parameter, spec)) continue;
-      const double value = spec.parameters.at(parameter.name);
+      const double value = complete.at(parameter.name);
       const double share = amplitude ? kExpectedShareOfAmplitude : kExpectedShareOfShape;
       double expected = std::max(kExpectedErrors * standard_error_of(spec, parameter.name),
                                  share * std::abs(value));
@@ -92,6 +89,7 @@ std::vector<KnownParameter> known_parameters(const twin::Model& model, core::Axi
           {i,
            parameter.name,
            value,
+           amplitude,
            {.name = spec.kind + "." + parameter.name,
             .values = amplitude ? amplitude_column(playback, spec, *definition, parameter.name)
                                 : shape_column(playback, spec, *definition, parameter.name),

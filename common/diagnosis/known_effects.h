@@ -19,11 +19,13 @@ struct KnownParameter {
   std::size_t effect = 0;  // in Model::effects
   std::string parameter;
   double value = 0.0;
+  bool is_amplitude = true;
   KnownColumn column{};  // what one unit more of it adds, to first order, rad/s
 };
 
-// Parameters that the file gives for deterministic effects of the axis. Amplitudes: exact columns.
-// Shapes (lags, decay times): difference columns. A correction is expected within
+// Parameters of the axis's deterministic effects that have any in the file. Amplitudes, those too
+// that the file leaves to the catalogue: exact columns. Shapes that it gives (lags, decay times):
+// difference columns. A correction is expected within
 // max(5 standard errors, half the value); that of a shape within max(5 standard errors, 0.3 of it).
 [[nodiscard]] std::vector<KnownParameter> known_parameters(const twin::Model& model,
                                                            core::Axis axis,

@@ -188,6 +188,10 @@ std::vector<CandidateGroup> Lineup::groups(const MeasuredSeries& series,
     all.push_back(group_of(generic[i]));
     all.back().id = generic_id(i);
   }
+  // What is known to be there needn't pay for where else one looked.
+  for (std::size_t i = 0; i < named.size(); ++i) {
+    if (named[i].is_listed) all[i].log_prior = std::log(static_cast<double>(all.size()));
+  }
   return all;
 }
 

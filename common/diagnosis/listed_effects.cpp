@@ -7,8 +7,6 @@
 #include <vector>
 
 #include "common/diagnosis/candidates.h"
-#include "common/diagnosis/known_effects.h"
-#include "common/diagnosis/lineup.h"
 #include "common/twin/effect_catalogue.h"
 
 namespace zerodrift::diagnosis {
@@ -44,53 +42,19 @@ void tell_unfitted(Trial& trial, const TrialInput& input) {
   }
 }
 
-void fit_listed(Trial& trial, const TrialInput& input) {
-  twin::Model& model = trial.repaired;
-  std::vector<std::size_t> waiting;
-  twin::Model without = model;
-  for (std::size_t i = 0; i < model.effects.size(); ++i) {
-    const EffectSpec& spec = model.effects[i];
-    const auto* definition = twin::find_effect(spec.kind);
-    if (spec.axis != input.axis || !spec.parameters.empty() || definition == nullptr) continue;
-    if (definition->family == twin::Family::kDeterministic && !definition->search.is_constant)
-      waiting.push_back(i);
+void give_coefficients(EffectSpec& waiting, const Candidate& candidate, const NamedEffect& found,
+                       std::vector<Recalibration>& told) {
+  waiting.inputs = found.inputs;
+  waiting.parameters = found.parameters;
+  waiting.standard_errors = found.standard_errors;
+  for (const std::string& amplitude : candidate.amplitudes) {
+    const auto error = found.standard_errors.find(amplitude);
+    if (error == found.standard_errors.end()) continue;
+    told.push_back({waiting.kind, amplitude, 0.0, found.parameters.at(amplitude), error->second});
   }
-  if (waiting.empty()) return;
-  std::erase_if(without.effects, [&](const EffectSpec& spec) {
-    return spec.axis == input.axis && spec.parameters.empty();
-  });
-  const auto drift = input.playback.drift(without, input.axis);
-  const auto residual = difference(measured_drift(input.series, input.axis), drift, input.valid);
-  const auto known = known_parameters(without, input.axis, input.playback);
-  Lineup lineup;
-  const Candidates all = candidates(input.series, input.playback, without, input.axis, {});
-  for (const std::size_t i : waiting) {
-    for (const Candidate& candidate : all.testable) {
-      if (candidate.definition->kind == model.effects[i].kind) lineup.add(candidate);
-    }
-  }
-  SearchProblem problem = problem_of(residual, known, model, input);
-  problem.groups = lineup.groups(input.series, input.playback);
-  SearchOptions options = search_options(input.options);
-  options.false_alarm = 0.1;  // they are known to be there
-  const SearchReport report = find_missing(problem, options);
-  take_groups(trial, report, lineup);
-  for (const FoundEffect& found : report.effects) {
-    const NamedEffect fitted = lineup.effect_of(found);
-    for (const std::size_t i : waiting) {
-      EffectSpec& spec = model.effects[i];
-      if (spec.kind != fitted.name || !spec.parameters.empty()) continue;
-      spec.inputs = fitted.inputs;
-      spec.parameters = fitted.parameters;
-      spec.standard_errors = fitted.standard_errors;
-      for (const std::string& amplitude : lineup.named_by(found.group)->amplitudes) {
-        const auto error = fitted.standard_errors.find(amplitude);
-        if (error == fitted.standard_errors.end()) continue;  // nothing is known of it
-        trial.recalibrated.push_back(
-            {spec.kind, amplitude, 0.0, fitted.parameters.at(amplitude), error->second});
-      }
-    }
-  }
+  if (!candidate.amplitudes.empty()) return;  // else its shape is its size
+  for (const std::string& shape : names_of(*candidate.definition, twin::ParameterRole::kShape))
+    told.push_back({waiting.kind, shape, 0.0, found.parameters.at(shape), 0.0});
 }
 
 }  // namespace zerodrift::diagnosis

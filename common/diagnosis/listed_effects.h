@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Effects that a model lists without coefficients: known to be there, fitted before anything that
-// is missing is looked for.
+// Effects that a model lists without coefficients: what becomes of each.
 #pragma once
 
+#include <vector>
+
+#include "common/diagnosis/candidates.h"
+#include "common/diagnosis/finding.h"
 #include "common/diagnosis/trial.h"
 
 namespace zerodrift::diagnosis {
@@ -10,8 +13,10 @@ namespace zerodrift::diagnosis {
 // Tells what this record has no channel or no component for, of all that the model lists.
 void tell_untestable(Trial& trial, const TrialInput& input);
 
-// Gives those without coefficients the ones of a search of their own.
-void fit_listed(Trial& trial, const TrialInput& input);
+// What was found of a listed effect becomes its inputs and coefficients, told as recalibrated from
+// nothing. Amplitudes without a standard error are those of which nothing is known.
+void give_coefficients(twin::EffectSpec& waiting, const Candidate& candidate,
+                       const NamedEffect& found, std::vector<Recalibration>& told);
 
 // Those that got none are not passed over in silence.
 void tell_unfitted(Trial& trial, const TrialInput& input);

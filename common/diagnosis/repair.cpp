@@ -6,13 +6,14 @@
 #include <limits>
 #include <optional>
 
-#include "common/core/units.h"
+#include "common/core/require.h"
 #include "common/diagnosis/candidates.h"
-#include "common/diagnosis/gap.h"
 #include "common/diagnosis/generic_functions.h"
+#include "common/diagnosis/held_out.h"
 #include "common/diagnosis/joint_fit.h"
 #include "common/diagnosis/known_effects.h"
 #include "common/diagnosis/listed_effects.h"
+#include "common/diagnosis/noise_and_bias.h"
 #include "common/diagnosis/noise_of_model.h"
 #include "common/diagnosis/noise_weight.h"
 #include "common/diagnosis/rounded_text.h"
@@ -27,16 +28,6 @@ using twin::ParameterDefinition;
 using twin::ParameterRole;
 
 namespace {
-
-double mean_of(std::span<const double> values, std::span<const std::uint8_t> valid) {
-  double sum = 0.0, count = 0.0;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (valid[i] == 0) continue;
-    sum += values[i];
-    count += 1.0;
-  }
-  return count > 0.0 ? sum / count : 0.0;
-}
 
 void take_off_corrections(std::vector<double>& left,
                           const std::vector<CorrectionFinding>& corrections,
@@ -135,6 +126,17 @@ void fit_size(NamedEffect& effect, const Candidate& candidate, double factor,
   value = best;
 }
 
+// What the model lists without coefficients was known to be there: it gets them, and is no finding.
+void take_listed(Trial& trial, core::Axis axis, const Candidate& candidate,
+                 const NamedEffect& found) {
+  const auto waiting = std::find_if(
+      trial.repaired.effects.begin(), trial.repaired.effects.end(), [&](const EffectSpec& spec) {
+        return spec.axis == axis && spec.kind == found.name && spec.parameters.empty();
+      });
+  core::require(waiting != trial.repaired.effects.end(), "what is listed waits in the model");
+  give_coefficients(*waiting, candidate, found, trial.recalibrated);
+}
+
 void add_to_model(Trial& trial, const TrialInput& input) {
   for (const NamedEffect& effect : trial.effects) {
     trial.repaired.effects.push_back(
@@ -148,41 +150,6 @@ void add_to_model(Trial& trial, const TrialInput& input) {
                     .date = input.options.date,
                     .evidence = "log Bayes factor " + rounded(effect.log_evidence)}});
   }
-}
-
-NoiseFindings noise_of(std::span<const double> remainder, const TrialInput& input,
-                       const SearchProblem& problem, const twin::Model& model) {
-  const SearchProblem of_noise{.series = remainder,
-                               .valid = problem.valid,
-                               .interval_s = problem.interval_s,
-                               .known = problem.known};
-  return examine_noise({of_noise, model, input.axis, 0.5 * input.options.false_names_per_record},
-                       search_options(input.options));
-}
-
-void take_noise(Trial& trial, const TrialInput& input, const NoiseFindings& noise) {
-  trial.noise_dct_variances =
-      dct_variances(noise.terms, noise.squares, input.series.size, input.series.interval_s);
-  adopt_noise(trial.repaired, input.axis, noise,
-              {.by = "diagnose",
-               .record = input.options.record,
-               .date = input.options.date,
-               .evidence = "noise spectrum"});
-  trial.effects.insert(trial.effects.end(), noise.effects.begin(), noise.effects.end());
-  trial.recalibrated.insert(trial.recalibrated.end(), noise.recalibrated.begin(),
-                            noise.recalibrated.end());
-}
-
-// The bias takes up the mean that is left where it is more than slow noise makes of a mean.
-void recalibrate_bias(Trial& trial, const TrialInput& input, double mean_radps) {
-  constexpr double kSigmas = 3.0;
-  constexpr double kMeanS = 60.0;
-  const auto block = static_cast<std::size_t>(std::max(1.0, kMeanS / input.series.interval_s));
-  const double slow = expected_rms_of_block_means(trial.noise_dct_variances, block);
-  if (std::abs(mean_radps) <= kSigmas * slow) return;
-  Recalibration change = shift_bias(trial.repaired, input.axis, mean_radps);
-  change.standard_error = core::deg_h_from_radps(slow);
-  trial.recalibrated.push_back(std::move(change));
 }
 
 // A name that was chosen in the light of one state of the search may look worse in another one, or
@@ -264,6 +231,20 @@ void refit_amplitudes(SearchReport& report, const SearchProblem& searched,
   }
 }
 
+// Amplitudes that were fitted to this record without what was found in it are no file's: they are
+// fitted once more beside it. Those that had no evidence need some.
+void free_calibrated(SearchReport& report, const std::vector<KnownParameter>& known,
+                     const Trial& trial, const TrialInput& input) {
+  for (std::size_t i = 0; i < report.corrections.size(); ++i) {
+    const bool is_calibrated = std::find(input.calibrated.begin(), input.calibrated.end(),
+                                         known[i].effect) != input.calibrated.end();
+    const EffectSpec& spec = trial.repaired.effects[known[i].effect];
+    CorrectionFinding& correction = report.corrections[i];
+    if (is_calibrated && known[i].is_amplitude && spec.standard_errors.contains(known[i].parameter))
+      correction.significant |= correction.testability == Testability::kTestable;
+  }
+}
+
 // A missing kind of noise looks like missing effects, and the other way round. First the model's
 // own kinds of noise only: flexible noise would absorb effects. Where a kind is missing beside what
 // was found, or explains the record better than all that was found with it, the search is made
@@ -295,7 +276,6 @@ SearchReport search_beside_noise(SearchProblem& problem, const TrialInput& input
 Trial repair(const TrialInput& input) {
   Trial trial{.repaired = input.model};
   tell_untestable(trial, input);
-  fit_listed(trial, input);
   const auto residual = difference(measured_drift(input.series, input.axis),
                                    input.playback.drift(trial.repaired, input.axis), input.valid);
   const auto known = known_parameters(trial.repaired, input.axis, input.playback);
@@ -309,6 +289,7 @@ Trial repair(const TrialInput& input) {
     trial.refusal = report.reason;
     return trial;
   }
+  if (!report.effects.empty() || report.unknown) free_calibrated(report, known, trial, input);
   refit_amplitudes(report, problem, search_options(input.options));
   take_groups(trial, report, lineup);
   const auto remainder = remainder_of(report, problem);
@@ -317,9 +298,13 @@ Trial repair(const TrialInput& input) {
     effect.share_of_gap = found.rms * found.rms;
     std::vector<double> without = remainder;
     for (std::size_t i = 0; i < without.size(); ++i) without[i] += found.waveform[i];
-    fit_size(effect, *lineup.named_by(found.group), found.amplitudes.front(), without, report,
-             input);
-    trial.effects.push_back(std::move(effect));
+    const Candidate& candidate = *lineup.named_by(found.group);
+    fit_size(effect, candidate, found.amplitudes.front(), without, report, input);
+    if (candidate.is_listed) {
+      take_listed(trial, input.axis, candidate, effect);
+    } else {
+      trial.effects.push_back(std::move(effect));
+    }
   }
   if (report.unknown) {
     const GenericFunction& function = *lineup.generic_by(report.unknown->group);
@@ -329,9 +314,10 @@ Trial repair(const TrialInput& input) {
   trial.recalibrated.insert(trial.recalibrated.end(), changes.begin(), changes.end());
   add_to_model(trial, input);
   take_noise(trial, input, noise_of(remainder, input, problem, trial.repaired));
-  const auto left = difference(measured_drift(input.series, input.axis),
-                               input.playback.drift(trial.repaired, input.axis), input.valid);
-  recalibrate_bias(trial, input, mean_of(left, input.valid));
+  trial.log_evidence = evidence_of(report);
+  for (const NamedEffect& effect : trial.effects)
+    trial.log_evidence += is_noise(effect.name) ? effect.log_evidence : 0.0;
+  recalibrate_bias(trial, input);
   tell_unfitted(trial, input);
   for (NamedEffect& effect : trial.effects) level(effect);
   return trial;

@@ -29,6 +29,9 @@ struct TrialInput {
   std::span<const std::uint8_t> valid;  // samples that may be looked at
   const DiagnosisOptions& options;
   std::span<const std::string> refuted{};  // effects that held-out data spoke against
+  // Effects of the model, by their place, whose coefficients come from this very record: what is
+  // found beside them changes them.
+  std::span<const std::size_t> calibrated{};
 };
 
 struct Trial {
@@ -39,6 +42,7 @@ struct Trial {
   std::vector<NotTestable> not_testable{};
   std::vector<SmallestVisible> could_have_seen{};
   std::vector<Evidence> evidence{};
+  double log_evidence = 0.0;                  // of all that was found missing, the unknown too
   std::vector<double> noise_dct_variances{};  // of the whole series' length
   std::optional<std::string> refusal{};       // the record says nothing about this axis
 };

@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <stdexcept>
 
@@ -187,11 +188,10 @@ class AxisRegression {
     const auto oscillations = diagnosis::find_oscillations(weighted, playback_, axis_);
     candidates_ = diagnosis::candidates(series_, playback_, model_, axis_, oscillations);
     result.not_testable = candidates_.not_testable;
-    twin::Model without = model_;
-    std::erase_if(without.effects, [&](const twin::EffectSpec& effect) {
-      return effect.axis == axis_ && effect.parameters.empty();
-    });
-    without_listed_ = diagnosis::candidates(series_, playback_, without, axis_, oscillations);
+    const auto is_listed = [](const Candidate& candidate) { return candidate.is_listed; };
+    std::copy_if(candidates_.testable.begin(), candidates_.testable.end(),
+                 std::back_inserter(listed_candidates_), is_listed);
+    std::erase_if(candidates_.testable, is_listed);
   }
 
   [[nodiscard]] Regressor regressor_of(const Candidate& candidate, const Variant& variant) const {
@@ -213,13 +213,7 @@ class AxisRegression {
   // Effects that the model lists without parameters are there: the variant that explains most of
   // each belongs to the known columns.
   void fit_listed() {
-    for (const Candidate& candidate : without_listed_.testable) {
-      const bool listed = std::any_of(
-          model_.effects.begin(), model_.effects.end(), [&](const twin::EffectSpec& effect) {
-            return effect.axis == axis_ && effect.kind == candidate.definition->kind &&
-                   effect.parameters.empty();
-          });
-      if (!listed) continue;
+    for (const Candidate& candidate : listed_candidates_) {
       Basis basis(rows());
       basis.take(joined(known_columns_, listed_));
       const Eigen::VectorXd left = basis.remainder(residual_);
@@ -434,7 +428,7 @@ class AxisRegression {
   std::vector<KnownParameter> known_;
   Eigen::MatrixXd known_columns_;
   diagnosis::Candidates candidates_;
-  diagnosis::Candidates without_listed_;
+  std::vector<Candidate> listed_candidates_;
   std::vector<Chosen> listed_;
 };
 

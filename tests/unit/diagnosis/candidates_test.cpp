@@ -107,7 +107,7 @@ TEST_F(CandidatesTest, KnownParametersHaveTheColumnsOfTheirOwnChange) {
   const auto drift = playback_->drift(model, core::Axis::kX);
   for (const KnownParameter& parameter : known) {
     twin::Model changed = model;
-    const double step = 1e-3 * std::abs(parameter.value);
+    const double step = parameter.value != 0.0 ? 1e-3 * std::abs(parameter.value) : 1e-6;
     changed.effects[parameter.effect].parameters[parameter.parameter] += step;
     const auto moved = playback_->drift(changed, core::Axis::kX);
     double error = 0.0, size = 0.0;

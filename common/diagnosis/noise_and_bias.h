@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// What every trial ends with: the noise and the mean that its drift leaves.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "common/diagnosis/search_problem.h"
+#include "common/diagnosis/stochastic_effects.h"
+#include "common/diagnosis/trial.h"
+#include "common/twin/model.h"
+
+namespace zerodrift::diagnosis {
+
+// Of a remainder beside the problem's known columns.
+[[nodiscard]] NoiseFindings noise_of(std::span<const double> remainder, const TrialInput& input,
+                                     const SearchProblem& problem, const twin::Model& model);
+
+// Into the trial's repaired model, and told.
+void take_noise(Trial& trial, const TrialInput& input, const NoiseFindings& noise);
+
+// The bias takes up the mean that the repaired model's drift leaves where it is more than the
+// trial's slow noise makes of a mean, or where the model has no bias to speak of yet.
+void recalibrate_bias(Trial& trial, const TrialInput& input);
+
+}  // namespace zerodrift::diagnosis

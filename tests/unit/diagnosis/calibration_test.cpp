@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+// Models that list what a gyro has without saying how much of it: calibrated first, then diagnosed.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/diagnosis/diagnosis.h"
+#include "common/twin/effect_catalogue.h"
+#include "tests/unit/diagnosis/simulated_series.h"
+
+namespace zerodrift::diagnosis {
+namespace {
+
+constexpr core::Axis kX = core::Axis::kX;
+const DiagnosisOptions kOptions{.record = "simulated", .date = "2026-01-01"};
+
+twin::Model kinds_of(twin::Model model) {
+  for (twin::EffectSpec& effect : model.effects) {
+    effect.parameters.clear();
+    effect.standard_errors.clear();
+  }
+  return model;
+}
+
+const twin::EffectSpec& effect_in(const twin::Model& model, const std::string& kind) {
+  return *std::find_if(model.effects.begin(), model.effects.end(),
+                       [&](const auto& effect) { return effect.kind == kind; });
+}
+
+struct Answer {
+  AxisDiagnosis axis;
+  twin::Model repaired;
+};
+
+// A record of one truth, proved on another record.
+Answer answer(const twin::Model& given, const twin::Model& truth, const twin::Model& elsewhere) {
+  const MeasuredSeries record = test::simulated(truth, test::chamber_profile(), 11);
+  const MeasuredSeries other = test::simulated(elsewhere, test::chamber_profile(), 12);
+  Diagnosis diagnosis = diagnose(given, record, {other}, kOptions);
+  return {*diagnosis.axes[0], std::move(diagnosis.repaired)};
+}
+
+Answer answer(const twin::Model& given, const twin::Model& truth) {
+  return answer(given, truth, truth);
+}
+
+// Within five of its own standard errors.
+void expect_found(const twin::Model& repaired, const std::string& kind,
+                  const std::string& parameter, double truth) {
+  const twin::EffectSpec& spec = effect_in(repaired, kind);
+  ASSERT_TRUE(spec.parameters.contains(parameter)) << kind << "." << parameter;
+  const auto error = spec.standard_errors.find(parameter);
+  ASSERT_NE(error, spec.standard_errors.end()) << kind << "." << parameter;
+  EXPECT_NEAR(spec.parameters.at(parameter), truth, 5.0 * error->second) << kind;
+}
+
+TEST(CalibrationScenario, KindsAloneGetTheirCoefficientsAndNothingIsMissing) {
+  const twin::Model truth = test::lab_model();
+  const Answer found = answer(kinds_of(truth), truth);
+  EXPECT_EQ(found.axis.verdict, Verdict::kRecalibrated) << found.axis.sentence;
+  EXPECT_EQ(found.axis.acceptance, Acceptance::kAccepted);
+  expect_found(found.repaired, "shupe", "coefficient_deg_h_min_per_degc", 0.9);
+  expect_found(found.repaired, "scale_factor", "error_ppm", 60.0);
+  expect_found(found.repaired, "bias_temperature", "c1_deg_h_per_degc", 0.012);
+  const twin::EffectSpec& polynomial = effect_in(found.repaired, "bias_temperature");
+  EXPECT_EQ(polynomial.parameters.at("lag_s"), 0.0);
+  EXPECT_LT(found.axis.held_out.after_rms_radps, 0.3 * found.axis.held_out.before_rms_radps);
+}
+
+// A lag of the polynomial would take the place of what is missing.
+TEST(CalibrationScenario, WhatIsMissingBesideKindsAloneIsNamedAndNoLagStandsInForIt) {
+  const twin::Model truth = test::lab_model();
+  const Answer found = answer(kinds_of(test::without(truth, "shupe")), truth);
+  ASSERT_EQ(found.axis.effects.size(), 1U) << found.axis.sentence;
+  EXPECT_EQ(found.axis.effects[0].name, "shupe");
+  expect_found(found.repaired, "shupe", "coefficient_deg_h_min_per_degc", 0.9);
+}
+
+TEST(CalibrationScenario, ALagThatAListedEffectHasIsFoundAndNothingIsMissing) {
+  twin::Model truth = test::without(test::lab_model(), "shupe");
+  for (twin::EffectSpec& effect : truth.effects) {
+    if (effect.kind != "bias_temperature") continue;
+    effect.parameters["c1_deg_h_per_degc"] = 0.06;
+    effect.parameters["lag_s"] = 1200.0;
+  }
+  const Answer found = answer(kinds_of(truth), truth);
+  EXPECT_TRUE(found.axis.effects.empty()) << found.axis.sentence;
+  EXPECT_FALSE(found.axis.unknown) << found.axis.sentence;
+  // Which of the coil's thermometers it reads goes with the lag: 28 min behind the outer layers is
+  // 20 behind the middle.
+  const twin::EffectSpec& polynomial = effect_in(found.repaired, "bias_temperature");
+  EXPECT_NEAR(polynomial.parameters.at("lag_s"), 1200.0, 600.0);
+}
+
+// Each shape is looked for beside all other effects, from several starts.
+TEST(CalibrationScenario, TheShapeOfAListedEffectIsFoundBesideTheOthers) {
+  const twin::Model truth =
+      test::with(test::lab_model(),
+                 {.kind = "warm_up",
+                  .axis = kX,
+                  .parameters = {{"amplitude_deg_h", 0.5}, {"tau_s", 600.0}, {"exponent", 1.0}}});
+  const Answer found = answer(kinds_of(truth), truth);
+  EXPECT_TRUE(found.axis.effects.empty()) << found.axis.sentence;
+  EXPECT_FALSE(found.axis.unknown) << found.axis.sentence;
+  const twin::EffectSpec& warm_up = effect_in(found.repaired, "warm_up");
+  EXPECT_NEAR(warm_up.parameters.at("amplitude_deg_h"), 0.5, 0.1);
+  EXPECT_NEAR(warm_up.parameters.at("tau_s"), 600.0, 120.0);
+}
+
+TEST(CalibrationScenario, ComponentsWithoutEvidenceStayZero) {
+  const twin::Model truth =
+      test::with(test::lab_model(),
+                 {.kind = "magnetic", .axis = kX, .parameters = {{"x_deg_h_per_ut", 2e-3}}});
+  const Answer found = answer(kinds_of(truth), truth);
+  expect_found(found.repaired, "magnetic", "x_deg_h_per_ut", 2e-3);
+  const twin::EffectSpec& field = effect_in(found.repaired, "magnetic");
+  for (const char* absent : {"y_deg_h_per_ut", "z_deg_h_per_ut"}) {
+    EXPECT_EQ(field.parameters.at(absent), 0.0) << absent;
+    EXPECT_FALSE(field.standard_errors.contains(absent)) << absent;
+  }
+}
+
+TEST(CalibrationScenario, ANameThatIsRevertedTakesNoCalibrationWithIt) {
+  const twin::Model listed = test::lab_model();
+  const twin::Model truth = test::with(
+      listed, {.kind = "magnetic", .axis = kX, .parameters = {{"x_deg_h_per_ut", 2e-3}}});
+  const Answer found = answer(kinds_of(listed), truth, listed);
+  EXPECT_TRUE(found.axis.effects.empty()) << found.axis.sentence;
+  EXPECT_NE(found.axis.sentence.find("looks like magnetic"), std::string::npos)
+      << found.axis.sentence;
+  EXPECT_EQ(found.axis.acceptance, Acceptance::kAccepted);
+  expect_found(found.repaired, "shupe", "coefficient_deg_h_min_per_degc", 0.9);
+}
+
+// Before: it became an effect that the model lacks, with probability .96.
+TEST(CalibrationScenario, AListedEffectIsNoOtherOneThatIsMissing) {
+  const twin::Model truth = test::lab_model();
+  twin::Model given = truth;
+  for (twin::EffectSpec& effect : given.effects) {
+    if (effect.kind == "scale_factor") effect.parameters.clear();
+  }
+  const Answer found = answer(given, truth);
+  EXPECT_TRUE(found.axis.effects.empty()) << found.axis.sentence;
+  EXPECT_FALSE(found.axis.unknown) << found.axis.sentence;
+  expect_found(found.repaired, "scale_factor", "error_ppm", 60.0);
+}
+
+// Before: a bump that the catalogue doesn't know.
+TEST(CalibrationScenario, ACoefficientThatAListedEffectLacksIsFound) {
+  const twin::Model given = test::lab_model();
+  twin::Model truth = given;
+  for (twin::EffectSpec& effect : truth.effects) {
+    if (effect.kind == "bias_temperature") effect.parameters["c4_deg_h_per_degc4"] = 3e-5;
+  }
+  const Answer found = answer(given, truth);
+  EXPECT_EQ(found.axis.verdict, Verdict::kRecalibrated) << found.axis.sentence;
+  expect_found(found.repaired, "bias_temperature", "c4_deg_h_per_degc4", 3e-5);
+}
+
+}  // namespace
+}  // namespace zerodrift::diagnosis
