@@ -2,14 +2,14 @@
 #include "services/zerodrift/comparison_report.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <map>
 
 #include "common/allan/noise_units.h"
 #include "common/core/units.h"
 #include "common/report/numbers.h"
+#include "services/zerodrift/comparison_figures.h"
+#include "services/zerodrift/comparison_verdict.h"
 
 namespace zerodrift::services {
 namespace {
@@ -20,31 +20,9 @@ using report::significant;
 
 constexpr int kDigits = 3;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr std::string_view kOurs = "online-svr";
-constexpr std::string_view kHolding = "persistence";
-constexpr std::string_view kNothingTakenOff = "none";
-constexpr std::string_view kPaperProcedure = "the paper's procedure";
-// Figures that differ by less print alike.
-constexpr double kEqual = 1.005;
-// Curves of the pictures: a reader tells so many apart.
-constexpr std::size_t kMostDrawn = 3;
-constexpr std::array<std::string_view, kMostDrawn> kDrawn{kHolding, "stack", kOurs};
-
-// Those above that were compared; without any of them the first ones.
-bool is_drawn(const ProtocolOutcome& protocol, const SchemeOutcome& scheme) {
-  const auto is_one = [](const SchemeOutcome& other) {
-    return std::find(kDrawn.begin(), kDrawn.end(), other.name) != kDrawn.end();
-  };
-  if (std::any_of(protocol.schemes.begin(), protocol.schemes.end(), is_one)) return is_one(scheme);
-  return &scheme < protocol.schemes.data() + kMostDrawn;
-}
 
 std::string deg_h(double radps) {
   return significant(deg_h_from_radps(radps), kDigits);
-}
-
-std::string axis_name(const AxisComparison& axis) {
-  return "axis " + std::string(core::name(axis.axis));
 }
 
 // "1.2e-3 [1.1, 1.3]e-3" is hard to read in a column: value, or "< upper" where only that is known.
@@ -60,26 +38,12 @@ std::string coefficient(const allan::Coefficient& c, double unit) {
   return "n/a";
 }
 
-double b_unit() {
-  return 1.0 / core::kRadPerSecPerDegPerHour;
-}
-
 std::vector<std::string> allan_cells(const comparison::StreamReport& stream) {
   using allan::NoiseTerm;
   return {
       coefficient(stream.coefficients[NoiseTerm::kAngleRandomWalk], allan::kDegPerRootHour),
       coefficient(stream.coefficients[NoiseTerm::kBiasInstability], b_unit()),
       coefficient(stream.coefficients[NoiseTerm::kRateRandomWalk], allan::kDegPerHourPerRootHour)};
-}
-
-double deg_h_or_nothing(const allan::BlockMoments& minutes) {
-  return minutes.blocks > 1 ? deg_h_from_radps(minutes.standard_deviation) : kNaN;
-}
-
-const SchemeOutcome* find(const ProtocolOutcome& protocol, std::string_view name) {
-  const auto found = std::find_if(protocol.schemes.begin(), protocol.schemes.end(),
-                                  [&](const SchemeOutcome& s) { return s.name == name; });
-  return found == protocol.schemes.end() ? nullptr : &*found;
 }
 
 const SchemeOutcome* smallest_rmse(const ProtocolOutcome& protocol) {
@@ -89,13 +53,6 @@ const SchemeOutcome* smallest_rmse(const ProtocolOutcome& protocol) {
     if (std::isfinite(rmse) && (!best || rmse < best->statistics.root_mean_square)) best = &scheme;
   }
   return best;
-}
-
-// Mean length of a label: longer than asked for where samples are rarer.
-double label_s(const AxisComparison& axis) {
-  double sum_s = 0.0;
-  for (const auto& point : axis.points) sum_s += core::seconds(point.end - point.begin);
-  return sum_s / static_cast<double>(axis.points.size());
 }
 
 report::Table protocol_table(const AxisComparison& axis, const ProtocolOutcome& protocol) {
@@ -272,214 +229,6 @@ report::Chart allan_chart(const AxisComparison& axis, const ProtocolOutcome& pro
   return chart;
 }
 
-// A figure of one scheme; NaN: not known.
-struct Figure {
-  std::string scheme;
-  double value = kNaN;    // in rad/s
-  bool is_bound = false;  // at most `value`
-};
-
-// Where a scheme is better than online-svr.
-struct Behind {
-  std::string axis;
-  std::string judged;
-  std::string figure;
-  Figure best;
-  double ours = 0.0;
-};
-
-struct Standing {
-  struct Count {
-    std::size_t judged = 0;  // online-svr's figure and another's are known
-    std::size_t best = 0;    // online-svr has the smallest, or one that prints alike
-  };
-  std::map<std::string, Count> figures;
-  std::vector<Behind> behind;
-};
-
-// A bound takes part as if it were the value: below online-svr's value it proves the other better.
-// Online-svr's own bound decides nothing.
-void place(Standing& standing, const std::string& axis, const std::string& judged,
-           const std::string& figure, const std::vector<Figure>& figures) {
-  const Figure* ours = nullptr;
-  const Figure* best = nullptr;
-  for (const Figure& one : figures) {
-    if (!std::isfinite(one.value)) continue;
-    if (one.scheme == kOurs) {
-      ours = &one;
-    } else if (best == nullptr || one.value < best->value) {
-      best = &one;
-    }
-  }
-  if (ours == nullptr || best == nullptr || ours->is_bound) return;
-  Standing::Count& count = standing.figures[figure];
-  ++count.judged;
-  if (ours->value <= kEqual * best->value) {
-    ++count.best;
-  } else {
-    standing.behind.push_back({axis, judged, figure, *best, ours->value});
-  }
-}
-
-Figure bias_instability(const SchemeOutcome& scheme) {
-  const auto& b = scheme.stream.coefficients[allan::NoiseTerm::kBiasInstability];
-  switch (b.identification) {
-    case allan::Identification::kInterval:
-      return {scheme.name, b.value, false};
-    case allan::Identification::kUpperBound:
-      return {scheme.name, b.upper, true};
-    case allan::Identification::kNotFitted:
-      break;
-  }
-  return {scheme.name};
-}
-
-Standing standing_of(const ComparisonResult& result) {
-  Standing standing;
-  for (const AxisComparison& axis : result.axes) {
-    const std::string name = axis_name(axis);
-    std::vector<Figure> deviation, rmse, b;
-    for (const ProtocolOutcome& protocol : axis.protocols) {
-      deviation = rmse = b = {};
-      for (const SchemeOutcome& scheme : protocol.schemes) {
-        deviation.push_back({scheme.name, scheme.statistics.standard_deviation});
-        rmse.push_back({scheme.name, scheme.statistics.root_mean_square});
-        b.push_back(bias_instability(scheme));
-      }
-      place(standing, name, protocol.protocol.name, "std", deviation);
-      place(standing, name, protocol.protocol.name, "RMSE", rmse);
-      place(standing, name, protocol.protocol.name, "B", b);
-    }
-    deviation = rmse = b = {};
-    for (const PaperOutcome& outcome : axis.paper) {
-      deviation.push_back({outcome.name, outcome.moments.standard_deviation});
-      rmse.push_back({outcome.name, outcome.moments.root_mean_square});
-      if (outcome.coefficients)
-        b.push_back({outcome.name, outcome.coefficients->bias_instability_radps});
-    }
-    place(standing, name, std::string(kPaperProcedure), "std", deviation);
-    place(standing, name, std::string(kPaperProcedure), "RMSE", rmse);
-    place(standing, name, std::string(kPaperProcedure), "B", b);
-  }
-  return standing;
-}
-
-// What a user decides by: labels come late in motion, and one ahead nearly everything does well.
-struct Recommendation {
-  std::string scheme;
-  double over_holding = kNaN;  // geometric mean of RMSE over persistence's, labels late
-  double ours = kNaN;          // online-svr's; NaN: not compared
-  std::size_t judged = 0;      // axes and ages
-};
-
-double over_holding(const ComparisonResult& result, std::string_view name, std::size_t& judged) {
-  double logs = 0.0;
-  judged = 0;
-  for (const AxisComparison& axis : result.axes) {
-    for (const ProtocolOutcome& protocol : axis.protocols) {
-      if (!(protocol.protocol.delay_s > 0.0)) continue;
-      const SchemeOutcome* scheme = find(protocol, name);
-      const SchemeOutcome* holding = find(protocol, kHolding);
-      if (scheme == nullptr || holding == nullptr) return kNaN;
-      logs += std::log(scheme->statistics.root_mean_square / holding->statistics.root_mean_square);
-      ++judged;
-    }
-  }
-  return judged > 0 ? std::exp(logs / static_cast<double>(judged)) : kNaN;
-}
-
-// Nothing where persistence or a delay is missing.
-std::optional<Recommendation> recommendation_of(const ComparisonResult& result) {
-  Recommendation best;
-  if (result.axes.empty() || result.axes.front().protocols.empty()) return std::nullopt;
-  for (const SchemeOutcome& scheme : result.axes.front().protocols.front().schemes) {
-    std::size_t judged = 0;
-    const double ratio = over_holding(result, scheme.name, judged);
-    if (scheme.name == kOurs) best.ours = ratio;
-    if (!std::isfinite(ratio) || !(best.scheme.empty() || ratio < best.over_holding)) continue;
-    best.scheme = scheme.name;
-    best.over_holding = ratio;
-    best.judged = judged;
-  }
-  if (best.scheme.empty()) return std::nullopt;
-  return best;
-}
-
-std::string sentence_of(const Recommendation& best) {
-  std::string text;
-  if (best.scheme == kHolding) {
-    text = "With late labels nothing on this record is better than holding the last minute (" +
-           std::string(kHolding) + ")";
-  } else {
-    text = "With late labels " + best.scheme + " is best on this record: its RMSE is " +
-           significant(best.over_holding, 2) + " of that of holding the last minute";
-  }
-  text += " (geometric mean of " + std::to_string(best.judged) + " axes and ages)";
-  if (best.scheme != kOurs && std::isfinite(best.ours))
-    text += "; " + std::string(kOurs) + ", which the service runs, has " +
-            significant(best.ours, 2) + " of it";
-  return text + ". ";
-}
-
-// The largest RMSE of online-svr in those of holding the last minute; "" without the two.
-std::string against_holding(const ComparisonResult& result) {
-  double worst = 0.0;
-  std::string where;
-  for (const AxisComparison& axis : result.axes) {
-    for (const ProtocolOutcome& protocol : axis.protocols) {
-      const SchemeOutcome* ours = find(protocol, kOurs);
-      const SchemeOutcome* holding = find(protocol, kHolding);
-      if (ours == nullptr || holding == nullptr) continue;
-      const double times = ours->statistics.root_mean_square / holding->statistics.root_mean_square;
-      if (!(times > worst)) continue;
-      worst = times;
-      where = axis_name(axis) + ", " + protocol.protocol.name;
-    }
-  }
-  if (where.empty()) return {};
-  return " Its RMSE is at most " + significant(worst, kDigits) +
-         " times that of persistence, which holds the last minute (" + where + ").";
-}
-
-// Between which shares the 95 % intervals of online-svr hold; "" without any.
-std::string interval_coverage(const ComparisonResult& result) {
-  double least = 2.0;
-  double most = -1.0;
-  std::string where;
-  for (const AxisComparison& axis : result.axes) {
-    for (const ProtocolOutcome& protocol : axis.protocols) {
-      const SchemeOutcome* ours = find(protocol, kOurs);
-      if (ours == nullptr || !std::isfinite(ours->statistics.coverage)) continue;
-      most = std::max(most, ours->statistics.coverage);
-      if (ours->statistics.coverage >= least) continue;
-      least = ours->statistics.coverage;
-      where = axis_name(axis) + ", " + protocol.protocol.name;
-    }
-  }
-  if (where.empty()) return {};
-  return " Its 95 % intervals hold " + significant(100.0 * least, kDigits) + " % (" + where +
-         ") to " + significant(100.0 * most, kDigits) + " % of the labels.";
-}
-
-std::string verdict(const ComparisonResult& result, const Standing& standing) {
-  const auto best = recommendation_of(result);
-  const std::string recommended = best ? sentence_of(*best) : "";
-  if (standing.figures.empty())
-    return recommended + "Statistics of the chosen schemes; nothing to compare online-svr with.";
-  std::string text =
-      "Of all judgements, each an axis by a protocol, online-svr is best, or equal within 0.5 %,";
-  bool first = true;
-  for (const auto* figure : {"RMSE", "std", "B"}) {
-    const auto found = standing.figures.find(figure);
-    if (found == standing.figures.end()) continue;
-    text += std::string(first ? " in " : ", in ") + figure + " in " +
-            std::to_string(found->second.best) + " of " + std::to_string(found->second.judged);
-    first = false;
-  }
-  text += standing.behind.empty() ? "." : "; where another scheme is better, a table says so.";
-  return recommended + text + against_holding(result) + interval_coverage(result);
-}
-
 std::optional<report::Table> behind_table(const Standing& standing) {
   if (standing.behind.empty()) return std::nullopt;
   report::Table table;
@@ -526,64 +275,6 @@ std::vector<std::string> notes(const ComparisonResult& result) {
         "compensated output, on this machine and on the paper's.");
   }
   return text;
-}
-
-nlohmann::ordered_json json_of(const comparison::StreamReport& stream) {
-  using allan::NoiseTerm;
-  nlohmann::ordered_json json;
-  json["std_60s_deg_h"] = deg_h_or_nothing(stream.minute_means);
-  const auto add = [&](const char* key, NoiseTerm term, double unit) {
-    const auto& c = stream.coefficients[term];
-    const bool known = c.identification == allan::Identification::kInterval;
-    const bool fitted = c.identification != allan::Identification::kNotFitted;
-    json[key] = {{"value", known ? unit * c.value : kNaN},
-                 {"lower", known ? unit * c.lower : kNaN},
-                 {"upper", fitted ? unit * c.upper : kNaN}};
-  };
-  add("angle_random_walk_deg_rth", NoiseTerm::kAngleRandomWalk, allan::kDegPerRootHour);
-  add("bias_instability_deg_h", NoiseTerm::kBiasInstability, b_unit());
-  add("rate_random_walk_deg_h_rth", NoiseTerm::kRateRandomWalk, allan::kDegPerHourPerRootHour);
-  auto& allan = json["allan"] = nlohmann::ordered_json::array();
-  for (const auto& point : stream.allan) {
-    allan.push_back({{"tau_s", point.tau_s},
-                     {"deviation_deg_h", deg_h_from_radps(point.deviation_radps)},
-                     {"lower_deg_h", deg_h_from_radps(point.lower_radps)},
-                     {"upper_deg_h", deg_h_from_radps(point.upper_radps)}});
-  }
-  return json;
-}
-
-// What depends on the machine stands apart under "times".
-nlohmann::ordered_json times(double seconds, std::size_t points) {
-  return {{"seconds", seconds}, {"seconds_per_point", seconds / static_cast<double>(points)}};
-}
-
-nlohmann::ordered_json json_of(const SchemeOutcome& scheme) {
-  const auto& s = scheme.statistics;
-  nlohmann::ordered_json json{{"points", s.points},
-                              {"mean_deg_h", deg_h_from_radps(s.mean)},
-                              {"std_deg_h", deg_h_from_radps(s.standard_deviation)},
-                              {"mae_deg_h", deg_h_from_radps(s.mean_absolute)},
-                              {"rmse_deg_h", deg_h_from_radps(s.root_mean_square)},
-                              {"coverage_95", s.coverage},
-                              {"times", times(scheme.seconds, scheme.predicted.size())}};
-  json.update(json_of(scheme.stream));
-  return json;
-}
-
-nlohmann::ordered_json json_of(const PaperOutcome& outcome) {
-  const auto& c = outcome.coefficients;
-  return {{"points", outcome.residual_radps.size()},
-          {"mean_deg_h", deg_h_from_radps(outcome.moments.mean)},
-          {"std_deg_h", deg_h_from_radps(outcome.moments.standard_deviation)},
-          {"mae_deg_h", deg_h_from_radps(outcome.moments.mean_absolute_error)},
-          {"rmse_deg_h", deg_h_from_radps(outcome.moments.root_mean_square)},
-          {"angle_random_walk_deg_rth",
-           c ? c->angle_random_walk_rad_rts * allan::kDegPerRootHour : kNaN},
-          {"bias_instability_deg_h", c ? deg_h_from_radps(c->bias_instability_radps) : kNaN},
-          {"rate_random_walk_deg_h_rth",
-           c ? c->rate_random_walk_radps_rts * allan::kDegPerHourPerRootHour : kNaN},
-          {"times", times(outcome.seconds, outcome.residual_radps.size())}};
 }
 
 // The page is narrower than a terminal: the columns of a protocol's table in two.
@@ -673,50 +364,6 @@ void add_tables(report::Document& page, const AxisComparison& axis,
   page.blocks.emplace_back(time_table(axis, is_beside_the_paper(axis, result)));
 }
 
-// The drift as measured, by label; the residual is this less what a scheme predicted.
-nlohmann::ordered_json json_of(const std::vector<comparison::LabelledPoint>& points) {
-  nlohmann::ordered_json json{{"end_s", nlohmann::ordered_json::array()},
-                              {"drift_deg_h", nlohmann::ordered_json::array()}};
-  for (const auto& point : points) {
-    json["end_s"].push_back(core::seconds(point.end));
-    json["drift_deg_h"].push_back(deg_h_from_radps(point.drift_radps));
-  }
-  return json;
-}
-
-nlohmann::ordered_json predicted_of(const SchemeOutcome& scheme) {
-  auto json = nlohmann::ordered_json::array();
-  for (const auto& predicted : scheme.predicted)
-    json.push_back(predicted ? deg_h_from_radps(predicted->drift_radps) : kNaN);
-  return json;
-}
-
-bool is_frozen(const comparison::Protocol& protocol) {
-  return protocol.frozen_from != core::SensorTime::max();
-}
-
-// "one_ahead", "delayed_600_s", "frozen": nothing of the record is in a key.
-std::string key_of(const comparison::Protocol& protocol) {
-  if (is_frozen(protocol)) return "frozen";
-  std::string key = protocol.name;
-  std::replace(key.begin(), key.end(), ' ', '_');
-  return key;
-}
-
-nlohmann::ordered_json json_of(const ProtocolOutcome& outcome) {
-  const comparison::Protocol& protocol = outcome.protocol;
-  nlohmann::ordered_json json{
-      {"delay_s", protocol.delay_s},
-      {"frozen_from_s", is_frozen(protocol) ? core::seconds(protocol.frozen_from) : kNaN},
-      {"judged_from_s", core::seconds(protocol.judged_from)},
-      {"before", json_of(outcome.raw)}};
-  for (const SchemeOutcome& scheme : outcome.schemes) {
-    auto& told = json["schemes"][scheme.name] = json_of(scheme);
-    if (is_drawn(outcome, scheme)) told["predicted_deg_h"] = predicted_of(scheme);
-  }
-  return json;
-}
-
 // The pictures of one axis: the hardest horizon, and the Allan curves of the easiest and of the
 // unseen leg.
 void add_figures(report::Document& page, const AxisComparison& axis) {
@@ -778,39 +425,6 @@ std::vector<std::string> comparison_notes(const ComparisonResult& result) {
   std::vector<std::string> text = notes(result);
   text.push_back(verdict(result, standing_of(result)));
   return text;
-}
-
-nlohmann::ordered_json comparison_json(const ComparisonResult& result) {
-  const Standing standing = standing_of(result);
-  nlohmann::ordered_json json{{"record", result.record},
-                              {"paper_like", result.is_paper_like},
-                              {"warnings", result.warnings},
-                              {"verdict", verdict(result, standing)}};
-  if (const auto best = recommendation_of(result)) {
-    json["recommendation"] = {{"scheme", best->scheme},
-                              {"rmse_over_holding_late", best->over_holding},
-                              {"online_svr_rmse_over_holding_late", best->ours}};
-  }
-  auto& better = json["better_than_online_svr"] = nlohmann::ordered_json::array();
-  for (const Behind& b : standing.behind) {
-    better.push_back({{"axis", b.axis},
-                      {"judged", b.judged},
-                      {"figure", b.figure},
-                      {"scheme", b.best.scheme},
-                      {"value_deg_h", deg_h_from_radps(b.best.value)},
-                      {"online_svr_deg_h", deg_h_from_radps(b.ours)}});
-  }
-  for (const AxisComparison& axis : result.axes) {
-    auto& own = json["axis"][std::string(core::name(axis.axis))];
-    own["label_s"] = label_s(axis);
-    own["initial_labels"] = axis.initial_labels;
-    own["labels"] = json_of(axis.points);
-    for (const ProtocolOutcome& protocol : axis.protocols)
-      own["protocols"][key_of(protocol.protocol)] = json_of(protocol);
-    for (const PaperOutcome& outcome : axis.paper)
-      own["paper_procedure"][outcome.name] = json_of(outcome);
-  }
-  return json;
 }
 
 }  // namespace zerodrift::services
