@@ -101,7 +101,8 @@ TEST(WireNumbers, OfRungsArePinned) {
                         {Rung::kOnlineSvr, 3},
                         {Rung::kPrior, 4},
                         {Rung::kStack, 5}});
-  expect_names<Rung>({"none", "factory_polynomial", "stationary_bias", "online_svr", "prior"});
+  expect_names<Rung>(
+      {"none", "factory_polynomial", "stationary_bias", "online_svr", "prior", "stack"});
 }
 
 TEST(WireNumbers, OfClocksAndReferencesArePinned) {
