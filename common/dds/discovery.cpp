@@ -310,11 +310,6 @@ void Discovery::tell(const EndpointObserver& otherwise) {
   }
 }
 
-std::size_t Discovery::peers() {
-  const std::lock_guard lock(mutex_);
-  return peers_.size() - (own_ && peers_.contains(*own_) ? 1 : 0);
-}
-
 Acquaintance Discovery::acquaintance() {
   const std::lock_guard lock(mutex_);
   std::set<Prefix> with_writers;

@@ -213,8 +213,6 @@ class Discovery final : public eprosima::fastdds::dds::DomainParticipantListener
   // What is known of the others' endpoints of this system's topics, by topic and process; at most
   // so many. Any thread.
   [[nodiscard]] std::vector<RemoteEndpoint> remote_endpoints(std::size_t at_most);
-  // The other participants known now. Any thread.
-  [[nodiscard]] std::size_t peers();
   // Whom this participant knows of, and how far. Any thread.
   [[nodiscard]] Acquaintance acquaintance();
   // The others' endpoints on a topic, at the other end than `ours`. Any thread.

@@ -85,8 +85,6 @@ class Participant {
   [[nodiscard]] std::size_t counterparts(std::string_view topic, Direction ours) {
     return discovery_.counterparts(topic, ours);
   }
-  // The other participants known now. Any thread.
-  [[nodiscard]] std::size_t peers() { return discovery_.peers(); }
   // How far discovery has come. Any thread.
   [[nodiscard]] Acquaintance acquaintance() { return discovery_.acquaintance(); }
 

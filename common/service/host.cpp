@@ -333,7 +333,7 @@ void Host::judge_flow(Status& status) {
            fmt::format("nobody at the other end of {} within {:g} s; {} other participants are "
                        "known. Does its process run, with the same --domain, --transport, "
                        "--discovery-server, and with an --interface and --peer that reach here?",
-                       flow.topic, supervision_.peer_within_s, participant_.peers()));
+                       flow.topic, supervision_.peer_within_s, participant_.acquaintance().peers));
       give_up(kExitNo);
       return;
   }

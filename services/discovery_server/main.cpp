@@ -22,7 +22,7 @@ int main(int argc, char** argv) {
     service::Host host("discovery_server", network, supervision);
     return host.run(
         [&] {
-          const std::size_t peers = host.participant().peers();
+          const std::size_t peers = host.participant().acquaintance().peers;
           return service::Status{.summary = std::to_string(peers) + " participant(s)",
                                  .metrics = {{"participants", "1", static_cast<double>(peers)}}};
         },

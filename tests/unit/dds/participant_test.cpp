@@ -313,7 +313,8 @@ TEST(Meeting, AParticipantHearsTheAnswerToItsFirstAnnouncement) {
   for (int round = 0; round < 20; ++round) {
     const AnswersOnce peer(kDomain);
     Participant participant("newcomer", domain.network());
-    ASSERT_TRUE(eventually([&] { return participant.peers() == 1; }, 10s)) << "round " << round;
+    ASSERT_TRUE(eventually([&] { return participant.acquaintance().peers == 1; }, 10s))
+        << "round " << round;
   }
 }
 

@@ -78,7 +78,8 @@ TEST_F(DiscoveryServers, ParticipantsMeetThroughThem) {
   const auto second = server(1);
   expect_all_delivered(network_);
   // Each knows the other, once the two clients are gone.
-  EXPECT_TRUE(eventually([&] { return first->peers() == 1 && second->peers() == 1; }));
+  EXPECT_TRUE(eventually(
+      [&] { return first->acquaintance().peers == 1 && second->acquaintance().peers == 1; }));
 }
 
 TEST_F(DiscoveryServers, EitherIsEnough) {
