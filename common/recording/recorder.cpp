@@ -38,6 +38,11 @@ constexpr const char* kConsumer = "recorder";
 constexpr std::uint32_t kRateTopic = topic_index<msg::AngularRate>();
 constexpr std::uint32_t kCompensatedIndex = topic_index<msg::CompensatedRate>();
 
+bool records(const McapRecordOptions& options, std::string_view topic) {
+  const auto& wanted = options.topics;
+  return wanted.empty() || std::find(wanted.begin(), wanted.end(), topic) != wanted.end();
+}
+
 class McapRecorder {
  public:
   explicit McapRecorder(const McapRecordOptions& options)
@@ -94,8 +99,7 @@ class McapRecorder {
   template <typename Message>
   void listen_to() {
     const std::string_view name = dds::TopicOf<Message>::kSpec.name;
-    const auto& wanted = options_.topics;
-    if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), name) == wanted.end()) return;
+    if (!records(options_, name)) return;
     auto reader = std::make_shared<dds::RawReader<Message>>(
         participant_,
         [this](const Message& message, dds::Bytes payload, const dds::WireOrigin& origin) {
@@ -272,10 +276,7 @@ class McapRecorder {
       std::printf("recording to %s\n", options_.disk.file.out.c_str());
       std::fflush(stdout);
     }
-    const bool wants_rates = options_.topics.empty() ||
-                             std::find(options_.topics.begin(), options_.topics.end(),
-                                       dds::kAllTopics[kRateTopic].name) != options_.topics.end();
-    if (rates > 0 || !wants_rates)
+    if (rates > 0 || !records(options_, dds::kAllTopics[kRateTopic].name))
       progress_ = std::make_unique<service::ReplayProgressReporter>(host_.participant(), kConsumer);
   }
 
@@ -362,10 +363,7 @@ void check(const McapRecordOptions& options) {
       names += (names.empty() ? "" : ", ") + std::string(spec.name);
     throw std::invalid_argument("--topics: found '" + topic + "', expected some of " + names);
   }
-  const bool hears_answers =
-      options.topics.empty() || std::find(options.topics.begin(), options.topics.end(),
-                                          dds::kCompensatedRate.name) != options.topics.end();
-  if (options.samples > 0 && !hears_answers)
+  if (options.samples > 0 && !records(options, dds::kCompensatedRate.name))
     throw std::invalid_argument("--samples: counts compensated_rate, which --topics leaves out");
 }
 
