@@ -195,19 +195,24 @@ class ListedFit {
   // Each group beside all others until none moves.
   [[nodiscard]] State settled(State state) {
     place_all(state);
-    for (int round = 0; round < kRounds; ++round) {
-      bool moved = false;
-      const Eigen::VectorXd spectrum = spectrum_beside(base_of(state));
-      if (spectrum.size() == 0) return state;
-      for (std::size_t g = 0; g < groups(); ++g) {
-        if (state[g] == kNone || board_.members(g).size() < 2) continue;
-        const Best best = best_beside(g, base_of(state, g), spectrum);
-        moved = moved || (best.variant != kNone && best.variant != state[g]);
-        if (best.variant != kNone) state[g] = best.variant;
-      }
-      if (!moved) break;
+    for (int round = 0; round < kRounds && move_each(state); ++round) {
     }
     return state;
+  }
+
+  // Each of those that have a place once more beside the others; whether one moved.
+  bool move_each(State& state) {
+    const Eigen::VectorXd spectrum = spectrum_beside(base_of(state));
+    if (spectrum.size() == 0) return false;
+    bool moved = false;
+    for (std::size_t g = 0; g < groups(); ++g) {
+      if (state[g] == kNone || board_.members(g).size() < 2) continue;
+      const Best best = best_beside(g, base_of(state, g), spectrum);
+      if (best.variant == kNone) continue;
+      moved = moved || best.variant != state[g];
+      state[g] = best.variant;
+    }
+    return moved;
   }
 
   // Shapes between the values listed.
@@ -242,20 +247,8 @@ class ListedFit {
       }
       if (weakest == kNone) return;
       state[weakest] = kNone;
-      state = settled_without_new(state);
+      move_each(state);
     }
-  }
-
-  // The others once more beside each other; what was left out stays out.
-  [[nodiscard]] State settled_without_new(State state) {
-    const Eigen::VectorXd spectrum = spectrum_beside(base_of(state));
-    if (spectrum.size() == 0) return state;
-    for (std::size_t g = 0; g < groups(); ++g) {
-      if (state[g] == kNone) continue;
-      const Best best = best_beside(g, base_of(state, g), spectrum);
-      if (best.variant != kNone) state[g] = best.variant;
-    }
-    return state;
   }
 
   // Without the amplitudes that the record speaks against, the weakest first: powers of one

@@ -59,8 +59,7 @@ struct Oscillations {
 
 // Effects that the model lists for the axis with parameters are left out: they are refitted, not
 // named. Those listed without are among the candidates, but their needs are not told a second time.
-// What an effect takes from another one of the model (T_ref, b') comes from
-// there.
+// What an effect takes from another one of the model (T_ref, b') comes from there.
 [[nodiscard]] Candidates candidates(const MeasuredSeries& series, const Playback& playback,
                                     const twin::Model& model, core::Axis axis,
                                     const Oscillations& oscillations);

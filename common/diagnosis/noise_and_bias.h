@@ -3,7 +3,6 @@
 #pragma once
 
 #include <span>
-#include <vector>
 
 #include "common/diagnosis/search_problem.h"
 #include "common/diagnosis/stochastic_effects.h"

@@ -39,13 +39,10 @@ KalmanBankOptions bank_options(Expert expert) {
     case Expert::kLinear:
       terms = {kTemperature, kTemperatureRate};
       break;
-    case Expert::kCubic:
-      terms = {kTemperature, kTemperatureRate, kTemperatureSquared, kTemperatureCubed,
-               kTemperatureTimesRate};
-      break;
     case Expert::kLagged:
       terms = {kTemperature, kTemperatureSquared};
       break;
+    case Expert::kCubic:
     case Expert::kShupe:
       terms = {kTemperature, kTemperatureRate, kTemperatureSquared, kTemperatureCubed,
                kTemperatureTimesRate};

@@ -126,16 +126,18 @@ void ExpertStack::judge(std::size_t h, const Snapshot& made, const StackLabel& l
   note_error(h, label.time_s, size_of(label.drift - made.mean.at(label.time_s, basis, by_svr)));
 }
 
-// Overlapping errors say the same again and again: there is room for those of so many horizons.
+// Overlapping errors say the same again and again: one is kept in so long a time.
+double ExpertStack::error_room_s(std::size_t h) {
+  return kErrorHorizons * kHorizonsS[h] / static_cast<double>(kErrors);
+}
+
 double ExpertStack::error_spacing_s(std::size_t h) const {
-  return std::max({forecast_.spacing_s, kShortestSpacingS,
-                   kErrorHorizons * kHorizonsS[h] / static_cast<double>(kErrors)});
+  return std::max({forecast_.spacing_s, kShortestSpacingS, error_room_s(h)});
 }
 
 void ExpertStack::note_error(std::size_t h, double time_s, double error) {
   auto& [made, squares, count, noted_s, errors, sorted] = judged_[h];
-  const double room_s = kErrorHorizons * kHorizonsS[h] / static_cast<double>(kErrors);
-  if (noted_s && time_s - *noted_s < room_s) return;
+  if (noted_s && time_s - *noted_s < error_room_s(h)) return;
   noted_s = time_s;
   const double most = std::clamp(kErrorHorizons * kHorizonsS[h] / error_spacing_s(h), 40.0,
                                  static_cast<double>(kErrors));

@@ -110,6 +110,7 @@ class ExpertStack {
   void judge(std::size_t h, const Snapshot& made, const StackLabel& label, const Basis& basis,
              std::optional<double> by_svr);
   void note_error(std::size_t h, double time_s, double error);
+  [[nodiscard]] static double error_room_s(std::size_t h);
   [[nodiscard]] double error_spacing_s(std::size_t h) const;
   void measure_width(std::size_t h);
   void weigh(std::size_t h);
