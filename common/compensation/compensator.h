@@ -23,7 +23,6 @@
 #pragma once
 
 #include <array>
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -31,15 +30,15 @@
 #include <string_view>
 #include <vector>
 
-#include "common/compensation/axis_model.h"
+#include "common/compensation/axis_drift.h"
 #include "common/compensation/drift_prior.h"
 #include "common/compensation/input_alignment.h"
 #include "common/compensation/label_builder.h"
-#include "common/compensation/learner.h"
+#include "common/compensation/model_schedule.h"
 #include "common/compensation/options.h"
-#include "common/compensation/reference_screen.h"
-#include "common/compensation/residual_correction.h"
+#include "common/compensation/reference_inputs.h"
 #include "common/compensation/rest_gate.h"
+#include "common/compensation/temperature_inputs.h"
 #include "common/core/compensated_sample.h"
 #include "common/core/samples.h"
 #include "common/experts/stack_forecast.h"
@@ -76,39 +75,14 @@ struct CompensatorCounts {
 
   void carry(core::StateArchive& archive) {
     archive(samples_in, samples_out, duplicates, too_old, late, invalid, missing, time_faults,
-            temperatures, temperatures_refused, labels, labels_skipped, late_models, references);
+            labels, labels_skipped, late_models);
   }
-};
-
-// What the statistics of the labels say of an estimate, test-then-train: each label was predicted
-// by what was in force while it was measured, from labels at least confirm + handover seconds
-// older.
-struct TestThenTrain {
-  std::uint64_t labels = 0;
-  double applied_mse = 0.0;  // (rad/s)², exponential mean over about 12 labels
-  double held_mse = 0.0;     // of holding the last stationary minute, on the same labels
-
-  void carry(core::StateArchive& archive) { archive(labels, applied_mse, held_mse); }
 };
 
 // What the stack of an axis makes its forecast of.
 struct StackState {
   std::array<double, experts::kExperts> shares{};  // by experts::Expert; they sum to 1
   std::optional<double> longest_judged_s{};  // beyond it the stated variance is an extrapolation
-};
-
-// Another prior and a learner of what it leaves, on their way into force. Afterwards it holds those
-// that were in force before: given again, it brings them back as they were.
-struct PriorChange {
-  // `model` may be nothing: no prior. `options` are the compensator's. Throws std::invalid_argument
-  // with one line where the model can't be a prior or reads a probe that options.probes() doesn't
-  // name.
-  PriorChange(const CompensationOptions& options, const std::optional<twin::Model>& model);
-
-  std::unique_ptr<DriftPrior> prior;         // the data path's, from giving it to in_force
-  std::shared_ptr<RestoredLearner> learner;  // installed_as tells the model epoch
-  std::uint64_t stream = 0;                  // in which `prior` was stepped last
-  std::atomic<bool> in_force{false};
 };
 
 class Compensator {
@@ -120,8 +94,8 @@ class Compensator {
   // --- data path: one thread
   Admission push(const core::AngularRateSample& sample, std::int64_t publish_time_ns = 0,
                  std::int64_t ingress_time_ns = 0) noexcept;
-  void push(const core::TemperatureSample& sample) noexcept;
-  void push(const core::RateReferenceSample& sample) noexcept;
+  void push(const core::TemperatureSample& sample) noexcept { temperatures_.push(sample); }
+  void push(const core::RateReferenceSample& sample) noexcept { references_.push(sample); }
 
   [[nodiscard]] Readiness readiness() noexcept;
   // Sensor time up to which inputs are needed to go on: of the oldest waiting sample, else the
@@ -144,11 +118,13 @@ class Compensator {
   // Whoever published them left, so that nobody waits for more; who publishes them next begins
   // anew. `probe` is one of probes().
   void end_temperature(std::size_t probe) noexcept { temperatures_.end(probe); }
-  void end_references(core::ReferenceKind kind) noexcept { references_of(kind).end(); }
+  void end_references(core::ReferenceKind kind) noexcept { references_.end(kind); }
   // Nothing is published but the temperatures of the probes named, separated by commas: a probe
   // that is not among them and was never heard isn't waited for.
-  void limit_probes(std::string_view published) noexcept;
-  [[nodiscard]] const std::vector<std::string>& probes() const noexcept { return probes_; }
+  void limit_probes(std::string_view published) noexcept { temperatures_.limit(published); }
+  [[nodiscard]] const std::vector<std::string>& probes() const noexcept {
+    return temperatures_.probes();
+  }
 
   // The source started anew: sequence numbers and time may go back. Models are kept, histories are
   // not; inputs of publishers that have not left may already be of the new run, and are kept.
@@ -173,12 +149,14 @@ class Compensator {
 
   [[nodiscard]] CompensatorCounts counts() const noexcept;
   [[nodiscard]] const TestThenTrain& test_then_train(core::Axis axis) const noexcept {
-    return axes_[core::index(axis)].record;
+    return axes_[core::index(axis)].record();
   }
   [[nodiscard]] RestState rest_state() const noexcept { return gate_.state(); }
   // Newest temperature and its rate of the first probe, NaN where there is none.
-  [[nodiscard]] double temperature_degc() const noexcept;
-  [[nodiscard]] double temperature_rate_degc_per_s() const noexcept;
+  [[nodiscard]] double temperature_degc() const noexcept { return temperatures_.first_degc(); }
+  [[nodiscard]] double temperature_rate_degc_per_s() const noexcept {
+    return temperatures_.first_rate_degc_per_s();
+  }
   [[nodiscard]] std::size_t support_vectors(core::Axis axis) const noexcept;
   // Of the axis's experts at the present age of its newest label; nothing where the stack isn't the
   // scheme or knows nothing yet.
@@ -186,20 +164,26 @@ class Compensator {
 
   // --- its state, for another compensator of the same options that is to go on to the bit
   // No sample waits and no model is due: the learner's newest model is the one in force.
-  [[nodiscard]] bool is_settled() const noexcept { return waiting_.empty() && due_.empty(); }
+  [[nodiscard]] bool is_settled() const noexcept {
+    return waiting_.empty() && models_.is_settled();
+  }
   // The job whose model is in force once it is settled.
-  [[nodiscard]] std::uint64_t newest_job() const noexcept { return jobs_; }
+  [[nodiscard]] std::uint64_t newest_job() const noexcept { return models_.newest_job(); }
   // The data path's part, only while it is settled; to be read by one whose learner was restored
   // to the state after newest_job() (Learner::export_state) and that has seen no input.
   void carry(core::StateArchive& archive);
   // Part of the state already: not to be pushed again where inputs are repeated after it.
-  [[nodiscard]] bool has_heard(const core::TemperatureSample& sample) const noexcept;
-  [[nodiscard]] bool has_heard(const core::RateReferenceSample& sample) const noexcept;
+  [[nodiscard]] bool has_heard(const core::TemperatureSample& sample) const noexcept {
+    return temperatures_.has_heard(sample);
+  }
+  [[nodiscard]] bool has_heard(const core::RateReferenceSample& sample) const noexcept {
+    return references_.has_heard(sample);
+  }
   // Sensor time by which the model due first is late; 0 where none is.
-  [[nodiscard]] core::SensorTime model_late_by() noexcept;
+  [[nodiscard]] core::SensorTime model_late_by() noexcept { return models_.late_by(newest_); }
 
   // --- learner: one other thread, or the same one between samples
-  Learner& learner() noexcept { return learner_; }
+  Learner& learner() noexcept { return models_.learner(); }
 
  private:
   struct Pending {
@@ -208,129 +192,59 @@ class Compensator {
     std::int64_t ingress_time_ns = 0;
     bool late = false;
   };
-  struct DueModel {
-    core::SensorTime time{0};
-    std::uint64_t job = 0;
-    bool counted_late = false;
-    std::shared_ptr<PriorChange> change{};  // takes effect with the model
-  };
-  // Everything that decides one axis's applied drift.
-  struct AxisState {
-    AxisContext context{};
-    std::optional<double> safe_radps{};  // last estimate within the domain
-    core::SensorTime safe_time{core::kNever};
-    TestThenTrain record{};
-    double applied_radps = 0.0;
-    double variance = -1.0;
-    core::Mode mode = core::Mode::kPassthrough;
-    core::Reason reason = core::Reason::kNoEstimateYet;
-    core::Rung rung = core::Rung::kNone;
-    bool on_prior = false;         // the prior has a value
-    bool adds_prior = false;       // which is part of the applied drift
-    double remainder_radps = 0.0;  // of the applied drift, without the prior
-
-    void carry(core::StateArchive& archive) {
-      archive(context, safe_radps, safe_time, record, applied_radps, variance, mode, reason, rung,
-              on_prior, adds_prior, remainder_radps);
-      archive.require(mode <= core::Mode::kOutOfDomain && reason <= core::Reason::kSettling &&
-                      rung <= core::Rung::kStack);
-    }
-  };
-
-  // Which reading the experts' thermal basis follows, and its scales.
-  struct ThermalInput {
-    ThermalInput(const CompensationOptions& options, const std::vector<std::string>& probes);
-
-    std::optional<std::size_t> probe{};
-    double temperature_scale_degc = 1.0;
-    double rate_scale_degc_per_s = 1.0;
-  };
-
   [[nodiscard]] bool is_timely(const core::AngularRateSample& sample) const noexcept;
   void restart_histories() noexcept;
-  [[nodiscard]] ReferenceQueue& references_of(core::ReferenceKind kind) noexcept;
-  void take_temperatures(core::SensorTime until) noexcept;
-  void take_models(core::SensorTime now) noexcept;
-  void activate_next() noexcept;
+  void take_model(core::SensorTime now) noexcept;
   void bring_into_force(PriorChange& change) noexcept;
   void step_prior(core::SensorTime now) noexcept;
-  void follow_prior(core::Axis axis, PriorStatus before) noexcept;
-  void observe(const core::AngularRateSample& sample) noexcept;
-  [[nodiscard]] bool feedback_complete(const core::AngularRateSample& sample) const noexcept;
-  [[nodiscard]] const core::RateReferenceSample* rest_reference(
-      const core::AngularRateSample& sample) noexcept;
-  void hear_residual(core::SensorTime now) noexcept;
-  void count(ReferenceVerdict verdict) noexcept {
-    ++counts_.references[static_cast<std::size_t>(verdict)];
+  [[nodiscard]] bool prior_covers(core::Axis axis) const noexcept {
+    return prior_ && prior_->covers(axis);
   }
+  // Its value of an axis; nothing where there is none.
+  [[nodiscard]] std::optional<double> prior_drift(core::Axis axis) const noexcept;
+  void observe(const core::AngularRateSample& sample) noexcept;
+  void hear_residual(core::SensorTime now) noexcept;
   // Whether the Earth's rate is neither known on an axis nor small against the noise.
   [[nodiscard]] bool earth_rate_matters() const noexcept;
   void close_block(DriftBlock block) noexcept;
   void learn_from(const Label& label) noexcept;
-  void judge(AxisState& axis, const Label& label, std::size_t i) noexcept;
   void estimate(core::SensorTime now) noexcept;
-  void note_prior(core::Axis axis) noexcept;
   [[nodiscard]] core::Reason prior_reason(core::Axis axis) const noexcept;
-  void estimate_axis(core::Axis axis, core::SensorTime now, core::Reason gate,
-                     core::Reason input) noexcept;
-  [[nodiscard]] bool forecasts(const AxisModel& model) const noexcept;
-  void apply_forecast(AxisState& axis, const AxisModel& model, core::SensorTime now,
-                      core::Reason gate) noexcept;
-  void apply_without_labels(core::Axis axis, core::Reason gate, core::Reason input) noexcept;
   [[nodiscard]] const AxisModel* active_model(core::Axis axis) const noexcept;
-  void apply(AxisState& axis, core::Rung rung, core::Mode mode, core::Reason reason,
-             double drift_radps, double variance) noexcept;
   [[nodiscard]] std::optional<double> factory_drift(core::Axis axis) const noexcept;
   [[nodiscard]] core::Reason gate_reason() const noexcept;
   [[nodiscard]] EarthRateMode earth_rate_mode(core::ClockSource clock) const noexcept;
-  [[nodiscard]] bool a_probe_is_stuck(core::SensorTime now) const noexcept;
-  [[nodiscard]] core::Reason input_reason(thermal::FeatureStatus status,
-                                          core::SensorTime now) const noexcept;
   [[nodiscard]] core::CompensatedSample answer(const Pending& pending) const noexcept;
 
   CompensationOptions options_;
-  std::vector<std::string> probes_;
-  core::SensorTime temperature_delay_;
   core::SensorTime handover_;
   thermal::FeatureBuilder features_;
-  std::vector<thermal::TemperatureTrack> tracks_;
-  ThermalInput thermal_input_;
-  experts::ThermalMemory thermal_;
+  TemperatureInputs temperatures_;
+  ReferenceInputs references_;
 
   SequenceWindow sequences_;
   core::RingBuffer<Pending> waiting_;
-  TemperatureQueue temperatures_;
-  ReferenceQueue references_;  // of the true rate
-  ReferenceQueue rests_;
-  ReferenceQueue residuals_;
-  ResidualCorrection correction_;
 
   BlockAverager blocks_;
   RestGate gate_;
   LabelBuilder labels_;
-  std::unique_ptr<DriftPrior> prior_;  // null: none
-  std::vector<PriorReading> readings_;
+  std::unique_ptr<DriftPrior> prior_;            // null: none
   core::SensorTime stream_began_{core::kNever};  // taken for the time of power-on
   std::uint64_t streams_ = 0;                    // how often one began anew
   std::size_t changes_due_ = 0;                  // of the prior
-  core::PerAxis<AxisState> axes_;
+  core::PerAxis<AxisDrift> axes_;
   Label confirmed_label_;
   bool label_confirmed_ = false;
 
-  ModelExchange exchange_;
-  Learner learner_;
-  core::RingBuffer<DueModel> due_;
-  std::uint64_t jobs_ = 0;
+  ModelSchedule models_;
 
   CompensatorCounts counts_;
   core::SensorTime newest_{core::kNever};
   core::SensorTime doubted_{
       core::kNever};  // a stamp that jumped; believed if the next sample follows it
   core::ClockSource clock_ = core::ClockSource::kUnknown;
-  core::PerAxis<bool> referenced_{};             // the newest sample had a reference
-  core::PerAxis<bool> uncovered_{};              // a sample of the block had none
-  core::SensorTime refused_rest_{core::kNever};  // counted
-  core::SensorTime heard_residual_{core::kNever};
+  core::PerAxis<bool> referenced_{};  // the newest sample had a reference
+  core::PerAxis<bool> uncovered_{};   // a sample of the block had none
   bool estimate_outdated_ = true;
   bool commanded_freeze_ = false;
 };

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/core/integer_time.h"
+#include "common/core/plausible.h"
 
 namespace zerodrift::compensation {
 
@@ -13,8 +14,6 @@ using core::ReferenceKind;
 
 namespace {
 
-// 57 000 deg/s: no gyro measures that, the number is corrupt.
-constexpr double kLargestRateRadps = 1e3;
 // Of a unit's error in the Earth rate a filter computes.
 constexpr double kEarthTolerance = 1.001;
 
@@ -63,9 +62,9 @@ ReferenceVerdict judge(const ReferenceOptions& options, core::RateReferenceSampl
   double square = 0.0;
   for (const auto axis : kAxes) {
     const std::size_t i = index(axis);
-    reference.valid[i] = reference.valid[i] &&
-                         std::abs(reference.rate_radps[i]) <= kLargestRateRadps &&
-                         !(reference.variance[i] > kLargestRateRadps * kLargestRateRadps);
+    reference.valid[i] =
+        reference.valid[i] && std::abs(reference.rate_radps[i]) <= core::kLargestRateRadps &&
+        !(reference.variance[i] > core::kLargestRateRadps * core::kLargestRateRadps);
     if (reference.valid[i]) square += reference.rate_radps[i] * reference.rate_radps[i];
   }
   if (!is_feedback(reference.kind)) return ReferenceVerdict::kTaken;

@@ -3,9 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <stdexcept>
+
+#include "common/core/plausible.h"
 
 namespace zerodrift::navigation {
 namespace {
@@ -18,7 +19,6 @@ constexpr core::SensorTime kSetForward{60'000'000'000};
 constexpr std::size_t kTruths = 4096;
 constexpr std::size_t kReferences = 64;
 constexpr double kSameInterval = 0.5;  // of an interval may be missing without being a gap
-constexpr double kLargestRateRadps = 1e3;
 constexpr double kLongestIntervalS = 10.0;
 
 constexpr std::size_t kRawCopy = static_cast<std::size_t>(Stream::kRaw);
@@ -38,40 +38,6 @@ Vector3 unsigned_vector(const core::PerAxis<double>& values) {
 }
 
 }  // namespace
-
-double StreamErrors::heading_rms() const noexcept {
-  return samples > 0 ? std::sqrt(heading_square_sum / static_cast<double>(samples))
-                     : std::numeric_limits<double>::quiet_NaN();
-}
-
-double StreamErrors::nees_mean() const noexcept {
-  return samples > 0 ? nees_sum / static_cast<double>(samples)
-                     : std::numeric_limits<double>::quiet_NaN();
-}
-
-std::optional<std::string> GyroNavigationOptions::validate() const {
-  const auto wrong = [](const char* key, double found, const char* expected) {
-    return std::string(key) + " is " + std::to_string(found) + ", must be " + expected;
-  };
-  if (const auto problem = filter.validate()) return problem;
-  if (const auto problem = rest.validate()) return problem;
-  for (const double angle : {attitude.roll_rad, attitude.pitch_rad, attitude.heading_rad}) {
-    if (!std::isfinite(angle)) return "attitude is not finite, must be three angles in rad";
-  }
-  if (!(alignment_s >= 0.0 && alignment_s <= 86400.0))
-    return wrong("alignment_s", alignment_s, "0 to 86400");
-  if (!(longest_bridged_s >= 0.0 && longest_bridged_s <= 10.0))
-    return wrong("longest_bridged_s", longest_bridged_s, "0 to 10");
-  if (!(fastest_turn_radps >= 0.0 && fastest_turn_radps <= kLargestRateRadps))
-    return wrong("fastest_turn_radps", fastest_turn_radps, "0 to 1000");
-  if (!(reference_period_s >= 0.001 && reference_period_s <= 60.0))
-    return wrong("reference_period_s", reference_period_s, "0.001 to 60");
-  if (!(largest_reference_sigma_radps >= 0.0))
-    return wrong("largest_reference_sigma_radps", largest_reference_sigma_radps, "0 or more");
-  if (!heading_known && !filter.latitude_rad)
-    return "latitude_rad is missing, must be given where the heading is to be found";
-  return std::nullopt;
-}
 
 GyroNavigation::GyroNavigation(const GyroNavigationOptions& options)
     : options_(options),
@@ -103,7 +69,7 @@ const Quaternion& GyroNavigation::n_from_b(Stream stream) const noexcept {
 void GyroNavigation::push_truth(core::SensorTime time,
                                 const core::PerAxis<double>& rate_radps) noexcept {
   const Vector3 rate = to_forward_right_down(rate_radps, options_.frame);
-  if (!rate.allFinite() || rate.norm() > kLargestRateRadps) return;
+  if (!rate.allFinite() || rate.norm() > core::kLargestRateRadps) return;
   if (!truths_.empty() && time <= truths_.back().time) truths_.clear();  // it began anew
   truths_.push_overwriting({time, rate});
   truth_spoken_to_ = time;
@@ -166,7 +132,7 @@ bool GyroNavigation::is_usable(const NavigationSample& sample) noexcept {
   bool lacks = false;
   for (std::size_t i = 0; i < 3; ++i) {
     const bool valid = sample.valid[i] && std::isfinite(sample.applied_drift_radps[i]) &&
-                       std::abs(sample.rate_radps[i]) <= kLargestRateRadps;
+                       std::abs(sample.rate_radps[i]) <= core::kLargestRateRadps;
     any = any || valid;
     lacks = lacks || (!valid && measured_at_[i] != core::kNever &&
                       sample.time - measured_at_[i] < kForgottenAxis);

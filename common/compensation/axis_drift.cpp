@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/compensation/axis_drift.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace zerodrift::compensation {
+namespace {
+
+constexpr double kReturnToSafeS =
+    10.0;  // time constant of the return to the stationary bias out of domain
+constexpr double kMseGain = 1.0 / 12.0;  // memory of 12 labels
+
+// More than the last stationary minute.
+bool forecasts(Scheme scheme, const AxisModel& model) {
+  return scheme == Scheme::kStack ? model.stack.knows() : model.drift.trained;
+}
+
+}  // namespace
+
+void AxisDrift::note_prior(std::optional<double> drift_radps) noexcept {
+  on_prior_ = drift_radps.has_value();
+  context_.prior_ready = on_prior_;
+  context_.prior_radps = drift_radps.value_or(0.0);
+}
+
+bool AxisDrift::follow_prior(std::optional<double> drift_radps) noexcept {
+  if (on_prior_ != drift_radps.has_value()) return false;
+  if (!drift_radps || !adds_prior_) return true;
+  const double change = *drift_radps - context_.prior_radps;
+  context_.prior_radps = *drift_radps;
+  applied_radps_ = remainder_radps_ + *drift_radps;
+  if (context_.applied_radps) context_.applied_radps = applied_radps_;
+  if (context_.held_radps) *context_.held_radps += change;
+  return true;
+}
+
+// Test-then-train: the label judges what was predicted for its time before it was known.
+void AxisDrift::judge(double label_radps, std::optional<double> applied_radps,
+                      std::optional<double> held_radps) noexcept {
+  if (!applied_radps || !held_radps) return;
+  const double applied_error = label_radps - *applied_radps;
+  const double held_error = label_radps - *held_radps;
+  ++record_.labels;
+  const double gain = std::max(kMseGain, 1.0 / static_cast<double>(record_.labels));
+  record_.applied_mse += gain * (applied_error * applied_error - record_.applied_mse);
+  record_.held_mse += gain * (held_error * held_error - record_.held_mse);
+}
+
+void AxisDrift::estimate(Scheme scheme, const AxisInputs& inputs) noexcept {
+  context_.features_ready = inputs.input == core::Reason::kNone;
+  context_.features = *inputs.features;
+  context_.applied_radps.reset();
+  context_.held_radps.reset();
+  if (scheme == Scheme::kNone) {
+    return apply(core::Rung::kNone, core::Mode::kPassthrough, core::Reason::kSchemeNone, 0.0, -1.0);
+  }
+  const AxisModel* model = inputs.model;
+  // What a learner knows of the remainder is no drift without the prior.
+  const bool lacks_prior = inputs.prior_covers && !on_prior_;
+  if (model == nullptr || lacks_prior) return apply_without_labels(inputs);
+  if (forecasts(scheme, *model) && inputs.input == core::Reason::kNone) {
+    apply_forecast(scheme, inputs);
+  } else {
+    const core::Reason reason =
+        inputs.input == core::Reason::kNone ? core::Reason::kInitialSet : inputs.input;
+    apply(core::Rung::kStationaryBias, core::Mode::kFallback, reason, model->drift.held_radps,
+          held_variance(model->drift, model->trust, inputs.now));
+  }
+  context_.applied_radps = applied_radps_;
+  context_.held_radps = model->drift.held_radps;
+  if (on_prior_) *context_.held_radps += context_.prior_radps;
+}
+
+void AxisDrift::apply_forecast(Scheme scheme, const AxisInputs& inputs) noexcept {
+  const AxisModel& model = *inputs.model;
+  const bool is_stack = scheme == Scheme::kStack;
+  const Forecast made = is_stack
+                            ? stack_forecast(model, context_.features, *inputs.thermal, inputs.now)
+                            : forecast(model.drift, model.trust, context_.features, inputs.now);
+  if (made.kind == ForecastKind::kModel || made.kind == ForecastKind::kStack) {
+    const core::Rung rung = is_stack ? core::Rung::kStack : core::Rung::kOnlineSvr;
+    safe_radps_ = made.drift_radps;
+    safe_time_ = inputs.now;
+    if (made.beyond_learned) {
+      return apply(rung, core::Mode::kOutOfDomain, core::Reason::kOutsideLearned, made.drift_radps,
+                   made.variance);
+    }
+    const core::Mode mode =
+        inputs.gate == core::Reason::kNone ? core::Mode::kLearning : core::Mode::kFrozen;
+    return apply(rung, mode, inputs.gate, made.drift_radps, made.variance);
+  }
+  // Back to the last stationary minute, without a jump.
+  double drift = made.drift_radps;
+  if (safe_radps_ && safe_time_ != core::kNever) {
+    const double weight = std::exp(-core::seconds(inputs.now - safe_time_) / kReturnToSafeS);
+    drift += weight * (*safe_radps_ - drift);
+  }
+  const bool beyond = made.kind == ForecastKind::kBeyond;
+  apply(core::Rung::kStationaryBias, beyond ? core::Mode::kOutOfDomain : core::Mode::kFallback,
+        beyond ? core::Reason::kOutsideLearned : core::Reason::kModelWorseThanBias, drift,
+        made.variance);
+}
+
+void AxisDrift::apply_without_labels(const AxisInputs& inputs) noexcept {
+  const bool temperature_bad = inputs.input == core::Reason::kTemperatureMissing ||
+                               inputs.input == core::Reason::kTemperatureStale ||
+                               inputs.input == core::Reason::kProbeStuck;
+  if (on_prior_) {
+    return apply(core::Rung::kPrior, core::Mode::kFallback,
+                 temperature_bad ? inputs.input : core::Reason::kNoEstimateYet, 0.0, -1.0);
+  }
+  if (inputs.factory_radps && !temperature_bad) {
+    return apply(core::Rung::kFactoryPolynomial, core::Mode::kFallback,
+                 core::Reason::kNoEstimateYet, *inputs.factory_radps, -1.0);
+  }
+  const core::Reason idle =
+      temperature_bad || inputs.prior_covers ? inputs.input : core::Reason::kNoEstimateYet;
+  const bool is_idle = inputs.gate == core::Reason::kNone || inputs.prior_covers;
+  apply(core::Rung::kNone, core::Mode::kPassthrough, is_idle ? idle : inputs.gate, 0.0, -1.0);
+}
+
+// `drift_radps`: with a prior, what it leaves; except on the rungs below it.
+void AxisDrift::apply(core::Rung rung, core::Mode mode, core::Reason reason, double drift_radps,
+                      double variance) noexcept {
+  adds_prior_ = on_prior_ && rung != core::Rung::kNone && rung != core::Rung::kFactoryPolynomial;
+  rung_ = rung;
+  mode_ = mode;
+  reason_ = reason;
+  remainder_radps_ = drift_radps;
+  applied_radps_ = adds_prior_ ? drift_radps + context_.prior_radps : drift_radps;
+  variance_ = variance;
+}
+
+}  // namespace zerodrift::compensation
