@@ -33,7 +33,6 @@ namespace {
 constexpr std::size_t kMostPending = 256;
 constexpr std::size_t kMostRemotes = 65536;  // that are known by name and terms
 constexpr std::size_t kWritersNamed = 3;
-constexpr std::int64_t kNanosecondsPerMs = 1'000'000;
 
 template <typename Qos>
 Terms terms(const Qos& qos) {
@@ -43,65 +42,6 @@ Terms terms(const Qos& qos) {
           .ownership = static_cast<int>(qos.m_ownership.kind),
           .deadline_ns = qos.m_deadline.period.to_ns(),
           .lease_ns = qos.m_liveliness.lease_duration.to_ns()};
-}
-
-std::string ms(std::int64_t ns) {
-  if (ns >= eprosima::fastrtps::c_TimeInfinite.to_ns()) return "none";
-  return std::to_string(ns / kNanosecondsPerMs) + " ms";
-}
-
-std::string liveliness(int kind) {
-  switch (kind) {
-    case fdds::AUTOMATIC_LIVELINESS_QOS:
-      return "automatic";
-    case fdds::MANUAL_BY_PARTICIPANT_LIVELINESS_QOS:
-      return "manual by participant";
-    default:
-      return "manual by topic";
-  }
-}
-
-std::string durability(int kind) {
-  switch (kind) {
-    case fdds::VOLATILE_DURABILITY_QOS:
-      return "volatile";
-    case fdds::TRANSIENT_LOCAL_DURABILITY_QOS:
-      return "transient_local";
-    default:
-      return "transient";
-  }
-}
-
-std::string described(Policy policy, const Terms& terms) {
-  switch (policy) {
-    case Policy::kReliability:
-      return terms.reliability == fdds::RELIABLE_RELIABILITY_QOS ? "reliable" : "best_effort";
-    case Policy::kDurability:
-      return durability(terms.durability);
-    case Policy::kDeadline:
-      return ms(terms.deadline_ns);
-    case Policy::kLiveliness:
-      return liveliness(terms.liveliness) + " with lease " + ms(terms.lease_ns);
-    case Policy::kOwnership:
-      return terms.ownership == fdds::EXCLUSIVE_OWNERSHIP_QOS ? "exclusive" : "shared";
-  }
-  return "";
-}
-
-const char* name(Policy policy) {
-  switch (policy) {
-    case Policy::kReliability:
-      return "reliability";
-    case Policy::kDurability:
-      return "durability";
-    case Policy::kDeadline:
-      return "deadline";
-    case Policy::kLiveliness:
-      return "liveliness";
-    case Policy::kOwnership:
-      return "ownership";
-  }
-  return "";
 }
 
 std::string offers(Direction direction) {
@@ -115,27 +55,6 @@ std::string hexadecimal(const rtps::GuidPrefix_t& prefix) {
 }
 
 }  // namespace
-
-std::vector<Policy> unmet(const Terms& offered, const Terms& requested) {
-  std::vector<Policy> policies;
-  if (offered.reliability < requested.reliability) policies.push_back(Policy::kReliability);
-  if (offered.durability < requested.durability) policies.push_back(Policy::kDurability);
-  if (offered.deadline_ns > requested.deadline_ns) policies.push_back(Policy::kDeadline);
-  if (offered.liveliness < requested.liveliness || offered.lease_ns > requested.lease_ns)
-    policies.push_back(Policy::kLiveliness);
-  if (offered.ownership != requested.ownership) policies.push_back(Policy::kOwnership);
-  return policies;
-}
-
-Terms terms_of(const TopicSpec& spec) {
-  const fdds::DataWriterQos qos = writer_qos(spec);
-  return {.reliability = static_cast<int>(qos.reliability().kind),
-          .durability = static_cast<int>(qos.durability().kind),
-          .liveliness = static_cast<int>(qos.liveliness().kind),
-          .ownership = static_cast<int>(qos.ownership().kind),
-          .deadline_ns = qos.deadline().period.to_ns(),
-          .lease_ns = qos.liveliness().lease_duration.to_ns()};
-}
 
 // ---------------------------------------- the middleware's threads
 
@@ -405,7 +324,7 @@ void Discovery::add_silences(Endpoint& endpoint) {
   const auto deadline = endpoint.spec.deadline;
   if (deadline.count() == 0) return;
   const std::string longer =
-      " nothing for more than " + ms(std::chrono::nanoseconds(deadline).count());
+      " nothing for more than " + milliseconds(std::chrono::nanoseconds(deadline).count());
   if (endpoint.heard != nullptr) {
     for (const auto& [writer, gyro_id, times] : endpoint.heard->silent(deadline)) {
       add(&endpoint, {.kind = Kind::kDeadlineMissed,
@@ -462,90 +381,6 @@ std::string Discovery::writers_of(std::string_view topic) const {
   std::string text;
   for (const std::string& one : names) text += (text.empty() ? "" : " or ") + one;
   return text.empty() ? "a writer that is gone" : text;
-}
-
-// ---------------------------------------- silences
-
-std::int64_t steady_ns() noexcept {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
-
-void LastHeard::hear(std::int64_t now_ns, bool applies,
-                     std::chrono::nanoseconds deadline) noexcept {
-  const std::int64_t before = at_ns_.load(std::memory_order_relaxed);
-  if (before != 0 && now_ns - before > deadline.count() &&
-      applies_.load(std::memory_order_relaxed) &&
-      counted_ns_.load(std::memory_order_relaxed) != before) {
-    silences_.fetch_add(1, std::memory_order_relaxed);
-  }
-  applies_.store(applies, std::memory_order_relaxed);
-  at_ns_.store(now_ns, std::memory_order_release);
-}
-
-std::uint64_t LastHeard::take_silences(std::int64_t now_ns,
-                                       std::chrono::nanoseconds deadline) noexcept {
-  const std::int64_t last = at_ns_.load(std::memory_order_acquire);
-  std::uint64_t taken = silences_.exchange(0, std::memory_order_relaxed);
-  const bool lasts = last != 0 && now_ns - last > deadline.count() &&
-                     applies_.load(std::memory_order_relaxed) &&
-                     counted_ns_.load(std::memory_order_relaxed) != last;
-  if (lasts) {
-    counted_ns_.store(last, std::memory_order_relaxed);
-    ++taken;
-  }
-  return taken;
-}
-
-HeardWriters::Heard* HeardWriters::known(const SampleOrigin& origin) noexcept {
-  const auto is_of = [&](const Heard& heard) {
-    return !heard.last.is_free() && heard.origin.writer == origin.writer &&
-           heard.origin.instance == origin.instance;
-  };
-  if (is_of(heard_[newest_])) return &heard_[newest_];
-  const auto found = std::find_if(heard_.begin(), heard_.end(), is_of);
-  if (found == heard_.end()) return nullptr;
-  newest_ = static_cast<std::size_t>(found - heard_.begin());
-  return &*found;
-}
-
-HeardWriters::Heard* HeardWriters::take_place(const SampleOrigin& origin,
-                                              std::uint32_t gyro_id) noexcept {
-  const std::lock_guard lock(mutex_);
-  const auto free =
-      std::find_if(heard_.begin(), heard_.end(), [](const Heard& h) { return h.last.is_free(); });
-  if (free == heard_.end()) return nullptr;
-  free->origin = origin;
-  free->gyro_id = gyro_id;
-  newest_ = static_cast<std::size_t>(free - heard_.begin());
-  return &*free;
-}
-
-void HeardWriters::hear(const SampleOrigin& origin, std::uint32_t gyro_id, bool deadline_applies,
-                        std::chrono::nanoseconds deadline, std::int64_t now_ns) noexcept {
-  Heard* heard = known(origin);
-  if (heard == nullptr) heard = take_place(origin, gyro_id);
-  if (heard != nullptr) heard->last.hear(now_ns, deadline_applies, deadline);
-}
-
-std::vector<HeardWriters::Silent> HeardWriters::silent(std::chrono::nanoseconds deadline,
-                                                       std::int64_t now_ns) {
-  std::vector<Silent> all;
-  const std::lock_guard lock(mutex_);
-  for (Heard& heard : heard_) {
-    if (heard.last.is_free()) continue;
-    const std::uint64_t times = heard.last.take_silences(now_ns, deadline);
-    if (times > 0) all.push_back({heard.origin.writer, heard.gyro_id, times});
-  }
-  return all;
-}
-
-void HeardWriters::forget(const rtps::GUID_t& writer) {
-  const std::lock_guard lock(mutex_);
-  for (Heard& heard : heard_) {
-    if (!heard.last.is_free() && heard.origin.writer == writer) heard.last.forget();
-  }
 }
 
 }  // namespace zerodrift::dds::detail

@@ -5,13 +5,11 @@
 
 #include <fastdds/rtps/common/Guid.h>
 
-#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <fastdds/dds/domain/DomainParticipantListener.hpp>
-#include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <functional>
 #include <map>
 #include <memory>
@@ -23,6 +21,8 @@
 #include <utility>
 #include <vector>
 
+#include "common/dds/heard_writers.h"
+#include "common/dds/matching_terms.h"
 #include "common/dds/shared_memory.h"
 #include "common/dds/topics.h"
 
@@ -67,12 +67,6 @@ struct RemoteEndpoint {
 // Of a duration that has no end.
 [[nodiscard]] bool is_endless(std::chrono::nanoseconds duration) noexcept;
 
-// Who sent a sample, and of which key. Compare only.
-struct SampleOrigin {
-  eprosima::fastrtps::rtps::GUID_t writer;
-  eprosima::fastdds::dds::InstanceHandle_t instance;
-};
-
 enum class Direction : std::uint8_t { kWriter, kReader };
 
 // How far discovery has come. A participant is found first, its endpoints are told afterwards.
@@ -84,68 +78,6 @@ struct Acquaintance {
 };
 
 namespace detail {
-
-// Nanoseconds of the host's monotonic clock; never 0.
-[[nodiscard]] std::int64_t steady_ns() noexcept;
-
-// When something was last heard, and how often it was silent for longer than its deadline since
-// that was asked. One thread hears, another may ask meanwhile; no lock, no memory.
-class LastHeard {
- public:
-  // `applies`: whether silence after it is to be told.
-  void hear(std::int64_t now_ns, bool applies, std::chrono::nanoseconds deadline) noexcept;
-  // Silences of more than the deadline that ended since the last call, and one that lasts and was
-  // not counted before.
-  [[nodiscard]] std::uint64_t take_silences(std::int64_t now_ns,
-                                            std::chrono::nanoseconds deadline) noexcept;
-  void forget() noexcept {
-    counted_ns_ = 0;
-    silences_ = 0;
-    at_ns_ = 0;
-  }
-  [[nodiscard]] bool is_free() const noexcept { return at_ns_ == 0; }
-
- private:
-  std::atomic<std::int64_t> at_ns_{0};       // 0: never
-  std::atomic<std::int64_t> counted_ns_{0};  // of the silence after it: counted already
-  std::atomic<std::uint64_t> silences_{0};
-  std::atomic<bool> applies_{false};
-};
-
-// Who was heard by a reader, so that a silence has a name. One thread hears, others may ask
-// meanwhile.
-class HeardWriters {
- public:
-  struct Silent {
-    eprosima::fastrtps::rtps::GUID_t writer;
-    std::uint32_t gyro_id = 0;
-    std::uint64_t times = 0;
-  };
-
-  // The receiving thread. No memory; a lock only with the first sample of a writer's key; O(1)
-  // while one writer writes, else O(kMost). A writer beyond kMost is not kept: it is never silent.
-  void hear(const SampleOrigin& origin, std::uint32_t gyro_id, bool deadline_applies,
-            std::chrono::nanoseconds deadline, std::int64_t now_ns = steady_ns()) noexcept;
-  // Who was silent since the last call.
-  [[nodiscard]] std::vector<Silent> silent(std::chrono::nanoseconds deadline,
-                                           std::int64_t now_ns = steady_ns());
-  // A writer is gone: it is never silent, and its place is free.
-  void forget(const eprosima::fastrtps::rtps::GUID_t& writer);
-
- private:
-  static constexpr std::size_t kMost = 128;
-  struct Heard {
-    SampleOrigin origin{};
-    std::uint32_t gyro_id = 0;
-    LastHeard last{};
-  };
-  [[nodiscard]] Heard* known(const SampleOrigin& origin) noexcept;
-  Heard* take_place(const SampleOrigin& origin, std::uint32_t gyro_id) noexcept;
-
-  std::mutex mutex_;  // a place is taken, looked through or freed
-  std::array<Heard, kMost> heard_;
-  std::size_t newest_ = 0;  // the receiving thread's
-};
 
 // One endpoint of this participant. The counts are the receiving thread's: no lock, no memory.
 struct Endpoint {
@@ -164,20 +96,6 @@ struct Endpoint {
   LastHeard written{};            // a writer's own samples
   HeardWriters* heard = nullptr;  // a reader's
 };
-
-// What matching compares, of a writer's offer or a reader's request.
-struct Terms {
-  int reliability = 0;  // the middleware's kinds: the larger the stronger
-  int durability = 0;
-  int liveliness = 0;
-  int ownership = 0;
-  std::int64_t deadline_ns = 0;
-  std::int64_t lease_ns = 0;
-};
-enum class Policy : std::uint8_t { kReliability, kDurability, kDeadline, kLiveliness, kOwnership };
-// The policies by which an offer does not meet a request (OMG DDS 1.4, 2.2.3).
-std::vector<Policy> unmet(const Terms& offered, const Terms& requested);
-Terms terms_of(const TopicSpec& spec);
 
 // Under this name participants tell each other where their shared memory is.
 inline constexpr const char* kSharedMemoryProperty = "zerodrift.shared_memory";
