@@ -4,11 +4,10 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <vector>
 
 #include "common/core/golden_section.h"
-#include "common/regression/online_svr.h"
+#include "common/regression/kernel_samples.h"
 
 namespace zerodrift::regression {
 namespace {
@@ -59,113 +58,6 @@ Minimum minimise(double low, double high, std::size_t grid_points, std::size_t r
                        static_cast<int>(refinements) + 1,
                        [&](double argument) { return evaluate(std::exp(argument)); });
   return best;
-}
-
-bool is_acceptable(double value) {
-  return std::fabs(value) <= kLargestMagnitude;  // false for NaN
-}
-
-bool is_acceptable(const SampleColumns& samples, std::span<const double> targets) {
-  if (samples.dimension < 1 || samples.dimension > kMaxDimension ||
-      samples.count != targets.size() || samples.stride < samples.count) {
-    return false;
-  }
-  for (std::size_t d = 0; d < samples.dimension; ++d) {
-    const double* column = samples.data + d * samples.stride;
-    if (!std::all_of(column, column + samples.count, [](double v) { return is_acceptable(v); })) {
-      return false;
-    }
-  }
-  return std::all_of(targets.begin(), targets.end(), [](double v) { return is_acceptable(v); });
-}
-
-// A batch by column, stride size(). A cell's weight is the number of labels it is the mean of.
-struct Cells {
-  std::size_t dimension = 0;
-  std::vector<double> features;
-  std::vector<double> targets;
-  std::vector<double> weights;
-
-  [[nodiscard]] std::size_t size() const { return targets.size(); }
-  [[nodiscard]] SampleColumns columns() const {
-    return {features.data(), size(), dimension, size()};
-  }
-  void gather(std::size_t cell, double* x) const {
-    for (std::size_t d = 0; d < dimension; ++d) x[d] = features[d * size() + cell];
-  }
-};
-
-// By features, then by target: from here on the order of the samples doesn't matter.
-Cells sorted(const SampleColumns& samples, std::span<const double> targets) {
-  std::vector<std::size_t> order(samples.count);
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    for (std::size_t d = 0; d < samples.dimension; ++d) {
-      const double* column = samples.data + d * samples.stride;
-      if (column[a] != column[b]) return column[a] < column[b];
-    }
-    return targets[a] < targets[b];
-  });
-  Cells singles{samples.dimension, {}, {}, std::vector<double>(samples.count, 1.0)};
-  for (std::size_t d = 0; d < samples.dimension; ++d) {
-    for (const std::size_t i : order) {
-      singles.features.push_back(samples.data[d * samples.stride + i]);
-    }
-  }
-  for (const std::size_t i : order) singles.targets.push_back(targets[i]);
-  return singles;
-}
-
-// Which of `cell_count` cells each sample belongs to: the one whose centre is nearest.
-struct Partition {
-  std::vector<std::size_t> cell_of;
-  std::size_t cell_count = 0;
-};
-
-// Centres by farthest-point traversal from the first sample, ties to the earlier one, until the
-// capacity is used up or every sample is at a centre. O(n capacity).
-Partition spread_partition(const Cells& samples, std::size_t capacity) {
-  Partition partition{std::vector<std::size_t>(samples.size(), 0), 0};
-  if (samples.size() == 0) return partition;
-  std::vector<double> nearest(samples.size(), std::numeric_limits<double>::infinity());
-  std::vector<double> distances(samples.size());
-  std::size_t centre = 0;
-  double x[kMaxDimension];
-  do {
-    samples.gather(centre, x);
-    squared_distance_row(samples.columns(), x, distances.data());
-    for (std::size_t i = 0; i < samples.size(); ++i) {
-      if (!(distances[i] < nearest[i])) continue;
-      nearest[i] = distances[i];
-      partition.cell_of[i] = partition.cell_count;
-    }
-    ++partition.cell_count;
-    const auto farthest = std::max_element(nearest.begin(), nearest.end());
-    centre = static_cast<std::size_t>(farthest - nearest.begin());
-  } while (partition.cell_count < capacity && nearest[centre] > 0.0);
-  return partition;
-}
-
-// The mean of every cell.
-Cells condensed(const Cells& samples, const Partition& partition) {
-  const std::size_t count = partition.cell_count;
-  Cells cells{samples.dimension, std::vector<double>(count * samples.dimension),
-              std::vector<double>(count), std::vector<double>(count)};
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    const std::size_t cell = partition.cell_of[i];
-    cells.targets[cell] += samples.targets[i];
-    cells.weights[cell] += 1.0;
-    for (std::size_t d = 0; d < samples.dimension; ++d) {
-      cells.features[d * count + cell] += samples.features[d * samples.size() + i];
-    }
-  }
-  for (std::size_t cell = 0; cell < count; ++cell) {
-    cells.targets[cell] /= cells.weights[cell];
-    for (std::size_t d = 0; d < samples.dimension; ++d) {
-      cells.features[d * count + cell] /= cells.weights[cell];
-    }
-  }
-  return cells;
 }
 
 // I - tau v v' with v_0 = 1: maps the roots of the weights to a multiple of the first axis, so that

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Longer than other files for one reason: calls, events and sets of one algorithm, whose invariants
+// hold only between its steps.
 #include "common/regression/online_svr.h"
 
 #include <algorithm>
