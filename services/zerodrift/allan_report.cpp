@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "common/allan/noise_units.h"
 #include "common/core/units.h"
@@ -20,12 +19,10 @@ using allan::Identification;
 using allan::NoiseTerm;
 using allan::Statistic;
 using core::deg_h_from_radps;
-using nlohmann::ordered_json;
 using report::Align;
 using report::significant;
 
 constexpr int kDigits = 4;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // Compensation is slow: it cannot lower the angle random walk. Off by more, something smooths.
 constexpr double kEqualNoise = 0.05;
 
@@ -110,32 +107,6 @@ std::string value_cell(const Coefficient& c, double unit) {
 std::string interval_cell(const Coefficient& c, double unit) {
   if (c.identification != Identification::kInterval) return "";
   return significant(unit * c.lower, 3) + " to " + significant(unit * c.upper, 3);
-}
-
-// What only a curve that asks for it has.
-struct FoundTerm {
-  std::string text;
-  std::string_view unit;
-  double per_si;
-  std::string_view si_key;
-  Coefficient value;
-};
-
-std::vector<FoundTerm> found_terms(const allan::CoefficientReport& r) {
-  std::vector<FoundTerm> found;
-  if (r.sinusoid) {
-    found.push_back({"sinusoid, amplitude", "deg/h", kDegPerHourPerRadPerSecond,
-                     "sinusoid_amplitude_rad_s", r.sinusoid->amplitude_radps});
-    found.push_back(
-        {"sinusoid, frequency", "Hz", 1.0, "sinusoid_frequency_hz", r.sinusoid->frequency_hz});
-  }
-  if (r.markov) {
-    found.push_back({"Markov noise, drive", "deg/h^1.5", allan::kDegPerHourPerRootHour,
-                     "markov_drive_rad_s_rts", r.markov->drive_radps_rts});
-    found.push_back({"Markov noise, correlation time", "s", 1.0, "markov_time_constant_s",
-                     r.markov->time_constant_s});
-  }
-  return found;
 }
 
 std::string reading_place(NoiseTerm term, const allan::SeriesReport& r) {
@@ -332,99 +303,6 @@ std::string reading_note(const AllanResult& result) {
   return text;
 }
 
-// --- JSON
-
-std::string statistic_key(Statistic statistic) {
-  return std::string(allan::name(statistic));
-}
-
-ordered_json json_of(const allan::StatisticCurve& curve, const AllanStream& stream) {
-  const std::string unit = curve.statistic == Statistic::kTdev ? "_rad" : "_rad_s";
-  auto points = ordered_json::array();
-  for (std::size_t i = 0; i < curve.points.size(); ++i) {
-    const auto& p = curve.points[i];
-    ordered_json point{{"tau_s", p.tau_s},
-                       {"deviation" + unit, p.deviation},
-                       {"lower" + unit, p.lower},
-                       {"upper" + unit, p.upper},
-                       {"degrees_of_freedom", p.degrees_of_freedom},
-                       {"terms", p.terms},
-                       {"noise", std::string(allan::name(p.noise))}};
-    if (curve.statistic == Statistic::kOadev)
-      point["clusters_may_lack_samples"] =
-          stream.report.allan[i].rule == allan::GapRule::kNearlyComplete;
-    points.push_back(std::move(point));
-  }
-  return points;
-}
-
-std::string name(Identification identification) {
-  switch (identification) {
-    case Identification::kNotFitted:
-      return "not_fitted";
-    case Identification::kUpperBound:
-      return "upper_bound";
-    case Identification::kInterval:
-      return "interval";
-  }
-  return "unknown";
-}
-
-ordered_json json_of(const Coefficient& c) {
-  const bool has_interval = c.identification == Identification::kInterval;
-  const bool is_fitted = c.identification != Identification::kNotFitted;
-  return {{"identification", name(c.identification)},
-          {"value", has_interval ? c.value : kNaN},
-          {"lower", has_interval ? c.lower : kNaN},
-          {"upper", is_fitted ? c.upper : kNaN}};
-}
-
-ordered_json coefficients_json(const allan::SeriesReport& r) {
-  ordered_json json;
-  for (const NoiseTerm term : allan::kNoiseTerms) {
-    auto& own = json[std::string(texts_of(term).si_key)] = json_of(r.coefficients[term]);
-    own["slope_reading"] = r.slopes[allan::index(term)].value_or(kNaN);
-  }
-  for (const FoundTerm& found : found_terms(r.coefficients))
-    json[std::string(found.si_key)] = json_of(found.value);
-  return json;
-}
-
-std::string name(allan::SeriesMethod method) {
-  switch (method) {
-    case allan::SeriesMethod::kFullOverlap:
-      return "full_overlap";
-    case allan::SeriesMethod::kFullOverlapWithGaps:
-      return "full_overlap_with_gaps";
-    case allan::SeriesMethod::kCascade:
-      return "cascade";
-  }
-  return "unknown";
-}
-
-ordered_json json_of(const AllanStream& stream) {
-  const allan::SeriesReport& r = stream.report;
-  ordered_json json{
-      {"method", name(r.method)},        {"samples", r.findings.samples},
-      {"missing_samples", r.missing},    {"gaps", r.interruptions},
-      {"outliers", r.findings.outliers}, {"longest_run_of_equal_samples", r.findings.longest_run},
-      {"is_stuck", r.findings.is_stuck}};
-  for (const auto& curve : r.curves) {
-    json[statistic_key(curve.statistic)] = json_of(curve, stream);
-    if (curve.stretch)
-      json[statistic_key(curve.statistic) + "_stretch"] = {{"first_sample", curve.stretch->begin},
-                                                           {"samples", curve.stretch->count}};
-  }
-  json["coefficients"] = coefficients_json(r);
-  json["fit"] = {{"points", r.coefficients.points},
-                 {"shortest_tau_s", r.coefficients.shortest_tau_s},
-                 {"converged", r.coefficients.status == allan::FitStatus::kConverged},
-                 {"reduced_chi_square", r.coefficients.reduced_chi_square}};
-  if (r.lowest)
-    json["lowest"] = {{"tau_s", r.lowest->tau_s}, {"deviation_rad_s", r.lowest->deviation_radps}};
-  return json;
-}
-
 // --- the page
 
 void add_stream(report::Document& page, const AllanStream& stream, const AllanResult& result) {
@@ -488,19 +366,6 @@ report::Document allan_page(const AllanResult& result) {
   page.blocks.emplace_back(report::Heading{"How to read this"});
   page.blocks.emplace_back(report::Paragraph{reading_note(result)});
   return page;
-}
-
-ordered_json allan_json(const AllanResult& result) {
-  ordered_json json{{"record", result.request.record}, {"confidence", result.request.confidence},
-                    {"samples", result.samples},       {"sample_period_s", result.period_s},
-                    {"duration_s", result.duration_s}, {"warnings", result.warnings},
-                    {"verdict", verdict(result)}};
-  for (const AllanStream& stream : result.streams) {
-    auto& axis = json["axis"][std::string(core::name(stream.axis))];
-    axis["less_reference"] = result.less_reference[core::index(stream.axis)];
-    axis[std::string(name(stream.kind))] = json_of(stream);
-  }
-  return json;
 }
 
 }  // namespace zerodrift::services

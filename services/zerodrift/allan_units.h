@@ -2,7 +2,9 @@
 // How the coefficients and deviations of a gyro are called and in which units they are told.
 #pragma once
 
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "common/allan/coefficients.h"
 #include "common/allan/deviations.h"
@@ -40,6 +42,32 @@ struct TermText {
       return {"rate ramp", "deg/h²", allan::kDegPerHourPerHour, "rate_ramp_rad_s2", "√2 s"};
   }
   return {};
+}
+
+// What only a curve that asks for it has.
+struct FoundTerm {
+  std::string text;
+  std::string_view unit;
+  double per_si;
+  std::string_view si_key;
+  allan::Coefficient value;
+};
+
+[[nodiscard]] inline std::vector<FoundTerm> found_terms(const allan::CoefficientReport& r) {
+  std::vector<FoundTerm> found;
+  if (r.sinusoid) {
+    found.push_back({"sinusoid, amplitude", "deg/h", kDegPerHourPerRadPerSecond,
+                     "sinusoid_amplitude_rad_s", r.sinusoid->amplitude_radps});
+    found.push_back(
+        {"sinusoid, frequency", "Hz", 1.0, "sinusoid_frequency_hz", r.sinusoid->frequency_hz});
+  }
+  if (r.markov) {
+    found.push_back({"Markov noise, drive", "deg/h^1.5", allan::kDegPerHourPerRootHour,
+                     "markov_drive_rad_s_rts", r.markov->drive_radps_rts});
+    found.push_back({"Markov noise, correlation time", "s", 1.0, "markov_time_constant_s",
+                     r.markov->time_constant_s});
+  }
+  return found;
 }
 
 struct DeviationUnit {

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <limits>
+
+#include "services/zerodrift/allan_report.h"
+#include "services/zerodrift/allan_units.h"
+
+namespace zerodrift::services {
+namespace {
+
+using allan::Coefficient;
+using allan::Identification;
+using allan::NoiseTerm;
+using allan::Statistic;
+using nlohmann::ordered_json;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+std::string statistic_key(Statistic statistic) {
+  return std::string(allan::name(statistic));
+}
+
+ordered_json json_of(const allan::StatisticCurve& curve, const AllanStream& stream) {
+  const std::string unit = curve.statistic == Statistic::kTdev ? "_rad" : "_rad_s";
+  auto points = ordered_json::array();
+  for (std::size_t i = 0; i < curve.points.size(); ++i) {
+    const auto& p = curve.points[i];
+    ordered_json point{{"tau_s", p.tau_s},
+                       {"deviation" + unit, p.deviation},
+                       {"lower" + unit, p.lower},
+                       {"upper" + unit, p.upper},
+                       {"degrees_of_freedom", p.degrees_of_freedom},
+                       {"terms", p.terms},
+                       {"noise", std::string(allan::name(p.noise))}};
+    if (curve.statistic == Statistic::kOadev)
+      point["clusters_may_lack_samples"] =
+          stream.report.allan[i].rule == allan::GapRule::kNearlyComplete;
+    points.push_back(std::move(point));
+  }
+  return points;
+}
+
+std::string name(Identification identification) {
+  switch (identification) {
+    case Identification::kNotFitted:
+      return "not_fitted";
+    case Identification::kUpperBound:
+      return "upper_bound";
+    case Identification::kInterval:
+      return "interval";
+  }
+  return "unknown";
+}
+
+ordered_json json_of(const Coefficient& c) {
+  const bool has_interval = c.identification == Identification::kInterval;
+  const bool is_fitted = c.identification != Identification::kNotFitted;
+  return {{"identification", name(c.identification)},
+          {"value", has_interval ? c.value : kNaN},
+          {"lower", has_interval ? c.lower : kNaN},
+          {"upper", is_fitted ? c.upper : kNaN}};
+}
+
+ordered_json coefficients_json(const allan::SeriesReport& r) {
+  ordered_json json;
+  for (const NoiseTerm term : allan::kNoiseTerms) {
+    auto& own = json[std::string(texts_of(term).si_key)] = json_of(r.coefficients[term]);
+    own["slope_reading"] = r.slopes[allan::index(term)].value_or(kNaN);
+  }
+  for (const FoundTerm& found : found_terms(r.coefficients))
+    json[std::string(found.si_key)] = json_of(found.value);
+  return json;
+}
+
+std::string name(allan::SeriesMethod method) {
+  switch (method) {
+    case allan::SeriesMethod::kFullOverlap:
+      return "full_overlap";
+    case allan::SeriesMethod::kFullOverlapWithGaps:
+      return "full_overlap_with_gaps";
+    case allan::SeriesMethod::kCascade:
+      return "cascade";
+  }
+  return "unknown";
+}
+
+ordered_json json_of(const AllanStream& stream) {
+  const allan::SeriesReport& r = stream.report;
+  ordered_json json{
+      {"method", name(r.method)},        {"samples", r.findings.samples},
+      {"missing_samples", r.missing},    {"gaps", r.interruptions},
+      {"outliers", r.findings.outliers}, {"longest_run_of_equal_samples", r.findings.longest_run},
+      {"is_stuck", r.findings.is_stuck}};
+  for (const auto& curve : r.curves) {
+    json[statistic_key(curve.statistic)] = json_of(curve, stream);
+    if (curve.stretch)
+      json[statistic_key(curve.statistic) + "_stretch"] = {{"first_sample", curve.stretch->begin},
+                                                           {"samples", curve.stretch->count}};
+  }
+  json["coefficients"] = coefficients_json(r);
+  json["fit"] = {{"points", r.coefficients.points},
+                 {"shortest_tau_s", r.coefficients.shortest_tau_s},
+                 {"converged", r.coefficients.status == allan::FitStatus::kConverged},
+                 {"reduced_chi_square", r.coefficients.reduced_chi_square}};
+  if (r.lowest)
+    json["lowest"] = {{"tau_s", r.lowest->tau_s}, {"deviation_rad_s", r.lowest->deviation_radps}};
+  return json;
+}
+
+}  // namespace
+
+ordered_json allan_json(const AllanResult& result) {
+  ordered_json json{{"record", result.request.record},
+                    {"confidence", result.request.confidence},
+                    {"samples", result.samples},
+                    {"sample_period_s", result.period_s},
+                    {"duration_s", result.duration_s},
+                    {"warnings", result.warnings},
+                    {"verdict", allan_notes(result).back()}};
+  for (const AllanStream& stream : result.streams) {
+    auto& axis = json["axis"][std::string(core::name(stream.axis))];
+    axis["less_reference"] = result.less_reference[core::index(stream.axis)];
+    axis[std::string(name(stream.kind))] = json_of(stream);
+  }
+  return json;
+}
+
+}  // namespace zerodrift::services
