@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Longer than other files for one reason: whatever includes Boost.Beast takes half a minute to
+// compile, so the loop, a connection and a WebSocket, which only know each other, stand in one
+// source.
 #include "common/web/server.h"
 
 #include <pthread.h>

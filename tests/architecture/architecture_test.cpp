@@ -93,6 +93,11 @@ TEST(Sources, BeginWithTheLicenceLine) {
   EXPECT_EQ(listed(check_licence_lines(project())), "");
 }
 
+TEST(Sources, AreShortOrSayWhyNot) {
+  constexpr std::size_t kLongest = 500;
+  EXPECT_EQ(listed(check_lengths(project(), kLongest)), "");
+}
+
 TEST(Sources, EveryCommonFolderHasTests) {
   EXPECT_EQ(listed(check_test_folders(project())), "");
 }
@@ -191,6 +196,11 @@ TEST(WrongTree, LongAndMissingMainsAreReported) {
 TEST(WrongTree, MissingLicenceLinesAreReported) {
   expect_offences(check_licence_lines(wrong_tree()),
                   {"common/unknown/unknown.cpp: does not begin"});
+}
+
+TEST(WrongTree, LongSourcesWithoutAReasonAreReported) {
+  constexpr std::size_t kOneLess = 40;  // than the longest of the fixtures has
+  expect_offences(check_lengths(wrong_tree(), kOneLess), {"services/one/main.cpp: has 41 lines"});
 }
 
 TEST(WrongTree, MissingTestFoldersAreReported) {

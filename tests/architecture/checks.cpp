@@ -430,6 +430,25 @@ Offences check_licence_lines(const Tree& tree) {
   return offences;
 }
 
+Offences check_lengths(const Tree& tree, std::size_t most_lines) {
+  Offences offences;
+  for (const char* top : {"common", "services"}) {
+    for (const std::string& file : files(tree, top, is_source)) {
+      const auto lines = lines_of(tree.root / file);
+      const auto comment_ends = std::find_if(
+          lines.begin(), lines.end(), [](const auto& line) { return !line.starts_with("//"); });
+      const bool says_why = std::any_of(lines.begin(), comment_ends, [](const auto& line) {
+        return line.starts_with("// Longer than other files");
+      });
+      if (lines.size() <= most_lines || says_why) continue;
+      offences.push_back(file + ": has " + std::to_string(lines.size()) + " lines; more than " +
+                         std::to_string(most_lines) +
+                         " want a reason in the first comment, \"Longer than other files ...\"");
+    }
+  }
+  return offences;
+}
+
 Offences check_test_folders(const Tree& tree) {
   Offences offences;
   for (const std::string& folder : subfolders(tree.root / "common")) {
