@@ -67,7 +67,7 @@ struct ModelOptions {
 };
 
 struct CompensationOptions {
-  Scheme scheme = Scheme::kOnlineSvr;
+  Scheme scheme = Scheme::kStack;
   std::vector<thermal::FeatureSpec>
       features;  // default: temperature and temperature rate of probe coil
   thermal::TemperatureTrackOptions track;  // default: local polynomial over 60 s

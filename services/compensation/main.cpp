@@ -7,7 +7,9 @@
 
 int main(int argc, char** argv) {
   using namespace zerodrift;
-  CLI::App app("Compensates the zero drift of gyros, one online SVR an axis.", "compensation");
+  CLI::App app(
+      "Compensates the zero drift of gyros, by experts for each axis, an online SVR among them.",
+      "compensation");
   services::CompensationArguments arguments;
   service::RealtimeOptions realtime;
   service::add_network_options(app, arguments.node.network);

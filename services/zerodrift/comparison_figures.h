@@ -13,13 +13,14 @@
 
 namespace zerodrift::services {
 
-inline constexpr std::string_view kOurs = "online-svr";
+inline constexpr std::string_view kOurs = "stack";         // what the service runs by default
+inline constexpr std::string_view kPapers = "online-svr";  // what the paper's figures are of
 inline constexpr std::string_view kHolding = "persistence";
 inline constexpr std::string_view kNothingTakenOff = "none";
 inline constexpr std::string_view kPaperProcedure = "the paper's procedure";
 // Curves of the pictures: a reader tells so many apart.
 inline constexpr std::size_t kMostDrawn = 3;
-inline constexpr std::array<std::string_view, kMostDrawn> kDrawn{kHolding, "stack", kOurs};
+inline constexpr std::array<std::string_view, kMostDrawn> kDrawn{kHolding, kOurs, kPapers};
 
 // Those above that were compared; without any of them the first ones.
 [[nodiscard]] inline bool is_drawn(const ProtocolOutcome& protocol, const SchemeOutcome& scheme) {

@@ -123,16 +123,16 @@ nlohmann::ordered_json comparison_json(const ComparisonResult& result) {
   if (const auto best = recommendation_of(result)) {
     json["recommendation"] = {{"scheme", best->scheme},
                               {"rmse_over_holding_late", best->over_holding},
-                              {"online_svr_rmse_over_holding_late", best->ours}};
+                              {"stack_rmse_over_holding_late", best->ours}};
   }
-  auto& better = json["better_than_online_svr"] = nlohmann::ordered_json::array();
+  auto& better = json["better_than_stack"] = nlohmann::ordered_json::array();
   for (const Behind& b : standing.behind) {
     better.push_back({{"axis", b.axis},
                       {"judged", b.judged},
                       {"figure", b.figure},
                       {"scheme", b.best.scheme},
                       {"value_deg_h", deg_h_from_radps(b.best.value)},
-                      {"online_svr_deg_h", deg_h_from_radps(b.ours)}});
+                      {"stack_deg_h", deg_h_from_radps(b.ours)}});
   }
   for (const AxisComparison& axis : result.axes) {
     auto& own = json["axis"][std::string(core::name(axis.axis))];

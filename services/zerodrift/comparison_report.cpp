@@ -103,7 +103,7 @@ const PaperOutcome* find(const std::vector<PaperOutcome>& outcomes, std::string_
 // How many times smaller online-svr leaves what the paper measured before.
 std::string before_over_after(const AxisComparison& axis, bool beside_the_paper) {
   const PaperOutcome* before = find(axis.paper, kNothingTakenOff);
-  const PaperOutcome* after = find(axis.paper, kOurs);
+  const PaperOutcome* after = find(axis.paper, kPapers);
   if (!before || !after || !before->coefficients || !after->coefficients) return {};
   const auto& b = *before->coefficients;
   const auto& a = *after->coefficients;
@@ -111,7 +111,7 @@ std::string before_over_after(const AxisComparison& axis, bool beside_the_paper)
     return std::string(name) + " " + ours +
            (beside_the_paper ? std::string(" (paper ") + papers + ")" : "");
   };
-  return "Before over after, online-svr: " +
+  return "Before over after, " + std::string(kPapers) + ": " +
          told("std", ratio(before->moments.standard_deviation, after->moments.standard_deviation),
               "51.6") +
          ", " + told("B", ratio(b.bias_instability_radps, a.bias_instability_radps), "8.7") + ", " +
@@ -232,10 +232,10 @@ report::Chart allan_chart(const AxisComparison& axis, const ProtocolOutcome& pro
 std::optional<report::Table> behind_table(const Standing& standing) {
   if (standing.behind.empty()) return std::nullopt;
   report::Table table;
-  table.caption = "Where another scheme is better than online-svr, deg/h";
+  table.caption = "Where another scheme is better than the stack, deg/h";
   table.columns = {{"axis", Align::kLeft},        {"judged", Align::kLeft},
                    {"figure", Align::kLeft},      {"best scheme", Align::kLeft},
-                   {"its figure", Align::kRight}, {"online-svr's", Align::kRight},
+                   {"its figure", Align::kRight}, {"the stack's", Align::kRight},
                    {"times", Align::kRight}};
   for (const Behind& b : standing.behind) {
     table.rows.push_back({{b.axis, b.judged, b.figure, b.best.scheme,

@@ -11,7 +11,7 @@
 
 namespace zerodrift::services {
 
-// Axis by axis, then where another scheme is better than online-svr in standard deviation, RMSE or
+// Axis by axis, then where another scheme is better than the stack in standard deviation, RMSE or
 // bias instability.
 [[nodiscard]] std::vector<report::Table> comparison_tables(const ComparisonResult& result);
 // How the tables are to be read; the last one is the verdict. A paragraph each.

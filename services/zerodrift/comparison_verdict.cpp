@@ -17,8 +17,8 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // Figures that differ by less print alike.
 constexpr double kEqual = 1.005;
 
-// A bound takes part as if it were the value: below online-svr's value it proves the other better.
-// Online-svr's own bound decides nothing.
+// A bound takes part as if it were the value: below the stack's value it proves the other better.
+// The stack's own bound decides nothing.
 void place(Standing& standing, const std::string& axis, const std::string& judged,
            const std::string& figure, const std::vector<Figure>& figures) {
   const Figure* ours = nullptr;
@@ -81,12 +81,12 @@ std::string sentence_of(const Recommendation& best) {
   }
   text += " (geometric mean of " + std::to_string(best.judged) + " axes and ages)";
   if (best.scheme != kOurs && std::isfinite(best.ours))
-    text += "; " + std::string(kOurs) + ", which the service runs, has " +
+    text += "; " + std::string(kOurs) + ", which the service runs by default, has " +
             significant(best.ours, 2) + " of it";
   return text + ". ";
 }
 
-// The largest RMSE of online-svr in those of holding the last minute; "" without the two.
+// The largest RMSE of the stack in those of holding the last minute; "" without the two.
 std::string against_holding(const ComparisonResult& result) {
   double worst = 0.0;
   std::string where;
@@ -106,7 +106,7 @@ std::string against_holding(const ComparisonResult& result) {
          " times that of persistence, which holds the last minute (" + where + ").";
 }
 
-// Between which shares the 95 % intervals of online-svr hold; "" without any.
+// Between which shares the 95 % intervals of the stack hold; "" without any.
 std::string interval_coverage(const ComparisonResult& result) {
   double least = 2.0;
   double most = -1.0;
@@ -178,9 +178,9 @@ std::string verdict(const ComparisonResult& result, const Standing& standing) {
   const auto best = recommendation_of(result);
   const std::string recommended = best ? sentence_of(*best) : "";
   if (standing.figures.empty())
-    return recommended + "Statistics of the chosen schemes; nothing to compare online-svr with.";
+    return recommended + "Statistics of the chosen schemes; nothing to compare the stack with.";
   std::string text =
-      "Of all judgements, each an axis by a protocol, online-svr is best, or equal within 0.5 %,";
+      "Of all judgements, each an axis by a protocol, the stack is best, or equal within 0.5 %,";
   bool first = true;
   for (const auto* figure : {"RMSE", "std", "B"}) {
     const auto found = standing.figures.find(figure);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a comparison says in a sentence: which scheme to use, and where online-svr is not the best.
+// What a comparison says in a sentence: which scheme to use, and where the stack is not the best.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@ struct Figure {
   bool is_bound = false;                                    // at most `value`
 };
 
-// Where a scheme is better than online-svr.
+// Where a scheme is better than the stack.
 struct Behind {
   std::string axis;
   std::string judged;
@@ -31,8 +31,8 @@ struct Behind {
 
 struct Standing {
   struct Count {
-    std::size_t judged = 0;  // online-svr's figure and another's are known
-    std::size_t best = 0;    // online-svr has the smallest, or one that prints alike
+    std::size_t judged = 0;  // the stack's figure and another's are known
+    std::size_t best = 0;    // the stack has the smallest, or one that prints alike
   };
   std::map<std::string, Count> figures;
   std::vector<Behind> behind;
@@ -43,8 +43,8 @@ struct Recommendation {
   std::string scheme;
   double over_holding = std::numeric_limits<double>::quiet_NaN();  // geometric mean of RMSE over
                                                                    // persistence's, labels late
-  double ours = std::numeric_limits<double>::quiet_NaN();  // online-svr's; NaN: not compared
-  std::size_t judged = 0;                                  // axes and ages
+  double ours = std::numeric_limits<double>::quiet_NaN();          // the stack's; NaN: not compared
+  std::size_t judged = 0;                                          // axes and ages
 };
 
 [[nodiscard]] Standing standing_of(const ComparisonResult& result);

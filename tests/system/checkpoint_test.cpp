@@ -21,11 +21,11 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kOnlineSvr = static_cast<std::uint8_t>(core::Rung::kOnlineSvr);
+constexpr auto kStack = static_cast<std::uint8_t>(core::Rung::kStack);
 
 bool is_on_model(const msg::CompensatedRate& answer) {
   return std::all_of(answer.rung().begin(), answer.rung().end(),
-                     [](std::uint8_t rung) { return rung == kOnlineSvr; });
+                     [](std::uint8_t rung) { return rung == kStack; });
 }
 
 // A simulation at 20 times real time, compensated by a service that may be started again.

@@ -125,8 +125,8 @@ enum class Domain : std::uint32_t {
   kRedundantPublishersTogether,
   kRestart,
   kRedundantReplay,
-  kStandbyStack,
-  kStackLive,
+  kStandbySvr,
+  kSvrLive,
 };
 
 static_assert(static_cast<std::uint32_t>(Domain::kConsole) <= 100);

@@ -51,16 +51,16 @@ void expect_live_equals_offline(SystemUnderTest& system, const Simulation& simul
 TEST(LiveRun, OfARecordEqualsOfflineCompensationToTheByte) {
   SystemUnderTest system(Domain::kRecordLive);
   expect_live_equals_offline(system, {.profile = write_ramp_profile(system, kDurationS)}, {}, {},
-                             "online_svr");
+                             "stack");
 }
 
-// Rule: a stack of experts is no exception.
-TEST(LiveRun, OfAStackEqualsOfflineCompensationToTheByte) {
-  SystemUnderTest system(Domain::kStackLive);
-  write(system.path("stack.yaml"), "scheme: stack\n");
+// Rule: another scheme than the default one is no exception.
+TEST(LiveRun, OfTheOnlineSvrAloneEqualsOfflineCompensationToTheByte) {
+  SystemUnderTest system(Domain::kSvrLive);
+  write(system.path("svr.yaml"), "scheme: online-svr\n");
   expect_live_equals_offline(system, {.profile = write_ramp_profile(system, kDurationS), .seed = 3},
-                             {"--scheme", "stack"}, {"--config", system.path("stack.yaml")},
-                             "stack");
+                             {"--scheme", "online-svr"}, {"--config", system.path("svr.yaml")},
+                             "online_svr");
 }
 
 TEST(LiveRun, OfASimulationEqualsOfflineCompensationOfItsRecordToTheByte) {

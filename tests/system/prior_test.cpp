@@ -68,7 +68,7 @@ TEST(Prior, LiveEqualsOfflineToTheByte) {
   EXPECT_EQ(first_difference(system.path("live.csv"), system.path("offline.csv")), "");
   const Table table = read_table(system.path("live.csv"));
   ASSERT_EQ(table.rows.size(), kSamples);
-  EXPECT_EQ(table.rows.back()[table.column("rung_x")], "online_svr");
+  EXPECT_EQ(table.rows.back()[table.column("rung_x")], "stack");
   run_offline(system, record, system.path("without.csv"));
   EXPECT_NE(first_difference(system.path("offline.csv"), system.path("without.csv")), "");
 }
@@ -158,7 +158,7 @@ TEST(Prior, IsAdoptedAndTakenBackLive) {
     };
     return eventually([&] { return answers.any(is_so, from); });
   };
-  ASSERT_TRUE(comes(0, core::Rung::kOnlineSvr));
+  ASSERT_TRUE(comes(0, core::Rung::kStack));
 
   const Finished early = system.control({"revert"});
   EXPECT_EQ(early.exit_code, 1);
@@ -201,7 +201,7 @@ TEST(Prior, IsAdoptedAndTakenBackLive) {
   ASSERT_EQ(reverted.exit_code, 0) << reverted.out << reverted.err;
   EXPECT_NE(reverted.out.find("reverted to no prior, model epoch"), std::string::npos)
       << reverted.out;
-  ASSERT_TRUE(comes(during, core::Rung::kOnlineSvr));
+  ASSERT_TRUE(comes(during, core::Rung::kStack));
   EXPECT_TRUE(eventually([&] { return told(events, "command_revert", "reverted"); }));
   EXPECT_EQ(system.control({"restore"}).exit_code, 0);
   const auto all = answers.all();

@@ -94,7 +94,7 @@ TEST(Recording, OfALiveRunGivesBackItsInputsAndItsOutputsToTheBit) {
   run_offline(system, live, system.path("computed.csv"));
   EXPECT_EQ(first_difference(said, system.path("computed.csv")), "");
   const Table table = read_table(said);
-  EXPECT_EQ(table.rows.back()[table.column("rung_x")], "online_svr") << "nothing was learned";
+  EXPECT_EQ(table.rows.back()[table.column("rung_x")], "stack") << "nothing was learned";
 
   // Cut in the middle: all that is before.
   const fs::path cut = system.path("cut.mcap");

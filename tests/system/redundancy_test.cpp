@@ -54,9 +54,9 @@ TEST(Redundancy, AKilledOneCostsNoSampleAndComesBackInSync) {
   expect_each_sample_once(fail_over(system, "kill"));
 }
 
-TEST(Redundancy, OfAStackOneThatComesBackIsInSyncToTheBit) {
-  SystemUnderTest system(Domain::kStandbyStack);
-  expect_each_sample_once(fail_over(system, "kill", {"--scheme", "stack"}));
+TEST(Redundancy, OfTheOnlineSvrAloneOneThatComesBackIsInSyncToTheBit) {
+  SystemUnderTest system(Domain::kStandbySvr);
+  expect_each_sample_once(fail_over(system, "kill", {"--scheme", "online-svr"}));
 }
 
 TEST(Redundancy, AStoppedOneCostsNoSampleAndItsOldOnesAreNotRepeated) {

@@ -142,9 +142,9 @@ TEST(RunningState, GoesOnToTheBitWhereverItIsCut) {
   expect_no_difference(make_record(chamber()), small_options());
 }
 
-TEST(RunningState, GoesOnToTheBitWithTheStack) {
+TEST(RunningState, GoesOnToTheBitWithTheOnlineSvrAlone) {
   CompensationOptions options = small_options();
-  options.scheme = compensation::Scheme::kStack;
+  options.scheme = compensation::Scheme::kOnlineSvr;
   expect_no_difference(make_record(chamber()), options);
 }
 

@@ -111,9 +111,9 @@ TEST(CompensatorAllocationLaws, DataPathAndLearnerTakeNoMemoryAfterConstruction)
   expect_no_memory_taken(busy_options());
 }
 
-TEST(CompensatorAllocationLaws, NorDoesAStack) {
+TEST(CompensatorAllocationLaws, NorDoesTheOnlineSvrAlone) {
   CompensationOptions options = busy_options();
-  options.scheme = Scheme::kStack;
+  options.scheme = Scheme::kOnlineSvr;
   expect_no_memory_taken(options);
 }
 

@@ -22,12 +22,6 @@ using testing::LearnerTiming;
 using testing::make_record;
 using testing::Record;
 
-CompensationOptions stacked() {
-  CompensationOptions options = testing::options();
-  options.scheme = Scheme::kStack;
-  return options;
-}
-
 GyroSpec chamber(double duration_s) {
   GyroSpec spec;
   spec.duration_s = duration_s;
@@ -55,8 +49,8 @@ double rms_left(const Record& record, const std::vector<core::CompensatedSample>
 // alone.
 TEST(CompensatorStack, AHealthyRunClimbsToTheStackAndIsAsGoodAsTheSvrAlone) {
   const Record record = make_record(chamber(1800.0));
-  Compensator with_stack{stacked()};
-  Compensator with_svr{testing::options()};
+  Compensator with_stack{testing::options()};
+  Compensator with_svr{testing::svr_options()};
   const auto by_stack = testing::run(with_stack, record);
   const auto by_svr = testing::run(with_svr, record);
   std::size_t first = 0;
@@ -86,7 +80,7 @@ TEST(CompensatorStackLaws, LearnerTimingNeverChangesABit) {
   GyroSpec spec = chamber(900.0);
   spec.motion = testing::turn(400.0, 30.0, 0.01);
   const Record record = make_record(spec);
-  Compensator at_once{stacked()}, awaited{stacked()};
+  Compensator at_once{testing::options()}, awaited{testing::options()};
   const auto a = testing::run(at_once, record, LearnerTiming::kAtOnce);
   const auto b = testing::run(awaited, record, LearnerTiming::kOnlyWhenAwaited);
   ASSERT_EQ(a.size(), b.size());
@@ -103,7 +97,7 @@ TEST(CompensatorStack, InATurnItForecastsOnAndStatesMoreVariance) {
   spec.high_degc = 26.0;  // six minutes up, six down: the turn leads to nothing new
   spec.motion = testing::turn(900.0, 400.0, 0.01);
   const Record record = make_record(spec);
-  Compensator compensator{stacked()};
+  Compensator compensator{testing::options()};
   const auto answers = testing::run(compensator, record);
   const auto at = [&](double time_s) -> const core::CompensatedSample& {
     return answers[static_cast<std::size_t>(time_s * spec.rate_hz)];
@@ -124,7 +118,7 @@ TEST(CompensatorStack, WhenTemperatureStopsTheBiasTakesOverUntilItIsBack) {
   std::erase_if(record.temperatures, [](const auto& reading) {
     return reading.time > core::from_seconds(600.0) && reading.time < core::from_seconds(800.0);
   });
-  CompensationOptions options = stacked();
+  CompensationOptions options = testing::options();
   Compensator compensator{options};
   std::vector<core::CompensatedSample> answers;
   std::size_t t = 0;
@@ -148,7 +142,7 @@ TEST(CompensatorStack, WhenTemperatureStopsTheBiasTakesOverUntilItIsBack) {
 // Rule: after the clock was set back it goes on with what it knows of temperature.
 TEST(CompensatorStack, AfterTheClockWasSetBackItGoesOn) {
   const Record record = make_record(chamber(900.0));
-  Compensator compensator{stacked()};
+  Compensator compensator{testing::options()};
   testing::run(compensator, record);
   compensator.restart_stream();
   const auto answers = testing::run(compensator, record);
@@ -164,7 +158,7 @@ TEST(CompensatorStack, AfterTheClockWasSetBackItGoesOn) {
 TEST(CompensatorStack, ARecordWithoutNoiseLeavesNumbers) {
   GyroSpec spec = chamber(600.0);
   spec.noise_deg_h_1s = 0.0;
-  Compensator compensator{stacked()};
+  Compensator compensator{testing::options()};
   for (const auto& answer : testing::run(compensator, make_record(spec))) {
     for (const double drift : answer.applied_drift_radps) ASSERT_TRUE(std::isfinite(drift));
     for (const double variance : answer.drift_variance) ASSERT_TRUE(std::isfinite(variance));
@@ -173,7 +167,7 @@ TEST(CompensatorStack, ARecordWithoutNoiseLeavesNumbers) {
 
 // Rule: features that are made of no temperature leave the experts that need none.
 TEST(CompensatorStack, WithoutAnyProbeTheExpertsWithoutTemperatureAreLeft) {
-  CompensationOptions options = stacked();
+  CompensationOptions options = testing::options();
   options.features = {{.kind = thermal::FeatureKind::kPulseMean}};
   Compensator compensator{options};
   const auto answers = testing::run(compensator, make_record(chamber(600.0)));

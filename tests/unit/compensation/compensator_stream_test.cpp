@@ -256,7 +256,7 @@ TEST(CompensatorScenarios, AfterASourceRestartTheModelStillCompensates) {
   Compensator compensator{testing::options()};
   const Record record = make_record(spec);
   const auto before = testing::run(compensator, record);
-  ASSERT_EQ(before.back().rung[0], core::Rung::kOnlineSvr);
+  ASSERT_EQ(before.back().rung[0], core::Rung::kStack);
   const auto counts_before = compensator.counts();
   compensator.restart_stream();
   EXPECT_EQ(compensator.counts().missing, 0U);
@@ -273,7 +273,7 @@ TEST(CompensatorScenarios, AfterASourceRestartTheModelStillCompensates) {
   // The temperature rate has its window again after 30 s, and then the model the same coil saw.
   for (std::size_t k = 0; k < after.size(); ++k) {
     if (again.rates[k].time < from_seconds(35.0)) continue;
-    ASSERT_EQ(after[k].rung[0], core::Rung::kOnlineSvr) << k;
+    ASSERT_EQ(after[k].rung[0], core::Rung::kStack) << k;
   }
 }
 

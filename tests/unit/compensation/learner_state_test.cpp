@@ -34,8 +34,8 @@ CompensationOptions small_options() {
   return options;
 }
 
-CompensationOptions stacked(CompensationOptions options) {
-  options.scheme = Scheme::kStack;
+CompensationOptions svr_alone(CompensationOptions options) {
+  options.scheme = Scheme::kOnlineSvr;
   return options;
 }
 
@@ -198,8 +198,8 @@ TEST(LearnerStateLaws, RestoredAtAnyCutEveryLaterSnapshotIsTheSameToTheBit) {
   expect_the_same_bits_after_any_cut(small_options());
 }
 
-TEST(LearnerStateLaws, RestoredAtAnyCutAStackGoesOnToTheBit) {
-  expect_the_same_bits_after_any_cut(stacked(small_options()));
+TEST(LearnerStateLaws, RestoredAtAnyCutTheOnlineSvrAloneGoesOnToTheBit) {
+  expect_the_same_bits_after_any_cut(svr_alone(small_options()));
 }
 
 // Rule: the snapshot that answers a restore is the one that was last given before saving.
@@ -362,8 +362,8 @@ TEST(LearnerStateAbuse, WhatIsWrittenOverAStateIsRefusedOrDoesNoHarm) {
   expect_no_harm_by_what_is_written_over(small_options());
 }
 
-TEST(LearnerStateAbuse, WhatIsWrittenOverAStackIsRefusedOrDoesNoHarm) {
-  expect_no_harm_by_what_is_written_over(stacked(small_options()));
+TEST(LearnerStateAbuse, WhatIsWrittenOverTheOnlineSvrAloneIsRefusedOrDoesNoHarm) {
+  expect_no_harm_by_what_is_written_over(svr_alone(small_options()));
 }
 
 // Rule: kernels alone begin a learner that knows nothing else and learns with them.
@@ -390,10 +390,10 @@ TEST(LearnerState, KernelsAloneAreLearnedWithFromTheFirstLabelOn) {
 TEST(LearnerState, AnotherLayoutHasAnotherNumber) {
   const auto options = small_options();
   EXPECT_EQ(kLearnerLayout, 2U);
-  EXPECT_EQ(state_after(options, 0).bytes.size(), 2486U);
-  EXPECT_EQ(state_after(options, 30).bytes.size(), 27542U);
-  EXPECT_EQ(state_after(stacked(options), 0).bytes.size(), 67769U);
-  EXPECT_EQ(state_after(stacked(options), 30).bytes.size(), 262569U);
+  EXPECT_EQ(state_after(svr_alone(options), 0).bytes.size(), 2486U);
+  EXPECT_EQ(state_after(svr_alone(options), 30).bytes.size(), 27542U);
+  EXPECT_EQ(state_after(options, 0).bytes.size(), 67769U);
+  EXPECT_EQ(state_after(options, 30).bytes.size(), 262569U);
 }
 
 // Rule: given before the first sample, a saved learner is in force from that sample on; and the
@@ -422,7 +422,7 @@ TEST(LearnerStateLaws, ACompensatorThatResumesLearnsAsOneLearnerOfBothStreams) {
 
   Compensator first(options);
   const auto answers = compensate(first, testing::make_record(spec));
-  ASSERT_EQ(answers.back().rung[0], core::Rung::kOnlineSvr)
+  ASSERT_EQ(answers.back().rung[0], core::Rung::kStack)
       << "nothing was learned that could be saved";
   const LearnerState saved = first.learner().export_state();
   EXPECT_TRUE(print(saved, options) == print(both.state(), options));
@@ -438,7 +438,7 @@ TEST(LearnerStateLaws, ACompensatorThatResumesLearnsAsOneLearnerOfBothStreams) {
   EXPECT_EQ(resumed.front().model_epoch, saved.epoch);
   // Its temperature rate needs a minute; until then the last stationary minute is held.
   EXPECT_EQ(resumed.front().rung[0], core::Rung::kStationaryBias);
-  EXPECT_EQ(resumed[static_cast<std::size_t>(70.0 * spec.rate_hz)].rung[0], core::Rung::kOnlineSvr);
+  EXPECT_EQ(resumed[static_cast<std::size_t>(70.0 * spec.rate_hz)].rung[0], core::Rung::kStack);
   EXPECT_TRUE(print(second.learner().export_state(), options) == print(both.state(), options));
 }
 

@@ -164,6 +164,12 @@ inline CompensationOptions options() {
   options.temperature_stale_s = 30.0;
   return options;
 }
+// The same with the online SVR alone.
+inline CompensationOptions svr_options() {
+  CompensationOptions svr = options();
+  svr.scheme = Scheme::kOnlineSvr;
+  return svr;
+}
 
 // When a learner gets to work: both give the same output to the bit.
 enum class LearnerTiming { kAtOnce, kOnlyWhenAwaited };

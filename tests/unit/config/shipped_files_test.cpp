@@ -173,6 +173,15 @@ TEST(ShippedCompensation, ThePapersFileUsesItsRateEstimatorAndPulseTerms) {
   EXPECT_EQ(options.probes(), std::vector<std::string>{"coil"});
 }
 
+// Rule: the stack is what every other file asks for, as the default does; the paper's file has the
+// paper's learner alone.
+TEST(ShippedCompensation, TheStackIsTheSchemeButInThePapersFile) {
+  EXPECT_EQ(compensation::CompensationOptions{}.scheme, compensation::Scheme::kStack);
+  EXPECT_EQ(load_compensation(shipped("vehicle.yaml")).scheme, compensation::Scheme::kStack);
+  EXPECT_EQ(load_compensation(shipped("navigation.yaml")).scheme, compensation::Scheme::kStack);
+  EXPECT_EQ(load_compensation(shipped("paper.yaml")).scheme, compensation::Scheme::kOnlineSvr);
+}
+
 // Rule: on a vehicle Earth rate is taken off and an implausible level is not learned. 100 deg/h =
 // 4.848e-4 rad/s; at latitude 48 deg, level and heading north, Earth rate lies in the plane of x
 // and z.
