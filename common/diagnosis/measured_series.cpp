@@ -288,4 +288,31 @@ MeasuredSeries SeriesBuilder::finish() {
   return series;
 }
 
+MeasuredSeries part_of(const MeasuredSeries& series, std::size_t begin, std::size_t end) {
+  MeasuredSeries part = series;
+  const auto cut = [&](auto& channel) {
+    if (channel.empty()) return;
+    channel.erase(channel.begin() + static_cast<std::ptrdiff_t>(end), channel.end());
+    channel.erase(channel.begin(), channel.begin() + static_cast<std::ptrdiff_t>(begin));
+  };
+  for (std::size_t a = 0; a < core::kAxisCount; ++a) {
+    cut(part.rate_radps[a]);
+    cut(part.valid[a]);
+    cut(part.sample_variance[a]);
+    cut(part.reference_radps[a]);
+    cut(part.magnetic_ut[a]);
+    cut(part.acceleration_mps2[a]);
+  }
+  for (ProbeSeries& probe : part.probes) {
+    cut(probe.temperature_degc);
+    cut(probe.rate_degc_per_s);
+  }
+  for (auto* channel :
+       {&part.vibration_g, &part.source_current_ma, &part.supply_v, &part.since_power_on_s})
+    cut(*channel);
+  part.start_s = series.time_s(begin);
+  part.size = end - begin;
+  return part;
+}
+
 }  // namespace zerodrift::diagnosis

@@ -121,4 +121,8 @@ class SeriesBuilder {
   std::vector<Channel> channels_;
 };
 
+// The intervals from `begin` to before `end` as a record of their own: as much of every channel.
+[[nodiscard]] MeasuredSeries part_of(const MeasuredSeries& series, std::size_t begin,
+                                     std::size_t end);
+
 }  // namespace zerodrift::diagnosis

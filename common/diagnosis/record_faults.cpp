@@ -8,6 +8,7 @@
 #include "common/core/require.h"
 #include "common/core/units.h"
 #include "common/diagnosis/median.h"
+#include "common/diagnosis/smallest_step.h"
 #include "common/twin/effect_catalogue.h"
 
 namespace zerodrift::diagnosis {
@@ -21,19 +22,6 @@ constexpr std::size_t kFewestInARow = 3;
 constexpr std::size_t kFewestDropouts = 3;
 constexpr std::size_t kLongestDropout = 5;  // samples; longer is a gap
 constexpr double kMadToSigma = 1.4826;
-
-// Smallest difference between two neighbouring readings that differ by more than rounding.
-double smallest_step(std::span<const double> readings, const std::vector<std::uint8_t>& valid) {
-  constexpr double kRounding = 1e-12;
-  double step = 0.0;
-  for (std::size_t i = 1; i < readings.size(); ++i) {
-    const double difference = std::abs(readings[i] - readings[i - 1]);
-    if (valid[i] == 0 || valid[i - 1] == 0) continue;
-    if (difference <= kRounding * std::abs(readings[i])) continue;
-    step = step == 0.0 ? difference : std::min(step, difference);
-  }
-  return step;
-}
 
 // Departure from the median of the neighbours, in robust standard deviations of the whole record or
 // steps of the reading, whichever is larger.
