@@ -2,8 +2,8 @@
 #include "common/diagnosis/motion.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <iterator>
 #include <span>
 
 #include "common/core/units.h"
@@ -18,7 +18,8 @@ constexpr std::size_t kFewestInWindow = 6;
 constexpr double kLeastTurnRadps = 0.05 * core::kRadPerDeg;  // of a grid of one second
 constexpr double kSurelyATurnRadps = 1.0 * core::kRadPerDeg;
 constexpr double kLargestBiasRadps = 10.0 * core::kRadPerDeg;
-constexpr double kNoiseSigmas = 10.0;
+// Of the quietest tenth, whose estimate is low by chance: 15 of the noise itself.
+constexpr double kNoiseSigmas = 25.0;
 constexpr double kReadingSteps = 4.0;
 // Changes the Earth's rotation that an axis feels by 0.03 deg/h at most.
 constexpr double kSameOrientationRad = 0.1 * core::kRadPerDeg;
@@ -30,6 +31,17 @@ bool moves(std::span<const double> channel) {
 
 Stretch window_around(std::size_t i, std::size_t size) {
   return {i > kHalfWindow ? i - kHalfWindow : 0, std::min(i + kHalfWindow + 1, size)};
+}
+
+// Of a stretch, as much as tells a level where it begins and where it ends.
+constexpr std::size_t kEnd = 6 * kHalfWindow;
+
+Stretch first_of(const Stretch& stretch) {
+  return {stretch.begin, std::min(stretch.begin + kEnd, stretch.end)};
+}
+
+Stretch last_of(const Stretch& stretch) {
+  return {stretch.size() > kEnd ? stretch.end - kEnd : stretch.begin, stretch.end};
 }
 
 // One axis of a record.
@@ -79,8 +91,8 @@ class AxisRates {
 
   // Whether the turn between two stretches ends where it began.
   [[nodiscard]] bool comes_back(const Stretch& before, const Stretch& after) const {
-    const auto first = level(before);
-    const auto last = level(after);
+    const auto first = level(last_of(before));
+    const auto last = level(first_of(after));
     if (!first || !last) return false;
     double angle_rad = 0.0;
     for (std::size_t i = before.end; i < after.begin; ++i) {
@@ -132,19 +144,53 @@ std::vector<Stretch> stretches_without(const std::vector<std::uint8_t>& moving) 
   return stretches;
 }
 
-// Those whose rate is as small as it ever is for as long as a window.
+// The longest of those whose levels are the commonest, by their duration.
+std::size_t commonest(const std::vector<Stretch>& stretches, const AxisRates& axis) {
+  std::vector<std::optional<double>> levels;
+  for (const Stretch& stretch : stretches) levels.push_back(axis.level(stretch));
+  std::size_t best = 0;
+  std::size_t longest = 0;
+  for (std::size_t i = 0; i < stretches.size(); ++i) {
+    std::size_t duration = 0;
+    for (std::size_t j = 0; levels[i] && j < stretches.size(); ++j) {
+      if (levels[j] && std::abs(*levels[j] - *levels[i]) <= axis.bound_radps())
+        duration += stretches[j].size();
+    }
+    const bool is_longer =
+        duration > longest || (duration == longest && stretches[i].size() > stretches[best].size());
+    if (!is_longer) continue;
+    longest = duration;
+    best = i;
+  }
+  return best;
+}
+
+// From the commonest level on, forwards and backwards: those that begin where the one at rest
+// before them ended. A gyro's bias may wander far, but not during a turn.
 std::vector<Stretch> at_rest(std::vector<Stretch> stretches, const std::vector<AxisRates>& axes) {
   for (const AxisRates& axis : axes) {
-    std::optional<double> rest;
-    for (const Stretch& stretch : stretches) {
-      const auto level = axis.level(stretch);
-      const bool is_less = level && (!rest || std::abs(*level) < std::abs(*rest));
-      if (is_less && stretch.size() > 2 * kHalfWindow) rest = level;
+    if (stretches.empty()) break;
+    const std::size_t start = commonest(stretches, axis);
+    std::vector<std::uint8_t> rests(stretches.size(), 0);
+    const auto walk = [&](auto first, auto last, auto near_end, auto far_end) {
+      auto level = axis.level(far_end(*first));
+      for (auto stretch = first; stretch != last; ++stretch) {
+        const auto here = axis.level(near_end(*stretch));
+        const bool goes_on = !here || !level || std::abs(*here - *level) <= axis.bound_radps();
+        if (stretch != first && !goes_on) continue;
+        rests[static_cast<std::size_t>(&*stretch - stretches.data())] = 1;
+        if (const auto there = axis.level(far_end(*stretch))) level = there;
+      }
+    };
+    const auto at = static_cast<std::ptrdiff_t>(start);
+    walk(stretches.begin() + at, stretches.end(), first_of, last_of);
+    walk(std::make_reverse_iterator(stretches.begin() + at + 1), stretches.rend(), last_of,
+         first_of);
+    std::vector<Stretch> left;
+    for (std::size_t i = 0; i < stretches.size(); ++i) {
+      if (rests[i] != 0) left.push_back(stretches[i]);
     }
-    std::erase_if(stretches, [&](const Stretch& stretch) {
-      const auto level = axis.level(stretch);
-      return !rest || (level && std::abs(*level - *rest) > axis.bound_radps());
-    });
+    stretches = std::move(left);
   }
   return stretches;
 }

@@ -31,13 +31,14 @@ struct UnreferencedMotion {
 // constant has none.
 //
 // An interval is in motion where, of eleven around it, the second largest rate is above the second
-// smallest by more than 0.05 deg/s (times the interval, of grids coarser than a second), ten
+// smallest by more than 0.05 deg/s (times the interval, of grids coarser than a second), 25
 // standard deviations of the noise from sample to sample in the quietest tenth of the record and
 // four steps of the reading, but at most 1 deg/s: no gyro that is worth a model does so at rest,
-// and one wild sample does not make it. Between two turns the gyro is at rest where its rate is as
-// small as it ever is, within the same bound. A turn about any axis counts, as it changes what all
-// feel of the Earth's rotation; two stretches with one that ends where it began between them are
-// one stretch. A gyro of which half the rates are above 10 deg/s never rests. O(n).
+// and one wild sample does not make it. Of what lies between, the commonest rate is rest, and so
+// are those before and after that go on from it within the same bound. A turn about any axis
+// counts, as it changes what all feel of the Earth's rotation; two stretches with a turn between
+// them that ends where it began are one. A gyro of which half the rates are above 10 deg/s never
+// rests. O(n + stretches²).
 [[nodiscard]] std::optional<UnreferencedMotion> motion_without_reference(
     const MeasuredSeries& series, core::Axis axis);
 

@@ -49,6 +49,20 @@ TEST(MotionLaws, NoiseOfAnyGyroDriftStepsAndSpikesAreNoMotion) {
   }
 }
 
+// A MEMS gyro in a chamber: its bias wanders by 1.5 deg/s and once jumps for good by 470 deg/h.
+TEST(MotionLaws, AJumpOfAWanderingBiasIsNoTurn) {
+  MeasuredSeries series = still(8000, core::radps_from_deg_h(50.0), 3);
+  for (std::size_t i = 0; i < series.size; ++i) {
+    const double hours = static_cast<double>(i) / core::kSecondsPerHour;
+    series.rate_radps[0][i] += core::radps_from_deg_h(5400.0 * std::sin(3.0 * hours));
+    if (i >= 2020) series.rate_radps[0][i] += core::radps_from_deg_h(470.0);
+  }
+  const auto motion = motion_without_reference(series, kX);
+  if (!motion) return;
+  EXPECT_LT(motion->moving_share, 0.002);
+  EXPECT_EQ(motion->at_rest.size(), series.size);
+}
+
 TEST(MotionLaws, ACoarseReadingIsNoMotion) {
   constexpr double kStep = 0.05 * kDegS;
   MeasuredSeries series = still(4000, 0.4 * kStep, 5);
