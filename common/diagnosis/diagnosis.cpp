@@ -101,6 +101,12 @@ std::string about_rest(const UnreferencedMotion& motion, const MeasuredSeries& p
          rounded(duration_of(part) / 60.0) + " min.";
 }
 
+// What is no larger than the errors by rounding that the record is known to have is theirs.
+bool is_rounding(const UnknownEffect& unknown, const RecordFaults& faults) {
+  constexpr double kWithin = 1.5;
+  return unknown.rms_radps <= kWithin * faults.rounding_rms_radps;
+}
+
 class AxisExamination {
  public:
   AxisExamination(const twin::Model& model, const MeasuredSeries& series, const Playback& playback,
@@ -328,6 +334,7 @@ class AxisExamination {
     result.effects = trial.effects;
     result.recalibrated = trial.recalibrated;
     result.unknown = trial.unknown;
+    if (result.unknown && is_rounding(*result.unknown, faults)) result.unknown.reset();
     result.could_have_seen = trial.could_have_seen;
     result.evidence = trial.evidence;
     result.effects.insert(result.effects.end(), faults.effects.begin(), faults.effects.end());
