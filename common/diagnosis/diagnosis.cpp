@@ -2,6 +2,7 @@
 #include "common/diagnosis/diagnosis.h"
 
 #include <algorithm>
+#include <list>
 #include <span>
 #include <stdexcept>
 
@@ -11,10 +12,12 @@
 #include "common/diagnosis/disagreement.h"
 #include "common/diagnosis/gap.h"
 #include "common/diagnosis/held_out.h"
+#include "common/diagnosis/motion.h"
 #include "common/diagnosis/next_experiment.h"
 #include "common/diagnosis/playback.h"
 #include "common/diagnosis/record_faults.h"
 #include "common/diagnosis/repair.h"
+#include "common/diagnosis/rounded_text.h"
 #include "common/diagnosis/verdict.h"
 #include "common/twin/effect_catalogue.h"
 
@@ -42,20 +45,81 @@ void copy_axis(const twin::Model& from, twin::Model& to, core::Axis axis) {
   }
 }
 
+// A record and the twin's effects over it.
+struct PlayedRecord {
+  const MeasuredSeries* series;
+  const Playback* playback;
+};
+
+// Records as one axis can be judged on them: of those in which it turns without a reference the
+// longest stretch at rest.
+class RecordsOfAxis {
+ public:
+  explicit RecordsOfAxis(core::Axis axis) : axis_(axis) {}
+
+  // Nothing where the gyro never rests for as long as a record has to be.
+  [[nodiscard]] std::optional<PlayedRecord> judged(const PlayedRecord& record,
+                                                   std::optional<UnreferencedMotion>& motion) {
+    motion = motion_without_reference(*record.series, axis_);
+    if (!motion) return record;
+    MeasuredSeries part = part_at_rest(*record.series, *motion);
+    if (why_too_short(part)) return std::nullopt;
+    Own& own = own_.emplace_back(std::move(part));
+    return PlayedRecord{&own.series, &own.playback};
+  }
+
+ private:
+  struct Own {
+    explicit Own(MeasuredSeries part) : series(std::move(part)), playback(series) {}
+
+    MeasuredSeries series;
+    Playback playback;
+  };
+
+  core::Axis axis_;
+  std::list<Own> own_;  // what is added moves nothing
+};
+
+std::string in_percent(double share) {
+  return rounded(100.0 * share) + " %";
+}
+
+AxisDiagnosis moved_without_reference(const UnreferencedMotion& motion) {
+  return can_not_be_diagnosed(
+      {},
+      "the gyro turns in " + in_percent(motion.moving_share) +
+          " of the record and its true rate is not given, so that what it measures is no drift",
+      "A record with the true rate (rate_reference), or one of " +
+          rounded(kShortestForBlocksS / 60.0) +
+          " min or more in which the gyro stands still, decides it.");
+}
+
+std::string about_rest(const UnreferencedMotion& motion, const MeasuredSeries& part) {
+  return " The gyro turns in " + in_percent(motion.moving_share) +
+         " of the record and its true rate is not given: only the longest stretch at rest was "
+         "judged, " +
+         rounded(duration_of(part) / 60.0) + " min.";
+}
+
+// What is no larger than the errors by rounding that the record is known to have is theirs.
+bool is_rounding(const UnknownEffect& unknown, const RecordFaults& faults) {
+  constexpr double kWithin = 1.5;
+  return unknown.rms_radps <= kWithin * faults.rounding_rms_radps;
+}
+
 class AxisExamination {
  public:
   AxisExamination(const twin::Model& model, const MeasuredSeries& series, const Playback& playback,
                   core::Axis axis, const DiagnosisOptions& options)
       : model_(model), series_(series), playback_(playback), axis_(axis), options_(options) {}
 
-  AxisDiagnosis run(const std::vector<MeasuredSeries>& validation,
-                    const std::vector<Playback>& playbacks, twin::Model& repaired) {
+  AxisDiagnosis run(const std::vector<PlayedRecord>& validation, twin::Model& repaired) {
     const auto measured = measured_drift(series_, axis_);
     const auto before = playback_.drift(model_, axis_);
     const std::size_t a = core::index(axis_);
     const RecordFaults faults =
         find_record_faults(series_, axis_, difference(measured, before, series_.valid[a]));
-    Split split = held_out_parts(validation, playbacks, faults.sound);
+    Split split = held_out_parts(validation, faults.sound);
     Calibrated calibrated = calibrated_on(split, Lags::kAtDefault);
     Judged judged = attempt(calibrated, split, {});
     AxisDiagnosis result;
@@ -252,17 +316,15 @@ class AxisExamination {
     return true;
   }
 
-  Split held_out_parts(const std::vector<MeasuredSeries>& validation,
-                       const std::vector<Playback>& playbacks,
+  Split held_out_parts(const std::vector<PlayedRecord>& validation,
                        const std::vector<std::uint8_t>& sound) const {
     Split split{.kind = HeldOut::kRecords, .fitted = sound};
-    for (std::size_t i = 0; i < validation.size(); ++i) {
-      if (!has_axis(validation[i], axis_)) continue;
+    for (const PlayedRecord& record : validation) {
+      const MeasuredSeries& series = *record.series;
       const auto residual =
-          difference(measured_drift(validation[i], axis_), playbacks[i].drift(model_, axis_),
-                     validation[i].valid[core::index(axis_)]);
-      HeldOutPart part{&validation[i], &playbacks[i],
-                       find_record_faults(validation[i], axis_, residual).sound};
+          difference(measured_drift(series, axis_), record.playback->drift(model_, axis_),
+                     series.valid[core::index(axis_)]);
+      HeldOutPart part{&series, record.playback, find_record_faults(series, axis_, residual).sound};
       if (can_judge(part)) split.held_out.push_back(std::move(part));
     }
     return split.held_out.empty() ? split_in_blocks(series_, playback_, sound) : split;
@@ -272,6 +334,7 @@ class AxisExamination {
     result.effects = trial.effects;
     result.recalibrated = trial.recalibrated;
     result.unknown = trial.unknown;
+    if (result.unknown && is_rounding(*result.unknown, faults)) result.unknown.reset();
     result.could_have_seen = trial.could_have_seen;
     result.evidence = trial.evidence;
     result.effects.insert(result.effects.end(), faults.effects.begin(), faults.effects.end());
@@ -345,6 +408,25 @@ class AxisExamination {
   const DiagnosisOptions& options_;
 };
 
+AxisDiagnosis diagnose_axis(const twin::Model& model, const PlayedRecord& record,
+                            const std::vector<PlayedRecord>& validation, core::Axis axis,
+                            const DiagnosisOptions& options, twin::Model& repaired) {
+  RecordsOfAxis records(axis);
+  std::optional<UnreferencedMotion> motion;
+  const auto judged = records.judged(record, motion);
+  if (!judged) return moved_without_reference(*motion);
+  std::vector<PlayedRecord> held_out;
+  for (const PlayedRecord& other : validation) {
+    std::optional<UnreferencedMotion> of_other;
+    if (!has_axis(*other.series, axis)) continue;
+    if (const auto part = records.judged(other, of_other)) held_out.push_back(*part);
+  }
+  AxisDiagnosis result = AxisExamination(model, *judged->series, *judged->playback, axis, options)
+                             .run(held_out, repaired);
+  if (motion) result.sentence += about_rest(*motion, *judged->series);
+  return result;
+}
+
 }  // namespace
 
 Diagnosis diagnose(const twin::Model& model, const MeasuredSeries& series,
@@ -354,15 +436,17 @@ Diagnosis diagnose(const twin::Model& model, const MeasuredSeries& series,
   Diagnosis diagnosis{.repaired = model};
   const Playback playback(series);
   const std::optional<std::string> too_short = why_too_short(series);
-  std::vector<Playback> playbacks;
-  for (const MeasuredSeries& record : validation) playbacks.emplace_back(record);
+  std::list<Playback> playbacks;
+  std::vector<PlayedRecord> held_out;
+  for (const MeasuredSeries& record : validation)
+    held_out.push_back({&record, &playbacks.emplace_back(record)});
   for (const core::Axis axis : core::kAxes) {
     if (!has_axis(series, axis)) continue;
     AxisDiagnosis result =
         too_short
             ? can_not_be_diagnosed({}, *too_short, what_would_decide(model, series, playback, axis))
-            : AxisExamination(model, series, playback, axis, options)
-                  .run(validation, playbacks, diagnosis.repaired);
+            : diagnose_axis(model, {&series, &playback}, held_out, axis, options,
+                            diagnosis.repaired);
     diagnosis.verdict = std::max(diagnosis.verdict, result.verdict);
     diagnosis.axes[core::index(axis)] = std::move(result);
   }

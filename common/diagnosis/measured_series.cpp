@@ -129,6 +129,10 @@ SeriesBuilder::SeriesBuilder(const SeriesOptions& options) : options_(options) {
   interval_s_ = std::max(options.grid_interval_s, options.sample_period_s);
   blocks_ = options.sample_period_s < 0.75 * interval_s_;
   channels_.resize(kProbes + options.probes.size());
+  for (std::size_t i = 0; i < core::kAxisCount; ++i) {
+    rate_steps_[i] = ReadingSteps(options.rate_unit_radps[i]);
+    reference_steps_[i] = ReadingSteps(options.reference_unit_radps[i]);
+  }
 }
 
 // A sample stands at the end of the interval it was integrated over.
@@ -150,6 +154,8 @@ void SeriesBuilder::add(const MeasuredRow& row) {
   ++rows_;
   for (std::size_t i = 0; i < core::kAxisCount; ++i) {
     channels_[kRate + i][cell].add(row.rate_radps[i]);
+    rate_steps_[i].add(row.rate_radps[i]);
+    reference_steps_[i].add(row.reference_radps[i]);
     channels_[kReference + i][cell].add(row.reference_radps[i]);
     channels_[kMagnetic + i][cell].add(row.magnetic_ut[i]);
     channels_[kAcceleration + i][cell].add(row.acceleration_mps2[i]);
@@ -272,6 +278,8 @@ MeasuredSeries SeriesBuilder::finish() {
   }
   if (most_valid < 2) throw std::invalid_argument("the record has no axis with two valid rates");
   series.has_reference = options_.has_reference;
+  series.rate_steps = rate_steps_;
+  series.reference_steps = reference_steps_;
   series.vibration_g = complete(channels_[kVibration]);
   series.source_current_ma = complete(channels_[kCurrent]);
   series.supply_v = complete(channels_[kSupply]);
@@ -286,6 +294,33 @@ MeasuredSeries SeriesBuilder::finish() {
                                ? static_cast<std::uint64_t>(expected - static_cast<double>(rows_))
                                : 0;
   return series;
+}
+
+MeasuredSeries part_of(const MeasuredSeries& series, std::size_t begin, std::size_t end) {
+  MeasuredSeries part = series;
+  const auto cut = [&](auto& channel) {
+    if (channel.empty()) return;
+    channel.erase(channel.begin() + static_cast<std::ptrdiff_t>(end), channel.end());
+    channel.erase(channel.begin(), channel.begin() + static_cast<std::ptrdiff_t>(begin));
+  };
+  for (std::size_t a = 0; a < core::kAxisCount; ++a) {
+    cut(part.rate_radps[a]);
+    cut(part.valid[a]);
+    cut(part.sample_variance[a]);
+    cut(part.reference_radps[a]);
+    cut(part.magnetic_ut[a]);
+    cut(part.acceleration_mps2[a]);
+  }
+  for (ProbeSeries& probe : part.probes) {
+    cut(probe.temperature_degc);
+    cut(probe.rate_degc_per_s);
+  }
+  for (auto* channel :
+       {&part.vibration_g, &part.source_current_ma, &part.supply_v, &part.since_power_on_s})
+    cut(*channel);
+  part.start_s = series.time_s(begin);
+  part.size = end - begin;
+  return part;
 }
 
 }  // namespace zerodrift::diagnosis

@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "common/core/axis.h"
+#include "common/core/units.h"
+#include "common/diagnosis/reading_steps.h"
 
 namespace zerodrift::diagnosis {
 
@@ -51,6 +53,9 @@ struct MeasuredSeries {
   core::PerAxis<std::vector<double>> sample_variance{};
   bool has_reference = false;
   core::PerAxis<std::vector<double>> reference_radps{};  // all zero without a reference
+  // Of single readings, before any mean.
+  core::PerAxis<ReadingSteps> rate_steps{};
+  core::PerAxis<ReadingSteps> reference_steps{};
   std::vector<ProbeSeries> probes{};
   core::PerAxis<std::vector<double>> magnetic_ut{};
   core::PerAxis<std::vector<double>> acceleration_mps2{};
@@ -68,9 +73,15 @@ struct MeasuredSeries {
   }
 };
 
+inline const core::PerAxis<double> kDegPerHour{
+    core::radps_from_deg_h(1.0), core::radps_from_deg_h(1.0), core::radps_from_deg_h(1.0)};
+
 struct SeriesOptions {
   std::vector<std::string> probes{};  // names of MeasuredRow::temperature_degc
   bool has_reference = false;
+  // Units that the columns are written in.
+  core::PerAxis<double> rate_unit_radps = kDegPerHour;
+  core::PerAxis<double> reference_unit_radps = kDegPerHour;
   double sample_period_s = 1.0;  // median of the record
   double grid_interval_s = 1.0;  // or the sample period, where that is longer
   double temperature_half_window_s = 45.0;
@@ -119,6 +130,12 @@ class SeriesBuilder {
   std::uint64_t rows_ = 0;
   // rates, references, magnetic, acceleration, vibration, current, supply, then the probes
   std::vector<Channel> channels_;
+  core::PerAxis<ReadingSteps> rate_steps_{};
+  core::PerAxis<ReadingSteps> reference_steps_{};
 };
+
+// The intervals from `begin` to before `end` as a record of their own: as much of every channel.
+[[nodiscard]] MeasuredSeries part_of(const MeasuredSeries& series, std::size_t begin,
+                                     std::size_t end);
 
 }  // namespace zerodrift::diagnosis

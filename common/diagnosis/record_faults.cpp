@@ -8,6 +8,8 @@
 #include "common/core/require.h"
 #include "common/core/units.h"
 #include "common/diagnosis/median.h"
+#include "common/diagnosis/rounding.h"
+#include "common/diagnosis/smallest_step.h"
 #include "common/twin/effect_catalogue.h"
 
 namespace zerodrift::diagnosis {
@@ -22,21 +24,32 @@ constexpr std::size_t kFewestDropouts = 3;
 constexpr std::size_t kLongestDropout = 5;  // samples; longer is a gap
 constexpr double kMadToSigma = 1.4826;
 
-// Smallest difference between two neighbouring readings that differ by more than rounding.
-double smallest_step(std::span<const double> readings, const std::vector<std::uint8_t>& valid) {
-  constexpr double kRounding = 1e-12;
-  double step = 0.0;
-  for (std::size_t i = 1; i < readings.size(); ++i) {
-    const double difference = std::abs(readings[i] - readings[i - 1]);
-    if (valid[i] == 0 || valid[i - 1] == 0) continue;
-    if (difference <= kRounding * std::abs(readings[i])) continue;
-    step = step == 0.0 ? difference : std::min(step, difference);
+// Robust standard deviations of ranges of a hundred departures, each with its neighbours: of the
+// whole record, unless a range is clearly noisier. Noise that grows, with a temperature say, makes
+// no spikes there.
+std::vector<double> local_sigmas(const std::vector<double>& departure,
+                                 const std::vector<std::uint8_t>& valid, double sigma) {
+  constexpr std::size_t kRange = 100;
+  // Of three ranges the standard deviation has an error of 6.7 %.
+  constexpr double kClearly = 1.25;
+  std::vector<double> sigmas;
+  std::vector<double> sizes;
+  for (std::size_t middle = 0; middle < departure.size(); middle += kRange) {
+    sizes.clear();
+    const std::size_t begin = middle >= kRange ? middle - kRange : 0;
+    for (std::size_t i = begin; i < std::min(middle + 2 * kRange, departure.size()); ++i) {
+      if (valid[i] != 0) sizes.push_back(std::abs(departure[i]));
+    }
+    const double local = sizes.size() < kRange ? sigma : kMadToSigma * median_of(sizes);
+    sigmas.push_back(local > kClearly * sigma ? local : sigma);
   }
-  return step;
+  std::vector<double> each(departure.size());
+  for (std::size_t i = 0; i < each.size(); ++i) each[i] = sigmas[i / kRange];
+  return each;
 }
 
-// Departure from the median of the neighbours, in robust standard deviations of the whole record or
-// steps of the reading, whichever is larger.
+// Departure from the median of the neighbours, in robust standard deviations there or steps of the
+// reading, whichever is larger.
 std::vector<double> departures(std::span<const double> values, std::span<const double> readings,
                                const std::vector<std::uint8_t>& valid) {
   std::vector<double> departure(values.size(), 0.0);
@@ -55,7 +68,9 @@ std::vector<double> departures(std::span<const double> values, std::span<const d
   if (all.empty()) return departure;
   // Of a coarse reading more than half may be equal: a step is not a departure.
   const double sigma = std::max(kMadToSigma * median_of(all), smallest_step(readings, valid));
-  for (double& d : departure) d = sigma > 0.0 ? d / sigma : 0.0;
+  const std::vector<double> sigmas = local_sigmas(departure, valid, sigma);
+  for (std::size_t i = 0; i < departure.size(); ++i)
+    departure[i] = sigmas[i] > 0.0 ? departure[i] / sigmas[i] : 0.0;
   return departure;
 }
 
@@ -189,6 +204,20 @@ std::optional<NamedEffect> dropped_samples(const MeasuredSeries& series,
   return effect;
 }
 
+std::optional<NamedEffect> rounding(const MeasuredSeries& series, core::Axis axis,
+                                    std::span<const double> residual, RecordFaults& faults) {
+  const Rounding found = find_rounding(series, axis, residual);
+  if (!found.matters()) return std::nullopt;
+  for (std::size_t i = 0; i < faults.sound.size(); ++i) faults.sound[i] &= found.harmless[i];
+  faults.rounding_rms_radps = found.rms_radps;
+  NamedEffect effect = certain(twin::LocalFault::kRounding);
+  if (found.rate_step_radps > 0.0)
+    effect.parameters["step_deg_h"] = core::deg_h_from_radps(found.rate_step_radps);
+  if (found.reference_step_radps > 0.0)
+    effect.parameters["reference_step_deg_h"] = core::deg_h_from_radps(found.reference_step_radps);
+  return effect;
+}
+
 }  // namespace
 
 RecordFaults find_record_faults(const MeasuredSeries& series, core::Axis axis,
@@ -202,6 +231,8 @@ RecordFaults find_record_faults(const MeasuredSeries& series, core::Axis axis,
     faults.effects.push_back(*clipped);
   if (auto spiked = spikes(series, axis, residual_radps, faults.sound, faults.left_out))
     faults.effects.push_back(*spiked);
+  if (auto rounded = rounding(series, axis, residual_radps, faults))
+    faults.effects.push_back(*rounded);
   return faults;
 }
 

@@ -124,6 +124,15 @@ MeasuredColumns columns_of(const record::RecordInfo& info, const MeasuredRecordR
   return columns;
 }
 
+core::PerAxis<double> units_of(const MeasuredColumns& columns, Quantity quantity) {
+  core::PerAxis<double> units = diagnosis::kDegPerHour;
+  for (const BoundColumn& column : columns.columns) {
+    if (column.channel.quantity != quantity) continue;
+    units[core::index(column.channel.axis)] = std::abs(column.conversion.scale);
+  }
+  return units;
+}
+
 }  // namespace
 
 // Takes the rows of one record.
@@ -133,6 +142,8 @@ class MeasuredRecordBuilder::Implementation {
       : columns_(std::move(columns)),
         series_({.probes = columns_.probes,
                  .has_reference = columns_.has_reference,
+                 .rate_unit_radps = units_of(columns_, Quantity::kRate),
+                 .reference_unit_radps = units_of(columns_, Quantity::kReference),
                  .sample_period_s = require_period(columns_.sample_period_s, columns_.file)}) {
     cleared_.temperature_degc.assign(columns_.probes.size(), kNone);
     for (const BoundColumn& column : columns_.columns) watches_.emplace_back(column);

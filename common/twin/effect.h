@@ -160,7 +160,7 @@ struct Spectrum {
 };
 
 // A record's own fault that is found by what it does to single samples.
-enum class LocalFault { kNone, kSpikes, kSaturation, kDroppedSamples };
+enum class LocalFault { kNone, kSpikes, kSaturation, kDroppedSamples, kRounding };
 
 // What a diagnosis has to know of an effect beside its definition, so that it need not name it.
 struct SearchTraits {

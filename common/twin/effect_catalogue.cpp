@@ -25,6 +25,7 @@
   X(dead_band)                       \
   X(quantization)                    \
   X(angle_random_walk)               \
+  X(noise_temperature)               \
   X(bias_instability)                \
   X(rate_random_walk)                \
   X(rate_ramp)                       \
@@ -41,6 +42,7 @@
   X(spikes)                          \
   X(saturation)                      \
   X(dropped_samples)                 \
+  X(rounding)                        \
   X(clock_offset)
 
 namespace zerodrift::twin {

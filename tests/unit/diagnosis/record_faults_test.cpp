@@ -65,6 +65,19 @@ TEST(RecordFaults, ASingleWildSampleIsLeftOutAndNoEffect) {
   }
 }
 
+// Before: spikes, P 1.00.
+TEST(RecordFaults, NoiseThatGrowsIsNoSpikes) {
+  for (const std::uint64_t seed : {6U, 7U, 8U}) {
+    MeasuredSeries series = white_series(seed);
+    for (std::size_t i = 0; i < kSize; ++i)
+      series.rate_radps[0][i] *= std::exp(1.2 * std::sin(static_cast<double>(i) / 1500.0));
+    EXPECT_TRUE(faults_of(series).effects.empty());
+    series.rate_radps[0][3000] += 5e-5;
+    series.rate_radps[0][8000] -= 5e-5;
+    EXPECT_EQ(names_of(faults_of(series)), (std::vector<std::string>{"spikes"}));
+  }
+}
+
 TEST(RecordFaults, ASlowHumpIsNoSpike) {
   MeasuredSeries series = white_series(1);
   for (std::size_t i = 0; i < kSize; ++i)

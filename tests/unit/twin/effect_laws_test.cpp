@@ -97,6 +97,7 @@ TEST(EffectCatalogueLaws, HoldsEveryEffectOfTheInterfaceAndNoOther) {
                                        "dead_band",
                                        "quantization",
                                        "angle_random_walk",
+                                       "noise_temperature",
                                        "bias_instability",
                                        "rate_random_walk",
                                        "rate_ramp",
@@ -113,6 +114,7 @@ TEST(EffectCatalogueLaws, HoldsEveryEffectOfTheInterfaceAndNoOther) {
                                        "spikes",
                                        "saturation",
                                        "dropped_samples",
+                                       "rounding",
                                        "clock_offset"};
   const auto names = effect_names();
   EXPECT_EQ(std::set<std::string>(names.begin(), names.end()), expected);

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/diagnosis/reading_steps.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "tests/unit/diagnosis/written_numbers.h"
+
+namespace zerodrift::diagnosis {
+namespace {
+
+constexpr double kUnit = 4.84813681109536e-6;  // deg/h
+
+// Written in deg/h, and read again.
+template <typename Format, typename Draw>
+ReadingSteps steps_of(Format format, int readings, Draw&& draw) {
+  ReadingSteps steps(kUnit);
+  for (int i = 0; i < readings; ++i) steps.add(test::written(draw(), format) * kUnit);
+  return steps;
+}
+
+TEST(ReadingSteps, OfANumberOfDecimalsIsOneForAllSizes) {
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> exponents(-1.0, 4.5);
+  const auto steps =
+      steps_of(test::Decimals{2}, 400, [&] { return std::pow(10.0, exponents(random)); });
+  for (const double size : {0.5, 3.0, 800.0, -20'000.0})
+    EXPECT_NEAR(steps.step_at(size * kUnit), 0.01 * kUnit, 1e-9 * kUnit) << size;
+  EXPECT_EQ(steps.step_at(0.0), 0.0);
+}
+
+TEST(ReadingSteps, OfANumberOfDigitsGrowsWithTheSize) {
+  std::mt19937_64 random(2);
+  std::uniform_real_distribution<double> exponents(0.0, 5.0);
+  const auto steps =
+      steps_of(test::Digits{5}, 60, [&] { return std::pow(10.0, exponents(random)); });
+  EXPECT_NEAR(steps.step_at(5.0 * kUnit), 1e-4 * kUnit, 1e-9 * kUnit);
+  EXPECT_NEAR(steps.step_at(500.0 * kUnit), 1e-2 * kUnit, 1e-9 * kUnit);
+  EXPECT_NEAR(steps.step_at(50'000.0 * kUnit), kUnit, 1e-9 * kUnit);
+}
+
+TEST(ReadingSteps, OfCountsIsTheCount) {
+  std::mt19937_64 random(3);
+  std::uniform_int_distribution<int> counts(-900, 900);
+  const auto steps = steps_of(test::Decimals{2}, 500, [&] { return 0.05 * counts(random); });
+  EXPECT_NEAR(steps.step_at(20.0 * kUnit), 0.05 * kUnit, 1e-9 * kUnit);
+}
+
+TEST(ReadingSteps, OfWhatWasNotRoundedIsNone) {
+  std::mt19937_64 random(4);
+  std::normal_distribution<double> normal;
+  ReadingSteps steps(kUnit);
+  for (int i = 0; i < 200; ++i) steps.add(normal(random));
+  for (const double value : {0.1, 1.0, 2.0}) EXPECT_EQ(steps.step_at(value), 0.0);
+}
+
+}  // namespace
+}  // namespace zerodrift::diagnosis
