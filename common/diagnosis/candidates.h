@@ -13,6 +13,7 @@
 #include "common/core/axis.h"
 #include "common/diagnosis/finding.h"
 #include "common/diagnosis/measured_series.h"
+#include "common/diagnosis/needs.h"
 #include "common/diagnosis/oscillation_scan.h"
 #include "common/diagnosis/playback.h"
 #include "common/twin/effect.h"
@@ -72,28 +73,6 @@ struct Oscillations {
                                                         const Playback& playback,
                                                         const twin::Model& model);
 
-// Why a record can't test an effect, or nothing.
-[[nodiscard]] std::optional<std::string> why_not_testable(const twin::EffectDefinition& definition,
-                                                          const MeasuredSeries& series,
-                                                          const Playback& playback,
-                                                          core::Axis axis);
-
-// Why a record doesn't meet one need of effects, or nothing.
-[[nodiscard]] std::optional<std::string> why_unmet(twin::Need need, const MeasuredSeries& series,
-                                                   const Playback& playback, core::Axis axis);
-// What meets it, as in "a record with ...". Empty for what any record has.
-[[nodiscard]] std::string_view wanted(twin::Need need);
-// Whether the record excites any effect that depends on more than time.
-[[nodiscard]] bool an_input_moves(const MeasuredSeries& series, const Playback& playback,
-                                  core::Axis axis);
-
-// Amplitudes of an effect that the record can say nothing of, since it lacks the component of a
-// field, an acceleration or a rotation that they belong to: "magnetic.y_deg_h_per_ut". Empty where
-// the effect can't be tested at all.
-[[nodiscard]] std::vector<NotTestable> amplitudes_not_testable(
-    const twin::EffectDefinition& definition, const MeasuredSeries& series,
-    const Playback& playback, core::Axis axis);
-
 // One column for each amplitude: what the effect adds for an amplitude of 1 in its own unit, rad/s;
 // without amplitudes one column, the effect as it is.
 [[nodiscard]] std::vector<std::vector<double>> columns_of(const Playback& playback,
@@ -101,9 +80,5 @@ struct Oscillations {
                                                           const twin::EffectContext& context);
 [[nodiscard]] twin::EffectContext context_of(const Candidate& candidate, const Variant& variant,
                                              double interval_s);
-
-// Names of the parameters of a role.
-[[nodiscard]] std::vector<std::string> names_of(const twin::EffectDefinition& definition,
-                                                twin::ParameterRole role);
 
 }  // namespace zerodrift::diagnosis

@@ -178,4 +178,12 @@ twin::EffectContext context_of(const twin::EffectSpec& spec,
   return context;
 }
 
+std::vector<double> temperatures(const Playback& playback, twin::TemperaturePoint point) {
+  std::vector<double> values;
+  values.reserve(playback.inputs().size());
+  for (const auto& in : playback.inputs())
+    values.push_back(in.thermal.temperature_degc[twin::index(point)]);
+  return values;
+}
+
 }  // namespace zerodrift::diagnosis

@@ -60,4 +60,8 @@ class Playback {
                                              const twin::EffectDefinition& definition,
                                              double interval_s);
 
+// Of a measured place over the record, °C.
+[[nodiscard]] std::vector<double> temperatures(const Playback& playback,
+                                               twin::TemperaturePoint point);
+
 }  // namespace zerodrift::diagnosis
