@@ -24,11 +24,11 @@ void AxisLabel::carry(core::StateArchive& archive) {
 Forecast stack_forecast(const AxisModel& model, const FeatureArray& features,
                         const experts::ThermalState& thermal, core::SensorTime now) noexcept {
   Forecast out;
-  std::optional<double> by_svr;
+  std::optional<experts::SvrForecast> by_svr;
   if (model.drift.trained) {
     const Forecast svr = forecast(model.drift, model.trust, features, now);
     out.beyond_learned = svr.beyond_learned;
-    by_svr = svr.drift_radps;
+    by_svr = {svr.drift_radps, !svr.beyond_learned};
   }
   const auto made = model.stack.predict(core::seconds(now), thermal, by_svr);
   const double held = held_variance(model.drift, model.trust, now);

@@ -489,7 +489,9 @@ std::size_t Compensator::support_vectors(core::Axis axis) const noexcept {
 std::optional<StackState> Compensator::stack_state(core::Axis axis) const noexcept {
   const AxisModel* model = active_model(axis);
   if (model == nullptr || !model->stack.knows()) return std::nullopt;
-  return StackState{model->stack.shares(core::seconds(newest_) - model->stack.time_s),
+  const bool interpolates =
+      model->drift.trained && axes_[index(axis)].mode() != core::Mode::kOutOfDomain;
+  return StackState{model->stack.shares(core::seconds(newest_) - model->stack.time_s, interpolates),
                     model->stack.longest_judged_s()};
 }
 

@@ -21,6 +21,7 @@ constexpr double kErrorHorizons = 20.0;
 // (Abramowitz and Stegun 26.7.5).
 constexpr double kStudentExcess = (1.96 * 1.96 + 1.0) / 4.0;
 constexpr std::size_t kSvr = kLinearExperts.size();
+constexpr auto kCubic = static_cast<std::size_t>(Expert::kCubic);
 constexpr double kSmallestSquares = 1e-300;
 constexpr double kShortestSpacingS = 1e-3;
 
@@ -98,6 +99,7 @@ void ExpertStack::learn(const StackLabel& label, const Foretold& by_svr) {
   ++labels_;
   forecast_.time_s = label.time_s;
   forecast_.label_variance = label.variance;
+  forecast_.cubic = forecast(Expert::kCubic);
   for (std::size_t h = 0; h < kHorizons; ++h) weigh(h);
   for (std::size_t h = 0; h < kHorizons; ++h) keep(h);
 }
@@ -109,7 +111,7 @@ bool ExpertStack::is_of_horizon(std::size_t h, double age_s) const {
 }
 
 void ExpertStack::judge(std::size_t h, const Snapshot& made, const StackLabel& label,
-                        const Basis& basis, std::optional<double> by_svr) {
+                        const Basis& basis, const std::optional<SvrForecast>& by_svr) {
   Judged& judged = judged_[h];
   const double spacing_s = std::max(forecast_.spacing_s, kShortestSpacingS);
   const double memory_s = kMemoryHorizons * std::max(kHorizonsS[h], kFewestLabels * spacing_s);
@@ -121,9 +123,12 @@ void ExpertStack::judge(std::size_t h, const Snapshot& made, const StackLabel& l
   }
   // As long as the SVR says nothing it holds.
   const double by_hold = made.expert[0].at(label.time_s, basis);
-  const double error = size_of(label.drift - by_svr.value_or(by_hold));
+  const double error = size_of(label.drift - (by_svr ? by_svr->drift : by_hold));
   judged.squares[kSvr] = kept * judged.squares[kSvr] + error * error;
-  note_error(h, label.time_s, size_of(label.drift - made.mean.at(label.time_s, basis, by_svr)));
+  const double by_mean =
+      h + 1 == kHorizons ? made.mean.at_longest(label.time_s, basis, by_svr, made.expert[kCubic])
+                         : made.mean.at(label.time_s, basis, by_svr);
+  note_error(h, label.time_s, size_of(label.drift - by_mean));
 }
 
 // Overlapping errors say the same again and again: one is kept in so long a time.
@@ -238,6 +243,7 @@ void ExpertStack::carry(core::StateArchive& archive) {
     for (std::size_t i = 0; i < judged.errors.size(); ++i) archive.require(judged.errors[i] >= 0.0);
   }
   if (!archive.reads() || !archive.ok()) return;
+  if (labels_ > 0) forecast_.cubic = forecast(Expert::kCubic);
   for (std::size_t h = 0; h < kHorizons; ++h) {
     auto& [made, squares, count, noted_s, errors, sorted] = judged_[h];
     sorted.clear();

@@ -10,7 +10,8 @@
 // which is exponential weighting by the log-likelihood of errors whose variance is S_k / N. Holding
 // the last minute has one nat of credit. A horizon that was never judged borrows the weights of the
 // longest one below it. At the longest one, of which few independent errors are ever seen, the SVR
-// has two nats: far beyond what was seen it goes back to holding, where linear terms go on.
+// has two nats: far beyond what was seen it goes back to holding, where linear terms go on. Where
+// it interpolates it has more (StackMean::at_longest).
 //
 // The interval of a horizon is the 95 % quantile of the stack's own errors at it over the last
 // twenty horizons, wider by as much as Student's t is where few of them are independent.
@@ -66,7 +67,7 @@ class Hold {
 
 // What the online SVR, which is not linear and is kept elsewhere, foretold of a label when its
 // newest label was as old as each horizon; nothing where it did not know or is left out.
-using Foretold = std::array<std::optional<double>, kHorizons>;
+using Foretold = std::array<std::optional<SvrForecast>, kHorizons>;
 
 // One thread. 0.3 MB; learn() is O(banks), some microseconds, without allocation.
 class ExpertStack {
@@ -108,7 +109,7 @@ class ExpertStack {
   };
   [[nodiscard]] bool is_of_horizon(std::size_t h, double age_s) const;
   void judge(std::size_t h, const Snapshot& made, const StackLabel& label, const Basis& basis,
-             std::optional<double> by_svr);
+             const std::optional<SvrForecast>& by_svr);
   void note_error(std::size_t h, double time_s, double error);
   [[nodiscard]] static double error_room_s(std::size_t h);
   [[nodiscard]] double error_spacing_s(std::size_t h) const;

@@ -10,8 +10,32 @@ namespace {
 constexpr double kNormalQuantile = 1.959963984540054;  // of 95 %, two-sided
 // The drift can't be known better than so many labels measure it.
 constexpr double kLabelsInAMean = 12.0;
+constexpr double kInterpolationOdds = 20.0;
+constexpr double kCubicBesideSvr = 0.5;
+
+// The share that SVR and cubic then have in common.
+double share_of_maps(double svr_share) noexcept {
+  return kInterpolationOdds * svr_share / (1.0 + (kInterpolationOdds - 1.0) * svr_share);
+}
 
 }  // namespace
+
+double StackMean::at_longest(double time_s, const Basis& basis,
+                             const std::optional<SvrForecast>& by_svr,
+                             const LinearForecast& cubic) const noexcept {
+  if (!by_svr || !by_svr->interpolates) return at(time_s, basis, by_svr);
+  const double sum = linear.at(time_s, basis);
+  const double by_maps =
+      by_svr->drift + kCubicBesideSvr * (cubic.at(time_s, basis) - by_svr->drift);
+  return sum + share_of_maps(svr_share) * (by_maps - sum);
+}
+
+double StackForecast::mean_at(std::size_t h, double time_s, const Basis& basis,
+                              const std::optional<SvrForecast>& by_svr) const noexcept {
+  const StackMean& mean = horizons[h].mean;
+  return h + 1 == kHorizons ? mean.at_longest(time_s, basis, by_svr, cubic)
+                            : mean.at(time_s, basis, by_svr);
+}
 
 // One label ahead is as far as labels are apart.
 double StackForecast::age_of(std::size_t h) const noexcept {
@@ -38,8 +62,9 @@ double StackForecast::half_width(double age_s, const Between& at) const noexcept
   return -1.0;
 }
 
-StackForecast::Prediction StackForecast::predict(double now_s, const ThermalState& thermal,
-                                                 std::optional<double> by_svr) const noexcept {
+StackForecast::Prediction StackForecast::predict(
+    double now_s, const ThermalState& thermal,
+    const std::optional<SvrForecast>& by_svr) const noexcept {
   if (!knows()) return {};
   const double until_s = std::max(now_s, time_s);
   const Basis basis = basis_of(thermal, reference_temperature);
@@ -47,8 +72,8 @@ StackForecast::Prediction StackForecast::predict(double now_s, const ThermalStat
   const Horizon& a = horizons[at.lower];
   const Horizon& b = horizons[at.upper];
   Prediction made;
-  made.drift = (1.0 - at.share) * a.mean.at(until_s, basis, by_svr) +
-               at.share * b.mean.at(until_s, basis, by_svr);
+  made.drift = (1.0 - at.share) * mean_at(at.lower, until_s, basis, by_svr) +
+               at.share * mean_at(at.upper, until_s, basis, by_svr);
   const double width = half_width(until_s - time_s, at) / kNormalQuantile;
   if (width < 0.0) return made;
   made.variance = std::max(width * width - label_variance, label_variance / kLabelsInAMean);
@@ -56,11 +81,20 @@ StackForecast::Prediction StackForecast::predict(double now_s, const ThermalStat
   return made;
 }
 
-std::array<double, kExperts> StackForecast::shares(double age_s) const noexcept {
+std::array<double, kExperts> StackForecast::shares(double age_s, bool interpolates) const noexcept {
   const auto [lower, upper, share] = between(age_s);
+  std::array<double, kExperts> upper_shares = horizons[upper].shares;
+  if (interpolates && upper + 1 == kHorizons) {
+    constexpr auto kSvr = static_cast<std::size_t>(Expert::kOnlineSvr);
+    const double before = upper_shares[kSvr];
+    const double maps = share_of_maps(before);
+    for (double& one : upper_shares) one *= (1.0 - maps) / std::max(1.0 - before, 1e-12);
+    upper_shares[kSvr] = (1.0 - kCubicBesideSvr) * maps;
+    upper_shares[static_cast<std::size_t>(Expert::kCubic)] += kCubicBesideSvr * maps;
+  }
   std::array<double, kExperts> out{};
   for (std::size_t k = 0; k < kExperts; ++k)
-    out[k] = (1.0 - share) * horizons[lower].shares[k] + share * horizons[upper].shares[k];
+    out[k] = (1.0 - share) * horizons[lower].shares[k] + share * upper_shares[k];
   return out;
 }
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
 
 #include "common/core/mode.h"
 #include "common/core/units.h"
@@ -78,6 +80,18 @@ std::string StatusBoard::gyro_json(std::uint32_t gyro) const {
             {"labels", metric(of, "labels", kNaN)},
             {"model_epoch", metric(of, "model_epoch", kNaN)},
             {"axes", Json::array()}};
+  // {"lagged": 0.6, ...}: what share each expert has of a stack's forecast; empty without a stack.
+  const auto shares_of = [&](const std::string& suffix) {
+    Json shares = Json::object();
+    const auto known = services_.entries().find(of);
+    if (known == services_.entries().end()) return shares;
+    constexpr std::string_view kPrefix = "share_";
+    for (const auto& [name, share] : known->second) {
+      if (!name.starts_with(kPrefix) || !name.ends_with(suffix)) continue;
+      shares[name.substr(kPrefix.size(), name.size() - kPrefix.size() - suffix.size())] = share;
+    }
+    return shares;
+  };
   for (const auto axis : core::kAxes) {
     const std::string suffix = "_" + std::string(core::name(axis));
     if (metric(of, "valid" + suffix, 0.0) == 0.0) continue;
@@ -95,6 +109,7 @@ std::string StatusBoard::gyro_json(std::uint32_t gyro) const {
         {{"axis", core::name(axis)},
          {"mode", core::name(mode)},
          {"reason", core::name(reason)},
+         {"shares", shares_of(suffix)},
          {"drift_deg_h", metric(of, "drift" + suffix, kNaN)},
          {"applied_rmse_deg_h", metric(of, "applied_rmse" + suffix, kNaN)},
          {"persistence_rmse_deg_h", metric(of, "persistence_rmse" + suffix, kNaN)},

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "common/core/mode.h"
@@ -73,6 +75,17 @@ TEST(Control, FreezeLearnAndResetAreAcknowledgedAndDoWhatTheySay) {
   const Finished status = run.system.control({"status"});
   EXPECT_EQ(status.exit_code, 0) << status.err;
   EXPECT_NE(status.out.find("learning"), std::string::npos) << status.out;
+  // Who makes the forecast, of every axis; a status is a second old at most.
+  const auto all_shares_are_told = [&] {
+    const auto told = nlohmann::json::parse(run.system.control({"status", "--json"}).out);
+    const auto& axes = told.at("gyros").at(0).at("axes");
+    return axes.size() == 3 && std::all_of(axes.begin(), axes.end(), [](const auto& axis) {
+             double sum = 0.0;
+             for (const auto& share : axis.at("shares")) sum += share.template get<double>();
+             return axis.at("shares").contains("online_svr") && std::abs(sum - 1.0) < 1e-6;
+           });
+  };
+  EXPECT_TRUE(eventually(all_shares_are_told));
 
   std::size_t from = run.answers.size();
   const Finished freeze = run.system.control({"freeze"});

@@ -14,6 +14,8 @@ namespace zerodrift::checkpoint::testing {
 
 inline compensation::CompensationOptions small_options() {
   compensation::CompensationOptions options;
+  // Laws of the format change every byte; the stack's state has ten times as many.
+  options.scheme = compensation::Scheme::kOnlineSvr;
   options.features = {{.kind = thermal::FeatureKind::kTemperature, .probe = "coil"}};
   options.model.capacity = 10;
   options.learning.initial_labels = 4;

@@ -87,10 +87,13 @@ class Print {
   }
   void add(const experts::StackForecast& stack) {
     for (const double age_s : {1.0, 20.0, 200.0, 2000.0}) {
-      const auto made = stack.predict(stack.time_s + age_s, {.temperature = 0.3}, 1e-5);
-      add(made.drift);
-      add(made.variance);
-      for (const double share : stack.shares(age_s)) add(share);
+      for (const bool interpolates : {false, true}) {
+        const auto made = stack.predict(stack.time_s + age_s, {.temperature = 0.3},
+                                        experts::SvrForecast{1e-5, interpolates});
+        add(made.drift);
+        add(made.variance);
+        for (const double share : stack.shares(age_s, interpolates)) add(share);
+      }
     }
   }
   void add(DriftModel model) {

@@ -149,7 +149,7 @@ TEST(ExpertStackScenario, TheSvrGetsTheShareItEarns) {
     ExpertStack stack;
     for (const StackLabel& label : series.labels) {
       Foretold foretold;
-      foretold.fill(is_right ? label.drift : label.drift + 500.0);
+      foretold.fill(SvrForecast{is_right ? label.drift : label.drift + 500.0});
       stack.learn(label, foretold);
     }
     for (const double age_s : {5.0, 60.0, 300.0}) {
@@ -164,6 +164,40 @@ TEST(ExpertStackScenario, TheSvrGetsTheShareItEarns) {
   }
 }
 
+// Rule: what is told as shares is what is said; where the SVR interpolates and labels are old, it
+// and the cubic expert get more of it, else the same.
+TEST(ExpertStackLaws, TheForecastIsTheMeanOfTheExpertsByTheSharesThatAreTold) {
+  const Series series = with_thermal_memory(12, 1500);
+  ExpertStack stack;
+  for (const StackLabel& label : series.labels) stack.learn(label);
+  const StackLabel& last = series.labels.back();
+  const double by_svr = last.drift + 40.0;
+  constexpr auto kSvr = static_cast<std::size_t>(Expert::kOnlineSvr);
+  constexpr auto kCubic = static_cast<std::size_t>(Expert::kCubic);
+  for (const double age_s : {5.0, 200.0, 900.0, 2000.0, 3600.0, 9000.0}) {
+    const double time_s = last.time_s + age_s;
+    const Basis basis = basis_of(last.thermal, stack.forecast().reference_temperature);
+    const auto beyond = stack.forecast().shares(age_s);
+    for (const bool interpolates : {false, true}) {
+      const auto shares = stack.forecast().shares(age_s, interpolates);
+      EXPECT_NEAR(std::accumulate(shares.begin(), shares.end(), 0.0), 1.0, 1e-12);
+      double expected = shares[kSvr] * by_svr;
+      for (const Expert expert : kLinearExperts)
+        expected +=
+            shares[static_cast<std::size_t>(expert)] * stack.forecast(expert).at(time_s, basis);
+      const auto made =
+          stack.forecast().predict(time_s, last.thermal, SvrForecast{by_svr, interpolates});
+      EXPECT_NEAR(made.drift, expected, 1e-9 * (1.0 + std::abs(expected))) << age_s;
+      if (interpolates && age_s > 900.0) {
+        EXPECT_GT(shares[kSvr], beyond[kSvr]) << age_s;
+        EXPECT_GT(shares[kCubic], beyond[kCubic]) << age_s;
+      } else {
+        EXPECT_EQ(shares, beyond) << age_s;
+      }
+    }
+  }
+}
+
 struct Told {
   double drift;
   double variance;
@@ -172,14 +206,14 @@ struct Told {
   bool operator==(const Told&) const = default;
 };
 Told told(const ExpertStack& stack, const StackLabel& label) {
-  const auto made = stack.forecast().predict(label.time_s + 70.0, label.thermal, 3.0);
+  const auto made = stack.forecast().predict(label.time_s + 70.0, label.thermal, SvrForecast{3.0});
   return {made.drift, made.variance, stack.forecast().shares(70.0)};
 }
 
 Foretold foretold(const StackLabel& label, std::size_t i) {
   Foretold by_svr;
   for (std::size_t h = 0; h < kHorizons; ++h) {
-    if (i % 7 != h) by_svr[h] = label.drift + 1.0 + static_cast<double>(h);
+    if (i % 7 != h) by_svr[h] = SvrForecast{label.drift + 1.0 + static_cast<double>(h), i % 2 == 0};
   }
   return by_svr;
 }
