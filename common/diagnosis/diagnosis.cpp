@@ -102,9 +102,9 @@ std::string about_rest(const UnreferencedMotion& motion, const MeasuredSeries& p
 }
 
 // What is no larger than the errors by rounding that the record is known to have is theirs.
-bool is_rounding(const UnknownEffect& unknown, const RecordFaults& faults) {
+bool is_of_rounding(double rms_radps, const RecordFaults& faults) {
   constexpr double kWithin = 1.5;
-  return unknown.rms_radps <= kWithin * faults.rounding_rms_radps;
+  return rms_radps <= kWithin * faults.rounding_rms_radps;
 }
 
 class AxisExamination {
@@ -135,6 +135,10 @@ class AxisExamination {
     const bool tried_again = !refuted.empty() && try_without(refuted, calibrated, split, judged);
     std::string aside = tried_again ? spoken_against(refuted) : "";
     if (!tried_again) aside += fall_back(judged, calibrated);
+    if (calibrated.calibration.fitted.empty() && is_all_rounding(faults, measured, before)) {
+      take_nothing(judged);
+      aside.clear();
+    }
     const bool adopted = judged.acceptance == Acceptance::kAccepted;
     const twin::Model& final_model = adopted ? judged.trial.repaired : model_;
     const Comparison held_out = compare_on(split.held_out, model_, final_model, axis_);
@@ -330,11 +334,28 @@ class AxisExamination {
     return split.held_out.empty() ? split_in_blocks(series_, playback_, sound) : split;
   }
 
+  void take_nothing(Judged& judged) const {
+    judged.acceptance = Acceptance::kNothingToProve;
+    judged.trial.effects.clear();
+    judged.trial.recalibrated.clear();
+    judged.trial.unknown.reset();
+    judged.trial.repaired = model_;
+  }
+
+  // Whether all that the twin leaves, about its mean, could be the record's rounding.
+  bool is_all_rounding(const RecordFaults& faults, const std::vector<double>& measured,
+                       const std::vector<double>& before) const {
+    if (!(faults.rounding_rms_radps > 0.0)) return false;
+    const auto left = difference(measured, before, faults.sound);
+    const std::size_t block = intervals_in(kMeanS, series_.interval_s);
+    return is_of_rounding(rms_of_block_means(left, faults.sound, block).about_mean, faults);
+  }
+
   static void take(AxisDiagnosis& result, const Trial& trial, const RecordFaults& faults) {
     result.effects = trial.effects;
     result.recalibrated = trial.recalibrated;
     result.unknown = trial.unknown;
-    if (result.unknown && is_rounding(*result.unknown, faults)) result.unknown.reset();
+    if (result.unknown && is_of_rounding(result.unknown->rms_radps, faults)) result.unknown.reset();
     result.could_have_seen = trial.could_have_seen;
     result.evidence = trial.evidence;
     result.effects.insert(result.effects.end(), faults.effects.begin(), faults.effects.end());
