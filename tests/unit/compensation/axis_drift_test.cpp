@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/compensation/axis_drift.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <string_view>
+
+namespace zerodrift::compensation {
+namespace {
+
+using core::Mode;
+using core::Reason;
+using core::Rung;
+
+constexpr double kHeldRadps = 1e-5;
+
+// An axis of which the last stationary minute is known, and no more.
+struct OneAxis {
+  OneAxis() {
+    model.drift.time = core::SensorTime{0};
+    model.drift.held_radps = kHeldRadps;
+    inputs.features = &features;
+    inputs.thermal = &thermal;
+  }
+  void estimate(Scheme scheme = Scheme::kOnlineSvr) { drift.estimate(scheme, inputs); }
+
+  FeatureArray features{};
+  experts::ThermalState thermal{};
+  AxisModel model{2, 8};
+  AxisInputs inputs{};
+  AxisDrift drift{};
+};
+
+TEST(AxisDriftLaws, TheBestRungThatHasAValueIsApplied) {
+  OneAxis a;
+  a.estimate();
+  EXPECT_EQ(a.drift.rung(), Rung::kNone);
+  EXPECT_EQ(a.drift.mode(), Mode::kPassthrough);
+  EXPECT_EQ(a.drift.applied_radps(), 0.0);
+  a.inputs.factory_radps = 2e-5;
+  a.estimate();
+  EXPECT_EQ(a.drift.rung(), Rung::kFactoryPolynomial);
+  EXPECT_EQ(a.drift.applied_radps(), 2e-5);
+  a.inputs.prior_covers = true;
+  a.drift.note_prior(3e-5);
+  a.estimate();
+  EXPECT_EQ(a.drift.rung(), Rung::kPrior);
+  EXPECT_EQ(a.drift.applied_radps(), 3e-5);
+  a.inputs.model = &a.model;
+  a.estimate();
+  EXPECT_EQ(a.drift.rung(), Rung::kStationaryBias);
+  EXPECT_DOUBLE_EQ(a.drift.applied_radps(), kHeldRadps + 3e-5);
+}
+
+// Rule: what a learner knows is the remainder; without the prior's value it is no drift.
+TEST(AxisDriftLaws, WithoutThePriorsValueWhatWasLearnedIsNotApplied) {
+  OneAxis a;
+  a.inputs.prior_covers = true;
+  a.inputs.model = &a.model;
+  a.inputs.input = Reason::kTemperatureMissing;
+  a.drift.note_prior(std::nullopt);
+  a.estimate();
+  EXPECT_EQ(a.drift.rung(), Rung::kNone);
+  EXPECT_EQ(a.drift.reason(), Reason::kTemperatureMissing);
+  EXPECT_EQ(a.drift.applied_radps(), 0.0);
+}
+
+TEST(AxisDriftLaws, SchemeNoneTakesNothingOffWhateverIsKnown) {
+  OneAxis a;
+  a.inputs.model = &a.model;
+  a.inputs.factory_radps = 2e-5;
+  a.drift.note_prior(3e-5);
+  a.inputs.prior_covers = true;
+  a.estimate(Scheme::kNone);
+  EXPECT_EQ(a.drift.applied_radps(), 0.0);
+  EXPECT_EQ(a.drift.reason(), Reason::kSchemeNone);
+}
+
+// Law: between estimates the applied drift moves by exactly what the prior moves, and what was held
+// with it.
+TEST(AxisDriftLaws, BetweenEstimatesWhatIsAppliedFollowsThePrior) {
+  OneAxis a;
+  a.inputs.prior_covers = true;
+  a.inputs.model = &a.model;
+  a.drift.note_prior(3e-5);
+  a.estimate();
+  EXPECT_TRUE(a.drift.follow_prior(5e-5));
+  EXPECT_DOUBLE_EQ(a.drift.applied_radps(), kHeldRadps + 5e-5);
+  ASSERT_TRUE(a.drift.context().applied_radps && a.drift.context().held_radps);
+  EXPECT_DOUBLE_EQ(*a.drift.context().applied_radps, kHeldRadps + 5e-5);
+  EXPECT_DOUBLE_EQ(*a.drift.context().held_radps, kHeldRadps + 5e-5);
+  EXPECT_FALSE(a.drift.follow_prior(std::nullopt)) << "it went: another estimate is wanted";
+}
+
+// Law: the mean square is the plain mean of the first labels and an exponential one of twelve
+// after.
+TEST(AxisDriftLaws, LabelsJudgeWhatWasPredictedByAMeanThatForgets) {
+  AxisDrift drift;
+  drift.judge(0.0, 1.0, std::nullopt);
+  EXPECT_EQ(drift.record().labels, 0U) << "nothing was predicted to be judged";
+  for (int i = 0; i < 12; ++i) drift.judge(0.0, i % 2 == 0 ? 1.0 : 3.0, 2.0);
+  EXPECT_EQ(drift.record().labels, 12U);
+  EXPECT_NEAR(drift.record().applied_mse, 5.0, 1e-12);  // of 1 and 9
+  EXPECT_NEAR(drift.record().held_mse, 4.0, 1e-12);
+  for (int i = 0; i < 12; ++i) drift.judge(0.0, 0.0, 2.0);
+  EXPECT_NEAR(drift.record().applied_mse, 5.0 * std::pow(11.0 / 12.0, 12), 1e-12);
+}
+
+// State: one that read another's goes on as that one does.
+TEST(AxisDriftLaws, ItsStateIsAllOfIt) {
+  OneAxis a;
+  a.inputs.prior_covers = true;
+  a.inputs.model = &a.model;
+  a.drift.note_prior(3e-5);
+  a.estimate();
+  a.drift.judge(0.0, 1.0, 2.0);
+  std::string bytes;
+  core::StateArchive writes(bytes);
+  a.drift.carry(writes);
+  AxisDrift other;
+  core::StateArchive reads{std::string_view(bytes)};
+  other.carry(reads);
+  ASSERT_TRUE(reads.ok());
+  EXPECT_TRUE(other.follow_prior(4e-5));
+  EXPECT_TRUE(a.drift.follow_prior(4e-5));
+  EXPECT_EQ(other.applied_radps(), a.drift.applied_radps());
+  EXPECT_EQ(other.record().applied_mse, a.drift.record().applied_mse);
+}
+
+}  // namespace
+}  // namespace zerodrift::compensation

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/compensation/temperature_inputs.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "common/core/integer_time.h"
+
+namespace zerodrift::compensation {
+namespace {
+
+using core::Reason;
+using core::SensorTime;
+using thermal::FeatureStatus;
+
+constexpr SensorTime kSecond{1'000'000'000};
+
+CompensationOptions two_probes() {
+  CompensationOptions options;
+  options.more_probes = {"case"};
+  options.probe_stuck_s = 60.0;
+  options.temperature_stale_s = 30.0;
+  options.temperature_delay_s = 0.05;
+  return options;
+}
+
+struct Inputs {
+  CompensationOptions options = two_probes();
+  TemperatureInputs temperatures{options, 0.0};
+
+  void push(const char* probe, SensorTime time, double degc, bool measured = true) {
+    core::TemperatureSample sample;
+    sample.probe = probe;
+    sample.time = time;
+    sample.temperature_degc = degc;
+    sample.measured = measured;
+    temperatures.push(sample);
+  }
+};
+
+// Law: a rate sample at t knows the temperatures stamped up to t - delay, and no later one.
+TEST(TemperatureInputsLaws, ARateKnowsWhatIsAsOldAsTheDelay) {
+  Inputs in;
+  in.push("coil", kSecond, 20.0);
+  in.push("case", kSecond, 30.0);
+  const SensorTime known_from = kSecond + core::from_seconds(in.options.temperature_delay_s);
+  EXPECT_FALSE(in.temperatures.take_for(known_from - SensorTime{1}));
+  EXPECT_TRUE(std::isnan(in.temperatures.first_degc()));
+  EXPECT_TRUE(in.temperatures.take_for(known_from));
+  EXPECT_EQ(in.temperatures.first_degc(), 20.0);
+  EXPECT_FALSE(in.temperatures.take_for(known_from)) << "each reading once";
+}
+
+// Law: complete is what every probe that speaks has spoken beyond.
+TEST(TemperatureInputsLaws, CompleteMeansThatEveryProbeHasSpokenOrIsNotWaitedFor) {
+  Inputs in;
+  const SensorTime rate = kSecond + core::from_seconds(in.options.temperature_delay_s);
+  in.push("coil", 2 * kSecond, 20.0);
+  EXPECT_FALSE(in.temperatures.complete_for(rate));
+  in.temperatures.limit("coil,other");
+  EXPECT_TRUE(in.temperatures.complete_for(rate)) << "nobody publishes the case's";
+  EXPECT_FALSE(in.temperatures.complete_for(rate + 2 * kSecond));
+}
+
+TEST(TemperatureInputsLaws, EveryReadingOfItsProbesIsCountedAndWhatIsNoneIsRefused) {
+  Inputs in;
+  in.push("nobody", kSecond, 20.0);
+  EXPECT_EQ(in.temperatures.heard(), 0U);
+  in.push("coil", kSecond, std::numeric_limits<double>::quiet_NaN());
+  in.push("coil", 2 * kSecond, 1e9);
+  in.push("coil", core::kLatestUsableTime + kSecond, 20.0);
+  EXPECT_EQ(in.temperatures.heard(), 3U);
+  EXPECT_EQ(in.temperatures.refused(), 3U);
+  in.push("coil", 3 * kSecond, 0.0, false);  // it says that it measures nothing: no fault of it
+  EXPECT_EQ(in.temperatures.refused(), 3U);
+}
+
+// A probe that stands still while another moves is stuck; where all stand still nobody is.
+TEST(TemperatureInputsLaws, AProbeIsStuckOnlyWhileAnotherMoves) {
+  for (const double moves_degc_per_s : {0.0, 0.1}) {
+    Inputs in;
+    SensorTime now{0};
+    for (int s = 1; s <= 120; ++s) {
+      now = s * kSecond;
+      in.push("coil", now, 20.0);
+      in.push("case", now, 30.0 + moves_degc_per_s * s);
+      in.temperatures.take_for(now + kSecond);
+    }
+    EXPECT_EQ(in.temperatures.reason(FeatureStatus::kReady, now),
+              moves_degc_per_s > 0.0 ? Reason::kProbeStuck : Reason::kNone)
+        << moves_degc_per_s;
+    EXPECT_EQ(in.temperatures.reason(FeatureStatus::kTemperatureStale, now),
+              Reason::kTemperatureStale);
+  }
+}
+
+TEST(TemperatureInputsLaws, AReadingThatIsStaleIsNoneForThePrior) {
+  Inputs in;
+  in.push("coil", kSecond, 20.0);
+  in.temperatures.take_for(2 * kSecond);
+  EXPECT_EQ(in.temperatures.readings(31 * kSecond).front().temperature_degc, 20.0);
+  EXPECT_TRUE(
+      std::isnan(in.temperatures.readings(31 * kSecond + SensorTime{1}).front().temperature_degc));
+}
+
+TEST(TemperatureInputsLaws, WhereTimeBeginsAnewNothingIsKnownOfTheTimeBefore) {
+  Inputs in;
+  in.push("coil", 1000 * kSecond, 20.0);
+  in.temperatures.take_for(1001 * kSecond);
+  in.temperatures.restart();
+  in.temperatures.forget_time();
+  EXPECT_TRUE(std::isnan(in.temperatures.first_degc()));
+  in.push("coil", kSecond, 21.0);
+  EXPECT_TRUE(in.temperatures.take_for(2 * kSecond));
+  EXPECT_EQ(in.temperatures.first_degc(), 21.0);
+}
+
+}  // namespace
+}  // namespace zerodrift::compensation
