@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // zerodrift diagnose: where twin and measurement disagree, what is missing, and the repaired twin.
 // Every honest verdict is exit code 0; what it is stands in the JSON.
-#include <chrono>
 #include <cstdio>
 #include <map>
 #include <memory>
@@ -11,17 +10,14 @@
 #include "common/config/twin_config.h"
 #include "common/files/atomic_file.h"
 #include "common/record/record_reader.h"
-#include "common/report/json_file.h"
 #include "common/report/numbers.h"
-#include "common/report/plain_text.h"
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/diagnosis_live.h"
-#include "services/zerodrift/diagnosis_report.h"
+#include "services/zerodrift/diagnosis_output.h"
 #include "services/zerodrift/diagnosis_run.h"
 #include "services/zerodrift/ending.h"
-#include "services/zerodrift/paragraph.h"
 #include "services/zerodrift/record_options.h"
 #include "services/zerodrift/twin_report.h"
 
@@ -36,42 +32,14 @@ struct DiagnoseOptions {
   bool publish = false;
   LiveOptions listening;
   std::vector<std::string> axes;
-  std::string out_model;
-  std::string json;
-  std::string html;
+  DiagnosisOutputs outputs;
 };
-
-std::string today() {
-  using std::chrono::floor;
-  const std::chrono::sys_time<std::chrono::nanoseconds> now{
-      std::chrono::nanoseconds(service::unix_time_ns())};
-  const std::chrono::year_month_day date{floor<std::chrono::days>(now)};
-  char text[32];
-  std::snprintf(text, sizeof text, "%04d-%02u-%02u", static_cast<int>(date.year()),
-                static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()));
-  return text;
-}
-
-std::string check_date(const std::string& text) {
-  int year = 0;
-  unsigned month = 0;
-  unsigned day = 0;
-  int used = 0;
-  const bool read = std::sscanf(text.c_str(), "%4d-%2u-%2u%n", &year, &month, &day, &used) == 3 &&
-                    text.size() == 10 && used == 10;
-  const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(month),
-                                         std::chrono::day(day)};
-  if (read && date.ok()) return {};
-  return "found '" + text + "', expected a date as 2026-03-31";
-}
 
 void check_outputs(const DiagnoseOptions& options) {
   std::vector<files::NamedFile> inputs{{"--model", options.request.model}};
   if (!options.live) inputs.push_back({"--record", options.request.record});
   for (const std::string& file : options.request.validation) inputs.push_back({"--validate", file});
-  files::check_outputs(
-      inputs,
-      {{"--out-model", options.out_model}, {"--json", options.json}, {"--html", options.html}});
+  check_against(inputs, options.outputs);
 }
 
 // Better known before listening for an hour than after.
@@ -92,25 +60,6 @@ void check_inputs(const DiagnoseOptions& options) {
     static_cast<void>(record::inspect(file, {.gyro_id = options.request.gyro_id}));
 }
 
-void take(const DiagnoseOptions& options, const DiagnosisResult& result) {
-  if (!options.json.empty()) report::write_json(options.json, diagnosis_json(result));
-  if (!options.html.empty()) report::write_html(options.html, diagnosis_page(result));
-  if (!options.out_model.empty()) config::save_model(result.diagnosis.repaired, options.out_model);
-  for (const auto& line : result.warnings)
-    std::fprintf(stderr, "%s\n", report::one_line(line).c_str());
-  for (const std::string& sentence : diagnosis_sentences(result))
-    print_paragraph(report::one_line(sentence));
-  for (const report::Table& table : diagnosis_tables(result))
-    std::printf("%s\n", report::text_table(table).c_str());
-  for (const std::string& note : diagnosis_notes(result)) print_paragraph(report::one_line(note));
-  if (!options.out_model.empty()) {
-    print_paragraph(options.out_model + (result.change == ModelChange::kRepaired
-                                             ? ": the repaired model"
-                                             : ": the model as it was, nothing was changed"));
-  }
-  std::fflush(stdout);
-}
-
 int publish_result(const DiagnoseOptions& options, const DiagnosisResult& result) {
   const std::int64_t now = service::unix_time_ns();
   const auto published =
@@ -124,22 +73,18 @@ int publish_result(const DiagnoseOptions& options, const DiagnosisResult& result
 DiagnosisResult diagnosed(const DiagnoseOptions& options) {
   const EndsAtOnce on_signal;
   DiagnosisResult result = run_diagnosis(options.request);
-  take(options, result);
+  hand_out(result, options.outputs);
   return result;
 }
 
 int diagnose(DiagnoseOptions options) {
-  for (const std::string& name : options.axes) {
-    for (const auto axis : core::kAxes) {
-      if (core::name(axis) == name) options.request.axes.push_back(axis);
-    }
-  }
+  options.request.axes = axes_named(options.axes);
   if (options.request.date.empty()) options.request.date = today();
   check_outputs(options);
   check_inputs(options);
   if (options.live) {
     LiveDiagnosis live(options.request, options.listening);
-    live.run([&options](const DiagnosisResult& result) { take(options, result); });
+    live.run([&options](const DiagnosisResult& result) { hand_out(result, options.outputs); });
     service::end_within(service::kStopWithin, service::kExitDone);
     return service::kExitDone;
   }
@@ -178,17 +123,10 @@ void add_diagnose(CLI::App& app, Run& run) {
                       "names and units of a foreign CSV; of all records");
   command->add_option("--validate", request.validation,
                       "records that the repair is proved on; without, blocks of the record");
-  command->add_option("--axis", options->axes, "only these axes: x,y,z")
-      ->delimiter(',')
-      ->check(CLI::IsMember({"x", "y", "z"}));
-  command
-      ->add_option("--date", request.date,
-                   "date that the repaired model gives for its origin; today without")
-      ->check(check_date);
-  command->add_option("--out-model", options->out_model,
+  add_axis_option(*command, options->axes);
+  command->add_option("--out-model", options->outputs.model,
                       "file for the repaired model; if nothing is repaired, the model as it was");
-  command->add_option("--json", options->json, "file for all figures");
-  command->add_option("--html", options->html, "file for a report with pictures");
+  add_output_options(*command, request, options->outputs);
   command->footer(
       "Exit codes: 0 diagnosed, whatever the verdict; 1 nobody heard --publish; 2 wrong usage or "
       "bad input.");

@@ -134,9 +134,8 @@ bool is_equal(const twin::EffectSpec& a, const twin::EffectSpec& b) {
          a.standard_errors == b.standard_errors && a.inputs == b.inputs;
 }
 
-DiagnosisResult diagnose_with(const DiagnosisRequest& request,
+DiagnosisResult diagnose_with(const DiagnosisRequest& request, const config::LoadedModel& loaded,
                               const measurement::MeasuredRecord& record, ProgressBar& bar) {
-  const config::LoadedModel loaded = config::load_model(request.model);
   DiagnosisResult result;
   result.model = request.model;
   result.gyro = loaded.model.gyro;
@@ -173,6 +172,16 @@ DiagnosisResult diagnose_with(const DiagnosisRequest& request,
   return result;
 }
 
+measurement::MeasuredRecord read_with(const DiagnosisRequest& request, ProgressBar& bar) {
+  const double share_of_each = kReading / static_cast<double>(1 + request.validation.size());
+  bar.show(0.0);
+  return measurement::read_measured_record({.record = request.record,
+                                            .columns = request.columns,
+                                            .gyro_id = request.gyro_id,
+                                            .axes = request.axes},
+                                           [&](double share) { bar.show(share_of_each * share); });
+}
+
 }  // namespace
 
 ModelChange change_between(const twin::Model& model, const twin::Model& repaired) {
@@ -184,22 +193,25 @@ ModelChange change_between(const twin::Model& model, const twin::Model& repaired
 DiagnosisResult run_diagnosis(const DiagnosisRequest& request) {
   check(request);
   ProgressBar bar("diagnose");
-  const double share_of_each = kReading / static_cast<double>(1 + request.validation.size());
-  bar.show(0.0);
-  const measurement::MeasuredRecord record =
-      measurement::read_measured_record({.record = request.record,
-                                         .columns = request.columns,
-                                         .gyro_id = request.gyro_id,
-                                         .axes = request.axes},
-                                        [&](double share) { bar.show(share_of_each * share); });
-  return diagnose_with(request, record, bar);
+  const auto record = read_with(request, bar);
+  return diagnose_with(request, config::load_model(request.model), record, bar);
 }
 
 DiagnosisResult run_diagnosis(const DiagnosisRequest& request,
                               const measurement::MeasuredRecord& record) {
   check(request);
   ProgressBar bar("diagnose");
-  return diagnose_with(request, record, bar);
+  return diagnose_with(request, config::load_model(request.model), record, bar);
+}
+
+DiagnosisResult run_calibration(
+    DiagnosisRequest request,
+    const std::function<twin::Model(const measurement::MeasuredRecord&)>& list) {
+  check(request);
+  ProgressBar bar("calibrate");
+  const auto record = read_with(request, bar);
+  request.model = "its listed effects";
+  return diagnose_with(request, {.model = list(record), .warnings = {}}, record, bar);
 }
 
 }  // namespace zerodrift::services

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -56,5 +57,9 @@ struct DiagnosisResult {
 // The same with a record that was measured already; request.record is its name.
 [[nodiscard]] DiagnosisResult run_diagnosis(const DiagnosisRequest& request,
                                             const measurement::MeasuredRecord& record);
+// Of a model that is made from what the record has; request.model is not looked at.
+[[nodiscard]] DiagnosisResult run_calibration(
+    DiagnosisRequest request,
+    const std::function<twin::Model(const measurement::MeasuredRecord&)>& list);
 
 }  // namespace zerodrift::services

@@ -20,6 +20,7 @@ int main(int argc, char** argv) try {
   services::add_navigate(app, run);
   services::add_allan(app, run);
   services::add_diagnose(app, run);
+  services::add_calibrate(app, run);
   services::add_record(app, run);
   services::add_replay(app, run);
   services::add_info(app, run);

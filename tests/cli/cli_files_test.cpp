@@ -24,6 +24,7 @@ std::ostream& operator<<(std::ostream& stream, const Case& one) {
 std::vector<Case> outputs() {
   const std::string model = std::string(ZERODRIFT_SOURCE_DIR) + "/config/models/paper_fog.yaml";
   const Arguments diagnose{"diagnose", "--model", model, "--record", "@record.csv"};
+  const Arguments calibrate{"calibrate", "--record", "@record.csv", "--effects", "bias"};
   const Arguments navigate{"navigate", "--record", "@record.csv", "--latitude", "48"};
   return {
       {"simulate_out", {"simulate", "--model", model, "--profile", "@record.csv", "--out", "OUT"}},
@@ -39,6 +40,9 @@ std::vector<Case> outputs() {
       {"diagnose_json", system_test::operator+(diagnose, {"--json", "OUT"})},
       {"diagnose_html", system_test::operator+(diagnose, {"--html", "OUT"})},
       {"diagnose_out_model", system_test::operator+(diagnose, {"--out-model", "OUT"})},
+      {"calibrate_out_model", system_test::operator+(calibrate, {"--out-model", "OUT"})},
+      {"calibrate_json",
+       system_test::operator+(calibrate, {"--out-model", "@model.yaml", "--json", "OUT"})},
       {"export_out", {"export", "@record.csv", "--out", "OUT"}},
       {"info_json", {"info", "@record.csv", "--json", "OUT"}},
       {"record_out", {"record", "--attach", "@record.csv", "--out", "OUT"}},

@@ -318,5 +318,92 @@ TEST_F(Diagnose, RefusesBadInputWithCodeTwoOneLineAndNoFile) {
   EXPECT_NE(end.err.find("bad.yaml"), std::string::npos) << end.err;
 }
 
+// ---------------------------------------------------------------------------------- calibrate
+
+class Calibrate : public Diagnose {
+ protected:
+  Finished calibrate(const std::string& record, const std::string& effects, const Arguments& more) {
+    Arguments arguments{"calibrate", "--record", record, "--effects", effects};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return system_.run("zerodrift", arguments, 100s);
+  }
+};
+
+// The record's own formula says what is right: bias 1 deg/h, Shupe 1 deg/h per °C/min, 0.002
+// deg/√h.
+TEST_F(Calibrate, AFirstModelHasTheRecordsCoefficientsAndNothingIsMissingOnAnother) {
+  const std::string fitted = record("r.csv", {.shupe_deg_h_min_per_degc = 1.0});
+  const std::string unseen = record("v.csv", {.shupe_deg_h_min_per_degc = 1.0, .seed = 2});
+  const Finished end = calibrate(fitted, "bias,shupe,angle_random_walk",
+                                 {"--gyro", "unit 17", "--out-model", path("model.yaml")});
+  ASSERT_EQ(end.exit_code, 0) << end.err;
+  const auto model = config::load_model(path("model.yaml")).model;
+  EXPECT_EQ(model.gyro, "unit 17");
+  ASSERT_EQ(model.effects.size(), 3U) << end.out;
+  const auto value = [&](std::size_t i, const char* key) {
+    return model.effects[i].parameters.at(key);
+  };
+  // 14 400 samples of 0.12 deg/h: the mean is known to 0.001 deg/h, the Shupe coefficient, whose
+  // input has 0.99 °C/min rms, to as much, their noise to 0.6 %: five standard errors.
+  EXPECT_NEAR(value(0, "bias_deg_h"), 1.0, 0.005);
+  EXPECT_NEAR(value(1, "coefficient_deg_h_min_per_degc"), 1.0, 0.005);
+  EXPECT_NEAR(value(2, "coefficient_deg_per_sqrt_h"), 0.002, 0.03 * 0.002);
+  const double error = model.effects[1].standard_errors.at("coefficient_deg_h_min_per_degc");
+  EXPECT_GT(error, 0.0005);
+  EXPECT_LT(error, 0.002);
+  const Finished after = run(unseen, {"--json", path("d.json")});
+  ASSERT_EQ(after.exit_code, 0) << after.err;
+  EXPECT_EQ(json("d.json").at("verdict"), "consistent") << after.out;
+}
+
+// A record that proves nothing makes a model that claims nothing: ten minutes and no temperature.
+TEST_F(Calibrate, WhereNothingCanBeProvedTheModelListsAndClaimsNothing) {
+  write(path("short.csv"), [] {
+    std::string text = "time_s,rate_z_deg_h\n";
+    Noise noise(3);
+    for (int t = 0; t < 700; ++t)
+      text += std::to_string(t) + "," + std::to_string(noise.next()) + "\n";
+    return text;
+  }());
+  const Finished end = calibrate(path("short.csv"), "shupe", {"--out-model", path("m.yaml")});
+  ASSERT_EQ(end.exit_code, 0) << end.err;
+  const auto model = config::load_model(path("m.yaml")).model;
+  for (const auto& effect : model.effects) {
+    EXPECT_TRUE(effect.kind != "shupe" || effect.parameters.empty()) << end.out;
+  }
+}
+
+TEST_F(Calibrate, AnEffectThatIsNoneIsRefusedWithTheOneThatWasMeant) {
+  const Finished end =
+      calibrate(record("r.csv", {.seconds = 700}), "bias,shup", {"--out-model", path("m.yaml")});
+  EXPECT_EQ(end.exit_code, 2);
+  EXPECT_NE(end.err.find("--effects: the catalogue has no effect 'shup'; did you mean 'shupe'?"),
+            std::string::npos)
+      << end.err;
+  EXPECT_FALSE(std::filesystem::exists(path("m.yaml")));
+}
+
+// A real gyro's owner knows what it has, not how much: the model that comes of it holds on blocks
+// that took no part, on every axis.
+TEST_F(Calibrate, OfARealThermalCycleTheModelHoldsOnWhatItDidNotSee) {
+  const auto file =
+      std::filesystem::path(ZERODRIFT_SHARED_DIR) / "data/imu_thermal_chamber/imu_thermal.csv";
+  if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not there: nothing checked";
+  const Finished end = calibrate(
+      file, "bias,bias_temperature,shupe,angle_random_walk,bias_instability,rate_random_walk",
+      {"--columns",
+       "time=row*1.0,rate_x=gyro_x[rad/s],rate_y=gyro_y[rad/s],rate_z=gyro_z[rad/s],"
+       "temperature_coil=temp_c[degC]",
+       "--out-model", path("m.yaml"), "--json", path("c.json")});
+  ASSERT_EQ(end.exit_code, 0) << end.err;
+  const Json found = json("c.json");
+  for (const auto& [axis, one] : found.at("axis").items()) {
+    const Json& gap = one["gap"]["held_out"];
+    EXPECT_LT(gap["after_rms_deg_h"].get<double>(), 0.1 * gap["before_rms_deg_h"].get<double>())
+        << axis;
+  }
+  EXPECT_FALSE(config::load_model(path("m.yaml")).model.validate());
+}
+
 }  // namespace
 }  // namespace zerodrift::system_test

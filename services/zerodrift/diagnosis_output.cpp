@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/zerodrift/diagnosis_output.h"
+
+#include <chrono>
+#include <cstdio>
+
+#include "common/config/twin_config.h"
+#include "common/report/json_file.h"
+#include "common/report/plain_text.h"
+#include "common/service/monotonic_clock.h"
+#include "services/zerodrift/diagnosis_report.h"
+#include "services/zerodrift/paragraph.h"
+
+namespace zerodrift::services {
+namespace {
+
+std::string check_date(const std::string& text) {
+  int year = 0;
+  unsigned month = 0;
+  unsigned day = 0;
+  int used = 0;
+  const bool read = std::sscanf(text.c_str(), "%4d-%2u-%2u%n", &year, &month, &day, &used) == 3 &&
+                    text.size() == 10 && used == 10;
+  const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(month),
+                                         std::chrono::day(day)};
+  if (read && date.ok()) return {};
+  return "found '" + text + "', expected a date as 2026-03-31";
+}
+
+}  // namespace
+
+std::string today() {
+  using std::chrono::floor;
+  const std::chrono::sys_time<std::chrono::nanoseconds> now{
+      std::chrono::nanoseconds(service::unix_time_ns())};
+  const std::chrono::year_month_day date{floor<std::chrono::days>(now)};
+  char text[32];
+  std::snprintf(text, sizeof text, "%04d-%02u-%02u", static_cast<int>(date.year()),
+                static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()));
+  return text;
+}
+
+void add_axis_option(CLI::App& command, std::vector<std::string>& axes) {
+  command.add_option("--axis", axes, "only these axes: x,y,z")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"x", "y", "z"}));
+}
+
+std::vector<core::Axis> axes_named(const std::vector<std::string>& names) {
+  std::vector<core::Axis> axes;
+  for (const std::string& name : names) {
+    for (const auto axis : core::kAxes) {
+      if (core::name(axis) == name) axes.push_back(axis);
+    }
+  }
+  return axes;
+}
+
+void add_output_options(CLI::App& command, DiagnosisRequest& request, DiagnosisOutputs& outputs) {
+  command
+      .add_option("--date", request.date,
+                  "date that the model gives for the origin of what is new; today without")
+      ->check(check_date);
+  command.add_option("--json", outputs.json, "file for all figures");
+  command.add_option("--html", outputs.html, "file for a report with pictures");
+}
+
+void check_against(const std::vector<files::NamedFile>& inputs, const DiagnosisOutputs& outputs) {
+  files::check_outputs(
+      inputs, {{"--out-model", outputs.model}, {"--json", outputs.json}, {"--html", outputs.html}});
+}
+
+void hand_out(const DiagnosisResult& result, const DiagnosisOutputs& outputs) {
+  if (!outputs.json.empty()) report::write_json(outputs.json, diagnosis_json(result));
+  if (!outputs.html.empty()) report::write_html(outputs.html, diagnosis_page(result));
+  if (!outputs.model.empty()) config::save_model(result.diagnosis.repaired, outputs.model);
+  for (const auto& line : result.warnings)
+    std::fprintf(stderr, "%s\n", report::one_line(line).c_str());
+  for (const std::string& sentence : diagnosis_sentences(result))
+    print_paragraph(report::one_line(sentence));
+  for (const report::Table& table : diagnosis_tables(result))
+    std::printf("%s\n", report::text_table(table).c_str());
+  for (const std::string& note : diagnosis_notes(result)) print_paragraph(report::one_line(note));
+  if (!outputs.model.empty()) {
+    print_paragraph(
+        outputs.model + ": " +
+        (result.change == ModelChange::kRepaired ? outputs.if_changed : outputs.if_unchanged));
+  }
+  std::fflush(stdout);
+}
+
+}  // namespace zerodrift::services
