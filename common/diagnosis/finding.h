@@ -53,7 +53,7 @@ struct Recalibration {
   std::string parameter;
   double from = 0.0;
   double to = 0.0;
-  double standard_error = 0.0;
+  double standard_error = 0.0;  // NaN: not known
 };
 
 struct UnknownEffect {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string_view>
@@ -247,14 +248,15 @@ constexpr double kNatsToBeWrong = 7.0;
 constexpr double kKinds = 5.0;  // of noise, any of which may be missing
 
 // Of a coefficient, relative: from what the likelihood loses where its square is held off the best
-// one by a tenth.
+// one by a tenth; NaN where it loses nothing.
 double relative_error(const Likelihoods& likelihoods, const std::vector<KnownNoise>& free,
                       const Hypothesis& fit, std::size_t which) {
   constexpr double kOff = 1.1;
   std::vector<KnownNoise> known = free;
   known[which].square = kOff * fit.squares[which];
   const double lost = likelihoods.cost_of_holding(known, fit, which, kHeld);
-  return lost > 0.0 ? (std::sqrt(kOff) - 1.0) / std::sqrt(2.0 * lost) : 0.0;
+  return lost > 0.0 ? (std::sqrt(kOff) - 1.0) / std::sqrt(2.0 * lost)
+                    : std::numeric_limits<double>::quiet_NaN();
 }
 
 // The twin makes none of a noise listed without coefficients. One that the record has is told of
@@ -402,7 +404,9 @@ void adopt_noise(twin::Model& model, core::Axis axis, const NoiseFindings& findi
     for (EffectSpec& spec : model.effects) {
       if (spec.axis != axis || spec.kind != change.name) continue;
       spec.parameters[change.parameter] = change.to;
-      spec.standard_errors[change.parameter] = change.standard_error;
+      spec.standard_errors.erase(change.parameter);
+      if (std::isfinite(change.standard_error))
+        spec.standard_errors[change.parameter] = change.standard_error;
     }
   }
   for (const NamedEffect& effect : findings.effects) {

@@ -201,7 +201,9 @@ report::Table recalibration_table(const DiagnosedAxes& group, TableAxes axes) {
     for (const auto& change : axis.of.recalibrated) {
       table.add(axis, {change.name, change.parameter,
                        std::isfinite(change.from) ? significant(change.from, 4) : "not known",
-                       significant(change.to, 4), significant(change.standard_error, 2)});
+                       significant(change.to, 4),
+                       std::isfinite(change.standard_error) ? significant(change.standard_error, 2)
+                                                            : "not known"});
     }
   }
   return table.take();

@@ -401,6 +401,11 @@ TEST_F(Calibrate, OfARealThermalCycleTheModelHoldsOnWhatItDidNotSee) {
     const Json& gap = one["gap"]["held_out"];
     EXPECT_LT(gap["after_rms_deg_h"].get<double>(), 0.1 * gap["before_rms_deg_h"].get<double>())
         << axis;
+    // What isn't known is null: nothing is known to 0.
+    for (const Json& change : one["recalibrated"]) {
+      const Json& error = change["standard_error"];
+      EXPECT_TRUE(error.is_null() || error.get<double>() > 0.0) << axis << ": " << change.dump();
+    }
   }
   EXPECT_FALSE(config::load_model(path("m.yaml")).model.validate());
 }
