@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/service/main.h"
 
+#include <poll.h>
+#include <unistd.h>
+
 #include <cstdlib>
 #include <exception>
 #include <map>
+#include <new>
 #include <string>
+#include <string_view>
 #include <thread>
 
 #include "common/service/line_writer.h"
@@ -65,9 +70,31 @@ int parse_and_run(CLI::App& app, int argc, char** argv, const std::function<int(
   }
 }
 
+std::terminate_handler without_a_reason = nullptr;
+
+// Where there is no memory, unwinding needs some: destructors of the JSON library do, and nobody
+// catches what leaves a destructor. The program then ends in a line as after any other refusal;
+// what it was writing has no name yet.
+[[noreturn]] void end_without_memory() noexcept {
+  try {
+    if (const auto error = std::current_exception()) std::rethrow_exception(error);
+  } catch (const std::bad_alloc&) {
+    constexpr std::string_view kLine = "no memory is left\n";
+    pollfd out{.fd = STDERR_FILENO, .events = POLLOUT, .revents = 0};
+    if (::poll(&out, 1, 0) == 1 && ::write(STDERR_FILENO, kLine.data(), kLine.size()) < 0) {
+      // It ends all the same.
+    }
+    std::_Exit(kExitNo);
+  } catch (...) {
+  }
+  without_a_reason();
+  std::abort();
+}
+
 }  // namespace
 
 int run_main(CLI::App& app, int argc, char** argv, const std::function<int()>& body) {
+  without_a_reason = std::set_terminate(end_without_memory);
   take_signals();
   const int exit_code = parse_and_run(app, argc, argv, body);
   standard_error().wait_until_written(kLastLinesWithin);
