@@ -15,6 +15,25 @@ namespace {
 constexpr double kShortestRecordS = 600.0;
 constexpr std::size_t kFewestIntervals = 60;
 
+// Each effect once, in the order in which they are told.
+std::string names_of(const std::vector<Recalibration>& recalibrated) {
+  std::vector<std::string> names;
+  for (const Recalibration& change : recalibrated) {
+    if (std::find(names.begin(), names.end(), change.name) == names.end())
+      names.push_back(change.name);
+  }
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    text += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
+  return text;
+}
+
+// What makes the gap smaller beside the effects that were missing is not credited to them.
+std::string what_shrinks_the_gap(const AxisDiagnosis& axis) {
+  if (axis.effects.empty() || axis.recalibrated.empty()) return " The gap";
+  return " With that, and with new parameters of " + names_of(axis.recalibrated) + ", the gap";
+}
+
 }  // namespace
 
 std::string_view name(Verdict verdict) {
@@ -64,7 +83,7 @@ std::string list_of(const std::vector<NamedEffect>& effects) {
 std::string sentence_of(const AxisDiagnosis& axis) {
   const Gap& gap = axis.held_out_kind == HeldOut::kNothing ? axis.fit : axis.held_out;
   const std::string figures =
-      " The gap on " +
+      what_shrinks_the_gap(axis) + " on " +
       std::string(axis.held_out_kind == HeldOut::kNothing ? "the record" : "held-out data") +
       " falls from " + rounded(core::deg_h_from_radps(gap.before_rms_radps)) + " to " +
       rounded(core::deg_h_from_radps(gap.after_rms_radps)) + " deg/h rms.";

@@ -398,6 +398,13 @@ TEST_F(Calibrate, OfARealThermalCycleTheModelHoldsOnWhatItDidNotSee) {
   ASSERT_EQ(end.exit_code, 0) << end.err;
   const Json found = json("c.json");
   for (const auto& [axis, one] : found.at("axis").items()) {
+    // Where names were added, the sentence says that the listed effects' sizes did it too.
+    if (!one["effects"].empty()) {
+      EXPECT_NE(one["sentence"].get<std::string>().find("new parameters of "), std::string::npos)
+          << one["sentence"];
+      EXPECT_NE(one["sentence"].get<std::string>().find("bias_temperature"), std::string::npos)
+          << one["sentence"];
+    }
     const Json& gap = one["gap"]["held_out"];
     EXPECT_LT(gap["after_rms_deg_h"].get<double>(), 0.1 * gap["before_rms_deg_h"].get<double>())
         << axis;
