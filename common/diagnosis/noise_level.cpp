@@ -111,10 +111,7 @@ std::vector<Follower> followers(const TrialInput& input) {
   const MeasuredSeries& series = input.series;
   std::vector<Follower> all;
   for (const twin::TemperaturePoint point : input.playback.measured_points()) {
-    Follower follower{.point = point};
-    for (const auto& in : input.playback.inputs())
-      follower.values.push_back(in.thermal.temperature_degc[twin::index(point)]);
-    all.push_back(std::move(follower));
+    all.push_back({.values = temperatures(input.playback, point), .point = point});
   }
   for (const ProbeSeries& probe : series.probes) {
     Follower size_of_rate;

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // zerodrift calibrate: a first model of one's own gyro, from a record of it.
-#include <cmath>
 #include <memory>
 #include <stdexcept>
 #include <utility>
 
-#include "common/report/plain_text.h"
 #include "common/service/main.h"
 #include "common/twin/effect_catalogue.h"
 #include "services/zerodrift/commands.h"
