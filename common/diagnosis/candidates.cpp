@@ -38,6 +38,31 @@ std::vector<double> inverse(const std::vector<double>& frequencies, double scale
   return periods;
 }
 
+// One of the three that are searched together, of each cycle that agrees with what `variant` has of
+// them already.
+std::vector<double> of_cycles(const std::vector<Cycle>& cycles, SearchRule rule,
+                              const Variant& variant, const EffectDefinition& definition) {
+  const auto value_of = [](const Cycle& cycle, SearchRule which) {
+    if (which == SearchRule::kCycleFrequency) return cycle.frequency_hz;
+    return which == SearchRule::kCycleDuty ? cycle.duty : cycle.phase_turns;
+  };
+  std::vector<double> values;
+  for (const Cycle& cycle : cycles) {
+    const bool agrees = std::all_of(
+        definition.parameters.begin(), definition.parameters.end(), [&](const auto& other) {
+          const auto given = variant.shapes.find(other.name);
+          return given == variant.shapes.end() || given->second == value_of(cycle, other.rule);
+        });
+    if (agrees) values.push_back(value_of(cycle, rule));
+  }
+  return values;
+}
+
+bool is_of_cycle(SearchRule rule) {
+  return rule == SearchRule::kCycleFrequency || rule == SearchRule::kCycleDuty ||
+         rule == SearchRule::kCyclePhase;
+}
+
 // What a search tries for one shape parameter, and how many independent values that stands for.
 struct Grid {
   std::vector<double> values;
@@ -90,13 +115,25 @@ void add_variants(Candidate& candidate, const Playback& playback,
   double looked_at = 1.0;
   for (const ParameterDefinition& parameter : candidate.definition->parameters) {
     if (parameter.role != ParameterRole::kShape) continue;
-    const Grid grid = grid_of(parameter, playback, inputs, oscillations);
-    looked_at *= grid.looked_at;
     std::vector<Variant> longer;
-    for (const double value : grid.values) {
-      for (Variant variant : variants) {
-        variant.shapes[parameter.name] = value;
-        longer.push_back(std::move(variant));
+    const auto add = [&](Variant variant, double value) {
+      variant.shapes[parameter.name] = value;
+      longer.push_back(std::move(variant));
+    };
+    if (is_of_cycle(parameter.rule)) {
+      for (const Variant& variant : variants) {
+        for (const double value :
+             of_cycles(oscillations.cycles, parameter.rule, variant, *candidate.definition))
+          add(variant, value);
+      }
+      looked_at *= parameter.rule == SearchRule::kCycleFrequency
+                       ? oscillations.lines.looked_at
+                       : static_cast<double>(parameter.grid.size());
+    } else {
+      const Grid grid = grid_of(parameter, playback, inputs, oscillations);
+      looked_at *= grid.looked_at;
+      for (const double value : grid.values) {
+        for (const Variant& variant : variants) add(variant, value);
       }
     }
     variants = std::move(longer);
@@ -168,6 +205,10 @@ Oscillations find_oscillations(std::span<const double> weighted, const Playback&
   constexpr double kLowestFringes = 1.5;  // below, a polynomial does as well
   Oscillations found;
   found.lines = line_peaks(weighted, playback.interval_s(), kPeaks);
+  std::vector<double> middle_s;
+  for (const auto& in : playback.inputs())
+    middle_s.push_back(in.time_s - 0.5 * playback.interval_s());
+  found.cycles = cycles_at(found.lines.frequencies, weighted, middle_s);
   for (const TemperaturePoint point : playback.measured_points()) {
     found.fringes[twin::index(point)] =
         oscillation_peaks(weighted, temperatures(playback, point),

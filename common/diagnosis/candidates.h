@@ -49,6 +49,7 @@ struct Candidates {
 // Where the residual oscillates: which frequencies and periods are worth a variant.
 struct Oscillations {
   OscillationPeaks lines{};                    // Hz
+  std::vector<Cycle> cycles{};                 // one or two at each of these
   twin::PerPoint<OscillationPeaks> fringes{};  // cycles per °C, of measured places
   OscillationPeaks resets{};                   // cycles per rad turned through
 };

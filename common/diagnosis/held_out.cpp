@@ -42,7 +42,8 @@ std::vector<double> added_lines_hz(const twin::Model& before, const twin::Model&
     const twin::EffectDefinition& definition = *twin::find_effect(effect.kind);
     const auto complete = twin::complete_parameters(definition, effect.parameters);
     for (const twin::ParameterDefinition& parameter : definition.parameters) {
-      if (parameter.rule == twin::SearchRule::kFrequency)
+      if (parameter.rule == twin::SearchRule::kFrequency ||
+          parameter.rule == twin::SearchRule::kCycleFrequency)
         frequencies.push_back(complete.at(parameter.name));
     }
   }

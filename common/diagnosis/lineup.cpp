@@ -66,6 +66,11 @@ ShapeRange range_of(const ParameterDefinition& parameter, const Candidate& candi
   switch (parameter.rule) {
     case twin::SearchRule::kFrequency:
       return {ShapeScale::kLinear, 0.5 / duration_s, 0.5 / series.interval_s, 0.25 / duration_s};
+    case twin::SearchRule::kCycleFrequency:
+      return {ShapeScale::kLinear, 0.5 / duration_s, 0.5 / series.interval_s, 0.02 / duration_s};
+    case twin::SearchRule::kCycleDuty:
+    case twin::SearchRule::kCyclePhase:
+      return {ShapeScale::kLinear, lowest, highest, 1.0 / 96.0};
     case twin::SearchRule::kAngle:
       return reset_range(parameter, candidate, series);
     case twin::SearchRule::kPeriod:

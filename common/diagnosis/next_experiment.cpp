@@ -207,6 +207,7 @@ Oscillations offered_oscillations() {
   };
   Oscillations all;
   all.lines = offered(twin::SearchRule::kFrequency, [](double hz) { return hz; });
+  for (const double hz : all.lines.frequencies) all.cycles.push_back({.frequency_hz = hz});
   all.fringes.fill(offered(twin::SearchRule::kPeriod, [](double degc) { return 1.0 / degc; }));
   all.resets =
       offered(twin::SearchRule::kAngle, [](double arcsec) { return kArcsecPerRad / arcsec; });

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <string>
 #include <utility>
@@ -25,6 +26,7 @@ constexpr std::size_t kRanges = 12;
 constexpr std::size_t kFewestInRange = 30;
 constexpr double kVarianceOfLogSquare = 4.0 * 1.362;  // times 1/n, of a median absolute deviation
 constexpr double kKinds = 5.0;
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();  // a standard error
 
 // An input with the name of the place, where it is a temperature.
 struct Follower {
@@ -306,7 +308,7 @@ void take_growing_noise(Trial& trial, std::span<const double> remainder, const T
     waiting->parameters = found->effect.parameters;
     waiting->inputs = found->effect.inputs;
     for (const auto& [name, value] : found->effect.parameters)
-      trial.recalibrated.push_back({kind, name, 0.0, value, 0.0});
+      trial.recalibrated.push_back({kind, name, 0.0, value, kUnknown});
   } else {
     trial.repaired.effects.push_back({.kind = kind,
                                       .axis = input.axis,

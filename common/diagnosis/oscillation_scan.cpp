@@ -2,10 +2,12 @@
 #include "common/diagnosis/oscillation_scan.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 #include <cstdint>
 #include <numbers>
+#include <numeric>
 #include <unsupported/Eigen/FFT>
 #include <utility>
 
@@ -182,6 +184,81 @@ OscillationPeaks line_peaks(std::span<const double> weighted, double interval_s,
   }
   result.looked_at = static_cast<double>(weighted.size()) / 2.0;
   return result;
+}
+
+namespace {
+
+constexpr std::size_t kParts = 96;  // of a period
+
+struct Score {
+  Cycle cycle{};
+  double power = -1.0;
+};
+
+// Under white noise the power of levels goes with duty (1 - duty); under noise that falls with the
+// frequency it is that of the two edges, whatever the duty.
+struct Fold {
+  Score by_levels{};
+  Score by_edges{};
+};
+
+void keep_better(Score& best, const Score& other) {
+  if (other.power > best.power) best = other;
+}
+
+Fold best_fold(double frequency_hz, std::span<const double> weighted,
+               std::span<const double> time_s) {
+  constexpr std::size_t kShortest = 4;
+  std::array<double, kParts> folded{};
+  for (std::size_t i = 0; i < weighted.size(); ++i) {
+    const double turns = frequency_hz * time_s[i];
+    const auto part = static_cast<std::size_t>((turns - std::floor(turns)) * kParts);
+    folded[std::min(part, kParts - 1)] += weighted[i];
+  }
+  const double sum = std::accumulate(folded.begin(), folded.end(), 0.0);
+  Fold best;
+  for (std::size_t first = 0; first < kParts; ++first) {
+    double above = 0.0;
+    for (std::size_t parts = 1; parts <= kParts / 2; ++parts) {
+      above += folded[(first + parts - 1) % kParts];
+      if (parts < kShortest) continue;
+      const double duty = static_cast<double>(parts) / kParts;
+      const double along = above - duty * sum;
+      const Cycle cycle{frequency_hz, duty,
+                        static_cast<double>((kParts - first) % kParts) / kParts};
+      keep_better(best.by_levels, {cycle, along * along / (duty * (1.0 - duty))});
+      keep_better(best.by_edges, {cycle, along * along});
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+std::vector<Cycle> cycles_at(std::span<const double> frequencies_hz,
+                             std::span<const double> weighted, std::span<const double> time_s) {
+  std::vector<Cycle> cycles;
+  if (time_s.size() < 2) return cycles;
+  constexpr double kFewestIntervals = 16.0;  // in a period
+  constexpr int kSteps = 16;                 // to either side
+  const double duration_s = time_s.back() - time_s.front();
+  const double cell_hz = 1.0 / duration_s;
+  const double highest_hz = static_cast<double>(time_s.size() - 1) / duration_s / kFewestIntervals;
+  for (const double frequency_hz : frequencies_hz) {
+    if (!(frequency_hz <= highest_hz)) continue;
+    Fold best;
+    for (int step = -kSteps; step <= kSteps; ++step) {
+      const double near_hz = frequency_hz + 0.5 * cell_hz * step / kSteps;
+      if (!(near_hz > 0.0)) continue;
+      const Fold here = best_fold(near_hz, weighted, time_s);
+      keep_better(best.by_levels, here.by_levels);
+      keep_better(best.by_edges, here.by_edges);
+    }
+    if (best.by_levels.power < 0.0) continue;
+    cycles.push_back(best.by_levels.cycle);
+    if (best.by_edges.cycle != best.by_levels.cycle) cycles.push_back(best.by_edges.cycle);
+  }
+  return cycles;
 }
 
 }  // namespace zerodrift::diagnosis

@@ -42,4 +42,21 @@ struct OscillationScan {
 [[nodiscard]] OscillationPeaks line_peaks(std::span<const double> weighted, double interval_s,
                                           std::size_t peaks);
 
+// Two levels that alternate: the upper one while frac(frequency_hz t + phase_turns) < duty.
+struct Cycle {
+  double frequency_hz = 0.0;
+  double duty = 0.5;  // at most a half: of the shorter level
+  double phase_turns = 0.0;
+
+  bool operator==(const Cycle&) const = default;
+};
+
+// Those that the series follows best at, and half a resolution cell around, each of these
+// frequencies: the series folded into 96 parts of a period, every beginning and every duty from
+// four parts on; by power over the variance of the levels, and by power alone. `time_s`: middle of
+// each interval. None for a period of fewer than 16 intervals. O(frequencies * samples * 33).
+[[nodiscard]] std::vector<Cycle> cycles_at(std::span<const double> frequencies_hz,
+                                           std::span<const double> weighted,
+                                           std::span<const double> time_s);
+
 }  // namespace zerodrift::diagnosis

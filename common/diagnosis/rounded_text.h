@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// A number in a sentence.
+// Numbers and lists in a sentence.
 #pragma once
 
 #include <sstream>
 #include <string>
+#include <vector>
 
 namespace zerodrift::diagnosis {
 
@@ -13,6 +14,14 @@ namespace zerodrift::diagnosis {
   text.precision(digits);
   text << value;
   return text.str();
+}
+
+// "a", "a and b", "a, b and c".
+[[nodiscard]] inline std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (std::size_t i = 0; i < words.size(); ++i)
+    text += (i == 0 ? "" : i + 1 == words.size() ? " and " : ", ") + words[i];
+  return text;
 }
 
 }  // namespace zerodrift::diagnosis

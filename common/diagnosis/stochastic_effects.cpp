@@ -13,6 +13,7 @@
 #include "common/diagnosis/noise_of_model.h"
 #include "common/diagnosis/noise_weight.h"
 #include "common/diagnosis/search_board.h"
+#include "common/diagnosis/two_levels.h"
 #include "common/twin/effect_catalogue.h"
 
 namespace zerodrift::diagnosis {
@@ -200,22 +201,27 @@ NamedEffect named(const Addition& addition, const std::vector<Addition>& rivals,
   return effect;
 }
 
-// Turns a first-order noise into one of two levels where its course has two.
-void consider_two_levels(NamedEffect& effect, const NoiseQuestion& question, const Addition& markov,
-                         double share) {
-  const twin::EffectDefinition& two_levels = noise_effect(twin::NoiseLaw::kTwoLevel);
+// Turns a first-order noise into one of two levels where that is likelier. What only changes its
+// strength has long tails, which two levels fit better than one Gaussian does; a course of two
+// levels has short ones.
+void consider_two_levels(NamedEffect& effect, const NoiseQuestion& question,
+                         const Addition& markov) {
   constexpr double kGaussian = 3.0;
-  constexpr double kTwoLevels = 2.0;
-  const double duration_s =
-      question.problem.interval_s * static_cast<double>(question.problem.series.size());
-  const double dwells = std::max(1.0, duration_s / (2.0 * markov.term.correlation_s));
-  const double error = std::sqrt(24.0 / dwells);
-  const double peakedness = peakedness_of_course(question, markov);
+  if (peakedness_of_course(question, markov) >= kGaussian) return;
+  const twin::EffectDefinition& two_levels = noise_effect(twin::NoiseLaw::kTwoLevel);
+  const SearchProblem& problem = question.problem;
+  const double sigma_radps = std::sqrt(markov.hypothesis.squares.back());
+  const double correlation_s = markov.term.correlation_s;
+  const CourseBlocks blocks =
+      course_blocks(problem.series, problem.valid, problem.interval_s, correlation_s);
+  const SwitchingFit switching = fit_switching(blocks, sigma_radps, correlation_s);
+  const WanderingFit wandering = fit_wandering(blocks, sigma_radps, correlation_s);
+  const double duration_s = problem.interval_s * static_cast<double>(problem.series.size());
+  const double dwells = std::max(1.0, 2.0 * duration_s / (switching.up_s + switching.down_s));
   constexpr double kPriorNats = -1.5;  // a Markov noise is the commoner one
-  // Log likelihood ratio of the two readings of it, two levels against a Gaussian course.
-  const double nats = kPriorNats + (std::pow((peakedness - kGaussian) / error, 2) -
-                                    std::pow(std::max(peakedness - kTwoLevels, 0.0) / error, 2)) /
-                                       2.0;
+  // Two levels have a parameter more.
+  const double nats =
+      kPriorNats + switching.log_likelihood - wandering.log_likelihood - 0.5 * std::log(dwells);
   const double probability = 1.0 / (1.0 + std::exp(-nats));
   if (probability <= 0.5) {
     if (probability > 0.05)
@@ -228,11 +234,10 @@ void consider_two_levels(NamedEffect& effect, const NoiseQuestion& question, con
     effect.alternatives.insert(effect.alternatives.begin(),
                                {effect.name, (1.0 - probability) * effect.probability});
   }
-  const double sigma_deg_h =
-      value_in_file(noise_effect(markov.term.kind), markov.hypothesis.squares.back(), share);
   effect.name = two_levels.kind;
   effect.probability *= probability;
-  effect.parameters = two_levels.spectrum.parameters_of({sigma_deg_h, markov.term.correlation_s});
+  effect.parameters = two_levels.spectrum.parameters_of_levels(
+      {core::deg_h_from_radps(switching.amplitude_radps), switching.up_s, switching.down_s});
 }
 
 std::vector<KnownNoise> free_noise(const std::vector<ListedNoise>& listed) {
@@ -380,7 +385,7 @@ NoiseFindings examine_noise(const NoiseQuestion& question, const SearchOptions& 
     if (rivals.empty() || rivals.front().evidence < threshold) break;
     NamedEffect effect = named(rivals.front(), rivals, share);
     if (rivals.front().term.kind == NoiseKind::kMarkov)
-      consider_two_levels(effect, question, rivals.front(), share);
+      consider_two_levels(effect, question, rivals.front());
     findings.effects.push_back(std::move(effect));
     best = rivals.front().hypothesis;
     present.push_back({rivals.front().term, best.squares.back(), kAnyValue});

@@ -34,11 +34,10 @@ struct NoiseQuestion {
 // Restricted likelihoods of the model's own kinds with free coefficients, then with one more kind
 // at a time (angle random walk, bias instability, rate random walk, quantisation, Markov at several
 // correlation times), accepted above log(kinds / false_alarm) after half a log of the number of
-// degrees of freedom for its coefficient. A Markov noise whose most probable course has two levels
-// is a telegraph (kurtosis less the square of the skewness, 1 of any two levels and 3 of a
-// Gaussian, about its sampling error for as many dwell times as there are). A kind that the model
-// lists without coefficients is fitted and told of as recalibrated from 0. Nothing is found in a
-// record that stands still.
+// degrees of freedom for its coefficient. A Markov noise is a telegraph where two levels are
+// likelier (two_levels.h) and the tails of its most probable course are shorter than a Gaussian's.
+// A kind that the model lists without coefficients is fitted and told of as recalibrated from 0.
+// Nothing is found in a record that stands still.
 [[nodiscard]] NoiseFindings examine_noise(const NoiseQuestion& question,
                                           const SearchOptions& options);
 

@@ -22,16 +22,26 @@ std::string names_of(const std::vector<Recalibration>& recalibrated) {
     if (std::find(names.begin(), names.end(), change.name) == names.end())
       names.push_back(change.name);
   }
-  std::string text;
-  for (std::size_t i = 0; i < names.size(); ++i)
-    text += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
-  return text;
+  return joined(names);
 }
 
-// What makes the gap smaller beside the effects that were missing is not credited to them.
-std::string what_shrinks_the_gap(const AxisDiagnosis& axis) {
-  if (axis.effects.empty() || axis.recalibrated.empty()) return " The gap";
-  return " With that, and with new parameters of " + names_of(axis.recalibrated) + ", the gap";
+// What makes the gap smaller beside the effects that were missing is not credited to them. Noise,
+// and what begins anew with another phase in each record, leaves it as it was.
+std::string about_the_gap(const AxisDiagnosis& axis) {
+  const bool on_record = axis.held_out_kind == HeldOut::kNothing;
+  const Gap& gap = on_record ? axis.fit : axis.held_out;
+  const std::string before = rounded(core::deg_h_from_radps(gap.before_rms_radps));
+  const std::string after = rounded(core::deg_h_from_radps(gap.after_rms_radps));
+  const std::string where = on_record ? "the record" : "held-out data";
+  if (before == after) {
+    return " The gap on " + where + " stays at " + after +
+           " deg/h rms: what was found takes another course in each record.";
+  }
+  const bool also = !axis.effects.empty() && !axis.recalibrated.empty();
+  return (also ? " With that, and with new parameters of " + names_of(axis.recalibrated) +
+                     ", the gap"
+               : std::string(" The gap")) +
+         " on " + where + " falls from " + before + " to " + after + " deg/h rms.";
 }
 
 }  // namespace
@@ -81,12 +91,6 @@ std::string list_of(const std::vector<NamedEffect>& effects) {
 }
 
 std::string sentence_of(const AxisDiagnosis& axis) {
-  const Gap& gap = axis.held_out_kind == HeldOut::kNothing ? axis.fit : axis.held_out;
-  const std::string figures =
-      what_shrinks_the_gap(axis) + " on " +
-      std::string(axis.held_out_kind == HeldOut::kNothing ? "the record" : "held-out data") +
-      " falls from " + rounded(core::deg_h_from_radps(gap.before_rms_radps)) + " to " +
-      rounded(core::deg_h_from_radps(gap.after_rms_radps)) + " deg/h rms.";
   std::string text;
   const std::string suggested =
       "The record suggests " +
@@ -115,7 +119,7 @@ std::string sentence_of(const AxisDiagnosis& axis) {
       if (!axis.effects.empty()) text += " Also missing: " + list_of(axis.effects) + ".";
       break;
   }
-  if (axis.acceptance == Acceptance::kAccepted) text += figures;
+  if (axis.acceptance == Acceptance::kAccepted) text += about_the_gap(axis);
   return text;
 }
 
@@ -142,8 +146,7 @@ std::string what_would_decide(const twin::Model& model, const MeasuredSeries& se
   }
   if (needs.empty() && !an_input_moves(series, playback, axis)) add(twin::Need::kTemperature);
   std::string text = "A record of " + rounded(kShortestForBlocksS / 60.0) + " min or more";
-  for (std::size_t i = 0; i < needs.size(); ++i)
-    text += (i == 0 ? " with " : i + 1 == needs.size() ? " and " : ", ") + needs[i];
+  if (!needs.empty()) text += " with " + joined(needs);
   const bool is_long = duration_of(series) >= kShortestForBlocksS;
   if (is_long && needs.empty()) text += " in which this axis has valid rates throughout";
   return text + " decides it.";

@@ -89,6 +89,10 @@ enum class SearchRule {
   kGrid,       // at the values of its grid, then between them
   kLag,        // the same, in steps of a minute up to a quarter of the record
   kFrequency,  // Hz: where the residual oscillates in time
+  // Of two levels that alternate there: Hz, share of a period above, turns. Searched together.
+  kCycleFrequency,
+  kCycleDuty,
+  kCyclePhase,
   kPeriod,     // °C: where it oscillates along the effect's temperature
   kAngle,      // arcsec: where it oscillates along the angle turned through
   kThreshold,  // °C: within the range of the effect's temperature
@@ -143,6 +147,13 @@ struct FirstOrder {
   double tau_s = 0.0;
 };
 
+// Mean dwell times at the upper and the lower of two levels.
+struct TwoLevels {
+  double amplitude_deg_h = 0.0;  // between them
+  double up_s = 0.0;
+  double down_s = 0.0;
+};
+
 // A stochastic effect's spectrum.
 struct Spectrum {
   // The parameter whose square the density is proportional to.
@@ -154,9 +165,11 @@ struct Spectrum {
       density;
   NoiseLaw law = NoiseLaw::kNone;
   double si_per_unit = 0.0;  // of the scale, as the law has it
-  // kFirstOrder and kTwoLevel: from complete parameters, and the parameters that mean it.
+  // kFirstOrder and kTwoLevel: from complete parameters. Then the parameters that mean it, each of
+  // its own law.
   std::function<FirstOrder(const Parameters& parameters)> first_order{};
   std::function<Parameters(const FirstOrder& noise)> parameters_of{};
+  std::function<Parameters(const TwoLevels& noise)> parameters_of_levels{};
 };
 
 // A record's own fault that is found by what it does to single samples.

@@ -32,6 +32,7 @@
   X(markov)                          \
   X(telegraph)                       \
   X(line)                            \
+  X(duty_cycle)                      \
   X(vibration_rectification)         \
   X(acceleration_sensitivity)        \
   X(magnetic)                        \

@@ -41,10 +41,9 @@ FirstOrder first_order(const Parameters& parameters) {
           switching.tau_s};
 }
 
-// As long up as down.
-Parameters parameters_of(const FirstOrder& noise) {
-  const double dwell_s = 2.0 * noise.tau_s;
-  return {{"amplitude_deg_h", 2.0 * noise.sigma_deg_h}, {"up_s", dwell_s}, {"down_s", dwell_s}};
+Parameters parameters_of(const TwoLevels& noise) {
+  return {
+      {"amplitude_deg_h", noise.amplitude_deg_h}, {"up_s", noise.up_s}, {"down_s", noise.down_s}};
 }
 
 class Telegraph final : public Effect {
@@ -104,8 +103,12 @@ EffectDefinition telegraph() {
           .inputs = {},
           .needs = {Need::kLongRecord},
           .confused_with = {"markov"},
-          .spectrum = {"amplitude_deg_h", density, NoiseLaw::kTwoLevel,
-                       core::kRadPerSecPerDegPerHour, first_order, parameters_of},
+          .spectrum = {.scale = "amplitude_deg_h",
+                       .density = density,
+                       .law = NoiseLaw::kTwoLevel,
+                       .si_per_unit = core::kRadPerSecPerDegPerHour,
+                       .first_order = first_order,
+                       .parameters_of_levels = parameters_of},
           .make = [](const EffectContext& c) { return std::make_unique<Telegraph>(c); }};
 }
 

@@ -130,6 +130,35 @@ TEST(DiagnosisScenario, ALineIsProvedByItsFrequencyThoughItsPhaseIsAnother) {
   EXPECT_NE(refuted.acceptance, Acceptance::kAccepted);
 }
 
+// A heater that is on for a part of each period, as another hand makes it: its effect comes and
+// goes within half a minute.
+TEST(DiagnosisScenario, SwitchingWithAPeriodIsNeitherALineNorATelegraph) {
+  constexpr double kAmplitude = 0.1;  // deg/h
+  constexpr double kDuty = 0.35;
+  const twin::Model given = test::lab_model();
+  for (const double period_s : {631.0, 1270.0}) {
+    MeasuredSeries record = test::simulated(given, test::chamber_profile(), 11);
+    double course = 0.0;
+    for (std::size_t i = 0; i < record.size; ++i) {
+      const double turns = (static_cast<double>(i) * record.interval_s + 97.0) / period_s;
+      const double level = turns - std::floor(turns) < kDuty ? 1.0 : 0.0;
+      course += (level - course) * std::min(1.0, record.interval_s / 10.0);
+      record.rate_radps[0][i] += core::radps_from_deg_h(kAmplitude * course);
+    }
+    const AxisDiagnosis axis = *diagnose(given, record, {}, kOptions).axes[0];
+    ASSERT_EQ(axis.effects.size(), 1U) << axis.sentence;
+    EXPECT_EQ(axis.effects[0].name, "duty_cycle") << period_s;
+    const auto& found = axis.effects[0].parameters;
+    // Either level may be the one that is counted as above.
+    EXPECT_NEAR(std::abs(found.at("amplitude_deg_h")) / kAmplitude, 1.0, 0.15);
+    EXPECT_NEAR(std::min(found.at("duty"), 1.0 - found.at("duty")), kDuty, 0.03);
+    const double duration_s = record.interval_s * static_cast<double>(record.size);
+    EXPECT_NEAR(found.at("frequency_hz"), 1.0 / period_s, 0.1 / duration_s);
+    EXPECT_NE(axis.sentence.find("takes another course in each record"), std::string::npos)
+        << axis.sentence;
+  }
+}
+
 TEST(DiagnosisScenario, AFaultOfTheRecordStandsWhenAllElseIsReverted) {
   const twin::Model given = test::lab_model();
   const twin::Model truth =

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <numeric>
 #include <random>
 #include <vector>
 
@@ -46,6 +48,28 @@ TEST(OscillationScanScenario, FindsALineInTime) {
   ASSERT_EQ(peaks.frequencies.size(), 3U);
   EXPECT_NEAR(peaks.frequencies.front(), 0.12345, 1.0 / 32'768.0);
   EXPECT_EQ(peaks.looked_at, 5000.0);
+}
+
+TEST(OscillationScanScenario, FindsWhenTheUpperLevelOfACycleBeginsAndEnds) {
+  constexpr std::size_t kSize = 18'000;
+  constexpr double kHz = 1.0 / 903.0;
+  std::vector<double> time_s(kSize);
+  std::iota(time_s.begin(), time_s.end(), 0.5);
+  for (const double duty : {0.2, 0.45, 0.7}) {
+    auto series = white(kSize, 5);
+    for (std::size_t i = 0; i < kSize; ++i) {
+      const double turns = kHz * time_s[i] + 0.3;
+      series[i] += turns - std::floor(turns) < duty ? 1.0 : 0.0;
+    }
+    const std::vector<double> looked_at{kHz + 0.4 / kSize};  // between two steps of a scan
+    const auto cycles = cycles_at(looked_at, series, time_s);
+    ASSERT_FALSE(cycles.empty());
+    EXPECT_NEAR(cycles[0].frequency_hz, kHz, 1.0 / 32.0 / kSize);
+    // Of the lower level where that is the shorter one; a part of a period is 1/96.
+    EXPECT_NEAR(cycles[0].duty, std::min(duty, 1.0 - duty), 0.02);
+    const double begins = duty <= 0.5 ? 0.3 : 0.3 - duty;
+    EXPECT_NEAR(std::remainder(cycles[0].phase_turns - begins, 1.0), 0.0, 0.05);
+  }
 }
 
 TEST(OscillationScanScenario, FindsResetsThatShowOnlyWhileTheGyroTurnsSlowly) {
@@ -95,6 +119,14 @@ TEST(OscillationScanAbuse, NothingToScanGivesNoPeak) {
       angle_peaks(constant, constant, std::vector<double>(100, 0.0), 3).frequencies.empty());
   EXPECT_TRUE(line_peaks(std::vector<double>(4, 1.0), 1.0, 3).frequencies.empty());
   EXPECT_TRUE(line_peaks(std::vector<double>(100, 0.0), 1.0, 3).frequencies.empty());
+  std::vector<double> time_s(100);
+  std::iota(time_s.begin(), time_s.end(), 0.0);
+  const std::vector<double> fast{0.07, 0.5, std::numeric_limits<double>::quiet_NaN()};
+  const std::vector<double> slow{0.05};
+  EXPECT_TRUE(cycles_at(fast, constant, time_s).empty());
+  EXPECT_TRUE(cycles_at(slow, {}, {}).empty());
+  const std::vector<double> unknown(100, std::numeric_limits<double>::quiet_NaN());
+  EXPECT_TRUE(cycles_at(slow, unknown, time_s).empty());
 }
 
 }  // namespace

@@ -104,6 +104,7 @@ TEST(EffectCatalogueLaws, HoldsEveryEffectOfTheInterfaceAndNoOther) {
                                        "markov",
                                        "telegraph",
                                        "line",
+                                       "duty_cycle",
                                        "vibration_rectification",
                                        "acceleration_sensitivity",
                                        "magnetic",
