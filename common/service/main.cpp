@@ -138,7 +138,9 @@ std::terminate_handler without_a_reason = nullptr;
 
 }  // namespace
 
-int run_main(CLI::App& app, int argc, char** argv, const std::function<int()>& body) {
+int run_version(const char* version, CLI::App& app, int argc, char** argv,
+                const std::function<int()>& body) {
+  app.set_version_flag("--version", version, "Print version, commit and build");
   without_a_reason = std::set_terminate(end_without_memory);
   take_signals();
   const int exit_code = parse_and_run(app, argc, argv, body);

@@ -2,6 +2,8 @@
 // One name to find every program by, and what is said of a word that nobody knows.
 #include <signal.h>
 
+#include <regex>
+
 #include "tests/cli/command_line.h"
 
 namespace zerodrift::cli_test {
@@ -10,6 +12,13 @@ namespace {
 namespace fs = std::filesystem;
 
 const fs::path kBin = ZERODRIFT_BIN_DIR;
+
+// Command and file of each, but of the bench, which isn't always built.
+const std::vector<std::pair<std::string, std::string>> kPrograms{
+    {"compensation", "compensation"},           {"gyro-publisher", "gyro_publisher"},
+    {"thermal-publisher", "thermal_publisher"}, {"allan-monitor", "allan_monitor"},
+    {"navigation-filter", "navigation_filter"}, {"console", "console"},
+    {"discovery-server", "discovery_server"}};
 
 class Programs : public CommandLine {
  protected:
@@ -22,14 +31,7 @@ class Programs : public CommandLine {
 };
 
 TEST_F(Programs, EachIsFoundByACommandAndIsTheOneOfItsName) {
-  for (const auto& [command, program] :
-       std::vector<std::pair<std::string, std::string>>{{"compensation", "compensation"},
-                                                        {"gyro-publisher", "gyro_publisher"},
-                                                        {"thermal-publisher", "thermal_publisher"},
-                                                        {"allan-monitor", "allan_monitor"},
-                                                        {"navigation-filter", "navigation_filter"},
-                                                        {"console", "console"},
-                                                        {"discovery-server", "discovery_server"}}) {
+  for (const auto& [command, program] : kPrograms) {
     const Finished asked = run({command, "--help"});
     const Finished itself = shell("'" + (kBin / program).string() + "' --help");
     EXPECT_EQ(asked.exit_code, 0) << asked.err;
@@ -67,6 +69,15 @@ TEST_F(Programs, ThatAreNotThereAreToldInOneLine) {
   EXPECT_EQ(done.exit_code, 2);
   EXPECT_EQ(done.err, "zerodrift: bench: neither zerodrift-bench nor zerodrift_bench is in " +
                           path("").parent_path().string() + "\n");
+}
+
+TEST_F(Programs, AllTellTheSameVersionCommitAndBuild) {
+  const Finished told = run({"--version"});
+  EXPECT_EQ(told.exit_code, 0) << told.err;
+  const std::regex form(R"(zerodrift \d+\.\d+\.\d+ \(commit ([0-9a-f]{7,}\+?|unknown), \w+\)\n)");
+  EXPECT_TRUE(std::regex_match(told.out, form)) << told.out;
+  for (const auto& [command, program] : kPrograms)
+    EXPECT_EQ(run({command, "--version"}).out, told.out);
 }
 
 struct Unknown {
