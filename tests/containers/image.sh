@@ -112,7 +112,7 @@ libraries_are_listed() {
   local container
   container=$(docker_cli create "$image")
   mkdir -p "$work/programs"
-  for program in "${programs[@]}"; do docker_cli cp "$container:/usr/bin/$program" "$work/programs/" || return 1; done
+  for program in "${programs[@]}"; do docker_cli cp --follow-link "$container:/usr/bin/$program" "$work/programs/" || return 1; done
   docker_cli rm "$container" >/dev/null
   for library in $(objdump -p "$work"/programs/* | awk '$1 == "NEEDED" {print $2}' | sort -u); do
     package=$(in_image sh -c "dpkg-query -S '*/$library' 2>/dev/null | head -1" | cut -d: -f1)
