@@ -17,6 +17,7 @@
 
 #include "common/core/closest_name.h"
 #include "common/service/line_writer.h"
+#include "common/service/one_of.h"
 #include "common/service/stop_signals.h"
 
 namespace zerodrift::service {
@@ -34,10 +35,8 @@ void add_network_options(CLI::App& app, dds::NetworkOptions& network) {
                  "everything is authenticated and encrypted; off without");
   app.add_option("--transport", network.transport,
                  "udp, or shm: shared memory between processes of this computer")
-      ->transform(CLI::CheckedTransformer(
-                      std::map<std::string, dds::Transport>{{"udp", dds::Transport::kUdp},
-                                                            {"shm", dds::Transport::kSharedMemory}})
-                      .description("udp|shm"))
+      ->transform(one_of<dds::Transport>(
+          {{"udp", dds::Transport::kUdp}, {"shm", dds::Transport::kSharedMemory}}))
       ->default_str("udp");
   app.add_option(
       "--discovery-server", network.discovery_servers,

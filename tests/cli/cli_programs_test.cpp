@@ -2,6 +2,7 @@
 // One name to find every program by, and what is said of a word that nobody knows.
 #include <signal.h>
 
+#include <algorithm>
 #include <regex>
 
 #include "tests/cli/command_line.h"
@@ -37,6 +38,9 @@ TEST_F(Programs, EachIsFoundByACommandAndIsTheOneOfItsName) {
     EXPECT_EQ(asked.exit_code, 0) << asked.err;
     EXPECT_EQ(asked.out, itself.out);
     EXPECT_NE(asked.out.find("--domain"), std::string::npos) << asked.out;
+    EXPECT_TRUE(std::none_of(asked.out.begin(), asked.out.end(), [](unsigned char c) {
+      return c < ' ' && c != '\n';
+    })) << asked.out;
     EXPECT_NE(run({"--help"}).out.find("\n  " + command + " "), std::string::npos);
   }
 }
@@ -129,6 +133,13 @@ INSTANTIATE_TEST_SUITE_P(
                 {"discovery-server", "--domian", "3"},
                 "discovery_server: unknown option '--domian'; did you mean '--domain'? (--help "
                 "lists them)"},
+        Unknown{"a_value",
+                {"gyro-publisher", "--source", "seral"},
+                "gyro_publisher: --source: found 'seral'; did you mean 'serial'? (--help tells "
+                "more)"},
+        Unknown{"a_value_with_nothing_near",
+                {"compensation", "--transport", "pigeon"},
+                "compensation: --transport: found 'pigeon'; valid: shm, udp (--help tells more)"},
         Unknown{"an_option_with_nothing_near",
                 {"allan", "--colour"},
                 "zerodrift: unknown option '--colour' (--help lists them)"}),
