@@ -31,6 +31,8 @@ lib/systemd
 lib/systemd/system
 lib/sysusers.d
 share
+share/bash-completion
+share/bash-completion/completions
 share/doc
 share/doc/zerodrift
 share/zerodrift
