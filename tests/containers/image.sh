@@ -147,3 +147,23 @@ serves_page() {
   docker_cli rm -f page >/dev/null
   return "$status"
 }
+
+# On a Debian that has nothing but its base: the package brings what it needs, the units' user and nothing that runs.
+package_installs() {
+  local folder=$work/package_context
+  mkdir -p "$folder"
+  (cd "$from_build" && cpack -B "$work/package" > /dev/null) || return 1
+  cp "$work"/package/zerodrift_*.deb "$folder/zerodrift.deb"
+  printf '%s\n' 'FROM debian:bookworm-slim' 'COPY zerodrift.deb /tmp/' \
+    'RUN apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends systemd /tmp/zerodrift.deb' > "$folder/Dockerfile"
+  DOCKER_BUILDKIT=1 docker_cli build --progress plain --tag zerodrift-package:test "$folder" > "$work/package.log" 2>&1 || { tail -20 "$work/package.log"; return 1; }
+  docker_cli run --rm --network none zerodrift-package:test sh -ec '
+    zerodrift --version
+    zerodrift console --help > /dev/null
+    cd /usr/share/zerodrift
+    zerodrift simulate --model config/models/paper_fog.yaml --profile config/profiles/paper_chamber.yaml --duration 60s --out /tmp/record.csv
+    zerodrift info /tmp/record.csv > /dev/null
+    getent passwd zerodrift
+    systemd-analyze verify --man=no zerodrift-console.service
+    ! dpkg -l gcc >/dev/null 2>&1'
+}
