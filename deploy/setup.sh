@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs what deploy/packages.txt lists and this machine lacks (Debian 12), then configures and builds.
+# Installs what deploy/packages.txt lists and this machine lacks (Debian 12), configures, builds, and links `zerodrift` into
+# /usr/local/bin (link.sh).
 #   deploy/setup.sh [services|all|fuzz|containers]     default: services, without tests
 # fuzz, containers: the packages of tests/fuzz/run.sh and of tests/containers/run.sh, no build.
 # ZERODRIFT_BUILD_DIR names the build folder (default: build/release).
@@ -50,3 +51,4 @@ if [ "$what" = all ]; then targets=(all) tests=ON; fi
 cmake -G Ninja -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DZERODRIFT_BUILD_TESTS=$tests -DZERODRIFT_UNITY=ON \
   > "$build/configure.log" 2>&1 || { cat "$build/configure.log" >&2; exit 2; }
 cmake --build "$build" -j "$jobs" --target "${targets[@]}"
+"$root/deploy/link.sh" "$build/bin/zerodrift"

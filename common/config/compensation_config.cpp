@@ -18,9 +18,9 @@
 #include "common/compensation/option_keys.h"
 #include "common/config/twin_config.h"
 #include "common/config/yaml_place.h"
+#include "common/core/closest_name.h"
 #include "common/core/units.h"
 #include "common/navigation/earth_rate.h"
-#include "common/twin/closest_name.h"
 
 namespace zerodrift::config {
 namespace {
@@ -122,7 +122,7 @@ class OptionReader final : public compensation::OptionVisitor {
       for (const std::string& known : known_) {
         if (group_of(known) == group_of(path)) beside.push_back(leaf_of(known));
       }
-      at(path, node).refuse("unknown key" + twin::suggestion(leaf_of(path), beside));
+      at(path, node).refuse("unknown key" + core::suggestion(leaf_of(path), beside));
     }
   }
 

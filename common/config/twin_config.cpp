@@ -6,8 +6,8 @@
 #include "common/config/proto_to_yaml.h"
 #include "common/config/whole_file.h"
 #include "common/config/yaml_to_proto.h"
+#include "common/core/closest_name.h"
 #include "common/core/units.h"
-#include "common/twin/closest_name.h"
 #include "common/twin/effect_catalogue.h"
 
 namespace zerodrift::config {
@@ -44,7 +44,7 @@ twin::TemperaturePoint node_from(const proto::TwinProbe& probe, const std::strin
   const std::string& text = probe.node().empty() ? probe.name() : probe.node();
   if (const auto point = twin::temperature_point(text)) return *point;
   throw InvalidField({key, "no temperature is called '" + text + "'" +
-                               twin::suggestion(text, twin::temperature_point_names())});
+                               core::suggestion(text, twin::temperature_point_names())});
 }
 
 twin::ThermalParameters plant_from(const proto::TwinThermalPlant& m) {
@@ -170,7 +170,7 @@ twin::Excitation excitation_from(const proto::TwinExcitation& m, int i) {
   if (!quantity) {
     throw InvalidField({in_list("excitations", i, "quantity"),
                         "no quantity is called '" + m.quantity() + "'" +
-                            twin::suggestion(m.quantity(), twin::excited_quantity_names())});
+                            core::suggestion(m.quantity(), twin::excited_quantity_names())});
   }
   const std::string axis_key = in_list("excitations", i, "axis");
   if (!twin::has_axis(*quantity) && !m.axis().empty()) {

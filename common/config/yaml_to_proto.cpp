@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "common/config/yaml_place.h"
-#include "common/twin/closest_name.h"
+#include "common/core/closest_name.h"
 
 namespace zerodrift::config {
 namespace {
@@ -145,7 +145,7 @@ void Filler::keep_unknown(const YAML::Node& key, const YAML::Node& value, Messag
                           const std::string& path) {
   const Descriptor& type = *message.GetDescriptor();
   unknown_.push_back(
-      place(key, path).line("unknown key" + twin::suggestion(key.Scalar(), key_names(type))));
+      place(key, path).line("unknown key" + core::suggestion(key.Scalar(), key_names(type))));
   const FieldDescriptor* extra = extra_field(type);
   if (extra == nullptr) return;
   std::string json;

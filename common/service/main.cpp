@@ -4,15 +4,20 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <exception>
 #include <map>
 #include <new>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <thread>
+#include <vector>
 
+#include "common/core/closest_name.h"
 #include "common/service/line_writer.h"
+#include "common/service/one_of.h"
 #include "common/service/stop_signals.h"
 
 namespace zerodrift::service {
@@ -30,10 +35,8 @@ void add_network_options(CLI::App& app, dds::NetworkOptions& network) {
                  "everything is authenticated and encrypted; off without");
   app.add_option("--transport", network.transport,
                  "udp, or shm: shared memory between processes of this computer")
-      ->transform(CLI::CheckedTransformer(
-                      std::map<std::string, dds::Transport>{{"udp", dds::Transport::kUdp},
-                                                            {"shm", dds::Transport::kSharedMemory}})
-                      .description("udp|shm"))
+      ->transform(one_of<dds::Transport>(
+          {{"udp", dds::Transport::kUdp}, {"shm", dds::Transport::kSharedMemory}}))
       ->default_str("udp");
   app.add_option(
       "--discovery-server", network.discovery_servers,
@@ -52,6 +55,47 @@ void end_within(std::chrono::milliseconds at_most, int exit_code) {
 
 namespace {
 
+// Where a word of the command line stayed over: the app itself, or the command that was chosen.
+const CLI::App* where_left_over(const CLI::App& app) {
+  if (app.remaining_size(false) > 0) return &app;
+  for (const CLI::App* command : app.get_subcommands()) {
+    if (const CLI::App* found = where_left_over(*command)) return found;
+  }
+  return nullptr;
+}
+
+std::string unknown(const std::string& kind, const std::string& word, std::string_view bare,
+                    const std::vector<std::string>& known, const std::string& dashes) {
+  constexpr std::size_t kMostEdits = 2;
+  const auto meant = core::closest_name(bare, known, kMostEdits);
+  return "unknown " + kind + " '" + word + "'" +
+         (meant ? "; did you mean '" + dashes + *meant + "'?" : "") + " (--help lists them)";
+}
+
+// The line about an option or a command that there isn't; nothing where it isn't that.
+std::optional<std::string> unknown_word(const CLI::App& app) {
+  const CLI::App* where = where_left_over(app);
+  if (where == nullptr) return std::nullopt;
+  const std::vector<std::string> left_over = where->remaining();
+  std::vector<std::string> known;
+  for (const CLI::App* one : where->get_subcommands([](const CLI::App*) { return true; }))
+    known.push_back(one->get_name());
+  const bool wants_command = !known.empty() && where->get_subcommands().empty();
+  if (wants_command && !left_over.front().starts_with('-'))
+    return unknown("command", left_over.front(), left_over.front(), known, "");
+
+  const auto option = std::find_if(left_over.begin(), left_over.end(), [](const auto& word) {
+    return word.size() > 1 && word.starts_with('-') && word != "--";
+  });
+  if (option == left_over.end()) return std::nullopt;
+  known.clear();
+  for (const CLI::Option* one : where->get_options())
+    known.insert(known.end(), one->get_lnames().begin(), one->get_lnames().end());
+  const std::string word = option->substr(0, option->find('='));
+  const std::string bare = word.substr(std::min(word.find_first_not_of('-'), word.size()));
+  return unknown("option", word, bare, known, "--");
+}
+
 int parse_and_run(CLI::App& app, int argc, char** argv, const std::function<int()>& body) {
   const auto refuse = [&](const std::string& why) {
     standard_error().write(app.get_name() + ": " + why);
@@ -61,7 +105,7 @@ int parse_and_run(CLI::App& app, int argc, char** argv, const std::function<int(
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help: not an error
-    return refuse(std::string(error.what()) + " (--help tells more)");
+    return refuse(unknown_word(app).value_or(std::string(error.what()) + " (--help tells more)"));
   }
   try {
     return body();
@@ -93,7 +137,9 @@ std::terminate_handler without_a_reason = nullptr;
 
 }  // namespace
 
-int run_main(CLI::App& app, int argc, char** argv, const std::function<int()>& body) {
+int run_version(const char* version, CLI::App& app, int argc, char** argv,
+                const std::function<int()>& body) {
+  app.set_version_flag("--version", version, "Print version, commit and build");
   without_a_reason = std::set_terminate(end_without_memory);
   take_signals();
   const int exit_code = parse_and_run(app, argc, argv, body);

@@ -10,6 +10,7 @@
 
 #include "common/dds/participant.h"
 #include "common/service/exit_code.h"
+#include "common/service/version.h"
 
 namespace zerodrift::service {
 
@@ -24,7 +25,14 @@ void add_network_options(CLI::App& app, dds::NetworkOptions& network);
 void end_within(std::chrono::milliseconds at_most, int exit_code);
 
 // Takes the signals (stop_signals.h), parses, then runs `body`, whose result is the exit code.
-// Every exception ends as one line on standard error and kExitBadInput.
-int run_main(CLI::App& app, int argc, char** argv, const std::function<int()>& body);
+// Every exception ends as one line on standard error and kExitBadInput. `version` answers
+// --version.
+int run_version(const char* version, CLI::App& app, int argc, char** argv,
+                const std::function<int()>& body);
+
+// The same with this build's version. Here, so that programs alone link what knows it.
+inline int run_main(CLI::App& app, int argc, char** argv, const std::function<int()>& body) {
+  return run_version(version_line(), app, argc, argv, body);
+}
 
 }  // namespace zerodrift::service

@@ -7,7 +7,7 @@
 #include <sstream>
 #include <utility>
 
-#include "common/twin/closest_name.h"
+#include "common/core/closest_name.h"
 #include "common/twin/effect_catalogue.h"
 #include "common/twin/thermal_plant.h"
 
@@ -114,8 +114,8 @@ std::optional<Problem> problem_of_parameter(const std::string& name, double valu
       std::find_if(known.begin(), known.end(), [&name](const auto& p) { return p.name == name; });
   const std::string key = "parameters." + name;
   if (parameter == known.end()) {
-    return Problem{
-        key, "'" + definition.kind + "' has no such parameter" + suggestion(name, names_of(known))};
+    return Problem{key, "'" + definition.kind + "' has no such parameter" +
+                            core::suggestion(name, names_of(known))};
   }
   if (!(value >= parameter->minimum && value <= parameter->maximum)) {
     return Problem{key, "must be within " + text_of(parameter->minimum) + " and " +
@@ -129,8 +129,8 @@ std::optional<Problem> problem_of_standard_errors(const EffectSpec& spec,
   const std::vector<std::string> names = names_of(definition.parameters);
   for (const auto& [name, value] : spec.standard_errors) {
     if (std::find(names.begin(), names.end(), name) == names.end()) {
-      return Problem{"standard_errors." + name,
-                     "'" + definition.kind + "' has no such parameter" + suggestion(name, names)};
+      return Problem{"standard_errors." + name, "'" + definition.kind + "' has no such parameter" +
+                                                    core::suggestion(name, names)};
     }
     if (!(value >= 0.0 && std::isfinite(value))) {
       return Problem{"standard_errors." + name, "must be >= 0" + found(value)};
@@ -151,7 +151,7 @@ std::optional<Problem> problem_of_inputs(const EffectSpec& spec,
     if (temperature_point(spec.inputs[i])) continue;
     return Problem{"inputs[" + std::to_string(i) + "]",
                    "no temperature is called '" + spec.inputs[i] + "'" +
-                       suggestion(spec.inputs[i], temperature_point_names())};
+                       core::suggestion(spec.inputs[i], temperature_point_names())};
   }
   return std::nullopt;
 }
@@ -178,8 +178,8 @@ std::optional<Problem> problem_of_repeated_probe(const std::vector<ProbeSpec>& p
 std::optional<Problem> EffectSpec::find_problem() const {
   const EffectDefinition* definition = find_effect(kind);
   if (definition == nullptr) {
-    return Problem{"kind",
-                   "the catalogue has no effect '" + kind + "'" + suggestion(kind, effect_names())};
+    return Problem{"kind", "the catalogue has no effect '" + kind + "'" +
+                               core::suggestion(kind, effect_names())};
   }
   for (const auto& [name, value] : parameters) {
     if (auto problem = problem_of_parameter(name, value, *definition)) return problem;

@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "common/twin/closest_name.h"
+#include "common/core/closest_name.h"
 #include "common/twin/effect_catalogue.h"
 #include "common/twin/sample_clock.h"
 
@@ -48,7 +48,7 @@ const ProbeSpec& find_probe(const Model& model, std::string_view name) {
     names.push_back(probe.name);
   }
   throw std::invalid_argument("probe: the model has no '" + std::string(name) + "'" +
-                              suggestion(name, names));
+                              core::suggestion(name, names));
 }
 
 double quantised(double value, double step) {

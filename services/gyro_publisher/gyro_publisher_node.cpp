@@ -6,6 +6,7 @@
 #include "common/dds/conversions.h"
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
+#include "common/service/one_of.h"
 #include "common/service/sensor_clock.h"
 
 namespace zerodrift::services {
@@ -31,7 +32,7 @@ void add_options(CLI::App& app, GyroPublisherOptions& options) {
       {"rate_deg_s", drivers::RotationFormat::kRateDegps}};
   app.add_option("--source", options.source.kind, "simulation, record or serial")
       ->required()
-      ->transform(CLI::CheckedTransformer(sources));
+      ->transform(service::one_of(sources));
   replay::add_options(app, options.source.publisher, "key of this gyro on all topics, from 1");
   app.add_option("--rate", options.source.rate_hz,
                  "simulation: sample rate, Hz; the model's nominal rate without");
@@ -44,7 +45,7 @@ void add_options(CLI::App& app, GyroPublisherOptions& options) {
   app.add_option("--frame-rate", options.serial.frame_rate_hz, "serial: frames a second")
       ->capture_default_str();
   app.add_option("--rotation", options.serial.rotation, "serial: what the gyro sends")
-      ->transform(CLI::CheckedTransformer(formats));
+      ->transform(service::one_of(formats));
 }
 
 GyroPublisherNode::GyroPublisherNode(const GyroPublisherOptions& options)

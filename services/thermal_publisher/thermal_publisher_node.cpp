@@ -5,6 +5,7 @@
 
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
+#include "common/service/one_of.h"
 #include "common/service/sensor_clock.h"
 
 namespace zerodrift::services {
@@ -25,7 +26,7 @@ void add_options(CLI::App& app, ThermalPublisherOptions& options) {
       {"sysfs", ThermalSourceKind::kSysfs}};
   app.add_option("--source", options.kind, "simulation, record or sysfs")
       ->required()
-      ->transform(CLI::CheckedTransformer(sources));
+      ->transform(service::one_of(sources));
   replay::add_options(app, options.publisher, "the gyro whose temperatures these are");
   app.add_option("--sysfs-root", options.sysfs_root, "sysfs: where to look for thermometers")
       ->capture_default_str();

@@ -9,6 +9,7 @@
 #include "common/files/atomic_file.h"
 #include "common/report/json_file.h"
 #include "common/service/main.h"
+#include "common/service/one_of.h"
 #include "services/zerodrift/allan_report.h"
 #include "services/zerodrift/allan_run.h"
 #include "services/zerodrift/commands.h"
@@ -78,11 +79,11 @@ void add_allan(CLI::App& app, Run& run) {
       ->add_option("--statistic", request.statistics,
                    "of oadev, adev, mdev, tdev, hdev, ohdev and totdev, by commas")
       ->delimiter(',')
-      ->transform(CLI::CheckedTransformer(statistics_by_name()))
+      ->transform(service::one_of(statistics_by_name()))
       ->option_text("NAME,... [oadev]");
   command->add_option("--taus", request.grid, "octave or quarter: cluster times an octave has")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, allan::TauGrid>{
-          {"octave", allan::TauGrid::kOctave}, {"quarter", allan::TauGrid::kQuarterOctave}}))
+      ->transform(service::one_of<allan::TauGrid>(
+          {{"octave", allan::TauGrid::kOctave}, {"quarter", allan::TauGrid::kQuarterOctave}}))
       ->option_text("GRID [octave]");
   command->add_option("--confidence", request.confidence, "of the intervals")
       ->capture_default_str();

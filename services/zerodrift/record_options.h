@@ -9,6 +9,7 @@
 #include <string>
 
 #include "common/mcap/compression.h"
+#include "common/service/one_of.h"
 
 namespace zerodrift::services {
 
@@ -24,7 +25,7 @@ inline CLI::Option* add_compression(CLI::App& command, mcap::Compression& compre
                                                        {"lz4", mcap::Compression::kLz4},
                                                        {"zstd", mcap::Compression::kZstd}};
   return command.add_option("--compression", compression, "of an .mcap file: zstd, lz4 or none")
-      ->transform(CLI::CheckedTransformer(names))
+      ->transform(service::one_of(names))
       ->option_text("zstd|lz4|none");
 }
 

@@ -112,7 +112,7 @@ libraries_are_listed() {
   local container
   container=$(docker_cli create "$image")
   mkdir -p "$work/programs"
-  for program in "${programs[@]}"; do docker_cli cp "$container:/usr/bin/$program" "$work/programs/" || return 1; done
+  for program in "${programs[@]}"; do docker_cli cp --follow-link "$container:/usr/bin/$program" "$work/programs/" || return 1; done
   docker_cli rm "$container" >/dev/null
   for library in $(objdump -p "$work"/programs/* | awk '$1 == "NEEDED" {print $2}' | sort -u); do
     package=$(in_image sh -c "dpkg-query -S '*/$library' 2>/dev/null | head -1" | cut -d: -f1)
@@ -146,4 +146,24 @@ serves_page() {
   curl --silent --fail --max-time 2 "http://127.0.0.1:8799/${script#./}" | wc -c | awk '{print $1 " bytes of script"; exit !($1 > 10000)}' || status=1
   docker_cli rm -f page >/dev/null
   return "$status"
+}
+
+# On a Debian that has nothing but its base: the package brings what it needs, the units' user and nothing that runs.
+package_installs() {
+  local folder=$work/package_context
+  mkdir -p "$folder"
+  (cd "$from_build" && cpack -B "$work/package" > /dev/null) || return 1
+  cp "$work"/package/zerodrift_*.deb "$folder/zerodrift.deb"
+  printf '%s\n' 'FROM debian:bookworm-slim' 'COPY zerodrift.deb /tmp/' \
+    'RUN apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends systemd /tmp/zerodrift.deb' > "$folder/Dockerfile"
+  DOCKER_BUILDKIT=1 docker_cli build --progress plain --tag zerodrift-package:test "$folder" > "$work/package.log" 2>&1 || { tail -20 "$work/package.log"; return 1; }
+  docker_cli run --rm --network none zerodrift-package:test sh -ec '
+    zerodrift --version
+    zerodrift console --help > /dev/null
+    cd /usr/share/zerodrift
+    zerodrift simulate --model config/models/paper_fog.yaml --profile config/profiles/paper_chamber.yaml --duration 60s --out /tmp/record.csv
+    zerodrift info /tmp/record.csv > /dev/null
+    getent passwd zerodrift
+    systemd-analyze verify --man=no zerodrift-console.service
+    ! dpkg -l gcc >/dev/null 2>&1'
 }

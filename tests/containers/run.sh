@@ -100,6 +100,8 @@ if wanted image; then
   check "every library that a program names is listed in the Dockerfile" libraries_are_listed
   check "every program starts" help_of_every_program
   check "the console serves its page" serves_page
+  # cpack takes what is built.
+  [ -z "$from_build" ] || check "the Debian package installs on a bare Debian $release and runs" package_installs
 fi
 if wanted one_computer; then one_computer; fi
 if wanted two_computers; then two_computers; fi

@@ -29,7 +29,7 @@ units() {
   mkdir -p units/{usr/bin,usr/lib/systemd,etc/systemd/system}
   cp -r /lib/systemd/system units/usr/lib/systemd/
   cp -r "$root"/deploy/systemd/{*.service,*.target,*.service.d} units/etc/systemd/system/
-  sed -n 's,^ExecStart=/usr/bin/\([a-z_]*\) .*,\1,p' "$root"/deploy/systemd/*.service |
+  sed -n 's,^ExecStart=/usr/bin/\([a-z-]*\) .*,\1,p' "$root"/deploy/systemd/*.service |
     while read -r program; do install -m 755 /bin/true "units/usr/bin/$program"; done
 }
 # One instance of each; the word after @ stands for it.
@@ -122,7 +122,8 @@ check "profiles: the history's depth is the code's" depth_of_code
 # "program --option" of units, environment and manifests: each must be one that the program knows.
 options() {
   local program words name
-  sed -n 's,^ExecStart=/usr/bin/\([a-z_]*\) \(.*\),\1 \2,p' "$root"/deploy/systemd/*.service | while read -r program words; do
+  sed -n 's,^ExecStart=/usr/bin/zerodrift-\([a-z-]*\) \(.*\),\1 \2,p' "$root"/deploy/systemd/*.service | while read -r program words; do
+    program=${program//-/_}
     for name in $(grep -o '\$[A-Z_]*' <<< "$words" | tr -d '$'); do
       words="$words $(sed -n "s/^#\{0,1\}\(Environment=\"\)\{0,1\}$name=\(.*\)/\2/p" "$root"/deploy/systemd/{*.env,realtime.conf} | tr '"\n' '  ')"
     done

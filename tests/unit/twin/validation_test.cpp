@@ -4,7 +4,6 @@
 #include <limits>
 #include <string>
 
-#include "common/twin/closest_name.h"
 #include "common/twin/simulation.h"
 #include "tests/unit/twin/examples.h"
 
@@ -106,14 +105,6 @@ TEST(SimulationAbuse, AWrongRateModelOrProbeThrowsOneClearLine) {
   } catch (const std::invalid_argument& error) {
     EXPECT_STREQ(error.what(), "probe: the model has no 'coill'; did you mean 'coil'?");
   }
-}
-
-TEST(ClosestNameLaws, FindsTyposAndOtherUnitsAndNothingFarOff) {
-  const std::string names[] = {"duration_s", "power_on_s", "chamber"};
-  EXPECT_EQ(closest_name("duratoin_s", names), "duration_s");
-  EXPECT_EQ(closest_name("duration_minutes", names), "duration_s");
-  EXPECT_EQ(closest_name("xyz", names), std::nullopt);
-  EXPECT_EQ(suggestion("xyz", names), "; valid: duration_s, power_on_s, chamber");
 }
 
 }  // namespace

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "common/twin/closest_name.h"
+#include "common/core/closest_name.h"
 
 #include <algorithm>
 #include <numeric>
 #include <vector>
 
-namespace zerodrift::twin {
+namespace zerodrift::core {
 namespace {
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {
@@ -30,9 +30,10 @@ std::string_view stem(std::string_view name) {
 }  // namespace
 
 std::optional<std::string> closest_name(std::string_view word,
-                                        std::span<const std::string> candidates) {
+                                        std::span<const std::string> candidates,
+                                        std::size_t most_edits) {
   const std::string* best = nullptr;
-  std::size_t best_distance = word.size() / 2 + 1;
+  std::size_t best_distance = std::min(word.size() / 2, most_edits) + 1;
   for (const std::string& candidate : candidates) {
     std::size_t distance = edit_distance(word, candidate);
     if (word.size() > 2 && stem(word) == stem(candidate)) {
@@ -53,4 +54,4 @@ std::string suggestion(std::string_view word, std::span<const std::string> candi
   return list.empty() ? "; none is valid here" : "; valid: " + list;
 }
 
-}  // namespace zerodrift::twin
+}  // namespace zerodrift::core

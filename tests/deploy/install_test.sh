@@ -1,0 +1,101 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# install_test.sh BUILD_DIR: what `cmake --install` puts where, and that it works from there. A line each: PASS or FAIL; exit
+# code 1: something failed.
+set -uo pipefail
+build=$1
+work=$(mktemp -d "${TMPDIR:-/tmp}/zerodrift_install.XXXXXX")
+prefix=$work/opt
+domain=230  # beyond those of tests/system/domains.h
+port=18766
+console=
+finish() { [ -z "$console" ] || kill "$console" 2>/dev/null; wait; rm -rf "$work"; }
+trap finish EXIT
+failed=0
+check() {  # TITLE COMMAND...: shows what it wrote where it failed
+  local title=$1; shift
+  if "$@" > "$work/output" 2>&1; then echo "PASS: $title"; else echo "FAIL: $title"; sed 's/^/  /' "$work/output" | head -20; failed=1; fi
+}
+cd "$work" || exit 2
+programs='zerodrift
+zerodrift-allan-monitor
+zerodrift-compensation
+zerodrift-console
+zerodrift-discovery-server
+zerodrift-gyro-publisher
+zerodrift-navigation-filter
+zerodrift-thermal-publisher'
+folders='bin
+lib
+lib/systemd
+lib/systemd/system
+lib/sysusers.d
+share
+share/bash-completion
+share/bash-completion/completions
+share/doc
+share/doc/zerodrift
+share/zerodrift
+share/zerodrift/config
+share/zerodrift/console
+share/zerodrift/idl
+share/zerodrift/profiles
+share/zerodrift/systemd'
+has_programs() { diff <(ls "$prefix/bin") <(echo "$programs"); }
+has_folders() {
+  diff <(cd "$prefix" && find bin lib share -maxdepth 2 -type d | sort) \
+       <(echo "$folders" | sort) && [ -z "$(find "$prefix" -type d -empty)" ]
+}
+is_whole() {
+  local file
+  for file in share/zerodrift/config/paper.yaml share/zerodrift/console/index.html share/zerodrift/idl/dds/compensated_rate.idl \
+    share/zerodrift/idl/proto/telemetry.proto share/zerodrift/profiles/one_computer.xml share/zerodrift/systemd/zerodrift.env \
+    share/zerodrift/systemd/realtime.conf share/doc/zerodrift/LICENSE lib/sysusers.d/zerodrift.conf lib/systemd/system/zerodrift.target \
+    lib/systemd/system/zerodrift-.service.d/10-common.conf; do
+    [ -s "$prefix/$file" ] || { echo "no $file"; return 1; }
+  done
+}
+# Units of one prefix name nothing of another.
+units_name() {  # PREFIX FOLDER
+  local path
+  for path in $(sed -n 's/^\(ExecStart\|WorkingDirectory\)=\([^ ]*\).*/\2/p' "$2"/lib/systemd/system/zerodrift-*.service{,.d/*.conf} | sort -u); do
+    [[ $path == "$1"/* ]] && [ -x "$2${path#"$1"}" ] || { echo "$path isn't there"; return 1; }
+  done
+  [ -n "${path:-}" ]
+}
+simulates() {
+  "$prefix/bin/zerodrift" simulate --model "$prefix/share/zerodrift/config/models/paper_fog.yaml" \
+    --profile "$prefix/share/zerodrift/config/profiles/paper_chamber.yaml" --duration 60 --rate 10 --out record.csv &&
+    "$prefix/bin/zerodrift" info record.csv
+}
+helps() {
+  local command
+  for command in $(sed -n 's/^zerodrift-//p' <<< "$programs"); do
+    "$prefix/bin/zerodrift" "$command" --help | grep -q -- --domain || { echo "$command"; return 1; }
+  done
+}
+serves_page() {
+  "$prefix/bin/zerodrift" console --domain $domain --listen 127.0.0.1:$port > console.log 2>&1 &
+  console=$!
+  local try
+  for try in $(seq 100); do
+    { exec 3<> /dev/tcp/127.0.0.1/$port; } 2>/dev/null && break
+    sleep 0.1
+  done
+  printf 'GET / HTTP/1.1\r\nHost: 127.0.0.1:%s\r\nConnection: close\r\n\r\n' $port >&3 && timeout 10 cat <&3 > page.html
+  cat console.log
+  diff <(sed '1,/^\r$/d' page.html) "$prefix/share/zerodrift/console/index.html"
+}
+check "it installs" cmake --install "$build" --prefix "$prefix"
+check "programs say whose they are" has_programs
+check "nothing goes elsewhere" has_folders
+check "configuration, page, vocabulary, profiles, units and licence are there" is_whole
+check "units name the programs of their prefix" units_name "$prefix" "$prefix"
+check "a record is simulated and read" simulates
+check "every service is found" helps
+check "the console serves its page" serves_page
+check "it installs into a package's folder, stripped" env DESTDIR="$work/package" cmake --install "$build" --prefix /usr --strip
+check "units name the programs of /usr there" units_name /usr "$work/package/usr"
+is_stripped() { [ "$(stat -c %s package/usr/bin/zerodrift)" -lt "$(stat -c %s "$prefix/bin/zerodrift")" ]; }
+check "programs are stripped there" is_stripped
+exit $failed

@@ -1,0 +1,216 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""The commands of the documents, held to what they say.
+
+commands.py known BUILD    every `zerodrift` command and option that a document types is in the program's help; every link leads
+                           somewhere; README.md keeps to one page
+commands.py run BUILD      those of README.md and docs/ that need no hardware, no network and no other process are run as typed,
+                           in the documents' order, in a folder of their own that holds config/ alone
+
+A line each, PASS, FAIL or NOT RUN with the reason; exit code 1: something failed.
+"""
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+LONGEST_README = 120  # lines
+SLOWEST_COMMAND_S = 600  # ends what hangs
+
+# What isn't run, by the first rule that fits, and why. A rule that fits nothing is an error.
+NOT_RUN = [
+    (r"^(deploy/run|tests/run)\.sh", "installs, builds and runs everything: CI does"),
+    (r"^zerodrift (console|compensation|gyro-publisher|thermal-publisher|discovery-server)\b", "runs until it is stopped: tests/system"),
+    (r"^zerodrift (ctl|record|replay)\b", "needs a running system: tests/system"),
+    (r"^zerodrift bench\b", "measures for minutes: tests/system runs each for a moment"),
+    (r"^docker\b", "needs an engine: tests/containers"),
+    (r"^cd build/release && cpack\b", "installs, as root: tests/deploy makes and unpacks it"),
+    (r"^deploy/security/", "has a placeholder: tests/system makes certificates"),
+]
+# The paper's five hours take minutes to compare; one hour has all that the commands ask of a record.
+SHORTER = {"config/profiles/paper_chamber.yaml": " --duration 1h"}
+# What a command that isn't run would have left for those behind it.
+STAND_INS = {"zerodrift record --out live.mcap": "zerodrift export record.csv --out live.mcap"}
+
+
+def ordered_pages():
+    """README.md, then docs/ in the order of its index."""
+    index = (ROOT / "docs/README.md").read_text()
+    names = re.findall(r"\]\(([a-z0-9-]+\.md)\)", index)
+    unlisted = {path.name for path in (ROOT / "docs").glob("*.md")} - set(names) - {"README.md"}
+    if unlisted:
+        fail(f"docs/README.md doesn't list {', '.join(sorted(unlisted))}")
+    return [ROOT / "README.md"] + [ROOT / "docs" / name for name in names]
+
+
+def other_pages():
+    return [ROOT / "docs/README.md", ROOT / "docker/README.md", ROOT / "deploy/OPERATIONS.md", *sorted(ROOT.glob("deploy/*/README.md"))]
+
+
+def block_lines(text):
+    """Lines of indented and fenced blocks, those that go on in the next joined."""
+    fenced, joined = False, ""
+    for line in text.splitlines():
+        if line.startswith("```"):
+            fenced = not fenced
+            continue
+        if not fenced and not line.startswith("    "):
+            continue
+        joined += line.strip()
+        if joined.endswith("\\"):
+            joined = joined[:-1]
+            continue
+        yield joined
+        joined = ""
+
+
+def spans(text):
+    return re.findall(r"`(zerodrift [^`]+)`", text)
+
+
+def simple_commands(line):
+    """The words of each command of a line; "a && b" are two, "A=b c" is c."""
+    lexer = shlex.shlex(line, posix=True, punctuation_chars="&|;")
+    lexer.whitespace_split = True
+    words = []
+    for word in [*lexer, ";"]:
+        if set(word) <= set("&|;"):
+            while words and re.match(r"^\w+=", words[0]):
+                words = words[1:]
+            if words:
+                yield words
+            words = []
+        else:
+            words.append(word)
+
+
+failures = 0
+
+
+def fail(line):
+    global failures
+    failures += 1
+    print("FAIL:", line)
+
+
+class Help:
+    """What a program says of itself, command by command."""
+
+    def __init__(self, program):
+        self.program, self.texts = program, {}
+
+    def of(self, path):
+        if path not in self.texts:
+            done = subprocess.run([self.program, *path, "--help"], capture_output=True, text=True, timeout=60)
+            self.texts[path] = done.stdout if done.returncode == 0 else ""
+        return self.texts[path]
+
+    def commands(self, path):
+        below = re.split(r"\n(?:Subcommands|Programs of their own):\n", self.of(path))[1:]
+        return set(re.findall(r"^  ([a-z][a-z-]*)", "\n".join(below), re.M))
+
+    def options(self, path):
+        return set(re.findall(r"--[a-z][a-z0-9-]*", self.of(path)))
+
+
+def unknown_words(words, helps):
+    """What the program doesn't know of `zerodrift ...`."""
+    path = ()
+    for word in words:
+        if word.startswith("--"):
+            if word.split("=")[0] not in helps.options(path):
+                yield f"{' '.join(('zerodrift', *path))} has no {word}"
+        elif helps.commands(path):
+            if word not in helps.commands(path):
+                yield f"{' '.join(('zerodrift', *path))} has no command {word}"
+                return
+            path += (word,)
+
+
+def check_links(page, text):
+    for link in re.findall(r"\]\(([^)\s#]+)(?:#[^)]*)?\)", text):
+        if not link.startswith("http") and not (page.parent / link).exists():
+            fail(f"{page.relative_to(ROOT)}: nothing is at {link}")
+
+
+def known(build):
+    helps, count = Help(build / "bin/zerodrift"), 0
+    for page in [*ordered_pages(), *other_pages()]:
+        text = page.read_text()
+        check_links(page, text)
+        for line in [*block_lines(text), *spans(text)]:
+            for words in simple_commands(line):
+                if words[0] != "zerodrift":
+                    continue
+                count += 1
+                for unknown in unknown_words(words[1:], helps):
+                    fail(f"{page.relative_to(ROOT)}: {line}: {unknown}")
+    if count < 60:
+        fail(f"only {count} commands were found")
+    if list(unknown_words(["allan", "--records", "x"], helps)) != ["zerodrift allan has no --records"]:
+        fail("an unknown option isn't seen")
+    if list(unknown_words(["ctl", "frieze"], helps)) != ["zerodrift ctl has no command frieze"]:
+        fail("an unknown command isn't seen")
+    lines = len((ROOT / "README.md").read_text().splitlines())
+    if lines > LONGEST_README:
+        fail(f"README.md has {lines} lines, at most {LONGEST_README} are a page")
+    print(f"{count} commands")
+
+
+def run_line(line, folder, environment):
+    for name, more in SHORTER.items():
+        if name in line:
+            line = re.sub(r"\s*(#.*)?$", "", line) + more
+    began = time.monotonic()
+    try:
+        done = subprocess.run(["/bin/bash", "-euo", "pipefail", "-c", line], cwd=folder, env=environment, stdin=subprocess.DEVNULL,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=SLOWEST_COMMAND_S)
+        code, said = done.returncode, done.stdout
+    except subprocess.TimeoutExpired:
+        code, said = "none", f"still runs after {SLOWEST_COMMAND_S} s"
+    if code != 0:
+        fail(f"exit code {code}: {line}\n{said[-2000:]}")
+    else:
+        print(f"PASS: {time.monotonic() - began:.1f} s: {line}", flush=True)
+
+
+def run(build):
+    environment = {**os.environ, "PATH": f"{build / 'bin'}:/usr/bin:/bin", "LC_ALL": "C.UTF-8"}
+    done, fitted, stood_in = set(), set(), set()
+    with tempfile.TemporaryDirectory(prefix="zerodrift_docs_") as folder:
+        Path(folder, "config").symlink_to(ROOT / "config")
+        for page in ordered_pages():
+            print(f"--- {page.relative_to(ROOT)}")
+            for line in block_lines(page.read_text()):
+                bare = re.sub(r"\s+#.*$", "", line)
+                if not bare or bare in done:
+                    continue
+                done.add(bare)
+                if bare in STAND_INS:
+                    stood_in.add(bare)
+                    run_line(STAND_INS[bare], folder, environment)
+                rule = next((rule for rule in NOT_RUN if re.search(rule[0], bare)), None)
+                if rule is None:
+                    run_line(bare, folder, environment)
+                else:
+                    fitted.add(rule)
+                    print(f"NOT RUN ({rule[1]}): {bare}")
+    for pattern, _ in set(NOT_RUN) - fitted:
+        fail(f"no command fits the rule {pattern}")
+    for line in set(STAND_INS) - stood_in:
+        fail(f"no document types {line}")
+    if not any(name in line for name in SHORTER for line in done):
+        fail("nothing was shortened")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 3 or sys.argv[1] not in ("known", "run"):
+        sys.exit("usage: commands.py known|run BUILD")
+    {"known": known, "run": run}[sys.argv[1]](Path(sys.argv[2]).resolve())
+    sys.exit(1 if failures else 0)
