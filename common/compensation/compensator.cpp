@@ -31,9 +31,10 @@ bool is_usable(const core::AngularRateSample& sample, std::size_t axis) {
          std::abs(sample.rate_radps[axis]) <= core::kLargestRateRadps;  // false for NaN
 }
 
-const CompensationOptions& checked(const CompensationOptions& options) {
+// A label interval that is still open gets its usual value.
+CompensationOptions checked(const CompensationOptions& options) {
   if (auto line = options.validate()) throw std::invalid_argument(*line);
-  return options;
+  return options.for_samples_every(0.0);
 }
 
 thermal::FeatureBuilderOptions builder_options(const CompensationOptions& options) {
@@ -44,16 +45,16 @@ thermal::FeatureBuilderOptions builder_options(const CompensationOptions& option
 
 Compensator::Compensator(const CompensationOptions& options)
     : options_(checked(options)),
-      handover_(core::from_seconds(options.learning.handover_s)),
-      features_(builder_options(options), options.probes()),
-      temperatures_(options, features_.longest_lag_s()),
-      references_(options.reference),
+      handover_(core::from_seconds(options_.learning.handover_s)),
+      features_(builder_options(options_), options_.probes()),
+      temperatures_(options_, features_.longest_lag_s()),
+      references_(options_.reference),
       waiting_(kWaiting),
       blocks_(kBlockS),
-      gate_(options.learning.rest),
-      labels_(options.learning.label_interval_s, options.learning.confirm_s),
-      models_(options) {
-  if (options.prior) prior_ = std::make_unique<DriftPrior>(*options.prior, probes());
+      gate_(options_.learning.rest),
+      labels_(options_.learning.label_interval_s, options_.learning.confirm_s),
+      models_(options_) {
+  if (options_.prior) prior_ = std::make_unique<DriftPrior>(*options_.prior, probes());
 }
 
 Compensator::~Compensator() = default;

@@ -119,8 +119,9 @@ void describe_temperature_rate(thermal::TemperatureTrackOptions& track, OptionVi
   const double before_s = track.local_polynomial.window_s;
   visitor.number({"temperature_rate.window_s",
                   Decides::kModel,
-                  "Readings of this long make one estimate.",
-                  {.low = 1.0, .high = 3600.0}},
+                  "Readings of this long make one estimate; where samples are more than 5 s apart, "
+                  "at least 8 of them.",
+                  {.low = 1.0, .high = 14400.0}},
                  track.local_polynomial.window_s);
   auto& mean = track.sliding_mean;
   if (track.local_polynomial.window_s != before_s) {
@@ -198,8 +199,11 @@ void describe_model(ModelOptions& model, OptionVisitor& visitor) {
 void describe_learning(LearningOptions& learning, OptionVisitor& visitor) {
   visitor.section("learning", "What is taken for drift, and when.");
   visitor.number(
-      {"learning.label_interval_s", Decides::kModel,
-       "A label is the mean over this long, stationary or against a reference.", kAbove0},
+      {"learning.label_interval_s",
+       Decides::kModel,
+       "A label is the mean over this long, stationary or against a reference; 0: 5 s, or nine "
+       "tenths of the samples' spacing where that is longer.",
+       {.low = 0.0}},
       learning.label_interval_s);
   number_of_all(visitor,
                 {"learning.confirm_s",
@@ -443,9 +447,12 @@ void describe(CompensationOptions& options, OptionVisitor& visitor) {
                   "A rate sample at t uses temperatures stamped up to t less this.",
                   {0.0, 10.0}},
                  options.temperature_delay_s);
-  visitor.number({"temperature_stale_s", Decides::kAnswers,
-                  "With an older temperature the model is not used.", kAbove0},
-                 options.temperature_stale_s);
+  visitor.number(
+      {"temperature_stale_s", Decides::kAnswers,
+       "With an older temperature the model is not used; where samples are more than 5 s "
+       "apart, one older than 2.5 spacings.",
+       kAbove0},
+      options.temperature_stale_s);
   visitor.number(
       {"probe_stuck_s", Decides::kAnswers,
        "A probe unchanged to the bit for this long while others move is not used.", kAbove0},
@@ -460,7 +467,7 @@ void describe(CompensationOptions& options, OptionVisitor& visitor) {
 }
 
 std::vector<OptionValue> option_values(const CompensationOptions& options, Decides decides) {
-  CompensationOptions copy = options;
+  CompensationOptions copy = options.for_samples_every(0.0);
   ValuesOf values(decides);
   describe(copy, values);
   return std::move(values.values);

@@ -37,6 +37,8 @@ enum class Reason : std::uint8_t {
   kSettling = 15,      // still again, waiting out the dwell
 };
 
+inline constexpr std::size_t kReasons = 16;
+
 // Which rung of the fallback ladder gave the applied drift. With a prior, kStationaryBias,
 // kOnlineSvr and kStack speak of what it leaves, and it is part of the applied drift.
 enum class Rung : std::uint8_t {

@@ -34,7 +34,9 @@ int compare(CompareOptions options) {
   const ComparisonResult result = run_comparison(options.request);
   if (!options.json.empty()) report::write_json(options.json, comparison_json(result));
   if (!options.html.empty()) report::write_html(options.html, comparison_page(result));
+  if (!result.no_model.empty()) std::printf("%s\n", result.no_model.c_str());
   for (const auto& line : result.warnings) std::fprintf(stderr, "%s\n", line.c_str());
+  if (!result.no_model.empty()) return service::kExitDone;
   for (const report::Table& table : comparison_tables(result))
     std::printf("%s\n", report::text_table(table).c_str());
   for (const std::string& note : comparison_notes(result)) print_paragraph(note);

@@ -12,6 +12,7 @@
 
 #include "common/record/record_rows.h"
 #include "common/report/numbers.h"
+#include "services/zerodrift/model_use.h"
 #include "services/zerodrift/offline_run.h"
 #include "services/zerodrift/progress_bar.h"
 
@@ -117,6 +118,7 @@ struct Labels {
   std::uint64_t samples = 0;
   core::SensorTime last_time{0};
   record::RecordInfo info;
+  compensation::CompensationOptions options;  // for the spacing of the record's samples
   std::vector<std::string> warnings;
 };
 
@@ -125,9 +127,9 @@ Labels read_labels(const ComparisonRequest& request, ProgressBar& bar) {
   // The labels don't depend on what is learned, unless features are made from the compensation's
   // own output.
   if (!needs_own_output(options)) options.scheme = compensation::Scheme::kNone;
-  compensation::Compensator compensator(options);
-  OfflineRun offline(request.record, request.columns, request.gyro_id, compensator);
+  OfflineRun offline(request.record, request.columns, request.gyro_id, options);
   Labels labels;
+  labels.options = request.options.for_samples_every(offline.info().first_interval_s);
   labels.info = offline.info();
   if (const auto missing = missing_probes(options, labels.info); !missing.empty()) {
     throw std::invalid_argument(request.record + ": found no temperature of probe '" +
@@ -140,7 +142,7 @@ Labels read_labels(const ComparisonRequest& request, ProgressBar& bar) {
     ++labels.samples;
     if (rows) bar.show(kFirstReading * static_cast<double>(labels.samples) / *rows);
     labels.last_time = std::max(labels.last_time, sample.raw.time);
-    const compensation::Label* label = compensator.confirmed_label();
+    const compensation::Label* label = offline.compensator().confirmed_label();
     if (label == nullptr) return;
     for (std::size_t i = 0; i < core::kAxisCount; ++i) {
       if (!label->valid[i] || !label->features_ready[i]) continue;
@@ -150,6 +152,14 @@ Labels read_labels(const ComparisonRequest& request, ProgressBar& bar) {
   });
   labels.warnings = offline.warnings();
   return labels;
+}
+
+// Why the service has no model for this record at any time; empty where it has one.
+std::string why_no_model(const ComparisonRequest& request) {
+  OfflineRun offline(request.record, request.columns, request.gyro_id, request.options);
+  ModelUse use;
+  offline.run(false, [&](const core::CompensatedSample& sample) { use.add(sample); });
+  return use.line_of_none(request.record, offline.options());
 }
 
 // Where the last leg begins that was kept unseen.
@@ -402,11 +412,13 @@ void read_streams(const ComparisonRequest& request, const Labels& labels, Stream
 
 }  // namespace
 
-ComparisonResult run_comparison(const ComparisonRequest& request) {
-  check(request);
+ComparisonResult run_comparison(const ComparisonRequest& requested) {
+  check(requested);
   ProgressBar bar("compare");
   bar.show(0.0);
-  const Labels labels = read_labels(request, bar);
+  const Labels labels = read_labels(requested, bar);
+  ComparisonRequest request = requested;
+  request.options = labels.options;
   ComparisonResult result;
   result.record = request.record;
   result.warnings = labels.warnings;
@@ -415,6 +427,8 @@ ComparisonResult run_comparison(const ComparisonRequest& request) {
   std::size_t most = 0;
   for (const auto& points : labels.points) most = std::max(most, points.size());
   if (most < kFewestLabels) {
+    result.no_model = why_no_model(requested);
+    if (!result.no_model.empty()) return result;
     throw std::invalid_argument(
         request.record + ": found " + std::to_string(most) +
         " labels at rest with all features on any axis, expected at least " +
