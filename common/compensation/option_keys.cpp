@@ -310,6 +310,21 @@ void describe_reference(ReferenceOptions& reference, OptionVisitor& visitor) {
   }
 }
 
+void describe_mounting(MountingOptions& mounting, OptionVisitor& visitor) {
+  visitor.section("mounting",
+                  "How the gyros sit in the vehicle; one of the three, or none. Rates, references "
+                  "and the Earth's rate are then in the vehicle's frame b.");
+  const auto key = [](const char* name, const char* text) {
+    return OptionKey{.name = name, .decides = Decides::kModel, .text = text, .only_if_given = true};
+  };
+  visitor.texts(key("mounting.axes", "The gyro's axis that each of b's is, as [-y, x, z]."),
+                mounting.axes);
+  visitor.numbers(key("mounting.matrix", "Rate in b = matrix * the gyro's; row by row, to 0.001."),
+                  mounting.matrix);
+  visitor.numbers(key("mounting.general_matrix", "The same with axes not square, to 0.1."),
+                  mounting.general_matrix);
+}
+
 std::string joined(const std::vector<std::string>& parts) {
   std::string all;
   for (const std::string& part : parts) all += (all.empty() ? "" : ", ") + part;
@@ -328,7 +343,8 @@ class ValuesOf : public OptionTextVisitor {
 
  private:
   void see(const OptionKey& key, const std::string& value) override {
-    if (key.decides == decides_) values.push_back({key.name, value});
+    if (key.decides != decides_ || (key.only_if_given && value.empty())) return;
+    values.push_back({key.name, value});
   }
   Decides decides_;
 };
@@ -441,6 +457,7 @@ void describe(CompensationOptions& options, OptionVisitor& visitor) {
                     options.factory_polynomial_radps[core::index(axis)]);
   }
   describe_reference(options.reference, visitor);
+  describe_mounting(options.mounting, visitor);
   visitor.section("", "Temperatures and the prior.");
   visitor.number({"temperature_delay_s",
                   Decides::kAnswers,

@@ -47,6 +47,7 @@ CompensationOptions::CompensationOptions() {
 std::optional<std::string> CompensationOptions::validate() const {
   if (auto line = find_out_of_range(*this)) return line;
   if (auto line = find_contradiction(model)) return line;
+  if (auto line = Mounting::find_wrong(mounting)) return line;
   if (reference.await_feedback && reference.rest == ReferencePolicy::kRefuse) {
     return "reference.await_feedback: found with rest: refuse, expected only with rest: accept";
   }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/compensation/mounting.h"
 #include "common/compensation/reference_screen.h"
 #include "common/compensation/rest_gate.h"
 #include "common/core/axis.h"
@@ -80,6 +81,7 @@ struct CompensationOptions {
   LearningOptions learning;
   EarthRateOptions earth_rate;
   ReferenceOptions reference;
+  MountingOptions mounting;
   core::PerAxis<std::vector<double>>
       factory_polynomial_radps;  // coefficients of 1, T, T², ... (T in °C); may be empty
   // The twin's model that drift is predicted by before anything is learned (drift_prior.h); what is

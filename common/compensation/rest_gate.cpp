@@ -19,6 +19,22 @@ constexpr double kSmallestSigma = 1e-13;  // rad/s; keeps a noise-free input fro
 
 }  // namespace
 
+core::Reason reason_of(RestState state) noexcept {
+  switch (state) {
+    case RestState::kInitial:
+      return core::Reason::kNoEstimateYet;
+    case RestState::kMotion:
+      return core::Reason::kMotion;
+    case RestState::kLevelImplausible:
+      return core::Reason::kLevelImplausible;
+    case RestState::kSettling:
+      return core::Reason::kSettling;
+    case RestState::kRest:
+      break;
+  }
+  return core::Reason::kNone;
+}
+
 RestGate::RestGate(const RestGateOptions& options) : options_(options) {
   options_.initial_blocks = std::clamp<std::size_t>(options_.initial_blocks, 3, kMaxInitialBlocks);
 }

@@ -244,7 +244,9 @@ AxisComparison judge_axis(core::Axis axis, const std::vector<LabelledPoint>& poi
 class Streams {
  public:
   Streams(ComparisonResult& result, const Labels& labels, bool as_the_paper)
-      : result_(result), period_s_(labels.info.sample_period_s) {
+      : result_(result),
+        mounting_(labels.options.mounting),
+        period_s_(labels.info.sample_period_s) {
     const double duration_s = period_s_ * static_cast<double>(labels.samples);
     if (as_the_paper) temperature_.emplace(period_s_, duration_s);
     for (const AxisComparison& axis : result.axes) {
@@ -276,9 +278,10 @@ class Streams {
     }
     previous_ = row.time;
     if (temperature_) temperature_->add(newest_degc_);
+    const core::PerAxis<double> rate_radps = mounting_.rate_radps_b(row.rate_radps);
     for (std::size_t a = 0; a < axes_.size(); ++a) {
       const std::size_t i = core::index(result_.axes[a].axis);
-      const double drift = row.rate_radps[i] - row.reference_radps[i];
+      const double drift = rate_radps[i] - row.reference_radps[i];
       const auto point = axes_[a].finder.find(row.time);
       for (auto& stream : axes_[a].streams) stream.add(point, drift, missing);
       if (axes_[a].prepared) axes_[a].prepared->add(drift);
@@ -311,6 +314,7 @@ class Streams {
   };
 
   ComparisonResult& result_;
+  compensation::Mounting mounting_;
   double period_s_;
   std::optional<core::SensorTime> previous_;
   double newest_degc_ = std::numeric_limits<double>::quiet_NaN();

@@ -59,6 +59,8 @@ std::string remedy(Reason reason) {
              "record";
     case Reason::kModelWorseThanBias:
       return "scheme stack, which weighs the model and holding, which foretold better";
+    case Reason::kPolarityReversed:
+      return "a mounting that turns the axis round";
     case Reason::kInvalidInput:
       return "rates that are numbers";
     case Reason::kSchemeNone:
