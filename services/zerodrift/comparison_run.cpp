@@ -453,6 +453,7 @@ ComparisonResult run_comparison(const ComparisonRequest& requested) {
     bar.show(kFirstReading + kJudging * axes_done / static_cast<double>(core::kAxisCount));
   }
 
+  if (request.only_labels) return result;
   const std::string obstacle = obstacle_to_the_paper(labels, request, result.axes.front().points);
   Streams streams(result, labels, obstacle.empty());
   read_streams(request, labels, streams, bar);

@@ -21,6 +21,7 @@ struct ComparisonRequest {
   compensation::CompensationOptions options;
   std::vector<std::string> schemes;
   std::vector<double> delays_s;
+  bool only_labels = false;  // no streams, not the paper's procedure: labels are judged alone
   std::optional<double> train_until_s;  // of the frozen judgement; else the last leg is found
 };
 
