@@ -31,9 +31,10 @@ bool is_usable(const core::AngularRateSample& sample, std::size_t axis) {
          std::abs(sample.rate_radps[axis]) <= core::kLargestRateRadps;  // false for NaN
 }
 
-const CompensationOptions& checked(const CompensationOptions& options) {
+// A label interval that is still open gets its usual value.
+CompensationOptions checked(const CompensationOptions& options) {
   if (auto line = options.validate()) throw std::invalid_argument(*line);
-  return options;
+  return options.for_samples_every(0.0);
 }
 
 thermal::FeatureBuilderOptions builder_options(const CompensationOptions& options) {
@@ -44,16 +45,18 @@ thermal::FeatureBuilderOptions builder_options(const CompensationOptions& option
 
 Compensator::Compensator(const CompensationOptions& options)
     : options_(checked(options)),
-      handover_(core::from_seconds(options.learning.handover_s)),
-      features_(builder_options(options), options.probes()),
-      temperatures_(options, features_.longest_lag_s()),
-      references_(options.reference),
+      handover_(core::from_seconds(options_.learning.handover_s)),
+      features_(builder_options(options_), options_.probes()),
+      temperatures_(options_, features_.longest_lag_s()),
+      references_(options_.reference),
+      mounting_(options_.mounting),
       waiting_(kWaiting),
       blocks_(kBlockS),
-      gate_(options.learning.rest),
-      labels_(options.learning.label_interval_s, options.learning.confirm_s),
-      models_(options) {
-  if (options.prior) prior_ = std::make_unique<DriftPrior>(*options.prior, probes());
+      gate_(options_.learning.rest),
+      polarity_(options_.learning.rest.max_level_radps),
+      labels_(options_.learning.label_interval_s, options_.learning.confirm_s),
+      models_(options_) {
+  if (options_.prior) prior_ = std::make_unique<DriftPrior>(*options_.prior, probes());
 }
 
 Compensator::~Compensator() = default;
@@ -69,7 +72,8 @@ Admission Compensator::push(const core::AngularRateSample& sample, std::int64_t 
   if (admission == Admission::kTooOld) ++counts_.too_old;
   if (admission == Admission::kLate) ++counts_.late;
   if (admission == Admission::kInOrder || admission == Admission::kLate) {
-    waiting_.push({sample, publish_time_ns, ingress_time_ns, admission == Admission::kLate});
+    waiting_.push(
+        {mounting_.in_b(sample), publish_time_ns, ingress_time_ns, admission == Admission::kLate});
     temperatures_.note_rate();
   }
   return admission;
@@ -111,6 +115,7 @@ void Compensator::restart_histories() noexcept {
   referenced_ = uncovered_ = {};
   blocks_.restart();
   gate_.restart();
+  polarity_.restart();
   labels_.discard();
   if (prior_) prior_->restart();
   stream_began_ = core::kNever;
@@ -124,6 +129,7 @@ void Compensator::restart_histories() noexcept {
 bool Compensator::reset_models() noexcept {
   if (!models_.submit({.kind = TrainingJob::Kind::kReset, .label = {}}, newest_)) return false;
   axes_ = {};
+  polarity_ = PolarityCheck(options_.learning.rest.max_level_radps);
   labels_.discard();
   estimate_outdated_ = true;
   return true;
@@ -284,12 +290,13 @@ void Compensator::observe(const core::AngularRateSample& sample) noexcept {
   const auto closed = blocks_.advance(sample.time, sample.interval_s);
   if (closed) {
     estimate_outdated_ = true;  // ages grow even when no temperature comes
+    polarity_.close(sample.time);
     close_block(*closed);
   }
   const EarthRateMode earth_rate = earth_rate_mode(sample.clock);
   const core::RateReferenceSample* reference = references_.true_rate(sample.time);
-  // Who declares rest may be wrong, so the level is still looked at; a true rate explains any
-  // level.
+  const bool is_true_rate = reference != nullptr;
+  // Who declares rest may be wrong, so the level is looked at; a true rate explains any level.
   if (reference != nullptr) blocks_.mark_reference();
   if (reference == nullptr) reference = references_.rest(sample.time, earth_rate);
   referenced_ = {};
@@ -314,6 +321,11 @@ void Compensator::observe(const core::AngularRateSample& sample) noexcept {
       if (std::abs(known_radps) > kLargestReferenceRadps) blocks_.mark_turning();
     } else if (earth_rate == EarthRateMode::kKnown) {
       known_radps = options_.earth_rate.rate_radps[i];
+    }
+    if (referenced_[i] ? is_true_rate : earth_rate == EarthRateMode::kKnown) {
+      polarity_.add(
+          axis, sample.rate_radps[i], known_radps,
+          referenced_[i] ? PolarityCheck::Source::kTrueRate : PolarityCheck::Source::kEarth);
     }
     blocks_.add(axis, sample.rate_radps[i] - known_radps, variance);
   }
@@ -352,7 +364,8 @@ void Compensator::close_block(DriftBlock block) noexcept {
     const double sigma = gate_.block_sigma(axis);
     context[index(axis)] = axes_[index(axis)].context();
     variance[index(axis)] = sigma * sigma;
-    if (!gate_.knows(axis)) block.count[index(axis)] = 0;  // its motion would go unnoticed
+    // Its motion would go unnoticed, or the wrong way round.
+    if (!gate_.knows(axis) || polarity_.is_reversed(axis)) block.count[index(axis)] = 0;
     // What the prior leaves can't be told without it.
     if (prior_covers(axis) && !context[index(axis)].prior_ready) block.count[index(axis)] = 0;
   }
@@ -377,20 +390,7 @@ void Compensator::learn_from(const Label& label) noexcept {
 // -------------------------------------------------------------------------------------- estimating
 
 core::Reason Compensator::gate_reason() const noexcept {
-  if (commanded_freeze_) return core::Reason::kCommanded;
-  switch (gate_.state()) {
-    case RestState::kInitial:
-      return core::Reason::kNoEstimateYet;
-    case RestState::kMotion:
-      return core::Reason::kMotion;
-    case RestState::kLevelImplausible:
-      return core::Reason::kLevelImplausible;
-    case RestState::kSettling:
-      return core::Reason::kSettling;
-    case RestState::kRest:
-      break;
-  }
-  return core::Reason::kNone;
+  return commanded_freeze_ ? core::Reason::kCommanded : reason_of(gate_.state());
 }
 
 // Unknown, Earth rate is an error of up to 15 deg/h in every label: only a gyro noisier than that
@@ -424,6 +424,7 @@ void Compensator::estimate(core::SensorTime now) noexcept {
     }
     const thermal::FeatureVector vector = features_.build(now, temperatures_.tracks(), pulse);
     inputs.features = &vector.values;
+    if (polarity_.is_reversed(axis)) inputs.gate = core::Reason::kPolarityReversed;
     drift.note_prior(prior_drift(axis));
     inputs.input = temperatures_.reason(vector.status, now);
     if (inputs.input == core::Reason::kNone) inputs.input = prior_reason(axis);
@@ -466,7 +467,7 @@ std::optional<double> Compensator::factory_drift(core::Axis axis) const noexcept
 // -------------------------------------------------------------------------------- state, telling
 
 void Compensator::carry(core::StateArchive& archive) {
-  archive(sequences_, temperatures_, references_, blocks_, gate_, labels_);
+  archive(sequences_, temperatures_, references_, blocks_, gate_, polarity_, labels_);
   if (prior_) archive(*prior_);
   archive(stream_began_, streams_, axes_, counts_, newest_, doubted_, clock_, referenced_,
           uncovered_, estimate_outdated_, commanded_freeze_);
@@ -478,6 +479,7 @@ CompensatorCounts Compensator::counts() const noexcept {
   counts.temperatures = temperatures_.heard();
   counts.temperatures_refused = temperatures_.refused();
   counts.references = references_.counts();
+  counts.reversed_axes = polarity_.found();
   return counts;
 }
 

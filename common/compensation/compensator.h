@@ -19,6 +19,8 @@
 // the prior has never had a value yet, its axis learns nothing and has nothing taken off but the
 // factory polynomial.
 //
+// Rates are turned into the vehicle's frame where they come in (mounting.h): raw, below, is in b.
+//
 // Data-path calls are noexcept, take no lock, allocate nothing and do bounded work.
 #pragma once
 
@@ -35,7 +37,9 @@
 #include "common/compensation/input_alignment.h"
 #include "common/compensation/label_builder.h"
 #include "common/compensation/model_schedule.h"
+#include "common/compensation/mounting.h"
 #include "common/compensation/options.h"
+#include "common/compensation/polarity_check.h"
 #include "common/compensation/reference_inputs.h"
 #include "common/compensation/rest_gate.h"
 #include "common/compensation/temperature_inputs.h"
@@ -71,6 +75,7 @@ struct CompensatorCounts {
   std::uint64_t labels = 0;                // confirmed
   std::uint64_t labels_skipped = 0;        // the learner's queue was full
   std::uint64_t late_models = 0;           // answered before the due model was there
+  std::uint64_t reversed_axes = 0;         // found to turn the other way round
   ReferenceCounts references{};            // by verdict: when they came, residuals when due
 
   void carry(core::StateArchive& archive) {
@@ -152,6 +157,10 @@ class Compensator {
     return axes_[core::index(axis)].record();
   }
   [[nodiscard]] RestState rest_state() const noexcept { return gate_.state(); }
+  // Its sign is the opposite of what its reference or the Earth says; nothing is learned from it.
+  [[nodiscard]] bool is_reversed(core::Axis axis) const noexcept {
+    return polarity_.is_reversed(axis);
+  }
   // Newest temperature and its rate of the first probe, NaN where there is none.
   [[nodiscard]] double temperature_degc() const noexcept { return temperatures_.first_degc(); }
   [[nodiscard]] double temperature_rate_degc_per_s() const noexcept {
@@ -222,11 +231,13 @@ class Compensator {
   TemperatureInputs temperatures_;
   ReferenceInputs references_;
 
+  Mounting mounting_;
   SequenceWindow sequences_;
   core::RingBuffer<Pending> waiting_;
 
   BlockAverager blocks_;
   RestGate gate_;
+  PolarityCheck polarity_;
   LabelBuilder labels_;
   std::unique_ptr<DriftPrior> prior_;            // null: none
   core::SensorTime stream_began_{core::kNever};  // taken for the time of power-on

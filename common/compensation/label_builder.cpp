@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "common/compensation/options.h"
+
 namespace zerodrift::compensation {
 
 using core::index;
@@ -10,7 +12,8 @@ using core::kAxes;
 
 namespace {
 
-constexpr double kLongestIntervalS = 60.0;  // an interval_s beyond it, or none at all, counts as 0
+// An interval_s beyond it, or none at all, counts as 0.
+constexpr double kLongestIntervalS = kSlowestSpacingS;
 
 }  // namespace
 

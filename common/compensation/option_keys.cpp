@@ -119,8 +119,9 @@ void describe_temperature_rate(thermal::TemperatureTrackOptions& track, OptionVi
   const double before_s = track.local_polynomial.window_s;
   visitor.number({"temperature_rate.window_s",
                   Decides::kModel,
-                  "Readings of this long make one estimate.",
-                  {.low = 1.0, .high = 3600.0}},
+                  "Readings of this long make one estimate; where samples are more than 5 s apart, "
+                  "at least 8 of them.",
+                  {.low = 1.0, .high = 14400.0}},
                  track.local_polynomial.window_s);
   auto& mean = track.sliding_mean;
   if (track.local_polynomial.window_s != before_s) {
@@ -198,8 +199,11 @@ void describe_model(ModelOptions& model, OptionVisitor& visitor) {
 void describe_learning(LearningOptions& learning, OptionVisitor& visitor) {
   visitor.section("learning", "What is taken for drift, and when.");
   visitor.number(
-      {"learning.label_interval_s", Decides::kModel,
-       "A label is the mean over this long, stationary or against a reference.", kAbove0},
+      {"learning.label_interval_s",
+       Decides::kModel,
+       "A label is the mean over this long, stationary or against a reference; 0: 5 s, or nine "
+       "tenths of the samples' spacing where that is longer.",
+       {.low = 0.0}},
       learning.label_interval_s);
   number_of_all(visitor,
                 {"learning.confirm_s",
@@ -306,6 +310,21 @@ void describe_reference(ReferenceOptions& reference, OptionVisitor& visitor) {
   }
 }
 
+void describe_mounting(MountingOptions& mounting, OptionVisitor& visitor) {
+  visitor.section("mounting",
+                  "How the gyros sit in the vehicle; one of the three, or none. Rates, references "
+                  "and the Earth's rate are then in the vehicle's frame b.");
+  const auto key = [](const char* name, const char* text) {
+    return OptionKey{.name = name, .decides = Decides::kModel, .text = text, .only_if_given = true};
+  };
+  visitor.texts(key("mounting.axes", "The gyro's axis that each of b's is, as [-y, x, z]."),
+                mounting.axes);
+  visitor.numbers(key("mounting.matrix", "Rate in b = matrix * the gyro's; row by row, to 0.001."),
+                  mounting.matrix);
+  visitor.numbers(key("mounting.general_matrix", "The same with axes not square, to 0.1."),
+                  mounting.general_matrix);
+}
+
 std::string joined(const std::vector<std::string>& parts) {
   std::string all;
   for (const std::string& part : parts) all += (all.empty() ? "" : ", ") + part;
@@ -324,7 +343,8 @@ class ValuesOf : public OptionTextVisitor {
 
  private:
   void see(const OptionKey& key, const std::string& value) override {
-    if (key.decides == decides_) values.push_back({key.name, value});
+    if (key.decides != decides_ || (key.only_if_given && value.empty())) return;
+    values.push_back({key.name, value});
   }
   Decides decides_;
 };
@@ -437,15 +457,19 @@ void describe(CompensationOptions& options, OptionVisitor& visitor) {
                     options.factory_polynomial_radps[core::index(axis)]);
   }
   describe_reference(options.reference, visitor);
+  describe_mounting(options.mounting, visitor);
   visitor.section("", "Temperatures and the prior.");
   visitor.number({"temperature_delay_s",
                   Decides::kAnswers,
                   "A rate sample at t uses temperatures stamped up to t less this.",
                   {0.0, 10.0}},
                  options.temperature_delay_s);
-  visitor.number({"temperature_stale_s", Decides::kAnswers,
-                  "With an older temperature the model is not used.", kAbove0},
-                 options.temperature_stale_s);
+  visitor.number(
+      {"temperature_stale_s", Decides::kAnswers,
+       "With an older temperature the model is not used; where samples are more than 5 s "
+       "apart, one older than 2.5 spacings.",
+       kAbove0},
+      options.temperature_stale_s);
   visitor.number(
       {"probe_stuck_s", Decides::kAnswers,
        "A probe unchanged to the bit for this long while others move is not used.", kAbove0},
@@ -460,7 +484,7 @@ void describe(CompensationOptions& options, OptionVisitor& visitor) {
 }
 
 std::vector<OptionValue> option_values(const CompensationOptions& options, Decides decides) {
-  CompensationOptions copy = options;
+  CompensationOptions copy = options.for_samples_every(0.0);
   ValuesOf values(decides);
   describe(copy, values);
   return std::move(values.values);

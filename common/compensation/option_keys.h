@@ -48,6 +48,8 @@ struct OptionKey {
   // A member without a key of its own: part of the identity, not of the file.
   bool internal = false;
   bool required = false;  // wherever its group is given
+  // Empty, it is no part of the identity: states from before there was such a key go on.
+  bool only_if_given = false;
 };
 
 // Sees each key in the order of the reference page, and may set the value. Numbers are in SI.

@@ -10,6 +10,10 @@
 namespace zerodrift::compensation {
 namespace {
 
+constexpr double kLabelInSpacings = 0.9;   // uneven spacing doesn't make two samples of a label
+constexpr double kGapInSpacings = 2.5;     // one sample may be missing
+constexpr double kWindowInSpacings = 8.0;  // of which the temperature rate needs six
+
 // What OnlineSvr refuses beyond the ranges of single keys is refused here, by the configuration's
 // key.
 std::optional<std::string> find_contradiction(const ModelOptions& model) {
@@ -43,6 +47,7 @@ CompensationOptions::CompensationOptions() {
 std::optional<std::string> CompensationOptions::validate() const {
   if (auto line = find_out_of_range(*this)) return line;
   if (auto line = find_contradiction(model)) return line;
+  if (auto line = Mounting::find_wrong(mounting)) return line;
   if (reference.await_feedback && reference.rest == ReferencePolicy::kRefuse) {
     return "reference.await_feedback: found with rest: refuse, expected only with rest: accept";
   }
@@ -50,6 +55,24 @@ std::optional<std::string> CompensationOptions::validate() const {
     if (auto line = find_wrong_prior(*prior)) return line;
   }
   return track.validate();
+}
+
+CompensationOptions CompensationOptions::for_samples_every(double interval_s) const {
+  CompensationOptions own = *this;
+  const bool is_slow = interval_s > kUsualLabelS && interval_s <= kSlowestSpacingS;
+  double& label_s = own.learning.label_interval_s;
+  if (label_s == 0.0)
+    label_s = is_slow ? std::max(kUsualLabelS, kLabelInSpacings * interval_s) : kUsualLabelS;
+  if (!is_slow) return own;
+  const double gap_s = kGapInSpacings * interval_s;
+  auto& polynomial = own.track.local_polynomial;
+  polynomial.window_s = std::max(polynomial.window_s, kWindowInSpacings * interval_s);
+  for (double* longest : {&polynomial.max_gap_s, &own.track.sliding_mean.max_gap_s,
+                          &own.track.history_max_gap_s, &own.temperature_stale_s})
+    *longest = std::max(*longest, gap_s);
+  // The noise of a mean over so long is so much smaller than that of a second; the drift isn't.
+  own.learning.rest.noise_slew_per_s *= std::sqrt(interval_s);
+  return own;
 }
 
 std::vector<std::string> CompensationOptions::probes() const {

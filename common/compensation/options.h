@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/compensation/mounting.h"
 #include "common/compensation/reference_screen.h"
 #include "common/compensation/rest_gate.h"
 #include "common/core/axis.h"
@@ -43,8 +44,13 @@ struct EarthRateOptions {
   core::PerAxis<double> rate_radps{};
 };
 
+inline constexpr double kUsualLabelS = 5.0;
+inline constexpr double kSlowestSpacingS = 1800.0;  // of samples that can be learned from
+
 struct LearningOptions {
-  double label_interval_s = 5.0;  // a label is the mean over this long
+  // A label is the mean over this long; 0: kUsualLabelS, or nine tenths of the samples' spacing
+  // where that is longer (CompensationOptions::for_samples_every).
+  double label_interval_s = 0.0;
   double confirm_s = 5.0;   // stillness after a label before it may be learned: its last second may
                             // already have held the beginning of a turn
   double handover_s = 1.0;  // sensor time from a label's confirmation to the model's taking effect
@@ -75,6 +81,7 @@ struct CompensationOptions {
   LearningOptions learning;
   EarthRateOptions earth_rate;
   ReferenceOptions reference;
+  MountingOptions mounting;
   core::PerAxis<std::vector<double>>
       factory_polynomial_radps;  // coefficients of 1, T, T², ... (T in °C); may be empty
   // The twin's model that drift is predicted by before anything is learned (drift_prior.h); what is
@@ -90,6 +97,12 @@ struct CompensationOptions {
   CompensationOptions();
   // Nothing when usable, else one line that names the wrong key.
   [[nodiscard]] std::optional<std::string> validate() const;
+  // These options for a stream with a sample every `interval_s`, as its first one says. What is
+  // given holds; a label interval left open gets its value. Where samples are further apart than a
+  // usual label, what spans several of them is as long as that takes: the window and the gaps of
+  // the temperature rate, the age of a temperature, and the change of level in a block that is
+  // drift. An interval that is no number from 0 to kSlowestSpacingS counts as a usual one.
+  [[nodiscard]] CompensationOptions for_samples_every(double interval_s) const;
   // Names of the probes that features need, in order of first use; then more_probes, then those
   // that only the prior reads.
   [[nodiscard]] std::vector<std::string> probes() const;

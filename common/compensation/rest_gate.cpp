@@ -11,12 +11,29 @@ using core::kAxes;
 
 namespace {
 
-constexpr double kLevelGain = 0.1;   // the level follows with a memory of 10 blocks
+constexpr double kLevelGain = 0.1;   // the level follows with a memory of 10 blocks,
+constexpr double kLongBlockS = 5.0;  // or of 10 s where a block is longer than this
 constexpr double kNoiseGain = 0.01;  // the noise with one of 100
 constexpr std::size_t kSamplesForSpread = 8;
 constexpr double kSmallestSigma = 1e-13;  // rad/s; keeps a noise-free input from a zero threshold
 
 }  // namespace
+
+core::Reason reason_of(RestState state) noexcept {
+  switch (state) {
+    case RestState::kInitial:
+      return core::Reason::kNoEstimateYet;
+    case RestState::kMotion:
+      return core::Reason::kMotion;
+    case RestState::kLevelImplausible:
+      return core::Reason::kLevelImplausible;
+    case RestState::kSettling:
+      return core::Reason::kSettling;
+    case RestState::kRest:
+      break;
+  }
+  return core::Reason::kNone;
+}
 
 RestGate::RestGate(const RestGateOptions& options) : options_(options) {
   options_.initial_blocks = std::clamp<std::size_t>(options_.initial_blocks, 3, kMaxInitialBlocks);
@@ -189,6 +206,9 @@ void RestGate::adopt_settled() noexcept {
 }
 
 void RestGate::track(const DriftBlock& block) noexcept {
+  const double block_s = core::seconds(block.end - block.begin);
+  const double level_gain =
+      block_s > kLongBlockS ? std::min(1.0, kLevelGain * block_s) : kLevelGain;
   for (const auto axis : kAxes) {
     AxisState& state = axes_[index(axis)];
     if (block.count[index(axis)] == 0) continue;
@@ -213,7 +233,7 @@ void RestGate::track(const DriftBlock& block) noexcept {
     state.noise += gain * (half_square - state.noise);
     state.spread += gain * (block.variance_radps2[index(axis)] - state.spread);
     state.level +=
-        std::max(kLevelGain, 1.0 / static_cast<double>(state.blocks + 1)) * (mean - state.level);
+        std::max(level_gain, 1.0 / static_cast<double>(state.blocks + 1)) * (mean - state.level);
     state.previous = mean;
     ++state.blocks;
     state.known = state.known || state.blocks >= options_.initial_blocks;

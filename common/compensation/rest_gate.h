@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "common/core/axis.h"
+#include "common/core/mode.h"
 #include "common/core/state_archive.h"
 #include "common/core/time.h"
 
@@ -42,6 +43,8 @@ struct RestGateOptions {
 };
 
 enum class RestState { kInitial, kMotion, kLevelImplausible, kSettling, kRest };
+// Why nothing is learned in it; kNone: it is.
+[[nodiscard]] core::Reason reason_of(RestState state) noexcept;
 
 // A generalised likelihood ratio test on the block means: the hypothesis "same level as at rest,
 // give or take what drift can do since" against "another level", with the noise estimated from the

@@ -35,7 +35,11 @@ enum class Reason : std::uint8_t {
   kInvalidInput = 13,  // the raw sample was not finite or marked invalid; it passes as it came
   kSchemeNone = 14,    // configured to compensate nothing
   kSettling = 15,      // still again, waiting out the dwell
+  kPolarityReversed =
+      16,  // the axis turns the other way round than its reference or the Earth says
 };
+
+inline constexpr std::size_t kReasons = 17;
 
 // Which rung of the fallback ladder gave the applied drift. With a prior, kStationaryBias,
 // kOnlineSvr and kStack speak of what it leaves, and it is part of the applied drift.
@@ -100,6 +104,8 @@ constexpr std::string_view name(Reason reason) {
       return "scheme_none";
     case Reason::kSettling:
       return "settling";
+    case Reason::kPolarityReversed:
+      return "polarity_reversed";
   }
   return "unknown";
 }

@@ -239,6 +239,7 @@ void McapRows::look_ahead() {
     throw files::FileError(info_.path.string() + ": no message of gyro " +
                            std::to_string(info_.gyro_id) + " can be read");
   info_.first_time = rates.head()->time;
+  info_.first_interval_s = rates.head()->interval_s;
   std::vector<double> steps_s;
   std::optional<core::SensorTime> previous;
   for (std::size_t i = 0; i < kRatesAhead && rates.head(); ++i) {

@@ -147,6 +147,7 @@ void RecordReader::estimate_period() {
                            std::to_string(info_.columns.size()) + " cells");
   }
   info_.sample_period_s = core::median_of(std::move(differences_s));
+  info_.first_interval_s = info_.sample_period_s;
 }
 
 bool RecordReader::next_data_line(std::string_view& line) {

@@ -80,7 +80,8 @@ struct RecordInfo {
   // '# key: value' lines, in the file's order.
   std::vector<std::pair<std::string, std::string>> metadata;
   core::SensorTime first_time{0};
-  double sample_period_s = 0.0;       // median over the first rows; 0 for a record of one row
+  double first_interval_s = 0.0;  // RecordRow::interval_s of the first rate, as it is on the topics
+  double sample_period_s = 0.0;   // median over the first rows; 0 for a record of one row
   std::vector<std::string> warnings;  // one line each
 };
 

@@ -148,7 +148,7 @@ void CompensationNode::resume(Gyro& source) {
   try {
     const auto age = std::chrono::duration_cast<std::chrono::seconds>(
         std::filesystem::file_time_type::clock::now() - std::filesystem::last_write_time(file));
-    const auto [loaded, left_behind] = checkpoint::resume(file, {source.id, options_.compensation});
+    const auto [loaded, left_behind] = checkpoint::resume(file, {source.id, source.configured});
     {
       const std::lock_guard lock(data_mutex_);
       source.compensator().restore_models(loaded);

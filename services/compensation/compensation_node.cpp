@@ -81,7 +81,7 @@ int CompensationNode::run() {
 
 // ---------------------------------------- data path
 
-Gyro* CompensationNode::gyro(std::uint32_t gyro_id, std::int64_t now_ns) {
+Gyro* CompensationNode::gyro(std::uint32_t gyro_id, double interval_s, std::int64_t now_ns) {
   if (Gyro* source = gyros_.find(gyro_id)) return source;
   const Gyro::Surroundings surroundings{.instance = options_.instance,
                                         .is_redundant = options_.redundant,
@@ -90,7 +90,7 @@ Gyro* CompensationNode::gyro(std::uint32_t gyro_id, std::int64_t now_ns) {
                                         .learner = learner_,
                                         .progress = progress_,
                                         .compute_latency = compute_latency_};
-  Gyro* made = gyros_.find_or_make(gyro_id, gyro_id, options_.compensation,
+  Gyro* made = gyros_.find_or_make(gyro_id, gyro_id, options_.compensation, interval_s,
                                    options_.ros2_imu.contains(gyro_id), surroundings);
   if (made == nullptr) {
     newest_stranger_ = gyro_id;
@@ -134,7 +134,7 @@ void CompensationNode::on_rate(const msg::AngularRate& message, const dds::Sampl
   const std::int64_t ingress_ns = service::monotonic_ns();
   const std::lock_guard lock(data_mutex_);
   take_departures(ingress_ns);
-  Gyro* const source = gyro(message.gyro_id(), ingress_ns);
+  Gyro* const source = gyro(message.gyro_id(), message.interval_s(), ingress_ns);
   const std::uint64_t run = dds::run_of(origin.writer);
   if (source == nullptr || !source->pipeline().accepts(run, ingress_ns)) return;
   note_arrival(message, ingress_ns);

@@ -83,7 +83,8 @@ class CompensationNode {
   void on_replay(const msg::ReplayProgress& message);
 
   // Of a rate; null where there are as many as there may be.
-  Gyro* gyro(std::uint32_t gyro_id, std::int64_t now_ns);
+  // `interval_s`: of its sample that came.
+  Gyro* gyro(std::uint32_t gyro_id, double interval_s, std::int64_t now_ns);
   // Of a gyro that is not known yet it is kept until the first rate comes.
   void take_in(std::uint32_t gyro_id, Gyro::Arrived arrived);
   void note_departure(const eprosima::fastrtps::rtps::GUID_t& writer, dds::Departure departure);

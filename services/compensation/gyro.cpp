@@ -29,9 +29,10 @@ constexpr std::array kReferencePlaces{core::ReferenceKind::kRecord, core::Refere
 
 }  // namespace
 
-Gyro::Gyro(std::uint32_t gyro_id, const compensation::CompensationOptions& configured,
-           bool has_ros2, const Surroundings& surroundings)
+Gyro::Gyro(std::uint32_t gyro_id, const compensation::CompensationOptions& as_configured,
+           double interval_s, bool has_ros2, const Surroundings& surroundings)
     : id(gyro_id),
+      configured(as_configured.for_samples_every(interval_s)),
       options(configured),
       events(surroundings.host, gyro_id, surroundings.instance),
       surroundings_(surroundings),

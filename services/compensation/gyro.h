@@ -45,10 +45,12 @@ class Gyro final : private service::GyroPipeline<compensation::Compensator>::Por
     Guid writer{};
   };
 
-  Gyro(std::uint32_t gyro_id, const compensation::CompensationOptions& configured, bool has_ros2,
-       const Surroundings& surroundings);
+  // `interval_s`: of its first sample.
+  Gyro(std::uint32_t gyro_id, const compensation::CompensationOptions& as_configured,
+       double interval_s, bool has_ros2, const Surroundings& surroundings);
 
   const std::uint32_t id;
+  const compensation::CompensationOptions configured;  // for the spacing of its samples
   [[nodiscard]] Pipeline& pipeline() noexcept { return pipeline_; }
   [[nodiscard]] const Pipeline& pipeline() const noexcept { return pipeline_; }
   [[nodiscard]] compensation::Compensator& compensator() noexcept { return pipeline_.engine(); }

@@ -86,7 +86,7 @@ CompensationNode::Verdict CompensationNode::adopt(const Request& request) {
   Gyro& source = chosen(request.gyros, target.gyro_id);
   const twin::Model model = model_named(options_.model_dir, target.name);
   // The compensator's own options: its probes are those that were configured.
-  auto change = change_to(options_.compensation, model, target.name);
+  auto change = change_to(source.configured, model, target.name);
   Verdict verdict =
       change_prior(source, std::move(change), "adopted " + compensation::prior_identity(model));
   if (verdict.outcome != Outcome::kAccepted) return verdict;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// zerodrift compare: all schemes on one record, judged honestly, and as the paper did.
+// zerodrift compare: all schemes on one record, judged honestly, and as the paper did; or on
+// several seeds of a simulation, judged together.
 #include <cstdio>
 #include <memory>
+#include <stdexcept>
 
 #include "common/config/compensation_config.h"
 #include "common/files/atomic_file.h"
@@ -10,6 +12,7 @@
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/comparison_report.h"
 #include "services/zerodrift/comparison_run.h"
+#include "services/zerodrift/comparison_seeds.h"
 #include "services/zerodrift/ending.h"
 #include "services/zerodrift/paragraph.h"
 #include "services/zerodrift/record_options.h"
@@ -19,24 +22,50 @@ namespace {
 
 struct CompareOptions {
   ComparisonRequest request;
+  SeedsRequest seeds;  // of the options below without a record
   std::string config;
   std::string json;
   std::string html;
   std::optional<double> train_until;
 };
 
+void print(const std::vector<report::Table>& tables) {
+  for (const report::Table& table : tables) std::printf("%s\n", report::text_table(table).c_str());
+}
+
+int compare_seeds(const CompareOptions& options) {
+  SeedsRequest request = options.seeds;
+  request.comparison = options.request;
+  const SeedsResult result = run_seeds(request);
+  if (!options.json.empty()) report::write_json(options.json, seeds_json(result));
+  if (!options.html.empty()) report::write_html(options.html, seeds_page(result));
+  for (const auto& line : result.warnings) std::fprintf(stderr, "%s\n", line.c_str());
+  print(seeds_tables(result));
+  print_paragraph(seeds_verdict(result));
+  return service::kExitDone;
+}
+
 int compare(CompareOptions options) {
   const EndsAtOnce on_signal;
-  files::check_outputs({{"--record", options.request.record}, {"--config", options.config}},
+  files::check_outputs({{"--record", options.request.record},
+                        {"--config", options.config},
+                        {"--model", options.seeds.model},
+                        {"--profile", options.seeds.profile}},
                        {{"--json", options.json}, {"--html", options.html}});
   if (!options.config.empty()) options.request.options = config::load_compensation(options.config);
   if (options.train_until) options.request.train_until_s = options.train_until;
+  if (options.request.record.empty()) {
+    if (options.seeds.model.empty())
+      throw std::invalid_argument("--record: found none, expected it, or --model and --profile");
+    return compare_seeds(options);
+  }
   const ComparisonResult result = run_comparison(options.request);
   if (!options.json.empty()) report::write_json(options.json, comparison_json(result));
   if (!options.html.empty()) report::write_html(options.html, comparison_page(result));
+  if (!result.no_model.empty()) std::printf("%s\n", result.no_model.c_str());
   for (const auto& line : result.warnings) std::fprintf(stderr, "%s\n", line.c_str());
-  for (const report::Table& table : comparison_tables(result))
-    std::printf("%s\n", report::text_table(table).c_str());
+  if (!result.no_model.empty()) return service::kExitDone;
+  print(comparison_tables(result));
   for (const std::string& note : comparison_notes(result)) print_paragraph(note);
   return service::kExitDone;
 }
@@ -50,7 +79,22 @@ void add_compare(CLI::App& app, Run& run) {
   ComparisonRequest& request = options->request;
   request.schemes.assign(comparison::kSchemeNames.begin(), comparison::kSchemeNames.end());
   request.delays_s = {60.0, 600.0};
-  command->add_option("--record", request.record, kRecordHelp)->required();
+  auto* record = command->add_option("--record", request.record, kRecordHelp);
+  SeedsRequest& seeds = options->seeds;
+  auto* model = command->add_option("--model", seeds.model, "instead of a record: a twin's model");
+  auto* profile = command->add_option("--profile", seeds.profile, "and what the experiment does");
+  model->needs(profile)->excludes(record);
+  profile->needs(model);
+  command->add_option("--seeds", seeds.seeds, "so many records are simulated and judged together")
+      ->needs(model)
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command->add_option("--seed", seeds.first_seed, "the first of them")
+      ->needs(model)
+      ->capture_default_str();
+  command->add_option("--rate", seeds.rate_hz, "sample rate, Hz; the model's nominal rate without")
+      ->needs(model)
+      ->check(CLI::PositiveNumber);
   add_gyro_choice(*command, request.gyro_id);
   command->add_option("--columns", request.columns, "names and units of a foreign CSV");
   command->add_option("--config", options->config, "YAML or JSON file (docs/configuration.md)");

@@ -12,6 +12,7 @@
 
 #include "common/record/record_rows.h"
 #include "common/report/numbers.h"
+#include "services/zerodrift/model_use.h"
 #include "services/zerodrift/offline_run.h"
 #include "services/zerodrift/progress_bar.h"
 
@@ -117,6 +118,7 @@ struct Labels {
   std::uint64_t samples = 0;
   core::SensorTime last_time{0};
   record::RecordInfo info;
+  compensation::CompensationOptions options;  // for the spacing of the record's samples
   std::vector<std::string> warnings;
 };
 
@@ -125,9 +127,9 @@ Labels read_labels(const ComparisonRequest& request, ProgressBar& bar) {
   // The labels don't depend on what is learned, unless features are made from the compensation's
   // own output.
   if (!needs_own_output(options)) options.scheme = compensation::Scheme::kNone;
-  compensation::Compensator compensator(options);
-  OfflineRun offline(request.record, request.columns, request.gyro_id, compensator);
+  OfflineRun offline(request.record, request.columns, request.gyro_id, options);
   Labels labels;
+  labels.options = request.options.for_samples_every(offline.info().first_interval_s);
   labels.info = offline.info();
   if (const auto missing = missing_probes(options, labels.info); !missing.empty()) {
     throw std::invalid_argument(request.record + ": found no temperature of probe '" +
@@ -140,7 +142,7 @@ Labels read_labels(const ComparisonRequest& request, ProgressBar& bar) {
     ++labels.samples;
     if (rows) bar.show(kFirstReading * static_cast<double>(labels.samples) / *rows);
     labels.last_time = std::max(labels.last_time, sample.raw.time);
-    const compensation::Label* label = compensator.confirmed_label();
+    const compensation::Label* label = offline.compensator().confirmed_label();
     if (label == nullptr) return;
     for (std::size_t i = 0; i < core::kAxisCount; ++i) {
       if (!label->valid[i] || !label->features_ready[i]) continue;
@@ -150,6 +152,14 @@ Labels read_labels(const ComparisonRequest& request, ProgressBar& bar) {
   });
   labels.warnings = offline.warnings();
   return labels;
+}
+
+// Why the service has no model for this record at any time; empty where it has one.
+std::string why_no_model(const ComparisonRequest& request) {
+  OfflineRun offline(request.record, request.columns, request.gyro_id, request.options);
+  ModelUse use;
+  offline.run(false, [&](const core::CompensatedSample& sample) { use.add(sample); });
+  return use.line_of_none(request.record, offline.options());
 }
 
 // Where the last leg begins that was kept unseen.
@@ -234,7 +244,9 @@ AxisComparison judge_axis(core::Axis axis, const std::vector<LabelledPoint>& poi
 class Streams {
  public:
   Streams(ComparisonResult& result, const Labels& labels, bool as_the_paper)
-      : result_(result), period_s_(labels.info.sample_period_s) {
+      : result_(result),
+        mounting_(labels.options.mounting),
+        period_s_(labels.info.sample_period_s) {
     const double duration_s = period_s_ * static_cast<double>(labels.samples);
     if (as_the_paper) temperature_.emplace(period_s_, duration_s);
     for (const AxisComparison& axis : result.axes) {
@@ -266,9 +278,10 @@ class Streams {
     }
     previous_ = row.time;
     if (temperature_) temperature_->add(newest_degc_);
+    const core::PerAxis<double> rate_radps = mounting_.rate_radps_b(row.rate_radps);
     for (std::size_t a = 0; a < axes_.size(); ++a) {
       const std::size_t i = core::index(result_.axes[a].axis);
-      const double drift = row.rate_radps[i] - row.reference_radps[i];
+      const double drift = rate_radps[i] - row.reference_radps[i];
       const auto point = axes_[a].finder.find(row.time);
       for (auto& stream : axes_[a].streams) stream.add(point, drift, missing);
       if (axes_[a].prepared) axes_[a].prepared->add(drift);
@@ -301,6 +314,7 @@ class Streams {
   };
 
   ComparisonResult& result_;
+  compensation::Mounting mounting_;
   double period_s_;
   std::optional<core::SensorTime> previous_;
   double newest_degc_ = std::numeric_limits<double>::quiet_NaN();
@@ -402,11 +416,13 @@ void read_streams(const ComparisonRequest& request, const Labels& labels, Stream
 
 }  // namespace
 
-ComparisonResult run_comparison(const ComparisonRequest& request) {
-  check(request);
+ComparisonResult run_comparison(const ComparisonRequest& requested) {
+  check(requested);
   ProgressBar bar("compare");
   bar.show(0.0);
-  const Labels labels = read_labels(request, bar);
+  const Labels labels = read_labels(requested, bar);
+  ComparisonRequest request = requested;
+  request.options = labels.options;
   ComparisonResult result;
   result.record = request.record;
   result.warnings = labels.warnings;
@@ -415,6 +431,8 @@ ComparisonResult run_comparison(const ComparisonRequest& request) {
   std::size_t most = 0;
   for (const auto& points : labels.points) most = std::max(most, points.size());
   if (most < kFewestLabels) {
+    result.no_model = why_no_model(requested);
+    if (!result.no_model.empty()) return result;
     throw std::invalid_argument(
         request.record + ": found " + std::to_string(most) +
         " labels at rest with all features on any axis, expected at least " +
@@ -435,6 +453,7 @@ ComparisonResult run_comparison(const ComparisonRequest& request) {
     bar.show(kFirstReading + kJudging * axes_done / static_cast<double>(core::kAxisCount));
   }
 
+  if (request.only_labels) return result;
   const std::string obstacle = obstacle_to_the_paper(labels, request, result.axes.front().points);
   Streams streams(result, labels, obstacle.empty());
   read_streams(request, labels, streams, bar);

@@ -21,6 +21,7 @@ struct ComparisonRequest {
   compensation::CompensationOptions options;
   std::vector<std::string> schemes;
   std::vector<double> delays_s;
+  bool only_labels = false;  // no streams, not the paper's procedure: labels are judged alone
   std::optional<double> train_until_s;  // of the frozen judgement; else the last leg is found
 };
 
@@ -58,6 +59,7 @@ struct AxisComparison {
 
 struct ComparisonResult {
   std::string record;
+  std::string no_model;  // why no model ever comes into force, and then no axis; else empty
   std::vector<std::string> warnings;  // of the record, and what could not be judged and why
   bool is_paper_like = false;         // a record of the shipped model and profile
   std::vector<AxisComparison> axes;
@@ -65,6 +67,6 @@ struct ComparisonResult {
 
 // Every axis with labels enough. Shows its progress on a terminal. Throws files::FileError,
 // std::invalid_argument with one line: what is wrong with the request, or what the record lacks.
-[[nodiscard]] ComparisonResult run_comparison(const ComparisonRequest& request);
+[[nodiscard]] ComparisonResult run_comparison(const ComparisonRequest& requested);
 
 }  // namespace zerodrift::services

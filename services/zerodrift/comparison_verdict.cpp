@@ -175,6 +175,7 @@ std::optional<Recommendation> recommendation_of(const ComparisonResult& result) 
 }
 
 std::string verdict(const ComparisonResult& result, const Standing& standing) {
+  if (!result.no_model.empty()) return result.no_model + ".";
   const auto best = recommendation_of(result);
   const std::string recommended = best ? sentence_of(*best) : "";
   if (standing.figures.empty())

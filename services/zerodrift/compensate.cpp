@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <limits>
 #include <memory>
-#include <numeric>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,6 +22,7 @@
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/compensated_csv.h"
 #include "services/zerodrift/ending.h"
+#include "services/zerodrift/model_use.h"
 #include "services/zerodrift/offline_run.h"
 #include "services/zerodrift/progress_bar.h"
 #include "services/zerodrift/record_options.h"
@@ -60,12 +60,11 @@ class Summary {
   }
 
   void add(const core::CompensatedSample& sample) {
+    use_.add(sample);
     for (const auto a : core::kAxes) {
       const std::size_t i = core::index(a);
       Axis& axis = axes_[i];
-      axis.measured = axis.measured || sample.raw.valid[i];
       axis.compensating = axis.compensating || sample.mode[i] != core::Mode::kPassthrough;
-      ++axis.rungs[static_cast<std::size_t>(sample.rung[i])];
       if (!axis.compensating) continue;
       const std::uint64_t blocks = axis.raw->moments(allan::Span::kSinceStart).blocks;
       axis.raw->add(sample.raw.valid[i] ? sample.raw.rate_radps[i] : kNone);
@@ -74,25 +73,25 @@ class Summary {
     }
   }
 
+  [[nodiscard]] const ModelUse& use() const { return use_; }
+
   void print() const {
     std::printf(
         "axis  60 s means: raw std   compensated   persistence   raw/compensated   on model  "
         "[deg/h]\n");
     for (const auto a : core::kAxes) {
       const Axis& axis = axes_[core::index(a)];
-      if (!axis.measured) continue;
+      if (!use_.is_measured(a)) continue;
       const double raw = axis.raw->moments(allan::Span::kSinceStart).standard_deviation;
       const double left = axis.compensated->moments(allan::Span::kSinceStart).standard_deviation;
       const double held =
           axis.steps > 0 ? std::sqrt(axis.step_squares / static_cast<double>(axis.steps)) : 0.0;
-      const auto total =
-          static_cast<double>(std::accumulate(axis.rungs.begin(), axis.rungs.end(), 0ULL));
-      const std::uint64_t on_model = axis.rungs[static_cast<std::size_t>(core::Rung::kOnlineSvr)] +
-                                     axis.rungs[static_cast<std::size_t>(core::Rung::kStack)];
-      std::printf("%-4s  %20.5f %13.5f %13.5f %17.1f %8.1f %%\n",
-                  std::string(core::name(a)).c_str(), core::deg_h_from_radps(raw),
-                  core::deg_h_from_radps(left), core::deg_h_from_radps(held),
-                  left > 0.0 ? raw / left : 0.0, 100.0 * static_cast<double>(on_model) / total);
+      std::array<char, 32> ratio{"not comparable"};
+      if (use_.came_into_force(a) && left > 0.0)
+        std::snprintf(ratio.data(), ratio.size(), "%.1f", raw / left);
+      std::printf("%-4s  %20.5f %13.5f %13.5f %17s %8.1f %%\n", std::string(core::name(a)).c_str(),
+                  core::deg_h_from_radps(raw), core::deg_h_from_radps(left),
+                  core::deg_h_from_radps(held), ratio.data(), 100.0 * use_.learned_share(a));
     }
     std::printf(
         "persistence: the minute's mean held over the next minute. Each sample was compensated "
@@ -104,9 +103,7 @@ class Summary {
   struct Axis {
     std::optional<allan::BlockStatistics> raw;
     std::optional<allan::BlockStatistics> compensated;
-    bool measured = false;
     bool compensating = false;
-    std::array<std::uint64_t, core::kRungs> rungs{};
     std::optional<double> last_mean;
     double step_squares = 0.0;
     std::uint64_t steps = 0;
@@ -123,14 +120,15 @@ class Summary {
   }
 
   core::PerAxis<Axis> axes_;
+  ModelUse use_;
 };
 
-void resume(const std::string& file, const checkpoint::Owner& owner,
-            compensation::Compensator& compensator) {
+// What was resumed, for people.
+std::string resume(const std::string& file, const checkpoint::Owner& owner,
+                   compensation::Compensator& compensator) {
   const auto restored = checkpoint::load(file, owner);
   compensator.restore_models(restored);
-  std::printf("%s: resumed, model epoch %llu\n", file.c_str(),
-              static_cast<unsigned long long>(restored->epoch));
+  return file + ": resumed, model epoch " + std::to_string(restored->epoch) + "\n";
 }
 
 void save(const std::string& file, const checkpoint::Owner& owner,
@@ -168,13 +166,14 @@ int compensate(const CompensateOptions& options) {
   if (!options.scheme.empty())
     compensation_options.scheme = compensation::scheme_named(options.scheme);
   if (!options.prior.empty()) compensation_options.prior = config::load_prior(options.prior);
-  compensation::Compensator compensator(compensation_options);
   OfflineRun offline(options.record, options.columns, chosen_gyro(*options.gyro_id_option),
-                     compensator);
+                     compensation_options);
   const std::uint32_t recorded_gyro = offline.info().gyro_id;
   const checkpoint::Owner owner{recorded_gyro != 0 ? recorded_gyro : options.gyro_id,
-                                compensation_options};
-  if (!options.checkpoint.empty()) resume(options.checkpoint, owner, compensator);
+                                offline.options()};
+  std::string resumed;
+  if (!options.checkpoint.empty())
+    resumed = resume(options.checkpoint, owner, offline.compensator());
   const auto missing = missing_probes(compensation_options, offline.info());
   require_probes_of_prior(options.record, compensation_options, missing);
   if (compensation_options.prior) {
@@ -203,7 +202,12 @@ int compensate(const CompensateOptions& options) {
   });
   for (const auto& line : offline.warnings()) std::fprintf(stderr, "%s\n", line.c_str());
   if (csv) csv->commit();
-  if (!options.save_checkpoint.empty()) save(options.save_checkpoint, owner, compensator);
+  // First of all: what comes below looks like results.
+  if (const auto line = summary.use().line_of_none(options.record, offline.options());
+      !line.empty())
+    std::printf("%s\n", line.c_str());
+  std::fputs(resumed.c_str(), stdout);
+  if (!options.save_checkpoint.empty()) save(options.save_checkpoint, owner, offline.compensator());
   std::printf("%s: %llu samples compensated\n", options.record.c_str(),
               static_cast<unsigned long long>(samples));
   summary.print();

@@ -31,7 +31,7 @@ class NavigationOfRecord {
       : request_(request),
         reader_(request.record,
                 record::RecordOptions{.columns = record::parse_column_map(request.columns)}),
-        compensator_(request.compensation),
+        compensator_(request.compensation.for_samples_every(reader_.info().first_interval_s)),
         navigation_(request.navigation),
         probe_missing_(!missing_probes(request.compensation, reader_.info()).empty()) {}
 

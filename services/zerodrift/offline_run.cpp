@@ -25,8 +25,11 @@ record::RecordOptions reader_options(const std::string& record, const std::strin
 }  // namespace
 
 OfflineRun::OfflineRun(const std::string& record, const std::string& columns,
-                       std::optional<std::uint32_t> gyro_id, compensation::Compensator& compensator)
-    : reader_(record, reader_options(record, columns, gyro_id)), compensator_(compensator) {}
+                       std::optional<std::uint32_t> gyro_id,
+                       const compensation::CompensationOptions& options)
+    : reader_(record, reader_options(record, columns, gyro_id)),
+      options_(options.for_samples_every(reader_.info().first_interval_s)),
+      compensator_(options_) {}
 
 std::vector<std::string> missing_probes(const compensation::CompensationOptions& options,
                                         const record::RecordInfo& info) {

@@ -25,8 +25,12 @@ class OfflineRun {
  public:
   // `gyro_id`: of an MCAP file that holds several.
   OfflineRun(const std::string& record, const std::string& columns,
-             std::optional<std::uint32_t> gyro_id, compensation::Compensator& compensator);
+             std::optional<std::uint32_t> gyro_id,
+             const compensation::CompensationOptions& options);
 
+  // Those given, for the spacing of the record's samples.
+  [[nodiscard]] const compensation::CompensationOptions& options() const { return options_; }
+  [[nodiscard]] compensation::Compensator& compensator() { return compensator_; }
   [[nodiscard]] const record::RecordInfo& info() const { return reader_.info(); }
   [[nodiscard]] const std::vector<std::string>& warnings() const { return reader_.warnings(); }
 
@@ -73,7 +77,8 @@ class OfflineRun {
   }
 
   record::RecordReader reader_;
-  compensation::Compensator& compensator_;
+  compensation::CompensationOptions options_;
+  compensation::Compensator compensator_;
   core::TemperatureSample temperature_;
   std::deque<Held> held_;
 };

@@ -127,6 +127,7 @@ enum class Domain : std::uint32_t {
   kRedundantReplay,
   kStandbySvr,
   kSvrLive,
+  kSlowLive,
 };
 
 static_assert(static_cast<std::uint32_t>(Domain::kConsole) <= 100);

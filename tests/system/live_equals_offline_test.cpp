@@ -3,6 +3,8 @@
 // process computes from the file.
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdio>
 #include <string>
 
 #include "tests/system/files.h"
@@ -61,6 +63,32 @@ TEST(LiveRun, OfTheOnlineSvrAloneEqualsOfflineCompensationToTheByte) {
   expect_live_equals_offline(system, {.profile = write_ramp_profile(system, kDurationS), .seed = 3},
                              {"--scheme", "online-svr"}, {"--config", system.path("svr.yaml")},
                              "online_svr");
+}
+
+// Rule: what follows from the samples' spacing follows from their first one, so that it is the
+// same.
+TEST(LiveRun, OfARecordWithASampleEveryTenSecondsEqualsOfflineCompensationToTheByte) {
+  SystemUnderTest system(Domain::kSlowLive);
+  constexpr int kRows = 300;
+  std::string text = "time_s,rate_x_rad_s,rate_y_rad_s,rate_z_rad_s,temperature_coil_degC\n";
+  for (int k = 0; k < kRows; ++k) {
+    const double temperature_degc = 20.0 + 10.0 * std::sin(0.05 * k);
+    char row[128];
+    std::snprintf(row, sizeof row, "%d,%.9e,%.9e,%.9e,%.4f\n", 10 * k,
+                  1e-6 * temperature_degc + 1e-7 * std::sin(1.7 * k * k),
+                  2e-6 * temperature_degc + 1e-7 * std::sin(1.3 * k * k),
+                  1e-7 * std::cos(1.9 * k * k), temperature_degc);
+    text += row;
+  }
+  const auto record = system.path("record.csv");
+  write(record, text);
+  run_offline(system, record, system.path("offline.csv"));
+  run_live(system, {.source = {"--source", "record", "--record", record},
+                    .samples = kRows,
+                    .out = system.path("live.csv")});
+  EXPECT_EQ(first_difference(system.path("live.csv"), system.path("offline.csv")), "");
+  expect_every_sample_once(system.path("live.csv"), kRows);
+  expect_at_work("stack", system.path("live.csv"));
 }
 
 TEST(LiveRun, OfASimulationEqualsOfflineCompensationOfItsRecordToTheByte) {

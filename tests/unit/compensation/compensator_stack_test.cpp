@@ -75,6 +75,31 @@ TEST(CompensatorStack, AHealthyRunClimbsToTheStackAndIsAsGoodAsTheSvrAlone) {
   }
 }
 
+// Rule: samples further apart than a label, as far as half an hour, are learned from all the same;
+// what is left is then below what the drift does on the whole.
+TEST(CompensatorStack, SamplesFurtherApartThanALabelAreLearnedFrom) {
+  for (const double interval_s : {6.0, 10.0, 12.0, 61.0, 300.0, 1800.0}) {
+    GyroSpec spec = chamber(240.0 * interval_s);
+    spec.rate_hz = 1.0 / interval_s;
+    spec.temperature_interval_s = interval_s;
+    spec.ramp_degc_per_min = 20.0 / interval_s;  // a leg of 60 samples
+    const Record record = make_record(spec);
+    Compensator compensator{CompensationOptions{}.for_samples_every(interval_s)};
+    const auto answers = testing::run(compensator, record);
+    const double half_s = 120.0 * interval_s;
+    double mean = 0.0;
+    double squares = 0.0;
+    for (const auto& drift : record.drift_radps) mean += drift[0] / 240.0;
+    for (const auto& drift : record.drift_radps)
+      squares += (drift[0] - mean) * (drift[0] - mean) / 240.0;
+    const double left = rms_left(record, answers, half_s, core::Axis::kX);
+    std::printf("every %g s: %.4f left of %.4f deg/h\n", interval_s, left,
+                std::sqrt(squares) / kDegH);
+    EXPECT_EQ(answers.back().rung[0], core::Rung::kStack) << interval_s;
+    EXPECT_LT(left, 0.5 * std::sqrt(squares) / kDegH) << interval_s;
+  }
+}
+
 // Rule: whatever stream comes first and whenever the learner works, the bits are the same.
 TEST(CompensatorStackLaws, LearnerTimingNeverChangesABit) {
   GyroSpec spec = chamber(900.0);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "common/compensation/compensator.h"
+#include "common/compensation/option_keys.h"
 
 namespace zerodrift::compensation {
 namespace {
@@ -25,7 +26,7 @@ TEST(CompensationOptions, AWrongValueIsRefusedByItsKey) {
   using Spoil = std::function<void(CompensationOptions&)>;
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const std::pair<std::string, Spoil> cases[] = {
-      {"learning.label_interval_s", [](auto& o) { o.learning.label_interval_s = 0.0; }},
+      {"learning.label_interval_s", [](auto& o) { o.learning.label_interval_s = -1.0; }},
       {"learning.handover_s", [=](auto& o) { o.learning.handover_s = nan; }},
       {"learning.confirm_s", [](auto& o) { o.learning.confirm_s = -1.0; }},
       {"svr.epsilon", [](auto& o) { o.model.epsilon = -0.1; }},
@@ -65,11 +66,58 @@ TEST(CompensationOptions, ProbesAreNamedOnceInOrderOfFirstUse) {
   EXPECT_EQ(options.probes(), (std::vector<std::string>{"outer", "inner", "case"}));
 }
 
+std::string all_values(const CompensationOptions& options) {
+  std::string text;
+  for (const Decides decides : {Decides::kModel, Decides::kAnswers}) {
+    for (const auto& [key, value] : option_values(options, decides))
+      text += key + '=' + value + '\n';
+  }
+  return text;
+}
+
+// Rule: for samples as near as a usual label, or an interval that is none, an open label interval
+// is 5 s and nothing else changes.
+TEST(CompensationOptions, ForFastSamplesOnlyTheOpenLabelIntervalGetsItsValue) {
+  CompensationOptions usual;
+  usual.learning.label_interval_s = 5.0;
+  for (const double interval_s :
+       {0.0, 0.005, 1.0, 5.0, -1.0, 1e9, std::numeric_limits<double>::quiet_NaN()}) {
+    const auto own = CompensationOptions{}.for_samples_every(interval_s);
+    EXPECT_EQ(own.learning.label_interval_s, 5.0) << interval_s;
+    EXPECT_EQ(all_values(own), all_values(usual)) << interval_s;
+  }
+}
+
+// Rule: samples further apart than a usual label make labels of one sample each, and all that spans
+// several samples spans so many of these.
+TEST(CompensationOptions, ForSlowSamplesWhatSpansSeveralIsAsLongAsThatTakes) {
+  const auto own = CompensationOptions{}.for_samples_every(60.0);
+  EXPECT_GT(own.learning.label_interval_s, 30.0);
+  EXPECT_LT(own.learning.label_interval_s, 60.0);
+  EXPECT_GE(own.track.local_polynomial.window_s, 60.0 * 6);
+  for (const double longest_s :
+       {own.track.local_polynomial.max_gap_s, own.temperature_stale_s, own.track.history_max_gap_s})
+    EXPECT_GE(longest_s, 2 * 60.0);
+  EXPECT_EQ(own.validate(), std::nullopt);
+}
+
+// Rule: what is given holds, at any spacing; and asked twice, the answer is the same.
+TEST(CompensationOptions, AGivenLabelIntervalHoldsAtAnySpacing) {
+  CompensationOptions given;
+  given.learning.label_interval_s = 7.0;
+  for (const double interval_s : {0.01, 60.0, 1e3})
+    EXPECT_EQ(given.for_samples_every(interval_s).learning.label_interval_s, 7.0);
+  const auto once = CompensationOptions{}.for_samples_every(60.0);
+  EXPECT_EQ(once.learning.label_interval_s,
+            once.for_samples_every(0.005).learning.label_interval_s);
+}
+
 // Rule: names go out on the interface and differ from each other.
 TEST(Mode, EveryModeReasonAndRungHasItsOwnName) {
   std::vector<std::string_view> names;
   for (std::uint8_t i = 0; i <= 4; ++i) names.push_back(name(static_cast<core::Mode>(i)));
-  for (std::uint8_t i = 1; i <= 15; ++i) names.push_back(name(static_cast<core::Reason>(i)));
+  for (std::uint8_t i = 1; i < core::kReasons; ++i)
+    names.push_back(name(static_cast<core::Reason>(i)));
   for (std::uint8_t i = 1; i <= 3; ++i) names.push_back(name(static_cast<core::Rung>(i)));
   std::sort(names.begin(), names.end());
   EXPECT_EQ(std::adjacent_find(names.begin(), names.end()), names.end());

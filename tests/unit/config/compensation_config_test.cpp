@@ -100,6 +100,10 @@ std::string described(const CompensationOptions& o) {
        << reference.correction_memory_s;
   text << " | prior " << (o.prior ? compensation::prior_identity(*o.prior) : "none");
   for (const auto& probe : o.more_probes) text << ' ' << probe;
+  text << " | mounting";
+  for (const auto& axis : o.mounting.axes) text << ' ' << axis;
+  for (const double element : o.mounting.matrix) text << " m " << element;
+  for (const double element : o.mounting.general_matrix) text << " g " << element;
   return text.str();
 }
 
@@ -173,6 +177,10 @@ TEST_F(CompensationFile, EveryKeyChangesSomething) {
       {"earth_rate.roll_deg", earth_with("roll_deg: 1", "roll_deg: 5")},
       {"earth_rate.pitch_deg", earth_with("pitch_deg: 2", "pitch_deg: 5")},
       {"earth_rate.heading_deg", earth_with("heading_deg: 3", "heading_deg: 5")},
+      {"mounting.axes", {"", "mounting: {axes: [-y, x, z]}"}},
+      {"mounting.matrix", {"", "mounting: {matrix: [0, -1, 0, 1, 0, 0, 0, 0, 1]}"}},
+      {"mounting.general_matrix",
+       {"", "mounting: {general_matrix: [0, -1, 0.02, 1, 0, 0, 0, 0, 1.01]}"}},
       {"factory_polynomial.x_deg_h", {"", "factory_polynomial: {x_deg_h: [1, 2]}"}},
       {"factory_polynomial.y_deg_h", {"", "factory_polynomial: {y_deg_h: [1, 2]}"}},
       {"factory_polynomial.z_deg_h", {"", "factory_polynomial: {z_deg_h: [1, 2]}"}},
@@ -330,8 +338,20 @@ TEST_F(CompensationFile, AValueOutOfRangeIsNamed) {
        "4: svr.offset: found 1001, expected 0 to 1000"},
       {"svr:\n  capacity: 9\n", "2: svr.capacity: found 9, expected 10 to 5000"},
       {"svr:\n  capacity: 5001\n", "2: svr.capacity: found 5001, expected 10 to 5000"},
-      {"learning:\n  label_interval_s: 0\n",
-       "2: learning.label_interval_s: found 0, expected a number above 0"},
+      {"learning:\n  label_interval_s: -1\n",
+       "2: learning.label_interval_s: found -1, expected a number from 0"},
+      {"mounting:\n  axes: [x, y]\n",
+       "2: mounting.axes: found another list, expected each of x, y, z once, with or without -"},
+      {"mounting:\n  matrix: [1, 0, 0, 0, 1, 0, 0, 0]\n",
+       "2: mounting.matrix: found 8 numbers, expected 9, row by row"},
+      {"mounting:\n  matrix: [1, 0, 0, 0, 1, 0.01, 0, 0, 1]\n",
+       "2: mounting.matrix: found rows off orthogonal by 0.010000, expected at most 0.001000 "
+       "(mounting.general_matrix takes axes that are not square)"},
+      {"mounting:\n  general_matrix: [1, 0, 0, 0, 1, 0.2, 0, 0, 1]\n",
+       "2: mounting.general_matrix: found rows off orthogonal by 0.200000, expected at most "
+       "0.100000"},
+      {"mounting: {axes: [x, y, z], matrix: [1, 0, 0, 0, 1, 0, 0, 0, 1]}\n",
+       "1: mounting: found more than one of axes, matrix and general_matrix"},
       {"learning:\n  handover_s: 0\n",
        "2: learning.handover_s: found 0, expected a number above 0"},
       {"learning:\n  confirm_s: 601\n", "2: learning.confirm_s: found 601, expected 0 to 600"},
@@ -343,9 +363,9 @@ TEST_F(CompensationFile, AValueOutOfRangeIsNamed) {
       {"temperature_stale_s: 0\n", "1: temperature_stale_s: found 0, expected a number above 0"},
       {"probe_stuck_s: -5\n", "1: probe_stuck_s: found -5, expected a number above 0"},
       {"temperature_rate:\n  window_s: 0\n",
-       "2: temperature_rate.window_s: found 0, expected 1 to 3600"},
+       "2: temperature_rate.window_s: found 0, expected 1 to 14400"},
       {"temperature_rate:\n  estimator: sliding_mean\n  window_s: 1e30\n",
-       "3: temperature_rate.window_s: found 1e+30, expected 1 to 3600"},
+       "3: temperature_rate.window_s: found 1e+30, expected 1 to 14400"},
       {"features:\n  - kind: lagged_temperature\n    lag_s: -1\n",
        "3: features[0].lag_s: is -1.000000, must be above 0 and at most 1e6"},
       {"features:\n  - {kind: temperature, scale: 0}\n",

@@ -113,6 +113,50 @@ TEST(TurnsScenario, TheProfileIsThePapersWithTwoTurns) {
   EXPECT_DOUBLE_EQ(turns.turns[1].rate_radps, 0.1 * core::kRadPerDeg);
 }
 
+// In the second from that time on, whichever way.
+double turned_rad(const twin::Profile& profile, double time_s) {
+  double angle_rad = 0.0;
+  for (const twin::Turn& turn : profile.turns) {
+    angle_rad +=
+        std::abs(twin::turned_angle_rad(turn, time_s + 1.0) - twin::turned_angle_rad(turn, time_s));
+  }
+  return angle_rad;
+}
+
+// Rule: a profile of stops has them as often and as long as its name and comment say, after five
+// minutes at rest, and between two of them no second goes straight on.
+TEST(DriveWithStops, EachProfileStopsAsItsNameSays) {
+  struct Case {
+    const char* name;
+    double every_s;
+    double stop_s;
+    double duration_s;
+  };
+  constexpr double kStandsFirstS = 300.0;
+  for (const Case& c : {Case{"drive_stops_5min", 300.0, 30.0, 3.0 * 3600.0},
+                        Case{"drive_stops_10min", 600.0, 60.0, 3.0 * 3600.0},
+                        Case{"drive_stops_30min", 1800.0, 60.0, 5.0 * 3600.0}}) {
+    SCOPED_TRACE(c.name);
+    const auto profile = load_profile(shipped("profiles/" + std::string(c.name) + ".yaml"));
+    EXPECT_EQ(profile.name, c.name);
+    EXPECT_EQ(profile.duration_s, c.duration_s);
+    EXPECT_FALSE(profile.earth_rate.has_value());
+    const double legs = std::floor((c.duration_s - kStandsFirstS) / c.every_s);
+    for (double leg = 0.0; leg < legs; leg += 1.0) {
+      const double begin_s = kStandsFirstS + leg * c.every_s;
+      for (double t = begin_s; t < begin_s + c.every_s; t += 1.0) {
+        if (t < begin_s + c.every_s - c.stop_s) {
+          EXPECT_GT(turned_rad(profile, t), 0.1 * core::kRadPerDeg) << t;
+        } else {
+          EXPECT_EQ(turned_rad(profile, t), 0.0) << t;
+        }
+      }
+    }
+    for (double t = 0.0; t < kStandsFirstS; t += 1.0) EXPECT_EQ(turned_rad(profile, t), 0.0) << t;
+    EXPECT_NEAR(chamber_temperature_degc(profile, 3600.0), 40.0, 1e-9);
+  }
+}
+
 std::vector<core::AngularRateSample> diagnosis_record(const twin::Model& model) {
   const auto profile = load_profile(shipped("profiles/diagnosis_chamber.yaml"));
   twin::GyroSimulation gyro(model, profile, 1, 1.0);

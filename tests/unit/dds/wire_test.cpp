@@ -85,12 +85,13 @@ TEST(WireNumbers, OfReasonsArePinned) {
                           {Reason::kOutsideLearned, 12},
                           {Reason::kInvalidInput, 13},
                           {Reason::kSchemeNone, 14},
-                          {Reason::kSettling, 15}});
+                          {Reason::kSettling, 15},
+                          {Reason::kPolarityReversed, 16}});
   expect_names<Reason>({"none", "no_estimate_yet", "initial_set", "motion", "earth_rate_unknown",
                         "level_implausible", "commanded", "temperature_missing",
                         "temperature_stale", "probe_stuck", "temperature_rate_not_ready",
                         "model_worse_than_bias", "outside_learned", "invalid_input", "scheme_none",
-                        "settling"});
+                        "settling", "polarity_reversed"});
 }
 
 TEST(WireNumbers, OfRungsArePinned) {

@@ -44,6 +44,7 @@ const REASON_TEXT: Record<string, string> = {
   invalid_input: 'the raw sample was invalid and passes as it came',
   scheme_none: 'it is configured to compensate nothing',
   settling: 'still again; waiting until rest is certain',
+  polarity_reversed: 'it turns the other way round than its reference or the Earth says',
 };
 
 /** A reason in plain words; one that isn't known here as it came. */
