@@ -116,6 +116,7 @@ void Compensator::restart_histories() noexcept {
   blocks_.restart();
   gate_.restart();
   polarity_.restart();
+  own_output_.restart();
   labels_.discard();
   if (prior_) prior_->restart();
   stream_began_ = core::kNever;
@@ -130,6 +131,7 @@ bool Compensator::reset_models() noexcept {
   if (!models_.submit({.kind = TrainingJob::Kind::kReset, .label = {}}, newest_)) return false;
   axes_ = {};
   polarity_ = PolarityCheck(options_.learning.rest.max_level_radps);
+  own_output_ = {};
   labels_.discard();
   estimate_outdated_ = true;
   return true;
@@ -291,6 +293,8 @@ void Compensator::observe(const core::AngularRateSample& sample) noexcept {
   if (closed) {
     estimate_outdated_ = true;  // ages grow even when no temperature comes
     polarity_.close(sample.time);
+    own_output_.close({gate_.known_sigma(core::Axis::kX), gate_.known_sigma(core::Axis::kY),
+                       gate_.known_sigma(core::Axis::kZ)});
     close_block(*closed);
   }
   const EarthRateMode earth_rate = earth_rate_mode(sample.clock);
@@ -313,6 +317,7 @@ void Compensator::observe(const core::AngularRateSample& sample) noexcept {
       blocks_.mark_turning();  // a saturated axis says nothing of its drift
       continue;
     }
+    own_output_.add(axis, sample.rate_radps[i], axes_[i].applied_radps());
     double known_radps = 0.0;
     double variance = 0.0;
     if (referenced_[i]) {
@@ -427,24 +432,10 @@ void Compensator::estimate(core::SensorTime now) noexcept {
     if (polarity_.is_reversed(axis)) inputs.gate = core::Reason::kPolarityReversed;
     drift.note_prior(prior_drift(axis));
     inputs.input = temperatures_.reason(vector.status, now);
-    if (inputs.input == core::Reason::kNone) inputs.input = prior_reason(axis);
+    if (inputs.input == core::Reason::kNone)
+      inputs.input = prior_covers(axis) ? prior_->reason(axis) : core::Reason::kNone;
     drift.estimate(options_.scheme, inputs);
   }
-}
-
-// Why the prior of an axis has no value, or one that stands still.
-core::Reason Compensator::prior_reason(core::Axis axis) const noexcept {
-  if (!prior_covers(axis)) return core::Reason::kNone;
-  switch (prior_->status(axis)) {
-    case PriorStatus::kReady:
-      return core::Reason::kNone;
-    case PriorStatus::kRateNotReady:
-      return core::Reason::kRateNotReady;
-    case PriorStatus::kTemperatureMissing:
-      break;
-  }
-  return prior_->drift_radps(axis) ? core::Reason::kTemperatureStale
-                                   : core::Reason::kTemperatureMissing;
 }
 
 // The model of an axis with at least one label, if there is one.
@@ -467,7 +458,7 @@ std::optional<double> Compensator::factory_drift(core::Axis axis) const noexcept
 // -------------------------------------------------------------------------------- state, telling
 
 void Compensator::carry(core::StateArchive& archive) {
-  archive(sequences_, temperatures_, references_, blocks_, gate_, polarity_, labels_);
+  archive(sequences_, temperatures_, references_, blocks_, gate_, polarity_, own_output_, labels_);
   if (prior_) archive(*prior_);
   archive(stream_began_, streams_, axes_, counts_, newest_, doubted_, clock_, referenced_,
           uncovered_, estimate_outdated_, commanded_freeze_);
@@ -480,6 +471,7 @@ CompensatorCounts Compensator::counts() const noexcept {
   counts.temperatures_refused = temperatures_.refused();
   counts.references = references_.counts();
   counts.reversed_axes = polarity_.found();
+  counts.own_outputs = own_output_.found();
   return counts;
 }
 

@@ -39,6 +39,7 @@
 #include "common/compensation/model_schedule.h"
 #include "common/compensation/mounting.h"
 #include "common/compensation/options.h"
+#include "common/compensation/own_output_check.h"
 #include "common/compensation/polarity_check.h"
 #include "common/compensation/reference_inputs.h"
 #include "common/compensation/rest_gate.h"
@@ -76,6 +77,7 @@ struct CompensatorCounts {
   std::uint64_t labels_skipped = 0;        // the learner's queue was full
   std::uint64_t late_models = 0;           // answered before the due model was there
   std::uint64_t reversed_axes = 0;         // found to turn the other way round
+  std::uint64_t own_outputs = 0;           // axes found to be given what this gives out
   ReferenceCounts references{};            // by verdict: when they came, residuals when due
 
   void carry(core::StateArchive& archive) {
@@ -218,7 +220,6 @@ class Compensator {
   void close_block(DriftBlock block) noexcept;
   void learn_from(const Label& label) noexcept;
   void estimate(core::SensorTime now) noexcept;
-  [[nodiscard]] core::Reason prior_reason(core::Axis axis) const noexcept;
   [[nodiscard]] const AxisModel* active_model(core::Axis axis) const noexcept;
   [[nodiscard]] std::optional<double> factory_drift(core::Axis axis) const noexcept;
   [[nodiscard]] core::Reason gate_reason() const noexcept;
@@ -238,6 +239,7 @@ class Compensator {
   BlockAverager blocks_;
   RestGate gate_;
   PolarityCheck polarity_;
+  OwnOutputCheck own_output_;
   LabelBuilder labels_;
   std::unique_ptr<DriftPrior> prior_;            // null: none
   core::SensorTime stream_began_{core::kNever};  // taken for the time of power-on

@@ -284,4 +284,16 @@ void DriftPrior::step(AxisPrior& axis, std::int64_t to, core::SensorTime power_o
   axis.status = ready ? PriorStatus::kReady : PriorStatus::kRateNotReady;
 }
 
+core::Reason DriftPrior::reason(core::Axis axis) const noexcept {
+  switch (status(axis)) {
+    case PriorStatus::kReady:
+      return core::Reason::kNone;
+    case PriorStatus::kRateNotReady:
+      return core::Reason::kRateNotReady;
+    case PriorStatus::kTemperatureMissing:
+      break;
+  }
+  return drift_radps(axis) ? core::Reason::kTemperatureStale : core::Reason::kTemperatureMissing;
+}
+
 }  // namespace zerodrift::compensation

@@ -32,6 +32,7 @@
 #include <vector>
 
 #include "common/core/axis.h"
+#include "common/core/mode.h"
 #include "common/core/state_archive.h"
 #include "common/core/time.h"
 #include "common/twin/effect.h"
@@ -101,6 +102,8 @@ class DriftPrior {
   [[nodiscard]] PriorStatus status(core::Axis axis) const noexcept {
     return axes_[core::index(axis)].status;
   }
+  // Why an axis that is covered has no value, or one that stands still; kNone: it has one.
+  [[nodiscard]] core::Reason reason(core::Axis axis) const noexcept;
 
   // Its state (core/state_archive.h).
   void carry(core::StateArchive& archive);

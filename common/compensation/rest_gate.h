@@ -67,6 +67,10 @@ class RestGate {
   }
   // Standard deviation of a block mean at rest, rad/s.
   [[nodiscard]] double block_sigma(core::Axis axis) const noexcept;
+  // The same; 0 where it isn't known.
+  [[nodiscard]] double known_sigma(core::Axis axis) const noexcept {
+    return knows(axis) ? block_sigma(axis) : 0.0;
+  }
   // Variance of single samples about their block mean at rest, (rad/s)².
   [[nodiscard]] double sample_variance(core::Axis axis) const noexcept {
     return axes_[core::index(axis)].spread;

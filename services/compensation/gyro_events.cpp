@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "common/compensation/input_faults.h"
 #include "common/core/integer_time.h"
 #include "common/core/units.h"
 #include "services/compensation/gyro.h"
@@ -64,17 +65,6 @@ constexpr std::string_view reference_fault_text(ReferenceVerdict verdict) {
     default:
       return "a residual after several implausible ones; not heard until the next label";
   }
-}
-
-std::string reversed_text(const compensation::Compensator& compensator) {
-  std::string axes;
-  for (const auto axis : core::kAxes) {
-    if (!compensator.is_reversed(axis)) continue;
-    axes += (axes.empty() ? "axis " : ", ") + std::string(core::name(axis));
-  }
-  return axes +
-         " turns the other way round than its reference or the Earth says; nothing is learned from "
-         "it (mounting.axes turns an axis round)";
 }
 
 }  // namespace
@@ -169,8 +159,9 @@ void GyroEvents::tell_of_faults(const Gyro& gyro) {
        told.late_models, now.late_models);
   tell("skipped_label", "the learner's queue was full; a label was skipped", told.labels_skipped,
        now.labels_skipped);
-  tell("polarity_reversed", reversed_text(gyro.compensator()), told.reversed_axes,
+  tell("polarity_reversed", compensation::reversed_text(gyro.compensator()), told.reversed_axes,
        now.reversed_axes);
+  tell("double_correction", compensation::kDoubleCorrectionText, told.own_outputs, now.own_outputs);
   for (const auto verdict : kReferenceFaults) {
     const auto v = static_cast<std::size_t>(verdict);
     const std::string code = "reference_" + std::string(compensation::name(verdict));

@@ -14,6 +14,7 @@
 #include "common/checkpoint/checkpoint_file.h"
 #include "common/compensation/compensator.h"
 #include "common/compensation/drift_prior.h"
+#include "common/compensation/input_faults.h"
 #include "common/compensation/option_keys.h"
 #include "common/config/compensation_config.h"
 #include "common/core/units.h"
@@ -201,6 +202,8 @@ int compensate(const CompensateOptions& options) {
     if (csv) csv->write(sample);
   });
   for (const auto& line : offline.warnings()) std::fprintf(stderr, "%s\n", line.c_str());
+  for (const auto& line : compensation::input_faults(offline.compensator()))
+    std::fprintf(stderr, "%s: %s\n", options.record.c_str(), line.c_str());
   if (csv) csv->commit();
   // First of all: what comes below looks like results.
   if (const auto line = summary.use().line_of_none(options.record, offline.options());

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// What people are told where the input itself is wrong; by the service as events, by commands as
+// lines.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/compensation/compensator.h"
+
+namespace zerodrift::compensation {
+
+inline constexpr const char* kDoubleCorrectionText =
+    "what is taken off comes back with the opposite sign in the raw rates: the compensation is "
+    "given its own output, and corrects twice; publish compensated rates under another gyro id";
+
+// Names the axes that are reversed now.
+[[nodiscard]] inline std::string reversed_text(const Compensator& compensator) {
+  std::string axes;
+  for (const auto axis : core::kAxes) {
+    if (!compensator.is_reversed(axis)) continue;
+    axes += (axes.empty() ? "axis " : ", ") + std::string(core::name(axis));
+  }
+  return axes +
+         " turns the other way round than its reference or the Earth says; nothing is learned from "
+         "it (mounting.axes turns an axis round)";
+}
+
+// All that was found of a record.
+[[nodiscard]] inline std::vector<std::string> input_faults(const Compensator& compensator) {
+  std::vector<std::string> lines;
+  if (compensator.counts().reversed_axes > 0) lines.push_back(reversed_text(compensator));
+  if (compensator.counts().own_outputs > 0) lines.emplace_back(kDoubleCorrectionText);
+  return lines;
+}
+
+}  // namespace zerodrift::compensation

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// The compensation notices that it is given its own output, and takes nothing else for it.
+#include "common/compensation/own_output_check.h"
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <deque>
+#include <functional>
+#include <vector>
+
+#include "common/compensation/compensator.h"
+#include "tests/unit/compensation/synthetic_gyro.h"
+
+namespace zerodrift::compensation {
+namespace {
+
+using testing::GyroSpec;
+using testing::kDegH;
+using testing::make_record;
+using testing::Random;
+using testing::Record;
+
+constexpr double kSigma = 0.05;
+constexpr core::PerAxis<double> kSigmas{kSigma, kSigma, kSigma};
+
+// Axis z with noise, one sample a block; the applied drift is `taken`.
+std::uint64_t found_of(const std::function<double(int)>& rate,
+                       const std::function<double(int)>& taken, int blocks = 2000) {
+  OwnOutputCheck check;
+  Random random(5);
+  for (int t = 0; t < blocks; ++t) {
+    check.add(core::Axis::kZ, rate(t) + kSigma * random.gaussian(), taken(t));
+    check.close(kSigmas);
+  }
+  return check.found();
+}
+
+double steps(int t) {
+  return t / 20 % 2 == 0 ? 0.0 : 20.0 * kSigma;
+}
+
+TEST(OwnOutputCheck, StepsThatComeBackWithTheOppositeSignAreFoundOnce) {
+  EXPECT_EQ(found_of([](int t) { return 1.0 - steps(t); }, steps), 1U);
+  EXPECT_EQ(found_of([](int t) { return 1.0 - steps(t - 1); }, steps), 1U) << "a second later";
+}
+
+// Rule: a raw rate that doesn't answer, answers with the same sign (the drift itself steps), by
+// another amount, or turns, and steps that are no larger than the noise, are no such thing.
+TEST(OwnOutputCheck, WhatDoesNotAnswerIsRaw) {
+  EXPECT_EQ(found_of([](int) { return 1.0; }, steps), 0U);
+  EXPECT_EQ(found_of([](int t) { return steps(t); }, steps), 0U) << "the drift steps";
+  EXPECT_EQ(found_of([](int t) { return -2.0 * steps(t); }, steps), 0U) << "by twice";
+  EXPECT_EQ(found_of([](int t) { return t / 33 % 2 == 0 ? 0.0 : 3.0; }, steps), 0U) << "turns";
+  EXPECT_EQ(found_of([](int t) { return -0.1 * steps(t); }, [](int t) { return 0.1 * steps(t); }),
+            0U)
+      << "small steps";
+}
+
+// As a subscriber would that publishes the corrected rate as a raw one, so many samples later.
+std::vector<core::CompensatedSample> run_on_own_output(Compensator& compensator,
+                                                       const Record& record, std::size_t later) {
+  std::vector<core::CompensatedSample> answers;
+  std::size_t t = 0;
+  for (std::size_t k = 0; k < record.rates.size(); ++k) {
+    core::AngularRateSample sample = record.rates[k];
+    if (k >= later) {
+      for (std::size_t i = 0; i < core::kAxisCount; ++i)
+        sample.rate_radps[i] -= answers[k - later].applied_drift_radps[i];
+    }
+    for (; t < record.temperatures.size() && record.temperatures[t].time <= sample.time; ++t)
+      compensator.push(record.temperatures[t]);
+    compensator.push(sample);
+    for (;;) {
+      while (compensator.learner().run_one()) {
+      }
+      if (compensator.readiness() != Readiness::kReady) compensator.give_up_waiting();
+      if (compensator.readiness() != Readiness::kReady) break;
+      answers.push_back(compensator.answer_next());
+    }
+  }
+  return answers;
+}
+
+GyroSpec warming() {
+  GyroSpec spec;
+  spec.duration_s = 900.0;
+  spec.low_degc = 20.0;
+  spec.high_degc = 40.0;
+  return spec;
+}
+
+TEST(OwnOutput, IsFoundInTheLoopAndNotWithoutIt) {
+  const Record record = make_record(warming());
+  for (const std::size_t later : {1U, 10U, 20U}) {  // 50 ms to a second
+    Compensator compensator{testing::options()};
+    run_on_own_output(compensator, record, later);
+    EXPECT_GT(compensator.counts().own_outputs, 0U) << later;
+  }
+  Compensator compensator{testing::options()};
+  testing::run(compensator, record);
+  EXPECT_EQ(compensator.counts().own_outputs, 0U);
+}
+
+}  // namespace
+}  // namespace zerodrift::compensation
