@@ -11,7 +11,6 @@
 
 #include "common/core/units.h"
 #include "common/diagnosis/noise_of_model.h"
-#include "common/diagnosis/noise_weight.h"
 #include "common/diagnosis/search_board.h"
 #include "common/diagnosis/two_levels.h"
 #include "common/twin/effect_catalogue.h"
@@ -136,46 +135,6 @@ std::vector<Addition> best_of_each_kind(std::vector<Addition> additions) {
   return best;
 }
 
-// Kurtosis less the square of the skewness: 1 of two levels however long each lasts, 3 of a
-// Gaussian.
-double peakedness_of(const std::vector<double>& values, const std::vector<std::uint8_t>& valid) {
-  constexpr double kGaussian = 3.0;
-  double n = 0.0, mean = 0.0, second = 0.0, third = 0.0, fourth = 0.0;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (valid[i] == 0) continue;
-    mean += values[i];
-    n += 1.0;
-  }
-  if (n < 2.0) return kGaussian;
-  mean /= n;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (valid[i] == 0) continue;
-    const double d = values[i] - mean;
-    second += d * d / n;
-    third += d * d * d / n;
-    fourth += d * d * d * d / n;
-  }
-  if (!(second > 0.0)) return kGaussian;
-  return fourth / (second * second) - third * third / (second * second * second);
-}
-
-// Of the most probable course of the Markov part.
-double peakedness_of_course(const NoiseQuestion& question, const Addition& markov) {
-  const SearchProblem& problem = question.problem;
-  const std::size_t n = quick_length(problem.series.size());
-  const auto all =
-      dct_variances(markov.hypothesis.terms, markov.hypothesis.squares, n, problem.interval_s);
-  const std::size_t last = markov.hypothesis.terms.size() - 1;
-  const auto part =
-      dct_variances(std::span(markov.hypothesis.terms).subspan(last),
-                    std::span(markov.hypothesis.squares).subspan(last), n, problem.interval_s);
-  std::vector<double> inverse_gain(n, 0.0);
-  for (std::size_t k = 1; k < n; ++k) inverse_gain[k] = part[k] > 0.0 ? all[k] / part[k] : 0.0;
-  const auto course = divided_by_noise(problem.series.first(n), inverse_gain);
-  return peakedness_of(
-      course, {problem.valid.begin(), problem.valid.begin() + static_cast<std::ptrdiff_t>(n)});
-}
-
 NamedEffect named(const Addition& addition, const std::vector<Addition>& rivals, double share) {
   constexpr double kCredible = 0.95;
   NamedEffect effect;
@@ -201,13 +160,9 @@ NamedEffect named(const Addition& addition, const std::vector<Addition>& rivals,
   return effect;
 }
 
-// Turns a first-order noise into one of two levels where that is likelier. What only changes its
-// strength has long tails, which two levels fit better than one Gaussian does; a course of two
-// levels has short ones.
+// Turns a first-order noise into one of two levels where that is likelier.
 void consider_two_levels(NamedEffect& effect, const NoiseQuestion& question,
                          const Addition& markov) {
-  constexpr double kGaussian = 3.0;
-  if (peakedness_of_course(question, markov) >= kGaussian) return;
   const twin::EffectDefinition& two_levels = noise_effect(twin::NoiseLaw::kTwoLevel);
   const SearchProblem& problem = question.problem;
   const double sigma_radps = std::sqrt(markov.hypothesis.squares.back());

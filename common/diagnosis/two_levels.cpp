@@ -40,15 +40,21 @@ double variance_of(const CourseBlocks& blocks) {
   return n > 1.0 ? squares / n : 0.0;
 }
 
+// Of the process in each twelfth of the record.
+constexpr std::size_t kParts = 12;
+using Strengths = std::array<double, kParts>;
+
 double log_likelihood_of_wandering(const CourseBlocks& blocks, const Background& background,
-                                   double sigma_radps, double correlation_s) {
+                                   const Strengths& sigma_radps, double correlation_s) {
   const double memory = std::exp(-blocks.interval_s / correlation_s);
-  const double variance = sigma_radps * sigma_radps;
+  double variance = sigma_radps.front() * sigma_radps.front();
   double bias = 0.0, course = 0.0;
   double bb = background.first_variance, bc = 0.0, cc = variance;
   double sum = 0.0;
   for (std::size_t i = 0; i < blocks.values.size(); ++i) {
     if (i > 0) {
+      const double sigma = sigma_radps[i * kParts / blocks.values.size()];
+      variance = sigma * sigma;
       bb += background.walk;
       bc *= memory;
       cc = memory * memory * cc + (1.0 - memory * memory) * variance;
@@ -200,11 +206,26 @@ CourseBlocks course_blocks(std::span<const double> series_radps,
 WanderingFit fit_wandering(const CourseBlocks& blocks, double sigma_radps, double correlation_s) {
   const auto [white, walk] = first_background(blocks, sigma_radps, correlation_s);
   std::array logs{std::log(sigma_radps), std::log(correlation_s), white, walk};
-  const double best = climb<4>(logs, [&](const std::array<double, 4>& at) {
-    return log_likelihood_of_wandering(blocks, background_of(blocks, at[2], at[3]), std::exp(at[0]),
+  const double steady = climb<4>(logs, [&](const std::array<double, 4>& at) {
+    Strengths strengths{};
+    strengths.fill(std::exp(at[0]));
+    return log_likelihood_of_wandering(blocks, background_of(blocks, at[2], at[3]), strengths,
                                        std::exp(at[1]));
   });
-  return {best, std::exp(logs[0]), std::exp(logs[1])};
+  const WanderingFit found{steady, std::exp(logs[0]), std::exp(logs[1])};
+  Strengths each{};
+  each.fill(logs[0]);
+  const double changing = climb<kParts>(each, [&](const Strengths& at) {
+    Strengths strengths{};
+    std::transform(at.begin(), at.end(), strengths.begin(),
+                   [](double log) { return std::exp(log); });
+    return log_likelihood_of_wandering(blocks, background_of(blocks, logs[2], logs[3]), strengths,
+                                       found.correlation_s);
+  });
+  const double times =
+      blocks.interval_s * static_cast<double>(blocks.values.size()) / found.correlation_s;
+  const double of_freedom = 0.5 * static_cast<double>(kParts - 1) * std::log(std::max(times, 2.0));
+  return {std::max(steady, changing - of_freedom), found.sigma_radps, found.correlation_s};
 }
 
 SwitchingFit fit_switching(const CourseBlocks& blocks, double sigma_radps, double correlation_s) {

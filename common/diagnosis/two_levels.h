@@ -24,6 +24,8 @@ struct CourseBlocks {
 
 // Each beside a bias that walks at random and white noise, both of any strength.
 struct WanderingFit {  // an Ornstein-Uhlenbeck process
+  // Of one strength throughout, or of one in each twelfth of the record, less what its freedom
+  // costs: what wanders now more and now less isn't Gaussian, and must not look like levels.
   double log_likelihood = 0.0;
   double sigma_radps = 0.0;
   double correlation_s = 0.0;

@@ -32,14 +32,15 @@ void add_background(Made& made, std::mt19937_64& random) {
   }
 }
 
-Made wandering(std::uint64_t seed) {
+Made wandering(std::uint64_t seed, double often = 1.0, double seldom = 1.0) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> gauss;
   Made made;
   const double memory = std::exp(-1.0 / kTauS);
   double course = kSigma * gauss(random);
   for (double& value : made.series) {
-    value = course;
+    const auto i = static_cast<std::size_t>(&value - made.series.data());
+    value = course * (i % 6000 < 2000 ? seldom : often);
     course = memory * course + kSigma * std::sqrt(1.0 - memory * memory) * gauss(random);
   }
   add_background(made, random);
@@ -76,6 +77,11 @@ TEST(TwoLevelsScenario, LikelihoodsTellSwitchingFromWanderingOfTheSameSpectrum) 
     EXPECT_GT(nats_for_switching(switching(seed, 2.0 * kSigma, 2.0 * kTauS, 2.0 * kTauS)), 20.0);
     EXPECT_LT(nats_for_switching(wandering(seed)), 0.0) << seed;
   }
+}
+
+TEST(TwoLevelsScenario, WanderingOfChangingStrengthIsNoSwitching) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed)
+    EXPECT_LT(nats_for_switching(wandering(seed, 0.3, 2.0)), 0.0) << seed;
 }
 
 TEST(TwoLevelsScenario, TheLevelsAndTheirTimesAreRecovered) {
