@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/config/twin_config.h"
 
+#include <google/protobuf/arena.h>
+
 #include <algorithm>
 
 #include "common/config/proto_to_yaml.h"
@@ -199,6 +201,29 @@ std::vector<std::string> unknown_effects(const twin::Model& model, const YamlDoc
   return warnings;
 }
 
+// A message that nobody destroys: maps of the library (protobuf 3.21) that ran out of memory while
+// they grew end the program in their destructor.
+template <typename Message>
+class UndestroyedMessage {
+ public:
+  [[nodiscard]] Message& get() noexcept { return *message_; }
+
+ private:
+  google::protobuf::Arena arena_;
+  Message* message_ = google::protobuf::Arena::CreateMessage<Message>(&arena_);
+};
+
+void fill(const twin::Model& model, proto::TwinModel& message) {
+  message.set_format_version(model.format_version);
+  message.set_gyro(model.gyro);
+  message.set_gyro_id(model.gyro_id);
+  message.set_nominal_rate_hz(model.nominal_rate_hz);
+  to_proto(model.thermal_plant, *message.mutable_thermal_plant());
+  for (const twin::ProbeSpec& probe : model.probes) to_proto(probe, *message.add_probes());
+  for (const twin::EffectSpec& effect : model.effects) to_proto(effect, *message.add_effects());
+  copy_map(model.unknown_keys, message.mutable_extra());
+}
+
 }  // namespace
 
 twin::Model model_from_proto(const proto::TwinModel& message) {
@@ -221,14 +246,7 @@ twin::Model model_from_proto(const proto::TwinModel& message) {
 
 proto::TwinModel to_proto(const twin::Model& model) {
   proto::TwinModel message;
-  message.set_format_version(model.format_version);
-  message.set_gyro(model.gyro);
-  message.set_gyro_id(model.gyro_id);
-  message.set_nominal_rate_hz(model.nominal_rate_hz);
-  to_proto(model.thermal_plant, *message.mutable_thermal_plant());
-  for (const twin::ProbeSpec& probe : model.probes) to_proto(probe, *message.add_probes());
-  for (const twin::EffectSpec& effect : model.effects) to_proto(effect, *message.add_effects());
-  copy_map(model.unknown_keys, message.mutable_extra());
+  fill(model, message);
   return message;
 }
 
@@ -262,7 +280,8 @@ LoadedModel load_model(const std::filesystem::path& path) {
 }
 
 LoadedModel model_from(const YamlDocument& document) {
-  proto::TwinModel message;
+  UndestroyedMessage<proto::TwinModel> whole;
+  proto::TwinModel& message = whole.get();
   LoadedModel loaded;
   loaded.warnings = document.fill(message);
   const bool newer = message.format_version() > twin::kModelFormatVersion;
@@ -279,12 +298,15 @@ LoadedModel model_from(const YamlDocument& document) {
 }
 
 void save_model(const twin::Model& model, const std::filesystem::path& path) {
-  write_whole(path, to_yaml(to_proto(model)));
+  UndestroyedMessage<proto::TwinModel> message;
+  fill(model, message.get());
+  write_whole(path, to_yaml(message.get()));
 }
 
 twin::Profile load_profile(const std::filesystem::path& path) {
   const YamlDocument document = YamlDocument::read(path);
-  proto::TwinProfile message;
+  UndestroyedMessage<proto::TwinProfile> whole;
+  proto::TwinProfile& message = whole.get();
   const auto unknown = document.fill(message);
   if (!unknown.empty()) throw ConfigError(unknown.front());
   try {
