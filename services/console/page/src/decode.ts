@@ -68,6 +68,7 @@ export function decodeHistory(payload: Uint8Array): { gyro: number; rows: Histor
         drift: axis.driftMeanDegH,
         sigma: axis.driftSigmaDegH,
         reference: axis.referenceMeanDegH,
+        mode: axis.mode,
       })),
       probes: rows.probes.map((p) => ({ probe: p.probe, temperature: p.temperatureDegc, rate: p.rateDegcPerMin })),
     },

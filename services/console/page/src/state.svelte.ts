@@ -13,6 +13,7 @@ import type {
   ToWorker,
   View,
 } from './lib/messages.ts';
+import type { Comparison } from './lib/statistics.ts';
 import { isPast, isStale, sharesText, verdict, type Facts, type Link, type Verdict } from './lib/verdict.ts';
 
 export const TABS = ['live', 'allan', 'health', 'twin', 'navigation', 'events'] as const;
@@ -22,17 +23,6 @@ export type AxisChoice = 'all' | 0 | 1 | 2;
 
 const MOST_EVENTS = 2000;
 const CLOCK_MS = 1000;
-const RATIO_NEEDS_BLOCKS = 3;
-
-export interface Ratio {
-  raw: number; // deg/h
-  compensated: number;
-  ratio: number;
-  blockS: number;
-  blocks: number;
-  source: 'allan monitor, since start' | 'this page, last half hour';
-  spanS: number;
-}
 
 interface Reply {
   accepted: boolean;
@@ -195,32 +185,8 @@ export class ConsoleState {
     return this.allan[`${this.selected}/${axis}/${stream}`];
   }
 
-  /** Spread of block means raw and compensated: the Allan monitor's since start, else the page's own. */
-  ratio(axis: number): Ratio | undefined {
-    const raw = this.report(axis, 0);
-    const left = this.report(axis, 1);
-    if (raw && left && left.blockCount >= RATIO_NEEDS_BLOCKS && left.sinceStartBlockStd > 0) {
-      return {
-        raw: raw.sinceStartBlockStd,
-        compensated: left.sinceStartBlockStd,
-        ratio: raw.sinceStartBlockStd / left.sinceStartBlockStd,
-        blockS: left.blockS,
-        blocks: left.blockCount,
-        source: 'allan monitor, since start',
-        spanS: left.blockS * left.blockCount,
-      };
-    }
-    const own = this.live?.spread.axes[axis];
-    if (!own || !(own.compensated > 0)) return undefined;
-    return {
-      raw: own.raw,
-      compensated: own.compensated,
-      ratio: own.raw / own.compensated,
-      blockS: this.live?.spread.blockS ?? NaN,
-      blocks: own.blocks,
-      source: 'this page, last half hour',
-      spanS: this.live?.spread.spanS ?? NaN,
-    };
+  comparison(axis: number): Comparison {
+    return this.live?.spread.axes[axis] ?? { obstacle: 'short' };
   }
 
   get ageS(): number {
@@ -242,9 +208,16 @@ export class ConsoleState {
       pace: live?.pace ?? NaN,
       missing: live?.missing ?? 0,
       dropped: this.gateway?.framesDropped ?? 0,
+      blockS: live?.spread.blockS ?? NaN,
       axes: [0, 1, 2].map((a) => {
         const axis = live?.axes[a];
-        return { valid: axis?.valid ?? false, mode: axis?.mode ?? 0, reason: axis?.reason ?? '', ratio: this.ratio(a)?.ratio ?? NaN };
+        return {
+          valid: axis?.valid ?? false,
+          mode: axis?.mode ?? 0,
+          reason: axis?.reason ?? '',
+          comparison: this.comparison(a),
+          harmed: this.report(a, 1)?.worseThanRaw ?? false,
+        };
       }),
     };
   }

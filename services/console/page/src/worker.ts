@@ -80,8 +80,9 @@ function postLive(): void {
   if (!newest) return;
   const { batch, arrivedMs } = newest;
   const store = storeOf(batch.gyroId);
-  if (livePosted - spreadAt > SPREAD_EVERY_MS) {
-    spread = store.spread();
+  const axes = [0, 1, 2].map((a) => axisLive(batch, a));
+  if (spread === undefined || livePosted - spreadAt > SPREAD_EVERY_MS) {
+    spread = store.spread(axes.map((axis) => axis.reason === 'motion'));
     spreadAt = livePosted;
   }
   post({
@@ -100,8 +101,8 @@ function postLive(): void {
       latencyP50Ms: latencies.quantile(0.5),
       latencyP99Ms: latencies.quantile(0.99),
       latencyCount: latencies.count,
-      axes: [0, 1, 2].map((a) => axisLive(batch, a)),
-      spread: spread ?? store.spread(),
+      axes,
+      spread,
       rows: { samples: store.samples.size, history: store.history.size },
       probes: [...store.probes],
     },
