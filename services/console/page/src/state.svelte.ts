@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the page shows, as the worker tells it.
+import { correctedTwiceMs } from './lib/events.ts';
 import type {
   FromWorker,
   HeadingSeries,
@@ -208,6 +209,7 @@ export class ConsoleState {
       pace: live?.pace ?? NaN,
       missing: live?.missing ?? 0,
       dropped: this.gateway?.framesDropped ?? 0,
+      correctedTwiceS: (this.nowMs - correctedTwiceMs(this.events, this.services, this.selected)) / 1000,
       blockS: live?.spread.blockS ?? NaN,
       axes: [0, 1, 2].map((a) => {
         const axis = live?.axes[a];

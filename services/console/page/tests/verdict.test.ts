@@ -16,6 +16,7 @@ const GOOD: Facts = {
   missing: 0,
   dropped: 0,
   blockS: 60,
+  correctedTwiceS: NaN,
   axes: [LEARNING, LEARNING, { ...LEARNING, comparison: compared(308) }],
 };
 const onAll = (axis: Partial<AxisFacts>): Facts => ({ ...GOOD, axes: GOOD.axes.map((a) => ({ ...a, ...axis })) });
@@ -117,6 +118,15 @@ test('losses and a replay are told', () => {
   assert.match(verdict({ ...GOOD, dropped: 5 }).data.detail, /5 frames dropped/);
   assert.equal(verdict({ ...GOOD, pace: 60 }).data.text, 'Good (replay 60×)');
   assert.equal(verdict({ ...GOOD, pace: 60, missing: 2 }).data.text, 'With losses (replay 60×)');
+});
+
+test('an input that is turned round or corrected twice is told while it lasts', () => {
+  const reversed = verdict({ ...GOOD, axes: [LEARNING, { ...LEARNING, mode: 2, reason: 'polarity_reversed' }, LEARNING] }).data;
+  assert.deepEqual([reversed.tone, reversed.text], ['bad', 'Wrong sign']);
+  assert.match(reversed.detail, /^y: it turns the other way round .*mounting\.axes/);
+  const twice = verdict({ ...GOOD, correctedTwiceS: 300 }).data;
+  assert.deepEqual([twice.tone, twice.text], ['bad', 'Corrected twice']);
+  assert.match(twice.detail, /found 5 min ago/);
 });
 
 test('without a gyro or a gateway nothing is claimed', () => {

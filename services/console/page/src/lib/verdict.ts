@@ -116,6 +116,7 @@ export interface Facts {
   missing: number;
   dropped: number; // frames that this client was too slow for
   blockS: number; // of the means that are compared
+  correctedTwiceS: number; // since it was found to be given the compensation's own output; NaN: it was not
   axes: AxisFacts[];
 }
 
@@ -265,6 +266,15 @@ export function isReplay(facts: Facts): boolean {
   return Number.isFinite(facts.pace) && (facts.pace > 1.3 || facts.pace < 0.7);
 }
 
+/** Rates that come, and are not what they should be. */
+function inputFault(facts: Facts): Statement | undefined {
+  const reversed = names(where(facts, (axis) => axis.reason === 'polarity_reversed'));
+  if (reversed) return { tone: 'bad', text: 'Wrong sign', detail: `${reversed}: ${reasonText('polarity_reversed')}; mounting.axes turns an axis round` };
+  if (!Number.isFinite(facts.correctedTwiceS)) return undefined;
+  const found = `found ${ageText(facts.correctedTwiceS)} ago, until the compensation starts anew`;
+  return { tone: 'bad', text: 'Corrected twice', detail: `the compensation is given its own output (${found}); publish compensated rates under another gyro id` };
+}
+
 function data(facts: Facts): Statement {
   if (facts.link !== 'open') {
     return { tone: 'bad', text: 'Gateway gone', detail: `shown is what came until ${ageText(facts.ageS)} ago` };
@@ -274,6 +284,8 @@ function data(facts: Facts): Statement {
       ? { tone: 'note', text: 'Source has ended', detail: `newest sample ${ageText(facts.ageS)} ago` }
       : { tone: 'bad', text: `Stale: ${ageText(facts.ageS)} old`, detail: 'no sample comes; shown is the last that did' };
   }
+  const fault = inputFault(facts);
+  if (fault) return fault;
   const replay = isReplay(facts) ? ` (replay ${facts.pace >= 10 ? Math.round(facts.pace) : facts.pace.toFixed(1)}×)` : '';
   const lost = facts.missing > 0 ? `${facts.missing} sample${facts.missing === 1 ? '' : 's'} missing` : '';
   const slow = facts.dropped > 0 ? `${facts.dropped} frames dropped for this browser` : '';
