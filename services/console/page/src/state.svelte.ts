@@ -41,6 +41,7 @@ export class ConsoleState {
   gyros = $state.raw<number[]>([]);
   selected = $state(0);
   live = $state.raw<Live | undefined>();
+  private losses = $state.raw<{ gyro: number; missing: number; sinceMs: number; seen: boolean } | undefined>();
   services = $state.raw<PlainStatus[]>([]);
   events = $state.raw<PlainEvent[]>([]);
   allan = $state.raw<Record<string, PlainAllan>>({});
@@ -89,6 +90,7 @@ export class ConsoleState {
         this.onView(message.view);
         break;
       case 'live':
+        this.noteLosses(message.live);
         this.live = message.live;
         this.nowMs = this.clock();
         break;
@@ -139,6 +141,14 @@ export class ConsoleState {
         this.onReply.delete(message.id);
         break;
     }
+  }
+
+  /** A count that began before this page listened has no time of its own. */
+  private noteLosses(live: Live): void {
+    const known = this.losses?.gyro === live.gyro ? this.losses : undefined;
+    if (known && live.missing === known.missing) return;
+    const grew = known !== undefined && live.missing > known.missing;
+    this.losses = { gyro: live.gyro, missing: live.missing, sinceMs: this.clock(), seen: grew };
   }
 
   private addEvents(events: PlainEvent[]): void {
@@ -208,6 +218,8 @@ export class ConsoleState {
       finished: this.finished,
       pace: live?.pace ?? NaN,
       missing: live?.missing ?? 0,
+      lossAgeS: (this.nowMs - (this.losses?.sinceMs ?? NaN)) / 1000,
+      lossSeen: this.losses?.seen ?? false,
       dropped: this.gateway?.framesDropped ?? 0,
       correctedTwiceS: (this.nowMs - correctedTwiceMs(this.events, this.services, this.selected)) / 1000,
       blockS: live?.spread.blockS ?? NaN,

@@ -14,6 +14,8 @@ const GOOD: Facts = {
   finished: false,
   pace: 1,
   missing: 0,
+  lossAgeS: 5,
+  lossSeen: false,
   dropped: 0,
   blockS: 60,
   correctedTwiceS: NaN,
@@ -114,10 +116,19 @@ test('nothing is claimed of now when nothing comes', () => {
 });
 
 test('losses and a replay are told', () => {
-  assert.match(verdict({ ...GOOD, missing: 2 }).data.detail, /2 samples missing/);
   assert.match(verdict({ ...GOOD, dropped: 5 }).data.detail, /5 frames dropped/);
   assert.equal(verdict({ ...GOOD, pace: 60 }).data.text, 'Good (replay 60×)');
-  assert.equal(verdict({ ...GOOD, pace: 60, missing: 2 }).data.text, 'With losses (replay 60×)');
+  assert.equal(verdict({ ...GOOD, pace: 60, missing: 2, lossSeen: true }).data.text, 'With losses (replay 60×)');
+});
+
+test('losses carry their age, and are history after ten minutes', () => {
+  const lost = (missing: number, lossAgeS: number, lossSeen: boolean) => verdict({ ...GOOD, missing, lossAgeS, lossSeen }).data;
+  assert.deepEqual([lost(2, 30, true).tone, lost(2, 30, true).text], ['warn', 'With losses']);
+  assert.match(lost(2, 30, true).detail, /2 samples missing, the last 30 s ago/);
+  assert.equal(lost(1, 1200, true).tone, 'good');
+  assert.match(lost(1, 1200, true).detail, /1 sample missing, the last 20 min ago/);
+  assert.equal(lost(7, 60, false).tone, 'good');
+  assert.match(lost(7, 60, false).detail, /none in the 60 s since this page listens/);
 });
 
 test('an input that is turned round or corrected twice is told while it lasts', () => {

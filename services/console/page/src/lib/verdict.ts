@@ -114,6 +114,8 @@ export interface Facts {
   finished: boolean; // the source says it has ended
   pace: number; // sensor seconds a second; NaN while unknown
   missing: number;
+  lossAgeS: number; // since the newest that this page saw go missing; without one, since it began to look
+  lossSeen: boolean;
   dropped: number; // frames that this client was too slow for
   blockS: number; // of the means that are compared
   correctedTwiceS: number; // since it was found to be given the compensation's own output; NaN: it was not
@@ -266,6 +268,14 @@ export function isReplay(facts: Facts): boolean {
   return Number.isFinite(facts.pace) && (facts.pace > 1.3 || facts.pace < 0.7);
 }
 
+const LOSS_COUNTS_S = 600; // then it is history, told with its age
+
+function lossText(facts: Facts): string {
+  if (facts.missing === 0) return '';
+  const when = facts.lossSeen ? `the last ${ageText(facts.lossAgeS)} ago` : `none in the ${ageText(facts.lossAgeS)} since this page listens`;
+  return `${facts.missing} sample${facts.missing === 1 ? '' : 's'} missing, ${when}`;
+}
+
 /** Rates that come, and are not what they should be. */
 function inputFault(facts: Facts): Statement | undefined {
   const reversed = names(where(facts, (axis) => axis.reason === 'polarity_reversed'));
@@ -287,10 +297,11 @@ function data(facts: Facts): Statement {
   const fault = inputFault(facts);
   if (fault) return fault;
   const replay = isReplay(facts) ? ` (replay ${facts.pace >= 10 ? Math.round(facts.pace) : facts.pace.toFixed(1)}×)` : '';
-  const lost = facts.missing > 0 ? `${facts.missing} sample${facts.missing === 1 ? '' : 's'} missing` : '';
+  const lost = lossText(facts);
   const slow = facts.dropped > 0 ? `${facts.dropped} frames dropped for this browser` : '';
-  if (lost || slow) return { tone: 'warn', text: `${lost ? 'With losses' : 'Browser too slow'}${replay}`, detail: [lost, slow].filter(Boolean).join(', ') };
-  return { tone: 'good', text: `Good${replay}`, detail: replay ? 'none missing' : 'live, none missing' };
+  const fresh = facts.missing > 0 && facts.lossSeen && facts.lossAgeS < LOSS_COUNTS_S;
+  if (fresh || slow) return { tone: 'warn', text: `${fresh ? 'With losses' : 'Browser too slow'}${replay}`, detail: [lost, slow].filter(Boolean).join(', ') };
+  return { tone: 'good', text: `Good${replay}`, detail: `${replay ? '' : 'live, '}${lost || 'none missing'}` };
 }
 
 /** What was said last, when nobody can say it any more. */
