@@ -287,6 +287,14 @@ describe('the console on a simulation at ten times real time', () => {
     });
   }
 
+  test('on a phone header, headline and tabs take a third of the screen', async () => {
+    await page.setViewportSize({ width: 390, height: 844 });
+    const { bottom } = await page.locator('.tabs').evaluate((tabs) => tabs.getBoundingClientRect().toJSON());
+    assert.ok(bottom <= 844 / 3, `${bottom} pixels`);
+    assert.ok((await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth)) <= 0, 'nothing reaches beyond the screen');
+    await page.setViewportSize({ width: 1440, height: 900 });
+  });
+
   test('a source that falls silent is called stale', async () => {
     system.signal('gyro_publisher', 'SIGSTOP');
     await until(page, 'stale', (t) => /No sample comes/.test(t));
