@@ -60,6 +60,14 @@ test('a death that three tell of is one event, with who told of it', () => {
   assert.deepEqual(rows[0].observers, ['console', 'allan_monitor', 'compensation']);
 });
 
+test('before the middleware gives the dead up, what its status and topics miss is one event too', () => {
+  const silent = (key: string, service: string, topic: string) => ({ ...EVENT, key, service, code: 'liveliness_lost', text: `topic ${topic}: thermal_publisher (pid 8051) wrote nothing for 2000 ms` });
+  const missed = { ...EVENT, key: 'd', service: 'console', code: 'deadline_missed', text: 'topic service_status: thermal_publisher (pid 8051) sent nothing for more than 1000 ms' };
+  const rows = foldDeaths([silent('a', 'compensation', 'replay_progress'), silent('b', 'console', 'service_status'), silent('c', 'gyro_publisher', 'replay_progress'), missed]);
+  assert.deepEqual(rows.map((e) => e.key), ['a']);
+  assert.deepEqual(rows[0].observers, ['compensation', 'console', 'gyro_publisher']);
+});
+
 test('another process, a much earlier loss and a mere silence are no part of a death', () => {
   const lost = { ...EVENT, code: 'peer_lost', text: 'compensation (pid 42) is not heard any more' };
   const events = [

@@ -38,7 +38,8 @@ export function correctedTwiceMs(events: PlainEvent[], services: PlainStatus[], 
 }
 
 /** What one death makes several observers say, each naming the dead as "name (pid N)". */
-const OF_A_DEATH = new Set(['peer_lost', 'liveliness_lost', 'deadline_missed']);
+const DEATHS = ['peer_lost', 'liveliness_lost']; // the one that says most first
+const OF_A_DEATH = new Set([...DEATHS, 'deadline_missed']);
 const DEATH_WITHIN_MS = 30_000; // leases and discovery end within
 const PROCESS = /[\w/:.-]+ \(pid \d+\)/;
 
@@ -54,9 +55,11 @@ export function foldDeaths(events: PlainEvent[]): FoldedEvent[] {
     const process = OF_A_DEATH.has(e.code) ? PROCESS.exec(e.text)?.[0] : undefined;
     return process === undefined ? undefined : deaths.find((d) => d.process === process && Math.abs(d.atMs - e.atMs) <= DEATH_WITHIN_MS);
   };
-  for (const e of events) {
-    const process = e.code === 'peer_lost' ? PROCESS.exec(e.text)?.[0] : undefined;
-    if (process !== undefined && !deathOf(e)) deaths.push({ process, row: { ...e, observers: [] }, atMs: e.atMs });
+  for (const code of DEATHS) {
+    for (const e of events) {
+      const process = e.code === code ? PROCESS.exec(e.text)?.[0] : undefined;
+      if (process !== undefined && !deathOf(e)) deaths.push({ process, row: { ...e, observers: [] }, atMs: e.atMs });
+    }
   }
   const rows: FoldedEvent[] = [];
   for (const e of events) {
