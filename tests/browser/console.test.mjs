@@ -90,7 +90,7 @@ describe('the console on a simulation at ten times real time', () => {
   test('the headline answers the four questions', async () => {
     await until(page, 'verdict-better', (t) => /\d×/.test(t), 60_000);
     await until(page, 'verdict-learning', (t) => /Learning/.test(t));
-    await until(page, 'verdict-data', (t) => /Replay/.test(t) && /none missing/.test(t));
+    await until(page, 'verdict-data', (t) => /Good \(replay/.test(t) && /none missing/.test(t));
     for (const axis of 'xyz') await until(page, `ratio-${axis}`, (t) => /^\d[\d.]*×$/.test(t));
   });
 
@@ -287,13 +287,21 @@ describe('the console on a simulation at ten times real time', () => {
     });
   }
 
+  test('on a phone header, headline and tabs take a third of the screen', async () => {
+    await page.setViewportSize({ width: 390, height: 844 });
+    const { bottom } = await page.locator('.tabs').evaluate((tabs) => tabs.getBoundingClientRect().toJSON());
+    assert.ok(bottom <= 844 / 3, `${bottom} pixels`);
+    assert.ok((await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth)) <= 0, 'nothing reaches beyond the screen');
+    await page.setViewportSize({ width: 1440, height: 900 });
+  });
+
   test('a source that falls silent is called stale', async () => {
     system.signal('gyro_publisher', 'SIGSTOP');
     await until(page, 'stale', (t) => /No sample comes/.test(t));
     await until(page, 'verdict-data', (t) => /Stale/.test(t));
     await until(page, 'verdict-compensating', (t) => /Not known now/.test(t));
     system.signal('gyro_publisher', 'SIGCONT');
-    await until(page, 'verdict-data', (t) => /Replay|Live/.test(t));
+    await until(page, 'verdict-data', (t) => /Good/.test(t));
     assert.equal(await part(page, 'stale').count(), 0);
   });
 
@@ -305,7 +313,7 @@ describe('the console on a simulation at ten times real time', () => {
     await until(page, 'verdict-data', (t) => /Gateway gone/.test(t));
     await system.startConsole();
     await until(page, 'link', (t) => /connected/.test(t), 15_000);
-    await until(page, 'verdict-data', (t) => /Replay|Live/.test(t));
+    await until(page, 'verdict-data', (t) => /Good/.test(t));
     assert.equal(await part(page, 'gone').count(), 0);
     await moves(page, 'strip-rate-axis x');
   });
@@ -359,6 +367,30 @@ describe('the console with a token', () => {
   });
 });
 
+describe('the console at a start in real time', () => {
+  const system = new System();
+  let browser;
+  after(async () => {
+    await browser?.close();
+    await system.stopAll();
+  });
+  test('says nothing red until a model compensates and is compared', async () => {
+    await system.startConsole();
+    browser = await launch();
+    const page = await openPage(browser);
+    await page.goto(address);
+    system.startChain({ speed: '1' });
+    await until(page, 'verdict-data', (t) => /Good/.test(t), 60_000);
+    const end = Date.now() + 60_000; // without the rule the ratio was red from half a minute on
+    while (Date.now() < end) {
+      assert.equal(await page.locator('.verdict .bad').count(), 0, await page.locator('.verdict').textContent());
+      await page.waitForTimeout(250);
+    }
+    await until(page, 'verdict-better', (t) => /Not comparable yet/.test(t));
+    await until(page, 'verdict-compensating', (t) => /✓\s*Compensating/.test(t));
+  });
+});
+
 describe('the console on 200 Hz in real time', () => {
   const system = new System();
   let browser;
@@ -372,7 +404,7 @@ describe('the console on 200 Hz in real time', () => {
     browser = await launch();
     const page = await openPage(browser);
     await page.goto(address);
-    await until(page, 'verdict-data', (t) => /Live/.test(t), 30_000);
+    await until(page, 'verdict-data', (t) => /Good/.test(t), 30_000);
     await page.waitForTimeout(15_000); // longer than the window of the quantiles
     await page.keyboard.press('3');
     const median = await until(page, 'latency-p50', (t) => /ms/.test(t));
@@ -392,7 +424,7 @@ describe('the console on 2 kHz', () => {
     browser = await launch();
     page = await openPage(browser);
     await page.goto(address);
-    await until(page, 'verdict-data', (t) => /Live|Replay/.test(t), 30_000);
+    await until(page, 'verdict-data', (t) => /Good|With losses/.test(t), 30_000);
   });
   after(async () => {
     await browser?.close();
@@ -443,7 +475,7 @@ describe('the console on a simulation as fast as it goes', () => {
     const page = await openPage(browser);
     await page.goto(address);
     system.startChain({ speed: 'max' });
-    await until(page, 'verdict-data', (t) => /Replay/.test(t), 60_000);
+    await until(page, 'verdict-data', (t) => /replay/.test(t), 60_000);
     await page.workers()[0].evaluate(() => {
       const end = performance.now() + 25_000;
       while (performance.now() < end);

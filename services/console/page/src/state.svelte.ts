@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the page shows, as the worker tells it.
+import { correctedTwiceMs } from './lib/events.ts';
 import type {
   FromWorker,
   HeadingSeries,
@@ -13,6 +14,7 @@ import type {
   ToWorker,
   View,
 } from './lib/messages.ts';
+import type { Comparison } from './lib/statistics.ts';
 import { isPast, isStale, sharesText, verdict, type Facts, type Link, type Verdict } from './lib/verdict.ts';
 
 export const TABS = ['live', 'allan', 'health', 'twin', 'navigation', 'events'] as const;
@@ -22,17 +24,6 @@ export type AxisChoice = 'all' | 0 | 1 | 2;
 
 const MOST_EVENTS = 2000;
 const CLOCK_MS = 1000;
-const RATIO_NEEDS_BLOCKS = 3;
-
-export interface Ratio {
-  raw: number; // deg/h
-  compensated: number;
-  ratio: number;
-  blockS: number;
-  blocks: number;
-  source: 'allan monitor, since start' | 'this page, last half hour';
-  spanS: number;
-}
 
 interface Reply {
   accepted: boolean;
@@ -50,6 +41,7 @@ export class ConsoleState {
   gyros = $state.raw<number[]>([]);
   selected = $state(0);
   live = $state.raw<Live | undefined>();
+  private losses = $state.raw<{ gyro: number; missing: number; sinceMs: number; seen: boolean } | undefined>();
   services = $state.raw<PlainStatus[]>([]);
   events = $state.raw<PlainEvent[]>([]);
   allan = $state.raw<Record<string, PlainAllan>>({});
@@ -98,6 +90,7 @@ export class ConsoleState {
         this.onView(message.view);
         break;
       case 'live':
+        this.noteLosses(message.live);
         this.live = message.live;
         this.nowMs = this.clock();
         break;
@@ -150,6 +143,14 @@ export class ConsoleState {
     }
   }
 
+  /** A count that began before this page listened has no time of its own. */
+  private noteLosses(live: Live): void {
+    const known = this.losses?.gyro === live.gyro ? this.losses : undefined;
+    if (known && live.missing === known.missing) return;
+    const grew = known !== undefined && live.missing > known.missing;
+    this.losses = { gyro: live.gyro, missing: live.missing, sinceMs: this.clock(), seen: grew };
+  }
+
   private addEvents(events: PlainEvent[]): void {
     const fresh = events.filter((e) => !this.eventKeys.has(e.key));
     if (fresh.length === 0) return;
@@ -195,32 +196,8 @@ export class ConsoleState {
     return this.allan[`${this.selected}/${axis}/${stream}`];
   }
 
-  /** Spread of block means raw and compensated: the Allan monitor's since start, else the page's own. */
-  ratio(axis: number): Ratio | undefined {
-    const raw = this.report(axis, 0);
-    const left = this.report(axis, 1);
-    if (raw && left && left.blockCount >= RATIO_NEEDS_BLOCKS && left.sinceStartBlockStd > 0) {
-      return {
-        raw: raw.sinceStartBlockStd,
-        compensated: left.sinceStartBlockStd,
-        ratio: raw.sinceStartBlockStd / left.sinceStartBlockStd,
-        blockS: left.blockS,
-        blocks: left.blockCount,
-        source: 'allan monitor, since start',
-        spanS: left.blockS * left.blockCount,
-      };
-    }
-    const own = this.live?.spread.axes[axis];
-    if (!own || !(own.compensated > 0)) return undefined;
-    return {
-      raw: own.raw,
-      compensated: own.compensated,
-      ratio: own.raw / own.compensated,
-      blockS: this.live?.spread.blockS ?? NaN,
-      blocks: own.blocks,
-      source: 'this page, last half hour',
-      spanS: this.live?.spread.spanS ?? NaN,
-    };
+  comparison(axis: number): Comparison {
+    return this.live?.spread.axes[axis] ?? { obstacle: 'short' };
   }
 
   get ageS(): number {
@@ -241,10 +218,20 @@ export class ConsoleState {
       finished: this.finished,
       pace: live?.pace ?? NaN,
       missing: live?.missing ?? 0,
+      lossAgeS: (this.nowMs - (this.losses?.sinceMs ?? NaN)) / 1000,
+      lossSeen: this.losses?.seen ?? false,
       dropped: this.gateway?.framesDropped ?? 0,
+      correctedTwiceS: (this.nowMs - correctedTwiceMs(this.events, this.services, this.selected)) / 1000,
+      blockS: live?.spread.blockS ?? NaN,
       axes: [0, 1, 2].map((a) => {
         const axis = live?.axes[a];
-        return { valid: axis?.valid ?? false, mode: axis?.mode ?? 0, reason: axis?.reason ?? '', ratio: this.ratio(a)?.ratio ?? NaN };
+        return {
+          valid: axis?.valid ?? false,
+          mode: axis?.mode ?? 0,
+          reason: axis?.reason ?? '',
+          comparison: this.comparison(a),
+          harmed: this.report(a, 1)?.worseThanRaw ?? false,
+        };
       }),
     };
   }

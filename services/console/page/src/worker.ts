@@ -1,23 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Socket, decoder and rings, off the page's thread. Connects again by itself; what came before is kept.
+// Socket and rings, off the page's thread. Connects again by itself; what came before is kept.
 import { create, fromBinary, toBinary, type DescMessage, type MessageShape } from '@bufbuild/protobuf';
-import type { Timestamp } from '@bufbuild/protobuf/wkt';
-import {
-  AllanReportSchema,
-  CommandReplySchema,
-  CommandSchema,
-  EventSchema,
-  GatewayStatusSchema,
-  HistorySchema,
-  NavigationStateSchema,
-  SampleBatchSchema,
-  ServiceStatusSchema,
-  TwinReportSchema,
-  type AllanPoint,
-  type AxisState,
-  type SampleBatch,
-  type Vector3,
-} from './generated/telemetry_pb.ts';
+import { axisLive, decodeAllan, decodeEvent, decodeGateway, decodeHistory, decodeNavigation, decodeStatus, decodeTwin, sampleColumns } from './decode.ts';
+import { CommandReplySchema, CommandSchema, SampleBatchSchema, type SampleBatch } from './generated/telemetry_pb.ts';
 import {
   SUBPROTOCOLS,
   backoffMs,
@@ -32,7 +17,7 @@ import {
 } from './lib/frames.ts';
 import { GyroStore } from './lib/gyro_store.ts';
 import { LatencyWindow } from './lib/latency_window.ts';
-import type { AxisLive, FromWorker, PlainAllanPoint, PlainStatus, ToWorker } from './lib/messages.ts';
+import type { FromWorker, PlainStatus, ToWorker } from './lib/messages.ts';
 
 const LIVE_EVERY_MS = 250;
 const SPREAD_EVERY_MS = 2000;
@@ -47,9 +32,6 @@ const GLOBAL = new Set(['/service_status', '/event', '/gateway']);
 
 const post = (message: FromWorker, transfer: Transferable[] = []) => self.postMessage(message, { transfer });
 const wallMs = () => performance.timeOrigin + performance.now();
-const milliseconds = (stamp: Timestamp | undefined) => (stamp ? Number(stamp.seconds) * 1e3 + stamp.nanos * 1e-6 : NaN);
-const nanoseconds = (stamp: Timestamp | undefined) => (stamp ? stamp.seconds * 1_000_000_000n + BigInt(stamp.nanos) : 0n);
-const vector = (v: Vector3 | undefined) => (v ? [v.x, v.y, v.z] : [NaN, NaN, NaN]);
 
 // ---------------------------------------- what is known of gyros
 
@@ -90,23 +72,6 @@ function markPace(sensorTimeS: number): number {
   return ms - first.ms > 1500 ? (sensorTimeS - first.s) / ((ms - first.ms) * 1e-3) : NaN;
 }
 
-function axisLive(batch: SampleBatch, a: number): AxisLive {
-  const state: AxisState | undefined = [batch.x, batch.y, batch.z][a];
-  const last = batch.sensorTimeNs.length - 1;
-  const raw = [batch.rawXDegH, batch.rawYDegH, batch.rawZDegH][a];
-  const compensated = [batch.compensatedXDegH, batch.compensatedYDegH, batch.compensatedZDegH][a];
-  return {
-    mode: state?.mode ?? 0,
-    reason: state?.reason ?? '',
-    rung: state?.rung ?? '',
-    valid: (batch.validity & (1 << a)) !== 0,
-    clipped: (batch.validity & (1 << (8 + a))) !== 0,
-    raw: raw[last] ?? NaN,
-    compensated: compensated[last] ?? NaN,
-    sigma: vector(batch.driftSigmaDegH)[a],
-  };
-}
-
 let pace = NaN;
 
 function postLive(): void {
@@ -115,8 +80,9 @@ function postLive(): void {
   if (!newest) return;
   const { batch, arrivedMs } = newest;
   const store = storeOf(batch.gyroId);
-  if (livePosted - spreadAt > SPREAD_EVERY_MS) {
-    spread = store.spread();
+  const axes = [0, 1, 2].map((a) => axisLive(batch, a));
+  if (spread === undefined || livePosted - spreadAt > SPREAD_EVERY_MS) {
+    spread = store.spread(axes.map((axis) => axis.reason === 'motion'));
     spreadAt = livePosted;
   }
   post({
@@ -135,8 +101,8 @@ function postLive(): void {
       latencyP50Ms: latencies.quantile(0.5),
       latencyP99Ms: latencies.quantile(0.99),
       latencyCount: latencies.count,
-      axes: [0, 1, 2].map((a) => axisLive(batch, a)),
-      spread: spread ?? store.spread(),
+      axes,
+      spread,
       rows: { samples: store.samples.size, history: store.history.size },
       probes: [...store.probes],
     },
@@ -159,12 +125,7 @@ function onSamples(payload: Uint8Array): void {
   const arrivedMs = wallMs();
   const store = storeOf(batch.gyroId);
   store.sampleIntervalS = batch.sampleIntervalS;
-  store.addSamples({
-    timeNs: batch.sensorTimeNs,
-    raw: [batch.rawXDegH, batch.rawYDegH, batch.rawZDegH],
-    compensated: [batch.compensatedXDegH, batch.compensatedYDegH, batch.compensatedZDegH],
-    sigma: vector(batch.driftSigmaDegH),
-  });
+  store.addSamples(sampleColumns(batch));
   if (batch.sensorTimeNs.length === 0) return;
   newest = { batch, arrivedMs };
   pace = markPace(Number(batch.sensorTimeNs.at(-1)) * 1e-9);
@@ -174,127 +135,27 @@ function onSamples(payload: Uint8Array): void {
 }
 
 function onHistory(payload: Uint8Array): void {
-  const rows = fromBinary(HistorySchema, payload);
-  storeOf(rows.gyroId).addHistory({
-    isBacklog: rows.isBacklog,
-    timeNs: rows.sensorTimeNs,
-    axes: rows.axes.map((axis) => ({
-      rawLow: axis.rawMinDegH,
-      rawMean: axis.rawMeanDegH,
-      rawHigh: axis.rawMaxDegH,
-      compensatedLow: axis.compensatedMinDegH,
-      compensatedMean: axis.compensatedMeanDegH,
-      compensatedHigh: axis.compensatedMaxDegH,
-      drift: axis.driftMeanDegH,
-      sigma: axis.driftSigmaDegH,
-      reference: axis.referenceMeanDegH,
-    })),
-    probes: rows.probes.map((p) => ({ probe: p.probe, temperature: p.temperatureDegc, rate: p.rateDegcPerMin })),
-  });
+  const { gyro, rows } = decodeHistory(payload);
+  storeOf(gyro).addHistory(rows);
   if (rows.isBacklog) spreadAt = -Infinity;
   tick();
   postLiveSoon();
 }
 
-// ---------------------------------------- small messages, as plain values
-
-const allanPoint = (p: AllanPoint): PlainAllanPoint => ({ tau: p.tauS, deviation: p.deviationDegH, lower: p.lowerDegH, upper: p.upperDegH });
-
-function onAllan(payload: Uint8Array): void {
-  const r = fromBinary(AllanReportSchema, payload);
-  post({
-    type: 'allan',
-    report: {
-      gyro: r.gyroId,
-      axis: r.axis,
-      stream: r.stream,
-      samples: Number(r.samples),
-      sampleIntervalS: r.sampleIntervalS,
-      windowS: r.windowS,
-      sinceStart: r.sinceStart.map(allanPoint),
-      rolling: r.rolling.map(allanPoint),
-      coefficients: r.coefficients.map(({ symbol, unit, value, lower, upper, identified }) => ({ symbol, unit, value, lower, upper, identified })),
-      gaps: Number(r.gaps),
-      missing: Number(r.missing),
-      stuck: r.stuck,
-      noiseGrown: r.noiseGrown,
-      worseThanRaw: r.worseThanRaw,
-      blockS: r.blockS,
-      blockCount: Number(r.blockCount),
-      sinceStartBlockStd: r.sinceStartBlockStdDegH,
-      rollingBlockStd: r.rollingBlockStdDegH,
-    },
-  });
-}
+// ---------------------------------------- small messages
 
 function onNavigation(payload: Uint8Array): void {
-  const n = fromBinary(NavigationStateSchema, payload);
-  const sensorNs = nanoseconds(n.timestamp);
-  storeOf(n.gyroId).addHeading(n.stream, sensorNs, n.headingErrorDeg);
-  post({
-    type: 'navigation',
-    state: {
-      gyro: n.gyroId,
-      stream: n.stream,
-      sensorTimeS: Number(sensorNs) * 1e-9,
-      phase: n.phase,
-      atRest: n.atRest,
-      heading: n.headingDeg,
-      roll: n.rollDeg,
-      pitch: n.pitchDeg,
-      headingSigma: n.headingSigmaDeg,
-      headingError: n.headingErrorDeg,
-      attitudeError: n.attitudeErrorDeg,
-      bias: vector(n.gyroBiasDegH),
-      biasSigma: vector(n.gyroBiasSigmaDegH),
-      updates: Number(n.updates),
-      rejected: Number(n.rejected),
-    },
-  });
-}
-
-function onTwin(payload: Uint8Array): void {
-  const t = fromBinary(TwinReportSchema, payload);
-  post({
-    type: 'twin',
-    report: {
-      gyro: t.gyroId,
-      axis: t.axis,
-      verdict: t.verdict,
-      model: t.model,
-      record: t.record,
-      text: t.text,
-      nextExperiment: t.nextExperiment,
-      heldOut: t.heldOut,
-      before: t.beforeRmsDegH,
-      after: t.afterRmsDegH,
-      noiseFloor: t.noiseFloorRmsDegH,
-      atMs: Number(t.wallTimeNs) * 1e-6,
-      effects: t.effects.map(({ name, alternatives, probability, shareOfGap }) => ({ name, alternatives, probability, shareOfGap })),
-      time: Float64Array.from(t.timeS),
-      measured: Float64Array.from(t.measuredDegH),
-      twin: Float64Array.from(t.twinDegH),
-      repaired: Float64Array.from(t.repairedDegH),
-    },
-  });
+  const { sensorNs, state } = decodeNavigation(payload);
+  storeOf(state.gyro).addHeading(state.stream, sensorNs, state.headingError);
+  post({ type: 'navigation', state });
 }
 
 const services = new Map<string, PlainStatus>();
 let statusTimer: ReturnType<typeof setTimeout> | undefined;
 
 function onStatus(payload: Uint8Array): void {
-  const s = fromBinary(ServiceStatusSchema, payload);
-  services.set(s.service, {
-    service: s.service,
-    host: s.host,
-    processId: s.processId,
-    state: s.state,
-    uptimeS: s.uptimeS,
-    summary: s.summary,
-    alive: s.alive,
-    atMs: milliseconds(s.timestamp),
-    metrics: s.metrics.map(({ name, unit, value }) => ({ name, unit, value })),
-  });
+  const status = decodeStatus(payload);
+  services.set(status.service, status);
   statusTimer ??= setTimeout(() => {
     statusTimer = undefined;
     post({ type: 'status', services: [...services.values()] });
@@ -304,66 +165,25 @@ function onStatus(payload: Uint8Array): void {
 let pendingEvents: FromWorker & { type: 'events' } = { type: 'events', events: [] };
 
 function onEvent(payload: Uint8Array): void {
-  const e = fromBinary(EventSchema, payload);
-  const atMs = milliseconds(e.timestamp);
   if (pendingEvents.events.length === 0) {
     setTimeout(() => {
       post(pendingEvents);
       pendingEvents = { type: 'events', events: [] };
     }, 50);
   }
-  pendingEvents.events.push({
-    key: `${e.timestamp?.seconds}.${e.timestamp?.nanos} ${e.service} ${e.code} ${e.count} ${e.text}`,
-    atMs,
-    service: e.service,
-    code: e.code,
-    text: e.text,
-    severity: e.severity,
-    gyro: e.gyroId,
-    count: Number(e.count),
-    sensorTimeS: Number(e.sensorTimeNs) * 1e-9,
-  });
-}
-
-function onGateway(payload: Uint8Array): void {
-  const g = fromBinary(GatewayStatusSchema, payload);
-  post({
-    type: 'gateway',
-    gateway: {
-      version: g.version,
-      domain: g.domain,
-      clients: g.clients,
-      framesSent: Number(g.framesSent),
-      framesDropped: Number(g.framesDropped),
-      droppedOfAll: Number(g.droppedOfAll),
-      queueFill: g.queueFill,
-      endpoints: g.endpoints.map((p) => ({
-        topic: p.topic,
-        isWriter: p.isWriter,
-        process: p.process,
-        reliability: p.reliability,
-        durability: p.durability,
-        ownership: p.ownership,
-        ownershipStrength: p.ownershipStrength,
-        liveliness: p.liveliness,
-        leaseS: p.leaseS,
-        deadlineS: p.deadlineS,
-        problem: p.problem,
-      })),
-    },
-  });
+  pendingEvents.events.push(decodeEvent(payload));
 }
 
 type Handler = (payload: Uint8Array) => void;
 const HANDLERS: Record<string, Handler> = {
   samples: onSamples,
   history: onHistory,
-  allan: onAllan,
+  allan: (payload) => post({ type: 'allan', report: decodeAllan(payload) }),
   navigation: onNavigation,
-  twin: onTwin,
+  twin: (payload) => post({ type: 'twin', report: decodeTwin(payload) }),
   '/service_status': onStatus,
   '/event': onEvent,
-  '/gateway': onGateway,
+  '/gateway': (payload) => post({ type: 'gateway', gateway: decodeGateway(payload) }),
 };
 
 // ---------------------------------------- connection

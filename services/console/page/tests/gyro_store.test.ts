@@ -26,6 +26,7 @@ function addHistory(store: GyroStore, fromS: number, seconds: number, isBacklog:
     drift: flat(2.5),
     sigma: flat(0.1),
     reference: flat(reference),
+    mode: new Uint8Array(seconds).fill(1),
   };
   store.addHistory({
     isBacklog,

@@ -5,28 +5,37 @@ import { allanFigure, deviationOf, minutePoint } from '../src/lib/allan_figure.t
 import { LatencyWindow } from '../src/lib/latency_window.ts';
 import type { PlainAllan } from '../src/lib/messages.ts';
 import { Ring } from '../src/lib/ring.ts';
-import { blockSpread } from '../src/lib/statistics.ts';
+import { blockSpread, type BlockSpread } from '../src/lib/statistics.ts';
+
+const COLUMNS = { raw: 0, compensated: 1, reference: 2, mode: 3 };
+const [PASSTHROUGH, LEARNING, FROZEN, FALLBACK] = [0, 1, 2, 3];
+
+function spreadOf(ring: Ring, blockS = 60, moves = false): BlockSpread {
+  const spread = blockSpread(ring, COLUMNS, blockS, moves);
+  assert.ok(!('obstacle' in spread), JSON.stringify(spread));
+  return spread;
+}
 
 test('the spread of block means is that of the drift, whatever the noise within', () => {
-  const ring = new Ring(1000, 3);
+  const ring = new Ring(1000, 4);
   ring.columns[2].fill(NaN);
+  ring.columns[3].fill(LEARNING);
   for (let s = 0; s < 600; ++s) {
     const slot = ring.open(s * 1e9);
     ring.columns[0][slot] = Math.floor(s / 60) + (s % 2 === 0 ? 50 : -50); // means 0..9
     ring.columns[1][slot] = 0.01 * Math.floor(s / 60);
   }
-  const spread = blockSpread(ring, 0, 1, 2, 60, 1e6);
-  assert.ok(spread);
+  const spread = spreadOf(ring);
   const expected = Math.sqrt([...Array(10).keys()].reduce((sum, v) => sum + (v - 4.5) ** 2, 0) / 9);
   assert.equal(spread.blocks, 10);
   assert.ok(Math.abs(spread.raw - expected) < 1e-9);
   assert.ok(Math.abs(spread.raw / spread.compensated - 100) < 1e-6);
-  assert.equal(blockSpread(ring, 0, 1, 2, 300, 1e6), undefined);
+  assert.deepEqual(blockSpread(ring, COLUMNS, 300), { obstacle: 'short' });
 });
 
 /** Ten minutes, of which those in `moving` turn there and back; `told`: the true rate is known. */
 function drive(moving: number[], told: boolean): Ring {
-  const ring = new Ring(1000, 3);
+  const ring = new Ring(1000, 4);
   for (let s = 0; s < 600; ++s) {
     const minute = Math.floor(s / 60);
     const turn = moving.includes(minute) ? 3600 * Math.sin(s / 7) : 0;
@@ -35,23 +44,57 @@ function drive(moving: number[], told: boolean): Ring {
     ring.columns[0][slot] = turn + minute + noise;
     ring.columns[1][slot] = turn + 0.01 * minute + noise;
     ring.columns[2][slot] = told ? turn : NaN;
+    ring.columns[3][slot] = moving.includes(minute) ? FROZEN : LEARNING;
   }
   return ring;
 }
 
 test('minutes of motion say nothing of drift', () => {
-  const spread = blockSpread(drive([3, 4, 5, 6], false), 0, 1, 2, 60, 1e6);
-  assert.ok(spread);
+  const spread = spreadOf(drive([3, 4, 5, 6], false));
   assert.equal(spread.blocks, 6);
+  assert.equal(spread.against, 'rest');
   assert.ok(Math.abs(spread.raw / spread.compensated - 100) < 1e-6);
-  assert.equal(blockSpread(drive([0, 2, 3, 4, 5, 6, 7, 9], false), 0, 1, 2, 60, 1e6), undefined);
+  assert.deepEqual(blockSpread(drive([0, 2, 3, 4, 5, 6, 7, 9], false), COLUMNS, 60), { obstacle: 'motion' });
+});
+
+test('where it has moved all the time nothing is compared', () => {
+  assert.deepEqual(blockSpread(drive([0, 1, 2, 3, 4, 5, 6, 7, 8, 9], false), COLUMNS, 60, true), { obstacle: 'motion' });
 });
 
 test('a known true rate is taken off, and motion is as good as rest', () => {
-  const spread = blockSpread(drive([0, 1, 2, 3, 4, 5, 6, 7, 8, 9], true), 0, 1, 2, 60, 1e6);
-  assert.ok(spread);
+  const spread = spreadOf(drive([0, 1, 2, 3, 4, 5, 6, 7, 8, 9], true), 60, true);
   assert.equal(spread.blocks, 10);
+  assert.equal(spread.against, 'reference');
   assert.ok(Math.abs(spread.raw / spread.compensated - 100) < 1e-3);
+});
+
+/** A start at a bias of 10 deg/h with half a minute of passthrough, half a minute held, then a model; `length` in s. */
+function start(length: number): Ring {
+  const ring = new Ring(1000, 4);
+  ring.columns[2].fill(NaN);
+  for (let s = 0; s < length; ++s) {
+    const slot = ring.open(s * 1e9);
+    const raw = 10 + 0.01 * s;
+    ring.columns[0][slot] = raw;
+    ring.columns[1][slot] = s < 30 ? raw : s < 60 ? raw - 9 : 0.0001 * s;
+    ring.columns[3][slot] = s < 30 ? PASSTHROUGH : s < 60 ? FALLBACK : LEARNING;
+  }
+  return ring;
+}
+
+test('no step from passthrough or a held mean is within the compared time', () => {
+  assert.deepEqual(blockSpread(start(29), COLUMNS, 60), { obstacle: 'passthrough' });
+  assert.deepEqual(blockSpread(start(59), COLUMNS, 60), { obstacle: 'holding' });
+  assert.deepEqual(blockSpread(start(200), COLUMNS, 60), { obstacle: 'short' });
+  const spread = spreadOf(start(600));
+  assert.equal(spread.blocks, 9);
+  assert.ok(Math.abs(spread.raw / spread.compensated - 100) < 2); // the first block lacks the step's second
+});
+
+test('who falls back to passthrough is compared anew', () => {
+  const ring = start(600);
+  for (const s of [400, 401]) ring.columns[3][ring.slot(s)] = PASSTHROUGH;
+  assert.equal(spreadOf(ring).blocks, 3);
 });
 
 test('quantiles are of the newest values only', () => {

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { sharesText, verdict, type AxisFacts, type Facts } from '../src/lib/verdict.ts';
+import type { Comparison } from '../src/lib/statistics.ts';
+import { modeText, sharesText, verdict, type AxisFacts, type Facts } from '../src/lib/verdict.ts';
 
-const LEARNING: AxisFacts = { valid: true, mode: 1, reason: 'none', ratio: 200 };
+const compared = (ratio: number, blocks = 100): Comparison => ({ blocks, raw: ratio, compensated: 1, against: 'rest' });
+const LEARNING: AxisFacts = { valid: true, mode: 1, reason: 'none', comparison: compared(200), harmed: false };
 const GOOD: Facts = {
   link: 'open',
   heard: true,
@@ -12,8 +14,12 @@ const GOOD: Facts = {
   finished: false,
   pace: 1,
   missing: 0,
+  lossAgeS: 5,
+  lossSeen: false,
   dropped: 0,
-  axes: [LEARNING, LEARNING, { ...LEARNING, ratio: 308 }],
+  blockS: 60,
+  correctedTwiceS: NaN,
+  axes: [LEARNING, LEARNING, { ...LEARNING, comparison: compared(308) }],
 };
 const onAll = (axis: Partial<AxisFacts>): Facts => ({ ...GOOD, axes: GOOD.axes.map((a) => ({ ...a, ...axis })) });
 
@@ -32,7 +38,7 @@ test('frozen says why in plain words', () => {
 });
 
 test('passthrough is not compensating, on one axis partly', () => {
-  assert.equal(verdict(onAll({ mode: 0, reason: 'no_estimate_yet' })).compensating.text, 'Not compensating');
+  assert.equal(verdict(onAll({ mode: 0, reason: 'no_estimate_yet' })).compensating.text, 'Not compensating yet');
   const partly = verdict({ ...GOOD, axes: [LEARNING, { ...LEARNING, mode: 0, reason: 'initial_set' }, LEARNING] });
   assert.match(partly.compensating.detail, /not on y/);
 });
@@ -44,15 +50,60 @@ test('a fallback compensates, the edge of what was learned is weak', () => {
   assert.equal(one(4).tone, 'warn');
 });
 
-test('worse than raw is bad, unknown is not claimed', () => {
-  assert.equal(verdict(onAll({ ratio: 0.7 })).better.tone, 'bad');
-  assert.equal(verdict(onAll({ ratio: NaN })).better.text, 'Not known yet');
+test('worse than raw is bad, and the horizon is said', () => {
+  const { better } = verdict(onAll({ comparison: compared(0.5) }));
+  assert.equal(better.tone, 'bad');
+  assert.match(better.detail, /worse than raw on x, y, z; means of 60 s over 100 min, at rest/);
+});
+
+test('what cannot be compared is neutral and says why', () => {
+  for (const [obstacle, why] of [
+    ['passthrough', /nothing is taken off yet/],
+    ['holding', /first mean is held/],
+    ['motion', /nobody publishes the true rate/],
+    ['short', /three minutes/],
+  ] as const) {
+    const { better } = verdict(onAll({ comparison: { obstacle } }));
+    assert.deepEqual([better.tone, better.text], ['idle', 'Not comparable yet']);
+    assert.match(better.detail, why);
+  }
+});
+
+test('what chance could do is no verdict, until there is much of it', () => {
+  assert.equal(verdict(onAll({ comparison: compared(0.4, 4) })).better.tone, 'idle');
+  assert.match(verdict(onAll({ comparison: compared(0.4, 4) })).better.detail, /may be chance/);
+  assert.equal(verdict(onAll({ comparison: compared(0.1, 4) })).better.tone, 'bad');
+  assert.equal(verdict(onAll({ comparison: compared(1.1) })).better.tone, 'warn');
+});
+
+test('harm that the Allan monitor finds is told beside a good ratio', () => {
+  const { better } = verdict({ ...GOOD, axes: [LEARNING, { ...LEARNING, harmed: true }, LEARNING] });
+  assert.equal(better.tone, 'warn');
+  assert.match(better.detail, /noisier than raw at some cluster time on y/);
+});
+
+test('a healthy start shows nothing red', () => {
+  for (const reason of ['no_estimate_yet', 'initial_set', 'motion', 'settling', 'temperature_rate_not_ready']) {
+    const v = verdict(onAll({ mode: 0, reason, comparison: { obstacle: 'passthrough' } }));
+    assert.deepEqual([v.compensating.tone, v.better.tone, v.learning.tone, v.data.tone], ['note', 'idle', 'note', 'good'], reason);
+    assert.equal(modeText(0, reason).tone, 'note');
+  }
+  const held = verdict(onAll({ mode: 3, reason: 'initial_set', comparison: { obstacle: 'holding' } }));
+  assert.deepEqual([held.compensating.tone, held.better.tone], ['good', 'idle']);
+});
+
+test('passthrough for a fault is bad, also beside axes that only start', () => {
+  assert.equal(verdict(onAll({ mode: 0, reason: 'temperature_missing' })).compensating.tone, 'bad');
+  const mixed = [{ ...LEARNING, mode: 0, reason: 'no_estimate_yet' }, { ...LEARNING, mode: 0, reason: 'invalid_input' }, LEARNING];
+  const { compensating } = verdict({ ...GOOD, axes: mixed });
+  assert.equal(compensating.tone, 'warn');
+  assert.match(compensating.detail, /not on x, y: the raw sample was invalid/);
 });
 
 test('silence is stale, unless the source has ended', () => {
   assert.match(verdict({ ...GOOD, ageS: 3 }).data.text, /^Stale/);
   assert.equal(verdict({ ...GOOD, ageS: 3, finished: true }).data.text, 'Source has ended');
-  assert.equal(verdict({ ...GOOD, ageS: 3, sampleIntervalS: 1 }).data.text, 'Live'); // twenty samples make silence
+  assert.equal(verdict({ ...GOOD, ageS: 3, sampleIntervalS: 1 }).data.text, 'Good'); // twenty samples make silence
 });
 
 test('nothing is claimed of now when nothing comes', () => {
@@ -65,9 +116,28 @@ test('nothing is claimed of now when nothing comes', () => {
 });
 
 test('losses and a replay are told', () => {
-  assert.match(verdict({ ...GOOD, missing: 2 }).data.detail, /2 samples missing/);
   assert.match(verdict({ ...GOOD, dropped: 5 }).data.detail, /5 frames dropped/);
-  assert.equal(verdict({ ...GOOD, pace: 60 }).data.text, 'Replay');
+  assert.equal(verdict({ ...GOOD, pace: 60 }).data.text, 'Good (replay 60×)');
+  assert.equal(verdict({ ...GOOD, pace: 60, missing: 2, lossSeen: true }).data.text, 'With losses (replay 60×)');
+});
+
+test('losses carry their age, and are history after ten minutes', () => {
+  const lost = (missing: number, lossAgeS: number, lossSeen: boolean) => verdict({ ...GOOD, missing, lossAgeS, lossSeen }).data;
+  assert.deepEqual([lost(2, 30, true).tone, lost(2, 30, true).text], ['warn', 'With losses']);
+  assert.match(lost(2, 30, true).detail, /2 samples missing, the last 30 s ago/);
+  assert.equal(lost(1, 1200, true).tone, 'good');
+  assert.match(lost(1, 1200, true).detail, /1 sample missing, the last 20 min ago/);
+  assert.equal(lost(7, 60, false).tone, 'good');
+  assert.match(lost(7, 60, false).detail, /none in the 60 s since this page listens/);
+});
+
+test('an input that is turned round or corrected twice is told while it lasts', () => {
+  const reversed = verdict({ ...GOOD, axes: [LEARNING, { ...LEARNING, mode: 2, reason: 'polarity_reversed' }, LEARNING] }).data;
+  assert.deepEqual([reversed.tone, reversed.text], ['bad', 'Wrong sign']);
+  assert.match(reversed.detail, /^y: it turns the other way round .*mounting\.axes/);
+  const twice = verdict({ ...GOOD, correctedTwiceS: 300 }).data;
+  assert.deepEqual([twice.tone, twice.text], ['bad', 'Corrected twice']);
+  assert.match(twice.detail, /found 5 min ago/);
 });
 
 test('without a gyro or a gateway nothing is claimed', () => {

@@ -19,8 +19,8 @@ const DRIFT = 6;
 const SIGMA = 9;
 const SAMPLE_COLUMNS = 12;
 
-// Columns of the one-second ring: ten an axis, then two a probe.
-const PER_AXIS = 10;
+// Columns of the one-second ring: eleven an axis, then two a probe.
+const PER_AXIS = 11;
 const RAW_LOW = 0;
 const RAW_MEAN = 1;
 const RAW_HIGH = 2;
@@ -31,6 +31,7 @@ const DRIFT_MEAN = 6;
 const DRIFT_SIGMA = 7;
 const REFERENCE = 8;
 const RESIDUAL = 9;
+const MODE = 10;
 const PROBES = 3 * PER_AXIS;
 const HISTORY_COLUMNS = PROBES + 2 * MOST_PROBES;
 
@@ -54,6 +55,7 @@ const ROW_NS = 1e9; // of the history
 const HALF_ROW_NS = 0.5e9;
 const ROWS_HOLE_NS = 2.5e9;
 const SHORTEST_FOLLOWED_S = 10;
+const SPREAD_BLOCK_S = 60;
 
 /** Columns of equal length, oldest first; deg/h. */
 export interface SampleColumns {
@@ -73,6 +75,7 @@ export interface AxisColumns {
   drift: number[];
   sigma: number[];
   reference: number[];
+  mode: Uint8Array; // one a row, see telemetry.proto
 }
 
 export interface HistoryColumns {
@@ -172,6 +175,7 @@ export class GyroStore {
         put(DRIFT_MEAN, at(axis?.drift, i));
         put(DRIFT_SIGMA, at(axis?.sigma, i));
         put(REFERENCE, at(axis?.reference, i));
+        put(MODE, axis?.mode[i] ?? NaN);
         put(RESIDUAL, at(axis?.compensatedMean, i) - at(axis?.reference, i));
         if (Number.isFinite(at(axis?.reference, i))) this.hasReference = true;
       }
@@ -298,16 +302,15 @@ export class GyroStore {
     slow.add(history, first, last, SLOW_SERIES, { bucketNs: last - first <= buckets ? 0 : bucketNs, longestStep, offsetNs: HALF_ROW_NS });
   }
 
-  /** Block spread of the newest half hour: minute means, or ten-second means while there are too few. */
-  spread(): Spread {
-    const spanS = 1800;
-    for (const blockS of [60, 10]) {
-      const axes = AXES.map((a) => blockSpread(this.history, a * PER_AXIS + RAW_MEAN, a * PER_AXIS + COMPENSATED_MEAN, a * PER_AXIS + REFERENCE, blockS, spanS));
-      if (axes.some((axis) => axis !== undefined)) {
-        return { blockS, spanS: Math.min(spanS, (this.history.newest - this.history.oldest) * 1e-9), axes };
-      }
-    }
-    return { blockS: 10, spanS: 0, axes: [undefined, undefined, undefined] };
+  /** Spread of minute means of each axis; `moves`: the axes that are in motion now. */
+  spread(moves: boolean[]): Spread {
+    const columns = (a: number) => ({
+      raw: a * PER_AXIS + RAW_MEAN,
+      compensated: a * PER_AXIS + COMPENSATED_MEAN,
+      reference: a * PER_AXIS + REFERENCE,
+      mode: a * PER_AXIS + MODE,
+    });
+    return { blockS: SPREAD_BLOCK_S, axes: AXES.map((a) => blockSpread(this.history, columns(a), SPREAD_BLOCK_S, moves[a])) };
   }
 
   csv(from: number, to: number): { parts: string[]; rows: number } {

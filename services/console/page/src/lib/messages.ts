@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What page and worker say to each other. The worker holds socket, decoder and rings; the page draws.
+import type { Comparison } from './statistics.ts';
 import type { Link } from './verdict.ts';
 
 export interface AxisLive {
@@ -29,16 +30,15 @@ export interface Live {
   latencyP99Ms: number;
   latencyCount: number;
   axes: AxisLive[];
-  spread: Spread; // own minute means, for the time before the Allan monitor reports
+  spread: Spread;
   rows: { samples: number; history: number };
   probes: string[];
 }
 
-/** Block spread of each axis over what the history holds, or nothing yet. */
+/** Raw against compensated, axis by axis, by means over `blockS` seconds. */
 export interface Spread {
   blockS: number;
-  spanS: number;
-  axes: ({ blocks: number; raw: number; compensated: number } | undefined)[];
+  axes: Comparison[];
 }
 
 export interface PlainMetric {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The headline: is it compensating, how much better is it, does it learn and why not, is the data good. No clock, no
 // page: facts in, sentences out.
+import { duration } from './scale.ts';
+import type { Comparison, Obstacle } from './statistics.ts';
 
 /** idl/proto/telemetry.proto, Mode */
 export const MODES = ['passthrough', 'learning', 'frozen', 'fallback', 'out_of_domain'] as const;
@@ -23,8 +25,16 @@ const MODE_TEXT: Record<ModeName, ModeText> = {
   out_of_domain: { label: 'Out of domain', glyph: '◆', tone: 'warn', means: 'outside what was learned: the last safe value compensates' },
 };
 
-export function modeText(mode: number): ModeText {
-  return MODE_TEXT[MODES[mode] ?? 'passthrough'];
+/** Reasons for passthrough that pass by themselves, and those that somebody chose. */
+const STARTING = new Set(['no_estimate_yet', 'initial_set', 'motion', 'settling', 'temperature_rate_not_ready']);
+const CHOSEN = new Set(['scheme_none', 'commanded']);
+
+/** A mode in words; passing through is no fault at a start, or where somebody wants it. */
+export function modeText(mode: number, reason = ''): ModeText {
+  const text = MODE_TEXT[MODES[mode] ?? 'passthrough'];
+  if (mode !== 0) return text;
+  if (STARTING.has(reason)) return { ...text, label: 'Not compensating yet', tone: 'note' };
+  return CHOSEN.has(reason) ? { ...text, tone: 'note' } : text;
 }
 
 const REASON_TEXT: Record<string, string> = {
@@ -92,7 +102,8 @@ export interface AxisFacts {
   valid: boolean;
   mode: number;
   reason: string;
-  ratio: number; // raw / compensated; NaN while unknown
+  comparison: Comparison;
+  harmed: boolean; // the Allan monitor finds it noisier than raw at some cluster time
 }
 
 export interface Facts {
@@ -103,7 +114,11 @@ export interface Facts {
   finished: boolean; // the source says it has ended
   pace: number; // sensor seconds a second; NaN while unknown
   missing: number;
+  lossAgeS: number; // since the newest that this page saw go missing; without one, since it began to look
+  lossSeen: boolean;
   dropped: number; // frames that this client was too slow for
+  blockS: number; // of the means that are compared
+  correctedTwiceS: number; // since it was found to be given the compensation's own output; NaN: it was not
   axes: AxisFacts[];
 }
 
@@ -141,6 +156,12 @@ function where(facts: Facts, holds: (axis: AxisFacts) => boolean): number[] {
   return facts.axes.map((axis, i) => (axis.valid && holds(axis) ? i : -1)).filter((i) => i >= 0);
 }
 
+/** Of axes that pass through, the one whose reason is a fault if any is. */
+function gravest(facts: Facts, off: number[]): ModeText & { axis: number } {
+  const texts = off.map((axis) => ({ axis, ...modeText(0, facts.axes[axis].reason) }));
+  return texts.find((text) => text.tone === 'bad') ?? texts[0];
+}
+
 function compensating(facts: Facts): Statement {
   const valid = where(facts, () => true);
   const off = where(facts, (axis) => axis.mode === 0);
@@ -148,9 +169,14 @@ function compensating(facts: Facts): Statement {
   const simpler = where(facts, (axis) => axis.mode === 3);
   if (valid.length === 0) return { tone: 'bad', text: 'No valid axis', detail: 'every axis is marked invalid by its source' };
   if (off.length === valid.length) {
-    return { tone: 'bad', text: 'Not compensating', detail: reasonText(facts.axes[off[0]].reason) || 'raw rates pass as they come' };
+    const worst = gravest(facts, off);
+    return { tone: worst.tone, text: worst.label, detail: reasonText(facts.axes[worst.axis].reason) || 'raw rates pass as they come' };
   }
-  if (off.length > 0) return { tone: 'warn', text: 'Partly compensating', detail: `not on ${names(off)}: ${reasonText(facts.axes[off[0]].reason)}` };
+  if (off.length > 0) {
+    const worst = gravest(facts, off);
+    const tone = worst.tone === 'note' ? 'note' : 'warn';
+    return { tone, text: 'Partly compensating', detail: `not on ${names(off)}: ${reasonText(facts.axes[worst.axis].reason)}` };
+  }
   if (weak.length > 0) return { tone: 'warn', text: 'Compensating, weakly', detail: `${names(weak)}: ${modeText(facts.axes[weak[0]].mode).means}` };
   if (simpler.length > 0) return { tone: 'good', text: 'Compensating', detail: `${names(simpler)} by a simpler estimate than the model` };
   return { tone: 'good', text: 'Compensating', detail: valid.length === 3 ? 'all three axes' : `axes ${names(valid)}` };
@@ -162,15 +188,58 @@ export function ratioText(ratio: number): string {
   return `${ratio >= 10 ? Math.round(ratio) : ratio >= 1 ? ratio.toFixed(1) : ratio.toFixed(2)}×`;
 }
 
+const OBSTACLE_TEXT: Record<Obstacle, string> = {
+  passthrough: 'nothing is taken off yet; comparing begins with the first model',
+  holding: 'the first mean is held; comparing begins with the first model',
+  motion: 'it moves, and nobody publishes the true rate to compare with',
+  short: 'needs three minutes at rest, or of a known true rate, with a model',
+};
+
+export function obstacleText(obstacle: Obstacle): string {
+  return OBSTACLE_TEXT[obstacle];
+}
+
+export type Judgement = 'better' | 'alike' | 'worse' | 'unsure';
+const MUCH_BETTER = 1.5;
+const WORSE = 0.95;
+const SIGMAS = 3;
+const ENOUGH_BLOCKS = 30; // then "alike" is a result, and no lack of data
+
+/**
+ * Raw over compensated spread, and whether chance could do it: the logarithm of a standard deviation of n means has the
+ * variance 1 / (2 (n - 1)), so that of a ratio of two has 1 / (n - 1).
+ */
+export function judge(comparison: Comparison): { ratio: number; judgement: Judgement } | undefined {
+  if ('obstacle' in comparison) return undefined;
+  const ratio = comparison.raw / comparison.compensated;
+  const sure = Math.abs(Math.log(ratio)) > SIGMAS / Math.sqrt(comparison.blocks - 1);
+  if (!sure) return { ratio, judgement: comparison.blocks < ENOUGH_BLOCKS ? 'unsure' : 'alike' };
+  return { ratio, judgement: ratio < WORSE ? 'worse' : ratio < MUCH_BETTER ? 'alike' : 'better' };
+}
+
+function horizon(facts: Facts): string {
+  const known = facts.axes.flatMap(({ valid, comparison }) => (valid && !('obstacle' in comparison) ? [comparison] : []));
+  const least = known.reduce((a, b) => (b.blocks < a.blocks ? b : a));
+  return `means of ${duration(facts.blockS)} over ${duration(least.blocks * facts.blockS)}, ${least.against === 'rest' ? 'at rest' : 'against the reference'}`;
+}
+
 function better(facts: Facts): Statement {
-  const known = facts.axes.filter((axis) => axis.valid && Number.isFinite(axis.ratio)).map((axis) => axis.ratio);
-  if (known.length === 0) return { tone: 'idle', text: 'Not known yet', detail: 'needs three minutes at rest, or of a known true rate' };
-  const least = Math.min(...known);
-  const most = Math.max(...known);
-  const text = ratioText(least) === ratioText(most) ? ratioText(least) : `${ratioText(least).replace('×', '')}–${ratioText(most)}`;
-  if (least < 0.95) return { tone: 'bad', text, detail: 'worse than raw on at least one axis' };
-  if (least < 1.5) return { tone: 'warn', text, detail: 'hardly better than raw on at least one axis' };
-  return { tone: 'good', text, detail: 'steadier than raw' };
+  const judged = facts.axes.map((axis) => (axis.valid ? judge(axis.comparison) : undefined));
+  const ratios = judged.flatMap((axis) => axis?.ratio ?? []);
+  if (ratios.length === 0) {
+    const first = where(facts, (axis) => 'obstacle' in axis.comparison).map((i) => facts.axes[i].comparison)[0];
+    return { tone: 'idle', text: 'Not comparable yet', detail: first && 'obstacle' in first ? obstacleText(first.obstacle) : 'no valid axis' };
+  }
+  const least = ratioText(Math.min(...ratios));
+  const most = ratioText(Math.max(...ratios));
+  const text = least === most ? least : `${least.replace('×', '')}–${most}`;
+  const of = (judgement: Judgement) => names([0, 1, 2].filter((a) => judged[a]?.judgement === judgement));
+  const harmed = names(where(facts, (axis) => axis.harmed));
+  if (of('worse')) return { tone: 'bad', text, detail: `worse than raw on ${of('worse')}; ${horizon(facts)}` };
+  if (harmed) return { tone: 'warn', text, detail: `noisier than raw at some cluster time on ${harmed}, says the Allan monitor; ${horizon(facts)}` };
+  if (of('unsure')) return { tone: 'idle', text: 'Not comparable yet', detail: `${text} may be chance on ${of('unsure')}; ${horizon(facts)}` };
+  if (of('alike')) return { tone: 'warn', text, detail: `hardly better than raw on ${of('alike')}; ${horizon(facts)}` };
+  return { tone: 'good', text, detail: `steadier than raw; ${horizon(facts)}` };
 }
 
 function learning(facts: Facts): Statement {
@@ -199,6 +268,23 @@ export function isReplay(facts: Facts): boolean {
   return Number.isFinite(facts.pace) && (facts.pace > 1.3 || facts.pace < 0.7);
 }
 
+const LOSS_COUNTS_S = 600; // then it is history, told with its age
+
+function lossText(facts: Facts): string {
+  if (facts.missing === 0) return '';
+  const when = facts.lossSeen ? `the last ${ageText(facts.lossAgeS)} ago` : `none in the ${ageText(facts.lossAgeS)} since this page listens`;
+  return `${facts.missing} sample${facts.missing === 1 ? '' : 's'} missing, ${when}`;
+}
+
+/** Rates that come, and are not what they should be. */
+function inputFault(facts: Facts): Statement | undefined {
+  const reversed = names(where(facts, (axis) => axis.reason === 'polarity_reversed'));
+  if (reversed) return { tone: 'bad', text: 'Wrong sign', detail: `${reversed}: ${reasonText('polarity_reversed')}; mounting.axes turns an axis round` };
+  if (!Number.isFinite(facts.correctedTwiceS)) return undefined;
+  const found = `found ${ageText(facts.correctedTwiceS)} ago, until the compensation starts anew`;
+  return { tone: 'bad', text: 'Corrected twice', detail: `the compensation is given its own output (${found}); publish compensated rates under another gyro id` };
+}
+
 function data(facts: Facts): Statement {
   if (facts.link !== 'open') {
     return { tone: 'bad', text: 'Gateway gone', detail: `shown is what came until ${ageText(facts.ageS)} ago` };
@@ -208,11 +294,14 @@ function data(facts: Facts): Statement {
       ? { tone: 'note', text: 'Source has ended', detail: `newest sample ${ageText(facts.ageS)} ago` }
       : { tone: 'bad', text: `Stale: ${ageText(facts.ageS)} old`, detail: 'no sample comes; shown is the last that did' };
   }
-  const pace = isReplay(facts) ? `; sensor time runs at ${facts.pace >= 10 ? Math.round(facts.pace) : facts.pace.toFixed(1)}×` : '';
-  const lost = facts.missing > 0 ? `${facts.missing} sample${facts.missing === 1 ? '' : 's'} missing` : '';
+  const fault = inputFault(facts);
+  if (fault) return fault;
+  const replay = isReplay(facts) ? ` (replay ${facts.pace >= 10 ? Math.round(facts.pace) : facts.pace.toFixed(1)}×)` : '';
+  const lost = lossText(facts);
   const slow = facts.dropped > 0 ? `${facts.dropped} frames dropped for this browser` : '';
-  if (lost || slow) return { tone: 'warn', text: lost ? 'Live, with losses' : 'Live, browser too slow', detail: [lost, slow].filter(Boolean).join(', ') + pace };
-  return { tone: 'good', text: isReplay(facts) ? 'Replay' : 'Live', detail: `none missing${pace}` };
+  const fresh = facts.missing > 0 && facts.lossSeen && facts.lossAgeS < LOSS_COUNTS_S;
+  if (fresh || slow) return { tone: 'warn', text: `${fresh ? 'With losses' : 'Browser too slow'}${replay}`, detail: [lost, slow].filter(Boolean).join(', ') };
+  return { tone: 'good', text: `Good${replay}`, detail: `${replay ? '' : 'live, '}${lost || 'none missing'}` };
 }
 
 /** What was said last, when nobody can say it any more. */

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// Events and services as people read them: names for codes, what still holds, which tell of the same.
+import type { PlainEvent, PlainStatus } from './messages.ts';
+import { reasonText } from './verdict.ts';
+
+const TITLE: Record<string, string> = {
+  polarity_reversed: 'Wrong sign',
+  double_correction: 'Corrected twice',
+};
+
+/** A code in words; one that isn't known here as it came. */
+export function eventTitle(code: string): string {
+  return TITLE[code] ?? code;
+}
+
+/** "axis x: frozen (polarity_reversed)" with the reason in words; any other text as it came. */
+export function eventText(event: PlainEvent): string {
+  if (!/^mode_[xyz]$/.test(event.code)) return event.text;
+  return event.text.replace(/ \((\w+)\)$/, (_, reason: string) => (reasonText(reason) ? ` (${reasonText(reason)})` : ''));
+}
+
+/** A service's state; one that said that it stops has ended, one that fell silent is gone. */
+export function liveness(status: PlainStatus): string {
+  if (status.alive) return status.state;
+  return status.state === 'stopping' ? 'ended' : 'gone';
+}
+
+const CLOCK_MS = 1000; // an event of a service's first moments
+
+/** When the compensation said last that a gyro is given its own output; its next start takes that back. NaN: it didn't. */
+export function correctedTwiceMs(events: PlainEvent[], services: PlainStatus[], gyro: number): number {
+  const told = events.filter((e) => {
+    if (e.code !== 'double_correction' || e.gyro !== gyro) return false;
+    const process = services.find((s) => s.service === e.service);
+    return process !== undefined && e.atMs > process.atMs - process.uptimeS * 1000 - CLOCK_MS;
+  });
+  return told.length > 0 ? Math.max(...told.map((e) => e.atMs)) : NaN;
+}
+
+/** What one death makes several observers say, each naming the dead as "name (pid N)". */
+const DEATHS = ['peer_lost', 'liveliness_lost']; // the one that says most first
+const OF_A_DEATH = new Set([...DEATHS, 'deadline_missed']);
+const DEATH_WITHIN_MS = 30_000; // leases and discovery end within
+const PROCESS = /[\w/:.-]+ \(pid \d+\)/;
+
+/** Events with the deaths folded: `observers` are those who told of the same one, the event's own service among them. */
+export interface FoldedEvent extends PlainEvent {
+  observers: string[];
+}
+
+/** Newest first in, newest first out. A silence of somebody who is not lost stays an event of its own. */
+export function foldDeaths(events: PlainEvent[]): FoldedEvent[] {
+  const deaths: { process: string; row: FoldedEvent; atMs: number }[] = [];
+  const deathOf = (e: PlainEvent) => {
+    const process = OF_A_DEATH.has(e.code) ? PROCESS.exec(e.text)?.[0] : undefined;
+    return process === undefined ? undefined : deaths.find((d) => d.process === process && Math.abs(d.atMs - e.atMs) <= DEATH_WITHIN_MS);
+  };
+  for (const code of DEATHS) {
+    for (const e of events) {
+      const process = e.code === code ? PROCESS.exec(e.text)?.[0] : undefined;
+      if (process !== undefined && !deathOf(e)) deaths.push({ process, row: { ...e, observers: [] }, atMs: e.atMs });
+    }
+  }
+  const rows: FoldedEvent[] = [];
+  for (const e of events) {
+    const death = deathOf(e);
+    if (!death) {
+      rows.push({ ...e, observers: [e.service] });
+      continue;
+    }
+    if (death.row.observers.length === 0) rows.push(death.row);
+    if (!death.row.observers.includes(e.service)) death.row.observers.push(e.service);
+  }
+  return rows;
+}
