@@ -80,10 +80,10 @@ if [ "$part" = ci ]; then
   while [ "$running" -gt 0 ]; do wait -n || status=1; running=$((running - 1)); done
 else
   # Left out: programs that were not built for this sanitizer, which stand in for their tests as <name>_NOT_BUILT; what bounds
-  # resident memory, which a sanitizer multiplies and holds on to; what audits allocations by functions of its own in the
-  # sanitizer's place; hours of statistics, whose code shorter tests run as well; and the page, which is no C++.
+  # resident memory, which a sanitizer multiplies and holds on to; hours of statistics, whose code shorter tests run as well;
+  # and the page, which is no C++.
   left_out='_NOT_BUILT|^Memory\.|^soak$|^Console\.(Page|InABrowser|HostileClientsEndNothing)|^NavigationFilter\.NavigatesBoth'
-  left_out+='|^DataPath\.AnAudit|^ComparePromise\.'
+  left_out+='|^ComparePromise\.'
   ctest --test-dir "$build" -L 'unit|golden|system' -E "$left_out" --output-on-failure --timeout 600 -j 2 "$@" || status=$?
 fi
 for report in "$build"/report.*; do

@@ -42,7 +42,11 @@ constexpr double kRateHz = 200.0;
 constexpr int kSecond = static_cast<int>(kRateHz);
 constexpr std::uint64_t kAhead = 400;  // samples, far below the 2000 that a writer keeps
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifndef __has_feature
+#define __has_feature(feature) 0  // GCC has macros instead
+#endif
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || \
+    __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
 constexpr bool kIsSanitized = true;  // which replaces the same functions
 #else
 constexpr bool kIsSanitized = false;
