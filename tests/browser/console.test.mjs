@@ -216,6 +216,18 @@ describe('the console on a simulation at ten times real time', () => {
     await part(page, 'help-dialog').waitFor();
     await close(page);
 
+    // A key that comes before the next picture finds the focus in the dialog that was closed.
+    await page.keyboard.press('?');
+    const focused = await page.evaluate(() => {
+      document.querySelector('dialog[open]').close();
+      const at = document.activeElement;
+      at.dispatchEvent(new KeyboardEvent('keydown', { key: 'c', bubbles: true, cancelable: true }));
+      return at.type;
+    });
+    assert.equal(focused, 'checkbox');
+    await part(page, 'command-dialog').waitFor();
+    await close(page);
+
     // A command from opening to answer, by Tab and Enter alone.
     await page.keyboard.press('c');
     await part(page, 'command-dialog').waitFor();

@@ -61,7 +61,9 @@ const PRESSED = 'button, a, summary, [role=tab]';
 
 export function takeKey(event: KeyboardEvent, actions: Actions): void {
   if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector('dialog[open]')) return;
-  const at = event.target as Element | null;
+  const target = event.target as Element | null;
+  // The focus leaves a dialog that was closed with the next picture only.
+  const at = target?.closest('dialog') ? null : target;
   if (at?.closest(TYPING) || (event.key === ' ' && at?.closest(PRESSED))) return;
   const shortcut = SHORTCUTS.find((s) => s.keys.includes(event.key));
   if (!shortcut) return;
