@@ -32,9 +32,7 @@ class Mounting {
   // Of usable options.
   explicit Mounting(const MountingOptions& options);
 
-  // The identity gives back every bit.
-  [[nodiscard]] bool is_identity() const noexcept { return identity_; }
-  // NaN where an axis that it needs is NaN.
+  // The identity gives back every bit. NaN where an axis that it needs is NaN.
   [[nodiscard]] core::PerAxis<double> rate_radps_b(
       const core::PerAxis<double>& gyro_radps) const noexcept;
   // An axis of b is valid where all it is made of are, and clipped where one of them is.

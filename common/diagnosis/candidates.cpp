@@ -38,29 +38,15 @@ std::vector<double> inverse(const std::vector<double>& frequencies, double scale
   return periods;
 }
 
-// One of the three that are searched together, of each cycle that agrees with what `variant` has of
-// them already.
-std::vector<double> of_cycles(const std::vector<Cycle>& cycles, SearchRule rule,
-                              const Variant& variant, const EffectDefinition& definition) {
-  const auto value_of = [](const Cycle& cycle, SearchRule which) {
-    if (which == SearchRule::kCycleFrequency) return cycle.frequency_hz;
-    return which == SearchRule::kCycleDuty ? cycle.duty : cycle.phase_turns;
-  };
-  std::vector<double> values;
-  for (const Cycle& cycle : cycles) {
-    const bool agrees = std::all_of(
-        definition.parameters.begin(), definition.parameters.end(), [&](const auto& other) {
-          const auto given = variant.shapes.find(other.name);
-          return given == variant.shapes.end() || given->second == value_of(cycle, other.rule);
-        });
-    if (agrees) values.push_back(value_of(cycle, rule));
-  }
-  return values;
-}
-
+// Of the three that are searched together.
 bool is_of_cycle(SearchRule rule) {
   return rule == SearchRule::kCycleFrequency || rule == SearchRule::kCycleDuty ||
          rule == SearchRule::kCyclePhase;
+}
+
+double value_of(const Cycle& cycle, SearchRule rule) {
+  if (rule == SearchRule::kCycleFrequency) return cycle.frequency_hz;
+  return rule == SearchRule::kCycleDuty ? cycle.duty : cycle.phase_turns;
 }
 
 // What a search tries for one shape parameter, and how many independent values that stands for.
@@ -109,31 +95,44 @@ std::vector<std::vector<TemperaturePoint>> input_choices(const Playback& playbac
   return choices;
 }
 
+// One for each cycle where the effect is one, else one without shapes.
+std::vector<Variant> first_variants(const EffectDefinition& definition,
+                                    const std::vector<TemperaturePoint>& inputs,
+                                    const std::vector<Cycle>& cycles) {
+  const auto& parameters = definition.parameters;
+  const bool is_cycle = std::any_of(parameters.begin(), parameters.end(),
+                                    [](const auto& p) { return is_of_cycle(p.rule); });
+  if (!is_cycle) return {{.inputs = inputs}};
+  std::vector<Variant> variants;
+  for (const Cycle& cycle : cycles) {
+    Variant& variant = variants.emplace_back(Variant{.inputs = inputs});
+    for (const ParameterDefinition& parameter : parameters) {
+      if (is_of_cycle(parameter.rule))
+        variant.shapes[parameter.name] = value_of(cycle, parameter.rule);
+    }
+  }
+  return variants;
+}
+
 void add_variants(Candidate& candidate, const Playback& playback,
                   const std::vector<TemperaturePoint>& inputs, const Oscillations& oscillations) {
-  std::vector<Variant> variants{{.inputs = inputs}};
+  auto variants = first_variants(*candidate.definition, inputs, oscillations.cycles);
   double looked_at = 1.0;
   for (const ParameterDefinition& parameter : candidate.definition->parameters) {
     if (parameter.role != ParameterRole::kShape) continue;
-    std::vector<Variant> longer;
-    const auto add = [&](Variant variant, double value) {
-      variant.shapes[parameter.name] = value;
-      longer.push_back(std::move(variant));
-    };
     if (is_of_cycle(parameter.rule)) {
-      for (const Variant& variant : variants) {
-        for (const double value :
-             of_cycles(oscillations.cycles, parameter.rule, variant, *candidate.definition))
-          add(variant, value);
-      }
       looked_at *= parameter.rule == SearchRule::kCycleFrequency
                        ? oscillations.lines.looked_at
                        : static_cast<double>(parameter.grid.size());
-    } else {
-      const Grid grid = grid_of(parameter, playback, inputs, oscillations);
-      looked_at *= grid.looked_at;
-      for (const double value : grid.values) {
-        for (const Variant& variant : variants) add(variant, value);
+      continue;
+    }
+    const Grid grid = grid_of(parameter, playback, inputs, oscillations);
+    looked_at *= grid.looked_at;
+    std::vector<Variant> longer;
+    for (const double value : grid.values) {
+      for (Variant variant : variants) {
+        variant.shapes[parameter.name] = value;
+        longer.push_back(std::move(variant));
       }
     }
     variants = std::move(longer);

@@ -56,6 +56,25 @@ TEST_F(CandidatesTest, PriorsOfTheVariantsSumToOne) {
   }
 }
 
+TEST_F(CandidatesTest, EachCycleIsLookedAtOnce) {
+  Oscillations oscillations;
+  oscillations.lines.frequencies = {1e-3};
+  oscillations.cycles = {{1e-3, 0.25, 0.5}, {1e-3, 0.4, 0.5}, {1e-3, 0.4, 0.75}};
+  const Candidates found =
+      candidates(*series_, *playback_, test::lab_model(), core::Axis::kX, oscillations);
+  const auto cycle = std::find_if(
+      found.testable.begin(), found.testable.end(),
+      [](const Candidate& candidate) { return candidate.definition->kind == "duty_cycle"; });
+  ASSERT_NE(cycle, found.testable.end());
+  ASSERT_EQ(cycle->variants.size(), oscillations.cycles.size());
+  for (std::size_t i = 0; i < cycle->variants.size(); ++i) {
+    const twin::Parameters expected{{"frequency_hz", oscillations.cycles[i].frequency_hz},
+                                    {"duty", oscillations.cycles[i].duty},
+                                    {"phase_turns", oscillations.cycles[i].phase_turns}};
+    EXPECT_EQ(cycle->variants[i].shapes, expected) << i;
+  }
+}
+
 TEST_F(CandidatesTest, ColumnsAreTheEffectsThemselves) {
   const twin::EffectDefinition& definition = *twin::find_effect("magnetic");
   twin::EffectContext context = default_context(definition, core::Axis::kX, series_->interval_s);
