@@ -170,16 +170,16 @@ std::unique_ptr<regression::DriftScheme> make_compared_scheme(
     if (!experts::bank_options(expert).terms.empty()) require_temperature();
     return std::make_unique<BankScheme>(Observations(temperature, rate), expert);
   }
-  for (const auto kind : regression::kAllSchemeKinds) {
-    if (regression::name(kind) != name) continue;
+  for (const regression::Baseline& baseline : regression::baselines()) {
+    if (baseline.name != name) continue;
     regression::SchemeOptions scheme;
     scheme.rbf.initial = scheme.svr.initial = initial;
-    if (kind == regression::SchemeKind::kPolynomial) {
+    if (name == "polynomial") {
       require_temperature();
       scheme.polynomial.temperature_feature = *temperature;
       scheme.polynomial.rate_feature = *rate;
     }
-    return regression::make_scheme(kind, scheme);
+    return baseline.make(scheme);
   }
   std::string known;
   for (const auto other : kSchemeNames) known += (known.empty() ? "" : ", ") + std::string(other);

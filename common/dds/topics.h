@@ -6,6 +6,8 @@
 #include <chrono>
 #include <cstdint>
 #include <string_view>
+#include <tuple>
+#include <type_traits>
 
 #include "idl/dds/allan_reportPubSubTypes.h"
 #include "idl/dds/angular_ratePubSubTypes.h"
@@ -77,11 +79,6 @@ inline constexpr TopicSpec kNavigation{"navigation", "zerodrift::msg::Navigation
 inline constexpr TopicSpec kTwinReport{"twin_report", "zerodrift::msg::TwinReport", 1, 384, Reliability::kReliable, Durability::kTransientLocal, Ownership::kShared, 20ms, 0ms};
 // clang-format on
 
-inline constexpr std::array kAllTopics{
-    kAngularRate,   kTemperature, kRateReference, kCompensatedRate, kAllanReport,
-    kServiceStatus, kEvent,       kCommand,       kCommandReply,    kReplayProgress,
-    kCheckpoint,    kNavigation,  kTwinReport};
-
 // What ROS 2 nodes subscribe to (ros2_imu.h). Not of our own interface, so not among the above; the
 // name is the default of the one that the user chooses. Ten samples are what ROS 2 keeps by
 // default.
@@ -96,79 +93,38 @@ inline constexpr TopicSpec kRos2Imu{"rt/imu",
                                     0ms};
 
 // Binds a message type to its topic and its generated type support.
+template <typename Support, const TopicSpec& kOfTopic>
+struct Binding {
+  using TypeSupport = Support;
+  static constexpr TopicSpec kSpec = kOfTopic;
+};
 template <typename Message>
 struct TopicOf;
+// clang-format off
+template <> struct TopicOf<msg::AngularRate> : Binding<msg::AngularRatePubSubType, kAngularRate> {};
+template <> struct TopicOf<msg::Temperature> : Binding<msg::TemperaturePubSubType, kTemperature> {};
+template <> struct TopicOf<msg::RateReference> : Binding<msg::RateReferencePubSubType, kRateReference> {};
+template <> struct TopicOf<msg::CompensatedRate> : Binding<msg::CompensatedRatePubSubType, kCompensatedRate> {};
+template <> struct TopicOf<msg::AllanReport> : Binding<msg::AllanReportPubSubType, kAllanReport> {};
+template <> struct TopicOf<msg::ServiceStatus> : Binding<msg::ServiceStatusPubSubType, kServiceStatus> {};
+template <> struct TopicOf<msg::Event> : Binding<msg::EventPubSubType, kEvent> {};
+template <> struct TopicOf<msg::Command> : Binding<msg::CommandPubSubType, kCommand> {};
+template <> struct TopicOf<msg::CommandReply> : Binding<msg::CommandReplyPubSubType, kCommandReply> {};
+template <> struct TopicOf<msg::ReplayProgress> : Binding<msg::ReplayProgressPubSubType, kReplayProgress> {};
+template <> struct TopicOf<msg::CheckpointPart> : Binding<msg::CheckpointPartPubSubType, kCheckpoint> {};
+template <> struct TopicOf<msg::NavigationState> : Binding<msg::NavigationStatePubSubType, kNavigation> {};
+template <> struct TopicOf<msg::TwinReport> : Binding<msg::TwinReportPubSubType, kTwinReport> {};
+template <> struct TopicOf<sensor_msgs::msg::dds_::Imu_> : Binding<sensor_msgs::msg::dds_::Imu_PubSubType, kRos2Imu> {};
+// clang-format on
 
-template <>
-struct TopicOf<msg::AngularRate> {
-  using TypeSupport = msg::AngularRatePubSubType;
-  static constexpr TopicSpec kSpec = kAngularRate;
-};
-template <>
-struct TopicOf<msg::Temperature> {
-  using TypeSupport = msg::TemperaturePubSubType;
-  static constexpr TopicSpec kSpec = kTemperature;
-};
-template <>
-struct TopicOf<msg::RateReference> {
-  using TypeSupport = msg::RateReferencePubSubType;
-  static constexpr TopicSpec kSpec = kRateReference;
-};
-template <>
-struct TopicOf<msg::CompensatedRate> {
-  using TypeSupport = msg::CompensatedRatePubSubType;
-  static constexpr TopicSpec kSpec = kCompensatedRate;
-};
-template <>
-struct TopicOf<msg::AllanReport> {
-  using TypeSupport = msg::AllanReportPubSubType;
-  static constexpr TopicSpec kSpec = kAllanReport;
-};
-template <>
-struct TopicOf<msg::ServiceStatus> {
-  using TypeSupport = msg::ServiceStatusPubSubType;
-  static constexpr TopicSpec kSpec = kServiceStatus;
-};
-template <>
-struct TopicOf<msg::Event> {
-  using TypeSupport = msg::EventPubSubType;
-  static constexpr TopicSpec kSpec = kEvent;
-};
-template <>
-struct TopicOf<msg::Command> {
-  using TypeSupport = msg::CommandPubSubType;
-  static constexpr TopicSpec kSpec = kCommand;
-};
-template <>
-struct TopicOf<msg::CommandReply> {
-  using TypeSupport = msg::CommandReplyPubSubType;
-  static constexpr TopicSpec kSpec = kCommandReply;
-};
-template <>
-struct TopicOf<msg::ReplayProgress> {
-  using TypeSupport = msg::ReplayProgressPubSubType;
-  static constexpr TopicSpec kSpec = kReplayProgress;
-};
-
-template <>
-struct TopicOf<msg::CheckpointPart> {
-  using TypeSupport = msg::CheckpointPartPubSubType;
-  static constexpr TopicSpec kSpec = kCheckpoint;
-};
-template <>
-struct TopicOf<sensor_msgs::msg::dds_::Imu_> {
-  using TypeSupport = sensor_msgs::msg::dds_::Imu_PubSubType;
-  static constexpr TopicSpec kSpec = kRos2Imu;
-};
-template <>
-struct TopicOf<msg::NavigationState> {
-  using TypeSupport = msg::NavigationStatePubSubType;
-  static constexpr TopicSpec kSpec = kNavigation;
-};
-template <>
-struct TopicOf<msg::TwinReport> {
-  using TypeSupport = msg::TwinReportPubSubType;
-  static constexpr TopicSpec kSpec = kTwinReport;
-};
+// Of our own interface; a new topic's message belongs here.
+using AllMessages =
+    std::tuple<msg::AngularRate, msg::Temperature, msg::RateReference, msg::CompensatedRate,
+               msg::AllanReport, msg::ServiceStatus, msg::Event, msg::Command, msg::CommandReply,
+               msg::ReplayProgress, msg::CheckpointPart, msg::NavigationState, msg::TwinReport>;
+inline constexpr auto kAllTopics =
+    []<typename... Message>(std::type_identity<std::tuple<Message...>>) {
+      return std::array{TopicOf<Message>::kSpec...};
+    }(std::type_identity<AllMessages>{});
 
 }  // namespace zerodrift::dds

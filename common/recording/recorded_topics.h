@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <tuple>
 
 #include "common/core/samples.h"
 #include "common/dds/topics.h"
@@ -13,20 +12,12 @@
 
 namespace zerodrift::recording {
 
-// In the order of dds::kAllTopics.
-using Messages =
-    std::tuple<msg::AngularRate, msg::Temperature, msg::RateReference, msg::CompensatedRate,
-               msg::AllanReport, msg::ServiceStatus, msg::Event, msg::Command, msg::CommandReply,
-               msg::ReplayProgress, msg::CheckpointPart, msg::NavigationState, msg::TwinReport>;
-static_assert(std::tuple_size_v<Messages> == dds::kAllTopics.size(),
-              "every topic is recorded: a new one's type belongs into Messages");
-
 template <typename Message>
 consteval std::uint32_t topic_index() {
   for (std::uint32_t i = 0; i < dds::kAllTopics.size(); ++i) {
     if (dds::kAllTopics[i].name == dds::TopicOf<Message>::kSpec.name) return i;
   }
-  throw "a topic that is not in kAllTopics";
+  throw "a message that is not in AllMessages";
 }
 
 // Events from now on: what is kept for late joiners is old news, and its stamps are of other

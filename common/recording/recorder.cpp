@@ -67,7 +67,7 @@ class McapRecorder {
             },
             host_.observer());
       }
-      listen(std::make_index_sequence<std::tuple_size_v<Messages>>{});
+      listen(std::make_index_sequence<std::tuple_size_v<dds::AllMessages>>{});
     } catch (...) {
       end_writer();
       throw;
@@ -93,7 +93,7 @@ class McapRecorder {
  private:
   template <std::size_t... Index>
   void listen(std::index_sequence<Index...>) {
-    (listen_to<std::tuple_element_t<Index, Messages>>(), ...);
+    (listen_to<std::tuple_element_t<Index, dds::AllMessages>>(), ...);
   }
 
   template <typename Message>

@@ -1,46 +1,42 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/regression/schemes/scheme_factory.h"
 
+#include <algorithm>
+#include <array>
 #include <stdexcept>
+#include <string>
 
 #include "common/regression/schemes/no_scheme.h"
 
 namespace zerodrift::regression {
+namespace {
 
-std::string_view name(SchemeKind kind) {
-  switch (kind) {
-    case SchemeKind::kNone:
-      return "none";
-    case SchemeKind::kPersistence:
-      return "persistence";
-    case SchemeKind::kPolynomial:
-      return "polynomial";
-    case SchemeKind::kRbf:
-      return "rbf";
-    case SchemeKind::kSvr:
-      return "svr";
-    case SchemeKind::kKrlsT:
-      return "krls-t";
-  }
-  return "unknown";
+using Made = std::unique_ptr<DriftScheme>;
+using Options = const SchemeOptions&;
+
+constexpr std::array kBaselines{
+    Baseline{"none", [](Options) -> Made { return std::make_unique<NoScheme>(); }},
+    Baseline{"persistence",
+             [](Options o) -> Made { return std::make_unique<Persistence>(o.persistence); }},
+    Baseline{"polynomial",
+             [](Options o) -> Made { return std::make_unique<PolynomialScheme>(o.polynomial); }},
+    Baseline{"rbf", [](Options o) -> Made { return std::make_unique<RbfNetwork>(o.rbf); }},
+    Baseline{"svr", [](Options o) -> Made { return std::make_unique<BatchSvr>(o.svr); }},
+    Baseline{"krls-t", [](Options o) -> Made { return std::make_unique<KrlsT>(o.krls_t); }},
+};
+
+}  // namespace
+
+std::span<const Baseline> baselines() {
+  return kBaselines;
 }
 
-std::unique_ptr<DriftScheme> make_scheme(SchemeKind kind, const SchemeOptions& options) {
-  switch (kind) {
-    case SchemeKind::kNone:
-      return std::make_unique<NoScheme>();
-    case SchemeKind::kPersistence:
-      return std::make_unique<Persistence>(options.persistence);
-    case SchemeKind::kPolynomial:
-      return std::make_unique<PolynomialScheme>(options.polynomial);
-    case SchemeKind::kRbf:
-      return std::make_unique<RbfNetwork>(options.rbf);
-    case SchemeKind::kSvr:
-      return std::make_unique<BatchSvr>(options.svr);
-    case SchemeKind::kKrlsT:
-      return std::make_unique<KrlsT>(options.krls_t);
-  }
-  throw std::invalid_argument("scheme kind: no such scheme");
+std::unique_ptr<DriftScheme> make_scheme(std::string_view name, const SchemeOptions& options) {
+  const auto found = std::find_if(kBaselines.begin(), kBaselines.end(),
+                                  [&](const Baseline& baseline) { return baseline.name == name; });
+  if (found == kBaselines.end())
+    throw std::invalid_argument("scheme: found '" + std::string(name) + "', expected a baseline's");
+  return found->make(options);
 }
 
 }  // namespace zerodrift::regression

@@ -2,9 +2,8 @@
 // The baseline schemes by name. The online SVR is not among them: it comes with the compensator.
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <memory>
+#include <span>
 #include <string_view>
 
 #include "common/regression/drift_scheme.h"
@@ -16,22 +15,6 @@
 
 namespace zerodrift::regression {
 
-enum class SchemeKind : std::uint8_t {
-  kNone = 0,
-  kPersistence = 1,
-  kPolynomial = 2,
-  kRbf = 3,
-  kSvr = 4,
-  kKrlsT = 5,
-};
-
-inline constexpr std::array kAllSchemeKinds{SchemeKind::kNone,       SchemeKind::kPersistence,
-                                            SchemeKind::kPolynomial, SchemeKind::kRbf,
-                                            SchemeKind::kSvr,        SchemeKind::kKrlsT};
-
-// none, persistence, polynomial, rbf, svr, krls-t.
-[[nodiscard]] std::string_view name(SchemeKind kind);
-
 // Only the part of the scheme that is made is read.
 struct SchemeOptions {
   PersistenceOptions persistence{};
@@ -41,8 +24,16 @@ struct SchemeOptions {
   KrlsTOptions krls_t{};
 };
 
-// Throws std::invalid_argument with the scheme's name and the validate() sentence of its options.
-[[nodiscard]] std::unique_ptr<DriftScheme> make_scheme(SchemeKind kind,
+struct Baseline {
+  std::string_view name;
+  // Throws std::invalid_argument with the scheme's name and the validate() sentence of its options.
+  std::unique_ptr<DriftScheme> (*make)(const SchemeOptions& options);
+};
+
+// Each name once.
+[[nodiscard]] std::span<const Baseline> baselines();
+// Throws std::invalid_argument where there is no such baseline.
+[[nodiscard]] std::unique_ptr<DriftScheme> make_scheme(std::string_view name,
                                                        const SchemeOptions& options = {});
 
 }  // namespace zerodrift::regression

@@ -44,13 +44,13 @@ double coverage(DriftScheme& scheme, const Record& record, std::size_t delay, st
 // over the n = 15000 labels after the start is within |change of log s| / (n step) of 5 %, the step
 // being at least 1/50 at both delays. That is 2 % for a change of 6, a factor of 400 in the scale;
 // what these records call for is below a factor of 50.
-class CalibratedIntervals : public ::testing::TestWithParam<SchemeKind> {};
+class CalibratedIntervals : public ::testing::TestWithParam<Baseline> {};
 
 TEST_P(CalibratedIntervals, HoldNinetyFivePercentOfTheLabelsAtEveryHorizon) {
   for (const double walk : {0.0003, 0.002}) {
     const Record record = heat_cool_record(16000, walk, kSeed);
     for (const std::size_t delay : {1u, 50u}) {
-      const auto scheme = make_scheme(GetParam());
+      const auto scheme = GetParam().make({});
       const double share = coverage(*scheme, record, delay, 1000);
       EXPECT_GE(share, 0.93) << "walk " << walk << " delay " << delay;
       EXPECT_LE(share, 0.97) << "walk " << walk << " delay " << delay;
@@ -58,9 +58,9 @@ TEST_P(CalibratedIntervals, HoldNinetyFivePercentOfTheLabelsAtEveryHorizon) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Schemes, CalibratedIntervals, ::testing::ValuesIn(kAllSchemeKinds),
+INSTANTIATE_TEST_SUITE_P(Schemes, CalibratedIntervals, ::testing::ValuesIn(baselines()),
                          [](const auto& parameter) {
-                           std::string text(name(parameter.param));
+                           std::string text(parameter.param.name);
                            std::erase(text, '-');
                            return text;
                          });
@@ -68,7 +68,7 @@ INSTANTIATE_TEST_SUITE_P(Schemes, CalibratedIntervals, ::testing::ValuesIn(kAllS
 // What the calibrator is for: as the schemes state them, they are nowhere near.
 TEST(CalibratedIntervalsAreNeeded, BecauseThePolynomialTrustsItselfTooMuch) {
   const Record record = heat_cool_record(8000, 0.002, kSeed);
-  const auto scheme = make_scheme(SchemeKind::kPolynomial);
+  const auto scheme = make_scheme("polynomial");
   const auto predictions = predict_all(*scheme, record, 50);
   std::size_t covered = 0;
   for (std::size_t i = 1000; i < record.size(); ++i) {
