@@ -120,8 +120,8 @@ TEST_F(BadRecord, UnknownUnitOfAKnownQuantity) {
             "a.csv: column 'rate_x_rpm': unknown unit 'rpm' of rate_x; accepted: rad/s deg/s deg/h "
             "(in a column's name "
             "'_' stands for '/'); or map it by --columns 'rate_x=rate_x_rpm[<unit>]'");
-  EXPECT_EQ(outcome_of("time_s,temperature_coil_degF\n1,2\n").substr(0, 75),
-            "a.csv: column 'temperature_coil_degF': unknown unit 'degF' of temperature_c");
+  EXPECT_EQ(outcome_of("time_s,temperature_coil_degR\n1,2\n").substr(0, 75),
+            "a.csv: column 'temperature_coil_degR': unknown unit 'degR' of temperature_c");
 }
 
 TEST_F(BadRecord, UnknownUnitBesideTheSameChannelInAKnownOneIsOnlyAnExtraColumn) {
@@ -160,8 +160,7 @@ TEST_F(BadRecord, WrongCellCount) {
             "a.csv:3: found 1 cells, the header has 2");
   EXPECT_EQ(outcome_of("time_s,rate_x_deg_h\n1,2\n2,3,4\n3,4\n"),
             "a.csv:3: found 3 cells, the header has 2");
-  EXPECT_EQ(outcome_of("time_s;rate_x_deg_h\n1;2\n").substr(0, 43),
-            "a.csv: column 'time_s;rate_x_deg_h': unknow");
+  EXPECT_EQ(outcome_of("time_s;rate_x_deg_h\n1;2;3\n"), "a.csv:2: found 3 cells, the header has 2");
 }
 
 TEST_F(BadRecord, TimeThatStandsStillOrRunsBack) {
