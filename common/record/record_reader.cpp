@@ -7,6 +7,7 @@
 #include "common/core/median.h"
 #include "common/files/file_error.h"
 #include "common/mcap/mcap_reader.h"
+#include "common/record/column_guess.h"
 #include "common/record/csv_cells.h"
 #include "common/record/decimal_time.h"
 #include "common/record/mcap_rows.h"
@@ -105,10 +106,46 @@ std::vector<std::string> RecordReader::first_lines() {
 void RecordReader::take_shape(const std::vector<std::string>& first_lines) {
   shape_ = recognise_shape(info_.path, first_lines, options_.columns);
   info_.columns = column_names(shape_, first_lines.front());
-  layout_ = bind_columns(info_.path, info_.columns, options_.columns);
+  layout_ = layout_or_guess(first_lines);
   shape_.has_decimal_comma = has_decimal_comma(info_.path, shape_, layout_, first_lines);
   std::string_view header;
   if (shape_.has_header) lines_->next(header);
+}
+
+// A record whose columns have no meaning is refused with what they probably mean.
+RecordLayout RecordReader::layout_or_guess(const std::vector<std::string>& first_lines) {
+  const std::string guess = guessed_meaning(first_lines);
+  try {
+    RecordLayout layout = bind_columns(info_.path, info_.columns, options_.columns);
+    const auto is_rate = [](const BoundColumn& column) {
+      return column.role == ColumnRole::kValue && column.channel.quantity == Quantity::kRate;
+    };
+    if (std::none_of(layout.columns.begin(), layout.columns.end(), is_rate)) guess_ = guess;
+    return layout;
+  } catch (const files::FileError& error) {
+    throw files::FileError(error.what() + guess + hint_of_other_lines(first_lines));
+  }
+}
+
+// Lines of a report above the header have other numbers of cells than what follows.
+std::string RecordReader::hint_of_other_lines(const std::vector<std::string>& first_lines) const {
+  if (first_lines.size() < 2) return "";
+  const std::size_t cells = split_cells(first_lines[1], shape_.delimiter).size();
+  if (cells < 2 || cells == info_.columns.size()) return "";
+  return "; lines above the header begin with '#'";
+}
+
+// "; a guess, not used: --columns '...'", or nothing where --columns says what to take.
+std::string RecordReader::guessed_meaning(const std::vector<std::string>& first_lines) const {
+  if (!options_.columns.empty()) return "";
+  if (!shape_.has_header) {
+    return "; the first line is numbers, so columns go by number, as --columns "
+           "'time=1[s],rate_x=2[deg/s]'";
+  }
+  const std::string guess = guessed_columns(
+      info_.columns, first_lines.size() > 1 ? split_cells(first_lines[1], shape_.delimiter)
+                                            : std::vector<std::string>{});
+  return guess.empty() ? "" : "; a guess, not used: " + guess;
 }
 
 void RecordReader::note_metadata(std::string_view comment) {
@@ -142,7 +179,8 @@ void RecordReader::describe_layout() {
   for (const std::string& column : layout_.extra)
     (names += names.empty() ? "" : ", ") += printable(column);
   info_.warnings.push_back(info_.path.string() +
-                           ": columns without a known meaning, kept and not used: " + names);
+                           ": columns without a known meaning, kept and not used: " + names +
+                           guess_);
 }
 
 // Through a second reader, so that this one stays before its first row.
@@ -230,8 +268,14 @@ void RecordReader::decode_cells(std::string_view line) {
     }
     if (cursor.done() && &column == &layout_.columns.back()) return;
   }
-  refuse_row(nullptr, "found " + std::to_string(split_cells(line, shape_.delimiter).size()) +
-                          " cells, the header has " + std::to_string(layout_.columns.size()));
+  const std::size_t found = split_cells(line, shape_.delimiter).size();
+  const bool doubled =
+      shape_.delimiter == Delimiter::kComma && found == 2 * layout_.columns.size() && found > 2;
+  refuse_row(nullptr, "found " + std::to_string(found) + " cells, the header has " +
+                          std::to_string(layout_.columns.size()) +
+                          (doubled ? "; cells with decimal commas have to be separated by "
+                                     "semicolons or tabs"
+                                   : ""));
 }
 
 void RecordReader::decode_value(CellCursor& cursor, const BoundColumn& column) {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads a record row by row, in constant memory. A record is a text file (UTF-8), plain or
-// compressed (.csv.gz, .csv.xz): '# key: value' lines, a header, then one row an instant with
-// strictly increasing time. What separates cells and decimals, and whether there is a header, is
-// seen in its first lines (text_shape.h). A blank cell, "nan" or "NA" was not measured. Or it is an
-// MCAP file of the live topics, known by its first bytes: a row for each time at which something of
-// one gyro was measured.
+// compressed (.csv.gz, .csv.xz, .csv.zst): '# key: value' lines, a header, then one row an instant
+// with strictly increasing time. What separates cells and decimals, and whether there is a header,
+// is seen in its first lines (text_shape.h). A blank cell, "nan" or "NA" was not measured. Or it is
+// an MCAP file of the live topics, known by its first bytes: a row for each time at which something
+// of one gyro was measured.
 #pragma once
 
 #include <cstddef>
@@ -130,6 +130,9 @@ class RecordReader {
   [[nodiscard]] std::vector<std::string> first_lines();
   void note_metadata(std::string_view comment);
   void take_shape(const std::vector<std::string>& first_lines);
+  [[nodiscard]] RecordLayout layout_or_guess(const std::vector<std::string>& first_lines);
+  [[nodiscard]] std::string hint_of_other_lines(const std::vector<std::string>& first_lines) const;
+  [[nodiscard]] std::string guessed_meaning(const std::vector<std::string>& first_lines) const;
   void describe_layout();
   void estimate_period();
 
@@ -155,6 +158,7 @@ class RecordReader {
   TextShape shape_;
   DecimalComma decimal_comma_;
   RecordLayout layout_;
+  std::string guess_;  // what the columns of a record without a rate probably mean
   RecordRow row_;
   std::optional<core::SensorTime> previous_time_;
   std::uint64_t rows_read_ = 0;
