@@ -48,11 +48,13 @@ constexpr std::array kUnits{
     UnitOfQuantity{Quantity::kTime, "ms", {1e-3, 0.0}},
     UnitOfQuantity{Quantity::kTime, "us", {1e-6, 0.0}},
     UnitOfQuantity{Quantity::kTime, "ns", {1e-9, 0.0}},
+    UnitOfQuantity{Quantity::kTime, kIso8601, {}},  // no factor: a date since 1970
     UnitOfQuantity{Quantity::kRate, "rad/s", {}},
     UnitOfQuantity{Quantity::kRate, "deg/s", {core::kRadPerDeg, 0.0}},
     UnitOfQuantity{Quantity::kRate, "deg/h", {core::kRadPerSecPerDegPerHour, 0.0}},
     UnitOfQuantity{Quantity::kTemperature, "degC", {}},
     UnitOfQuantity{Quantity::kTemperature, "K", {1.0, -273.15}},
+    UnitOfQuantity{Quantity::kTemperature, "degF", {5.0 / 9.0, -160.0 / 9.0}},
     UnitOfQuantity{Quantity::kMagnetic, "uT", {}},
     UnitOfQuantity{Quantity::kMagnetic, "mT", {1e3, 0.0}},
     UnitOfQuantity{Quantity::kMagnetic, "T", {1e6, 0.0}},
@@ -206,6 +208,7 @@ ColumnMapping parse_entry(std::string_view entry) {
     refuse(entry, "unknown unit '" + printable(mapping.unit) +
                       "'; accepted: " + accepted_units(quantity) + " lsb*<factor>");
   }
+  if (mapping.unit == kIso8601 && counts) refuse(entry, "a date takes no factor");
   mapping.column = std::string{column};
   return mapping;
 }

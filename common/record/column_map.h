@@ -55,6 +55,9 @@ struct UnitConversion {
 // "deg/h deg/s rad/s": for error lines.
 [[nodiscard]] std::string accepted_units(Quantity quantity);
 
+// The unit of a time that is written as a date (decimal_time.h).
+inline constexpr std::string_view kIso8601 = "iso8601";
+
 // A column's name read as <channel>_<unit>. The unit may be one that the quantity doesn't have
 // (also an empty one).
 struct CanonicalName {
@@ -68,8 +71,8 @@ struct CanonicalName {
 // One entry of the map: value = cell * factor, in `unit`.
 struct ColumnMapping {
   Channel channel;
-  // As in the file's header; for the time, "row" is the row's number (from 0) where the file has no
-  // such column.
+  // As in the file's header; of a file without one the column's number, from 1. For the time, "row"
+  // is the row's number (from 0) where the file has no such column.
   std::string column;
   std::string unit;
   double factor = 1.0;
@@ -82,6 +85,8 @@ struct ColumnMapping {
 //   <channel>=<column>*<factor>           the same in the channel's default unit (s, rad/s, ...):
 //                                         'time=row*0.005' is a 200 Hz clock
 //   <channel>=<column>[lsb*<factor>]      another spelling of <column>*<factor>
+//   time=<column>[iso8601]                dates: 2024-05-01T12:00:00.5Z
+// In a file without a header a column is its number, from 1: 'time=1[s],rate_x=2[deg/s]'.
 // Empty text is an empty map. Throws files::FileError naming the entry.
 [[nodiscard]] std::vector<ColumnMapping> parse_column_map(std::string_view text);
 

@@ -43,13 +43,42 @@ bool is_not_measured(std::string_view cell) noexcept {
   return cell.empty() || cell == "nan" || cell == "NaN" || cell == "NAN" || cell == "NA";
 }
 
+std::string_view DecimalComma::as_point(std::string_view cell) noexcept {
+  if (cell.size() > text_.size() || cell.find('.') != std::string_view::npos) return "no number";
+  std::replace_copy(cell.begin(), cell.end(), text_.begin(), ',', '.');
+  return {text_.data(), cell.size()};
+}
+
+// Blanks in front of the first cell and behind the last one separate nothing.
+CellCursor::CellCursor(std::string_view line, Delimiter delimiter) noexcept
+    : delimiter_(delimiter) {
+  if (delimiter == Delimiter::kBlanks) line = trim(line);
+  position_ = line.data();
+  end_ = line.data() + line.size();
+}
+
+bool CellCursor::is_padding(char c) const noexcept {
+  return c == ' ' || (c == '\t' && delimiter_ != Delimiter::kTab);
+}
+
+bool CellCursor::ends_cell(char c) const noexcept {
+  return delimiter_ == Delimiter::kBlanks ? is_blank(c) : c == static_cast<char>(delimiter_);
+}
+
+std::string_view CellCursor::without_padding(std::string_view cell) const noexcept {
+  while (!cell.empty() && is_padding(cell.front())) cell.remove_prefix(1);
+  while (!cell.empty() && is_padding(cell.back())) cell.remove_suffix(1);
+  return cell;
+}
+
 std::string_view CellCursor::take() {
-  while (position_ != end_ && is_blank(*position_)) ++position_;
+  while (position_ != end_ && is_padding(*position_)) ++position_;
   if (position_ != end_ && *position_ == '"') return take_quoted();
   const char* begin = position_;
-  position_ = std::find(position_, end_, ',');
-  const std::string_view cell = trim({begin, static_cast<std::size_t>(position_ - begin)});
-  step_over_comma();
+  position_ = std::find_if(position_, end_, [this](char c) { return ends_cell(c); });
+  const std::string_view cell =
+      without_padding({begin, static_cast<std::size_t>(position_ - begin)});
+  step_over_delimiter();
   return cell;
 }
 
@@ -68,35 +97,38 @@ std::string_view CellCursor::take_quoted() {
       break;
     }
   }
-  while (position_ != end_ && *position_ != ',') {
-    if (!is_blank(*position_)) unquoted_ += *position_;
+  while (position_ != end_ && !ends_cell(*position_)) {
+    if (!is_padding(*position_)) unquoted_ += *position_;
     ++position_;
   }
-  step_over_comma();
+  step_over_delimiter();
   return trim(unquoted_);
 }
 
 bool CellCursor::take_plain_number(double& value) noexcept {
   double parsed = 0.0;
   const auto [stop, error] = std::from_chars(position_, end_, parsed);
-  if (error != std::errc{} || (stop != end_ && *stop != ',')) return false;
+  if (error != std::errc{} || (stop != end_ && *stop != static_cast<char>(delimiter_)))
+    return false;
   value = parsed;
   position_ = stop;
-  step_over_comma();
+  step_over_delimiter();
   return true;
 }
 
-void CellCursor::step_over_comma() noexcept {
+void CellCursor::step_over_delimiter() noexcept {
   if (position_ == end_) {
     done_ = true;
-  } else {
-    ++position_;
+    return;
   }
+  ++position_;
+  if (delimiter_ != Delimiter::kBlanks) return;
+  while (position_ != end_ && is_blank(*position_)) ++position_;
 }
 
-std::vector<std::string> split_cells(std::string_view line) {
+std::vector<std::string> split_cells(std::string_view line, Delimiter delimiter) {
   std::vector<std::string> cells;
-  CellCursor cursor{line};
+  CellCursor cursor{line, delimiter};
   while (!cursor.done()) cells.emplace_back(cursor.take());
   return cells;
 }

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cells of one CSV line (RFC 4180, without line ends inside quotes), and numbers in them.
+// Cells of one line of text (as RFC 4180 quotes them, without line ends inside quotes), and numbers
+// in them.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -20,14 +22,27 @@ namespace zerodrift::record {
 // rounded.
 [[nodiscard]] std::optional<double> parse_number(std::string_view cell) noexcept;
 
+// A cell that is written with a decimal comma, with a point in its place, for the parsers of this
+// folder. One that has a point already, or is longer than any number, stays as it is and becomes no
+// number. Valid until the next call.
+class DecimalComma {
+ public:
+  [[nodiscard]] std::string_view as_point(std::string_view cell) noexcept;
+
+ private:
+  std::array<char, 64> text_{};
+};
+
+// What separates two cells of a line.
+enum class Delimiter : char { kComma = ',', kSemicolon = ';', kTab = '\t', kBlanks = ' ' };
+
 // True for what stands for "not measured": blank, "nan" or "NA".
 [[nodiscard]] bool is_not_measured(std::string_view cell) noexcept;
 
 // Walks over the cells of one line.
 class CellCursor {
  public:
-  explicit CellCursor(std::string_view line) noexcept
-      : position_(line.data()), end_(line.data() + line.size()) {}
+  CellCursor(std::string_view line, Delimiter delimiter) noexcept;
 
   // True after the last cell was taken.
   [[nodiscard]] bool done() const noexcept { return done_; }
@@ -40,17 +55,22 @@ class CellCursor {
   bool take_plain_number(double& value) noexcept;
 
  private:
+  [[nodiscard]] bool is_padding(char c) const noexcept;
+  [[nodiscard]] bool ends_cell(char c) const noexcept;
+  [[nodiscard]] std::string_view without_padding(std::string_view cell) const noexcept;
   std::string_view take_quoted();
-  void step_over_comma() noexcept;
+  void step_over_delimiter() noexcept;
 
   const char* position_;
   const char* end_;
+  Delimiter delimiter_;
   bool done_ = false;
   std::string unquoted_;
 };
 
 // All cells of a line, copied.
-[[nodiscard]] std::vector<std::string> split_cells(std::string_view line);
+[[nodiscard]] std::vector<std::string> split_cells(std::string_view line,
+                                                   Delimiter delimiter = Delimiter::kComma);
 
 // The cell as RFC 4180 wants it written: quoted where it holds a comma, a quote, a line end or
 // outer blanks.

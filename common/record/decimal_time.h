@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sensor time as decimal text, without a double in between: every nanosecond of 292 years survives.
+// Sensor time as text, decimal or a date, without a double in between: every nanosecond of 292
+// years survives.
 #pragma once
 
 #include <optional>
@@ -19,5 +20,12 @@ namespace zerodrift::record {
 // included.
 [[nodiscard]] std::optional<core::SensorTime> parse_decimal_time(std::string_view text,
                                                                  int nanosecond_exponent) noexcept;
+
+// Reads a date and time of ISO 8601 as time since 1970-01-01 UTC: 'YYYY-MM-DD', 'T' or a blank,
+// 'hh:mm' or 'hh:mm:ss' with any fraction of a second (point or comma, rounded half up to
+// nanoseconds), then 'Z', an offset '+hh:mm', '+hhmm', '+hh', or nothing, which is taken for UTC.
+// Nullopt for anything else, and for the years that nanoseconds can't hold (before 1678, after
+// 2261).
+[[nodiscard]] std::optional<core::SensorTime> parse_iso8601(std::string_view text) noexcept;
 
 }  // namespace zerodrift::record

@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/record/line_reader.h"
 
+#include <zstd.h>
+
 #include <algorithm>
+#include <boost/iostreams/concepts.hpp>
 #include <boost/iostreams/device/file_descriptor.hpp>
 #include <boost/iostreams/filter/gzip.hpp>
 #include <boost/iostreams/filter/lzma.hpp>
 #include <boost/iostreams/filtering_streambuf.hpp>
+#include <boost/iostreams/read.hpp>
 #include <cstring>
 #include <ios>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -22,6 +27,44 @@ namespace io = boost::iostreams;
 constexpr std::size_t kChunk = std::size_t{256} * 1024;
 constexpr std::size_t kLongestLine = std::size_t{1024} * 1024;
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+
+// Boost's own takes a stream that ends within a frame for a whole one.
+class ZstdDecompressor : public io::multichar_input_filter {
+ public:
+  template <typename Source>
+  std::streamsize read(Source& source, char* target, std::streamsize size) {
+    State& s = *state_;
+    ZSTD_outBuffer out{target, static_cast<std::size_t>(size), 0};
+    while (out.pos == 0 && out.size > 0) {
+      if (s.in.pos == s.in.size && !s.holds_output && !s.refill(source)) break;
+      s.within_frame = ZSTD_decompressStream(s.stream.get(), &out, &s.in);
+      if (ZSTD_isError(s.within_frame) != 0U)
+        throw std::ios_base::failure(ZSTD_getErrorName(s.within_frame));
+      s.holds_output = s.within_frame != 0 && out.pos == out.size;
+    }
+    return out.pos > 0 ? static_cast<std::streamsize>(out.pos) : -1;
+  }
+
+ private:
+  struct State {
+    std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> stream{ZSTD_createDCtx(), ZSTD_freeDCtx};
+    std::vector<char> compressed = std::vector<char>(ZSTD_DStreamInSize());
+    ZSTD_inBuffer in{nullptr, 0, 0};
+    bool holds_output = false;     // more than the reader asked for
+    std::size_t within_frame = 1;  // 0 between two frames; an empty file has none
+
+    // False at the end of the file. Throws std::ios_base::failure where a frame is open.
+    template <typename Source>
+    bool refill(Source& source) {
+      const std::streamsize count =
+          io::read(source, compressed.data(), static_cast<std::streamsize>(compressed.size()));
+      if (count <= 0 && within_frame != 0) throw std::ios_base::failure("zstd frame is cut");
+      in = {compressed.data(), static_cast<std::size_t>(std::max(count, std::streamsize{0})), 0};
+      return count > 0;
+    }
+  };
+  std::shared_ptr<State> state_ = std::make_shared<State>();  // Boost copies filters
+};
 
 }  // namespace
 
@@ -77,6 +120,8 @@ LineReader::LineReader(const std::filesystem::path& path) : state_(std::make_uni
     state_->chain.push(io::gzip_decompressor(), static_cast<std::streamsize>(kChunk));
   if (suffix == ".xz")
     state_->chain.push(io::lzma_decompressor(), static_cast<std::streamsize>(kChunk));
+  if (suffix == ".zst")
+    state_->chain.push(ZstdDecompressor(), static_cast<std::streamsize>(kChunk));
   state_->chain.push(file, static_cast<std::streamsize>(kChunk));
 }
 

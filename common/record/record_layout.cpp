@@ -128,6 +128,7 @@ class Binder {
 
   void set_time_unit(const std::string& unit, double factor) {
     layout_.time.factor = factor;
+    layout_.time.is_date = unit == kIso8601;
     layout_.time.unit_s = unit_conversion(Quantity::kTime, unit)->scale;
     layout_.time.nanosecond_exponent =
         9 + static_cast<int>(std::lround(std::log10(layout_.time.unit_s)));

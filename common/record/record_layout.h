@@ -21,6 +21,7 @@ struct TimeConversion {
   double factor = 1.0;          // other than 1: time = cell * factor * unit, through a double
   double unit_s = 1.0;          // the unit in seconds
   int nanosecond_exponent = 9;  // the unit is 10^this ns; with factor 1 the conversion is exact
+  bool is_date = false;         // the cells are dates (parse_iso8601()), and no factor applies
 };
 
 struct BoundColumn {

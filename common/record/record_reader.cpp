@@ -7,6 +7,7 @@
 #include "common/core/median.h"
 #include "common/files/file_error.h"
 #include "common/mcap/mcap_reader.h"
+#include "common/record/column_guess.h"
 #include "common/record/csv_cells.h"
 #include "common/record/decimal_time.h"
 #include "common/record/mcap_rows.h"
@@ -64,10 +65,8 @@ RecordReader::RecordReader(const std::filesystem::path& path, RecordOptions opti
     warnings_ = info_.warnings;
     return;
   }
-  lines_.emplace(path);
   info_.path = path;
-  read_header();
-  layout_ = bind_columns(path, info_.columns, options_.columns);
+  take_shape(first_lines());
   describe_layout();
   row_.temperature_degc.assign(layout_.probes.size(), kNotMeasured);
   row_.extra.resize(layout_.extra.size());
@@ -79,19 +78,74 @@ RecordReader::~RecordReader() = default;
 RecordReader::RecordReader(RecordReader&&) noexcept = default;
 RecordReader& RecordReader::operator=(RecordReader&&) noexcept = default;
 
-void RecordReader::read_header() {
+// Leaves `lines_` before the first of them, the one that may be a header.
+std::vector<std::string> RecordReader::first_lines() {
+  LineReader ahead{info_.path};
+  std::vector<std::string> found;
+  std::size_t before_first = 0;
   std::string_view line;
-  while (lines_->next(line)) {
-    line = trim(line);
-    if (line.empty()) continue;
-    if (!line.starts_with('#')) {
-      info_.columns = split_cells(line);
-      return;
+  while (found.size() < kFirstLines && ahead.next(line)) {
+    const std::string_view text = trim(line);
+    if (text.empty()) continue;
+    if (found.empty() && text.starts_with('#')) {
+      note_metadata(text);
+      continue;
     }
-    note_metadata(line);
+    if (found.empty()) before_first = ahead.line_number() - 1;
+    found.emplace_back(line);
   }
-  throw files::FileError(info_.path.string() +
-                         ": is empty; expected a header line with the columns' names");
+  if (found.empty()) {
+    throw files::FileError(info_.path.string() +
+                           ": is empty; expected a header line with the columns' names");
+  }
+  lines_.emplace(info_.path);
+  while (lines_->line_number() < before_first) lines_->next(line);
+  return found;
+}
+
+void RecordReader::take_shape(const std::vector<std::string>& first_lines) {
+  shape_ = recognise_shape(info_.path, first_lines, options_.columns);
+  info_.columns = column_names(shape_, first_lines.front());
+  layout_ = layout_or_guess(first_lines);
+  shape_.has_decimal_comma = has_decimal_comma(info_.path, shape_, layout_, first_lines);
+  std::string_view header;
+  if (shape_.has_header) lines_->next(header);
+}
+
+// A record whose columns have no meaning is refused with what they probably mean.
+RecordLayout RecordReader::layout_or_guess(const std::vector<std::string>& first_lines) {
+  const std::string guess = guessed_meaning(first_lines);
+  try {
+    RecordLayout layout = bind_columns(info_.path, info_.columns, options_.columns);
+    const auto is_rate = [](const BoundColumn& column) {
+      return column.role == ColumnRole::kValue && column.channel.quantity == Quantity::kRate;
+    };
+    if (std::none_of(layout.columns.begin(), layout.columns.end(), is_rate)) guess_ = guess;
+    return layout;
+  } catch (const files::FileError& error) {
+    throw files::FileError(error.what() + guess + hint_of_other_lines(first_lines));
+  }
+}
+
+// Lines of a report above the header have other numbers of cells than what follows.
+std::string RecordReader::hint_of_other_lines(const std::vector<std::string>& first_lines) const {
+  if (first_lines.size() < 2) return "";
+  const std::size_t cells = split_cells(first_lines[1], shape_.delimiter).size();
+  if (cells < 2 || cells == info_.columns.size()) return "";
+  return "; lines above the header begin with '#'";
+}
+
+// "; a guess, not used: --columns '...'", or nothing where --columns says what to take.
+std::string RecordReader::guessed_meaning(const std::vector<std::string>& first_lines) const {
+  if (!options_.columns.empty()) return "";
+  if (!shape_.has_header) {
+    return "; the first line is numbers, so columns go by number, as --columns "
+           "'time=1[s],rate_x=2[deg/s]'";
+  }
+  const std::string guess = guessed_columns(
+      info_.columns, first_lines.size() > 1 ? split_cells(first_lines[1], shape_.delimiter)
+                                            : std::vector<std::string>{});
+  return guess.empty() ? "" : "; a guess, not used: " + guess;
 }
 
 void RecordReader::note_metadata(std::string_view comment) {
@@ -125,7 +179,8 @@ void RecordReader::describe_layout() {
   for (const std::string& column : layout_.extra)
     (names += names.empty() ? "" : ", ") += printable(column);
   info_.warnings.push_back(info_.path.string() +
-                           ": columns without a known meaning, kept and not used: " + names);
+                           ": columns without a known meaning, kept and not used: " + names +
+                           guess_);
 }
 
 // Through a second reader, so that this one stays before its first row.
@@ -197,7 +252,7 @@ void RecordReader::decode(std::string_view line) {
 }
 
 void RecordReader::decode_cells(std::string_view line) {
-  CellCursor cursor{line};
+  CellCursor cursor{line, shape_.delimiter};
   for (const BoundColumn& column : layout_.columns) {
     if (cursor.done()) break;
     switch (column.role) {
@@ -213,33 +268,54 @@ void RecordReader::decode_cells(std::string_view line) {
     }
     if (cursor.done() && &column == &layout_.columns.back()) return;
   }
-  refuse_row(nullptr, "found " + std::to_string(split_cells(line).size()) +
-                          " cells, the header has " + std::to_string(layout_.columns.size()));
+  const std::size_t found = split_cells(line, shape_.delimiter).size();
+  const bool doubled =
+      shape_.delimiter == Delimiter::kComma && found == 2 * layout_.columns.size() && found > 2;
+  refuse_row(nullptr, "found " + std::to_string(found) + " cells, the header has " +
+                          std::to_string(layout_.columns.size()) +
+                          (doubled ? "; cells with decimal commas have to be separated by "
+                                     "semicolons or tabs"
+                                   : ""));
 }
 
 void RecordReader::decode_value(CellCursor& cursor, const BoundColumn& column) {
   double& slot = value_of(row_, column);
   double value = kNotMeasured;
-  if (!cursor.take_plain_number(value)) {
+  if (shape_.has_decimal_comma || !cursor.take_plain_number(value)) {
     const std::string_view cell = cursor.take();
-    const std::optional<double> number = is_not_measured(cell) ? kNotMeasured : parse_number(cell);
+    const std::optional<double> number =
+        is_not_measured(cell) ? kNotMeasured : parse_number(as_point(cell));
     if (!number)
-      refuse_row(&column,
-                 "found '" + printable(cell) + "', expected a number (blank = not measured)");
+      refuse_row(&column, "found '" + printable(cell) + "', expected a number" +
+                              (shape_.has_decimal_comma ? " with a decimal comma" : "") +
+                              " (blank = not measured)");
     value = *number;
   }
   slot = convert(value, column.conversion);
 }
 
-core::SensorTime RecordReader::decode_time(std::string_view cell, const BoundColumn& column) const {
-  if (layout_.time.factor == 1.0) {
-    if (const auto time = parse_decimal_time(cell, layout_.time.nanosecond_exponent)) return *time;
-  }
-  const std::optional<double> number = parse_number(cell);
+std::string_view RecordReader::as_point(std::string_view cell) {
+  return shape_.has_decimal_comma ? decimal_comma_.as_point(cell) : cell;
+}
+
+core::SensorTime RecordReader::decode_time(std::string_view cell, const BoundColumn& column) {
+  if (const auto time = exact_time(cell)) return *time;
+  const std::optional<double> number =
+      layout_.time.is_date ? std::nullopt : parse_number(as_point(cell));
   if (!number || !std::isfinite(*number)) {
-    refuse_row(&column, "found '" + printable(cell) + "', expected a time: every row needs one");
+    refuse_row(&column, "found '" + printable(cell) + "', expected a " +
+                            (layout_.time.is_date ? "date as 2024-05-01T12:00:00.5Z" : "time") +
+                            ": every row needs one" +
+                            (parse_iso8601(cell) ? "; a date has the unit iso8601" : ""));
   }
   return scaled_time(*number, &column);
+}
+
+// Without a double in between.
+std::optional<core::SensorTime> RecordReader::exact_time(std::string_view cell) {
+  if (layout_.time.is_date) return parse_iso8601(cell);
+  if (layout_.time.factor != 1.0) return std::nullopt;
+  return parse_decimal_time(as_point(cell), layout_.time.nanosecond_exponent);
 }
 
 core::SensorTime RecordReader::scaled_time(double count, const BoundColumn* column) const {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads a record row by row, in constant memory. A record is a CSV file (RFC 4180, UTF-8, '.'
-// decimal), plain or compressed (.csv.gz, .csv.xz): '# key: value' lines, a header, then one row an
-// instant with strictly increasing time. A blank cell, "nan" or "NA" was not measured. Or it is an
-// MCAP file of the live topics, known by its first bytes: a row for each time at which something of
-// one gyro was measured.
+// Reads a record row by row, in constant memory. A record is a text file (UTF-8), plain or
+// compressed (.csv.gz, .csv.xz, .csv.zst): '# key: value' lines, a header, then one row an instant
+// with strictly increasing time. What separates cells and decimals, and whether there is a header,
+// is seen in its first lines (text_shape.h). A blank cell, "nan" or "NA" was not measured. Or it is
+// an MCAP file of the live topics, known by its first bytes: a row for each time at which something
+// of one gyro was measured.
 #pragma once
 
 #include <cstddef>
@@ -23,6 +24,7 @@
 #include "common/record/column_map.h"
 #include "common/record/line_reader.h"
 #include "common/record/record_layout.h"
+#include "common/record/text_shape.h"
 
 namespace zerodrift::record {
 
@@ -71,7 +73,7 @@ struct RecordRow {
 struct RecordInfo {
   std::filesystem::path path;
   std::uint32_t gyro_id = 0;         // of an MCAP file: the one whose rows these are
-  std::vector<std::string> columns;  // the header, in the file's order
+  std::vector<std::string> columns;  // the header, in the file's order; without one "1", "2", ...
   core::PerAxis<bool> has_rate{};
   core::PerAxis<bool> has_reference{};
   std::vector<std::string> probes;         // "coil", "case", ...
@@ -125,8 +127,12 @@ class RecordReader {
   enum class PeriodEstimate : std::uint8_t { kMake, kSkip };
   RecordReader(const std::filesystem::path& path, RecordOptions options, PeriodEstimate estimate);
 
-  void read_header();
+  [[nodiscard]] std::vector<std::string> first_lines();
   void note_metadata(std::string_view comment);
+  void take_shape(const std::vector<std::string>& first_lines);
+  [[nodiscard]] RecordLayout layout_or_guess(const std::vector<std::string>& first_lines);
+  [[nodiscard]] std::string hint_of_other_lines(const std::vector<std::string>& first_lines) const;
+  [[nodiscard]] std::string guessed_meaning(const std::vector<std::string>& first_lines) const;
   void describe_layout();
   void estimate_period();
 
@@ -134,8 +140,9 @@ class RecordReader {
   void decode(std::string_view line);
   void decode_cells(std::string_view line);
   void decode_value(class CellCursor& cursor, const BoundColumn& column);
-  [[nodiscard]] core::SensorTime decode_time(std::string_view cell,
-                                             const BoundColumn& column) const;
+  [[nodiscard]] std::string_view as_point(std::string_view cell);
+  [[nodiscard]] core::SensorTime decode_time(std::string_view cell, const BoundColumn& column);
+  [[nodiscard]] std::optional<core::SensorTime> exact_time(std::string_view cell);
   [[nodiscard]] core::SensorTime scaled_time(double count, const BoundColumn* column) const;
   void check_order_and_set_interval();
 
@@ -148,7 +155,10 @@ class RecordReader {
   std::optional<LineReader> lines_;  // these two
   RecordOptions options_;
   RecordInfo info_;
+  TextShape shape_;
+  DecimalComma decimal_comma_;
   RecordLayout layout_;
+  std::string guess_;  // what the columns of a record without a rate probably mean
   RecordRow row_;
   std::optional<core::SensorTime> previous_time_;
   std::uint64_t rows_read_ = 0;

@@ -46,6 +46,11 @@ struct RecordWriter::State {
   explicit State(const std::filesystem::path& path) : file(path) {
     if (path.extension() == ".gz") chain.push(io::gzip_compressor());
     if (path.extension() == ".xz") chain.push(io::lzma_compressor(io::lzma_params(kXzLevel)));
+    if (path.extension() == ".zst") {
+      throw files::FileError(path.string() +
+                             ": a record is written as .csv, .csv.gz or .csv.xz; compress it "
+                             "afterwards by zstd, which adds a check sum");
+    }
     chain.push(FileSink{&file}, static_cast<std::streamsize>(kFlushAt));
     pending.reserve(kFlushAt + 4096);
   }

@@ -13,7 +13,7 @@
 
 namespace zerodrift::services {
 
-inline constexpr const char* kRecordHelp = "a .csv, .csv.gz, .csv.xz or .mcap file";
+inline constexpr const char* kRecordHelp = "a .csv (also .csv.gz, .csv.xz, .csv.zst) or .mcap file";
 
 inline void add_gyro_choice(CLI::App& command, std::optional<std::uint32_t>& gyro_id) {
   command.add_option("--gyro-id", gyro_id, ".mcap: which gyro, where there are several")

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Input: one byte, the column map up to a line end, then the file. The byte says how the file is
-// read: p plain, g as .csv.gz, x as .csv.xz; a capital one takes rows in any order of time.
+// read: p plain, g as .csv.gz, x as .csv.xz, z as .csv.zst; a capital one takes rows in any order
+// of time.
 #include <string_view>
 #include <vector>
 
@@ -20,7 +21,9 @@ ScratchFile& file_for(char way) {
   static ScratchFile plain("input.csv");
   static ScratchFile gzip("input.csv.gz");
   static ScratchFile xz("input.csv.xz");
+  static ScratchFile zstd("input.csv.zst");
   if (way == 'g' || way == 'G') return gzip;
+  if (way == 'z' || way == 'Z') return zstd;
   return way == 'x' || way == 'X' ? xz : plain;
 }
 

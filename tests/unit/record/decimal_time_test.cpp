@@ -77,5 +77,39 @@ TEST(DecimalTime, RefusesWhatIsNoPlainDecimalOrDoesNotFit) {
   }
 }
 
+TEST(Dates, CountSecondsSince1970) {
+  EXPECT_EQ(parse_iso8601("1970-01-01T00:00:00Z"), SensorTime{0});
+  EXPECT_EQ(parse_iso8601("1969-12-31T23:59:59.999999999Z"), SensorTime{-1});
+  EXPECT_EQ(parse_iso8601("2001-09-09T01:46:40Z"), SensorTime{1'000'000'000'000'000'000});
+  EXPECT_EQ(parse_iso8601("2000-02-29 12:00"), SensorTime{951'825'600'000'000'000});
+}
+
+TEST(Dates, KeepEachNanosecondAndRoundHalfUp) {
+  const std::int64_t second = 1'700'000'000'000'000'000;
+  EXPECT_EQ(parse_iso8601("2023-11-14T22:13:20.123456789Z"), SensorTime{second + 123'456'789});
+  EXPECT_EQ(parse_iso8601("2023-11-14T22:13:20,5Z"), SensorTime{second + 500'000'000});
+  EXPECT_EQ(parse_iso8601("2023-11-14T22:13:20.0000000005"), SensorTime{second + 1});
+  EXPECT_EQ(parse_iso8601("2023-11-14T22:13:20.99999999999"), SensorTime{second + 1'000'000'000});
+}
+
+TEST(Dates, TakeOffTheOffsetOfTheirClock) {
+  const auto noon = parse_iso8601("2024-05-01T12:00:00Z");
+  EXPECT_EQ(parse_iso8601("2024-05-01T14:00:00+02:00"), noon);
+  EXPECT_EQ(parse_iso8601("2024-05-01T14:00:00+0200"), noon);
+  EXPECT_EQ(parse_iso8601("2024-05-01t14:00:00+02"), noon);
+  EXPECT_EQ(parse_iso8601("2024-04-30 22:30:00-13:30"), noon);
+}
+
+TEST(Dates, RefuseWhatIsNone) {
+  for (const char* text :
+       {"", "2024", "2024-05-01", "2024-05-01T", "2024-05-01T12", "2024-13-01T12:00Z",
+        "2023-02-29T12:00Z", "2024-05-01T24:00Z", "2024-05-01T12:60Z", "2024-05-01T12:00:60Z",
+        "2024-05-01T12:00:00.Z", "2024-05-01T12:00:00Zx", "2024-05-01T12:00:00+2",
+        "2024-05-01T12:00:00+24:00", "01.05.2024 12:00:00", "24-05-01T12:00Z", "1677-12-31T00:00Z",
+        "2262-01-01T00:00Z", "-2024-05-01T12:00Z"}) {
+    EXPECT_FALSE(parse_iso8601(text).has_value()) << text;
+  }
+}
+
 }  // namespace
 }  // namespace zerodrift::record
