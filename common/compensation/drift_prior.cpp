@@ -45,8 +45,8 @@ bool takes_part(const twin::EffectDefinition& definition) {
 }
 
 // Of an effect that takes part; null for others: unknown ones, those that wait to be fitted, ...
-const twin::EffectDefinition* part_of(const twin::EffectSpec& spec) {
-  const auto* definition = spec.parameters.empty() ? nullptr : twin::find_effect(spec.kind);
+twin::DefinitionPtr part_of(const twin::EffectSpec& spec) {
+  const auto definition = spec.parameters.empty() ? nullptr : twin::definition_of(spec);
   return definition != nullptr && takes_part(*definition) ? definition : nullptr;
 }
 
@@ -59,7 +59,7 @@ std::vector<TemperaturePoint> inputs_of(const twin::EffectSpec& spec,
 }
 
 std::string described(const twin::EffectSpec& spec) {
-  return spec.kind + " of axis " + std::string(core::name(spec.axis));
+  return label_of(spec) + " of axis " + std::string(core::name(spec.axis));
 }
 
 bool holds(std::span<const std::string> names, std::string_view name) {
@@ -124,7 +124,7 @@ std::vector<std::string> prior_probes(const twin::Model& model,
                                       std::span<const std::string> configured) {
   std::vector<std::string> names;
   for (const auto& spec : model.effects) {
-    const twin::EffectDefinition* definition = part_of(spec);
+    const twin::DefinitionPtr definition = part_of(spec);
     if (definition == nullptr) continue;
     for (const TemperaturePoint point : inputs_of(spec, *definition)) {
       std::vector<std::string> needed{std::string(twin::name(point))};
@@ -142,7 +142,7 @@ std::string prior_identity(const twin::Model& model) {
   std::string text;
   std::size_t effects = 0;
   for (const auto& spec : model.effects) {
-    const twin::EffectDefinition* definition = part_of(spec);
+    const twin::DefinitionPtr definition = part_of(spec);
     if (definition == nullptr) continue;
     ++effects;
     text += described(spec);
@@ -158,7 +158,7 @@ std::string prior_identity(const twin::Model& model) {
 DriftPrior::DriftPrior(const twin::Model& model, std::span<const std::string> probes) {
   if (const auto line = find_wrong_prior(model)) throw std::invalid_argument(*line);
   for (const auto& spec : model.effects) {
-    const twin::EffectDefinition* definition = part_of(spec);
+    const twin::DefinitionPtr definition = part_of(spec);
     if (definition == nullptr) continue;
     AxisPrior& axis = axes_[index(spec.axis)];
     axis.specs.push_back(spec);

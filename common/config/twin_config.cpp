@@ -96,6 +96,7 @@ twin::EffectSpec effect_from(const proto::TwinEffect& m, int i) {
   effect.inputs = {m.inputs().begin(), m.inputs().end()};
   if (m.has_origin()) effect.origin = origin_from(m.origin(), in_list("effects", i, "origin.by"));
   effect.unknown_keys = from_map(m.extra());
+  effect.formula = m.formula();
   return effect;
 }
 
@@ -136,6 +137,7 @@ void to_proto(const twin::EffectSpec& effect, proto::TwinEffect& m) {
   copy_map(effect.parameters, m.mutable_parameters());
   copy_map(effect.standard_errors, m.mutable_standard_errors());
   for (const std::string& input : effect.inputs) m.add_inputs(input);
+  m.set_formula(effect.formula);
   to_proto(effect.origin, *m.mutable_origin());
   copy_map(effect.unknown_keys, m.mutable_extra());
 }

@@ -402,8 +402,8 @@ Calibration calibrate(const TrialInput& input, Lags lags, std::span<const NamedE
   Lineup lineup;
   std::vector<std::size_t> specs;  // one a candidate
   for (const std::size_t i : waiting) {
-    const std::string& kind = input.model.effects[i].kind;
-    if (std::find(input.refuted.begin(), input.refuted.end(), kind) != input.refuted.end())
+    const std::string label = label_of(input.model.effects[i]);
+    if (std::find(input.refuted.begin(), input.refuted.end(), label) != input.refuted.end())
       continue;
     auto candidate =
         listed_candidate(input.model.effects[i], input.series, input.playback, input.model);
@@ -452,7 +452,8 @@ bool same_shapes(const Calibration& a, const Calibration& b) {
     const EffectSpec& one = a.drift_alone.effects[i];
     const EffectSpec& other = b.drift_alone.effects[i];
     if (one.inputs != other.inputs) return false;
-    for (const twin::ParameterDefinition& parameter : twin::find_effect(one.kind)->parameters) {
+    const twin::DefinitionPtr definition = twin::definition_of(one);
+    for (const twin::ParameterDefinition& parameter : definition->parameters) {
       if (parameter.role != ParameterRole::kShape) continue;
       const double x = one.parameters.at(parameter.name);
       const double y = other.parameters.at(parameter.name);

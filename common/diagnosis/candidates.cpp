@@ -153,6 +153,7 @@ void add_choices(Candidate& candidate, const Playback& playback, const Choices& 
 // The temperatures that the file says, or any.
 Choices choices_of(const twin::EffectSpec& spec, const EffectDefinition& definition,
                    const Playback& playback) {
+  if (definition.search.has_fixed_inputs) return {definition.inputs};
   if (spec.inputs.empty()) return input_choices(playback, definition.inputs.size());
   return {context_of(spec, definition, playback.interval_s()).inputs};
 }
@@ -233,10 +234,11 @@ Oscillations find_oscillations(std::span<const double> weighted, const Playback&
 std::optional<Candidate> listed_candidate(const twin::EffectSpec& spec,
                                           const MeasuredSeries& series, const Playback& playback,
                                           const twin::Model& model) {
-  const EffectDefinition& definition = *twin::find_effect(spec.kind);
+  const twin::DefinitionPtr found = twin::definition_of(spec);
+  const EffectDefinition& definition = *found;
   if (why_not_testable(definition, series, playback, spec.axis)) return std::nullopt;
   if (nothing_to_borrow(definition, model, spec.axis)) return std::nullopt;
-  Candidate candidate{.definition = &definition,
+  Candidate candidate{.definition = found,
                       .axis = spec.axis,
                       .amplitudes = names_of(definition, ParameterRole::kAmplitude),
                       .conventions = borrowed(definition, model, spec.axis),
@@ -263,7 +265,7 @@ Candidates candidates(const MeasuredSeries& series, const Playback& playback,
     auto components = amplitudes_not_testable(definition, series, playback, axis);
     if (listed != nullptr) components.clear();
     result.not_testable.insert(result.not_testable.end(), components.begin(), components.end());
-    Candidate candidate{.definition = &definition,
+    Candidate candidate{.definition = {twin::DefinitionPtr(), &definition},
                         .axis = axis,
                         .amplitudes = names_of(definition, ParameterRole::kAmplitude),
                         .conventions = borrowed(definition, model, axis),
@@ -272,6 +274,11 @@ Candidates candidates(const MeasuredSeries& series, const Playback& playback,
                                            : input_choices(playback, definition.inputs.size());
     add_choices(candidate, playback, choices, oscillations);
     if (!candidate.variants.empty()) result.testable.push_back(std::move(candidate));
+  }
+  for (const twin::EffectSpec& spec : model.effects) {
+    if (spec.axis != axis || spec.formula.empty() || !spec.parameters.empty()) continue;
+    auto candidate = listed_candidate(spec, series, playback, model);
+    if (candidate) result.testable.push_back(std::move(*candidate));
   }
   return result;
 }

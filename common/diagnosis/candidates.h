@@ -17,6 +17,7 @@
 #include "common/diagnosis/oscillation_scan.h"
 #include "common/diagnosis/playback.h"
 #include "common/twin/effect.h"
+#include "common/twin/effect_catalogue.h"
 #include "common/twin/model.h"
 
 namespace zerodrift::diagnosis {
@@ -31,7 +32,7 @@ struct Variant {
 };
 
 struct Candidate {
-  const twin::EffectDefinition* definition = nullptr;
+  twin::DefinitionPtr definition{};
   core::Axis axis = core::Axis::kX;
   // Names of the kAmplitude parameters, one a column. None: the effect has a size of its own and
   // makes one column, whose amplitude must come out near 1.

@@ -206,7 +206,7 @@ class AxisExamination {
       twin::Model without = all;
       without.effects[i] = given;
       if (compare_on(split.held_out, without, all, axis_).gain_nats < 0.0)
-        kinds.push_back(given.kind);
+        kinds.push_back(label_of(given));
     }
     return kinds;
   }

@@ -38,7 +38,7 @@ struct Alternative {
 };
 
 struct NamedEffect {
-  std::string name;                         // of the catalogue
+  std::string name;                         // of the catalogue, or "formula"
   double probability = 0.0;                 // that it is this one, of all in the catalogue
   std::vector<Alternative> alternatives{};  // the rest of the 95 % set, most probable first
   std::vector<std::string> inputs{};        // the temperatures it reads
@@ -46,6 +46,7 @@ struct NamedEffect {
   std::map<std::string, double> standard_errors{};
   double log_evidence = 0.0;  // natural logarithm of its Bayes factor against the model without it
   double share_of_gap = 0.0;  // of the explained mean square, 0 to 1
+  std::string formula{};      // of one that the model lists
 };
 
 struct Recalibration {

@@ -54,7 +54,8 @@ std::vector<double> added_lines_hz(const twin::Model& before, const twin::Model&
 template <typename Changes>
 bool changes_shape(const Changes& changes) {
   return std::any_of(changes.begin(), changes.end(), [](const auto& change) {
-    return !is_noise(change.name) && !twin::find_effect(change.name)->search.is_constant;
+    const auto* definition = twin::find_effect(change.name);  // null: a formula's label
+    return !is_noise(change.name) && !(definition != nullptr && definition->search.is_constant);
   });
 }
 

@@ -72,7 +72,7 @@ std::vector<KnownParameter> known_parameters(const twin::Model& model, core::Axi
   std::vector<KnownParameter> known;
   for (std::size_t i = 0; i < model.effects.size(); ++i) {
     const EffectSpec& spec = model.effects[i];
-    const EffectDefinition* definition = twin::find_effect(spec.kind);
+    const twin::DefinitionPtr definition = twin::definition_of(spec);
     if (definition == nullptr || spec.axis != axis || spec.parameters.empty()) continue;
     if (definition->family != twin::Family::kDeterministic || definition->search.is_constant)
       continue;
@@ -90,7 +90,7 @@ std::vector<KnownParameter> known_parameters(const twin::Model& model, core::Axi
            parameter.name,
            value,
            amplitude,
-           {.name = spec.kind + "." + parameter.name,
+           {.name = label_of(spec) + "." + parameter.name,
             .values = amplitude ? amplitude_column(playback, spec, *definition, parameter.name)
                                 : shape_column(playback, spec, *definition, parameter.name),
             .prior_sd = expected}});
@@ -107,11 +107,12 @@ std::vector<Recalibration> recalibrate(twin::Model& model, const std::vector<Kno
     const CorrectionFinding& correction = corrections[i];
     if (!correction.significant) continue;
     EffectSpec& spec = model.effects[known[i].effect];
-    const EffectDefinition& definition = *twin::find_effect(spec.kind);
-    const double to = limited(definition, known[i].parameter, known[i].value + correction.value);
+    const double to =
+        limited(*twin::definition_of(spec), known[i].parameter, known[i].value + correction.value);
     spec.parameters[known[i].parameter] = to;
     spec.standard_errors[known[i].parameter] = correction.standard_error;
-    told.push_back({spec.kind, known[i].parameter, known[i].value, to, correction.standard_error});
+    told.push_back(
+        {label_of(spec), known[i].parameter, known[i].value, to, correction.standard_error});
   }
   return told;
 }

@@ -100,7 +100,7 @@ std::string name_of(const GenericFunction& function) {
 CandidateGroup group_of(const Candidate& candidate, const ShapeCode& code,
                         const MeasuredSeries& series, const Playback& playback) {
   CandidateGroup group;
-  group.name = candidate.definition->kind;
+  group.name = label_of(*candidate.definition);
   group.family = twin::input_family(*candidate.definition);
   for (const Variant& variant : candidate.variants)
     group.variants.push_back({code.encode(variant), variant.log_prior});
@@ -174,7 +174,8 @@ Variant Lineup::variant_of(GroupId id, const std::vector<double>& shape) const {
 
 std::string Lineup::name_of(GroupId id) const {
   const Candidate* candidate = named_by(id);
-  return candidate != nullptr ? candidate->definition->kind : diagnosis::name_of(*generic_by(id));
+  return candidate != nullptr ? label_of(*candidate->definition)
+                              : diagnosis::name_of(*generic_by(id));
 }
 
 std::vector<CandidateGroup> Lineup::groups(const MeasuredSeries& series,
@@ -202,7 +203,6 @@ std::vector<CandidateGroup> Lineup::groups(const MeasuredSeries& series,
 
 NamedEffect Lineup::effect_of(const FoundEffect& found) const {
   NamedEffect effect;
-  effect.name = name_of(found.group);
   effect.probability = found.probability;
   effect.log_evidence = found.log_evidence;
   for (const RankedGroup& ranked : found.credible_set) {
@@ -210,8 +210,12 @@ NamedEffect Lineup::effect_of(const FoundEffect& found) const {
       effect.alternatives.push_back({name_of(ranked.group), ranked.probability});
   }
   const Candidate& candidate = *named_by(found.group);
+  effect.name = candidate.definition->kind;
+  effect.formula = candidate.definition->formula;
   const Variant variant = variant_of(found.group, found.shape);
-  for (const auto point : variant.inputs) effect.inputs.emplace_back(twin::name(point));
+  if (!candidate.definition->search.has_fixed_inputs) {
+    for (const auto point : variant.inputs) effect.inputs.emplace_back(twin::name(point));
+  }
   effect.parameters = candidate.conventions;
   for (const auto& [name, value] : variant.shapes) effect.parameters[name] = value;
   for (std::size_t a = 0; a < candidate.amplitudes.size(); ++a) {

@@ -15,10 +15,10 @@ using twin::EffectSpec;
 
 void tell_untestable(Trial& trial, const TrialInput& input) {
   for (const EffectSpec& spec : input.model.effects) {
-    const auto* definition = twin::find_effect(spec.kind);
+    const auto definition = twin::definition_of(spec);
     if (spec.axis != input.axis || definition == nullptr || !is_waveform(*definition)) continue;
     if (auto why = why_not_testable(*definition, input.series, input.playback, input.axis)) {
-      trial.not_testable.push_back({spec.kind, std::move(*why)});
+      trial.not_testable.push_back({label_of(spec), std::move(*why)});
       continue;
     }
     const auto components =
@@ -29,15 +29,15 @@ void tell_untestable(Trial& trial, const TrialInput& input) {
 
 void tell_unfitted(Trial& trial, const TrialInput& input) {
   for (const EffectSpec& spec : trial.repaired.effects) {
-    const auto* definition = twin::find_effect(spec.kind);
+    const auto definition = twin::definition_of(spec);
     if (spec.axis != input.axis || definition == nullptr || !spec.parameters.empty()) continue;
     if (definition->family == twin::Family::kRecordFault) continue;
     const bool is_told =
         std::any_of(trial.not_testable.begin(), trial.not_testable.end(),
-                    [&](const NotTestable& entry) { return entry.name == spec.kind; });
+                    [&](const NotTestable& entry) { return entry.name == label_of(spec); });
     if (is_told) continue;
     trial.not_testable.push_back(
-        {spec.kind,
+        {label_of(spec),
          "listed without coefficients, and the record shows too little of it to fit them"});
   }
 }
@@ -50,11 +50,12 @@ void give_coefficients(EffectSpec& waiting, const Candidate& candidate, const Na
   for (const std::string& amplitude : candidate.amplitudes) {
     const auto error = found.standard_errors.find(amplitude);
     if (error == found.standard_errors.end()) continue;
-    told.push_back({waiting.kind, amplitude, 0.0, found.parameters.at(amplitude), error->second});
+    told.push_back(
+        {label_of(waiting), amplitude, 0.0, found.parameters.at(amplitude), error->second});
   }
   if (!candidate.amplitudes.empty()) return;  // else its shape is its size
   for (const std::string& shape : names_of(*candidate.definition, twin::ParameterRole::kShape))
-    told.push_back({waiting.kind, shape, 0.0, found.parameters.at(shape), 0.0});
+    told.push_back({label_of(waiting), shape, 0.0, found.parameters.at(shape), 0.0});
 }
 
 }  // namespace zerodrift::diagnosis

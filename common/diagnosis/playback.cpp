@@ -151,7 +151,7 @@ std::vector<double> Playback::run(const twin::EffectDefinition& definition,
 std::vector<double> Playback::drift(const twin::Model& model, core::Axis axis) const {
   std::vector<double> sum(inputs_.size(), 0.0);
   for (const twin::EffectSpec& spec : model.effects) {
-    const twin::EffectDefinition* definition = twin::find_effect(spec.kind);
+    const twin::DefinitionPtr definition = twin::definition_of(spec);
     if (definition == nullptr || spec.axis != axis || spec.parameters.empty()) continue;
     if (!is_waveform(*definition)) continue;
     const auto added = run(*definition, context_of(spec, *definition, interval_s_));

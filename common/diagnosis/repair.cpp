@@ -132,7 +132,8 @@ void take_listed(Trial& trial, core::Axis axis, const Candidate& candidate,
                  const NamedEffect& found) {
   const auto waiting = std::find_if(
       trial.repaired.effects.begin(), trial.repaired.effects.end(), [&](const EffectSpec& spec) {
-        return spec.axis == axis && spec.kind == found.name && spec.parameters.empty();
+        return spec.axis == axis && spec.kind == found.name && spec.formula == found.formula &&
+               spec.parameters.empty();
       });
   core::require(waiting != trial.repaired.effects.end(), "what is listed waits in the model");
   give_coefficients(*waiting, candidate, found, trial.recalibrated);

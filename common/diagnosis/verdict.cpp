@@ -140,7 +140,7 @@ std::string what_would_decide(const twin::Model& model, const MeasuredSeries& se
     if (is_new && why_unmet(need, series, playback, axis)) needs.push_back(what);
   };
   for (const twin::EffectSpec& spec : model.effects) {
-    const auto* definition = twin::find_effect(spec.kind);
+    const auto definition = twin::definition_of(spec);
     if (definition == nullptr || spec.axis != axis) continue;
     for (const twin::Need need : definition->needs) add(need);
   }

@@ -191,6 +191,8 @@ struct SearchTraits {
   // Why nothing can be said of an effect where the model has none that lends. Empty: it does
   // without.
   std::string without_lender{};
+  // Reads the temperatures of its definition and no others.
+  bool has_fixed_inputs = false;
 };
 
 // Everything an instance is made from.
@@ -216,7 +218,8 @@ struct EffectDefinition {
   std::vector<std::string> confused_with{};  // effects of the catalogue that look alike
   Spectrum spectrum{};                       // Family::kStochastic only
   SearchTraits search{};
-  std::function<std::unique_ptr<Effect>(const EffectContext&)> make;
+  std::function<std::unique_ptr<Effect>(const EffectContext&)> make{};
+  std::string formula{};  // of an effect that is one (formula.h)
 };
 
 // The lag parameter that temperature effects share: which lag a search tries besides none.

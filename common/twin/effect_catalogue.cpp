@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "common/twin/formula.h"
+
 // One line an effect: effects/<name>.cpp defines EffectDefinition effects::<name>().
 #define ZERODRIFT_FOR_EACH_EFFECT(X) \
   X(bias)                            \
@@ -64,10 +66,24 @@ std::span<const EffectDefinition> effect_catalogue() {
 }
 
 const EffectDefinition* find_effect(std::string_view kind) {
+  if (kind == kFormulaKind) return &formula_in_general();
   const auto all = effect_catalogue();
   const auto found = std::find_if(all.begin(), all.end(),
                                   [kind](const EffectDefinition& d) { return d.kind == kind; });
   return found == all.end() ? nullptr : &*found;
+}
+
+DefinitionPtr definition_of(const EffectSpec& spec) {
+  if (spec.kind != kFormulaKind) return {DefinitionPtr(), find_effect(spec.kind)};
+  const auto parsed = parse_formula(spec.formula);
+  const auto* formula = std::get_if<Formula>(&parsed);
+  if (formula == nullptr) return nullptr;
+  return std::make_shared<EffectDefinition>(formula_effect(*formula, spec.formula, spec.axis));
+}
+
+std::string label_of(std::string_view kind, std::string_view formula) {
+  const std::string label(kind);
+  return formula.empty() ? label : label + " " + std::string(formula);
 }
 
 std::span<const std::string> effect_names() {
@@ -81,7 +97,7 @@ std::span<const std::string> effect_names() {
 
 bool depends_on(const Model& model, Need need) {
   return std::any_of(model.effects.begin(), model.effects.end(), [need](const EffectSpec& spec) {
-    const EffectDefinition* definition = find_effect(spec.kind);
+    const DefinitionPtr definition = definition_of(spec);
     if (definition == nullptr || spec.parameters.empty()) return false;
     const auto& needs = definition->needs;
     return std::find(needs.begin(), needs.end(), need) != needs.end();
@@ -128,7 +144,8 @@ std::unique_ptr<Effect> make_effect(const EffectSpec& spec, double interval_s,
     throw std::invalid_argument("interval_s: must be within 1e-6 and 1e6 s, found " +
                                 std::to_string(interval_s));
   }
-  const EffectDefinition& definition = *find_effect(spec.kind);
+  const DefinitionPtr found = definition_of(spec);
+  const EffectDefinition& definition = *found;
   EffectContext context{complete_parameters(definition, spec.parameters), definition.inputs,
                         spec.axis, interval_s, noise};
   for (std::size_t i = 0; i < spec.inputs.size(); ++i) {

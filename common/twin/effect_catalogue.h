@@ -16,8 +16,24 @@ namespace zerodrift::twin {
 // In the order of effect_catalogue.cpp.
 [[nodiscard]] std::span<const EffectDefinition> effect_catalogue();
 
-// nullptr where the catalogue has no such effect.
+// nullptr where the catalogue has no such effect. What a formula is without its text, for
+// "formula".
 [[nodiscard]] const EffectDefinition* find_effect(std::string_view kind);
+
+// Of the catalogue, or a formula's own.
+using DefinitionPtr = std::shared_ptr<const EffectDefinition>;
+
+// nullptr where there is none: another kind, or a formula that isn't one.
+[[nodiscard]] DefinitionPtr definition_of(const EffectSpec& spec);
+
+// For people, and unique on an axis where the kind is: the kind, of a formula also its text.
+[[nodiscard]] std::string label_of(std::string_view kind, std::string_view formula);
+[[nodiscard]] inline std::string label_of(const EffectSpec& spec) {
+  return label_of(spec.kind, spec.formula);
+}
+[[nodiscard]] inline std::string label_of(const EffectDefinition& definition) {
+  return label_of(definition.kind, definition.formula);
+}
 
 [[nodiscard]] std::span<const std::string> effect_names();
 

@@ -9,6 +9,7 @@
 
 #include "common/core/closest_name.h"
 #include "common/twin/effect_catalogue.h"
+#include "common/twin/formula.h"
 #include "common/twin/thermal_plant.h"
 
 namespace zerodrift::twin {
@@ -156,6 +157,40 @@ std::optional<Problem> problem_of_inputs(const EffectSpec& spec,
   return std::nullopt;
 }
 
+// Nothing in the catalogue stands for a value that the file leaves out of a formula.
+std::optional<Problem> problem_of_values(const EffectSpec& spec,
+                                         const EffectDefinition& definition) {
+  for (const ParameterDefinition& parameter : definition.parameters) {
+    const std::string key = "parameters." + parameter.name;
+    if (!spec.parameters.empty() && !spec.parameters.contains(parameter.name))
+      return Problem{key, "must be given, as all of a formula's parameters or none"};
+    const bool can_be_found =
+        parameter.role == ParameterRole::kAmplitude || !parameter.grid.empty();
+    if (spec.parameters.empty() && !can_be_found) {
+      return Problem{key,
+                     "must be given, or a number in its place in the formula: a record finds "
+                     "factors of summands, time constants of lags and widths of plays of a "
+                     "temperature only"};
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<Problem> problem_of_formula(const EffectSpec& spec) {
+  const auto parsed = parse_formula(spec.formula);
+  if (const auto* wrong = std::get_if<FormulaProblem>(&parsed))
+    return Problem{"formula", wrong->text()};
+  const EffectDefinition definition =
+      formula_effect(std::get<Formula>(parsed), spec.formula, spec.axis);
+  if (!spec.inputs.empty())
+    return Problem{"inputs", "a formula names its temperatures itself, found a list"};
+  for (const auto& [name, value] : spec.parameters) {
+    if (auto problem = problem_of_parameter(name, value, definition)) return problem;
+  }
+  if (auto problem = problem_of_standard_errors(spec, definition)) return problem;
+  return problem_of_values(spec, definition);
+}
+
 std::optional<Problem> within(std::optional<Problem> problem, const char* list, std::size_t i) {
   if (problem) problem->key = std::string(list) + '[' + std::to_string(i) + "]." + problem->key;
   return problem;
@@ -176,11 +211,14 @@ std::optional<Problem> problem_of_repeated_probe(const std::vector<ProbeSpec>& p
 }  // namespace
 
 std::optional<Problem> EffectSpec::find_problem() const {
+  if (kind == kFormulaKind) return problem_of_formula(*this);
   const EffectDefinition* definition = find_effect(kind);
   if (definition == nullptr) {
     return Problem{"kind", "the catalogue has no effect '" + kind + "'" +
                                core::suggestion(kind, effect_names())};
   }
+  if (!formula.empty())
+    return Problem{"formula", "only kind 'formula' has one, found '" + kind + "'"};
   for (const auto& [name, value] : parameters) {
     if (auto problem = problem_of_parameter(name, value, *definition)) return problem;
   }

@@ -38,7 +38,7 @@ struct Origin {
 };
 
 struct EffectSpec {
-  std::string kind;  // a name of the effect catalogue
+  std::string kind;  // a name of the effect catalogue, or "formula"
   core::Axis axis = core::Axis::kX;
   // In the units that the names end in; a parameter left out has the catalogue's default. An effect
   // with no parameters at all is known to exist, waits to be fitted, and contributes nothing.
@@ -47,6 +47,7 @@ struct EffectSpec {
   std::vector<std::string> inputs{};  // temperatures it reads; empty = the catalogue's default
   Origin origin{};
   UnknownKeys unknown_keys{};
+  std::string formula{};  // of kind "formula" alone (formula.h)
 
   // The first problem ("parameters.tau_s", ...), or none.
   [[nodiscard]] std::optional<Problem> find_problem() const;

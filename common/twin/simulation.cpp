@@ -102,7 +102,7 @@ GyroSimulation::GyroSimulation(const Model& model, const Profile& profile, std::
       motion_(profile, 1.0 / rate_hz) {
   for (std::size_t i = 0; i < model.effects.size(); ++i) {
     const EffectSpec& spec = model.effects[i];
-    const EffectDefinition* definition = find_effect(spec.kind);
+    const DefinitionPtr definition = definition_of(spec);
     if (definition == nullptr || spec.parameters.empty()) continue;
     AxisEffects& axis = effects_[core::index(spec.axis)];
     auto& group = definition->contribution == Contribution::kDrift   ? axis.drift

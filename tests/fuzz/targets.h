@@ -26,6 +26,7 @@ void compensation_config(Bytes input);
 void datagram(Bytes input);
 void dds_payload(Bytes input);
 void mcap(Bytes input);
+void formula(Bytes input);
 void foxglove_frame(Bytes input);
 void http_target(Bytes input);
 void record_csv(Bytes input);
@@ -49,6 +50,7 @@ inline constexpr std::array kTargets{
     Target{"datagram", datagram},
     Target{"dds_payload", dds_payload},
     Target{"mcap", mcap},
+    Target{"formula", formula},
     Target{"foxglove_frame", foxglove_frame},
     Target{"http_target", http_target},
     Target{"record_csv", record_csv},

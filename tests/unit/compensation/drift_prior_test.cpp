@@ -197,7 +197,7 @@ TEST(DriftPriorLaws, TheIdentityIsThatOfTheFigures) {
     return prior_identity(model);
   };
   const std::string identity = prior_identity(model_with_states());
-  EXPECT_EQ(identity.substr(0, identity.rfind(',')), "test, 9 effects");
+  EXPECT_EQ(identity.substr(0, identity.rfind(',')), "test, 10 effects");
   EXPECT_EQ(with([](auto& m) { m.gyro = "another name for people"; }), identity);
   EXPECT_EQ(with([](auto& m) { m.effects[1].origin.by = "diagnose"; }), identity);
   EXPECT_EQ(with([](auto& m) { m.effects[1].standard_errors["lag_s"] = 1.0; }), identity);
@@ -212,6 +212,7 @@ TEST(DriftPriorLaws, TheIdentityIsThatOfTheFigures) {
   EXPECT_NE(with([](auto& m) { m.effects[1].parameters["lag_s"] = 181.0; }), identity);
   EXPECT_NE(with([](auto& m) { m.effects[1].inputs = {"coil_outer"}; }), identity);
   EXPECT_NE(with([](auto& m) { m.effects[0].axis = Axis::kY; }), identity);
+  EXPECT_NE(with([](auto& m) { m.effects[7].formula += " * abs(T_case / 20)"; }), identity);
   EXPECT_NE(with([](auto& m) { m.effects.pop_back(); }), identity);
 }
 

@@ -52,6 +52,27 @@ class TwinFile : public testing::Test {
 using TwinFileLaws = TwinFile;
 using TwinFileAbuse = TwinFile;
 
+TEST_F(TwinFileLaws, AFormulaIsReadAndWrittenAsItIs) {
+  const std::string text =
+      "format_version: 1\neffects:\n  - kind: formula\n    axis: y\n"
+      "    formula: \"k * lag(T_coil - 18, tau) * B_x\"\n"
+      "    parameters: {k: 0.01, tau: 300}\n    standard_errors: {k: 0.001}\n";
+  const twin::Model model = load_model(written(text)).model;
+  save_model(model, folder_ / "copy.yaml");
+  const twin::Model copy = load_model(folder_ / "copy.yaml").model;
+  ASSERT_EQ(copy.effects.size(), 1U);
+  EXPECT_EQ(copy.effects[0].formula, "k * lag(T_coil - 18, tau) * B_x");
+  EXPECT_EQ(copy.effects[0].parameters, model.effects[0].parameters);
+  EXPECT_EQ(copy.effects[0].standard_errors, model.effects[0].standard_errors);
+}
+
+TEST_F(TwinFileAbuse, AWrongFormulaIsNamedByLineKeyAndCharacter) {
+  EXPECT_EQ(model_error("format_version: 1\neffects:\n  - kind: formula\n    axis: y\n"
+                        "    formula: \"k * T_coli\"\n"),
+            "5: effects[0].formula: at character 5: no input is called 'T_coli'; did you mean "
+            "'T_coil'?");
+}
+
 TEST_F(TwinFileLaws, AModelThatIsSavedAndLoadedIsTheSameToTheBit) {
   const auto original =
       load_model(std::filesystem::path(ZERODRIFT_SOURCE_DIR) / "config/models/paper_fog.yaml")

@@ -68,6 +68,45 @@ TEST(CalibrationScenario, KindsAloneGetTheirCoefficientsAndNothingIsMissing) {
   EXPECT_LT(found.axis.held_out.after_rms_radps, 0.3 * found.axis.held_out.before_rms_radps);
 }
 
+twin::EffectSpec formula(const std::string& text, const twin::Parameters& parameters) {
+  return {.kind = "formula", .axis = kX, .parameters = parameters, .formula = text};
+}
+
+// Two of them on one axis, and each gets its own.
+TEST(CalibrationScenario, FormulasListedWithoutValuesGetThem) {
+  constexpr double kProduct = 5e-5;  // deg/h per degC uT
+  constexpr double kSquare = 2e-3;   // deg/h per (m/s^2)^2
+  const std::string product = "k * (T_board - 20) * B_x";
+  const std::string square = "k * a_z^2";
+  const twin::Model given = test::lab_model();
+  const twin::Model truth = test::with(test::with(given, formula(product, {{"k", kProduct}})),
+                                       formula(square, {{"k", kSquare}}));
+  const twin::Model listed =
+      test::with(test::with(given, formula(product, {})), formula(square, {}));
+  const Answer found = answer(listed, truth);
+  EXPECT_EQ(found.axis.verdict, Verdict::kRecalibrated) << found.axis.sentence;
+  EXPECT_EQ(found.axis.acceptance, Acceptance::kAccepted);
+  const std::size_t first = given.effects.size();
+  ASSERT_EQ(found.repaired.effects.size(), first + 2);
+  for (const auto& [place, value] : {std::pair{first, kProduct}, std::pair{first + 1, kSquare}}) {
+    const twin::EffectSpec& spec = found.repaired.effects[place];
+    ASSERT_TRUE(spec.parameters.contains("k")) << spec.formula;
+    EXPECT_NEAR(spec.parameters.at("k"), value, 5.0 * spec.standard_errors.at("k"));
+    EXPECT_GT(value, 5.0 * spec.standard_errors.at("k")) << "there must be something to find";
+  }
+  EXPECT_TRUE(found.repaired.validate() == std::nullopt);
+}
+
+TEST(CalibrationScenario, AWrongFactorOfAFormulaIsRecalibrated) {
+  const std::string text = "k * (T_board - 20) * B_x";
+  const twin::Model given = test::with(test::lab_model(), formula(text, {{"k", 2e-5}}));
+  const twin::Model truth = test::with(test::lab_model(), formula(text, {{"k", 5e-5}}));
+  const Answer found = answer(given, truth);
+  EXPECT_EQ(found.axis.verdict, Verdict::kRecalibrated) << found.axis.sentence;
+  const twin::EffectSpec& spec = found.repaired.effects.back();
+  EXPECT_NEAR(spec.parameters.at("k"), 5e-5, 5.0 * spec.standard_errors.at("k"));
+}
+
 // A lag of the polynomial would take the place of what is missing.
 TEST(CalibrationScenario, WhatIsMissingBesideKindsAloneIsNamedAndNoLagStandsInForIt) {
   const twin::Model truth = test::lab_model();
