@@ -64,8 +64,9 @@ void AxisDrift::estimate(Scheme scheme, const AxisInputs& inputs) noexcept {
   } else {
     const core::Reason reason =
         inputs.input == core::Reason::kNone ? core::Reason::kInitialSet : inputs.input;
-    apply(core::Rung::kStationaryBias, core::Mode::kFallback, reason, model->drift.held_radps,
-          held_variance(model->drift, model->trust, inputs.now));
+    const bool is_in_order = core::passes_by_itself(reason);
+    apply(core::Rung::kStationaryBias, is_in_order ? core::Mode::kHolding : core::Mode::kFallback,
+          reason, model->drift.held_radps, held_variance(model->drift, model->trust, inputs.now));
   }
   context_.applied_radps = applied_radps_;
   context_.held_radps = model->drift.held_radps;
@@ -97,7 +98,7 @@ void AxisDrift::apply_forecast(Scheme scheme, const AxisInputs& inputs) noexcept
     drift += weight * (*safe_radps_ - drift);
   }
   const bool beyond = made.kind == ForecastKind::kBeyond;
-  apply(core::Rung::kStationaryBias, beyond ? core::Mode::kOutOfDomain : core::Mode::kFallback,
+  apply(core::Rung::kStationaryBias, beyond ? core::Mode::kOutOfDomain : core::Mode::kHolding,
         beyond ? core::Reason::kOutsideLearned : core::Reason::kModelWorseThanBias, drift,
         made.variance);
 }

@@ -7,6 +7,7 @@
 // O(terms).
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
@@ -69,8 +70,9 @@ class AxisDrift {
   void carry(core::StateArchive& archive) {
     archive(context_, safe_radps_, safe_time_, record_, applied_radps_, variance_, mode_, reason_,
             rung_, on_prior_, adds_prior_, remainder_radps_);
-    archive.require(mode_ <= core::Mode::kOutOfDomain && reason_ <= core::Reason::kSettling &&
-                    rung_ <= core::Rung::kStack);
+    archive.require(static_cast<std::size_t>(mode_) < core::kModes &&
+                    static_cast<std::size_t>(reason_) < core::kReasons &&
+                    static_cast<std::size_t>(rung_) < core::kRungs);
   }
 
  private:

@@ -31,6 +31,9 @@ constexpr double kPriorWindowsOfShortest = 0.3;
 constexpr double kWindowsToProve = 0.5;
 constexpr double kLargestLossRatio = 1.0;
 constexpr double kLargestModelLossRatio = 2.0;
+// What is proved stays so until it is this much worse than what it had to prove: the loss is a
+// square, 5 % rms. Else noise alone changes the mode at every other label.
+constexpr double kLossRatioToLeave = 1.1;
 // Beyond it: two windows, and 0.7 times holding's error by forecast and model alike.
 constexpr double kWindowsToProveBeyond = 2.0;
 constexpr double kLargestLossRatioBeyond = 0.5;
@@ -344,8 +347,9 @@ void ForecastJudge::judge(std::size_t k, const JudgedLabel& label) noexcept {
   seen.weights = likeliest_weights({seen.change_change, seen.change_level, seen.level_level,
                                     seen.change_error, seen.level_error},
                                    ridge, prior);
-  const double most = beyond ? kLargestLossRatioBeyond : kLargestLossRatio;
-  const double most_of_model = beyond ? kLargestLossRatioBeyond : kLargestModelLossRatio;
+  const double leeway = entries[k].is_proved() ? kLossRatioToLeave : 1.0;
+  const double most = leeway * (beyond ? kLargestLossRatioBeyond : kLargestLossRatio);
+  const double most_of_model = leeway * (beyond ? kLargestLossRatioBeyond : kLargestModelLossRatio);
   const bool proved = seen.windows >= (beyond ? kWindowsToProveBeyond : kWindowsToProve) &&
                       seen.forecast_loss <= most * seen.held_loss &&
                       seen.model_loss <= most_of_model * seen.held_loss;

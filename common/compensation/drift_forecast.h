@@ -89,6 +89,9 @@ struct ForecastTrust {
   double forecast_variance = -1;  // of such a forecast, (rad/s)²; negative: no experience
   double held_variance = -1;      // of holding
 
+  [[nodiscard]] bool is_proved() const noexcept {
+    return weights.change > 0.0 || weights.level > 0.0;
+  }
   void carry(core::StateArchive& archive);
 };
 

@@ -13,10 +13,13 @@ enum class Mode : std::uint8_t {
   kPassthrough = 0,  // nothing taken off
   kLearning = 1,     // the model compensates, and learns from what comes in
   kFrozen = 2,       // the model compensates and does not learn
-  kFallback = 3,     // a simpler estimate compensates
+  kFallback = 3,     // a simpler estimate compensates, since an input or every label is missing
   kOutOfDomain = 4,  // temperature or rate outside what was learned: the last safe value, or a
                      // forecast that proved itself there, compensates
+  kHolding = 5,      // the last stationary mean compensates: nothing known predicts better
 };
+
+inline constexpr std::size_t kModes = 6;
 
 enum class Reason : std::uint8_t {
   kNone = 0,                 // learning: all is as it should be
@@ -66,6 +69,8 @@ constexpr std::string_view name(Mode mode) {
       return "fallback";
     case Mode::kOutOfDomain:
       return "out_of_domain";
+    case Mode::kHolding:
+      return "holding";
   }
   return "unknown";
 }
@@ -108,6 +113,32 @@ constexpr std::string_view name(Reason reason) {
       return "polarity_reversed";
   }
   return "unknown";
+}
+
+// Part of a start, of a drive or of ordinary learning: nobody has to do anything about it.
+constexpr bool passes_by_itself(Reason reason) {
+  switch (reason) {
+    case Reason::kNone:
+    case Reason::kNoEstimateYet:
+    case Reason::kInitialSet:
+    case Reason::kMotion:
+    case Reason::kRateNotReady:
+    case Reason::kModelWorseThanBias:
+    case Reason::kOutsideLearned:
+    case Reason::kSettling:
+      return true;
+    case Reason::kEarthRateUnknown:
+    case Reason::kLevelImplausible:
+    case Reason::kCommanded:
+    case Reason::kTemperatureMissing:
+    case Reason::kTemperatureStale:
+    case Reason::kProbeStuck:
+    case Reason::kInvalidInput:
+    case Reason::kSchemeNone:
+    case Reason::kPolarityReversed:
+      return false;
+  }
+  return false;
 }
 
 constexpr std::string_view name(Rung rung) {

@@ -2,6 +2,7 @@
 // A picture of curves, and its drawing as SVG by gnuplot.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,6 +22,7 @@ struct Curve {
   std::vector<double> lower = {};
   std::vector<double> upper = {};
   CurveStyle style = CurveStyle::kLine;
+  std::optional<std::size_t> colour = {};  // place in the palette; the curve's own without
 };
 
 // A line across the picture: vertical at an x, horizontal at a y.

@@ -234,7 +234,7 @@ class Looks {
       return line(curve, kGuideColour, dashes, "1.2");
     }
     const std::size_t ordinal = curves_++;
-    const std::string_view colour = kColours[ordinal % kColours.size()];
+    const std::string_view colour = kColours[curve.colour.value_or(ordinal) % kColours.size()];
     if (curve.style == CurveStyle::kPoints) return points(curve, runs, colour, ordinal);
     if (!is_dense(runs, y)) return line(curve, colour, kDashes[ordinal % kDashes.size()], "2.2");
     Look look = line(curve, colour, "", "1");

@@ -179,8 +179,12 @@ void GyroEvents::tell_of_modes(const Gyro& gyro) {
     const auto mode = gyro.newest().mode[i];
     const auto reason = gyro.newest().reason[i];
     if (mode == told_mode_[i] && reason == told_reason_[i]) continue;
+    // Motion, settling and the like within one mode are one story, which its first event tells.
+    const bool goes_on = mode == told_mode_[i] && core::passes_by_itself(reason) &&
+                         core::passes_by_itself(told_reason_[i]);
     told_mode_[i] = mode;
     told_reason_[i] = reason;
+    if (goes_on) continue;
     host_.raise({.code = "mode_" + std::string(core::name(axis)),
                  .severity = Severity::kInformation,
                  .text = "axis " + std::string(core::name(axis)) + ": " +

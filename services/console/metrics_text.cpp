@@ -194,8 +194,8 @@ void add_gyro(Families& families, std::uint32_t id, const Gateway::GyroFigures& 
     Labels labels = of;
     labels.push_back({"axis", kAxes[i]});
     families.add("zerodrift_axis_mode",
-                 "0 passthrough, 1 learning, 2 frozen, 3 fallback, 4 out of domain", labels,
-                 static_cast<double>(modes[i]));
+                 "0 passthrough, 1 learning, 2 frozen, 3 fallback, 4 out of domain, 5 holding",
+                 labels, static_cast<double>(modes[i]));
     families.add("zerodrift_axis_drift_degrees_per_hour", "What is taken off", labels, drift[i]);
     families.add("zerodrift_axis_drift_sigma_degrees_per_hour",
                  "One sigma of what is taken off; NaN: not known", labels, sigma[i]);

@@ -21,6 +21,7 @@ struct CalibrateOptions {
   std::vector<std::string> axes;
   std::vector<std::string> effects;
   std::string gyro = "gyro";
+  Invocation made_by;
   DiagnosisOutputs outputs;
 
   CalibrateOptions() {
@@ -60,6 +61,12 @@ twin::Model listing(const CalibrateOptions& options, const measurement::Measured
   return model;
 }
 
+Provenance calibration_provenance(const CalibrateOptions& options) {
+  std::vector<std::string> records = options.request.validation;
+  records.insert(records.begin(), options.request.record);
+  return provenance_of(options.made_by, "", records);
+}
+
 int calibrate(CalibrateOptions options) {
   options.request.axes = axes_named(options.axes);
   if (options.request.date.empty()) options.request.date = today();
@@ -71,16 +78,17 @@ int calibrate(CalibrateOptions options) {
   hand_out(run_calibration(
                options.request,
                [&](const measurement::MeasuredRecord& record) { return listing(options, record); }),
-           options.outputs);
+           options.outputs, calibration_provenance(options));
   return service::kExitDone;
 }
 
 }  // namespace
 
-void add_calibrate(CLI::App& app, Run& run) {
+void add_calibrate(CLI::App& app, Run& run, const Invocation& made_by) {
   auto* command = app.add_subcommand(
       "calibrate", "make a first model of a gyro from a record of it, with standard errors");
   auto options = std::make_shared<CalibrateOptions>();
+  options->made_by = made_by;
   DiagnosisRequest& request = options->request;
   command->add_option("--record", request.record, kRecordHelp)->required();
   command

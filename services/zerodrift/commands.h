@@ -6,17 +6,19 @@
 #include <CLI/CLI.hpp>
 #include <functional>
 
+#include "services/zerodrift/provenance.h"
+
 namespace zerodrift::services {
 
 using Run = std::function<int()>;
 
 void add_simulate(CLI::App& app, Run& run);
 void add_compensate(CLI::App& app, Run& run);
-void add_compare(CLI::App& app, Run& run);
+void add_compare(CLI::App& app, Run& run, const Invocation& made_by);
 void add_navigate(CLI::App& app, Run& run);
 void add_allan(CLI::App& app, Run& run);
-void add_diagnose(CLI::App& app, Run& run);
-void add_calibrate(CLI::App& app, Run& run);
+void add_diagnose(CLI::App& app, Run& run, const Invocation& made_by);
+void add_calibrate(CLI::App& app, Run& run, const Invocation& made_by);
 void add_record(CLI::App& app, Run& run);
 void add_replay(CLI::App& app, Run& run);
 void add_info(CLI::App& app, Run& run);

@@ -2,6 +2,7 @@
 // zerodrift compare: all schemes on one record, judged honestly, and as the paper did; or on
 // several seeds of a simulation, judged together.
 #include <cstdio>
+#include <functional>
 #include <memory>
 #include <stdexcept>
 
@@ -13,6 +14,7 @@
 #include "services/zerodrift/comparison_report.h"
 #include "services/zerodrift/comparison_run.h"
 #include "services/zerodrift/comparison_seeds.h"
+#include "services/zerodrift/comparison_verdict.h"
 #include "services/zerodrift/ending.h"
 #include "services/zerodrift/paragraph.h"
 #include "services/zerodrift/record_options.h"
@@ -27,21 +29,42 @@ struct CompareOptions {
   std::string json;
   std::string html;
   std::optional<double> train_until;
+  Invocation made_by;
 };
 
 void print(const std::vector<report::Table>& tables) {
   for (const report::Table& table : tables) std::printf("%s\n", report::text_table(table).c_str());
 }
 
+void print(const Provenance& provenance) {
+  for (const std::string& sentence : provenance_sentences(provenance)) print_paragraph(sentence);
+}
+
+// The page is made where one is wanted: its pictures take seconds.
+void write_files(const CompareOptions& options, nlohmann::ordered_json json,
+                 const std::function<report::Document()>& page, const Provenance& provenance) {
+  if (!options.json.empty()) {
+    json["provenance"] = provenance_json(provenance);
+    report::write_json(options.json, json);
+  }
+  if (options.html.empty()) return;
+  report::Document whole = page();
+  add_provenance(whole, provenance);
+  report::write_html(options.html, whole);
+}
+
 int compare_seeds(const CompareOptions& options) {
   SeedsRequest request = options.seeds;
   request.comparison = options.request;
   const SeedsResult result = run_seeds(request);
-  if (!options.json.empty()) report::write_json(options.json, seeds_json(result));
-  if (!options.html.empty()) report::write_html(options.html, seeds_page(result));
+  const Provenance provenance =
+      provenance_of(options.made_by, options.config, {options.seeds.model, options.seeds.profile});
+  write_files(
+      options, seeds_json(result), [&] { return seeds_page(result); }, provenance);
   for (const auto& line : result.warnings) std::fprintf(stderr, "%s\n", line.c_str());
   print(seeds_tables(result));
   print_paragraph(seeds_verdict(result));
+  print(provenance);
   return service::kExitDone;
 }
 
@@ -60,22 +83,28 @@ int compare(CompareOptions options) {
     return compare_seeds(options);
   }
   const ComparisonResult result = run_comparison(options.request);
-  if (!options.json.empty()) report::write_json(options.json, comparison_json(result));
-  if (!options.html.empty()) report::write_html(options.html, comparison_page(result));
+  const Provenance provenance =
+      provenance_of(options.made_by, options.config, {options.request.record});
+  write_files(
+      options, comparison_json(result), [&] { return comparison_page(result); }, provenance);
   if (!result.no_model.empty()) std::printf("%s\n", result.no_model.c_str());
   for (const auto& line : result.warnings) std::fprintf(stderr, "%s\n", line.c_str());
   if (!result.no_model.empty()) return service::kExitDone;
+  print_paragraph(recommendation(result));
+  std::printf("\n");
   print(comparison_tables(result));
   for (const std::string& note : comparison_notes(result)) print_paragraph(note);
+  print(provenance);
   return service::kExitDone;
 }
 
 }  // namespace
 
-void add_compare(CLI::App& app, Run& run) {
+void add_compare(CLI::App& app, Run& run, const Invocation& made_by) {
   auto* command = app.add_subcommand(
       "compare", "judge compensation schemes on a record: test-then-train, delayed, frozen");
   auto options = std::make_shared<CompareOptions>();
+  options->made_by = made_by;
   ComparisonRequest& request = options->request;
   request.schemes.assign(comparison::kSchemeNames.begin(), comparison::kSchemeNames.end());
   request.delays_s = {60.0, 600.0};

@@ -22,6 +22,16 @@ inline constexpr std::string_view kPaperProcedure = "the paper's procedure";
 inline constexpr std::size_t kMostDrawn = 3;
 inline constexpr std::array<std::string_view, kMostDrawn> kDrawn{kHolding, kOurs, kPapers};
 
+// Places in the palette: one for each scheme in whatever picture. The first one is of what was
+// measured; schemes that are drawn only where none of those above was compared share the rest.
+[[nodiscard]] inline std::size_t colour_of(std::string_view scheme) {
+  const auto* drawn = std::find(kDrawn.begin(), kDrawn.end(), scheme);
+  if (drawn != kDrawn.end()) return 1 + static_cast<std::size_t>(drawn - kDrawn.begin());
+  const auto& names = comparison::kSchemeNames;
+  const auto place = std::find(names.begin(), names.end(), scheme) - names.begin();
+  return 1 + kMostDrawn + static_cast<std::size_t>(place) % kMostDrawn;
+}
+
 // Those above that were compared; without any of them the first ones.
 [[nodiscard]] inline bool is_drawn(const ProtocolOutcome& protocol, const SchemeOutcome& scheme) {
   const auto is_one = [](const SchemeOutcome& other) {

@@ -116,7 +116,8 @@ nlohmann::ordered_json json_of(const ProtocolOutcome& outcome) {
 
 nlohmann::ordered_json comparison_json(const ComparisonResult& result) {
   const Standing standing = standing_of(result);
-  nlohmann::ordered_json json{{"record", result.record},
+  nlohmann::ordered_json json{{"advice", recommendation(result)},
+                              {"record", result.record},
                               {"paper_like", result.is_paper_like},
                               {"warnings", result.warnings},
                               {"verdict", verdict(result, standing)}};

@@ -184,6 +184,7 @@ report::Chart drift_chart(const AxisComparison& axis, const ProtocolOutcome& pro
   };
   if (!residuals) {
     report::Curve labels{.name = "label"};
+    labels.colour = 0;
     for (const auto& point : axis.points) {
       labels.x.push_back(hours(point));
       labels.y.push_back(deg_h_from_radps(point.drift_radps));
@@ -193,6 +194,7 @@ report::Chart drift_chart(const AxisComparison& axis, const ProtocolOutcome& pro
   for (const SchemeOutcome& scheme : protocol.schemes) {
     if (!is_drawn(protocol, scheme)) continue;
     report::Curve curve{.name = scheme.name};
+    curve.colour = colour_of(scheme.name);
     for (std::size_t i = 0; i < axis.points.size(); ++i) {
       if (!scheme.predicted[i]) continue;
       const double predicted = scheme.predicted[i]->drift_radps;
@@ -224,7 +226,9 @@ report::Chart allan_chart(const AxisComparison& axis, const ProtocolOutcome& pro
   chart.x_scale = chart.y_scale = report::AxisScale::kLogarithmic;
   chart.curves.push_back(allan_curve("before", protocol.raw));
   for (const SchemeOutcome& scheme : protocol.schemes) {
-    if (is_drawn(protocol, scheme)) chart.curves.push_back(allan_curve(scheme.name, scheme.stream));
+    if (!is_drawn(protocol, scheme)) continue;
+    chart.curves.push_back(allan_curve(scheme.name, scheme.stream));
+    chart.curves.back().colour = colour_of(scheme.name);
   }
   return chart;
 }
@@ -406,7 +410,8 @@ report::Document comparison_page(const ComparisonResult& result) {
   report::Document page;
   page.title = "Compensation schemes compared";
   page.subtitle = result.record;
-  page.verdict = verdict(result, standing);
+  page.verdict = recommendation(result);
+  if (result.no_model.empty()) page.verdict += " " + verdict(result, standing);
   if (auto behind = behind_table(standing)) page.blocks.emplace_back(std::move(*behind));
   page.blocks.emplace_back(report::Heading{"How to read this"});
   for (std::string& note : notes(result))

@@ -2,7 +2,12 @@
 #include "services/zerodrift/comparison_verdict.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
+#include <functional>
+#include <set>
+#include <utility>
 
 #include "common/report/numbers.h"
 #include "services/zerodrift/comparison_figures.h"
@@ -54,36 +59,143 @@ Figure bias_instability(const SchemeOutcome& scheme) {
   return {scheme.name};
 }
 
-double over_holding(const ComparisonResult& result, std::string_view name, std::size_t& judged) {
+// Errors within one delay are much the same: fewer independent ones than this judge nothing.
+constexpr double kFewestDelays = 3.0;
+// Motion, between the labels of two stops.
+constexpr core::SensorTime kLongestPause{30'000'000'000};
+constexpr std::size_t kFewestStops = 3;
+// "Gains nothing": within this much of holding.
+constexpr double kGains = 0.95;
+
+struct Ratio {
   double logs = 0.0;
-  judged = 0;
-  for (const AxisComparison& axis : result.axes) {
-    for (const ProtocolOutcome& protocol : axis.protocols) {
-      if (!(protocol.protocol.delay_s > 0.0)) continue;
-      const SchemeOutcome* scheme = find(protocol, name);
-      const SchemeOutcome* holding = find(protocol, kHolding);
-      if (scheme == nullptr || holding == nullptr) return kNaN;
-      logs += std::log(scheme->statistics.root_mean_square / holding->statistics.root_mean_square);
-      ++judged;
-    }
+  std::size_t judged = 0;
+
+  void add(double rms, double held) {
+    logs += std::log(rms / held);
+    ++judged;
   }
-  return judged > 0 ? std::exp(logs / static_cast<double>(judged)) : kNaN;
+  [[nodiscard]] double value() const {
+    return judged > 0 ? std::exp(logs / static_cast<double>(judged)) : kNaN;
+  }
+};
+
+bool is_long_enough(const AxisComparison& axis, const comparison::Protocol& protocol) {
+  return !axis.points.empty() && core::seconds(axis.points.back().end - protocol.judged_from) >=
+                                     kFewestDelays * protocol.delay_s;
 }
 
-std::string sentence_of(const Recommendation& best) {
-  std::string text;
-  if (best.scheme == kHolding) {
-    text = "With late labels nothing on this record is better than holding the last minute (" +
-           std::string(kHolding) + ")";
-  } else {
-    text = "With late labels " + best.scheme + " is best on this record: its RMSE is " +
-           significant(best.over_holding, 2) + " of that of holding the last minute";
+// Geometric mean of the RMSE over holding's, of the axes that have labels enough; NaN without any.
+Ratio late_ratio(const ComparisonResult& result, std::string_view name, double delay_s) {
+  Ratio ratio;
+  for (const AxisComparison& axis : result.axes) {
+    for (const ProtocolOutcome& protocol : axis.protocols) {
+      if (protocol.protocol.delay_s != delay_s || !is_long_enough(axis, protocol.protocol))
+        continue;
+      const SchemeOutcome* scheme = find(protocol, name);
+      const SchemeOutcome* holding = find(protocol, kHolding);
+      if (scheme == nullptr || holding == nullptr) return {};
+      ratio.add(scheme->statistics.root_mean_square, holding->statistics.root_mean_square);
+    }
   }
-  text += " (geometric mean of " + std::to_string(best.judged) + " axes and ages)";
-  if (best.scheme != kOurs && std::isfinite(best.ours))
-    text += "; " + std::string(kOurs) + ", which the service runs by default, has " +
-            significant(best.ours, 2) + " of it";
-  return text + ". ";
+  return ratio;
+}
+
+// Mean square of the errors at the first label after each pause, which is what was applied when the
+// motion ended, with how many there were.
+std::pair<double, std::size_t> after_pauses(const AxisComparison& axis,
+                                            const comparison::Protocol& protocol,
+                                            const SchemeOutcome& scheme) {
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (std::size_t i = 1; i < axis.points.size() && i < scheme.predicted.size(); ++i) {
+    const auto& point = axis.points[i];
+    if (!scheme.predicted[i] || point.end <= protocol.judged_from ||
+        point.begin - axis.points[i - 1].end < kLongestPause)
+      continue;
+    const double error = point.drift_radps - scheme.predicted[i]->drift_radps;
+    sum += error * error;
+    ++count;
+  }
+  return {sum / static_cast<double>(count), count};
+}
+
+Ratio motion_ratio(const ComparisonResult& result, std::string_view name) {
+  Ratio ratio;
+  for (const AxisComparison& axis : result.axes) {
+    for (const ProtocolOutcome& protocol : axis.protocols) {
+      if (protocol.protocol.delay_s > 0.0 || is_frozen(protocol.protocol)) continue;
+      const SchemeOutcome* scheme = find(protocol, name);
+      const SchemeOutcome* holding = find(protocol, kHolding);
+      if (scheme == nullptr || holding == nullptr) return {};
+      const auto [ours, stops] = after_pauses(axis, protocol.protocol, *scheme);
+      const auto [held, held_stops] = after_pauses(axis, protocol.protocol, *holding);
+      if (stops < kFewestStops || stops != held_stops) continue;
+      ratio.add(std::sqrt(ours), std::sqrt(held));
+    }
+  }
+  return ratio;
+}
+
+std::set<double, std::greater<>> delays_of(const ComparisonResult& result) {
+  std::set<double, std::greater<>> delays;
+  for (const AxisComparison& axis : result.axes) {
+    for (const ProtocolOutcome& protocol : axis.protocols) {
+      if (protocol.protocol.delay_s > 0.0) delays.insert(protocol.protocol.delay_s);
+    }
+  }
+  return delays;
+}
+
+// Over all delays that the record is long enough for.
+Ratio over_holding(const ComparisonResult& result, std::string_view name) {
+  Ratio all;
+  for (const double delay_s : delays_of(result)) {
+    const Ratio ratio = late_ratio(result, name, delay_s);
+    all.logs += ratio.logs;
+    all.judged += ratio.judged;
+  }
+  return all;
+}
+
+// "600", "0.5"
+std::string plain_seconds(double seconds) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%g", seconds);
+  return text.data();
+}
+
+// "with labels 600 s late its RMSE is 0.49, 60 s late 0.32, at the first label after motion 0.34 of
+// that of holding the last minute"
+std::string figures_of(const ComparisonResult& result, const std::string& scheme) {
+  std::string text;
+  for (const double delay_s : delays_of(result)) {
+    const Ratio ratio = late_ratio(result, scheme, delay_s);
+    if (!std::isfinite(ratio.value())) continue;
+    text += text.empty() ? "with labels " + plain_seconds(delay_s) + " s late its RMSE is "
+                         : ", " + plain_seconds(delay_s) + " s late ";
+    text += significant(ratio.value(), 2);
+  }
+  const Ratio motion = motion_ratio(result, scheme);
+  if (std::isfinite(motion.value()))
+    text += ", at the first label after motion " + significant(motion.value(), 2);
+  return text + " of that of holding the last minute";
+}
+
+// Why no scheme can be recommended.
+std::string no_recommendation(const ComparisonResult& result) {
+  const auto delays = delays_of(result);
+  const bool has_holding =
+      !result.axes.empty() && std::all_of(result.axes.begin(), result.axes.end(), [](auto& axis) {
+        return std::all_of(axis.protocols.begin(), axis.protocols.end(),
+                           [](auto& protocol) { return find(protocol, kHolding) != nullptr; });
+      });
+  if (delays.empty() || !has_holding) {
+    return "No scheme is recommended: not comparable without " + std::string(kHolding) +
+           " among --schemes and a time in --delays.";
+  }
+  return "No scheme is recommended: the record is too short, its judged labels span less than " +
+         significant(kFewestDelays, 1) + " times " + plain_seconds(*delays.rbegin()) + " s.";
 }
 
 // The largest RMSE of the stack in those of holding the last minute; "" without the two.
@@ -162,24 +274,41 @@ std::optional<Recommendation> recommendation_of(const ComparisonResult& result) 
   Recommendation best;
   if (result.axes.empty() || result.axes.front().protocols.empty()) return std::nullopt;
   for (const SchemeOutcome& scheme : result.axes.front().protocols.front().schemes) {
-    std::size_t judged = 0;
-    const double ratio = over_holding(result, scheme.name, judged);
-    if (scheme.name == kOurs) best.ours = ratio;
-    if (!std::isfinite(ratio) || !(best.scheme.empty() || ratio < best.over_holding)) continue;
+    const Ratio ratio = over_holding(result, scheme.name);
+    if (scheme.name == kOurs) best.ours = ratio.value();
+    if (!std::isfinite(ratio.value())) continue;
+    if (!best.scheme.empty() && !(ratio.value() < best.over_holding)) continue;
     best.scheme = scheme.name;
-    best.over_holding = ratio;
-    best.judged = judged;
+    best.over_holding = ratio.value();
+    best.judged = ratio.judged;
   }
   if (best.scheme.empty()) return std::nullopt;
   return best;
 }
 
-std::string verdict(const ComparisonResult& result, const Standing& standing) {
+std::string recommendation(const ComparisonResult& result) {
   if (!result.no_model.empty()) return result.no_model + ".";
   const auto best = recommendation_of(result);
-  const std::string recommended = best ? sentence_of(*best) : "";
+  if (!best) return no_recommendation(result);
+  const std::string means =
+      " (geometric means over axes; " + std::to_string(best->judged) + " judgements)";
+  if (!(best->over_holding < kGains)) {
+    return "Use " + std::string(kHolding) + ": with late labels none gains 5 % over holding the " +
+           "last minute on this record" + means + ".";
+  }
+  std::string text = "Use " + best->scheme + ": " + figures_of(result, best->scheme) + means;
+  if (best->scheme != kOurs && std::isfinite(best->ours)) {
+    text += "; " + std::string(kOurs) + ", which the service runs by default, has " +
+            significant(best->ours, 2) + " of it over all these ages, " + best->scheme + " " +
+            significant(best->over_holding, 2);
+  }
+  return text + ".";
+}
+
+std::string verdict(const ComparisonResult& result, const Standing& standing) {
+  if (!result.no_model.empty()) return result.no_model + ".";
   if (standing.figures.empty())
-    return recommended + "Statistics of the chosen schemes; nothing to compare the stack with.";
+    return "Statistics of the chosen schemes; nothing to compare the stack with.";
   std::string text =
       "Of all judgements, each an axis by a protocol, the stack is best, or equal within 0.5 %,";
   bool first = true;
@@ -191,7 +320,7 @@ std::string verdict(const ComparisonResult& result, const Standing& standing) {
     first = false;
   }
   text += standing.behind.empty() ? "." : "; where another scheme is better, a table says so.";
-  return recommended + text + against_holding(result) + interval_coverage(result);
+  return text + against_holding(result) + interval_coverage(result);
 }
 
 }  // namespace zerodrift::services

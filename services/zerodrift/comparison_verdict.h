@@ -48,8 +48,10 @@ struct Recommendation {
 };
 
 [[nodiscard]] Standing standing_of(const ComparisonResult& result);
-// Nothing where persistence or a delay is missing.
+// Nothing where persistence or a delay is missing, or the record is too short for every delay.
 [[nodiscard]] std::optional<Recommendation> recommendation_of(const ComparisonResult& result);
+// What to use by these figures, in a sentence, or why that can't be said.
+[[nodiscard]] std::string recommendation(const ComparisonResult& result);
 [[nodiscard]] std::string verdict(const ComparisonResult& result, const Standing& standing);
 
 }  // namespace zerodrift::services

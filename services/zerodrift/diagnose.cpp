@@ -33,6 +33,7 @@ struct DiagnoseOptions {
   LiveOptions listening;
   std::vector<std::string> axes;
   DiagnosisOutputs outputs;
+  Invocation made_by;
 };
 
 void check_outputs(const DiagnoseOptions& options) {
@@ -70,10 +71,17 @@ int publish_result(const DiagnoseOptions& options, const DiagnosisResult& result
   return service::kExitNo;
 }
 
+// The model is the configuration of a diagnosis.
+Provenance diagnosis_provenance(const DiagnoseOptions& options) {
+  std::vector<std::string> records = options.request.validation;
+  if (!options.live) records.insert(records.begin(), options.request.record);
+  return provenance_of(options.made_by, options.request.model, records);
+}
+
 DiagnosisResult diagnosed(const DiagnoseOptions& options) {
   const EndsAtOnce on_signal;
   DiagnosisResult result = run_diagnosis(options.request);
-  hand_out(result, options.outputs);
+  hand_out(result, options.outputs, diagnosis_provenance(options));
   return result;
 }
 
@@ -84,7 +92,9 @@ int diagnose(DiagnoseOptions options) {
   check_inputs(options);
   if (options.live) {
     LiveDiagnosis live(options.request, options.listening);
-    live.run([&options](const DiagnosisResult& result) { hand_out(result, options.outputs); });
+    live.run([&options](const DiagnosisResult& result) {
+      hand_out(result, options.outputs, diagnosis_provenance(options));
+    });
     service::end_within(service::kStopWithin, service::kExitDone);
     return service::kExitDone;
   }
@@ -94,10 +104,11 @@ int diagnose(DiagnoseOptions options) {
 
 }  // namespace
 
-void add_diagnose(CLI::App& app, Run& run) {
+void add_diagnose(CLI::App& app, Run& run, const Invocation& made_by) {
   auto* command = app.add_subcommand(
       "diagnose", "find where twin and measurement disagree, name what is missing, repair, prove");
   auto options = std::make_shared<DiagnoseOptions>();
+  options->made_by = made_by;
   DiagnosisRequest& request = options->request;
   command->add_option("--model", request.model, "the twin's model file")->required();
   command->add_option("--record", request.record, kRecordHelp);

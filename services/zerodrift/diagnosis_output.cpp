@@ -7,7 +7,6 @@
 #include "common/config/twin_config.h"
 #include "common/report/json_file.h"
 #include "common/report/plain_text.h"
-#include "common/service/monotonic_clock.h"
 #include "services/zerodrift/diagnosis_report.h"
 #include "services/zerodrift/paragraph.h"
 
@@ -28,17 +27,6 @@ std::string check_date(const std::string& text) {
 }
 
 }  // namespace
-
-std::string today() {
-  using std::chrono::floor;
-  const std::chrono::sys_time<std::chrono::nanoseconds> now{
-      std::chrono::nanoseconds(service::unix_time_ns())};
-  const std::chrono::year_month_day date{floor<std::chrono::days>(now)};
-  char text[32];
-  std::snprintf(text, sizeof text, "%04d-%02u-%02u", static_cast<int>(date.year()),
-                static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()));
-  return text;
-}
 
 void add_axis_option(CLI::App& command, std::vector<std::string>& axes) {
   command.add_option("--axis", axes, "only these axes: x,y,z")
@@ -70,9 +58,18 @@ void check_against(const std::vector<files::NamedFile>& inputs, const DiagnosisO
       inputs, {{"--out-model", outputs.model}, {"--json", outputs.json}, {"--html", outputs.html}});
 }
 
-void hand_out(const DiagnosisResult& result, const DiagnosisOutputs& outputs) {
-  if (!outputs.json.empty()) report::write_json(outputs.json, diagnosis_json(result));
-  if (!outputs.html.empty()) report::write_html(outputs.html, diagnosis_page(result));
+void hand_out(const DiagnosisResult& result, const DiagnosisOutputs& outputs,
+              const Provenance& provenance) {
+  if (!outputs.json.empty()) {
+    auto json = diagnosis_json(result);
+    json["provenance"] = provenance_json(provenance);
+    report::write_json(outputs.json, json);
+  }
+  if (!outputs.html.empty()) {
+    report::Document page = diagnosis_page(result);
+    add_provenance(page, provenance);
+    report::write_html(outputs.html, page);
+  }
   if (!outputs.model.empty()) config::save_model(result.diagnosis.repaired, outputs.model);
   for (const auto& line : result.warnings)
     std::fprintf(stderr, "%s\n", report::one_line(line).c_str());
@@ -86,6 +83,8 @@ void hand_out(const DiagnosisResult& result, const DiagnosisOutputs& outputs) {
         outputs.model + ": " +
         (result.change == ModelChange::kRepaired ? outputs.if_changed : outputs.if_unchanged));
   }
+  for (const std::string& sentence : provenance_sentences(provenance))
+    print_paragraph(report::one_line(sentence));
   std::fflush(stdout);
 }
 

@@ -9,6 +9,7 @@
 
 #include "common/files/atomic_file.h"
 #include "services/zerodrift/diagnosis_run.h"
+#include "services/zerodrift/provenance.h"
 
 namespace zerodrift::services {
 
@@ -25,12 +26,11 @@ void add_axis_option(CLI::App& command, std::vector<std::string>& axes);
 [[nodiscard]] std::vector<core::Axis> axes_named(const std::vector<std::string>& names);
 // --date, --json and --html.
 void add_output_options(CLI::App& command, DiagnosisRequest& request, DiagnosisOutputs& outputs);
-// "2026-03-31", UTC.
-[[nodiscard]] std::string today();
 
 // Throws std::invalid_argument where an output is also an input.
 void check_against(const std::vector<files::NamedFile>& inputs, const DiagnosisOutputs& outputs);
 // Writes the files, then prints what fits a terminal.
-void hand_out(const DiagnosisResult& result, const DiagnosisOutputs& outputs);
+void hand_out(const DiagnosisResult& result, const DiagnosisOutputs& outputs,
+              const Provenance& provenance);
 
 }  // namespace zerodrift::services

@@ -256,7 +256,7 @@ TEST(RunningState, WithADataPathCutAnywhereIsRefused) {
 void expect_finite(const CompensatedSample& answer) {
   for (const auto axis : core::kAxes) {
     EXPECT_TRUE(std::isfinite(answer.applied_drift_radps[core::index(axis)]));
-    EXPECT_LE(answer.mode[core::index(axis)], core::Mode::kOutOfDomain);
+    EXPECT_LE(answer.mode[core::index(axis)], core::Mode::kHolding);
   }
 }
 

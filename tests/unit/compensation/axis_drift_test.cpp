@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace zerodrift::compensation {
 namespace {
@@ -127,6 +128,39 @@ TEST(AxisDriftLaws, ItsStateIsAllOfIt) {
   EXPECT_TRUE(a.drift.follow_prior(4e-5));
   EXPECT_EQ(other.applied_radps(), a.drift.applied_radps());
   EXPECT_EQ(other.record().applied_mse, a.drift.record().applied_mse);
+}
+
+// Rule: an axis that turns the other way round is no damaged state.
+TEST(AxisDriftLaws, AStateWithAnyReasonIsTaken) {
+  for (std::size_t reason = 0; reason < core::kReasons; ++reason) {
+    OneAxis a;
+    a.inputs.gate = static_cast<Reason>(reason);
+    a.estimate();
+    std::string bytes;
+    core::StateArchive writes(bytes);
+    a.drift.carry(writes);
+    AxisDrift other;
+    core::StateArchive reads{std::string_view(bytes)};
+    other.carry(reads);
+    EXPECT_TRUE(reads.ok()) << core::name(static_cast<Reason>(reason));
+  }
+}
+
+// Rule: the last stationary mean is held where that is in the order of things, and is a fallback
+// where an input is missing.
+TEST(AxisDriftLaws, TheLastMeanIsHeldUnlessAnInputIsMissing) {
+  for (const auto& [input, mode] :
+       {std::pair{Reason::kNone, Mode::kHolding}, std::pair{Reason::kRateNotReady, Mode::kHolding},
+        std::pair{Reason::kTemperatureMissing, Mode::kFallback},
+        std::pair{Reason::kTemperatureStale, Mode::kFallback},
+        std::pair{Reason::kProbeStuck, Mode::kFallback}}) {
+    OneAxis a;
+    a.inputs.model = &a.model;
+    a.inputs.input = input;
+    a.estimate();
+    EXPECT_EQ(a.drift.rung(), Rung::kStationaryBias);
+    EXPECT_EQ(a.drift.mode(), mode) << core::name(input);
+  }
 }
 
 }  // namespace

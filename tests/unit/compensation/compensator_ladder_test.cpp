@@ -80,7 +80,7 @@ TEST_P(LadderOfEachScheme, AHealthyRunClimbsToTheLearnedModel) {
   const double until_s = climb.on_bias_until_s;
   EXPECT_EQ(count(answers, 25.0, until_s,
                   [](const auto& a) {
-                    return all_axes(a, core::Mode::kFallback, a.reason[0],
+                    return all_axes(a, core::Mode::kHolding, a.reason[0],
                                     core::Rung::kStationaryBias);
                   }),
             static_cast<std::size_t>((until_s - 25.0) * 20.0));
@@ -364,7 +364,7 @@ TEST_P(LadderOfEachScheme, AResetForgetsAndLearningBeginsAnew) {
   const double until_s = climb.reset_on_bias_until_s;
   EXPECT_EQ(count(answers, 817.0, until_s,
                   [](const auto& a) {
-                    return all_axes(a, core::Mode::kFallback, a.reason[0],
+                    return all_axes(a, core::Mode::kHolding, a.reason[0],
                                     core::Rung::kStationaryBias);
                   }),
             static_cast<std::size_t>((until_s - 817.0) * 20.0));

@@ -64,8 +64,9 @@ TEST(WireNumbers, OfModesArePinned) {
                         {Mode::kLearning, 1},
                         {Mode::kFrozen, 2},
                         {Mode::kFallback, 3},
-                        {Mode::kOutOfDomain, 4}});
-  expect_names<Mode>({"passthrough", "learning", "frozen", "fallback", "out_of_domain"});
+                        {Mode::kOutOfDomain, 4},
+                        {Mode::kHolding, 5}});
+  expect_names<Mode>({"passthrough", "learning", "frozen", "fallback", "out_of_domain", "holding"});
 }
 
 TEST(WireNumbers, OfReasonsArePinned) {

@@ -8,7 +8,7 @@ import { Ring } from '../src/lib/ring.ts';
 import { blockSpread, type BlockSpread } from '../src/lib/statistics.ts';
 
 const COLUMNS = { raw: 0, compensated: 1, reference: 2, mode: 3 };
-const [PASSTHROUGH, LEARNING, FROZEN, FALLBACK] = [0, 1, 2, 3];
+const [PASSTHROUGH, LEARNING, FROZEN, HOLDING] = [0, 1, 2, 5];
 
 function spreadOf(ring: Ring, blockS = 60, moves = false): BlockSpread {
   const spread = blockSpread(ring, COLUMNS, blockS, moves);
@@ -77,7 +77,7 @@ function start(length: number): Ring {
     const raw = 10 + 0.01 * s;
     ring.columns[0][slot] = raw;
     ring.columns[1][slot] = s < 30 ? raw : s < 60 ? raw - 9 : 0.0001 * s;
-    ring.columns[3][slot] = s < 30 ? PASSTHROUGH : s < 60 ? FALLBACK : LEARNING;
+    ring.columns[3][slot] = s < 30 ? PASSTHROUGH : s < 60 ? HOLDING : LEARNING;
   }
   return ring;
 }

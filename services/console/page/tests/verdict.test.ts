@@ -32,7 +32,7 @@ test('when all is well every answer is good', () => {
 test('frozen says why in plain words', () => {
   assert.match(verdict(onAll({ mode: 2, reason: 'motion' })).learning.detail, /it moves/);
   assert.equal(verdict(onAll({ mode: 2, reason: 'commanded' })).learning.text, 'Frozen');
-  const mixed = [{ ...LEARNING, mode: 3, reason: 'model_worse_than_bias' }, { ...LEARNING, mode: 2, reason: 'commanded' }, { ...LEARNING, mode: 2, reason: 'commanded' }];
+  const mixed = [{ ...LEARNING, mode: 5, reason: 'model_worse_than_bias' }, { ...LEARNING, mode: 2, reason: 'commanded' }, { ...LEARNING, mode: 2, reason: 'commanded' }];
   assert.equal(verdict({ ...GOOD, axes: mixed }).learning.text, 'Frozen');
   assert.match(verdict({ ...GOOD, axes: [LEARNING, LEARNING, { ...LEARNING, mode: 2, reason: 'settling' }] }).learning.detail, /not on z/);
 });
@@ -43,11 +43,14 @@ test('passthrough is not compensating, on one axis partly', () => {
   assert.match(partly.compensating.detail, /not on y/);
 });
 
-test('a fallback compensates, the edge of what was learned is weak', () => {
+test('a fallback and holding compensate, the edge of what was learned is weak', () => {
   const one = (mode: number) => verdict({ ...GOOD, axes: [{ ...LEARNING, mode }, LEARNING, LEARNING] }).compensating;
   assert.equal(one(3).tone, 'good');
   assert.match(one(3).detail, /x by a simpler estimate/);
   assert.equal(one(4).tone, 'warn');
+  assert.equal(one(5).tone, 'good');
+  assert.match(one(5).detail, /x by the last stationary mean/);
+  assert.deepEqual([modeText(5).label, modeText(5).tone], ['Holding', 'note']);
 });
 
 test('worse than raw is bad, and the horizon is said', () => {
@@ -88,7 +91,7 @@ test('a healthy start shows nothing red', () => {
     assert.deepEqual([v.compensating.tone, v.better.tone, v.learning.tone, v.data.tone], ['note', 'idle', 'note', 'good'], reason);
     assert.equal(modeText(0, reason).tone, 'note');
   }
-  const held = verdict(onAll({ mode: 3, reason: 'initial_set', comparison: { obstacle: 'holding' } }));
+  const held = verdict(onAll({ mode: 5, reason: 'initial_set', comparison: { obstacle: 'holding' } }));
   assert.deepEqual([held.compensating.tone, held.better.tone], ['good', 'idle']);
 });
 

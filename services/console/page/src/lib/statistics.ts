@@ -31,6 +31,7 @@ const MOTION_DEG_H = 5;
 const PASSTHROUGH = 0;
 const LEARNING = 1;
 const FALLBACK = 3;
+const HOLDING = 5;
 
 interface Block {
   raw: number; // means
@@ -57,7 +58,7 @@ function firstComparable(ring: Ring, modeColumn: number): number | Obstacle {
   while (first > 0 && mode(first - 1) !== PASSTHROUGH) --first;
   if (first === 0) return 0;
   if (first === ring.size) return 'passthrough';
-  while (first < ring.size && mode(first) === FALLBACK) ++first;
+  while (first < ring.size && (mode(first) === FALLBACK || mode(first) === HOLDING)) ++first;
   return first < ring.size ? first + 1 : 'holding'; // the step itself is within a row
 }
 

@@ -5,7 +5,7 @@ import { duration } from './scale.ts';
 import type { Comparison, Obstacle } from './statistics.ts';
 
 /** idl/proto/telemetry.proto, Mode */
-export const MODES = ['passthrough', 'learning', 'frozen', 'fallback', 'out_of_domain'] as const;
+export const MODES = ['passthrough', 'learning', 'frozen', 'fallback', 'out_of_domain', 'holding'] as const;
 export type ModeName = (typeof MODES)[number];
 
 export type Tone = 'good' | 'note' | 'warn' | 'bad' | 'idle';
@@ -23,6 +23,7 @@ const MODE_TEXT: Record<ModeName, ModeText> = {
   frozen: { label: 'Frozen', glyph: '■', tone: 'note', means: 'the model compensates and learns nothing now' },
   fallback: { label: 'Fallback', glyph: '▲', tone: 'note', means: 'a simpler estimate compensates' },
   out_of_domain: { label: 'Out of domain', glyph: '◆', tone: 'warn', means: 'outside what was learned: the last safe value compensates' },
+  holding: { label: 'Holding', glyph: '▬', tone: 'note', means: 'the last stationary mean compensates: nothing known predicts better' },
 };
 
 /** Reasons for passthrough that pass by themselves, and those that somebody chose. */
@@ -167,6 +168,7 @@ function compensating(facts: Facts): Statement {
   const off = where(facts, (axis) => axis.mode === 0);
   const weak = where(facts, (axis) => axis.mode === 4);
   const simpler = where(facts, (axis) => axis.mode === 3);
+  const holding = where(facts, (axis) => axis.mode === 5);
   if (valid.length === 0) return { tone: 'bad', text: 'No valid axis', detail: 'every axis is marked invalid by its source' };
   if (off.length === valid.length) {
     const worst = gravest(facts, off);
@@ -179,6 +181,7 @@ function compensating(facts: Facts): Statement {
   }
   if (weak.length > 0) return { tone: 'warn', text: 'Compensating, weakly', detail: `${names(weak)}: ${modeText(facts.axes[weak[0]].mode).means}` };
   if (simpler.length > 0) return { tone: 'good', text: 'Compensating', detail: `${names(simpler)} by a simpler estimate than the model` };
+  if (holding.length > 0) return { tone: 'good', text: 'Compensating', detail: `${names(holding)} by the last stationary mean` };
   return { tone: 'good', text: 'Compensating', detail: valid.length === 3 ? 'all three axes' : `axes ${names(valid)}` };
 }
 

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/zerodrift/provenance.h"
+
+#include <openssl/evp.h>
+
+#include <array>
+#include <charconv>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <stdexcept>
+#include <string_view>
+
+#include "common/files/file_error.h"
+#include "common/service/monotonic_clock.h"
+
+namespace zerodrift::services {
+namespace {
+
+constexpr std::int64_t kLastEpochS = 253402300799;  // the end of the year 9999
+constexpr std::size_t kAtOnce = std::size_t{1} << 16U;
+
+// What a shell takes as one word as it stands.
+bool is_plain(std::string_view word) {
+  constexpr std::string_view kPlain =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-./=,:+@%";
+  return !word.empty() && word.find_first_not_of(kPlain) == std::string_view::npos;
+}
+
+std::string quoted(std::string_view word) {
+  if (is_plain(word)) return std::string(word);
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
+std::chrono::sys_seconds now() {
+  const char* given = std::getenv("SOURCE_DATE_EPOCH");
+  if (given == nullptr) {
+    return std::chrono::floor<std::chrono::seconds>(std::chrono::sys_time<std::chrono::nanoseconds>(
+        std::chrono::nanoseconds(service::unix_time_ns())));
+  }
+  std::int64_t seconds = -1;
+  const char* end = given + std::strlen(given);
+  const auto read = std::from_chars(given, end, seconds);
+  if (read.ec != std::errc() || read.ptr != end || seconds < 0 || seconds > kLastEpochS) {
+    throw std::invalid_argument("SOURCE_DATE_EPOCH: found '" + std::string(given) +
+                                "', expected seconds since 1970");
+  }
+  return std::chrono::sys_seconds(std::chrono::seconds(seconds));
+}
+
+struct Sha256 {
+  Sha256() : context(EVP_MD_CTX_new(), EVP_MD_CTX_free) {
+    check(context != nullptr && EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr) == 1);
+  }
+  void add(const char* bytes, std::size_t size) {
+    check(EVP_DigestUpdate(context.get(), bytes, size) == 1);
+  }
+  std::string digits() {
+    std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+    unsigned size = 0;
+    check(EVP_DigestFinal_ex(context.get(), digest.data(), &size) == 1);
+    constexpr std::string_view kDigits = "0123456789abcdef";
+    std::string text;
+    for (unsigned i = 0; i < size; ++i) {
+      text += kDigits[digest[i] >> 4U];
+      text += kDigits[digest[i] & 15U];
+    }
+    return text;
+  }
+  static void check(bool done) {
+    if (!done) throw std::runtime_error("SHA-256: the cryptographic library refused");
+  }
+
+  std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context;
+};
+
+nlohmann::ordered_json json_of(const HashedFile& file) {
+  return {{"file", file.name}, {"sha256", file.sha256}};
+}
+
+}  // namespace
+
+Invocation invocation_of(const char* version, int argc, const char* const* argv) {
+  Invocation made_by{version, "zerodrift"};
+  for (int i = 1; i < argc; ++i) made_by.command_line += ' ' + quoted(argv[i]);
+  return made_by;
+}
+
+std::string today() {
+  const std::chrono::year_month_day date{std::chrono::floor<std::chrono::days>(now())};
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%04d-%02u-%02u", static_cast<int>(date.year()),
+                static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()));
+  return text.data();
+}
+
+HashedFile hashed(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw files::FileError(file + ": can't be read again for its hash");
+  Sha256 hash;
+  std::vector<char> bytes(kAtOnce);
+  do {
+    in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    hash.add(bytes.data(), static_cast<std::size_t>(in.gcount()));
+  } while (in);
+  if (in.bad()) throw files::FileError(file + ": can't be read to its end for its hash");
+  return {file, hash.digits()};
+}
+
+Provenance provenance_of(const Invocation& made_by, const std::string& configuration,
+                         const std::vector<std::string>& inputs) {
+  Provenance provenance{made_by, today(), {}, {}};
+  if (!configuration.empty()) provenance.configuration = hashed(configuration);
+  for (const std::string& file : inputs) provenance.inputs.push_back(hashed(file));
+  return provenance;
+}
+
+std::vector<std::string> provenance_sentences(const Provenance& provenance) {
+  std::vector<std::string> text{"Made on " + provenance.date + " by " + provenance.made_by.version +
+                                ": " + provenance.made_by.command_line};
+  const HashedFile& configuration = provenance.configuration;
+  text.push_back(configuration.name.empty()
+                     ? "Configuration: the defaults."
+                     : "Configuration " + configuration.name + ", SHA-256 " + configuration.sha256);
+  for (const HashedFile& file : provenance.inputs)
+    text.push_back("Read: " + file.name + ", SHA-256 " + file.sha256);
+  return text;
+}
+
+void add_provenance(report::Document& page, const Provenance& provenance) {
+  page.blocks.emplace_back(report::Heading{"Made by and from"});
+  for (std::string& sentence : provenance_sentences(provenance))
+    page.blocks.emplace_back(report::Paragraph{std::move(sentence)});
+}
+
+nlohmann::ordered_json provenance_json(const Provenance& provenance) {
+  nlohmann::ordered_json json{{"program", provenance.made_by.version},
+                              {"date", provenance.date},
+                              {"command_line", provenance.made_by.command_line},
+                              {"configuration", nullptr}};
+  if (!provenance.configuration.name.empty())
+    json["configuration"] = json_of(provenance.configuration);
+  auto& inputs = json["inputs"] = nlohmann::ordered_json::array();
+  for (const HashedFile& file : provenance.inputs) inputs.push_back(json_of(file));
+  return json;
+}
+
+}  // namespace zerodrift::services

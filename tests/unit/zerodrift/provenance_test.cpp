@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/zerodrift/provenance.h"
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+
+#include "common/files/file_error.h"
+
+namespace zerodrift::services {
+namespace {
+
+// FIPS 180-4, the example of one block.
+constexpr const char* kOfAbc = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+
+class ProvenanceOfAReport : public testing::Test {
+ protected:
+  void SetUp() override { ASSERT_EQ(::setenv("SOURCE_DATE_EPOCH", "951782400", 1), 0); }
+  void TearDown() override {
+    ::unsetenv("SOURCE_DATE_EPOCH");
+    std::filesystem::remove(file_);
+  }
+  std::string file_ = testing::TempDir() + "provenance_of_a_report.csv";
+};
+
+TEST_F(ProvenanceOfAReport, NamesTheBytesThatWereRead) {
+  std::ofstream(file_) << "abc";
+  EXPECT_EQ(hashed(file_).sha256, kOfAbc);
+  std::ofstream(file_) << "abd";
+  EXPECT_NE(hashed(file_).sha256, kOfAbc);
+  std::filesystem::remove(file_);
+  EXPECT_THROW((void)hashed(file_), files::FileError);
+}
+
+TEST_F(ProvenanceOfAReport, HasTheDateThatTheBuildIsToldOf) {
+  EXPECT_EQ(today(), "2000-02-29");
+  for (const auto* wrong : {"", "-1", "now", "1e9", "12 ", "999999999999"}) {
+    ASSERT_EQ(::setenv("SOURCE_DATE_EPOCH", wrong, 1), 0);
+    EXPECT_THROW((void)today(), std::invalid_argument) << wrong;
+  }
+}
+
+TEST_F(ProvenanceOfAReport, HasTheCommandAsAShellTakesIt) {
+  const std::array<const char*, 4> arguments{"/opt/zerodrift", "compare", "a b", "it's"};
+  EXPECT_EQ(invocation_of("1", 4, arguments.data()).command_line,
+            "zerodrift compare 'a b' 'it'\\''s'");
+}
+
+TEST_F(ProvenanceOfAReport, SaysTheSameInTextAndJson) {
+  std::ofstream(file_) << "abc";
+  const auto provenance = provenance_of({"zerodrift 1", "zerodrift compare"}, "", {file_});
+  const auto json = provenance_json(provenance);
+  EXPECT_EQ(json["date"], "2000-02-29");
+  EXPECT_TRUE(json["configuration"].is_null());
+  EXPECT_EQ(json["inputs"][0]["sha256"], kOfAbc);
+  const auto text = provenance_sentences(provenance);
+  ASSERT_EQ(text.size(), 3U);
+  EXPECT_EQ(text[0], "Made on 2000-02-29 by zerodrift 1: zerodrift compare");
+  EXPECT_NE(text[2].find(kOfAbc), std::string::npos);
+}
+
+}  // namespace
+}  // namespace zerodrift::services
