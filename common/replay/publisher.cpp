@@ -7,6 +7,7 @@
 
 #include "common/config/twin_config.h"
 #include "common/service/main.h"
+#include "common/service/time_option.h"
 
 namespace zerodrift::replay {
 
@@ -19,11 +20,12 @@ void add_options(CLI::App& app, PublisherOptions& options, const std::string& of
   app.add_option("--model", options.model, "simulation: the twin's model file");
   app.add_option("--profile", options.profile, "simulation: what the experiment does");
   app.add_option("--seed", options.seed, "simulation: seed of all noise")->capture_default_str();
-  app.add_option("--record", options.record, "record: a .csv, .csv.gz, .csv.xz or .mcap file");
+  app.add_option("--record", options.record,
+                 "record: a .csv (also .csv.gz, .csv.xz, .csv.zst) or .mcap file");
   app.add_option("--columns", options.columns, "record: names and units of a foreign CSV");
-  app.add_option("--duration", options.duration_s,
-                 "simulation, record: stop after so many seconds");
-  app.add_option("--speed", options.speed, "simulation, record: times real time, or max")
+  app.add_option("--duration", options.duration_s, "simulation, record: stop after so long")
+      ->transform(service::in_seconds());
+  app.add_option("--speed", options.speed, "simulation, record: times real time: 60, 60x, or max")
       ->capture_default_str();
   app.add_option("--wait-for", options.wait_for,
                  "simulation, record: consumers to keep pace with; none with an empty value")

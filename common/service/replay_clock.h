@@ -15,7 +15,7 @@
 
 namespace zerodrift::service {
 
-// "1", "60", "0.5" or "max" (nothing). Throws std::invalid_argument.
+// "1", "60", "60x", "0.5" or "max" (nothing). Throws std::invalid_argument.
 inline std::optional<double> parse_speed(const std::string& text) {
   if (text == "max") return std::nullopt;
   std::size_t used = 0;
@@ -25,9 +25,11 @@ inline std::optional<double> parse_speed(const std::string& text) {
   } catch (const std::exception&) {
     used = 0;
   }
-  if (used == 0 || used != text.size() || !(speed > 0.0) || speed > 1e6) {
-    throw std::invalid_argument("--speed: found '" + text +
-                                "', expected a number above 0, at most 1e6, or max");
+  const bool is_whole = used == text.size() || text.substr(used) == "x";
+  if (used == 0 || !is_whole || !(speed > 0.0) || speed > 1e6) {
+    throw std::invalid_argument(
+        "--speed: found '" + text +
+        "', expected times real time above 0, at most 1e6 (60 or 60x), or max");
   }
   return speed;
 }

@@ -12,16 +12,19 @@
 #include <system_error>
 
 #include "common/core/one_line.h"
+#include "common/service/time_option.h"
 
 namespace zerodrift::service {
 
 void add_supervision_options(CLI::App& app, Supervision& supervision) {
   const auto positive = CLI::Range(0.001, std::numeric_limits<double>::max());
   app.add_option("--peer-within", supervision.peer_within_s,
-                 "end with exit code 1 if nobody is at the other end after so many seconds")
+                 "end with exit code 1 if nobody is at the other end after so long")
+      ->transform(in_seconds())
       ->check(positive);
   app.add_option("--stale-after", supervision.stale_after_s,
-                 "seconds of silence after which samples are told to be stale")
+                 "silence after which samples are told to be stale")
+      ->transform(in_seconds())
       ->check(positive)
       ->capture_default_str();
   app.add_flag("--exit-when-stale", supervision.exit_when_stale,

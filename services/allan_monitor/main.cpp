@@ -2,6 +2,7 @@
 // Rolling Allan statistics of raw and compensated rates: compensated_rate -> allan_report.
 #include "common/service/main.h"
 
+#include "common/service/time_option.h"
 #include "services/allan_monitor/allan_monitor_node.h"
 
 int main(int argc, char** argv) {
@@ -10,13 +11,16 @@ int main(int argc, char** argv) {
   services::AllanMonitorOptions options;
   service::add_network_options(app, options.network);
   service::add_supervision_options(app, options.supervision);
-  app.add_option("--window", options.window_s, "rolling window, s")
+  app.add_option("--window", options.window_s, "rolling window")
+      ->transform(service::in_seconds())
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  app.add_option("--longest-tau", options.longest_tau_s, "longest cluster time, s")
+  app.add_option("--longest-tau", options.longest_tau_s, "longest cluster time")
+      ->transform(service::in_seconds())
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  app.add_option("--period", options.period_s, "time between two reports, s")
+  app.add_option("--period", options.period_s, "time between two reports")
+      ->transform(service::in_seconds())
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   app.add_option("--max-gyros", options.max_gyros, "gyros watched at most")

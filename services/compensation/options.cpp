@@ -7,6 +7,7 @@
 
 #include "common/config/compensation_config.h"
 #include "common/service/instance_sync.h"
+#include "common/service/time_option.h"
 
 namespace zerodrift::services {
 namespace {
@@ -74,7 +75,8 @@ void add_options(CLI::App& app, CompensationArguments& arguments) {
          "are made from time to time and resumed from at the start")
       ->check(CLI::ExistingDirectory);
   app.add_option("--checkpoint-period", node.checkpoint_period,
-                 "with --checkpoint-dir: seconds between two checkpoints made without being asked")
+                 "with --checkpoint-dir: time between two checkpoints made without being asked")
+      ->transform(service::in_seconds())
       ->check(CLI::Range(1, 86400))
       ->default_str("60");
   app.add_option("--model-dir", node.model_dir,

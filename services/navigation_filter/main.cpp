@@ -4,6 +4,7 @@
 #include "common/service/main.h"
 
 #include "common/navigation/arguments.h"
+#include "common/service/time_option.h"
 #include "services/navigation_filter/navigation_filter_node.h"
 
 int main(int argc, char** argv) {
@@ -15,7 +16,9 @@ int main(int argc, char** argv) {
   service::add_network_options(app, options.network);
   service::add_supervision_options(app, options.supervision);
   navigation::add_arguments(app, arguments);
-  app.add_option("--period", options.period_s, "time between two states published, s")
+  app.get_option("--alignment")->transform(service::in_seconds());
+  app.add_option("--period", options.period_s, "time between two states published")
+      ->transform(service::in_seconds())
       ->check(CLI::Range(0.05, 3600.0))
       ->capture_default_str();
   app.add_option("--max-gyros", options.max_gyros, "gyros navigated by at most")

@@ -10,6 +10,7 @@
 #include "common/files/atomic_file.h"
 #include "common/report/json_file.h"
 #include "common/service/main.h"
+#include "common/service/time_option.h"
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/comparison_report.h"
 #include "services/zerodrift/comparison_run.h"
@@ -132,12 +133,15 @@ void add_compare(CLI::App& app, Run& run, const Invocation& made_by) {
       ->check(CLI::IsMember(std::vector<std::string>(comparison::kSchemeNames.begin(),
                                                      comparison::kSchemeNames.end())))
       ->capture_default_str();
-  command->add_option("--delays", request.delays_s, "ages of the newest label to judge at, s")
+  command->add_option("--delays", request.delays_s, "ages of the newest label to judge at")
       ->delimiter(',')
+      ->transform(service::in_seconds())
       ->capture_default_str();
-  command->add_option("--train-until", options->train_until,
-                      "record time from which models are frozen, s; without, the last leg of the "
-                      "temperature is kept unseen");
+  command
+      ->add_option("--train-until", options->train_until,
+                   "record time from which models are frozen; without, the last leg of the "
+                   "temperature is kept unseen")
+      ->transform(service::in_seconds());
   command->add_option("--json", options->json, "file for all figures");
   command->add_option("--html", options->html, "file for a report with pictures");
   command->callback([options, &run] { run = [options] { return compare(*options); }; });

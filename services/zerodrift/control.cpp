@@ -16,6 +16,7 @@
 #include "common/service/command_client.h"
 #include "common/service/host.h"
 #include "common/service/main.h"
+#include "common/service/time_option.h"
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/status_table.h"
 
@@ -160,7 +161,8 @@ void add_control(CLI::App& app, Run& run) {
 
   auto* status = control->add_subcommand("status", "what every axis does, and why");
   service::add_network_options(*status, options->network);
-  status->add_option("--wait", options->wait_s, "seconds to wait for the services")
+  status->add_option("--wait", options->wait_s, "how long to wait for the services")
+      ->transform(service::in_seconds())
       ->capture_default_str();
   status->add_flag("--follow", options->follow, "keep showing until Ctrl-C");
   status->add_flag(
@@ -190,7 +192,7 @@ void add_control(CLI::App& app, Run& run) {
           ->add_option("what", options->argument,
                        injects ? "KIND:AXIS:MAGNITUDE[:SECONDS] with step, noise (deg/h), stuck or "
                                  "gap, e.g. step:x:5:60, gap:xyz:0:2; or clear"
-                               : "pause, resume, \"speed 60\" or \"speed max\"")
+                               : "pause, resume, \"speed 60x\" or \"speed max\"")
           ->required();
     }
     const bool of_prior = changes_prior(name);
@@ -209,7 +211,8 @@ void add_control(CLI::App& app, Run& run) {
     const char* addressee = acts_at_the_source(name) ? "gyro_publisher" : "compensation";
     command->add_option("--service", options->service,
                         "name of the service; without, " + std::string(addressee));
-    command->add_option("--wait", options->wait_s, "seconds to wait for the answer")
+    command->add_option("--wait", options->wait_s, "how long to wait for the answer")
+        ->transform(service::in_seconds())
         ->capture_default_str();
     command->add_flag("--json", options->json, "the answer as JSON");
     command->callback([options, name = std::string(name), addressee, of_prior, &run] {

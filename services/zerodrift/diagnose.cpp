@@ -13,6 +13,7 @@
 #include "common/report/numbers.h"
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
+#include "common/service/time_option.h"
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/diagnosis_live.h"
 #include "services/zerodrift/diagnosis_output.h"
@@ -117,9 +118,8 @@ void add_diagnose(CLI::App& app, Run& run, const Invocation& made_by) {
                     "was heard so far");
   command
       ->add_option("--duration", options->listening.duration_s,
-                   "with --live: listen for so long, in sensor time: 90min, 5h; s without a unit")
-      ->transform(CLI::AsNumberWithUnit(
-          std::map<std::string, double>{{"s", 1.0}, {"min", 60.0}, {"h", 3600.0}}))
+                   "with --live: listen for so long, in sensor time")
+      ->transform(service::in_seconds())
       ->capture_default_str();
   command->add_flag("--publish", options->publish,
                     "with --record: tell a running system, so that its console shows the finding; "

@@ -7,6 +7,7 @@
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
 #include "common/service/supervision.h"
+#include "common/service/time_option.h"
 #include "services/zerodrift/commands.h"
 
 namespace zerodrift::services {
@@ -46,7 +47,8 @@ void add_health(CLI::App& app, Run& run) {
   command->add_option("--file", options->file, "what the service was given as --health-file")
       ->envname("ZERODRIFT_HEALTH_FILE")
       ->required();
-  command->add_option("--max-age", options->at_most_s, "s; older means that it hangs")
+  command->add_option("--max-age", options->at_most_s, "older means that it hangs")
+      ->transform(service::in_seconds())
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   command->add_flag("--alive", options->alive_is_enough,

@@ -9,6 +9,7 @@
 #include "common/navigation/arguments.h"
 #include "common/report/json_file.h"
 #include "common/service/main.h"
+#include "common/service/time_option.h"
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/ending.h"
 #include "services/zerodrift/navigate_report.h"
@@ -77,6 +78,7 @@ void add_navigate(CLI::App& app, Run& run) {
                       "learned of from the filter and reference columns only judge");
   command->add_option("--prior", options->prior, "a twin's model; overrides the file");
   navigation::add_arguments(*command, options->arguments);
+  command->get_option("--alignment")->transform(service::in_seconds());
   command->add_flag("!--no-references", options->request.gives_references,
                     "give no rate_reference back to the compensation");
   command->add_option("--json", options->json, "file for all figures");

@@ -14,6 +14,7 @@
 #include "common/service/host.h"
 #include "common/service/main.h"
 #include "common/service/replay_pacer.h"
+#include "common/service/time_option.h"
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/compensated_csv.h"
 #include "services/zerodrift/ending.h"
@@ -183,7 +184,8 @@ void add_mcap_options(CLI::App& command, RecordArguments& arguments) {
           ->delimiter(','),
       command
           .add_option("--duration", mcap.duration_s,
-                      ".mcap: stop so many seconds after \"recording to ...\"")
+                      ".mcap: stop so long after \"recording to ...\"")
+          ->transform(service::in_seconds())
           ->check(CLI::PositiveNumber),
       add_compression(command, mcap.disk.file.writer.compression),
       command.add_option("--chunk-size", arguments.chunk_kb, ".mcap: kB of a chunk, uncompressed")
@@ -193,16 +195,17 @@ void add_mcap_options(CLI::App& command, RecordArguments& arguments) {
           .add_option("--split-size", arguments.split_mb,
                       ".mcap: a new file every so many MB: <out>_0001.mcap, ...")
           ->check(CLI::Range(0.01, 1e6)),
-      command
-          .add_option("--split-duration", arguments.split_s, ".mcap: a new file every so many s")
+      command.add_option("--split-duration", arguments.split_s, ".mcap: a new file every so often")
+          ->transform(service::in_seconds())
           ->check(CLI::Range(0.1, 1e7)),
       command
           .add_option("--pre-trigger", mcap.disk.pre_trigger_s,
-                      ".mcap: keep so many s in memory and write them when an event of severity "
+                      ".mcap: keep so long in memory and write it when an event of severity "
                       "warning or error comes")
+          ->transform(service::in_seconds())
           ->check(CLI::Range(0.1, 86400.0)),
-      command
-          .add_option("--post-trigger", mcap.disk.post_trigger_s, ".mcap: and so many s after it")
+      command.add_option("--post-trigger", mcap.disk.post_trigger_s, ".mcap: and so long after it")
+          ->transform(service::in_seconds())
           ->check(CLI::Range(0.0, 86400.0))
           ->capture_default_str(),
       command.add_option("--trigger", mcap.trigger, ".mcap: events of this code alone"),
@@ -226,7 +229,9 @@ void add_record(CLI::App& app, Run& run) {
   options->gyro_id =
       command->add_option("--gyro-id", options->csv.gyro_id, "which gyro; .mcap: all without")
           ->capture_default_str();
-  command->add_option("--out", options->csv.out, "file to write: .csv, .csv.gz, .csv.xz or .mcap")
+  command
+      ->add_option("--out", options->csv.out,
+                   "file to write: .csv, .csv.gz, .csv.xz or .mcap")
       ->required();
   command->add_option("--samples", options->csv.samples,
                       "stop after so many compensated samples; without, at Ctrl-C");

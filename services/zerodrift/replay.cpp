@@ -12,6 +12,7 @@
 #include "common/replay/rate_replay.h"
 #include "common/replay/temperature_replay.h"
 #include "common/service/main.h"
+#include "common/service/time_option.h"
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/record_options.h"
 
@@ -120,10 +121,13 @@ void add_replay(CLI::App& app, Run& run) {
   service::add_network_options(*command, options->network);
   command->add_option("record,--record", options->source.record, kRecordHelp)->required();
   command->add_option("--columns", options->source.columns, "names and units of a foreign CSV");
-  command->add_option("--speed", options->speed, "times real time, or max")->capture_default_str();
-  command->add_option("--from", options->source.from_s, "begin so many s after the first rate")
+  command->add_option("--speed", options->speed, "times real time: 60, 60x, or max")
+      ->capture_default_str();
+  command->add_option("--from", options->source.from_s, "begin so long after the first rate")
+      ->transform(service::in_seconds())
       ->check(CLI::NonNegativeNumber);
-  command->add_option("--to", options->source.to_s, "end so many s after the first rate")
+  command->add_option("--to", options->source.to_s, "end so long after the first rate")
+      ->transform(service::in_seconds())
       ->check(CLI::PositiveNumber);
   add_gyro_choice(*command, options->source.gyro_id);
   command

@@ -5,6 +5,7 @@
 
 #include "common/files/atomic_file.h"
 #include "common/service/main.h"
+#include "common/service/time_option.h"
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/ending.h"
 #include "services/zerodrift/progress_bar.h"
@@ -16,32 +17,12 @@ namespace {
 struct SimulateOptions {
   std::string model;
   std::string profile;
-  std::string duration;
+  double duration_s = 0.0;
   double rate_hz = 0.0;
   std::uint64_t seed = 1;
   std::string out;
   bool reference = false;
 };
-
-// "90", "90s", "30min" or "5h", in seconds.
-double parse_duration(const std::string& text) {
-  std::size_t used = 0;
-  double value = 0.0;
-  try {
-    value = std::stod(text, &used);
-  } catch (const std::exception&) {
-    used = 0;
-  }
-  const std::string unit = used == 0 ? "?" : text.substr(used);
-  const double factor = unit.empty() || unit == "s" ? 1.0
-                        : unit == "min"             ? 60.0
-                        : unit == "h"               ? 3600.0
-                                                    : 0.0;
-  if (factor == 0.0 || !(value > 0.0)) {
-    throw std::invalid_argument("--duration: found '" + text + "', expected e.g. 90s, 30min or 5h");
-  }
-  return value * factor;
-}
 
 int simulate(const SimulateOptions& options) {
   const EndsAtOnce on_signal;
@@ -49,7 +30,7 @@ int simulate(const SimulateOptions& options) {
                        {{"--out", options.out}});
   SimulatedRecord record = load_simulation(options.model, options.profile);
   for (const auto& line : record.warnings) std::fprintf(stderr, "%s\n", line.c_str());
-  if (!options.duration.empty()) record.profile.duration_s = parse_duration(options.duration);
+  if (options.duration_s > 0.0) record.profile.duration_s = options.duration_s;
   if (options.rate_hz > 0.0) record.rate_hz = options.rate_hz;
   record.seed = options.seed;
   record.has_reference = options.reference;
@@ -68,8 +49,9 @@ void add_simulate(CLI::App& app, Run& run) {
   auto options = std::make_shared<SimulateOptions>();
   command->add_option("--model", options->model, "the twin's model file")->required();
   command->add_option("--profile", options->profile, "what the experiment does")->required();
-  command->add_option("--duration", options->duration,
-                      "e.g. 90s, 30min, 5h; the profile's without");
+  command->add_option("--duration", options->duration_s, "how long; the profile's without")
+      ->transform(service::in_seconds())
+      ->check(CLI::PositiveNumber);
   command->add_option("--rate", options->rate_hz,
                       "sample rate, Hz; the model's nominal rate without");
   command->add_option("--seed", options->seed, "seed of all noise")->capture_default_str();
