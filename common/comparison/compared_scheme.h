@@ -13,9 +13,9 @@
 
 namespace zerodrift::comparison {
 
-inline constexpr std::array<std::string_view, 14> kSchemeNames{
-    "none",  "persistence", "polynomial", "rbf",    "svr",   "krls-t", "online-svr",
-    "stack", "random-walk", "trend",      "linear", "cubic", "lagged", "shupe"};
+inline constexpr auto kSchemeNames = std::to_array<std::string_view>(
+    {"none", "persistence", "polynomial", "rbf", "svr", "krls-t", "online-svr", "stack",
+     "random-walk", "trend", "linear", "cubic", "lagged", "shupe"});
 
 // A new scheme. `initial` says when the schemes of batch training (rbf, svr) are trained. Throws
 // std::invalid_argument with one line: an unknown name, or a scheme whose features are missing.

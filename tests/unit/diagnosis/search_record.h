@@ -34,6 +34,7 @@ inline Series low_pass(const Series& x, double tau_s, double interval_s) {
 
 inline Series derivative(const Series& x, double interval_s) {
   Series d(x.size(), 0.0);
+  if (x.size() < 3) return d;
   for (std::size_t i = 1; i + 1 < x.size(); ++i) d[i] = (x[i + 1] - x[i - 1]) / (2.0 * interval_s);
   d.front() = d[1];
   d.back() = d[d.size() - 2];
