@@ -5,7 +5,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <system_error>
 #include <utility>
 
 #include "common/core/closest_name.h"
