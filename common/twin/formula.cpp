@@ -42,6 +42,7 @@ using Operation = FormulaOperation;
 
 constexpr double kLargestNumber = 1e12;
 constexpr std::size_t kHighestPower = 6;
+constexpr int kHighestUnitPower = 24;
 constexpr std::size_t kLongestName = 31;
 
 const std::vector<std::string>& functions() {
@@ -125,6 +126,10 @@ class Parser {
     if (formula_.nodes.size() == Formula::kMostNodes) {
       fail(position, "the formula has more than " + std::to_string(Formula::kMostNodes) +
                          " numbers, names and operations, which is the most taken");
+    }
+    if (unit.highest_power() > kHighestUnitPower) {
+      fail(position, "found the unit " + unit.text() + ", expected powers of a unit up to " +
+                         std::to_string(kHighestUnitPower));
     }
     formula_.nodes.push_back(node);
     return {formula_.nodes.size() - 1, position, unit};

@@ -2,6 +2,7 @@
 // The unit of a part of a formula, as far as it is known.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -48,6 +49,12 @@ class FormulaUnit {
   }
   [[nodiscard]] bool may_be_none() const {
     return kind_ != Kind::kKnown || exponents_ == Exponents{};
+  }
+  // The largest exponent, whatever its sign.
+  [[nodiscard]] int highest_power() const {
+    int highest = 0;
+    for (const int e : exponents_) highest = std::max(highest, e < 0 ? -e : e);
+    return highest;
   }
   [[nodiscard]] bool is_temperature() const {
     Exponents one{};

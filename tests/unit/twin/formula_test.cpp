@@ -167,6 +167,9 @@ TEST(FormulaAbuse, ARefusalNamesThePlaceWhatWasFoundAndWhatIsRight) {
             "one as the k of k * T_coil");
   EXPECT_EQ(refusal("k * T_coil^7"), "at character 12: found '7', expected a power of 1 to 6");
   EXPECT_EQ(refusal("k * T_coil^2.5"), "at character 12: found '2', expected a power of 1 to 6");
+  EXPECT_EQ(refusal("k * ((T_coil^6)^4)^6"),
+            "at character 5: found the unit degC^144, expected powers of a unit up to 24");
+  EXPECT_EQ(refusal("k * ((T_coil^6)^4)"), "taken");
   EXPECT_EQ(refusal("k * lag(T_coil, B_x)"),
             "at character 17: found 'B', expected a number or a parameter as the second argument "
             "of lag");
