@@ -109,6 +109,15 @@ TEST(AxisDriftLaws, LabelsJudgeWhatWasPredictedByAMeanThatForgets) {
   EXPECT_NEAR(drift.record().applied_mse, 5.0 * std::pow(11.0 / 12.0, 12), 1e-12);
 }
 
+bool takes_state_of(AxisDrift& reader, AxisDrift& writer) {
+  std::string bytes;
+  core::StateArchive writes(bytes);
+  writer.carry(writes);
+  core::StateArchive reads{std::string_view(bytes)};
+  reader.carry(reads);
+  return reads.ok();
+}
+
 // State: one that read another's goes on as that one does.
 TEST(AxisDriftLaws, ItsStateIsAllOfIt) {
   OneAxis a;
@@ -117,13 +126,8 @@ TEST(AxisDriftLaws, ItsStateIsAllOfIt) {
   a.drift.note_prior(3e-5);
   a.estimate();
   a.drift.judge(0.0, 1.0, 2.0);
-  std::string bytes;
-  core::StateArchive writes(bytes);
-  a.drift.carry(writes);
   AxisDrift other;
-  core::StateArchive reads{std::string_view(bytes)};
-  other.carry(reads);
-  ASSERT_TRUE(reads.ok());
+  ASSERT_TRUE(takes_state_of(other, a.drift));
   EXPECT_TRUE(other.follow_prior(4e-5));
   EXPECT_TRUE(a.drift.follow_prior(4e-5));
   EXPECT_EQ(other.applied_radps(), a.drift.applied_radps());
@@ -136,13 +140,8 @@ TEST(AxisDriftLaws, AStateWithAnyReasonIsTaken) {
     OneAxis a;
     a.inputs.gate = static_cast<Reason>(reason);
     a.estimate();
-    std::string bytes;
-    core::StateArchive writes(bytes);
-    a.drift.carry(writes);
     AxisDrift other;
-    core::StateArchive reads{std::string_view(bytes)};
-    other.carry(reads);
-    EXPECT_TRUE(reads.ok()) << core::name(static_cast<Reason>(reason));
+    EXPECT_TRUE(takes_state_of(other, a.drift)) << core::name(static_cast<Reason>(reason));
   }
 }
 
