@@ -27,6 +27,7 @@
 #include "common/core/mode.h"
 #include "common/core/units.h"
 #include "common/dds/conversions.h"
+#include "tests/support/sanitized.h"
 #include "tests/system/data_path_audit.h"
 #include "tests/system/files.h"
 #include "tests/system/system_under_test.h"
@@ -41,16 +42,6 @@ constexpr std::uint32_t kGyroId = 1;
 constexpr double kRateHz = 200.0;
 constexpr int kSecond = static_cast<int>(kRateHz);
 constexpr std::uint64_t kAhead = 400;  // samples, far below the 2000 that a writer keeps
-
-#ifndef __has_feature
-#define __has_feature(feature) 0  // GCC has macros instead
-#endif
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || \
-    __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-constexpr bool kIsSanitized = true;  // which replaces the same functions
-#else
-constexpr bool kIsSanitized = false;
-#endif
 
 // The counters, in a file that a process maps.
 class Audit {
