@@ -2,6 +2,7 @@
 // Takes the drift off: angular_rate + temperature [+ rate_reference] -> compensated_rate.
 #include "common/service/main.h"
 
+#include "common/service/large_blocks.h"
 #include "common/service/realtime.h"
 #include "services/compensation/options.h"
 
@@ -19,6 +20,7 @@ int main(int argc, char** argv) {
   return service::run_main(app, argc, argv, [&] {
     const auto options = arguments.complete();
     service::apply(realtime);
+    service::return_large_blocks();
     return services::CompensationNode(options).run();
   });
 }
