@@ -56,12 +56,13 @@ std::uint32_t crc_of(std::string_view version, std::string_view rest) {
 
 // Unlike SerializeAsString() this promises the same bytes for the same message.
 std::string serialise(const proto::Checkpoint& message) {
-  std::string bytes;
-  google::protobuf::io::StringOutputStream stream(&bytes);
+  // As large as the message: a string that grows would keep up to twice of it for as long as the
+  // state is on its way.
+  std::string bytes(message.ByteSizeLong(), '\0');
+  google::protobuf::io::ArrayOutputStream stream(bytes.data(), static_cast<int>(bytes.size()));
   google::protobuf::io::CodedOutputStream coded(&stream);
   coded.SetSerializationDeterministic(true);
   if (!message.SerializeToCodedStream(&coded)) throw CheckpointError("cannot be serialised");
-  coded.Trim();
   return bytes;
 }
 
