@@ -51,7 +51,8 @@ judges 1 'p: the number of open files rose from 14 to 15' 30000 '14 + (k == 50)'
 judges 1 'p: the number of shared-memory names rose from 0 to 1' 30000 14 'k > 90'
 judges 0 66.7 '30000 + 4 * k' 14 0 50000               # touches what it asked for at the beginning
 judges 0 29.30 30000 14 0 'k < 49 ? 50000 : 59000'     # a kernel is selected within half of the run
-judges 1 'p: from 10692 s on it asked for 2.' 30000 14 0 '50000 + 45 * k'
+judges 1 'p: from 10692 s on it asked for 1.' 30000 14 0 '50000 + 45 * k'
+judges 0 29.30 30000 14 0 'k == 99 ? 54000 : 50000'     # a state is on its way at the end
 
 # ---------------------------------------- whole runs
 children() { pgrep -P "$1" -x "$2" || true; }
