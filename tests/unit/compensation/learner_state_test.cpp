@@ -240,6 +240,15 @@ TEST(LearnerState, IntoALearnerAtWorkTheEpochCountsUp) {
   EXPECT_EQ(young.work(restore_job(std::make_shared<RestoredLearner>(options, early))).epoch, 20U);
 }
 
+// Rule: a state that is handed over and kept holds no more room than it has bytes: one that grew
+// by doubling keeps up to as much again in every gyro.
+TEST(LearnerState, KeepsNoRoomBeyondItsBytes) {
+  for (const std::size_t labels : {20U, 100U}) {
+    const LearnerState state = state_after(small_options(), labels);
+    EXPECT_EQ(state.bytes.capacity(), state.bytes.size()) << labels;
+  }
+}
+
 bool is_taken(const CompensationOptions& options, const LearnerState& state) {
   try {
     const RestoredLearner restored(options, state);
