@@ -266,7 +266,8 @@ class AxisExamination {
     std::string aside;
     if (!judged.trial.effects.empty()) {
       std::vector<std::string> names;
-      for (const NamedEffect& effect : judged.trial.effects) names.push_back(effect.name);
+      for (const NamedEffect& effect : judged.trial.effects)
+        names.push_back(twin::label_of(effect.name, effect.formula));
       aside = spoken_against(names);
     }
     judged.trial.effects.clear();
@@ -297,7 +298,7 @@ class AxisExamination {
     std::vector<std::string> names;
     if (judged.acceptance != Acceptance::kReverted || judged.trial.unknown) return names;
     for (const NamedEffect& effect : judged.trial.effects) {
-      if (!is_noise(effect.name)) names.push_back(effect.name);
+      if (!is_noise(effect.name)) names.push_back(twin::label_of(effect.name, effect.formula));
     }
     return names;
   }

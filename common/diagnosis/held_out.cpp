@@ -181,8 +181,9 @@ Acceptance judge(const Trial& trial, const Comparison& held_out, HeldOut kind) {
   const bool noise_is_new = changes_noise(trial) && !std::isfinite(allan.before);
   const bool clear_shape = shape && held_out.gain_nats > kClearNats &&
                            held_out.shape_after_radps < held_out.shape_before_radps;
+  const bool mean_is_anyones = kind == HeldOut::kRecords && clear_shape;
   const bool mean_no_worse =
-      clear_shape || gap.after_rms_radps <= kMeanNoWorse * gap.before_rms_radps;
+      mean_is_anyones || gap.after_rms_radps <= kMeanNoWorse * gap.before_rms_radps;
   const bool no_worse = held_out.shape_after_radps <= kNoWorse * held_out.shape_before_radps &&
                         mean_no_worse &&
                         (!comparable || allan.after <= allan.before + kAllanTolerance ||

@@ -75,7 +75,7 @@ Lineup line_up(const twin::Model& model, const TrialInput& input, const SearchPr
   Lineup lineup;
   for (Candidate& candidate : found.testable) {
     const bool refuted = std::find(input.refuted.begin(), input.refuted.end(),
-                                   candidate.definition->kind) != input.refuted.end();
+                                   label_of(*candidate.definition)) != input.refuted.end();
     if (!refuted) lineup.add(std::move(candidate));
   }
   lineup.generic = generic_functions(channels, input.series.interval_s);

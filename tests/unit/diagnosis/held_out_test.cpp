@@ -35,6 +35,13 @@ TEST(Judging, AShapeThatIsClearlyProvedNeedNotHaveTheMeanOfAnotherSwitchOn) {
   EXPECT_EQ(judge(trial, half_the_shape(0.0), HeldOut::kRecords), Acceptance::kAccepted);
 }
 
+// Before: a gap of 0.0299 deg/h was "repaired" to one of 0.0353.
+TEST(Judging, InBlocksOfTheRecordItselfNoShapeMakesTheMeanWorse) {
+  const Trial trial = trial_that_names("shupe");
+  EXPECT_EQ(judge(trial, half_the_shape(3e-7), HeldOut::kBlocks), Acceptance::kReverted);
+  EXPECT_EQ(judge(trial, half_the_shape(0.0), HeldOut::kBlocks), Acceptance::kAccepted);
+}
+
 TEST(Judging, AShapeThatIsHardlyProvedDoesNotMakeTheMeanWorse) {
   Comparison held_out = half_the_shape(3e-7);
   held_out.gain_nats = 2.0;
