@@ -66,8 +66,8 @@ struct Comparison {
 // What changes the drift's shape has to make the data likelier, which tells more than their RMS
 // where noise is red; what is noise, too, or bring the Allan curve closer; a bias, the mean.
 // Neither may make the others worse, but a shape that is clearly proved needn't have the mean of
-// another switch-on; blocks of the record itself have its own mean. Of a twin without any noise the Allan curve is no figure to
-// judge by, and any noise is likelier than none.
+// another switch-on; blocks of the record itself have its own mean. Of a twin without any noise the
+// Allan curve is no figure to judge by, and any noise is likelier than none.
 [[nodiscard]] Acceptance judge(const Trial& trial, const Comparison& held_out, HeldOut kind);
 
 // Whether the catalogue has the effect as a noise.

@@ -28,7 +28,7 @@ struct TrialInput {
   core::Axis axis = core::Axis::kX;
   std::span<const std::uint8_t> valid;  // samples that may be looked at
   const DiagnosisOptions& options;
-  std::span<const std::string> refuted{};  // effects that held-out data spoke against
+  std::span<const std::string> refuted{};  // labels of what held-out data spoke against
   // Effects of the model, by their place, whose coefficients come from this very record: what is
   // found beside them changes them.
   std::span<const std::size_t> calibrated{};
