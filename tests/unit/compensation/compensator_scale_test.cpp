@@ -166,6 +166,34 @@ TEST(CompensatorScale, OfASlowTurnTheScaleFactorsPartIsNoDrift) {
   EXPECT_GT(labels, 100U);
 }
 
+// Rule: references of a record that come three samples after their rates, and a learner that works
+// only when it is waited for, change no bit.
+TEST(CompensatorScale, OrderOfArrivalAndLearnerTimingChangeNoBit) {
+  GyroSpec spec = drive(7);
+  spec.duration_s = 1500.0;
+  const Record record = referenced(spec, core::ReferenceKind::kRecord);
+  Compensator usual{options(true)}, late{options(true)};
+  const auto expected = testing::run(usual, record);
+  std::vector<core::CompensatedSample> answers;
+  const auto take = [&](const core::CompensatedSample& answer) { answers.push_back(answer); };
+  std::size_t t = 0;
+  late.push(record.references.front());
+  for (std::size_t k = 0; k < record.rates.size(); ++k) {
+    for (; t < record.temperatures.size() && record.temperatures[t].time <= record.rates[k].time;
+         ++t)
+      late.push(record.temperatures[t]);
+    late.push(record.rates[k]);
+    if (k > 3) late.push(record.references[k - 3]);
+    testing::answer_ready(late, testing::LearnerTiming::kOnlyWhenAwaited, take);
+  }
+  ASSERT_GT(usual.scale_factor(Axis::kZ)->windows, 10U);
+  ASSERT_GT(answers.size() + 100, expected.size());  // the last wait for what doesn't come
+  for (std::size_t k = 0; k < answers.size(); ++k) {
+    ASSERT_EQ(answers[k].rate_radps, expected[k].rate_radps) << k;
+    ASSERT_EQ(answers[k].drift_variance, expected[k].drift_variance) << k;
+  }
+}
+
 // Rule: a reference a tenth of a second late moves the output in motion no more than without the
 // scale factor, and is told as refused.
 TEST(CompensatorScale, ALateReferenceChangesNothing) {
