@@ -20,16 +20,8 @@ namespace {
 constexpr std::size_t kWaiting = 4096;  // raw samples; publishers of records keep far below it
 constexpr double kBlockS = 1.0;
 constexpr double kSlowestIntervalS = 86400.0;  // of a record that is still a stream
-// Above this true rate a scale-factor error of 100 ppm passes for .036 deg/h of drift: not learned
-// from.
-constexpr double kLargestReferenceRadps = 0.1 * core::kRadPerDeg;
 // Time that goes back further is no disorder but a clock that was set back.
 constexpr core::SensorTime kLargestStepBack{500'000'000};
-
-bool is_usable(const core::AngularRateSample& sample, std::size_t axis) {
-  return sample.valid[axis] &&
-         std::abs(sample.rate_radps[axis]) <= core::kLargestRateRadps;  // false for NaN
-}
 
 // A label interval that is still open gets its usual value.
 CompensationOptions checked(const CompensationOptions& options) {
@@ -54,6 +46,7 @@ Compensator::Compensator(const CompensationOptions& options)
       blocks_(kBlockS),
       gate_(options_.learning.rest),
       polarity_(options_.learning.rest.max_level_radps),
+      scale_(options_.learning.rest),
       labels_(options_.learning.label_interval_s, options_.learning.confirm_s),
       models_(options_) {
   if (options_.prior) prior_ = std::make_unique<DriftPrior>(*options_.prior, probes());
@@ -117,6 +110,7 @@ void Compensator::restart_histories() noexcept {
   gate_.restart();
   polarity_.restart();
   own_output_.restart();
+  scale_.restart();
   labels_.discard();
   if (prior_) prior_->restart();
   stream_began_ = core::kNever;
@@ -132,6 +126,7 @@ bool Compensator::reset_models() noexcept {
   axes_ = {};
   polarity_ = PolarityCheck(options_.learning.rest.max_level_radps);
   own_output_ = {};
+  scale_ = ScaleFactor(options_.learning.rest);
   labels_.discard();
   estimate_outdated_ = true;
   return true;
@@ -254,8 +249,26 @@ core::CompensatedSample Compensator::answer(const Pending& pending) const noexce
     out.mode[i] = usable ? drift.mode() : core::Mode::kPassthrough;
     out.reason[i] = usable ? drift.reason() : core::Reason::kInvalidInput;
     out.rung[i] = usable ? drift.rung() : core::Rung::kNone;
+    if (options_.learning.scale_factor && out.rung[i] != core::Rung::kNone)
+      take_scale_error_off(axis, out);
   }
   return out;
+}
+
+std::optional<double> Compensator::scale_temperature_degc() const noexcept {
+  const double temperature_degc = temperatures_.first_degc();
+  return std::isnan(temperature_degc) ? std::nullopt : std::optional(temperature_degc);
+}
+
+void Compensator::take_scale_error_off(core::Axis axis,
+                                       core::CompensatedSample& out) const noexcept {
+  const std::size_t i = index(axis);
+  const auto temperature_degc = scale_temperature_degc();
+  const double rate_radps = out.rate_radps[i];
+  out.applied_drift_radps[i] += scale_.error_radps(axis, rate_radps, temperature_degc);
+  out.rate_radps[i] = out.raw.rate_radps[i] - out.applied_drift_radps[i];
+  if (out.drift_variance[i] >= 0.0)
+    out.drift_variance[i] += scale_.variance_radps2(axis, rate_radps, temperature_degc);
 }
 
 void Compensator::take_model(core::SensorTime now) noexcept {
@@ -279,117 +292,6 @@ void Compensator::step_prior(core::SensorTime now) noexcept {
 
 std::optional<double> Compensator::prior_drift(core::Axis axis) const noexcept {
   return prior_covers(axis) ? prior_->drift_radps(axis) : std::nullopt;
-}
-
-// --------------------------------------------------------------------------------------- observing
-
-EarthRateMode Compensator::earth_rate_mode(core::ClockSource clock) const noexcept {
-  if (options_.earth_rate.mode != EarthRateMode::kAuto) return options_.earth_rate.mode;
-  return core::is_paced_by_consumers(clock) ? EarthRateMode::kIncluded : EarthRateMode::kUnknown;
-}
-
-void Compensator::observe(const core::AngularRateSample& sample) noexcept {
-  const auto closed = blocks_.advance(sample.time, sample.interval_s);
-  if (closed) {
-    estimate_outdated_ = true;  // ages grow even when no temperature comes
-    polarity_.close(sample.time);
-    own_output_.close({gate_.known_sigma(core::Axis::kX), gate_.known_sigma(core::Axis::kY),
-                       gate_.known_sigma(core::Axis::kZ)});
-    close_block(*closed);
-  }
-  const EarthRateMode earth_rate = earth_rate_mode(sample.clock);
-  const core::RateReferenceSample* reference = references_.true_rate(sample.time);
-  const bool is_true_rate = reference != nullptr;
-  // Who declares rest may be wrong, so the level is looked at; a true rate explains any level.
-  if (reference != nullptr) blocks_.mark_reference();
-  if (reference == nullptr) reference = references_.rest(sample.time, earth_rate);
-  referenced_ = {};
-  bool any_invalid = false;
-  for (const auto axis : kAxes) {
-    const std::size_t i = index(axis);
-    referenced_[i] = reference != nullptr && reference->valid[i];
-    if (!is_usable(sample, i)) {
-      any_invalid = true;
-      continue;
-    }
-    uncovered_[i] = uncovered_[i] || !referenced_[i];
-    if (sample.clipped[i]) {
-      blocks_.mark_turning();  // a saturated axis says nothing of its drift
-      continue;
-    }
-    own_output_.add(axis, sample.rate_radps[i], axes_[i].applied_radps());
-    double known_radps = 0.0;
-    double variance = 0.0;
-    if (referenced_[i]) {
-      known_radps = reference->rate_radps[i];
-      variance = reference->variance[i];
-      if (std::abs(known_radps) > kLargestReferenceRadps) blocks_.mark_turning();
-    } else if (earth_rate == EarthRateMode::kKnown) {
-      known_radps = options_.earth_rate.rate_radps[i];
-    }
-    if (referenced_[i] ? is_true_rate : earth_rate == EarthRateMode::kKnown) {
-      polarity_.add(
-          axis, sample.rate_radps[i], known_radps,
-          referenced_[i] ? PolarityCheck::Source::kTrueRate : PolarityCheck::Source::kEarth);
-    }
-    blocks_.add(axis, sample.rate_radps[i] - known_radps, variance);
-  }
-  if (any_invalid) ++counts_.invalid;
-}
-
-void Compensator::hear_residual(core::SensorTime now) noexcept {
-  core::PerAxis<OwnForecast> forecast;
-  for (std::size_t i = 0; i < forecast.size(); ++i)
-    forecast[i] = {axes_[i].applied_radps(), axes_[i].variance()};
-  references_.correct(now, models_.epoch(), gate_.state() == RestState::kRest, forecast);
-}
-
-void Compensator::close_block(DriftBlock block) noexcept {
-  const core::PerAxis<bool> uncovered = uncovered_;
-  uncovered_ = {};
-  const bool measured = block.count != core::PerAxis<std::size_t>{};
-  if (!measured && !blocks_.turning()) return;
-  const RestState state = blocks_.turning() ? gate_.motion() : gate_.add(block);
-  if (state != RestState::kRest || gate_reason() != core::Reason::kNone) {
-    labels_.discard();
-    return;
-  }
-  if (earth_rate_matters()) {
-    for (const auto axis : kAxes) {
-      if (uncovered[index(axis)]) block.count[index(axis)] = 0;
-    }
-    if (block.count == core::PerAxis<std::size_t>{}) {
-      labels_.discard();
-      return;
-    }
-  }
-  core::PerAxis<AxisContext> context;
-  core::PerAxis<double> variance;
-  for (const auto axis : kAxes) {
-    const double sigma = gate_.block_sigma(axis);
-    context[index(axis)] = axes_[index(axis)].context();
-    variance[index(axis)] = sigma * sigma;
-    // Its motion would go unnoticed, or the wrong way round.
-    if (!gate_.knows(axis) || polarity_.is_reversed(axis)) block.count[index(axis)] = 0;
-    // What the prior leaves can't be told without it.
-    if (prior_covers(axis) && !context[index(axis)].prior_ready) block.count[index(axis)] = 0;
-  }
-  if (const auto label = labels_.add(block, context, temperatures_.thermal_state(), variance))
-    learn_from(*label);
-}
-
-void Compensator::learn_from(const Label& label) noexcept {
-  ++counts_.labels;
-  confirmed_label_ = label;
-  label_confirmed_ = true;
-  for (const auto axis : kAxes) {
-    const std::size_t i = index(axis);
-    if (!label.valid[i]) continue;
-    axes_[i].judge(label.drift_radps[i], label.applied_radps[i], label.held_radps[i]);
-  }
-  if (options_.scheme == Scheme::kNone || changes_due_ > 0) return;
-  if (!models_.submit({.kind = TrainingJob::Kind::kLabel, .label = label}, newest_ + handover_))
-    ++counts_.labels_skipped;
 }
 
 // -------------------------------------------------------------------------------------- estimating
@@ -459,6 +361,7 @@ std::optional<double> Compensator::factory_drift(core::Axis axis) const noexcept
 
 void Compensator::carry(core::StateArchive& archive) {
   archive(sequences_, temperatures_, references_, blocks_, gate_, polarity_, own_output_, labels_);
+  if (options_.learning.scale_factor) archive(scale_);
   if (prior_) archive(*prior_);
   archive(stream_began_, streams_, axes_, counts_, newest_, doubted_, clock_, referenced_,
           uncovered_, estimate_outdated_, commanded_freeze_);
@@ -473,6 +376,11 @@ CompensatorCounts Compensator::counts() const noexcept {
   counts.reversed_axes = polarity_.found();
   counts.own_outputs = own_output_.found();
   return counts;
+}
+
+std::optional<ScaleFactorState> Compensator::scale_factor(core::Axis axis) const noexcept {
+  if (!options_.learning.scale_factor) return std::nullopt;
+  return scale_.state(axis, scale_temperature_degc());
 }
 
 std::size_t Compensator::support_vectors(core::Axis axis) const noexcept {

@@ -19,6 +19,9 @@
 // the prior has never had a value yet, its axis learns nothing and has nothing taken off but the
 // factory polynomial.
 //
+// With learning.scale_factor, where a drift is taken off, what the scale factor adds to the rest of
+// the rate is taken off with it (scale_factor.h), and its variance is part of the drift's.
+//
 // Rates are turned into the vehicle's frame where they come in (mounting.h): raw, below, is in b.
 //
 // Data-path calls are noexcept, take no lock, allocate nothing and do bounded work.
@@ -43,6 +46,7 @@
 #include "common/compensation/polarity_check.h"
 #include "common/compensation/reference_inputs.h"
 #include "common/compensation/rest_gate.h"
+#include "common/compensation/scale_factor.h"
 #include "common/compensation/temperature_inputs.h"
 #include "common/core/compensated_sample.h"
 #include "common/core/samples.h"
@@ -163,6 +167,9 @@ class Compensator {
   [[nodiscard]] bool is_reversed(core::Axis axis) const noexcept {
     return polarity_.is_reversed(axis);
   }
+  // What is known of the axis's scale factor at the present temperature; nothing where it isn't
+  // learned.
+  [[nodiscard]] std::optional<ScaleFactorState> scale_factor(core::Axis axis) const noexcept;
   // Newest temperature and its rate of the first probe, NaN where there is none.
   [[nodiscard]] double temperature_degc() const noexcept { return temperatures_.first_degc(); }
   [[nodiscard]] double temperature_rate_degc_per_s() const noexcept {
@@ -203,6 +210,9 @@ class Compensator {
     std::int64_t ingress_time_ns = 0;
     bool late = false;
   };
+  // The axis was measured, with a number that a gyro may have.
+  [[nodiscard]] static bool is_usable(const core::AngularRateSample& sample,
+                                      std::size_t axis) noexcept;
   [[nodiscard]] bool is_timely(const core::AngularRateSample& sample) const noexcept;
   void restart_histories() noexcept;
   void take_model(core::SensorTime now) noexcept;
@@ -214,6 +224,12 @@ class Compensator {
   // Its value of an axis; nothing where there is none.
   [[nodiscard]] std::optional<double> prior_drift(core::Axis axis) const noexcept;
   void observe(const core::AngularRateSample& sample) noexcept;
+  void hear_true_rate(const core::AngularRateSample& sample,
+                      const core::RateReferenceSample& reference) noexcept;
+  void close_scale_block(core::SensorTime now) noexcept;
+  // By which the scale factor goes; nothing where there is none.
+  [[nodiscard]] std::optional<double> scale_temperature_degc() const noexcept;
+  void take_scale_error_off(core::Axis axis, core::CompensatedSample& out) const noexcept;
   void hear_residual(core::SensorTime now) noexcept;
   // Whether the Earth's rate is neither known on an axis nor small against the noise.
   [[nodiscard]] bool earth_rate_matters() const noexcept;
@@ -240,6 +256,7 @@ class Compensator {
   RestGate gate_;
   PolarityCheck polarity_;
   OwnOutputCheck own_output_;
+  ScaleFactor scale_;
   LabelBuilder labels_;
   std::unique_ptr<DriftPrior> prior_;            // null: none
   core::SensorTime stream_began_{core::kNever};  // taken for the time of power-on

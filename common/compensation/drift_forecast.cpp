@@ -63,8 +63,9 @@ Position position_of(double horizon_s, const TrustTable& table) {
   return {below, below + 1, std::log(horizon_s / at[below]) / std::log(at[below + 1] / at[below])};
 }
 
-double horizon_of(const DriftModel& model, core::SensorTime now) {
-  return std::max(0.0, core::seconds(now - model.time));
+// Where the clock was set back (a power-on), time has gone by since, and nobody knows how much.
+double horizon_of(const DriftModel& model, const TrustTable& trust, core::SensorTime now) {
+  return now < model.time ? trust.horizon_s.back() : core::seconds(now - model.time);
 }
 
 // The variance that experience states at a horizon; where there is none, that of the nearest
@@ -104,13 +105,13 @@ bool DriftModel::has_learned_near(const FeatureArray& features) const noexcept {
 
 double held_variance(const DriftModel& model, const TrustTable& trust,
                      core::SensorTime now) noexcept {
-  return variance_at(trust.learned, trust, horizon_of(model, now), &ForecastTrust::held_variance,
-                     model.held_variance);
+  return variance_at(trust.learned, trust, horizon_of(model, trust, now),
+                     &ForecastTrust::held_variance, model.held_variance);
 }
 
 Forecast forecast(const DriftModel& model, const TrustTable& trust, const FeatureArray& features,
                   core::SensorTime now) noexcept {
-  const double horizon_s = horizon_of(model, now);
+  const double horizon_s = horizon_of(model, trust, now);
   const Position position = position_of(horizon_s, trust);
   Forecast out;
   out.beyond_learned = !model.has_learned_near(features);

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "common/experts/thermal_basis.h"
 #include "common/regression/vector_operations.h"
 
 namespace zerodrift::compensation {
@@ -34,6 +35,17 @@ constexpr std::uint64_t kFirstSelection = 36;
 constexpr std::uint64_t kRarestSelection = 2304;
 constexpr double kTubeInNoise = 0.5;  // half-width of the tube in standard deviations of the noise
 constexpr std::size_t kSelectionSamples = 48;  // a selection takes some 10 ms
+
+// Whether the gyro may have been off since the last label: the clock was set back; or after a pause
+// there is no history of temperature yet, or the longest memory of heat has passed. Its bias is
+// learned anew then; what is known of temperature is not.
+bool begins_anew(const AxisLabel& label, const DriftModel& before) {
+  if (!before.holds()) return false;
+  const double pause_s = core::seconds(label.time - before.time);
+  if (pause_s <= 0.0) return true;
+  if (pause_s <= kStationaryMinuteS) return false;
+  return !label.features || pause_s > experts::kMemoryTimesS.back();
+}
 
 regression::OnlineSvrOptions svr_options(const CompensationOptions& options,
                                          std::size_t dimension) {
@@ -65,7 +77,7 @@ AxisLearner::AxisLearner(const CompensationOptions& options, std::size_t dimensi
 }
 
 void AxisLearner::learn(const AxisLabel& label) noexcept {
-  if (label.time <= model_.time) {  // the clock was set back
+  if (begins_anew(label, model_)) {
     minute_.clear();
     judge_.restart();
     if (stack_) stack_->restart();

@@ -34,6 +34,23 @@ std::optional<std::string> find_contradiction(const ModelOptions& model) {
          short_text(std::pow(largest, 1.0 / kernel.degree));
 }
 
+std::optional<std::string> find_wrong_references(const CompensationOptions& options) {
+  const ReferenceOptions& reference = options.reference;
+  if (reference.await_feedback && reference.rest == ReferencePolicy::kRefuse)
+    return "reference.await_feedback: found with rest: refuse, expected only with rest: accept";
+  if (!options.learning.scale_factor) return std::nullopt;
+  if (reference.truth == ReferencePolicy::kRefuse) {
+    return "learning.scale_factor: found with reference.truth: refuse, expected only with truth: "
+           "accept";
+  }
+  // What a filter finds left in motion is the scale factor's too: it would be taken off twice.
+  if (reference.navigation_residual == ReferencePolicy::kAccept) {
+    return "learning.scale_factor: found with reference.navigation_residual: accept, expected only "
+           "with navigation_residual: refuse";
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 CompensationOptions::CompensationOptions() {
@@ -48,9 +65,7 @@ std::optional<std::string> CompensationOptions::validate() const {
   if (auto line = find_out_of_range(*this)) return line;
   if (auto line = find_contradiction(model)) return line;
   if (auto line = Mounting::find_wrong(mounting)) return line;
-  if (reference.await_feedback && reference.rest == ReferencePolicy::kRefuse) {
-    return "reference.await_feedback: found with rest: refuse, expected only with rest: accept";
-  }
+  if (auto line = find_wrong_references(*this)) return line;
   if (prior) {
     if (auto line = find_wrong_prior(*prior)) return line;
   }

@@ -55,6 +55,7 @@ struct LearningOptions {
                             // already have held the beginning of a turn
   double handover_s = 1.0;  // sensor time from a label's confirmation to the model's taking effect
   std::size_t initial_labels = 12;  // the initial set
+  bool scale_factor = false;        // learn it in motion against true rates, and take it off
   RestGateOptions rest;
 };
 

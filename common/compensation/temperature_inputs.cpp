@@ -158,6 +158,11 @@ double TemperatureInputs::first_rate_degc_per_s() const noexcept {
   return tracks_.empty() ? kNaN : tracks_.front().rate_degc_per_s().value_or(kNaN);
 }
 
+bool TemperatureInputs::is_stale(core::SensorTime now) const noexcept {
+  const auto age = tracks_.empty() ? std::nullopt : tracks_.front().age(now);
+  return !age || *age > stale_after_;
+}
+
 bool TemperatureInputs::has_heard(const core::TemperatureSample& sample) const noexcept {
   const auto probe = std::find(probes_.begin(), probes_.end(), sample.probe);
   if (probe == probes_.end()) return true;

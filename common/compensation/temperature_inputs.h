@@ -69,6 +69,8 @@ class TemperatureInputs {
   // Newest of the first probe, NaN where there is none.
   [[nodiscard]] double first_degc() const noexcept;
   [[nodiscard]] double first_rate_degc_per_s() const noexcept;
+  // Of the first probe there is no temperature that is young enough.
+  [[nodiscard]] bool is_stale(core::SensorTime now) const noexcept;
 
   // Part of the state already.
   [[nodiscard]] bool has_heard(const core::TemperatureSample& sample) const noexcept;

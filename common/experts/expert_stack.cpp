@@ -206,6 +206,7 @@ void ExpertStack::restart() noexcept {
     judged.made.clear();
     judged.noted_s.reset();
   }
+  forecast_.label_variance = 0.0;  // nothing is known of the level until the next label
 }
 
 void ExpertStack::reset() noexcept {

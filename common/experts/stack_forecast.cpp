@@ -66,15 +66,17 @@ StackForecast::Prediction StackForecast::predict(
     double now_s, const ThermalState& thermal,
     const std::optional<SvrForecast>& by_svr) const noexcept {
   if (!knows()) return {};
+  // Where the clock was set back (a power-on), time has gone by since, and nobody knows how much.
+  const double age_s = now_s < time_s ? age_of(kHorizons - 1) : now_s - time_s;
   const double until_s = std::max(now_s, time_s);
   const Basis basis = basis_of(thermal, reference_temperature);
-  const Between at = between(until_s - time_s);
+  const Between at = between(age_s);
   const Horizon& a = horizons[at.lower];
   const Horizon& b = horizons[at.upper];
   Prediction made;
   made.drift = (1.0 - at.share) * mean_at(at.lower, until_s, basis, by_svr) +
                at.share * mean_at(at.upper, until_s, basis, by_svr);
-  const double width = half_width(until_s - time_s, at) / kNormalQuantile;
+  const double width = half_width(age_s, at) / kNormalQuantile;
   if (width < 0.0) return made;
   made.variance = std::max(width * width - label_variance, label_variance / kLabelsInAMean);
   made.was_judged = a.half_width >= 0.0 && b.half_width >= 0.0;
@@ -82,7 +84,7 @@ StackForecast::Prediction StackForecast::predict(
 }
 
 std::array<double, kExperts> StackForecast::shares(double age_s, bool interpolates) const noexcept {
-  const auto [lower, upper, share] = between(age_s);
+  const auto [lower, upper, share] = between(age_s < 0.0 ? age_of(kHorizons - 1) : age_s);
   std::array<double, kExperts> upper_shares = horizons[upper].shares;
   if (interpolates && upper + 1 == kHorizons) {
     constexpr auto kSvr = static_cast<std::size_t>(Expert::kOnlineSvr);

@@ -57,9 +57,9 @@ struct StackForecast {
   };
 
   [[nodiscard]] bool knows() const noexcept { return label_variance > 0.0; }
-  // At a time from the newest label's on; one before it counts as that. `by_svr`: what the online
-  // SVR says of the same time. An age that was never judged has the interval of the longest one
-  // that was, growing in proportion. O(terms), no allocation.
+  // At a time from the newest label's on; one before it is of unknown age: the longest horizon's.
+  // `by_svr`: what the online SVR says of that time. An age never judged has the interval of the
+  // longest one that was, growing in proportion. O(terms), no allocation.
   [[nodiscard]] Prediction predict(double now_s, const ThermalState& thermal,
                                    const std::optional<SvrForecast>& by_svr = {}) const noexcept;
   // Shares of the experts at an age of the newest label, where the SVR interpolates or not; they

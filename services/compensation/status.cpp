@@ -24,6 +24,23 @@ std::string metric_name(experts::Expert expert) {
   return name;
 }
 
+// Of the scale factor's error at the present temperature; its windows show whether the reference
+// agrees with itself.
+void add_scale_factor(const compensation::ScaleFactorState& state, const std::string& suffix,
+                      service::StatusPart& part) {
+  constexpr double kPpm = 1e-6;
+  const auto add = [&](const char* name, const char* unit, double value) {
+    part.metrics.push_back({name + suffix, unit, value});
+  };
+  add("scale_factor_windows", "1", static_cast<double>(state.windows));
+  add("scale_factor_refused", "1", static_cast<double>(state.refused));
+  if (!state.is_known) return;
+  add("scale_factor", "ppm", state.error / kPpm);
+  add("scale_factor_sigma", "ppm", state.sigma / kPpm);
+  add("scale_factor_slope", "ppm/degC", state.per_degc / kPpm);
+  add("scale_factor_slope_sigma", "ppm/degC", state.per_degc_sigma / kPpm);
+}
+
 }  // namespace
 
 struct CompensationNode::Seen {
@@ -33,6 +50,7 @@ struct CompensationNode::Seen {
   core::PerAxis<compensation::TestThenTrain> records{};
   core::PerAxis<std::size_t> support_vectors{};
   core::PerAxis<std::optional<compensation::StackState>> stacks{};
+  core::PerAxis<std::optional<compensation::ScaleFactorState>> scale_factors{};
   double temperature_degc = 0.0;
   double temperature_rate_degc_per_s = 0.0;
   std::uint64_t rejected = 0;
@@ -63,6 +81,7 @@ CompensationNode::Seen CompensationNode::see(const Gyro& source) {
     seen.records[core::index(axis)] = compensator.test_then_train(axis);
     seen.support_vectors[core::index(axis)] = compensator.support_vectors(axis);
     seen.stacks[core::index(axis)] = compensator.stack_state(axis);
+    seen.scale_factors[core::index(axis)] = compensator.scale_factor(axis);
   }
   return seen;
 }
@@ -149,6 +168,7 @@ service::StatusPart CompensationNode::part(const Seen& seen) {
     add("support_vectors" + suffix, "1", static_cast<double>(seen.support_vectors[i]));
     add("applied_rmse" + suffix, "deg/h", core::deg_h_from_radps(std::sqrt(record.applied_mse)));
     add("persistence_rmse" + suffix, "deg/h", core::deg_h_from_radps(std::sqrt(record.held_mse)));
+    if (seen.scale_factors[i]) add_scale_factor(*seen.scale_factors[i], suffix, part);
     if (!seen.stacks[i]) continue;
     // Of the forecast in force: who has earned which share of it, and the longest age of the newest
     // label that was judged; beyond it the stated variance is an extrapolation.

@@ -39,6 +39,8 @@ constexpr std::array kUnits{Unit{"us", "_seconds", 1e-6},
                             Unit{"degC", "_celsius", 1.0},
                             Unit{"degC/min", "_celsius_per_minute", 1.0},
                             Unit{"deg/h", "_degrees_per_hour", 1.0},
+                            Unit{"ppm", "_ratio", 1e-6},
+                            Unit{"ppm/degC", "_per_celsius", 1e-6},
                             Unit{"kB", "_bytes", 1024.0}};
 
 // Letters, digits, underscores.

@@ -132,6 +132,25 @@ std::string resume(const std::string& file, const checkpoint::Owner& owner,
   return file + ": resumed, model epoch " + std::to_string(restored->epoch) + "\n";
 }
 
+void print_scale_factors(const compensation::Compensator& compensator) {
+  constexpr double kPpm = 1e-6;
+  for (const auto axis : core::kAxes) {
+    const auto scale = compensator.scale_factor(axis);
+    if (!scale) continue;
+    std::printf("%-4s  scale factor: ", std::string(core::name(axis)).c_str());
+    if (scale->is_known) {
+      std::printf("%.1f ppm, sigma %.1f, at the end; %.2f ppm/°C, sigma %.2f; ",
+                  scale->error / kPpm, scale->sigma / kPpm, scale->per_degc / kPpm,
+                  scale->per_degc_sigma / kPpm);
+    } else {
+      std::printf("not known; ");
+    }
+    std::printf("windows of the reference: %llu taken, %llu refused\n",
+                static_cast<unsigned long long>(scale->windows),
+                static_cast<unsigned long long>(scale->refused));
+  }
+}
+
 void save(const std::string& file, const checkpoint::Owner& owner,
           compensation::Compensator& compensator) {
   compensator.finish_learning();
@@ -214,6 +233,7 @@ int compensate(const CompensateOptions& options) {
   std::printf("%s: %llu samples compensated\n", options.record.c_str(),
               static_cast<unsigned long long>(samples));
   summary.print();
+  print_scale_factors(offline.compensator());
   return service::kExitDone;
 }
 

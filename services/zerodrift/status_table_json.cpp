@@ -92,6 +92,17 @@ std::string StatusBoard::gyro_json(std::uint32_t gyro) const {
     }
     return shares;
   };
+  // Null where it isn't learned; its figures are null before a window has come into force.
+  const auto scale_factor_of = [&](const std::string& suffix) -> Json {
+    const double windows = metric(of, "scale_factor_windows" + suffix, kNaN);
+    if (std::isnan(windows)) return nullptr;
+    return {{"error_ppm", metric(of, "scale_factor" + suffix, kNaN)},
+            {"sigma_ppm", metric(of, "scale_factor_sigma" + suffix, kNaN)},
+            {"slope_ppm_per_degc", metric(of, "scale_factor_slope" + suffix, kNaN)},
+            {"slope_sigma_ppm_per_degc", metric(of, "scale_factor_slope_sigma" + suffix, kNaN)},
+            {"windows", windows},
+            {"windows_refused", metric(of, "scale_factor_refused" + suffix, kNaN)}};
+  };
   for (const auto axis : core::kAxes) {
     const std::string suffix = "_" + std::string(core::name(axis));
     if (metric(of, "valid" + suffix, 0.0) == 0.0) continue;
@@ -110,6 +121,7 @@ std::string StatusBoard::gyro_json(std::uint32_t gyro) const {
          {"mode", core::name(mode)},
          {"reason", core::name(reason)},
          {"shares", shares_of(suffix)},
+         {"scale_factor", scale_factor_of(suffix)},
          {"drift_deg_h", metric(of, "drift" + suffix, kNaN)},
          {"applied_rmse_deg_h", metric(of, "applied_rmse" + suffix, kNaN)},
          {"persistence_rmse_deg_h", metric(of, "persistence_rmse" + suffix, kNaN)},

@@ -163,8 +163,8 @@ TEST(RunningState, GoesOnToTheBitWithEveryPriorThatHasAState) {
   expect_no_difference(make_record(spec), options);
 }
 
-TEST(RunningState, GoesOnToTheBitAgainstReferences) {
-  GyroSpec spec = chamber();
+// Each sample has its true rate.
+Record referenced(const GyroSpec& spec) {
   Record record = make_record(spec);
   for (std::size_t k = 0; k < record.rates.size(); ++k) {
     core::RateReferenceSample reference;
@@ -175,7 +175,29 @@ TEST(RunningState, GoesOnToTheBitAgainstReferences) {
     reference.kind = core::ReferenceKind::kRateTable;
     record.references.push_back(reference);
   }
-  expect_no_difference(record, small_options());
+  return record;
+}
+
+TEST(RunningState, GoesOnToTheBitAgainstReferences) {
+  expect_no_difference(referenced(chamber()), small_options());
+}
+
+// Turns about z from 350 s on, so that windows come into force before, between and after the cuts,
+// which lie within a block and a window.
+TEST(RunningState, GoesOnToTheBitWhileTheScaleFactorIsLearned) {
+  GyroSpec spec = chamber();
+  spec.scale_error = 300e-6;
+  spec.motion = [](double time_s, core::Axis axis) {
+    const bool turns = axis == core::Axis::kZ && time_s > 350.0 && std::fmod(time_s, 60.0) > 20.0;
+    return turns ? 0.1 * std::sin(time_s / 5.0) : 0.0;
+  };
+  CompensationOptions options = small_options();
+  options.learning.scale_factor = true;
+  const Record record = referenced(spec);
+  Compensator compensator(options);
+  (void)compensation::testing::run(compensator, record);
+  ASSERT_GT(compensator.scale_factor(core::Axis::kZ)->windows, 5U) << "nothing was learned";
+  expect_no_difference(record, options);
 }
 
 // At rest a navigation filter's references, in the turn its residuals.

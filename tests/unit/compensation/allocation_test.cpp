@@ -89,8 +89,8 @@ TEST(CompensatorAllocationLaws, TheCounterCounts) {
 
 // Rule: no memory is taken in push, answer_next, learning, freeze and reset, from the first sample
 // on.
-void expect_no_memory_taken(const CompensationOptions& options) {
-  const Record record = busy_record();
+void expect_no_memory_taken(const CompensationOptions& options,
+                            const Record& record = busy_record()) {
   Compensator compensator{options};
   std::size_t answers = 0;
   const std::size_t taken = allocated_by([&] {
@@ -115,6 +115,20 @@ TEST(CompensatorAllocationLaws, NorDoesTheOnlineSvrAlone) {
   CompensationOptions options = busy_options();
   options.scheme = Scheme::kOnlineSvr;
   expect_no_memory_taken(options);
+}
+
+// Rule: nor where the scale factor is learned against true rates.
+TEST(CompensatorAllocationLaws, NorDoesTheScaleFactor) {
+  CompensationOptions options = busy_options();
+  options.learning.scale_factor = true;
+  Record record = busy_record();
+  for (std::size_t k = 0; k < record.rates.size(); ++k) {
+    record.references.push_back({.time = record.rates[k].time,
+                                 .rate_radps = record.true_radps[k],
+                                 .valid = {true, true, true},
+                                 .kind = core::ReferenceKind::kRateTable});
+  }
+  expect_no_memory_taken(options, record);
 }
 
 // Rule: nor with a prior whose effects have states, when these begin anew, and when another prior

@@ -41,6 +41,16 @@ TEST(CompensationOptions, AWrongValueIsRefusedByItsKey) {
          o.model.kernel = {regression::KernelKind::kPolynomial, 0.03, 2, nan};
        }},
       {"svr.capacity", [](auto& o) { o.model.capacity = 3; }},
+      {"learning.scale_factor: found with reference.truth: refuse",
+       [](auto& o) {
+         o.learning.scale_factor = true;
+         o.reference.truth = ReferencePolicy::kRefuse;
+       }},
+      {"learning.scale_factor: found with reference.navigation_residual: accept",
+       [](auto& o) {
+         o.learning.scale_factor = true;
+         o.reference.navigation_residual = ReferencePolicy::kAccept;
+       }},
       {"temperature_delay_s", [=](auto& o) { o.temperature_delay_s = nan; }},
       {"temperature_stale_s", [](auto& o) { o.temperature_stale_s = 0.0; }},
       {"probe_stuck_s", [](auto& o) { o.probe_stuck_s = -5.0; }},

@@ -64,6 +64,8 @@ struct GyroSpec {
   double per_degc_deg_h = 0.05;   // bias over temperature, linear
   double per_degc2_deg_h = 1e-3;  // and quadratic
   double shupe_deg_h_per_degc_min = 0.5;
+  double scale_error = 0.0;  // at 25 °C, part of neither drift nor noise
+  double scale_error_per_degc = 0.0;
   double temperature_interval_s = 1.0;
   core::ClockSource clock = core::ClockSource::kSimulation;
   std::vector<std::string> probes{"coil"};
@@ -123,13 +125,15 @@ inline Record make_record(const GyroSpec& spec) {
     sample.interval_s = 1.0 / spec.rate_hz;
     sample.valid = {true, true, true};
     sample.clock = spec.clock;
+    const double scale_error =
+        spec.scale_error + spec.scale_error_per_degc * (chamber.temperature_degc(time_s) - 25.0);
     core::PerAxis<double> truth{}, drift{}, noise{};
     for (const auto axis : core::kAxes) {
       const std::size_t i = core::index(axis);
       truth[i] = spec.motion(time_s, axis);
       drift[i] = drift_deg_h(spec, time_s, axis) * kDegH;
       noise[i] = sigma * random.gaussian();
-      sample.rate_radps[i] = truth[i] + drift[i] + noise[i];
+      sample.rate_radps[i] = truth[i] + drift[i] + noise[i] + scale_error * truth[i];
     }
     record.rates.push_back(sample);
     record.true_radps.push_back(truth);

@@ -82,7 +82,7 @@ std::string described(const CompensationOptions& o) {
   text << " | learning " << o.learning.label_interval_s << ' ' << o.learning.confirm_s << ' '
        << o.learning.handover_s << ' ' << o.learning.initial_labels << ' '
        << o.learning.rest.dwell_s << ' ' << o.learning.rest.max_level_radps << ' '
-       << o.learning.rest.max_slew_radps2;
+       << o.learning.rest.max_slew_radps2 << ' ' << o.learning.scale_factor;
   text << " | earth " << static_cast<int>(o.earth_rate.mode);
   for (const double rate : o.earth_rate.rate_radps) text << ' ' << rate;
   for (const auto& polynomial : o.factory_polynomial_radps) {
@@ -172,6 +172,7 @@ TEST_F(CompensationFile, EveryKeyChangesSomething) {
       {"learning.handover_s", {"", "learning: {handover_s: 2}"}},
       {"learning.max_drift_deg_h", {"", "learning: {max_drift_deg_h: 5}"}},
       {"learning.max_drift_slew_deg_h_s", {"", "learning: {max_drift_slew_deg_h_s: 0.1}"}},
+      {"learning.scale_factor", {"", "learning: {scale_factor: true}"}},
       {"earth_rate.mode", {"", "earth_rate: {mode: unknown}"}},
       {"earth_rate.latitude_deg", earth_with("latitude_deg: 40", "latitude_deg: 41")},
       {"earth_rate.roll_deg", earth_with("roll_deg: 1", "roll_deg: 5")},

@@ -69,8 +69,12 @@ class Metrics : public testing::Test {
 
 TEST_F(Metrics, CarryBaseUnitsAndLabels) {
   add(status("compensation", {{"samples_in", "1", 5.0}, {"arrival_p99", "us", 250.0}}));
-  add(status("compensation:1", {{"drift_x", "deg/h", 2.5}, {"temperature", "degC", 21.0}}));
+  add(status("compensation:1", {{"drift_x", "deg/h", 2.5},
+                                {"temperature", "degC", 21.0},
+                                {"scale_factor_z", "ppm", 300.0}}));
   const Values all = values();
+  EXPECT_DOUBLE_EQ(
+      all.at(R"(zerodrift_scale_factor_ratio{axis="z",part="1",service="compensation"})"), 300e-6);
   EXPECT_EQ(all.at(R"(zerodrift_samples_in{service="compensation"})"), 5.0);
   EXPECT_DOUBLE_EQ(all.at(R"(zerodrift_arrival_p99_seconds{service="compensation"})"), 250e-6);
   EXPECT_EQ(all.at(R"(zerodrift_drift_degrees_per_hour{axis="x",part="1",service="compensation"})"),
