@@ -15,10 +15,11 @@
 
 namespace zerodrift::dds {
 
-// Who sent a sample, and of which key. Compare only.
+// Who sent a sample, of which key, and which of its samples it was: a writer's first is number 1.
 struct SampleOrigin {
   eprosima::fastrtps::rtps::GUID_t writer;
   eprosima::fastdds::dds::InstanceHandle_t instance;
+  std::uint64_t number = 0;
 };
 
 namespace detail {

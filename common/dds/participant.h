@@ -297,17 +297,20 @@ class Reader {
 
   Reader(Participant& participant, OnSample on_sample, EndpointObserver observer = {},
          OnGone on_gone = {}, const Partitions& partitions = {})
+      : Reader(participant, TopicOf<Message>::kSpec, std::move(on_sample), std::move(observer),
+               std::move(on_gone), partitions) {}
+  // On a topic whose name the user chose. The spec is the caller's and outlives the reader.
+  Reader(Participant& participant, const TopicSpec& spec, OnSample on_sample,
+         EndpointObserver observer = {}, OnGone on_gone = {}, const Partitions& partitions = {})
       : subscriber_(participant.subscriber(partitions)),
-        listener_(participant.discovery_, std::move(observer), std::move(on_sample),
+        listener_(participant.discovery_, spec, std::move(observer), std::move(on_sample),
                   std::move(on_gone)) {
-    auto* topic =
-        participant.topic(TopicOf<Message>::kSpec,
-                          eprosima::fastdds::dds::TypeSupport(new CheckedTypeSupport<Message>));
-    reader_ =
-        subscriber_->create_datareader(topic, reader_qos(TopicOf<Message>::kSpec), &listener_);
+    auto* topic = participant.topic(
+        spec, eprosima::fastdds::dds::TypeSupport(new CheckedTypeSupport<Message>));
+    reader_ = subscriber_->create_datareader(topic, reader_qos(spec), &listener_);
     if (reader_ == nullptr) {
-      throw DdsError("dds: cannot create a reader for topic '" +
-                     std::string(TopicOf<Message>::kSpec.name) + "'" + participant.refusal());
+      throw DdsError("dds: cannot create a reader for topic '" + std::string(spec.name) + "'" +
+                     participant.refusal());
     }
   }
   ~Reader() { subscriber_->delete_datareader(reader_); }
@@ -320,9 +323,9 @@ class Reader {
  private:
   class Listener final : public detail::ReaderListener {
    public:
-    Listener(detail::Discovery& discovery, EndpointObserver observer, OnSample on_sample,
-             OnGone on_gone)
-        : ReaderListener(discovery, TopicOf<Message>::kSpec, std::move(observer)),
+    Listener(detail::Discovery& discovery, const TopicSpec& spec, EndpointObserver observer,
+             OnSample on_sample, OnGone on_gone)
+        : ReaderListener(discovery, spec, std::move(observer)),
           on_sample_(std::move(on_sample)),
           on_gone_(std::move(on_gone)) {}
     void on_data_available(eprosima::fastdds::dds::DataReader* reader) override {
@@ -330,7 +333,8 @@ class Reader {
       while (reader->take_next_sample(&message_, &info) == ReturnCode_t::RETCODE_OK) {
         if (!info.valid_data) continue;
         clean_texts(message_);
-        const SampleOrigin origin{info.sample_identity.writer_guid(), info.instance_handle};
+        const SampleOrigin origin{info.sample_identity.writer_guid(), info.instance_handle,
+                                  info.sample_identity.sequence_number().to64long()};
         if constexpr (TopicOf<Message>::kSpec.deadline.count() > 0)
           heard().hear(origin, detail::gyro_of(message_), detail::deadline_applies(message_),
                        TopicOf<Message>::kSpec.deadline);

@@ -42,7 +42,7 @@ std::array<double, 9> covariance_of(const msg::CompensatedRate& sample, RosFrame
       const bool known = measured[0] >= 0.0 && is_valid(sample, row) && is_valid(sample, column);
       if (known) covariance[i] = sign_of(row, frame) * sign_of(column, frame) * measured[i];
     }
-    if (!is_valid(sample, row)) covariance[4 * row] = kRosNotMeasuredVariance;
+    if (!is_valid(sample, row)) covariance[4 * row] = core::kRosNotMeasuredVariance;
   }
   return covariance;
 }
@@ -57,7 +57,7 @@ builtin_interfaces::msg::dds_::Time_ stamp_of(std::int64_t time_ns) noexcept {
 
 }  // namespace
 
-std::optional<std::string> RosImuOptions::validate() const {
+bool is_relative_ros_name(std::string_view name) noexcept {
   char before = '/';
   bool good = !name.empty() && name.size() <= kLongestName && name.back() != '/';
   for (const char c : name) {
@@ -67,7 +67,11 @@ std::optional<std::string> RosImuOptions::validate() const {
                     (!begins && (std::isdigit(byte) != 0 || c == '/')));
     before = c;
   }
-  if (good) return std::nullopt;
+  return good;
+}
+
+std::optional<std::string> RosImuOptions::validate() const {
+  if (is_relative_ros_name(name)) return std::nullopt;
   return "--ros2-imu: found the topic '" + name +
          "', expected a relative ROS 2 topic name such as imu/data";
 }

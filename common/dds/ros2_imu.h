@@ -7,8 +7,10 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "common/core/axis.h"
+#include "common/core/ros2.h"
 #include "common/dds/participant.h"
 
 namespace zerodrift::dds {
@@ -23,16 +25,17 @@ struct RosImuOptions {
   std::string frame_id{};  // of the message's header; empty: gyro_<id>
   RosFrame frame = RosFrame::kAsMeasured;
 
-  // One line where the name is no relative ROS 2 topic name: letters, digits and '_' between '/',
-  // no part beginning with a digit.
+  // One line where the name is no relative ROS 2 topic name.
   [[nodiscard]] std::optional<std::string> validate() const;
 };
 
-// A variance that says "not measured" to a filter, (rad/s)²: the rate is then 0.
-inline constexpr double kRosNotMeasuredVariance = 1e6;
+// Letters, digits and '_' between '/', no part beginning with a digit, at most 200 bytes: what ROS
+// 2 takes for the name of a topic below a namespace.
+[[nodiscard]] bool is_relative_ros_name(std::string_view name) noexcept;
 
 // Fills what differs from sample to sample; no memory. `stamp` is the sensor time. An axis that is
-// not valid has rate 0 and kRosNotMeasuredVariance; an unknown covariance is all 0, as ROS 2 says.
+// not valid has rate 0 and core::kRosNotMeasuredVariance; an unknown covariance is all 0, as ROS 2
+// says.
 void to_ros_imu(const msg::CompensatedRate& sample, RosFrame frame,
                 sensor_msgs::msg::dds_::Imu_& imu) noexcept;
 

@@ -15,7 +15,7 @@
 #include "idl/dds/compensated_ratePubSubTypes.h"
 #include "idl/dds/navigationPubSubTypes.h"
 #include "idl/dds/rate_referencePubSubTypes.h"
-#include "idl/dds/ros2_imuPubSubTypes.h"
+#include "idl/dds/ros2_sensorsPubSubTypes.h"
 #include "idl/dds/servicePubSubTypes.h"
 #include "idl/dds/temperaturePubSubTypes.h"
 #include "idl/dds/twin_reportPubSubTypes.h"
@@ -92,6 +92,21 @@ inline constexpr TopicSpec kRos2Imu{"rt/imu",
                                     5ms,
                                     0ms};
 
+// What ROS 2 nodes publish (ros2_input.h), read with the quality of service that ROS 2 has for
+// sensor data: best effort matches any writer.
+inline constexpr TopicSpec kRos2ImuInput{
+    "rt/imu",           kRos2Imu.type, 10, 1, Reliability::kBestEffort, Durability::kVolatile,
+    Ownership::kShared, 5ms,           0ms};
+inline constexpr TopicSpec kRos2TemperatureInput{"rt/temperature",
+                                                 "sensor_msgs::msg::dds_::Temperature_",
+                                                 10,
+                                                 1,
+                                                 Reliability::kBestEffort,
+                                                 Durability::kVolatile,
+                                                 Ownership::kShared,
+                                                 5ms,
+                                                 0ms};
+
 // Binds a message type to its topic and its generated type support.
 template <typename Support, const TopicSpec& kOfTopic>
 struct Binding {
@@ -115,6 +130,7 @@ template <> struct TopicOf<msg::CheckpointPart> : Binding<msg::CheckpointPartPub
 template <> struct TopicOf<msg::NavigationState> : Binding<msg::NavigationStatePubSubType, kNavigation> {};
 template <> struct TopicOf<msg::TwinReport> : Binding<msg::TwinReportPubSubType, kTwinReport> {};
 template <> struct TopicOf<sensor_msgs::msg::dds_::Imu_> : Binding<sensor_msgs::msg::dds_::Imu_PubSubType, kRos2Imu> {};
+template <> struct TopicOf<sensor_msgs::msg::dds_::Temperature_> : Binding<sensor_msgs::msg::dds_::Temperature_PubSubType, kRos2TemperatureInput> {};
 // clang-format on
 
 // Of our own interface; a new topic's message belongs here.

@@ -77,6 +77,9 @@ class Reader {
   // findings() tells once. Those used last are kept.
   [[nodiscard]] std::shared_ptr<const std::string> records(std::size_t stretch);
 
+  // Those that are kept are kept no longer; they can be had again.
+  void drop_records() noexcept { kept_.clear(); }
+
   // Throws McapError where it is cut, too long or its CRC is wrong.
   [[nodiscard]] std::string attachment(const Attachment& attachment) const;
 

@@ -343,8 +343,9 @@ MeasuredRecord MeasuredRecordBuilder::finish() {
 MeasuredRecord read_measured_record(const MeasuredRecordRequest& request,
                                     const std::function<void(double)>& progress) {
   const auto map = record::parse_column_map(request.columns);
-  record::RecordReader reader(request.record,
-                              record::RecordOptions{.columns = map, .gyro_id = request.gyro_id});
+  record::RecordReader reader(
+      request.record,
+      record::RecordOptions{.columns = map, .gyro_id = request.gyro_id, .topics = request.topics});
   MeasuredRecordBuilder builder(columns_of(reader.info(), request, map));
   const std::optional<double> expected_rows = record::estimated_rows(request.record);
   std::uint64_t rows = 0;

@@ -6,7 +6,7 @@
 
 #include "common/core/median.h"
 #include "common/files/file_error.h"
-#include "common/mcap/mcap_reader.h"
+#include "common/record/bag_files.h"
 #include "common/record/column_guess.h"
 #include "common/record/csv_cells.h"
 #include "common/record/decimal_time.h"
@@ -59,12 +59,17 @@ RecordReader::RecordReader(const std::filesystem::path& path, RecordOptions opti
 RecordReader::RecordReader(const std::filesystem::path& path, RecordOptions options,
                            PeriodEstimate estimate)
     : options_(std::move(options)) {
-  if (mcap::is_mcap(path) || path.extension() == ".mcap") {
+  if (is_mcap_record(path) || path.extension() == ".mcap") {
     mcap_ = std::make_unique<McapRows>(path, options_);
     info_ = mcap_->info();
     warnings_ = info_.warnings;
     return;
   }
+  refuse_other_bags(path);
+  if (options_.topics.any())
+    throw files::FileError(path.string() +
+                           ": is no bag of ROS 2, of which --topic and "
+                           "--temperature-topic choose");
   info_.path = path;
   take_shape(first_lines());
   describe_layout();

@@ -3,8 +3,8 @@
 // compressed (.csv.gz, .csv.xz, .csv.zst): '# key: value' lines, a header, then one row an instant
 // with strictly increasing time. What separates cells and decimals, and whether there is a header,
 // is seen in its first lines (text_shape.h). A blank cell, "nan" or "NA" was not measured. Or it is
-// an MCAP file of the live topics, known by its first bytes: a row for each time at which something
-// of one gyro was measured.
+// an MCAP file of the live topics, known by its first bytes, or a ROS 2 bag in MCAP, one file or a
+// folder: a row for each time at which something of one gyro was measured.
 #pragma once
 
 #include <cstddef>
@@ -87,6 +87,16 @@ struct RecordInfo {
   std::vector<std::string> warnings;  // one line each
 };
 
+// Which topics of a ROS 2 bag a record is made of.
+struct BagTopics {
+  std::string rates{};  // of sensor_msgs/msg/Imu; empty: the only one
+  // Of sensor_msgs/msg/Temperature, each PROBE=TOPIC, or TOPIC for the probe "coil"; empty: the
+  // only one, if there is one.
+  std::vector<std::string> temperatures{};
+
+  [[nodiscard]] bool any() const { return !rates.empty() || !temperatures.empty(); }
+};
+
 enum class TimeOrder : std::uint8_t {
   kStrictlyIncreasing,  // a row that isn't after the one before is an error: what a record promises
   kAsFound,  // such rows are given out and counted: for putting a faulty stream before the services
@@ -98,6 +108,7 @@ struct RecordOptions {
   // Of an MCAP file: the gyro. Without, it must hold one gyro alone, or the preferred one.
   std::optional<std::uint32_t> gyro_id{};
   std::optional<std::uint32_t> preferred_gyro_id{};
+  BagTopics topics{};  // of a ROS 2 bag
 };
 
 class McapRows;

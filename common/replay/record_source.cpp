@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "common/record/bag_files.h"
 #include "common/record/record_reader.h"
 #include "common/record/record_samples.h"
 
@@ -20,7 +21,8 @@ std::shared_ptr<record::RecordReader> open(const RecordSourceOptions& options) {
   return std::make_shared<record::RecordReader>(
       options.record, record::RecordOptions{.columns = record::parse_column_map(options.columns),
                                             .gyro_id = options.gyro_id,
-                                            .preferred_gyro_id = options.preferred_gyro_id});
+                                            .preferred_gyro_id = options.preferred_gyro_id,
+                                            .topics = options.topics});
 }
 
 // The part of a record that was asked for.
@@ -62,8 +64,9 @@ GyroSource open_gyro_record(const RecordSourceOptions& options, const Warn& warn
 ThermalSource open_thermal_record(const RecordSourceOptions& options, const Warn& warn) {
   auto reader = open(options);
   if (reader->info().probes.empty()) {
-    warn(options.record + (reader->info().gyro_id == 0 ? ": has no temperature column"
-                                                       : ": has no message of temperature"));
+    warn(options.record + (record::is_mcap_record(options.record)
+                               ? ": has no message of temperature"
+                               : ": has no temperature column"));
   }
   const Span span(options, reader->info().first_time);
   const std::vector<std::string> names = reader->info().probes;

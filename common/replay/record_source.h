@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/core/samples.h"
+#include "common/record/record_reader.h"
 
 namespace zerodrift::replay {
 
@@ -20,6 +21,7 @@ struct RecordSourceOptions {
   double to_s = 0.0;                       // 0: to the end
   std::optional<std::uint32_t> gyro_id{};  // record::RecordOptions
   std::optional<std::uint32_t> preferred_gyro_id{};
+  record::BagTopics topics{};
 };
 
 // A sample and what the source knows of the true rate. A reference may come without a rate.

@@ -31,8 +31,8 @@ writes() {
 }
 reads() {
   case $1 in
-    gyro_publisher) echo replay_progress command ;; # inject, replay
-    thermal_publisher) echo replay_progress ;;
+    gyro_publisher) echo replay_progress command 'rt/*' ;; # inject, replay; --source ros2:
+    thermal_publisher) echo replay_progress 'rt/*' ;; # --source ros2:
     compensation) echo angular_rate temperature rate_reference compensated_rate command checkpoint replay_progress ;; # a standby follows the primary
     allan_monitor) echo compensated_rate ;;
     navigation_filter) echo compensated_rate rate_reference ;;

@@ -24,15 +24,17 @@ constexpr auto kReopenEvery = 1000ms;
 void add_options(CLI::App& app, GyroPublisherOptions& options) {
   const std::map<std::string, GyroSourceKind> sources{{"simulation", GyroSourceKind::kSimulation},
                                                       {"record", GyroSourceKind::kRecord},
-                                                      {"serial", GyroSourceKind::kSerial}};
+                                                      {"serial", GyroSourceKind::kSerial},
+                                                      {"ros2", GyroSourceKind::kRos2}};
   const std::map<std::string, drivers::RotationFormat> formats{
       {"delta_angle_rad", drivers::RotationFormat::kDeltaAngleRad},
       {"delta_angle_deg", drivers::RotationFormat::kDeltaAngleDeg},
       {"rate_rad_s", drivers::RotationFormat::kRateRadps},
       {"rate_deg_s", drivers::RotationFormat::kRateDegps}};
-  app.add_option("--source", options.source.kind, "simulation, record or serial")
+  app.add_option("--source", options.source.kind,
+                 "simulation, record, serial, or ros2:TOPIC of sensor_msgs/Imu")
       ->required()
-      ->transform(service::one_of(sources));
+      ->transform(replay::source_of(sources, options.ros2.topic));
   replay::add_options(app, options.source.publisher, "key of this gyro on all topics, from 1");
   app.add_option("--rate", options.source.rate_hz,
                  "simulation: sample rate, Hz; the model's nominal rate without");
@@ -46,6 +48,7 @@ void add_options(CLI::App& app, GyroPublisherOptions& options) {
       ->capture_default_str();
   app.add_option("--rotation", options.serial.rotation, "serial: what the gyro sends")
       ->transform(service::one_of(formats));
+  replay::add_options(app, options.ros2);
 }
 
 GyroPublisherNode::GyroPublisherNode(const GyroPublisherOptions& options)
@@ -59,6 +62,12 @@ GyroPublisherNode::GyroPublisherNode(const GyroPublisherOptions& options)
       commands_(host_, [this](const msg::Command& m) { return obey(m); }) {
   if (options_.source.kind == GyroSourceKind::kSerial) {
     serial_.emplace(options_.serial);
+  } else if (options_.source.kind == GyroSourceKind::kRos2) {
+    ros2_participant_.emplace(host_, options_.network, options_.ros2);
+    ros2_ = std::make_unique<replay::RosRateSource>(
+        host_, gyro_id_, *ros2_participant_, options_.ros2.topic,
+        core::RosRates(core::ClockSource::kHardware),
+        [this](const core::AngularRateSample& sample) { rates_.publish(sample); });
   } else {
     source_ = open_gyro_source(options_.source, replay::warn_by(host_, gyro_id_));
   }
@@ -67,6 +76,7 @@ GyroPublisherNode::GyroPublisherNode(const GyroPublisherOptions& options)
 int GyroPublisherNode::run() {
   const auto publish = [this] {
     if (serial_) return publish_serial();
+    if (ros2_) return publish_ros2();
     rates_.publish(source_, stopping_,
                    [this](core::AngularRateSample& sample) { return disturb(sample); });
   };
@@ -87,7 +97,8 @@ service::CommandVerdict GyroPublisherNode::obey(const msg::Command& command) {
   const std::string name = command.name().c_str();
   const std::string argument = command.argument().c_str();
   try {
-    if (serial_) throw std::invalid_argument("a real gyro is neither disturbed nor replayed");
+    if (serial_ || ros2_)
+      throw std::invalid_argument("a real gyro is neither disturbed nor replayed");
     if (name != "inject" && name != "replay") {
       throw std::invalid_argument("unknown command '" + name + "'; known are inject, replay");
     }
@@ -180,6 +191,18 @@ void GyroPublisherNode::tell_of_link(const drivers::KvhLinkStatistics& now) {
   told_link_ = now;
 }
 
+// ---------------------------------------- a ROS 2 topic
+
+// Samples go on as they are heard, on the middleware's thread.
+void GyroPublisherNode::publish_ros2() {
+  const std::int64_t began_ns = service::monotonic_ns();
+  while (!stopping_) {
+    std::this_thread::sleep_for(kStopCheck);
+    ros2_->tell(1e-9 * static_cast<double>(service::monotonic_ns() - began_ns));
+    ros2_participant_->tell();
+  }
+}
+
 service::Status GyroPublisherNode::status() const {
   const std::uint64_t published = rates_.published();
   service::Status status;
@@ -191,7 +214,16 @@ service::Status GyroPublisherNode::status() const {
   status.flow = {.topic = dds::kAngularRate.name,
                  .end = dds::Direction::kWriter,
                  .samples = published,
-                 .paced = !serial_ && !options_.free_running};
+                 .paced = !serial_ && !ros2_ && !options_.free_running};
+  if (!ros2_) return status;
+  const replay::RosTopicWatch& watch = ros2_->watch();
+  status.metrics.push_back({"ros2_messages", "1", static_cast<double>(watch.received())});
+  status.metrics.push_back({"ros2_messages_missing", "1", static_cast<double>(watch.missing())});
+  status.metrics.push_back({"ros2_stamps_missing", "1", static_cast<double>(watch.unstamped())});
+  if (ros2_participant_->is_hosts()) {
+    status.flow->topic = ros2_->topic();
+    status.flow->end = dds::Direction::kReader;
+  }
   return status;
 }
 

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -11,6 +12,7 @@
 #include "common/drivers/driver_error.h"
 #include "common/drivers/serial_gyro.h"
 #include "common/replay/rate_replay.h"
+#include "common/replay/ros2_source.h"
 #include "common/service/command_server.h"
 #include "common/service/host.h"
 #include "common/twin/disturbance.h"
@@ -24,6 +26,7 @@ struct GyroPublisherOptions {
   bool free_running = false;  // as a sensor: nobody is waited for
   GyroSourceOptions source;
   drivers::SerialGyroOptions serial;
+  replay::RosOptions ros2{};
 };
 
 void add_options(CLI::App& app, GyroPublisherOptions& options);
@@ -37,6 +40,7 @@ class GyroPublisherNode {
 
  private:
   void publish_serial();
+  void publish_ros2();
   service::CommandVerdict obey(const msg::Command& command);
   std::string inject(const std::string& argument);
   std::string replay(const std::string& argument);
@@ -52,6 +56,8 @@ class GyroPublisherNode {
   GyroSource source_;
   std::optional<drivers::SerialGyro> serial_;
   drivers::KvhLinkStatistics told_link_{};
+  std::optional<replay::RosParticipant> ros2_participant_;
+  std::unique_ptr<replay::RosRateSource> ros2_;
 
   std::atomic<bool> stopping_{false};
   std::mutex disturber_mutex_;  // between commands and samples

@@ -10,7 +10,7 @@
 
 namespace zerodrift::services {
 
-enum class GyroSourceKind { kSimulation, kRecord, kSerial };
+enum class GyroSourceKind { kSimulation, kRecord, kSerial, kRos2 };
 
 struct GyroSourceOptions {
   GyroSourceKind kind = GyroSourceKind::kSimulation;

@@ -2,7 +2,9 @@
 #include "services/thermal_publisher/thermal_publisher_node.h"
 
 #include <stdexcept>
+#include <utility>
 
+#include "common/record/probe_topic.h"
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
 #include "common/service/one_of.h"
@@ -23,18 +25,24 @@ void add_options(CLI::App& app, ThermalPublisherOptions& options) {
   const std::map<std::string, ThermalSourceKind> sources{
       {"simulation", ThermalSourceKind::kSimulation},
       {"record", ThermalSourceKind::kRecord},
-      {"sysfs", ThermalSourceKind::kSysfs}};
-  app.add_option("--source", options.kind, "simulation, record or sysfs")
+      {"sysfs", ThermalSourceKind::kSysfs},
+      {"ros2", ThermalSourceKind::kRos2}};
+  app.add_option("--source", options.kind,
+                 "simulation, record, sysfs, or ros2:[PROBE=]TOPIC of sensor_msgs/Temperature; "
+                 "probe coil without a name")
       ->required()
-      ->transform(service::one_of(sources));
+      ->transform(replay::source_of(sources, options.ros2.topic));
   replay::add_options(app, options.publisher, "the gyro whose temperatures these are");
   app.add_option("--sysfs-root", options.sysfs_root, "sysfs: where to look for thermometers")
       ->capture_default_str();
-  app.add_option("--probe", options.sysfs_probes,
-                 "sysfs: NAME=FILE (repeatable); all that are found without");
-  app.add_option("--rate", options.sysfs_rate_hz, "sysfs: readings a second")
+  app.add_option("--probe", options.probes,
+                 "sysfs: NAME=FILE (repeatable); all that are found without. ros2: NAME=TOPIC of "
+                 "another probe");
+  app.add_option("--rate", options.sysfs_rate_hz,
+                 "sysfs: readings a second; ros2: how many are expected, to tell silence")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  replay::add_options(app, options.ros2);
 }
 
 ThermalPublisherNode::ThermalPublisherNode(const ThermalPublisherOptions& options)
@@ -44,6 +52,8 @@ ThermalPublisherNode::ThermalPublisherNode(const ThermalPublisherOptions& option
       temperatures_(host_, gyro_id_, options.publisher.speed, options.publisher.wait_for) {
   if (options_.kind == ThermalSourceKind::kSysfs) {
     open_sysfs();
+  } else if (options_.kind == ThermalSourceKind::kRos2) {
+    open_ros2();
   } else {
     source_ =
         open_thermal_source(options_.kind, options_.publisher, replay::warn_by(host_, gyro_id_));
@@ -52,7 +62,7 @@ ThermalPublisherNode::ThermalPublisherNode(const ThermalPublisherOptions& option
 
 void ThermalPublisherNode::open_sysfs() {
   std::vector<drivers::ThermometerFile> files;
-  for (const std::string& text : options_.sysfs_probes) {
+  for (const std::string& text : options_.probes) {
     const auto equals = text.find('=');
     if (equals == std::string::npos || equals == 0) {
       throw std::invalid_argument("--probe: found '" + text + "', expected NAME=FILE");
@@ -69,8 +79,9 @@ void ThermalPublisherNode::open_sysfs() {
 
 int ThermalPublisherNode::run() {
   const auto publish = [this] {
-    if (thermometers_.empty()) return temperatures_.publish(source_, stopping_);
-    publish_sysfs();
+    if (!thermometers_.empty()) return publish_sysfs();
+    if (!ros2_.empty()) return publish_ros2();
+    temperatures_.publish(source_, stopping_);
   };
   return replay::run_publisher(host_, gyro_id_, stopping_, publish, [this] { return status(); });
 }
@@ -101,6 +112,45 @@ void ThermalPublisherNode::publish_sysfs() {
   }
 }
 
+void ThermalPublisherNode::open_ros2() {
+  std::vector<std::string> named = options_.probes;
+  if (!options_.ros2.topic.empty() || named.empty())
+    named.insert(named.begin(), options_.ros2.topic);
+  ros2_participant_.emplace(host_, options_.network, options_.ros2);
+  for (const std::string& text : named) {
+    const auto topic = record::parse_probe_topic(text);
+    if (!topic) {
+      throw std::invalid_argument(
+          "ros2: found '" + text +
+          "', expected TOPIC or PROBE=TOPIC, such as coil=/imu/temperature");
+    }
+    ros2_.push_back(std::make_unique<replay::RosTemperatureSource>(
+        host_, gyro_id_, *ros2_participant_, topic->topic,
+        core::RosTemperatures(topic->probe, core::ClockSource::kHardware),
+        [this](const core::TemperatureSample& reading) {
+          const std::lock_guard lock(readings_mutex_);
+          readings_.push_back(reading);
+          readings_came_.notify_one();
+        }));
+  }
+}
+
+std::deque<core::TemperatureSample> ThermalPublisherNode::await_readings() {
+  std::unique_lock lock(readings_mutex_);
+  readings_came_.wait_for(lock, kStopCheck, [this] { return !readings_.empty(); });
+  return std::exchange(readings_, {});
+}
+
+void ThermalPublisherNode::publish_ros2() {
+  const std::int64_t began_ns = service::monotonic_ns();
+  while (!stopping_) {
+    for (const auto& reading : await_readings()) temperatures_.publish(reading, stopping_);
+    for (auto& source : ros2_)
+      source->tell(1e-9 * static_cast<double>(service::monotonic_ns() - began_ns));
+    ros2_participant_->tell();
+  }
+}
+
 service::Status ThermalPublisherNode::status() const {
   const std::uint64_t published = temperatures_.published();
   service::Status status;
@@ -111,7 +161,23 @@ service::Status ThermalPublisherNode::status() const {
                  .end = dds::Direction::kWriter,
                  .samples = published,
                  .interval_s = 1.0 / options_.sysfs_rate_hz,
-                 .paced = options_.kind != ThermalSourceKind::kSysfs};
+                 .paced = thermometers_.empty() && ros2_.empty()};
+  if (ros2_.empty()) return status;
+  double received = 0.0;
+  double missing = 0.0;
+  double unstamped = 0.0;
+  for (const auto& source : ros2_) {
+    received += static_cast<double>(source->watch().received());
+    missing += static_cast<double>(source->watch().missing());
+    unstamped += static_cast<double>(source->watch().unstamped());
+  }
+  status.metrics.push_back({"ros2_messages", "1", received});
+  status.metrics.push_back({"ros2_messages_missing", "1", missing});
+  status.metrics.push_back({"ros2_stamps_missing", "1", unstamped});
+  if (ros2_participant_->is_hosts()) {
+    status.flow->topic = ros2_.front()->topic();
+    status.flow->end = dds::Direction::kReader;
+  }
   return status;
 }
 

@@ -3,11 +3,17 @@
 
 #include <CLI/CLI.hpp>
 #include <atomic>
+#include <condition_variable>
 #include <cstdint>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/drivers/sysfs_thermometer.h"
+#include "common/replay/ros2_source.h"
 #include "common/replay/temperature_replay.h"
 #include "common/service/host.h"
 #include "services/thermal_publisher/thermal_source.h"
@@ -20,7 +26,9 @@ struct ThermalPublisherOptions {
   ThermalSourceKind kind = ThermalSourceKind::kSimulation;
   replay::PublisherOptions publisher{};
   std::string sysfs_root = "/sys";
-  std::vector<std::string> sysfs_probes;  // name=path; empty: all that are found
+  // Of sysfs name=file, empty: all that are found; of ROS 2 name=topic, beside that of the source.
+  std::vector<std::string> probes;
+  replay::RosOptions ros2{};
   double sysfs_rate_hz = 1.0;
 };
 
@@ -36,6 +44,9 @@ class ThermalPublisherNode {
  private:
   void open_sysfs();
   void publish_sysfs();
+  void open_ros2();
+  void publish_ros2();
+  std::deque<core::TemperatureSample> await_readings();
   service::Status status() const;
 
   ThermalPublisherOptions options_;
@@ -44,6 +55,14 @@ class ThermalPublisherNode {
   replay::TemperatureReplay temperatures_;
   ThermalSource source_;
   std::vector<drivers::SysfsThermometer> thermometers_;
+
+  // What was heard on ROS 2's topics and waits to be published: no endpoint is made on the
+  // middleware's thread.
+  std::mutex readings_mutex_;
+  std::condition_variable readings_came_;
+  std::deque<core::TemperatureSample> readings_;
+  std::optional<replay::RosParticipant> ros2_participant_;
+  std::vector<std::unique_ptr<replay::RosTemperatureSource>> ros2_;
 
   std::atomic<bool> stopping_{false};
 };

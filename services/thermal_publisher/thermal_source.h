@@ -10,7 +10,7 @@
 
 namespace zerodrift::services {
 
-enum class ThermalSourceKind { kSimulation, kRecord, kSysfs };
+enum class ThermalSourceKind { kSimulation, kRecord, kSysfs, kRos2 };
 
 using replay::ThermalSource;
 

@@ -75,6 +75,7 @@ void add_allan(CLI::App& app, Run& run) {
   command->add_option("--record", request.record, kRecordHelp)->required();
   add_gyro_choice(*command, request.gyro_id);
   command->add_option("--columns", request.columns, "names and units of a foreign CSV");
+  add_bag_topics(*command, request.topics);
   command
       ->add_option("--statistic", request.statistics,
                    "of oadev, adev, mdev, tdev, hdev, ohdev and totdev, by commas")

@@ -35,7 +35,9 @@ constexpr std::size_t kBytesInWork = 20;       // a sample of the stream in work
 constexpr std::size_t kMegabyte = 1'000'000;
 
 record::RecordOptions reader_options(const AllanRequest& request) {
-  return {.columns = record::parse_column_map(request.columns), .gyro_id = request.gyro_id};
+  return {.columns = record::parse_column_map(request.columns),
+          .gyro_id = request.gyro_id,
+          .topics = request.topics};
 }
 
 bool has_any_rate(const RecordRow& row) {

@@ -9,6 +9,7 @@
 
 #include "common/allan/record_analysis.h"
 #include "common/core/axis.h"
+#include "common/record/record_reader.h"
 
 namespace zerodrift::services {
 
@@ -16,6 +17,7 @@ struct AllanRequest {
   std::string record;
   std::string columns;
   std::optional<std::uint32_t> gyro_id{};  // of an MCAP file that holds several
+  record::BagTopics topics{};              // of a ROS 2 bag
   std::vector<allan::Statistic> statistics{allan::Statistic::kOadev};
   allan::TauGrid grid = allan::TauGrid::kOctave;
   double confidence = 0.95;

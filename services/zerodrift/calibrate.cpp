@@ -104,6 +104,7 @@ void add_calibrate(CLI::App& app, Run& run, const Invocation& made_by) {
                                             "of .mcap files: which, where there are several");
   command->add_option("--columns", request.columns,
                       "names and units of a foreign CSV; of all records");
+  add_bag_topics(*command, request.topics);
   command->add_option("--validate", request.validation,
                       "records that the model is proved on; without, blocks of the record");
   add_axis_option(*command, options->axes);

@@ -127,6 +127,7 @@ void add_compare(CLI::App& app, Run& run, const Invocation& made_by) {
       ->check(CLI::PositiveNumber);
   add_gyro_choice(*command, request.gyro_id);
   command->add_option("--columns", request.columns, "names and units of a foreign CSV");
+  add_bag_topics(*command, request.topics);
   command->add_option("--config", options->config, "YAML or JSON file (docs/configuration.md)");
   command->add_option("--schemes", request.schemes, "which to compare")
       ->delimiter(',')

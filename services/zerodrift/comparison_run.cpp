@@ -127,7 +127,7 @@ Labels read_labels(const ComparisonRequest& request, ProgressBar& bar) {
   // The labels don't depend on what is learned, unless features are made from the compensation's
   // own output.
   if (!needs_own_output(options)) options.scheme = compensation::Scheme::kNone;
-  OfflineRun offline(request.record, request.columns, request.gyro_id, options);
+  OfflineRun offline(request.record, request.columns, request.gyro_id, request.topics, options);
   Labels labels;
   labels.options = request.options.for_samples_every(offline.info().first_interval_s);
   labels.info = offline.info();
@@ -156,7 +156,8 @@ Labels read_labels(const ComparisonRequest& request, ProgressBar& bar) {
 
 // Why the service has no model for this record at any time; empty where it has one.
 std::string why_no_model(const ComparisonRequest& request) {
-  OfflineRun offline(request.record, request.columns, request.gyro_id, request.options);
+  OfflineRun offline(request.record, request.columns, request.gyro_id, request.topics,
+                     request.options);
   ModelUse use;
   offline.run(false, [&](const core::CompensatedSample& sample) { use.add(sample); });
   return use.line_of_none(request.record, offline.options());
@@ -396,7 +397,8 @@ void read_streams(const ComparisonRequest& request, const Labels& labels, Stream
                   ProgressBar& bar) {
   record::RecordReader reader(
       request.record, record::RecordOptions{.columns = record::parse_column_map(request.columns),
-                                            .gyro_id = request.gyro_id});
+                                            .gyro_id = request.gyro_id,
+                                            .topics = request.topics});
   const std::vector<std::string> wanted = request.options.probes();
   std::optional<std::size_t> probe;
   if (!wanted.empty()) {

@@ -11,6 +11,7 @@
 #include "common/comparison/paper_procedure.h"
 #include "common/comparison/residual_stream.h"
 #include "common/comparison/test_then_train.h"
+#include "common/record/record_reader.h"
 
 namespace zerodrift::services {
 
@@ -18,6 +19,7 @@ struct ComparisonRequest {
   std::string record;
   std::string columns;
   std::optional<std::uint32_t> gyro_id{};  // of an MCAP file that holds several
+  record::BagTopics topics{};              // of a ROS 2 bag
   compensation::CompensationOptions options;
   std::vector<std::string> schemes;
   std::vector<double> delays_s;

@@ -36,6 +36,7 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 struct CompensateOptions {
   std::string record;
   std::string columns;
+  record::BagTopics topics;
   std::string config;
   std::string scheme;
   std::string prior;
@@ -187,7 +188,7 @@ int compensate(const CompensateOptions& options) {
     compensation_options.scheme = compensation::scheme_named(options.scheme);
   if (!options.prior.empty()) compensation_options.prior = config::load_prior(options.prior);
   OfflineRun offline(options.record, options.columns, chosen_gyro(*options.gyro_id_option),
-                     compensation_options);
+                     options.topics, compensation_options);
   const std::uint32_t recorded_gyro = offline.info().gyro_id;
   const checkpoint::Owner owner{recorded_gyro != 0 ? recorded_gyro : options.gyro_id,
                                 offline.options()};
@@ -245,6 +246,7 @@ void add_compensate(CLI::App& app, Run& run) {
   auto options = std::make_shared<CompensateOptions>();
   command->add_option("--record", options->record, kRecordHelp)->required();
   command->add_option("--columns", options->columns, "names and units of a foreign CSV");
+  add_bag_topics(*command, options->topics);
   command->add_option("--config", options->config, "YAML or JSON file (docs/configuration.md)");
   const auto schemes = compensation::scheme_names();
   command->add_option("--scheme", options->scheme, "overrides the file")

@@ -59,7 +59,8 @@ void check_inputs(const DiagnoseOptions& options) {
   }
   static_cast<void>(config::load_model(options.request.model));
   for (const std::string& file : options.request.validation)
-    static_cast<void>(record::inspect(file, {.gyro_id = options.request.gyro_id}));
+    static_cast<void>(record::inspect(
+        file, {.gyro_id = options.request.gyro_id, .topics = options.request.topics}));
 }
 
 int publish_result(const DiagnoseOptions& options, const DiagnosisResult& result) {
@@ -132,6 +133,7 @@ void add_diagnose(CLI::App& app, Run& run, const Invocation& made_by) {
   service::add_network_options(*command, options->listening.network);
   command->add_option("--columns", request.columns,
                       "names and units of a foreign CSV; of all records");
+  add_bag_topics(*command, request.topics);
   command->add_option("--validate", request.validation,
                       "records that the repair is proved on; without, blocks of the record");
   add_axis_option(*command, options->axes);

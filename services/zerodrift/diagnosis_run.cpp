@@ -154,7 +154,10 @@ DiagnosisResult diagnose_with(const DiagnosisRequest& request, const config::Loa
   for (const std::string& file : request.validation) {
     bar.show(done);
     measurement::MeasuredRecord held_out = measurement::read_measured_record(
-        {.record = file, .columns = request.columns, .gyro_id = request.gyro_id},
+        {.record = file,
+         .columns = request.columns,
+         .gyro_id = request.gyro_id,
+         .topics = request.topics},
         [&](double share) { bar.show(done + share_of_each * share); });
     done += share_of_each;
     note(held_out);
@@ -178,6 +181,7 @@ measurement::MeasuredRecord read_with(const DiagnosisRequest& request, ProgressB
   return measurement::read_measured_record({.record = request.record,
                                             .columns = request.columns,
                                             .gyro_id = request.gyro_id,
+                                            .topics = request.topics,
                                             .axes = request.axes},
                                            [&](double share) { bar.show(share_of_each * share); });
 }

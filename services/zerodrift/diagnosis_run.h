@@ -20,6 +20,7 @@ struct DiagnosisRequest {
   std::string record;
   std::string columns;                     // of all records
   std::optional<std::uint32_t> gyro_id{};  // of MCAP files that hold several
+  record::BagTopics topics{};              // of ROS 2 bags
   std::vector<std::string> validation{};   // records that take no part in choosing and fitting
   std::vector<core::Axis> axes{};          // empty: those that the record has
   std::string date;                        // for the origin of what is added

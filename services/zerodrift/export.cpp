@@ -8,7 +8,7 @@
 
 #include "common/dds/topics.h"
 #include "common/files/atomic_file.h"
-#include "common/mcap/mcap_reader.h"
+#include "common/record/bag_files.h"
 #include "common/service/main.h"
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/ending.h"
@@ -29,7 +29,7 @@ struct ExportOptions {
 
 ExportResult convert(const ExportOptions& options) {
   const bool to_mcap = options.request.to.extension() == ".mcap";
-  const bool is_mcap = mcap::is_mcap(options.request.from);
+  const bool is_mcap = record::is_mcap_record(options.request.from);
   if (to_mcap == is_mcap) {
     throw std::invalid_argument(options.request.from.string() + ": is " +
                                 (is_mcap ? "an MCAP file" : "no MCAP file") +
@@ -37,8 +37,10 @@ ExportResult convert(const ExportOptions& options) {
                                          : ", expected --out to be .mcap"));
   }
   if (to_mcap) return import_record(options.request);
-  return options.topic == kCompensated ? export_compensated(options.request)
-                                       : export_record(options.request);
+  if (options.topic == kCompensated) return export_compensated(options.request);
+  ExportRequest request = options.request;
+  if (options.topic != kRates) request.topics.rates = options.topic;
+  return export_record(request);
 }
 
 int run_export(const ExportOptions& options) {
@@ -69,10 +71,11 @@ void add_export(CLI::App& app, Run& run) {
   command
       ->add_option("--topic", options->topic,
                    "angular_rate: with references and temperatures, a row for each time; "
-                   "compensated_rate: as `record` and `compensate` write it")
-      ->check(CLI::IsMember({kRates, kCompensated}))
+                   "compensated_rate: as `record` and `compensate` write it; of a ROS 2 bag its "
+                   "topic of sensor_msgs/Imu, where there are several")
       ->capture_default_str();
   command->add_option("--columns", options->request.columns, "names and units of a foreign CSV");
+  add_temperature_topics(*command, options->request.topics);
   add_gyro_choice(*command, options->request.gyro_id);
   add_compression(*command, options->request.compression);
   command->add_option("--attachment", options->attachment,

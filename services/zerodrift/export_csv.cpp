@@ -62,12 +62,13 @@ std::uint32_t chosen(const ExportRequest& request, const std::vector<std::uint32
 }  // namespace
 
 ExportResult export_record(const ExportRequest& request) {
-  record::RecordReader reader(
-      request.from, {.time_order = record::TimeOrder::kAsFound, .gyro_id = request.gyro_id});
+  record::RecordReader reader(request.from, {.time_order = record::TimeOrder::kAsFound,
+                                             .gyro_id = request.gyro_id,
+                                             .topics = request.topics});
   const record::RecordInfo& info = reader.info();
   record::RecordWriterOptions layout{.columns = info.columns, .metadata = info.metadata};
   layout.columns.emplace_back(kSequence);
-  layout.metadata.emplace_back("gyro_id", std::to_string(info.gyro_id));
+  if (info.gyro_id != 0) layout.metadata.emplace_back("gyro_id", std::to_string(info.gyro_id));
   record::RecordWriter writer(request.to, layout);
   ExportResult result;
   while (const record::RecordRow* row = reader.next()) {

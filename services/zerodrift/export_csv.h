@@ -9,14 +9,16 @@
 #include <vector>
 
 #include "common/mcap/compression.h"
+#include "common/record/record_reader.h"
 
 namespace zerodrift::services {
 
 struct ExportRequest {
   std::filesystem::path from{};
   std::filesystem::path to{};
-  std::string columns{};                   // of a foreign CSV
-  std::optional<std::uint32_t> gyro_id{};  // of an MCAP file that holds several
+  std::string columns{};                                     // of a foreign CSV
+  std::optional<std::uint32_t> gyro_id{};                    // of an MCAP file that holds several
+  record::BagTopics topics{};                                // of a ROS 2 bag
   mcap::Compression compression = mcap::Compression::kZstd;  // of an MCAP file that is written
 };
 

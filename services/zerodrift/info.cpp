@@ -19,6 +19,7 @@ namespace {
 struct InfoOptions {
   std::string record;
   std::string columns;
+  record::BagTopics topics;
   std::string json;
 };
 
@@ -43,9 +44,11 @@ nlohmann::ordered_json json_of(const record::RecordInfo& record) {
 int info(const InfoOptions& options) {
   const EndsAtOnce on_signal;
   files::check_outputs({{"--record", options.record}}, {{"--json", options.json}});
-  if (mcap::is_mcap(options.record)) return show_mcap(options.record, options.json);
-  const auto record =
-      record::inspect(options.record, {.columns = record::parse_column_map(options.columns)});
+  if (mcap::is_mcap(options.record) && !options.topics.any())
+    return show_mcap(options.record, options.json);
+  const auto record = record::inspect(
+      options.record,
+      {.columns = record::parse_column_map(options.columns), .topics = options.topics});
   std::string probes;
   for (const auto& probe : record.probes) probes += (probes.empty() ? "" : ", ") + probe;
   std::printf("%s: rate axes %s, reference axes %s, thermometers %s, a sample every %g s\n",
@@ -64,6 +67,7 @@ void add_info(CLI::App& app, Run& run) {
   auto options = std::make_shared<InfoOptions>();
   command->add_option("record,--record", options->record, kRecordHelp)->required();
   command->add_option("--columns", options->columns, "names and units of a foreign CSV");
+  add_bag_topics(*command, options->topics);
   command->add_option("--json", options->json, "file for all figures");
   command->footer(
       "Exit codes: 0 it is whole; 1 an .mcap file was cut, is damaged or lacks messages; 2 no "

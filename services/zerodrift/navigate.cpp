@@ -14,6 +14,7 @@
 #include "services/zerodrift/ending.h"
 #include "services/zerodrift/navigate_report.h"
 #include "services/zerodrift/paragraph.h"
+#include "services/zerodrift/record_options.h"
 
 namespace zerodrift::services {
 namespace {
@@ -73,6 +74,7 @@ void add_navigate(CLI::App& app, Run& run) {
   command->add_option("--record", options->request.record, "a .csv, .csv.gz, .csv.xz or .mcap file")
       ->required();
   command->add_option("--columns", options->request.columns, "names and units of a foreign CSV");
+  add_bag_topics(*command, options->request.topics);
   command->add_option("--config", options->config,
                       "of the compensation (docs/configuration.md); without, Earth rate is "
                       "learned of from the filter and reference columns only judge");

@@ -30,7 +30,8 @@ class NavigationOfRecord {
   explicit NavigationOfRecord(const NavigateRequest& request)
       : request_(request),
         reader_(request.record,
-                record::RecordOptions{.columns = record::parse_column_map(request.columns)}),
+                record::RecordOptions{.columns = record::parse_column_map(request.columns),
+                                      .topics = request.topics}),
         compensator_(request.compensation.for_samples_every(reader_.info().first_interval_s)),
         navigation_(request.navigation),
         probe_missing_(!missing_probes(request.compensation, reader_.info()).empty()) {}

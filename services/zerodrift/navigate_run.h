@@ -9,12 +9,14 @@
 
 #include "common/compensation/compensator.h"
 #include "common/navigation/gyro_navigation.h"
+#include "common/record/record_reader.h"
 
 namespace zerodrift::services {
 
 struct NavigateRequest {
   std::string record;
   std::string columns;
+  record::BagTopics topics;  // of a ROS 2 bag
   compensation::CompensationOptions compensation;
   navigation::GyroNavigationOptions navigation;
   bool gives_references = true;

@@ -5,7 +5,7 @@
 #include <chrono>
 
 #include "common/core/integer_time.h"
-#include "common/mcap/mcap_reader.h"
+#include "common/record/bag_files.h"
 
 namespace zerodrift::services {
 namespace {
@@ -15,19 +15,21 @@ constexpr core::SensorTime kPatience = std::chrono::minutes(1);
 // What went wrong with the time of a live stream is answered as it was live; a file that claims to
 // be a record is held to it.
 record::RecordOptions reader_options(const std::string& record, const std::string& columns,
-                                     std::optional<std::uint32_t> gyro_id) {
+                                     std::optional<std::uint32_t> gyro_id,
+                                     const record::BagTopics& topics) {
   return {.columns = record::parse_column_map(columns),
-          .time_order = mcap::is_mcap(record) ? record::TimeOrder::kAsFound
-                                              : record::TimeOrder::kStrictlyIncreasing,
-          .gyro_id = gyro_id};
+          .time_order = record::is_mcap_record(record) ? record::TimeOrder::kAsFound
+                                                       : record::TimeOrder::kStrictlyIncreasing,
+          .gyro_id = gyro_id,
+          .topics = topics};
 }
 
 }  // namespace
 
 OfflineRun::OfflineRun(const std::string& record, const std::string& columns,
-                       std::optional<std::uint32_t> gyro_id,
+                       std::optional<std::uint32_t> gyro_id, const record::BagTopics& topics,
                        const compensation::CompensationOptions& options)
-    : reader_(record, reader_options(record, columns, gyro_id)),
+    : reader_(record, reader_options(record, columns, gyro_id, topics)),
       options_(options.for_samples_every(reader_.info().first_interval_s)),
       compensator_(options_) {}
 

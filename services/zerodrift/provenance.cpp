@@ -15,6 +15,7 @@
 #include <string_view>
 
 #include "common/files/file_error.h"
+#include "common/record/bag_files.h"
 #include "common/service/monotonic_clock.h"
 
 namespace zerodrift::services {
@@ -116,7 +117,10 @@ Provenance provenance_of(const Invocation& made_by, const std::string& configura
                          const std::vector<std::string>& inputs) {
   Provenance provenance{made_by, today(), {}, {}};
   if (!configuration.empty()) provenance.configuration = hashed(configuration);
-  for (const std::string& file : inputs) provenance.inputs.push_back(hashed(file));
+  for (const std::string& input : inputs) {
+    for (const std::string& file : record::input_files_of(input))
+      provenance.inputs.push_back(hashed(file));
+  }
   return provenance;
 }
 

@@ -9,15 +9,33 @@
 #include <string>
 
 #include "common/mcap/compression.h"
+#include "common/record/record_reader.h"
 #include "common/service/one_of.h"
 
 namespace zerodrift::services {
 
-inline constexpr const char* kRecordHelp = "a .csv (also .csv.gz, .csv.xz, .csv.zst) or .mcap file";
+inline constexpr const char* kRecordHelp =
+    "a .csv (also .csv.gz, .csv.xz, .csv.zst) or .mcap file, or a bag of ROS 2 in MCAP, file or "
+    "folder";
 
 inline void add_gyro_choice(CLI::App& command, std::optional<std::uint32_t>& gyro_id) {
   command.add_option("--gyro-id", gyro_id, ".mcap: which gyro, where there are several")
       ->check(CLI::Range(1U, 4294967295U));
+}
+
+inline void add_temperature_topics(CLI::App& command, record::BagTopics& topics) {
+  command
+      .add_option("--temperature-topic", topics.temperatures,
+                  "of a ROS 2 bag: [PROBE=]TOPIC of sensor_msgs/Temperature (repeatable); probe "
+                  "coil without a name")
+      ->allow_extra_args(false);
+}
+
+// Which topics of a ROS 2 bag.
+inline void add_bag_topics(CLI::App& command, record::BagTopics& topics) {
+  command.add_option("--topic", topics.rates,
+                     "of a ROS 2 bag: its topic of sensor_msgs/Imu, where there are several");
+  add_temperature_topics(command, topics);
 }
 
 inline CLI::Option* add_compression(CLI::App& command, mcap::Compression& compression) {

@@ -31,7 +31,8 @@ std::uint32_t published_id(const ReplayOptions& options) {
   if (options.as_gyro_id != 0) return options.as_gyro_id;
   const auto info = record::inspect(options.source.record,
                                     {.columns = record::parse_column_map(options.source.columns),
-                                     .gyro_id = options.source.gyro_id});
+                                     .gyro_id = options.source.gyro_id,
+                                     .topics = options.source.topics});
   return info.gyro_id != 0 ? info.gyro_id : 1;
 }
 
@@ -121,6 +122,7 @@ void add_replay(CLI::App& app, Run& run) {
   service::add_network_options(*command, options->network);
   command->add_option("record,--record", options->source.record, kRecordHelp)->required();
   command->add_option("--columns", options->source.columns, "names and units of a foreign CSV");
+  add_bag_topics(*command, options->source.topics);
   command->add_option("--speed", options->speed, "times real time: 60, 60x, or max")
       ->capture_default_str();
   command->add_option("--from", options->source.from_s, "begin so long after the first rate")

@@ -29,6 +29,8 @@ NOT_RUN = [
     (r"^zerodrift (console|compensation|gyro-publisher|thermal-publisher|discovery-server)\b", "runs until it is stopped: tests/system"),
     (r"^zerodrift (ctl|record|replay)\b", "needs a running system: tests/system"),
     (r"^zerodrift bench\b", "measures for minutes: tests/system runs each for a moment"),
+    (r"^zerodrift (info|allan|compensate|export) (--record )?bag\b", "needs a bag of ROS 2: tests/mcap_peer writes one and reads it"),
+    (r"^mounting:", "a line of a configuration"),
     (r"^docker\b", "needs an engine: tests/containers"),
     (r"^cd build/release && cpack\b", "installs, as root: tests/deploy makes and unpacks it"),
     (r"^deploy/security/", "has a placeholder: tests/system makes certificates"),

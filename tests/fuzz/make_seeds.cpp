@@ -20,6 +20,7 @@
 #include "tests/unit/checkpoint/saved_learner.h"
 #include "tests/unit/mcap/example_file.h"
 #include "tests/unit/record/recording.h"
+#include "tests/unit/record/ros2_bag_file.h"
 
 namespace zerodrift::fuzz {
 namespace {
@@ -95,6 +96,31 @@ void mcap_seeds() {
   if (recorded.size() > 4000) throw std::runtime_error("the seeds of mcap are too large");
   write("mcap", "record_in_any_order", "R" + recorded);
   write("mcap", "record", "r" + recorded);
+}
+
+// ---------------------------------------- bags of ROS 2
+
+void ros2_bag_seeds() {
+  const auto seed = [](const char* name, const std::string& bytes) {
+    write("ros2_bag", name, bytes);
+  };
+  seed("imu", "i" + record::imu_bytes(record::imu_at(1)));
+  seed("imu_big_endian", "i" + record::imu_bytes(record::imu_at(1), std::endian::big, ""));
+  core::RosImu absent = record::imu_at(2);
+  absent.covariance_radps2[0] = -1.0;
+  seed("imu_without_rates", "i" + record::imu_bytes(absent));
+  const std::string temperature = record::temperature_bytes(record::temperature_at(1, 20.5));
+  seed("temperature", "t" + temperature);
+  record::Ros2Bag bag(zerodrift::mcap::Compression::kNone);
+  for (int n = 0; n < 4; ++n) bag.imu("/imu", record::imu_at(n));
+  bag.imu("/imu", {});
+  bag.put("/imu", record::kImuType, "no message");
+  bag.temperature("/coil", record::temperature_at(1, 20.5));
+  bag.imu("/imu", record::imu_at(2));
+  const std::string whole = bag.finished();
+  if (whole.size() > 4000) throw std::runtime_error("the seeds of ros2_bag are too large");
+  seed("bag_in_any_order", "B/imu,coil=/coil\n" + whole);
+  seed("bag_of_its_only_topics", "b\n" + whole);
 }
 
 // ---------------------------------------- running state
@@ -359,6 +385,7 @@ int main(int argc, char** argv) {
   zerodrift::fuzz::root = argv[1];
   zerodrift::fuzz::checkpoint_seeds();
   zerodrift::fuzz::mcap_seeds();
+  zerodrift::fuzz::ros2_bag_seeds();
   zerodrift::fuzz::running_state_seeds();
   zerodrift::fuzz::datagram_seeds();
   zerodrift::fuzz::dds_seeds();

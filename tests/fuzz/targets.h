@@ -30,6 +30,7 @@ void formula(Bytes input);
 void foxglove_frame(Bytes input);
 void http_target(Bytes input);
 void record_csv(Bytes input);
+void ros2_bag(Bytes input);
 void running_state(Bytes input);
 void sample_stream(Bytes input);
 void serial_frames(Bytes input);
@@ -54,6 +55,7 @@ inline constexpr std::array kTargets{
     Target{"foxglove_frame", foxglove_frame},
     Target{"http_target", http_target},
     Target{"record_csv", record_csv},
+    Target{"ros2_bag", ros2_bag},
     Target{"running_state", running_state},
     Target{"sample_stream", sample_stream},
     Target{"serial_frames", serial_frames},

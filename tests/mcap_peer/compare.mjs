@@ -2,7 +2,7 @@
 // node compare.mjs MESSAGES CSV TOPIC: whether what read.mjs printed of a topic is what `zerodrift
 // export` made of the same file. Numbers are compared to the bit: both sides print them so that they
 // read back the same.
-import { readFileSync } from "node:fs";
+import { linesOf, nanoseconds, table } from "./csv.mjs";
 
 const axes = ["x", "y", "z"];
 const fail = (why) => {
@@ -10,24 +10,8 @@ const fail = (why) => {
   process.exit(1);
 };
 
-function table(path) {
-  const lines = readFileSync(path, "utf8").split("\n").filter((line) => line && !line.startsWith("#"));
-  const header = lines[0].split(",");
-  return lines.slice(1).map((line) => {
-    const cells = line.split(",");
-    return Object.fromEntries(header.map((name, i) => [name, cells[i]]));
-  });
-}
-
-// "12.345678901" s as nanoseconds, exactly.
-const nanoseconds = (text) => {
-  const [whole, fraction = ""] = text.split(".");
-  return (BigInt(whole) * 1000000000n + BigInt(fraction.padEnd(9, "0"))).toString();
-};
-
 const [messagesPath, csvPath, topic] = process.argv.slice(2);
-const messages = readFileSync(messagesPath, "utf8")
-  .split("\n")
+const messages = linesOf(messagesPath)
   .filter((line) => line.startsWith(`{"gyro_id"`))
   .map((line) => JSON.parse(line));
 const rows = table(csvPath).filter((row) => row.sequence !== "");

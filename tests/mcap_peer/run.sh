@@ -1,7 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
 # run.sh BUILD_DIR: our recordings read by the libraries that others use (@mcap/core, omgidl), and
-# compared with what `zerodrift export` says of them. Packages are installed below BUILD_DIR. Exit
+# compared with what `zerodrift export` says of them; a ROS 2 bag that they wrote, read by us. Packages are installed below BUILD_DIR. Exit
 # code 77: not run, with the reason.
 set -eu
 source_dir=$(cd "$(dirname "$0")" && pwd)
@@ -15,7 +15,7 @@ command -v npm >/dev/null || skip "npm is not installed"
 [ "$(node -p 'process.versions.node.split(".")[0]')" -ge 18 ] || skip "node is older than 18"
 
 mkdir -p "$work"
-cp "$source_dir"/{package.json,.npmrc,read.mjs,compare.mjs} "$work"
+cp "$source_dir"/{package.json,.npmrc,read.mjs,csv.mjs,compare.mjs,write_bag.mjs,compare_bag.mjs} "$work"
 if ! cmp -s "$source_dir/package-lock.json" "$work/package-lock.json" || [ ! -d "$work/node_modules" ]; then
   cp "$source_dir/package-lock.json" "$work/package-lock.json"
   (cd "$work" && npm ci --prefer-offline --no-fund --no-audit >npm.log 2>&1) ||
@@ -47,6 +47,16 @@ for compression in none lz4 zstd; do
   "$bin/zerodrift" export record.csv --compression $compression --out $compression.mcap
   compare $compression.mcap angular_rate
 done
+
+# A bag as rosbag2 writes it, folder and single file.
+node ../write_bag.mjs bag >written.txt
+"$bin/zerodrift" export bag --topic /imu/data_raw --temperature-topic coil=/imu/temperature --out bag.csv
+node ../compare_bag.mjs written.txt bag.csv
+"$bin/zerodrift" info bag/run_1.mcap
+"$bin/zerodrift" info --record bag --topic /imu/data_raw
+"$bin/zerodrift" allan --record bag --topic /imu/data_raw --html allan.html >/dev/null
+"$bin/zerodrift" compensate --record bag --topic /imu/data_raw --temperature-topic coil=/imu/temperature --out compensated.csv
+[ "$(grep -vc '^[#t]' compensated.csv)" -eq "$(grep -c '^imu' written.txt)" ] || { echo "not each message was answered" >&2; exit 1; }
 
 # All topics of a running system.
 "$bin/zerodrift" record --domain $domain --out live.mcap --samples 6000 --attach profile.yaml &

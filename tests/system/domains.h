@@ -128,6 +128,11 @@ enum class Domain : std::uint32_t {
   kStandbySvr,
   kSvrLive,
   kSlowLive,
+  kRos2Input,
+  kRos2InputOurs,
+  kRos2InputTheirs,
+  kRos2InputAlone,
+  kRos2InputBad,
 };
 
 static_assert(static_cast<std::uint32_t>(Domain::kConsole) <= 100);

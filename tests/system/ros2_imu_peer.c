@@ -7,7 +7,7 @@
 #include <stdlib.h>
 
 #include "cyclone_reading.h"
-#include "ros2_imu.h"
+#include "ros2_sensors.h"
 
 // rmw_qos_profile_sensor_data: what ROS 2 nodes subscribe to sensors with, but reliable and as deep
 // as is needed to count.

@@ -60,7 +60,7 @@ TEST(RosImu, AnAxisThatWasNotMeasuredIsNoNumberThatAFilterWouldTrust) {
   message.rate_radps()[1] = std::numeric_limits<double>::quiet_NaN();
   const Imu imu = converted(message);
   EXPECT_EQ(imu.angular_velocity_().y_(), 0.0);
-  const std::array<double, 9> expected{1.0, 0.0,  0.25, 0.0, kRosNotMeasuredVariance,
+  const std::array<double, 9> expected{1.0, 0.0,  0.25, 0.0, core::kRosNotMeasuredVariance,
                                        0.0, 0.25, 0.0,  3.0};
   EXPECT_EQ(imu.angular_velocity_covariance_(), expected);
 }

@@ -60,7 +60,9 @@ TEST_F(BadRecord, MissingFile) {
 
 TEST_F(BadRecord, FolderInsteadOfAFile) {
   std::filesystem::create_directory(path("d.csv"));
-  EXPECT_EQ(outcome(path("d.csv")), "d.csv: is a folder, expected a regular file");
+  EXPECT_EQ(outcome(path("d.csv")),
+            "d.csv: is a folder without metadata.yaml, expected a file, or the folder of a ROS 2 "
+            "bag (`ros2 bag reindex` writes a lost metadata.yaml)");
 }
 
 // A record is read more than once, and opening a pipe that nobody writes would wait for good.
