@@ -367,12 +367,7 @@ twin::Model without_new_noise(twin::Model model, const twin::Model& given) {
 std::vector<KnownParameter> free_columns_of(std::span<const NamedEffect> found,
                                             const TrialInput& input) {
   twin::Model model;
-  for (const NamedEffect& effect : found) {
-    model.effects.push_back({.kind = effect.name,
-                             .axis = input.axis,
-                             .parameters = effect.parameters,
-                             .inputs = effect.inputs});
-  }
+  for (const NamedEffect& effect : found) model.effects.push_back(spec_of(effect, input.axis));
   auto known = known_parameters(model, input.axis, input.playback);
   std::erase_if(known, [](const KnownParameter& parameter) { return !parameter.is_amplitude; });
   for (KnownParameter& parameter : known)

@@ -289,13 +289,31 @@ std::vector<std::vector<double>> columns_of(const Playback& playback,
   const auto amplitudes = names_of(definition, ParameterRole::kAmplitude);
   if (amplitudes.empty()) return {playback.run(definition, context)};
   std::vector<std::vector<double>> columns;
-  for (const std::string& amplitude : amplitudes) {
-    twin::EffectContext unit = context;
-    for (const std::string& other : amplitudes)
-      unit.parameters[other] = other == amplitude ? 1.0 : 0.0;
-    columns.push_back(playback.run(definition, unit));
-  }
+  for (const std::string& amplitude : amplitudes)
+    columns.push_back(column_of(playback, definition, context, amplitude));
   return columns;
+}
+
+std::vector<double> column_of(const Playback& playback, const EffectDefinition& definition,
+                              twin::EffectContext context, const std::string& amplitude) {
+  // A formula's rate is bounded, and 1 of an amplitude in its own unit may be far beyond: it is run
+  // at a power of two that no digit notices.
+  const double unit = definition.formula.empty() ? 1.0 : 0x1p-60;
+  for (const ParameterDefinition& parameter : definition.parameters) {
+    if (parameter.role == ParameterRole::kAmplitude)
+      context.parameters[parameter.name] = parameter.name == amplitude ? unit : 0.0;
+  }
+  std::vector<double> column = playback.run(definition, context);
+  for (double& value : column) value /= unit;
+  return column;
+}
+
+twin::EffectSpec spec_of(const NamedEffect& effect, core::Axis axis) {
+  return {.kind = effect.name,
+          .axis = axis,
+          .parameters = effect.parameters,
+          .inputs = effect.inputs,
+          .formula = effect.formula};
 }
 
 twin::EffectContext context_of(const Candidate& candidate, const Variant& variant,

@@ -75,11 +75,19 @@ struct Oscillations {
                                                         const Playback& playback,
                                                         const twin::Model& model);
 
+// A found effect as a model lists it, without standard errors and origin.
+[[nodiscard]] twin::EffectSpec spec_of(const NamedEffect& effect, core::Axis axis);
+
 // One column for each amplitude: what the effect adds for an amplitude of 1 in its own unit, rad/s;
 // without amplitudes one column, the effect as it is.
 [[nodiscard]] std::vector<std::vector<double>> columns_of(const Playback& playback,
                                                           const twin::EffectDefinition& definition,
                                                           const twin::EffectContext& context);
+// That of one amplitude.
+[[nodiscard]] std::vector<double> column_of(const Playback& playback,
+                                            const twin::EffectDefinition& definition,
+                                            twin::EffectContext context,
+                                            const std::string& amplitude);
 [[nodiscard]] twin::EffectContext context_of(const Candidate& candidate, const Variant& variant,
                                              double interval_s);
 

@@ -10,6 +10,7 @@
 #include "common/diagnosis/candidates.h"
 #include "common/diagnosis/curves.h"
 #include "common/diagnosis/disagreement.h"
+#include "common/diagnosis/formula_search.h"
 #include "common/diagnosis/gap.h"
 #include "common/diagnosis/held_out.h"
 #include "common/diagnosis/motion.h"
@@ -80,27 +81,6 @@ class RecordsOfAxis {
   std::list<Own> own_;  // what is added moves nothing
 };
 
-std::string in_percent(double share) {
-  return rounded(100.0 * share) + " %";
-}
-
-AxisDiagnosis moved_without_reference(const UnreferencedMotion& motion) {
-  return can_not_be_diagnosed(
-      {},
-      "the gyro turns in " + in_percent(motion.moving_share) +
-          " of the record and its true rate is not given, so that what it measures is no drift",
-      "A record with the true rate (rate_reference), or one of " +
-          rounded(kShortestForBlocksS / 60.0) +
-          " min or more in which the gyro stands still, decides it.");
-}
-
-std::string about_rest(const UnreferencedMotion& motion, const MeasuredSeries& part) {
-  return " The gyro turns in " + in_percent(motion.moving_share) +
-         " of the record and its true rate is not given: only the longest stretch at rest was "
-         "judged, " +
-         rounded(duration_of(part) / 60.0) + " min.";
-}
-
 // What is no larger than the errors by rounding that the record is known to have is theirs.
 bool is_of_rounding(double rms_radps, const RecordFaults& faults) {
   constexpr double kWithin = 1.5;
@@ -139,6 +119,8 @@ class AxisExamination {
       take_nothing(judged);
       aside.clear();
     }
+    if (judged.trial.unknown && !is_of_rounding(judged.trial.unknown->rms_radps, faults))
+      close_unknown(judged, split, calibrated.calibration.fitted);
     const bool adopted = judged.acceptance == Acceptance::kAccepted;
     const twin::Model& final_model = adopted ? judged.trial.repaired : model_;
     const Comparison held_out = compare_on(split.held_out, model_, final_model, axis_);
@@ -321,6 +303,25 @@ class AxisExamination {
     return true;
   }
 
+  // What the catalogue doesn't know is told by a formula, beside what stands without it, where
+  // held-out data confirm one. Else all is left as it was.
+  void close_unknown(Judged& judged, const Split& split,
+                     std::span<const std::size_t> calibrated) const {
+    if (split.kind == HeldOut::kNothing) return;
+    const bool stands = judged.acceptance == Acceptance::kAccepted;
+    const twin::Model& without = stands ? judged.trial.repaired : model_;
+    std::optional<Trial> closed = explain_by_formula(
+        {without, series_, playback_, axis_, split.fitted, options_, {}, calibrated});
+    if (!closed) return;
+    const Comparison gain = compare_on(split.held_out, without, closed->repaired, axis_);
+    if (judge(*closed, gain, split.kind) != Acceptance::kAccepted) return;
+    closed->effects = stands ? judged.trial.effects : std::vector<NamedEffect>();
+    if (stands) closed->recalibrated = merged(judged.trial.recalibrated, closed->recalibrated);
+    closed->could_have_seen = std::move(judged.trial.could_have_seen);
+    closed->evidence = std::move(judged.trial.evidence);
+    judged = {std::move(*closed), Acceptance::kAccepted};
+  }
+
   Split held_out_parts(const std::vector<PlayedRecord>& validation,
                        const std::vector<std::uint8_t>& sound) const {
     Split split{.kind = HeldOut::kRecords, .fitted = sound};
@@ -393,9 +394,13 @@ class AxisExamination {
   static void share_the_gap(AxisDiagnosis& result) {
     const double explained = result.fit.before_rms_radps * result.fit.before_rms_radps -
                              result.fit.after_rms_radps * result.fit.after_rms_radps;
-    for (NamedEffect& effect : result.effects)
+    const auto to_share = [&](NamedEffect& effect) {
       effect.share_of_gap =
           explained > 0.0 ? std::clamp(effect.share_of_gap / explained, 0.0, 1.0) : 0.0;
+    };
+    std::for_each(result.effects.begin(), result.effects.end(), to_share);
+    if (!result.unknown) return;
+    std::for_each(result.unknown->formulas.begin(), result.unknown->formulas.end(), to_share);
   }
 
   void conclude(AxisDiagnosis& result) const {

@@ -58,12 +58,14 @@ struct Recalibration {
 };
 
 struct UnknownEffect {
-  std::string description;  // "bump at 24 °C in temperature_coil"
+  std::string description;  // "bump at 24 °C in temperature_coil"; its formulas where it has any
   std::vector<std::string> depends_on{};
   double rms_radps = 0.0;
   // Its shape: the unexplained rate as a function of the first input. Empty where it has none.
   std::vector<double> input{};
   std::vector<double> rate_radps{};
+  // The summands that stand for it in the repaired model, each proved: effects of kind "formula".
+  std::vector<NamedEffect> formulas{};
 };
 
 struct NotTestable {

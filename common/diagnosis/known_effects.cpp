@@ -6,6 +6,7 @@
 
 #include "common/core/require.h"
 #include "common/core/units.h"
+#include "common/diagnosis/candidates.h"
 #include "common/twin/effect_catalogue.h"
 
 namespace zerodrift::diagnosis {
@@ -25,17 +26,6 @@ constexpr double kDifferenceShare = 0.02;  // step of the difference columns
 double standard_error_of(const EffectSpec& spec, const std::string& parameter) {
   const auto found = spec.standard_errors.find(parameter);
   return found == spec.standard_errors.end() ? 0.0 : found->second;
-}
-
-std::vector<double> amplitude_column(const Playback& playback, const EffectSpec& spec,
-                                     const EffectDefinition& definition,
-                                     const std::string& amplitude) {
-  twin::EffectContext unit = context_of(spec, definition, playback.interval_s());
-  for (const ParameterDefinition& parameter : definition.parameters) {
-    if (parameter.role == ParameterRole::kAmplitude)
-      unit.parameters[parameter.name] = parameter.name == amplitude ? 1.0 : 0.0;
-  }
-  return playback.run(definition, unit);
 }
 
 // (f(p + h) - f(p - h)) / 2h.
@@ -91,7 +81,9 @@ std::vector<KnownParameter> known_parameters(const twin::Model& model, core::Axi
            value,
            amplitude,
            {.name = label_of(spec) + "." + parameter.name,
-            .values = amplitude ? amplitude_column(playback, spec, *definition, parameter.name)
+            .values = amplitude ? column_of(playback, *definition,
+                                            context_of(spec, *definition, playback.interval_s()),
+                                            parameter.name)
                                 : shape_column(playback, spec, *definition, parameter.name),
             .prior_sd = expected}});
     }

@@ -186,9 +186,7 @@ double norm_beside(const Eigen::VectorXd& waveform, const Eigen::MatrixXd& other
 Columns waveform_of(const NamedEffect& effect, const Playback& playback, core::Axis axis) {
   const twin::EffectDefinition* definition = twin::find_effect(effect.name);
   if (definition == nullptr || !is_waveform(*definition)) return {};
-  const twin::EffectSpec spec{
-      .kind = effect.name, .axis = axis, .parameters = effect.parameters, .inputs = effect.inputs};
-  return {playback.run(*definition, context_of(spec, *definition, kIntervalS))};
+  return {playback.run(*definition, context_of(spec_of(effect, axis), *definition, kIntervalS))};
 }
 
 // The periods and frequencies that the catalogue offers to a search, as if a record showed them.

@@ -148,6 +148,37 @@ std::vector<double> Playback::run(const twin::EffectDefinition& definition,
   return added;
 }
 
+Playback Playback::averaged(std::size_t block) const {
+  Playback coarse = *this;
+  coarse.interval_s_ = interval_s_ * static_cast<double>(block);
+  coarse.inputs_.clear();
+  for (std::size_t begin = 0; begin + block <= inputs_.size(); begin += block) {
+    const std::span<const twin::EffectInputs> of_block = inputs().subspan(begin, block);
+    twin::EffectInputs& mean = coarse.inputs_.emplace_back(of_block.back());
+    mean.sample = coarse.inputs_.size() - 1;
+    const auto average = [&](double& value, auto&& of) {
+      value = 0.0;
+      for (const twin::EffectInputs& in : of_block) value += of(in);
+      value /= static_cast<double>(block);
+    };
+    for (std::size_t p = 0; p < kTemperaturePointCount; ++p) {
+      average(mean.thermal.temperature_degc[p],
+              [p](const auto& in) { return in.thermal.temperature_degc[p]; });
+      average(mean.thermal.temperature_rate_degc_per_s[p],
+              [p](const auto& in) { return in.thermal.temperature_rate_degc_per_s[p]; });
+    }
+    for (std::size_t a = 0; a < core::kAxisCount; ++a) {
+      average(mean.true_rate_radps[a], [a](const auto& in) { return in.true_rate_radps[a]; });
+      average(mean.magnetic_ut[a], [a](const auto& in) { return in.magnetic_ut[a]; });
+      average(mean.acceleration_mps2[a], [a](const auto& in) { return in.acceleration_mps2[a]; });
+    }
+    average(mean.vibration_g, [](const auto& in) { return in.vibration_g; });
+    average(mean.source_current_ma, [](const auto& in) { return in.source_current_ma; });
+    average(mean.supply_v, [](const auto& in) { return in.supply_v; });
+  }
+  return coarse;
+}
+
 std::vector<double> Playback::drift(const twin::Model& model, core::Axis axis) const {
   std::vector<double> sum(inputs_.size(), 0.0);
   for (const twin::EffectSpec& spec : model.effects) {

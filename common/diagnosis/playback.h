@@ -37,6 +37,10 @@ class Playback {
   [[nodiscard]] std::vector<double> run(const twin::EffectDefinition& definition,
                                         const twin::EffectContext& context) const;
 
+  // The same record as means over blocks of so many intervals; what is left over at the end is left
+  // out. O(intervals).
+  [[nodiscard]] Playback averaged(std::size_t block) const;
+
   // Sum of the model's waveforms of one axis, rad/s. Effects without parameters, and those of a
   // newer catalogue, add nothing.
   [[nodiscard]] std::vector<double> drift(const twin::Model& model, core::Axis axis) const;

@@ -17,7 +17,7 @@
 #include "common/diagnosis/noise_level.h"
 #include "common/diagnosis/noise_of_model.h"
 #include "common/diagnosis/noise_weight.h"
-#include "common/diagnosis/rounded_text.h"
+#include "common/diagnosis/search_result.h"
 #include "common/diagnosis/stochastic_effects.h"
 #include "common/diagnosis/unknown_effect.h"
 #include "common/twin/effect_catalogue.h"
@@ -29,29 +29,6 @@ using twin::ParameterDefinition;
 using twin::ParameterRole;
 
 namespace {
-
-void take_off_corrections(std::vector<double>& left,
-                          const std::vector<CorrectionFinding>& corrections,
-                          const SearchProblem& problem) {
-  for (std::size_t c = 0; c < corrections.size(); ++c) {
-    if (corrections[c].testability != Testability::kTestable) continue;
-    for (std::size_t i = 0; i < left.size(); ++i)
-      left[i] -= corrections[c].value * problem.known[c].values[i];
-  }
-  centre(left, problem.valid);
-}
-
-// What is left after the search, with the known columns that were refitted: for the noise.
-std::vector<double> remainder_of(const SearchReport& report, const SearchProblem& problem) {
-  std::vector<double> left(problem.series.begin(), problem.series.end());
-  const auto take_off = [&](const FittedEffect& effect) {
-    for (std::size_t i = 0; i < left.size(); ++i) left[i] -= effect.waveform[i];
-  };
-  for (const FoundEffect& effect : report.effects) take_off(effect);
-  if (report.unknown) take_off(*report.unknown);
-  take_off_corrections(left, report.corrections, problem);
-  return left;
-}
 
 // Where what the known effects alone leave of the residual oscillates, against its noise.
 Oscillations oscillations_of(const SearchProblem& problem, const TrialInput& input) {
@@ -85,10 +62,7 @@ Lineup line_up(const twin::Model& model, const TrialInput& input, const SearchPr
 // r' C^-1 r of what an effect with these parameters would leave.
 double misfit(const NamedEffect& effect, const std::vector<double>& without,
               const std::vector<double>& dct_variances, const TrialInput& input) {
-  const EffectSpec spec{.kind = effect.name,
-                        .axis = input.axis,
-                        .parameters = effect.parameters,
-                        .inputs = effect.inputs};
+  const EffectSpec spec = spec_of(effect, input.axis);
   const twin::EffectDefinition& definition = *twin::find_effect(effect.name);
   const auto waveform =
       input.playback.run(definition, context_of(spec, definition, input.series.interval_s));
@@ -139,21 +113,6 @@ void take_listed(Trial& trial, core::Axis axis, const Candidate& candidate,
   give_coefficients(*waiting, candidate, found, trial.recalibrated);
 }
 
-void add_to_model(Trial& trial, const TrialInput& input) {
-  for (const NamedEffect& effect : trial.effects) {
-    trial.repaired.effects.push_back(
-        {.kind = effect.name,
-         .axis = input.axis,
-         .parameters = effect.parameters,
-         .standard_errors = effect.standard_errors,
-         .inputs = effect.inputs,
-         .origin = {.by = "diagnose",
-                    .record = input.options.record,
-                    .date = input.options.date,
-                    .evidence = "log Bayes factor " + rounded(effect.log_evidence)}});
-  }
-}
-
 // A name that was chosen in the light of one state of the search may look worse in another one, or
 // once a noise is split into two readings. Then it can't be told from the names that look better:
 // all of them are as probable.
@@ -202,51 +161,6 @@ SearchReport search_without_family_of_unknown(SearchProblem& problem,
   return again;
 }
 
-// The amplitudes once more beside the known parameters that were found wrong; the others stay as
-// the model has them. In the search all were free, so that a small error of theirs is not mistaken
-// for an effect; but corrections within their errors make a twin worse elsewhere. What doesn't fit
-// together stays as it was.
-void refit_amplitudes(SearchReport& report, const SearchProblem& searched,
-                      const SearchOptions& options) {
-  SearchProblem problem = searched;
-  problem.known.clear();
-  for (std::size_t i = 0; i < report.corrections.size(); ++i) {
-    if (!report.corrections[i].significant) continue;
-    problem.known.push_back(searched.known[i]);
-    problem.known.back().prior_sd = std::numeric_limits<double>::infinity();
-  }
-  std::vector<ChosenShape> chosen;
-  for (const FoundEffect& effect : report.effects) chosen.push_back({effect.group, effect.shape});
-  if (report.unknown) chosen.push_back({report.unknown->group, report.unknown->shape});
-  const std::optional<JointFit> joint = fit_jointly(problem, chosen, options);
-  if (!joint) return;
-  for (std::size_t i = 0; i < report.effects.size(); ++i)
-    static_cast<FittedEffect&>(report.effects[i]) = joint->effects[i];
-  if (report.unknown) static_cast<FittedEffect&>(*report.unknown) = joint->effects.back();
-  std::size_t of_joint = 0;
-  for (CorrectionFinding& correction : report.corrections) {
-    correction.value = 0.0;
-    if (!correction.significant) continue;
-    const CorrectionFinding& now = joint->corrections[of_joint++];
-    correction.value = now.value;
-    correction.standard_error = now.standard_error;
-  }
-}
-
-// Amplitudes that were fitted to this record without what was found in it are no file's: they are
-// fitted once more beside it. Those that had no evidence need some.
-void free_calibrated(SearchReport& report, const std::vector<KnownParameter>& known,
-                     const Trial& trial, const TrialInput& input) {
-  for (std::size_t i = 0; i < report.corrections.size(); ++i) {
-    const bool is_calibrated = std::find(input.calibrated.begin(), input.calibrated.end(),
-                                         known[i].effect) != input.calibrated.end();
-    const EffectSpec& spec = trial.repaired.effects[known[i].effect];
-    CorrectionFinding& correction = report.corrections[i];
-    if (is_calibrated && known[i].is_amplitude && spec.standard_errors.contains(known[i].parameter))
-      correction.significant |= correction.testability == Testability::kTestable;
-  }
-}
-
 // A missing kind of noise looks like missing effects, and the other way round. First the model's
 // own kinds of noise only: flexible noise would absorb effects. Where a kind is missing beside what
 // was found, or explains the record better than all that was found with it, the search is made
@@ -291,7 +205,8 @@ Trial repair(const TrialInput& input) {
     trial.refusal = report.reason;
     return trial;
   }
-  if (!report.effects.empty() || report.unknown) free_calibrated(report, known, trial, input);
+  if (!report.effects.empty() || report.unknown)
+    free_calibrated(report, known, trial.repaired, input);
   refit_amplitudes(report, problem, search_options(input.options));
   take_groups(trial, report, lineup);
   const auto remainder = remainder_of(report, problem);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 #include <string>
+#include <utility>
 
 #include "common/diagnosis/rounded_text.h"
 
@@ -61,6 +62,25 @@ UnknownEffect unknown_effect(const FittedEffect& found, const GenericFunction& f
     if (unknown.depends_on.size() == 1)
       unknown.description = shape_in_words(unknown.input, unknown.rate_radps, channel);
   }
+  return unknown;
+}
+
+UnknownEffect unknown_as_formulas(std::vector<NamedEffect> formulas,
+                                  std::vector<std::string> depends_on,
+                                  const std::vector<double>& waveform,
+                                  const std::vector<InputChannel>& channels) {
+  UnknownEffect unknown;
+  std::vector<std::string> texts;
+  for (const NamedEffect& summand : formulas) texts.push_back(summand.formula);
+  unknown.description = joined(texts);
+  double squares = 0.0;
+  for (const double w : waveform) squares += w * w;
+  unknown.rms_radps = std::sqrt(squares / static_cast<double>(waveform.size()));
+  for (const InputChannel& channel : channels) {
+    if (channel.name == depends_on.front()) tabulate(unknown, channel, waveform);
+  }
+  unknown.depends_on = std::move(depends_on);
+  unknown.formulas = std::move(formulas);
   return unknown;
 }
 

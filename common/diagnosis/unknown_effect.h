@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a generic function that won says of an effect that the catalogue lacks.
+// What a generic function that won, or formulas, say of an effect that the catalogue lacks.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "common/diagnosis/finding.h"
@@ -14,5 +15,12 @@ namespace zerodrift::diagnosis {
 [[nodiscard]] UnknownEffect unknown_effect(const FittedEffect& found,
                                            const GenericFunction& function,
                                            const std::vector<InputChannel>& channels);
+
+// The same of formulas: `waveform` is what they add together, about its mean, and `depends_on` what
+// they read, by the channels' names.
+[[nodiscard]] UnknownEffect unknown_as_formulas(std::vector<NamedEffect> formulas,
+                                                std::vector<std::string> depends_on,
+                                                const std::vector<double>& waveform,
+                                                const std::vector<InputChannel>& channels);
 
 }  // namespace zerodrift::diagnosis

@@ -44,6 +44,10 @@ std::string about_the_gap(const AxisDiagnosis& axis) {
          " on " + where + " falls from " + before + " to " + after + " deg/h rms.";
 }
 
+std::string in_percent(double share) {
+  return rounded(100.0 * share) + " %";
+}
+
 }  // namespace
 
 std::string_view name(Verdict verdict) {
@@ -116,6 +120,7 @@ std::string sentence_of(const AxisDiagnosis& axis) {
     case Verdict::kUnknownEffect:
       text = "Something is missing that the catalogue doesn't know: " + axis.unknown->description +
              ".";
+      if (!axis.unknown->formulas.empty()) text += " The repaired model has it as a formula.";
       if (!axis.effects.empty()) text += " Also missing: " + list_of(axis.effects) + ".";
       break;
   }
@@ -158,6 +163,23 @@ AxisDiagnosis can_not_be_diagnosed(AxisDiagnosis result, const std::string& why,
   result.verdict = Verdict::kUndecidable;
   result.sentence = "This axis can't be diagnosed: " + why + ". " + what_would;
   return result;
+}
+
+AxisDiagnosis moved_without_reference(const UnreferencedMotion& motion) {
+  return can_not_be_diagnosed(
+      {},
+      "the gyro turns in " + in_percent(motion.moving_share) +
+          " of the record and its true rate is not given, so that what it measures is no drift",
+      "A record with the true rate (rate_reference), or one of " +
+          rounded(kShortestForBlocksS / 60.0) +
+          " min or more in which the gyro stands still, decides it.");
+}
+
+std::string about_rest(const UnreferencedMotion& motion, const MeasuredSeries& part) {
+  return " The gyro turns in " + in_percent(motion.moving_share) +
+         " of the record and its true rate is not given: only the longest stretch at rest was "
+         "judged, " +
+         rounded(duration_of(part) / 60.0) + " min.";
 }
 
 }  // namespace zerodrift::diagnosis

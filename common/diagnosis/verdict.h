@@ -9,6 +9,7 @@
 #include "common/core/axis.h"
 #include "common/diagnosis/finding.h"
 #include "common/diagnosis/measured_series.h"
+#include "common/diagnosis/motion.h"
 #include "common/diagnosis/playback.h"
 #include "common/twin/model.h"
 
@@ -27,5 +28,10 @@ namespace zerodrift::diagnosis {
                                             const Playback& playback, core::Axis axis);
 [[nodiscard]] AxisDiagnosis can_not_be_diagnosed(AxisDiagnosis result, const std::string& why,
                                                  const std::string& what_would);
+
+// Of a gyro that turns without a true rate: one that never rests for long enough, and what is said
+// of one of which the longest stretch at rest was judged.
+[[nodiscard]] AxisDiagnosis moved_without_reference(const UnreferencedMotion& motion);
+[[nodiscard]] std::string about_rest(const UnreferencedMotion& motion, const MeasuredSeries& part);
 
 }  // namespace zerodrift::diagnosis

@@ -103,6 +103,13 @@ Json json_of(const diagnosis::Recalibration& change) {
           {"standard_error", number(change.standard_error)}};
 }
 
+Json json_of_formula(const diagnosis::NamedEffect& summand) {
+  Json json = json_of(summand);
+  json.erase("inputs");  // the formula says them
+  json["formula"] = summand.formula;
+  return json;
+}
+
 Json json_of(const std::optional<diagnosis::UnknownEffect>& unknown) {
   if (!unknown) return nullptr;
   return {{"description", unknown->description},
@@ -110,7 +117,8 @@ Json json_of(const std::optional<diagnosis::UnknownEffect>& unknown) {
           {"rms_deg_h", rate(unknown->rms_radps)},
           {"shape",
            {{"input", array_of(unknown->input, number)},
-            {"rate_deg_h", array_of(unknown->rate_radps, rate)}}}};
+            {"rate_deg_h", array_of(unknown->rate_radps, rate)}}},
+          {"formulas", array_of(unknown->formulas, json_of_formula)}};
 }
 
 Json json_of(const AxisDiagnosis& axis) {

@@ -164,6 +164,12 @@ void add_unknown(report::Document& page, const Diagnosed& axis) {
       (unknown.depends_on.empty() ? std::string(". No input was found that it depends on")
                                   : ". It depends on " + joined(unknown.depends_on)) +
       "; its RMS over the record is " + in_deg_per_hour(unknown.rms_radps) + " deg/h."});
+  for (const auto& summand : unknown.formulas) {
+    page.blocks.emplace_back(
+        report::Paragraph{"In deg/h: " + told_formula(summand) +
+                          ". It stands in the repaired model as an effect of kind formula; no "
+                          "physics beyond it is claimed."});
+  }
   const std::string input = unknown.depends_on.empty() ? "input" : unknown.depends_on.front();
   report::Chart chart{.title = "Shape of the unknown effect, " + axis.name(),
                       .x_label = input,
@@ -282,6 +288,8 @@ std::vector<std::string> diagnosis_notes(const DiagnosisResult& result) {
     if (axis.of.unknown) {
       notes.push_back(lead + "unknown to the catalogue: " + axis.of.unknown->description +
                       "; RMS " + in_deg_per_hour(axis.of.unknown->rms_radps) + " deg/h.");
+      for (const auto& summand : axis.of.unknown->formulas)
+        notes.push_back(lead + "in deg/h, " + told_formula(summand) + ".");
     }
     if (!axis.of.not_testable.empty()) {
       notes.push_back(lead + "not testable with this record: " +

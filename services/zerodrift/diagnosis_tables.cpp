@@ -81,7 +81,7 @@ std::string outcome(const AxisDiagnosis& axis) {
   return "unchanged";
 }
 
-// Named effects; else what was recalibrated; else what the unknown depends on.
+// Named effects; what was recalibrated; the unknown's formula, else what it depends on.
 std::string finding(const AxisDiagnosis& axis) {
   std::vector<std::string> found;
   for (const auto& effect : axis.effects) found.push_back(effect.name);
@@ -89,7 +89,9 @@ std::string finding(const AxisDiagnosis& axis) {
     const std::string text = change.name + " recalibrated";
     if (found.empty() || found.back() != text) found.push_back(text);
   }
-  if (axis.unknown) {
+  if (axis.unknown && !axis.unknown->formulas.empty()) {
+    found.push_back("unknown: " + axis.unknown->description);
+  } else if (axis.unknown) {
     found.push_back("unknown" + (axis.unknown->depends_on.empty()
                                      ? std::string()
                                      : " in " + joined(axis.unknown->depends_on)));

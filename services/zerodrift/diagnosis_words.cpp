@@ -17,6 +17,22 @@ DiagnosedAxes diagnosed_axes(const DiagnosisResult& result) {
   return axes;
 }
 
+std::string told_formula(const diagnosis::NamedEffect& summand) {
+  const std::string values = joined(summand.parameters, [&](const auto& parameter) {
+    const auto& [name, value] = parameter;
+    const auto error = summand.standard_errors.find(name);
+    std::string text = name + " = " + report::significant(value, kDiagnosisDigits);
+    if (error != summand.standard_errors.end())
+      text += " ± " + report::significant(error->second, 2);
+    return text;
+  });
+  const std::size_t others = summand.alternatives.size();
+  return summand.formula + " with " + values +
+         (others == 0   ? ""
+          : others == 1 ? "; another formula does nearly as well"
+                        : "; " + std::to_string(others) + " other formulas do nearly as well");
+}
+
 std::string in_deg_per_hour(double radps) {
   return report::significant(core::deg_h_from_radps(radps), kDiagnosisDigits);
 }

@@ -26,6 +26,9 @@ using DiagnosedAxes = std::vector<Diagnosed>;
 // Of a result that outlives them.
 [[nodiscard]] DiagnosedAxes diagnosed_axes(const DiagnosisResult& result);
 
+// "k * B_x^2 with k = 1.2e-06 ± 3e-08; 2 other formulas do nearly as well"
+[[nodiscard]] std::string told_formula(const diagnosis::NamedEffect& summand);
+
 // A rate in deg/h.
 [[nodiscard]] std::string in_deg_per_hour(double radps);
 // "rate_random_walk" as "rate random walk".

@@ -141,6 +141,15 @@ class Classes(unittest.TestCase):
         self.assertTrue(rows["unknown effect: a wrong name with probability ≥ 95 %"][2].startswith("1/3"))
         self.assertEqual(len(failures), 2)
 
+    def test_the_gap_of_unknown_effects_has_its_own_row_and_formulas_are_counted(self):
+        closed = report(unknown={"description": "k * B_x^2", "formulas": [{"formula": "k * B_x^2"}]},
+                        before=0.10, after=0.02)
+        left = report(unknown={"description": "bump", "formulas": []}, before=0.10, after=0.10)
+        rows, _ = rows_of(*[(truth("unknown", ["bump"]), one) for one in (closed, closed, left)])
+        self.assertTrue(rows["unknown effect: told by a formula that held-out data confirm"][2].startswith("2/3"))
+        self.assertEqual(rows["unknown gap closed on the unseen record, median"][4], "yes")
+        self.assertEqual(rows["gap closed on the unseen record, median (single, double)"][2], "no case")
+
     def test_a_missing_result_fails_and_never_vanishes(self):
         rows, failures = rows_of((truth("single", ["shupe"]), None), (truth("unknown", ["bump"]), None),
                                  (truth("double", ["shupe", "magnetic"]), None))

@@ -184,6 +184,9 @@ void expect_whole(const AxisDiagnosis& axis) {
   }
   EXPECT_EQ(axis.verdict == Verdict::kUnknownEffect, axis.unknown.has_value());
   EXPECT_TRUE(!axis.unknown || std::isfinite(axis.unknown->rms_radps));
+  if (axis.unknown) {
+    for (const NamedEffect& summand : axis.unknown->formulas) expect_whole(summand);
+  }
   if (axis.verdict == Verdict::kConsistent) {
     EXPECT_TRUE(axis.effects.empty());
     EXPECT_TRUE(axis.recalibrated.empty());

@@ -143,7 +143,41 @@ TEST(DiagnosisJson, TellsWhatTheUnknownDependsOnAndItsShape) {
   EXPECT_NEAR(unknown.at("shape").at("rate_deg_h").at(1), 1.0, 1e-14);
 }
 
+diagnosis::UnknownEffect told_by_a_formula() {
+  return {.description = "k * tanh((T_coil - 20.3) / width) * B_x",
+          .depends_on = {"temperature_coil", "magnetic_x"},
+          .rms_radps = core::radps_from_deg_h(0.5),
+          .formulas = {{.name = "formula",
+                        .probability = 0.9,
+                        .alternatives = {{"formula k * T_coil * B_x", 0.1}},
+                        .parameters = {{"k", 8e-4}, {"width", 4.0}},
+                        .standard_errors = {{"k", 2e-5}},
+                        .log_evidence = 80.0,
+                        .formula = "k * tanh((T_coil - 20.3) / width) * B_x"}}};
+}
+
+TEST(DiagnosisJson, TellsTheFormulaOfAnUnknownWithItsParameters) {
+  DiagnosisResult result = example_diagnosis();
+  axis_x(result).unknown = told_by_a_formula();
+  const Json unknown = diagnosis_json(result).at("axis").at("x").at("unknown");
+  ASSERT_EQ(unknown.at("formulas").size(), 1U);
+  const Json& formula = unknown.at("formulas").at(0);
+  EXPECT_EQ(formula.at("formula"), "k * tanh((T_coil - 20.3) / width) * B_x");
+  EXPECT_DOUBLE_EQ(formula.at("parameters").at("k"), 8e-4);
+  EXPECT_DOUBLE_EQ(formula.at("standard_errors").at("k"), 2e-5);
+  EXPECT_EQ(formula.at("alternatives").size(), 1U);
+}
+
 // --------------------------------------------------------------------------------- terminal
+
+TEST(DiagnosisTerminal, TellsTheFormulaOfAnUnknownInALine) {
+  DiagnosisResult result = example_diagnosis();
+  axis_x(result).unknown = told_by_a_formula();
+  EXPECT_TRUE(contains(terminal_text(result),
+                       "Axis x: in deg/h, k * tanh((T_coil - 20.3) / width) * B_x with "
+                       "k = 8.00e-4 ± 2.0e-5, width = 4.00; another formula does nearly as well."))
+      << terminal_text(result);
+}
 
 TEST(DiagnosisTerminal, BeginsWithASentenceForEachAxis) {
   const auto sentences = diagnosis_sentences(example_diagnosis());

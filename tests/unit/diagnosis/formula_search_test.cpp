@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+// Effects that the catalogue lacks, made here by other formulas than the search writes, get one
+// that closes the gap on another record. What nothing confirms stays unknown as it was.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <set>
+#include <string>
+
+#include "common/config/twin_config.h"
+#include "common/core/units.h"
+#include "common/diagnosis/diagnosis.h"
+#include "common/diagnosis/gap.h"
+#include "common/diagnosis/playback.h"
+#include "common/diagnosis/trial.h"
+#include "tests/unit/diagnosis/simulated_series.h"
+
+namespace zerodrift::diagnosis {
+namespace {
+
+constexpr core::Axis kX = core::Axis::kX;
+const DiagnosisOptions kOptions{.record = "simulated", .date = "2026-01-01"};
+
+const std::vector<double>& probe(const MeasuredSeries& series, const std::string& name) {
+  const auto found = std::find_if(series.probes.begin(), series.probes.end(),
+                                  [&](const ProbeSeries& p) { return p.name == name; });
+  return found->temperature_degc;
+}
+
+// deg/h in each interval.
+using Truth = std::function<std::vector<double>(const MeasuredSeries&)>;
+
+std::vector<double> each(const MeasuredSeries& series,
+                         const std::function<double(std::size_t)>& f) {
+  std::vector<double> values(series.size);
+  for (std::size_t i = 0; i < series.size; ++i) values[i] = f(i);
+  return values;
+}
+
+// .08 deg/h for full deflection: some d = 20 to 40 of this gyro over this profile.
+std::vector<double> saturating_temperature_times_field(const MeasuredSeries& s) {
+  const auto& board = probe(s, "board");
+  return each(s, [&](std::size_t i) {
+    const double u = (board[i] - 33.0) / 4.0;
+    const double steep = 2.0 / (1.0 + std::exp(-2.0 * u)) - 1.0;
+    return 8e-4 * steep * s.magnetic_ut[0][i];
+  });
+}
+
+std::vector<double> lagged_temperature_times_field(const MeasuredSeries& s) {
+  const auto& board = probe(s, "board");
+  double behind = board.front();
+  return each(s, [&](std::size_t i) {
+    behind += (board[i] - behind) * -std::expm1(-s.interval_s / 900.0);
+    return 1e-4 * (behind - 30.0) * s.magnetic_ut[1][i];
+  });
+}
+
+std::vector<double> field_squared(const MeasuredSeries& s) {
+  return each(s,
+              [&](std::size_t i) { return 0.08 * (1.0 - std::cos(s.magnetic_ut[2][i] / 150.0)); });
+}
+
+// A hinge with play between a thermal expansion and what it moves, times the rate.
+std::vector<double> play_of_temperature_times_rate(const MeasuredSeries& s) {
+  const auto& board = probe(s, "board");
+  double low = board.front() - 3.0;
+  return each(s, [&](std::size_t i) {
+    low = std::min(std::max(low, board[i] - 6.0), board[i]);
+    const double rate_deg_s = s.reference_radps[0][i] / core::kRadPerDeg;
+    return 2e-3 * (low + 3.0 - 33.0) * rate_deg_s;
+  });
+}
+
+struct Case {
+  const char* name;
+  Truth truth;
+  std::set<std::string> depends_on;  // some of these must be read
+};
+
+void hide(MeasuredSeries& series, const Truth& truth) {
+  const auto added = truth(series);
+  for (std::size_t i = 0; i < series.size; ++i) {
+    if (series.valid[0][i] != 0) series.rate_radps[0][i] += core::radps_from_deg_h(added[i]);
+  }
+}
+
+double rms_left(const twin::Model& model, const MeasuredSeries& series) {
+  const Playback playback(series);
+  const auto left =
+      difference(measured_drift(series, kX), playback.drift(model, kX), series.valid[0]);
+  return rms_of_block_means(left, series.valid[0], 60).about_mean;
+}
+
+class HiddenFormula : public testing::TestWithParam<std::tuple<int, std::uint64_t>> {
+ protected:
+  static Case chosen() {
+    const Case all[] = {
+        {"tanh", saturating_temperature_times_field, {"magnetic_x"}},
+        {"lagged", lagged_temperature_times_field, {"magnetic_y"}},
+        {"even", field_squared, {"magnetic_z"}},
+        {"play", play_of_temperature_times_rate, {"rate"}},
+    };
+    return all[std::get<0>(GetParam())];
+  }
+};
+
+// The gap is counted from what a twin that knows the truth leaves, on a third record, which neither
+// search nor proof has seen.
+TEST_P(HiddenFormula, IsFoundProvedAndClosesTheGapOnAThirdRecord) {
+  const Case hidden = chosen();
+  const std::uint64_t seed = std::get<1>(GetParam());
+  SCOPED_TRACE(std::string(hidden.name) + ", seed " + std::to_string(seed));
+  const twin::Model given = test::lab_model();
+  const twin::Profile profile = test::chamber_profile();
+  MeasuredSeries record = test::simulated(given, profile, seed);
+  MeasuredSeries other = test::simulated(given, profile, seed + 1);
+  MeasuredSeries third = test::simulated(given, profile, seed + 2);
+  const double perfect = rms_left(given, third);
+  for (MeasuredSeries* series : {&record, &other, &third}) hide(*series, hidden.truth);
+  const Diagnosis diagnosis = diagnose(given, record, {other}, kOptions);
+  const AxisDiagnosis& axis = *diagnosis.axes[0];
+  EXPECT_EQ(axis.verdict, Verdict::kUnknownEffect) << axis.sentence;
+  ASSERT_TRUE(axis.unknown.has_value()) << axis.sentence;
+  ASSERT_FALSE(axis.unknown->formulas.empty()) << axis.sentence;
+  EXPECT_EQ(axis.acceptance, Acceptance::kAccepted);
+  const std::string& formula = axis.unknown->formulas.front().formula;
+  EXPECT_NE(axis.sentence.find(formula), std::string::npos) << axis.sentence;
+  for (const std::string& input : hidden.depends_on) {
+    const auto& read = axis.unknown->depends_on;
+    EXPECT_NE(std::find(read.begin(), read.end(), input), read.end()) << axis.sentence;
+  }
+  ASSERT_FALSE(diagnosis.repaired.validate().has_value()) << *diagnosis.repaired.validate();
+  const double before = rms_left(given, third);
+  const double after = rms_left(diagnosis.repaired, third);
+  EXPECT_GT((before - after) / (before - perfect), 0.7) << axis.sentence;
+  RecordProperty("gap_closed", std::to_string((before - after) / (before - perfect)));
+}
+
+INSTANTIATE_TEST_SUITE_P(Diagnosis, HiddenFormula,
+                         testing::Combine(testing::Range(0, 4),
+                                          testing::Values<std::uint64_t>(101, 201)));
+
+TEST(FormulaSearchScenario, WhatAnotherRecordSpeaksAgainstGetsNoFormula) {
+  const twin::Model given = test::lab_model();
+  MeasuredSeries record = test::simulated(given, test::chamber_profile(), 11);
+  const MeasuredSeries other = test::simulated(given, test::chamber_profile(), 12);
+  hide(record, field_squared);
+  const Diagnosis diagnosis = diagnose(given, record, {other}, kOptions);
+  const AxisDiagnosis& axis = *diagnosis.axes[0];
+  ASSERT_TRUE(axis.unknown.has_value()) << axis.sentence;
+  EXPECT_TRUE(axis.unknown->formulas.empty()) << axis.sentence;
+  EXPECT_EQ(diagnosis.repaired.effects.size(), given.effects.size());
+  EXPECT_EQ(axis.held_out.after_rms_radps, axis.held_out.before_rms_radps);
+}
+
+TEST(FormulaSearchLaws, EqualInputGivesEqualFormulas) {
+  const twin::Model given = test::lab_model();
+  MeasuredSeries record = test::simulated(given, test::chamber_profile(), 31);
+  hide(record, field_squared);
+  const auto a = diagnose(given, record, {}, kOptions);
+  const auto b = diagnose(given, record, {}, kOptions);
+  ASSERT_TRUE(a.axes[0]->unknown && b.axes[0]->unknown) << a.axes[0]->sentence;
+  EXPECT_EQ(a.axes[0]->sentence, b.axes[0]->sentence);
+  ASSERT_EQ(a.repaired.effects.size(), b.repaired.effects.size());
+  EXPECT_EQ(a.repaired.effects.back().parameters, b.repaired.effects.back().parameters);
+  EXPECT_EQ(a.axes[0]->held_out.after_rms_radps, b.axes[0]->held_out.after_rms_radps);
+}
+
+// Diagnosed again, the repaired model lacks nothing: the formula is an effect as any other.
+TEST(FormulaSearchScenario, ARepairedModelIsReadAgainAndConsistent) {
+  const twin::Model given = test::lab_model();
+  MeasuredSeries record = test::simulated(given, test::chamber_profile(), 41);
+  MeasuredSeries other = test::simulated(given, test::chamber_profile(), 42);
+  for (MeasuredSeries* series : {&record, &other}) hide(*series, lagged_temperature_times_field);
+  const Diagnosis first = diagnose(given, record, {other}, kOptions);
+  ASSERT_EQ(first.axes[0]->acceptance, Acceptance::kAccepted) << first.axes[0]->sentence;
+  const twin::Model read = config::model_from_proto(config::to_proto(first.repaired));
+  const Diagnosis second = diagnose(read, record, {other}, kOptions);
+  EXPECT_FALSE(second.axes[0]->unknown.has_value()) << second.axes[0]->sentence;
+  EXPECT_TRUE(second.axes[0]->effects.empty()) << second.axes[0]->sentence;
+}
+
+}  // namespace
+}  // namespace zerodrift::diagnosis
