@@ -3,6 +3,7 @@
 
 #include "services/zerodrift/allan_report.h"
 #include "services/zerodrift/allan_units.h"
+#include "services/zerodrift/doubts.h"
 
 namespace zerodrift::services {
 namespace {
@@ -114,6 +115,7 @@ ordered_json allan_json(const AllanResult& result) {
                     {"samples", result.samples},
                     {"sample_period_s", result.period_s},
                     {"duration_s", result.duration_s},
+                    {"doubts", doubts_json(result.doubts)},
                     {"warnings", result.warnings},
                     {"verdict", allan_notes(result).back()}};
   for (const AllanStream& stream : result.streams) {

@@ -342,6 +342,7 @@ report::Document allan_page(const AllanResult& result) {
   report::Document page;
   page.title = "Allan deviation";
   page.subtitle = result.request.record;
+  page.doubts = measurement::lines_of(result.doubts);
   const std::string compensation = compensation_sentences(result);
   page.verdict = compensation.empty() ? verdict(result) : compensation;
   page.blocks.emplace_back(report::Paragraph{record_note(result)});

@@ -6,6 +6,7 @@
 #include "services/zerodrift/comparison_figures.h"
 #include "services/zerodrift/comparison_report.h"
 #include "services/zerodrift/comparison_verdict.h"
+#include "services/zerodrift/doubts.h"
 
 namespace zerodrift::services {
 namespace {
@@ -119,6 +120,7 @@ nlohmann::ordered_json comparison_json(const ComparisonResult& result) {
   nlohmann::ordered_json json{{"advice", recommendation(result)},
                               {"record", result.record},
                               {"paper_like", result.is_paper_like},
+                              {"doubts", doubts_json(result.doubts)},
                               {"warnings", result.warnings},
                               {"verdict", verdict(result, standing)}};
   if (const auto best = recommendation_of(result)) {
