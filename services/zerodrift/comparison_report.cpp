@@ -33,6 +33,7 @@ std::string coefficient(const allan::Coefficient& c, double unit) {
     case allan::Identification::kUpperBound:
       return "< " + report::scientific(unit * c.upper, kDigits);
     case allan::Identification::kNotFitted:
+    case allan::Identification::kWithheld:
       break;
   }
   return "n/a";
