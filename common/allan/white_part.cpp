@@ -49,10 +49,10 @@ bool is_above(const Slope& a, const Slope& b) {
   return a.value > b.value + std::max(kDistinct, kDistinctErrors * std::hypot(a.error, b.error));
 }
 
-// The lowest slope that is known well enough to begin a fit by.
-std::optional<Slope> lowest_slope(std::span<const AllanPoint> points) {
+// The lowest slope from a point on that is known well enough to begin a fit by.
+std::optional<Slope> lowest_slope(std::span<const AllanPoint> points, std::size_t from) {
   std::optional<Slope> lowest;
-  for (std::size_t i = 0; i < points.size(); ++i) {
+  for (std::size_t i = from; i < points.size(); ++i) {
     const auto slope = slope_at(points, i);
     if (slope && slope->error <= kUsefulError && (!lowest || slope->value < lowest->value))
       lowest = slope;
@@ -87,11 +87,15 @@ std::size_t end_of_white(std::span<const AllanPoint> points, std::size_t first) 
 
 WhitePart white_part(std::span<const AllanPoint> points) noexcept {
   WhitePart part;
-  const auto lowest = lowest_slope(points);
+  const std::size_t second_octave = octave_after(points, 0).value_or(0);
   const auto first = slope_at(points, 0);
+  const auto second = slope_at(points, second_octave);
+  const auto lowest = lowest_slope(points, second_octave);
   const Slope white{kWhiteSlope, 0.0};
-  const bool is_low_pass = first && lowest && is_above(*first, white) &&
-                           is_above(*first, *lowest) && !is_above(white, *lowest);
+  // What is sampled without a filter adds white noise to the first slope alone.
+  const bool is_low_pass = first && second && lowest && is_above(*first, white) &&
+                           (is_above(*first, *lowest) || is_above(*second, *lowest)) &&
+                           !is_above(white, *lowest);
   if (!is_low_pass) {
     part.end = end_of_white(points, 0);
     return part;

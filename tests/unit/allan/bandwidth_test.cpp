@@ -98,9 +98,10 @@ TEST(Bandwidth, OfAMeanOverASecondLeavesNToo) {
 
 // Flicker takes over before the filter has let the white noise through.
 TEST(Bandwidth, ThatHidesAllThatIsWhiteLeavesNothingToState) {
-  for (std::uint64_t seed = 21; seed <= 23; ++seed) {
-    auto rate = white(2 * kHour, seed);
-    add_flicker(rate, 0.3 * kN, seed);
+  for (std::uint64_t seed = 21; seed <= 26; ++seed) {
+    const bool is_short = seed > 23;
+    auto rate = white(is_short ? kHour : 2 * kHour, seed);
+    add_flicker(rate, is_short ? 0.5 * kN : 0.3 * kN, seed);
     const CoefficientReport report = identified(points_of(low_passed(rate, 0.05)));
     EXPECT_EQ(report.short_taus, ShortTaus::kNeverWhite) << seed;
     EXPECT_EQ(report.status, FitStatus::kUnexplained) << seed;
