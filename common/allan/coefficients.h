@@ -149,8 +149,8 @@ struct CoefficientReport {
 // covariance (edf, and the correlation of overlapping estimates at different taus) under the fitted
 // model, iterated until they rest; covariance by the sandwich formula; bounds on the log scale. A
 // term whose estimate does not exceed its uncertainty gets an upper bound only: the largest
-// coefficient that would leave so small an estimate, and never more than a single point of the curve
-// allows.
+// coefficient that would leave so small an estimate, and never more than a single point of the
+// curve allows.
 //
 // Terms on evidence, by forward selection: of the terms not in the model the one whose score - the
 // part of the whitened residual that only this term can take up, in standard deviations under the
