@@ -44,7 +44,8 @@ endif()
 # Same input, same output, to the bit: no contraction into fused operations, never -ffast-math.
 add_library(zerodrift_options INTERFACE)
 target_compile_options(zerodrift_options INTERFACE -ffp-contract=off)
-target_include_directories(zerodrift_options INTERFACE ${PROJECT_SOURCE_DIR})
+target_include_directories(zerodrift_options INTERFACE $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>)
+target_compile_features(zerodrift_options INTERFACE $<INSTALL_INTERFACE:cxx_std_20>)
 
 # Tests of services and topics wait for others and compute nothing: optimising them would take half of their compile time.
 add_library(zerodrift_compiled_quickly INTERFACE)
@@ -57,7 +58,7 @@ function(zerodrift_library name)
   if(ARG_SOURCES)
     add_library(zerodrift_${name} STATIC ${ARG_SOURCES})
     set(scope PUBLIC)
-    target_link_libraries(zerodrift_${name} PRIVATE zerodrift_warnings)
+    target_link_libraries(zerodrift_${name} PRIVATE $<BUILD_INTERFACE:zerodrift_warnings>)
   else()
     add_library(zerodrift_${name} INTERFACE)
     set(scope INTERFACE)

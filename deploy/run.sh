@@ -4,6 +4,7 @@
 #   deploy/run.sh [--record FILE [--columns MAP]] [--speed N|max] [--duration SECONDS] [--config FILE] [--domain N]
 #                 [--console PORT|off]
 # The console is at http://127.0.0.1:8765 meanwhile.
+# Without --domain: that of ZERODRIFT_DOMAIN, else 0.
 # Without a record: the paper's chamber experiment in simulation, 200 Hz, at 60 times real time.
 # Exit code 0: every sample was answered exactly once; 1: not; 2: wrong usage or bad input. Ctrl-C stops everything.
 set -euo pipefail
@@ -11,7 +12,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=${ZERODRIFT_BUILD_DIR:-$root/build/release}
 
 usage() { sed -n '3,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; }
-record= columns= speed= duration= config= domain=0 console=8765
+record= columns= speed= duration= config= domain=${ZERODRIFT_DOMAIN:-0} console=8765
 while [ $# -gt 0 ]; do
   case "$1" in
     -h|--help) usage; exit 0 ;;
@@ -22,6 +23,11 @@ while [ $# -gt 0 ]; do
   esac
 done
 [ -z "$record" ] || [ -r "$record" ] || { echo "run: --record: cannot read '$record'" >&2; exit 2; }
+
+if ! [[ $domain =~ ^[0-9]{1,3}$ ]] || [ "$((10#$domain))" -gt 232 ]; then
+  echo "run: --domain or ZERODRIFT_DOMAIN: found '$domain', expected 0 to 232" >&2
+  exit 2
+fi
 
 mkdir -p "$build"
 "$root/deploy/setup.sh" services

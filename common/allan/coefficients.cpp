@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
 #include <utility>
@@ -18,8 +19,9 @@
 namespace zerodrift::allan {
 namespace {
 
-constexpr double kExplained = 3.0;       // reduced chi-square; 1 where the model is right
-constexpr std::size_t kSparePoints = 4;  // beyond the terms, for a chi-square
+constexpr double kExplained = 3.0;          // reduced chi-square; 1 where the model is right
+constexpr double kExplainedChance = 0.999;  // ... which few points exceed by chance
+constexpr std::size_t kSparePoints = 4;     // beyond the terms, for a chi-square
 constexpr double kBiasVariance = 2.0 * std::numbers::ln2 / std::numbers::pi;  // 0.664²
 
 ShapeSet shape_set(const PerNoiseTerm<bool>& fitted) {
@@ -60,17 +62,46 @@ FittedModel fitted_on_evidence(const std::vector<AllanPoint>& points, ShapeSet c
   return fit;
 }
 
-double reduced_chi_square(const FittedModel& fit, std::size_t points) {
+// Points beyond those that the parameters take; 0: none.
+double spare_points(const FittedModel& fit, std::size_t points) {
   std::size_t spent = size(fit.active);
   for (const Shape shape : {Shape::kSinusoid, Shape::kMarkov})
     spent += contains(fit.active, shape) ? 1u : 0u;
-  return points > spent ? fit.residual / static_cast<double>(points - spent) : 0.0;
+  return points > spent ? static_cast<double>(points - spent) : 0.0;
+}
+
+double reduced_chi_square(const FittedModel& fit, std::size_t points) {
+  const double spare = spare_points(fit, points);
+  return spare > 0.0 ? fit.residual / spare : 0.0;
+}
+
+bool is_explained(const FittedModel& fit, std::size_t points) {
+  const double spare = spare_points(fit, points);
+  return spare == 0.0 ||
+         fit.residual <= std::max(kExplained * spare, chi_square_quantile(kExplainedChance, spare));
 }
 
 struct Explained {
   std::vector<AllanPoint> points;
   FittedModel fit;
 };
+
+// Where the fit may begin.
+struct Begin {
+  ShortTaus short_taus = ShortTaus::kMixture;
+  std::vector<AllanPoint> points;
+};
+
+Begin begin_of(const std::vector<AllanPoint>& points, ShapeSet wanted,
+               const CoefficientOptions& options) {
+  if (options.most_octaves_left_out == 0) return {ShortTaus::kMixture, points};
+  const WhitePart white = white_part(points);
+  if (white.short_taus != ShortTaus::kBandLimited) return {white.short_taus, points};
+  if (points.size() - white.first < size(wanted) + kSparePoints)
+    return {ShortTaus::kNeverWhite, points};
+  return {ShortTaus::kBandLimited,
+          {points.begin() + static_cast<std::ptrdiff_t>(white.first), points.end()}};
+}
 
 // All points; where the model cannot explain these, those from the shortest tau on that it can, and
 // an octave less, since what chi-square does not see yet bends N all the same; where there are
@@ -91,16 +122,13 @@ Explained explained(const std::vector<AllanPoint>& points, ShapeSet wanted,
                  [&](const AllanPoint& p) { return p.tau_s >= from_s; });
     return left;
   };
-  const auto is_explained = [](const Explained& e) {
-    return reduced_chi_square(e.fit, e.points.size()) <= kExplained;
-  };
   Explained all = fitted(points);
-  if (is_explained(all)) return all;
+  if (is_explained(all.fit, all.points.size())) return all;
   for (int octaves = 1; octaves <= options.most_octaves_left_out; ++octaves) {
     std::vector<AllanPoint> left = without(octaves);
     if (left.size() < size(wanted) + kSparePoints) break;
     Explained some = fitted(std::move(left));
-    if (!is_explained(some)) continue;
+    if (!is_explained(some.fit, some.points.size())) continue;
     left = without(octaves + 1);
     return left.size() < size(wanted) + kSparePoints ? some : fitted(std::move(left));
   }
@@ -121,6 +149,19 @@ struct StandardErrors {
     for (const Shape shape : design.parameters) log_parameters[index(shape)] = error(j++);
   }
 };
+
+// What the term could be at most if it alone made a point of the curve, and that one came out as
+// small as chance lets it in one of a thousand records: the smallest of all points.
+double largest_square(const std::vector<AllanPoint>& points, const NoiseModel& model, Shape shape) {
+  constexpr double kSmallestByChance = 1e-3;
+  double largest = std::numeric_limits<double>::infinity();
+  for (const AllanPoint& p : points) {
+    const double smallest = chi_square_quantile(kSmallestByChance, p.degrees_of_freedom);
+    const double variance = p.deviation_radps * p.deviation_radps * p.degrees_of_freedom / smallest;
+    largest = std::min(largest, variance / model.unit_variance(shape, p.tau_s));
+  }
+  return largest;
+}
 
 // With the term kept in the fit whatever its sign: the largest value that would leave an estimate
 // this small with the probability 1 - confidence. Its own noise widens the standard error, hence
@@ -143,13 +184,88 @@ Coefficient upper_bound(const std::vector<AllanPoint>& points, const FittedModel
   Coefficient c;
   c.identification = Identification::kUpperBound;
   c.value = std::sqrt(fit.model.squares[index(shape)]);
-  c.upper = std::sqrt(square);
+  c.upper = std::sqrt(std::min(square, largest_square(points, bound, shape)));
   return c;
 }
 
 Coefficient log_interval(double value, double log_error, double z) {
   const double factor = std::exp(z * log_error);
   return {Identification::kInterval, value, value / factor, value * factor};
+}
+
+// What a fit says, and how sure.
+CoefficientReport described(const Explained& found, const CoefficientOptions& options) {
+  const auto& points = found.points;  // no structured binding: clang 14 captures none in a lambda
+  const auto& fit = found.fit;
+  CoefficientReport report;
+  report.points = points.size();
+  report.shortest_tau_s = points.front().tau_s;
+  report.status = fit.converged ? FitStatus::kConverged : FitStatus::kIterationLimit;
+  report.iterations = fit.iterations;
+
+  const Design design(points, fit.whitening, fit.model, fit.active, true);
+  const StandardErrors errors(design, fit.whitening, point_covariance(points, fit.model));
+  const double two_sided = normal_quantile(0.5 + 0.5 * options.confidence);
+  const double one_sided = normal_quantile(options.confidence);
+  const auto coefficient = [&](Shape shape) {
+    const double square = fit.model.squares[index(shape)];
+    const double error = errors.squares[index(shape)];
+    return square > one_sided * error
+               ? log_interval(std::sqrt(square), 0.5 * error / square, two_sided)
+               : upper_bound(points, fit, shape, options.confidence);
+  };
+  const auto parameter = [&](Shape shape, double value) {
+    return log_interval(value, errors.log_parameters[index(shape)], two_sided);
+  };
+  for (const NoiseTerm term : kNoiseTerms) {
+    if (contains(fit.allowed, shape_of(term)))
+      report.coefficients[index(term)] = coefficient(shape_of(term));
+  }
+  if (contains(fit.active, Shape::kSinusoid)) {
+    report.sinusoid = Sinusoid{coefficient(Shape::kSinusoid),
+                               parameter(Shape::kSinusoid, fit.model.frequency_hz)};
+  }
+  if (contains(fit.active, Shape::kMarkov)) {
+    report.markov = MarkovNoise{coefficient(Shape::kMarkov),
+                                parameter(Shape::kMarkov, fit.model.time_constant_s)};
+  }
+  report.reduced_chi_square = reduced_chi_square(fit, points.size());
+  return report;
+}
+
+// N of the white part of a curve that no model explains as a whole, fitted with B, which may begin
+// there. Changes nothing where N isn't asked for, or that part is too short or not white enough.
+void state_white_alone(const std::vector<AllanPoint>& points, const CoefficientOptions& options,
+                       CoefficientReport& report) {
+  const ShapeSet shapes = only(Shape::kAngleRandomWalk) | only(Shape::kBiasInstability);
+  const WhitePart white = white_part(points);
+  if (!options.fitted[index(NoiseTerm::kAngleRandomWalk)] ||
+      white.end - white.first < size(shapes) + kSparePoints)
+    return;
+  std::vector<AllanPoint> part(points.begin() + static_cast<std::ptrdiff_t>(white.first),
+                               points.begin() + static_cast<std::ptrdiff_t>(white.end));
+  FittedModel fit = fit_model(part, shapes, {}, options.max_iterations);
+  while (!is_explained(fit, part.size())) {
+    part.pop_back();  // where the white part ends, something else begins
+    if (part.size() < size(shapes) + kSparePoints) return;
+    fit = fit_model(part, shapes, {}, options.max_iterations);
+  }
+  const Explained found{std::move(part), std::move(fit)};
+  const Coefficient n = described(found, options)[NoiseTerm::kAngleRandomWalk];
+  if (n.identification != Identification::kInterval) return;
+  report.coefficients[index(NoiseTerm::kAngleRandomWalk)] = n;
+  report.white_alone = TauRange{found.points.front().tau_s, found.points.back().tau_s};
+}
+
+// A model that is wrong bounds nothing.
+void withhold(CoefficientReport& report) {
+  report.status = FitStatus::kUnexplained;
+  for (Coefficient& c : report.coefficients) {
+    if (c.identification != Identification::kNotFitted)
+      c = {Identification::kWithheld, c.value, 0.0, 0.0};
+  }
+  report.sinusoid.reset();
+  report.markov.reset();
 }
 
 struct SlopeReading {
@@ -273,45 +389,22 @@ CoefficientReport fit_coefficients(std::span<const AllanPoint> all_points,
   if (const auto error = options.validate()) throw std::invalid_argument(*error);
   const ShapeSet wanted = shape_set(options.fitted);
   const std::vector<AllanPoint> all = usable(all_points, options.min_degrees_of_freedom);
-  CoefficientReport report;
-  report.points = all.size();
-  if (all.size() < size(wanted)) return report;
+  if (all.size() < size(wanted)) {
+    CoefficientReport none;
+    none.points = all.size();
+    return none;
+  }
 
-  const Explained found = explained(all, wanted, options);
-  const auto& points = found.points;  // no structured binding: clang 14 captures none in a lambda
-  const auto& fit = found.fit;
-  report.points = points.size();
-  report.shortest_tau_s = points.front().tau_s;
-  report.status = fit.converged ? FitStatus::kConverged : FitStatus::kIterationLimit;
-  report.iterations = fit.iterations;
-
-  const Design design(points, fit.whitening, fit.model, fit.active, true);
-  const StandardErrors errors(design, fit.whitening, point_covariance(points, fit.model));
-  const double two_sided = normal_quantile(0.5 + 0.5 * options.confidence);
-  const double one_sided = normal_quantile(options.confidence);
-  const auto coefficient = [&](Shape shape) {
-    const double square = fit.model.squares[index(shape)];
-    const double error = errors.squares[index(shape)];
-    return square > one_sided * error
-               ? log_interval(std::sqrt(square), 0.5 * error / square, two_sided)
-               : upper_bound(points, fit, shape, options.confidence);
-  };
-  const auto parameter = [&](Shape shape, double value) {
-    return log_interval(value, errors.log_parameters[index(shape)], two_sided);
-  };
-  for (const NoiseTerm term : kNoiseTerms) {
-    if (contains(fit.allowed, shape_of(term)))
-      report.coefficients[index(term)] = coefficient(shape_of(term));
+  const Begin begin = begin_of(all, wanted, options);
+  const Explained found = explained(begin.points, wanted, options);
+  CoefficientReport report = described(found, options);
+  report.short_taus = begin.short_taus;
+  if (begin.short_taus == ShortTaus::kNeverWhite) {
+    withhold(report);
+  } else if (!is_explained(found.fit, found.points.size())) {
+    withhold(report);
+    state_white_alone(begin.points, options, report);
   }
-  if (contains(fit.active, Shape::kSinusoid)) {
-    report.sinusoid = Sinusoid{coefficient(Shape::kSinusoid),
-                               parameter(Shape::kSinusoid, fit.model.frequency_hz)};
-  }
-  if (contains(fit.active, Shape::kMarkov)) {
-    report.markov = MarkovNoise{coefficient(Shape::kMarkov),
-                                parameter(Shape::kMarkov, fit.model.time_constant_s)};
-  }
-  report.reduced_chi_square = reduced_chi_square(fit, points.size());
   return report;
 }
 

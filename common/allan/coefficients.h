@@ -19,6 +19,7 @@
 #include <string_view>
 
 #include "common/allan/allan_point.h"
+#include "common/allan/white_part.h"
 
 namespace zerodrift::allan {
 
@@ -63,6 +64,7 @@ enum class Identification : std::uint8_t {
   kUpperBound,  // indistinguishable from zero: only `upper` says something, at the one-sided
                 // confidence
   kInterval,    // value with two-sided bounds
+  kWithheld,    // fitted, but the fit doesn't explain the curve: `value` says nothing of the gyro
 };
 
 struct Coefficient {
@@ -115,6 +117,12 @@ enum class FitStatus : std::uint8_t {
   kConverged,
   kIterationLimit,  // weights still moved; the coefficients are those of the last round
   kTooFewPoints,    // fewer usable points than terms; nothing was fitted
+  kUnexplained,     // no mixture of these noises gives such a curve; see `white_alone`
+};
+
+struct TauRange {
+  double from_s = 0.0;
+  double to_s = 0.0;
 };
 
 struct CoefficientReport {
@@ -122,10 +130,13 @@ struct CoefficientReport {
   PerNoiseTerm<Coefficient> coefficients{};
   std::size_t points = 0;       // used
   double shortest_tau_s = 0.0;  // of these
+  ShortTaus short_taus = ShortTaus::kMixture;
   int iterations = 0;
   // Square residuals over points - terms, weighted by the inverse of the points' covariance. Values
   // well above 1 say that the model lacks a term.
   double reduced_chi_square = 0.0;
+  // Of a curve that isn't explained: where N, and nothing else, could be told.
+  std::optional<TauRange> white_alone;
   std::optional<Sinusoid> sinusoid;   // where the curve asked for one
   std::optional<MarkovNoise> markov;  // where the curve asked for one
 
@@ -138,8 +149,8 @@ struct CoefficientReport {
 // covariance (edf, and the correlation of overlapping estimates at different taus) under the fitted
 // model, iterated until they rest; covariance by the sandwich formula; bounds on the log scale. A
 // term whose estimate does not exceed its uncertainty gets an upper bound only: the largest
-// coefficient that would leave so small an estimate (very loose where the record is short for the
-// term).
+// coefficient that would leave so small an estimate, and never more than a single point of the
+// curve allows.
 //
 // Terms on evidence, by forward selection: of the terms not in the model the one whose score - the
 // part of the whitened residual that only this term can take up, in standard deviations under the
@@ -159,6 +170,12 @@ struct CoefficientReport {
 // thousand and would outvote all others: fitted to all of an ADIS16405's, whose bandwidth shows up
 // to 0.1 s, N comes out a fifth too small. N is meant to be the white noise that accumulates to an
 // angle: over times longer than the sensor's own.
+//
+// Where it is white: where octaves may be left out and the shortest taus are those of a low-pass
+// (white_part.h), the fit begins where the curve is white. A curve that the model doesn't explain -
+// reduced chi-square above 3 and of a chance below 0.1 % - or whose white part the bandwidth hides
+// states nothing: no bound and no interval of a model that is wrong. Where it has a white part all
+// the same, that alone is fitted for N.
 //
 // Throws std::invalid_argument with validate()'s sentence. O(2^terms + points³) an iteration;
 // allocates.

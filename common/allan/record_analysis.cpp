@@ -182,6 +182,16 @@ std::optional<AllanPoint> lowest_of(const std::vector<AllanPoint>& points) {
   return lowest;
 }
 
+// What a bandwidth holds down is low without saying anything of the gyro.
+std::vector<AllanPoint> beyond_bandwidth(std::vector<AllanPoint> points,
+                                         const CoefficientReport& fit) {
+  if (fit.short_taus == ShortTaus::kNeverWhite) return {};
+  if (fit.short_taus == ShortTaus::kBandLimited)
+    std::erase_if(points,
+                  [&](const AllanPoint& p) { return p.tau_s < 0.999 * fit.shortest_tau_s; });
+  return points;
+}
+
 RollingAllan cascade_for(const SeriesOptions& options) {
   RollingAllanOptions cascade;
   cascade.sample_interval_s = options.nominal_interval_s;
@@ -376,8 +386,9 @@ SeriesReport SeriesAnalysis::report(double sample_interval_s) const {
   fit.confidence = options_.confidence;
   if (report.findings.is_constant) return report;
   report.coefficients = identify_noise(points, fit);
-  report.slopes = read_slopes(points);
-  report.lowest = lowest_of(points);
+  const std::vector<AllanPoint> of_the_gyro = beyond_bandwidth(points, report.coefficients);
+  report.slopes = read_slopes(of_the_gyro);
+  report.lowest = lowest_of(of_the_gyro);
   return report;
 }
 

@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <limits>
-#include <optional>
 #include <string>
 
 #include "common/record/record_layout.h"
@@ -13,12 +12,27 @@ namespace zerodrift::measurement {
 
 inline constexpr double kStandardGravityMps2 = 9.80665;
 
+struct ValueRange {
+  double lowest = std::numeric_limits<double>::infinity();
+  double highest = -std::numeric_limits<double>::infinity();
+
+  void include(double value) {
+    lowest = value < lowest ? value : lowest;
+    highest = value > highest ? value : highest;
+  }
+  [[nodiscard]] bool holds(double value) const { return value >= lowest && value <= highest; }
+  [[nodiscard]] bool holds(const ValueRange& other) const {
+    return holds(other.lowest) && holds(other.highest);
+  }
+};
+
 // What a sensor can have measured, in the default unit of the quantity.
 struct MeasurableRange {
-  double lowest = 0.0;
-  double highest = 0.0;
+  ValueRange range;
   const char* text = "";
 };
+
+[[nodiscard]] MeasurableRange measurable_range(record::Quantity quantity);
 
 class ColumnWatch {
  public:
@@ -29,31 +43,26 @@ class ColumnWatch {
   double pass(double value);
 
   [[nodiscard]] const record::BoundColumn& column() const { return column_; }
+  [[nodiscard]] record::Quantity quantity() const { return column_.channel.quantity; }
+  // Passed on; empty (lowest above highest) where none was.
   [[nodiscard]] std::uint64_t readings() const { return readings_; }
+  [[nodiscard]] const ValueRange& passed() const { return passed_; }
+  [[nodiscard]] double spanned() const {
+    return readings_ > 0 ? passed_.highest - passed_.lowest : 0.0;
+  }
+  // Not passed on.
+  [[nodiscard]] std::uint64_t impossible_readings() const { return impossible_; }
+  [[nodiscard]] const ValueRange& impossible() const { return refused_; }
   // So many equal readings from the first to the last are no measurement.
   [[nodiscard]] bool never_moves() const;
-  [[nodiscard]] double range() const { return readings_ > 0 ? highest_ - lowest_ : 0.0; }
-  [[nodiscard]] double last() const { return last_; }
-
-  // A line on the readings that were not passed on, if any.
-  [[nodiscard]] std::optional<std::string> complaint() const;
-  [[nodiscard]] std::string column_name() const;
 
  private:
-  [[nodiscard]] bool is_rate() const;
-  [[nodiscard]] double in_unit(double value) const;
-  [[nodiscard]] std::string unit() const;
-  [[nodiscard]] std::string hint() const;
-
   record::BoundColumn column_;
-  MeasurableRange measurable_;
+  ValueRange measurable_;
   std::uint64_t readings_ = 0;
   std::uint64_t impossible_ = 0;
-  double last_ = std::numeric_limits<double>::quiet_NaN();
-  double lowest_ = std::numeric_limits<double>::infinity();
-  double highest_ = -std::numeric_limits<double>::infinity();
-  double lowest_impossible_ = std::numeric_limits<double>::infinity();
-  double highest_impossible_ = -std::numeric_limits<double>::infinity();
+  ValueRange passed_;
+  ValueRange refused_;
 };
 
 }  // namespace zerodrift::measurement

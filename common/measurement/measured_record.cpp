@@ -10,7 +10,6 @@
 #include <stdexcept>
 
 #include "common/core/units.h"
-#include "common/measurement/column_watch.h"
 #include "common/measurement/probe_order.h"
 #include "common/record/record_reader.h"
 #include "common/record/record_rows.h"
@@ -29,12 +28,8 @@ constexpr core::PerAxis<double> kNoAxis{kNone, kNone, kNone};
 constexpr double kLongestPeriodS = 60.0;
 // Below it slow effects and slow noise look alike.
 constexpr double kShortS = 1800.0;
-// A thermometer that never moves is stuck if another one does by so much.
-constexpr double kMovedDegc = 1.0;
 // A step in time is a gap from so many sample periods on.
 constexpr double kGapPeriods = 2.5;
-// A gyro at rest shows less, also a poor one.
-constexpr double kLargestBiasRadps = 10.0 * core::kRadPerDeg;
 constexpr int kDigits = 3;
 constexpr std::uint64_t kRowsPerProgress = 8192;
 
@@ -144,26 +139,21 @@ class MeasuredRecordBuilder::Implementation {
                  .has_reference = columns_.has_reference,
                  .rate_unit_radps = units_of(columns_, Quantity::kRate),
                  .reference_unit_radps = units_of(columns_, Quantity::kReference),
-                 .sample_period_s = require_period(columns_.sample_period_s, columns_.file)}) {
-    cleared_.temperature_degc.assign(columns_.probes.size(), kNone);
-    for (const BoundColumn& column : columns_.columns) watches_.emplace_back(column);
-  }
+                 .sample_period_s = require_period(columns_.sample_period_s, columns_.file)}),
+        watch_(columns_.file, columns_.columns) {}
 
   void add(const record::RecordRow& row) {
-    if (rows_++ > 0) gaps_.add(row.interval_s, columns_.sample_period_s);
-    for (ColumnWatch& watch : watches_) {
-      record::value_of(cleared_, watch.column()) =
-          watch.pass(record::value_of(row, watch.column()));
-    }
+    if (watch_.rows() > 0) gaps_.add(row.interval_s, columns_.sample_period_s);
+    const record::RecordRow& cleared = watch_.add(row);
     const diagnosis::MeasuredRow measured{.time_s = core::seconds(row.time),
-                                          .rate_radps = cleared_.rate_radps,
-                                          .reference_radps = cleared_.reference_radps,
-                                          .temperature_degc = cleared_.temperature_degc,
-                                          .magnetic_ut = cleared_.inputs.magnetic_ut,
-                                          .acceleration_mps2 = cleared_.inputs.acceleration_mps2,
-                                          .vibration_g = cleared_.inputs.vibration_g,
-                                          .source_current_ma = cleared_.inputs.source_current_ma,
-                                          .supply_v = cleared_.inputs.supply_v};
+                                          .rate_radps = cleared.rate_radps,
+                                          .reference_radps = cleared.reference_radps,
+                                          .temperature_degc = cleared.temperature_degc,
+                                          .magnetic_ut = cleared.inputs.magnetic_ut,
+                                          .acceleration_mps2 = cleared.inputs.acceleration_mps2,
+                                          .vibration_g = cleared.inputs.vibration_g,
+                                          .source_current_ma = cleared.inputs.source_current_ma,
+                                          .supply_v = cleared.inputs.supply_v};
     // Turns are no noise.
     for (std::size_t axis = 0; axis < core::kAxisCount; ++axis)
       noise_[axis].add(measured.rate_radps[axis] - measured.reference_radps[axis]);
@@ -173,6 +163,7 @@ class MeasuredRecordBuilder::Implementation {
   MeasuredRecord finish() {
     MeasuredRecord measured{.file = columns_.file};
     measured.series = finished_series();
+    measured.doubts = watch_.doubts();
     measured.sample_noise_radps = kNoAxis;
     tell_of_columns(measured);
     tell_of_rest(measured);
@@ -188,9 +179,8 @@ class MeasuredRecordBuilder::Implementation {
       return series_.finish();
     } catch (const std::invalid_argument& error) {
       std::string why;
-      for (const ColumnWatch& watch : watches_) {
-        if (watch.column().channel.quantity != Quantity::kRate) continue;
-        if (const auto complaint = watch.complaint()) why = "; " + *complaint;
+      for (const Doubt& doubt : watch_.doubts()) {
+        if (doubt.kind == DoubtKind::kNotMeasurable) why = "; " + doubt.text;
       }
       throw std::invalid_argument(columns_.file + ": " + error.what() + why);
     }
@@ -201,23 +191,17 @@ class MeasuredRecordBuilder::Implementation {
   }
 
   void tell_of_columns(MeasuredRecord& measured) const {
-    double moved_degc = 0.0;
-    for (const ColumnWatch& watch : watches_) {
-      if (watch.column().channel.quantity == Quantity::kTemperature)
-        moved_degc = std::max(moved_degc, watch.range());
+    std::uint64_t impossible = 0;
+    for (const ColumnWatch& watch : watch_.columns()) {
+      impossible += watch.impossible_readings();
+      if (watch.quantity() == Quantity::kRate) tell_of_rate(measured, watch);
+      if (watch.quantity() == Quantity::kTemperature) tell_of_probe(measured, watch);
     }
-    for (const ColumnWatch& watch : watches_) {
-      if (const auto complaint = watch.complaint()) warn(measured, *complaint);
-      switch (watch.column().channel.quantity) {
-        case Quantity::kRate:
-          tell_of_rate(measured, watch);
-          break;
-        case Quantity::kTemperature:
-          tell_of_probe(measured, watch, moved_degc);
-          break;
-        default:
-          break;
-      }
+    if (impossible > 0) {
+      warn(measured,
+           std::to_string(impossible) +
+               (impossible == 1 ? " reading that can't be is" : " readings that can't be are") +
+               " taken as not measured");
     }
     tell_of_acceleration(measured);
     const core::PerAxis<std::vector<double>> none{};
@@ -231,8 +215,8 @@ class MeasuredRecordBuilder::Implementation {
     const std::size_t axis = core::index(watch.column().channel.axis);
     measured.rate_column[axis] = watch.column().header;
     if (watch.never_moves()) {
-      warn(measured, watch.column_name() + ": all " + std::to_string(watch.readings()) +
-                         " readings are equal, a gyro's never are; the axis is left out");
+      warn(measured, "axis " + std::string(core::name(watch.column().channel.axis)) +
+                         " is left out, its rate is stuck");
       measured.series.rate_radps[axis].clear();
       measured.series.valid[axis].clear();
       measured.series.sample_variance[axis].clear();
@@ -242,21 +226,11 @@ class MeasuredRecordBuilder::Implementation {
   }
 
   // A stuck probe beside moving ones would pass for the other end of a gradient.
-  void tell_of_probe(MeasuredRecord& measured, const ColumnWatch& watch, double moved_degc) const {
+  void tell_of_probe(MeasuredRecord& measured, const ColumnWatch& watch) const {
+    if (!watch_.is_stuck_beside_others(watch)) return;
     const std::string& name = watch.column().channel.probe;
-    auto& probes = measured.series.probes;
-    const auto found = std::find_if(probes.begin(), probes.end(),
-                                    [&](const auto& probe) { return probe.name == name; });
-    if (!watch.never_moves() || found == probes.end()) return;
-    const std::string equal = watch.column_name() + ": all " + std::to_string(watch.readings()) +
-                              " readings are " + significant(watch.last(), 4) + " degC";
-    if (moved_degc > kMovedDegc) {
-      warn(measured, equal + " while another probe moves by " + significant(moved_degc, kDigits) +
-                         " degC; the probe is left out");
-      probes.erase(found);
-    } else {
-      warn(measured, equal + "; nothing of temperature can be tested");
-    }
+    std::erase_if(measured.series.probes, [&](const auto& probe) { return probe.name == name; });
+    warn(measured, "probe " + report::shortened(name, 60) + " is left out, it is stuck");
   }
 
   // Gravity tells the unit of an accelerometer.
@@ -280,23 +254,6 @@ class MeasuredRecordBuilder::Implementation {
     if (columns_.has_reference) return;
     warn(measured,
          "no true rate (reference_x_deg_h, ...): taken as 0, so the gyro must have been at rest");
-    for (std::size_t axis = 0; axis < core::kAxisCount; ++axis) {
-      const auto& rate = measured.series.rate_radps[axis];
-      const auto& valid = measured.series.valid[axis];
-      double sum = 0.0;
-      double count = 0.0;
-      for (std::size_t i = 0; i < rate.size(); ++i) {
-        if (valid[i] == 0) continue;
-        sum += std::abs(rate[i]);
-        count += 1.0;
-      }
-      if (count < 1.0 || sum / count < kLargestBiasRadps) continue;
-      warn(measured, "column " + report::shortened(measured.rate_column[axis], 60) +
-                         ": the mean size of the rate is " +
-                         significant(sum / count / core::kRadPerDeg, kDigits) +
-                         " deg/s, too much for a gyro at rest; is the unit right, or a reference "
-                         "missing?");
-    }
   }
 
   void tell_of_time(MeasuredRecord& measured) const {
@@ -319,10 +276,8 @@ class MeasuredRecordBuilder::Implementation {
 
   const MeasuredColumns columns_;
   diagnosis::SeriesBuilder series_;
-  std::vector<ColumnWatch> watches_;
+  RecordWatch watch_;
   core::PerAxis<StepNoise> noise_;
-  record::RecordRow cleared_;  // without what can't have been measured
-  std::uint64_t rows_ = 0;
   Gaps gaps_;
 };
 

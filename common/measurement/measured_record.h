@@ -12,6 +12,7 @@
 
 #include "common/core/axis.h"
 #include "common/diagnosis/measured_series.h"
+#include "common/measurement/plausibility.h"
 #include "common/record/record_layout.h"
 #include "common/record/record_reader.h"
 
@@ -31,6 +32,7 @@ struct MeasuredRecord {
   // From sample to sample, true rate taken off, rad/s; NaN where nothing is known.
   core::PerAxis<double> sample_noise_radps{};
   core::PerAxis<std::string> rate_column{};
+  std::vector<Doubt> doubts{};          // of the record as it is
   std::vector<std::string> warnings{};  // one line each, beginning with the file's name
 
   [[nodiscard]] double duration_s() const {

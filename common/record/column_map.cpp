@@ -243,12 +243,19 @@ std::optional<UnitConversion> unit_conversion(Quantity quantity, std::string_vie
   return std::nullopt;
 }
 
+std::vector<std::string_view> units_of(Quantity quantity) {
+  std::vector<std::string_view> units;
+  for (const UnitOfQuantity& known : kUnits) {
+    if (known.quantity == unit_owner(quantity)) units.push_back(known.unit);
+  }
+  return units;
+}
+
 std::string accepted_units(Quantity quantity) {
   std::string list;
-  for (const UnitOfQuantity& known : kUnits) {
-    if (known.quantity != unit_owner(quantity)) continue;
+  for (const std::string_view unit : units_of(quantity)) {
     if (!list.empty()) list += ' ';
-    list += known.unit;
+    list += unit;
   }
   return list;
 }

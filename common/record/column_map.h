@@ -52,6 +52,9 @@ struct UnitConversion {
 [[nodiscard]] std::optional<UnitConversion> unit_conversion(Quantity quantity,
                                                             std::string_view unit);
 
+// All that a quantity has, the default first.
+[[nodiscard]] std::vector<std::string_view> units_of(Quantity quantity);
+
 // "deg/h deg/s rad/s": for error lines.
 [[nodiscard]] std::string accepted_units(Quantity quantity);
 

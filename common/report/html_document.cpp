@@ -31,6 +31,8 @@ class Page {
     line("<h1>", document.title, "</h1>");
     if (!document.subtitle.empty()) line("<p class=\"subtitle\">", document.subtitle, "</p>");
     html_ += "</header>\n";
+    for (const std::string& doubt : document.doubts)
+      line("<p class=\"doubt\"><b>Doubtful:</b> ", doubt, "</p>");
     if (!document.verdict.empty()) line("<p class=\"verdict\">", document.verdict, "</p>");
   }
 

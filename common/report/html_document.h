@@ -42,6 +42,7 @@ struct Document {
   std::string subtitle;  // what record this is about
   std::string verdict;   // the answer, in a sentence or two
   std::vector<Block> blocks = {};
+  std::vector<std::string> doubts = {};  // what makes the answer doubtful; they stand before it
 };
 
 [[nodiscard]] std::optional<std::string> validate(const Document& document);

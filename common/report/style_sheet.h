@@ -33,6 +33,7 @@ p { margin: 0.75rem 0; overflow-wrap: anywhere; }
   margin: 1.25rem 0; padding: 0.85rem 1.1rem; border-left: 4px solid var(--accent);
   background: var(--faint); font-size: 1.08rem;
 }
+.doubt { margin: 0.75rem 0; padding: 0.5rem 1.1rem; border-left: 4px double var(--text); }
 a { color: var(--accent); }
 sup a { padding: 0 0.15em; text-decoration: none; }
 .scroll { overflow-x: auto; }
@@ -62,7 +63,7 @@ figcaption { margin-top: 0.6rem; font-size: 0.94rem; color: var(--soft); }
   body { font-size: 10pt; }
   main { max-width: none; padding: 0; }
   h2, h3 { break-after: avoid; }
-  figure, tr, .verdict { break-inside: avoid; }
+  figure, tr, .verdict, .doubt { break-inside: avoid; }
   thead { display: table-header-group; }
   .scroll { overflow: visible; }
   table { font-size: 8.5pt; }

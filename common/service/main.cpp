@@ -10,20 +10,30 @@
 #include <map>
 #include <new>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <thread>
 #include <vector>
 
 #include "common/core/closest_name.h"
+#include "common/core/one_line.h"
 #include "common/service/line_writer.h"
 #include "common/service/one_of.h"
 #include "common/service/stop_signals.h"
 
 namespace zerodrift::service {
 
+namespace {
+
+constexpr const char* kDomainOption = "--domain";
+constexpr const char* kDomainVariable = "ZERODRIFT_DOMAIN";
+
+}  // namespace
+
 void add_network_options(CLI::App& app, dds::NetworkOptions& network) {
-  app.add_option("--domain", network.domain, "DDS domain")
+  app.add_option(kDomainOption, network.domain,
+                 "DDS domain; without, that of " + std::string(kDomainVariable) + ", else 0")
       ->check(CLI::Range(0, 232))
       ->capture_default_str();
   app.add_option(
@@ -96,6 +106,23 @@ std::optional<std::string> unknown_word(const CLI::App& app) {
   return unknown("option", word, bare, known, "--");
 }
 
+// Of the commands that were chosen, where the command line doesn't say it: other commands have no
+// domain, and --help no need of one. CLI::Option::envname() looks at the environment for them all
+// and names the option alone where the variable is wrong.
+void take_domain_of_environment(CLI::App& app) {
+  for (CLI::App* command : app.get_subcommands()) take_domain_of_environment(*command);
+  CLI::Option* domain = app.get_option_no_throw(kDomainOption);
+  const char* value = std::getenv(kDomainVariable);
+  if (domain == nullptr || domain->count() > 0 || value == nullptr || *value == '\0') return;
+  try {
+    domain->add_result(value);
+    domain->run_callback();
+  } catch (const CLI::ParseError&) {
+    throw std::invalid_argument(std::string(kDomainVariable) + ": found '" + core::one_line(value) +
+                                "', expected a DDS domain, 0 to 232");
+  }
+}
+
 int parse_and_run(CLI::App& app, int argc, char** argv, const std::function<int()>& body) {
   const auto refuse = [&](const std::string& why) {
     standard_error().write(app.get_name() + ": " + why);
@@ -108,6 +135,7 @@ int parse_and_run(CLI::App& app, int argc, char** argv, const std::function<int(
     return refuse(unknown_word(app).value_or(std::string(error.what()) + " (--help tells more)"));
   }
   try {
+    take_domain_of_environment(app);
     return body();
   } catch (const std::exception& error) {
     return refuse(error.what());

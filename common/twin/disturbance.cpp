@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "common/core/time_text.h"
 #include "common/core/units.h"
 
 namespace zerodrift::twin {
@@ -44,6 +45,13 @@ double number(std::string_view field, std::string_view text, double least, doubl
   return value;
 }
 
+double duration_s_of(std::string_view field, std::string_view text) {
+  const std::optional<double> time_s = core::parse_time_s(field);
+  if (!time_s || !(*time_s >= kShortestS && *time_s <= kLongestS))
+    refuse(text, "a time of 1ms to 1d, as 60, 60s, 5min or 200ms");
+  return *time_s;
+}
+
 DisturbanceKind kind_of(std::string_view field, std::string_view text) {
   for (const auto& [name, kind] : kKinds) {
     if (name == field) return kind;
@@ -64,13 +72,12 @@ core::PerAxis<bool> axes_of(std::string_view field, std::string_view text) {
 Disturbance parse_disturbance(std::string_view text) {
   const auto fields = fields_of(text);
   if (fields.size() < 3 || fields.size() > 4)
-    refuse(text, "kind:axis:magnitude[:seconds], e.g. step:x:5:60");
+    refuse(text, "kind:axis:magnitude[:time], e.g. step:x:5:60s");
   Disturbance result{.kind = kind_of(fields[0], text), .axes = axes_of(fields[1], text)};
   const double magnitude_deg_h =
       number(fields[2], text, -kLargestDegH, kLargestDegH, "a magnitude of at most 1e6 deg/h");
   result.magnitude_radps = core::radps_from_deg_h(magnitude_deg_h);
-  if (fields.size() == 4)
-    result.duration_s = number(fields[3], text, kShortestS, kLongestS, "0.001 to 86400 seconds");
+  if (fields.size() == 4) result.duration_s = duration_s_of(fields[3], text);
   const bool has_magnitude =
       result.kind == DisturbanceKind::kStep || result.kind == DisturbanceKind::kNoise;
   if (!has_magnitude && magnitude_deg_h != 0.0) refuse(text, "the magnitude 0 for stuck and gap");

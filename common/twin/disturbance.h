@@ -30,9 +30,9 @@ struct Disturbance {
   double duration_s = 60.0;
 };
 
-// "kind:axis:magnitude[:seconds]": kind step, noise (magnitude in deg/h), stuck or gap (magnitude
-// 0); axis x, y, z or xyz, for a gap xyz; 0.001 to 86400 s, 60 without. Throws
-// std::invalid_argument with one line.
+// "kind:axis:magnitude[:time]": kind step, noise (magnitude in deg/h), stuck or gap (magnitude
+// 0); axis x, y, z or xyz, for a gap xyz; a time as core::parse_time_s() takes it, 1 ms to a day, a
+// minute without. Throws std::invalid_argument with one line.
 [[nodiscard]] Disturbance parse_disturbance(std::string_view text);
 
 // Those that act at the moment, over each other. One thread.

@@ -43,6 +43,7 @@ constexpr std::uint64_t identified(allan::Identification identification) {
     case allan::Identification::kUpperBound:
       return 2;
     case allan::Identification::kNotFitted:
+    case allan::Identification::kWithheld:
       break;
   }
   return 0;

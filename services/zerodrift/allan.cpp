@@ -13,6 +13,7 @@
 #include "services/zerodrift/allan_report.h"
 #include "services/zerodrift/allan_run.h"
 #include "services/zerodrift/commands.h"
+#include "services/zerodrift/doubts.h"
 #include "services/zerodrift/ending.h"
 #include "services/zerodrift/paragraph.h"
 #include "services/zerodrift/record_options.h"
@@ -59,6 +60,7 @@ int allan_command(const AllanOptions& options) {
   const AllanResult result = run_allan(options.request);
   if (!options.json.empty()) report::write_json(options.json, allan_json(result));
   if (!options.html.empty()) report::write_html(options.html, allan_page(result));
+  print_doubts(result.doubts);
   for (const auto& line : result.warnings) std::fprintf(stderr, "%s\n", line.c_str());
   for (const report::Table& table : allan_tables(result))
     std::printf("%s\n", report::text_table(table).c_str());

@@ -93,6 +93,7 @@ std::optional<MarkedTerm> marked(NoiseTerm term, const allan::SeriesReport& r) {
     case Identification::kUpperBound:
       return at(c.upper, "< ", "");
     case Identification::kNotFitted:
+    case Identification::kWithheld:
       break;
   }
   if (const auto& slope = r.slopes[allan::index(term)]) return at(*slope, "~ ", ", off the slope");
@@ -120,7 +121,9 @@ report::Curve guide(const std::string& name, double slope, const Place& through,
 
 // The model that was fitted, at the taus of the points.
 std::optional<report::Curve> model_curve(const allan::SeriesReport& r) {
-  if (r.coefficients.status == allan::FitStatus::kTooFewPoints) return std::nullopt;
+  const allan::FitStatus status = r.coefficients.status;
+  if (status == allan::FitStatus::kTooFewPoints || status == allan::FitStatus::kUnexplained)
+    return std::nullopt;
   report::Curve curve{.name = "fitted model"};
   for (const auto& [point, rule] : r.allan) {
     curve.x.push_back(point.tau_s);

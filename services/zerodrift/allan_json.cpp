@@ -3,6 +3,7 @@
 
 #include "services/zerodrift/allan_report.h"
 #include "services/zerodrift/allan_units.h"
+#include "services/zerodrift/doubts.h"
 
 namespace zerodrift::services {
 namespace {
@@ -47,17 +48,19 @@ std::string name(Identification identification) {
       return "upper_bound";
     case Identification::kInterval:
       return "interval";
+    case Identification::kWithheld:
+      return "withheld";
   }
   return "unknown";
 }
 
 ordered_json json_of(const Coefficient& c) {
   const bool has_interval = c.identification == Identification::kInterval;
-  const bool is_fitted = c.identification != Identification::kNotFitted;
+  const bool is_bounded = has_interval || c.identification == Identification::kUpperBound;
   return {{"identification", name(c.identification)},
           {"value", has_interval ? c.value : kNaN},
           {"lower", has_interval ? c.lower : kNaN},
-          {"upper", is_fitted ? c.upper : kNaN}};
+          {"upper", is_bounded ? c.upper : kNaN}};
 }
 
 ordered_json coefficients_json(const allan::SeriesReport& r) {
@@ -83,6 +86,30 @@ std::string name(allan::SeriesMethod method) {
   return "unknown";
 }
 
+std::string name(allan::ShortTaus short_taus) {
+  switch (short_taus) {
+    case allan::ShortTaus::kMixture:
+      return "mixture";
+    case allan::ShortTaus::kBandLimited:
+      return "band_limited";
+    case allan::ShortTaus::kNeverWhite:
+      return "never_white";
+  }
+  return "unknown";
+}
+
+ordered_json fit_json(const allan::CoefficientReport& fit) {
+  ordered_json json{{"points", fit.points},
+                    {"shortest_tau_s", fit.shortest_tau_s},
+                    {"short_taus", name(fit.short_taus)},
+                    {"converged", fit.status == allan::FitStatus::kConverged},
+                    {"explains_the_curve", fit.status != allan::FitStatus::kUnexplained},
+                    {"reduced_chi_square", fit.reduced_chi_square}};
+  if (fit.white_alone)
+    json["white_alone"] = {{"from_s", fit.white_alone->from_s}, {"to_s", fit.white_alone->to_s}};
+  return json;
+}
+
 ordered_json json_of(const AllanStream& stream) {
   const allan::SeriesReport& r = stream.report;
   ordered_json json{
@@ -97,10 +124,7 @@ ordered_json json_of(const AllanStream& stream) {
                                                            {"samples", curve.stretch->count}};
   }
   json["coefficients"] = coefficients_json(r);
-  json["fit"] = {{"points", r.coefficients.points},
-                 {"shortest_tau_s", r.coefficients.shortest_tau_s},
-                 {"converged", r.coefficients.status == allan::FitStatus::kConverged},
-                 {"reduced_chi_square", r.coefficients.reduced_chi_square}};
+  json["fit"] = fit_json(r.coefficients);
   if (r.lowest)
     json["lowest"] = {{"tau_s", r.lowest->tau_s}, {"deviation_rad_s", r.lowest->deviation_radps}};
   return json;
@@ -109,13 +133,10 @@ ordered_json json_of(const AllanStream& stream) {
 }  // namespace
 
 ordered_json allan_json(const AllanResult& result) {
-  ordered_json json{{"record", result.request.record},
-                    {"confidence", result.request.confidence},
-                    {"samples", result.samples},
-                    {"sample_period_s", result.period_s},
-                    {"duration_s", result.duration_s},
-                    {"warnings", result.warnings},
-                    {"verdict", allan_notes(result).back()}};
+  ordered_json json{{"record", result.request.record}, {"confidence", result.request.confidence},
+                    {"samples", result.samples},       {"sample_period_s", result.period_s},
+                    {"duration_s", result.duration_s}, {"doubts", doubts_json(result.doubts)},
+                    {"warnings", result.warnings},     {"verdict", allan_notes(result).back()}};
   for (const AllanStream& stream : result.streams) {
     auto& axis = json["axis"][std::string(core::name(stream.axis))];
     axis["less_reference"] = result.less_reference[core::index(stream.axis)];

@@ -99,6 +99,7 @@ std::string value_cell(const Coefficient& c, double unit) {
     case Identification::kUpperBound:
       return "< " + significant(unit * c.upper, 3);
     case Identification::kNotFitted:
+    case Identification::kWithheld:
       break;
   }
   return "-";
@@ -118,9 +119,38 @@ std::string reading_place(NoiseTerm term, const allan::SeriesReport& r) {
 std::string begin_of_fit(const allan::SeriesReport& r) {
   const double from_s = r.coefficients.shortest_tau_s;
   if (r.allan.empty() || from_s <= 1.01 * r.allan.front().point.tau_s) return "";
-  return " from " + significant(from_s, 3) +
-         " s on (shorter taus follow no mixture of these noises: "
-         "the bandwidth of the sensor, a filter or a vibration)";
+  const std::string from = " from " + significant(from_s, 3) + " s on ";
+  if (r.coefficients.short_taus == allan::ShortTaus::kBandLimited)
+    return from +
+           "(where the curve is white: shorter taus are held down by a bandwidth or a filter)";
+  return from +
+         "(shorter taus follow no mixture of these noises: the bandwidth of the sensor, a filter "
+         "or a vibration)";
+}
+
+// Why coefficients are withheld, and what is stated all the same; nothing where none is.
+std::string why_withheld(const allan::CoefficientReport& fit) {
+  if (fit.status != allan::FitStatus::kUnexplained) return {};
+  if (fit.short_taus == allan::ShortTaus::kNeverWhite)
+    return "no coefficient is stated: a bandwidth or a filter holds the shortest taus down, and no "
+           "longer ones are white; a record without the filter would tell them";
+  const std::string why = "the curve follows no mixture of these noises (reduced chi-square " +
+                          significant(fit.reduced_chi_square, 2) + "), so ";
+  if (!fit.white_alone) return why + "no coefficient is stated";
+  return why + "N alone is stated, of the white part from " +
+         significant(fit.white_alone->from_s, 3) + " to " + significant(fit.white_alone->to_s, 3) +
+         " s";
+}
+
+std::string footnote_of(const allan::SeriesReport& r) {
+  const allan::CoefficientReport& fit = r.coefficients;
+  if (fit.status == allan::FitStatus::kTooFewPoints)
+    return "too few points with two degrees of freedom for a fit";
+  if (const std::string why = why_withheld(fit); !why.empty()) return why;
+  return "fit of " + std::to_string(fit.points) + " points" + begin_of_fit(r) +
+         ", reduced chi-square " + significant(fit.reduced_chi_square, 2) +
+         (fit.status == allan::FitStatus::kIterationLimit ? "; its weights had not come to rest"
+                                                          : "");
 }
 
 report::Table coefficient_table(const AllanStream& stream, const AllanResult& result) {
@@ -147,15 +177,7 @@ report::Table coefficient_table(const AllanStream& stream, const AllanResult& re
           interval_cell(found.value, found.per_si), "-", "fitted on evidence"},
          false});
   }
-  if (r.coefficients.status != allan::FitStatus::kTooFewPoints)
-    table.footnote = "fit of " + std::to_string(r.coefficients.points) + " points" +
-                     begin_of_fit(r) + ", reduced chi-square " +
-                     significant(r.coefficients.reduced_chi_square, 2) +
-                     (r.coefficients.status == allan::FitStatus::kIterationLimit
-                          ? "; its weights had not come to rest"
-                          : "");
-  else
-    table.footnote = "too few points with two degrees of freedom for a fit";
+  table.footnote = footnote_of(r);
   return table;
 }
 
@@ -173,6 +195,7 @@ std::string coefficient_text(const allan::SeriesReport& r, NoiseTerm term) {
     case Identification::kUpperBound:
       return symbol + " not seen, below " + significant(text.per_si * c.upper, 3) + unit;
     case Identification::kNotFitted:
+    case Identification::kWithheld:
       break;
   }
   return {};
@@ -205,7 +228,9 @@ std::string stream_sentence(const AllanStream& stream, const AllanResult& result
     any = true;
   }
   text += found_text(r.coefficients);
-  if (!any) text += "too short for coefficients";
+  const std::string withheld = why_withheld(r.coefficients);
+  if (!any) text += withheld.empty() ? "too short for coefficients" : withheld;
+  if (any && !withheld.empty()) text += "; " + withheld;
   if (!r.lowest) return text + ".";
   const bool at_the_end = r.lowest->tau_s >= r.allan.back().point.tau_s;
   text += "; lowest deviation " + significant(deg_h_from_radps(r.lowest->deviation_radps), 3) +
@@ -342,6 +367,7 @@ report::Document allan_page(const AllanResult& result) {
   report::Document page;
   page.title = "Allan deviation";
   page.subtitle = result.request.record;
+  page.doubts = measurement::lines_of(result.doubts);
   const std::string compensation = compensation_sentences(result);
   page.verdict = compensation.empty() ? verdict(result) : compensation;
   page.blocks.emplace_back(report::Paragraph{record_note(result)});

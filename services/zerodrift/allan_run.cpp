@@ -151,10 +151,12 @@ void read_all(const AllanRequest& request, RecordReader& reader, allan::SampleCl
               std::vector<Source>& sources, AllanResult& result, ProgressBar& bar) {
   const std::optional<double> rows_expected = record::estimated_rows(request.record);
   RowNumbers rows;
+  measurement::RecordWatch watch(reader.info(), request.columns);
   std::optional<core::SensorTime> first, previous;
   while (const RecordRow* row = reader.next()) {
     if (rows_expected && row->index % kLookEvery == 0)
       bar.show(kReading * std::min(1.0, static_cast<double>(row->index) / *rows_expected));
+    static_cast<void>(watch.add(*row));
     if (!has_any_rate(*row)) continue;
     rows.add(row->index);
     const std::uint64_t missing = previous ? clock.add(core::seconds(row->time - *previous)) : 0;
@@ -167,6 +169,7 @@ void read_all(const AllanRequest& request, RecordReader& reader, allan::SampleCl
       source.analysis.add(drift_of(*row, source));
     }
   }
+  result.doubts = watch.doubts();
   clock.finish();
   refuse_second_rate(request, clock, rows);
   result.period_s = clock.period_s();

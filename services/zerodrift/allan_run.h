@@ -9,6 +9,7 @@
 
 #include "common/allan/record_analysis.h"
 #include "common/core/axis.h"
+#include "common/measurement/plausibility.h"
 #include "common/record/record_reader.h"
 
 namespace zerodrift::services {
@@ -35,6 +36,7 @@ struct AllanStream {
 
 struct AllanResult {
   AllanRequest request;
+  std::vector<measurement::Doubt> doubts;
   std::vector<std::string> warnings;  // a line each
   std::uint64_t samples = 0;          // rows in which a rate was measured
   double period_s = 0.0;              // mean, gaps left out

@@ -16,6 +16,7 @@
 #include "services/zerodrift/comparison_run.h"
 #include "services/zerodrift/comparison_seeds.h"
 #include "services/zerodrift/comparison_verdict.h"
+#include "services/zerodrift/doubts.h"
 #include "services/zerodrift/ending.h"
 #include "services/zerodrift/paragraph.h"
 #include "services/zerodrift/record_options.h"
@@ -88,6 +89,7 @@ int compare(CompareOptions options) {
       provenance_of(options.made_by, options.config, {options.request.record});
   write_files(
       options, comparison_json(result), [&] { return comparison_page(result); }, provenance);
+  print_doubts(result.doubts);
   if (!result.no_model.empty()) std::printf("%s\n", result.no_model.c_str());
   for (const auto& line : result.warnings) std::fprintf(stderr, "%s\n", line.c_str());
   if (!result.no_model.empty()) return service::kExitDone;

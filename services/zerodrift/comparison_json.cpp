@@ -6,6 +6,7 @@
 #include "services/zerodrift/comparison_figures.h"
 #include "services/zerodrift/comparison_report.h"
 #include "services/zerodrift/comparison_verdict.h"
+#include "services/zerodrift/doubts.h"
 
 namespace zerodrift::services {
 namespace {
@@ -21,10 +22,10 @@ nlohmann::ordered_json json_of(const comparison::StreamReport& stream) {
   const auto add = [&](const char* key, NoiseTerm term, double unit) {
     const auto& c = stream.coefficients[term];
     const bool known = c.identification == allan::Identification::kInterval;
-    const bool fitted = c.identification != allan::Identification::kNotFitted;
+    const bool bounded = known || c.identification == allan::Identification::kUpperBound;
     json[key] = {{"value", known ? unit * c.value : kNaN},
                  {"lower", known ? unit * c.lower : kNaN},
-                 {"upper", fitted ? unit * c.upper : kNaN}};
+                 {"upper", bounded ? unit * c.upper : kNaN}};
   };
   add("angle_random_walk_deg_rth", NoiseTerm::kAngleRandomWalk, allan::kDegPerRootHour);
   add("bias_instability_deg_h", NoiseTerm::kBiasInstability, b_unit());
@@ -116,11 +117,10 @@ nlohmann::ordered_json json_of(const ProtocolOutcome& outcome) {
 
 nlohmann::ordered_json comparison_json(const ComparisonResult& result) {
   const Standing standing = standing_of(result);
-  nlohmann::ordered_json json{{"advice", recommendation(result)},
-                              {"record", result.record},
-                              {"paper_like", result.is_paper_like},
-                              {"warnings", result.warnings},
-                              {"verdict", verdict(result, standing)}};
+  nlohmann::ordered_json json{
+      {"advice", recommendation(result)},   {"record", result.record},
+      {"paper_like", result.is_paper_like}, {"doubts", doubts_json(result.doubts)},
+      {"warnings", result.warnings},        {"verdict", verdict(result, standing)}};
   if (const auto best = recommendation_of(result)) {
     json["recommendation"] = {{"scheme", best->scheme},
                               {"rmse_over_holding_late", best->over_holding},

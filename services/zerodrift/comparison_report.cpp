@@ -33,6 +33,7 @@ std::string coefficient(const allan::Coefficient& c, double unit) {
     case allan::Identification::kUpperBound:
       return "< " + report::scientific(unit * c.upper, kDigits);
     case allan::Identification::kNotFitted:
+    case allan::Identification::kWithheld:
       break;
   }
   return "n/a";
@@ -410,6 +411,7 @@ report::Document comparison_page(const ComparisonResult& result) {
   report::Document page;
   page.title = "Compensation schemes compared";
   page.subtitle = result.record;
+  page.doubts = measurement::lines_of(result.doubts);
   page.verdict = recommendation(result);
   if (result.no_model.empty()) page.verdict += " " + verdict(result, standing);
   if (auto behind = behind_table(standing)) page.blocks.emplace_back(std::move(*behind));

@@ -12,6 +12,7 @@
 
 #include "common/record/record_rows.h"
 #include "common/report/numbers.h"
+#include "services/zerodrift/doubts.h"
 #include "services/zerodrift/model_use.h"
 #include "services/zerodrift/offline_run.h"
 #include "services/zerodrift/progress_bar.h"
@@ -119,6 +120,7 @@ struct Labels {
   core::SensorTime last_time{0};
   record::RecordInfo info;
   compensation::CompensationOptions options;  // for the spacing of the record's samples
+  std::vector<measurement::Doubt> doubts;
   std::vector<std::string> warnings;
 };
 
@@ -150,6 +152,7 @@ Labels read_labels(const ComparisonRequest& request, ProgressBar& bar) {
                                   label->variance_radps2[i], label->features[i]});
     }
   });
+  labels.doubts = offline.doubts();
   labels.warnings = offline.warnings();
   return labels;
 }
@@ -427,6 +430,7 @@ ComparisonResult run_comparison(const ComparisonRequest& requested) {
   request.options = labels.options;
   ComparisonResult result;
   result.record = request.record;
+  result.doubts = labels.doubts;
   result.warnings = labels.warnings;
   result.is_paper_like = is_paper_like(labels.info);
   const double label_s = request.options.learning.label_interval_s;
@@ -440,7 +444,8 @@ ComparisonResult run_comparison(const ComparisonRequest& requested) {
         " labels at rest with all features on any axis, expected at least " +
         std::to_string(kFewestLabels) + " (a label is " + report::significant(label_s, 2) +
         " s of samples at rest; the record has one every " +
-        report::significant(labels.info.sample_period_s, 2) + " s)");
+        report::significant(labels.info.sample_period_s, 2) + " s)" +
+        possible_cause(result.doubts));
   }
   for (const auto axis : core::kAxes) {
     const auto& points = labels.points[core::index(axis)];

@@ -11,6 +11,7 @@
 #include "common/comparison/paper_procedure.h"
 #include "common/comparison/residual_stream.h"
 #include "common/comparison/test_then_train.h"
+#include "common/measurement/plausibility.h"
 #include "common/record/record_reader.h"
 
 namespace zerodrift::services {
@@ -62,6 +63,7 @@ struct AxisComparison {
 struct ComparisonResult {
   std::string record;
   std::string no_model;  // why no model ever comes into force, and then no axis; else empty
+  std::vector<measurement::Doubt> doubts;
   std::vector<std::string> warnings;  // of the record, and what could not be judged and why
   bool is_paper_like = false;         // a record of the shipped model and profile
   std::vector<AxisComparison> axes;

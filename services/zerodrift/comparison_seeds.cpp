@@ -117,6 +117,8 @@ SeedsResult run_seeds(const SeedsRequest& request) {
       write_simulation(simulated, comparison.record, [&](double share) { bar.show(share); });
     }
     const ComparisonResult judged = run_comparison(comparison);
+    for (const std::string& doubt : measurement::lines_of(judged.doubts))
+      result.warnings.push_back(name + ": doubtful: " + doubt);
     for (const std::string& warning : judged.warnings)
       result.warnings.push_back(name + ": " + warning);
     if (!judged.no_model.empty()) result.warnings.push_back(name + ": no model came into force");

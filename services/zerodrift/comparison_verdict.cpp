@@ -54,6 +54,7 @@ Figure bias_instability(const SchemeOutcome& scheme) {
     case allan::Identification::kUpperBound:
       return {scheme.name, b.upper, true};
     case allan::Identification::kNotFitted:
+    case allan::Identification::kWithheld:
       break;
   }
   return {scheme.name};

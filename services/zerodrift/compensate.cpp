@@ -22,6 +22,7 @@
 #include "common/service/main.h"
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/compensated_csv.h"
+#include "services/zerodrift/doubts.h"
 #include "services/zerodrift/ending.h"
 #include "services/zerodrift/model_use.h"
 #include "services/zerodrift/offline_run.h"
@@ -77,13 +78,19 @@ class Summary {
 
   [[nodiscard]] const ModelUse& use() const { return use_; }
 
+  // A spread takes two minutes: of less there is no table.
   void print() const {
+    if (std::none_of(core::kAxes.begin(), core::kAxes.end(),
+                     [&](core::Axis axis) { return has_spread(axis); })) {
+      std::printf("no table: fewer than two whole minutes were compensated on any axis\n");
+      return;
+    }
     std::printf(
         "axis  60 s means: raw std   compensated   persistence   raw/compensated   on model  "
         "[deg/h]\n");
     for (const auto a : core::kAxes) {
       const Axis& axis = axes_[core::index(a)];
-      if (!use_.is_measured(a)) continue;
+      if (!has_spread(a)) continue;
       const double raw = axis.raw->moments(allan::Span::kSinceStart).standard_deviation;
       const double left = axis.compensated->moments(allan::Span::kSinceStart).standard_deviation;
       const double held =
@@ -110,6 +117,11 @@ class Summary {
     double step_squares = 0.0;
     std::uint64_t steps = 0;
   };
+
+  [[nodiscard]] bool has_spread(core::Axis axis) const {
+    return use_.is_measured(axis) &&
+           axes_[core::index(axis)].raw->moments(allan::Span::kSinceStart).blocks >= 2;
+  }
 
   // The window holds one block: its rolling mean is that block's.
   static void note_block(Axis& axis) {
@@ -226,6 +238,7 @@ int compensate(const CompensateOptions& options) {
     std::fprintf(stderr, "%s: %s\n", options.record.c_str(), line.c_str());
   if (csv) csv->commit();
   // First of all: what comes below looks like results.
+  print_doubts(offline.doubts());
   if (const auto line = summary.use().line_of_none(options.record, offline.options());
       !line.empty())
     std::printf("%s\n", line.c_str());

@@ -190,8 +190,8 @@ void add_control(CLI::App& app, Run& run) {
       const bool injects = std::string_view(name) == "inject";
       command
           ->add_option("what", options->argument,
-                       injects ? "KIND:AXIS:MAGNITUDE[:SECONDS] with step, noise (deg/h), stuck or "
-                                 "gap, e.g. step:x:5:60, gap:xyz:0:2; or clear"
+                       injects ? "KIND:AXIS:MAGNITUDE[:TIME] with step, noise (deg/h), stuck or "
+                                 "gap, e.g. step:x:5:5min, gap:xyz:0:200ms; or clear"
                                : "pause, resume, \"speed 60x\" or \"speed max\"")
           ->required();
     }

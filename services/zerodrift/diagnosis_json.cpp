@@ -7,6 +7,7 @@
 #include "common/core/units.h"
 #include "services/zerodrift/diagnosis_report.h"
 #include "services/zerodrift/diagnosis_words.h"
+#include "services/zerodrift/doubts.h"
 
 namespace zerodrift::services {
 namespace {
@@ -163,6 +164,7 @@ Json diagnosis_json(const DiagnosisResult& result) {
             {"validation",
              array_of(result.validation, [](const RecordSummary& record) { return record.file; })},
             {"model_changed", result.change == ModelChange::kRepaired},
+            {"doubts", doubts_json(result.doubts)},
             {"warnings", result.warnings}};
   json["axis"] = Json::object();
   for (const Diagnosed& axis : diagnosed_axes(result)) json["axis"][axis.axis] = json_of(axis.of);

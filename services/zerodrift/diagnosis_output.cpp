@@ -8,6 +8,7 @@
 #include "common/report/json_file.h"
 #include "common/report/plain_text.h"
 #include "services/zerodrift/diagnosis_report.h"
+#include "services/zerodrift/doubts.h"
 #include "services/zerodrift/paragraph.h"
 
 namespace zerodrift::services {
@@ -71,6 +72,7 @@ void hand_out(const DiagnosisResult& result, const DiagnosisOutputs& outputs,
     report::write_html(outputs.html, page);
   }
   if (!outputs.model.empty()) config::save_model(result.diagnosis.repaired, outputs.model);
+  print_doubts(result.doubts);
   for (const auto& line : result.warnings)
     std::fprintf(stderr, "%s\n", report::one_line(line).c_str());
   for (const std::string& sentence : diagnosis_sentences(result))

@@ -308,6 +308,7 @@ report::Document diagnosis_page(const DiagnosisResult& result) {
   page.title = "Diagnosis of a gyro's twin";
   page.subtitle = result.record.file + " against " + result.model +
                   (result.gyro.empty() ? "" : " (" + result.gyro + ")");
+  page.doubts = measurement::lines_of(result.doubts);
   page.verdict = joined(
       group, [](const Diagnosed& axis) { return sentence_of(axis); }, " ");
   page.blocks.emplace_back(summary_table(group));

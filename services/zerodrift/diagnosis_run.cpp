@@ -141,6 +141,7 @@ DiagnosisResult diagnose_with(const DiagnosisRequest& request, const config::Loa
   result.gyro = loaded.model.gyro;
   result.warnings = loaded.warnings;
   const auto note = [&](const measurement::MeasuredRecord& measured) {
+    result.doubts.insert(result.doubts.end(), measured.doubts.begin(), measured.doubts.end());
     result.warnings.insert(result.warnings.end(), measured.warnings.begin(),
                            measured.warnings.end());
     compare_noise(loaded.model, measured, result.warnings);

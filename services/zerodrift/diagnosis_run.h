@@ -44,7 +44,8 @@ struct DiagnosisResult {
   std::string gyro;  // what the model says it is of
   RecordSummary record{};
   std::vector<RecordSummary> validation{};
-  std::vector<std::string> warnings{};  // one line each: files first, then the diagnosis' own
+  std::vector<measurement::Doubt> doubts{};  // of all records
+  std::vector<std::string> warnings{};       // one line each: files first, then the diagnosis' own
   diagnosis::Diagnosis diagnosis{};
   ModelChange change = ModelChange::kUnchanged;
 };

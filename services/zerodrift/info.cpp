@@ -5,16 +5,23 @@
 
 #include "common/files/atomic_file.h"
 #include "common/mcap/mcap_reader.h"
+#include "common/measurement/plausibility.h"
 #include "common/record/record_reader.h"
+#include "common/record/record_rows.h"
 #include "common/report/json_file.h"
+#include "common/report/numbers.h"
 #include "common/service/main.h"
 #include "services/zerodrift/commands.h"
+#include "services/zerodrift/doubts.h"
 #include "services/zerodrift/ending.h"
 #include "services/zerodrift/info_mcap.h"
+#include "services/zerodrift/progress_bar.h"
 #include "services/zerodrift/record_options.h"
 
 namespace zerodrift::services {
 namespace {
+
+constexpr std::uint64_t kRowsPerProgress = 1 << 16;
 
 struct InfoOptions {
   std::string record;
@@ -31,12 +38,40 @@ std::string axes(const core::PerAxis<bool>& has) {
   return names.empty() ? "none" : names;
 }
 
-nlohmann::ordered_json json_of(const record::RecordInfo& record) {
+// The whole record, read once.
+struct Seen {
+  record::RecordInfo record;
+  std::vector<std::string> warnings;
+  std::vector<measurement::Doubt> doubts;
+  std::uint64_t rows = 0;
+  double duration_s = 0.0;
+};
+
+Seen look_at(const InfoOptions& options) {
+  ProgressBar bar("info");
+  record::RecordReader reader(options.record,
+                              {.columns = record::parse_column_map(options.columns),
+                               .topics = options.topics});
+  measurement::RecordWatch watch(reader.info(), options.columns);
+  const std::optional<double> expected_rows = record::estimated_rows(options.record);
+  while (const record::RecordRow* row = reader.next()) {
+    static_cast<void>(watch.add(*row));
+    if (expected_rows && watch.rows() % kRowsPerProgress == 0)
+      bar.show(static_cast<double>(watch.rows()) / *expected_rows);
+  }
+  return {reader.info(), reader.warnings(), watch.doubts(), watch.rows(), watch.duration_s()};
+}
+
+nlohmann::ordered_json json_of(const Seen& seen) {
+  const record::RecordInfo& record = seen.record;
   nlohmann::ordered_json json{{"file", record.path.string()},
                               {"columns", record.columns},
                               {"thermometers", record.probes},
                               {"sample_period_s", record.sample_period_s},
-                              {"warnings", record.warnings}};
+                              {"rows", seen.rows},
+                              {"duration_s", seen.duration_s},
+                              {"doubts", doubts_json(seen.doubts)},
+                              {"warnings", seen.warnings}};
   for (const auto& [key, value] : record.metadata) json["metadata"][key] = value;
   return json;
 }
@@ -46,17 +81,19 @@ int info(const InfoOptions& options) {
   files::check_outputs({{"--record", options.record}}, {{"--json", options.json}});
   if (mcap::is_mcap(options.record) && !options.topics.any())
     return show_mcap(options.record, options.json);
-  const auto record = record::inspect(
-      options.record,
-      {.columns = record::parse_column_map(options.columns), .topics = options.topics});
+  const Seen seen = look_at(options);
+  const record::RecordInfo& record = seen.record;
+  print_doubts(seen.doubts);
   std::string probes;
   for (const auto& probe : record.probes) probes += (probes.empty() ? "" : ", ") + probe;
-  std::printf("%s: rate axes %s, reference axes %s, thermometers %s, a sample every %g s\n",
-              options.record.c_str(), axes(record.has_rate).c_str(),
-              axes(record.has_reference).c_str(), probes.empty() ? "none" : probes.c_str(),
-              record.sample_period_s);
-  for (const auto& line : record.warnings) std::printf("%s\n", line.c_str());
-  if (!options.json.empty()) report::write_json(options.json, json_of(record));
+  std::printf(
+      "%s: rate axes %s, reference axes %s, thermometers %s, a sample every %g s, "
+      "%llu rows over %s s\n",
+      options.record.c_str(), axes(record.has_rate).c_str(), axes(record.has_reference).c_str(),
+      probes.empty() ? "none" : probes.c_str(), record.sample_period_s,
+      static_cast<unsigned long long>(seen.rows), report::significant(seen.duration_s, 3).c_str());
+  for (const auto& line : seen.warnings) std::printf("%s\n", line.c_str());
+  if (!options.json.empty()) report::write_json(options.json, json_of(seen));
   return service::kExitDone;
 }
 

@@ -11,8 +11,11 @@
 
 #include "common/core/one_line.h"
 #include "common/dds/topics.h"
+#include "common/files/file_error.h"
+#include "common/record/record_reader.h"
 #include "common/report/json_file.h"
 #include "common/service/main.h"
+#include "services/zerodrift/doubts.h"
 
 namespace zerodrift::services {
 namespace {
@@ -86,6 +89,7 @@ nlohmann::ordered_json json_of(const McapSummary& summary) {
                               {"channels", nlohmann::ordered_json::array()},
                               {"attachments", nlohmann::ordered_json::array()},
                               {"metadata", nlohmann::ordered_json::object()},
+                              {"doubts", doubts_json(summary.doubts)},
                               {"findings", summary.findings}};
   for (const auto& channel : summary.channels) json["channels"].push_back(json_of(channel));
   for (const auto& attachment : summary.attachments) {
@@ -117,6 +121,7 @@ void print(const ChannelSummary& channel) {
 }
 
 void print(const McapSummary& summary) {
+  print_doubts(summary.doubts);
   std::printf("%s: MCAP by %s, %.3f MB, %s, %.3f s, %llu messages in %llu chunks, %s %.2f to 1\n",
               summary.file.c_str(), core::one_line(summary.library).c_str(),
               1e-6 * static_cast<double>(summary.bytes),
@@ -138,6 +143,20 @@ void print(const McapSummary& summary) {
   for (const auto& line : summary.findings) std::printf("%s\n", line.c_str());
   if (summary.lost > 0)
     std::printf("%llu messages were lost\n", static_cast<unsigned long long>(summary.lost));
+}
+
+// Of the rates of one gyro, as a record; nothing of what can't be read as one, which the findings
+// tell.
+std::vector<measurement::Doubt> doubts_of(const std::string& file, std::uint32_t gyro_id) try {
+  record::RecordReader reader(file,
+                              {.time_order = record::TimeOrder::kAsFound, .gyro_id = gyro_id});
+  measurement::RecordWatch watch(reader.info(), "");
+  while (const record::RecordRow* row = reader.next()) static_cast<void>(watch.add(*row));
+  std::vector<measurement::Doubt> doubts = watch.doubts();
+  for (auto& doubt : doubts) doubt.record += ", gyro " + std::to_string(gyro_id);
+  return doubts;
+} catch (const files::FileError&) {
+  return {};
 }
 
 }  // namespace
@@ -205,7 +224,16 @@ McapSummary summarise(const std::string& file) {
   summary.ending = contents.ending;
   summary.findings = reader.findings();
   std::uint64_t missing = 0;
-  for (const auto& channel : summary.channels) missing += channel.missing;
+  for (const auto& channel : summary.channels) {
+    missing += channel.missing;
+    std::uint32_t gyro_id = 0;
+    const char* const end = channel.gyro_id.data() + channel.gyro_id.size();
+    if (channel.topic != dds::kAngularRate.name ||
+        std::from_chars(channel.gyro_id.data(), end, gyro_id).ptr != end || gyro_id == 0)
+      continue;
+    const auto doubts = doubts_of(file, gyro_id);
+    summary.doubts.insert(summary.doubts.end(), doubts.begin(), doubts.end());
+  }
   summary.lost = lost_by_recorder(summary).value_or(missing);
   return summary;
 }

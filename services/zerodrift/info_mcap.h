@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/mcap/mcap_reader.h"
+#include "common/measurement/plausibility.h"
 
 namespace zerodrift::services {
 
@@ -40,7 +41,8 @@ struct McapSummary {
   std::vector<ChannelSummary> channels{};
   std::vector<mcap::Attachment> attachments{};
   std::vector<mcap::Metadata> metadata{};
-  std::vector<std::string> findings{};  // what is damaged or left out, a line each
+  std::vector<measurement::Doubt> doubts{};  // of each gyro's record
+  std::vector<std::string> findings{};       // what is damaged or left out, a line each
   // Messages that the recorder said it lost; where it could say nothing, those that are missing
   // between the numbers of the channels.
   std::uint64_t lost = 0;

@@ -30,6 +30,7 @@ OfflineRun::OfflineRun(const std::string& record, const std::string& columns,
                        std::optional<std::uint32_t> gyro_id, const record::BagTopics& topics,
                        const compensation::CompensationOptions& options)
     : reader_(record, reader_options(record, columns, gyro_id, topics)),
+      watch_(reader_.info(), columns),
       options_(options.for_samples_every(reader_.info().first_interval_s)),
       compensator_(options_) {}
 
@@ -44,6 +45,7 @@ std::vector<std::string> missing_probes(const compensation::CompensationOptions&
 }
 
 void OfflineRun::push(const record::RecordRow& row) {
+  static_cast<void>(watch_.add(row));
   for (std::size_t probe = 0; probe < reader_.info().probes.size(); ++probe) {
     if (!record::brings_temperature(row, probe)) continue;
     record::to_temperature(row, reader_.info(), probe, temperature_);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/compensation/compensator.h"
+#include "common/measurement/plausibility.h"
 #include "common/record/record_reader.h"
 #include "common/record/record_samples.h"
 
@@ -33,6 +34,8 @@ class OfflineRun {
   [[nodiscard]] compensation::Compensator& compensator() { return compensator_; }
   [[nodiscard]] const record::RecordInfo& info() const { return reader_.info(); }
   [[nodiscard]] const std::vector<std::string>& warnings() const { return reader_.warnings(); }
+  // Of the rows so far.
+  [[nodiscard]] std::vector<measurement::Doubt> doubts() const { return watch_.doubts(); }
 
   // `probe_missing`: a probe the features need is not in the record, so nobody waits for it.
   template <typename Take>
@@ -77,6 +80,7 @@ class OfflineRun {
   }
 
   record::RecordReader reader_;
+  measurement::RecordWatch watch_;
   compensation::CompensationOptions options_;
   compensation::Compensator compensator_;
   core::TemperatureSample temperature_;

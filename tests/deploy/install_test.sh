@@ -35,6 +35,8 @@ share/bash-completion
 share/bash-completion/completions
 share/doc
 share/doc/zerodrift
+share/man
+share/man/man1
 share/zerodrift
 share/zerodrift/config
 share/zerodrift/console
@@ -51,7 +53,7 @@ is_whole() {
   for file in share/zerodrift/config/paper.yaml share/zerodrift/console/index.html share/zerodrift/idl/dds/compensated_rate.idl \
     share/zerodrift/idl/proto/telemetry.proto share/zerodrift/profiles/one_computer.xml share/zerodrift/systemd/zerodrift.env \
     share/zerodrift/systemd/realtime.conf share/doc/zerodrift/LICENSE lib/sysusers.d/zerodrift.conf lib/systemd/system/zerodrift.target \
-    lib/systemd/system/zerodrift-.service.d/10-common.conf; do
+    lib/systemd/system/zerodrift-.service.d/10-common.conf share/man/man1/zerodrift-compensate.1.gz; do
     [ -s "$prefix/$file" ] || { echo "no $file"; return 1; }
   done
 }
@@ -89,7 +91,7 @@ serves_page() {
 check "it installs" cmake --install "$build" --prefix "$prefix"
 check "programs say whose they are" has_programs
 check "nothing goes elsewhere" has_folders
-check "configuration, page, vocabulary, profiles, units and licence are there" is_whole
+check "configuration, page, vocabulary, profiles, units, manual and licence are there" is_whole
 check "units name the programs of their prefix" units_name "$prefix" "$prefix"
 check "a record is simulated and read" simulates
 check "every service is found" helps

@@ -11,6 +11,8 @@
 #include <functional>
 #include <optional>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "common/core/units.h"
 #include "tests/support/scratch_folder.h"
@@ -78,7 +80,8 @@ class MeasuredRecordTest : public ScratchFolder {
 
 // The line with this word, or "".
 std::string warning(const MeasuredRecord& record, const std::string& word) {
-  const auto& all = record.warnings;
+  std::vector<std::string> all = lines_of(record.doubts);
+  all.insert(all.end(), record.warnings.begin(), record.warnings.end());
   const auto found = std::find_if(all.begin(), all.end(), [&](const std::string& line) {
     return line.find(word) != std::string::npos;
   });
@@ -91,6 +94,7 @@ TEST_F(MeasuredRecordTest, ASoundRecordComesThroughWithNothingButWhatItLacks) {
   EXPECT_FALSE(record.has(core::Axis::kY));
   EXPECT_EQ(record.series.probes.size(), 2U);
   EXPECT_EQ(record.series.rows, 3600U);
+  EXPECT_TRUE(record.doubts.empty());
   EXPECT_DOUBLE_EQ(record.duration_s(), 3600.0);
   ASSERT_EQ(record.warnings.size(), 1U) << record.warnings.back();
   EXPECT_NE(record.warnings.front().find("no true rate"), std::string::npos);
@@ -130,6 +134,7 @@ TEST_F(MeasuredRecordTest, ASingleImpossibleReadingIsTakenOutAlone) {
   const auto& temperature = record.series.probes.front().temperature_degc;
   EXPECT_GT(*std::min_element(temperature.begin(), temperature.end()), 9.0);
   EXPECT_NE(warning(record, "1 of 3600 readings"), "");
+  EXPECT_NE(warning(record, "1 reading that can't be is taken as not measured"), "");
 }
 
 TEST_F(MeasuredRecordTest, AnImpossibleRateIsNotARate) {
@@ -158,6 +163,7 @@ TEST_F(MeasuredRecordTest, AStuckProbeIsLeftOutBesideOneThatMoves) {
   ASSERT_EQ(record.series.probes.size(), 1U);
   EXPECT_EQ(record.series.probes.front().name, "coil");
   EXPECT_NE(warning(record, "temperature_case_degC"), "");
+  EXPECT_NE(warning(record, "probe case is left out"), "");
 }
 
 TEST_F(MeasuredRecordTest, AStuckAxisIsLeftOutAndAloneItIsRefused) {
@@ -171,7 +177,7 @@ TEST_F(MeasuredRecordTest, AStuckAxisIsLeftOutAndAloneItIsRefused) {
       read(write_record("time_s,rate_x_deg_h,rate_y_deg_h,temperature_case_degC", stuck));
   EXPECT_FALSE(record.has(core::Axis::kX));
   EXPECT_TRUE(record.has(core::Axis::kY));
-  EXPECT_NE(warning(record, "rate_x_deg_h"), "");
+  EXPECT_NE(warning(record, "axis x is left out"), "");
   EXPECT_NE(refusal(write_record(kHeader, stuck)).find("every rate is equal"), std::string::npos);
 }
 

@@ -33,15 +33,36 @@ TEST(ParseDisturbance, ReadsKindAxisMagnitudeAndSeconds) {
   EXPECT_EQ(step.axes, (core::PerAxis<bool>{false, true, false}));
   EXPECT_EQ(step.magnitude_radps, core::radps_from_deg_h(-5.0));
   EXPECT_EQ(step.duration_s, 2.5);
+  EXPECT_EQ(parse_disturbance("step:y:-5:5min").duration_s, 300.0);
+  EXPECT_EQ(parse_disturbance("gap:xyz:0:200ms").duration_s, 200.0 * 1e-3);
   EXPECT_EQ(parse_disturbance("gap:xyz:0").kind, DisturbanceKind::kGap);
   EXPECT_EQ(parse_disturbance("gap:xyz:0").duration_s, 60.0);
 }
 
 TEST(ParseDisturbance, RefusesTheRestInOneLineThatSaysWhatWouldBeRight) {
-  for (const char* text :
-       {"", "step", "step:x", "step:x:", "step:x:5:", "step:x:5:0", "step:x:5:60:1", "jump:x:5",
-        "step:w:5", "step:xy:5", "step::5", "step:x:nan", "step:x:inf", "step:x:1e7", "noise:x:-1",
-        "stuck:x:5", "gap:x:0", "step:x:5:1e9", "step:x:5 :60"}) {
+  for (const char* text : {"",
+                           "step",
+                           "step:x",
+                           "step:x:",
+                           "step:x:5:",
+                           "step:x:5:0",
+                           "step:x:5:60:1",
+                           "jump:x:5",
+                           "step:w:5",
+                           "step:xy:5",
+                           "step::5",
+                           "step:x:nan",
+                           "step:x:inf",
+                           "step:x:1e7",
+                           "noise:x:-1",
+                           "stuck:x:5",
+                           "gap:x:0",
+                           "step:x:5:1e9",
+                           "step:x:5:2d",
+                           "step:x:5:0ms",
+                           "step:x:5:60sec",
+                           "step:x:5:nan",
+                           "step:x:5 :60"}) {
     try {
       static_cast<void>(parse_disturbance(text));
       ADD_FAILURE() << text;
