@@ -82,12 +82,12 @@ class ServiceScheme final : public regression::DriftScheme {
     if (model_.stack.knows()) {
       const auto made =
           compensation::stack_forecast(model_, array_of(features), observations_.newest(), time);
-      return {made.drift_radps, made.variance};
+      return {made.drift_radps, made.variance, true};
     }
     if (!drift.trained)
-      return {drift.held_radps, compensation::held_variance(drift, model_.trust, time)};
+      return {drift.held_radps, compensation::held_variance(drift, model_.trust, time), true};
     const auto made = compensation::forecast(drift, model_.trust, array_of(features), time);
-    return {made.drift_radps, made.variance};
+    return {made.drift_radps, made.variance, true};
   }
 
  private:

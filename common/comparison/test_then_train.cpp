@@ -55,7 +55,8 @@ std::vector<std::optional<PredictedPoint>> predict_all(const Protocol& protocol,
     const auto made = scheme.predict(core::seconds(point.end), {point.features.data(), dimension});
     pending[i] = {learned > 0, made.drift, calibrator.calibrate(made.variance)};
     if (learned > 0 && point.end > protocol.judged_from)
-      predictions[i] = {made.drift, pending[i].stated.calibrated};
+      predictions[i] = {made.drift,
+                        made.is_sent_out ? made.variance : pending[i].stated.calibrated};
   }
   return predictions;
 }

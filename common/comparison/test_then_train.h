@@ -42,7 +42,9 @@ struct Protocol {
 // What a scheme said of a point before it knew it. Nothing where it was not judged.
 struct PredictedPoint {
   double drift_radps = 0.0;
-  double variance = -1.0;  // of the drift, calibrated on the scheme's own past errors; -1: unknown
+  // Of the drift: what the service sends out, or of a scheme for comparison what is calibrated on
+  // its own past errors; -1: unknown.
+  double variance = -1.0;
 };
 
 // One entry a point; nothing either before the scheme has learned a label. The scheme must be new,

@@ -23,6 +23,9 @@ struct DriftPrediction {
   // Of drift as an estimate of the true drift's mean over a label, the label's own noise not
   // included; negative: the scheme does not know.
   double variance = -1.0;
+  // The service sends this very variance out with its samples, so it is judged as it is. What a
+  // scheme for comparison states is calibrated on its past errors first (interval_calibrator.h).
+  bool is_sent_out = false;
 };
 
 class DriftScheme {

@@ -259,9 +259,9 @@ std::vector<std::string> notes(const ComparisonResult& result) {
       "a motion of that length. Frozen: nothing is learned from that time on.",
       "rbf and svr are trained once: on the labels before the first judged one, for the frozen "
       "judgement on all before it. *, or a marked row: smallest RMSE. 95 % holds: share of the "
-      "judged labels within the interval stated for them; n/a: the scheme states none. 60 s std: "
-      "of "
-      "the means of whole minutes. N, B and K: of every sample of the judged labels less its "
+      "judged labels within the interval stated for them, by stack and online-svr the one that the "
+      "service sends out, by the others one that their own past errors make; n/a: none is stated. "
+      "60 s std: of the means of whole minutes. N, B and K: of every sample of the judged labels less its "
       "prediction, fitted to the overlapping Allan deviation together with a ramp; <: not seen, "
       "and at 95 % confidence below. B is the floor within minutes and knows nothing of slow "
       "drift, so that of an uncompensated stream can be lower. us/label: to predict and to learn "

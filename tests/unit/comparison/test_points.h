@@ -33,7 +33,8 @@ inline std::vector<LabelledPoint> numbered_points(std::size_t count,
 class SpyScheme final : public regression::DriftScheme {
  public:
   explicit SpyScheme(double predicted = 0.0, double variance = -1.0)
-      : predicted_{predicted, variance} {}
+      : SpyScheme(regression::DriftPrediction{.drift = predicted, .variance = variance}) {}
+  explicit SpyScheme(const regression::DriftPrediction& predicted) : predicted_(predicted) {}
 
   void learn(const regression::DriftLabel& label) override {
     learned_.push_back(label.time_s);

@@ -142,6 +142,22 @@ TEST(TestThenTrainLaws, ErrorsBeforeCalibratedFromLeaveTheVarianceAsStated) {
   EXPECT_EQ(predict_all(protocol, numbered_points(50), 1, stating).back()->variance, 0.25);
 }
 
+// Rule: what goes out with the service's samples is judged as it went out. Errors of 3 and more
+// beside a stated 0.1 would widen it fortyfold were it calibrated, as the same numbers of a scheme
+// for comparison are.
+TEST(TestThenTrainLaws, WhatIsSentOutIsJudgedAsItIs) {
+  const regression::DriftPrediction stated{.drift = -3.0, .variance = 0.01};
+  regression::DriftPrediction sent_out = stated;
+  sent_out.is_sent_out = true;
+  SpyScheme of_the_service(sent_out);
+  for (const auto& one : predict_all(delayed(0.0), numbered_points(50), 1, of_the_service)) {
+    if (one) EXPECT_EQ(one->variance, 0.01);
+  }
+  SpyScheme for_comparison(stated);
+  const auto calibrated = predict_all(delayed(0.0), numbered_points(50), 1, for_comparison);
+  EXPECT_GT(calibrated.back()->variance, 0.01);
+}
+
 // ----------------------------------------------------------------------------------- statistics
 
 // Residuals 3, -1, 1, 5 of drifts 0, 1, 2, 3; by hand.
