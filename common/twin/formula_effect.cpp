@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "common/core/units.h"
+#include "common/twin/effect_parts.h"
 #include "common/twin/formula.h"
 #include "common/twin/formula_units.h"
-#include "common/twin/low_pass.h"
 
 namespace zerodrift::twin {
 namespace {
