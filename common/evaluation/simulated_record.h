@@ -11,7 +11,7 @@
 #include "common/twin/model.h"
 #include "common/twin/profile.h"
 
-namespace zerodrift::services {
+namespace zerodrift::evaluation {
 
 struct SimulatedRecord {
   std::string model_name;  // as the record's metadata have them
@@ -33,4 +33,4 @@ struct SimulatedRecord {
 std::uint64_t write_simulation(const SimulatedRecord& simulated, const std::string& out,
                                const std::function<void(double share)>& progress);
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::evaluation

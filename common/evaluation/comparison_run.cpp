@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/zerodrift/comparison_run.h"
+#include "common/evaluation/comparison_run.h"
 
 #include <algorithm>
 #include <array>
@@ -10,18 +10,18 @@
 #include <set>
 #include <stdexcept>
 
+#include "common/evaluation/model_use.h"
+#include "common/evaluation/offline_run.h"
 #include "common/record/record_rows.h"
 #include "common/report/numbers.h"
-#include "services/zerodrift/model_use.h"
-#include "services/zerodrift/offline_run.h"
-#include "services/zerodrift/progress_bar.h"
 
-namespace zerodrift::services {
+namespace zerodrift::evaluation {
 namespace {
 
 using comparison::LabelledPoint;
 using comparison::Protocol;
 using Clock = std::chrono::steady_clock;
+using Share = std::function<void(double)>;  // of the whole comparison that is done
 
 constexpr std::size_t kFewestLabels = 60;
 constexpr std::size_t kMostInitialLabels = 600;
@@ -32,7 +32,7 @@ constexpr double kLeastTurnDegc = 1.0;
 constexpr double kAtRest = 0.9;
 // Beyond it (a month and a half) a time is a mistake.
 constexpr double kLongestTimeS = 4e6;
-// Shares of the progress bar, as a record of 5 h at 200 Hz takes them.
+// Shares of the progress, as a record of 5 h at 200 Hz takes them.
 constexpr double kFirstReading = 0.25;
 constexpr double kJudging = 0.1;
 constexpr double kSecondReading = 0.55;
@@ -122,7 +122,7 @@ struct Labels {
   std::vector<std::string> warnings;
 };
 
-Labels read_labels(const ComparisonRequest& request, ProgressBar& bar) {
+Labels read_labels(const ComparisonRequest& request, const Share& show) {
   compensation::CompensationOptions options = request.options;
   // The labels don't depend on what is learned, unless features are made from the compensation's
   // own output.
@@ -140,7 +140,7 @@ Labels read_labels(const ComparisonRequest& request, ProgressBar& bar) {
   const std::optional<double> rows = record::estimated_rows(request.record);
   offline.run(false, [&](const core::CompensatedSample& sample) {
     ++labels.samples;
-    if (rows) bar.show(kFirstReading * static_cast<double>(labels.samples) / *rows);
+    if (rows) show(kFirstReading * static_cast<double>(labels.samples) / *rows);
     labels.last_time = std::max(labels.last_time, sample.raw.time);
     const compensation::Label* label = offline.compensator().confirmed_label();
     if (label == nullptr) return;
@@ -393,7 +393,7 @@ std::string obstacle_to_the_paper(const Labels& labels, const ComparisonRequest&
 }
 
 void read_streams(const ComparisonRequest& request, const Labels& labels, Streams& streams,
-                  ProgressBar& bar) {
+                  const Share& show) {
   record::RecordReader reader(
       request.record, record::RecordOptions{.columns = record::parse_column_map(request.columns),
                                             .gyro_id = request.gyro_id});
@@ -409,18 +409,18 @@ void read_streams(const ComparisonRequest& request, const Labels& labels, Stream
     streams.add(*row, probe);
     if (record::brings_rate(*row)) ++rows;
     const double share = static_cast<double>(rows) / static_cast<double>(labels.samples);
-    bar.show(kFirstReading + kJudging + kSecondReading * share);
+    show(kFirstReading + kJudging + kSecondReading * share);
   }
   streams.report();
 }
 
 }  // namespace
 
-ComparisonResult run_comparison(const ComparisonRequest& requested) {
+ComparisonResult run_comparison(const ComparisonRequest& requested, const Progress& progress) {
   check(requested);
-  ProgressBar bar("compare");
-  bar.show(0.0);
-  const Labels labels = read_labels(requested, bar);
+  const Share show = [&](double share) { progress("compare", share); };
+  show(0.0);
+  const Labels labels = read_labels(requested, show);
   ComparisonRequest request = requested;
   request.options = labels.options;
   ComparisonResult result;
@@ -450,13 +450,13 @@ ComparisonResult run_comparison(const ComparisonRequest& requested) {
                                 std::to_string(kFewestLabels));
     }
     const auto axes_done = static_cast<double>(core::index(axis) + 1);
-    bar.show(kFirstReading + kJudging * axes_done / static_cast<double>(core::kAxisCount));
+    show(kFirstReading + kJudging * axes_done / static_cast<double>(core::kAxisCount));
   }
 
   if (request.only_labels) return result;
   const std::string obstacle = obstacle_to_the_paper(labels, request, result.axes.front().points);
   Streams streams(result, labels, obstacle.empty());
-  read_streams(request, labels, streams, bar);
+  read_streams(request, labels, streams, show);
   if (!obstacle.empty()) {
     result.warnings.push_back("the paper's procedure is left out: " + obstacle);
     return result;
@@ -469,9 +469,9 @@ ComparisonResult run_comparison(const ComparisonRequest& requested) {
       result.warnings.push_back(axis_name(axis.axis) +
                                 ": the paper's procedure is left out, too "
                                 "few minutes of it are whole");
-    bar.show(done += step);
+    show(done += step);
   }
   return result;
 }
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::evaluation

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/zerodrift/offline_run.h"
+#include "common/evaluation/offline_run.h"
 
 #include <algorithm>
 #include <chrono>
@@ -7,7 +7,7 @@
 #include "common/core/integer_time.h"
 #include "common/mcap/mcap_reader.h"
 
-namespace zerodrift::services {
+namespace zerodrift::evaluation {
 namespace {
 
 constexpr core::SensorTime kPatience = std::chrono::minutes(1);
@@ -69,4 +69,4 @@ bool OfflineRun::waits_too_long(core::SensorTime now) const {
   return !held_.empty() && core::saturating_difference(now, compensator_.needed_time()) > kPatience;
 }
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::evaluation

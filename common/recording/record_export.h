@@ -10,13 +10,13 @@
 
 #include "common/mcap/compression.h"
 
-namespace zerodrift::services {
+namespace zerodrift::recording {
 
 struct ExportRequest {
   std::filesystem::path from{};
   std::filesystem::path to{};
-  std::string columns{};                   // of a foreign CSV
-  std::optional<std::uint32_t> gyro_id{};  // of an MCAP file that holds several
+  std::string columns{};                                     // of a foreign CSV
+  std::optional<std::uint32_t> gyro_id{};                    // of an MCAP file that holds several
   mcap::Compression compression = mcap::Compression::kZstd;  // of an MCAP file that is written
 };
 
@@ -37,4 +37,4 @@ struct ExportResult {
 void export_attachment(const std::filesystem::path& from, const std::string& name,
                        const std::filesystem::path& to);
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::recording

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/zerodrift/comparison_report.h"
+#include "common/evaluation/comparison_report.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,11 +7,11 @@
 
 #include "common/allan/noise_units.h"
 #include "common/core/units.h"
+#include "common/evaluation/comparison_figures.h"
+#include "common/evaluation/comparison_verdict.h"
 #include "common/report/numbers.h"
-#include "services/zerodrift/comparison_figures.h"
-#include "services/zerodrift/comparison_verdict.h"
 
-namespace zerodrift::services {
+namespace zerodrift::evaluation {
 namespace {
 
 using core::deg_h_from_radps;
@@ -28,12 +28,10 @@ std::string deg_h(double radps) {
 // "1.2e-3 [1.1, 1.3]e-3" is hard to read in a column: value, or "< upper" where only that is known.
 std::string coefficient(const allan::Coefficient& c, double unit) {
   switch (c.identification) {
-    case allan::Identification::kInterval:
-      return report::scientific(unit * c.value, kDigits);
+    case allan::Identification::kInterval: return report::scientific(unit * c.value, kDigits);
     case allan::Identification::kUpperBound:
       return "< " + report::scientific(unit * c.upper, kDigits);
-    case allan::Identification::kNotFitted:
-      break;
+    case allan::Identification::kNotFitted: break;
   }
   return "n/a";
 }
@@ -432,4 +430,4 @@ std::vector<std::string> comparison_notes(const ComparisonResult& result) {
   return text;
 }
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::evaluation

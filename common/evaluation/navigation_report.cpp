@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/zerodrift/navigate_report.h"
+#include "common/evaluation/navigation_report.h"
 
 #include <cmath>
 #include <functional>
@@ -8,7 +8,7 @@
 #include "common/core/units.h"
 #include "common/report/numbers.h"
 
-namespace zerodrift::services {
+namespace zerodrift::evaluation {
 namespace {
 
 using core::kRadPerDeg;
@@ -32,7 +32,7 @@ double in_deg(const StreamErrors& errors, double angle_rad) {
 
 }  // namespace
 
-report::Table navigation_table(const NavigateResult& result) {
+report::Table navigation_table(const NavigationResult& result) {
   report::Table table;
   table.caption = "heading, raw beside compensated";
   table.columns = {{"", report::Align::kLeft}, {"raw"}, {"compensated"}, {"raw / compensated"}};
@@ -77,7 +77,7 @@ report::Table navigation_table(const NavigateResult& result) {
   return table;
 }
 
-std::string navigation_note(const NavigateRequest& request, const NavigateResult& result) {
+std::string navigation_note(const NavigationRequest& request, const NavigationResult& result) {
   std::string note;
   if (!result.truth_known) {
     note = "The record has no reference columns: there is no truth to judge the headings by. ";
@@ -92,7 +92,7 @@ std::string navigation_note(const NavigateRequest& request, const NavigateResult
   return note;
 }
 
-nlohmann::ordered_json navigation_json(const NavigateResult& result) {
+nlohmann::ordered_json navigation_json(const NavigationResult& result) {
   nlohmann::ordered_json json;
   json["record"] = result.record;
   json["truth_known"] = result.truth_known;
@@ -127,7 +127,7 @@ nlohmann::ordered_json navigation_json(const NavigateResult& result) {
   return json;
 }
 
-report::Document navigation_page(const NavigateRequest& request, const NavigateResult& result) {
+report::Document navigation_page(const NavigationRequest& request, const NavigationResult& result) {
   report::Document page;
   page.title = "Navigation, raw beside compensated";
   page.subtitle = result.record;
@@ -144,7 +144,7 @@ report::Document navigation_page(const NavigateRequest& request, const NavigateR
   chart.y_label = "heading error (deg)";
   report::Curve raw{.name = "raw"};
   report::Curve compensated{.name = "compensated"};
-  for (const NavigatePoint& point : result.points) {
+  for (const NavigationPoint& point : result.points) {
     raw.x.push_back(point.time_s);
     compensated.x.push_back(point.time_s);
     raw.y.push_back(point.raw_error_rad / kRadPerDeg);
@@ -156,4 +156,4 @@ report::Document navigation_page(const NavigateRequest& request, const NavigateR
   return page;
 }
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::evaluation

@@ -5,10 +5,10 @@
 
 #include <filesystem>
 
-#include "common/compensation/compensator.h"
+#include "common/core/compensated_sample.h"
 #include "common/record/record_writer.h"
 
-namespace zerodrift::services {
+namespace zerodrift::recording {
 
 class CompensatedCsv {
  public:
@@ -21,4 +21,4 @@ class CompensatedCsv {
   record::RecordWriter writer_;
 };
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::recording

@@ -10,9 +10,9 @@
 #include "common/compensation/compensator.h"
 #include "common/navigation/gyro_navigation.h"
 
-namespace zerodrift::services {
+namespace zerodrift::evaluation {
 
-struct NavigateRequest {
+struct NavigationRequest {
   std::string record;
   std::string columns;
   compensation::CompensationOptions compensation;
@@ -21,13 +21,13 @@ struct NavigateRequest {
 };
 
 // Every ten seconds, for the picture. NaN where there is no truth.
-struct NavigatePoint {
+struct NavigationPoint {
   double time_s = 0.0;
   double raw_error_rad = 0.0;
   double compensated_error_rad = 0.0;
 };
 
-struct NavigateResult {
+struct NavigationResult {
   std::string record;
   bool truth_known = false;
   std::array<navigation::StreamErrors, 2> errors{};  // by navigation::Stream
@@ -37,13 +37,13 @@ struct NavigateResult {
   navigation::NavigationCounts counts;
   compensation::CompensatorCounts compensation;
   double rest_s = 0.0;
-  std::vector<NavigatePoint> points;
+  std::vector<NavigationPoint> points;
   std::vector<std::string> warnings;
 };
 
 // A record's reference columns are the truth that the filters are judged by; the compensation does
 // not hear them unless its options say so. Specific force is taken where the record has all three
 // columns. Throws where the record can't be read.
-[[nodiscard]] NavigateResult run_navigation(const NavigateRequest& request);
+[[nodiscard]] NavigationResult run_navigation(const NavigationRequest& request);
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::evaluation

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/zerodrift/comparison_verdict.h"
+#include "common/evaluation/comparison_verdict.h"
 
 #include <algorithm>
 #include <array>
@@ -9,10 +9,10 @@
 #include <set>
 #include <utility>
 
+#include "common/evaluation/comparison_figures.h"
 #include "common/report/numbers.h"
-#include "services/zerodrift/comparison_figures.h"
 
-namespace zerodrift::services {
+namespace zerodrift::evaluation {
 namespace {
 
 using report::significant;
@@ -49,12 +49,9 @@ void place(Standing& standing, const std::string& axis, const std::string& judge
 Figure bias_instability(const SchemeOutcome& scheme) {
   const auto& b = scheme.stream.coefficients[allan::NoiseTerm::kBiasInstability];
   switch (b.identification) {
-    case allan::Identification::kInterval:
-      return {scheme.name, b.value, false};
-    case allan::Identification::kUpperBound:
-      return {scheme.name, b.upper, true};
-    case allan::Identification::kNotFitted:
-      break;
+    case allan::Identification::kInterval: return {scheme.name, b.value, false};
+    case allan::Identification::kUpperBound: return {scheme.name, b.upper, true};
+    case allan::Identification::kNotFitted: break;
   }
   return {scheme.name};
 }
@@ -323,4 +320,4 @@ std::string verdict(const ComparisonResult& result, const Standing& standing) {
   return text + against_holding(result) + interval_coverage(result);
 }
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::evaluation

@@ -12,7 +12,7 @@
 #include "common/record/record_reader.h"
 #include "common/record/record_samples.h"
 
-namespace zerodrift::services {
+namespace zerodrift::evaluation {
 
 // Names of the probes that features need and the record lacks.
 [[nodiscard]] std::vector<std::string> missing_probes(
@@ -83,4 +83,4 @@ class OfflineRun {
   std::deque<Held> held_;
 };
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::evaluation

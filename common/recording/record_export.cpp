@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/zerodrift/export_csv.h"
+#include "common/recording/record_export.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,10 +15,10 @@
 #include "common/record/record_reader.h"
 #include "common/record/record_samples.h"
 #include "common/record/record_writer.h"
+#include "common/recording/compensated_csv.h"
 #include "common/recording/record_file.h"
-#include "services/zerodrift/compensated_csv.h"
 
-namespace zerodrift::services {
+namespace zerodrift::recording {
 namespace {
 
 constexpr std::string_view kSequence = "sequence";
@@ -114,14 +114,14 @@ ExportResult export_compensated(const ExportRequest& request) {
 ExportResult import_record(const ExportRequest& request) {
   record::RecordReader reader(request.from, {.columns = record::parse_column_map(request.columns)});
   const std::uint32_t gyro = request.gyro_id.value_or(1);
-  recording::RecordFileOptions file_options;
+  RecordFileOptions file_options;
   file_options.out = request.to;
   file_options.writer.compression = request.compression;
   file_options.metadata = {{"from", request.from.filename().string()},
                            {"log_time", "sensor time, where it is above 0"},
                            {"publish_time", "sensor time, where it is above 0"}};
   files::UnfinishedFile unfinished(request.to.string() + ".active");  // of what follows
-  recording::RecordFile file(std::move(file_options));
+  RecordFile file(std::move(file_options));
   const auto put = [&](const dds::TopicSpec& spec, std::uint64_t sequence, core::SensorTime time,
                        std::string_view part, const std::string& payload) {
     file.write({.topic = topic_index(spec),
@@ -173,4 +173,4 @@ void export_attachment(const std::filesystem::path& from, const std::string& nam
                          (names.empty() ? "none" : names));
 }
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::recording

@@ -3,11 +3,11 @@
 #include <limits>
 
 #include "common/allan/noise_units.h"
-#include "services/zerodrift/comparison_figures.h"
-#include "services/zerodrift/comparison_report.h"
-#include "services/zerodrift/comparison_verdict.h"
+#include "common/evaluation/comparison_figures.h"
+#include "common/evaluation/comparison_report.h"
+#include "common/evaluation/comparison_verdict.h"
 
-namespace zerodrift::services {
+namespace zerodrift::evaluation {
 namespace {
 
 using core::deg_h_from_radps;
@@ -148,4 +148,4 @@ nlohmann::ordered_json comparison_json(const ComparisonResult& result) {
   return json;
 }
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::evaluation

@@ -11,8 +11,9 @@
 #include "common/comparison/paper_procedure.h"
 #include "common/comparison/residual_stream.h"
 #include "common/comparison/test_then_train.h"
+#include "common/evaluation/progress.h"
 
-namespace zerodrift::services {
+namespace zerodrift::evaluation {
 
 struct ComparisonRequest {
   std::string record;
@@ -65,8 +66,9 @@ struct ComparisonResult {
   std::vector<AxisComparison> axes;
 };
 
-// Every axis with labels enough. Shows its progress on a terminal. Throws files::FileError,
-// std::invalid_argument with one line: what is wrong with the request, or what the record lacks.
-[[nodiscard]] ComparisonResult run_comparison(const ComparisonRequest& requested);
+// Every axis with labels enough. Throws files::FileError, std::invalid_argument with one line: what
+// is wrong with the request, or what the record lacks.
+[[nodiscard]] ComparisonResult run_comparison(const ComparisonRequest& requested,
+                                              const Progress& progress);
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::evaluation

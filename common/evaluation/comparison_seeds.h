@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "common/comparison/geometric_mean.h"
+#include "common/evaluation/comparison_run.h"
 #include "common/report/html_document.h"
 #include "common/report/json_file.h"
 #include "common/report/table.h"
-#include "services/zerodrift/comparison_run.h"
 
-namespace zerodrift::services {
+namespace zerodrift::evaluation {
 
 struct SeedsRequest {
   ComparisonRequest comparison;  // of each record; its own record isn't looked at
@@ -43,7 +43,7 @@ struct SeedsResult {
 
 // Each record is a file among the temporary ones while it is judged. Throws as run_comparison(),
 // and where no seed gives anything to judge.
-[[nodiscard]] SeedsResult run_seeds(const SeedsRequest& request);
+[[nodiscard]] SeedsResult run_seeds(const SeedsRequest& request, const Progress& progress);
 
 [[nodiscard]] std::vector<report::Table> seeds_tables(const SeedsResult& result);
 // Which scheme is best of each protocol.
@@ -51,4 +51,4 @@ struct SeedsResult {
 [[nodiscard]] report::Document seeds_page(const SeedsResult& result);
 [[nodiscard]] nlohmann::ordered_json seeds_json(const SeedsResult& result);
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::evaluation

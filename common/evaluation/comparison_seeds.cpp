@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/zerodrift/comparison_seeds.h"
+#include "common/evaluation/comparison_seeds.h"
 
 #include <unistd.h>
 
@@ -10,12 +10,11 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "common/evaluation/comparison_figures.h"
+#include "common/evaluation/simulated_record.h"
 #include "common/report/numbers.h"
-#include "services/zerodrift/comparison_figures.h"
-#include "services/zerodrift/progress_bar.h"
-#include "services/zerodrift/simulated_record.h"
 
-namespace zerodrift::services {
+namespace zerodrift::evaluation {
 namespace {
 
 using comparison::GeometricMean;
@@ -98,7 +97,7 @@ nlohmann::ordered_json json_of(const GeometricMean& mean, double unit) {
 
 }  // namespace
 
-SeedsResult run_seeds(const SeedsRequest& request) {
+SeedsResult run_seeds(const SeedsRequest& request, const Progress& progress) {
   SeedsResult result{request, {}, {}};
   SimulatedRecord simulated = load_simulation(request.model, request.profile);
   result.warnings = simulated.warnings;
@@ -112,11 +111,9 @@ SeedsResult run_seeds(const SeedsRequest& request) {
   for (std::uint64_t k = 0; k < request.seeds; ++k) {
     simulated.seed = request.first_seed + k;
     const std::string name = "seed " + std::to_string(simulated.seed);
-    {
-      ProgressBar bar("simulating " + name);
-      write_simulation(simulated, comparison.record, [&](double share) { bar.show(share); });
-    }
-    const ComparisonResult judged = run_comparison(comparison);
+    write_simulation(simulated, comparison.record,
+                     [&](double share) { progress("simulating " + name, share); });
+    const ComparisonResult judged = run_comparison(comparison, progress);
     for (const std::string& warning : judged.warnings)
       result.warnings.push_back(name + ": " + warning);
     if (!judged.no_model.empty()) result.warnings.push_back(name + ": no model came into force");
@@ -205,4 +202,4 @@ nlohmann::ordered_json seeds_json(const SeedsResult& result) {
   return json;
 }
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::evaluation

@@ -9,7 +9,7 @@
 #include "common/compensation/options.h"
 #include "common/core/compensated_sample.h"
 
-namespace zerodrift::services {
+namespace zerodrift::evaluation {
 
 class ModelUse {
  public:
@@ -43,4 +43,4 @@ class ModelUse {
   double interval_s_ = 0.0;  // of the first sample
 };
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::evaluation

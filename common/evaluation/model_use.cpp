@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/zerodrift/model_use.h"
+#include "common/evaluation/model_use.h"
 
 #include <algorithm>
 
 #include "common/report/numbers.h"
 
-namespace zerodrift::services {
+namespace zerodrift::evaluation {
 namespace {
 
 using core::Reason;
@@ -38,8 +38,7 @@ std::string remedy(Reason reason) {
     case Reason::kNoEstimateYet:
       return "a record with rest, or with its true rate (a reference column); by its own noise the "
              "gyro was never at rest";
-    case Reason::kInitialSet:
-      return "a longer record, or one with more rest";
+    case Reason::kInitialSet: return "a longer record, or one with more rest";
     case Reason::kMotion:
     case Reason::kSettling:
       return "a record with more rest, or with its true rate (a reference column); a drift that is "
@@ -59,16 +58,12 @@ std::string remedy(Reason reason) {
              "record";
     case Reason::kModelWorseThanBias:
       return "scheme stack, which weighs the model and holding, which foretold better";
-    case Reason::kPolarityReversed:
-      return "a mounting that turns the axis round";
-    case Reason::kInvalidInput:
-      return "rates that are numbers";
-    case Reason::kSchemeNone:
-      return "another scheme than none";
+    case Reason::kPolarityReversed: return "a mounting that turns the axis round";
+    case Reason::kInvalidInput: return "rates that are numbers";
+    case Reason::kSchemeNone: return "another scheme than none";
     case Reason::kNone:
     case Reason::kCommanded:
-    case Reason::kOutsideLearned:
-      break;
+    case Reason::kOutsideLearned: break;
   }
   return "a longer record";
 }
@@ -129,4 +124,4 @@ std::string ModelUse::line_of_none(const std::string& record,
                    : "what would be right: " + remedy(reason));
 }
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::evaluation

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/zerodrift/compensated_csv.h"
+#include "common/recording/compensated_csv.h"
 
 #include <cmath>
 #include <string>
 #include <vector>
 
-namespace zerodrift::services {
+namespace zerodrift::recording {
 namespace {
 
 record::RecordWriterOptions layout() {
@@ -51,4 +51,4 @@ void CompensatedCsv::write(const core::CompensatedSample& sample) {
   writer_.end_row();
 }
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::recording

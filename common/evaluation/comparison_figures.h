@@ -9,9 +9,9 @@
 #include <string_view>
 
 #include "common/core/units.h"
-#include "services/zerodrift/comparison_run.h"
+#include "common/evaluation/comparison_run.h"
 
-namespace zerodrift::services {
+namespace zerodrift::evaluation {
 
 inline constexpr std::string_view kOurs = "stack";         // what the service runs by default
 inline constexpr std::string_view kPapers = "online-svr";  // what the paper's figures are of
@@ -72,4 +72,4 @@ inline constexpr std::array<std::string_view, kMostDrawn> kDrawn{kHolding, kOurs
   return protocol.frozen_from != core::SensorTime::max();
 }
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::evaluation

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "services/zerodrift/comparison_run.h"
+#include "common/evaluation/comparison_run.h"
 
-namespace zerodrift::services {
+namespace zerodrift::evaluation {
 
 // A figure of one scheme; NaN: not known.
 struct Figure {
@@ -54,4 +54,4 @@ struct Recommendation {
 [[nodiscard]] std::string recommendation(const ComparisonResult& result);
 [[nodiscard]] std::string verdict(const ComparisonResult& result, const Standing& standing);
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::evaluation

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "common/evaluation/comparison_run.h"
 #include "common/report/html_document.h"
-#include "services/zerodrift/comparison_run.h"
 
-namespace zerodrift::services {
+namespace zerodrift::evaluation {
 
 // Axis by axis, then where another scheme is better than the stack in standard deviation, RMSE or
 // bias instability.
@@ -20,4 +20,4 @@ namespace zerodrift::services {
 // Keys depend on the request alone. What depends on the machine is in objects named "times".
 [[nodiscard]] nlohmann::ordered_json comparison_json(const ComparisonResult& result);
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::evaluation

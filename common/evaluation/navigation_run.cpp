@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/zerodrift/navigate_run.h"
+#include "common/evaluation/navigation_run.h"
 
 #include <cmath>
 #include <deque>
 #include <limits>
 #include <optional>
 
+#include "common/evaluation/offline_run.h"
 #include "common/navigation/navigation_input.h"
 #include "common/record/record_reader.h"
 #include "common/record/record_samples.h"
-#include "services/zerodrift/offline_run.h"
 
-namespace zerodrift::services {
+namespace zerodrift::evaluation {
 namespace {
 
 using compensation::Readiness;
@@ -27,7 +27,7 @@ struct Beside {
 
 class NavigationOfRecord {
  public:
-  explicit NavigationOfRecord(const NavigateRequest& request)
+  explicit NavigationOfRecord(const NavigationRequest& request)
       : request_(request),
         reader_(request.record,
                 record::RecordOptions{.columns = record::parse_column_map(request.columns)}),
@@ -35,7 +35,7 @@ class NavigationOfRecord {
         navigation_(request.navigation),
         probe_missing_(!missing_probes(request.compensation, reader_.info()).empty()) {}
 
-  NavigateResult run() {
+  NavigationResult run() {
     while (const record::RecordRow* row = reader_.next()) {
       push(*row);
       if (probe_missing_) compensator_.give_up_waiting();
@@ -92,8 +92,8 @@ class NavigationOfRecord {
                        navigation_.errors(Stream::kCompensated).heading_now});
   }
 
-  NavigateResult result() {
-    NavigateResult result;
+  NavigationResult result() {
+    NavigationResult result;
     result.record = request_.record;
     result.truth_known = navigation_.truth_heard();
     for (const Stream stream : {Stream::kRaw, Stream::kCompensated}) {
@@ -113,21 +113,21 @@ class NavigationOfRecord {
     return result;
   }
 
-  NavigateRequest request_;
+  NavigationRequest request_;
   record::RecordReader reader_;
   compensation::Compensator compensator_;
   navigation::GyroNavigation navigation_;
   bool probe_missing_;
   core::TemperatureSample temperature_;
   std::deque<Beside> beside_;
-  std::vector<NavigatePoint> points_;
+  std::vector<NavigationPoint> points_;
   double next_point_s_ = 0.0;
 };
 
 }  // namespace
 
-NavigateResult run_navigation(const NavigateRequest& request) {
+NavigationResult run_navigation(const NavigationRequest& request) {
   return NavigationOfRecord(request).run();
 }
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::evaluation

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/zerodrift/comparison_verdict.h"
+#include "common/evaluation/comparison_verdict.h"
 
 #include <gtest/gtest.h>
 
 #include <string>
 #include <utility>
 
-namespace zerodrift::services {
+namespace zerodrift::evaluation {
 namespace {
 
 using core::from_seconds;
@@ -74,4 +74,4 @@ TEST(Advice, SaysWhatMotionLeaves) {
 }
 
 }  // namespace
-}  // namespace zerodrift::services
+}  // namespace zerodrift::evaluation

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/zerodrift/simulated_record.h"
+#include "common/evaluation/simulated_record.h"
 
 #include <algorithm>
 #include <optional>
@@ -9,7 +9,7 @@
 #include "common/twin/effect_catalogue.h"
 #include "common/twin/simulation.h"
 
-namespace zerodrift::services {
+namespace zerodrift::evaluation {
 namespace {
 
 // A probe and the reading that waits for its row: the first at or after its time.
@@ -127,4 +127,4 @@ std::uint64_t write_simulation(const SimulatedRecord& simulated, const std::stri
   return rows;
 }
 
-}  // namespace zerodrift::services
+}  // namespace zerodrift::evaluation
