@@ -95,7 +95,7 @@ class NavigationOfRecord {
   NavigationResult result() {
     NavigationResult result;
     result.record = request_.record;
-    result.truth_known = navigation_.truth_heard();
+    result.truth_known = navigation_.truth_received();
     for (const Stream stream : {Stream::kRaw, Stream::kCompensated}) {
       const auto i = static_cast<std::size_t>(stream);
       result.errors[i] = navigation_.errors(stream);
