@@ -120,20 +120,13 @@ InputFamily input_family(const EffectDefinition& definition) {
     switch (need) {
       case Need::kReferenceRate:
       case Need::kSlowReferenceRate:
-      case Need::kCrossAxisRate:
-        return InputFamily::kRate;
-      case Need::kMagnetic:
-        return InputFamily::kMagnetic;
-      case Need::kAcceleration:
-        return InputFamily::kAcceleration;
-      case Need::kVibration:
-        return InputFamily::kVibration;
-      case Need::kSourceCurrent:
-        return InputFamily::kSourceCurrent;
-      case Need::kSupply:
-        return InputFamily::kSupply;
-      default:
-        break;
+      case Need::kCrossAxisRate: return InputFamily::kRate;
+      case Need::kMagnetic: return InputFamily::kMagnetic;
+      case Need::kAcceleration: return InputFamily::kAcceleration;
+      case Need::kVibration: return InputFamily::kVibration;
+      case Need::kSourceCurrent: return InputFamily::kSourceCurrent;
+      case Need::kSupply: return InputFamily::kSupply;
+      default: break;
     }
   }
   return definition.inputs.empty() ? InputFamily::kTime : InputFamily::kTemperature;

@@ -24,12 +24,9 @@ bool counts_up(std::string_view topic) {
 
 std::string_view ending_text(mcap::Ending ending) {
   switch (ending) {
-    case mcap::Ending::kWhole:
-      return "whole";
-    case mcap::Ending::kCut:
-      return "cut";
-    case mcap::Ending::kDamaged:
-      return "damaged";
+    case mcap::Ending::kWhole: return "whole";
+    case mcap::Ending::kCut: return "cut";
+    case mcap::Ending::kDamaged: return "damaged";
   }
   return "";
 }
