@@ -174,9 +174,9 @@ class MeasuredRecordBuilder::Implementation {
     MeasuredRecord measured{.file = columns_.file};
     measured.series = finished_series();
     measured.sample_noise_radps = kNoAxis;
-    tell_of_columns(measured);
-    tell_of_rest(measured);
-    tell_of_time(measured);
+    report_columns(measured);
+    report_rest(measured);
+    report_time(measured);
     std::sort(measured.series.probes.begin(), measured.series.probes.end(),
               [](const auto& a, const auto& b) { return is_probe_before(a.name, b.name); });
     return measured;
@@ -200,7 +200,7 @@ class MeasuredRecordBuilder::Implementation {
     measured.warnings.push_back(columns_.file + ": " + text);
   }
 
-  void tell_of_columns(MeasuredRecord& measured) const {
+  void report_columns(MeasuredRecord& measured) const {
     double moved_degc = 0.0;
     for (const ColumnWatch& watch : watches_) {
       if (watch.column().channel.quantity == Quantity::kTemperature)
@@ -209,17 +209,12 @@ class MeasuredRecordBuilder::Implementation {
     for (const ColumnWatch& watch : watches_) {
       if (const auto complaint = watch.complaint()) warn(measured, *complaint);
       switch (watch.column().channel.quantity) {
-        case Quantity::kRate:
-          tell_of_rate(measured, watch);
-          break;
-        case Quantity::kTemperature:
-          tell_of_probe(measured, watch, moved_degc);
-          break;
-        default:
-          break;
+        case Quantity::kRate: report_rate(measured, watch); break;
+        case Quantity::kTemperature: report_probe(measured, watch, moved_degc); break;
+        default: break;
       }
     }
-    tell_of_acceleration(measured);
+    report_acceleration(measured);
     const core::PerAxis<std::vector<double>> none{};
     if (measured.series.rate_radps != none) return;
     throw std::invalid_argument(columns_.file +
@@ -227,7 +222,7 @@ class MeasuredRecordBuilder::Implementation {
                                 "expected an axis that moves");
   }
 
-  void tell_of_rate(MeasuredRecord& measured, const ColumnWatch& watch) const {
+  void report_rate(MeasuredRecord& measured, const ColumnWatch& watch) const {
     const std::size_t axis = core::index(watch.column().channel.axis);
     measured.rate_column[axis] = watch.column().header;
     if (watch.never_moves()) {
@@ -242,7 +237,7 @@ class MeasuredRecordBuilder::Implementation {
   }
 
   // A stuck probe beside moving ones would pass for the other end of a gradient.
-  void tell_of_probe(MeasuredRecord& measured, const ColumnWatch& watch, double moved_degc) const {
+  void report_probe(MeasuredRecord& measured, const ColumnWatch& watch, double moved_degc) const {
     const std::string& name = watch.column().channel.probe;
     auto& probes = measured.series.probes;
     const auto found = std::find_if(probes.begin(), probes.end(),
@@ -260,7 +255,7 @@ class MeasuredRecordBuilder::Implementation {
   }
 
   // Gravity tells the unit of an accelerometer.
-  void tell_of_acceleration(MeasuredRecord& measured) const {
+  void report_acceleration(MeasuredRecord& measured) const {
     double square = 0.0;
     for (const auto& axis : measured.series.acceleration_mps2) {
       if (axis.empty()) return;
@@ -276,7 +271,7 @@ class MeasuredRecordBuilder::Implementation {
                        record::accepted_units(Quantity::kAcceleration));
   }
 
-  void tell_of_rest(MeasuredRecord& measured) const {
+  void report_rest(MeasuredRecord& measured) const {
     if (columns_.has_reference) return;
     warn(measured,
          "no true rate (reference_x_deg_h, ...): taken as 0, so the gyro must have been at rest");
@@ -299,7 +294,7 @@ class MeasuredRecordBuilder::Implementation {
     }
   }
 
-  void tell_of_time(MeasuredRecord& measured) const {
+  void report_time(MeasuredRecord& measured) const {
     if (measured.series.probes.empty())
       warn(measured, "no temperature (temperature_coil_degC, ...): its effects can't be tested");
     if (gaps_.count > 0) {
