@@ -23,7 +23,7 @@ namespace {
 
 constexpr std::string_view kSequence = "sequence";
 
-std::uint32_t topic_index(const dds::TopicSpec& spec) {
+std::uint32_t index_among_topics(const dds::TopicSpec& spec) {
   const auto found = std::find_if(dds::kAllTopics.begin(), dds::kAllTopics.end(),
                                   [&](const auto& other) { return other.name == spec.name; });
   return static_cast<std::uint32_t>(found - dds::kAllTopics.begin());
@@ -124,7 +124,7 @@ ExportResult import_record(const ExportRequest& request) {
   RecordFile file(std::move(file_options));
   const auto put = [&](const dds::TopicSpec& spec, std::uint64_t sequence, core::SensorTime time,
                        std::string_view part, const std::string& payload) {
-    file.write({.topic = topic_index(spec),
+    file.write({.topic = index_among_topics(spec),
                 .gyro_id = gyro,
                 .sequence = sequence,
                 .log_ns = time.count(),
