@@ -45,7 +45,7 @@ struct RollingAllanOptions {
   [[nodiscard]] std::optional<std::string> validate() const;
 };
 
-class RollingAllan {
+class RollingAllan {  // More members than other classes: sums and panes are one state.
  public:
   // Throws std::invalid_argument with validate()'s sentence. All memory is taken here.
   explicit RollingAllan(const RollingAllanOptions& options);

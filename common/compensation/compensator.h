@@ -96,7 +96,7 @@ struct StackState {
   std::optional<double> longest_judged_s{};  // beyond it the stated variance is an extrapolation
 };
 
-class Compensator {
+class Compensator {  // More members than other classes: one for each stage on a sample's way.
  public:
   // Throws std::invalid_argument with one line that names the wrong key.
   explicit Compensator(const CompensationOptions& options);

@@ -88,8 +88,7 @@ std::string scalar(const Message& message, const FieldDescriptor& field, int at)
       return (list ? r.GetRepeatedEnum(message, &field, at) : r.GetEnum(message, &field))->name();
     case FieldDescriptor::CPPTYPE_STRING:
       return quoted(list ? r.GetRepeatedString(message, &field, at) : r.GetString(message, &field));
-    case FieldDescriptor::CPPTYPE_MESSAGE:
-      break;
+    case FieldDescriptor::CPPTYPE_MESSAGE: break;
   }
   throw std::logic_error(field.full_name() + " is no scalar");
 }

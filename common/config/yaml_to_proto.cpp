@@ -234,8 +234,7 @@ void Filler::fill_scalar(const YAML::Node& node, Message& message, const FieldDe
                  enum_number(node, field, path));
     case FieldDescriptor::CPPTYPE_STRING:
       return put(&Reflection::SetString, &Reflection::AddString, here.text());
-    case FieldDescriptor::CPPTYPE_MESSAGE:
-      break;
+    case FieldDescriptor::CPPTYPE_MESSAGE: break;
   }
   here.fail("a single value");
 }

@@ -22,23 +22,17 @@ std::string milliseconds(std::int64_t ns) {
 
 std::string liveliness(int kind) {
   switch (kind) {
-    case fdds::AUTOMATIC_LIVELINESS_QOS:
-      return "automatic";
-    case fdds::MANUAL_BY_PARTICIPANT_LIVELINESS_QOS:
-      return "manual by participant";
-    default:
-      return "manual by topic";
+    case fdds::AUTOMATIC_LIVELINESS_QOS: return "automatic";
+    case fdds::MANUAL_BY_PARTICIPANT_LIVELINESS_QOS: return "manual by participant";
+    default: return "manual by topic";
   }
 }
 
 std::string durability(int kind) {
   switch (kind) {
-    case fdds::VOLATILE_DURABILITY_QOS:
-      return "volatile";
-    case fdds::TRANSIENT_LOCAL_DURABILITY_QOS:
-      return "transient_local";
-    default:
-      return "transient";
+    case fdds::VOLATILE_DURABILITY_QOS: return "volatile";
+    case fdds::TRANSIENT_LOCAL_DURABILITY_QOS: return "transient_local";
+    default: return "transient";
   }
 }
 
@@ -46,10 +40,8 @@ std::string described(Policy policy, const Terms& terms) {
   switch (policy) {
     case Policy::kReliability:
       return terms.reliability == fdds::RELIABLE_RELIABILITY_QOS ? "reliable" : "best_effort";
-    case Policy::kDurability:
-      return durability(terms.durability);
-    case Policy::kDeadline:
-      return milliseconds(terms.deadline_ns);
+    case Policy::kDurability: return durability(terms.durability);
+    case Policy::kDeadline: return milliseconds(terms.deadline_ns);
     case Policy::kLiveliness:
       return liveliness(terms.liveliness) + " with lease " + milliseconds(terms.lease_ns);
     case Policy::kOwnership:
@@ -60,16 +52,11 @@ std::string described(Policy policy, const Terms& terms) {
 
 const char* name(Policy policy) {
   switch (policy) {
-    case Policy::kReliability:
-      return "reliability";
-    case Policy::kDurability:
-      return "durability";
-    case Policy::kDeadline:
-      return "deadline";
-    case Policy::kLiveliness:
-      return "liveliness";
-    case Policy::kOwnership:
-      return "ownership";
+    case Policy::kReliability: return "reliability";
+    case Policy::kDurability: return "durability";
+    case Policy::kDeadline: return "deadline";
+    case Policy::kLiveliness: return "liveliness";
+    case Policy::kOwnership: return "ownership";
   }
   return "";
 }

@@ -190,12 +190,9 @@ PacketGuard::Verdict PacketGuard::judge_secured(std::span<const std::uint8_t> da
 PacketGuard::Verdict PacketGuard::judge_sender(const ParticipantPrefix& prefix,
                                                const rtps::Locator_t& from, Time now) {
   switch (senders_.judge(prefix, from, now)) {
-    case SenderTable::Verdict::kImpostor:
-      return Verdict::kImpostor;
-    case SenderTable::Verdict::kTooMany:
-      return Verdict::kTooMany;
-    case SenderTable::Verdict::kGenuine:
-      break;
+    case SenderTable::Verdict::kImpostor: return Verdict::kImpostor;
+    case SenderTable::Verdict::kTooMany: return Verdict::kTooMany;
+    case SenderTable::Verdict::kGenuine: break;
   }
   return Verdict::kFine;
 }
@@ -205,15 +202,11 @@ void PacketGuard::tell(Verdict verdict, const rtps::Locator_t& from) {
     switch (verdict) {
       case Verdict::kMalformed:
         return rule_ == Rule::kPlain ? " is malformed" : " is not protected";
-      case Verdict::kImpostor:
-        return " is in another participant's name";
-      case Verdict::kTooMany:
-        return " is of one unknown participant too many";
-      case Verdict::kLeap:
-        return " leaps ahead of all that its endpoint said before";
+      case Verdict::kImpostor: return " is in another participant's name";
+      case Verdict::kTooMany: return " is of one unknown participant too many";
+      case Verdict::kLeap: return " leaps ahead of all that its endpoint said before";
       case Verdict::kReplayed:
-      case Verdict::kFine:
-        break;
+      case Verdict::kFine: break;
     }
     return " was here before";
   };

@@ -209,33 +209,44 @@ void set_process(fdds::DomainParticipantQos& qos) {
   properties.emplace_back(key, std::to_string(getpid()), true);
 }
 
-// Manual by topic, wherever there is a lease; what is offered is what is asked for.
-template <typename Qos>
-void set_timing(const TopicSpec& spec, Qos& qos) {
-  if (spec.lease.count() == 0) return;
-  qos.liveliness().kind = fdds::MANUAL_BY_TOPIC_LIVELINESS_QOS;
-  qos.liveliness().lease_duration = duration(spec.lease);
-}
-
 fdds::ReliabilityQosPolicyKind reliability(const TopicSpec& spec) {
   return spec.reliability == Reliability::kReliable ? fdds::RELIABLE_RELIABILITY_QOS
                                                     : fdds::BEST_EFFORT_RELIABILITY_QOS;
 }
 
+// What both ends of a topic have in common. Liveliness is manual by topic, wherever there is a
+// lease; what is offered is what is asked for.
+template <typename Qos>
+Qos common_qos(const TopicSpec& spec) {
+  Qos qos;
+  qos.reliability().kind = reliability(spec);
+  qos.durability().kind = spec.durability == Durability::kTransientLocal
+                              ? fdds::TRANSIENT_LOCAL_DURABILITY_QOS
+                              : fdds::VOLATILE_DURABILITY_QOS;
+  qos.history().kind = fdds::KEEP_LAST_HISTORY_QOS;
+  qos.history().depth = spec.depth;
+  qos.resource_limits().max_instances = spec.keys;
+  qos.resource_limits().max_samples_per_instance = spec.depth;
+  qos.resource_limits().max_samples = spec.keys * spec.depth;
+  qos.resource_limits().allocated_samples = spec.depth;
+  qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  qos.data_sharing().off();
+  if (spec.ownership == Ownership::kExclusive) qos.ownership().kind = fdds::EXCLUSIVE_OWNERSHIP_QOS;
+  if (spec.lease.count() > 0) {
+    qos.liveliness().kind = fdds::MANUAL_BY_TOPIC_LIVELINESS_QOS;
+    qos.liveliness().lease_duration = duration(spec.lease);
+  }
+  return qos;
+}
+
 std::string policy_name(fdds::QosPolicyId_t policy) {
   switch (policy) {
-    case fdds::RELIABILITY_QOS_POLICY_ID:
-      return "reliability";
-    case fdds::DURABILITY_QOS_POLICY_ID:
-      return "durability";
-    case fdds::DEADLINE_QOS_POLICY_ID:
-      return "deadline";
-    case fdds::LIVELINESS_QOS_POLICY_ID:
-      return "liveliness";
-    case fdds::OWNERSHIP_QOS_POLICY_ID:
-      return "ownership";
-    default:
-      return "policy " + std::to_string(policy);
+    case fdds::RELIABILITY_QOS_POLICY_ID: return "reliability";
+    case fdds::DURABILITY_QOS_POLICY_ID: return "durability";
+    case fdds::DEADLINE_QOS_POLICY_ID: return "deadline";
+    case fdds::LIVELINESS_QOS_POLICY_ID: return "liveliness";
+    case fdds::OWNERSHIP_QOS_POLICY_ID: return "ownership";
+    default: return "policy " + std::to_string(policy);
   }
 }
 
@@ -329,24 +340,10 @@ fdds::Topic* Participant::topic(const TopicSpec& spec, fdds::TypeSupport type) {
 }
 
 fdds::DataWriterQos writer_qos(const TopicSpec& spec) {
-  fdds::DataWriterQos qos;
-  qos.reliability().kind = reliability(spec);
+  auto qos = common_qos<fdds::DataWriterQos>(spec);
   qos.reliability().max_blocking_time = duration(std::chrono::milliseconds(100));
-  qos.durability().kind = spec.durability == Durability::kTransientLocal
-                              ? fdds::TRANSIENT_LOCAL_DURABILITY_QOS
-                              : fdds::VOLATILE_DURABILITY_QOS;
-  qos.history().kind = fdds::KEEP_LAST_HISTORY_QOS;
-  qos.history().depth = spec.depth;
-  qos.resource_limits().max_instances = spec.keys;
-  qos.resource_limits().max_samples_per_instance = spec.depth;
-  qos.resource_limits().max_samples = spec.keys * spec.depth;
-  qos.resource_limits().allocated_samples = spec.depth;
-  qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
   qos.publish_mode().kind = fdds::SYNCHRONOUS_PUBLISH_MODE;
-  qos.data_sharing().off();
-  if (spec.ownership == Ownership::kExclusive) qos.ownership().kind = fdds::EXCLUSIVE_OWNERSHIP_QOS;
   if (spec.lifespan.count() > 0) qos.lifespan().duration = duration(spec.lifespan);
-  set_timing(spec, qos);
   qos.reliable_writer_qos().times.heartbeatPeriod = duration(spec.heartbeat);
   qos.reliable_writer_qos().times.nackResponseDelay = duration(std::chrono::milliseconds(0));
   // A nack of a sample sent less than this ago is not heard. Not 0: Fast DDS starts this timer with
@@ -357,21 +354,7 @@ fdds::DataWriterQos writer_qos(const TopicSpec& spec) {
 }
 
 fdds::DataReaderQos reader_qos(const TopicSpec& spec) {
-  fdds::DataReaderQos qos;
-  qos.reliability().kind = reliability(spec);
-  qos.durability().kind = spec.durability == Durability::kTransientLocal
-                              ? fdds::TRANSIENT_LOCAL_DURABILITY_QOS
-                              : fdds::VOLATILE_DURABILITY_QOS;
-  qos.history().kind = fdds::KEEP_LAST_HISTORY_QOS;
-  qos.history().depth = spec.depth;
-  qos.resource_limits().max_instances = spec.keys;
-  qos.resource_limits().max_samples_per_instance = spec.depth;
-  qos.resource_limits().max_samples = spec.keys * spec.depth;
-  qos.resource_limits().allocated_samples = spec.depth;
-  qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
-  qos.data_sharing().off();
-  if (spec.ownership == Ownership::kExclusive) qos.ownership().kind = fdds::EXCLUSIVE_OWNERSHIP_QOS;
-  set_timing(spec, qos);
+  auto qos = common_qos<fdds::DataReaderQos>(spec);
   qos.reliable_reader_qos().times.heartbeatResponseDelay = duration(std::chrono::milliseconds(0));
   return qos;
 }

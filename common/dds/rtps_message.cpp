@@ -206,28 +206,18 @@ std::optional<Submessage> Submessages::next() {
 std::optional<Statement> statement_of(const Submessage& submessage) {
   const Fields fields(submessage.body, (submessage.flags & kLittleEndianFlag) != 0);
   switch (submessage.id) {
-    case kData:
-      return data(submessage, fields);
-    case kDataFrag:
-      return data_frag(submessage, fields);
-    case kHeartbeat:
-      return heartbeat(fields);
-    case kHeartbeatFrag:
-      return heartbeat_frag(fields);
-    case kGap:
-      return gap(fields);
-    case kAckNack:
-      return acknowledgement(fields);
-    case kNackFrag:
-      return missing_fragments(fields);
+    case kData: return data(submessage, fields);
+    case kDataFrag: return data_frag(submessage, fields);
+    case kHeartbeat: return heartbeat(fields);
+    case kHeartbeatFrag: return heartbeat_frag(fields);
+    case kGap: return gap(fields);
+    case kAckNack: return acknowledgement(fields);
+    case kNackFrag: return missing_fragments(fields);
     case kInfoTimestamp:
       return of_size(submessage, (submessage.flags & kNoTimestampFlag) != 0 ? 0 : 8);
-    case kInfoDestination:
-      return of_size(submessage, 12);
-    case kInfoSource:
-      return of_size(submessage, 20);
-    default:
-      return Statement{};
+    case kInfoDestination: return of_size(submessage, 12);
+    case kInfoSource: return of_size(submessage, 20);
+    default: return Statement{};
   }
 }
 

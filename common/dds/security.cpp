@@ -192,15 +192,10 @@ class Watch : public SecurityWatch, protected fdds::DomainParticipantListener {
   void on_participant_discovery(fdds::DomainParticipant* participant,
                                 rtps::ParticipantDiscoveryInfo&& info) override {
     switch (info.status) {
-      case rtps::ParticipantDiscoveryInfo::DISCOVERED_PARTICIPANT:
-        came(info.info);
-        break;
+      case rtps::ParticipantDiscoveryInfo::DISCOVERED_PARTICIPANT: came(info.info); break;
       case rtps::ParticipantDiscoveryInfo::REMOVED_PARTICIPANT:
-      case rtps::ParticipantDiscoveryInfo::DROPPED_PARTICIPANT:
-        went(info.info.m_guid);
-        break;
-      default:
-        break;
+      case rtps::ParticipantDiscoveryInfo::DROPPED_PARTICIPANT: went(info.info.m_guid); break;
+      default: break;
     }
     next_.on_participant_discovery(participant, std::move(info));
   }

@@ -88,18 +88,15 @@ bool SequenceWatch::takes(const Prefix& prefix, const Statement& statement, Time
   if (found == endpoints_.end()) return true;
   Endpoint& endpoint = found->second;
   switch (statement.of) {
-    case Statement::Of::kSamples:
-      return endpoint.samples.takes(statement.newest, now);
+    case Statement::Of::kSamples: return endpoint.samples.takes(statement.newest, now);
     case Statement::Of::kHeartbeat:
       return endpoint.samples.takes(statement.newest, now) &&
              endpoint.heartbeats.takes(statement.count, now);
     case Statement::Of::kGap:
       return endpoint.samples.takes(statement.newest, now) && may_be_long(endpoint, statement);
     case Statement::Of::kAcknowledgement:
-    case Statement::Of::kMissingFragments:
-      break;
-    case Statement::Of::kNothing:
-      return true;
+    case Statement::Of::kMissingFragments: break;
+    case Statement::Of::kNothing: return true;
   }
   // Beyond kMostPeers our endpoints go unwatched rather than unheard.
   Peer* const peer = peer_of(endpoint, statement.writer);

@@ -22,14 +22,10 @@ SerialGyroOptions checked(SerialGyroOptions options) {
 
 double rate_scale(RotationFormat format, double frame_rate_hz) {
   switch (format) {
-    case RotationFormat::kDeltaAngleRad:
-      return frame_rate_hz;
-    case RotationFormat::kDeltaAngleDeg:
-      return frame_rate_hz * core::kRadPerDeg;
-    case RotationFormat::kRateRadps:
-      return 1.0;
-    case RotationFormat::kRateDegps:
-      return core::kRadPerDeg;
+    case RotationFormat::kDeltaAngleRad: return frame_rate_hz;
+    case RotationFormat::kDeltaAngleDeg: return frame_rate_hz * core::kRadPerDeg;
+    case RotationFormat::kRateRadps: return 1.0;
+    case RotationFormat::kRateDegps: return core::kRadPerDeg;
   }
   return 1.0;
 }
@@ -37,14 +33,10 @@ double rate_scale(RotationFormat format, double frame_rate_hz) {
 double to_degc(std::int16_t value, TemperatureFormat format) {
   const double number = value;
   switch (format) {
-    case TemperatureFormat::kDegC:
-      return number;
-    case TemperatureFormat::kHundredthDegC:
-      return number / 100.0;
-    case TemperatureFormat::kDegF:
-      return (number - 32.0) / 1.8;
-    case TemperatureFormat::kHundredthDegF:
-      return (number / 100.0 - 32.0) / 1.8;
+    case TemperatureFormat::kDegC: return number;
+    case TemperatureFormat::kHundredthDegC: return number / 100.0;
+    case TemperatureFormat::kDegF: return (number - 32.0) / 1.8;
+    case TemperatureFormat::kHundredthDegF: return (number / 100.0 - 32.0) / 1.8;
   }
   return number;
 }

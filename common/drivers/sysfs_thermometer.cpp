@@ -131,12 +131,9 @@ Outcome read_w1_slave(const fs::path& path) {
 
 Outcome read_millidegrees(const ThermometerFile& file) {
   switch (file.kind) {
-    case ThermometerKind::kMillidegreeFile:
-      return read_number(file.path);
-    case ThermometerKind::kIioRaw:
-      return read_iio(file.path);
-    case ThermometerKind::kW1Slave:
-      return read_w1_slave(file.path);
+    case ThermometerKind::kMillidegreeFile: return read_number(file.path);
+    case ThermometerKind::kIioRaw: return read_iio(file.path);
+    case ThermometerKind::kW1Slave: return read_w1_slave(file.path);
   }
   return {};
 }

@@ -7,22 +7,14 @@ namespace zerodrift::experts {
 
 std::string_view name(Expert expert) {
   switch (expert) {
-    case Expert::kHold:
-      return "hold";
-    case Expert::kRandomWalk:
-      return "random-walk";
-    case Expert::kTrend:
-      return "trend";
-    case Expert::kLinear:
-      return "linear";
-    case Expert::kCubic:
-      return "cubic";
-    case Expert::kLagged:
-      return "lagged";
-    case Expert::kShupe:
-      return "shupe";
-    case Expert::kOnlineSvr:
-      return "online-svr";
+    case Expert::kHold: return "hold";
+    case Expert::kRandomWalk: return "random-walk";
+    case Expert::kTrend: return "trend";
+    case Expert::kLinear: return "linear";
+    case Expert::kCubic: return "cubic";
+    case Expert::kLagged: return "lagged";
+    case Expert::kShupe: return "shupe";
+    case Expert::kOnlineSvr: return "online-svr";
   }
   return "unknown";
 }
@@ -32,16 +24,10 @@ KalmanBankOptions bank_options(Expert expert) {
   switch (expert) {
     case Expert::kHold:
     case Expert::kRandomWalk:
-    case Expert::kOnlineSvr:
-      break;
-    case Expert::kTrend:
-      return {.slopes = SlopeModel::kDamped};
-    case Expert::kLinear:
-      terms = {kTemperature, kTemperatureRate};
-      break;
-    case Expert::kLagged:
-      terms = {kTemperature, kTemperatureSquared};
-      break;
+    case Expert::kOnlineSvr: break;
+    case Expert::kTrend: return {.slopes = SlopeModel::kDamped};
+    case Expert::kLinear: terms = {kTemperature, kTemperatureRate}; break;
+    case Expert::kLagged: terms = {kTemperature, kTemperatureSquared}; break;
     case Expert::kCubic:
     case Expert::kShupe:
       terms = {kTemperature, kTemperatureRate, kTemperatureSquared, kTemperatureCubed,

@@ -9,6 +9,8 @@
 #include <cstring>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 namespace zerodrift::mcap {
 
@@ -38,5 +40,32 @@ inline void append_text(std::string& bytes, std::string_view text) {
   append(bytes, static_cast<std::uint32_t>(text.size()));
   bytes.append(text);
 }
+
+// Appends these, in turn: integers, texts, and pairs behind the length of all.
+class Appender {
+ public:
+  explicit Appender(std::string& bytes) noexcept : bytes_(bytes) {}
+
+  template <typename... Values>
+  void operator()(const Values&... values) {
+    (one(values), ...);
+  }
+
+ private:
+  template <std::unsigned_integral Integer>
+  void one(Integer value) {
+    append(bytes_, value);
+  }
+  void one(std::string_view text) { append_text(bytes_, text); }
+  template <typename First, typename Second>
+  void one(const std::vector<std::pair<First, Second>>& pairs) {
+    std::string content;
+    Appender to(content);
+    for (const auto& [first, second] : pairs) to(first, second);
+    append_text(bytes_, content);
+  }
+
+  std::string& bytes_;
+};
 
 }  // namespace zerodrift::mcap

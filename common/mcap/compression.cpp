@@ -57,12 +57,9 @@ bool decompress_lz4(std::string_view bytes, std::string& to) {
 
 std::string_view name(Compression compression) noexcept {
   switch (compression) {
-    case Compression::kLz4:
-      return "lz4";
-    case Compression::kZstd:
-      return "zstd";
-    case Compression::kNone:
-      break;
+    case Compression::kLz4: return "lz4";
+    case Compression::kZstd: return "zstd";
+    case Compression::kNone: break;
   }
   return "";
 }
@@ -76,13 +73,9 @@ std::optional<Compression> compression_of(std::string_view name) noexcept {
 
 void compress(Compression compression, std::string_view bytes, std::string& to) {
   switch (compression) {
-    case Compression::kNone:
-      to.append(bytes);
-      return;
-    case Compression::kLz4:
-      return compress_lz4(bytes, to);
-    case Compression::kZstd:
-      return compress_zstd(bytes, to);
+    case Compression::kNone: to.append(bytes); return;
+    case Compression::kLz4: return compress_lz4(bytes, to);
+    case Compression::kZstd: return compress_zstd(bytes, to);
   }
 }
 

@@ -42,6 +42,7 @@ inline constexpr std::uint8_t kLastOpcode = 0x0F;
 inline constexpr std::uint8_t kFirstPrivateOpcode = 0x80;
 
 using Pairs = std::vector<std::pair<std::string, std::string>>;
+using NumbersByChannel = std::vector<std::pair<std::uint16_t, std::uint64_t>>;
 
 // The value of a key; empty where there is none.
 [[nodiscard]] inline std::string_view value_of(const Pairs& pairs, std::string_view key) noexcept {
@@ -51,11 +52,18 @@ using Pairs = std::vector<std::pair<std::string, std::string>>;
   return {};
 }
 
+// A record whose fields follow each other lists them in the order of the file, for reading and for
+// writing.
 struct Schema {
   std::uint16_t id = 0;  // from 1
   std::string name{};
   std::string encoding{};
   std::string data{};
+
+  template <typename Self, typename Visitor>
+  static void visit(Self& self, Visitor&& fields) {
+    fields(self.id, self.name, self.encoding, self.data);
+  }
 };
 
 struct Channel {
@@ -64,6 +72,11 @@ struct Channel {
   std::string topic{};
   std::string message_encoding{};
   Pairs metadata{};
+
+  template <typename Self, typename Visitor>
+  static void visit(Self& self, Visitor&& fields) {
+    fields(self.id, self.schema_id, self.topic, self.message_encoding, self.metadata);
+  }
 };
 
 // `data` is valid as long as what it was parsed from.
@@ -94,17 +107,33 @@ struct Attachment {
   std::uint64_t data_bytes = 0;
   std::string name{};
   std::string media_type{};
+
+  template <typename Self, typename Visitor>
+  static void visit(Self& self, Visitor&& fields) {
+    fields(self.offset, self.length, self.log_time_ns, self.create_time_ns, self.data_bytes,
+           self.name, self.media_type);
+  }
 };
 
 struct Metadata {
   std::string name{};
   Pairs values{};
+
+  template <typename Self, typename Visitor>
+  static void visit(Self& self, Visitor&& fields) {
+    fields(self.name, self.values);
+  }
 };
 
 struct MetadataIndex {
   std::uint64_t offset = 0;
   std::uint64_t length = 0;
   std::string name{};
+
+  template <typename Self, typename Visitor>
+  static void visit(Self& self, Visitor&& fields) {
+    fields(self.offset, self.length, self.name);
+  }
 };
 
 struct Statistics {
@@ -116,7 +145,13 @@ struct Statistics {
   std::uint32_t chunks = 0;
   std::uint64_t start_ns = 0;
   std::uint64_t end_ns = 0;
-  std::vector<std::pair<std::uint16_t, std::uint64_t>> messages_by_channel{};
+  NumbersByChannel messages_by_channel{};
+
+  template <typename Self, typename Visitor>
+  static void visit(Self& self, Visitor&& fields) {
+    fields(self.messages, self.schemas, self.channels, self.attachments, self.metadata, self.chunks,
+           self.start_ns, self.end_ns, self.messages_by_channel);
+  }
 };
 
 }  // namespace zerodrift::mcap

@@ -64,19 +64,13 @@ Reader::Step Reader::scan_record(std::uint64_t offset, std::uint64_t& next) {
       if (contents_.ending == Ending::kCut)
         tell(size, "the file ends within its summary: it was cut there; all messages are before");
       return Step::kEnd;
-    case Opcode::kChunk:
-      scan_chunk(offset, content_bytes);
-      return Step::kGoOn;
-    case Opcode::kAttachment:
-      scan_attachment(offset, content_bytes);
-      return Step::kGoOn;
+    case Opcode::kChunk: scan_chunk(offset, content_bytes); return Step::kGoOn;
+    case Opcode::kAttachment: scan_attachment(offset, content_bytes); return Step::kGoOn;
     case Opcode::kSchema:
     case Opcode::kChannel:
     case Opcode::kMessage:
-    case Opcode::kMetadata:
-      break;
-    default:
-      return Step::kGoOn;
+    case Opcode::kMetadata: break;
+    default: return Step::kGoOn;
   }
   if (content_bytes > kMostSmallRecordBytes) {
     tell(offset, "a record of " + std::to_string(content_bytes) + " bytes, expected at most " +

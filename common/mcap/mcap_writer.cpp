@@ -15,57 +15,23 @@ namespace {
 
 constexpr std::size_t kMessageHeaderBytes = 2 + 4 + 8 + 8;
 
-void append_pairs(std::string& bytes, const Pairs& pairs) {
-  std::string content;
-  for (const auto& [key, value] : pairs) {
-    append_text(content, key);
-    append_text(content, value);
-  }
-  append_text(bytes, content);
-}
-
 void append_record(std::string& bytes, Opcode opcode, std::string_view content) {
   bytes.push_back(static_cast<char>(opcode));
   append(bytes, static_cast<std::uint64_t>(content.size()));
   bytes.append(content);
 }
 
-std::string encoded(const Schema& schema) {
+template <typename... Values>
+std::string encoded_of(const Values&... values) {
   std::string bytes;
-  append(bytes, schema.id);
-  append_text(bytes, schema.name);
-  append_text(bytes, schema.encoding);
-  append_text(bytes, schema.data);
+  Appender{bytes}(values...);
   return bytes;
 }
 
-std::string encoded(const Channel& channel) {
+template <typename Of>
+std::string encoded(const Of& record) {
   std::string bytes;
-  append(bytes, channel.id);
-  append(bytes, channel.schema_id);
-  append_text(bytes, channel.topic);
-  append_text(bytes, channel.message_encoding);
-  append_pairs(bytes, channel.metadata);
-  return bytes;
-}
-
-std::string encoded(const Attachment& attachment) {
-  std::string bytes;
-  append(bytes, attachment.offset);
-  append(bytes, attachment.length);
-  append(bytes, attachment.log_time_ns);
-  append(bytes, attachment.create_time_ns);
-  append(bytes, attachment.data_bytes);
-  append_text(bytes, attachment.name);
-  append_text(bytes, attachment.media_type);
-  return bytes;
-}
-
-std::string encoded(const MetadataIndex& index) {
-  std::string bytes;
-  append(bytes, index.offset);
-  append(bytes, index.length);
-  append_text(bytes, index.name);
+  Of::visit(record, Appender{bytes});
   return bytes;
 }
 
@@ -74,10 +40,7 @@ std::string encoded(const MetadataIndex& index) {
 Writer::Writer(Sink sink, WriterOptions options)
     : sink_(std::move(sink)), options_(std::move(options)) {
   put(kMagic);
-  std::string header;
-  append_text(header, options_.profile);
-  append_text(header, options_.library);
-  put_record(Opcode::kHeader, header);
+  put_record(Opcode::kHeader, encoded_of(options_.profile, options_.library));
 }
 
 void Writer::put(std::string_view bytes) {
@@ -120,11 +83,9 @@ void Writer::write(const Message& message) {
   const bool is_first_of_chunk = chunk_.empty();
   entries_[message.channel_id - 1U].emplace_back(message.log_time_ns, chunk_.size());
   chunk_.push_back(static_cast<char>(Opcode::kMessage));
-  append(chunk_, static_cast<std::uint64_t>(kMessageHeaderBytes + message.data.size()));
-  append(chunk_, message.channel_id);
-  append(chunk_, message.sequence);
-  append(chunk_, message.log_time_ns);
-  append(chunk_, message.publish_time_ns);
+  Appender{chunk_}(static_cast<std::uint64_t>(kMessageHeaderBytes + message.data.size()),
+                   message.channel_id, message.sequence, message.log_time_ns,
+                   message.publish_time_ns);
   chunk_.append(message.data);
 
   const auto widen = [&](std::uint64_t& start, std::uint64_t& end, bool is_first) {
@@ -140,15 +101,11 @@ void Writer::write(const Message& message) {
 
 void Writer::flush() {
   if (chunk_.empty()) return;
-  const std::string_view compression = name(options_.compression);
   record_.clear();
   record_.push_back(static_cast<char>(Opcode::kChunk));
   append(record_, std::uint64_t{0});  // the length, once it is known
-  append(record_, chunk_start_ns_);
-  append(record_, chunk_end_ns_);
-  append(record_, static_cast<std::uint64_t>(chunk_.size()));
-  append(record_, crc32(chunk_));
-  append_text(record_, compression);
+  Appender{record_}(chunk_start_ns_, chunk_end_ns_, static_cast<std::uint64_t>(chunk_.size()),
+                    crc32(chunk_), name(options_.compression));
   const std::size_t size_at = record_.size();
   append(record_, std::uint64_t{0});
   const std::size_t begin = record_.size();
@@ -191,22 +148,15 @@ void Writer::append_indexes(WrittenChunk& written) {
     index.clear();
     append(index, channel);
     append(index, static_cast<std::uint32_t>(16 * entries.size()));
-    for (const auto& [time_ns, at] : entries) {
-      append(index, time_ns);
-      append(index, at);
-    }
+    for (const auto& [time_ns, at] : entries) Appender{index}(time_ns, at);
     append_record(record_, Opcode::kMessageIndex, index);
   }
   written.index_bytes = record_.size() - begin;
 }
 
 void Writer::attach(const Attachment& what, std::string_view data) {
-  std::string content;
-  append(content, what.log_time_ns);
-  append(content, what.create_time_ns);
-  append_text(content, what.name);
-  append_text(content, what.media_type);
-  append(content, static_cast<std::uint64_t>(data.size()));
+  std::string content = encoded_of(what.log_time_ns, what.create_time_ns, what.name,
+                                   what.media_type, static_cast<std::uint64_t>(data.size()));
   content.append(data);
   append(content, crc32(content));
   Attachment written = what;
@@ -218,9 +168,7 @@ void Writer::attach(const Attachment& what, std::string_view data) {
 }
 
 void Writer::add_metadata(const Metadata& metadata) {
-  std::string content;
-  append_text(content, metadata.name);
-  append_pairs(content, metadata.values);
+  const std::string content = encoded(metadata);
   metadata_.push_back({offset_, kRecordHeaderBytes + content.size(), metadata.name});
   put_record(Opcode::kMetadata, content);
 }
@@ -234,35 +182,25 @@ void Writer::put_group(Opcode opcode, const Items& items, const Encode& encode,
   offsets.push_back(static_cast<char>(Opcode::kSummaryOffset));
   append(offsets, std::uint64_t{17});
   offsets.push_back(static_cast<char>(opcode));
-  append(offsets, begin);
-  append(offsets, offset_ - begin);
+  Appender{offsets}(begin, offset_ - begin);
 }
 
-std::string Writer::encoded_statistics() const {
-  std::string bytes;
-  append(bytes, statistics_.messages);
-  append(bytes, static_cast<std::uint16_t>(schemas_.size()));
-  append(bytes, static_cast<std::uint32_t>(channels_.size()));
-  append(bytes, static_cast<std::uint32_t>(attachments_.size()));
-  append(bytes, static_cast<std::uint32_t>(metadata_.size()));
-  append(bytes, static_cast<std::uint32_t>(chunks_.size()));
-  append(bytes, statistics_.start_ns);
-  append(bytes, statistics_.end_ns);
-  std::string counts;
+Statistics Writer::complete_statistics() const {
+  Statistics all = statistics_;
+  all.schemas = static_cast<std::uint16_t>(schemas_.size());
+  all.channels = static_cast<std::uint32_t>(channels_.size());
+  all.attachments = static_cast<std::uint32_t>(attachments_.size());
+  all.metadata = static_cast<std::uint32_t>(metadata_.size());
+  all.chunks = static_cast<std::uint32_t>(chunks_.size());
   for (std::size_t i = 0; i < channels_.size(); ++i) {
-    if (messages_[i] == 0) continue;
-    append(counts, channels_[i].id);
-    append(counts, messages_[i]);
+    if (messages_[i] > 0) all.messages_by_channel.emplace_back(channels_[i].id, messages_[i]);
   }
-  append_text(bytes, counts);
-  return bytes;
+  return all;
 }
 
 void Writer::finish() {
   flush();
-  std::string data_end;
-  append(data_end, crc_);
-  put_record(Opcode::kDataEnd, data_end);
+  put_record(Opcode::kDataEnd, encoded_of(crc_));
 
   const std::uint64_t summary = offset_;
   crc_ = 0;
@@ -270,27 +208,14 @@ void Writer::finish() {
   const auto plain = [](const auto& item) { return encoded(item); };
   put_group(Opcode::kSchema, schemas_, plain, offsets);
   put_group(Opcode::kChannel, channels_, plain, offsets);
-  put_group(
-      Opcode::kStatistics, std::array{&statistics_},
-      [&](const Statistics*) { return encoded_statistics(); }, offsets);
+  put_group(Opcode::kStatistics, std::array{complete_statistics()}, plain, offsets);
   put_group(
       Opcode::kChunkIndex, chunks_,
       [](const WrittenChunk& written) {
-        std::string bytes;
-        append(bytes, written.chunk.start_ns);
-        append(bytes, written.chunk.end_ns);
-        append(bytes, written.chunk.offset);
-        append(bytes, written.chunk.length);
-        append(bytes, static_cast<std::uint32_t>(10 * written.index_offsets.size()));
-        for (const auto& [channel, offset] : written.index_offsets) {
-          append(bytes, channel);
-          append(bytes, offset);
-        }
-        append(bytes, written.index_bytes);
-        append_text(bytes, name(written.chunk.compression));
-        append(bytes, written.chunk.compressed_bytes);
-        append(bytes, written.chunk.uncompressed_bytes);
-        return bytes;
+        const Chunk& chunk = written.chunk;
+        return encoded_of(chunk.start_ns, chunk.end_ns, chunk.offset, chunk.length,
+                          written.index_offsets, written.index_bytes, name(chunk.compression),
+                          chunk.compressed_bytes, chunk.uncompressed_bytes);
       },
       offsets);
   put_group(Opcode::kAttachmentIndex, attachments_, plain, offsets);
@@ -300,9 +225,7 @@ void Writer::finish() {
 
   // The footer's CRC covers the summary up to the CRC itself.
   std::string footer(1, static_cast<char>(Opcode::kFooter));
-  append(footer, std::uint64_t{20});
-  append(footer, summary);
-  append(footer, summary_offsets);
+  Appender{footer}(std::uint64_t{20}, summary, summary_offsets);
   append(footer, crc32(footer, crc_));
   put(footer);
   put(kMagic);

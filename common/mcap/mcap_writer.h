@@ -62,7 +62,7 @@ class Writer {
   struct WrittenChunk {
     Chunk chunk{};
     std::uint64_t index_bytes = 0;
-    std::vector<std::pair<std::uint16_t, std::uint64_t>> index_offsets{};
+    NumbersByChannel index_offsets{};
   };
 
   void put(std::string_view bytes);
@@ -70,7 +70,7 @@ class Writer {
   void append_indexes(WrittenChunk& written);  // to record_
   template <typename Items, typename Encode>
   void put_group(Opcode opcode, const Items& items, const Encode& encode, std::string& offsets);
-  [[nodiscard]] std::string encoded_statistics() const;
+  [[nodiscard]] Statistics complete_statistics() const;
 
   Sink sink_;
   WriterOptions options_;

@@ -6,7 +6,10 @@
 #include <concepts>
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "common/mcap/byte_order.h"
 #include "common/mcap/format.h"
@@ -34,12 +37,34 @@ class Fields {
   }
   // A length of 32 bits, then the bytes.
   std::string_view take_text() noexcept { return take_bytes(take<std::uint32_t>()); }
-  Pairs take_pairs();
+  // Takes these, in turn.
+  template <typename... Values>
+  void operator()(Values&... values) {
+    (take_into(values), ...);
+  }
 
   [[nodiscard]] std::string_view rest() const noexcept { return rest_; }
   [[nodiscard]] bool good() const noexcept { return good_; }
 
  private:
+  template <std::unsigned_integral Integer>
+  void take_into(Integer& value) noexcept {
+    value = take<Integer>();
+  }
+  void take_into(std::string_view& text) noexcept { text = take_text(); }
+  void take_into(std::string& text) { text = take_text(); }
+  // A length of 32 bits, then pairs until there are no more bytes.
+  template <typename First, typename Second>
+  void take_into(std::vector<std::pair<First, Second>>& pairs) {
+    Fields content(take_text());
+    while (content.good() && !content.rest().empty()) {
+      std::pair<First, Second> pair;
+      content(pair.first, pair.second);
+      if (content.good()) pairs.push_back(std::move(pair));
+    }
+    good_ = good_ && content.good();
+  }
+
   std::string_view rest_;
   bool good_ = true;
 };

@@ -21,22 +21,14 @@ MeasurableRange measurable_range(Quantity quantity) {
   constexpr double kHardestMps2 = 1e3 * kStandardGravityMps2;
   switch (quantity) {
     case Quantity::kRate:
-    case Quantity::kReference:
-      return {{-kFastestRadps, kFastestRadps}, "-10000 to 10000 deg/s"};
-    case Quantity::kTemperature:
-      return {{-100.0, 200.0}, "-100 to 200 degC"};
-    case Quantity::kMagnetic:
-      return {{-kStrongestUt, kStrongestUt}, "-100 to 100 mT"};
-    case Quantity::kAcceleration:
-      return {{-kHardestMps2, kHardestMps2}, "-1000 to 1000 g"};
-    case Quantity::kVibration:
-      return {{0.0, 1e3}, "0 to 1000 g"};
-    case Quantity::kSourceCurrent:
-      return {{0.0, 1e5}, "0 to 100 A"};
-    case Quantity::kSupply:
-      return {{-1e3, 1e3}, "-1000 to 1000 V"};
-    case Quantity::kTime:
-      break;
+    case Quantity::kReference: return {{-kFastestRadps, kFastestRadps}, "-10000 to 10000 deg/s"};
+    case Quantity::kTemperature: return {{-100.0, 200.0}, "-100 to 200 degC"};
+    case Quantity::kMagnetic: return {{-kStrongestUt, kStrongestUt}, "-100 to 100 mT"};
+    case Quantity::kAcceleration: return {{-kHardestMps2, kHardestMps2}, "-1000 to 1000 g"};
+    case Quantity::kVibration: return {{0.0, 1e3}, "0 to 1000 g"};
+    case Quantity::kSourceCurrent: return {{0.0, 1e5}, "0 to 100 A"};
+    case Quantity::kSupply: return {{-1e3, 1e3}, "-1000 to 1000 V"};
+    case Quantity::kTime: break;
   }
   return {{-std::numeric_limits<double>::max(), std::numeric_limits<double>::max()}, "any"};
 }

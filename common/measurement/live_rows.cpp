@@ -14,7 +14,7 @@ constexpr std::size_t kStepsForPeriod = 100;
 // A true rate holds so long; a record's comes with every sample.
 constexpr core::SensorTime kReferenceHolds = std::chrono::seconds(1);
 
-bool tells_true_rate(core::ReferenceKind kind) {
+bool gives_true_rate(core::ReferenceKind kind) {
   return kind == core::ReferenceKind::kRateTable || kind == core::ReferenceKind::kRecord;
 }
 
@@ -55,7 +55,7 @@ void LiveRows::push(const core::AngularRateSample& sample) {
 }
 
 void LiveRows::push(const core::RateReferenceSample& reference) {
-  if (!tells_true_rate(reference.kind)) return;
+  if (!gives_true_rate(reference.kind)) return;
   if (started_ && !has_reference_) {
     ++counts_.late_references;
     return;

@@ -165,9 +165,9 @@ class MeasuredRecordBuilder::Implementation {
     measured.series = finished_series();
     measured.doubts = watch_.doubts();
     measured.sample_noise_radps = kNoAxis;
-    tell_of_columns(measured);
-    tell_of_rest(measured);
-    tell_of_time(measured);
+    report_columns(measured);
+    report_rest(measured);
+    report_time(measured);
     std::sort(measured.series.probes.begin(), measured.series.probes.end(),
               [](const auto& a, const auto& b) { return is_probe_before(a.name, b.name); });
     return measured;
@@ -190,12 +190,12 @@ class MeasuredRecordBuilder::Implementation {
     measured.warnings.push_back(columns_.file + ": " + text);
   }
 
-  void tell_of_columns(MeasuredRecord& measured) const {
+  void report_columns(MeasuredRecord& measured) const {
     std::uint64_t impossible = 0;
     for (const ColumnWatch& watch : watch_.columns()) {
       impossible += watch.impossible_readings();
-      if (watch.quantity() == Quantity::kRate) tell_of_rate(measured, watch);
-      if (watch.quantity() == Quantity::kTemperature) tell_of_probe(measured, watch);
+      if (watch.quantity() == Quantity::kRate) report_rate(measured, watch);
+      if (watch.quantity() == Quantity::kTemperature) report_probe(measured, watch);
     }
     if (impossible > 0) {
       warn(measured,
@@ -203,7 +203,7 @@ class MeasuredRecordBuilder::Implementation {
                (impossible == 1 ? " reading that can't be is" : " readings that can't be are") +
                " taken as not measured");
     }
-    tell_of_acceleration(measured);
+    report_acceleration(measured);
     const core::PerAxis<std::vector<double>> none{};
     if (measured.series.rate_radps != none) return;
     throw std::invalid_argument(columns_.file +
@@ -211,7 +211,7 @@ class MeasuredRecordBuilder::Implementation {
                                 "expected an axis that moves");
   }
 
-  void tell_of_rate(MeasuredRecord& measured, const ColumnWatch& watch) const {
+  void report_rate(MeasuredRecord& measured, const ColumnWatch& watch) const {
     const std::size_t axis = core::index(watch.column().channel.axis);
     measured.rate_column[axis] = watch.column().header;
     if (watch.never_moves()) {
@@ -226,7 +226,7 @@ class MeasuredRecordBuilder::Implementation {
   }
 
   // A stuck probe beside moving ones would pass for the other end of a gradient.
-  void tell_of_probe(MeasuredRecord& measured, const ColumnWatch& watch) const {
+  void report_probe(MeasuredRecord& measured, const ColumnWatch& watch) const {
     if (!watch_.is_stuck_beside_others(watch)) return;
     const std::string& name = watch.column().channel.probe;
     std::erase_if(measured.series.probes, [&](const auto& probe) { return probe.name == name; });
@@ -234,7 +234,7 @@ class MeasuredRecordBuilder::Implementation {
   }
 
   // Gravity tells the unit of an accelerometer.
-  void tell_of_acceleration(MeasuredRecord& measured) const {
+  void report_acceleration(MeasuredRecord& measured) const {
     double square = 0.0;
     for (const auto& axis : measured.series.acceleration_mps2) {
       if (axis.empty()) return;
@@ -250,13 +250,13 @@ class MeasuredRecordBuilder::Implementation {
                        record::accepted_units(Quantity::kAcceleration));
   }
 
-  void tell_of_rest(MeasuredRecord& measured) const {
+  void report_rest(MeasuredRecord& measured) const {
     if (columns_.has_reference) return;
     warn(measured,
          "no true rate (reference_x_deg_h, ...): taken as 0, so the gyro must have been at rest");
   }
 
-  void tell_of_time(MeasuredRecord& measured) const {
+  void report_time(MeasuredRecord& measured) const {
     if (measured.series.probes.empty())
       warn(measured, "no temperature (temperature_coil_degC, ...): its effects can't be tested");
     if (gaps_.count > 0) {

@@ -252,7 +252,7 @@ void AttitudeFilter::shift_drift(const Vector3& change_radps) noexcept {
   drift_ -= change_radps;
 }
 
-void AttitudeFilter::hear_claim(std::size_t axis, double variance) noexcept {
+void AttitudeFilter::take_claim(std::size_t axis, double variance) noexcept {
   if (!(variance >= 0.0)) return;
   variance *= options_.claim_factor * options_.claim_factor;
   claimed_[at(axis)] = variance;

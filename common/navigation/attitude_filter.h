@@ -124,7 +124,7 @@ class AttitudeFilter {
   // The compensation states a new estimate, d = 0 with this variance. It may rest on the same
   // samples as ours: of two estimates that may be correlated the better one is taken, axis by axis
   // (covariance intersection with weight 0 or 1), never both.
-  void hear_claim(std::size_t axis, double variance) noexcept;
+  void take_claim(std::size_t axis, double variance) noexcept;
 
   // At rest, roll and pitch as they are known from elsewhere (a level floor), where they are less
   // certain by now than `sigma_rad`. Once a stop.

@@ -43,9 +43,10 @@ GyroNavigation::GyroNavigation(const GyroNavigationOptions& options)
     : options_(options),
       copies_{Copy{AttitudeFilter(options.filter)}, Copy{AttitudeFilter(options.filter)}},
       detector_(options.rest),
-      truth_(options.filter.latitude_rad ? earth_rate_radps_n(*options.filter.latitude_rad)
-                                         : Vector3::Zero()),
-      truths_(kTruths),
+      truth_{.attitude = Strapdown(options.filter.latitude_rad
+                                       ? earth_rate_radps_n(*options.filter.latitude_rad)
+                                       : Vector3::Zero()),
+             .waiting = core::RingBuffer<Truth>(kTruths)},
       waiting_(kWaiting),
       references_(kReferences),
       heading_known_(options.heading_known),
@@ -53,7 +54,7 @@ GyroNavigation::GyroNavigation(const GyroNavigationOptions& options)
   if (const auto problem = options.validate()) throw std::invalid_argument(*problem);
   measured_at_.fill(core::kNever);
   const Quaternion start = navigation::n_from_b(options.attitude);
-  truth_.set(navigation::n_from_b(options.true_attitude.value_or(options.attitude)));
+  truth_.attitude.set(navigation::n_from_b(options.true_attitude.value_or(options.attitude)));
   for (Copy& copy : copies_) {
     copy.filter.start(start, options.filter.tilt_sigma_rad, start_heading_sigma_rad_,
                       AttitudeFilter::Drift::kForget);
@@ -61,7 +62,7 @@ GyroNavigation::GyroNavigation(const GyroNavigationOptions& options)
 }
 
 const Quaternion& GyroNavigation::n_from_b(Stream stream) const noexcept {
-  return stream == Stream::kTruth ? truth_.n_from_b() : filter(stream).n_from_b();
+  return stream == Stream::kTruth ? truth_.attitude.n_from_b() : filter(stream).n_from_b();
 }
 
 // -------------------------------------------------------------------------------------- taking in
@@ -70,9 +71,10 @@ void GyroNavigation::push_truth(core::SensorTime time,
                                 const core::PerAxis<double>& rate_radps) noexcept {
   const Vector3 rate = to_forward_right_down(rate_radps, options_.frame);
   if (!rate.allFinite() || rate.norm() > core::kLargestRateRadps) return;
-  if (!truths_.empty() && time <= truths_.back().time) truths_.clear();  // it began anew
-  truths_.push_overwriting({time, rate});
-  truth_spoken_to_ = time;
+  if (!truth_.waiting.empty() && time <= truth_.waiting.back().time)
+    truth_.waiting.clear();  // it began anew
+  truth_.waiting.push_overwriting({time, rate});
+  truth_.spoken_to = time;
   process_ready(true);
 }
 
@@ -83,7 +85,7 @@ void GyroNavigation::push(const NavigationSample& sample) noexcept {
 }
 
 void GyroNavigation::give_up_waiting() noexcept {
-  if (!waiting_.empty()) truth_spoken_to_ = core::kNever;  // until it speaks again
+  if (!waiting_.empty()) truth_.spoken_to = core::kNever;  // until it speaks again
   process_ready(false);
 }
 
@@ -91,11 +93,12 @@ void GyroNavigation::give_up_waiting() noexcept {
 void GyroNavigation::process_ready(bool waits) noexcept {
   while (!waiting_.empty()) {
     const NavigationSample& sample = waiting_.front();
-    const bool awaits = waits && truth_spoken_to_ != core::kNever && truth_spoken_to_ < sample.time;
+    const bool awaits = waits && truth_.spoken_to != core::kNever && truth_.spoken_to < sample.time;
     if (awaits) return;
-    while (!truths_.empty() && truths_.front().time < sample.time) truths_.pop();
-    const bool is_there = !truths_.empty() && truths_.front().time == sample.time;
-    const std::optional<Truth> truth = is_there ? std::optional(truths_.front()) : std::nullopt;
+    auto& truths = truth_.waiting;
+    while (!truths.empty() && truths.front().time < sample.time) truths.pop();
+    std::optional<Truth> truth;
+    if (!truths.empty() && truths.front().time == sample.time) truth = truths.front();
     const NavigationSample now = sample;
     waiting_.pop();
     process(now, truth ? &*truth : nullptr);
@@ -114,7 +117,7 @@ bool GyroNavigation::is_usable(const NavigationSample& sample) noexcept {
       ++counts_.time_restarts;
       detector_.restart();
       for (Copy& copy : copies_) copy.filter.interrupt();
-      truth_.interrupt();
+      truth_.attitude.interrupt();
       if (phase_ == Phase::kNavigating) lose_heading(core::seconds(kSetForward));
       newest_ = core::kNever;
       reference_due_ = core::kNever;
@@ -169,7 +172,7 @@ void GyroNavigation::process(const NavigationSample& heard, const Truth* truth) 
   const Rates rates = rates_of(sample);
   if (phase_ == Phase::kWaiting) phase_ = Phase::kAligning;
   pass_gap(sample, rates);
-  hear_model(sample);
+  take_model(sample);
   detect(sample, rates);
   move(sample, rates);
   move_truth(truth, sample.interval_s);
@@ -190,7 +193,7 @@ void GyroNavigation::pass_gap(const NavigationSample& sample, const Rates& rates
   const double missing_s = core::seconds(sample.time - newest_) - sample.interval_s;
   if (!(missing_s > kSameInterval * sample.interval_s)) return;
   for (Copy& copy : copies_) copy.filter.interrupt();
-  truth_.interrupt();
+  truth_.attitude.interrupt();
   if (phase_ != Phase::kNavigating) return;
   if (missing_s > options_.longest_bridged_s) {
     ++counts_.losses;
@@ -218,28 +221,28 @@ void GyroNavigation::lose_heading(double gap_s) noexcept {
 
 // With another model the applied drift jumps, which the drift itself doesn't: what is left jumps
 // the other way. Within a model the applied drift moves because the drift does.
-void GyroNavigation::hear_model(const NavigationSample& sample) noexcept {
+void GyroNavigation::take_model(const NavigationSample& sample) noexcept {
   AttitudeFilter& filter = copies_[kCompensatedCopy].filter;
   const double sign = options_.frame == BodyFrame::kForwardLeftUp ? -1.0 : 1.0;
   const bool tracks = options_.updates == Updates::kAtRest;
   Vector3 change = Vector3::Zero();
   for (std::size_t i = 0; i < 3; ++i) {
     const auto axis = static_cast<Eigen::Index>(i);
-    const bool is_new = sample.model_epoch != epoch_ || sample.rung[i] != rung_[i];
+    const bool is_new = sample.model_epoch != model_.epoch || sample.rung[i] != model_.rung[i];
     const bool first = newest_ == core::kNever;
-    const double step = sample.applied_drift_radps[i] - applied_[i];
+    const double step = sample.applied_drift_radps[i] - model_.applied_drift_radps[i];
     if (!first && is_new) change[axis] = (i == 0 ? 1.0 : sign) * step;
   }
   if (tracks) filter.shift_drift(change);
   for (std::size_t i = 0; i < 3; ++i) {
     const bool known = sample.drift_variance[i] >= 0.0;
-    const bool is_new = sample.model_epoch != epoch_ || sample.rung[i] != rung_[i];
-    if (known && (is_new || !claim_known_[i])) filter.hear_claim(i, sample.drift_variance[i]);
-    claim_known_[i] = known;
+    const bool is_new = sample.model_epoch != model_.epoch || sample.rung[i] != model_.rung[i];
+    if (known && (is_new || !model_.claim_known[i])) filter.take_claim(i, sample.drift_variance[i]);
+    model_.claim_known[i] = known;
   }
-  applied_ = sample.applied_drift_radps;
-  epoch_ = sample.model_epoch;
-  rung_ = sample.rung;
+  model_.applied_drift_radps = sample.applied_drift_radps;
+  model_.epoch = sample.model_epoch;
+  model_.rung = sample.rung;
 }
 
 void GyroNavigation::detect(const NavigationSample& sample, const Rates& rates) noexcept {
@@ -260,9 +263,7 @@ void GyroNavigation::detect(const NavigationSample& sample, const Rates& rates) 
     return;
   }
   if (!was_at_rest) return;
-  block_ = {};
-  confirmed_next_.reset();
-  levelled_ = stands_ = residual_due_ = false;
+  stop_ = {};
 }
 
 void GyroNavigation::move(const NavigationSample& sample, const Rates& rates) noexcept {
@@ -292,43 +293,43 @@ void GyroNavigation::move(const NavigationSample& sample, const Rates& rates) no
 
 void GyroNavigation::move_truth(const Truth* truth, double interval_s) noexcept {
   if (truth == nullptr) {
-    if (truth_started_) ++counts_.truth_missing;
+    if (truth_.started) ++counts_.truth_missing;
     return;
   }
-  if (last_truth_ && truth->time > last_truth_->time) {
-    const double missing_s = core::seconds(truth->time - last_truth_->time) - interval_s;
+  if (truth_.last && truth->time > truth_.last->time) {
+    const double missing_s = core::seconds(truth->time - truth_.last->time) - interval_s;
     if (missing_s > kSameInterval * interval_s) {
-      truth_.interrupt();
-      truth_.advance(0.5 * (truth->rate + last_truth_->rate) * missing_s, missing_s);
-      truth_.interrupt();
+      truth_.attitude.interrupt();
+      truth_.attitude.advance(0.5 * (truth->rate + truth_.last->rate) * missing_s, missing_s);
+      truth_.attitude.interrupt();
     }
-    truth_.advance(truth->rate * interval_s, interval_s);
+    truth_.attitude.advance(truth->rate * interval_s, interval_s);
   }
-  truth_started_ = true;
-  last_truth_ = *truth;
+  truth_.started = true;
+  truth_.last = *truth;
 }
 
 // ---------------------------------------------------------------------------------------- at rest
 
 void GyroNavigation::gather(const NavigationSample& sample, const Rates& rates) noexcept {
   if (!at_rest()) return;
-  if (block_.begin == core::kNever) {
-    block_ = {};
-    block_.begin = sample.time;
-    block_.measured = {true, true, true};
+  if (stop_.block.begin == core::kNever) {
+    stop_.block = {};
+    stop_.block.begin = sample.time;
+    stop_.block.measured = {true, true, true};
   }
-  block_.sum += rates.raw;
-  block_.measured = both(block_.measured, rates.measured);
-  block_.noise += unsigned_vector(sample.noise_variance).cwiseMax(0.0);
-  ++block_.count;
+  stop_.block.sum += rates.raw;
+  stop_.block.measured = both(stop_.block.measured, rates.measured);
+  stop_.block.noise += unsigned_vector(sample.noise_variance).cwiseMax(0.0);
+  ++stop_.block.count;
   if (sample.specific_force_mps2) {
-    block_.force += to_forward_right_down(*sample.specific_force_mps2, options_.frame);
-    ++block_.with_force;
+    stop_.block.force += to_forward_right_down(*sample.specific_force_mps2, options_.frame);
+    ++stop_.block.with_force;
   }
-  if (sample.time - block_.begin < kBlock) return;
-  if (confirmed_next_) update(*confirmed_next_);
-  confirmed_next_ = block_;
-  block_ = {};
+  if (sample.time - stop_.block.begin < kBlock) return;
+  if (stop_.confirmed_next) update(*stop_.confirmed_next);
+  stop_.confirmed_next = stop_.block;
+  stop_.block = {};
 }
 
 // The compensated mean is that of the raw rates less what is applied now: the model may have
@@ -336,7 +337,8 @@ void GyroNavigation::gather(const NavigationSample& sample, const Rates& rates) 
 void GyroNavigation::update(const Block& block) noexcept {
   const auto n = static_cast<double>(block.count);
   const Vector3 raw = block.sum / n;
-  const Vector3 compensated = raw - to_forward_right_down(applied_, options_.frame);
+  const Vector3 compensated =
+      raw - to_forward_right_down(model_.applied_drift_radps, options_.frame);
   for (std::size_t i = 0; i < copies_.size(); ++i) {
     Copy& copy = copies_[i];
     RestMean mean{.rate_radps = i == kRawCopy ? raw : compensated,
@@ -355,22 +357,22 @@ void GyroNavigation::update(const Block& block) noexcept {
     };
     note();
     if (i == kCompensatedCopy) {
-      stands_ = report.innovation != Innovation::kTurning;
-      residual_due_ = report.innovation == Innovation::kAccepted;
+      stop_.stands = report.innovation != Innovation::kTurning;
+      stop_.residual_due = report.innovation == Innovation::kAccepted;
     }
-    if (levelled_) continue;
+    if (stop_.levelled) continue;
     report = block.with_force == block.count
                  ? copy.filter.level(block.force / n)
                  : copy.filter.level_to(options_.attitude.roll_rad, options_.attitude.pitch_rad,
                                         options_.filter.tilt_sigma_rad);
     note();
   }
-  levelled_ = true;
+  stop_.levelled = true;
   if (phase_ == Phase::kAligning && !heading_known_) {
-    compass_sum_ += compensated;
-    ++compass_count_;
+    compass_.sum += compensated;
+    ++compass_.count;
   }
-  if (options_.updates == Updates::kNone) stands_ = heading_known_;
+  if (options_.updates == Updates::kNone) stop_.stands = heading_known_;
 }
 
 void GyroNavigation::align(const NavigationSample& sample) noexcept {
@@ -385,10 +387,10 @@ void GyroNavigation::align(const NavigationSample& sample) noexcept {
 }
 
 void GyroNavigation::find_heading() noexcept {
-  if (compass_count_ == 0) return;
+  if (compass_.count == 0) return;
   const AttitudeFilter& filter = copies_[kCompensatedCopy].filter;
   CompassInput input;
-  input.rate_radps = compass_sum_ / static_cast<double>(compass_count_) - filter.drift_radps();
+  input.rate_radps = compass_.sum / static_cast<double>(compass_.count) - filter.drift_radps();
   input.drift_sigma_radps = filter.covariance().diagonal().tail<3>().cwiseSqrt();
   for (std::size_t i = 0; i < 3; ++i) input.measured[i] = measured_at_[i] == newest_;
   input.latitude_rad = options_.filter.latitude_rad.value_or(0.0);
@@ -396,7 +398,7 @@ void GyroNavigation::find_heading() noexcept {
   input.pitch_rad = options_.attitude.pitch_rad;
   input.tilt_sigma_rad = options_.filter.tilt_sigma_rad;
   const CompassResult found = gyrocompass(input);
-  compass_ = found.verdict;
+  compass_.verdict = found.verdict;
   if (found.verdict != CompassVerdict::kFound) return;
   heading_known_ = true;
   start_heading_sigma_rad_ = found.sigma_rad;
@@ -416,12 +418,12 @@ void GyroNavigation::begin_navigating() noexcept {
 }
 
 void GyroNavigation::judge() noexcept {
-  if (!truth_started_ || !last_truth_ || last_truth_->time != newest_) return;
+  if (!truth_.started || !truth_.last || truth_.last->time != newest_) return;
   const double heading = attitude(Stream::kTruth).heading_rad;
   for (std::size_t i = 0; i < copies_.size(); ++i) {
     Copy& copy = copies_[i];
     const Quaternion& estimate = copy.filter.n_from_b();
-    const Vector3 phi = rotation_vector(truth_.n_from_b() * estimate.conjugate());
+    const Vector3 phi = rotation_vector(truth_.attitude.n_from_b() * estimate.conjugate());
     StreamErrors& errors = copy.errors;
     errors.heading_now = wrapped(attitude_of(estimate).heading_rad - heading);
     errors.heading_square_sum += errors.heading_now * errors.heading_now;
@@ -443,8 +445,8 @@ std::optional<core::RateReferenceSample> GyroNavigation::take_reference() noexce
 }
 
 void GyroNavigation::prepare_references(const NavigationSample& sample) noexcept {
-  if (residual_due_ && options_.residual_feedback) prepare_residual(sample);
-  residual_due_ = false;
+  if (stop_.residual_due && options_.residual_feedback) prepare_residual(sample);
+  stop_.residual_due = false;
   if (reference_due_ != core::kNever && sample.time < reference_due_) return;
   const core::SensorTime period = core::from_seconds(options_.reference_period_s);
   reference_due_ = (sample.time / period + 1) * period;
@@ -455,7 +457,7 @@ core::RateReferenceSample GyroNavigation::rest_reference(const NavigationSample&
   core::RateReferenceSample reference;
   reference.time = sample.time;
   reference.kind = core::ReferenceKind::kRest;
-  if (!at_rest() || !stands_ || !options_.filter.latitude_rad) return reference;
+  if (!at_rest() || !stop_.stands || !options_.filter.latitude_rad) return reference;
   const AttitudeFilter& filter = copies_[kCompensatedCopy].filter;
   // What was learned of north through rates that were compensated with references from here is not
   // given back as knowledge.

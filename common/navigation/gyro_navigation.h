@@ -129,8 +129,8 @@ class GyroNavigation {
   [[nodiscard]] double rest_s() const noexcept { return rest_s_; }
   [[nodiscard]] core::SensorTime time() const noexcept { return newest_; }
   [[nodiscard]] std::uint64_t sequence() const noexcept { return sequence_; }
-  [[nodiscard]] bool truth_heard() const noexcept { return truth_started_; }
-  // True attitude only where truth_heard().
+  [[nodiscard]] bool truth_received() const noexcept { return truth_.started; }
+  // True attitude only where truth_received().
   [[nodiscard]] const Quaternion& n_from_b(Stream stream) const noexcept;
   [[nodiscard]] Attitude attitude(Stream stream) const noexcept {
     return attitude_of(n_from_b(stream));
@@ -147,13 +147,21 @@ class GyroNavigation {
   }
   [[nodiscard]] const NavigationCounts& counts() const noexcept { return counts_; }
   // Why there is no heading, once alignment without one is over.
-  [[nodiscard]] std::optional<CompassVerdict> compass() const noexcept { return compass_; }
+  [[nodiscard]] std::optional<CompassVerdict> compass() const noexcept { return compass_.verdict; }
 
  private:
   static constexpr std::size_t kWaiting = 64;
   struct Truth {
     core::SensorTime time{0};
     Vector3 rate = Vector3::Zero();
+  };
+  // What the true rates make of the attitude that is given at the start.
+  struct TrueAttitude {
+    Strapdown attitude;
+    core::RingBuffer<Truth> waiting;
+    core::SensorTime spoken_to{core::kNever};
+    bool started = false;
+    std::optional<Truth> last{};
   };
   struct Rates {
     Vector3 raw = Vector3::Zero();
@@ -170,6 +178,27 @@ class GyroNavigation {
     std::uint64_t with_force = 0;
     std::array<bool, 3> measured{};
   };
+  // What is known of this stop; another begins with nothing.
+  struct Stop {
+    Block block{};
+    std::optional<Block> confirmed_next{};
+    bool levelled = false;
+    bool stands = false;  // the newest update found nothing that drift can't be
+    bool residual_due = false;
+  };
+  // What compensated the newest sample.
+  struct Model {
+    core::PerAxis<double> applied_drift_radps{};
+    std::uint64_t epoch = 0;
+    core::PerAxis<std::uint8_t> rung{};
+    core::PerAxis<bool> claim_known{};
+  };
+  // The search for north while the attitude is held.
+  struct Compass {
+    std::optional<CompassVerdict> verdict{};
+    Vector3 sum = Vector3::Zero();
+    std::uint64_t count = 0;
+  };
   struct Copy {
     AttitudeFilter filter;
     StreamErrors errors{};
@@ -183,7 +212,7 @@ class GyroNavigation {
   [[nodiscard]] Rates rates_of(const NavigationSample& sample) const noexcept;
   void pass_gap(const NavigationSample& sample, const Rates& rates) noexcept;
   void lose_heading(double gap_s) noexcept;
-  void hear_model(const NavigationSample& sample) noexcept;
+  void take_model(const NavigationSample& sample) noexcept;
   void detect(const NavigationSample& sample, const Rates& rates) noexcept;
   void move(const NavigationSample& sample, const Rates& rates) noexcept;
   void move_truth(const Truth* truth, double interval_s) noexcept;
@@ -200,11 +229,7 @@ class GyroNavigation {
   GyroNavigationOptions options_;
   std::array<Copy, 2> copies_;
   RestDetector detector_;
-  Strapdown truth_;
-  bool truth_started_ = false;
-  std::optional<Truth> last_truth_;
-  core::RingBuffer<Truth> truths_;
-  core::SensorTime truth_spoken_to_{core::kNever};
+  TrueAttitude truth_;
   core::RingBuffer<NavigationSample> waiting_;
   core::RingBuffer<core::RateReferenceSample> references_;
 
@@ -215,19 +240,10 @@ class GyroNavigation {
   double aligned_s_ = 0.0;
   bool heading_known_;
   double start_heading_sigma_rad_;  // what is given back claims no better knowledge of north
-  std::optional<CompassVerdict> compass_;
-  Vector3 compass_sum_ = Vector3::Zero();
-  std::uint64_t compass_count_ = 0;
+  Compass compass_;
   std::array<core::SensorTime, 3> measured_at_;
-  core::PerAxis<double> applied_{};
-  std::uint64_t epoch_ = 0;
-  core::PerAxis<std::uint8_t> rung_{};
-  core::PerAxis<bool> claim_known_{};
-  Block block_;
-  std::optional<Block> confirmed_next_;
-  bool levelled_ = false;  // at this stop
-  bool stands_ = false;    // the newest update at this stop found nothing that drift can't be
-  bool residual_due_ = false;
+  Model model_;
+  Stop stop_;
   core::SensorTime reference_due_{core::kNever};
   NavigationCounts counts_;
 };

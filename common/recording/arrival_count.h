@@ -62,10 +62,10 @@ class ArrivalCount {
   // Nothing of a sensor's own gaps: those no writer numbered.
   [[nodiscard]] std::uint64_t missing() const {
     const std::lock_guard lock(mutex_);
-    if (runs_.entries().empty()) return unheard_;  // no topic of answers
+    if (runs_.entries().empty()) return unreceived_;  // no topic of answers
     std::uint64_t holes = holes_before_;
     for (const auto& [gyro_id, run] : runs_.entries()) holes += run.holes();
-    return std::min(unheard_, holes);
+    return std::min(unreceived_, holes);
   }
 
  private:
@@ -88,13 +88,13 @@ class ArrivalCount {
     const bool skips = *newest != kBefore && number > *newest;
     const std::uint64_t skipped = skips ? number - *newest - 1 : 0;
     *newest = number;
-    unheard_ += skipped;
+    unreceived_ += skipped;
     return skipped;
   }
 
   mutable std::mutex mutex_;
   bool has_begun_ = false;
-  std::uint64_t unheard_ = 0;                                 // by the writers' numbers
+  std::uint64_t unreceived_ = 0;                              // by the writers' numbers
   core::BoundedTable<Writer, std::uint64_t> newest_{65'536};  // 5 MB; of more nothing is missed
   core::BoundedTable<std::uint32_t, Run> runs_{4096};
   std::uint64_t holes_before_ = 0;  // of runs that are over

@@ -18,10 +18,10 @@ constexpr std::int64_t kRetryEveryNs = kSecondNs;     // a disk that refused
 }  // namespace
 
 DiskWriter::DiskWriter(const DiskWriterOptions& options,
-                       std::function<void(const std::string&)> tell_refusal,
+                       std::function<void(const std::string&)> report_refusal,
                        std::function<mcap::Pairs()> describe)
     : options_(options),
-      tell_refusal_(std::move(tell_refusal)),
+      report_refusal_(std::move(report_refusal)),
       describe_(std::move(describe)),
       file_(options.file),
       pre_trigger_(options.pre_trigger_s, options.pre_trigger_bytes) {}
@@ -110,7 +110,7 @@ void DiskWriter::guarded(const std::function<void()>& action) {
     failed_ = true;
     is_refused_ = true;
     retry_ns_ = service::monotonic_ns() + kRetryEveryNs;
-    tell_refusal_(error.what());
+    report_refusal_(error.what());
   }
 }
 

@@ -28,10 +28,11 @@ struct DiskWriterOptions {
 // One thread, but for what is said to be any thread's.
 class DiskWriter {
  public:
-  // `tell_refusal` is given a line where the disk refuses; `describe` says what belongs to a file's
-  // metadata beside the disk's own figures when it ends. Both are called by the writer's thread.
-  // Throws as RecordFile.
-  DiskWriter(const DiskWriterOptions& options, std::function<void(const std::string&)> tell_refusal,
+  // `report_refusal` is given a line where the disk refuses; `describe` says what belongs to a
+  // file's metadata beside the disk's own figures when it ends. Both are called by the writer's
+  // thread. Throws as RecordFile.
+  DiskWriter(const DiskWriterOptions& options,
+             std::function<void(const std::string&)> report_refusal,
              std::function<mcap::Pairs()> describe);
 
   // `now_ns` is of the monotonic clock. The batch may be emptied.
@@ -65,7 +66,7 @@ class DiskWriter {
   void finish_file();
 
   DiskWriterOptions options_;
-  std::function<void(const std::string&)> tell_refusal_;
+  std::function<void(const std::string&)> report_refusal_;
   std::function<mcap::Pairs()> describe_;
   RecordFile file_;
   PreTrigger pre_trigger_;

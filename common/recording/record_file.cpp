@@ -92,7 +92,7 @@ void RecordFile::open(std::int64_t now_ns) {
   for (const auto& idl : dds::idl_texts())
     attach({"idl/" + std::string(idl.file), std::string(idl.text), 0}, "text/plain", now_ns);
   for (const auto& attached : attachments_) attach(attached, "application/octet-stream", now_ns);
-  checkpoints_told_.clear();
+  checkpoints_reported_.clear();
   attach_checkpoints("checkpoint/begin/", now_ns);
 }
 
@@ -110,7 +110,7 @@ void RecordFile::attach_checkpoints(const char* when, std::int64_t now_ns) {
   for (const auto& file : newest_checkpoints(options_.checkpoint_dir)) {
     std::error_code error;
     const auto time = fs::last_write_time(file, error);
-    auto& told = checkpoints_told_[file];
+    auto& told = checkpoints_reported_[file];
     if (error || told == time) continue;
     told = time;
     attach(read(file, when + file.filename().string()), "application/octet-stream", now_ns);

@@ -86,7 +86,7 @@ class RecordFile {
   std::unique_ptr<mcap::Writer> writer_;
   std::map<Key, std::uint16_t> channels_;
   std::map<std::uint32_t, std::uint16_t> schemas_;  // by topic
-  std::map<std::filesystem::path, std::filesystem::file_time_type> checkpoints_told_;
+  std::map<std::filesystem::path, std::filesystem::file_time_type> checkpoints_reported_;
   std::optional<std::int64_t> first_arrival_ns_;  // in the open file
   std::int64_t newest_ns_ = 0;                    // Unix time
   std::uint64_t messages_ = 0;

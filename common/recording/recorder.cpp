@@ -48,7 +48,7 @@ class McapRecorder {
   explicit McapRecorder(const McapRecordOptions& options)
       : options_(options),
         disk_(
-            options.disk, [this](const std::string& why) { tell_refusal(why); },
+            options.disk, [this](const std::string& why) { report_refusal(why); },
             [this] { return description(); }),
         queue_(options.queue_bytes),
         host_("recorder", options.network),
@@ -177,7 +177,7 @@ class McapRecorder {
     disk_.finish();
   }
 
-  void tell_refusal(const std::string& why) {
+  void report_refusal(const std::string& why) {
     host_.raise({.code = "recording_failed",
                  .severity = service::Severity::kError,
                  .text = why,
@@ -241,18 +241,18 @@ class McapRecorder {
                          .text = "the disk is slower than what comes; messages are not recorded",
                          .gyro_id = 0,
                          .sensor_time_ns = 0},
-                        dropped - told_dropped_);
-    told_dropped_ = dropped;
+                        dropped - reported_dropped_);
+    reported_dropped_ = dropped;
     // A hole may be filled by another instance's answers, so the sum may shrink.
-    const std::uint64_t missed = std::max(not_arrived(), told_missed_);
+    const std::uint64_t missed = std::max(not_arrived(), reported_missed_);
     host_.raise_counted(
         {.code = "recording_incomplete",
          .severity = service::Severity::kWarning,
          .text = "messages did not arrive; a replay keeps pace with `--wait-for recorder`",
          .gyro_id = 0,
          .sensor_time_ns = 0},
-        missed - told_missed_);
-    told_missed_ = missed;
+        missed - reported_missed_);
+    reported_missed_ = missed;
   }
 
   // Says that it records once it is matched with whoever is there; announces itself to replays once
@@ -344,8 +344,8 @@ class McapRecorder {
   bool has_begun_ = false;
   std::int64_t began_ns_ = 0;
   DiscoverySettled discovery_;
-  std::uint64_t told_dropped_ = 0;
-  std::uint64_t told_missed_ = 0;
+  std::uint64_t reported_dropped_ = 0;
+  std::uint64_t reported_missed_ = 0;
   std::thread writer_;
   // Last, so that nothing is heard any more when the rest goes. They own the readers.
   std::optional<dds::RawReader<msg::Event>> triggers_of_;

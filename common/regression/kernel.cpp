@@ -118,9 +118,7 @@ ZERODRIFT_IN_CLONE void write_row(const Kernel& kernel, const SampleColumns& sam
         out[i] = power;
       }
       return;
-    case KernelKind::kLinear:
-      write_scalar_products(samples, x, out);
-      return;
+    case KernelKind::kLinear: write_scalar_products(samples, x, out); return;
   }
 }
 

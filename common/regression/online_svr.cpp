@@ -330,15 +330,9 @@ void OnlineSvr::handle(const Event& event, std::size_t driver, const Drive& driv
       }
       was_driven_[driver] = 1;
       return;  // with theta = 0 it now fits, which the next try_to_settle() sees
-    case Event::Kind::kDriverAtLimit:
-      theta_[driver] = drive.theta_limit;
-      return;
-    case Event::Kind::kMarginLeaves:
-      leave_margin(event.position);
-      return;
-    case Event::Kind::kSampleMeets:
-      meet_border(event.position);
-      return;
+    case Event::Kind::kDriverAtLimit: theta_[driver] = drive.theta_limit; return;
+    case Event::Kind::kMarginLeaves: leave_margin(event.position); return;
+    case Event::Kind::kSampleMeets: meet_border(event.position); return;
   }
 }
 

@@ -93,7 +93,7 @@ struct SetCounts {
   std::size_t remaining = 0, margin = 0, error = 0, unsettled = 0;
 };
 
-class OnlineSvr {
+class OnlineSvr {  // More members than other classes: its columns by slot are one state.
  public:
   // Throws std::invalid_argument with options.validate()'s sentence.
   explicit OnlineSvr(const OnlineSvrOptions& options);

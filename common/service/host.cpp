@@ -67,35 +67,23 @@ double seconds(std::int64_t ns) {
 
 Severity severity_of(dds::EndpointEvent::Kind kind) {
   switch (kind) {
-    case dds::EndpointEvent::Kind::kLivelinessRegained:
-      return Severity::kInformation;
-    case dds::EndpointEvent::Kind::kSharedMemoryNotShared:
-      return Severity::kError;
-    default:
-      return Severity::kWarning;
+    case dds::EndpointEvent::Kind::kLivelinessRegained: return Severity::kInformation;
+    case dds::EndpointEvent::Kind::kSharedMemoryNotShared: return Severity::kError;
+    default: return Severity::kWarning;
   }
 }
 
 std::string endpoint_code(dds::EndpointEvent::Kind kind) {
   switch (kind) {
-    case dds::EndpointEvent::Kind::kIncompatibleQos:
-      return "incompatible_qos";
-    case dds::EndpointEvent::Kind::kSampleLost:
-      return "sample_lost";
-    case dds::EndpointEvent::Kind::kSampleRejected:
-      return "sample_rejected";
-    case dds::EndpointEvent::Kind::kDeadlineMissed:
-      return "deadline_missed";
-    case dds::EndpointEvent::Kind::kLivelinessLost:
-      return "liveliness_lost";
-    case dds::EndpointEvent::Kind::kLivelinessRegained:
-      return "liveliness_regained";
-    case dds::EndpointEvent::Kind::kTypeMismatch:
-      return "type_mismatch";
-    case dds::EndpointEvent::Kind::kPeerLost:
-      return "peer_lost";
-    case dds::EndpointEvent::Kind::kSharedMemoryNotShared:
-      return "shared_memory_not_shared";
+    case dds::EndpointEvent::Kind::kIncompatibleQos: return "incompatible_qos";
+    case dds::EndpointEvent::Kind::kSampleLost: return "sample_lost";
+    case dds::EndpointEvent::Kind::kSampleRejected: return "sample_rejected";
+    case dds::EndpointEvent::Kind::kDeadlineMissed: return "deadline_missed";
+    case dds::EndpointEvent::Kind::kLivelinessLost: return "liveliness_lost";
+    case dds::EndpointEvent::Kind::kLivelinessRegained: return "liveliness_regained";
+    case dds::EndpointEvent::Kind::kTypeMismatch: return "type_mismatch";
+    case dds::EndpointEvent::Kind::kPeerLost: return "peer_lost";
+    case dds::EndpointEvent::Kind::kSharedMemoryNotShared: return "shared_memory_not_shared";
   }
   return "endpoint";
 }
@@ -104,16 +92,11 @@ std::string endpoint_code(dds::EndpointEvent::Kind kind) {
 
 const char* state_name(State state) noexcept {
   switch (state) {
-    case State::kStarting:
-      return "starting";
-    case State::kWaiting:
-      return "waiting";
-    case State::kRunning:
-      return "running";
-    case State::kDegraded:
-      return "degraded";
-    case State::kStopping:
-      return "stopping";
+    case State::kStarting: return "starting";
+    case State::kWaiting: return "waiting";
+    case State::kRunning: return "running";
+    case State::kDegraded: return "degraded";
+    case State::kStopping: return "stopping";
   }
   return "unknown";
 }
@@ -315,9 +298,7 @@ void Host::judge_flow(Status& status) {
   };
   const std::size_t peers = participant_.counterparts(flow.topic, flow.end);
   switch (flow_watch_.judge(flow, peers, now_s)) {
-    case FlowWatch::Verdict::kFine:
-      told_stale_ = false;
-      return;
+    case FlowWatch::Verdict::kFine: told_stale_ = false; return;
     case FlowWatch::Verdict::kStale: {
       const std::string text = fmt::format("no {} for {:.1f} s, after {} samples", flow.topic,
                                            flow_watch_.silent_s(now_s), flow.samples);

@@ -61,20 +61,13 @@ double checked_lag_s(std::size_t feature, const FeatureSpec& spec) {
 
 std::string_view name(FeatureKind kind) {
   switch (kind) {
-    case FeatureKind::kTemperature:
-      return "temperature";
-    case FeatureKind::kTemperatureRate:
-      return "temperature_rate";
-    case FeatureKind::kTemperatureTimesRate:
-      return "temperature_times_rate";
-    case FeatureKind::kLaggedTemperature:
-      return "lagged_temperature";
-    case FeatureKind::kProbeDifference:
-      return "probe_difference";
-    case FeatureKind::kPulseMean:
-      return "pulse_mean";
-    case FeatureKind::kPulseRate:
-      return "pulse_rate";
+    case FeatureKind::kTemperature: return "temperature";
+    case FeatureKind::kTemperatureRate: return "temperature_rate";
+    case FeatureKind::kTemperatureTimesRate: return "temperature_times_rate";
+    case FeatureKind::kLaggedTemperature: return "lagged_temperature";
+    case FeatureKind::kProbeDifference: return "probe_difference";
+    case FeatureKind::kPulseMean: return "pulse_mean";
+    case FeatureKind::kPulseRate: return "pulse_rate";
   }
   return "unknown";
 }
@@ -82,36 +75,24 @@ std::string_view name(FeatureKind kind) {
 double default_scale(FeatureKind kind) {
   switch (kind) {
     case FeatureKind::kTemperature:
-    case FeatureKind::kLaggedTemperature:
-      return 10.0;
-    case FeatureKind::kTemperatureRate:
-      return 1.0 / kSecondsPerMinute;
-    case FeatureKind::kTemperatureTimesRate:
-      return 10.0 / kSecondsPerMinute;
-    case FeatureKind::kProbeDifference:
-      return 1.0;
-    case FeatureKind::kPulseMean:
-      return core::radps_from_deg_h(1.0);
-    case FeatureKind::kPulseRate:
-      return core::radps_from_deg_h(1.0) / kSecondsPerMinute;
+    case FeatureKind::kLaggedTemperature: return 10.0;
+    case FeatureKind::kTemperatureRate: return 1.0 / kSecondsPerMinute;
+    case FeatureKind::kTemperatureTimesRate: return 10.0 / kSecondsPerMinute;
+    case FeatureKind::kProbeDifference: return 1.0;
+    case FeatureKind::kPulseMean: return core::radps_from_deg_h(1.0);
+    case FeatureKind::kPulseRate: return core::radps_from_deg_h(1.0) / kSecondsPerMinute;
   }
   return 1.0;
 }
 
 std::string_view name(FeatureStatus status) {
   switch (status) {
-    case FeatureStatus::kReady:
-      return "ready";
-    case FeatureStatus::kNoTemperature:
-      return "no_temperature";
-    case FeatureStatus::kTemperatureStale:
-      return "temperature_stale";
-    case FeatureStatus::kRateNotReady:
-      return "rate_not_ready";
-    case FeatureStatus::kLagNotReady:
-      return "lag_not_ready";
-    case FeatureStatus::kPulseNotReady:
-      return "pulse_not_ready";
+    case FeatureStatus::kReady: return "ready";
+    case FeatureStatus::kNoTemperature: return "no_temperature";
+    case FeatureStatus::kTemperatureStale: return "temperature_stale";
+    case FeatureStatus::kRateNotReady: return "rate_not_ready";
+    case FeatureStatus::kLagNotReady: return "lag_not_ready";
+    case FeatureStatus::kPulseNotReady: return "pulse_not_ready";
   }
   return "unknown";
 }

@@ -56,16 +56,11 @@ std::optional<std::string> TemperatureTrackOptions::validate() const {
 
 std::string_view name(ReadingVerdict verdict) {
   switch (verdict) {
-    case ReadingVerdict::kAccepted:
-      return "accepted";
-    case ReadingVerdict::kNotMeasured:
-      return "not_measured";
-    case ReadingVerdict::kNotFinite:
-      return "not_finite";
-    case ReadingVerdict::kOutOfRange:
-      return "out_of_range";
-    case ReadingVerdict::kOutOfOrder:
-      return "out_of_order";
+    case ReadingVerdict::kAccepted: return "accepted";
+    case ReadingVerdict::kNotMeasured: return "not_measured";
+    case ReadingVerdict::kNotFinite: return "not_finite";
+    case ReadingVerdict::kOutOfRange: return "out_of_range";
+    case ReadingVerdict::kOutOfOrder: return "out_of_order";
   }
   return "unknown";
 }
@@ -129,21 +124,11 @@ ReadingVerdict TemperatureTrack::judge(const core::TemperatureSample& sample) co
 
 void TemperatureTrack::count(ReadingVerdict verdict) noexcept {
   switch (verdict) {
-    case ReadingVerdict::kAccepted:
-      ++counts_.accepted;
-      break;
-    case ReadingVerdict::kNotMeasured:
-      ++counts_.not_measured;
-      break;
-    case ReadingVerdict::kNotFinite:
-      ++counts_.not_finite;
-      break;
-    case ReadingVerdict::kOutOfRange:
-      ++counts_.out_of_range;
-      break;
-    case ReadingVerdict::kOutOfOrder:
-      ++counts_.out_of_order;
-      break;
+    case ReadingVerdict::kAccepted: ++counts_.accepted; break;
+    case ReadingVerdict::kNotMeasured: ++counts_.not_measured; break;
+    case ReadingVerdict::kNotFinite: ++counts_.not_finite; break;
+    case ReadingVerdict::kOutOfRange: ++counts_.out_of_range; break;
+    case ReadingVerdict::kOutOfOrder: ++counts_.out_of_order; break;
   }
 }
 

@@ -113,18 +113,13 @@ void Disturber::disturb(const Acting& acting, core::AngularRateSample& sample) c
     if (!acting.what.axes[i]) continue;
     double& rate = sample.rate_radps[i];
     switch (acting.what.kind) {
-      case DisturbanceKind::kStep:
-        rate += acting.what.magnitude_radps;
-        break;
+      case DisturbanceKind::kStep: rate += acting.what.magnitude_radps; break;
       case DisturbanceKind::kNoise:
         rate += acting.what.magnitude_radps *
                 noise_.substream(core::kAxisCount * acting.number + i).gaussian(sample.sequence);
         break;
-      case DisturbanceKind::kStuck:
-        rate = acting.held[i];
-        break;
-      case DisturbanceKind::kGap:
-        break;
+      case DisturbanceKind::kStuck: rate = acting.held[i]; break;
+      case DisturbanceKind::kGap: break;
     }
   }
 }

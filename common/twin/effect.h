@@ -15,6 +15,7 @@
 
 #include "common/core/axis.h"
 #include "common/core/state_archive.h"
+#include "common/core/units.h"
 #include "common/twin/input_family.h"
 #include "common/twin/random.h"
 #include "common/twin/temperature_point.h"
@@ -204,10 +205,14 @@ struct EffectContext {
   NoiseStream noise;
 
   [[nodiscard]] double parameter(const std::string& name) const { return parameters.at(name); }
+  // Of a parameter in deg/h, or deg/h per something.
+  [[nodiscard]] double radps(const std::string& name) const {
+    return core::radps_from_deg_h(parameter(name));
+  }
 };
 
 struct EffectDefinition {
-  std::string kind;
+  std::string kind{};  // as the catalogue lists it
   std::string equation;
   std::string source;
   Family family = Family::kDeterministic;
@@ -222,27 +227,9 @@ struct EffectDefinition {
   std::string formula{};  // of an effect that is one (formula.h)
 };
 
-// The lag parameter that temperature effects share: which lag a search tries besides none.
-inline ParameterDefinition lag_parameter() {
-  return {"lag_s",
-          "first-order lag of the effect behind the temperature",
-          0.0,
-          0.0,
-          1e5,
-          ParameterRole::kShape,
-          {0.0, 60.0, 180.0, 600.0, 1800.0},
-          SearchRule::kLag};
-}
-
 // A function of a record's inputs: what may be run over a record and regressed on.
 [[nodiscard]] inline bool is_waveform(const EffectDefinition& definition) {
   return definition.family == Family::kDeterministic || definition.search.follows_inputs;
-}
-
-// The temperature that temperature effects count from.
-inline ParameterDefinition reference_parameter() {
-  return {"reference_degc",          "temperature without contribution", 25.0, -273.15, 1e3,
-          ParameterRole::kConvention};
 }
 
 inline double temperature_degc(const EffectInputs& inputs, TemperaturePoint point) noexcept {

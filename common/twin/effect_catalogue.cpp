@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "common/twin/formula.h"
 
-// One line an effect: effects/<name>.cpp defines EffectDefinition effects::<name>().
+// One line an effect: effects/<name>.cpp defines EffectDefinition effects::<name>(), which is its
+// kind.
 #define ZERODRIFT_FOR_EACH_EFFECT(X) \
   X(bias)                            \
   X(bias_temperature)                \
@@ -57,8 +59,17 @@ ZERODRIFT_FOR_EACH_EFFECT(ZERODRIFT_DECLARE)
 
 }  // namespace effects
 
+namespace {
+
+EffectDefinition of_kind(std::string kind, EffectDefinition definition) {
+  definition.kind = std::move(kind);
+  return definition;
+}
+
+}  // namespace
+
 std::span<const EffectDefinition> effect_catalogue() {
-#define ZERODRIFT_DEFINITION(name) effects::name(),
+#define ZERODRIFT_DEFINITION(name) of_kind(#name, effects::name()),
   static const std::vector<EffectDefinition> kCatalogue{
       ZERODRIFT_FOR_EACH_EFFECT(ZERODRIFT_DEFINITION)};
 #undef ZERODRIFT_DEFINITION
@@ -109,20 +120,13 @@ InputFamily input_family(const EffectDefinition& definition) {
     switch (need) {
       case Need::kReferenceRate:
       case Need::kSlowReferenceRate:
-      case Need::kCrossAxisRate:
-        return InputFamily::kRate;
-      case Need::kMagnetic:
-        return InputFamily::kMagnetic;
-      case Need::kAcceleration:
-        return InputFamily::kAcceleration;
-      case Need::kVibration:
-        return InputFamily::kVibration;
-      case Need::kSourceCurrent:
-        return InputFamily::kSourceCurrent;
-      case Need::kSupply:
-        return InputFamily::kSupply;
-      default:
-        break;
+      case Need::kCrossAxisRate: return InputFamily::kRate;
+      case Need::kMagnetic: return InputFamily::kMagnetic;
+      case Need::kAcceleration: return InputFamily::kAcceleration;
+      case Need::kVibration: return InputFamily::kVibration;
+      case Need::kSourceCurrent: return InputFamily::kSourceCurrent;
+      case Need::kSupply: return InputFamily::kSupply;
+      default: break;
     }
   }
   return definition.inputs.empty() ? InputFamily::kTime : InputFamily::kTemperature;

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "common/core/units.h"
+#include "common/twin/effect_parts.h"
 #include "common/twin/formula.h"
 #include "common/twin/formula_units.h"
-#include "common/twin/low_pass.h"
 
 namespace zerodrift::twin {
 namespace {
@@ -87,34 +87,21 @@ class FormulaEffect final : public Effect {
     const double right = values_[node.right];
     switch (node.operation) {
       case FormulaOperation::kNumber:
-      case FormulaOperation::kParameter:
-        return node.number;
-      case FormulaOperation::kInput:
-        return input_value(inputs, node.which);
-      case FormulaOperation::kAdd:
-        return left + right;
-      case FormulaOperation::kSubtract:
-        return left - right;
-      case FormulaOperation::kMultiply:
-        return left * right;
+      case FormulaOperation::kParameter: return node.number;
+      case FormulaOperation::kInput: return input_value(inputs, node.which);
+      case FormulaOperation::kAdd: return left + right;
+      case FormulaOperation::kSubtract: return left - right;
+      case FormulaOperation::kMultiply: return left * right;
       case FormulaOperation::kDivide:  // by 0: 0
         return right == 0.0 ? 0.0 * left : left / right;
-      case FormulaOperation::kNegate:
-        return -left;
-      case FormulaOperation::kPower:
-        return power(left, node.which);
-      case FormulaOperation::kAbs:
-        return std::abs(left);
-      case FormulaOperation::kTanh:
-        return std::tanh(left);
-      case FormulaOperation::kExp:
-        return std::exp(left);
-      case FormulaOperation::kRate:
-        return rate(node, memories_[i], inputs);
-      case FormulaOperation::kLag:
-        return memories_[i].lag.step(left);
-      case FormulaOperation::kPlay:
-        return play(memories_[i], left, right);
+      case FormulaOperation::kNegate: return -left;
+      case FormulaOperation::kPower: return power(left, node.which);
+      case FormulaOperation::kAbs: return std::abs(left);
+      case FormulaOperation::kTanh: return std::tanh(left);
+      case FormulaOperation::kExp: return std::exp(left);
+      case FormulaOperation::kRate: return rate(node, memories_[i], inputs);
+      case FormulaOperation::kLag: return memories_[i].lag.step(left);
+      case FormulaOperation::kPlay: return play(memories_[i], left, right);
     }
     return 0.0;
   }
@@ -147,16 +134,11 @@ class FormulaEffect final : public Effect {
 
 std::string meaning_of(FormulaUse use) {
   switch (use) {
-    case FormulaUse::kAmplitude:
-      return "factor of a summand";
-    case FormulaUse::kLag:
-      return "time constant of a lag, s";
-    case FormulaUse::kTemperatureWidth:
-      return "width of a backlash, degC";
-    case FormulaUse::kWidth:
-      return "width of a backlash";
-    case FormulaUse::kShape:
-      break;
+    case FormulaUse::kAmplitude: return "factor of a summand";
+    case FormulaUse::kLag: return "time constant of a lag, s";
+    case FormulaUse::kTemperatureWidth: return "width of a backlash, degC";
+    case FormulaUse::kWidth: return "width of a backlash";
+    case FormulaUse::kShape: break;
   }
   return "enters the formula's shape";
 }

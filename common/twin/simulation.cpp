@@ -72,21 +72,11 @@ void excite(const Profile& profile, EffectInputs& inputs) noexcept {
     const double value = excited_value(excitation, inputs.time_s);
     const std::size_t axis = core::index(excitation.axis);
     switch (excitation.quantity) {
-      case ExcitedQuantity::kMagneticUt:
-        inputs.magnetic_ut[axis] += value;
-        break;
-      case ExcitedQuantity::kAccelerationMps2:
-        inputs.acceleration_mps2[axis] += value;
-        break;
-      case ExcitedQuantity::kVibrationG:
-        inputs.vibration_g += value;
-        break;
-      case ExcitedQuantity::kSourceCurrentMa:
-        inputs.source_current_ma += value;
-        break;
-      case ExcitedQuantity::kSupplyV:
-        inputs.supply_v += value;
-        break;
+      case ExcitedQuantity::kMagneticUt: inputs.magnetic_ut[axis] += value; break;
+      case ExcitedQuantity::kAccelerationMps2: inputs.acceleration_mps2[axis] += value; break;
+      case ExcitedQuantity::kVibrationG: inputs.vibration_g += value; break;
+      case ExcitedQuantity::kSourceCurrentMa: inputs.source_current_ma += value; break;
+      case ExcitedQuantity::kSupplyV: inputs.supply_v += value; break;
     }
   }
 }

@@ -99,24 +99,13 @@ void AllanMonitorNode::place(Gyro& source, const core::CompensatedSample& sample
   const allan::Placement placement = source.timing.place(sample.raw.time, sample.raw.interval_s);
   switch (placement.arrival) {
     case Arrival::kRefused:
-    case Arrival::kOtherInterval:
-      ++counts.refused;
-      return;
-    case Arrival::kDuplicate:
-      ++counts.duplicates;
-      return;
-    case Arrival::kBehind:
-      ++counts.out_of_order;
-      return;
-    case Arrival::kTimeRestarted:
-      ++counts.time_restarts;
-      break;
+    case Arrival::kOtherInterval: ++counts.refused; return;
+    case Arrival::kDuplicate: ++counts.duplicates; return;
+    case Arrival::kBehind: ++counts.out_of_order; return;
+    case Arrival::kTimeRestarted: ++counts.time_restarts; break;
     case Arrival::kFirst:
-    case Arrival::kNewRate:
-      start(source);
-      break;
-    case Arrival::kNext:
-      break;
+    case Arrival::kNewRate: start(source); break;
+    case Arrival::kNext: break;
   }
   if (placement.missing > 0) {
     ++counts.gaps;
@@ -225,7 +214,7 @@ std::vector<AllanMonitorNode::Watch*> AllanMonitorNode::copy_statistics(bool due
 }
 
 void AllanMonitorNode::report(Watch& watch) {
-  tell_of_stream(watch);
+  report_stream(watch);
   for (const auto axis : kAxes) {
     const auto& statistics = watch.statistics.axes[index(axis)];
     if (statistics.raw && statistics.raw->samples() > 0) report(watch, axis);
@@ -242,8 +231,8 @@ void AllanMonitorNode::report(Watch& watch, core::Axis axis) {
   }
   const allan::StreamReport raw = statistics.raw->report();
   const allan::StreamReport compensated = statistics.compensated->report();
-  tell_of_noise(watch, axis, raw, compensated);
-  tell_of_output(watch, axis, raw);
+  report_noise(watch, axis, raw, compensated);
+  report_output(watch, axis, raw);
   publish(watch, axis, Stream::kRaw, raw);
   publish(watch, axis, Stream::kCompensated, compensated);
 }
@@ -265,11 +254,11 @@ void AllanMonitorNode::publish(const Watch& watch, core::Axis axis, Stream strea
 
 // ---------------------------------------- events
 
-void AllanMonitorNode::tell_of_noise(Watch& watch, core::Axis axis, const allan::StreamReport& raw,
-                                     const allan::StreamReport& compensated) {
+void AllanMonitorNode::report_noise(Watch& watch, core::Axis axis, const allan::StreamReport& raw,
+                                    const allan::StreamReport& compensated) {
   AxisWatch& watched = watch.axes[index(axis)];
-  const auto tell_finding = [&](const allan::Finding& finding, Stream stream, const char* began,
-                                const char* ended, auto began_text, auto ended_text) {
+  const auto report_finding = [&](const allan::Finding& finding, Stream stream, const char* began,
+                                  const char* ended, auto began_text, auto ended_text) {
     if (finding.excess == Excess::kNone || finding.excess == Excess::kLasts) return;
     const bool begins = finding.excess == Excess::kBegan;
     tell(watch, code_of(begins ? began : ended, axis),
@@ -281,18 +270,18 @@ void AllanMonitorNode::tell_of_noise(Watch& watch, core::Axis axis, const allan:
     return watched.growth[static_cast<std::size_t>(stream)].look(
         report.since_start, report.rolling, report.observed_s(), report.window_s);
   };
-  tell_finding(look(Stream::kRaw, raw), Stream::kRaw, "noise_grew_raw", "noise_normal_raw",
-               noise_grew, noise_is_back);
-  tell_finding(look(Stream::kCompensated, compensated), Stream::kCompensated,
-               "noise_grew_compensated", "noise_normal_compensated", noise_grew, noise_is_back);
-  tell_finding(
+  report_finding(look(Stream::kRaw, raw), Stream::kRaw, "noise_grew_raw", "noise_normal_raw",
+                 noise_grew, noise_is_back);
+  report_finding(look(Stream::kCompensated, compensated), Stream::kCompensated,
+                 "noise_grew_compensated", "noise_normal_compensated", noise_grew, noise_is_back);
+  report_finding(
       watched.worse.look(paired(compensated.rolling, raw.rolling), compensated.observed_s()),
       Stream::kCompensated, "compensation_harms", "compensation_harms_no_more", worse_than_raw,
       no_longer_worse);
 }
 
-void AllanMonitorNode::tell_of_output(Watch& watch, core::Axis axis,
-                                      const allan::StreamReport& raw) {
+void AllanMonitorNode::report_output(Watch& watch, core::Axis axis,
+                                     const allan::StreamReport& raw) {
   AxisWatch& watched = watch.axes[index(axis)];
   if (raw.output != watched.output) {
     watched.output = raw.output;
@@ -304,15 +293,15 @@ void AllanMonitorNode::tell_of_output(Watch& watch, core::Axis axis,
                     : "the output moves again"));
   }
   const auto& statistics = watch.statistics.axes[index(axis)];
-  tell_counted(watch, code_of("invalid_sample", axis),
-               subject(watch.gyro->id, axis, Stream::kRaw) +
-                   fmt::format("{} samples were no number or marked invalid; gaps in their place",
-                               statistics.invalid),
-               statistics.invalid, watched.invalid);
+  report_counted(watch, code_of("invalid_sample", axis),
+                 subject(watch.gyro->id, axis, Stream::kRaw) +
+                     fmt::format("{} samples were no number or marked invalid; gaps in their place",
+                                 statistics.invalid),
+                 statistics.invalid, watched.invalid);
 }
 
 // A new interval is told before anything that is found with it.
-void AllanMonitorNode::tell_of_stream(Watch& watch) {
+void AllanMonitorNode::report_stream(Watch& watch) {
   const Statistics& now = watch.statistics;
   const Counts& counts = now.counts;
   const auto in_s = [&](std::uint64_t samples) {
@@ -324,37 +313,37 @@ void AllanMonitorNode::tell_of_stream(Watch& watch) {
       tell(watch, "interval_changed", Severity::kWarning,
            who + fmt::format("the sample interval is {:.6g} s, was {:.6g} s; all its Allan "
                              "statistics begin anew",
-                             now.interval_s, watch.told_interval_s));
+                             now.interval_s, watch.reported_interval_s));
     }
     watch.starts.count = counts.starts;
-    watch.told_interval_s = now.interval_s;
+    watch.reported_interval_s = now.interval_s;
     for (AxisWatch& axis : watch.axes) {
       axis.growth.fill(allan::GrowthWatch());
       axis.worse = allan::ExcessWatch();
       axis.compensating = false;
     }
   }
-  tell_counted(watch, "gap",
-               who + fmt::format("{} gap(s) in the stream, {:.6g} s missing in all, the longest "
-                                 "{:.6g} s; no difference reaches across one",
-                                 counts.gaps, in_s(counts.missing), in_s(counts.longest_gap)),
-               counts.gaps, watch.gaps);
-  tell_counted(watch, "time_backwards",
-               who + fmt::format("{} sample(s) came late or with an earlier time; left out",
-                                 counts.out_of_order),
-               counts.out_of_order, watch.out_of_order);
-  tell_counted(
+  report_counted(watch, "gap",
+                 who + fmt::format("{} gap(s) in the stream, {:.6g} s missing in all, the longest "
+                                   "{:.6g} s; no difference reaches across one",
+                                   counts.gaps, in_s(counts.missing), in_s(counts.longest_gap)),
+                 counts.gaps, watch.gaps);
+  report_counted(watch, "time_backwards",
+                 who + fmt::format("{} sample(s) came late or with an earlier time; left out",
+                                   counts.out_of_order),
+                 counts.out_of_order, watch.out_of_order);
+  report_counted(
       watch, "duplicate_time",
       who + fmt::format("{} sample(s) with a time that was there; left out", counts.duplicates),
       counts.duplicates, watch.duplicates);
-  tell_counted(watch, "interval_refused",
-               who + fmt::format("{} sample(s) with an interval that is neither the stream's "
-                                 "{:.6g} s nor from 0.0001 to 100 s; left out",
-                                 counts.refused, now.interval_s),
-               counts.refused, watch.refused);
-  tell_counted(watch, "time_restarted",
-               who + "sensor time began anew; the stream goes on after a gap", counts.time_restarts,
-               watch.time_restarts);
+  report_counted(watch, "interval_refused",
+                 who + fmt::format("{} sample(s) with an interval that is neither the stream's "
+                                   "{:.6g} s nor from 0.0001 to 100 s; left out",
+                                   counts.refused, now.interval_s),
+                 counts.refused, watch.refused);
+  report_counted(watch, "time_restarted",
+                 who + "sensor time began anew; the stream goes on after a gap",
+                 counts.time_restarts, watch.time_restarts);
 }
 
 void AllanMonitorNode::tell(const Watch& watch, std::string code, Severity severity,
@@ -368,8 +357,8 @@ void AllanMonitorNode::tell(const Watch& watch, std::string code, Severity sever
 }
 
 // The first at once, then what came in ten seconds in one.
-void AllanMonitorNode::tell_counted(const Watch& watch, std::string code, const std::string& text,
-                                    std::uint64_t count, Told& told) {
+void AllanMonitorNode::report_counted(const Watch& watch, std::string code, const std::string& text,
+                                      std::uint64_t count, Told& told) {
   if (count == told.count) return;
   const std::int64_t now = service::monotonic_ns();
   if (told.count > 0 && now - told.at_ns < kRepeatNs) return;
@@ -400,15 +389,15 @@ service::Status AllanMonitorNode::status() {
     strangers = gyros_.refused();
     newest_stranger = newest_stranger_;
   }
-  if (strangers > told_strangers_.count) {
+  if (strangers > reported_strangers_.count) {
     host_.raise_counted(
         {.code = "too_many_gyros",
          .severity = Severity::kError,
          .text = fmt::format("gyro {} is one too many: {} gyros are watched (--max-gyros), the "
                              "samples of others are left out",
                              newest_stranger, options_.max_gyros)},
-        strangers - told_strangers_.count);
-    told_strangers_.count = strangers;
+        strangers - reported_strangers_.count);
+    reported_strangers_.count = strangers;
   }
   status.state = gyros == 0 ? service::State::kWaiting : service::State::kRunning;
   status.metrics = {{"samples", "1", static_cast<double>(sum.samples)},

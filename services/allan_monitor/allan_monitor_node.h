@@ -96,7 +96,7 @@ class AllanMonitorNode {
     Gyro* gyro = nullptr;
     Statistics statistics;  // the copy
     core::PerAxis<AxisWatch> axes;
-    double told_interval_s = 0.0;
+    double reported_interval_s = 0.0;
     Told gaps, out_of_order, duplicates, refused, time_restarts, starts;
   };
 
@@ -121,14 +121,14 @@ class AllanMonitorNode {
   void report(Watch& watch, core::Axis axis);
   void publish(const Watch& watch, core::Axis axis, Stream stream,
                const allan::StreamReport& report);
-  void tell_of_noise(Watch& watch, core::Axis axis, const allan::StreamReport& raw,
-                     const allan::StreamReport& compensated);
-  void tell_of_output(Watch& watch, core::Axis axis, const allan::StreamReport& raw);
-  void tell_of_stream(Watch& watch);
+  void report_noise(Watch& watch, core::Axis axis, const allan::StreamReport& raw,
+                    const allan::StreamReport& compensated);
+  void report_output(Watch& watch, core::Axis axis, const allan::StreamReport& raw);
+  void report_stream(Watch& watch);
   void tell(const Watch& watch, std::string code, service::Severity severity, std::string text,
             std::uint64_t times = 1);
-  void tell_counted(const Watch& watch, std::string code, const std::string& text,
-                    std::uint64_t count, Told& told);
+  void report_counted(const Watch& watch, std::string code, const std::string& text,
+                      std::uint64_t count, Told& told);
   service::Status status();
 
   AllanMonitorOptions options_;
@@ -140,7 +140,7 @@ class AllanMonitorNode {
   service::HopLatency delivery_latency_{"delivery"};
   service::HopLatency chain_latency_{"chain"};
   std::map<std::uint32_t, Watch> watches_;  // by gyro
-  Told told_strangers_;
+  Told reported_strangers_;
   std::optional<std::int64_t> reported_ns_;
   std::int64_t report_cost_ns_ = 0;  // of all gyros, the last time
   std::int64_t copy_cost_ns_ = 0;    // longest time the lock was held for a copy

@@ -38,13 +38,10 @@ std::vector<msg::AllanPoint> to_message(const std::vector<allan::AllanPoint>& po
 
 constexpr std::uint64_t identified(allan::Identification identification) {
   switch (identification) {
-    case allan::Identification::kInterval:
-      return 1;
-    case allan::Identification::kUpperBound:
-      return 2;
+    case allan::Identification::kInterval: return 1;
+    case allan::Identification::kUpperBound: return 2;
     case allan::Identification::kNotFitted:
-    case allan::Identification::kWithheld:
-      break;
+    case allan::Identification::kWithheld: break;
   }
   return 0;
 }

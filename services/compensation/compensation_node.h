@@ -49,6 +49,7 @@ struct CompensationNodeOptions {
   std::map<std::uint32_t, dds::RosImuOptions> ros2_imu{};  // by gyro id
 };
 
+// More members than other classes: it wires seven topics to the gyros, the learner and the requests.
 class CompensationNode {
  public:
   static constexpr std::size_t kMostGyros = 128;  // as many keys as the topics of samples hold

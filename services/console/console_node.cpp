@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "common/core/one_line.h"
-#include "common/core/samples.h"
 #include "common/foxglove/schema.h"
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
@@ -28,11 +27,6 @@ namespace json_util = google::protobuf::util;
 constexpr auto kTickWatched = 20ms;
 constexpr auto kTickConnected = 100ms;
 constexpr auto kTickAlone = 250ms;
-// A quarter of a second of ten gyros at 5 kHz.
-constexpr std::size_t kSamplesWait = 16384;
-constexpr std::size_t kReferencesWait = 16384;
-constexpr std::size_t kMessagesWait = 4096;
-constexpr std::size_t kStatusesWait = 8192;
 constexpr std::size_t kMostEndpoints = 512;  // told of by /gateway
 constexpr int kMostOpenCalls = 8;            // of a client
 constexpr auto kAnswerWithin = 5000ms;
@@ -69,11 +63,6 @@ foxglove::ServerInfo server_info(std::uint32_t domain) {
           .session_id = std::to_string(service::unix_time_ns())};
 }
 
-template <typename Message>
-typename dds::Reader<Message>::OnSample into(Mailbox<Message>& mailbox) {
-  return [&mailbox](const Message& m, const dds::SampleOrigin&) { mailbox.push(m); };
-}
-
 // Nothing, or why it is none.
 std::string read_command(const std::string& encoding, const std::string& payload,
                          telemetry::Command& command) {
@@ -100,14 +89,10 @@ std::string written_reply(const std::string& encoding, const telemetry::CommandR
 
 const char* outcome_name(Outcome outcome) {
   switch (outcome) {
-    case Outcome::kDone:
-      return "done";
-    case Outcome::kRefused:
-      return "refused";
-    case Outcome::kNobody:
-      return "no answer";
-    case Outcome::kNotSent:
-      return "not sent";
+    case Outcome::kDone: return "done";
+    case Outcome::kRefused: return "refused";
+    case Outcome::kNobody: return "no answer";
+    case Outcome::kNotSent: return "not sent";
   }
   return "";
 }
@@ -125,37 +110,8 @@ ConsoleNode::ConsoleNode(const ConsoleOptions& options)
                                  auto channel) { gateway_.subscribed(client, channel); },
             .called = [this](const auto& origin, const auto& payload) { call(origin, payload); }}),
       gateway_({.version = ZERODRIFT_VERSION, .domain = options.network.domain}, hub_),
-      samples_in_(kSamplesWait),
-      references_in_(kReferencesWait),
-      temperatures_in_(kMessagesWait),
-      allan_in_(kMessagesWait),
-      navigation_in_(kMessagesWait),
-      twins_in_(kMessagesWait),
-      statuses_in_(kStatusesWait),
-      events_in_(kMessagesWait),
-      commands_client_(host_.participant(), host_.observer()),
-      samples_reader_(
-          host_.participant(),
-          [this](const msg::CompensatedRate& m, const dds::SampleOrigin&) {
-            if (!samples_in_.push({m, service::monotonic_ns()}))
-              sample_overflow_.fetch_add(1, std::memory_order_relaxed);
-          },
-          host_.observer()),
-      references_reader_(host_.participant(), into(references_in_), host_.observer()),
-      temperatures_reader_(host_.participant(), into(temperatures_in_), host_.observer()),
-      allan_reader_(host_.participant(), into(allan_in_), host_.observer()),
-      navigation_reader_(host_.participant(), into(navigation_in_), host_.observer()),
-      twins_reader_(host_.participant(), into(twins_in_), host_.observer()),
-      statuses_reader_(
-          host_.participant(),
-          [this](const msg::ServiceStatus& m, const dds::SampleOrigin& origin) {
-            statuses_in_.push({.writer = origin.writer, .status = m});
-          },
-          host_.observer(),
-          [this](const auto& writer, dds::Departure) {
-            statuses_in_.push({.writer = writer, .is_gone = true});
-          }),
-      events_reader_(host_.participant(), into(events_in_), host_.observer()) {
+      arrivals_(host_),
+      commands_client_(host_.participant(), host_.observer()) {
   command_service_ = hub_.add_service("/command", "zerodrift.telemetry.Command",
                                       foxglove::schema_of(*telemetry::Command::descriptor()),
                                       foxglove::schema_of(*telemetry::CommandReply::descriptor()));
@@ -183,7 +139,7 @@ int ConsoleNode::run() {
 
 void ConsoleNode::tick() {
   const std::int64_t unix_ns = service::unix_time_ns();
-  drain();
+  arrivals_.drain_into(gateway_);
   gateway_.flush(unix_ns);
   if (service::monotonic_ns() - second_began_ns_ >= kNsPerS) {
     second_began_ns_ = service::monotonic_ns();
@@ -195,36 +151,11 @@ void ConsoleNode::tick() {
   server_.post_after(next, [this] { tick(); });
 }
 
-void ConsoleNode::drain() {
-  const std::int64_t unix_ns = service::unix_time_ns();
-  const std::int64_t now_ns = service::monotonic_ns();
-  for (const auto& message : temperatures_in_.take()) gateway_.take(message, unix_ns);
-  for (const auto& message : references_in_.take()) gateway_.take(message);
-  while (Arrived* arrived = samples_in_.front()) {
-    const std::int64_t ago_ns = now_ns - arrived->monotonic_ns;
-    paced_ =
-        core::is_paced_by_consumers(static_cast<core::ClockSource>(arrived->sample.clock_source()));
-    gateway_.take(arrived->sample, {unix_ns - ago_ns, arrived->monotonic_ns});
-    samples_in_.pop();
-  }
-  for (const auto& message : allan_in_.take()) gateway_.take(message, unix_ns);
-  for (const auto& message : navigation_in_.take()) gateway_.take(message, unix_ns);
-  for (const auto& message : twins_in_.take()) gateway_.take(message, unix_ns);
-  for (const auto& one : statuses_in_.take()) {
-    if (one.is_gone) {
-      gateway_.take_gone(one.writer, unix_ns);
-    } else {
-      gateway_.take(one.status, one.writer, unix_ns);
-    }
-  }
-  for (const auto& message : events_in_.take()) gateway_.take(message, unix_ns);
-}
-
 void ConsoleNode::once_a_second(std::int64_t unix_ns) {
-  gateway_.tell_of_gateway(host_.participant().remote_endpoints(kMostEndpoints), unix_ns);
+  gateway_.report_gateway(host_.participant().remote_endpoints(kMostEndpoints), unix_ns);
   hub_.for_each_client([&](web::Client& client) {
     const std::uint64_t dropped = client.counts().frames_dropped;
-    std::uint64_t& told = told_dropped_[client.id()];
+    std::uint64_t& told = reported_dropped_[client.id()];
     host_.raise_counted({.code = "slow_client",
                          .severity = service::Severity::kWarning,
                          .text = fmt::format("client {} is too slow: whole frames of samples are "
@@ -242,26 +173,21 @@ void ConsoleNode::once_a_second(std::int64_t unix_ns) {
   frames_dropped_ = gateway_.dropped_of_all();
 }
 
-std::uint64_t ConsoleNode::overflow() const {
-  return sample_overflow_ + references_in_.overflow() + temperatures_in_.overflow() +
-         allan_in_.overflow() + navigation_in_.overflow() + twins_in_.overflow() +
-         statuses_in_.overflow() + events_in_.overflow();
-}
-
 service::Status ConsoleNode::status() const {
   const auto count = [](std::uint64_t value) { return static_cast<double>(value); };
-  return {.state = gyros_ > 0 ? service::State::kRunning : service::State::kWaiting,
-          .summary = fmt::format("{} client(s), {} gyro(s)", clients_.load(), gyros_.load()),
-          .metrics = {{"clients", "1", count(clients_)},
-                      {"connections", "1", count(server_.counts().connections)},
-                      {"connections_refused", "1", count(server_.counts().refused)},
-                      {"gyros", "1", count(gyros_)},
-                      {"samples", "1", count(samples_)},
-                      {"frames_dropped", "1", count(frames_dropped_)},
-                      {"commands", "1", count(commands_)},
-                      {"arrivals_left_out", "1", count(overflow())}},
-          .flow = service::Flow{
-              .topic = dds::kCompensatedRate.name, .samples = samples_, .paced = paced_}};
+  return {
+      .state = gyros_ > 0 ? service::State::kRunning : service::State::kWaiting,
+      .summary = fmt::format("{} client(s), {} gyro(s)", clients_.load(), gyros_.load()),
+      .metrics = {{"clients", "1", count(clients_)},
+                  {"connections", "1", count(server_.counts().connections)},
+                  {"connections_refused", "1", count(server_.counts().refused)},
+                  {"gyros", "1", count(gyros_)},
+                  {"samples", "1", count(samples_)},
+                  {"frames_dropped", "1", count(frames_dropped_)},
+                  {"commands", "1", count(commands_)},
+                  {"arrivals_left_out", "1", count(arrivals_.overflow())}},
+      .flow = service::Flow{
+          .topic = dds::kCompensatedRate.name, .samples = samples_, .paced = arrivals_.paced()}};
 }
 
 // ---------------------------------------- HTTP
@@ -321,7 +247,7 @@ web::Response ConsoleNode::metrics() {
                            .unix_ns = service::unix_time_ns(),
                            .clients = hub_.clients(),
                            .frames_dropped = gateway_.dropped_of_all(),
-                           .arrivals_left_out = overflow()};
+                           .arrivals_left_out = arrivals_.overflow()};
   return {.content_type = "text/plain; version=0.0.4; charset=utf-8",
           .body = web::body_of(metrics_text(input)),
           .headers = {{"Cache-Control", "no-store"}}};
@@ -341,7 +267,7 @@ void ConsoleNode::closed(web::Client& client, const std::string& why) {
   gateway_.note_dropped_by_gone(client.counts().frames_dropped);
   hub_.closed(client);
   open_calls_.erase(client.id());
-  told_dropped_.erase(client.id());
+  reported_dropped_.erase(client.id());
   // A line for each would let clients fill the log.
   if (why.empty()) return;
   host_.raise({.code = "client_closed",

@@ -13,16 +13,15 @@
 #include <string_view>
 #include <variant>
 
-#include "common/core/spsc_queue.h"
 #include "common/foxglove/hub.h"
 #include "common/service/command_client.h"
 #include "common/service/host.h"
 #include "common/web/access.h"
 #include "common/web/server.h"
 #include "common/web/static_files.h"
+#include "services/console/arrivals.h"
 #include "services/console/console_options.h"
 #include "services/console/gateway.h"
-#include "services/console/inbox.h"
 
 namespace zerodrift::services {
 
@@ -44,25 +43,13 @@ class ConsoleNode final : public web::Application {
   void received(web::Client& client, web::Frame::Kind kind, std::string_view message) override;
   void closed(web::Client& client, const std::string& why) override;
 
-  struct Arrived {
-    msg::CompensatedRate sample{};
-    std::int64_t monotonic_ns = 0;
-  };
-  struct StatusOrEnd {
-    Gateway::WriterId writer{};
-    bool is_gone = false;
-    msg::ServiceStatus status{};
-  };
-
   void tick();
-  void drain();
   void once_a_second(std::int64_t unix_ns);
   void call(const foxglove::CallOrigin& origin, const std::string& payload);
   void answer(const foxglove::CallOrigin& origin, const telemetry::Command& command,
               const service::CommandAnswer& answer);
   [[nodiscard]] web::Response health(const web::Request& request) const;
   [[nodiscard]] web::Response metrics();
-  [[nodiscard]] std::uint64_t overflow() const;
   [[nodiscard]] service::Status status() const;
 
   ConsoleOptions options_;
@@ -74,7 +61,7 @@ class ConsoleNode final : public web::Application {
   Gateway gateway_;
   std::uint32_t command_service_ = 0;
   std::map<foxglove::ClientId, int> open_calls_;
-  std::map<foxglove::ClientId, std::uint64_t> told_dropped_;
+  std::map<foxglove::ClientId, std::uint64_t> reported_dropped_;
   std::int64_t second_began_ns_ = 0;
   std::atomic<std::int64_t> host_alive_ns_{0};
 
@@ -82,28 +69,11 @@ class ConsoleNode final : public web::Application {
   std::atomic<std::uint64_t> clients_{0};
   std::atomic<std::uint64_t> gyros_{0};
   std::atomic<std::uint64_t> samples_{0};
-  std::atomic<bool> paced_{true};  // the newest sample's source, by its consumers
   std::atomic<std::uint64_t> frames_dropped_{0};
   std::atomic<std::uint64_t> commands_{0};
-  std::atomic<std::uint64_t> sample_overflow_{0};
 
-  core::SpscQueue<Arrived> samples_in_;
-  Mailbox<msg::RateReference> references_in_;
-  Mailbox<msg::Temperature> temperatures_in_;
-  Mailbox<msg::AllanReport> allan_in_;
-  Mailbox<msg::NavigationState> navigation_in_;
-  Mailbox<msg::TwinReport> twins_in_;
-  Mailbox<StatusOrEnd> statuses_in_;
-  Mailbox<msg::Event> events_in_;
+  Arrivals arrivals_;
   service::CommandClient commands_client_;
-  dds::Reader<msg::CompensatedRate> samples_reader_;
-  dds::Reader<msg::RateReference> references_reader_;
-  dds::Reader<msg::Temperature> temperatures_reader_;
-  dds::Reader<msg::AllanReport> allan_reader_;
-  dds::Reader<msg::NavigationState> navigation_reader_;
-  dds::Reader<msg::TwinReport> twins_reader_;
-  dds::Reader<msg::ServiceStatus> statuses_reader_;
-  dds::Reader<msg::Event> events_reader_;
 };
 
 }  // namespace zerodrift::services

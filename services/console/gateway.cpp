@@ -313,8 +313,8 @@ std::uint64_t Gateway::dropped_of_all() const {
   return dropped;
 }
 
-void Gateway::tell_of_gateway(const std::vector<dds::RemoteEndpoint>& endpoints,
-                              std::int64_t unix_ns) {
+void Gateway::report_gateway(const std::vector<dds::RemoteEndpoint>& endpoints,
+                             std::int64_t unix_ns) {
   if (!hub_.has_subscriber(gateway_channel_)) return;
   telemetry::GatewayStatus status;
   set_time(*status.mutable_timestamp(), unix_ns);

@@ -53,7 +53,7 @@ class Gateway {
   // Sends what has gathered: samples, rows, and what is kept to who subscribed since.
   void flush(std::int64_t unix_ns);
   // Tells each client of itself and of the middleware; once a second.
-  void tell_of_gateway(const std::vector<dds::RemoteEndpoint>& endpoints, std::int64_t unix_ns);
+  void report_gateway(const std::vector<dds::RemoteEndpoint>& endpoints, std::int64_t unix_ns);
   void note_dropped_by_gone(std::uint64_t frames) { dropped_by_gone_ += frames; }
 
   // True while somebody looks at samples: flush() is to come soon.

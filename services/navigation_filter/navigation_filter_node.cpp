@@ -27,12 +27,9 @@ constexpr std::array kFilters{Stream::kRaw, Stream::kCompensated};
 
 constexpr const char* name(Phase phase) {
   switch (phase) {
-    case Phase::kWaiting:
-      return "waiting";
-    case Phase::kAligning:
-      return "aligning";
-    case Phase::kNavigating:
-      return "navigating";
+    case Phase::kWaiting: return "waiting";
+    case Phase::kAligning: return "aligning";
+    case Phase::kNavigating: return "navigating";
   }
   return "unknown";
 }
@@ -164,7 +161,7 @@ void NavigationFilterNode::publish_states(Gyro& source) {
     state_writer_.write(message);
   };
   for (const Stream stream : kFilters) publish(stream);
-  if (source.navigation.truth_heard()) publish(Stream::kTruth);
+  if (source.navigation.truth_received()) publish(Stream::kTruth);
 }
 
 void NavigationFilterNode::tell_of(Gyro& source) {
@@ -194,8 +191,8 @@ void NavigationFilterNode::tell_of(Gyro& source) {
        now.duplicates);
   source.told = now;
   const Phase phase = source.navigation.phase();
-  if (phase != source.told_phase) {
-    source.told_phase = phase;
+  if (phase != source.reported_phase) {
+    source.reported_phase = phase;
     host_.raise({.code = std::string("phase_") + name(phase),
                  .severity = Severity::kInformation,
                  .text = who + name(phase),
@@ -203,8 +200,8 @@ void NavigationFilterNode::tell_of(Gyro& source) {
                  .sensor_time_ns = time_ns});
   }
   const auto compass = source.navigation.compass();
-  if (!compass || source.told_compass) return;
-  source.told_compass = true;
+  if (!compass || source.reported_compass) return;
+  source.reported_compass = true;
   const bool found = *compass == navigation::CompassVerdict::kFound;
   host_.raise({.code = found ? "heading_found" : "heading_unknown",
                .severity = found ? Severity::kInformation : Severity::kWarning,
@@ -235,7 +232,7 @@ service::Status NavigationFilterNode::status() {
       const navigation::GyroNavigation& n = source.navigation;
       paced = paced && source.pace.is_waited_for();
       all.push_back({.id = id,
-                     .truth = n.truth_heard(),
+                     .truth = n.truth_received(),
                      .at_rest = n.at_rest(),
                      .phase = n.phase(),
                      .rest_s = n.rest_s(),
@@ -246,15 +243,15 @@ service::Status NavigationFilterNode::status() {
     strangers = stranger_samples_;
     unwritten = unwritten_;
   }
-  if (strangers > told_stranger_samples_) {
+  if (strangers > reported_stranger_samples_) {
     host_.raise_counted(
         {.code = "too_many_gyros",
          .severity = Severity::kError,
          .text = fmt::format("{} gyros are navigated by (--max-gyros), the samples of others are "
                              "left out",
                              options_.max_gyros)},
-        strangers - told_stranger_samples_);
-    told_stranger_samples_ = strangers;
+        strangers - reported_stranger_samples_);
+    reported_stranger_samples_ = strangers;
   }
   service::Status status;
   status.state = all.empty() ? service::State::kWaiting : service::State::kRunning;

@@ -45,8 +45,8 @@ class NavigationFilterNode {
     service::ConsumerPace pace{};
     navigation::GyroNavigation navigation;
     navigation::NavigationCounts told{};
-    navigation::Phase told_phase = navigation::Phase::kWaiting;
-    bool told_compass = false;
+    navigation::Phase reported_phase = navigation::Phase::kWaiting;
+    bool reported_compass = false;
   };
   // Of one gyro, as plain values.
   struct Seen;
@@ -72,7 +72,7 @@ class NavigationFilterNode {
   core::BoundedTable<std::uint32_t, Gyro> gyros_;
   core::BoundedTable<std::uint32_t, service::ConsumerPace> strangers_;
   std::uint64_t stranger_samples_ = 0;
-  std::uint64_t told_stranger_samples_ = 0;
+  std::uint64_t reported_stranger_samples_ = 0;
   std::uint64_t unwritten_ = 0;
   std::optional<std::int64_t> published_ns_;
   service::HopLatency delivery_latency_{"delivery"};

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <limits>
 
+#include "common/measurement/doubts_json.h"
 #include "services/zerodrift/allan_report.h"
 #include "services/zerodrift/allan_units.h"
-#include "services/zerodrift/doubts.h"
 
 namespace zerodrift::services {
 namespace {

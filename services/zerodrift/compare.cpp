@@ -7,26 +7,27 @@
 #include <stdexcept>
 
 #include "common/config/compensation_config.h"
+#include "common/evaluation/comparison_report.h"
+#include "common/evaluation/comparison_run.h"
+#include "common/evaluation/comparison_seeds.h"
+#include "common/evaluation/comparison_verdict.h"
 #include "common/files/atomic_file.h"
 #include "common/report/json_file.h"
 #include "common/service/main.h"
 #include "common/service/time_option.h"
 #include "services/zerodrift/commands.h"
-#include "services/zerodrift/comparison_report.h"
-#include "services/zerodrift/comparison_run.h"
-#include "services/zerodrift/comparison_seeds.h"
-#include "services/zerodrift/comparison_verdict.h"
 #include "services/zerodrift/doubts.h"
 #include "services/zerodrift/ending.h"
 #include "services/zerodrift/paragraph.h"
+#include "services/zerodrift/progress_bar.h"
 #include "services/zerodrift/record_options.h"
 
 namespace zerodrift::services {
 namespace {
 
 struct CompareOptions {
-  ComparisonRequest request;
-  SeedsRequest seeds;  // of the options below without a record
+  evaluation::ComparisonRequest request;
+  evaluation::SeedsRequest seeds;  // of the options below without a record
   std::string config;
   std::string json;
   std::string html;
@@ -56,9 +57,9 @@ void write_files(const CompareOptions& options, nlohmann::ordered_json json,
 }
 
 int compare_seeds(const CompareOptions& options) {
-  SeedsRequest request = options.seeds;
+  evaluation::SeedsRequest request = options.seeds;
   request.comparison = options.request;
-  const SeedsResult result = run_seeds(request);
+  const evaluation::SeedsResult result = run_seeds(request, ProgressBars());
   const Provenance provenance =
       provenance_of(options.made_by, options.config, {options.seeds.model, options.seeds.profile});
   write_files(
@@ -84,7 +85,7 @@ int compare(CompareOptions options) {
       throw std::invalid_argument("--record: found none, expected it, or --model and --profile");
     return compare_seeds(options);
   }
-  const ComparisonResult result = run_comparison(options.request);
+  const evaluation::ComparisonResult result = run_comparison(options.request, ProgressBars());
   const Provenance provenance =
       provenance_of(options.made_by, options.config, {options.request.record});
   write_files(
@@ -108,11 +109,11 @@ void add_compare(CLI::App& app, Run& run, const Invocation& made_by) {
       "compare", "judge compensation schemes on a record: test-then-train, delayed, frozen");
   auto options = std::make_shared<CompareOptions>();
   options->made_by = made_by;
-  ComparisonRequest& request = options->request;
+  evaluation::ComparisonRequest& request = options->request;
   request.schemes.assign(comparison::kSchemeNames.begin(), comparison::kSchemeNames.end());
   request.delays_s = {60.0, 600.0};
   auto* record = command->add_option("--record", request.record, kRecordHelp);
-  SeedsRequest& seeds = options->seeds;
+  evaluation::SeedsRequest& seeds = options->seeds;
   auto* model = command->add_option("--model", seeds.model, "instead of a record: a twin's model");
   auto* profile = command->add_option("--profile", seeds.profile, "and what the experiment does");
   model->needs(profile)->excludes(record);

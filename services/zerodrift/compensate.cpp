@@ -18,14 +18,14 @@
 #include "common/compensation/option_keys.h"
 #include "common/config/compensation_config.h"
 #include "common/core/units.h"
+#include "common/evaluation/model_use.h"
+#include "common/evaluation/offline_run.h"
 #include "common/files/atomic_file.h"
+#include "common/recording/compensated_csv.h"
 #include "common/service/main.h"
 #include "services/zerodrift/commands.h"
-#include "services/zerodrift/compensated_csv.h"
 #include "services/zerodrift/doubts.h"
 #include "services/zerodrift/ending.h"
-#include "services/zerodrift/model_use.h"
-#include "services/zerodrift/offline_run.h"
 #include "services/zerodrift/progress_bar.h"
 #include "services/zerodrift/record_options.h"
 
@@ -76,7 +76,7 @@ class Summary {
     }
   }
 
-  [[nodiscard]] const ModelUse& use() const { return use_; }
+  [[nodiscard]] const evaluation::ModelUse& use() const { return use_; }
 
   // A spread takes two minutes: of less there is no table.
   void print() const {
@@ -134,7 +134,7 @@ class Summary {
   }
 
   core::PerAxis<Axis> axes_;
-  ModelUse use_;
+  evaluation::ModelUse use_;
 };
 
 // What was resumed, for people.
@@ -199,15 +199,16 @@ int compensate(const CompensateOptions& options) {
   if (!options.scheme.empty())
     compensation_options.scheme = compensation::scheme_named(options.scheme);
   if (!options.prior.empty()) compensation_options.prior = config::load_prior(options.prior);
-  OfflineRun offline(options.record, options.columns, chosen_gyro(*options.gyro_id_option),
-                     options.topics, compensation_options);
+  evaluation::OfflineRun offline(options.record, options.columns,
+                                 chosen_gyro(*options.gyro_id_option), options.topics,
+                                 compensation_options);
   const std::uint32_t recorded_gyro = offline.info().gyro_id;
   const checkpoint::Owner owner{recorded_gyro != 0 ? recorded_gyro : options.gyro_id,
                                 offline.options()};
   std::string resumed;
   if (!options.checkpoint.empty())
     resumed = resume(options.checkpoint, owner, offline.compensator());
-  const auto missing = missing_probes(compensation_options, offline.info());
+  const auto missing = evaluation::missing_probes(compensation_options, offline.info());
   require_probes_of_prior(options.record, compensation_options, missing);
   if (compensation_options.prior) {
     std::string names;
@@ -224,7 +225,7 @@ int compensate(const CompensateOptions& options) {
                  "not be used\n",
                  options.record.c_str(), probe.c_str());
   }
-  std::optional<CompensatedCsv> csv;
+  std::optional<recording::CompensatedCsv> csv;
   if (!options.out.empty()) csv.emplace(options.out);
   Summary summary(offline.info().sample_period_s > 0.0 ? offline.info().sample_period_s : 1.0);
   std::uint64_t samples = 0;

@@ -5,9 +5,9 @@
 #include <optional>
 
 #include "common/core/units.h"
+#include "common/measurement/doubts_json.h"
 #include "services/zerodrift/diagnosis_report.h"
 #include "services/zerodrift/diagnosis_words.h"
-#include "services/zerodrift/doubts.h"
 
 namespace zerodrift::services {
 namespace {

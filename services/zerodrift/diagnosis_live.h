@@ -31,6 +31,7 @@ struct LiveOptions {
 
 // Samples are taken on the middleware's thread, the diagnosis runs on one of its own, status and
 // event on the host's.
+// More members than other classes: what arrived so far is one state under one lock.
 class LiveDiagnosis {
  public:
   LiveDiagnosis(const DiagnosisRequest& request, const LiveOptions& options);

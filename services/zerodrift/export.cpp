@@ -9,10 +9,10 @@
 #include "common/dds/topics.h"
 #include "common/files/atomic_file.h"
 #include "common/record/bag_files.h"
+#include "common/recording/record_export.h"
 #include "common/service/main.h"
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/ending.h"
-#include "services/zerodrift/export_csv.h"
 #include "services/zerodrift/record_options.h"
 
 namespace zerodrift::services {
@@ -22,12 +22,12 @@ const std::string kRates(dds::kAngularRate.name);
 const std::string kCompensated(dds::kCompensatedRate.name);
 
 struct ExportOptions {
-  ExportRequest request{};
+  recording::ExportRequest request{};
   std::string topic = kRates;
   std::string attachment{};
 };
 
-ExportResult convert(const ExportOptions& options) {
+recording::ExportResult convert(const ExportOptions& options) {
   const bool to_mcap = options.request.to.extension() == ".mcap";
   const bool is_mcap = record::is_mcap_record(options.request.from);
   if (to_mcap == is_mcap) {
@@ -47,10 +47,10 @@ int run_export(const ExportOptions& options) {
   const EndsAtOnce on_signal;
   files::check_outputs({{"--record", options.request.from}}, {{"--out", options.request.to}});
   if (!options.attachment.empty()) {
-    export_attachment(options.request.from, options.attachment, options.request.to);
+    recording::export_attachment(options.request.from, options.attachment, options.request.to);
     return service::kExitDone;
   }
-  const ExportResult result = convert(options);
+  const recording::ExportResult result = convert(options);
   for (const auto& line : result.warnings) std::fprintf(stderr, "%s\n", line.c_str());
   std::printf("%s: %llu rows\n", options.request.to.c_str(),
               static_cast<unsigned long long>(result.rows));

@@ -5,6 +5,7 @@
 
 #include "common/files/atomic_file.h"
 #include "common/mcap/mcap_reader.h"
+#include "common/measurement/doubts_json.h"
 #include "common/measurement/plausibility.h"
 #include "common/record/record_reader.h"
 #include "common/record/record_rows.h"

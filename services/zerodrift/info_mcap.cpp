@@ -12,6 +12,7 @@
 #include "common/core/one_line.h"
 #include "common/dds/topics.h"
 #include "common/files/file_error.h"
+#include "common/measurement/doubts_json.h"
 #include "common/record/record_reader.h"
 #include "common/report/json_file.h"
 #include "common/service/main.h"
@@ -27,12 +28,9 @@ bool counts_up(std::string_view topic) {
 
 std::string_view ending_text(mcap::Ending ending) {
   switch (ending) {
-    case mcap::Ending::kWhole:
-      return "whole";
-    case mcap::Ending::kCut:
-      return "cut";
-    case mcap::Ending::kDamaged:
-      return "damaged";
+    case mcap::Ending::kWhole: return "whole";
+    case mcap::Ending::kCut: return "cut";
+    case mcap::Ending::kDamaged: return "damaged";
   }
   return "";
 }

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "common/config/compensation_config.h"
+#include "common/evaluation/navigation_report.h"
 #include "common/files/atomic_file.h"
 #include "common/navigation/arguments.h"
 #include "common/report/json_file.h"
@@ -12,7 +13,6 @@
 #include "common/service/time_option.h"
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/ending.h"
-#include "services/zerodrift/navigate_report.h"
 #include "services/zerodrift/paragraph.h"
 #include "services/zerodrift/record_options.h"
 
@@ -20,7 +20,7 @@ namespace zerodrift::services {
 namespace {
 
 struct NavigateOptions {
-  NavigateRequest request;
+  evaluation::NavigationRequest request;
   navigation::NavigationArguments arguments;
   std::string config;
   std::string prior;
@@ -55,7 +55,7 @@ int navigate(NavigateOptions options) {
       options.request.compensation.reference.rest == compensation::ReferencePolicy::kAccept) {
     options.request.compensation.reference.await_feedback = true;
   }
-  const NavigateResult result = run_navigation(options.request);
+  const evaluation::NavigationResult result = run_navigation(options.request);
   if (!options.json.empty()) report::write_json(options.json, navigation_json(result));
   if (!options.html.empty())
     report::write_html(options.html, navigation_page(options.request, result));

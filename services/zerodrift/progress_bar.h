@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <optional>
 #include <string>
 
 namespace zerodrift::services {
@@ -19,6 +20,21 @@ class ProgressBar {
   bool on_terminal_;
   bool drawn_ = false;
   std::chrono::steady_clock::time_point drawn_at_;
+};
+
+// One after the other, each named by what is done (common/evaluation/progress.h).
+class ProgressBars {
+ public:
+  void operator()(const std::string& what, double share) {
+    if (what != what_) bar_.reset();
+    what_ = what;
+    if (!bar_) bar_.emplace(what);
+    bar_->show(share);
+  }
+
+ private:
+  std::string what_;
+  std::optional<ProgressBar> bar_;
 };
 
 }  // namespace zerodrift::services

@@ -10,13 +10,13 @@
 
 #include "common/dds/conversions.h"
 #include "common/files/atomic_file.h"
+#include "common/recording/compensated_csv.h"
 #include "common/recording/recorder.h"
 #include "common/service/host.h"
 #include "common/service/main.h"
 #include "common/service/replay_pacer.h"
 #include "common/service/time_option.h"
 #include "services/zerodrift/commands.h"
-#include "services/zerodrift/compensated_csv.h"
 #include "services/zerodrift/ending.h"
 #include "services/zerodrift/record_options.h"
 
@@ -67,9 +67,9 @@ class Recorder {
   static constexpr std::uint64_t kReportEvery = 32;
 
   // A pipe waits for its reader.
-  static CompensatedCsv open(const std::string& out) {
+  static recording::CompensatedCsv open(const std::string& out) {
     const EndsAtOnce on_signal;
-    return CompensatedCsv(out);
+    return recording::CompensatedCsv(out);
   }
 
   // Writes, unless that failed before; a failure ends the recording.
@@ -120,7 +120,7 @@ class Recorder {
 
   RecordOptions options_;
   std::mutex mutex_;
-  CompensatedCsv csv_;
+  recording::CompensatedCsv csv_;
   std::atomic<std::uint64_t> taken_{0};  // read without the mutex, which a stalled pipe holds up
   std::atomic<std::uint64_t> newest_{0};
   bool done_ = false;
@@ -229,9 +229,7 @@ void add_record(CLI::App& app, Run& run) {
   options->gyro_id =
       command->add_option("--gyro-id", options->csv.gyro_id, "which gyro; .mcap: all without")
           ->capture_default_str();
-  command
-      ->add_option("--out", options->csv.out,
-                   "file to write: .csv, .csv.gz, .csv.xz or .mcap")
+  command->add_option("--out", options->csv.out, "file to write: .csv, .csv.gz, .csv.xz or .mcap")
       ->required();
   command->add_option("--samples", options->csv.samples,
                       "stop after so many compensated samples; without, at Ctrl-C");

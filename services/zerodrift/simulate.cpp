@@ -3,13 +3,13 @@
 #include <cstdio>
 #include <string>
 
+#include "common/evaluation/simulated_record.h"
 #include "common/files/atomic_file.h"
 #include "common/service/main.h"
 #include "common/service/time_option.h"
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/ending.h"
 #include "services/zerodrift/progress_bar.h"
-#include "services/zerodrift/simulated_record.h"
 
 namespace zerodrift::services {
 namespace {
@@ -28,7 +28,7 @@ int simulate(const SimulateOptions& options) {
   const EndsAtOnce on_signal;
   files::check_outputs({{"--model", options.model}, {"--profile", options.profile}},
                        {{"--out", options.out}});
-  SimulatedRecord record = load_simulation(options.model, options.profile);
+  evaluation::SimulatedRecord record = evaluation::load_simulation(options.model, options.profile);
   for (const auto& line : record.warnings) std::fprintf(stderr, "%s\n", line.c_str());
   if (options.duration_s > 0.0) record.profile.duration_s = options.duration_s;
   if (options.rate_hz > 0.0) record.rate_hz = options.rate_hz;

@@ -98,6 +98,11 @@ TEST(Sources, AreShortOrSayWhyNot) {
   EXPECT_EQ(listed(check_lengths(project(), kLongest)), "");
 }
 
+TEST(Sources, ClassesHaveFewMembersOrSayWhyNot) {
+  constexpr std::size_t kMost = 20;
+  EXPECT_EQ(listed(check_members(project(), kMost)), "");
+}
+
 TEST(Sources, EveryCommonFolderHasTests) {
   EXPECT_EQ(listed(check_test_folders(project())), "");
 }
@@ -201,6 +206,11 @@ TEST(WrongTree, MissingLicenceLinesAreReported) {
 TEST(WrongTree, LongSourcesWithoutAReasonAreReported) {
   constexpr std::size_t kOneLess = 40;  // than the longest of the fixtures has
   expect_offences(check_lengths(wrong_tree(), kOneLess), {"services/one/main.cpp: has 41 lines"});
+}
+
+TEST(WrongTree, ClassesOfManyMembersWithoutAReasonAreReported) {
+  expect_offences(check_members(wrong_tree(), 2),
+                  {"common/drivers/wrong_layer.h: Crowded has 3 members"});
 }
 
 TEST(WrongTree, MissingTestFoldersAreReported) {

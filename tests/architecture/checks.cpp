@@ -449,6 +449,59 @@ Offences check_lengths(const Tree& tree, std::size_t most_lines) {
   return offences;
 }
 
+namespace {
+
+// How many members a line of a class declares, by this project's format and names.
+std::size_t members_declared(const std::string& line) {
+  static const std::regex kDeclaration(
+      R"(^  [A-Za-z].*\b\w+_(\[\w+\]|\{.*\}|\s*=.*)?;\s*(//.*)?$)");
+  static const std::regex kMember(R"(\b\w+_(?=\s*[,;{=\[]))");
+  if (!std::regex_search(line, kDeclaration)) return 0;
+  const std::string code = line.substr(0, line.find("//"));
+  return static_cast<std::size_t>(
+      std::distance(std::sregex_iterator(code.begin(), code.end(), kMember), {}));
+}
+
+}  // namespace
+
+Offences check_members(const Tree& tree, std::size_t most_members) {
+  const auto gives_reason = [](const std::string& line) {
+    return line.find("More members than other classes") != std::string::npos;
+  };
+  static const std::regex kClass(R"(^class (\w+)[^;]*\{(\s*//.*)?$)");
+  Offences offences;
+  for (const char* top : {"common", "services"}) {
+    for (const std::string& file : files(tree, top, is_cpp)) {
+      std::string name;
+      std::size_t members = 0;
+      bool says_why = false;
+      for (const std::string& line : lines_of(tree.root / file)) {
+        std::smatch match;
+        if (std::regex_search(line, match, kClass)) {
+          name = match[1];
+          members = 0;
+          says_why = says_why || gives_reason(line);
+        } else if (line == "};" && !name.empty()) {
+          if (members > most_members && !says_why) {
+            offences.push_back(file + ": " + name + " has " + std::to_string(members) +
+                               " members; more than " + std::to_string(most_members) +
+                               " want a reason in its comment, \"More members than other "
+                               "classes ...\"");
+          }
+          name.clear();
+          says_why = false;
+        } else if (name.empty()) {
+          const bool is_comment = line.starts_with("//");
+          says_why = is_comment && (says_why || gives_reason(line));
+        } else {
+          members += members_declared(line);
+        }
+      }
+    }
+  }
+  return offences;
+}
+
 Offences check_test_folders(const Tree& tree) {
   Offences offences;
   for (const std::string& folder : subfolders(tree.root / "common")) {

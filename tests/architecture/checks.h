@@ -48,6 +48,9 @@ Offences check_licence_lines(const Tree& tree);
 // Sources of common/ and services/ that are longer and whose first comment doesn't say why ("Longer
 // than other files").
 Offences check_lengths(const Tree& tree, std::size_t most_lines);
+// Classes of more members (x_) than this say why in the comment before them: "More members than
+// other classes ...".
+Offences check_members(const Tree& tree, std::size_t most_members);
 Offences check_test_folders(const Tree& tree);
 
 }  // namespace zerodrift::architecture

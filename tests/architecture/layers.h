@@ -15,7 +15,7 @@ enum class Purity { kPure, kSystem };  // kPure: std, Eigen, Boost.Math only, se
 struct Layer {
   std::string_view folder;  // below the root
   Purity purity;
-  std::array<std::string_view, 8> may_depend;  // folders it may name itself; unused entries empty
+  std::array<std::string_view, 10> may_depend;  // folders it may name itself; unused entries empty
 };
 
 // clang-format off
@@ -36,13 +36,14 @@ inline constexpr std::array kLayers{
     Layer{"common/checkpoint",   Purity::kSystem, {"common/core", "common/thermal", "common/regression", "common/compensation", "common/files", "idl/proto"}},
     Layer{"common/report",       Purity::kSystem, {"common/core", "common/files"}},
     Layer{"common/measurement",  Purity::kSystem, {"common/core", "common/twin", "common/diagnosis", "common/record", "common/report"}},
+    Layer{"common/evaluation",   Purity::kSystem, {"common/core", "common/allan", "common/twin", "common/compensation", "common/comparison", "common/navigation", "common/mcap", "common/record", "common/report", "common/config"}},
     Layer{"common/drivers",      Purity::kSystem, {"common/core"}},
     Layer{"common/config",       Purity::kSystem, {"common/core", "common/thermal", "common/regression", "common/navigation", "common/compensation", "common/twin", "common/files", "idl/proto"}},
     Layer{"common/dds",          Purity::kSystem, {"common/core", "idl/dds"}},
     Layer{"common/web",          Purity::kSystem, {"common/core"}},
     Layer{"common/foxglove",     Purity::kSystem, {"common/core", "common/web"}},
     Layer{"common/replay",       Purity::kSystem, {"common/core", "common/twin", "common/config", "common/record", "common/dds", "common/service", "idl/dds"}},
-    Layer{"common/recording",    Purity::kSystem, {"common/core", "common/files", "common/mcap", "common/dds", "common/service"}},
+    Layer{"common/recording",    Purity::kSystem, {"common/core", "common/files", "common/mcap", "common/record", "common/dds", "common/service"}},
     Layer{"common/service",      Purity::kSystem, {"common/core", "common/compensation", "common/dds", "idl/dds"}},
 };
 // clang-format on

@@ -161,16 +161,11 @@ struct Goal {
 
 std::optional<double> mean_goal_us(std::size_t window) {
   switch (window) {
-    case 200:
-      return 5.0;
-    case 500:
-      return 10.0;
-    case 1000:
-      return 25.0;
-    case 2000:
-      return 60.0;
-    default:
-      return std::nullopt;
+    case 200: return 5.0;
+    case 500: return 10.0;
+    case 1000: return 25.0;
+    case 2000: return 60.0;
+    default: return std::nullopt;
   }
 }
 

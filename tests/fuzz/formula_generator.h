@@ -37,14 +37,10 @@ class FormulaGenerator {
   std::string summand() {
     const std::string own = "k" + std::to_string(++amplitudes_);
     switch (draw(8)) {
-      case 0:
-        return part(0);  // without an amplitude: mostly refused
-      case 1:
-        return "-" + own + " * " + part(0);
-      case 2:
-        return part(0) + " * " + own;
-      default:
-        return own + " * " + part(0);
+      case 0: return part(0);  // without an amplitude: mostly refused
+      case 1: return "-" + own + " * " + part(0);
+      case 2: return part(0) + " * " + own;
+      default: return own + " * " + part(0);
     }
   }
 
@@ -53,28 +49,17 @@ class FormulaGenerator {
     switch (draw(14)) {
       case 0:
       case 1:
-      case 2:
-        return input();
-      case 3:
-        return number();
-      case 4:
-        return constant();
-      case 5:
-        return "(" + part(depth + 1) + sign() + part(depth + 1) + ")";
-      case 6:
-        return part(depth + 1) + " * " + part(depth + 1);
-      case 7:
-        return part(depth + 1) + " / " + part(depth + 1);
-      case 8:
-        return "(" + part(depth + 1) + ")^" + std::to_string(draw(8));
-      case 9:
-        return "lag(" + part(depth + 1) + ", " + constant() + ")";
-      case 10:
-        return "play(" + part(depth + 1) + ", " + constant() + ")";
-      case 11:
-        return "rate(" + (draw(8) == 1 ? part(depth + 1) : input()) + ")";
-      case 12:
-        return "abs(" + part(depth + 1) + ")";
+      case 2: return input();
+      case 3: return number();
+      case 4: return constant();
+      case 5: return "(" + part(depth + 1) + sign() + part(depth + 1) + ")";
+      case 6: return part(depth + 1) + " * " + part(depth + 1);
+      case 7: return part(depth + 1) + " / " + part(depth + 1);
+      case 8: return "(" + part(depth + 1) + ")^" + std::to_string(draw(8));
+      case 9: return "lag(" + part(depth + 1) + ", " + constant() + ")";
+      case 10: return "play(" + part(depth + 1) + ", " + constant() + ")";
+      case 11: return "rate(" + (draw(8) == 1 ? part(depth + 1) : input()) + ")";
+      case 12: return "abs(" + part(depth + 1) + ")";
       default:
         return (draw(2) == 0 ? "tanh(" : "exp(") + part(depth + 1) + " / " + constant() + ")";
     }

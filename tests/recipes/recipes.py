@@ -120,8 +120,8 @@ def add_key(copy):
 def add_effect(copy):
     old = (copy.root / "common/twin/effects/vibration_rectification.cpp").read_text()
     new = old.replace("inputs.vibration_g * inputs.vibration_g", "inputs.vibration_g")
-    for name, other in (("VibrationRectification", "VibrationBias"), ("vibration_rectification", "vibration_bias"),
-                        ("coefficient_deg_h_per_g2", "coefficient_deg_h_per_g"), ("k g^2", "k g"), ("k g²", "k g")):
+    for name, other in (("vibration_rectification", "vibration_bias"), ("coefficient_deg_h_per_g2", "coefficient_deg_h_per_g"),
+                        ("k g^2", "k g"), ("k g²", "k g")):
         new = new.replace(name, other)
     copy.new("common/twin/effects/vibration_bias.cpp", new)
     copy.before("common/twin/effect_catalogue.cpp", "  X(acceleration_sensitivity)", "  X(vibration_bias)                  \\\n")

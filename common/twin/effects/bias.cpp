@@ -1,35 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 // Constant zero-rate offset. Default: turn-on bias of a tactical-grade FOG, 0.1 deg/h.
-#include "common/core/units.h"
-#include "common/twin/effect.h"
+#include "common/twin/effect_parts.h"
 
 namespace zerodrift::twin::effects {
 namespace {
 
-class Bias final : public Effect {
- public:
-  explicit Bias(const EffectContext& context)
-      : bias_radps_(core::radps_from_deg_h(context.parameter("bias_deg_h"))) {}
-
-  double step(const EffectInputs& /*inputs*/) noexcept override { return bias_radps_; }
-
- private:
-  double bias_radps_;
-};
+std::unique_ptr<Effect> make_bias(const EffectContext& context) {
+  return without_memory(
+      [bias_radps = context.radps("bias_deg_h")](const EffectInputs&) { return bias_radps; });
+}
 
 }  // namespace
 
 EffectDefinition bias() {
-  return {.kind = "bias",
-          .equation = "b0",
+  return {.equation = "b0",
           .source = "IEEE Std 952-1997, model equation",
-          .contribution = Contribution::kDrift,
           .parameters = {{"bias_deg_h", "offset b0", 0.1}},
-          .inputs = {},
-          .needs = {},
-          .confused_with = {},
           .search = {.is_constant = true},
-          .make = [](const EffectContext& c) { return std::make_unique<Bias>(c); }};
+          .make = make_bias};
 }
 
 }  // namespace zerodrift::twin::effects

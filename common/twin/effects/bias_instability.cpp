@@ -2,7 +2,7 @@
 // Flicker (1/f) noise of the bias, flat Allan variance (2 ln2/pi) B². See flicker_noise.h for how
 // it is made and how closely. Default: 0.05 deg/h, tactical grade.
 #include "common/core/units.h"
-#include "common/twin/effect.h"
+#include "common/twin/effect_parts.h"
 #include "common/twin/flicker_noise.h"
 
 namespace zerodrift::twin::effects {
@@ -35,21 +35,19 @@ class BiasInstability final : public Effect {
 EffectDefinition bias_instability() {
   const FlickerNoiseOptions range;
   return {
-      .kind = "bias_instability",
       .equation = "flicker noise of one-sided spectrum B^2/(pi f)",
       .source = "IEEE Std 952-1997, Annex C",
       .family = Family::kStochastic,
-      .contribution = Contribution::kDrift,
       .parameters = {{"coefficient_deg_h", "B", 0.05, 0.0},
-                     {"shortest_correlation_s", "where the 1/f spectrum ends at high frequency",
-                      range.shortest_correlation_s, 1e-3, 1e3, ParameterRole::kConvention},
-                     {"longest_correlation_s", "where it ends at low frequency",
-                      range.longest_correlation_s, 1e3, 1e9, ParameterRole::kConvention}},
-      .inputs = {},
+                     convention("shortest_correlation_s",
+                                "where the 1/f spectrum ends at high frequency",
+                                range.shortest_correlation_s, {1e-3, 1e3}),
+                     convention("longest_correlation_s", "where it ends at low frequency",
+                                range.longest_correlation_s, {1e3, 1e9})},
       .needs = {Need::kLongRecord},
       .confused_with = {"markov", "rate_random_walk"},
       .spectrum = {"coefficient_deg_h", density, NoiseLaw::kFlicker, core::kRadPerSecPerDegPerHour},
-      .make = [](const EffectContext& c) { return std::make_unique<BiasInstability>(c); }};
+      .make = make<BiasInstability>};
 }
 
 }  // namespace zerodrift::twin::effects

@@ -2,45 +2,25 @@
 // Bias as a polynomial of temperature, without its constant (that is `bias`):
 //     c1 D + c2 D² + c3 D³ + c4 D⁴,  D = LP_lag(T) - T_ref
 // Default: 0.01 deg/h/°C, a usual data-sheet figure of tactical-grade FOGs.
-#include "common/core/units.h"
-#include "common/twin/effect.h"
-#include "common/twin/low_pass.h"
+#include "common/twin/effect_parts.h"
+#include "common/twin/effects/bias_polynomial.h"
 
 namespace zerodrift::twin::effects {
 namespace {
 
-class BiasTemperature final : public Effect {
- public:
-  explicit BiasTemperature(const EffectContext& context)
-      : input_(context.inputs.at(0)),
-        lag_(context.parameter("lag_s"), context.interval_s),
-        reference_degc_(context.parameter("reference_degc")),
-        c1_(core::radps_from_deg_h(context.parameter("c1_deg_h_per_degc"))),
-        c2_(core::radps_from_deg_h(context.parameter("c2_deg_h_per_degc2"))),
-        c3_(core::radps_from_deg_h(context.parameter("c3_deg_h_per_degc3"))),
-        c4_(core::radps_from_deg_h(context.parameter("c4_deg_h_per_degc4"))) {}
-
-  double step(const EffectInputs& inputs) noexcept override {
-    const double d = lag_.step(temperature_degc(inputs, input_)) - reference_degc_;
-    return d * (c1_ + d * (c2_ + d * (c3_ + d * c4_)));
-  }
-
-  void carry(core::StateArchive& archive) override { archive(lag_); }
-
- private:
-  TemperaturePoint input_;
-  LowPass lag_;
-  double reference_degc_;
-  double c1_, c2_, c3_, c4_;  // rad/s per °C, °C², °C³, °C⁴
-};
+std::unique_ptr<Effect> make_bias_temperature(const EffectContext& context) {
+  return with_memory(
+      LaggedTemperature(context),
+      [bias = BiasPolynomial(context)](LaggedTemperature& above, const EffectInputs& inputs) {
+        return bias.radps(above.step(inputs));
+      });
+}
 
 }  // namespace
 
 EffectDefinition bias_temperature() {
-  return {.kind = "bias_temperature",
-          .equation = "c1 D + c2 D^2 + c3 D^3 + c4 D^4, D = LP_lag(T) - T_ref",
+  return {.equation = "c1 D + c2 D^2 + c3 D^3 + c4 D^4, D = LP_lag(T) - T_ref",
           .source = "IEEE Std 952-1997, model equation",
-          .contribution = Contribution::kDrift,
           .parameters = {reference_parameter(),
                          {"c1_deg_h_per_degc", "linear coefficient", 0.01},
                          {"c2_deg_h_per_degc2", "quadratic coefficient", 0.0},
@@ -51,7 +31,7 @@ EffectDefinition bias_temperature() {
           .needs = {Need::kTemperature},
           .confused_with = {"shupe_temperature", "rate_ramp"},
           .search = {.lends_conventions = true},
-          .make = [](const EffectContext& c) { return std::make_unique<BiasTemperature>(c); }};
+          .make = make_bias_temperature};
 }
 
 }  // namespace zerodrift::twin::effects

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <vector>
 
-#include "common/twin/effect.h"
+#include "common/twin/effect_parts.h"
 
 namespace zerodrift::twin::effects {
 namespace {
@@ -49,23 +49,15 @@ class ClockOffset final : public Effect {
 }  // namespace
 
 EffectDefinition clock_offset() {
-  return {.kind = "clock_offset",
-          .equation = "W(t - delta) - W(t)",
+  return {.equation = "W(t - delta) - W(t)",
           .source = "definition of a time-stamp error",
           .family = Family::kRecordFault,
           .contribution = Contribution::kOutput,
-          .parameters = {{"delay_s",
-                          "delta",
-                          5e-3,
-                          -1.0,
-                          10.0,
-                          ParameterRole::kShape,
-                          {-0.1, -0.03, -0.01, 0.01, 0.03, 0.1}}},
-          .inputs = {},
+          .parameters = {shape("delay_s", "delta", 5e-3, {-1.0, 10.0},
+                               {-0.1, -0.03, -0.01, 0.01, 0.03, 0.1})},
           .needs = {Need::kReferenceRate, Need::kTimeStamps},
-          .confused_with = {},
           .search = {.follows_inputs = true},
-          .make = [](const EffectContext& c) { return std::make_unique<ClockOffset>(c); }};
+          .make = make<ClockOffset>};
 }
 
 }  // namespace zerodrift::twin::effects

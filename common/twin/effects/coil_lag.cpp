@@ -3,53 +3,34 @@
 // measured one with a lag,
 //     s LP_tau(dT/dt),  tau of 2 to 40 minutes
 // Default: 0.5 deg/h per °C/min behind 10 minutes.
-#include "common/core/units.h"
-#include "common/twin/effect.h"
-#include "common/twin/low_pass.h"
+#include "common/twin/effect_parts.h"
 
 namespace zerodrift::twin::effects {
 namespace {
 
-class CoilLag final : public Effect {
- public:
-  explicit CoilLag(const EffectContext& context)
-      : input_(context.inputs.at(0)),
-        lag_(context.parameter("tau_s"), context.interval_s),
-        radps_per_degc_per_s_(
-            core::radps_from_deg_h(context.parameter("coefficient_deg_h_min_per_degc")) * 60.0) {}
-
-  double step(const EffectInputs& inputs) noexcept override {
-    return radps_per_degc_per_s_ * lag_.step(temperature_rate_degc_per_s(inputs, input_));
-  }
-
-  void carry(core::StateArchive& archive) override { archive(lag_); }
-
- private:
-  TemperaturePoint input_;
-  LowPass lag_;
-  double radps_per_degc_per_s_;
-};
+std::unique_ptr<Effect> make_coil_lag(const EffectContext& context) {
+  const TemperaturePoint input = context.inputs.at(0);
+  const double radps_per_degc_per_s = context.radps("coefficient_deg_h_min_per_degc") * 60.0;
+  return with_memory(LowPass(context.parameter("tau_s"), context.interval_s),
+                     [=](LowPass& lag, const EffectInputs& inputs) {
+                       return radps_per_degc_per_s *
+                              lag.step(temperature_rate_degc_per_s(inputs, input));
+                     });
+}
 
 }  // namespace
 
 EffectDefinition coil_lag() {
-  return {.kind = "coil_lag",
-          .equation = "s LP_tau(dT/dt)",
+  return {.equation = "s LP_tau(dT/dt)",
           .source = "Mohr, J. Lightwave Technology 14 (1996) 27 (heat conduction into the coil)",
-          .contribution = Contribution::kDrift,
           .parameters = {{"coefficient_deg_h_min_per_degc", "s, deg/h per °C/min", 0.5},
-                         {"tau_s",
-                          "lag of the rate",
-                          600.0,
-                          0.0,
-                          1e5,
-                          ParameterRole::kShape,
-                          {120.0, 240.0, 480.0, 900.0, 1500.0, 2400.0}}},
+                         shape("tau_s", "lag of the rate", 600.0, {0.0, 1e5},
+                               {120.0, 240.0, 480.0, 900.0, 1500.0, 2400.0})},
           .inputs = {TemperaturePoint::kCoil},
           .needs = {Need::kTemperature},
           .confused_with = {"shupe", "gradient"},
           .search = {.limit = "shupe"},
-          .make = [](const EffectContext& c) { return std::make_unique<CoilLag>(c); }};
+          .make = make_coil_lag};
 }
 
 }  // namespace zerodrift::twin::effects

@@ -5,7 +5,7 @@
 // singly.
 #include <algorithm>
 
-#include "common/twin/effect.h"
+#include "common/twin/effect_parts.h"
 
 namespace zerodrift::twin::effects {
 namespace {
@@ -40,25 +40,16 @@ class DroppedSamples final : public Effect {
 }  // namespace
 
 EffectDefinition dropped_samples() {
-  return {
-      .kind = "dropped_samples",
-      .equation = "share p lost, in bursts of mean length L",
-      .source = "Gilbert, Bell System Technical J. 39 (1960) 1253",
-      .family = Family::kRecordFault,
-      .contribution = Contribution::kOutput,
-      .parameters = {{"share", "p", 1e-3, 0.0, 0.5, ParameterRole::kShape, {1e-4, 1e-3, 1e-2, 0.1}},
-                     {"mean_burst_s",
-                      "L, 0 = single samples",
-                      0.0,
-                      0.0,
-                      1e5,
-                      ParameterRole::kShape,
-                      {0.0, 0.1, 1.0, 10.0}}},
-      .inputs = {},
-      .needs = {Need::kTimeStamps},
-      .confused_with = {},
-      .search = {.fault = LocalFault::kDroppedSamples},
-      .make = [](const EffectContext& c) { return std::make_unique<DroppedSamples>(c); }};
+  return {.equation = "share p lost, in bursts of mean length L",
+          .source = "Gilbert, Bell System Technical J. 39 (1960) 1253",
+          .family = Family::kRecordFault,
+          .contribution = Contribution::kOutput,
+          .parameters = {shape("share", "p", 1e-3, {0.0, 0.5}, {1e-4, 1e-3, 1e-2, 0.1}),
+                         shape("mean_burst_s", "L, 0 = single samples", 0.0, {0.0, 1e5},
+                               {0.0, 0.1, 1.0, 10.0})},
+          .needs = {Need::kTimeStamps},
+          .search = {.fault = LocalFault::kDroppedSamples},
+          .make = make<DroppedSamples>};
 }
 
 }  // namespace zerodrift::twin::effects

@@ -5,9 +5,7 @@
 // °C/min between the coil's layers, half of the Shupe effect's own default.
 #include <cmath>
 
-#include "common/core/units.h"
-#include "common/twin/effect.h"
-#include "common/twin/low_pass.h"
+#include "common/twin/effect_parts.h"
 
 namespace zerodrift::twin::effects {
 namespace {
@@ -20,10 +18,8 @@ class GradientRate final : public Effect {
         interval_s_(context.interval_s),
         gradient_rate_(context.parameter("smoothing_s"), context.interval_s),
         mean_rate_(context.parameter("smoothing_s"), context.interval_s),
-        radps_per_degc_per_s_(
-            core::radps_from_deg_h(context.parameter("gradient_deg_h_min_per_degc")) * 60.0),
-        radps_per_degc_per_s2_(
-            core::radps_from_deg_h(context.parameter("curvature_deg_h_min2_per_degc")) * 3600.0) {}
+        radps_per_degc_per_s_(context.radps("gradient_deg_h_min_per_degc") * 60.0),
+        radps_per_degc_per_s2_(context.radps("curvature_deg_h_min2_per_degc") * 3600.0) {}
 
   double step(const EffectInputs& inputs) noexcept override {
     const double from = temperature_rate_degc_per_s(inputs, from_);
@@ -56,23 +52,15 @@ class GradientRate final : public Effect {
 }  // namespace
 
 EffectDefinition gradient_rate() {
-  return {.kind = "gradient_rate",
-          .equation = "g LP_tau(d(Ta - Tb)/dt) + c d/dt LP_tau(dT/dt), T = (Ta + Tb)/2",
+  return {.equation = "g LP_tau(d(Ta - Tb)/dt) + c d/dt LP_tau(dT/dt), T = (Ta + Tb)/2",
           .source = "Mohr, J. Lightwave Technology 14 (1996) 27, expanded in time",
-          .contribution = Contribution::kDrift,
           .parameters = {{"gradient_deg_h_min_per_degc", "g, deg/h per °C/min", 0.5},
                          {"curvature_deg_h_min2_per_degc", "c, deg/h per °C/min²", 0.0},
-                         {"smoothing_s",
-                          "tau",
-                          60.0,
-                          0.0,
-                          1e5,
-                          ParameterRole::kShape,
-                          {30.0, 60.0, 120.0, 300.0}}},
+                         shape("smoothing_s", "tau", 60.0, {0.0, 1e5}, {30.0, 60.0, 120.0, 300.0})},
           .inputs = {TemperaturePoint::kCoilOuter, TemperaturePoint::kCoilInner},
           .needs = {Need::kTemperatureDifference},
           .confused_with = {"shupe"},
-          .make = [](const EffectContext& c) { return std::make_unique<GradientRate>(c); }};
+          .make = make<GradientRate>};
 }
 
 }  // namespace zerodrift::twin::effects

@@ -13,8 +13,7 @@
 #include <string>
 
 #include "common/core/units.h"
-#include "common/twin/effect.h"
-#include "common/twin/low_pass.h"
+#include "common/twin/effect_parts.h"
 
 namespace zerodrift::twin::effects {
 namespace {
@@ -74,28 +73,20 @@ class Hysteresis final : public Effect {
 
 EffectDefinition hysteresis() {
   return {
-      .kind = "hysteresis",
       .equation =
           "sum of a_i E_i/r_i, E_i stop operators of T with thresholds r, 2 r, 4 r, 8 r, 16 r",
       .source = "Brokate & Sprekels, Hysteresis and Phase Transitions (1996), Prandtl-Ishlinskii",
-      .contribution = Contribution::kDrift,
       .parameters = {{"a3_deg_h", "of the operator with threshold 4 r", 0.05},
                      {"a1_deg_h", "of the operator with threshold r", 0.0},
                      {"a2_deg_h", "of the operator with threshold 2 r", 0.0},
                      {"a4_deg_h", "of the operator with threshold 8 r", 0.0},
                      {"a5_deg_h", "of the operator with threshold 16 r", 0.0},
-                     {"smallest_threshold_degc",
-                      "r",
-                      0.5,
-                      1e-3,
-                      100.0,
-                      ParameterRole::kShape,
-                      {0.25, 0.5, 1.0}},
+                     shape("smallest_threshold_degc", "r", 0.5, {1e-3, 100.0}, {0.25, 0.5, 1.0}),
                      lag_parameter()},
       .inputs = {TemperaturePoint::kCoil},
       .needs = {Need::kTemperature, Need::kTemperatureCycles},
       .confused_with = {"shupe", "coil_lag", "warm_up"},
-      .make = [](const EffectContext& c) { return std::make_unique<Hysteresis>(c); }};
+      .make = make<Hysteresis>};
 }
 
 }  // namespace zerodrift::twin::effects

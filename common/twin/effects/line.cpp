@@ -5,63 +5,40 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/core/units.h"
-#include "common/twin/effect.h"
+#include "common/twin/effect_parts.h"
 
 namespace zerodrift::twin::effects {
 namespace {
 
-class Line final : public Effect {
- public:
-  explicit Line(const EffectContext& context)
-      : radps_(core::radps_from_deg_h(context.parameter("amplitude_deg_h"))),
-        quadrature_radps_(core::radps_from_deg_h(context.parameter("quadrature_deg_h"))),
-        frequency_hz_(context.parameter("frequency_hz")),
-        phase_rad_(context.parameter("phase_rad")),
-        half_interval_s_(context.interval_s / 2.0) {
-    const double half_turn = std::numbers::pi * frequency_hz_ * context.interval_s;
-    const double averaged = std::sin(half_turn) / half_turn;
-    radps_ *= averaged;
-    quadrature_radps_ *= averaged;
-  }
-
-  double step(const EffectInputs& inputs) noexcept override {
-    const double turns = frequency_hz_ * (inputs.time_s - half_interval_s_);
-    const double angle = 2.0 * std::numbers::pi * (turns - std::floor(turns)) + phase_rad_;
-    return radps_ * std::sin(angle) + quadrature_radps_ * std::cos(angle);
-  }
-
- private:
-  double radps_;
-  double quadrature_radps_;
-  double frequency_hz_;
-  double phase_rad_;
-  double half_interval_s_;
-};
+std::unique_ptr<Effect> make_line(const EffectContext& context) {
+  const double frequency_hz = context.parameter("frequency_hz");
+  const double phase_rad = context.parameter("phase_rad");
+  const double half_interval_s = context.interval_s / 2.0;
+  const double half_turn = std::numbers::pi * frequency_hz * context.interval_s;
+  const double averaged = std::sin(half_turn) / half_turn;
+  const double radps = context.radps("amplitude_deg_h") * averaged;
+  const double quadrature_radps = context.radps("quadrature_deg_h") * averaged;
+  return without_memory([=](const EffectInputs& inputs) {
+    const double turns = frequency_hz * (inputs.time_s - half_interval_s);
+    const double angle = 2.0 * std::numbers::pi * (turns - std::floor(turns)) + phase_rad;
+    return radps * std::sin(angle) + quadrature_radps * std::cos(angle);
+  });
+}
 
 }  // namespace
 
 EffectDefinition line() {
-  return {.kind = "line",
-          .equation = "sinc(pi f dt) (A sin(a) + B cos(a)), a = 2 pi f (t - dt/2) + phi",
-          .source = "IEEE Std 952-1997, Annex C",
-          .contribution = Contribution::kDrift,
-          .parameters = {{"amplitude_deg_h", "A", 0.05},
-                         {"quadrature_deg_h", "B", 0.0},
-                         {"frequency_hz",
-                          "f",
-                          1e-3,
-                          1e-9,
-                          1e5,
-                          ParameterRole::kShape,
-                          {1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3},
-                          SearchRule::kFrequency},
-                         {"phase_rad", "phi", 0.0, -1e3, 1e3, ParameterRole::kConvention}},
-          .inputs = {},
-          .needs = {Need::kRawRate},
-          .confused_with = {},
-          .search = {.has_free_phase = true},
-          .make = [](const EffectContext& c) { return std::make_unique<Line>(c); }};
+  return {
+      .equation = "sinc(pi f dt) (A sin(a) + B cos(a)), a = 2 pi f (t - dt/2) + phi",
+      .source = "IEEE Std 952-1997, Annex C",
+      .parameters = {{"amplitude_deg_h", "A", 0.05},
+                     {"quadrature_deg_h", "B", 0.0},
+                     shape("frequency_hz", "f", 1e-3, {1e-9, 1e5},
+                           {1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3}, SearchRule::kFrequency),
+                     convention("phase_rad", "phi", 0.0, {-1e3, 1e3})},
+      .needs = {Need::kRawRate},
+      .search = {.has_free_phase = true},
+      .make = make_line};
 }
 
 }  // namespace zerodrift::twin::effects

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "common/core/units.h"
-#include "common/twin/effect.h"
+#include "common/twin/effect_parts.h"
 #include "common/twin/spectrum.h"
 
 namespace zerodrift::twin::effects {
@@ -28,7 +28,7 @@ Parameters parameters_of(const FirstOrder& noise) {
 class Markov final : public Effect {
  public:
   explicit Markov(const EffectContext& context) : noise_(context.noise), value_radps_(0.0) {
-    const double sigma = core::radps_from_deg_h(context.parameter("sigma_deg_h"));
+    const double sigma = context.radps("sigma_deg_h");
     const double step = context.interval_s / context.parameter("tau_s");
     memory_ = std::exp(-step);
     innovation_radps_ = sigma * std::sqrt(-std::expm1(-2.0 * step));
@@ -51,25 +51,17 @@ class Markov final : public Effect {
 }  // namespace
 
 EffectDefinition markov() {
-  return {.kind = "markov",
-          .equation = "db/dt = -b/tau + q w(t), q^2 = 2 sigma^2/tau",
+  return {.equation = "db/dt = -b/tau + q w(t), q^2 = 2 sigma^2/tau",
           .source = "IEEE Std 952-1997, Annex C",
           .family = Family::kStochastic,
-          .contribution = Contribution::kDrift,
           .parameters = {{"sigma_deg_h", "standard deviation", 0.05, 0.0},
-                         {"tau_s",
-                          "correlation time",
-                          600.0,
-                          1e-3,
-                          1e9,
-                          ParameterRole::kShape,
-                          {10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0}}},
-          .inputs = {},
+                         shape("tau_s", "correlation time", 600.0, {1e-3, 1e9},
+                               {10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0})},
           .needs = {Need::kLongRecord},
           .confused_with = {"bias_instability", "telegraph"},
           .spectrum = {"sigma_deg_h", density, NoiseLaw::kFirstOrder, core::kRadPerSecPerDegPerHour,
                        first_order, parameters_of},
-          .make = [](const EffectContext& c) { return std::make_unique<Markov>(c); }};
+          .make = make<Markov>};
 }
 
 }  // namespace zerodrift::twin::effects

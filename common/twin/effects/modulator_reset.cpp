@@ -10,7 +10,7 @@
 #include <numbers>
 
 #include "common/core/units.h"
-#include "common/twin/effect.h"
+#include "common/twin/effect_parts.h"
 #include "common/twin/power_on.h"
 
 namespace zerodrift::twin::effects {
@@ -22,8 +22,8 @@ class ModulatorReset final : public Effect {
       : axis_(core::index(context.axis)),
         interval_s_(context.interval_s),
         error_(context.parameter("error_ppm") * 1e-6),
-        sine_radps_(core::radps_from_deg_h(context.parameter("sine_deg_h"))),
-        cosine_radps_(core::radps_from_deg_h(context.parameter("cosine_deg_h"))),
+        sine_radps_(context.radps("sine_deg_h")),
+        cosine_radps_(context.radps("cosine_deg_h")),
         resets_per_rad_(1.0 / (context.parameter("angle_arcsec") * core::kRadPerDeg / 3600.0)) {}
 
   double step(const EffectInputs& inputs) noexcept override {
@@ -55,26 +55,17 @@ class ModulatorReset final : public Effect {
 }  // namespace
 
 EffectDefinition modulator_reset() {
-  return {.kind = "modulator_reset",
-          .equation = "k W + s <sin phi> + c <cos phi>, dphi/dt = 2 pi W/R",
+  return {.equation = "k W + s <sin phi> + c <cos phi>, dphi/dt = 2 pi W/R",
           .source = "Lefevre, The Fiber-Optic Gyroscope (1993), closed loop with a phase ramp",
-          .contribution = Contribution::kDrift,
           .parameters = {{"error_ppm", "k", 10.0, -1e6, 1e6},
                          {"sine_deg_h", "s", 0.02},
                          {"cosine_deg_h", "c", 0.0},
-                         {"angle_arcsec",
-                          "R, angle between resets",
-                          4.6,
-                          1e-3,
-                          1e6,
-                          ParameterRole::kShape,
-                          {0.5, 1.0, 2.0, 4.6, 10.0, 20.0},
-                          SearchRule::kAngle}},
-          .inputs = {},
+                         shape("angle_arcsec", "R, angle between resets", 4.6, {1e-3, 1e6},
+                               {0.5, 1.0, 2.0, 4.6, 10.0, 20.0}, SearchRule::kAngle)},
           .needs = {Need::kReferenceRate},
           .confused_with = {"line"},
           .search = {.limit = "scale_factor"},
-          .make = [](const EffectContext& c) { return std::make_unique<ModulatorReset>(c); }};
+          .make = make<ModulatorReset>};
 }
 
 }  // namespace zerodrift::twin::effects

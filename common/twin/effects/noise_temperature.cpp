@@ -6,73 +6,46 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/core/units.h"
-#include "common/twin/effect.h"
-#include "common/twin/spectrum.h"
+#include "common/twin/effect_parts.h"
+#include "common/twin/effects/white_noise.h"
 
 namespace zerodrift::twin::effects {
 namespace {
 
-double deviation_radps(const Parameters& parameters, double interval_s) {
-  return parameters.at("coefficient_deg_per_sqrt_h") * core::kRadPerDeg /
-         std::sqrt(core::kSecondsPerHour * interval_s);
-}
+constexpr double kMostEFolds = 20.0;
 
-// 2 N²: at the reference temperature.
-double density(const Parameters& parameters, double /*frequency_hz*/, double interval_s) {
-  return white_density(std::pow(deviation_radps(parameters, interval_s), 2.0), interval_s);
-}
-
-class NoiseTemperature final : public Effect {
- public:
-  explicit NoiseTemperature(const EffectContext& context)
-      : noise_(context.noise),
-        deviation_radps_(deviation_radps(context.parameters, context.interval_s)),
-        growth_per_degc_(context.parameter("growth_per_degc")),
-        reference_degc_(context.parameter("reference_degc")),
-        point_(context.inputs.front()) {}
-
-  double step(const EffectInputs& inputs) noexcept override {
-    constexpr double kMostEFolds = 20.0;
-    const double temperature = temperature_degc(inputs, point_);
+std::unique_ptr<Effect> make_noise_temperature(const EffectContext& context) {
+  const TemperaturePoint point = context.inputs.front();
+  const NoiseStream noise = context.noise;
+  const double deviation_radps = white_deviation_radps(context.parameters, context.interval_s);
+  const double growth_per_degc = context.parameter("growth_per_degc");
+  const double reference_degc = context.parameter("reference_degc");
+  return without_memory([=](const EffectInputs& inputs) {
+    const double temperature = temperature_degc(inputs, point);
     if (!std::isfinite(temperature)) return 0.0;
     const double e_folds =
-        std::clamp(growth_per_degc_ * (temperature - reference_degc_), -kMostEFolds, kMostEFolds);
-    return deviation_radps_ * std::exp(e_folds) * noise_.gaussian(inputs.sample);
-  }
-
- private:
-  NoiseStream noise_;
-  double deviation_radps_;
-  double growth_per_degc_;
-  double reference_degc_;
-  TemperaturePoint point_;
-};
+        std::clamp(growth_per_degc * (temperature - reference_degc), -kMostEFolds, kMostEFolds);
+    return deviation_radps * std::exp(e_folds) * noise.gaussian(inputs.sample);
+  });
+}
 
 }  // namespace
 
 EffectDefinition noise_temperature() {
   return {
-      .kind = "noise_temperature",
       .equation = "N exp(k (T - T0)) w(t), w white with unit spectral density",
       .source = "white noise of a level that follows a temperature",
       .family = Family::kStochastic,
       .contribution = Contribution::kNoise,
       .parameters = {{"coefficient_deg_per_sqrt_h", "N, at the reference temperature", 3e-3, 0.0},
-                     {"growth_per_degc",
-                      "k, of the standard deviation",
-                      0.02,
-                      -1.0,
-                      1.0,
-                      ParameterRole::kShape,
-                      {-0.05, -0.02, 0.01, 0.02, 0.05}},
+                     shape("growth_per_degc", "k, of the standard deviation", 0.02, {-1.0, 1.0},
+                           {-0.05, -0.02, 0.01, 0.02, 0.05}),
                      reference_parameter()},
       .inputs = {TemperaturePoint::kCoil},
       .needs = {Need::kTemperature, Need::kRawRate},
       .confused_with = {"angle_random_walk", "spikes"},
-      .spectrum = {"coefficient_deg_per_sqrt_h", density, NoiseLaw::kWhite,
-                   core::kRadPerDeg / 60.0},
-      .make = [](const EffectContext& c) { return std::make_unique<NoiseTemperature>(c); }};
+      .spectrum = white_spectrum(),
+      .make = make_noise_temperature};
 }
 
 }  // namespace zerodrift::twin::effects

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "common/core/units.h"
-#include "common/twin/effect.h"
+#include "common/twin/effect_parts.h"
 
 namespace zerodrift::twin::effects {
 namespace {
@@ -47,23 +47,16 @@ double density(const Parameters& parameters, double frequency_hz, double interva
 }  // namespace
 
 EffectDefinition quantization() {
-  return {.kind = "quantization",
-          .equation = "(round(theta_k / q) - round(theta_(k-1) / q)) q / dt",
-          .source = "IEEE Std 952-1997, Annex C",
-          .family = Family::kStochastic,
-          .contribution = Contribution::kOutput,
-          .parameters = {{"step_arcsec",
-                          "q",
-                          0.1,
-                          1e-9,
-                          1e6,
-                          ParameterRole::kShape,
-                          {0.01, 0.03, 0.1, 0.3, 1.0, 3.0}}},
-          .inputs = {},
-          .needs = {Need::kRawRate},
-          .confused_with = {"angle_random_walk"},
-          .spectrum = {"step_arcsec", density, NoiseLaw::kQuantization, kRadPerArcsec / kRoot12},
-          .make = [](const EffectContext& c) { return std::make_unique<Quantization>(c); }};
+  return {
+      .equation = "(round(theta_k / q) - round(theta_(k-1) / q)) q / dt",
+      .source = "IEEE Std 952-1997, Annex C",
+      .family = Family::kStochastic,
+      .contribution = Contribution::kOutput,
+      .parameters = {shape("step_arcsec", "q", 0.1, {1e-9, 1e6}, {0.01, 0.03, 0.1, 0.3, 1.0, 3.0})},
+      .needs = {Need::kRawRate},
+      .confused_with = {"angle_random_walk"},
+      .spectrum = {"step_arcsec", density, NoiseLaw::kQuantization, kRadPerArcsec / kRoot12},
+      .make = make<Quantization>};
 }
 
 }  // namespace zerodrift::twin::effects

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "common/core/units.h"
-#include "common/twin/effect.h"
+#include "common/twin/effect_parts.h"
 #include "common/twin/spectrum.h"
 
 namespace zerodrift::twin::effects {
@@ -42,18 +42,15 @@ class RateRandomWalk final : public Effect {
 }  // namespace
 
 EffectDefinition rate_random_walk() {
-  return {.kind = "rate_random_walk",
-          .equation = "db/dt = K w(t), w white with unit spectral density",
+  return {.equation = "db/dt = K w(t), w white with unit spectral density",
           .source = "IEEE Std 952-1997, Annex C",
           .family = Family::kStochastic,
-          .contribution = Contribution::kDrift,
           .parameters = {{"coefficient_deg_per_h_1_5", "K", 0.05, 0.0}},
-          .inputs = {},
           .needs = {Need::kLongRecord},
           .confused_with = {"rate_ramp"},
           .spectrum = {"coefficient_deg_per_h_1_5", density, NoiseLaw::kRandomWalk,
                        core::kRadPerSecPerDegPerHour / 60.0},
-          .make = [](const EffectContext& c) { return std::make_unique<RateRandomWalk>(c); }};
+          .make = make<RateRandomWalk>};
 }
 
 }  // namespace zerodrift::twin::effects

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "common/core/units.h"
-#include "common/twin/effect.h"
+#include "common/twin/effect_parts.h"
 
 namespace zerodrift::twin::effects {
 namespace {
@@ -33,23 +33,15 @@ class Saturation final : public Effect {
 }  // namespace
 
 EffectDefinition saturation() {
-  return {.kind = "saturation",
-          .equation = "clip(total, -limit, limit)",
+  return {.equation = "clip(total, -limit, limit)",
           .source = "IEEE Std 528-2001, input limits",
           .family = Family::kRecordFault,
           .contribution = Contribution::kOutput,
-          .parameters = {{"limit_deg_s",
-                          "largest rate that is given",
-                          500.0,
-                          1e-6,
-                          1e6,
-                          ParameterRole::kShape,
-                          {10.0, 30.0, 100.0, 300.0, 1000.0}}},
-          .inputs = {},
+          .parameters = {shape("limit_deg_s", "largest rate that is given", 500.0, {1e-6, 1e6},
+                               {10.0, 30.0, 100.0, 300.0, 1000.0})},
           .needs = {Need::kRawRate},
-          .confused_with = {},
           .search = {.fault = LocalFault::kSaturation},
-          .make = [](const EffectContext& c) { return std::make_unique<Saturation>(c); }};
+          .make = make<Saturation>};
 }
 
 }  // namespace zerodrift::twin::effects

@@ -2,37 +2,27 @@
 // Scale-factor error:
 //     k W,  W the true rate about the gyro's own axis (Earth rate included)
 // Default: 100 ppm, tactical grade.
-#include "common/twin/effect.h"
+#include "common/twin/effect_parts.h"
 
 namespace zerodrift::twin::effects {
 namespace {
 
-class ScaleFactor final : public Effect {
- public:
-  explicit ScaleFactor(const EffectContext& context)
-      : axis_(core::index(context.axis)), error_(context.parameter("error_ppm") * 1e-6) {}
-
-  double step(const EffectInputs& inputs) noexcept override {
-    return error_ * inputs.true_rate_radps[axis_];
-  }
-
- private:
-  std::size_t axis_;
-  double error_;
-};
+std::unique_ptr<Effect> make_scale_factor(const EffectContext& context) {
+  const std::size_t axis = core::index(context.axis);
+  const double error = context.parameter("error_ppm") * 1e-6;
+  return without_memory(
+      [=](const EffectInputs& inputs) { return error * inputs.true_rate_radps[axis]; });
+}
 
 }  // namespace
 
 EffectDefinition scale_factor() {
-  return {.kind = "scale_factor",
-          .equation = "k W",
+  return {.equation = "k W",
           .source = "IEEE Std 952-1997, model equation",
-          .contribution = Contribution::kDrift,
           .parameters = {{"error_ppm", "k", 100.0, -1e6, 1e6}},
-          .inputs = {},
           .needs = {Need::kReferenceRate},
           .confused_with = {"misalignment"},
-          .make = [](const EffectContext& c) { return std::make_unique<ScaleFactor>(c); }};
+          .make = make_scale_factor};
 }
 
 }  // namespace zerodrift::twin::effects

@@ -6,53 +6,35 @@
 #include <cmath>
 
 #include "common/core/units.h"
-#include "common/twin/effect.h"
+#include "common/twin/effect_parts.h"
 
 namespace zerodrift::twin::effects {
 namespace {
 
-class Spikes final : public Effect {
- public:
-  explicit Spikes(const EffectContext& context)
-      : heights_(context.noise),
-        arrivals_(context.noise.substream(0)),
-        deviation_radps_(core::radps_from_deg_h(context.parameter("deviation_deg_h"))),
-        probability_(-std::expm1(-context.parameter("spikes_per_h") * context.interval_s /
-                                 core::kSecondsPerHour)) {}
-
-  double step(const EffectInputs& inputs) noexcept override {
-    if (arrivals_.uniform(inputs.sample) >= probability_) return 0.0;
-    return deviation_radps_ * heights_.gaussian(inputs.sample);
-  }
-
- private:
-  NoiseStream heights_;
-  NoiseStream arrivals_;
-  double deviation_radps_;
-  double probability_;  // a sample
-};
+std::unique_ptr<Effect> make_spikes(const EffectContext& context) {
+  const NoiseStream heights = context.noise;
+  const NoiseStream arrivals = context.noise.substream(0);
+  const double deviation_radps = context.radps("deviation_deg_h");
+  const double probability = -std::expm1(-context.parameter("spikes_per_h") * context.interval_s /
+                                         core::kSecondsPerHour);  // a sample
+  return without_memory([=](const EffectInputs& inputs) {
+    if (arrivals.uniform(inputs.sample) >= probability) return 0.0;
+    return deviation_radps * heights.gaussian(inputs.sample);
+  });
+}
 
 }  // namespace
 
 EffectDefinition spikes() {
-  return {.kind = "spikes",
-          .equation = "sigma w in Poisson samples, n an hour",
+  return {.equation = "sigma w in Poisson samples, n an hour",
           .source = "Poisson arrivals of Gaussian height",
           .family = Family::kRecordFault,
           .contribution = Contribution::kNoise,
           .parameters = {{"deviation_deg_h", "sigma, standard deviation of the height", 10.0, 0.0},
-                         {"spikes_per_h",
-                          "n",
-                          2.0,
-                          0.0,
-                          1e6,
-                          ParameterRole::kShape,
-                          {0.3, 1.0, 3.0, 10.0, 30.0}}},
-          .inputs = {},
+                         shape("spikes_per_h", "n", 2.0, {0.0, 1e6}, {0.3, 1.0, 3.0, 10.0, 30.0})},
           .needs = {Need::kRawRate},
-          .confused_with = {},
           .search = {.fault = LocalFault::kSpikes},
-          .make = [](const EffectContext& c) { return std::make_unique<Spikes>(c); }};
+          .make = make_spikes};
 }
 
 }  // namespace zerodrift::twin::effects

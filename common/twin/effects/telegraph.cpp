@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "common/core/units.h"
-#include "common/twin/effect.h"
+#include "common/twin/effect_parts.h"
 #include "common/twin/spectrum.h"
 
 namespace zerodrift::twin::effects {
@@ -49,8 +49,7 @@ Parameters parameters_of(const TwoLevels& noise) {
 class Telegraph final : public Effect {
  public:
   explicit Telegraph(const EffectContext& context)
-      : noise_(context.noise),
-        half_step_radps_(core::radps_from_deg_h(context.parameter("amplitude_deg_h")) / 2.0) {
+      : noise_(context.noise), half_step_radps_(context.radps("amplitude_deg_h") / 2.0) {
     const Switching switching = switching_of(context.parameters);
     const double forgotten = -std::expm1(-context.interval_s / switching.tau_s);
     leave_up_ = (1.0 - switching.share_up) * forgotten;
@@ -80,36 +79,22 @@ class Telegraph final : public Effect {
 }  // namespace
 
 EffectDefinition telegraph() {
-  return {.kind = "telegraph",
-          .equation = "A/2 or -A/2, dwell times exponential with means tau_up and tau_down",
-          .source = "Machlup, J. Applied Physics 25 (1954) 341",
-          .family = Family::kStochastic,
-          .contribution = Contribution::kDrift,
-          .parameters = {{"amplitude_deg_h", "A, between the levels", 0.1},
-                         {"up_s",
-                          "tau_up",
-                          600.0,
-                          1e-3,
-                          1e9,
-                          ParameterRole::kShape,
-                          {30.0, 120.0, 600.0, 2400.0}},
-                         {"down_s",
-                          "tau_down",
-                          600.0,
-                          1e-3,
-                          1e9,
-                          ParameterRole::kShape,
-                          {30.0, 120.0, 600.0, 2400.0}}},
-          .inputs = {},
-          .needs = {Need::kLongRecord},
-          .confused_with = {"markov"},
-          .spectrum = {.scale = "amplitude_deg_h",
-                       .density = density,
-                       .law = NoiseLaw::kTwoLevel,
-                       .si_per_unit = core::kRadPerSecPerDegPerHour,
-                       .first_order = first_order,
-                       .parameters_of_levels = parameters_of},
-          .make = [](const EffectContext& c) { return std::make_unique<Telegraph>(c); }};
+  return {
+      .equation = "A/2 or -A/2, dwell times exponential with means tau_up and tau_down",
+      .source = "Machlup, J. Applied Physics 25 (1954) 341",
+      .family = Family::kStochastic,
+      .parameters = {{"amplitude_deg_h", "A, between the levels", 0.1},
+                     shape("up_s", "tau_up", 600.0, {1e-3, 1e9}, {30.0, 120.0, 600.0, 2400.0}),
+                     shape("down_s", "tau_down", 600.0, {1e-3, 1e9}, {30.0, 120.0, 600.0, 2400.0})},
+      .needs = {Need::kLongRecord},
+      .confused_with = {"markov"},
+      .spectrum = {.scale = "amplitude_deg_h",
+                   .density = density,
+                   .law = NoiseLaw::kTwoLevel,
+                   .si_per_unit = core::kRadPerSecPerDegPerHour,
+                   .first_order = first_order,
+                   .parameters_of_levels = parameters_of},
+      .make = make<Telegraph>};
 }
 
 }  // namespace zerodrift::twin::effects

@@ -6,9 +6,7 @@
 // At the first sample it is on above T_c. Default: 0.1 deg/h at 25 °C, 0.5 °C wide.
 #include <cmath>
 
-#include "common/core/units.h"
-#include "common/twin/effect.h"
-#include "common/twin/low_pass.h"
+#include "common/twin/effect_parts.h"
 
 namespace zerodrift::twin::effects {
 namespace {
@@ -18,7 +16,7 @@ class TemperatureStep final : public Effect {
   explicit TemperatureStep(const EffectContext& context)
       : input_(context.inputs.at(0)),
         lag_(context.parameter("lag_s"), context.interval_s),
-        radps_(core::radps_from_deg_h(context.parameter("amplitude_deg_h"))),
+        radps_(context.radps("amplitude_deg_h")),
         threshold_degc_(context.parameter("threshold_degc")),
         half_width_degc_(context.parameter("width_degc") / 2.0) {}
 
@@ -60,26 +58,18 @@ ParameterDefinition short_lag() {
 }  // namespace
 
 EffectDefinition temperature_step() {
-  return {
-      .kind = "temperature_step",
-      .equation = "A while on; on above T_c + h/2, off below T_c - h/2, T behind lag",
-      .source = "Brokate & Sprekels, Hysteresis and Phase Transitions (1996), relay",
-      .contribution = Contribution::kDrift,
-      .parameters = {{"amplitude_deg_h", "A", 0.1},
-                     {"threshold_degc",
-                      "T_c",
-                      25.0,
-                      -273.15,
-                      1e3,
-                      ParameterRole::kShape,
-                      {-15.0, -5.0, 5.0, 15.0, 25.0, 35.0, 45.0, 55.0},
-                      SearchRule::kThreshold},
-                     {"width_degc", "h", 0.5, 0.0, 100.0, ParameterRole::kShape, {0.0, 1.0, 3.0}},
-                     short_lag()},
-      .inputs = {TemperaturePoint::kCoil},
-      .needs = {Need::kTemperature},
-      .confused_with = {"telegraph"},
-      .make = [](const EffectContext& c) { return std::make_unique<TemperatureStep>(c); }};
+  return {.equation = "A while on; on above T_c + h/2, off below T_c - h/2, T behind lag",
+          .source = "Brokate & Sprekels, Hysteresis and Phase Transitions (1996), relay",
+          .parameters = {{"amplitude_deg_h", "A", 0.1},
+                         shape("threshold_degc", "T_c", 25.0, {-273.15, 1e3},
+                               {-15.0, -5.0, 5.0, 15.0, 25.0, 35.0, 45.0, 55.0},
+                               SearchRule::kThreshold),
+                         shape("width_degc", "h", 0.5, {0.0, 100.0}, {0.0, 1.0, 3.0}),
+                         short_lag()},
+          .inputs = {TemperaturePoint::kCoil},
+          .needs = {Need::kTemperature},
+          .confused_with = {"telegraph"},
+          .make = make<TemperatureStep>};
 }
 
 }  // namespace zerodrift::twin::effects

@@ -4,7 +4,7 @@
 # The folder as it is in the checkout is never written to. Included where ZERODRIFT_BUILD_PAGE is on.
 set(ZERODRIFT_CONSOLE_PAGE_DIR ${CMAKE_BINARY_DIR}/share/zerodrift/console)
 
-find_program(ZERODRIFT_NPM npm REQUIRED)
+include(${PROJECT_SOURCE_DIR}/cmake/Npm.cmake)
 find_program(ZERODRIFT_PROTOC protoc REQUIRED)
 
 set(page_dir ${CMAKE_CURRENT_LIST_DIR})
@@ -17,16 +17,7 @@ file(GLOB page_tests CONFIGURE_DEPENDS ${page_dir}/tests/*.ts)
 set(page_settings ${page_dir}/index.html ${page_dir}/vite.config.js ${page_dir}/svelte.config.js ${page_dir}/tsconfig.json
                   ${page_dir}/tsconfig.test.json)
 
-# Only a changed package list asks the registry.
-add_custom_command(
-  OUTPUT ${page_work}/packages.stamp
-  COMMAND ${CMAKE_COMMAND} -E make_directory ${page_work}
-  COMMAND ${CMAKE_COMMAND} -E copy_if_different ${page_packages} ${page_work}
-  COMMAND ${CMAKE_COMMAND} -E chdir ${page_work} ${ZERODRIFT_NPM} ci --prefer-offline --loglevel=error
-  COMMAND ${CMAKE_COMMAND} -E touch ${page_work}/packages.stamp
-  DEPENDS ${page_packages}
-  COMMENT "Console page: npm ci"
-  VERBATIM)
+zerodrift_npm_ci(${page_work} COMMENT "Console page" PACKAGES ${page_packages})
 
 add_custom_command(
   OUTPUT ${page_work}/page.stamp

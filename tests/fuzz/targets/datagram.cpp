@@ -65,13 +65,10 @@ struct Participant {
 
 std::vector<bool> expected(DatagramKind kind) {
   switch (kind) {
-    case DatagramKind::kProtected:
-      return {true, false, false};
+    case DatagramKind::kProtected: return {true, false, false};
     case DatagramKind::kDiscovery:
-    case DatagramKind::kHandshake:
-      return {true, true, false};
-    case DatagramKind::kForeign:
-      break;
+    case DatagramKind::kHandshake: return {true, true, false};
+    case DatagramKind::kForeign: break;
   }
   return {false, false, false};
 }

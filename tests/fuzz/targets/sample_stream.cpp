@@ -105,22 +105,14 @@ class Pipeline {
 
   void step(Reader& input) {
     switch (input.take<std::uint8_t>() % 8) {
-      case 0:
-        return next_rate(input.take<std::int8_t>());
-      case 1:
-        return next_temperature(input.take<std::int8_t>());
-      case 2:
-        return good_run(input.take<std::uint8_t>() % 64);
-      case 3:
-        return order(input.take<std::uint8_t>());
-      case 4:
-        return skip();
-      case 5:
-        return any_rate(input);
-      case 6:
-        return any_temperature(input);
-      default:
-        return any_reference(input);
+      case 0: return next_rate(input.take<std::int8_t>());
+      case 1: return next_temperature(input.take<std::int8_t>());
+      case 2: return good_run(input.take<std::uint8_t>() % 64);
+      case 3: return order(input.take<std::uint8_t>());
+      case 4: return skip();
+      case 5: return any_rate(input);
+      case 6: return any_temperature(input);
+      default: return any_reference(input);
     }
   }
 
@@ -176,17 +168,11 @@ class Pipeline {
 
   void order(std::uint8_t which) {
     switch (which % 5) {
-      case 0:
-        answer_all();
-        return compensator_.restart_stream();
-      case 1:
-        return compensator_.freeze();
-      case 2:
-        return compensator_.learn();
-      case 3:
-        return static_cast<void>(compensator_.reset_models());
-      default:
-        return compensator_.give_up_waiting();
+      case 0: answer_all(); return compensator_.restart_stream();
+      case 1: return compensator_.freeze();
+      case 2: return compensator_.learn();
+      case 3: return static_cast<void>(compensator_.reset_models());
+      default: return compensator_.give_up_waiting();
     }
   }
 

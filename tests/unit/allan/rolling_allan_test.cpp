@@ -15,7 +15,7 @@
 #include "common/allan/confidence.h"
 #include "common/allan/deviations.h"
 #include "common/allan/noise_units.h"
-#include "tests/unit/allan/allocation_counter.h"
+#include "tests/support/allocation_count.h"
 #include "tests/unit/allan/noise_sources.h"
 
 namespace zerodrift::allan {
@@ -360,7 +360,7 @@ TEST(RollingAllanAbuse, WrongOptionsAreNamed) {
 
 TEST(RollingAllanResources, NeitherAddNorGapNorPointAllocates) {
   RollingAllan allan({.grid = TauGrid::kQuarterOctave, .longest_tau_s = 100.0, .window_s = 50.0});
-  const std::size_t before = test::allocation_count();
+  const std::size_t before = allocation_count();
   double sum = 0.0;
   for (int i = 0; i < 100000; ++i) {
     allan.add(1e-6 * (i % 7));
@@ -368,7 +368,7 @@ TEST(RollingAllanResources, NeitherAddNorGapNorPointAllocates) {
     if (i % 9973 == 0) allan.add(kMissing);
     if (i % 5000 == 4999) sum += allan.point(3, Span::kRolling)->deviation_radps;
   }
-  EXPECT_EQ(test::allocation_count(), before);
+  EXPECT_EQ(allocation_count(), before);
   EXPECT_GT(sum, 0.0);
 }
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "tests/unit/allan/allocation_counter.h"
+#include "tests/support/allocation_count.h"
 #include "tests/unit/allan/noise_sources.h"
 
 namespace zerodrift::allan {
@@ -135,11 +135,11 @@ TEST(StreamStatistics, AreCopiedIntoAKeptCopyWithoutTakingMemory) {
   StreamStatistics copy(small());
   test::WhiteNoise noise(kN, 0.01, 10);
   feed(statistics, noise, 3000);
-  const std::size_t before = test::allocation_count();
+  const std::size_t before = allocation_count();
   copy = statistics;
   statistics.add(noise.next());
   statistics.gap(5);
-  EXPECT_EQ(test::allocation_count(), before);
+  EXPECT_EQ(allocation_count(), before);
   EXPECT_EQ(copy.samples(), 3000U);
   EXPECT_EQ(copy.report().rolling.size(), statistics.report().rolling.size());
 }

@@ -8,7 +8,7 @@
 #include <random>
 #include <stdexcept>
 
-#include "tests/unit/allan/allocation_counter.h"
+#include "tests/support/allocation_count.h"
 
 namespace zerodrift::allan {
 namespace {
@@ -152,9 +152,9 @@ TEST(StuckDetectorAbuse, WrongOptionsAreNamed) {
 
 TEST(StuckDetectorResources, AddDoesNotAllocate) {
   StuckDetector detector;
-  const std::size_t before = test::allocation_count();
+  const std::size_t before = allocation_count();
   for (int i = 0; i < 10000; ++i) detector.add(i < 5000 ? i : 1.0);
-  EXPECT_EQ(test::allocation_count(), before);
+  EXPECT_EQ(allocation_count(), before);
 }
 
 }  // namespace

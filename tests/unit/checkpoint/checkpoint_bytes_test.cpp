@@ -130,17 +130,10 @@ TEST(CheckpointAbuse, HostileContentsWithAValidCrcNeverCrash) {
     for (std::uint64_t change = 0; change <= next(3); ++change) {
       const std::size_t at = next(bad.size() - 8);
       switch (next(4)) {
-        case 0:
-          bad[at] = static_cast<char>(next(256));
-          break;
-        case 1:
-          std::memcpy(bad.data() + at, &evil[next(evil.size())], 8);
-          break;
-        case 2:
-          bad.erase(at, 1 + next(40));
-          break;
-        default:
-          bad.insert(at, bad.substr(next(bad.size()), next(40)));
+        case 0: bad[at] = static_cast<char>(next(256)); break;
+        case 1: std::memcpy(bad.data() + at, &evil[next(evil.size())], 8); break;
+        case 2: bad.erase(at, 1 + next(40)); break;
+        default: bad.insert(at, bad.substr(next(bad.size()), next(40)));
       }
     }
     try {

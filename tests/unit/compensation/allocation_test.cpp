@@ -4,46 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
-#include <cstdlib>
-#include <new>
 #include <thread>
 
+#include "tests/support/allocation_count.h"
 #include "tests/unit/compensation/prior_models.h"
 #include "tests/unit/compensation/synthetic_gyro.h"
-
-namespace {
-thread_local bool counting = false;
-std::atomic<std::size_t> allocations{0};
-
-void* allocate(std::size_t size) {
-  if (counting) ++allocations;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-}  // namespace
-
-// Not inlined: GCC would take malloc and delete, seen in one place, for a mismatched pair.
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  return allocate(size);
-}
-[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment) {
-  if (counting) ++allocations;
-  const auto a = static_cast<std::size_t>(alignment);
-  if (void* memory = std::aligned_alloc(a, (size + a - 1) / a * a)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
-  std::free(memory);
-}
 
 namespace zerodrift::compensation {
 namespace {
@@ -54,12 +19,10 @@ using testing::Record;
 
 // Twenty minutes of ramp with a turn; the window of 40 labels fills and forgets.
 Record busy_record() {
-  GyroSpec spec;
-  spec.duration_s = 1200.0;
-  spec.low_degc = 20.0;
-  spec.high_degc = 30.0;
-  spec.motion = testing::turn(500.0, 20.0, 0.1);
-  return make_record(spec);
+  return make_record({.duration_s = 1200.0,
+                      .low_degc = 20.0,
+                      .high_degc = 30.0,
+                      .motion = testing::turn(500.0, 20.0, 0.1)});
 }
 
 // Choosing a kernel anew takes memory, in the learner alone; without it the learner takes none.
@@ -70,16 +33,6 @@ CompensationOptions busy_options() {
   options.features.push_back(
       {.kind = thermal::FeatureKind::kLaggedTemperature, .probe = "coil", .lag_s = 60.0});
   return options;
-}
-
-// Counts what `work` allocates in this thread.
-template <typename Work>
-std::size_t allocated_by(Work&& work) {
-  const std::size_t before = allocations;
-  counting = true;
-  work();
-  counting = false;
-  return allocations - before;
 }
 
 // Rule: the counter counts.

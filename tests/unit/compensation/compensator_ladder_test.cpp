@@ -22,11 +22,7 @@ using testing::Record;
 
 // Ten minutes of ramp, in which the model comes to be trusted.
 GyroSpec ramp() {
-  GyroSpec spec;
-  spec.duration_s = 900.0;
-  spec.low_degc = 20.0;
-  spec.high_degc = 25.0;
-  return spec;
+  return {.duration_s = 900.0, .low_degc = 20.0, .high_degc = 25.0};
 }
 
 template <typename Condition>

@@ -29,12 +29,7 @@ using testing::Record;
 
 // 20 to 50 °C at 1 °C/min on average, at rest but for the ten minutes from 900 s on.
 GyroSpec climb() {
-  GyroSpec spec;
-  spec.rate_hz = 10.0;
-  spec.duration_s = 1500.0;
-  spec.low_degc = 20.0;
-  spec.high_degc = 50.0;
-  return spec;
+  return {.rate_hz = 10.0, .duration_s = 1500.0, .low_degc = 20.0, .high_degc = 50.0};
 }
 
 CompensationOptions options_with(const twin::Model& model) {

@@ -23,11 +23,7 @@ using testing::make_record;
 using testing::Record;
 
 GyroSpec chamber(double duration_s) {
-  GyroSpec spec;
-  spec.duration_s = duration_s;
-  spec.low_degc = 20.0;
-  spec.high_degc = 40.0;
-  return spec;
+  return {.duration_s = duration_s, .low_degc = 20.0, .high_degc = 40.0};
 }
 
 // Of the drift that is left from `from_s` on, deg/h.

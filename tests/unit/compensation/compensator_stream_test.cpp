@@ -43,14 +43,7 @@ Record record_with_references() {
   spec.high_degc = 30.0;
   spec.motion = testing::turn(150.0, 10.0, 0.05 * core::kRadPerDeg);
   Record record = make_record(spec);
-  for (std::size_t k = 0; k < record.rates.size(); ++k) {
-    core::RateReferenceSample reference;
-    reference.time = record.rates[k].time;
-    reference.rate_radps = record.true_radps[k];
-    reference.valid = {true, true, true};
-    reference.kind = core::ReferenceKind::kRecord;
-    record.references.push_back(reference);
-  }
+  testing::add_true_rates(record);
   return record;
 }
 

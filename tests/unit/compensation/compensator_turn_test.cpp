@@ -22,12 +22,7 @@ using testing::Record;
 
 // The chamber ramps 1 °C/min between 20 and 35 °C; a FOG of 0.056 deg/h over a second.
 GyroSpec ramp(double duration_s) {
-  GyroSpec spec;
-  spec.rate_hz = 20.0;
-  spec.duration_s = duration_s;
-  spec.low_degc = 20.0;
-  spec.high_degc = 35.0;
-  return spec;
+  return {.rate_hz = 20.0, .duration_s = duration_s, .low_degc = 20.0, .high_degc = 35.0};
 }
 
 struct Turn {
@@ -136,14 +131,7 @@ TEST(CompensatorScenarios, AgainstAReferenceASlowTurnIsNoHindrance) {
   spec.duration_s = 300.0;
   spec.motion = testing::turn(100.0, 150.0, 0.05 * core::kRadPerDeg);
   Record record = make_record(spec);
-  for (std::size_t k = 0; k < record.rates.size(); ++k) {
-    core::RateReferenceSample reference;
-    reference.time = record.rates[k].time;
-    reference.rate_radps = record.true_radps[k];
-    reference.valid = {true, true, true};
-    reference.kind = core::ReferenceKind::kRecord;
-    record.references.push_back(reference);
-  }
+  testing::add_true_rates(record);
   Compensator compensator{testing::options()};
   const auto answers = testing::run(compensator, record);
   EXPECT_GE(compensator.counts().labels, 27U);  // (300 - 9 - 5) / 10 = 28

@@ -20,12 +20,10 @@ using core::index;
 using testing::kDegH;
 
 testing::Record moving_record() {
-  testing::GyroSpec spec;
-  spec.duration_s = 400.0;
-  spec.low_degc = 20.0;
-  spec.high_degc = 30.0;
-  spec.motion = testing::turn(250.0, 20.0, 0.05);
-  return testing::make_record(spec);
+  return testing::make_record({.duration_s = 400.0,
+                               .low_degc = 20.0,
+                               .high_degc = 30.0,
+                               .motion = testing::turn(250.0, 20.0, 0.05)});
 }
 
 // As a gyro measures it that sits otherwise: rate of the gyro = turned * rate in b.

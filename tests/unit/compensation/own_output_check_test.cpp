@@ -83,11 +83,7 @@ std::vector<core::CompensatedSample> run_on_own_output(Compensator& compensator,
 }
 
 GyroSpec warming() {
-  GyroSpec spec;
-  spec.duration_s = 900.0;
-  spec.low_degc = 20.0;
-  spec.high_degc = 40.0;
-  return spec;
+  return {.duration_s = 900.0, .low_degc = 20.0, .high_degc = 40.0};
 }
 
 TEST(OwnOutput, IsFoundInTheLoopAndNotWithoutIt) {

@@ -100,13 +100,8 @@ TEST(PolarityCheck, AReversedAxisSaysSoAndIsNotLearnedFrom) {
   spec.duration_s = 300.0;
   spec.motion = [](double time_s, Axis) { return std::fmod(time_s, 20.0) < 10.0 ? 0.0 : 0.05; };
   testing::Record record = testing::make_record(spec);
+  testing::add_true_rates(record, core::ReferenceKind::kRateTable);
   for (std::size_t k = 0; k < record.rates.size(); ++k) {
-    core::RateReferenceSample reference;
-    reference.time = record.rates[k].time;
-    reference.rate_radps = record.true_radps[k];
-    reference.valid = {true, true, true};
-    reference.kind = core::ReferenceKind::kRateTable;
-    record.references.push_back(reference);
     record.rates[k].rate_radps[2] -= 2.0 * record.true_radps[k][2];
   }
   Compensator compensator{testing::options()};

@@ -156,6 +156,19 @@ inline Record make_record(const GyroSpec& spec) {
   return record;
 }
 
+// References that give the true rate at each sample.
+inline void add_true_rates(Record& record,
+                           core::ReferenceKind kind = core::ReferenceKind::kRecord) {
+  for (std::size_t k = 0; k < record.rates.size(); ++k) {
+    core::RateReferenceSample reference;
+    reference.time = record.rates[k].time;
+    reference.rate_radps = record.true_radps[k];
+    reference.valid = {true, true, true};
+    reference.kind = kind;
+    record.references.push_back(reference);
+  }
+}
+
 // The settings that the figures in these tests are derived from, whatever the defaults become.
 inline CompensationOptions options() {
   CompensationOptions options;

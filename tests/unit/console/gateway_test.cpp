@@ -81,7 +81,7 @@ TEST_F(GatewayOfOne, ChannelsAreThoseOfTheContract) {
 TEST_F(GatewayOfOne, NothingIsSentThatNobodyAskedFor) {
   for (int i = 0; i < 3000; ++i) sample(i, static_cast<std::uint64_t>(i));
   gateway_.flush(kNow);
-  gateway_.tell_of_gateway({}, kNow);
+  gateway_.report_gateway({}, kNow);
   EXPECT_TRUE(client_.data.empty());
   EXPECT_FALSE(gateway_.is_watched());
 }
@@ -210,7 +210,7 @@ TEST_F(GatewayOfOne, TheGatewayTellsAClientOfItselfAndOfEndpoints) {
   dds::RemoteEndpoint endpoint;
   endpoint.topic = "event";
   endpoint.problem = "it offers reliability best_effort, here is asked for reliable";
-  gateway_.tell_of_gateway({endpoint}, kNow);
+  gateway_.report_gateway({endpoint}, kNow);
   const auto told = client_.take<telemetry::GatewayStatus>();
   ASSERT_EQ(told.size(), 1U);
   EXPECT_EQ(told[0].clients(), 1U);

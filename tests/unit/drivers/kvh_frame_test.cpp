@@ -166,9 +166,7 @@ TEST(KvhFrameLaws, EveryWholeFrameInAnyNoiseComesOutAndBytesBalance) {
           for (std::size_t n = random() % 100; n > 0; --n)
             bytes.push_back(kHeaderBytes[random() % 4]);
           break;
-        default:
-          append(bytes, frame);
-          sent.push_back(frame);
+        default: append(bytes, frame); sent.push_back(frame);
       }
     }
     append(bytes, numbered_frame(200));  // completes what a cut frame before it may have begun

@@ -1,19 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Navigating takes no memory after construction, nor does the compensation's ear for what a filter
-// gives back. Own program: allocation_counter.cpp replaces operator new.
+// gives back. Own program: allocation_count.cpp replaces operator new.
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "common/core/units.h"
 #include "common/navigation/navigation_input.h"
-#include "tests/unit/allan/allocation_counter.h"
+#include "tests/support/allocation_count.h"
 #include "tests/unit/compensation/synthetic_gyro.h"
 
 namespace zerodrift::navigation {
 namespace {
-
-using allan::test::allocation_count;
 
 TEST(NavigationAllocationLaws, NoSampleTakesMemoryOnEitherSide) {
   compensation::testing::GyroSpec spec;

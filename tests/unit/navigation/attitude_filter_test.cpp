@@ -64,7 +64,7 @@ TEST(AttitudeFilterLaws, CovarianceStaysSymmetricAndPositiveDefiniteWhateverCome
                               (k % 1000 == 0 ? 100.0 : 1.0);
         filter.rest(mean);
       }
-      if (k % 700 == 0) filter.hear_claim(static_cast<std::size_t>(k / 700 % 3), 1e-15);
+      if (k % 700 == 0) filter.take_claim(static_cast<std::size_t>(k / 700 % 3), 1e-15);
       if (k % 900 == 0) filter.level_to(0.0, 0.0, 1e-3);
       if (k % 1100 == 0) filter.lose_b({1e-4, 0.0, 0.0});
     }
@@ -81,7 +81,7 @@ TEST(AttitudeFilterGolden, PublishedDriftVarianceIsTakenForWhatLasts) {
   o.tilt_sigma_rad = o.heading_sigma_rad = 0.0;
   o.drift_correlation_s = 1e9;
   AttitudeFilter filter(o);
-  filter.hear_claim(2, drift_sigma * drift_sigma);
+  filter.take_claim(2, drift_sigma * drift_sigma);
   RateInterval interval;
   interval.interval_s = kInterval;
   interval.noise_variance.setZero();
@@ -100,7 +100,7 @@ TEST(AttitudeFilterGolden, ADriftThatForgetsSpreadsAsGaussMarkovDoes) {
   o.tilt_sigma_rad = o.heading_sigma_rad = 0.0;
   o.drift_correlation_s = 600.0;
   AttitudeFilter filter(o);
-  for (std::size_t i = 0; i < 3; ++i) filter.hear_claim(i, variance);
+  for (std::size_t i = 0; i < 3; ++i) filter.take_claim(i, variance);
   RateInterval interval;
   interval.interval_s = kInterval;
   interval.noise_variance.setZero();
@@ -165,14 +165,14 @@ TEST(AttitudeFilterScenario, AFilterTooSureOfItselfOpensAgain) {
 TEST(AttitudeFilterLaws, AClaimReplacesTheOwnEstimateOnlyWhereItIsBetter) {
   AttitudeFilter filter(options());
   const double own = filter.covariance()(5, 5);
-  filter.hear_claim(2, 4.0 * own);
+  filter.take_claim(2, 4.0 * own);
   EXPECT_EQ(filter.covariance()(5, 5), own);
-  filter.hear_claim(2, 0.25 * own);
+  filter.take_claim(2, 0.25 * own);
   EXPECT_EQ(filter.covariance()(5, 5), 0.25 * own);
   filter.shift_drift({0.0, 0.0, 1e-7});
   EXPECT_EQ(filter.drift_radps().z(), -1e-7);
-  filter.hear_claim(2, 0.25 * own);  // as good: kept
-  filter.hear_claim(2, 0.2 * own);
+  filter.take_claim(2, 0.25 * own);  // as good: kept
+  filter.take_claim(2, 0.2 * own);
   EXPECT_EQ(filter.drift_radps().z(), 0.0);
 }
 
@@ -203,7 +203,7 @@ Consistency monte_carlo(int runs, double claimed_share) {
     const Quaternion estimate = n_from_b({0.02, -0.01, 0.5});
     filter.start(estimate, o.tilt_sigma_rad, o.heading_sigma_rad, AttitudeFilter::Drift::kForget);
     for (std::size_t i = 0; i < 3; ++i)
-      filter.hear_claim(i, claimed_share * drift_sigma * drift_sigma);
+      filter.take_claim(i, claimed_share * drift_sigma * drift_sigma);
     Quaternion truth = quaternion_of(draw(o.tilt_sigma_rad)) * estimate;
     Vector3 drift = draw(drift_sigma);
     Strapdown exact(earth_rate_radps_n(kLatitude));

@@ -210,33 +210,20 @@ TEST(GyroNavigationAbuse, BadSamplesAreCountedAndPoisonNothing) {
     NavigationSample sample = vehicle.next(0.02);
     navigation.push_truth(sample.time, vehicle.truth);
     switch (n % 25) {
-      case 0:
-        sample.rate_radps[1] = nan;
-        break;
-      case 3:
-        sample.interval_s = n % 2 == 0 ? inf : 0.0;
-        break;
-      case 6:
-        sample.applied_drift_radps[2] = inf;
-        break;
+      case 0: sample.rate_radps[1] = nan; break;
+      case 3: sample.interval_s = n % 2 == 0 ? inf : 0.0; break;
+      case 6: sample.applied_drift_radps[2] = inf; break;
       case 9:
         sample.drift_variance.fill(inf);
         sample.noise_variance.fill(nan);
         break;
-      case 12:
-        sample.rate_radps[0] = 1e300;
-        break;
+      case 12: sample.rate_radps[0] = 1e300; break;
       case 15:
         navigation.push(sample);  // and again below
         break;
-      case 18:
-        sample.late = true;
-        break;
-      case 21:
-        sample.clipped[2] = true;
-        break;
-      default:
-        break;
+      case 18: sample.late = true; break;
+      case 21: sample.clipped[2] = true; break;
+      default: break;
     }
     navigation.push(sample);
   }

@@ -173,12 +173,10 @@ double dense_paper(const KernelChoice& choice, const Batch& cells, const VectorX
 double dense_score(SelectionCriterion criterion, const KernelChoice& choice, const Batch& cells,
                    const VectorXd& weights) {
   switch (criterion) {
-    case SelectionCriterion::kPaper:
-      return dense_paper(choice, cells, weights);
+    case SelectionCriterion::kPaper: return dense_paper(choice, cells, weights);
     case SelectionCriterion::kMarginalLikelihood:
       return dense_marginal_likelihood(choice, cells, weights);
-    case SelectionCriterion::kLeaveOneOut:
-      return dense_leave_one_out(choice, cells, weights);
+    case SelectionCriterion::kLeaveOneOut: return dense_leave_one_out(choice, cells, weights);
   }
   return std::nan("");
 }

@@ -22,6 +22,23 @@ constexpr std::uint64_t kSeed = 20220101;
 // is 1e-9.
 constexpr double kTolerance = 1e-9;
 
+// The model is the oracle's, in its bias and at each of these points.
+void expect_model(const OnlineSvr& svr, const OracleModel& oracle,
+                  const std::vector<std::vector<double>>& points) {
+  ASSERT_TRUE(oracle.converged);
+  EXPECT_GE(svr.bias(), oracle.lowest_bias - kTolerance);
+  EXPECT_LE(svr.bias(), oracle.highest_bias + kTolerance);
+  double largest = 0.0;
+  for (const std::vector<double>& x : points) {
+    const double expansion = svr.predict(x) - svr.bias();
+    largest = std::max(largest, std::fabs(expansion - oracle.expansion(x)));
+  }
+  std::ostringstream text;
+  text << largest;
+  ::testing::Test::RecordProperty("largest_difference", text.str());
+  EXPECT_LE(largest, kTolerance);
+}
+
 struct Case {
   KernelKind kernel;
   RecordKind record;
@@ -48,27 +65,15 @@ TEST_P(OracleTest, OnlineModelEqualsTheBatchOptimumOfItsWindow) {
 
   const std::vector<Sample> window(record.end() - static_cast<std::ptrdiff_t>(c.capacity),
                                    record.end());
-  const OracleModel oracle = solve_batch(options, window, 1e-12);
-  ASSERT_TRUE(oracle.converged);
-  EXPECT_GE(svr.bias(), oracle.lowest_bias - kTolerance);
-  EXPECT_LE(svr.bias(), oracle.highest_bias + kTolerance);
-
+  std::vector<std::vector<double>> points;
+  for (const Sample& sample : window) points.push_back(sample.x);
   std::mt19937_64 engine(kSeed);
   std::uniform_real_distribution<double> uniform(-1.2, 1.2);
-  double largest = 0.0;
   for (int i = 0; i < 300; ++i) {
-    std::vector<double> x(c.dimension);
-    for (double& feature : x) feature = uniform(engine);
-    largest = std::max(largest, std::fabs(svr.predict(x) - svr.bias() - oracle.expansion(x)));
+    points.emplace_back(c.dimension);
+    for (double& feature : points.back()) feature = uniform(engine);
   }
-  for (const Sample& sample : window) {
-    const double expansion = svr.predict(sample.x) - svr.bias();
-    largest = std::max(largest, std::fabs(expansion - oracle.expansion(sample.x)));
-  }
-  std::ostringstream text;
-  text << largest;
-  RecordProperty("largest_difference", text.str());
-  EXPECT_LE(largest, kTolerance);
+  expect_model(svr, solve_batch(options, window, 1e-12), points);
 }
 
 std::vector<Case> cases() {
@@ -160,19 +165,9 @@ TEST_P(DriftOracleTest, LearningAndForgettingInAnyOrderKeepTheBatchOptimum) {
   }
   if (c.c > 100.0) return;  // the promise of 1e-9 ends there
   const std::vector<Sample> held = held_samples(svr);
-  const OracleModel oracle = solve_batch(options, held, 1e-12);
-  ASSERT_TRUE(oracle.converged);
-  double largest = 0.0;
-  for (const Sample& sample : held) {
-    const double expansion = svr.predict(sample.x) - svr.bias();
-    largest = std::max(largest, std::fabs(expansion - oracle.expansion(sample.x)));
-  }
-  std::ostringstream text;
-  text << largest;
-  RecordProperty("largest_difference", text.str());
-  EXPECT_LE(largest, kTolerance);
-  EXPECT_GE(svr.bias(), oracle.lowest_bias - kTolerance);
-  EXPECT_LE(svr.bias(), oracle.highest_bias + kTolerance);
+  std::vector<std::vector<double>> points;
+  for (const Sample& sample : held) points.push_back(sample.x);
+  expect_model(svr, solve_batch(options, held, 1e-12), points);
 }
 
 std::vector<DriftCase> drift_cases() {

@@ -19,16 +19,13 @@ double plain_kernel(const Kernel& kernel, const std::vector<double>& a,
   }
   const double s = std::sqrt(2.0 * kernel.gamma * squared);  // distance in length scales
   switch (kernel.kind) {
-    case KernelKind::kRbf:
-      return std::exp(-kernel.gamma * squared);
-    case KernelKind::kMatern32:
-      return (1.0 + std::sqrt(3.0) * s) * std::exp(-std::sqrt(3.0) * s);
+    case KernelKind::kRbf: return std::exp(-kernel.gamma * squared);
+    case KernelKind::kMatern32: return (1.0 + std::sqrt(3.0) * s) * std::exp(-std::sqrt(3.0) * s);
     case KernelKind::kMatern52:
       return (1.0 + std::sqrt(5.0) * s + 5.0 * s * s / 3.0) * std::exp(-std::sqrt(5.0) * s);
     case KernelKind::kPolynomial:
       return std::pow(kernel.gamma * product + kernel.offset, kernel.degree);
-    case KernelKind::kLinear:
-      return product;
+    case KernelKind::kLinear: return product;
   }
   return 0.0;
 }

@@ -9,11 +9,10 @@
 #include <random>
 
 #include "common/regression/online_svr.h"
+#include "tests/support/allocation_count.h"
 #include "tests/unit/regression/test_records.h"
 
 namespace zerodrift::regression::testing {
-
-std::size_t allocations_so_far();  // no_allocation_test.cpp
 
 namespace {
 
@@ -53,10 +52,10 @@ TEST(Soak, HardRecordsNeverBreakTheLaws) {
     for (std::size_t i = 0; i < kStepsPerRun; ++i) {
       const Sample sample = record.next();
       const double weight = has_weights ? std::pow(10.0, -static_cast<double>(engine() % 7)) : 1.0;
-      const std::size_t allocations = allocations_so_far();
+      const std::size_t allocations = allocation_count();
       const UpdateReport report = svr.add(sample.x, sample.y, weight);
       if (i % 20 == 19) svr.forget(engine() % svr.slot_count());  // refused if vacant
-      ASSERT_EQ(allocations_so_far(), allocations) << "step " << i;
+      ASSERT_EQ(allocation_count(), allocations) << "step " << i;
       ASSERT_TRUE(std::isfinite(report.prior_residual)) << "step " << i;
       ASSERT_TRUE(svr.is_settled()) << "step " << i;
       ASSERT_TRUE(report.outcome == UpdateOutcome::kLearned ||

@@ -52,15 +52,12 @@ class RecordGenerator {
     Sample sample = fresh();
     const std::uint64_t phase = count_++;
     switch (kind_) {
-      case RecordKind::kSmooth:
-        break;
+      case RecordKind::kSmooth: break;
       case RecordKind::kQuantised:  // ties everywhere
         for (double& feature : sample.x) feature = quantised(feature, 0.25);
         sample.y = quantised(sample.y, 0.01);
         break;
-      case RecordKind::kIdentical:
-        sample = {std::vector<double>(dimension_, 0.5), 0.25};
-        break;
+      case RecordKind::kIdentical: sample = {std::vector<double>(dimension_, 0.5), 0.25}; break;
       case RecordKind::kStuck:  // features freeze for 30 samples in every 50
         if (phase % 50 >= 20 && !last_.x.empty()) sample.x = last_.x;
         break;

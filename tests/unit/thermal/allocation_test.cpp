@@ -3,29 +3,11 @@
 // replaces operator new.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <new>
 #include <string>
 #include <vector>
 
 #include "common/thermal/features.h"
-
-namespace {
-std::size_t allocations = 0;
-}  // namespace
-
-// Not inlined: GCC would take malloc and delete, seen in one place, for a mismatched pair.
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
+#include "tests/support/allocation_count.h"
 
 namespace zerodrift::thermal {
 namespace {
@@ -44,7 +26,7 @@ TEST(ThermalAllocationLaws, ReadingsAndFeaturesTakeNoMemoryAfterConstruction) {
   tracks.emplace_back(polynomial);
   core::TemperatureSample sample;
 
-  const std::size_t before = allocations;
+  const std::size_t before = allocation_count();
   ASSERT_GT(before, 0U);
   std::size_t ready = 0;
   for (int i = 0; i < 100'000; ++i) {
@@ -53,7 +35,7 @@ TEST(ThermalAllocationLaws, ReadingsAndFeaturesTakeNoMemoryAfterConstruction) {
     for (TemperatureTrack& track : tracks) track.add(sample);
     if (builder.build(sample.time, tracks, {}).status == FeatureStatus::kReady) ++ready;
   }
-  const std::size_t after = allocations;
+  const std::size_t after = allocation_count();
   EXPECT_EQ(after, before);
   EXPECT_GT(ready, 0U);
 }

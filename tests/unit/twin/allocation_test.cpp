@@ -3,7 +3,7 @@
 
 #include "common/twin/effect_catalogue.h"
 #include "common/twin/simulation.h"
-#include "tests/unit/twin/allocation_count.h"
+#include "tests/support/allocation_count.h"
 #include "tests/unit/twin/examples.h"
 
 namespace zerodrift::twin {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/unit/twin/allocation_count.h"
+#include "tests/support/allocation_count.h"
 #include "tests/unit/twin/examples.h"
 #include "tests/unit/twin/excited_inputs.h"
 

@@ -13,7 +13,7 @@
 #include "common/core/units.h"
 #include "common/twin/simulation.h"
 #include "tests/fuzz/formula_generator.h"
-#include "tests/unit/twin/allocation_count.h"
+#include "tests/support/allocation_count.h"
 #include "tests/unit/twin/examples.h"
 #include "tests/unit/twin/excited_inputs.h"
 
@@ -40,16 +40,11 @@ std::string use_of(const std::string& text, const std::string& parameter) {
   for (const FormulaParameter& p : std::get<Formula>(parsed).parameters) {
     if (p.name != parameter) continue;
     switch (p.use) {
-      case FormulaUse::kAmplitude:
-        return "amplitude";
-      case FormulaUse::kLag:
-        return "lag";
-      case FormulaUse::kTemperatureWidth:
-        return "temperature width";
-      case FormulaUse::kWidth:
-        return "width";
-      case FormulaUse::kShape:
-        return "shape";
+      case FormulaUse::kAmplitude: return "amplitude";
+      case FormulaUse::kLag: return "lag";
+      case FormulaUse::kTemperatureWidth: return "temperature width";
+      case FormulaUse::kWidth: return "width";
+      case FormulaUse::kShape: return "shape";
     }
   }
   return "none";

@@ -5,6 +5,7 @@ import { readPalette } from './charts/palette.ts';
 export const THEMES = ['system', 'light', 'dark'] as const;
 export type Theme = (typeof THEMES)[number];
 const KEY = 'zerodrift.theme';
+const systemIsDark = matchMedia('(prefers-color-scheme: dark)');
 
 export function storedTheme(): Theme {
   try {
@@ -16,8 +17,8 @@ export function storedTheme(): Theme {
 }
 
 export function applyTheme(theme: Theme): void {
-  if (theme === 'system') delete document.documentElement.dataset.theme;
-  else document.documentElement.dataset.theme = theme;
+  const dark = theme === 'dark' || (theme === 'system' && systemIsDark.matches);
+  document.documentElement.dataset.theme = dark ? 'dark' : 'light';
   readPalette();
   window.dispatchEvent(new Event('themechange'));
   try {
@@ -27,8 +28,4 @@ export function applyTheme(theme: Theme): void {
   }
 }
 
-export function isDark(theme: Theme): boolean {
-  return theme === 'dark' || (theme === 'system' && matchMedia('(prefers-color-scheme: dark)').matches);
-}
-
-matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => applyTheme(storedTheme()));
+systemIsDark.addEventListener('change', () => applyTheme(storedTheme()));

@@ -1,0 +1,484 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/evaluation/comparison_run.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <stdexcept>
+
+#include "common/evaluation/model_use.h"
+#include "common/evaluation/offline_run.h"
+#include "common/measurement/doubts_json.h"
+#include "common/record/record_rows.h"
+#include "common/report/numbers.h"
+
+namespace zerodrift::evaluation {
+namespace {
+
+using comparison::LabelledPoint;
+using comparison::Protocol;
+using Clock = std::chrono::steady_clock;
+using Share = std::function<void(double)>;  // of the whole comparison that is done
+
+constexpr std::size_t kFewestLabels = 60;
+constexpr std::size_t kMostInitialLabels = 600;
+constexpr double kInitialShare = 1.0 / 6.0;
+// Turned by less, a temperature is taken to be held.
+constexpr double kLeastTurnDegc = 1.0;
+// A record at rest all the time gives labels over this share of it.
+constexpr double kAtRest = 0.9;
+// Beyond it (a month and a half) a time is a mistake.
+constexpr double kLongestTimeS = 4e6;
+// Shares of the progress, as a record of 5 h at 200 Hz takes them.
+constexpr double kFirstReading = 0.25;
+constexpr double kJudging = 0.1;
+constexpr double kSecondReading = 0.55;
+constexpr std::string_view kNothingTakenOff = "none";
+constexpr std::string_view kPaperModel = "paper_fog.yaml";
+constexpr std::string_view kPaperProfile = "paper_chamber.yaml";
+
+// A scheme with a stopwatch.
+class TimedScheme final : public regression::DriftScheme {
+ public:
+  explicit TimedScheme(std::unique_ptr<regression::DriftScheme> scheme)
+      : scheme_(std::move(scheme)) {}
+
+  void observe(double time_s, std::span<const double> features) override {
+    const auto begun = Clock::now();
+    scheme_->observe(time_s, features);
+    elapsed_ += Clock::now() - begun;
+  }
+  void learn(const regression::DriftLabel& label) override {
+    const auto begun = Clock::now();
+    scheme_->learn(label);
+    elapsed_ += Clock::now() - begun;
+  }
+  [[nodiscard]] regression::DriftPrediction predict(
+      double time_s, std::span<const double> features) const override {
+    const auto begun = Clock::now();
+    const auto made = scheme_->predict(time_s, features);
+    elapsed_ += Clock::now() - begun;
+    return made;
+  }
+  [[nodiscard]] double seconds() const { return std::chrono::duration<double>(elapsed_).count(); }
+
+ private:
+  std::unique_ptr<regression::DriftScheme> scheme_;
+  mutable Clock::duration elapsed_{};
+};
+
+bool needs_own_output(const compensation::CompensationOptions& options) {
+  return std::any_of(options.features.begin(), options.features.end(), [](const auto& feature) {
+    return feature.kind == thermal::FeatureKind::kPulseMean ||
+           feature.kind == thermal::FeatureKind::kPulseRate;
+  });
+}
+
+// "600", "0.5": as short as it reads back to the same number.
+std::string shortest(double value) {
+  std::array<char, 32> text{};
+  const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(), value);
+  return {text.data(), end};
+}
+
+std::string axis_name(core::Axis axis) {
+  return "axis " + std::string(core::name(axis));
+}
+
+// Before minutes of reading.
+void check(const ComparisonRequest& request) {
+  if (const auto wrong = request.options.validate()) throw std::invalid_argument(*wrong);
+  const auto usable = [](double seconds) { return seconds > 0.0 && seconds <= kLongestTimeS; };
+  std::set<std::string> schemes;
+  for (const std::string& name : request.schemes) {
+    if (!schemes.insert(name).second)
+      throw std::invalid_argument("--schemes: found '" + name + "' twice, expected each once");
+    static_cast<void>(comparison::make_compared_scheme(name, request.options, {}));
+  }
+  if (schemes.empty()) throw std::invalid_argument("--schemes: found none, expected at least one");
+  std::set<double> delays;
+  for (const double delay_s : request.delays_s) {
+    if (!usable(delay_s) || !delays.insert(delay_s).second) {
+      throw std::invalid_argument("--delays: found " + shortest(delay_s) +
+                                  ", expected different times above 0 and up to 4e6 s");
+    }
+  }
+  if (request.train_until_s && !usable(*request.train_until_s)) {
+    throw std::invalid_argument("--train-until: found " + shortest(*request.train_until_s) +
+                                ", expected a time above 0 and up to 4e6 s");
+  }
+}
+
+// What the first reading of a record gives.
+struct Labels {
+  core::PerAxis<std::vector<LabelledPoint>> points;
+  std::uint64_t samples = 0;
+  core::SensorTime last_time{0};
+  record::RecordInfo info;
+  compensation::CompensationOptions options;  // for the spacing of the record's samples
+  std::vector<measurement::Doubt> doubts;
+  std::vector<std::string> warnings;
+};
+
+Labels read_labels(const ComparisonRequest& request, const Share& show) {
+  compensation::CompensationOptions options = request.options;
+  // The labels don't depend on what is learned, unless features are made from the compensation's
+  // own output.
+  if (!needs_own_output(options)) options.scheme = compensation::Scheme::kNone;
+  OfflineRun offline(request.record, request.columns, request.gyro_id, request.topics, options);
+  Labels labels;
+  labels.options = request.options.for_samples_every(offline.info().first_interval_s);
+  labels.info = offline.info();
+  if (const auto missing = missing_probes(options, labels.info); !missing.empty()) {
+    throw std::invalid_argument(request.record + ": found no temperature of probe '" +
+                                missing.front() + "', expected a column temperature_" +
+                                missing.front() + "_degC, or --columns 'temperature_" +
+                                missing.front() + "=NAME[degC]'");
+  }
+  const std::optional<double> rows = record::estimated_rows(request.record);
+  offline.run(false, [&](const core::CompensatedSample& sample) {
+    ++labels.samples;
+    if (rows) show(kFirstReading * static_cast<double>(labels.samples) / *rows);
+    labels.last_time = std::max(labels.last_time, sample.raw.time);
+    const compensation::Label* label = offline.compensator().confirmed_label();
+    if (label == nullptr) return;
+    for (std::size_t i = 0; i < core::kAxisCount; ++i) {
+      if (!label->valid[i] || !label->features_ready[i]) continue;
+      labels.points[i].push_back({label->begin, label->end, label->drift_radps[i],
+                                  label->variance_radps2[i], label->features[i]});
+    }
+  });
+  labels.doubts = offline.doubts();
+  labels.warnings = offline.warnings();
+  return labels;
+}
+
+// Why the service has no model for this record at any time; empty where it has one.
+std::string why_no_model(const ComparisonRequest& request) {
+  OfflineRun offline(request.record, request.columns, request.gyro_id, request.topics,
+                     request.options);
+  ModelUse use;
+  offline.run(false, [&](const core::CompensatedSample& sample) { use.add(sample); });
+  return use.line_of_none(request.record, offline.options());
+}
+
+// Where the last leg begins that was kept unseen.
+core::SensorTime begin_of_unseen(const ComparisonRequest& request,
+                                 const std::vector<LabelledPoint>& points) {
+  if (request.train_until_s) return core::from_seconds(*request.train_until_s);
+  const auto& features = request.options.features;
+  const auto found = std::find_if(features.begin(), features.end(), [](const auto& feature) {
+    return feature.kind == thermal::FeatureKind::kTemperature;
+  });
+  if (found == features.end()) return comparison::begin_of_last_leg(points, 0, 0.0);
+  const double scale = found->scale.value_or(thermal::default_scale(found->kind));
+  return comparison::begin_of_last_leg(points, static_cast<std::size_t>(found - features.begin()),
+                                       kLeastTurnDegc / scale);
+}
+
+std::vector<Protocol> protocols_of(const ComparisonRequest& request,
+                                   const std::vector<LabelledPoint>& points,
+                                   std::size_t initial_labels) {
+  const core::SensorTime trained = points[initial_labels - 1].end;
+  std::vector<Protocol> protocols{{.name = "one ahead", .judged_from = trained}};
+  for (const double delay_s : request.delays_s) {
+    protocols.push_back({.name = "delayed " + shortest(delay_s) + " s",
+                         .delay_s = delay_s,
+                         .judged_from = trained + core::from_seconds(delay_s)});
+  }
+  const core::SensorTime frozen = begin_of_unseen(request, points);
+  protocols.push_back({.name = "frozen at " + report::significant(core::seconds(frozen), 4) + " s",
+                       .frozen_from = frozen,
+                       .judged_from = frozen});
+  return protocols;
+}
+
+SchemeOutcome judge(const std::string& name, const ComparisonRequest& request, Protocol protocol,
+                    const std::vector<LabelledPoint>& points, std::size_t initial_labels) {
+  // A frozen model was trained on everything before.
+  const bool is_frozen = protocol.frozen_from != core::SensorTime::max();
+  regression::InitialSetOptions initial{.labels = initial_labels};
+  if (is_frozen) {
+    const auto known = std::count_if(points.begin(), points.end(), [&](const auto& point) {
+      return point.end <= protocol.frozen_from;
+    });
+    initial.labels = std::max<std::size_t>(2, static_cast<std::size_t>(known));
+  }
+  if (comparison::is_batch_trained(name)) protocol.calibrated_from = protocol.judged_from;
+  TimedScheme scheme(comparison::make_compared_scheme(name, request.options, initial));
+  SchemeOutcome outcome;
+  outcome.name = name;
+  outcome.predicted =
+      comparison::predict_all(protocol, points, request.options.features.size(), scheme);
+  outcome.statistics = comparison::residual_statistics(points, outcome.predicted);
+  outcome.seconds = scheme.seconds();
+  return outcome;
+}
+
+// All schemes on one axis; what a protocol leaves nothing to judge of is told in `warnings`.
+AxisComparison judge_axis(core::Axis axis, const std::vector<LabelledPoint>& points,
+                          const ComparisonRequest& request, std::vector<std::string>& warnings) {
+  AxisComparison compared;
+  compared.axis = axis;
+  compared.points = points;
+  compared.initial_labels =
+      std::min(kMostInitialLabels,
+               static_cast<std::size_t>(kInitialShare * static_cast<double>(points.size())));
+  for (const Protocol& protocol : protocols_of(request, points, compared.initial_labels)) {
+    ProtocolOutcome outcome{protocol, {}, {}};
+    for (const std::string& name : request.schemes)
+      outcome.schemes.push_back(judge(name, request, protocol, points, compared.initial_labels));
+    if (outcome.schemes.front().statistics.points > 0) {
+      compared.protocols.push_back(std::move(outcome));
+    } else {
+      warnings.push_back(axis_name(axis) + ", " + protocol.name +
+                         ": left out, no label is left to judge; labels lie between " +
+                         report::significant(core::seconds(points.front().begin), 4) + " and " +
+                         report::significant(core::seconds(points.back().end), 4) + " s");
+    }
+  }
+  return compared;
+}
+
+// The second reading: every sample into every stream, and the paper's preparation.
+class Streams {
+ public:
+  Streams(ComparisonResult& result, const Labels& labels, bool as_the_paper)
+      : result_(result),
+        mounting_(labels.options.mounting),
+        period_s_(labels.info.sample_period_s) {
+    const double duration_s = period_s_ * static_cast<double>(labels.samples);
+    if (as_the_paper) temperature_.emplace(period_s_, duration_s);
+    for (const AxisComparison& axis : result.axes) {
+      axes_.push_back({comparison::PointFinder(axis.points), {}, {}});
+      if (as_the_paper) axes_.back().prepared.emplace(period_s_, duration_s);
+      for (const ProtocolOutcome& protocol : axis.protocols) {
+        std::vector<std::optional<comparison::PredictedPoint>> nothing_off =
+            protocol.schemes.front().predicted;
+        for (auto& predicted : nothing_off) {
+          if (predicted) predicted->drift_radps = 0.0;
+        }
+        axes_.back().streams.emplace_back(period_s_, nothing_off);
+        for (const SchemeOutcome& scheme : protocol.schemes) {
+          if (scheme.name != kNothingTakenOff)
+            axes_.back().streams.emplace_back(period_s_, scheme.predicted);
+        }
+      }
+    }
+  }
+
+  void add(const record::RecordRow& row, std::optional<std::size_t> probe) {
+    if (probe && std::isfinite(row.temperature_degc[*probe]))
+      newest_degc_ = row.temperature_degc[*probe];
+    if (!record::brings_rate(row)) return;
+    std::uint64_t missing = 0;
+    if (previous_) {
+      const double steps = core::seconds(row.time - *previous_) / period_s_;
+      if (steps > 1.5) missing = static_cast<std::uint64_t>(std::llround(steps)) - 1;
+    }
+    previous_ = row.time;
+    if (temperature_) temperature_->add(newest_degc_);
+    const core::PerAxis<double> rate_radps = mounting_.rate_radps_b(row.rate_radps);
+    for (std::size_t a = 0; a < axes_.size(); ++a) {
+      const std::size_t i = core::index(result_.axes[a].axis);
+      const double drift = rate_radps[i] - row.reference_radps[i];
+      const auto point = axes_[a].finder.find(row.time);
+      for (auto& stream : axes_[a].streams) stream.add(point, drift, missing);
+      if (axes_[a].prepared) axes_[a].prepared->add(drift);
+    }
+  }
+
+  void report() {
+    for (std::size_t a = 0; a < axes_.size(); ++a) {
+      auto stream = axes_[a].streams.begin();
+      for (ProtocolOutcome& protocol : result_.axes[a].protocols) {
+        protocol.raw = (stream++)->report();
+        for (SchemeOutcome& scheme : protocol.schemes)
+          scheme.stream = scheme.name == kNothingTakenOff ? protocol.raw : (stream++)->report();
+      }
+      if (!axes_[a].prepared) continue;
+      result_.axes[a].paper_interval_s = axes_[a].prepared->interval_s();
+      const auto points = axes_[a].prepared->points();
+      result_.axes[a].paper_radps.assign(points.begin(), points.end());
+    }
+  }
+
+  // Only where the paper is followed.
+  [[nodiscard]] std::span<const double> temperature_degc() const { return temperature_->points(); }
+
+ private:
+  struct AxisStreams {
+    comparison::PointFinder finder;
+    std::vector<comparison::ResidualStream> streams;
+    std::optional<comparison::PaperPreparation> prepared;
+  };
+
+  ComparisonResult& result_;
+  compensation::Mounting mounting_;
+  double period_s_;
+  std::optional<core::SensorTime> previous_;
+  double newest_degc_ = std::numeric_limits<double>::quiet_NaN();
+  std::optional<comparison::PaperPreparation> temperature_;
+  std::vector<AxisStreams> axes_;
+};
+
+// Options of the paper's procedure: its two features, in the order of paper_points().
+compensation::CompensationOptions paper_options(compensation::CompensationOptions options,
+                                                const std::string& probe, double interval_s) {
+  options.features = {{.kind = thermal::FeatureKind::kTemperature, .probe = probe},
+                      {.kind = thermal::FeatureKind::kTemperatureRate, .probe = probe},
+                      {.kind = thermal::FeatureKind::kPulseMean}};
+  options.learning.label_interval_s = interval_s;
+  return options;
+}
+
+void follow_the_paper(const ComparisonRequest& request, std::span<const double> temperature_degc,
+                      AxisComparison& axis) {
+  // A label's noise, averaged on over a minute.
+  double label_variance = 0.0;
+  for (const auto& point : axis.points)
+    label_variance += point.variance / static_cast<double>(axis.points.size());
+  const double point_variance =
+      label_variance * request.options.learning.label_interval_s / comparison::kPaperWindowS;
+  const auto begun = Clock::now();
+  const auto points = comparison::paper_points(axis.paper_radps, temperature_degc,
+                                               axis.paper_interval_s, point_variance);
+  const double rate_s = std::chrono::duration<double>(Clock::now() - begun).count();
+  if (points.size() < kFewestLabels) return;
+  const auto options =
+      paper_options(request.options, request.options.probes().front(), axis.paper_interval_s);
+  const regression::InitialSetOptions initial{
+      .labels = (points.size() + comparison::kPaperTrainingStride - 1) /
+                comparison::kPaperTrainingStride};
+  for (const std::string& name : request.schemes) {
+    TimedScheme scheme(comparison::make_compared_scheme(name, options, initial));
+    PaperOutcome outcome;
+    outcome.name = name;
+    outcome.residual_radps = comparison::paper_residuals(name, points, scheme);
+    outcome.moments = comparison::moments(outcome.residual_radps);
+    outcome.coefficients =
+        comparison::paper_coefficients(outcome.residual_radps, axis.paper_interval_s);
+    outcome.seconds = scheme.seconds() + rate_s;
+    axis.paper.push_back(std::move(outcome));
+  }
+}
+
+bool is_paper_like(const record::RecordInfo& info) {
+  const auto names = [&](std::string_view key, std::string_view file) {
+    return std::any_of(info.metadata.begin(), info.metadata.end(), [&](const auto& entry) {
+      return entry.first == key && std::string_view(entry.second).ends_with(file);
+    });
+  };
+  return names("model", kPaperModel) && names("profile", kPaperProfile);
+}
+
+// Why the paper's procedure says nothing of this record; empty where it does.
+std::string obstacle_to_the_paper(const Labels& labels, const ComparisonRequest& request,
+                                  const std::vector<LabelledPoint>& points) {
+  if (request.options.probes().empty()) return "no feature is made from a temperature";
+  const double period_s = labels.info.sample_period_s;
+  if (period_s > comparison::kPaperWindowS)
+    return "a sample every " + shortest(period_s) + " s leaves no minute to average over";
+  // Its 15 000 points lie evenly over time, so the samples must.
+  const double spanned_s = core::seconds(labels.last_time - labels.info.first_time);
+  const double counted_s = static_cast<double>(labels.samples - 1) * period_s;
+  if (std::abs(spanned_s - counted_s) > 0.001 * spanned_s)
+    return "the samples are not evenly spaced in time";
+  double labelled_s = 0.0;
+  for (const auto& point : points) labelled_s += core::seconds(point.end - point.begin);
+  if (labelled_s < kAtRest * spanned_s)
+    return "labels at rest, with all features, are only " +
+           report::significant(100.0 * labelled_s / spanned_s, 2) + " % of the record";
+  return {};
+}
+
+void read_streams(const ComparisonRequest& request, const Labels& labels, Streams& streams,
+                  const Share& show) {
+  record::RecordReader reader(
+      request.record, record::RecordOptions{.columns = record::parse_column_map(request.columns),
+                                            .gyro_id = request.gyro_id,
+                                            .topics = request.topics});
+  const std::vector<std::string> wanted = request.options.probes();
+  std::optional<std::size_t> probe;
+  if (!wanted.empty()) {
+    const auto& probes = labels.info.probes;
+    const auto found = std::find(probes.begin(), probes.end(), wanted.front());
+    probe = static_cast<std::size_t>(found - probes.begin());
+  }
+  std::uint64_t rows = 0;
+  while (const record::RecordRow* row = reader.next()) {
+    streams.add(*row, probe);
+    if (record::brings_rate(*row)) ++rows;
+    const double share = static_cast<double>(rows) / static_cast<double>(labels.samples);
+    show(kFirstReading + kJudging + kSecondReading * share);
+  }
+  streams.report();
+}
+
+}  // namespace
+
+ComparisonResult run_comparison(const ComparisonRequest& requested, const Progress& progress) {
+  check(requested);
+  const Share show = [&](double share) { progress("compare", share); };
+  show(0.0);
+  const Labels labels = read_labels(requested, show);
+  ComparisonRequest request = requested;
+  request.options = labels.options;
+  ComparisonResult result;
+  result.record = request.record;
+  result.doubts = labels.doubts;
+  result.warnings = labels.warnings;
+  result.is_paper_like = is_paper_like(labels.info);
+  const double label_s = request.options.learning.label_interval_s;
+  std::size_t most = 0;
+  for (const auto& points : labels.points) most = std::max(most, points.size());
+  if (most < kFewestLabels) {
+    result.no_model = why_no_model(requested);
+    if (!result.no_model.empty()) return result;
+    throw std::invalid_argument(
+        request.record + ": found " + std::to_string(most) +
+        " labels at rest with all features on any axis, expected at least " +
+        std::to_string(kFewestLabels) + " (a label is " + report::significant(label_s, 2) +
+        " s of samples at rest; the record has one every " +
+        report::significant(labels.info.sample_period_s, 2) + " s)" +
+        possible_cause(result.doubts));
+  }
+  for (const auto axis : core::kAxes) {
+    const auto& points = labels.points[core::index(axis)];
+    if (points.size() >= kFewestLabels) {
+      result.axes.push_back(judge_axis(axis, points, request, result.warnings));
+    } else if (labels.info.has_rate[core::index(axis)]) {
+      result.warnings.push_back(axis_name(axis) + ": left out, found " +
+                                std::to_string(points.size()) + " labels at rest, expected " +
+                                std::to_string(kFewestLabels));
+    }
+    const auto axes_done = static_cast<double>(core::index(axis) + 1);
+    show(kFirstReading + kJudging * axes_done / static_cast<double>(core::kAxisCount));
+  }
+
+  if (request.only_labels) return result;
+  const std::string obstacle = obstacle_to_the_paper(labels, request, result.axes.front().points);
+  Streams streams(result, labels, obstacle.empty());
+  read_streams(request, labels, streams, show);
+  if (!obstacle.empty()) {
+    result.warnings.push_back("the paper's procedure is left out: " + obstacle);
+    return result;
+  }
+  double done = kFirstReading + kJudging + kSecondReading;
+  const double step = (1.0 - done) / static_cast<double>(result.axes.size());
+  for (AxisComparison& axis : result.axes) {
+    follow_the_paper(request, streams.temperature_degc(), axis);
+    if (axis.paper.empty())
+      result.warnings.push_back(axis_name(axis.axis) +
+                                ": the paper's procedure is left out, too "
+                                "few minutes of it are whole");
+    show(done += step);
+  }
+  return result;
+}
+
+}  // namespace zerodrift::evaluation

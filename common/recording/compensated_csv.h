@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// Compensated samples as a record: what `compensate` writes offline and `record` writes from the
+// live topic, so that the two can be compared byte for byte.
+#pragma once
+
+#include <filesystem>
+
+#include "common/core/compensated_sample.h"
+#include "common/record/record_writer.h"
+
+namespace zerodrift::recording {
+
+class CompensatedCsv {
+ public:
+  explicit CompensatedCsv(const std::filesystem::path& path);
+  void write(const core::CompensatedSample& sample);
+  void commit() { writer_.commit(); }
+  std::filesystem::path keep() { return writer_.keep(); }
+
+ private:
+  record::RecordWriter writer_;
+};
+
+}  // namespace zerodrift::recording

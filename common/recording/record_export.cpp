@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/recording/record_export.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "common/core/one_line.h"
+#include "common/dds/conversions.h"
+#include "common/dds/raw_reader.h"
+#include "common/files/atomic_file.h"
+#include "common/files/file_error.h"
+#include "common/mcap/mcap_error.h"
+#include "common/mcap/mcap_reader.h"
+#include "common/record/record_reader.h"
+#include "common/record/record_samples.h"
+#include "common/record/record_writer.h"
+#include "common/recording/compensated_csv.h"
+#include "common/recording/record_file.h"
+
+namespace zerodrift::recording {
+namespace {
+
+constexpr std::string_view kSequence = "sequence";
+
+std::uint32_t index_among_topics(const dds::TopicSpec& spec) {
+  const auto found = std::find_if(dds::kAllTopics.begin(), dds::kAllTopics.end(),
+                                  [&](const auto& other) { return other.name == spec.name; });
+  return static_cast<std::uint32_t>(found - dds::kAllTopics.begin());
+}
+
+// The gyros whose compensated samples are in the file.
+std::vector<std::uint32_t> compensated_gyros(mcap::Reader& reader) {
+  std::vector<std::uint32_t> gyros;
+  mcap::Cursor cursor(reader);
+  msg::CompensatedRate sample;
+  for (mcap::Message message; cursor.next(message);) {
+    if (reader.contents().channel(message.channel_id)->topic != dds::kCompensatedRate.name)
+      continue;
+    if (!dds::decode(message.data, sample)) continue;
+    if (std::find(gyros.begin(), gyros.end(), sample.gyro_id()) == gyros.end())
+      gyros.push_back(sample.gyro_id());
+  }
+  std::sort(gyros.begin(), gyros.end());
+  return gyros;
+}
+
+std::uint32_t chosen(const ExportRequest& request, const std::vector<std::uint32_t>& gyros) {
+  std::string names;
+  for (const auto gyro : gyros) names += (names.empty() ? "" : ", ") + std::to_string(gyro);
+  const std::string file = request.from.string();
+  if (gyros.empty()) throw files::FileError(file + ": has no message of compensated_rate");
+  if (!request.gyro_id) {
+    if (gyros.size() == 1) return gyros.front();
+    throw files::FileError(file + ": holds gyros " + names + "; choose one by --gyro-id");
+  }
+  if (std::binary_search(gyros.begin(), gyros.end(), *request.gyro_id)) return *request.gyro_id;
+  throw files::FileError(file + ": has no gyro " + std::to_string(*request.gyro_id) +
+                         ", expected --gyro-id to be one of " + names);
+}
+
+}  // namespace
+
+ExportResult export_record(const ExportRequest& request) {
+  record::RecordReader reader(request.from, {.time_order = record::TimeOrder::kAsFound,
+                                             .gyro_id = request.gyro_id,
+                                             .topics = request.topics});
+  const record::RecordInfo& info = reader.info();
+  record::RecordWriterOptions layout{.columns = info.columns, .metadata = info.metadata};
+  layout.columns.emplace_back(kSequence);
+  if (info.gyro_id != 0) layout.metadata.emplace_back("gyro_id", std::to_string(info.gyro_id));
+  record::RecordWriter writer(request.to, layout);
+  ExportResult result;
+  while (const record::RecordRow* row = reader.next()) {
+    writer.time(row->time);
+    for (std::size_t i = 0; i < core::kAxisCount; ++i) {
+      if (info.has_rate[i]) writer.number(row->rate_radps[i]);
+    }
+    for (std::size_t i = 0; i < core::kAxisCount; ++i) {
+      if (info.has_reference[i]) writer.number(row->reference_radps[i]);
+    }
+    for (const double temperature_degc : row->temperature_degc) writer.number(temperature_degc);
+    if (record::brings_rate(*row)) {
+      writer.text(std::to_string(record::to_angular_rate(*row).sequence));
+    } else {
+      writer.blank();
+    }
+    writer.end_row();
+    ++result.rows;
+  }
+  writer.commit();
+  result.warnings = reader.warnings();
+  return result;
+}
+
+ExportResult export_compensated(const ExportRequest& request) {
+  mcap::Reader reader{request.from};
+  const std::uint32_t gyro = chosen(request, compensated_gyros(reader));
+  CompensatedCsv csv(request.to);
+  ExportResult result;
+  mcap::Cursor cursor(reader);
+  msg::CompensatedRate sample;
+  for (mcap::Message message; cursor.next(message);) {
+    if (reader.contents().channel(message.channel_id)->topic != dds::kCompensatedRate.name)
+      continue;
+    if (!dds::decode(message.data, sample) || sample.gyro_id() != gyro) continue;
+    csv.write(dds::from_message(sample));
+    ++result.rows;
+  }
+  csv.commit();
+  result.warnings = reader.findings();
+  return result;
+}
+
+ExportResult import_record(const ExportRequest& request) {
+  record::RecordReader reader(request.from, {.columns = record::parse_column_map(request.columns)});
+  const std::uint32_t gyro = request.gyro_id.value_or(1);
+  RecordFileOptions file_options;
+  file_options.out = request.to;
+  file_options.writer.compression = request.compression;
+  file_options.metadata = {{"from", request.from.filename().string()},
+                           {"log_time", "sensor time, where it is above 0"},
+                           {"publish_time", "sensor time, where it is above 0"}};
+  files::UnfinishedFile unfinished(request.to.string() + ".active");  // of what follows
+  RecordFile file(std::move(file_options));
+  const auto put = [&](const dds::TopicSpec& spec, std::uint64_t sequence, core::SensorTime time,
+                       std::string_view part, const std::string& payload) {
+    file.write({.topic = index_among_topics(spec),
+                .gyro_id = gyro,
+                .sequence = sequence,
+                .log_ns = time.count(),
+                .publish_ns = time.count(),
+                .part = part,
+                .payload = payload});
+  };
+  ExportResult result;
+  core::TemperatureSample temperature;
+  while (const record::RecordRow* row = reader.next()) {
+    for (std::size_t probe = 0; probe < reader.info().probes.size(); ++probe) {
+      record::to_temperature(*row, reader.info(), probe, temperature);
+      if (!temperature.measured) continue;
+      auto message = dds::to_message(temperature, gyro);
+      put(dds::kTemperature, temperature.sequence, row->time, temperature.probe,
+          dds::encode(message));
+    }
+    if (const auto reference = record::to_rate_reference(*row, reader.info())) {
+      auto message = dds::to_message(*reference, gyro);
+      put(dds::kRateReference, row->index, row->time, "", dds::encode(message));
+    }
+    auto message = dds::to_message(record::to_angular_rate(*row), gyro, 0);
+    put(dds::kAngularRate, row->index, row->time, "", dds::encode(message));
+    ++result.rows;
+  }
+  file.finish({});
+  unfinished.keep();
+  result.warnings = reader.warnings();
+  return result;
+}
+
+void export_attachment(const std::filesystem::path& from, const std::string& name,
+                       const std::filesystem::path& to) {
+  const mcap::Reader reader{from};
+  std::string names;
+  for (const auto& attachment : reader.contents().attachments) {
+    if (attachment.name == name) {
+      files::AtomicFile file(to);
+      file.append(reader.attachment(attachment));
+      file.commit();
+      return;
+    }
+    names += (names.empty() ? "" : ", ") + attachment.name;
+  }
+  throw files::FileError(from.string() + ": has no attachment '" + name + "', expected one of " +
+                         (names.empty() ? "none" : names));
+}
+
+}  // namespace zerodrift::recording

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/evaluation/comparison_verdict.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <utility>
+
+namespace zerodrift::evaluation {
+namespace {
+
+using core::from_seconds;
+
+// Two schemes on one axis over `span_s` of labels, the stack's RMSE `ratio` of holding's a minute
+// late.
+ComparisonResult judged(double span_s, double ratio, const std::string& held = "persistence") {
+  ComparisonResult result;
+  AxisComparison axis;
+  for (double end_s = 5.0; end_s <= span_s; end_s += 5.0)
+    axis.points.push_back({from_seconds(end_s - 5.0), from_seconds(end_s)});
+  ProtocolOutcome late{
+      .protocol = {.name = "delayed 60 s", .delay_s = 60.0}, .schemes = {}, .raw = {}};
+  for (const auto& [name, rms] : {std::pair{held, 1.0}, std::pair{std::string("stack"), ratio}}) {
+    SchemeOutcome scheme;
+    scheme.name = name;
+    scheme.statistics.root_mean_square = rms;
+    late.schemes.push_back(scheme);
+  }
+  axis.protocols.push_back(late);
+  result.axes.push_back(axis);
+  return result;
+}
+
+TEST(Advice, IsTheSchemeThatGainsWithItsFigure) {
+  const std::string advice = recommendation(judged(600.0, 0.49));
+  EXPECT_TRUE(advice.starts_with("Use stack: with labels 60 s late its RMSE is 0.49 of that of "))
+      << advice;
+}
+
+TEST(Advice, IsToHoldWhereNothingGains) {
+  const std::string advice = recommendation(judged(600.0, 0.97));
+  EXPECT_TRUE(advice.starts_with("Use persistence: with late labels none gains")) << advice;
+}
+
+TEST(Advice, IsNoneOfARecordThatIsTooShortForItsDelays) {
+  EXPECT_TRUE(recommendation_of(judged(180.0, 0.49)));
+  EXPECT_FALSE(recommendation_of(judged(175.0, 0.49)));
+  EXPECT_NE(recommendation(judged(175.0, 0.49)).find("too short"), std::string::npos);
+}
+
+TEST(Advice, IsNoneWhereNobodyHolds) {
+  EXPECT_FALSE(recommendation_of(judged(600.0, 0.49, "trend")));
+  EXPECT_NE(recommendation(judged(600.0, 0.49, "trend")).find("not comparable"), std::string::npos);
+}
+
+// Four stops, a minute of motion before each; only the first label after it counts.
+TEST(Advice, SaysWhatMotionLeaves) {
+  ComparisonResult result = judged(600.0, 0.49);
+  AxisComparison& axis = result.axes.front();
+  axis.points.clear();
+  ProtocolOutcome ahead = axis.protocols.front();
+  ahead.protocol = {.name = "one ahead"};
+  for (int stop = 0; stop < 8; ++stop) {
+    for (int i = 0; i < 2; ++i) {
+      const double begin_s = 120.0 * stop + 5.0 * i;
+      axis.points.push_back({from_seconds(begin_s), from_seconds(begin_s + 5.0), 1.0});
+      ahead.schemes[0].predicted.push_back(comparison::PredictedPoint{i == 0 ? 0.0 : 1.0});
+      ahead.schemes[1].predicted.push_back(comparison::PredictedPoint{i == 0 ? 0.75 : -9.0});
+    }
+  }
+  axis.protocols.insert(axis.protocols.begin(), ahead);
+  EXPECT_NE(recommendation(result).find("at the first label after motion 0.25"), std::string::npos)
+      << recommendation(result);
+}
+
+}  // namespace
+}  // namespace zerodrift::evaluation
