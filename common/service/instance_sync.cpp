@@ -67,7 +67,9 @@ void InstanceSync::hear(const AnswerMark& other) noexcept {
   early_[other.sequence % kEarly] = other;
 }
 
+// One that is behind has not learned what the others have, so that its answers say nothing.
 void InstanceSync::compare(const AnswerMark& mine, const AnswerMark& other) noexcept {
+  if (!in_sync_) return;
   Peer& peer = peers_[other.instance];
   ++counts_.compared;
   if (mine.digest == other.digest) {
@@ -76,7 +78,7 @@ void InstanceSync::compare(const AnswerMark& mine, const AnswerMark& other) noex
   }
   ++counts_.differing;
   ++peer.differing;
-  if (peer.differing >= kDifferingRun && in_sync_ && is_senior(other, mine)) fall_behind();
+  if (peer.differing >= kDifferingRun && is_senior(other, mine)) fall_behind();
 }
 
 void InstanceSync::fall_behind() noexcept {

@@ -102,7 +102,7 @@ class InstanceSync {
   struct Counts {
     std::uint64_t takeovers = 0;   // it became the leader
     std::uint64_t step_backs = 0;  // it was in sync, and is behind
-    std::uint64_t compared = 0;    // answers of another instance with the same number
+    std::uint64_t compared = 0;    // in sync: answers of another instance with the same number
     std::uint64_t differing = 0;   // of these: not equal to the bit
   };
   [[nodiscard]] Counts counts() const noexcept { return counts_; }

@@ -135,6 +135,21 @@ TEST(InstanceSync, ComparesWhatItHearsBeforeItAnswersToo) {
   EXPECT_EQ(instance.sync.counts().differing, 1U);
 }
 
+// Rule: one that has just started has learned nothing yet, so that its answers are no difference to
+// be reported; from its state on they are.
+TEST(InstanceSync, AnswersOfOneThatIsBehindAreNoDifference) {
+  Instance late(0);
+  for (int k = 0; k < 1000; ++k) {
+    late.answer(7);
+    late.hear(1);
+  }
+  EXPECT_EQ(late.sync.counts().differing, 0U);
+  late.sync.caught_up();
+  late.answer(7);
+  late.hear(1);
+  EXPECT_EQ(late.sync.counts().differing, 1U);
+}
+
 TEST(InstanceSync, TheLowestThatIsHeardLeads) {
   Instance instance = in_sync(1);
   instance.answer();
