@@ -17,6 +17,8 @@ constexpr double kOldestInHorizons = 3.0;
 constexpr double kOldestInLabels = 60.0;
 constexpr double kCovered = 0.95;
 constexpr double kErrorHorizons = 20.0;
+constexpr double kLargestStep = 0.02;
+constexpr double kLargestLogFactor = 3.0;
 // Student's t of nu degrees of freedom over the normal quantile z is 1 + (z^2 + 1) / (4 nu) + ...
 // (Abramowitz and Stegun 26.7.5).
 constexpr double kStudentExcess = (1.96 * 1.96 + 1.0) / 4.0;
@@ -128,7 +130,20 @@ void ExpertStack::judge(std::size_t h, const Snapshot& made, const StackLabel& l
   const double by_mean =
       h + 1 == kHorizons ? made.mean.at_longest(label.time_s, basis, by_svr, made.expert[kCubic])
                          : made.mean.at(label.time_s, basis, by_svr);
-  note_error(h, label.time_s, size_of(label.drift - by_mean));
+  const double own_error = size_of(label.drift - by_mean);
+  note_error(h, label.time_s, own_error);
+  follow_misses(h, own_error, made.half_width);
+}
+
+void ExpertStack::follow_misses(std::size_t h, double error, double stated_half_width) {
+  if (stated_half_width < 0.0) return;
+  const double step = kHorizonsS[h] > 0.0
+                          ? std::min(kLargestStep, forecast_.spacing_s / kHorizonsS[h])
+                          : kLargestStep;
+  const double missed = error > stated_half_width ? 1.0 : 0.0;
+  double& log_factor = judged_[h].log_factor;
+  log_factor = std::clamp(log_factor + step * (missed - (1.0 - kCovered)), -kLargestLogFactor,
+                          kLargestLogFactor);
 }
 
 // Overlapping errors say the same again and again: one is kept in so long a time.
@@ -141,7 +156,7 @@ double ExpertStack::error_spacing_s(std::size_t h) const {
 }
 
 void ExpertStack::note_error(std::size_t h, double time_s, double error) {
-  auto& [made, squares, count, noted_s, errors, sorted] = judged_[h];
+  auto& [made, squares, count, noted_s, errors, sorted, log_factor] = judged_[h];
   if (noted_s && time_s - *noted_s < error_room_s(h)) return;
   noted_s = time_s;
   const double most = std::clamp(kErrorHorizons * kHorizonsS[h] / error_spacing_s(h), 40.0,
@@ -162,7 +177,8 @@ void ExpertStack::measure_width(std::size_t h) {
   const auto n = static_cast<double>(sorted.size());
   const double rank = std::clamp(std::ceil(kCovered * (n + 1.0)) - 1.0, 0.0, n - 1.0);
   const double independent = h == 0 ? n : std::max(1.0, n * error_spacing_s(h) / kHorizonsS[h]);
-  half_width = sorted[static_cast<std::size_t>(rank)] * (1.0 + kStudentExcess / independent);
+  half_width = sorted[static_cast<std::size_t>(rank)] * (1.0 + kStudentExcess / independent) *
+               std::exp(judged_[h].log_factor);
 }
 
 void ExpertStack::weigh(std::size_t h) {
@@ -197,6 +213,7 @@ void ExpertStack::keep(std::size_t h) {
   for (const Expert expert : kLinearExperts)
     snapshot.expert[static_cast<std::size_t>(expert)] = forecast(expert);
   snapshot.mean = forecast_.horizons[h].mean;
+  snapshot.half_width = forecast_.horizons[h].half_width;
 }
 
 void ExpertStack::restart() noexcept {
@@ -220,6 +237,7 @@ void ExpertStack::reset() noexcept {
     judged.noted_s.reset();
     judged.errors.clear();
     judged.sorted.clear();
+    judged.log_factor = 0.0;
   }
   forecast_ = {};
   // Until a horizon was judged, the last minute is held.
@@ -239,14 +257,14 @@ void ExpertStack::carry(core::StateArchive& archive) {
       archive.sums(square);
       archive.require(square >= 0.0);
     }
-    archive(judged.count, judged.noted_s, judged.errors);
-    archive.require(judged.count >= 0.0);
+    archive(judged.count, judged.noted_s, judged.errors, judged.log_factor);
+    archive.require(judged.count >= 0.0 && std::abs(judged.log_factor) <= kLargestLogFactor);
     for (std::size_t i = 0; i < judged.errors.size(); ++i) archive.require(judged.errors[i] >= 0.0);
   }
   if (!archive.reads() || !archive.ok()) return;
   if (labels_ > 0) forecast_.cubic = forecast(Expert::kCubic);
   for (std::size_t h = 0; h < kHorizons; ++h) {
-    auto& [made, squares, count, noted_s, errors, sorted] = judged_[h];
+    auto& [made, squares, count, noted_s, errors, sorted, log_factor] = judged_[h];
     sorted.clear();
     for (std::size_t i = 0; i < errors.size(); ++i) sorted.push_back(errors[i]);
     std::sort(sorted.begin(), sorted.end());

@@ -14,7 +14,12 @@
 // it interpolates it has more (StackMean::at_longest).
 //
 // The interval of a horizon is the 95 % quantile of the stack's own errors at it over the last
-// twenty horizons, wider by as much as Student's t is where few of them are independent.
+// twenty horizons, wider by as much as Student's t is where few of them are independent, times a
+// factor that follows the share of labels which the intervals as they were stated missed (adaptive
+// conformal inference: Gibbs & Candes, NeurIPS 2021):
+//   ln factor += step (missed - 0.05),  step = dt / h, at most 0.02
+// so that a horizon's worth of misses, which are one, weighs as one. Whatever the errors' law, the
+// share of misses over n horizons is then within |change of ln factor| / n of 5 %.
 #pragma once
 
 #include <array>
@@ -94,8 +99,9 @@ class ExpertStack {
   struct Snapshot {
     std::array<LinearForecast, kLinearExperts.size()> expert{};
     StackMean mean{};
+    double half_width = -1.0;  // as it was stated
 
-    void carry(core::StateArchive& archive) { archive(expert, mean); }
+    void carry(core::StateArchive& archive) { archive(expert, mean, half_width); }
   };
   struct Judged {
     explicit Judged(double horizon_s) : made(horizon_s, kKept, {}) { sorted.reserve(kErrors); }
@@ -106,11 +112,13 @@ class ExpertStack {
     std::optional<double> noted_s{};           // end of the label of the newest error that was kept
     core::RingBuffer<double> errors{kErrors};  // the stack's own, as they came
     std::vector<double> sorted{};              // the same
+    double log_factor = 0.0;                   // of the interval's width
   };
   [[nodiscard]] bool is_of_horizon(std::size_t h, double age_s) const;
   void judge(std::size_t h, const Snapshot& made, const StackLabel& label, const Basis& basis,
              const std::optional<SvrForecast>& by_svr);
   void note_error(std::size_t h, double time_s, double error);
+  void follow_misses(std::size_t h, double error, double stated_half_width);
   [[nodiscard]] static double error_room_s(std::size_t h);
   [[nodiscard]] double error_spacing_s(std::size_t h) const;
   void measure_width(std::size_t h);
