@@ -38,7 +38,7 @@ recording::ExportResult convert(const ExportOptions& options) {
   }
   if (to_mcap) return import_record(options.request);
   if (options.topic == kCompensated) return export_compensated(options.request);
-  ExportRequest request = options.request;
+  recording::ExportRequest request = options.request;
   if (options.topic != kRates) request.topics.rates = options.topic;
   return export_record(request);
 }

@@ -20,6 +20,7 @@ make_image_from_build() {
     { echo "$from_build is not built by Debian's own compiler"; return 1; }
   mkdir -p "$work/context/docker" "$work/context/page/usr/share/zerodrift"
   DESTDIR=$work/context/build cmake --install "$from_build" --prefix /usr --strip >/dev/null || return 1
+  rm -r "$work/context/build/usr/share/man"  # as docker/Dockerfile does
   mv "$work/context/build/usr/share/zerodrift/console" "$work/context/page/usr/share/zerodrift/" || return 1
   cp "$root/docker/sbom.sh" "$work/context/docker/"
   {

@@ -401,11 +401,11 @@ TEST(LearnerState, KernelsAloneAreLearnedWithFromTheFirstLabelOn) {
 // count kLearnerLayout up and write the new sizes here.
 TEST(LearnerState, AnotherLayoutHasAnotherNumber) {
   const auto options = small_options();
-  EXPECT_EQ(kLearnerLayout, 2U);
+  EXPECT_EQ(kLearnerLayout, 3U);
   EXPECT_EQ(state_after(svr_alone(options), 0).bytes.size(), 2486U);
   EXPECT_EQ(state_after(svr_alone(options), 30).bytes.size(), 27542U);
-  EXPECT_EQ(state_after(options, 0).bytes.size(), 67769U);
-  EXPECT_EQ(state_after(options, 30).bytes.size(), 262569U);
+  EXPECT_EQ(state_after(options, 0).bytes.size(), 67889U);
+  EXPECT_EQ(state_after(options, 30).bytes.size(), 263897U);
 }
 
 // Rule: given before the first sample, a saved learner is in force from that sample on; and the
