@@ -32,6 +32,12 @@ Unfinished& unfinished() {
 
 }  // namespace
 
+std::filesystem::path beside(const std::filesystem::path& target, const std::string& name) {
+  std::string path = target.native();
+  path.resize(path.size() - target.filename().native().size());
+  return path + name;
+}
+
 UnfinishedFile::UnfinishedFile(std::filesystem::path path) : path_(std::move(path)) {
   const std::lock_guard lock(unfinished().mutex);
   unfinished().paths.insert(path_);
@@ -42,7 +48,7 @@ UnfinishedFile::UnfinishedFile(const std::filesystem::path& target, int& fd) : p
       std::string{"."} + target.filename().string() + '.' + std::to_string(::getpid());
   const std::lock_guard lock(unfinished().mutex);
   for (int attempt = 0;; ++attempt) {
-    path_.replace_filename(stem + '.' + std::to_string(attempt) + ".partial");
+    path_ = beside(target, stem + '.' + std::to_string(attempt) + ".partial");
     const auto place = unfinished().paths.insert(path_);
     if (!place.second) continue;
     fd = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
@@ -74,9 +80,9 @@ void UnfinishedFile::keep() {
 
 std::filesystem::path free_name_of_cut(const std::filesystem::path& target) {
   for (int number = 1;; ++number) {
-    std::filesystem::path name = target;
-    name.replace_filename(target.stem().string() + ".cut" + std::to_string(number) +
-                          target.extension().string());
+    std::filesystem::path name =
+        beside(target, target.stem().string() + ".cut" + std::to_string(number) +
+                           target.extension().string());
     std::error_code error;
     if (!std::filesystem::exists(std::filesystem::symlink_status(name, error))) return name;
   }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 namespace zerodrift::files {
 
@@ -30,6 +31,11 @@ class UnfinishedFile {
  private:
   std::filesystem::path path_;
 };
+
+// The path of another file in the same folder. path::replace_filename() of libstdc++ 12 frees what it
+// never had where memory ends within it.
+[[nodiscard]] std::filesystem::path beside(const std::filesystem::path& target,
+                                           const std::string& name);
 
 // <stem>.cut<N><extension> beside the target, the first that nothing has: for what was written of
 // a file that did not become whole.

@@ -7,6 +7,7 @@
 
 #include "common/dds/idl_text.h"
 #include "common/files/input_file.h"
+#include "common/files/unfinished_file.h"
 #include "common/mcap/mcap_error.h"
 
 namespace zerodrift::recording {
@@ -68,9 +69,8 @@ fs::path RecordFile::next_path() {
   for (;;) {
     char number[16];
     std::snprintf(number, sizeof number, "_%04u", ++number_);
-    fs::path path = options_.out;
-    path.replace_filename(options_.out.stem().string() + number +
-                          options_.out.extension().string());
+    fs::path path = files::beside(
+        options_.out, options_.out.stem().string() + number + options_.out.extension().string());
     if (!fs::exists(path)) return path;
   }
 }

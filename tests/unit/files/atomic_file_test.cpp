@@ -92,6 +92,14 @@ TEST_F(AtomicWriting, ALinkIsFollowedAndStaysALink) {
   EXPECT_EQ(file_count(), 2U);
 }
 
+TEST_F(AtomicWriting, BesideIsAnotherNameInTheSameFolder) {
+  for (const char* target : {"a.csv", "/a", "/x/y.csv", "../y", "x/", "./.hidden", ""}) {
+    std::filesystem::path expected(target);
+    expected.replace_filename("b.c");
+    EXPECT_EQ(beside(target, "b.c").native(), expected.native()) << target;
+  }
+}
+
 TEST_F(AtomicWriting, WhatIsKeptHasANameAndReplacesNothing) {
   write("a.cut1.csv", "of an earlier one");
   AtomicFile file{path("a.csv")};
