@@ -36,7 +36,7 @@ inline constexpr std::array kLayers{
     Layer{"common/checkpoint",   Purity::kSystem, {"common/core", "common/thermal", "common/regression", "common/compensation", "common/files", "idl/proto"}},
     Layer{"common/report",       Purity::kSystem, {"common/core", "common/files"}},
     Layer{"common/measurement",  Purity::kSystem, {"common/core", "common/twin", "common/diagnosis", "common/record", "common/report"}},
-    Layer{"common/evaluation",   Purity::kSystem, {"common/core", "common/allan", "common/twin", "common/compensation", "common/comparison", "common/navigation", "common/mcap", "common/record", "common/report", "common/config"}},
+    Layer{"common/evaluation",   Purity::kSystem, {"common/core", "common/allan", "common/twin", "common/compensation", "common/comparison", "common/navigation", "common/mcap", "common/record", "common/report", "common/measurement", "common/config"}},
     Layer{"common/drivers",      Purity::kSystem, {"common/core"}},
     Layer{"common/config",       Purity::kSystem, {"common/core", "common/thermal", "common/regression", "common/navigation", "common/compensation", "common/twin", "common/files", "idl/proto"}},
     Layer{"common/dds",          Purity::kSystem, {"common/core", "idl/dds"}},

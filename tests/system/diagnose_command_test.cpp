@@ -268,8 +268,9 @@ TEST_F(Diagnose, ATemperatureInTheWrongUnitIsPointedOutInOneLine) {
   const std::string kelvin = record("r.csv", {.header = "time_s,rate_z_deg_h,temperature_coil_K"});
   const Finished end = run(kelvin, {"--json", path("d.json")});
   ASSERT_EQ(end.exit_code, 0) << end.err;
-  EXPECT_NE(end.err.find("temperature_coil_K"), std::string::npos) << end.err;
-  EXPECT_NE(end.err.find("[degC]"), std::string::npos) << end.err;
+  const std::string first = end.out.substr(0, end.out.find('\n'));
+  EXPECT_NE(first.find("temperature_coil_K"), std::string::npos) << first;
+  EXPECT_NE(first.find("[degC]"), std::string::npos) << first;
   EXPECT_TRUE(json("d.json").at("axis").at("z").at("effects").empty()) << end.out;
 }
 
