@@ -15,7 +15,7 @@ enum class Purity { kPure, kSystem };  // kPure: std, Eigen, Boost.Math only, se
 struct Layer {
   std::string_view folder;  // below the root
   Purity purity;
-  std::array<std::string_view, 10> may_depend;  // folders it may name itself; unused entries empty
+  std::array<std::string_view, 11> may_depend;  // folders it may name itself; unused entries empty
 };
 
 // clang-format off
