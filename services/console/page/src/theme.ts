@@ -5,7 +5,6 @@ import { readPalette } from './charts/palette.ts';
 export const THEMES = ['system', 'light', 'dark'] as const;
 export type Theme = (typeof THEMES)[number];
 const KEY = 'zerodrift.theme';
-const systemIsDark = matchMedia('(prefers-color-scheme: dark)');
 
 export function storedTheme(): Theme {
   try {
@@ -17,8 +16,8 @@ export function storedTheme(): Theme {
 }
 
 export function applyTheme(theme: Theme): void {
-  const dark = theme === 'dark' || (theme === 'system' && systemIsDark.matches);
-  document.documentElement.dataset.theme = dark ? 'dark' : 'light';
+  if (theme === 'system') delete document.documentElement.dataset.theme;
+  else document.documentElement.dataset.theme = theme;
   readPalette();
   window.dispatchEvent(new Event('themechange'));
   try {
@@ -28,4 +27,8 @@ export function applyTheme(theme: Theme): void {
   }
 }
 
-systemIsDark.addEventListener('change', () => applyTheme(storedTheme()));
+export function isDark(theme: Theme): boolean {
+  return theme === 'dark' || (theme === 'system' && matchMedia('(prefers-color-scheme: dark)').matches);
+}
+
+matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => applyTheme(storedTheme()));
