@@ -41,14 +41,7 @@ GyroSpec drive(std::uint64_t seed) {
 
 Record referenced(const GyroSpec& spec, core::ReferenceKind kind) {
   Record record = testing::make_record(spec);
-  for (std::size_t k = 0; k < record.rates.size(); ++k) {
-    core::RateReferenceSample reference;
-    reference.time = record.rates[k].time;
-    reference.rate_radps = record.true_radps[k];
-    reference.valid = {true, true, true};
-    reference.kind = kind;
-    record.references.push_back(reference);
-  }
+  testing::add_true_rates(record, kind);
   return record;
 }
 

@@ -3,32 +3,15 @@
 
 #include <cmath>
 
-#include "common/files/file_error.h"
 #include "common/record/record_reader.h"
 #include "common/record/record_samples.h"
-#include "tests/support/scratch_folder.h"
+#include "tests/unit/record/record_folder.h"
 #include "tests/unit/record/recording.h"
 
 namespace zerodrift::record {
 namespace {
 
-class McapRecord : public ScratchFolder {
- protected:
-  [[nodiscard]] std::string refusal(const std::filesystem::path& file,
-                                    const RecordOptions& options = {}) const {
-    try {
-      RecordReader reader(file, options);
-      while (reader.next() != nullptr) {
-      }
-    } catch (const files::FileError& error) {
-      std::string line = error.what();
-      const std::string folder = path("").string();
-      if (line.starts_with(folder)) line.erase(0, folder.size());
-      return line;
-    }
-    return "";
-  }
-};
+class McapRecord : public RecordFolder {};
 
 TEST_F(McapRecord, RowsAreTheTimesAtWhichSomethingWasMeasured) {
   Recording recording;

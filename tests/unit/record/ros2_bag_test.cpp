@@ -7,7 +7,7 @@
 #include "common/record/bag_files.h"
 #include "common/record/record_reader.h"
 #include "common/record/record_samples.h"
-#include "tests/support/scratch_folder.h"
+#include "tests/unit/record/record_folder.h"
 #include "tests/unit/record/ros2_bag_file.h"
 
 namespace zerodrift::record {
@@ -15,26 +15,8 @@ namespace {
 
 constexpr const char* kImuTopic = "/imu/data_raw";
 
-class RosBag : public ScratchFolder {
+class RosBag : public RecordFolder {
  protected:
-  // Without the folder's name, which differs from run to run.
-  [[nodiscard]] std::string shown(std::string line) const {
-    const std::string folder = path("").string();
-    for (std::size_t at = 0; (at = line.find(folder)) != std::string::npos;)
-      line.erase(at, folder.size());
-    return line;
-  }
-  [[nodiscard]] std::string refusal(const std::filesystem::path& file,
-                                    const RecordOptions& options = {}) const {
-    try {
-      RecordReader reader(file, options);
-      while (reader.next() != nullptr) {
-      }
-    } catch (const files::FileError& error) {
-      return shown(error.what());
-    }
-    return "";
-  }
   // What a reader warned of by its end.
   [[nodiscard]] std::vector<std::string> warnings(const std::filesystem::path& file,
                                                   const RecordOptions& options = {}) const {
