@@ -25,7 +25,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <queue>
 #include <random>
 #include <set>
 #include <stdexcept>
@@ -103,7 +102,8 @@ class World {
   const bool tells;
   Time now = 0;
   void at(Time when, std::function<void()> action) {
-    events_.push({when, ++count_, std::move(action)});
+    events_.push_back({when, ++count_, std::move(action)});
+    std::push_heap(events_.begin(), events_.end());
   }
   void send(int from, int to, Message message);
   // Whether all that was sent over the link until `when` has arrived.
@@ -150,7 +150,7 @@ class World {
   std::optional<std::string> compare_newest();
   std::optional<std::string> judge();
 
-  std::priority_queue<Event> events_{};
+  std::vector<Event> events_{};  // a heap, the earliest first; no queue, whose first is copied out
   std::uint64_t count_ = 0;
   std::map<std::pair<int, int>, Link> links_{};
   std::map<int, std::unique_ptr<Node>> nodes_{};
@@ -369,29 +369,30 @@ void World::send(int from, int to, Message message) {
   const int life = target.incarnation;
   const int sender_life = nodes_.contains(from) ? nodes_.at(from)->incarnation : 0;
   const std::uint64_t run = from >= kFirstPublisher ? running_[from] : 0;
-  at(arrival, [this, from, to, life, sender_life, run, is_cut, message = std::move(message)] {
-    Node& node = *nodes_.at(to);
-    if (!node.lives || node.incarnation != life) return;
-    if (from < kFirstReader && nodes_.at(from)->incarnation != sender_life) {  // it died
-      if (to >= kFirstReader && is_cut)
-        readers_[static_cast<std::size_t>(to - kFirstReader)]->note_lost(
-            std::get<AnswerMark>(message));
-      return;
-    }
-    if (from >= kFirstPublisher && running_[from] != run && runs_[run].owed_to) return;
-    const auto deliver = [this, from, to, message] {
-      if (const auto* rate = std::get_if<Rate>(&message)) {
-        got_[{rate->run, to}] = rate->sample.sequence;
-        runs_[rate->run].got_by_anybody.insert(rate->sample.sequence);
-      }
-      nodes_.at(to)->take(from, message);
-    };
-    if (node.stopped_until > now) {
-      node.inbox.push_back(deliver);
-    } else {
-      deliver();
-    }
-  });
+  at(arrival,
+     [this, from, to, life, sender_life, run, is_cut, message = std::move(message)]() mutable {
+       Node& node = *nodes_.at(to);
+       if (!node.lives || node.incarnation != life) return;
+       if (from < kFirstReader && nodes_.at(from)->incarnation != sender_life) {  // it died
+         if (to >= kFirstReader && is_cut)
+           readers_[static_cast<std::size_t>(to - kFirstReader)]->note_lost(
+               std::get<AnswerMark>(message));
+         return;
+       }
+       if (from >= kFirstPublisher && running_[from] != run && runs_[run].owed_to) return;
+       auto deliver = [this, from, to, message = std::move(message)] {
+         if (const auto* rate = std::get_if<Rate>(&message)) {
+           got_[{rate->run, to}] = rate->sample.sequence;
+           runs_[rate->run].got_by_anybody.insert(rate->sample.sequence);
+         }
+         nodes_.at(to)->take(from, message);
+       };
+       if (node.stopped_until > now) {
+         node.inbox.push_back(std::move(deliver));
+       } else {
+         deliver();
+       }
+     });
 }
 
 void World::stop(int instance, Time until) {
@@ -567,11 +568,12 @@ std::optional<std::string> World::run() {
       if (run != 0) end_run(publisher, false);
     }
   });
-  while (!events_.empty() && events_.top().when < end_) {
-    const auto action = events_.top().action;
-    now = events_.top().when;
-    events_.pop();
-    action();
+  while (!events_.empty() && events_.front().when < end_) {
+    std::pop_heap(events_.begin(), events_.end());
+    const Event event = std::move(events_.back());
+    events_.pop_back();
+    now = event.when;
+    event.action();
   }
   return wrong ? wrong : judge();
 }
