@@ -30,11 +30,11 @@ double StackMean::at_longest(double time_s, const Basis& basis,
   return sum + share_of_maps(svr_share) * (by_maps - sum);
 }
 
-double StackForecast::mean_at(std::size_t h, double time_s, const Basis& basis,
+double StackForecast::mean_at(std::size_t h, double now_s, const Basis& basis,
                               const std::optional<SvrForecast>& by_svr) const noexcept {
   const StackMean& mean = horizons[h].mean;
-  return h + 1 == kHorizons ? mean.at_longest(time_s, basis, by_svr, cubic)
-                            : mean.at(time_s, basis, by_svr);
+  return h + 1 == kHorizons ? mean.at_longest(now_s, basis, by_svr, cubic)
+                            : mean.at(now_s, basis, by_svr);
 }
 
 // One label ahead is as far as labels are apart.

@@ -82,7 +82,7 @@ struct StackForecast {
     std::size_t upper;
     double share;  // of the upper one
   };
-  [[nodiscard]] double mean_at(std::size_t h, double time_s, const Basis& basis,
+  [[nodiscard]] double mean_at(std::size_t h, double now_s, const Basis& basis,
                                const std::optional<SvrForecast>& by_svr) const noexcept;
   [[nodiscard]] double age_of(std::size_t h) const noexcept;
   [[nodiscard]] Between between(double age_s) const noexcept;
