@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A type support for bytes that anybody may have sent.
+// A type support for bytes that anybody may have sent, and for any number of threads.
 #pragma once
 
 #include <exception>
@@ -7,6 +7,18 @@
 #include "common/dds/topics.h"
 
 namespace zerodrift::dds {
+
+// Which instance a message belongs to. A generated type support makes the handle in a buffer and a
+// digest of its own, and the middleware has one type support for all readers and writers of a
+// participant: their threads wrote over each other's key, and a sample got the handle of another
+// instance or of none (ThreadSanitizer; TypeSupport.HandlesOfThreadsBesideEachOtherAreRight). So
+// each thread has its own, made with its first message.
+template <typename Message>
+bool instance_of(void* message, eprosima::fastrtps::rtps::InstanceHandle_t* handle,
+                 bool force_md5) {
+  thread_local typename TopicOf<Message>::TypeSupport own;
+  return own.getKey(message, handle, force_md5);
+}
 
 // The generated type supports let exceptions out for some malformed payloads (an unknown
 // encapsulation, Fast DDS issue 3422), which would end the process from a thread of the middleware,
@@ -22,6 +34,10 @@ class CheckedTypeSupport final : public TopicOf<Message>::TypeSupport {
     } catch (const std::exception&) {
       return false;
     }
+  }
+  bool getKey(void* data, eprosima::fastrtps::rtps::InstanceHandle_t* handle,
+              bool force_md5) override {
+    return instance_of<Message>(data, handle, force_md5);
   }
 };
 

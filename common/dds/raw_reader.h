@@ -47,7 +47,8 @@ class RawTypeSupport final : public TopicOf<Message>::TypeSupport {
   }
   bool getKey(void* data, eprosima::fastrtps::rtps::InstanceHandle_t* handle,
               bool force_md5) override {
-    return Generated::getKey(&static_cast<RawSample<Message>*>(data)->message, handle, force_md5);
+    return instance_of<Message>(&static_cast<RawSample<Message>*>(data)->message, handle,
+                                force_md5);
   }
   void* createData() override { return new RawSample<Message>; }
   void deleteData(void* data) override { delete static_cast<RawSample<Message>*>(data); }
