@@ -41,7 +41,7 @@ case $kind in
     if [ "$part" = ci ]; then mapfile -t targets < <(part_of_ci); fi ;;
   thread)
     targets=(system_test console_system_test ros2_system_test "${services[@]}" dds_test dds_events_test dds_transports_test service_test host_test
-             supervised_host_test replay_test web_test console_test compensation_allocation_test) ;;
+             supervised_host_test replay_test web_test console_test compensation_allocation_test standby_simulation) ;;
   *) bad "$kind" ;;
 esac
 "$root/deploy/setup.sh" fuzz
