@@ -133,6 +133,7 @@ enum class Domain : std::uint32_t {
   kRos2InputTheirs,
   kRos2InputAlone,
   kRos2InputBad,
+  kRos2Diagnostics,
 };
 
 static_assert(static_cast<std::uint32_t>(Domain::kConsole) <= 100);
