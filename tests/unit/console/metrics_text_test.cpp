@@ -115,6 +115,8 @@ TEST_F(Metrics, AllanCoefficientsOfBothStreams) {
   allan_[{1, 2, 0}] = report;
   coefficient.set_identified(2);  // an upper bound is no value
   allan_[{1, 2, 1}] = report;
+  coefficient.set_identified(3);  // and what is withheld is no figure
+  allan_[{1, 1, 0}] = report;
   const Values all = values();
   const auto of = [](const char* stream) {
     return std::string(R"({axis="z",gyro="1",stream=")") + stream +
@@ -123,6 +125,9 @@ TEST_F(Metrics, AllanCoefficientsOfBothStreams) {
   EXPECT_EQ(all.at("zerodrift_allan_coefficient" + of("raw")), 0.01);
   EXPECT_FALSE(all.contains("zerodrift_allan_coefficient" + of("compensated")));
   EXPECT_EQ(all.at("zerodrift_allan_coefficient_upper" + of("compensated")), 0.02);
+  EXPECT_TRUE(std::none_of(all.begin(), all.end(), [](const auto& value) {
+    return value.first.find(R"({axis="y")") != std::string::npos;
+  }));
 }
 
 TEST_F(Metrics, NamesAndTextsOfAnySortKeepTheFormat) {
