@@ -10,6 +10,7 @@
 #include <set>
 #include <sstream>
 
+#include "tests/support/exposition_format.h"
 #include "tests/unit/console/samples.h"
 
 namespace zerodrift::services {
@@ -61,7 +62,9 @@ class Metrics : public testing::Test {
  protected:
   void add(const telemetry::ServiceStatus& one) { services_[one.service()] = one; }
   [[nodiscard]] Values values() const {
-    return parsed(metrics_text({.services = services_, .allan = allan_, .unix_ns = 1}));
+    const std::string text = metrics_text({.services = services_, .allan = allan_, .unix_ns = 1});
+    EXPECT_EQ(test_support::exposition_problems(text), std::vector<std::string>{});
+    return parsed(text);
   }
   std::map<std::string, telemetry::ServiceStatus> services_;
   std::map<Gateway::GyroAxisStream, telemetry::AllanReport> allan_;
