@@ -92,6 +92,18 @@ inline constexpr TopicSpec kRos2Imu{"rt/imu",
                                     5ms,
                                     0ms};
 
+// The state of gyros and services for ROS 2 nodes (ros2_diagnostics.h). As ROS 2's own publishers
+// of it: reliable, volatile.
+inline constexpr TopicSpec kRos2Diagnostics{"rt/diagnostics",
+                                            "diagnostic_msgs::msg::dds_::DiagnosticArray_",
+                                            1,
+                                            1,
+                                            Reliability::kReliable,
+                                            Durability::kVolatile,
+                                            Ownership::kShared,
+                                            20ms,
+                                            0ms};
+
 // What ROS 2 nodes publish (ros2_input.h), read with the quality of service that ROS 2 has for
 // sensor data: best effort matches any writer.
 inline constexpr TopicSpec kRos2ImuInput{
@@ -131,6 +143,7 @@ template <> struct TopicOf<msg::NavigationState> : Binding<msg::NavigationStateP
 template <> struct TopicOf<msg::TwinReport> : Binding<msg::TwinReportPubSubType, kTwinReport> {};
 template <> struct TopicOf<sensor_msgs::msg::dds_::Imu_> : Binding<sensor_msgs::msg::dds_::Imu_PubSubType, kRos2Imu> {};
 template <> struct TopicOf<sensor_msgs::msg::dds_::Temperature_> : Binding<sensor_msgs::msg::dds_::Temperature_PubSubType, kRos2TemperatureInput> {};
+template <> struct TopicOf<diagnostic_msgs::msg::dds_::DiagnosticArray_> : Binding<diagnostic_msgs::msg::dds_::DiagnosticArray_PubSubType, kRos2Diagnostics> {};
 // clang-format on
 
 // Of our own interface; a new topic's message belongs here.

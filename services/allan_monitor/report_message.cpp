@@ -36,22 +36,26 @@ std::vector<msg::AllanPoint> to_message(const std::vector<allan::AllanPoint>& po
   return messages;
 }
 
-constexpr std::uint64_t identified(allan::Identification identification) {
+// As allan_report.idl says.
+constexpr std::uint64_t identified(allan::Identification identification,
+                                   allan::ShortTaus short_taus) {
   switch (identification) {
     case allan::Identification::kInterval: return 1;
     case allan::Identification::kUpperBound: return 2;
-    case allan::Identification::kNotFitted:
-    case allan::Identification::kWithheld: break;
+    case allan::Identification::kWithheld:
+      return short_taus == allan::ShortTaus::kNeverWhite ? 4 : 3;
+    case allan::Identification::kNotFitted: break;
   }
   return 0;
 }
 
-msg::NoiseCoefficient to_message(const allan::Coefficient& coefficient) {
+msg::NoiseCoefficient to_message(const allan::CoefficientReport& fit, NoiseTerm term) {
+  const allan::Coefficient& coefficient = fit[term];
   msg::NoiseCoefficient message;
   message.value(coefficient.value);
   message.lower(coefficient.lower);
   message.upper(coefficient.upper);
-  message.identified(identified(coefficient.identification));
+  message.identified(identified(coefficient.identification, fit.short_taus));
   return message;
 }
 
@@ -70,11 +74,11 @@ msg::AllanReport to_message(const allan::StreamReport& report) {
   const auto& fit = report.coefficients;
   message.fitted_points(static_cast<std::uint32_t>(fit.points));
   message.reduced_chi_square(fit.reduced_chi_square);
-  message.quantization(to_message(fit[NoiseTerm::kQuantization]));
-  message.angle_random_walk(to_message(fit[NoiseTerm::kAngleRandomWalk]));
-  message.bias_instability(to_message(fit[NoiseTerm::kBiasInstability]));
-  message.rate_random_walk(to_message(fit[NoiseTerm::kRateRandomWalk]));
-  message.rate_ramp(to_message(fit[NoiseTerm::kRateRamp]));
+  message.quantization(to_message(fit, NoiseTerm::kQuantization));
+  message.angle_random_walk(to_message(fit, NoiseTerm::kAngleRandomWalk));
+  message.bias_instability(to_message(fit, NoiseTerm::kBiasInstability));
+  message.rate_random_walk(to_message(fit, NoiseTerm::kRateRandomWalk));
+  message.rate_ramp(to_message(fit, NoiseTerm::kRateRamp));
   message.since_start(to_message(report.since_start));
   message.rolling(to_message(report.rolling));
   return message;

@@ -52,6 +52,7 @@ CompensationNode::CompensationNode(const CompensationNodeOptions& options)
   compensation::Compensator check(options_.compensation);
   tell_of_prior();
   request_thread_ = std::thread([this] { serve_requests_until_stopped(); });
+  if (!options_.ros2_imu.empty()) ros2_diagnostics_.emplace(host_);
   if (!options_.redundant) return;
   checkpoint_writer_.emplace(host_.participant(), host_.observer());
   checkpoint_reader_.emplace(
@@ -179,6 +180,7 @@ void CompensationNode::drain_all() {
 void CompensationNode::tick() {
   progress_.announce();
   make_writers();
+  tell_ros2();
   const std::int64_t now = service::monotonic_ns();
   const std::lock_guard lock(data_mutex_);
   take_departures(now);
@@ -219,6 +221,16 @@ std::unique_ptr<dds::RosImuWriter> CompensationNode::make_ros2_writer(std::uint3
   if (wanted == options_.ros2_imu.end()) return nullptr;
   return std::make_unique<dds::RosImuWriter>(host_.participant(), wanted->second, gyro_id,
                                              host_.observer());
+}
+
+void CompensationNode::tell_ros2() {
+  const std::int64_t now = service::monotonic_ns();
+  if (!ros2_diagnostics_ || !ros2_diagnostics_->is_due(now)) return;
+  {
+    const std::lock_guard lock(data_mutex_);
+    for (const auto& [id, source] : gyros_.entries()) ros2_diagnostics_->look_at(source, now);
+  }
+  ros2_diagnostics_->publish(now);
 }
 
 void CompensationNode::tell_of_strangers() {

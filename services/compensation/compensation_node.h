@@ -32,6 +32,7 @@
 #include "common/service/replay_pacer.h"
 #include "services/compensation/gyro.h"
 #include "services/compensation/learner_thread.h"
+#include "services/compensation/ros2_diagnostics.h"
 
 namespace zerodrift::services {
 
@@ -49,7 +50,8 @@ struct CompensationNodeOptions {
   std::map<std::uint32_t, dds::RosImuOptions> ros2_imu{};  // by gyro id
 };
 
-// More members than other classes: it wires seven topics to the gyros, the learner and the requests.
+// More members than other classes: it wires seven topics to the gyros, the learner and the
+// requests.
 class CompensationNode {
  public:
   static constexpr std::size_t kMostGyros = 128;  // as many keys as the topics of samples hold
@@ -95,6 +97,7 @@ class CompensationNode {
   void make_writers();
   std::unique_ptr<dds::RosImuWriter> make_ros2_writer(std::uint32_t gyro_id);
   void tell_of_strangers();
+  void tell_ros2();
 
   // status.cpp
   struct Seen;  // of one gyro, as plain values
@@ -183,6 +186,7 @@ class CompensationNode {
   std::optional<dds::Writer<msg::CheckpointPart>> checkpoint_writer_;
   std::optional<dds::Reader<msg::CheckpointPart>> checkpoint_reader_;
   std::optional<PeerReader> peer_reader_;
+  std::optional<Ros2Diagnostics> ros2_diagnostics_;  // with ROS 2's topics
 };
 
 }  // namespace zerodrift::services

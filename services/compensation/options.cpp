@@ -86,7 +86,7 @@ void add_options(CLI::App& app, CompensationArguments& arguments) {
   const auto frames = CLI::IsMember({"flu", "frd"});
   app.add_option("--ros2-imu", arguments.ros2_imu,
                  "GYRO_ID=TOPIC (repeatable): that gyro's rates as ROS 2's sensor_msgs/Imu too, "
-                 "e.g. 1=imu/data")
+                 "e.g. 1=imu/data; with it, the state of gyros and services on /diagnostics")
       ->delimiter(',');
   app.add_option("--gyro-frame", arguments.gyro_frame,
                  "body frame that the gyro measures in, forward-left-up or forward-right-down")

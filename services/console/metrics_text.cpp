@@ -208,7 +208,7 @@ void add_allan(Families& families, const Gateway::GyroAxisStream& which,
                const telemetry::AllanReport& report) {
   const auto& [gyro, axis, stream] = which;
   for (const auto& coefficient : report.coefficients()) {
-    if (coefficient.identified() == 0) continue;
+    if (coefficient.identified() != 1 && coefficient.identified() != 2) continue;
     const Labels labels{{"gyro", std::to_string(gyro)},
                         {"axis", kAxes[axis]},
                         {"stream", kStreams[stream]},

@@ -191,6 +191,7 @@ telemetry::AllanReport to_telemetry(const msg::AllanReport& report) {
   set_coefficient(out, "K", "deg/h/sqrt(h)", allan::kDegPerHourPerRootHour,
                   report.rate_random_walk());
   set_coefficient(out, "R", "deg/h^2", allan::kDegPerHourPerHour, report.rate_ramp());
+  out.set_reduced_chi_square(report.reduced_chi_square());
   out.set_gaps(report.gaps());
   out.set_missing(report.missing());
   out.set_stuck(report.stuck() != 0);

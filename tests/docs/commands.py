@@ -6,6 +6,9 @@ commands.py known BUILD    every `zerodrift` command and option that a document 
                            somewhere; README.md keeps to one page
 commands.py run BUILD      those of README.md and docs/ that need no hardware, no network and no other process are run as typed,
                            in the documents' order, in a folder of their own that holds config/ alone
+commands.py tutorials BUILD [NAME...]
+                           each page of examples/ is typed into a shell of its own, from its first command to its last, in a folder
+                           that holds config/ and examples/, and what it prints is held to what the page shows
 
 A line each, PASS, FAIL or NOT RUN with the reason; exit code 1: something failed.
 """
@@ -13,6 +16,7 @@ A line each, PASS, FAIL or NOT RUN with the reason; exit code 1: something faile
 import os
 import re
 import shlex
+import signal
 import subprocess
 import sys
 import tempfile
@@ -38,6 +42,8 @@ NOT_RUN = [
 ]
 # The paper's five hours take minutes to compare; one hour has all that the commands ask of a record.
 SHORTER = {"config/profiles/paper_chamber.yaml": " --duration 1h"}
+NOT_TYPED = "# not typed by the test: "  # the first line of such a block of a tutorial; its reason follows
+TUTORIALS_DOMAIN = "225"  # beyond those of tests/system
 # What a command that isn't run would have left for those behind it.
 STAND_INS = {"zerodrift record --out live.mcap": "zerodrift export record.csv --out live.mcap"}
 
@@ -52,14 +58,22 @@ def ordered_pages():
     return [ROOT / "README.md"] + [ROOT / "docs" / name for name in names]
 
 
+def tutorials():
+    """The pages of examples/, in the order of their index."""
+    pages = [ROOT / "examples" / name for name in re.findall(r"\]\(([a-z0-9_]+/README\.md)\)", (ROOT / "examples/README.md").read_text())]
+    for page in set(ROOT.glob("examples/*/README.md")) - set(pages):
+        fail(f"examples/README.md doesn't list {page.parent.name}")
+    return pages
+
+
 def other_pages():
     return [ROOT / "docs/README.md", ROOT / "docker/README.md", ROOT / "deploy/OPERATIONS.md", *sorted(ROOT.glob("deploy/*/README.md"))]
 
 
 def block_lines(text):
-    """Lines of indented and fenced blocks, those that go on in the next joined."""
+    """Lines of indented and fenced blocks, those that go on in the next joined; not what a command prints (```text)."""
     fenced, joined = False, ""
-    for line in text.splitlines():
+    for line in re.sub(r"^```text\n.*?^```$", "", text, flags=re.M | re.S).splitlines():
         if line.startswith("```"):
             fenced = not fenced
             continue
@@ -144,7 +158,7 @@ def check_links(page, text):
 
 def known(build):
     helps, count = Help(build / "bin/zerodrift"), 0
-    for page in [*ordered_pages(), *other_pages()]:
+    for page in [*ordered_pages(), *tutorials(), *other_pages(), ROOT / "examples/README.md"]:
         text = page.read_text()
         check_links(page, text)
         for line in [*block_lines(text), *spans(text)]:
@@ -160,6 +174,13 @@ def known(build):
         fail("an unknown option isn't seen")
     if list(unknown_words(["ctl", "frieze"], helps)) != ["zerodrift ctl has no command frieze"]:
         fail("an unknown command isn't seen")
+    if not re.search(shown_pattern("x  1.5 … learning"), "x 1.5 0.2 learning") or re.search(shown_pattern("x 1.5"), "x 175"):
+        fail("what a tutorial shows isn't held to what is said")
+    # What can't be typed without ROS 2 is what the peers of tests/system are given.
+    header = (ROOT / "tests/system/cyclone_loopback.h").read_text()
+    settings = "".join(re.findall(r'"((?:[^"\\]|\\.)*)"', header[header.index("kLoopbackOnly"):])).replace('\\"', '"')
+    if f"'{settings}'" not in (ROOT / "examples/behind_ros2/README.md").read_text():
+        fail("examples/behind_ros2: Cyclone DDS is set up otherwise than in tests/system/cyclone_loopback.h")
     lines = len((ROOT / "README.md").read_text().splitlines())
     if lines > LONGEST_README:
         fail(f"README.md has {lines} lines, at most {LONGEST_README} are a page")
@@ -212,8 +233,91 @@ def run(build):
         fail("nothing was shortened")
 
 
+def shown_pattern(line):
+    """What a line that a page shows stands for: an ellipsis for anything, spaces for any number of them."""
+    parts = [r"\s+".join(re.escape(word) for word in part.split()) for part in line.split("…")]
+    return r"^\s*" + ".*".join(parts) + r"\s*$"
+
+
+def check_shown(name, shown, said):
+    """Each line that the page shows was said, in the page's order."""
+    for line in filter(str.strip, shown.splitlines()):
+        found = re.search(shown_pattern(line), said, re.M)
+        if not found:
+            fail(f"{name}: nobody said, or not in this order: {line}")
+        else:
+            said = said[found.end():]
+
+
+def end_session(leader):
+    """Every process of a session; whatever their groups are."""
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            session = int(stat.read_text().rpartition(")")[2].split()[3])
+            if session == leader:
+                os.kill(int(stat.parent.name), signal.SIGKILL)
+        except (OSError, IndexError):
+            pass  # it ended meanwhile
+
+
+def type_tutorial(page, environment):
+    """In one shell, as somebody would: its background processes are those of the page."""
+    name, text = page.parent.name, page.read_text()
+    script, shown, count = [], [], 0
+    for kind, block in re.findall(r"^```(\w*)\n(.*?)^```$", text, re.M | re.S):
+        if kind == "text":
+            shown.append(block)
+        elif kind != "sh":
+            fail(f"{name}: a block is of sh or text, found '{kind}'")
+        elif block.startswith(NOT_TYPED):
+            print(f"NOT TYPED ({block.splitlines()[0].removeprefix(NOT_TYPED)}): {len(block.splitlines()) - 1} commands of {name}")
+        else:
+            for line in block_lines(f"```\n{block}```\n"):
+                count += 1
+                script += [f"echo {shlex.quote('$ ' + line)}", line]
+    if not count or re.search(r"^    \S", text, re.M):
+        fail(f"{name}: a tutorial's commands stand in blocks of sh, and nothing is indented")
+    began = time.monotonic()
+    with tempfile.TemporaryDirectory(prefix="zerodrift_tutorial_") as folder:
+        for given in ("config", "examples"):
+            Path(folder, given).symlink_to(ROOT / given)
+        # On the way out nothing is left behind.
+        shell = ["trap 'kill $(jobs -p) 2> /dev/null || true' EXIT", *script]
+        typed = subprocess.Popen(["/bin/bash", "-euo", "pipefail", "-c", "\n".join(shell)], cwd=folder, env=environment,
+                                 stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True)
+        try:
+            said, _ = typed.communicate(timeout=SLOWEST_COMMAND_S)
+        except subprocess.TimeoutExpired:
+            end_session(typed.pid)
+            said, _ = typed.communicate()
+            fail(f"{name}: still runs after {SLOWEST_COMMAND_S} s\n{said[-2000:]}")
+            return
+    if typed.returncode != 0:
+        fail(f"{name}: exit code {typed.returncode} after\n{said[-2000:]}")
+        return
+    before = failures
+    check_shown(name, "".join(shown), said)
+    if failures == before:
+        print(f"PASS: {time.monotonic() - began:.1f} s: {count} commands of {name}", flush=True)
+    else:
+        print(said)
+
+
+def tutorials_run(build, names):
+    environment = {**os.environ, "PATH": f"{build / 'bin'}:/usr/bin:/bin", "LC_ALL": "C.UTF-8", "ZERODRIFT_DOMAIN": TUTORIALS_DOMAIN}
+    pages = [page for page in tutorials() if not names or page.parent.name in names]
+    for page in pages:
+        type_tutorial(page, environment)
+    if len(pages) < (len(names) or 4):
+        fail(f"only {len(pages)} tutorials were found")
+
+
 if __name__ == "__main__":
-    if len(sys.argv) != 3 or sys.argv[1] not in ("known", "run"):
-        sys.exit("usage: commands.py known|run BUILD")
-    {"known": known, "run": run}[sys.argv[1]](Path(sys.argv[2]).resolve())
+    if len(sys.argv) < 3 or sys.argv[1] not in ("known", "run", "tutorials") or (len(sys.argv) > 3 and sys.argv[1] != "tutorials"):
+        sys.exit("usage: commands.py known|run BUILD | tutorials BUILD [NAME...]")
+    built = Path(sys.argv[2]).resolve()
+    if sys.argv[1] == "tutorials":
+        tutorials_run(built, sys.argv[3:])
+    else:
+        {"known": known, "run": run}[sys.argv[1]](built)
     sys.exit(1 if failures else 0)

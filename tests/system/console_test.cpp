@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "idl/proto/telemetry.pb.h"
+#include "tests/support/exposition_format.h"
 #include "tests/system/console_client.h"
 #include "tests/system/secured_system.h"
 
@@ -305,6 +306,8 @@ TEST(Console, HealthAndMetricsTellOfTheSystem) {
         "zerodrift_axis_mode{axis=\"x\",gyro=\"1\"} ",
         "zerodrift_last_sample_age_seconds{gyro=\"1\"} ", "zerodrift_console_clients 0"})
     EXPECT_TRUE(eventually([&] { return has(line); })) << line;
+  EXPECT_EQ(test_support::exposition_problems(run.get("/metrics").body),
+            std::vector<std::string>{});
   const auto page = run.get("/");
   EXPECT_NE(page.head.find("Content-Security-Policy: default-src 'self'"), std::string::npos);
   EXPECT_NE(page.head.find("X-Content-Type-Options: nosniff"), std::string::npos);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A DDS domain for each system test, so that no test hears another. Up to 100 a domain's ports lie
 // below those that Linux gives to anybody (32768 on); unit tests have 101 to 119, soak runs 215 to
-// 224, and beyond are tests/browser, tests/deploy and tests/mcap_peer.
+// 224, and beyond are tests/docs, tests/browser, tests/deploy and tests/mcap_peer.
 #pragma once
 
 #include <cstdint>
@@ -133,6 +133,7 @@ enum class Domain : std::uint32_t {
   kRos2InputTheirs,
   kRos2InputAlone,
   kRos2InputBad,
+  kRos2Diagnostics,
 };
 
 static_assert(static_cast<std::uint32_t>(Domain::kConsole) <= 100);

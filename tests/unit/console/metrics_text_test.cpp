@@ -10,6 +10,7 @@
 #include <set>
 #include <sstream>
 
+#include "tests/support/exposition_format.h"
 #include "tests/unit/console/samples.h"
 
 namespace zerodrift::services {
@@ -61,7 +62,9 @@ class Metrics : public testing::Test {
  protected:
   void add(const telemetry::ServiceStatus& one) { services_[one.service()] = one; }
   [[nodiscard]] Values values() const {
-    return parsed(metrics_text({.services = services_, .allan = allan_, .unix_ns = 1}));
+    const std::string text = metrics_text({.services = services_, .allan = allan_, .unix_ns = 1});
+    EXPECT_EQ(test_support::exposition_problems(text), std::vector<std::string>{});
+    return parsed(text);
   }
   std::map<std::string, telemetry::ServiceStatus> services_;
   std::map<Gateway::GyroAxisStream, telemetry::AllanReport> allan_;
@@ -115,6 +118,8 @@ TEST_F(Metrics, AllanCoefficientsOfBothStreams) {
   allan_[{1, 2, 0}] = report;
   coefficient.set_identified(2);  // an upper bound is no value
   allan_[{1, 2, 1}] = report;
+  coefficient.set_identified(3);  // and what is withheld is no figure
+  allan_[{1, 1, 0}] = report;
   const Values all = values();
   const auto of = [](const char* stream) {
     return std::string(R"({axis="z",gyro="1",stream=")") + stream +
@@ -123,6 +128,9 @@ TEST_F(Metrics, AllanCoefficientsOfBothStreams) {
   EXPECT_EQ(all.at("zerodrift_allan_coefficient" + of("raw")), 0.01);
   EXPECT_FALSE(all.contains("zerodrift_allan_coefficient" + of("compensated")));
   EXPECT_EQ(all.at("zerodrift_allan_coefficient_upper" + of("compensated")), 0.02);
+  EXPECT_TRUE(std::none_of(all.begin(), all.end(), [](const auto& value) {
+    return value.first.find(R"({axis="y")") != std::string::npos;
+  }));
 }
 
 TEST_F(Metrics, NamesAndTextsOfAnySortKeepTheFormat) {

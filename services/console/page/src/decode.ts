@@ -89,6 +89,7 @@ export function decodeAllan(payload: Uint8Array): PlainAllan {
     sinceStart: r.sinceStart.map(allanPoint),
     rolling: r.rolling.map(allanPoint),
     coefficients: r.coefficients.map(({ symbol, unit, value, lower, upper, identified }) => ({ symbol, unit, value, lower, upper, identified })),
+    reducedChiSquare: r.reducedChiSquare,
     gaps: Number(r.gaps),
     missing: Number(r.missing),
     stuck: r.stuck,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { allanFigure, deviationOf, minutePoint } from '../src/lib/allan_figure.ts';
+import { allanFigure, coefficient, deviationOf, minutePoint, whyWithheld } from '../src/lib/allan_figure.ts';
 import { LatencyWindow } from '../src/lib/latency_window.ts';
 import type { PlainAllan } from '../src/lib/messages.ts';
 import { Ring } from '../src/lib/ring.ts';
@@ -115,6 +115,7 @@ const report = (deviations: number[]): PlainAllan => ({
   sinceStart: deviations.map((deviation, i) => ({ tau: 2 ** i, deviation, lower: deviation / 2, upper: deviation * 2 })),
   rolling: [],
   coefficients: [],
+  reducedChiSquare: 7.31,
   gaps: 0,
   missing: 0,
   stuck: false,
@@ -145,4 +146,16 @@ test('the coefficients have their values where IEEE 952 reads them', () => {
 test('the point near a minute is near a minute', () => {
   assert.equal(minutePoint(report([1, 1, 1, 1, 1, 1, 7]), 'since_start')?.tau, 64);
   assert.equal(minutePoint(report([1, 1, 1]), 'since_start'), undefined);
+});
+
+test('a coefficient that was withheld is no figure and has its reason', () => {
+  const of = (identified: number): PlainAllan => ({ ...report([1]), coefficients: [{ symbol: 'B', unit: 'deg/h', value: 1, lower: 0, upper: 0, identified }] });
+  for (const stated of [1, 2]) {
+    assert.equal(coefficient(of(stated), 'B')?.value, 1);
+    assert.equal(whyWithheld(of(stated), 'B'), '');
+  }
+  for (const not of [0, 3, 4]) assert.equal(coefficient(of(not), 'B'), undefined);
+  assert.equal(whyWithheld(of(0), 'B'), '');
+  assert.equal(whyWithheld(of(3), 'B'), 'no mixture of noises explains the curve (reduced chi-square 7.3)');
+  assert.equal(whyWithheld(of(4), 'B'), 'a bandwidth or filter hides all that is white');
 });

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Raw and compensated Allan deviation on one grid of cluster times, with what the coefficients alone would draw.
 import type { PlainAllan, PlainAllanPoint, PlainCoefficient } from './messages.ts';
-import type { Range } from './scale.ts';
+import { figure, type Range } from './scale.ts';
 
 export type AllanSpan = 'since_start' | 'rolling';
 
@@ -15,8 +15,21 @@ export interface AllanFigure {
 const pointsOf = (report: PlainAllan | undefined, span: AllanSpan): PlainAllanPoint[] =>
   (span === 'rolling' ? report?.rolling : report?.sinceStart)?.filter((p) => p.tau > 0 && p.deviation > 0) ?? [];
 
+const VALUE = 1;
+const UPPER_BOUND = 2;
+const UNEXPLAINED = 3;
+const BAND_LIMITED = 4;
+
+/** One that says something of the gyro: a value or an upper bound. */
 export function coefficient(report: PlainAllan | undefined, symbol: string): PlainCoefficient | undefined {
-  return report?.coefficients.find((c) => c.symbol === symbol && c.identified > 0);
+  return report?.coefficients.find((c) => c.symbol === symbol && (c.identified === VALUE || c.identified === UPPER_BOUND));
+}
+
+/** Why a fitted coefficient is not stated; empty where none was fitted, or it is stated. */
+export function whyWithheld(report: PlainAllan | undefined, symbol: string): string {
+  const identified = report?.coefficients.find((c) => c.symbol === symbol)?.identified;
+  if (identified === UNEXPLAINED) return `no mixture of noises explains the curve (reduced chi-square ${figure(report?.reducedChiSquare ?? NaN, 2)})`;
+  return identified === BAND_LIMITED ? 'a bandwidth or filter hides all that is white' : '';
 }
 
 const B_FACTOR = Math.sqrt((2 * Math.LN2) / Math.PI); // 0.664, IEEE 952-1997 C.1.3
@@ -35,7 +48,7 @@ export function deviationOf(symbol: 'N' | 'B' | 'K', value: number, tau: number)
 function guides(tau: Float64Array, raw: PlainAllanPoint[], report: PlainAllan | undefined): Float64Array[] {
   const lowest = raw.reduce((a, b) => (b.deviation < a.deviation ? b : a));
   const last = raw[raw.length - 1];
-  const found = (symbol: string) => report?.coefficients.find((c) => c.symbol === symbol && c.identified === 1 && c.value > 0)?.value;
+  const found = (symbol: string) => report?.coefficients.find((c) => c.symbol === symbol && c.identified === VALUE && c.value > 0)?.value;
   const n = found('N') ?? (raw[0].deviation * Math.sqrt(raw[0].tau)) / 60;
   const b = found('B') ?? lowest.deviation / B_FACTOR;
   const k = found('K') ?? (60 * last.deviation) / Math.sqrt(last.tau / 3);

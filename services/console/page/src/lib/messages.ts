@@ -84,7 +84,7 @@ export interface PlainCoefficient {
   value: number;
   lower: number;
   upper: number;
-  identified: number;
+  identified: number; // idl/proto/telemetry.proto
 }
 
 export interface PlainAllan {
@@ -97,6 +97,7 @@ export interface PlainAllan {
   sinceStart: PlainAllanPoint[];
   rolling: PlainAllanPoint[];
   coefficients: PlainCoefficient[];
+  reducedChiSquare: number;
   gaps: number;
   missing: number;
   stuck: boolean;

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/compensation/ros2_diagnostics.h"
+
+#include <chrono>
+
+#include "common/service/monotonic_clock.h"
+
+namespace zerodrift::services {
+namespace {
+
+// A tick comes four times a second, and not to the millisecond.
+constexpr std::int64_t kPeriodNs = 950'000'000;
+
+// Of an instance that is alone there is nobody to be behind.
+service::InstanceSync::Health health_of(const Gyro& gyro) noexcept {
+  using Health = service::InstanceSync::Health;
+  if (gyro.hangs()) return Health::kHangs;
+  const service::InstanceSync& sync = gyro.pipeline().sync();
+  return sync.is_alone() ? Health::kInSync : sync.health();
+}
+
+}  // namespace
+
+Ros2Diagnostics::Ros2Diagnostics(service::Host& host)
+    : host_(host),
+      writer_(host.participant(), host.observer()),
+      status_reader_(
+          host.participant(),
+          [this](const msg::ServiceStatus& status, const dds::SampleOrigin& origin) {
+            roster_.hear(status, origin.writer);
+          },
+          host.observer(),
+          [this](const auto& writer, auto departure) { roster_.note_gone(writer, departure); }) {}
+
+bool Ros2Diagnostics::is_due(std::int64_t now_ns) const noexcept {
+  return now_ns - published_ns_ >= kPeriodNs;
+}
+
+void Ros2Diagnostics::look_at(const Gyro& gyro, std::int64_t now_ns) {
+  const core::CompensatedSample& newest = gyro.newest();
+  const std::uint64_t samples = gyro.compensator().counts().samples_out;
+  Watched& watched = watched_[gyro.id];
+  if (samples != watched.samples || watched.came_ns == 0) watched.came_ns = now_ns;
+  watched.samples = samples;
+  for (std::size_t i = 0; i < watched.measured.size(); ++i)
+    watched.measured[i] = watched.measured[i] || newest.raw.valid[i];
+  seen_.push_back({.gyro_id = gyro.id,
+                   .newest = newest,
+                   .measured = watched.measured,
+                   .silence = std::chrono::nanoseconds(now_ns - watched.came_ns),
+                   .health = health_of(gyro),
+                   .temperature_degc = gyro.compensator().temperature_degc()});
+}
+
+void Ros2Diagnostics::publish(std::int64_t now_ns) {
+  published_ns_ = now_ns;
+  std::vector<dds::RosStatus> statuses = roster_.statuses();
+  for (const service::GyroFacts& gyro : seen_)
+    statuses.push_back(service::status_of(gyro, host_.name()));
+  seen_.clear();
+  writer_.write(statuses, service::unix_time_ns());
+}
+
+}  // namespace zerodrift::services
