@@ -3,7 +3,6 @@
 
 #include <cassert>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 
 #include "common/allan/confidence.h"
@@ -80,19 +79,13 @@ Mean total_squares(Angles x, std::size_t m) {
 
 Mean squares(Statistic statistic, Angles x, std::size_t m) {
   switch (statistic) {
-    case Statistic::kAdev:
-      return second_difference_squares(x, m, m);
-    case Statistic::kOadev:
-      return second_difference_squares(x, m, 1);
+    case Statistic::kAdev: return second_difference_squares(x, m, m);
+    case Statistic::kOadev: return second_difference_squares(x, m, 1);
     case Statistic::kMdev:
-    case Statistic::kTdev:
-      return modified_squares(x, m);
-    case Statistic::kHdev:
-      return third_difference_squares(x, m, m);
-    case Statistic::kOhdev:
-      return third_difference_squares(x, m, 1);
-    case Statistic::kTotdev:
-      return total_squares(x, m);
+    case Statistic::kTdev: return modified_squares(x, m);
+    case Statistic::kHdev: return third_difference_squares(x, m, m);
+    case Statistic::kOhdev: return third_difference_squares(x, m, 1);
+    case Statistic::kTotdev: return total_squares(x, m);
   }
   return {};
 }
@@ -123,19 +116,6 @@ std::vector<double> angle_from_rate(std::span<const double> rate_radps, double s
   for (std::size_t i = 0; i < rate_radps.size(); ++i)
     angle[i + 1] = angle[i] + (rate_radps[i] - mean) * sample_interval_s;
   return angle;
-}
-
-double total_variance_bias(NoiseType noise, double tau_over_duration) noexcept {
-  switch (noise) {
-    case NoiseType::kBiasInstability:
-      return 1.0 - tau_over_duration / (3.0 * std::numbers::ln2);
-    case NoiseType::kRateRandomWalk:
-      return 1.0 - 0.75 * tau_over_duration;
-    case NoiseType::kQuantization:
-    case NoiseType::kAngleRandomWalk:
-      return 1.0;
-  }
-  return 1.0;
 }
 
 std::optional<DeviationPoint> deviation(Statistic statistic, std::span<const double> angle_rad,

@@ -59,10 +59,6 @@ constexpr std::string_view name(ReferenceVerdict verdict) {
       "time_unusable"};
   return kNames[static_cast<std::size_t>(verdict)];
 }
-// Taken and empty ones are as they should be.
-constexpr bool is_refusal(ReferenceVerdict verdict) {
-  return verdict != ReferenceVerdict::kTaken && verdict != ReferenceVerdict::kEmpty;
-}
 
 using ReferenceCounts = std::array<std::uint64_t, kReferenceVerdicts>;
 

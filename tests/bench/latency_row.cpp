@@ -28,6 +28,18 @@ std::string link_name(const RowOptions& options, Direction direction) {
          (direction == Direction::kOneWay ? "_1" : "_2");
 }
 
+// The same options as arguments of another program that has them; empty unless wanted.
+std::vector<std::string> realtime_arguments(const service::RealtimeOptions& options) {
+  if (!options.wanted) return {};
+  std::vector<std::string> arguments{"--realtime", "--realtime-priority",
+                                     std::to_string(options.priority)};
+  if (options.cores.empty()) return arguments;
+  std::string cores;
+  for (const int core : options.cores) cores += (cores.empty() ? "" : ",") + std::to_string(core);
+  arguments.insert(arguments.end(), {"--cores", cores});
+  return arguments;
+}
+
 std::vector<std::string> end_arguments(const RowOptions& options, Direction direction,
                                        const std::string& end, const BenchSetting& setting) {
   std::vector<std::string> arguments{"latency-end",
@@ -41,7 +53,7 @@ std::vector<std::string> end_arguments(const RowOptions& options, Direction dire
                                      std::to_string(setting.domain),
                                      "--capacity",
                                      std::to_string(setting.capacity)};
-  for (auto& argument : service::realtime_arguments(setting.realtime)) {
+  for (auto& argument : realtime_arguments(setting.realtime)) {
     arguments.push_back(std::move(argument));
   }
   return arguments;
@@ -57,7 +69,7 @@ LatencyRow::LatencyRow(const RowOptions& options, Direction direction, const Ben
                                           BenchProcess::Streams::kTalks);
   };
   if (options.kind == "chain") {
-    auto arguments = service::realtime_arguments(setting.realtime);
+    auto arguments = realtime_arguments(setting.realtime);
     arguments.insert(arguments.end(), {"--domain", std::to_string(setting.domain)});
     service_ =
         std::make_unique<BenchProcess>("compensation", arguments, BenchProcess::Streams::kQuiet);
