@@ -346,9 +346,9 @@ fdds::DataWriterQos writer_qos(const TopicSpec& spec) {
   if (spec.lifespan.count() > 0) qos.lifespan().duration = duration(spec.lifespan);
   qos.reliable_writer_qos().times.heartbeatPeriod = duration(spec.heartbeat);
   qos.reliable_writer_qos().times.nackResponseDelay = duration(std::chrono::milliseconds(0));
-  // A nack of a sample sent less than this ago is not heard. Not 0: Fast DDS starts this timer with
-  // each sample that finds it stopped, before the datagram goes out, and 0 wakes its event thread
-  // with every sample (DECISIONS.md).
+  // A nack of a sample sent less than this ago is not obeyed. Not 0: Fast DDS starts this timer
+  // with each sample that finds it stopped, before the datagram goes out, and 0 resumes its event
+  // thread with every sample (DECISIONS.md).
   qos.reliable_writer_qos().times.nackSupressionDuration = duration(spec.heartbeat);
   return qos;
 }
@@ -386,7 +386,7 @@ void ReaderListener::on_subscription_matched(fdds::DataReader*,
   matched_.store(status.current_count, std::memory_order_release);
   if (status.current_count_change >= 0) return;
   const rtps::GUID_t writer = iHandle2GUID(status.last_publication_handle);
-  heard_.forget(writer);
+  deadlines_.forget(writer);
   {
     const std::lock_guard lock(silent_mutex_);
     silent_.erase(writer);
@@ -405,7 +405,7 @@ void ReaderListener::on_liveliness_changed(fdds::DataReader*,
     }
     discovery_.note(endpoint_, Kind::kLivelinessLost, writer,
                     "wrote nothing for " + ms(endpoint_.spec.lease));
-    heard_.forget(writer);
+    deadlines_.forget(writer);
     on_writer_gone(writer, Departure::kSilent);
   } else if (status.alive_count_change > 0) {
     {
@@ -421,7 +421,7 @@ void ReaderListener::on_requested_incompatible_qos(
   discovery_.note_unmet(endpoint_, policy_name(status.last_policy_id));
 }
 
-// These two are the receiving thread's: counted, told later.
+// These two are the receiving thread's: counted, reported later.
 void ReaderListener::on_sample_lost(fdds::DataReader*, const fdds::SampleLostStatus& status) {
   endpoint_.samples_lost.store(static_cast<std::uint64_t>(status.total_count),
                                std::memory_order_relaxed);

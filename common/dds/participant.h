@@ -66,12 +66,12 @@ class Participant {
   Participant(const Participant&) = delete;
   Participant& operator=(const Participant&) = delete;
 
-  // Tells what the middleware noticed since the last call, each event to its endpoint's observer,
+  // Reports what the middleware noticed since the last call, each event to its endpoint's observer,
   // or to `otherwise` where it has none. Observers run here and nowhere else: an endpoint's trouble
   // never holds up its samples. Not from a reader's callback.
-  void tell_events(const EndpointObserver& otherwise = {}) { discovery_.tell(otherwise); }
+  void report_events(const EndpointObserver& otherwise = {}) { discovery_.report(otherwise); }
   // What was refused since the last call: malformed datagrams, and with security much more. As
-  // tell_events().
+  // report_events().
   std::vector<SecurityNotice> take_security_notices();
   // When the oldest datagram came (steady_ns()) that a receiving thread is still busy with, the
   // callbacks of its samples among it; none: all wait for datagrams. Any thread.
@@ -113,10 +113,10 @@ class Participant {
   std::map<Partitions, eprosima::fastdds::dds::Subscriber*> subscribers_;
 };
 
-// How a writer went: one that only fell silent may be standing still, and be heard again.
+// How a writer went: one that only fell silent may be standing still, and write again.
 enum class Departure : std::uint8_t {
   kSilent,  // it wrote nothing for the topic's lease
-  kLeft     // it was deleted, or its process was not heard of for the participants' lease
+  kLeft     // it was deleted, or its process gave no sign for the participants' lease
 };
 
 eprosima::fastdds::dds::DataWriterQos writer_qos(const TopicSpec& spec);
@@ -168,7 +168,7 @@ class WriterListener : public eprosima::fastdds::dds::DataWriterListener {
   [[nodiscard]] bool met_foreign() const { return foreign_.load(); }
   // Before each sample; the writing thread.
   void note_write(bool deadline_applies) noexcept {
-    endpoint_.written.hear(steady_ns(), deadline_applies, endpoint_.spec.deadline);
+    endpoint_.written.note(steady_ns(), deadline_applies, endpoint_.spec.deadline);
   }
 
  private:
@@ -189,7 +189,7 @@ class ReaderListener : public eprosima::fastdds::dds::DataReaderListener {
  public:
   ReaderListener(Discovery& discovery, const TopicSpec& spec, EndpointObserver observer)
       : discovery_(discovery), endpoint_(spec, Direction::kReader, std::move(observer)) {
-    endpoint_.heard = &heard_;
+    endpoint_.deadlines = &deadlines_;
     discovery_.enter(endpoint_);
   }
   ~ReaderListener() override { discovery_.leave(endpoint_); }
@@ -209,14 +209,14 @@ class ReaderListener : public eprosima::fastdds::dds::DataReaderListener {
   [[nodiscard]] int matched() const { return matched_.load(std::memory_order_acquire); }
 
  protected:
-  HeardWriters& heard() noexcept { return heard_; }
+  WriterDeadlines& deadlines() noexcept { return deadlines_; }
 
  private:
   virtual void on_writer_gone(const eprosima::fastrtps::rtps::GUID_t& writer,
                               Departure departure) = 0;
 
   Discovery& discovery_;
-  HeardWriters heard_;
+  WriterDeadlines deadlines_;
   Endpoint endpoint_;
   std::mutex silent_mutex_;
   std::set<eprosima::fastrtps::rtps::GUID_t> silent_;  // matched, and said to be gone
@@ -290,8 +290,8 @@ template <typename Message, typename Filter = RepeatFilter<Message>>
 class Reader {
  public:
   using OnSample = std::function<void(const Message&, const SampleOrigin&)>;
-  // A writer that fell silent and then leaves is told twice. (Fast DDS tells nothing of the kind a
-  // key at a time.)
+  // A writer that fell silent and then leaves is reported twice. (Fast DDS reports nothing of the
+  // kind a key at a time.)
   using OnGone =
       std::function<void(const eprosima::fastrtps::rtps::GUID_t& writer, Departure departure)>;
 
@@ -336,8 +336,8 @@ class Reader {
         const SampleOrigin origin{info.sample_identity.writer_guid(), info.instance_handle,
                                   info.sample_identity.sequence_number().to64long()};
         if constexpr (TopicOf<Message>::kSpec.deadline.count() > 0)
-          heard().hear(origin, detail::gyro_of(message_), detail::deadline_applies(message_),
-                       TopicOf<Message>::kSpec.deadline);
+          deadlines().note(origin, detail::gyro_of(message_), detail::deadline_applies(message_),
+                           TopicOf<Message>::kSpec.deadline);
         if (!repeats_.is_repeat(message_, origin.writer)) on_sample_(message_, origin);
       }
     }

@@ -17,7 +17,7 @@ class ArrivalCount {
  public:
   using Writer = eprosima::fastrtps::rtps::GUID_t;
 
-  // Whoever is first heard from now on, and was not matched before, was expected from its first
+  // Whoever first writes from now on, and was not matched before, was expected from its first
   // sample on; of one that was there before nobody knows what it had said.
   void begin() {
     const std::lock_guard lock(mutex_);

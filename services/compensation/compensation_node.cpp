@@ -50,7 +50,7 @@ CompensationNode::CompensationNode(const CompensationNodeOptions& options)
           host_.observer(), [this](const auto& writer, auto how) { note_departure(writer, how); }) {
   // A configuration that cannot work is found here, not with the first sample.
   compensation::Compensator check(options_.compensation);
-  tell_of_prior();
+  report_prior();
   request_thread_ = std::thread([this] { serve_requests_until_stopped(); });
   if (!options_.redundant) return;
   checkpoint_writer_.emplace(host_.participant(), host_.observer());
@@ -182,12 +182,12 @@ void CompensationNode::tick() {
   const std::int64_t now = service::monotonic_ns();
   const std::lock_guard lock(data_mutex_);
   take_departures(now);
-  tell_of_strangers();
+  report_strangers();
   for (auto& [id, source] : gyros_.entries()) {
     source.note_subscribers();
     source.pipeline().drain(now);
     source.tick(now);
-    source.events.tell(source, now);
+    source.events.report(source, now);
     ask_for_state(source, now);
   }
   save_from_time_to_time();
@@ -221,9 +221,9 @@ std::unique_ptr<dds::RosImuWriter> CompensationNode::make_ros2_writer(std::uint3
                                              host_.observer());
 }
 
-void CompensationNode::tell_of_strangers() {
+void CompensationNode::report_strangers() {
   const std::uint64_t strangers = gyros_.refused();
-  if (strangers == told_strangers_) return;
+  if (strangers == reported_strangers_) return;
   host_.raise_counted(
       {.code = "too_many_gyros",
        .severity = Severity::kWarning,
@@ -231,8 +231,8 @@ void CompensationNode::tell_of_strangers() {
                " is one too many: " + std::to_string(options_.max_gyros) +
                " gyros are compensated (--max-gyros), samples of others are not answered",
        .gyro_id = newest_stranger_},
-      strangers - told_strangers_);
-  told_strangers_ = strangers;
+      strangers - reported_strangers_);
+  reported_strangers_ = strangers;
 }
 
 }  // namespace zerodrift::services

@@ -49,7 +49,8 @@ struct CompensationNodeOptions {
   std::map<std::uint32_t, dds::RosImuOptions> ros2_imu{};  // by gyro id
 };
 
-// More members than other classes: it wires seven topics to the gyros, the learner and the requests.
+// More members than other classes: it wires seven topics to the gyros, the learner and the
+// requests.
 class CompensationNode {
  public:
   static constexpr std::size_t kMostGyros = 128;  // as many keys as the topics of samples hold
@@ -94,7 +95,7 @@ class CompensationNode {
   void tick();
   void make_writers();
   std::unique_ptr<dds::RosImuWriter> make_ros2_writer(std::uint32_t gyro_id);
-  void tell_of_strangers();
+  void report_strangers();
 
   // status.cpp
   struct Seen;  // of one gyro, as plain values
@@ -144,7 +145,7 @@ class CompensationNode {
   void catch_up(Gyro& source, const RunningState& state);
 
   // prior_requests.cpp
-  void tell_of_prior();
+  void report_prior();
   Verdict adopt(const Request& request);
   Verdict revert(const Request& request);
   Verdict change_prior(Gyro& source, std::shared_ptr<compensation::PriorChange> change,
@@ -156,7 +157,7 @@ class CompensationNode {
       data_mutex_;  // between the receiving thread and the status thread; never the learner's
   core::BoundedTable<std::uint32_t, Gyro> gyros_;  // what it refuses are samples of others
   service::EarlyInputs<Gyro::Arrived> early_;
-  std::uint64_t told_strangers_ = 0;
+  std::uint64_t reported_strangers_ = 0;
   std::uint32_t newest_stranger_ = 0;
   std::mutex departures_mutex_;  // held for a push or a swap
   std::vector<Gyro::Guid> departures_;

@@ -161,7 +161,7 @@ void GyroPublisherNode::publish_serial() {
       try {
         serial_->reopen();
       } catch (const drivers::DriverError&) {
-        continue;  // told above; tried again
+        continue;  // reported above; tried again
       }
     }
     for (const auto& reading : serial_->read(now)) {
@@ -169,13 +169,13 @@ void GyroPublisherNode::publish_serial() {
       auto temperature = dds::to_message(reading.temperature, gyro_id_);
       temperature_writer_.write(temperature);
     }
-    tell_of_link(serial_->statistics());
+    report_link(serial_->statistics());
   }
 }
 
-void GyroPublisherNode::tell_of_link(const drivers::KvhLinkStatistics& now) {
-  const auto tell = [&](const char* code, const char* what, std::uint64_t before,
-                        std::uint64_t after) {
+void GyroPublisherNode::report_link(const drivers::KvhLinkStatistics& now) {
+  const auto report = [&](const char* code, const char* what, std::uint64_t before,
+                          std::uint64_t after) {
     host_.raise_counted({.code = code,
                          .severity = Severity::kWarning,
                          .text = options_.serial.device + ": " + what,
@@ -183,23 +183,24 @@ void GyroPublisherNode::tell_of_link(const drivers::KvhLinkStatistics& now) {
                          .sensor_time_ns = 0},
                         after - before);
   };
-  tell("crc_error", "a frame with a wrong CRC was dropped", told_link_.crc_errors, now.crc_errors);
-  tell("bytes_skipped", "bytes outside any frame were skipped", told_link_.bytes_skipped,
-       now.bytes_skipped);
-  tell("frames_missing", "sequence numbers of the gyro are missing", told_link_.frames_missing,
-       now.frames_missing);
-  told_link_ = now;
+  report("crc_error", "a frame with a wrong CRC was dropped", reported_link_.crc_errors,
+         now.crc_errors);
+  report("bytes_skipped", "bytes outside any frame were skipped", reported_link_.bytes_skipped,
+         now.bytes_skipped);
+  report("frames_missing", "sequence numbers of the gyro are missing",
+         reported_link_.frames_missing, now.frames_missing);
+  reported_link_ = now;
 }
 
 // ---------------------------------------- a ROS 2 topic
 
-// Samples go on as they are heard, on the middleware's thread.
+// Samples go on as they are received, on the middleware's thread.
 void GyroPublisherNode::publish_ros2() {
   const std::int64_t began_ns = service::monotonic_ns();
   while (!stopping_) {
     std::this_thread::sleep_for(kStopCheck);
-    ros2_->tell(1e-9 * static_cast<double>(service::monotonic_ns() - began_ns));
-    ros2_participant_->tell();
+    ros2_->report(1e-9 * static_cast<double>(service::monotonic_ns() - began_ns));
+    ros2_participant_->report();
   }
 }
 

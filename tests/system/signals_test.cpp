@@ -115,13 +115,13 @@ class EveryProgram : public ::testing::Test {
     }
   }
   // A discovery server is in no domain: nobody hears it here.
-  [[nodiscard]] static bool is_heard(const Service& service) {
+  [[nodiscard]] static bool is_received(const Service& service) {
     return service.name != "discovery_server";
   }
   [[nodiscard]] bool each(const std::function<bool(const Service&)>& is_so) const {
     return eventually([&] {
       return std::all_of(services_.begin(), services_.end(), [&](const Service& service) {
-        return !is_heard(service) || is_so(service);
+        return !is_received(service) || is_so(service);
       });
     });
   }

@@ -469,8 +469,8 @@ TEST(ResidualCorrectionLaws, MovesByItsSlewFadesAndEndsWithTheNextLabel) {
   RateReferenceSample residual = reference(ReferenceKind::kNavigationResidual, 0.3, 0.0);
   residual.time = core::from_seconds(10.0);
   residual.model_epoch = 7;
-  EXPECT_EQ(correction.hear(residual, true, forecast), ReferenceVerdict::kAtRest);
-  EXPECT_EQ(correction.hear(residual, false, forecast), ReferenceVerdict::kTaken);
+  EXPECT_EQ(correction.take(residual, true, forecast), ReferenceVerdict::kAtRest);
+  EXPECT_EQ(correction.take(residual, false, forecast), ReferenceVerdict::kTaken);
   correction.step(core::from_seconds(11.0));
   EXPECT_NEAR(correction.correction_radps(0) / kDegH, 0.05, 1e-9);
   EXPECT_EQ(correction.correction_radps(1), 0.0) << "no forecast, no correction";
@@ -479,7 +479,7 @@ TEST(ResidualCorrectionLaws, MovesByItsSlewFadesAndEndsWithTheNextLabel) {
   for (double t = 25.0; t < 525.0; t += 0.1) correction.step(core::from_seconds(t));
   EXPECT_LT(correction.correction_radps(0) / kDegH, 0.003);
   residual.time = core::from_seconds(525.0);
-  correction.hear(residual, false, forecast);
+  correction.take(residual, false, forecast);
   for (double t = 525.0; t < 535.0; t += 0.1) correction.step(core::from_seconds(t));
   EXPECT_GT(correction.correction_radps(0), 0.0);
   correction.note_epoch(core::from_seconds(535.0), 8);

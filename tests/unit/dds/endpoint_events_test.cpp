@@ -71,7 +71,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using Kind = EndpointEvent::Kind;
-using detail::HeardWriters;
+using detail::WriterDeadlines;
 
 constexpr std::uint32_t kDomain = 107;
 
@@ -82,7 +82,7 @@ class Told {
 
   // How often `kind` happened on `topic`; a peer given must be the event's.
   std::uint64_t count(Kind kind, std::string_view topic, const std::string& peer = "") {
-    participant_.tell_events([this](const EndpointEvent& event) { events_.push_back(event); });
+    participant_.report_events([this](const EndpointEvent& event) { events_.push_back(event); });
     std::uint64_t sum = 0;
     for (const EndpointEvent& event : events_) {
       if (event.kind != kind || event.topic != topic) continue;
@@ -169,15 +169,15 @@ SampleOrigin origin(unsigned char writer, unsigned char key) {
 constexpr std::chrono::nanoseconds kDeadline = 100ms;
 constexpr std::int64_t kMs = 1'000'000;
 
-std::vector<int> silent_writers(HeardWriters& heard, std::int64_t now_ns) {
+std::vector<int> silent_writers(WriterDeadlines& heard, std::int64_t now_ns) {
   std::vector<int> writers;
   for (const auto& silent : heard.silent(kDeadline, now_ns))
     writers.push_back(silent.writer.entityId.value[0]);
   return writers;
 }
 
-TEST(HeardWritersLaws, ASilenceIsToldOnceWhetherItLastsOrHasEnded) {
-  HeardWriters heard;
+TEST(WriterDeadlinesLaws, ASilenceIsToldOnceWhetherItLastsOrHasEnded) {
+  WriterDeadlines heard;
   const SampleOrigin one = origin(1, 1);
   EXPECT_TRUE(heard.silent(kDeadline, 1).empty()) << "never heard of";
   std::int64_t now = kMs;
@@ -201,8 +201,8 @@ TEST(HeardWritersLaws, ASilenceIsToldOnceWhetherItLastsOrHasEnded) {
   EXPECT_EQ(silent[0].times, 2U);
 }
 
-TEST(HeardWritersLaws, EachWriterAndKeyIsSilentForItself) {
-  HeardWriters heard;
+TEST(WriterDeadlinesLaws, EachWriterAndKeyIsSilentForItself) {
+  WriterDeadlines heard;
   heard.hear(origin(1, 1), 0, true, kDeadline, kMs);
   heard.hear(origin(2, 1), 0, true, kDeadline, 90 * kMs);
   heard.hear(origin(3, 2), 0, true, kDeadline, 95 * kMs);
@@ -210,8 +210,8 @@ TEST(HeardWritersLaws, EachWriterAndKeyIsSilentForItself) {
   EXPECT_EQ(silent_writers(heard, 300 * kMs), (std::vector<int>{2, 3}));
 }
 
-TEST(HeardWritersLaws, ASilenceThatDoesNotApplyIsNotToldAndDecidedByTheSampleBeforeIt) {
-  HeardWriters heard;
+TEST(WriterDeadlinesLaws, ASilenceThatDoesNotApplyIsNotToldAndDecidedByTheSampleBeforeIt) {
+  WriterDeadlines heard;
   heard.hear(origin(1, 1), 0, false, kDeadline, kMs);
   EXPECT_TRUE(silent_writers(heard, 500 * kMs).empty());
   heard.hear(origin(1, 1), 0, true, kDeadline, 500 * kMs);
@@ -219,8 +219,8 @@ TEST(HeardWritersLaws, ASilenceThatDoesNotApplyIsNotToldAndDecidedByTheSampleBef
   EXPECT_EQ(silent_writers(heard, 900 * kMs), (std::vector<int>{1}));
 }
 
-TEST(HeardWritersLaws, AWriterThatIsGoneIsNotSilentAndLeavesItsPlace) {
-  HeardWriters heard;
+TEST(WriterDeadlinesLaws, AWriterThatIsGoneIsNotSilentAndLeavesItsPlace) {
+  WriterDeadlines heard;
   for (int life = 0; life < 1000; ++life) {
     const auto writer = static_cast<unsigned char>(life % 250 + 1);
     heard.hear(origin(writer, 1), 0, true, kDeadline, kMs);
@@ -231,16 +231,16 @@ TEST(HeardWritersLaws, AWriterThatIsGoneIsNotSilentAndLeavesItsPlace) {
   }
 }
 
-TEST(HeardWritersAbuse, MoreWritersThanThereIsRoomForAreHeardWithoutHarm) {
-  HeardWriters heard;
+TEST(WriterDeadlinesAbuse, MoreWritersThanThereIsRoomForDoNoHarm) {
+  WriterDeadlines heard;
   for (int key = 0; key < 255; ++key)
     heard.hear(origin(1, static_cast<unsigned char>(key)), 0, true, kDeadline, kMs);
   EXPECT_EQ(heard.silent(kDeadline, 900 * kMs).size(), 128U);
 }
 
 // One thread hears while another asks and a third forgets: a sanitizer's case.
-TEST(HeardWritersLaws, OtherThreadsMayAskMeanwhile) {
-  HeardWriters heard;
+TEST(WriterDeadlinesLaws, OtherThreadsMayAskMeanwhile) {
+  WriterDeadlines heard;
   std::atomic<bool> stop{false};
   std::thread asks([&] {
     while (!stop) {

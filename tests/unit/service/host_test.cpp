@@ -160,12 +160,12 @@ TEST_F(HostedService, RepeatsAnOccurrenceAtMostOnceASecondWithItsCount) {
 
 // Two commands within a tick are two lines of the log.
 TEST_F(HostedService, WhatIsToldIsPublishedEachByItselfAndInOrder) {
-  const auto tell = [&](const std::string& text) {
+  const auto raise_each = [&](const std::string& text) {
     Occurrence told = occurrence("command");
     told.text = text;
-    host_.tell(told);
+    host_.raise_each(told);
   };
-  for (const char* text : {"inject", "clear", "inject"}) tell(text);
+  for (const char* text : {"inject", "clear", "inject"}) raise_each(text);
   run_until([&] { return events("command").size() >= 3; });
   const auto found = events("command");
   ASSERT_EQ(found.size(), 3U);
@@ -176,7 +176,7 @@ TEST_F(HostedService, WhatIsToldIsPublishedEachByItselfAndInOrder) {
 }
 
 TEST_F(HostedService, BoundsHowManyThatAreToldWait) {
-  for (int i = 0; i < 1000; ++i) host_.tell(occurrence("command"));
+  for (int i = 0; i < 1000; ++i) host_.raise_each(occurrence("command"));
   run_until([&] { return events("command").size() >= 64U + 1U; });
   std::uint64_t told = 0;
   for (const msg::Event& event : events("command")) told = std::max(told, event.count());
