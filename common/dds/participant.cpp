@@ -339,6 +339,24 @@ fdds::Topic* Participant::topic(const TopicSpec& spec, fdds::TypeSupport type) {
   return made;
 }
 
+fdds::DataWriter* Participant::make_writer(fdds::Publisher& publisher, const TopicSpec& spec,
+                                           const fdds::TypeSupport& type,
+                                           fdds::DataWriterListener& listener) {
+  auto* made = publisher.create_datawriter(topic(spec, type), writer_qos(spec), &listener);
+  if (made != nullptr) return made;
+  throw DdsError("dds: cannot create a writer for topic '" + std::string(spec.name) + "'" +
+                 refusal());
+}
+
+fdds::DataReader* Participant::make_reader(fdds::Subscriber& subscriber, const TopicSpec& spec,
+                                           const fdds::TypeSupport& type,
+                                           fdds::DataReaderListener& listener) {
+  auto* made = subscriber.create_datareader(topic(spec, type), reader_qos(spec), &listener);
+  if (made != nullptr) return made;
+  throw DdsError("dds: cannot create a reader for topic '" + std::string(spec.name) + "'" +
+                 refusal());
+}
+
 fdds::DataWriterQos writer_qos(const TopicSpec& spec) {
   auto qos = common_qos<fdds::DataWriterQos>(spec);
   qos.reliability().max_blocking_time = duration(std::chrono::milliseconds(100));

@@ -101,6 +101,15 @@ class Participant {
   // Made when first asked for.
   eprosima::fastdds::dds::Publisher* publisher(const Partitions& partitions);
   eprosima::fastdds::dds::Subscriber* subscriber(const Partitions& partitions);
+  // Throw DdsError where the middleware makes none.
+  eprosima::fastdds::dds::DataWriter* make_writer(
+      eprosima::fastdds::dds::Publisher& publisher, const TopicSpec& spec,
+      const eprosima::fastdds::dds::TypeSupport& type,
+      eprosima::fastdds::dds::DataWriterListener& listener);
+  eprosima::fastdds::dds::DataReader* make_reader(
+      eprosima::fastdds::dds::Subscriber& subscriber, const TopicSpec& spec,
+      const eprosima::fastdds::dds::TypeSupport& type,
+      eprosima::fastdds::dds::DataReaderListener& listener);
   // ": <reason>" where security refused something just now, else empty.
   [[nodiscard]] std::string refusal() const;
 
@@ -237,13 +246,9 @@ class Writer {
          const Partitions& partitions = {})
       : publisher_(participant.publisher(partitions)),
         listener_(participant.discovery_, spec, std::move(observer)) {
-    auto* topic = participant.topic(
-        spec, eprosima::fastdds::dds::TypeSupport(new CheckedTypeSupport<Message>));
-    writer_ = publisher_->create_datawriter(topic, writer_qos(spec), &listener_);
-    if (writer_ == nullptr) {
-      throw DdsError("dds: cannot create a writer for topic '" + std::string(spec.name) + "'" +
-                     participant.refusal());
-    }
+    writer_ = participant.make_writer(
+        *publisher_, spec, eprosima::fastdds::dds::TypeSupport(new CheckedTypeSupport<Message>),
+        listener_);
   }
   // Empties the history first: Fast DDS 2.9 goes on sending heartbeats while it releases what is
   // kept, and one that meets released samples looks for holes between their numbers, which are 0:
@@ -305,13 +310,9 @@ class Reader {
       : subscriber_(participant.subscriber(partitions)),
         listener_(participant.discovery_, spec, std::move(observer), std::move(on_sample),
                   std::move(on_gone)) {
-    auto* topic = participant.topic(
-        spec, eprosima::fastdds::dds::TypeSupport(new CheckedTypeSupport<Message>));
-    reader_ = subscriber_->create_datareader(topic, reader_qos(spec), &listener_);
-    if (reader_ == nullptr) {
-      throw DdsError("dds: cannot create a reader for topic '" + std::string(spec.name) + "'" +
-                     participant.refusal());
-    }
+    reader_ = participant.make_reader(
+        *subscriber_, spec, eprosima::fastdds::dds::TypeSupport(new CheckedTypeSupport<Message>),
+        listener_);
   }
   ~Reader() { subscriber_->delete_datareader(reader_); }
   Reader(const Reader&) = delete;
