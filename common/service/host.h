@@ -55,9 +55,9 @@ struct Status {
 };
 
 struct Occurrence {
-  std::string code;  // stable, machine-readable
+  std::string code{};  // stable, machine-readable
   Severity severity = Severity::kWarning;
-  std::string text;  // one clear line
+  std::string text{};  // one clear line
   std::uint32_t gyro_id = 0;
   std::int64_t sensor_time_ns = 0;
   std::string subject{};  // of several that share a code, tallied apart: e.g. a topic and a peer

@@ -10,6 +10,7 @@
 #include "common/compensation/input_faults.h"
 #include "common/core/integer_time.h"
 #include "common/core/units.h"
+#include "common/service/counted_event.h"
 #include "services/compensation/gyro.h"
 
 namespace zerodrift::services {
@@ -64,26 +65,57 @@ constexpr std::string_view reference_fault_text(ReferenceVerdict verdict) {
   }
 }
 
+using Counts = compensation::CompensatorCounts;
+constexpr std::array<service::CountedEvent<Counts>, 10> kCountedEvents{
+    {{&Counts::invalid, "invalid_sample",
+      "a rate is not finite or marked invalid; passed on marked invalid, not learned"},
+     {&Counts::duplicates, "duplicate_sample", "a sequence number came twice; answered once"},
+     {&Counts::late, "late_sample",
+      "a sequence number came after a later one; answered, not learned"},
+     {&Counts::too_old, "too_old_sample",
+      "a sequence number more than 4096 behind the newest; not answered"},
+     {&Counts::missing, "missing_sample", "sequence numbers are missing from the stream"},
+     {&Counts::time_faults, "time_fault", "a time stamp does not increase; answered, not learned"},
+     {&Counts::temperatures_refused, "refused_temperature",
+      "a temperature is not finite, implausible or out of order; not used"},
+     {&Counts::late_models, "late_model",
+      "the learner was late; samples went out with the model before"},
+     {&Counts::labels_skipped, "skipped_label",
+      "the learner's queue was full; a label was skipped"},
+     {&Counts::own_outputs, "double_correction", compensation::kDoubleCorrectionText}}};
+
+using SyncCounts = service::InstanceSync::Counts;
+constexpr std::array<service::CountedEvent<SyncCounts>, 3> kInstanceEvents{
+    {{&SyncCounts::takeovers, "took_over",
+      "leads from now on: it takes commands, and writes what one instance writes"},
+     {&SyncCounts::step_backs, "stepped_back",
+      "is no longer in sync and writes nothing: it differs from a senior one, or its learner "
+      "hangs"},
+     {&SyncCounts::differing, "instances_differ", "answers otherwise than another"}}};
+
 }  // namespace
+
+service::Occurrence GyroEvents::occurrence(core::SensorTime at) const {
+  return {
+      .text = "gyro " + std::to_string(id_) + ": ", .gyro_id = id_, .sensor_time_ns = at.count()};
+}
 
 void GyroEvents::raise(const char* code, Severity severity, const std::string& text,
                        core::SensorTime at) {
-  host_.raise({.code = code,
-               .severity = severity,
-               .text = "gyro " + std::to_string(id_) + ": " + text,
-               .gyro_id = id_,
-               .sensor_time_ns = at.count()});
+  service::Occurrence raised = occurrence(at);
+  raised.code = code;
+  raised.severity = severity;
+  raised.text += text;
+  host_.raise(raised);
 }
 
-void GyroEvents::raise_counted(const char* code, std::string text, std::uint64_t before,
+void GyroEvents::raise_counted(const std::string& code, std::string_view text, std::uint64_t before,
                                std::uint64_t after, core::SensorTime at) {
   if (after <= before) return;
-  host_.raise_counted({.code = code,
-                       .severity = Severity::kWarning,
-                       .text = "gyro " + std::to_string(id_) + ": " + std::move(text),
-                       .gyro_id = id_,
-                       .sensor_time_ns = at.count()},
-                      after - before);
+  service::Occurrence counted = occurrence(at);
+  counted.code = code;
+  counted.text += text;
+  host_.raise_counted(std::move(counted), after - before);
 }
 
 void GyroEvents::report(Gyro& gyro, std::int64_t now_ns) {
@@ -134,41 +166,18 @@ void GyroEvents::report_clocks(const Gyro& gyro) {
 void GyroEvents::report_faults(const Gyro& gyro) {
   const compensation::CompensatorCounts now = gyro.compensator().counts();
   const compensation::CompensatorCounts& reported = reported_;
-  const auto report = [&](const char* code, std::string_view text, std::uint64_t before,
-                          std::uint64_t after) {
-    raise_counted(code, std::string(text), before, after, gyro.newest().raw.time);
-  };
-  report("invalid_sample",
-         "a rate is not finite or marked invalid; passed on marked invalid, not learned",
-         reported.invalid, now.invalid);
-  report("duplicate_sample", "a sequence number came twice; answered once", reported.duplicates,
-         now.duplicates);
-  report("late_sample", "a sequence number came after a later one; answered, not learned",
-         reported.late, now.late);
-  report("too_old_sample", "a sequence number more than 4096 behind the newest; not answered",
-         reported.too_old, now.too_old);
-  report("missing_sample", "sequence numbers are missing from the stream", reported.missing,
-         now.missing);
-  report("time_fault", "a time stamp does not increase; answered, not learned",
-         reported.time_faults, now.time_faults);
-  report("refused_temperature",
-         "a temperature is not finite, implausible or out of order; not used",
-         reported.temperatures_refused, now.temperatures_refused);
-  report("late_model", "the learner was late; samples went out with the model before",
-         reported.late_models, now.late_models);
-  report("skipped_label", "the learner's queue was full; a label was skipped",
-         reported.labels_skipped, now.labels_skipped);
-  report("polarity_reversed", compensation::reversed_text(gyro.compensator()),
-         reported.reversed_axes, now.reversed_axes);
-  report("double_correction", compensation::kDoubleCorrectionText, reported.own_outputs,
-         now.own_outputs);
+  const core::SensorTime at = gyro.newest().raw.time;
+  service::raise_grown(host_, kCountedEvents, occurrence(at), reported, now);
+  raise_counted("polarity_reversed", compensation::reversed_text(gyro.compensator()),
+                reported.reversed_axes, now.reversed_axes, at);
   for (const auto verdict : kReferenceFaults) {
     const auto v = static_cast<std::size_t>(verdict);
     const std::string code = "reference_" + std::string(compensation::name(verdict));
-    report(code.c_str(), reference_fault_text(verdict), reported.references[v], now.references[v]);
+    raise_counted(code, reference_fault_text(verdict), reported.references[v], now.references[v],
+                  at);
   }
-  report("duplicate_publisher", "a second publisher uses this id; only the first is heard",
-         reported_rejected_, gyro.pipeline().rejected());
+  raise_counted("duplicate_publisher", "a second publisher uses this id; only the first is heard",
+                reported_rejected_, gyro.pipeline().rejected(), at);
   reported_ = now;
   reported_rejected_ = gyro.pipeline().rejected();
 }
@@ -215,20 +224,12 @@ void GyroEvents::report_instances(const Gyro& gyro) {
           "a model is late by more than 2 s; samples go out with the one before", at);
   reported_hanging_ = gyro.hangs();
   const service::InstanceSync::Counts now = gyro.pipeline().sync().counts();
-  const auto report = [&](const char* code, const char* text, std::uint64_t before,
-                          std::uint64_t after) {
-    raise_counted(code, "instance " + std::to_string(instance_) + " " + text, before, after, at);
-  };
-  report("took_over", "leads from now on: it takes commands, and writes what one instance writes",
-         reported_sync_.takeovers, now.takeovers);
-  report(
-      "stepped_back",
-      "is no longer in sync and writes nothing: it differs from a senior one, or its learner hangs",
-      reported_sync_.step_backs, now.step_backs);
-  report("instances_differ", "answers otherwise than another", reported_sync_.differing,
-         now.differing);
-  report("unheard_samples", "dropped answers that nobody wrote", reported_dropped_,
-         gyro.pipeline().dropped());
+  service::Occurrence common = occurrence(at);
+  common.text += "instance " + std::to_string(instance_) + " ";
+  service::raise_grown(host_, kInstanceEvents, common, reported_sync_, now);
+  raise_counted("unheard_samples",
+                "instance " + std::to_string(instance_) + " dropped answers that nobody wrote",
+                reported_dropped_, gyro.pipeline().dropped(), at);
   reported_sync_ = now;
   reported_dropped_ = gyro.pipeline().dropped();
 }

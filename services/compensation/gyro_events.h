@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "common/compensation/compensator.h"
 #include "common/service/host.h"
@@ -27,8 +28,10 @@ class GyroEvents {
              core::SensorTime at = core::SensorTime{0});
 
  private:
-  void raise_counted(const char* code, std::string text, std::uint64_t before, std::uint64_t after,
-                     core::SensorTime at);
+  // What all events of this gyro share.
+  [[nodiscard]] service::Occurrence occurrence(core::SensorTime at) const;
+  void raise_counted(const std::string& code, std::string_view text, std::uint64_t before,
+                     std::uint64_t after, core::SensorTime at);
   void report_waiting(Gyro& gyro, std::int64_t now_ns);
   void report_clocks(const Gyro& gyro);
   void report_faults(const Gyro& gyro);

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/gyro_publisher/gyro_publisher_node.h"
 
+#include <array>
 #include <map>
 
 #include "common/dds/conversions.h"
+#include "common/service/counted_event.h"
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
 #include "common/service/one_of.h"
@@ -174,21 +176,15 @@ void GyroPublisherNode::publish_serial() {
 }
 
 void GyroPublisherNode::report_link(const drivers::KvhLinkStatistics& now) {
-  const auto report = [&](const char* code, const char* what, std::uint64_t before,
-                          std::uint64_t after) {
-    host_.raise_counted({.code = code,
-                         .severity = Severity::kWarning,
-                         .text = options_.serial.device + ": " + what,
-                         .gyro_id = gyro_id_,
-                         .sensor_time_ns = 0},
-                        after - before);
-  };
-  report("crc_error", "a frame with a wrong CRC was dropped", reported_link_.crc_errors,
-         now.crc_errors);
-  report("bytes_skipped", "bytes outside any frame were skipped", reported_link_.bytes_skipped,
-         now.bytes_skipped);
-  report("frames_missing", "sequence numbers of the gyro are missing",
-         reported_link_.frames_missing, now.frames_missing);
+  using Statistics = drivers::KvhLinkStatistics;
+  constexpr std::array<service::CountedEvent<Statistics>, 3> kCountedEvents{
+      {{&Statistics::crc_errors, "crc_error", "a frame with a wrong CRC was dropped"},
+       {&Statistics::bytes_skipped, "bytes_skipped", "bytes outside any frame were skipped"},
+       {&Statistics::frames_missing, "frames_missing",
+        "sequence numbers of the gyro are missing"}}};
+  service::raise_grown(host_, kCountedEvents,
+                       {.text = options_.serial.device + ": ", .gyro_id = gyro_id_}, reported_link_,
+                       now);
   reported_link_ = now;
 }
 

@@ -10,6 +10,7 @@
 #include "common/core/units.h"
 #include "common/dds/conversions.h"
 #include "common/navigation/navigation_input.h"
+#include "common/service/counted_event.h"
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
 #include "services/navigation_filter/state_message.h"
@@ -47,6 +48,17 @@ navigation::NavigationSample to_navigation(const msg::CompensatedRate& message) 
   }
   return sample;
 }
+
+using Counts = navigation::NavigationCounts;
+constexpr std::array<service::CountedEvent<Counts>, 6> kCountedEvents{
+    {{&Counts::gaps, "gap", "samples are missing; turned through at the rates around them"},
+     {&Counts::losses, "heading_lost", "a gap too long to bridge; the heading is uncertain since"},
+     {&Counts::time_restarts, "time_restarted",
+      "sensor time began anew; the heading is uncertain since"},
+     {&Counts::unusable, "unusable_sample",
+      "an axis is not valid or there is no interval; bridged as a gap"},
+     {&Counts::clipped, "clipped_sample", "an axis is saturated; the attitude is uncertain since"},
+     {&Counts::duplicates, "duplicate_time", "a time that was there or is past; left out"}}};
 
 }  // namespace
 
@@ -168,28 +180,9 @@ void NavigationFilterNode::report_counts(Gyro& source) {
   const navigation::NavigationCounts& now = source.navigation.counts();
   const std::int64_t time_ns = source.navigation.time().count();
   const std::string who = fmt::format("gyro {}: ", source.id);
-  const auto report = [&](const char* code, const char* text, std::uint64_t before,
-                          std::uint64_t after) {
-    host_.raise_counted({.code = code,
-                         .severity = Severity::kWarning,
-                         .text = who + text,
-                         .gyro_id = source.id,
-                         .sensor_time_ns = time_ns},
-                        after - before);
-  };
-  const navigation::NavigationCounts& reported = source.reported;
-  report("gap", "samples are missing; turned through at the rates around them", reported.gaps,
-         now.gaps);
-  report("heading_lost", "a gap too long to bridge; the heading is uncertain since",
-         reported.losses, now.losses);
-  report("time_restarted", "sensor time began anew; the heading is uncertain since",
-         reported.time_restarts, now.time_restarts);
-  report("unusable_sample", "an axis is not valid or there is no interval; bridged as a gap",
-         reported.unusable, now.unusable);
-  report("clipped_sample", "an axis is saturated; the attitude is uncertain since",
-         reported.clipped, now.clipped);
-  report("duplicate_time", "a time that was there or is past; left out", reported.duplicates,
-         now.duplicates);
+  service::raise_grown(host_, kCountedEvents,
+                       {.text = who, .gyro_id = source.id, .sensor_time_ns = time_ns},
+                       source.reported, now);
   source.reported = now;
   const Phase phase = source.navigation.phase();
   if (phase != source.reported_phase) {
