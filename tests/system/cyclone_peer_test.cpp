@@ -5,10 +5,10 @@
 #include <array>
 #include <cinttypes>
 #include <cstdio>
-#include <sstream>
 #include <string>
 
-#include "tests/system/cyclone_loopback.h"
+#include "tests/support/cyclone_loopback.h"
+#include "tests/system/peer_lines.h"
 #include "tests/system/pipeline.h"
 
 namespace zerodrift::system_test {
@@ -74,12 +74,7 @@ TEST(CycloneDdsPeer, ReceivesEverySampleThatOurReaderReceivesToTheBit) {
 
   ASSERT_EQ(peer.wait(40s), 0) << peer.err();
   ASSERT_TRUE(eventually([&] { return ours.size() == kSamples; }));
-  std::istringstream lines(peer.out());
-  std::string line;
-  for (const auto& sample : ours.all()) {
-    ASSERT_TRUE(std::getline(lines, line));
-    ASSERT_EQ(line, line_of(sample));
-  }
+  expect_lines(peer.out(), ours.all(), line_of);
   EXPECT_GE(ours.newest().rung()[0], 2) << "an estimate must be at work";
 }
 

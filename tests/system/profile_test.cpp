@@ -5,12 +5,12 @@
 #include <array>
 #include <cstdio>
 #include <filesystem>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "tests/system/files.h"
+#include "tests/system/peer_lines.h"
 #include "tests/system/pipeline.h"
 
 namespace zerodrift::system_test {
@@ -81,13 +81,7 @@ void expect_joins(const Deployment& deployment) {
   ASSERT_EQ(peer.wait(40s), 0) << peer.err();
   EXPECT_EQ(peer.err(), "") << "the middleware complains of the file";
   ASSERT_TRUE(eventually([&] { return ours.size() == kSamples; }));
-  std::istringstream lines(peer.out());
-  std::string line;
-  for (const auto& sample : ours.all()) {
-    ASSERT_TRUE(std::getline(lines, line));
-    ASSERT_EQ(line, line_of(sample));
-  }
-  EXPECT_FALSE(std::getline(lines, line)) << "a sample came twice";
+  expect_lines(peer.out(), ours.all(), line_of);
 }
 
 TEST(Profiles, OnOneComputerTheyReceiveEverySampleOnce) {

@@ -4,10 +4,10 @@
 
 #include <array>
 #include <cstdio>
-#include <sstream>
 #include <string>
 
-#include "tests/system/cyclone_loopback.h"
+#include "tests/support/cyclone_loopback.h"
+#include "tests/system/peer_lines.h"
 #include "tests/system/pipeline.h"
 
 namespace zerodrift::system_test {
@@ -58,12 +58,7 @@ TEST(Ros2Imu, ANodeOfAnotherVendorReceivesEverySampleInItsFrame) {
 
   ASSERT_EQ(node.wait(40s), 0) << node.err();
   ASSERT_TRUE(eventually([&] { return ours.size() == kSamples; }));
-  std::istringstream lines(node.out());
-  std::string line;
-  for (const auto& sample : ours.all()) {
-    ASSERT_TRUE(std::getline(lines, line));
-    ASSERT_EQ(line, line_of(sample));
-  }
+  expect_lines(node.out(), ours.all(), line_of);
 }
 
 TEST(Ros2Imu, ATopicNameThatRos2WouldRefuseIsRefusedAtTheStart) {

@@ -18,29 +18,17 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/other_terms.h"
 #include "tests/system/files.h"
 #include "tests/system/pipeline.h"
-
-namespace zerodrift::dds {
-
-// A reader of the status that no writer suits, of which every service then tells in its log.
-struct JealousStatus : msg::ServiceStatus {};
-constexpr TopicSpec exclusive(TopicSpec spec) {
-  spec.ownership = Ownership::kExclusive;
-  return spec;
-}
-template <>
-struct TopicOf<JealousStatus> {
-  using TypeSupport = msg::ServiceStatusPubSubType;
-  static constexpr TopicSpec kSpec = exclusive(kServiceStatus);
-};
-
-}  // namespace zerodrift::dds
 
 namespace zerodrift::system_test {
 namespace {
 
 using namespace std::chrono_literals;
+
+// A reader of the status that no writer suits, which every service then reports in its log.
+using JealousStatus = dds::OnOtherTerms<msg::ServiceStatus, dds::with_exclusive_ownership>;
 
 constexpr auto kStopsWithin = 2000ms;
 
@@ -140,8 +128,8 @@ class EveryProgram : public ::testing::Test {
   void provoke() {
     const Collector<msg::Event> events(participant_);
     dds::Participant jealous("jealous", system.network());
-    const dds::Reader<dds::JealousStatus> reader(
-        jealous, [](const dds::JealousStatus&, const dds::SampleOrigin&) {});
+    const dds::Reader<JealousStatus> reader(jealous,
+                                            [](const JealousStatus&, const dds::SampleOrigin&) {});
     EXPECT_TRUE(each([&](const Service& service) {
       return events.any([&](const msg::Event& event) {
         return service.name == event.service().c_str() &&

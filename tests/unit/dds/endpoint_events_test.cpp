@@ -17,21 +17,14 @@
 #include <vector>
 
 #include "common/dds/participant.h"
+#include "tests/support/other_terms.h"
 #include "tests/unit/dds/test_domain.h"
 
 namespace zerodrift::dds {
 
 // Endpoints of others, who use our topics' names in their own way.
-template <int kWhich>
-struct ForeignRate : msg::AngularRate {};
-constexpr TopicSpec with_best_effort(TopicSpec spec) {
-  spec.reliability = Reliability::kBestEffort;
-  return spec;
-}
 constexpr TopicSpec with_other_ownership(TopicSpec spec) {
-  spec.ownership = Ownership::kExclusive;
-  spec.reliability = Reliability::kBestEffort;
-  return spec;
+  return with_best_effort(with_exclusive_ownership(spec));
 }
 constexpr TopicSpec with_durability(TopicSpec spec) {
   spec.durability = Durability::kTransientLocal;
@@ -41,28 +34,14 @@ constexpr TopicSpec of_another_type(TopicSpec spec) {
   spec.type = "foreign::Rate";
   return spec;
 }
-template <>
-struct TopicOf<ForeignRate<0>> {
-  using TypeSupport = msg::AngularRatePubSubType;
-  static constexpr TopicSpec kSpec = with_best_effort(kAngularRate);
-};
-template <>
-struct TopicOf<ForeignRate<1>> {
-  using TypeSupport = msg::AngularRatePubSubType;
-  static constexpr TopicSpec kSpec = with_other_ownership(kAngularRate);
-};
-template <>
-struct TopicOf<ForeignRate<2>> {
-  using TypeSupport = msg::AngularRatePubSubType;
-  static constexpr TopicSpec kSpec = with_durability(kAngularRate);
-};
 // Registered under another name than its own.
 class ForeignRateType : public msg::AngularRatePubSubType {
  public:
   ForeignRateType() { setName("foreign::Rate"); }
 };
+struct RateOfAnotherType : msg::AngularRate {};
 template <>
-struct TopicOf<ForeignRate<3>> {
+struct TopicOf<RateOfAnotherType> {
   using TypeSupport = ForeignRateType;
   static constexpr TopicSpec kSpec = of_another_type(kAngularRate);
 };
@@ -75,10 +54,10 @@ using detail::WriterDeadlines;
 
 constexpr std::uint32_t kDomain = 107;
 
-// What a participant's endpoints were told, in all.
-class Told {
+// What a participant's endpoints were reported, in all.
+class Reported {
  public:
-  explicit Told(Participant& participant) : participant_(participant) {}
+  explicit Reported(Participant& participant) : participant_(participant) {}
 
   // How often `kind` happened on `topic`; a peer given must be the event's.
   std::uint64_t count(Kind kind, std::string_view topic, const std::string& peer = "") {
@@ -271,8 +250,8 @@ class BareListener final : public detail::ReaderListener {
 
 TEST(EndpointEventLaws, LostAndRejectedSamplesAreToldByHowManyAreNew) {
   detail::Discovery discovery;
-  std::vector<EndpointEvent> told;
-  const auto collect = [&](const EndpointEvent& event) { told.push_back(event); };
+  std::vector<EndpointEvent> reported;
+  const auto collect = [&](const EndpointEvent& event) { reported.push_back(event); };
   {
     BareListener listener(discovery);
     eprosima::fastdds::dds::SampleLostStatus lost;
@@ -280,7 +259,7 @@ TEST(EndpointEventLaws, LostAndRejectedSamplesAreToldByHowManyAreNew) {
     listener.on_sample_lost(nullptr, lost);
     discovery.tell(collect);
     discovery.tell(collect);
-    ASSERT_EQ(told.size(), 1U);
+    ASSERT_EQ(reported.size(), 1U);
     EXPECT_EQ(told[0].kind, Kind::kSampleLost);
     EXPECT_EQ(told[0].topic, "angular_rate");
     EXPECT_EQ(told[0].count, 5U);
@@ -291,7 +270,7 @@ TEST(EndpointEventLaws, LostAndRejectedSamplesAreToldByHowManyAreNew) {
     listener.on_sample_rejected(nullptr, rejected);
   }
   discovery.tell(collect);  // also of an endpoint that is gone by then
-  ASSERT_EQ(told.size(), 3U);
+  ASSERT_EQ(reported.size(), 3U);
   EXPECT_EQ(told[1].count, 2U);
   EXPECT_EQ(told[2].kind, Kind::kSampleRejected);
   EXPECT_EQ(told[2].count, 3U);
@@ -326,10 +305,10 @@ TEST(EndpointEventAbuse, AFloodOfDifferentEventsIsBoundedAndNoneIsUncounted) {
   std::size_t told = 0;
   std::uint64_t sum = 0;
   discovery.tell([&](const EndpointEvent& event) {
-    ++told;
+    ++reported;
     sum += event.count;
   });
-  EXPECT_LE(told, 256U);
+  EXPECT_LE(reported, 256U);
   EXPECT_EQ(sum, kFlood);
 }
 
@@ -339,15 +318,15 @@ TEST(EndpointEventLaws, APeerThatIsNotHeardOfAnyMoreIsNamed) {
   data.m_guid.guidPrefix.value[0] = 1;
   data.m_participantName = "gyro_publisher";
   detail::Discovery discovery;
-  std::vector<EndpointEvent> told;
+  std::vector<EndpointEvent> reported;
   for (const auto status : {Info::DISCOVERED_PARTICIPANT, Info::REMOVED_PARTICIPANT,
                             Info::DISCOVERED_PARTICIPANT, Info::DROPPED_PARTICIPANT}) {
     Info info(data);
     info.status = status;
     discovery.on_participant_discovery(nullptr, std::move(info));
   }
-  discovery.tell([&](const EndpointEvent& event) { told.push_back(event); });
-  ASSERT_EQ(told.size(), 1U) << "one that says that it ends is no event";
+  discovery.tell([&](const EndpointEvent& event) { reported.push_back(event); });
+  ASSERT_EQ(reported.size(), 1U) << "one that says that it ends is no event";
   EXPECT_EQ(told[0].kind, Kind::kPeerLost);
   EXPECT_EQ(told[0].peer, "gyro_publisher");
   EXPECT_EQ(told[0].topic, "");
@@ -381,8 +360,8 @@ TEST(Deadlines, AreToldOnceForEachRunOnBothSidesWithThePeersName) {
   const TestDomain domain(kDomain);
   Participant publisher("gyro_publisher", domain.network());
   Participant subscriber("compensation", domain.network());
-  Told offered(publisher);
-  Told requested(subscriber);
+  Reported offered(publisher);
+  Reported requested(subscriber);
   std::atomic<int> received{0};
   const Reader<msg::AngularRate> reader(
       subscriber, [&](const msg::AngularRate&, const SampleOrigin&) { ++received; });
@@ -412,18 +391,18 @@ TEST(Deadlines, AreToldOnceForEachRunOnBothSidesWithThePeersName) {
 TEST(IncompatibleQos, IsToldWithTopicPolicyAndPeerWhoeverComesFirst) {
   const TestDomain domain(kDomain);
   Participant stranger("stranger", domain.network());
-  Told strangers(stranger);
+  Reported strangers(stranger);
   Participant ours("compensation", domain.network());
-  Told told(ours);
+  Reported reported(ours);
   const auto nothing = [](const msg::AngularRate&, const SampleOrigin&) {};
   const auto first = std::make_unique<Reader<msg::AngularRate>>(ours, nothing);
-  const Writer<ForeignRate<0>> weak(stranger);
+  const Writer<OnOtherTerms<msg::AngularRate, with_best_effort>> weak(stranger);
   ASSERT_TRUE(eventually(
-      [&] { return told.count(Kind::kIncompatibleQos, "angular_rate", "stranger") == 1; }));
+      [&] { return reported.count(Kind::kIncompatibleQos, "angular_rate", "stranger") == 1; }));
   EXPECT_NE(
-      told.last().detail.find("offers reliability best_effort, this reader asks for reliable"),
+      reported.last().detail.find("offers reliability best_effort, this reader asks for reliable"),
       std::string::npos)
-      << told.last().detail;
+      << reported.last().detail;
   // The stranger is told as well.
   ASSERT_TRUE(eventually([&] {
     return strangers.count(Kind::kIncompatibleQos, "angular_rate", "compensation") == 1;
@@ -434,50 +413,53 @@ TEST(IncompatibleQos, IsToldWithTopicPolicyAndPeerWhoeverComesFirst) {
   // A second reader, that comes later, is told of the same peer.
   const Reader<msg::AngularRate> second(ours, nothing);
   EXPECT_TRUE(eventually(
-      [&] { return told.count(Kind::kIncompatibleQos, "angular_rate", "stranger") == 2; }));
+      [&] { return reported.count(Kind::kIncompatibleQos, "angular_rate", "stranger") == 2; }));
   EXPECT_EQ(second.matched(), 0);
 }
 
 TEST(IncompatibleQos, NamesEveryPolicyThatIsUnmet) {
   const TestDomain domain(kDomain);
   Participant ours("compensation", domain.network());
-  Told told(ours);
+  Reported reported(ours);
   const Reader<msg::AngularRate> reader(ours, [](const msg::AngularRate&, const SampleOrigin&) {});
   Participant stranger("stranger", domain.network());
-  const Writer<ForeignRate<1>> weak(stranger);  // best effort, exclusive
+  const Writer<OnOtherTerms<msg::AngularRate, with_other_ownership>> weak(
+      stranger);  // best effort, exclusive
   ASSERT_TRUE(eventually([&] {
-    return told.count(Kind::kIncompatibleQos, "angular_rate", "stranger") >= 2;
-  })) << told.count(Kind::kIncompatibleQos, "angular_rate");
+    return reported.count(Kind::kIncompatibleQos, "angular_rate", "stranger") >= 2;
+  })) << reported.count(Kind::kIncompatibleQos, "angular_rate");
 }
 
 TEST(IncompatibleQos, OfAReaderThatAsksForMoreNamesIt) {
   const TestDomain domain(kDomain);
   Participant ours("gyro_publisher", domain.network());
-  Told told(ours);
+  Reported reported(ours);
   const Writer<msg::AngularRate> writer(ours);
   Participant stranger("autopilot", domain.network());
-  const Reader<ForeignRate<2>> hasty(stranger, [](const ForeignRate<2>&, const SampleOrigin&) {});
+  const Reader<OnOtherTerms<msg::AngularRate, with_durability>> hasty(
+      stranger, [](const OnOtherTerms<msg::AngularRate, with_durability>&, const SampleOrigin&) {});
   ASSERT_TRUE(eventually(
-      [&] { return told.count(Kind::kIncompatibleQos, "angular_rate", "autopilot") == 1; }));
-  EXPECT_NE(
-      told.last().detail.find("asks for durability transient_local, this writer offers volatile"),
-      std::string::npos)
-      << told.last().detail;
+      [&] { return reported.count(Kind::kIncompatibleQos, "angular_rate", "autopilot") == 1; }));
+  EXPECT_NE(reported.last().detail.find(
+                "asks for durability transient_local, this writer offers volatile"),
+            std::string::npos)
+      << reported.last().detail;
 }
 
 TEST(TypeMismatch, IsToldWithBothTypesAndThePeer) {
   const TestDomain domain(kDomain);
   Participant ours("compensation", domain.network());
-  Told told(ours);
+  Reported reported(ours);
   const Reader<msg::AngularRate> reader(ours, [](const msg::AngularRate&, const SampleOrigin&) {});
   Participant stranger("stranger", domain.network());
-  const Writer<ForeignRate<3>> writer(stranger);
-  ASSERT_TRUE(
-      eventually([&] { return told.count(Kind::kTypeMismatch, "angular_rate", "stranger") == 1; }));
-  EXPECT_NE(told.last().detail.find("writes foreign::Rate, here it is zerodrift::msg::AngularRate"),
-            std::string::npos)
-      << told.last().detail;
-  EXPECT_EQ(told.count(Kind::kIncompatibleQos, "angular_rate"), 0U);
+  const Writer<RateOfAnotherType> writer(stranger);
+  ASSERT_TRUE(eventually(
+      [&] { return reported.count(Kind::kTypeMismatch, "angular_rate", "stranger") == 1; }));
+  EXPECT_NE(
+      reported.last().detail.find("writes foreign::Rate, here it is zerodrift::msg::AngularRate"),
+      std::string::npos)
+      << reported.last().detail;
+  EXPECT_EQ(reported.count(Kind::kIncompatibleQos, "angular_rate"), 0U);
 }
 
 // The lease is 2 s; 20 s is a participant's.
@@ -485,7 +467,7 @@ TEST(Liveliness, AWriterThatFallsSilentIsGoneOnceAndIsHeardAgain) {
   const TestDomain domain(kDomain);
   Participant consumer("compensation", domain.network());
   Participant publisher("gyro_publisher", domain.network());
-  Told told(publisher);
+  Reported reported(publisher);
   std::atomic<int> heard{0};
   std::atomic<int> gone{0};
   Reader<msg::ReplayProgress> reader(
@@ -504,11 +486,11 @@ TEST(Liveliness, AWriterThatFallsSilentIsGoneOnceAndIsHeardAgain) {
   ASSERT_TRUE(is_heard());
   EXPECT_EQ(gone, 0);
   ASSERT_TRUE(eventually([&] { return gone == 1; }, 15s));
-  EXPECT_EQ(told.count(Kind::kLivelinessLost, "replay_progress", "compensation"), 1U);
+  EXPECT_EQ(reported.count(Kind::kLivelinessLost, "replay_progress", "compensation"), 1U);
   EXPECT_EQ(reader.matched(), 1);
   ASSERT_TRUE(is_heard());
   EXPECT_TRUE(eventually([&] {
-    return told.count(Kind::kLivelinessRegained, "replay_progress", "compensation") == 1;
+    return reported.count(Kind::kLivelinessRegained, "replay_progress", "compensation") == 1;
   }));
   // Gone a second time, now for good.
   writer.reset();

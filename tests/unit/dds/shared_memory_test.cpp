@@ -17,6 +17,7 @@
 
 #include "common/dds/dds_error.h"
 #include "common/dds/discovery.h"
+#include "tests/support/scratch_folder.h"
 
 namespace zerodrift::dds {
 namespace {
@@ -25,16 +26,10 @@ namespace fs = std::filesystem;
 
 constexpr std::uint32_t kDomain = 0;  // ports 7400 to 7649
 
-class SharedMemoryFolder : public testing::Test {
+class SharedMemoryFolder : public ScratchFolder {
  protected:
-  SharedMemoryFolder() {
-    std::string name = (fs::temp_directory_path() / "zerodrift-shm-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make " + name);
-    folder_ = name;
-  }
   ~SharedMemoryFolder() override {
     for (const int lock : locks_) ::close(lock);
-    fs::remove_all(folder_);
   }
   void put(const std::string& name) { std::ofstream(folder_ / name) << "x"; }
   // As its owner holds it while it lives.
@@ -57,7 +52,6 @@ class SharedMemoryFolder : public testing::Test {
     }
     return "no error";
   }
-  fs::path folder_;
   std::vector<int> locks_;
 };
 

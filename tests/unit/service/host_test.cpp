@@ -11,23 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/other_terms.h"
 #include "tests/unit/dds/test_domain.h"
-
-namespace zerodrift::dds {
-
-// A commander who may lose commands, which nobody here puts up with.
-struct CarelessCommand : msg::Command {};
-constexpr TopicSpec careless(TopicSpec spec) {
-  spec.reliability = Reliability::kBestEffort;
-  return spec;
-}
-template <>
-struct TopicOf<CarelessCommand> {
-  using TypeSupport = msg::CommandPubSubType;
-  static constexpr TopicSpec kSpec = careless(kCommand);
-};
-
-}  // namespace zerodrift::dds
 
 namespace zerodrift::service {
 namespace {
@@ -36,6 +21,9 @@ using dds::eventually;
 using dds::TestDomain;
 
 constexpr std::uint32_t kDomain = 108;
+
+// A commander who may lose commands, which nobody here puts up with.
+using CarelessCommand = dds::OnOtherTerms<msg::Command, dds::with_best_effort>;
 
 // Before any thread of this process, as a service does.
 class StopSignals : public testing::Environment {
@@ -188,7 +176,7 @@ TEST_F(HostedService, TurnsWhatTheMiddlewareNoticedIntoAnEventAndAMetric) {
   const dds::Reader<msg::Command> commands(host_.participant(),
                                            [](const msg::Command&, const dds::SampleOrigin&) {});
   dds::Participant stranger("stranger", domain_.network());
-  const dds::Writer<dds::CarelessCommand> writer(stranger);
+  const dds::Writer<CarelessCommand> writer(stranger);
   const auto total = [&] {
     double value = 0.0;
     for (const auto& status : statuses()) {
