@@ -58,10 +58,8 @@ TEST(CycloneDdsPeer, ReceivesEverySampleThatOurReaderReceivesToTheBit) {
   SystemUnderTest system(Domain::kCyclonePeer);
   constexpr std::uint64_t kSamples = 20000;  // 200 s at 100 Hz
   const Simulation simulation{.profile = write_ramp_profile(system, 200)};
-  Arguments source{"--source", "simulation", "--speed", "20"};
-  for (const auto& argument : simulation.arguments()) source.push_back(argument);
-  Arguments gyro_source = source;
-  gyro_source.insert(gyro_source.end(), {"--rate", "100"});
+  const Arguments source =
+      Arguments{"--source", "simulation", "--speed", "20"} + simulation.arguments();
 
   dds::Participant participant("test", system.network());
   Collector<msg::CompensatedRate> ours(participant);
@@ -70,7 +68,7 @@ TEST(CycloneDdsPeer, ReceivesEverySampleThatOurReaderReceivesToTheBit) {
       {{"CYCLONEDDS_URI", kLoopbackOnly}});
   system.start("compensation", {"--await-subscribers", "2"});
   system.start("thermal_publisher", source);
-  system.start("gyro_publisher", gyro_source);
+  system.start("gyro_publisher", source + Arguments{"--rate", "100"});
 
   ASSERT_EQ(peer.wait(40s), 0) << peer.err();
   ASSERT_TRUE(eventually([&] { return ours.size() == kSamples; }));
