@@ -62,8 +62,8 @@ using std::chrono_literals::operator""ms;
 // - compensated_rate, 100 ms: as angular_rate, since it comes at that pace.
 // - service_status, 1 s and 2 s: four periods and eight; a status is written four times a second.
 // - replay_progress, 2 s: after so long it is reported that a consumer says nothing. A replay waits
-// for
-//   it all the same, until it has left: one that stands still would lose what was sent meanwhile.
+//   for it all the same, until it has left: one that stands still would lose what was sent
+//   meanwhile.
 // clang-format off
 inline constexpr TopicSpec kAngularRate{"angular_rate", "zerodrift::msg::AngularRate", kSampleDepth, 128, Reliability::kReliable, Durability::kVolatile, Ownership::kShared, 5ms, 0ms, 100ms};
 inline constexpr TopicSpec kTemperature{"temperature", "zerodrift::msg::Temperature", 512, 1024, Reliability::kReliable, Durability::kTransientLocal, Ownership::kShared, 20ms, 0ms};

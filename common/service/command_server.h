@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A service's side of commands: receives those addressed to it, obeys each once, answers, and
-// reports everybody by an event `command_<name>`.
+// reports it by an event `command_<name>`.
 #pragma once
 
 #include <array>

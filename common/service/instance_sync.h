@@ -79,7 +79,7 @@ class InstanceSync {
 
   // An answer of this instance's. True: it is written now; else it is held back.
   [[nodiscard]] bool note(const AnswerMark& mine, std::int64_t now_ns) noexcept;
-  // From time to time: it counts the time in which no other answers what this instance does
+  // From time to time: it counts the time in which nobody repeats an answer of this instance
   // although no more come.
   void tick(std::int64_t now_ns) noexcept;
   // Whether what it answers is written.

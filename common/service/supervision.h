@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a supervisor (systemd, a container engine, an orchestrator) is notified of a service, and
+// What a supervisor (systemd, a container engine, an orchestrator) learns of a service, and
 // when the service ends so that it is started again.
 #pragma once
 
