@@ -54,7 +54,7 @@ using detail::WriterDeadlines;
 
 constexpr std::uint32_t kDomain = 107;
 
-// What a participant's endpoints were reported, in all.
+// What a participant's endpoints reported, in all.
 class Reported {
  public:
   explicit Reported(Participant& participant) : participant_(participant) {}
@@ -148,90 +148,92 @@ SampleOrigin origin(unsigned char writer, unsigned char key) {
 constexpr std::chrono::nanoseconds kDeadline = 100ms;
 constexpr std::int64_t kMs = 1'000'000;
 
-std::vector<int> silent_writers(WriterDeadlines& heard, std::int64_t now_ns) {
+std::vector<int> silent_writers(WriterDeadlines& deadlines, std::int64_t now_ns) {
   std::vector<int> writers;
-  for (const auto& silent : heard.silent(kDeadline, now_ns))
+  for (const auto& silent : deadlines.silent(kDeadline, now_ns))
     writers.push_back(silent.writer.entityId.value[0]);
   return writers;
 }
 
 TEST(WriterDeadlinesLaws, ASilenceIsToldOnceWhetherItLastsOrHasEnded) {
-  WriterDeadlines heard;
+  WriterDeadlines deadlines;
   const SampleOrigin one = origin(1, 1);
-  EXPECT_TRUE(heard.silent(kDeadline, 1).empty()) << "never heard of";
+  EXPECT_TRUE(deadlines.silent(kDeadline, 1).empty()) << "never heard of";
   std::int64_t now = kMs;
   for (int run = 0; run < 3; ++run) {
-    heard.hear(one, 9, true, kDeadline, now);
-    EXPECT_TRUE(heard.silent(kDeadline, now + 100 * kMs).empty()) << "not longer than the deadline";
+    deadlines.note(one, 9, true, kDeadline, now);
+    EXPECT_TRUE(deadlines.silent(kDeadline, now + 100 * kMs).empty())
+        << "not longer than the deadline";
     now += 101 * kMs;
-    const auto silent = heard.silent(kDeadline, now);
+    const auto silent = deadlines.silent(kDeadline, now);
     ASSERT_EQ(silent.size(), 1U);
     EXPECT_EQ(silent[0].writer, one.writer);
     EXPECT_EQ(silent[0].gyro_id, 9U);
     EXPECT_EQ(silent[0].times, 1U);
-    for (int k = 0; k < 10; ++k) EXPECT_TRUE(heard.silent(kDeadline, now += 500 * kMs).empty());
+    for (int k = 0; k < 10; ++k) EXPECT_TRUE(deadlines.silent(kDeadline, now += 500 * kMs).empty());
   }
   // Nobody asked while it lasted.
-  heard.hear(one, 9, true, kDeadline, now);
-  heard.hear(one, 9, true, kDeadline, now + 300 * kMs);
-  heard.hear(one, 9, true, kDeadline, now + 600 * kMs);
-  const auto silent = heard.silent(kDeadline, now + 601 * kMs);
+  deadlines.note(one, 9, true, kDeadline, now);
+  deadlines.note(one, 9, true, kDeadline, now + 300 * kMs);
+  deadlines.note(one, 9, true, kDeadline, now + 600 * kMs);
+  const auto silent = deadlines.silent(kDeadline, now + 601 * kMs);
   ASSERT_EQ(silent.size(), 1U);
   EXPECT_EQ(silent[0].times, 2U);
 }
 
 TEST(WriterDeadlinesLaws, EachWriterAndKeyIsSilentForItself) {
-  WriterDeadlines heard;
-  heard.hear(origin(1, 1), 0, true, kDeadline, kMs);
-  heard.hear(origin(2, 1), 0, true, kDeadline, 90 * kMs);
-  heard.hear(origin(3, 2), 0, true, kDeadline, 95 * kMs);
-  EXPECT_EQ(silent_writers(heard, 120 * kMs), (std::vector<int>{1}));
-  EXPECT_EQ(silent_writers(heard, 300 * kMs), (std::vector<int>{2, 3}));
+  WriterDeadlines deadlines;
+  deadlines.note(origin(1, 1), 0, true, kDeadline, kMs);
+  deadlines.note(origin(2, 1), 0, true, kDeadline, 90 * kMs);
+  deadlines.note(origin(3, 2), 0, true, kDeadline, 95 * kMs);
+  EXPECT_EQ(silent_writers(deadlines, 120 * kMs), (std::vector<int>{1}));
+  EXPECT_EQ(silent_writers(deadlines, 300 * kMs), (std::vector<int>{2, 3}));
 }
 
 TEST(WriterDeadlinesLaws, ASilenceThatDoesNotApplyIsNotToldAndDecidedByTheSampleBeforeIt) {
-  WriterDeadlines heard;
-  heard.hear(origin(1, 1), 0, false, kDeadline, kMs);
-  EXPECT_TRUE(silent_writers(heard, 500 * kMs).empty());
-  heard.hear(origin(1, 1), 0, true, kDeadline, 500 * kMs);
-  EXPECT_TRUE(silent_writers(heard, 501 * kMs).empty());
-  EXPECT_EQ(silent_writers(heard, 900 * kMs), (std::vector<int>{1}));
+  WriterDeadlines deadlines;
+  deadlines.note(origin(1, 1), 0, false, kDeadline, kMs);
+  EXPECT_TRUE(silent_writers(deadlines, 500 * kMs).empty());
+  deadlines.note(origin(1, 1), 0, true, kDeadline, 500 * kMs);
+  EXPECT_TRUE(silent_writers(deadlines, 501 * kMs).empty());
+  EXPECT_EQ(silent_writers(deadlines, 900 * kMs), (std::vector<int>{1}));
 }
 
 TEST(WriterDeadlinesLaws, AWriterThatIsGoneIsNotSilentAndLeavesItsPlace) {
-  WriterDeadlines heard;
+  WriterDeadlines deadlines;
   for (int life = 0; life < 1000; ++life) {
     const auto writer = static_cast<unsigned char>(life % 250 + 1);
-    heard.hear(origin(writer, 1), 0, true, kDeadline, kMs);
-    ASSERT_EQ(silent_writers(heard, 200 * kMs), (std::vector<int>{writer})) << life;
-    heard.hear(origin(writer, 1), 0, true, kDeadline, 210 * kMs);
-    heard.forget(origin(writer, 1).writer);
-    ASSERT_TRUE(silent_writers(heard, 900 * kMs).empty()) << life;
+    deadlines.note(origin(writer, 1), 0, true, kDeadline, kMs);
+    ASSERT_EQ(silent_writers(deadlines, 200 * kMs), (std::vector<int>{writer})) << life;
+    deadlines.note(origin(writer, 1), 0, true, kDeadline, 210 * kMs);
+    deadlines.forget(origin(writer, 1).writer);
+    ASSERT_TRUE(silent_writers(deadlines, 900 * kMs).empty()) << life;
   }
 }
 
 TEST(WriterDeadlinesAbuse, MoreWritersThanThereIsRoomForDoNoHarm) {
-  WriterDeadlines heard;
+  WriterDeadlines deadlines;
   for (int key = 0; key < 255; ++key)
-    heard.hear(origin(1, static_cast<unsigned char>(key)), 0, true, kDeadline, kMs);
-  EXPECT_EQ(heard.silent(kDeadline, 900 * kMs).size(), 128U);
+    deadlines.note(origin(1, static_cast<unsigned char>(key)), 0, true, kDeadline, kMs);
+  EXPECT_EQ(deadlines.silent(kDeadline, 900 * kMs).size(), 128U);
 }
 
 // One thread hears while another asks and a third forgets: a sanitizer's case.
 TEST(WriterDeadlinesLaws, OtherThreadsMayAskMeanwhile) {
-  WriterDeadlines heard;
+  WriterDeadlines deadlines;
   std::atomic<bool> stop{false};
   std::thread asks([&] {
     while (!stop) {
-      for (const auto& silent : heard.silent(0ns)) EXPECT_NE(silent.writer.entityId.value[0], 0);
+      for (const auto& silent : deadlines.silent(0ns))
+        EXPECT_NE(silent.writer.entityId.value[0], 0);
     }
   });
   std::thread forgets([&] {
-    while (!stop) heard.forget(origin(2, 2).writer);
+    while (!stop) deadlines.forget(origin(2, 2).writer);
   });
   for (int k = 0; k < 100000; ++k) {
-    heard.hear(origin(1, 1), 1, true, 0ns);
-    heard.hear(origin(2, 2), 2, true, 0ns);
+    deadlines.note(origin(1, 1), 1, true, 0ns);
+    deadlines.note(origin(2, 2), 2, true, 0ns);
   }
   stop = true;
   asks.join();
@@ -257,23 +259,23 @@ TEST(EndpointEventLaws, LostAndRejectedSamplesAreToldByHowManyAreNew) {
     eprosima::fastdds::dds::SampleLostStatus lost;
     lost.total_count = 5;
     listener.on_sample_lost(nullptr, lost);
-    discovery.tell(collect);
-    discovery.tell(collect);
+    discovery.report(collect);
+    discovery.report(collect);
     ASSERT_EQ(reported.size(), 1U);
-    EXPECT_EQ(told[0].kind, Kind::kSampleLost);
-    EXPECT_EQ(told[0].topic, "angular_rate");
-    EXPECT_EQ(told[0].count, 5U);
+    EXPECT_EQ(reported[0].kind, Kind::kSampleLost);
+    EXPECT_EQ(reported[0].topic, "angular_rate");
+    EXPECT_EQ(reported[0].count, 5U);
     lost.total_count = 7;
     listener.on_sample_lost(nullptr, lost);
     eprosima::fastrtps::SampleRejectedStatus rejected;
     rejected.total_count = 3;
     listener.on_sample_rejected(nullptr, rejected);
   }
-  discovery.tell(collect);  // also of an endpoint that is gone by then
+  discovery.report(collect);  // also of an endpoint that is gone by then
   ASSERT_EQ(reported.size(), 3U);
-  EXPECT_EQ(told[1].count, 2U);
-  EXPECT_EQ(told[2].kind, Kind::kSampleRejected);
-  EXPECT_EQ(told[2].count, 3U);
+  EXPECT_EQ(reported[1].count, 2U);
+  EXPECT_EQ(reported[2].kind, Kind::kSampleRejected);
+  EXPECT_EQ(reported[2].count, 3U);
 }
 
 TEST(EndpointEventLaws, AnEndpointsOwnObserverIsToldInPlaceOfTheParticipants) {
@@ -285,12 +287,12 @@ TEST(EndpointEventLaws, AnEndpointsOwnObserverIsToldInPlaceOfTheParticipants) {
   eprosima::fastdds::dds::SampleLostStatus lost;
   lost.total_count = 1;
   with.on_sample_lost(nullptr, lost);
-  discovery.tell([&](const EndpointEvent&) { ++otherwise; });
+  discovery.report([&](const EndpointEvent&) { ++otherwise; });
   EXPECT_EQ(own, 1);
   EXPECT_EQ(otherwise, 0);
   without.on_sample_lost(nullptr, lost);
-  discovery.tell([&](const EndpointEvent&) { ++otherwise; });
-  discovery.tell({});  // nobody: dropped without harm
+  discovery.report([&](const EndpointEvent&) { ++otherwise; });
+  discovery.report({});  // nobody: dropped without harm
   EXPECT_EQ(own, 1);
   EXPECT_EQ(otherwise, 1);
 }
@@ -302,9 +304,9 @@ TEST(EndpointEventAbuse, AFloodOfDifferentEventsIsBoundedAndNoneIsUncounted) {
   for (std::uint32_t gyro = 0; gyro < kFlood; ++gyro)
     discovery.note(endpoint, Kind::kDeadlineMissed, eprosima::fastrtps::rtps::GUID_t::unknown(),
                    "silent", gyro);
-  std::size_t told = 0;
+  std::size_t reported = 0;
   std::uint64_t sum = 0;
-  discovery.tell([&](const EndpointEvent& event) {
+  discovery.report([&](const EndpointEvent& event) {
     ++reported;
     sum += event.count;
   });
@@ -325,11 +327,11 @@ TEST(EndpointEventLaws, APeerThatIsNotHeardOfAnyMoreIsNamed) {
     info.status = status;
     discovery.on_participant_discovery(nullptr, std::move(info));
   }
-  discovery.tell([&](const EndpointEvent& event) { reported.push_back(event); });
+  discovery.report([&](const EndpointEvent& event) { reported.push_back(event); });
   ASSERT_EQ(reported.size(), 1U) << "one that says that it ends is no event";
-  EXPECT_EQ(told[0].kind, Kind::kPeerLost);
-  EXPECT_EQ(told[0].peer, "gyro_publisher");
-  EXPECT_EQ(told[0].topic, "");
+  EXPECT_EQ(reported[0].kind, Kind::kPeerLost);
+  EXPECT_EQ(reported[0].peer, "gyro_publisher");
+  EXPECT_EQ(reported[0].topic, "");
 }
 
 TEST(AcquaintanceLaws, APeerIsUnfinishedUntilAWriterOfItIsKnown) {

@@ -137,14 +137,14 @@ TEST(SharedMemoryDiscovery, APeerWithAnotherFolderIsAnEventOfItsOwn) {
     rtps::ParticipantDiscoveryInfo info(data);
     info.status = rtps::ParticipantDiscoveryInfo::DISCOVERED_PARTICIPANT;
     discovery.on_participant_discovery(nullptr, std::move(info));
-    std::vector<EndpointEvent> told;
-    discovery.tell([&](const EndpointEvent& event) { told.push_back(event); });
-    return told;
+    std::vector<EndpointEvent> reported;
+    discovery.report([&](const EndpointEvent& event) { reported.push_back(event); });
+    return reported;
   };
-  const auto told = kinds_after("c/2/10001", true);
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].kind, EndpointEvent::Kind::kSharedMemoryNotShared);
-  EXPECT_NE(told[0].detail.find("far"), std::string::npos) << told[0].detail;
+  const auto reported = kinds_after("c/2/10001", true);
+  ASSERT_EQ(reported.size(), 1U);
+  EXPECT_EQ(reported[0].kind, EndpointEvent::Kind::kSharedMemoryNotShared);
+  EXPECT_NE(reported[0].detail.find("far"), std::string::npos) << reported[0].detail;
   EXPECT_TRUE(kinds_after("c/1/10001", true).empty());
   EXPECT_TRUE(kinds_after("d/2/10001", true).empty());
   EXPECT_TRUE(kinds_after("", true).empty());            // it uses UDP alone
