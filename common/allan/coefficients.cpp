@@ -275,16 +275,11 @@ struct SlopeReading {
 
 SlopeReading reading_point(NoiseTerm term) {
   switch (term) {
-    case NoiseTerm::kQuantization:
-      return {-1.0, std::numbers::sqrt3};
-    case NoiseTerm::kAngleRandomWalk:
-      return {-0.5, 1.0};
-    case NoiseTerm::kRateRandomWalk:
-      return {0.5, 3.0};
-    case NoiseTerm::kRateRamp:
-      return {1.0, std::numbers::sqrt2};
-    case NoiseTerm::kBiasInstability:
-      break;
+    case NoiseTerm::kQuantization: return {-1.0, std::numbers::sqrt3};
+    case NoiseTerm::kAngleRandomWalk: return {-0.5, 1.0};
+    case NoiseTerm::kRateRandomWalk: return {0.5, 3.0};
+    case NoiseTerm::kRateRamp: return {1.0, std::numbers::sqrt2};
+    case NoiseTerm::kBiasInstability: break;
   }
   assert(false && "bias instability is read at the minimum, not along a slope");
   return {0.0, 1.0};
@@ -314,16 +309,11 @@ std::optional<double> read_along_slope(const std::vector<AllanPoint>& points,
 
 double unit_variance(NoiseTerm term, double tau_s) noexcept {
   switch (term) {
-    case NoiseTerm::kQuantization:
-      return 3.0 / (tau_s * tau_s);
-    case NoiseTerm::kAngleRandomWalk:
-      return 1.0 / tau_s;
-    case NoiseTerm::kBiasInstability:
-      return kBiasVariance;
-    case NoiseTerm::kRateRandomWalk:
-      return tau_s / 3.0;
-    case NoiseTerm::kRateRamp:
-      return 0.5 * tau_s * tau_s;
+    case NoiseTerm::kQuantization: return 3.0 / (tau_s * tau_s);
+    case NoiseTerm::kAngleRandomWalk: return 1.0 / tau_s;
+    case NoiseTerm::kBiasInstability: return kBiasVariance;
+    case NoiseTerm::kRateRandomWalk: return tau_s / 3.0;
+    case NoiseTerm::kRateRamp: return 0.5 * tau_s * tau_s;
   }
   assert(false && "no such noise term");
   return 0.0;

@@ -27,19 +27,12 @@ int exponent(NoiseType noise) {
 double angle_covariance(double t, int alpha) {
   const double u = std::abs(t);
   switch (alpha) {
-    case 2:
-      return -u;
-    case 1:
-      return u == 0.0 ? 0.0 : u * u * std::log(u);
-    case 0:
-      return u * u * u;
-    case -1:
-      return u == 0.0 ? 0.0 : -u * u * u * u * std::log(u);
-    case -2:
-      return -u * u * u * u * u;
-    default:
-      assert(false && "no such noise exponent");
-      return 0.0;
+    case 2: return -u;
+    case 1: return u == 0.0 ? 0.0 : u * u * std::log(u);
+    case 0: return u * u * u;
+    case -1: return u == 0.0 ? 0.0 : -u * u * u * u * std::log(u);
+    case -2: return -u * u * u * u * u;
+    default: assert(false && "no such noise exponent"); return 0.0;
   }
 }
 

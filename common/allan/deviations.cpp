@@ -3,7 +3,6 @@
 
 #include <cassert>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 
 #include "common/allan/confidence.h"
@@ -31,19 +30,13 @@ double third_difference(Angles x, std::size_t k, std::size_t m) {
   return x[k + 3 * m] - 3.0 * x[k + 2 * m] + 3.0 * x[k + m] - x[k];
 }
 
-Mean second_difference_squares(Angles x, std::size_t m, std::size_t stride) {
+// Of a difference of the given order.
+template <typename Difference>
+Mean difference_squares(Difference difference, std::size_t order, Angles x, std::size_t m,
+                        std::size_t stride) {
   Mean mean;
-  for (std::size_t k = 0; k + 2 * m < x.size(); k += stride) {
-    const double d = second_difference(x, k, m);
-    mean.add(d * d);
-  }
-  return mean;
-}
-
-Mean third_difference_squares(Angles x, std::size_t m, std::size_t stride) {
-  Mean mean;
-  for (std::size_t k = 0; k + 3 * m < x.size(); k += stride) {
-    const double d = third_difference(x, k, m);
+  for (std::size_t k = 0; k + order * m < x.size(); k += stride) {
+    const double d = difference(x, k, m);
     mean.add(d * d);
   }
   return mean;
@@ -80,19 +73,13 @@ Mean total_squares(Angles x, std::size_t m) {
 
 Mean squares(Statistic statistic, Angles x, std::size_t m) {
   switch (statistic) {
-    case Statistic::kAdev:
-      return second_difference_squares(x, m, m);
-    case Statistic::kOadev:
-      return second_difference_squares(x, m, 1);
+    case Statistic::kAdev: return difference_squares(second_difference, 2, x, m, m);
+    case Statistic::kOadev: return difference_squares(second_difference, 2, x, m, 1);
     case Statistic::kMdev:
-    case Statistic::kTdev:
-      return modified_squares(x, m);
-    case Statistic::kHdev:
-      return third_difference_squares(x, m, m);
-    case Statistic::kOhdev:
-      return third_difference_squares(x, m, 1);
-    case Statistic::kTotdev:
-      return total_squares(x, m);
+    case Statistic::kTdev: return modified_squares(x, m);
+    case Statistic::kHdev: return difference_squares(third_difference, 3, x, m, m);
+    case Statistic::kOhdev: return difference_squares(third_difference, 3, x, m, 1);
+    case Statistic::kTotdev: return total_squares(x, m);
   }
   return {};
 }
@@ -123,19 +110,6 @@ std::vector<double> angle_from_rate(std::span<const double> rate_radps, double s
   for (std::size_t i = 0; i < rate_radps.size(); ++i)
     angle[i + 1] = angle[i] + (rate_radps[i] - mean) * sample_interval_s;
   return angle;
-}
-
-double total_variance_bias(NoiseType noise, double tau_over_duration) noexcept {
-  switch (noise) {
-    case NoiseType::kBiasInstability:
-      return 1.0 - tau_over_duration / (3.0 * std::numbers::ln2);
-    case NoiseType::kRateRandomWalk:
-      return 1.0 - 0.75 * tau_over_duration;
-    case NoiseType::kQuantization:
-    case NoiseType::kAngleRandomWalk:
-      return 1.0;
-  }
-  return 1.0;
 }
 
 std::optional<DeviationPoint> deviation(Statistic statistic, std::span<const double> angle_rad,

@@ -24,25 +24,18 @@ enum class Statistic : std::uint8_t {
   kTdev,    // time: mdev * tau / sqrt(3); here an angle, rad
   kHdev,    // Hadamard, without overlap: blind to a rate ramp
   kOhdev,   // overlapping Hadamard
-  kTotdev,  // total: the record extended by reflection at both ends; total_variance_bias is left in
+  kTotdev,  // total: the record extended by reflection at both ends; its bias is left in
 };
 
 [[nodiscard]] constexpr std::string_view name(Statistic statistic) {
   switch (statistic) {
-    case Statistic::kAdev:
-      return "adev";
-    case Statistic::kOadev:
-      return "oadev";
-    case Statistic::kMdev:
-      return "mdev";
-    case Statistic::kTdev:
-      return "tdev";
-    case Statistic::kHdev:
-      return "hdev";
-    case Statistic::kOhdev:
-      return "ohdev";
-    case Statistic::kTotdev:
-      return "totdev";
+    case Statistic::kAdev: return "adev";
+    case Statistic::kOadev: return "oadev";
+    case Statistic::kMdev: return "mdev";
+    case Statistic::kTdev: return "tdev";
+    case Statistic::kHdev: return "hdev";
+    case Statistic::kOhdev: return "ohdev";
+    case Statistic::kTotdev: return "totdev";
   }
   return "unknown";
 }
@@ -64,11 +57,6 @@ struct DeviationPoint {
                                                       std::span<const double> angle_rad,
                                                       double sample_interval_s,
                                                       std::size_t cluster_size);
-
-// Expected total variance over Allan variance, SP 1065 table 6: 1 for white noises, 1 - tau / (3 ln
-// 2 T) for flicker, 1 - 3 tau / (4 T) for random walk. Some programs divide it out for the noise
-// they identify.
-[[nodiscard]] double total_variance_bias(NoiseType noise, double tau_over_duration) noexcept;
 
 // Overlapping Allan deviation with noise type, degrees of freedom and bounds at the two-sided
 // confidence, at every cluster of the grid the record is long enough for. O(angles) a tau.

@@ -185,12 +185,9 @@ class ScoreTest {
 // with these, on other records, 0, 2 and 1.
 double believed_at(Shape shape) {
   switch (shape) {
-    case Shape::kSinusoid:
-      return 4.8;
-    case Shape::kMarkov:
-      return 4.3;
-    default:
-      return 3.3;
+    case Shape::kSinusoid: return 4.8;
+    case Shape::kMarkov: return 4.3;
+    default: return 3.3;
   }
 }
 
@@ -271,7 +268,7 @@ Eigen::MatrixXd Design::gain() const {
 
 FittedModel fit_model(const std::vector<AllanPoint>& points, ShapeSet allowed,
                       const NoiseModel& start, int max_iterations) {
-  constexpr double kSettled = 1e-7;
+  constexpr double kConverged = 1e-7;
   constexpr int kUndampedRounds = 10;
   const bool has_start = start.variance(points.front().tau_s) > 0.0;
   FittedModel fit{start, allowed, 0, has_start ? Whitening(points, start) : Whitening(points)};
@@ -285,7 +282,7 @@ FittedModel fit_model(const std::vector<AllanPoint>& points, ShapeSet allowed,
     fit.model.squares = solution.squares;
     fit.residual = std::max(solution.residual, 0.0);
     const Eigen::VectorXd after = modelled(points, fit.model);
-    fit.converged = (after.cwiseQuotient(before).array() - 1.0).abs().maxCoeff() < kSettled;
+    fit.converged = (after.cwiseQuotient(before).array() - 1.0).abs().maxCoeff() < kConverged;
     // A term that comes and goes at the boundary makes the weights swing: meet in the middle.
     const double step = fit.iterations < kUndampedRounds ? 1.0 : 0.5;
     for (std::size_t i = 0; i < kShapeCount; ++i)

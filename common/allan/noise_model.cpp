@@ -7,12 +7,9 @@ namespace zerodrift::allan {
 
 double NoiseModel::unit_variance(Shape shape, double tau_s) const noexcept {
   switch (shape) {
-    case Shape::kSinusoid:
-      return sinusoid_unit_variance(frequency_hz, tau_s);
-    case Shape::kMarkov:
-      return markov_unit_variance(time_constant_s, tau_s);
-    default:
-      return zerodrift::allan::unit_variance(static_cast<NoiseTerm>(index(shape)), tau_s);
+    case Shape::kSinusoid: return sinusoid_unit_variance(frequency_hz, tau_s);
+    case Shape::kMarkov: return markov_unit_variance(time_constant_s, tau_s);
+    default: return zerodrift::allan::unit_variance(static_cast<NoiseTerm>(index(shape)), tau_s);
   }
 }
 

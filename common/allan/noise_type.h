@@ -17,14 +17,10 @@ enum class NoiseType : std::int8_t {
 
 constexpr std::string_view name(NoiseType noise) {
   switch (noise) {
-    case NoiseType::kQuantization:
-      return "quantization";
-    case NoiseType::kAngleRandomWalk:
-      return "angle random walk";
-    case NoiseType::kBiasInstability:
-      return "bias instability";
-    case NoiseType::kRateRandomWalk:
-      return "rate random walk";
+    case NoiseType::kQuantization: return "quantization";
+    case NoiseType::kAngleRandomWalk: return "angle random walk";
+    case NoiseType::kBiasInstability: return "bias instability";
+    case NoiseType::kRateRandomWalk: return "rate random walk";
   }
   return "unknown";
 }

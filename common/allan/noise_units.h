@@ -25,12 +25,6 @@ constexpr double rate_random_walk_deg_h_rth(double k_radps_rts) {
 constexpr double rate_random_walk_radps_rts(double k_deg_h_rth) {
   return k_deg_h_rth / kDegPerHourPerRootHour;
 }
-constexpr double rate_ramp_deg_h2(double r_radps2) {
-  return r_radps2 * kDegPerHourPerHour;
-}
-constexpr double rate_ramp_radps2(double r_deg_h2) {
-  return r_deg_h2 / kDegPerHourPerHour;
-}
 // B is a rate: core::deg_h_from_radps. Q is an angle: radians times 1 / core::kRadPerDeg.
 
 }  // namespace zerodrift::allan

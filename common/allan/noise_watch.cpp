@@ -75,11 +75,11 @@ Finding ExcessWatch::look(std::span<const ComparedPoints> points, double observe
            p.reference.degrees_of_freedom >= options_.min_degrees_of_freedom &&
            p.reference.deviation_radps > 0.0;
   };
-  const auto told = std::count_if(points.begin(), points.end(), is_telling);
-  if (told == 0) return finding;
+  const auto telling = std::count_if(points.begin(), points.end(), is_telling);
+  if (telling == 0) return finding;
   looked_s_ = observed_s;
-  finding.threshold = std::min(spent_h * options_.false_alarms_per_hour / static_cast<double>(told),
-                               kLargestThreshold);
+  finding.threshold = std::min(
+      spent_h * options_.false_alarms_per_hour / static_cast<double>(telling), kLargestThreshold);
   const double clear_ratio = 1.0 + 0.5 * options_.least_growth;
   bool clear = true;
   for (const ComparedPoints& p : points) {

@@ -151,18 +151,10 @@ double degrees_of_freedom(const AllanPoint& p, const Shares& shares, const Class
   if (!(p.clusters > 0.0)) return p.degrees_of_freedom;
   NoiseModel pure;
   switch (p.noise) {
-    case NoiseType::kQuantization:
-      pure.squares[index(Shape::kQuantization)] = 1.0;
-      break;
-    case NoiseType::kAngleRandomWalk:
-      pure.squares[index(Shape::kAngleRandomWalk)] = 1.0;
-      break;
-    case NoiseType::kBiasInstability:
-      pure.squares[index(Shape::kBiasInstability)] = 1.0;
-      break;
-    case NoiseType::kRateRandomWalk:
-      pure.squares[index(Shape::kRateRandomWalk)] = 1.0;
-      break;
+    case NoiseType::kQuantization: pure.squares[index(Shape::kQuantization)] = 1.0; break;
+    case NoiseType::kAngleRandomWalk: pure.squares[index(Shape::kAngleRandomWalk)] = 1.0; break;
+    case NoiseType::kBiasInstability: pure.squares[index(Shape::kBiasInstability)] = 1.0; break;
+    case NoiseType::kRateRandomWalk: pure.squares[index(Shape::kRateRandomWalk)] = 1.0; break;
   }
   const Shares identified(pure, 1.0);
   const auto inverse = [&](const Shares& s) {
@@ -219,14 +211,10 @@ double variance_correlation(NoiseTerm noise, double tau_ratio) noexcept {
   switch (noise) {
     case NoiseTerm::kQuantization:
       return octaves == 0.0 ? 1.0 : 0.0;  // white angle: no angle shared, none alike
-    case NoiseTerm::kAngleRandomWalk:
-      return kWhite.at(octaves);
-    case NoiseTerm::kBiasInstability:
-      return kFlicker.at(octaves);
-    case NoiseTerm::kRateRandomWalk:
-      return kRandomWalk.at(octaves);
-    case NoiseTerm::kRateRamp:
-      return 1.0;  // one number decides every point
+    case NoiseTerm::kAngleRandomWalk: return kWhite.at(octaves);
+    case NoiseTerm::kBiasInstability: return kFlicker.at(octaves);
+    case NoiseTerm::kRateRandomWalk: return kRandomWalk.at(octaves);
+    case NoiseTerm::kRateRamp: return 1.0;  // one number decides every point
   }
   assert(false && "no such noise term");
   return 0.0;

@@ -108,23 +108,16 @@ ChosenDifferences choose_differences(const RunningSums& sums, std::size_t m) {
 EstimateDesign design_of(Statistic statistic, NoiseType noise, double m, double terms) {
   EstimateDesign design{.noise = noise, .cluster_size = m, .terms = terms, .terms_per_tau = m};
   switch (statistic) {
-    case Statistic::kAdev:
-      design.terms_per_tau = 1.0;
-      break;
+    case Statistic::kAdev: design.terms_per_tau = 1.0; break;
     case Statistic::kMdev:
-    case Statistic::kTdev:
-      design.averaging = Averaging::kModified;
-      break;
+    case Statistic::kTdev: design.averaging = Averaging::kModified; break;
     case Statistic::kHdev:
       design.difference = Difference::kThird;
       design.terms_per_tau = 1.0;
       break;
-    case Statistic::kOhdev:
-      design.difference = Difference::kThird;
-      break;
+    case Statistic::kOhdev: design.difference = Difference::kThird; break;
     case Statistic::kOadev:
-    case Statistic::kTotdev:
-      break;
+    case Statistic::kTotdev: break;
   }
   return design;
 }
@@ -132,14 +125,10 @@ EstimateDesign design_of(Statistic statistic, NoiseType noise, double m, double 
 // NIST SP 1065 table 10.
 double total_degrees_of_freedom(NoiseType noise, double record_over_tau, double otherwise) {
   switch (noise) {
-    case NoiseType::kAngleRandomWalk:
-      return 1.5 * record_over_tau;
-    case NoiseType::kBiasInstability:
-      return 1.17 * record_over_tau - 0.22;
-    case NoiseType::kRateRandomWalk:
-      return 0.93 * record_over_tau - 0.36;
-    case NoiseType::kQuantization:
-      break;
+    case NoiseType::kAngleRandomWalk: return 1.5 * record_over_tau;
+    case NoiseType::kBiasInstability: return 1.17 * record_over_tau - 0.22;
+    case NoiseType::kRateRandomWalk: return 0.93 * record_over_tau - 0.36;
+    case NoiseType::kQuantization: break;
   }
   return otherwise;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The experts of one axis beside its online SVR, which is one of them: what the SVR foretold of a
-// label at each horizon is told to the stack before either learns the label.
+// label at each horizon is given to the stack before either learns the label.
 #pragma once
 
 #include <cstddef>

@@ -205,7 +205,7 @@ core::CompensatedSample Compensator::answer_next() noexcept {
     observe(sample);
     if (prior_) step_prior(sample.time);
     if (estimate_outdated_) estimate(sample.time);
-    hear_residual(sample.time);
+    take_residual(sample.time);
   }
   ++counts_.samples_out;
   return answer(pending);
@@ -370,7 +370,7 @@ void Compensator::carry(core::StateArchive& archive) {
 CompensatorCounts Compensator::counts() const noexcept {
   CompensatorCounts counts = counts_;
   counts.missing = sequences_.missing();
-  counts.temperatures = temperatures_.heard();
+  counts.temperatures = temperatures_.received();
   counts.temperatures_refused = temperatures_.refused();
   counts.references = references_.counts();
   counts.reversed_axes = polarity_.found();

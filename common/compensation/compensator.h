@@ -131,7 +131,7 @@ class Compensator {  // More members than other classes: one for each stage on a
   void end_temperature(std::size_t probe) noexcept { temperatures_.end(probe); }
   void end_references(core::ReferenceKind kind) noexcept { references_.end(kind); }
   // Nothing is published but the temperatures of the probes named, separated by commas: a probe
-  // that is not among them and was never heard isn't waited for.
+  // that is not among them and never came isn't waited for.
   void limit_probes(std::string_view published) noexcept { temperatures_.limit(published); }
   [[nodiscard]] const std::vector<std::string>& probes() const noexcept {
     return temperatures_.probes();
@@ -182,20 +182,20 @@ class Compensator {  // More members than other classes: one for each stage on a
 
   // --- its state, for another compensator of the same options that is to go on to the bit
   // No sample waits and no model is due: the learner's newest model is the one in force.
-  [[nodiscard]] bool is_settled() const noexcept {
-    return waiting_.empty() && models_.is_settled();
+  [[nodiscard]] bool is_quiescent() const noexcept {
+    return waiting_.empty() && models_.is_quiescent();
   }
-  // The job whose model is in force once it is settled.
+  // The job whose model is in force once it is quiescent.
   [[nodiscard]] std::uint64_t newest_job() const noexcept { return models_.newest_job(); }
-  // The data path's part, only while it is settled; to be read by one whose learner was restored
+  // The data path's part, only while it is quiescent; to be read by one whose learner was restored
   // to the state after newest_job() (Learner::export_state) and that has seen no input.
   void carry(core::StateArchive& archive);
   // Part of the state already: not to be pushed again where inputs are repeated after it.
-  [[nodiscard]] bool has_heard(const core::TemperatureSample& sample) const noexcept {
-    return temperatures_.has_heard(sample);
+  [[nodiscard]] bool has_received(const core::TemperatureSample& sample) const noexcept {
+    return temperatures_.has_received(sample);
   }
-  [[nodiscard]] bool has_heard(const core::RateReferenceSample& sample) const noexcept {
-    return references_.has_heard(sample);
+  [[nodiscard]] bool has_received(const core::RateReferenceSample& sample) const noexcept {
+    return references_.has_received(sample);
   }
   // Sensor time by which the model due first is late; 0 where none is.
   [[nodiscard]] core::SensorTime model_late_by() noexcept { return models_.late_by(newest_); }
@@ -224,13 +224,13 @@ class Compensator {  // More members than other classes: one for each stage on a
   // Its value of an axis; nothing where there is none.
   [[nodiscard]] std::optional<double> prior_drift(core::Axis axis) const noexcept;
   void observe(const core::AngularRateSample& sample) noexcept;
-  void hear_true_rate(const core::AngularRateSample& sample,
+  void take_true_rate(const core::AngularRateSample& sample,
                       const core::RateReferenceSample& reference) noexcept;
   void close_scale_block(core::SensorTime now) noexcept;
   // By which the scale factor goes; nothing where there is none.
   [[nodiscard]] std::optional<double> scale_temperature_degc() const noexcept;
   void take_scale_error_off(core::Axis axis, core::CompensatedSample& out) const noexcept;
-  void hear_residual(core::SensorTime now) noexcept;
+  void take_residual(core::SensorTime now) noexcept;
   // Whether the Earth's rate is neither known on an axis nor small against the noise.
   [[nodiscard]] bool earth_rate_matters() const noexcept;
   void close_block(DriftBlock block) noexcept;

@@ -35,7 +35,7 @@ void Compensator::observe(const core::AngularRateSample& sample) noexcept {
   const bool is_true_rate = reference != nullptr;
   // Who declares rest may be wrong, so the level is looked at; a true rate explains any level.
   if (reference != nullptr) blocks_.mark_reference();
-  if (is_true_rate && options_.learning.scale_factor) hear_true_rate(sample, *reference);
+  if (is_true_rate && options_.learning.scale_factor) take_true_rate(sample, *reference);
   if (reference == nullptr) reference = references_.rest(sample.time, earth_rate);
   const auto temperature_degc = scale_temperature_degc();
   referenced_ = {};
@@ -73,7 +73,7 @@ void Compensator::observe(const core::AngularRateSample& sample) noexcept {
   if (any_invalid) ++counts_.invalid;
 }
 
-void Compensator::hear_true_rate(const core::AngularRateSample& sample,
+void Compensator::take_true_rate(const core::AngularRateSample& sample,
                                  const core::RateReferenceSample& reference) noexcept {
   const bool has_interval = sample.interval_s > 0.0 && sample.interval_s <= kSlowestSpacingS;
   const core::SensorTime interval = core::from_seconds(has_interval ? sample.interval_s : 0.0);
@@ -97,7 +97,7 @@ void Compensator::close_scale_block(core::SensorTime now) noexcept {
                !commanded_freeze_ && !(temperature_degc && temperatures_.is_stale(now)));
 }
 
-void Compensator::hear_residual(core::SensorTime now) noexcept {
+void Compensator::take_residual(core::SensorTime now) noexcept {
   core::PerAxis<OwnForecast> forecast;
   for (std::size_t i = 0; i < forecast.size(); ++i)
     forecast[i] = {axes_[i].applied_radps(), axes_[i].variance()};
@@ -131,7 +131,7 @@ void Compensator::close_block(DriftBlock block) noexcept {
     variance[index(axis)] = sigma * sigma;
     // Its motion would go unnoticed, or the wrong way round.
     if (!gate_.knows(axis) || polarity_.is_reversed(axis)) block.count[index(axis)] = 0;
-    // What the prior leaves can't be told without it.
+    // What the prior leaves can't be known without it.
     if (prior_covers(axis) && !context[index(axis)].prior_ready) block.count[index(axis)] = 0;
   }
   if (const auto label = labels_.add(block, context, temperatures_.thermal_state(), variance))

@@ -30,10 +30,8 @@ constexpr bool is_at_hand(twin::Need need) {
     case twin::Need::kTemperatureDifference:
     case twin::Need::kTemperatureCycles:
     case twin::Need::kPowerOn:
-    case twin::Need::kLongRecord:
-      return true;
-    default:
-      return false;
+    case twin::Need::kLongRecord: return true;
+    default: return false;
   }
 }
 
@@ -286,12 +284,9 @@ void DriftPrior::step(AxisPrior& axis, std::int64_t to, core::SensorTime power_o
 
 core::Reason DriftPrior::reason(core::Axis axis) const noexcept {
   switch (status(axis)) {
-    case PriorStatus::kReady:
-      return core::Reason::kNone;
-    case PriorStatus::kRateNotReady:
-      return core::Reason::kRateNotReady;
-    case PriorStatus::kTemperatureMissing:
-      break;
+    case PriorStatus::kReady: return core::Reason::kNone;
+    case PriorStatus::kRateNotReady: return core::Reason::kRateNotReady;
+    case PriorStatus::kTemperatureMissing: break;
   }
   return drift_radps(axis) ? core::Reason::kTemperatureStale : core::Reason::kTemperatureMissing;
 }

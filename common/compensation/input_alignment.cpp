@@ -52,7 +52,7 @@ Admission SequenceWindow::admit(std::uint64_t sequence) noexcept {
   return Admission::kLate;
 }
 
-void StreamProgress::hear(core::SensorTime time) noexcept {
+void StreamProgress::advance(core::SensorTime time) noexcept {
   const core::SensorTime said = std::max(previous_, time);
   spoken_to_ = is_far_ahead(spoken_to_, said) ? said : std::max(spoken_to_, time);
   previous_ = time;
@@ -87,7 +87,7 @@ bool TemperatureQueue::push(const PendingTemperature& reading) noexcept {
   }
   const bool had_room = !probe.readings.full();
   probe.readings.push_overwriting(reading);
-  probe.progress.hear(reading.time);
+  probe.progress.advance(reading.time);
   probe.absent = false;
   return had_room;
 }
@@ -137,7 +137,7 @@ void TemperatureQueue::restart_ended() noexcept {
 void ReferenceQueue::push(const core::RateReferenceSample& reference) noexcept {
   if (ended_) restart();
   queue_.push_overwriting(reference);
-  progress_.hear(reference.time);
+  progress_.advance(reference.time);
   expected_ = reference.kind != core::ReferenceKind::kRateTable;
 }
 

@@ -59,7 +59,7 @@ class SequenceWindow {
 // two readings, so that one wild stamp neither ends the waiting for good nor starts it anew.
 class StreamProgress {
  public:
-  void hear(core::SensorTime time) noexcept;
+  void advance(core::SensorTime time) noexcept;
   [[nodiscard]] core::SensorTime spoken_to() const noexcept { return spoken_to_; }
 
   // Its state (core/state_archive.h).

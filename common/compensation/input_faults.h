@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What people are told where the input itself is wrong; by the service as events, by commands as
+// What people read where the input itself is wrong; by the service as events, by commands as
 // lines.
 #pragma once
 

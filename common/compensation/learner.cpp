@@ -21,7 +21,7 @@ namespace {
 constexpr double kNarrowestGamma = 1.0;
 constexpr double kScaleInSigmas = 100.0;
 constexpr double kSmallestWeight = 1e-4;
-constexpr int kSettleRounds = 8;
+constexpr int kFinishRounds = 8;
 constexpr int kRelearnRounds = 64;  // of all samples together, at another kernel
 constexpr double kSmallestScaleRadps =
     1e-10;  // 2e-5 deg/h: keeps a noise-free record from dividing by zero
@@ -82,7 +82,7 @@ void AxisLearner::learn(const AxisLabel& label) noexcept {
     judge_.restart();
     if (stack_) stack_->restart();
   }
-  // The stack is told what the SVR says of the label before that learns it.
+  // The stack is given what the SVR says of the label before that learns it.
   if (stack_ && label.features) stack_->learn(label);
   std::size_t slot = regression::SampleWindow::kNoSlot;
   if (label.features) {
@@ -128,7 +128,7 @@ std::size_t AxisLearner::add(const AxisLabel& label) noexcept {
   auto report = svr_.add(x, y, weight);
   // A label in some seconds leaves time to finish what an event budget cut short; the bound keeps
   // one job bounded.
-  for (int round = 0; round < kSettleRounds && !svr_.is_settled(); ++round) svr_.settle();
+  for (int round = 0; round < kFinishRounds && !svr_.has_finished(); ++round) svr_.finish_pending();
   if (report.outcome == regression::UpdateOutcome::kBusy) report = svr_.add(x, y, weight);
   ++labels_;
   return report.slot;
@@ -168,8 +168,9 @@ void AxisLearner::reselect_kernel() {
     std::array<double, regression::kMaxDimension> x{};
     for (std::size_t d = 0; d < dimension; ++d) x[d] = svr_.feature(slots[i], d);
     svr.add({x.data(), dimension}, targets[i], svr_.weight(slots[i]));
-    for (; rounds < kRelearnRounds && !svr.is_settled(); ++rounds) svr.settle();
-    if (!svr.is_settled()) return;  // a kernel that the samples don't settle with is none to take
+    for (; rounds < kRelearnRounds && !svr.has_finished(); ++rounds) svr.finish_pending();
+    if (!svr.has_finished())
+      return;  // a kernel that the samples aren't learned with is none to take
   }
   svr_ = std::move(svr);
   for (std::size_t i = 0; i < minute_.size(); ++i)

@@ -35,8 +35,8 @@ bool ModelSchedule::is_awaited(core::SensorTime now) noexcept {
 ModelSchedule::Step ModelSchedule::step(core::SensorTime now) noexcept {
   if (due_.empty() || due_.front().time > now) return {};
   if (exchange_.delivered(due_.front().job)) return activate_next();
-  Step late{.is_late = !due_.front().told_late};
-  due_.front().told_late = true;
+  Step late{.is_late = !due_.front().reported_late};
+  due_.front().reported_late = true;
   return late;
 }
 

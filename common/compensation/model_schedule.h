@@ -27,7 +27,7 @@ struct PriorChange {
   PriorChange(const CompensationOptions& options, const std::optional<twin::Model>& model);
 
   std::unique_ptr<DriftPrior> prior;         // the data path's, from giving it to in_force
-  std::shared_ptr<RestoredLearner> learner;  // installed_as tells the model epoch
+  std::shared_ptr<RestoredLearner> learner;  // installed_as is the model epoch
   std::uint64_t stream = 0;                  // in which `prior` was stepped last
   std::atomic<bool> in_force{false};
 };
@@ -59,7 +59,7 @@ class ModelSchedule {
 
   [[nodiscard]] const ModelSnapshot* active() const noexcept { return exchange_.active(); }
   [[nodiscard]] std::uint64_t epoch() const noexcept { return active() ? active()->epoch : 0; }
-  [[nodiscard]] bool is_settled() const noexcept { return due_.empty(); }
+  [[nodiscard]] bool is_quiescent() const noexcept { return due_.empty(); }
   [[nodiscard]] std::uint64_t newest_job() const noexcept { return jobs_; }
   // Sensor time by which the model due first is late; 0 where none is.
   [[nodiscard]] core::SensorTime late_by(core::SensorTime now) noexcept;
@@ -69,7 +69,7 @@ class ModelSchedule {
   struct DueModel {
     core::SensorTime time{0};
     std::uint64_t job = 0;
-    bool told_late = false;
+    bool reported_late = false;
     std::shared_ptr<PriorChange> change{};
   };
   Step activate_next() noexcept;

@@ -42,7 +42,7 @@ struct OptionKey {
   Decides decides = Decides::kAnswers;
   const char* text = "";  // what it means, for the reference page
   OptionRange range{};
-  double si_per_unit = 1.0;  // rad/s for a key in deg/h; the name's ending tells the unit
+  double si_per_unit = 1.0;  // rad/s for a key in deg/h; the name's ending says the unit
   // Why a file may not give the key beside the values before it; null where it may.
   const char* refused = nullptr;
   // A member without a key of its own: part of the identity, not of the file.

@@ -21,7 +21,7 @@ class ValuesOf : public OptionTextVisitor {
   explicit ValuesOf(Decides decides) : decides_(decides) {}
   std::vector<OptionValue> values;
 
-  // The last key: where there is no prior there is none, and a prior too many is told as such.
+  // The last key: where there is no prior there is none, and a prior too many is refused as such.
   void model(const OptionKey& key, std::optional<twin::Model>& value) override {
     if (value) OptionTextVisitor::model(key, value);
   }

@@ -77,9 +77,9 @@ void ReferenceInputs::correct(core::SensorTime now, std::uint64_t model_epoch, b
   const core::RateReferenceSample* residual =
       residuals_.at(now - kFeedbackDelay, kOldestReference - kFeedbackDelay);
   if (residual != nullptr && residual->valid != core::PerAxis<bool>{} &&
-      residual->time != heard_residual_) {
-    heard_residual_ = residual->time;
-    count(correction_.hear(*residual, at_rest, forecast));
+      residual->time != taken_residual_) {
+    taken_residual_ = residual->time;
+    count(correction_.take(*residual, at_rest, forecast));
   }
   correction_.step(now);
 }
@@ -101,7 +101,7 @@ void ReferenceInputs::forget_time() noexcept {
   if (options_.await_feedback) rests_.expect();
 }
 
-bool ReferenceInputs::has_heard(const core::RateReferenceSample& sample) const noexcept {
+bool ReferenceInputs::has_received(const core::RateReferenceSample& sample) const noexcept {
   return sample.time <= queue_of(sample.kind).spoken_to();
 }
 

@@ -35,7 +35,7 @@ class ReferenceInputs {
   // where it counts as drift, rest can't be taken for a true rate.
   [[nodiscard]] const core::RateReferenceSample* rest(core::SensorTime now,
                                                       EarthRateMode mode) noexcept;
-  // Hears the residual that came due and moves the correction on to `now`.
+  // Takes the residual that came due and moves the correction on to `now`.
   void correct(core::SensorTime now, std::uint64_t model_epoch, bool at_rest,
                const core::PerAxis<OwnForecast>& forecast) noexcept;
   [[nodiscard]] double correction_radps(std::size_t axis) const noexcept {
@@ -46,17 +46,17 @@ class ReferenceInputs {
   void restart_ended() noexcept;
   // Their time began anew.
   void restart() noexcept;
-  // The rates' time began anew: what was heard of the time before is void.
+  // The rates' time began anew: what was received of the time before is void.
   void forget_time() noexcept;
 
   // Part of the state already.
-  [[nodiscard]] bool has_heard(const core::RateReferenceSample& sample) const noexcept;
+  [[nodiscard]] bool has_received(const core::RateReferenceSample& sample) const noexcept;
   // By verdict: when they came, residuals when due.
   [[nodiscard]] const ReferenceCounts& counts() const noexcept { return counts_; }
 
   // Its state (core/state_archive.h).
   void carry(core::StateArchive& archive) {
-    archive(true_rates_, rests_, residuals_, correction_, counts_, refused_rest_, heard_residual_);
+    archive(true_rates_, rests_, residuals_, correction_, counts_, refused_rest_, taken_residual_);
   }
 
  private:
@@ -71,7 +71,7 @@ class ReferenceInputs {
   ResidualCorrection correction_;
   ReferenceCounts counts_{};
   core::SensorTime refused_rest_{core::kNever};  // counted
-  core::SensorTime heard_residual_{core::kNever};
+  core::SensorTime taken_residual_{core::kNever};
 };
 
 }  // namespace zerodrift::compensation

@@ -23,12 +23,9 @@ bool has_axis(const core::RateReferenceSample& reference) {
 
 ReferencePolicy policy_of(const ReferenceOptions& options, ReferenceKind kind) {
   switch (kind) {
-    case ReferenceKind::kRest:
-      return options.rest;
-    case ReferenceKind::kNavigationResidual:
-      return options.navigation_residual;
-    default:
-      return options.truth;
+    case ReferenceKind::kRest: return options.rest;
+    case ReferenceKind::kNavigationResidual: return options.navigation_residual;
+    default: return options.truth;
   }
 }
 

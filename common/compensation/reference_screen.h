@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which rate references are heard, and why others are not.
+// Which rate references are used, and why others are not.
 #pragma once
 
 #include <array>
@@ -23,7 +23,7 @@ struct ReferenceOptions {
   // A filter's opinion of the drift in motion (residual_correction.h).
   ReferencePolicy navigation_residual = ReferencePolicy::kRefuse;
   // With records and simulations: rest references are waited for from the first sample on, not only
-  // once one was heard; then nothing depends on who came first.
+  // once one was received; then nothing depends on who came first.
   bool await_feedback = false;
   double largest_rest_sigma_radps = core::radps_from_deg_h(1.0);
   double largest_residual_sigma_radps = core::radps_from_deg_h(0.3);
@@ -58,10 +58,6 @@ constexpr std::string_view name(ReferenceVerdict verdict) {
       "no_forecast",  "at_rest",         "implausible",         "distrusted",
       "time_unusable"};
   return kNames[static_cast<std::size_t>(verdict)];
-}
-// Taken and empty ones are as they should be.
-constexpr bool is_refusal(ReferenceVerdict verdict) {
-  return verdict != ReferenceVerdict::kTaken && verdict != ReferenceVerdict::kEmpty;
 }
 
 using ReferenceCounts = std::array<std::uint64_t, kReferenceVerdicts>;

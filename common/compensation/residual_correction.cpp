@@ -30,7 +30,7 @@ bool ResidualCorrection::was_in_force(std::uint64_t epoch, core::SensorTime time
   return false;
 }
 
-ReferenceVerdict ResidualCorrection::hear(const core::RateReferenceSample& residual, bool at_rest,
+ReferenceVerdict ResidualCorrection::take(const core::RateReferenceSample& residual, bool at_rest,
                                           const core::PerAxis<OwnForecast>& forecast) noexcept {
   if (at_rest) return ReferenceVerdict::kAtRest;
   if (refused_in_row_ >= kRefusalsBeforeDistrust) return ReferenceVerdict::kDistrusted;

@@ -13,7 +13,7 @@
 //
 // and the correction goes there at a limited slew. It fades with correction_memory_s, ends at once
 // when the next label is learned (which measures the drift anew: never two corrections of one
-// thing), and several refusals in a row end it too: then the filter is not heard until that label.
+// thing), and several refusals in a row end it too: then the filter is not used until that label.
 // The published variance stays the forecast's: the filter's opinion rests on the same samples.
 //
 // O(1) a sample, no allocation, deterministic in sensor time.
@@ -41,7 +41,7 @@ class ResidualCorrection {
   // The model in force from this sample on.
   void note_epoch(core::SensorTime time, std::uint64_t epoch) noexcept;
   // A residual that came due, each once.
-  ReferenceVerdict hear(const core::RateReferenceSample& residual, bool at_rest,
+  ReferenceVerdict take(const core::RateReferenceSample& residual, bool at_rest,
                         const core::PerAxis<OwnForecast>& forecast) noexcept;
   void step(core::SensorTime time) noexcept;
   void restart() noexcept;

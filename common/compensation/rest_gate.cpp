@@ -21,16 +21,11 @@ constexpr double kSmallestSigma = 1e-13;  // rad/s; keeps a noise-free input fro
 
 core::Reason reason_of(RestState state) noexcept {
   switch (state) {
-    case RestState::kInitial:
-      return core::Reason::kNoEstimateYet;
-    case RestState::kMotion:
-      return core::Reason::kMotion;
-    case RestState::kLevelImplausible:
-      return core::Reason::kLevelImplausible;
-    case RestState::kSettling:
-      return core::Reason::kSettling;
-    case RestState::kRest:
-      break;
+    case RestState::kInitial: return core::Reason::kNoEstimateYet;
+    case RestState::kMotion: return core::Reason::kMotion;
+    case RestState::kLevelImplausible: return core::Reason::kLevelImplausible;
+    case RestState::kSettling: return core::Reason::kSettling;
+    case RestState::kRest: break;
   }
   return core::Reason::kNone;
 }
@@ -61,7 +56,7 @@ RestState RestGate::add(const DriftBlock& block) noexcept {
   if (state_ == RestState::kMotion || state_ == RestState::kLevelImplausible) {
     begin_settling(block.begin);
   }
-  if (state_ == RestState::kSettling) settle(block);
+  if (state_ == RestState::kSettling) average(block);
   if (state_ == RestState::kRest) track(block);
   return state_;
 }
@@ -186,7 +181,7 @@ void RestGate::begin_settling(core::SensorTime since) noexcept {
   }
 }
 
-void RestGate::settle(const DriftBlock& block) noexcept {
+void RestGate::average(const DriftBlock& block) noexcept {
   for (const auto axis : kAxes) {
     if (block.count[index(axis)] == 0) continue;
     axes_[index(axis)].settling += block.mean_radps[index(axis)];
@@ -194,11 +189,11 @@ void RestGate::settle(const DriftBlock& block) noexcept {
   }
   if (core::seconds(block.end - still_since_) < options_.dwell_s) return;
   state_ = RestState::kRest;
-  adopt_settled();
+  adopt_average();
 }
 
 // The drift went on while the gyro moved: the level begins anew at the mean of the dwell.
-void RestGate::adopt_settled() noexcept {
+void RestGate::adopt_average() noexcept {
   for (AxisState& state : axes_) {
     if (!state.known || state.settling_blocks == 0) continue;
     state.level = state.settling / static_cast<double>(state.settling_blocks);

@@ -113,8 +113,8 @@ class RestGate {
   [[nodiscard]] bool departs(const DriftBlock& block) const noexcept;
   [[nodiscard]] bool level_implausible(const DriftBlock& block) const noexcept;
   void begin_settling(core::SensorTime since) noexcept;
-  void settle(const DriftBlock& block) noexcept;
-  void adopt_settled() noexcept;
+  void average(const DriftBlock& block) noexcept;
+  void adopt_average() noexcept;
   void track(const DriftBlock& block) noexcept;
 
   RestGateOptions options_;

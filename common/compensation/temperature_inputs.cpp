@@ -55,7 +55,7 @@ TemperatureInputs::TemperatureInputs(const CompensationOptions& options, double 
 void TemperatureInputs::push(const core::TemperatureSample& sample) noexcept {
   const auto probe = std::find(probes_.begin(), probes_.end(), sample.probe);
   if (probe == probes_.end()) return;
-  ++heard_;
+  ++received_;
   const bool usable =
       sample.measured && std::abs(sample.temperature_degc) <= core::kLargestTemperatureDegc;
   const bool timely = core::is_usable(sample.time);
@@ -140,12 +140,9 @@ core::Reason TemperatureInputs::reason(thermal::FeatureStatus status,
   switch (status) {
     case thermal::FeatureStatus::kReady:
       return one_is_stuck(now) ? core::Reason::kProbeStuck : core::Reason::kNone;
-    case thermal::FeatureStatus::kNoTemperature:
-      return core::Reason::kTemperatureMissing;
-    case thermal::FeatureStatus::kTemperatureStale:
-      return core::Reason::kTemperatureStale;
-    default:
-      return core::Reason::kRateNotReady;
+    case thermal::FeatureStatus::kNoTemperature: return core::Reason::kTemperatureMissing;
+    case thermal::FeatureStatus::kTemperatureStale: return core::Reason::kTemperatureStale;
+    default: return core::Reason::kRateNotReady;
   }
 }
 
@@ -163,7 +160,7 @@ bool TemperatureInputs::is_stale(core::SensorTime now) const noexcept {
   return !age || *age > stale_after_;
 }
 
-bool TemperatureInputs::has_heard(const core::TemperatureSample& sample) const noexcept {
+bool TemperatureInputs::has_received(const core::TemperatureSample& sample) const noexcept {
   const auto probe = std::find(probes_.begin(), probes_.end(), sample.probe);
   if (probe == probes_.end()) return true;
   return sample.time <= queue_.spoken_to(static_cast<std::size_t>(probe - probes_.begin()));

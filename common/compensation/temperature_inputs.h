@@ -35,7 +35,7 @@ class TemperatureInputs {
   void note_rate() noexcept { queue_.note_rate(); }
   // Whoever published the probe left.
   void end(std::size_t probe) noexcept { queue_.end(probe); }
-  // Probes that are not among those named, separated by commas, and were never heard, are not
+  // Probes that are not among those named, separated by commas, and never came, are not
   // waited for.
   void limit(std::string_view published) noexcept;
   void give_up_waiting(core::SensorTime rate_time) noexcept;
@@ -73,8 +73,8 @@ class TemperatureInputs {
   [[nodiscard]] bool is_stale(core::SensorTime now) const noexcept;
 
   // Part of the state already.
-  [[nodiscard]] bool has_heard(const core::TemperatureSample& sample) const noexcept;
-  [[nodiscard]] std::uint64_t heard() const noexcept { return heard_; }
+  [[nodiscard]] bool has_received(const core::TemperatureSample& sample) const noexcept;
+  [[nodiscard]] std::uint64_t received() const noexcept { return received_; }
   // Not finite, implausible, late.
   [[nodiscard]] std::uint64_t refused() const noexcept { return refused_; }
 
@@ -82,7 +82,7 @@ class TemperatureInputs {
   void carry(core::StateArchive& archive) {
     archive(queue_);
     for (auto& track : tracks_) archive(track);
-    archive(thermal_, heard_, refused_);
+    archive(thermal_, received_, refused_);
   }
 
  private:
@@ -108,7 +108,7 @@ class TemperatureInputs {
   std::vector<thermal::TemperatureTrack> tracks_;
   experts::ThermalMemory thermal_;
   std::vector<PriorReading> readings_;
-  std::uint64_t heard_ = 0;
+  std::uint64_t received_ = 0;
   std::uint64_t refused_ = 0;
 };
 

@@ -59,58 +59,35 @@ inline constexpr std::size_t kRungs = 6;
 
 constexpr std::string_view name(Mode mode) {
   switch (mode) {
-    case Mode::kPassthrough:
-      return "passthrough";
-    case Mode::kLearning:
-      return "learning";
-    case Mode::kFrozen:
-      return "frozen";
-    case Mode::kFallback:
-      return "fallback";
-    case Mode::kOutOfDomain:
-      return "out_of_domain";
-    case Mode::kHolding:
-      return "holding";
+    case Mode::kPassthrough: return "passthrough";
+    case Mode::kLearning: return "learning";
+    case Mode::kFrozen: return "frozen";
+    case Mode::kFallback: return "fallback";
+    case Mode::kOutOfDomain: return "out_of_domain";
+    case Mode::kHolding: return "holding";
   }
   return "unknown";
 }
 
 constexpr std::string_view name(Reason reason) {
   switch (reason) {
-    case Reason::kNone:
-      return "none";
-    case Reason::kNoEstimateYet:
-      return "no_estimate_yet";
-    case Reason::kInitialSet:
-      return "initial_set";
-    case Reason::kMotion:
-      return "motion";
-    case Reason::kEarthRateUnknown:
-      return "earth_rate_unknown";
-    case Reason::kLevelImplausible:
-      return "level_implausible";
-    case Reason::kCommanded:
-      return "commanded";
-    case Reason::kTemperatureMissing:
-      return "temperature_missing";
-    case Reason::kTemperatureStale:
-      return "temperature_stale";
-    case Reason::kProbeStuck:
-      return "probe_stuck";
-    case Reason::kRateNotReady:
-      return "temperature_rate_not_ready";
-    case Reason::kModelWorseThanBias:
-      return "model_worse_than_bias";
-    case Reason::kOutsideLearned:
-      return "outside_learned";
-    case Reason::kInvalidInput:
-      return "invalid_input";
-    case Reason::kSchemeNone:
-      return "scheme_none";
-    case Reason::kSettling:
-      return "settling";
-    case Reason::kPolarityReversed:
-      return "polarity_reversed";
+    case Reason::kNone: return "none";
+    case Reason::kNoEstimateYet: return "no_estimate_yet";
+    case Reason::kInitialSet: return "initial_set";
+    case Reason::kMotion: return "motion";
+    case Reason::kEarthRateUnknown: return "earth_rate_unknown";
+    case Reason::kLevelImplausible: return "level_implausible";
+    case Reason::kCommanded: return "commanded";
+    case Reason::kTemperatureMissing: return "temperature_missing";
+    case Reason::kTemperatureStale: return "temperature_stale";
+    case Reason::kProbeStuck: return "probe_stuck";
+    case Reason::kRateNotReady: return "temperature_rate_not_ready";
+    case Reason::kModelWorseThanBias: return "model_worse_than_bias";
+    case Reason::kOutsideLearned: return "outside_learned";
+    case Reason::kInvalidInput: return "invalid_input";
+    case Reason::kSchemeNone: return "scheme_none";
+    case Reason::kSettling: return "settling";
+    case Reason::kPolarityReversed: return "polarity_reversed";
   }
   return "unknown";
 }
@@ -125,8 +102,7 @@ constexpr bool passes_by_itself(Reason reason) {
     case Reason::kRateNotReady:
     case Reason::kModelWorseThanBias:
     case Reason::kOutsideLearned:
-    case Reason::kSettling:
-      return true;
+    case Reason::kSettling: return true;
     case Reason::kEarthRateUnknown:
     case Reason::kLevelImplausible:
     case Reason::kCommanded:
@@ -135,26 +111,19 @@ constexpr bool passes_by_itself(Reason reason) {
     case Reason::kProbeStuck:
     case Reason::kInvalidInput:
     case Reason::kSchemeNone:
-    case Reason::kPolarityReversed:
-      return false;
+    case Reason::kPolarityReversed: return false;
   }
   return false;
 }
 
 constexpr std::string_view name(Rung rung) {
   switch (rung) {
-    case Rung::kNone:
-      return "none";
-    case Rung::kFactoryPolynomial:
-      return "factory_polynomial";
-    case Rung::kStationaryBias:
-      return "stationary_bias";
-    case Rung::kOnlineSvr:
-      return "online_svr";
-    case Rung::kPrior:
-      return "prior";
-    case Rung::kStack:
-      return "stack";
+    case Rung::kNone: return "none";
+    case Rung::kFactoryPolynomial: return "factory_polynomial";
+    case Rung::kStationaryBias: return "stationary_bias";
+    case Rung::kOnlineSvr: return "online_svr";
+    case Rung::kPrior: return "prior";
+    case Rung::kStack: return "stack";
   }
   return "unknown";
 }

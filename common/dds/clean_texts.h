@@ -18,57 +18,44 @@ void clean_text(eprosima::fastrtps::fixed_string<kLongest>& text) {
   if (!core::is_one_line(raw)) text = core::one_line(raw).c_str();
 }
 
+template <typename... Texts>
+void clean(Texts&... texts) {
+  (clean_text(texts), ...);
+}
+
 // A message without a text stays as it is.
 template <typename Message>
 void clean_texts(Message&) {}
 
 inline void clean_texts(msg::Temperature& message) {
-  clean_text(message.probe());
+  clean(message.probe());
 }
 
 inline void clean_texts(msg::ServiceStatus& message) {
-  clean_text(message.service());
-  clean_text(message.host());
-  clean_text(message.summary());
-  for (msg::Metric& metric : message.metrics()) {
-    clean_text(metric.name());
-    clean_text(metric.unit());
-  }
+  clean(message.service(), message.host(), message.summary());
+  for (msg::Metric& metric : message.metrics()) clean(metric.name(), metric.unit());
 }
 
 inline void clean_texts(msg::Event& message) {
-  clean_text(message.service());
-  clean_text(message.code());
-  clean_text(message.text());
+  clean(message.service(), message.code(), message.text());
 }
 
 inline void clean_texts(msg::Command& message) {
-  clean_text(message.service());
-  clean_text(message.name());
-  clean_text(message.argument());
-  clean_text(message.issuer());
+  clean(message.service(), message.name(), message.argument(), message.issuer());
 }
 
 inline void clean_texts(msg::CommandReply& message) {
-  clean_text(message.service());
-  clean_text(message.text());
+  clean(message.service(), message.text());
 }
 
 inline void clean_texts(msg::ReplayProgress& message) {
-  clean_text(message.consumer());
-  clean_text(message.probes());
+  clean(message.consumer(), message.probes());
 }
 
 inline void clean_texts(msg::TwinReport& message) {
-  clean_text(message.verdict());
-  clean_text(message.model());
-  clean_text(message.record());
-  clean_text(message.text());
-  clean_text(message.next_experiment());
-  for (msg::NamedEffect& effect : message.effects()) {
-    clean_text(effect.name());
-    clean_text(effect.alternatives());
-  }
+  clean(message.verdict(), message.model(), message.record(), message.text(),
+        message.next_experiment());
+  for (msg::NamedEffect& effect : message.effects()) clean(effect.name(), effect.alternatives());
 }
 
 }  // namespace zerodrift::dds

@@ -6,8 +6,7 @@
 namespace zerodrift::dds {
 
 // Start-up trouble with the middleware: one clear line.
-class DdsError : public std::runtime_error {
- public:
+struct DdsError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 

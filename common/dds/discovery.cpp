@@ -84,7 +84,8 @@ void Discovery::on_participant_discovery(fdds::DomainParticipant*,
   }
   peers_.erase(prefix);
   std::erase_if(remotes_, [&](const auto& entry) { return entry.first.guidPrefix == prefix; });
-  std::erase_if(told_unmet_, [&](const auto& told) { return told.second.guidPrefix == prefix; });
+  std::erase_if(reported_unmet_,
+                [&](const auto& reported) { return reported.second.guidPrefix == prefix; });
 }
 
 void Discovery::compare_shared_memory(const Prefix& prefix, const std::string& place) {
@@ -96,7 +97,7 @@ void Discovery::compare_shared_memory(const Prefix& prefix, const std::string& p
       {.kind = Kind::kSharedMemoryNotShared, .peer = name_of(prefix), .detail = std::move(reason)});
 }
 
-// The middleware tells of the participant's own endpoints too, but not of the participant.
+// The middleware reports the participant's own endpoints too, but not of the participant.
 void Discovery::note_own(const fdds::DomainParticipant* participant, const Prefix& prefix) {
   if (participant == nullptr || participant->guid().guidPrefix != prefix) return;
   own_ = prefix;
@@ -137,14 +138,14 @@ void Discovery::note_remote(const Guid& guid, Remote remote) {
 
 void Discovery::gone(const Guid& guid) {
   remotes_.erase(guid);
-  std::erase_if(told_unmet_, [&](const auto& told) { return told.second == guid; });
+  std::erase_if(reported_unmet_, [&](const auto& reported) { return reported.second == guid; });
 }
 
 // The middleware passes over an endpoint of another type without a word.
 void Discovery::compare_types(const Endpoint& endpoint, const Guid& guid, const Remote& remote) {
   if (remote.topic != endpoint.spec.name || remote.type == endpoint.spec.type) return;
   if (remote.direction == endpoint.direction) return;
-  if (!told_unmet_.insert({&endpoint, guid}).second) return;
+  if (!reported_unmet_.insert({&endpoint, guid}).second) return;
   add(&endpoint,
       {.kind = Kind::kTypeMismatch,
        .topic = endpoint.spec.name,
@@ -170,13 +171,13 @@ void Discovery::note_unmet(const Endpoint& endpoint, const std::string& policy) 
   const Terms ours = terms_of(endpoint.spec);
   const bool is_writer = endpoint.direction == Direction::kWriter;
   const std::lock_guard lock(mutex_);
-  bool told = false;
+  bool reported = false;
   for (const auto& [guid, remote] : remotes_) {
     if (remote.direction == endpoint.direction || remote.topic != endpoint.spec.name) continue;
     const auto policies = is_writer ? unmet(ours, remote.terms) : unmet(remote.terms, ours);
     if (policies.empty()) continue;
-    told = true;
-    if (!told_unmet_.insert({&endpoint, guid}).second) continue;
+    reported = true;
+    if (!reported_unmet_.insert({&endpoint, guid}).second) continue;
     for (const Policy unmet_policy : policies) {
       add(&endpoint,
           {.kind = Kind::kIncompatibleQos,
@@ -188,7 +189,7 @@ void Discovery::note_unmet(const Endpoint& endpoint, const std::string& policy) 
                      described(unmet_policy, ours) + "; no sample passes"});
     }
   }
-  if (told) return;
+  if (reported) return;
   add(&endpoint,
       {.kind = Kind::kIncompatibleQos,
        .topic = endpoint.spec.name,
@@ -204,15 +205,15 @@ void Discovery::enter(Endpoint& endpoint) {
   for (const auto& [guid, remote] : remotes_) compare_types(endpoint, guid, remote);
 }
 
-// What it lost is still told.
+// What it lost is still reported.
 void Discovery::leave(Endpoint& endpoint) {
   const std::lock_guard lock(mutex_);
   add_counted(endpoint);
   std::erase(endpoints_, &endpoint);
-  std::erase_if(told_unmet_, [&](const auto& told) { return told.first == &endpoint; });
+  std::erase_if(reported_unmet_, [&](const auto& reported) { return reported.first == &endpoint; });
 }
 
-void Discovery::tell(const EndpointObserver& otherwise) {
+void Discovery::report(const EndpointObserver& otherwise) {
   std::vector<Pending> pending;
   {
     const std::lock_guard lock(mutex_);
@@ -303,20 +304,20 @@ RemoteEndpoint Discovery::seen_from_here(const Guid& guid, const Remote& remote,
 
 void Discovery::add_counted(Endpoint& endpoint) {
   const auto add_new = [&](Kind kind, const std::atomic<std::uint64_t>& counter,
-                           std::uint64_t& told, const std::string& what) {
+                           std::uint64_t& reported, const std::string& what) {
     const std::uint64_t now = counter.load(std::memory_order_relaxed);
-    if (now == told) return;
+    if (now == reported) return;
     add(&endpoint, {.kind = kind,
                     .topic = endpoint.spec.name,
                     .peer = writers_of(endpoint.spec.name),
                     .detail = what,
-                    .count = now - told});
-    told = now;
+                    .count = now - reported});
+    reported = now;
   };
   const std::string from = " of " + writers_of(endpoint.spec.name);
-  add_new(Kind::kSampleLost, endpoint.samples_lost, endpoint.told_lost,
+  add_new(Kind::kSampleLost, endpoint.samples_lost, endpoint.reported_lost,
           "samples" + from + " were lost on the way");
-  add_new(Kind::kSampleRejected, endpoint.samples_rejected, endpoint.told_rejected,
+  add_new(Kind::kSampleRejected, endpoint.samples_rejected, endpoint.reported_rejected,
           "samples" + from + " were rejected: the reader's history is full");
 }
 
@@ -325,8 +326,8 @@ void Discovery::add_silences(Endpoint& endpoint) {
   if (deadline.count() == 0) return;
   const std::string longer =
       " nothing for more than " + milliseconds(std::chrono::nanoseconds(deadline).count());
-  if (endpoint.heard != nullptr) {
-    for (const auto& [writer, gyro_id, times] : endpoint.heard->silent(deadline)) {
+  if (endpoint.deadlines != nullptr) {
+    for (const auto& [writer, gyro_id, times] : endpoint.deadlines->silent(deadline)) {
       add(&endpoint, {.kind = Kind::kDeadlineMissed,
                       .topic = endpoint.spec.name,
                       .peer = name_of(writer.guidPrefix),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Who the other participants are, what their endpoints offer and ask for, and what the middleware
-// noticed about ours: gathered on the middleware's threads, told on the thread that asks for it.
+// noticed about ours: gathered on the middleware's threads, reported on the thread that asks.
 #pragma once
 
 #include <fastdds/rtps/common/Guid.h>
@@ -21,10 +21,10 @@
 #include <utility>
 #include <vector>
 
-#include "common/dds/heard_writers.h"
 #include "common/dds/matching_terms.h"
 #include "common/dds/shared_memory.h"
 #include "common/dds/topics.h"
+#include "common/dds/writer_deadlines.h"
 
 namespace zerodrift::dds {
 
@@ -35,10 +35,10 @@ struct EndpointEvent {
     kTypeMismatch,  // the topic's name with another type
     kSampleLost,
     kSampleRejected,
-    kDeadlineMissed,  // a silence longer than the topic's deadline; told once for each
+    kDeadlineMissed,  // a silence longer than the topic's deadline; reported once for each
     kLivelinessLost,
     kLivelinessRegained,
-    kPeerLost,              // a participant was not heard of for the participants' lease
+    kPeerLost,              // no sign of a participant for the participants' lease
     kSharedMemoryNotShared  // both would use it, and no sample would pass
   };
   Kind kind = Kind::kIncompatibleQos;
@@ -46,7 +46,7 @@ struct EndpointEvent {
   std::string peer{};         // name of the participant at the other end; empty: nobody's
   std::string detail{};       // one clear line
   std::uint32_t gyro_id = 0;  // 0: of no gyro, or not known
-  std::uint64_t count = 1;    // how often since the last time it was told
+  std::uint64_t count = 1;    // how often since it was last reported
 };
 using EndpointObserver = std::function<void(const EndpointEvent&)>;
 
@@ -69,7 +69,7 @@ struct RemoteEndpoint {
 
 enum class Direction : std::uint8_t { kWriter, kReader };
 
-// How far discovery has come. A participant is found first, its endpoints are told afterwards.
+// How far discovery has come. A participant is found first, its endpoints are announced afterwards.
 struct Acquaintance {
   std::size_t peers = 0;       // other participants
   std::size_t unfinished = 0;  // of these: no writer of theirs is known yet
@@ -81,27 +81,27 @@ namespace detail {
 
 // One endpoint of this participant. The counts are the receiving thread's: no lock, no memory.
 struct Endpoint {
-  Endpoint(const TopicSpec& of, Direction is, EndpointObserver tells)
+  Endpoint(const TopicSpec& of, Direction is, EndpointObserver observes)
       : spec(of),
         direction(is),
-        observer(std::make_shared<const EndpointObserver>(std::move(tells))) {}
+        observer(std::make_shared<const EndpointObserver>(std::move(observes))) {}
 
   const TopicSpec& spec;
   Direction direction;
   std::shared_ptr<const EndpointObserver> observer;
   std::atomic<std::uint64_t> samples_lost{0};
   std::atomic<std::uint64_t> samples_rejected{0};
-  std::uint64_t told_lost = 0;  // by Discovery::tell()
-  std::uint64_t told_rejected = 0;
-  LastHeard written{};            // a writer's own samples
-  HeardWriters* heard = nullptr;  // a reader's
+  std::uint64_t reported_lost = 0;  // by Discovery::report()
+  std::uint64_t reported_rejected = 0;
+  DeadlineWatch written{};               // a writer's own samples
+  WriterDeadlines* deadlines = nullptr;  // a reader's
 };
 
-// Under this name participants tell each other where their shared memory is.
+// Under this name participants announce where their shared memory is.
 inline constexpr const char* kSharedMemoryProperty = "zerodrift.shared_memory";
 
-// The participant's one listener. Set it with an empty status mask: discovery is told all the same,
-// and samples stay with their readers.
+// The participant's one listener. Set it with an empty status mask: discovery is reported all the
+// same, and samples stay with their readers.
 class Discovery final : public eprosima::fastdds::dds::DomainParticipantListener {
  public:
   void on_participant_discovery(
@@ -124,9 +124,9 @@ class Discovery final : public eprosima::fastdds::dds::DomainParticipantListener
   // The middleware says that it does not let an endpoint of a peer match ours, not which peer.
   void note_unmet(const Endpoint& endpoint, const std::string& policy);
 
-  // Tells each event to its endpoint's observer, or to `otherwise` where that is empty. Not from a
+  // Gives each event to its endpoint's observer, or to `otherwise` where that is empty. Not from a
   // listener.
-  void tell(const EndpointObserver& otherwise);
+  void report(const EndpointObserver& otherwise);
 
   // What is known of the others' endpoints of this system's topics, by topic and process; at most
   // so many. Any thread.
@@ -178,7 +178,7 @@ class Discovery final : public eprosima::fastdds::dds::DomainParticipantListener
   std::optional<SharedMemoryPlace> shared_memory_;
   std::map<Guid, Remote> remotes_;
   std::vector<Endpoint*> endpoints_;
-  std::set<std::pair<const Endpoint*, Guid>> told_unmet_;
+  std::set<std::pair<const Endpoint*, Guid>> reported_unmet_;
   std::vector<Pending> pending_;
 };
 

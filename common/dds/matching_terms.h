@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What decides whether a writer and a reader match, and how that is told.
+// What decides whether a writer and a reader match, and how that is worded.
 #pragma once
 
 #include <cstdint>

@@ -153,7 +153,7 @@ bool PacketGuard::lets_in(std::span<const std::uint8_t> datagram, const rtps::Lo
   const Verdict verdict = rule_ == Rule::kPlain ? judge_plain(datagram, from, now)
                                                 : judge_secured(datagram, to, from, now);
   if (verdict == Verdict::kFine) return true;
-  tell(verdict, from);
+  report(verdict, from);
   return false;
 }
 
@@ -197,7 +197,7 @@ PacketGuard::Verdict PacketGuard::judge_sender(const ParticipantPrefix& prefix,
   return Verdict::kFine;
 }
 
-void PacketGuard::tell(Verdict verdict, const rtps::Locator_t& from) {
+void PacketGuard::report(Verdict verdict, const rtps::Locator_t& from) {
   const auto why = [&]() -> const char* {
     switch (verdict) {
       case Verdict::kMalformed:

@@ -3,7 +3,7 @@
 //
 // With and without security: lengths and fields must fit (rtps_message.h). One datagram whose
 // statistics submessage is not the last ends any process of Debian's Fast DDS 2.9.1
-// (read_statistics_submessage: its assertions are compiled in); one DATA_FRAG that tells of more
+// (read_statistics_submessage: its assertions are compiled in); one DATA_FRAG that announces more
 // than it holds makes it read beyond the datagram. And what is not encrypted must come from where
 // its participant's datagrams come from (sender_table.h).
 //
@@ -78,12 +78,12 @@ class PacketGuard {
   using Time = std::chrono::steady_clock::time_point;
   enum class Rule : std::uint8_t { kPlain, kSecured };
   PacketGuard(Rule rule, std::shared_ptr<SecurityNotices> notices);
-  // False: to be dropped; told as packet_refused or packet_replayed.
+  // False: to be dropped; reported as packet_refused or packet_replayed.
   bool lets_in(std::span<const std::uint8_t> datagram,
                const eprosima::fastrtps::rtps::Locator_t& to,
                const eprosima::fastrtps::rtps::Locator_t& from, Time now);
 
-  // What discovery tells. A participant is known once it was discovered, with security once it
+  // What discovery reports. A participant is known once it was discovered, with security once it
   // proved who it is; when it is gone its name is free again.
   void know(const ParticipantPrefix& prefix);
   void forget(const ParticipantPrefix& prefix);
@@ -100,7 +100,7 @@ class PacketGuard {
                         const eprosima::fastrtps::rtps::Locator_t& from, Time now);
   Verdict judge_sender(const ParticipantPrefix& prefix,
                        const eprosima::fastrtps::rtps::Locator_t& from, Time now);
-  void tell(Verdict verdict, const eprosima::fastrtps::rtps::Locator_t& from);
+  void report(Verdict verdict, const eprosima::fastrtps::rtps::Locator_t& from);
 
   Rule rule_;
   std::shared_ptr<SecurityNotices> notices_;

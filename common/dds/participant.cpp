@@ -339,6 +339,24 @@ fdds::Topic* Participant::topic(const TopicSpec& spec, fdds::TypeSupport type) {
   return made;
 }
 
+fdds::DataWriter* Participant::make_writer(fdds::Publisher& publisher, const TopicSpec& spec,
+                                           const fdds::TypeSupport& type,
+                                           fdds::DataWriterListener& listener) {
+  auto* made = publisher.create_datawriter(topic(spec, type), writer_qos(spec), &listener);
+  if (made != nullptr) return made;
+  throw DdsError("dds: cannot create a writer for topic '" + std::string(spec.name) + "'" +
+                 refusal());
+}
+
+fdds::DataReader* Participant::make_reader(fdds::Subscriber& subscriber, const TopicSpec& spec,
+                                           const fdds::TypeSupport& type,
+                                           fdds::DataReaderListener& listener) {
+  auto* made = subscriber.create_datareader(topic(spec, type), reader_qos(spec), &listener);
+  if (made != nullptr) return made;
+  throw DdsError("dds: cannot create a reader for topic '" + std::string(spec.name) + "'" +
+                 refusal());
+}
+
 fdds::DataWriterQos writer_qos(const TopicSpec& spec) {
   auto qos = common_qos<fdds::DataWriterQos>(spec);
   qos.reliability().max_blocking_time = duration(std::chrono::milliseconds(100));
@@ -346,9 +364,9 @@ fdds::DataWriterQos writer_qos(const TopicSpec& spec) {
   if (spec.lifespan.count() > 0) qos.lifespan().duration = duration(spec.lifespan);
   qos.reliable_writer_qos().times.heartbeatPeriod = duration(spec.heartbeat);
   qos.reliable_writer_qos().times.nackResponseDelay = duration(std::chrono::milliseconds(0));
-  // A nack of a sample sent less than this ago is not heard. Not 0: Fast DDS starts this timer with
-  // each sample that finds it stopped, before the datagram goes out, and 0 wakes its event thread
-  // with every sample (DECISIONS.md).
+  // A nack of a sample sent less than this ago is not obeyed. Not 0: Fast DDS starts this timer
+  // with each sample that finds it stopped, before the datagram goes out, and 0 resumes its event
+  // thread with every sample (DECISIONS.md).
   qos.reliable_writer_qos().times.nackSupressionDuration = duration(spec.heartbeat);
   return qos;
 }
@@ -386,7 +404,7 @@ void ReaderListener::on_subscription_matched(fdds::DataReader*,
   matched_.store(status.current_count, std::memory_order_release);
   if (status.current_count_change >= 0) return;
   const rtps::GUID_t writer = iHandle2GUID(status.last_publication_handle);
-  heard_.forget(writer);
+  deadlines_.forget(writer);
   {
     const std::lock_guard lock(silent_mutex_);
     silent_.erase(writer);
@@ -405,7 +423,7 @@ void ReaderListener::on_liveliness_changed(fdds::DataReader*,
     }
     discovery_.note(endpoint_, Kind::kLivelinessLost, writer,
                     "wrote nothing for " + ms(endpoint_.spec.lease));
-    heard_.forget(writer);
+    deadlines_.forget(writer);
     on_writer_gone(writer, Departure::kSilent);
   } else if (status.alive_count_change > 0) {
     {
@@ -421,7 +439,7 @@ void ReaderListener::on_requested_incompatible_qos(
   discovery_.note_unmet(endpoint_, policy_name(status.last_policy_id));
 }
 
-// These two are the receiving thread's: counted, told later.
+// These two are the receiving thread's: counted, reported later.
 void ReaderListener::on_sample_lost(fdds::DataReader*, const fdds::SampleLostStatus& status) {
   endpoint_.samples_lost.store(static_cast<std::uint64_t>(status.total_count),
                                std::memory_order_relaxed);

@@ -66,12 +66,12 @@ class Participant {
   Participant(const Participant&) = delete;
   Participant& operator=(const Participant&) = delete;
 
-  // Tells what the middleware noticed since the last call, each event to its endpoint's observer,
+  // Reports what the middleware noticed since the last call, each event to its endpoint's observer,
   // or to `otherwise` where it has none. Observers run here and nowhere else: an endpoint's trouble
   // never holds up its samples. Not from a reader's callback.
-  void tell_events(const EndpointObserver& otherwise = {}) { discovery_.tell(otherwise); }
+  void report_events(const EndpointObserver& otherwise = {}) { discovery_.report(otherwise); }
   // What was refused since the last call: malformed datagrams, and with security much more. As
-  // tell_events().
+  // report_events().
   std::vector<SecurityNotice> take_security_notices();
   // When the oldest datagram came (steady_ns()) that a receiving thread is still busy with, the
   // callbacks of its samples among it; none: all wait for datagrams. Any thread.
@@ -101,6 +101,15 @@ class Participant {
   // Made when first asked for.
   eprosima::fastdds::dds::Publisher* publisher(const Partitions& partitions);
   eprosima::fastdds::dds::Subscriber* subscriber(const Partitions& partitions);
+  // Throw DdsError where the middleware makes none.
+  eprosima::fastdds::dds::DataWriter* make_writer(
+      eprosima::fastdds::dds::Publisher& publisher, const TopicSpec& spec,
+      const eprosima::fastdds::dds::TypeSupport& type,
+      eprosima::fastdds::dds::DataWriterListener& listener);
+  eprosima::fastdds::dds::DataReader* make_reader(
+      eprosima::fastdds::dds::Subscriber& subscriber, const TopicSpec& spec,
+      const eprosima::fastdds::dds::TypeSupport& type,
+      eprosima::fastdds::dds::DataReaderListener& listener);
   // ": <reason>" where security refused something just now, else empty.
   [[nodiscard]] std::string refusal() const;
 
@@ -113,10 +122,10 @@ class Participant {
   std::map<Partitions, eprosima::fastdds::dds::Subscriber*> subscribers_;
 };
 
-// How a writer went: one that only fell silent may be standing still, and be heard again.
+// How a writer went: one that only fell silent may be standing still, and write again.
 enum class Departure : std::uint8_t {
   kSilent,  // it wrote nothing for the topic's lease
-  kLeft     // it was deleted, or its process was not heard of for the participants' lease
+  kLeft     // it was deleted, or its process gave no sign for the participants' lease
 };
 
 eprosima::fastdds::dds::DataWriterQos writer_qos(const TopicSpec& spec);
@@ -168,7 +177,7 @@ class WriterListener : public eprosima::fastdds::dds::DataWriterListener {
   [[nodiscard]] bool met_foreign() const { return foreign_.load(); }
   // Before each sample; the writing thread.
   void note_write(bool deadline_applies) noexcept {
-    endpoint_.written.hear(steady_ns(), deadline_applies, endpoint_.spec.deadline);
+    endpoint_.written.note(steady_ns(), deadline_applies, endpoint_.spec.deadline);
   }
 
  private:
@@ -189,7 +198,7 @@ class ReaderListener : public eprosima::fastdds::dds::DataReaderListener {
  public:
   ReaderListener(Discovery& discovery, const TopicSpec& spec, EndpointObserver observer)
       : discovery_(discovery), endpoint_(spec, Direction::kReader, std::move(observer)) {
-    endpoint_.heard = &heard_;
+    endpoint_.deadlines = &deadlines_;
     discovery_.enter(endpoint_);
   }
   ~ReaderListener() override { discovery_.leave(endpoint_); }
@@ -209,14 +218,14 @@ class ReaderListener : public eprosima::fastdds::dds::DataReaderListener {
   [[nodiscard]] int matched() const { return matched_.load(std::memory_order_acquire); }
 
  protected:
-  HeardWriters& heard() noexcept { return heard_; }
+  WriterDeadlines& deadlines() noexcept { return deadlines_; }
 
  private:
   virtual void on_writer_gone(const eprosima::fastrtps::rtps::GUID_t& writer,
                               Departure departure) = 0;
 
   Discovery& discovery_;
-  HeardWriters heard_;
+  WriterDeadlines deadlines_;
   Endpoint endpoint_;
   std::mutex silent_mutex_;
   std::set<eprosima::fastrtps::rtps::GUID_t> silent_;  // matched, and said to be gone
@@ -237,13 +246,9 @@ class Writer {
          const Partitions& partitions = {})
       : publisher_(participant.publisher(partitions)),
         listener_(participant.discovery_, spec, std::move(observer)) {
-    auto* topic = participant.topic(
-        spec, eprosima::fastdds::dds::TypeSupport(new CheckedTypeSupport<Message>));
-    writer_ = publisher_->create_datawriter(topic, writer_qos(spec), &listener_);
-    if (writer_ == nullptr) {
-      throw DdsError("dds: cannot create a writer for topic '" + std::string(spec.name) + "'" +
-                     participant.refusal());
-    }
+    writer_ = participant.make_writer(
+        *publisher_, spec, eprosima::fastdds::dds::TypeSupport(new CheckedTypeSupport<Message>),
+        listener_);
   }
   // Empties the history first: Fast DDS 2.9 goes on sending heartbeats while it releases what is
   // kept, and one that meets released samples looks for holes between their numbers, which are 0:
@@ -290,8 +295,8 @@ template <typename Message, typename Filter = RepeatFilter<Message>>
 class Reader {
  public:
   using OnSample = std::function<void(const Message&, const SampleOrigin&)>;
-  // A writer that fell silent and then leaves is told twice. (Fast DDS tells nothing of the kind a
-  // key at a time.)
+  // A writer that fell silent and then leaves is reported twice. (Fast DDS reports nothing of the
+  // kind a key at a time.)
   using OnGone =
       std::function<void(const eprosima::fastrtps::rtps::GUID_t& writer, Departure departure)>;
 
@@ -305,13 +310,9 @@ class Reader {
       : subscriber_(participant.subscriber(partitions)),
         listener_(participant.discovery_, spec, std::move(observer), std::move(on_sample),
                   std::move(on_gone)) {
-    auto* topic = participant.topic(
-        spec, eprosima::fastdds::dds::TypeSupport(new CheckedTypeSupport<Message>));
-    reader_ = subscriber_->create_datareader(topic, reader_qos(spec), &listener_);
-    if (reader_ == nullptr) {
-      throw DdsError("dds: cannot create a reader for topic '" + std::string(spec.name) + "'" +
-                     participant.refusal());
-    }
+    reader_ = participant.make_reader(
+        *subscriber_, spec, eprosima::fastdds::dds::TypeSupport(new CheckedTypeSupport<Message>),
+        listener_);
   }
   ~Reader() { subscriber_->delete_datareader(reader_); }
   Reader(const Reader&) = delete;
@@ -336,8 +337,8 @@ class Reader {
         const SampleOrigin origin{info.sample_identity.writer_guid(), info.instance_handle,
                                   info.sample_identity.sequence_number().to64long()};
         if constexpr (TopicOf<Message>::kSpec.deadline.count() > 0)
-          heard().hear(origin, detail::gyro_of(message_), detail::deadline_applies(message_),
-                       TopicOf<Message>::kSpec.deadline);
+          deadlines().note(origin, detail::gyro_of(message_), detail::deadline_applies(message_),
+                           TopicOf<Message>::kSpec.deadline);
         if (!repeats_.is_repeat(message_, origin.writer)) on_sample_(message_, origin);
       }
     }

@@ -101,13 +101,9 @@ class RawReader {
       : subscriber_(participant.subscriber({})),
         listener_(participant.discovery_, spec, std::move(observer), std::move(on_sample),
                   std::move(on_matched)) {
-    auto* topic =
-        participant.topic(spec, eprosima::fastdds::dds::TypeSupport(new RawTypeSupport<Message>));
-    reader_ = subscriber_->create_datareader(topic, reader_qos(spec), &listener_);
-    if (reader_ == nullptr) {
-      throw DdsError("dds: cannot create a reader for topic '" + std::string(spec.name) + "'" +
-                     participant.refusal());
-    }
+    reader_ = participant.make_reader(
+        *subscriber_, spec, eprosima::fastdds::dds::TypeSupport(new RawTypeSupport<Message>),
+        listener_);
   }
   ~RawReader() { subscriber_->delete_datareader(reader_); }
   RawReader(const RawReader&) = delete;

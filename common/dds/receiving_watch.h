@@ -43,8 +43,8 @@ class ReceivingWatch {
   std::array<std::atomic<std::int64_t>, kMostThreads> since_ns_{};
 };
 
-// Tells a thread that is stuck from one that is busy, and from a process that stood still: counted
-// in rounds of whoever looks, which also stand still with the process.
+// Distinguishes a thread that is stuck from one that is busy, and from a process that stood still:
+// counted in rounds of whoever looks, which also stand still with the process.
 class StuckCount {
  public:
   static constexpr int kRounds = 20;  // 5 s of the main loop

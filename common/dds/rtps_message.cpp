@@ -121,9 +121,9 @@ Stated data_frag(const Submessage& submessage, Fields fields) {
   if (first == 0 || fragments == 0 || first - 1 + fragments > all) return std::nullopt;
   fields.skip(head->to_inline_qos - kSizeOfDataFrag);
   if ((submessage.flags & kInlineQosFlag) != 0) skip_parameters(fields);
-  const std::uint64_t told =
+  const std::uint64_t announced =
       std::min(fragments * fragment_size, sample_size - (first - 1) * fragment_size);
-  if (fields.left() < told) return std::nullopt;
+  if (fields.left() < announced) return std::nullopt;
   return if_whole(fields, head->statement);
 }
 

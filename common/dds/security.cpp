@@ -33,14 +33,14 @@ constexpr std::size_t kMostOnProbation = 1024;
 
 // ---- the library's log
 
-// That a message can't be decrypted, or an endpoint isn't permitted, the library tells in its log
+// That a message can't be decrypted, or an endpoint isn't permitted, the library reports in its log
 // alone.
 class LogToNotices final : public fdds::LogConsumer {
  public:
   void Consume(const fdds::Log::Entry& entry) override {
     const std::string_view category = entry.context.category;
     if (!category.starts_with("SECURITY")) {
-      if (entry.kind == fdds::Log::Error && !is_told(entry)) standard_error_.Consume(entry);
+      if (entry.kind == fdds::Log::Error && !is_reported(entry)) standard_error_.Consume(entry);
       return;
     }
     if (entry.message == "No key material yet") return;  // they are on their way
@@ -60,7 +60,7 @@ class LogToNotices final : public fdds::LogConsumer {
 
  private:
   // An exception says it, and where to look.
-  static bool is_told(const fdds::Log::Entry& entry) {
+  static bool is_reported(const fdds::Log::Entry& entry) {
     return entry.message.starts_with("Cannot create participant") ||
            entry.message.starts_with("Problem creating ");
   }
@@ -233,7 +233,7 @@ class SecuredWatch final : public Watch {
   struct Probation {
     Clock::time_point since;
     std::string who;
-    bool told = false;
+    bool reported = false;
   };
 
   void came(const rtps::ParticipantProxyData& participant) override;
@@ -242,7 +242,7 @@ class SecuredWatch final : public Watch {
                                    rtps::ParticipantAuthenticationInfo&& info) override;
   // Once a participant, however often it tries.
   void refuse(Probation& probation, const std::string& why) {
-    if (std::exchange(probation.told, true)) return;
+    if (std::exchange(probation.reported, true)) return;
     notices().add("participant_refused", "participant " + probation.who + ' ' + why);
   }
 
@@ -280,7 +280,7 @@ void SecuredWatch::onParticipantAuthentication(fdds::DomainParticipant*,
 
 std::vector<SecurityNotice> SecuredWatch::take(Clock::time_point now) {
   {
-    // Of two that fail to prove themselves to each other, the library tells only one.
+    // Of two that fail to prove themselves to each other, the library reports only one.
     const std::lock_guard lock(mutex_);
     for (auto& [guid, probation] : probations_) {
       if (now - probation.since >= SenderTable::kNewFor)

@@ -2,7 +2,7 @@
 // DDS Security of a participant: who it is, what it lets in, and what it refused.
 //
 // Fast DDS authenticates (PKI-DH), checks permissions and encrypts (AES-GCM). What it leaves open
-// packet_guard.h closes, and what it refuses without a word, or in its log alone, is told here.
+// packet_guard.h closes, and what it refuses without a word, or in its log alone, is reported here.
 #pragma once
 
 #include <chrono>
@@ -57,8 +57,8 @@ class SecurityWatch {
   virtual std::vector<SecurityNotice> take(std::chrono::steady_clock::time_point now) = 0;
 };
 
-// Puts a guarded transport into `qos`, whose transports must be complete. `next` hears of discovery
-// as without.
+// Puts a guarded transport into `qos`, whose transports must be complete. `next` is notified of
+// discovery as without.
 std::shared_ptr<SecurityWatch> guard_transports(
     eprosima::fastdds::dds::DomainParticipantListener& next,
     eprosima::fastdds::dds::DomainParticipantQos& qos);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What was refused, for whoever tells of it.
+// What was refused, for whoever reports it.
 #pragma once
 
 #include <cstdint>

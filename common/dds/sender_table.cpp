@@ -24,16 +24,16 @@ SenderTable::Verdict SenderTable::judge(const Prefix& prefix, const Source& from
 }
 
 SenderTable::Verdict SenderTable::judge_known(Sender& sender, const Source& from, Time now) const {
-  for (Heard& heard : sender.sources) {
-    if (heard.source == from) {
-      heard.at = now;
+  for (SeenFrom& seen : sender.sources) {
+    if (seen.source == from) {
+      seen.at = now;
       return Verdict::kGenuine;
     }
     // A participant has one sending socket for each interface: another port of an address that is
     // known is somebody else's.
-    if (!IPLocator::compareAddress(heard.source, from)) continue;
-    if (!gives_way_after_ || now - heard.at < *gives_way_after_) return Verdict::kImpostor;
-    heard = {from, now};
+    if (!IPLocator::compareAddress(seen.source, from)) continue;
+    if (!gives_way_after_ || now - seen.at < *gives_way_after_) return Verdict::kImpostor;
+    seen = {from, now};
     return Verdict::kGenuine;
   }
   if (sender.sources.size() >= kMostInterfaces) return Verdict::kImpostor;
@@ -56,7 +56,7 @@ SenderTable::Verdict SenderTable::admit(const Prefix& prefix, const Source& from
 
 void SenderTable::know(const Prefix& prefix) {
   if (known_.size() >= kMostKnown) return;
-  // A discovery server speaks of participants that were not heard yet.
+  // A discovery server speaks of participants that have sent nothing yet.
   Sender& sender = known_[prefix];
   if (const auto newcomer = newcomers_.find(prefix); newcomer != newcomers_.end()) {
     sender = std::move(newcomer->second);

@@ -45,12 +45,12 @@ class SenderTable {
   void forget(const Prefix& prefix);
 
  private:
-  struct Heard {
+  struct SeenFrom {
     Source source;
     Time at;
   };
   struct Sender {
-    std::vector<Heard> sources;  // one for each interface, at most kMostInterfaces
+    std::vector<SeenFrom> sources;  // one for each interface, at most kMostInterfaces
     Time since{};
   };
   Verdict judge_known(Sender& sender, const Source& from, Time now) const;

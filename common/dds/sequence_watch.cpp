@@ -15,16 +15,16 @@ constexpr std::array<std::uint32_t, 12> kBuiltin{0x000100c2, 0x000100c7, 0x00000
                                                  0x000004c2, 0x000004c7, 0x000200c2, 0x000200c7,
                                                  0x000300c3, 0x000300c4, 0x000301c3, 0x000301c4};
 
-// What a stream loses of each four numbers while it is heard: three.
+// What a stream loses of each four numbers while it is received: three.
 constexpr std::uint64_t kNumbersAStep = 4;
 
 }  // namespace
 
 bool NumberCourse::takes(std::uint64_t number, Time now) noexcept {
-  if (!was_heard_) {
-    was_heard_ = true;
+  if (!has_begun_) {
+    has_begun_ = true;
     newest_ = number;
-    heard_ = now;
+    received_at_ = now;
     return true;
   }
   if (now - began_ >= kSecond) begin_second(now);
@@ -35,14 +35,15 @@ bool NumberCourse::takes(std::uint64_t number, Time now) noexcept {
     newest_ = number;
     ++steps_;
   }
-  heard_ = now;
+  received_at_ = now;
   return true;
 }
 
 void NumberCourse::begin_second(Time now) noexcept {
   most_steps_ = std::max(most_steps_, steps_);
   steps_ = 0;
-  const auto silent_s = std::chrono::duration_cast<std::chrono::seconds>(now - heard_).count();
+  const auto silent_s =
+      std::chrono::duration_cast<std::chrono::seconds>(now - received_at_).count();
   may_skip_ = kMostSkipped + kNumbersAStep * most_steps_ * static_cast<std::uint64_t>(silent_s);
   began_ = now;
 }
@@ -73,7 +74,7 @@ SequenceWatch::Peer* SequenceWatch::peer_of(Endpoint& endpoint, std::uint32_t en
   return &peer;
 }
 
-// A writer tells each new reader once, in one GAP, of all that was before it.
+// A writer announces to each new reader once, in one GAP, all that was before it.
 bool SequenceWatch::may_be_long(Endpoint& endpoint, const Statement& gap) noexcept {
   if (gap.span <= NumberCourse::kMostSkipped) return true;
   Peer* const peer = gap.reader == 0 ? nullptr : peer_of(endpoint, gap.reader);
@@ -98,7 +99,7 @@ bool SequenceWatch::takes(const Prefix& prefix, const Statement& statement, Time
     case Statement::Of::kMissingFragments: break;
     case Statement::Of::kNothing: return true;
   }
-  // Beyond kMostPeers our endpoints go unwatched rather than unheard.
+  // Beyond kMostPeers our endpoints go unwatched rather than unread.
   Peer* const peer = peer_of(endpoint, statement.writer);
   if (peer == nullptr) return true;
   return statement.of == Statement::Of::kAcknowledgement

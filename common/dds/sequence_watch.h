@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // How far one datagram may move what an endpoint knows of another's numbers.
 //
-// Fast DDS 2.9.1 counts one by one from the last number that it knows to the one it is told: 0.2 us
-// each, with the reader locked (Debian's has assertions that ask the kernel for the thread's id).
-// One forged HEARTBEAT of 2^40 stops the data path for days, and one count of 2^32 - 1 makes a
+// Fast DDS 2.9.1 counts one by one from the last number that it knows to the one it is given: 0.2
+// us each, with the reader locked (Debian's has assertions that ask the kernel for the thread's
+// id). One forged HEARTBEAT of 2^40 stops the data path for days, and one count of 2^32 - 1 makes a
 // reader deaf to all genuine ones. So a stream may skip as many numbers within a second as it can
 // lose, and as many more as it writes in the time that it was silent for before: a writer that was
-// cut off for ten hours is heard at once.
+// cut off for ten hours is received at once.
 #pragma once
 
 #include <array>
@@ -38,8 +38,8 @@ class NumberCourse {
   std::uint64_t steps_ = 0;                // in it
   std::uint64_t most_steps_ = 0;           // in any second so far
   Time began_{};
-  Time heard_{};
-  bool was_heard_ = false;
+  Time received_at_{};
+  bool has_begun_ = false;
 };
 
 // The endpoints that discovery knows: of others no reader and no writer takes anything. Bounded; a

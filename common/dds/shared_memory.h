@@ -17,7 +17,7 @@ inline constexpr std::uint32_t kSegmentBytes = 512U * 1024U;
 // Free at start: the segment, and the queues of as many peers as discovery looks for.
 inline constexpr std::uint64_t kNeededBytes = 4U * 1024U * 1024U;
 
-// Where a process's shared memory is, as its peers are told: they share it where all is equal.
+// Where a process's shared memory is, as it is announced: peers share it where all is equal.
 struct SharedMemoryPlace {
   std::string computer;    // boot id of the kernel: the same in all containers
   std::string filesystem;  // device number of the folder's file system

@@ -31,8 +31,8 @@ enum class Ownership : std::uint8_t { kShared, kExclusive };
 // lose a sample: each one says everything, and the newest is repeated.
 //
 // A writer writes one key of a sample topic (a writer a gyro, a writer a probe). With several keys
-// of unequal rates the kept history has holes, and Fast DDS then tells every reader of every hole
-// with every heartbeat, at a cost that grows with the hole (DECISIONS.md).
+// of unequal rates the kept history has holes, and Fast DDS then announces every hole to every
+// reader with every heartbeat, at a cost that grows with the hole (DECISIONS.md).
 struct TopicSpec {
   std::string_view name;
   std::string_view type;
@@ -43,9 +43,9 @@ struct TopicSpec {
   Ownership ownership;
   std::chrono::milliseconds heartbeat;
   std::chrono::milliseconds lifespan;  // 0: unlimited
-  // A longer time from one sample of a key to the next is told, on both sides; 0: never. Watched by
-  // our own endpoints and no deadline QoS: for that the middleware restarts a timer with every
-  // sample at both ends, a tenth to a fifth of a hop (DECISIONS.md).
+  // A longer time from one sample of a key to the next is reported, on both sides; 0: never.
+  // Watched by our own endpoints and no deadline QoS: for that the middleware restarts a timer with
+  // every sample at both ends, a tenth to a fifth of a hop (DECISIONS.md).
   std::chrono::milliseconds deadline{0};
   // A writer that wrote nothing for so long counts as gone until it writes again (liveliness
   // MANUAL_BY_TOPIC); 0: never, as long as its participant is there. The kinds by participant are
@@ -61,8 +61,9 @@ using std::chrono_literals::operator""ms;
 // - angular_rate, 100 ms: ten periods of the slowest gyro that navigation uses (100 Hz).
 // - compensated_rate, 100 ms: as angular_rate, since it comes at that pace.
 // - service_status, 1 s and 2 s: four periods and eight; a status is written four times a second.
-// - replay_progress, 2 s: after so long it is told that a consumer says nothing. A replay waits for
-//   it all the same, until it has left: one that stands still would lose what was sent meanwhile.
+// - replay_progress, 2 s: after so long it is reported that a consumer says nothing. A replay waits
+//   for it all the same, until it has left: one that stands still would lose what was sent
+//   meanwhile.
 // clang-format off
 inline constexpr TopicSpec kAngularRate{"angular_rate", "zerodrift::msg::AngularRate", kSampleDepth, 128, Reliability::kReliable, Durability::kVolatile, Ownership::kShared, 5ms, 0ms, 100ms};
 inline constexpr TopicSpec kTemperature{"temperature", "zerodrift::msg::Temperature", 512, 1024, Reliability::kReliable, Durability::kTransientLocal, Ownership::kShared, 20ms, 0ms};

@@ -8,8 +8,7 @@
 
 namespace zerodrift::drivers {
 
-class DriverError : public std::runtime_error {
- public:
+struct DriverError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 

@@ -107,8 +107,8 @@ nlohmann::ordered_json json_of(const ProtocolOutcome& outcome) {
       {"judged_from_s", core::seconds(protocol.judged_from)},
       {"before", json_of(outcome.raw)}};
   for (const SchemeOutcome& scheme : outcome.schemes) {
-    auto& told = json["schemes"][scheme.name] = json_of(scheme);
-    if (is_drawn(outcome, scheme)) told["predicted_deg_h"] = predicted_of(scheme);
+    auto& shown = json["schemes"][scheme.name] = json_of(scheme);
+    if (is_drawn(outcome, scheme)) shown["predicted_deg_h"] = predicted_of(scheme);
   }
   return json;
 }

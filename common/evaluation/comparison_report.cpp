@@ -106,15 +106,18 @@ std::string before_over_after(const AxisComparison& axis, bool beside_the_paper)
   if (!before || !after || !before->coefficients || !after->coefficients) return {};
   const auto& b = *before->coefficients;
   const auto& a = *after->coefficients;
-  const auto told = [&](const char* name, const std::string& ours, const char* papers) {
+  const auto compared = [&](const char* name, const std::string& ours, const char* papers) {
     return std::string(name) + " " + ours +
            (beside_the_paper ? std::string(" (paper ") + papers + ")" : "");
   };
   return "Before over after, " + std::string(kPapers) + ": " +
-         told("std", ratio(before->moments.standard_deviation, after->moments.standard_deviation),
-              "51.6") +
-         ", " + told("B", ratio(b.bias_instability_radps, a.bias_instability_radps), "8.7") + ", " +
-         told("K", ratio(b.rate_random_walk_radps_rts, a.rate_random_walk_radps_rts), "2.9") + ".";
+         compared("std",
+                  ratio(before->moments.standard_deviation, after->moments.standard_deviation),
+                  "51.6") +
+         ", " + compared("B", ratio(b.bias_instability_radps, a.bias_instability_radps), "8.7") +
+         ", " +
+         compared("K", ratio(b.rate_random_walk_radps_rts, a.rate_random_walk_radps_rts), "2.9") +
+         ".";
 }
 
 // The shipped model's axis x has the paper's statistics before compensation.
@@ -259,7 +262,8 @@ std::vector<std::string> notes(const ComparisonResult& result) {
       "judgement on all before it. *, or a marked row: smallest RMSE. 95 % holds: share of the "
       "judged labels within the interval stated for them, by stack and online-svr the one that the "
       "service sends out, by the others one that their own past errors make; n/a: none is stated. "
-      "60 s std: of the means of whole minutes. N, B and K: of every sample of the judged labels less its "
+      "60 s std: of the means of whole minutes. N, B and K: of every sample of the judged labels "
+      "less its "
       "prediction, fitted to the overlapping Allan deviation together with a ramp; <: not seen, "
       "and at 95 % confidence below. B is the floor within minutes and knows nothing of slow "
       "drift, so that of an uncompensated stream can be lower. us/label: to predict and to learn "

@@ -87,7 +87,7 @@ const SeedsRow* best_of(const SeedsProtocol& protocol) {
   return best;
 }
 
-std::string told(double value) {
+std::string figure_text(double value) {
   return std::isfinite(value) ? report::significant(value, kSeedsDigits) : "n/a";
 }
 
@@ -153,9 +153,10 @@ std::vector<report::Table> seeds_tables(const SeedsResult& result) {
       const GeometricMean& rms = row.rms_radps;
       const GeometricMean& ratio = row.over_holding;
       table.rows.push_back(
-          {{row.scheme, told(core::deg_h_from_radps(rms.value)),
-            told(core::deg_h_from_radps(rms.lower)), told(core::deg_h_from_radps(rms.upper)),
-            told(ratio.value), told(ratio.lower), told(ratio.upper)},
+          {{row.scheme, figure_text(core::deg_h_from_radps(rms.value)),
+            figure_text(core::deg_h_from_radps(rms.lower)),
+            figure_text(core::deg_h_from_radps(rms.upper)), figure_text(ratio.value),
+            figure_text(ratio.lower), figure_text(ratio.upper)},
            &row == best});
     }
     tables.push_back(std::move(table));
@@ -171,7 +172,7 @@ std::string seeds_verdict(const SeedsResult& result) {
     text += (text.empty() ? "Smallest geometric mean of the RMSE: " : "; ") + protocol.name + ", " +
             best->scheme;
     if (std::isfinite(best->over_holding.value))
-      text += " (" + told(best->over_holding.value) + " of holding the last minute)";
+      text += " (" + figure_text(best->over_holding.value) + " of holding the last minute)";
   }
   return text + ".";
 }
@@ -194,11 +195,12 @@ nlohmann::ordered_json seeds_json(const SeedsResult& result) {
       {"rate_hz", result.request.rate_hz},       {"warnings", result.warnings},
       {"verdict", seeds_verdict(result)}};
   for (const SeedsProtocol& protocol : result.protocols) {
-    auto& told_of = json["protocols"][protocol.name];
+    auto& of_protocol = json["protocols"][protocol.name];
     for (const SeedsRow& row : protocol.rows) {
-      told_of[row.scheme] = {{"judged", row.rms_radps.count},
-                             {"rmse_deg_h", json_of(row.rms_radps, core::deg_h_from_radps(1.0))},
-                             {"rmse_over_holding", json_of(row.over_holding, 1.0)}};
+      of_protocol[row.scheme] = {
+          {"judged", row.rms_radps.count},
+          {"rmse_deg_h", json_of(row.rms_radps, core::deg_h_from_radps(1.0))},
+          {"rmse_over_holding", json_of(row.over_holding, 1.0)}};
     }
   }
   return json;

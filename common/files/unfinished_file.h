@@ -32,8 +32,8 @@ class UnfinishedFile {
   std::filesystem::path path_;
 };
 
-// The path of another file in the same folder. path::replace_filename() of libstdc++ 12 frees what it
-// never had where memory ends within it.
+// The path of another file in the same folder. path::replace_filename() of libstdc++ 12 frees what
+// it never had where memory ends within it.
 [[nodiscard]] std::filesystem::path beside(const std::filesystem::path& target,
                                            const std::string& name);
 

@@ -160,10 +160,6 @@ std::string advertise(const std::vector<Channel>& channels) {
   return dumped({{"op", "advertise"}, {"channels", std::move(list)}});
 }
 
-std::string unadvertise(const std::vector<std::uint32_t>& channels) {
-  return dumped({{"op", "unadvertise"}, {"channelIds", channels}});
-}
-
 std::string advertise_services(const std::vector<Service>& services) {
   Json list = Json::array();
   for (const Service& service : services) {

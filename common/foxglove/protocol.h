@@ -57,7 +57,6 @@ enum class StatusLevel : std::uint8_t { kInformation = 0, kWarning = 1, kError =
 
 std::string server_info(const ServerInfo& info);
 std::string advertise(const std::vector<Channel>& channels);
-std::string unadvertise(const std::vector<std::uint32_t>& channels);
 std::string advertise_services(const std::vector<Service>& services);
 std::string status(StatusLevel level, const std::string& message);
 std::string service_call_failure(std::uint32_t service, std::uint32_t call,

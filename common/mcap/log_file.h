@@ -12,7 +12,7 @@ namespace zerodrift::mcap {
 class LogFile {
  public:
   // What an earlier writer left under the .active name is moved to <stem>.cut<N><extension>, which
-  // moved_aside() tells. Throws McapError where the folder can't be written or `target` is there
+  // moved_aside() says so. Throws McapError where the folder can't be written or `target` is there
   // and no regular file.
   explicit LogFile(std::filesystem::path target);
   // Without commit() the .active file stays.

@@ -59,7 +59,7 @@ Reader::Reader(std::unique_ptr<const ByteSource> source, std::string name, Reade
   scan();
 }
 
-void Reader::tell(std::uint64_t offset, const std::string& what) {
+void Reader::report(std::uint64_t offset, const std::string& what) {
   findings_.push_back(core::one_line(name_ + ": byte " + std::to_string(offset) + ": " + what));
 }
 
@@ -72,7 +72,7 @@ void Reader::read_header() {
   rest.remove_prefix(kMagic.size());
   first_record_ = kMagic.size();
   const auto record = take_record(rest);
-  if (!record || !record->is(Opcode::kHeader)) return;  // the scan tells
+  if (!record || !record->is(Opcode::kHeader)) return;  // the scan reports it
   Fields fields(record->content);
   contents_.profile = fields.take_text();
   contents_.library = fields.take_text();
@@ -93,7 +93,7 @@ std::shared_ptr<const std::string> Reader::records(std::size_t stretch) {
   const Stretch& where = contents_.stretches.at(stretch);
   if (const std::string why = load(where, *records); !why.empty()) {
     unreadable_.insert(stretch);
-    tell(where.chunk.offset, why);
+    report(where.chunk.offset, why);
     return nullptr;
   }
   if (kept_.size() >= std::max<std::size_t>(1, options_.chunks_kept)) kept_.pop_front();
@@ -183,7 +183,7 @@ void Reader::verify() {
   std::string_view rest(bytes);
   const auto record = take_record(rest);
   if (!record || !record->is(Opcode::kDataEnd) || record->content.size() != 4)
-    return tell(data_end_, "found no end of the data, which the summary follows");
+    return report(data_end_, "found no end of the data, which the summary follows");
   const auto expected = mcap::load<std::uint32_t>(record->content.data());
   if (expected == 0) return;
   std::uint32_t crc = 0;
@@ -196,8 +196,8 @@ void Reader::verify() {
     offset += bytes.size();
   }
   if (crc == expected) return;
-  tell(data_end_, "the CRC-32 of all data is " + hex(crc) + ", expected " + hex(expected) +
-                      ": something before this byte was changed");
+  report(data_end_, "the CRC-32 of all data is " + hex(crc) + ", expected " + hex(expected) +
+                        ": something before this byte was changed");
 }
 
 bool Cursor::next(Message& message) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads an MCAP file (https://mcap.dev/spec) that anybody may have written: by its summary, or,
 // where that is missing or damaged, by a scan from the front that finds every whole chunk. What
-// can't be read is left out and told in one line each; lengths in the file never make it allocate
-// more than the options allow.
+// can't be read is left out and reported in one line each; lengths in the file never make it
+// allocate more than the options allow.
 #pragma once
 
 #include <cstddef>
@@ -74,7 +74,7 @@ class Reader {
   [[nodiscard]] std::uint64_t bytes() const { return source_->size(); }
 
   // The records of a stretch, checked and uncompressed; null where they can't be read, which
-  // findings() tells once. Those used last are kept.
+  // findings() reports once. Those used last are kept.
   [[nodiscard]] std::shared_ptr<const std::string> records(std::size_t stretch);
 
   // Those that are kept are kept no longer; they can be had again.
@@ -83,8 +83,8 @@ class Reader {
   // Throws McapError where it is cut, too long or its CRC is wrong.
   [[nodiscard]] std::string attachment(const Attachment& attachment) const;
 
-  // Compares the whole data section with its CRC, which covers what no other CRC does, and tells a
-  // difference in findings(). Nothing to compare in a file that was cut. O(file).
+  // Compares the whole data section with its CRC, which covers what no other CRC does, and reports
+  // a difference in findings(). Nothing to compare in a file that was cut. O(file).
   void verify();
 
  private:
@@ -106,7 +106,7 @@ class Reader {
   void take_definition(const Record& record);
   void count(const Message& message);
   [[nodiscard]] std::string load(const Stretch& stretch, std::string& records) const;
-  void tell(std::uint64_t offset, const std::string& what);
+  void report(std::uint64_t offset, const std::string& what);
 
   std::unique_ptr<const ByteSource> source_;
   std::string name_;

@@ -22,9 +22,9 @@ void Reader::scan() {
     if (step == Step::kEnd) break;
     if (step == Step::kLost) {
       const auto found = resume_after(offset);
-      tell(offset, "no record is recognised here; " +
-                       (found ? "went on with the chunk at byte " + std::to_string(*found)
-                              : std::string("what follows is left out")));
+      report(offset, "no record is recognised here; " +
+                         (found ? "went on with the chunk at byte " + std::to_string(*found)
+                                : std::string("what follows is left out")));
       if (!found) break;
       next = *found;
     }
@@ -41,7 +41,7 @@ Reader::Step Reader::scan_record(std::uint64_t offset, std::uint64_t& next) {
   const std::uint64_t size = source_->size();
   const auto cut = [&](const std::string& what) {
     contents_.ending = Ending::kCut;
-    tell(offset, what + ": it was cut, or is still being written; what is whole before is read");
+    report(offset, what + ": it was cut, or is still being written; what is whole before is read");
     return Step::kEnd;
   };
   std::string head;
@@ -62,7 +62,7 @@ Reader::Step Reader::scan_record(std::uint64_t offset, std::uint64_t& next) {
     case Opcode::kDataEnd:
     case Opcode::kFooter:
       if (contents_.ending == Ending::kCut)
-        tell(size, "the file ends within its summary: it was cut there; all messages are before");
+        report(size, "the file ends within its summary: it was cut there; all messages are before");
       return Step::kEnd;
     case Opcode::kChunk: scan_chunk(offset, content_bytes); return Step::kGoOn;
     case Opcode::kAttachment: scan_attachment(offset, content_bytes); return Step::kGoOn;
@@ -73,8 +73,8 @@ Reader::Step Reader::scan_record(std::uint64_t offset, std::uint64_t& next) {
     default: return Step::kGoOn;
   }
   if (content_bytes > kMostSmallRecordBytes) {
-    tell(offset, "a record of " + std::to_string(content_bytes) + " bytes, expected at most " +
-                     std::to_string(kMostSmallRecordBytes) + "; left out");
+    report(offset, "a record of " + std::to_string(content_bytes) + " bytes, expected at most " +
+                       std::to_string(kMostSmallRecordBytes) + "; left out");
     return Step::kGoOn;
   }
   if (head.size() < kRecordHeaderBytes + content_bytes)
@@ -94,14 +94,14 @@ Reader::Step Reader::scan_record(std::uint64_t offset, std::uint64_t& next) {
   return Step::kGoOn;
 }
 
-// A chunk that can't be read is told and left out; its messages are counted otherwise, since
+// A chunk that can't be read is reported and left out; its messages are counted otherwise, since
 // readers will find it again.
 void Reader::scan_chunk(std::uint64_t offset, std::uint64_t content_bytes) {
   Stretch stretch{StretchKind::kChunk, {}};
   stretch.chunk.offset = offset;
   stretch.chunk.length = kRecordHeaderBytes + content_bytes;
   std::string records;
-  if (const std::string why = load(stretch, records); !why.empty()) return tell(offset, why);
+  if (const std::string why = load(stretch, records); !why.empty()) return report(offset, why);
   std::string head;
   source_->read(offset + kRecordHeaderBytes, kHeadBytes, head);
   if (const auto fields = parse_chunk_head(head, content_bytes)) {
@@ -137,7 +137,7 @@ void Reader::scan_attachment(std::uint64_t offset, std::uint64_t content_bytes) 
   attachment.media_type = fields.take_text();
   attachment.data_bytes = fields.take<std::uint64_t>();
   if (!fields.good() || attachment.data_bytes > content_bytes)
-    return tell(offset, "an attachment whose fields contradict each other; left out");
+    return report(offset, "an attachment whose fields contradict each other; left out");
   contents_.attachments.push_back(std::move(attachment));
 }
 

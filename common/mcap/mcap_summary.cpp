@@ -35,21 +35,21 @@ Reader::Found Reader::read_summary() {
   contents_.ending = Ending::kDamaged;
   if (begin < first_record_ + kDataEndBytes || begin > footer_at ||
       footer_at - begin > kMostSummaryBytes) {
-    tell(footer_at, "the footer says the summary begins at byte " + std::to_string(begin) +
-                        ", which it can't; the file is scanned from the front");
+    report(footer_at, "the footer says the summary begins at byte " + std::to_string(begin) +
+                          ", which it can't; the file is scanned from the front");
     return Found::kNo;
   }
   std::string summary;
   source_->read(begin, static_cast<std::size_t>(footer_at - begin), summary);
   const std::string_view covered = std::string_view(tail).substr(0, kFooterBytes - 4);
   if (expected != 0 && crc32(covered, crc32(summary)) != expected) {
-    tell(begin, "the CRC-32 of the summary is wrong; the file is scanned from the front");
+    report(begin, "the CRC-32 of the summary is wrong; the file is scanned from the front");
     return Found::kNo;
   }
   data_end_ = begin - kDataEndBytes;
   if (take_summary(summary, data_end_) == Found::kNo) {
     data_end_ = 0;
-    tell(begin, "the summary contradicts itself; the file is scanned from the front");
+    report(begin, "the summary contradicts itself; the file is scanned from the front");
     return Found::kNo;
   }
   // A writer need not index; then only a scan finds the messages.
@@ -87,7 +87,7 @@ Reader::Found Reader::take_summary(std::string_view records, std::uint64_t data_
       const auto index = parse_metadata_index(record->content);
       if (!index || !lies_in_data(index->offset, index->length)) return Found::kNo;
       if (read_metadata(*index) == Found::kNo)
-        tell(index->offset, "metadata that can't be read; left out");
+        report(index->offset, "metadata that can't be read; left out");
     }
   }
   std::stable_sort(

@@ -40,7 +40,7 @@ bool TimeGate::admits(core::SensorTime time) noexcept {
   return true;
 }
 
-void LiveRows::Stream::hear(core::SensorTime time) noexcept {
+void LiveRows::Stream::advance(core::SensorTime time) noexcept {
   spoken_to = std::max(spoken_to, time);
   waited_for = true;
 }
@@ -61,7 +61,7 @@ void LiveRows::push(const core::RateReferenceSample& reference) {
     return;
   }
   if (!reference_.gate.admits(reference.time)) return;
-  reference_.hear(reference.time);
+  reference_.advance(reference.time);
   references_.push_back(reference);
   if (references_.size() > options_.most_waiting) references_.pop_front();
 }
@@ -77,12 +77,12 @@ void LiveRows::push(const core::TemperatureSample& reading) {
     return;
   }
   Probe& probe = *known;
-  if (!reading.measured) return probe.hear(reading.time);
+  if (!reading.measured) return probe.advance(reading.time);
   if (!probe.gate.admits(reading.time)) {
     ++counts_.readings_refused;
     return;
   }
-  probe.hear(reading.time);
+  probe.advance(reading.time);
   probe.readings.push_back({reading.time, reading.temperature_degc});
   if (probe.readings.size() > options_.most_waiting) probe.readings.pop_front();
 }

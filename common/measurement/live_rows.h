@@ -81,7 +81,7 @@ class LiveRows {
     core::SensorTime spoken_to{core::kNever};
     bool waited_for = true;
 
-    void hear(core::SensorTime time) noexcept;
+    void advance(core::SensorTime time) noexcept;
     [[nodiscard]] bool holds_up(core::SensorTime time) const noexcept {
       return waited_for && spoken_to < time;
     }

@@ -91,16 +91,11 @@ std::string question_of(const BoundColumn& column, std::string_view unit) {
 
 std::string_view name(DoubtKind kind) {
   switch (kind) {
-    case DoubtKind::kNotMeasurable:
-      return "not_measurable";
-    case DoubtKind::kUnit:
-      return "unit";
-    case DoubtKind::kNotAtRest:
-      return "not_at_rest";
-    case DoubtKind::kStuck:
-      return "stuck";
-    case DoubtKind::kTooShort:
-      return "too_short";
+    case DoubtKind::kNotMeasurable: return "not_measurable";
+    case DoubtKind::kUnit: return "unit";
+    case DoubtKind::kNotAtRest: return "not_at_rest";
+    case DoubtKind::kStuck: return "stuck";
+    case DoubtKind::kTooShort: return "too_short";
   }
   return "";
 }

@@ -161,12 +161,12 @@ GyroNavigation::Rates GyroNavigation::rates_of(const NavigationSample& sample) c
   return rates;
 }
 
-void GyroNavigation::process(const NavigationSample& heard, const Truth* truth) noexcept {
-  if (!is_usable(heard)) return;
-  NavigationSample sample = heard;
+void GyroNavigation::process(const NavigationSample& received, const Truth* truth) noexcept {
+  if (!is_usable(received)) return;
+  NavigationSample sample = received;
   for (std::size_t i = 0; i < 3; ++i) {
-    sample.noise_variance[i] = sane_variance(heard.noise_variance[i]);
-    sample.drift_variance[i] = sane_variance(heard.drift_variance[i]);
+    sample.noise_variance[i] = sane_variance(received.noise_variance[i]);
+    sample.drift_variance[i] = sane_variance(received.drift_variance[i]);
   }
   ++counts_.samples;
   const Rates rates = rates_of(sample);

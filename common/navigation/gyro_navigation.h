@@ -207,7 +207,7 @@ class GyroNavigation {
   };
 
   void process_ready(bool waits) noexcept;
-  void process(const NavigationSample& heard, const Truth* truth) noexcept;
+  void process(const NavigationSample& received, const Truth* truth) noexcept;
   [[nodiscard]] bool is_usable(const NavigationSample& sample) noexcept;
   [[nodiscard]] Rates rates_of(const NavigationSample& sample) const noexcept;
   void pass_gap(const NavigationSample& sample, const Rates& rates) noexcept;

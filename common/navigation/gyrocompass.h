@@ -30,12 +30,10 @@ enum class CompassVerdict : std::uint8_t {
 
 constexpr std::string_view text(CompassVerdict verdict) {
   switch (verdict) {
-    case CompassVerdict::kFound:
-      return "heading found";
+    case CompassVerdict::kFound: return "heading found";
     case CompassVerdict::kAxisMissing:
       return "an axis is not measured; a vertical axis alone knows no north";
-    case CompassVerdict::kNearPole:
-      return "too near a pole: Earth's rate is nearly vertical";
+    case CompassVerdict::kNearPole: return "too near a pole: Earth's rate is nearly vertical";
     case CompassVerdict::kDriftTooLarge:
       return "the drift's uncertainty is too large against the horizontal Earth rate";
   }

@@ -8,9 +8,7 @@
 namespace zerodrift::navigation {
 namespace {
 
-constexpr double kSmallAngle = 1e-4;              // rad; the series' next term is below 1e-18 there
-constexpr double kEquatorialRadiusM = 6378137.0;  // WGS 84
-constexpr double kEccentricitySquare = 6.69437999014e-3;  // WGS 84
+constexpr double kSmallAngle = 1e-4;       // rad; the series' next term is below 1e-18 there
 constexpr double kVertical = 1.0 - 1e-12;  // of the sine of a pitch that leaves roll undefined
 
 }  // namespace
@@ -54,17 +52,6 @@ double wrapped(double angle_rad) noexcept {
 
 Vector3 earth_rate_radps_n(double latitude_rad) noexcept {
   return core::kEarthRateRadps * Vector3(std::cos(latitude_rad), 0.0, -std::sin(latitude_rad));
-}
-
-Vector3 transport_rate_radps_n(double latitude_rad, double height_m,
-                               const Vector3& velocity_mps_n) noexcept {
-  const double sine = std::sin(latitude_rad);
-  const double root = std::sqrt(1.0 - kEccentricitySquare * sine * sine);
-  const double east_west = kEquatorialRadiusM / root + height_m;
-  const double north_south =
-      kEquatorialRadiusM * (1.0 - kEccentricitySquare) / (root * root * root) + height_m;
-  return {velocity_mps_n.y() / east_west, -velocity_mps_n.x() / north_south,
-          -velocity_mps_n.y() * std::tan(latitude_rad) / east_west};
 }
 
 }  // namespace zerodrift::navigation

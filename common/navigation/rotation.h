@@ -54,9 +54,4 @@ using Quaternion = Eigen::Quaterniond;
 // Earth rate in n, rad/s.
 [[nodiscard]] Vector3 earth_rate_radps_n(double latitude_rad) noexcept;
 
-// Rotation of n against the Earth when moving over it: (v_E / (R_E + h), -v_N / (R_N + h), -v_E tan
-// L / (R_E + h)), rad/s, with WGS 84's radii (Groves eq. 2.105, 2.106 and 5.44). Not at the poles.
-[[nodiscard]] Vector3 transport_rate_radps_n(double latitude_rad, double height_m,
-                                             const Vector3& velocity_mps_n) noexcept;
-
 }  // namespace zerodrift::navigation

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lines of a text file, plain or compressed (.gz, .xz, .zst by suffix), with a fixed buffer: a record of
-// any length is read in constant memory.
+// Lines of a text file, plain or compressed (.gz, .xz, .zst by suffix), with a fixed buffer: a
+// record of any length is read in constant memory.
 #pragma once
 
 #include <cstddef>

@@ -12,7 +12,7 @@
 namespace zerodrift::record {
 namespace {
 
-constexpr std::size_t kRatesAhead = 1001;  // to tell the period and the axes
+constexpr std::size_t kRatesAhead = 1001;  // to know the period and the axes
 constexpr std::size_t kStepsForPeriod = 100;
 
 // From an earlier time to a later one; any stamps, also those no clock ever showed.
@@ -67,7 +67,7 @@ McapRows::McapRows(const std::filesystem::path& path, const RecordOptions& optio
 void McapRows::open_files(const std::filesystem::path& path) {
   for (const auto& file : mcap_files_of(path))
     files_.push_back(std::make_shared<mcap::Reader>(file));
-  findings_told_.resize(files_.size());
+  reported_findings_.resize(files_.size());
 }
 
 // Through streams of its own, so that the rows are before the first one.
@@ -206,17 +206,17 @@ std::vector<std::string> McapRows::take_warnings() {
   std::vector<std::string> news;
   for (std::size_t i = 0; i < files_.size(); ++i) {
     const auto& findings = files_[i]->findings();
-    news.insert(news.end(), findings.begin() + static_cast<std::ptrdiff_t>(findings_told_[i]),
+    news.insert(news.end(), findings.begin() + static_cast<std::ptrdiff_t>(reported_findings_[i]),
                 findings.end());
-    findings_told_[i] = findings.size();
+    reported_findings_[i] = findings.size();
   }
-  if (left_out_ > 0 && !left_out_told_) {
-    left_out_told_ = true;
+  if (left_out_ > 0 && !reported_left_out_) {
+    reported_left_out_ = true;
     news.push_back(info_.path.string() +
                    ": temperatures or references whose time went back are left out");
   }
-  if (is_over_ && !missed_told_) {
-    missed_told_ = true;
+  if (is_over_ && !reported_missed_) {
+    reported_missed_ = true;
     for (const auto& line : messages_->left_out())
       news.push_back(info_.path.string() + ": " + line);
   }

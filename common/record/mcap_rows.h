@@ -50,11 +50,11 @@ class McapRows {
   std::uint64_t rows_ = 0;
   std::uint64_t rates_ = 0;
   std::uint64_t rows_out_of_order_ = 0;
-  std::uint64_t left_out_ = 0;              // readings and references whose time went back
-  std::vector<std::size_t> findings_told_;  // by file
+  std::uint64_t left_out_ = 0;                  // readings and references whose time went back
+  std::vector<std::size_t> reported_findings_;  // by file
   bool is_over_ = false;
-  bool left_out_told_ = false;
-  bool missed_told_ = false;
+  bool reported_left_out_ = false;
+  bool reported_missed_ = false;
 };
 
 }  // namespace zerodrift::record

@@ -32,23 +32,15 @@ double convert(double cell, const UnitConversion& conversion) {
 double& value_of(RecordRow& row, const BoundColumn& column) {
   const std::size_t axis = core::index(column.channel.axis);
   switch (column.channel.quantity) {
-    case Quantity::kRate:
-      return row.rate_radps[axis];
-    case Quantity::kReference:
-      return row.reference_radps[axis];
-    case Quantity::kMagnetic:
-      return row.inputs.magnetic_ut[axis];
-    case Quantity::kAcceleration:
-      return row.inputs.acceleration_mps2[axis];
-    case Quantity::kVibration:
-      return row.inputs.vibration_g;
-    case Quantity::kSourceCurrent:
-      return row.inputs.source_current_ma;
-    case Quantity::kSupply:
-      return row.inputs.supply_v;
+    case Quantity::kRate: return row.rate_radps[axis];
+    case Quantity::kReference: return row.reference_radps[axis];
+    case Quantity::kMagnetic: return row.inputs.magnetic_ut[axis];
+    case Quantity::kAcceleration: return row.inputs.acceleration_mps2[axis];
+    case Quantity::kVibration: return row.inputs.vibration_g;
+    case Quantity::kSourceCurrent: return row.inputs.source_current_ma;
+    case Quantity::kSupply: return row.inputs.supply_v;
     case Quantity::kTemperature:
-    case Quantity::kTime:
-      break;
+    case Quantity::kTime: break;
   }
   return row.temperature_degc[column.slot];
 }
@@ -167,16 +159,10 @@ void RecordReader::describe_layout() {
     if (column.role != ColumnRole::kValue) continue;
     const std::size_t axis = core::index(column.channel.axis);
     switch (column.channel.quantity) {
-      case Quantity::kRate:
-        info_.has_rate[axis] = true;
-        break;
-      case Quantity::kReference:
-        info_.has_reference[axis] = true;
-        break;
-      case Quantity::kTemperature:
-        break;
-      default:
-        info_.inputs.push_back(column.channel);
+      case Quantity::kRate: info_.has_rate[axis] = true; break;
+      case Quantity::kReference: info_.has_reference[axis] = true; break;
+      case Quantity::kTemperature: break;
+      default: info_.inputs.push_back(column.channel);
     }
   }
   if (layout_.extra.empty()) return;
@@ -261,15 +247,9 @@ void RecordReader::decode_cells(std::string_view line) {
   for (const BoundColumn& column : layout_.columns) {
     if (cursor.done()) break;
     switch (column.role) {
-      case ColumnRole::kTime:
-        row_.time = decode_time(cursor.take(), column);
-        break;
-      case ColumnRole::kValue:
-        decode_value(cursor, column);
-        break;
-      case ColumnRole::kExtra:
-        row_.extra[column.slot] = cursor.take();
-        break;
+      case ColumnRole::kTime: row_.time = decode_time(cursor.take(), column); break;
+      case ColumnRole::kValue: decode_value(cursor, column); break;
+      case ColumnRole::kExtra: row_.extra[column.slot] = cursor.take(); break;
     }
     if (cursor.done() && &column == &layout_.columns.back()) return;
   }

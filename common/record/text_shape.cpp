@@ -17,14 +17,10 @@ constexpr std::array kDelimiters{Delimiter::kComma, Delimiter::kSemicolon, Delim
 
 std::string_view name_of(Delimiter delimiter) {
   switch (delimiter) {
-    case Delimiter::kComma:
-      return "','";
-    case Delimiter::kSemicolon:
-      return "';'";
-    case Delimiter::kTab:
-      return "tabs";
-    case Delimiter::kBlanks:
-      break;
+    case Delimiter::kComma: return "','";
+    case Delimiter::kSemicolon: return "';'";
+    case Delimiter::kTab: return "tabs";
+    case Delimiter::kBlanks: break;
   }
   return "blanks";
 }

@@ -17,7 +17,7 @@ class ArrivalCount {
  public:
   using Writer = eprosima::fastrtps::rtps::GUID_t;
 
-  // Whoever is first heard from now on, and was not matched before, was expected from its first
+  // Whoever first writes from now on, and was not matched before, was expected from its first
   // sample on; of one that was there before nobody knows what it had said.
   void begin() {
     const std::lock_guard lock(mutex_);
@@ -43,7 +43,7 @@ class ArrivalCount {
   // have of another. The samples' own numbers count up by one in a run.
   void note_answer(const Writer& writer, std::uint64_t number, const Answer& answer) {
     const std::lock_guard lock(mutex_);
-    const std::uint64_t unheard = note_locked(writer, number);
+    const std::uint64_t unreceived = note_locked(writer, number);
     if (answer.is_repeat) return;
     Run* known = runs_.find_or_make(answer.gyro_id);
     if (known == nullptr) return;
@@ -51,8 +51,8 @@ class ArrivalCount {
     if (run.count == 0 || run.id != answer.run_id) {
       if (run.count > 0) holes_before_ += run.holes();
       // What its writer had said before is of this run, too.
-      run = {answer.run_id, answer.sequence - std::min(unheard, answer.sequence), answer.sequence,
-             0};
+      run = {answer.run_id, answer.sequence - std::min(unreceived, answer.sequence),
+             answer.sequence, 0};
     }
     run.first = std::min(run.first, answer.sequence);
     run.newest = std::max(run.newest, answer.sequence);

@@ -110,9 +110,9 @@ void RecordFile::attach_checkpoints(const char* when, std::int64_t now_ns) {
   for (const auto& file : newest_checkpoints(options_.checkpoint_dir)) {
     std::error_code error;
     const auto time = fs::last_write_time(file, error);
-    auto& told = checkpoints_reported_[file];
-    if (error || told == time) continue;
-    told = time;
+    auto& reported = checkpoints_reported_[file];
+    if (error || reported == time) continue;
+    reported = time;
     attach(read(file, when + file.filename().string()), "application/octet-stream", now_ns);
   }
 }

@@ -66,7 +66,7 @@ void MessageBatch::clear() noexcept {
 
 void RecordQueue::push(const QueuedMessage& message) {
   const std::size_t size = sizeof(Head) + message.part.size() + message.payload.size();
-  bool wake = false;
+  bool notify = false;
   {
     const std::lock_guard lock(mutex_);
     const std::size_t before = filling_.bytes();
@@ -76,11 +76,11 @@ void RecordQueue::push(const QueuedMessage& message) {
     }
     filling_.append(message);
     if (message.role == MessageRole::kPaced) ++paced_;
-    wake = (before < kWorthWhileBytes && filling_.bytes() >= kWorthWhileBytes) ||
-           (message.role == MessageRole::kPaced && paced_ == kWorthWhilePaced);
+    notify = (before < kWorthWhileBytes && filling_.bytes() >= kWorthWhileBytes) ||
+             (message.role == MessageRole::kPaced && paced_ == kWorthWhilePaced);
     if (filling_.bytes() > peak_bytes()) peak_.store(filling_.bytes(), std::memory_order_relaxed);
   }
-  if (wake) worth_while_.notify_one();
+  if (notify) worth_while_.notify_one();
 }
 
 bool RecordQueue::take(MessageBatch& batch, std::chrono::milliseconds at_most) {

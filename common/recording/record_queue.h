@@ -20,7 +20,7 @@ namespace zerodrift::recording {
 // What else a message is to the recorder.
 enum class MessageRole : std::uint32_t {
   kPlain,
-  kPaced,    // of a replay or simulation, whose source waits to hear that it was taken
+  kPaced,    // of a replay or simulation, whose source waits until it was taken
   kTrigger,  // no message: something happened that recordings with a pre-trigger buffer wait for
 };
 
@@ -77,7 +77,7 @@ class RecordQueue {
   }
 
  private:
-  // Enough for the writer to be woken: a quarter of a chunk, or half of a replay's patience.
+  // Enough for the writer to be notified: a quarter of a chunk, or half of a replay's patience.
   static constexpr std::size_t kWorthWhileBytes = std::size_t{256} << 10U;
   static constexpr std::uint32_t kWorthWhilePaced = 64;
 

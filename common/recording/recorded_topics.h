@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a recorder knows of each topic: the type of its messages, whether one that does not arrive
-// is lost, and whether its source waits to hear that it was taken.
+// is lost, and whether its source waits until it was taken.
 #pragma once
 
 #include <algorithm>

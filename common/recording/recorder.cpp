@@ -17,7 +17,7 @@
 #include "common/core/bounded_table.h"
 #include "common/dds/raw_reader.h"
 #include "common/recording/arrival_count.h"
-#include "common/recording/discovery_settled.h"
+#include "common/recording/discovery_complete.h"
 #include "common/recording/record_queue.h"
 #include "common/recording/recorded_topics.h"
 #include "common/service/host.h"
@@ -32,7 +32,7 @@ using namespace std::chrono_literals;
 
 constexpr auto kLongestWait = 50ms;
 // A source begins when its consumers have announced themselves: this one once its discovery has
-// settled, that is when the writers know of it as well.
+// complete, that is when the writers know of it as well.
 constexpr const char* kConsumer = "recorder";
 
 constexpr std::uint32_t kRateTopic = topic_index<msg::AngularRate>();
@@ -156,7 +156,7 @@ class McapRecorder {
       queue_.push({.arrival_ns = service::monotonic_ns(), .role = MessageRole::kTrigger});
   }
 
-  // Of itself the recorder tells without any need to be recorded.
+  // Of itself the recorder reports without any need to be recorded.
   [[nodiscard]] bool is_trigger(const msg::Event& event) const {
     if (event.service() == host_.name().c_str()) return false;
     if (!options_.trigger.empty()) return options_.trigger == event.code().c_str();
@@ -230,7 +230,7 @@ class McapRecorder {
   // ---------------------------------------- the status thread
 
   void tick() {
-    begin_once_settled();
+    begin_once_discovered();
     const auto now = service::monotonic_ns();
     if (has_begun_ && options_.duration_s > 0.0 &&
         static_cast<double>(now - began_ns_) >= 1e9 * options_.duration_s)
@@ -257,7 +257,7 @@ class McapRecorder {
 
   // Says that it records once it is matched with whoever is there; announces itself to replays once
   // that holds for a writer of rates.
-  void begin_once_settled() {
+  void begin_once_discovered() {
     const std::lock_guard lock(progress_mutex_);
     if (progress_) return;
     int rates = 0;
@@ -343,11 +343,11 @@ class McapRecorder {
   std::unique_ptr<service::ReplayProgressReporter> progress_;
   bool has_begun_ = false;
   std::int64_t began_ns_ = 0;
-  DiscoverySettled discovery_;
+  DiscoveryComplete discovery_;
   std::uint64_t reported_dropped_ = 0;
   std::uint64_t reported_missed_ = 0;
   std::thread writer_;
-  // Last, so that nothing is heard any more when the rest goes. They own the readers.
+  // Last, so that nothing arrives any more when the rest goes. They own the readers.
   std::optional<dds::RawReader<msg::Event>> triggers_of_;
   std::vector<std::pair<std::string_view, std::function<int()>>> matched_;
 };

@@ -391,10 +391,6 @@ std::optional<KernelChoice> score_kernel(const KernelSelectionOptions& options,
   return scored(options, preparation.problem, kernel);
 }
 
-double suggested_box_constraint(const KernelChoice& choice) noexcept {
-  return choice.ridge > 0.0 ? 3.0 * choice.noise_sigma / choice.ridge : 0.0;
-}
-
 bool is_materially_better(const KernelSelectionOptions& options, const KernelSelection& selection,
                           const KernelChoice& present) noexcept {
   return selection.status == SelectionStatus::kSelected &&

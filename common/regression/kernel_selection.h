@@ -9,9 +9,9 @@
 // the targets, exactly like an SVR with a bias; kernels less 1 (kernel.h) are used as they are.
 //
 //   paper                ||w||² = y' P y at a fixed ridge, the known label noise over the targets'
-//                        variance. Mao, Xu, He & Wu (2022), eq. (7), is its limit without ridge
-//                        (gram_dictionary.h), which charges the labels' noise to w and therefore
-//                        prefers the largest gamma.
+//                        variance. Mao, Xu, He & Wu (2022), eq. (7), is its limit without ridge,
+//                        which charges the labels' noise to w and therefore prefers the largest
+//                        gamma.
 //   marginal likelihood  (n-1) log s² + log |A| + log (1' A^-1 1) + y' P y / s²: the restricted
 //                        likelihood of Gaussian-process regression (Rasmussen & Williams 2006,
 //                        section 2.7), with s² = y' P y / (n-1) and the ridge at its optimum.
@@ -122,13 +122,6 @@ struct KernelSelection {
                                                        const Kernel& kernel,
                                                        const SampleColumns& samples,
                                                        std::span<const double> targets);
-
-// The coefficient that the ridge solution gives a sample three noise sigmas off, 3 s² /
-// noise_sigma: with this box constraint the SVR pulls at such a sample as hard as least squares
-// would. A small gamma needs large coefficients, and a fixed small constraint costs it its
-// accuracy; from a third to thirty times this value the error changed by 5 % at most. 0 for a
-// choice that couldn't be scored.
-[[nodiscard]] double suggested_box_constraint(const KernelChoice& choice) noexcept;
 
 // Whether a running model should be rebuilt: the selection succeeded and its best choice beats the
 // present kernel, scored on the same samples, by the margin.

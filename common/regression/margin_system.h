@@ -34,7 +34,7 @@ struct Direction {
   double magnitude;          // of the kernel terms that a residual rate is the sum of
 };
 
-// Samples are told by their position; the reference is at 0. Everything is allocated in the
+// Samples are named by their position; the reference is at 0. Everything is allocated in the
 // constructor.
 class MarginSystem {
  public:

@@ -62,7 +62,7 @@ OnlineSvr::OnlineSvr(const OnlineSvrOptions& options)
       was_driven_(slot_count(), 0),
       residual_rate_(rows_.stride()),
       margin_offset_(slot_count()) {
-  unsettled_.reserve(slot_count());
+  pending_.reserve(slot_count());
 }
 
 // ---- Calls ----
@@ -93,17 +93,17 @@ UpdateReport OnlineSvr::forget(std::size_t slot) noexcept {
   }
   report.slot = slot;
   evict(slot, report.events);
-  report.outcome = is_settled() ? UpdateOutcome::kForgotten : UpdateOutcome::kUnfinished;
+  report.outcome = has_finished() ? UpdateOutcome::kForgotten : UpdateOutcome::kUnfinished;
   maintain();
   return report;
 }
 
-bool OnlineSvr::settle() noexcept {
+bool OnlineSvr::finish_pending() noexcept {
   std::size_t events = 0;
   begin_call();
-  const bool settled = resolve(events);
+  const bool finished = resolve(events);
   maintain();
-  return settled;
+  return finished;
 }
 
 // What is remembered of events is of one call only: a learner that is saved and restored between
@@ -118,7 +118,7 @@ void OnlineSvr::clear() noexcept {
   margin_.clear();
   rows_.clear();
   driver_ = kNoSlot;
-  unsettled_.clear();
+  pending_.clear();
   for (std::size_t slot = 0; slot < slot_count(); ++slot) {
     theta_[slot] = 0.0;
     residual_[slot] = 0.0;
@@ -160,7 +160,7 @@ UpdateOutcome OnlineSvr::learn(std::size_t slot, std::size_t& events) noexcept {
   if (fits) {
     assign_set(slot, SampleSet::kRemaining);
   } else {
-    push_unsettled(slot);
+    push_pending(slot);
   }
   if (!resolve(events)) return UpdateOutcome::kUnfinished;
   return fits ? UpdateOutcome::kFitsAlready : UpdateOutcome::kLearned;
@@ -171,7 +171,7 @@ void OnlineSvr::evict(std::size_t slot, std::size_t& events) noexcept {
     detach_from_margin(margin_.position_of(slot));
   }
   is_leaving_[slot] = 1;
-  push_unsettled(slot);
+  push_pending(slot);
   resolve(events);
 }
 
@@ -186,11 +186,11 @@ void OnlineSvr::vacate(std::size_t slot) noexcept {
 
 // ---- Events ----
 
-// Drives unsettled samples, the last first, until none is left (true) or the budget is spent.
+// Drives pending samples, the last first, until none is left (true) or the budget is spent.
 bool OnlineSvr::resolve(std::size_t& events) noexcept {
-  while (!unsettled_.empty()) {
-    const std::size_t driver = unsettled_.back();
-    if (try_to_settle(driver)) continue;
+  while (!pending_.empty()) {
+    const std::size_t driver = pending_.back();
+    if (try_to_finish(driver)) continue;
     if (events == options_.event_budget) return false;
     ++events;
     advance(driver);
@@ -199,11 +199,11 @@ bool OnlineSvr::resolve(std::size_t& events) noexcept {
 }
 
 // Files the driver under the set whose conditions it meets without being on the margin.
-bool OnlineSvr::try_to_settle(std::size_t driver) noexcept {
+bool OnlineSvr::try_to_finish(std::size_t driver) noexcept {
   const double theta = theta_[driver], h = residual_[driver];
   if (is_leaving_[driver]) {
     if (theta != 0.0) return false;
-    erase_unsettled(driver);
+    erase_pending(driver);
     vacate(driver);
     return true;
   }
@@ -213,7 +213,7 @@ bool OnlineSvr::try_to_settle(std::size_t driver) noexcept {
                      -h * std::copysign(1.0, theta) >= options_.epsilon - resolution;
   if (!remaining && !error) return false;
   was_driven_[driver] = 1;
-  erase_unsettled(driver);
+  erase_pending(driver);
   assign_set(driver, remaining ? SampleSet::kRemaining : SampleSet::kError);
   return true;
 }
@@ -324,12 +324,12 @@ void OnlineSvr::handle(const Event& event, std::size_t driver, const Drive& driv
     case Event::Kind::kDriverAtMargin:
       if (theta_[driver] == 0.0) return;
       if (enter_margin(driver)) {
-        erase_unsettled(driver);
+        erase_pending(driver);
       } else if (was_driven_[driver]) {
         refused_ = driver;
       }
       was_driven_[driver] = 1;
-      return;  // with theta = 0 it now fits, which the next try_to_settle() sees
+      return;  // with theta = 0 it now fits, which the next try_to_finish() sees
     case Event::Kind::kDriverAtLimit: theta_[driver] = drive.theta_limit; return;
     case Event::Kind::kMarginLeaves: leave_margin(event.position); return;
     case Event::Kind::kSampleMeets: meet_border(event.position); return;
@@ -341,23 +341,23 @@ void OnlineSvr::handle(const Event& event, std::size_t driver, const Drive& driv
 // margin's, it becomes the driver: its coefficient then displaces one of the margin until it can
 // enter.
 void OnlineSvr::meet_border(std::size_t slot) noexcept {
-  const bool is_waiting = set_[slot] == SampleSet::kUnsettled;
+  const bool is_waiting = set_[slot] == SampleSet::kPending;
   if (is_waiting && theta_[slot] == 0.0) {
-    erase_unsettled(slot);
+    erase_pending(slot);
     assign_set(slot, SampleSet::kRemaining);
     return;
   }
   const double rate = residual_rate_[slot];
   const double border = rate > 0.0 ? upper_[slot] : lower_[slot];
   if (enter_margin(slot)) {
-    if (is_waiting) erase_unsettled(slot);
+    if (is_waiting) erase_pending(slot);
     return;
   }
   put_past_border(slot, border, std::copysign(1.0, rate));
   if (is_waiting) {
     await(slot);
   } else {
-    push_unsettled(slot);
+    push_pending(slot);
   }
 }
 
@@ -412,23 +412,23 @@ void OnlineSvr::assign_set(std::size_t slot, SampleSet set) noexcept {
   }
 }
 
-// An unsettled sample that isn't driven keeps its place until its residual meets its margin.
+// A pending sample that isn't driven keeps its place until its residual meets its margin.
 void OnlineSvr::await(std::size_t slot) noexcept {
-  assign_set(slot, SampleSet::kUnsettled);
+  assign_set(slot, SampleSet::kPending);
   if (is_leaving_[slot]) return;
   const double target = plan(slot).residual_target;
   (residual_[slot] < target ? upper_ : lower_)[slot] = target;
 }
 
-void OnlineSvr::push_unsettled(std::size_t slot) noexcept {
-  if (!unsettled_.empty()) await(unsettled_.back());
-  unsettled_.push_back(slot);
-  assign_set(slot, SampleSet::kUnsettled);
+void OnlineSvr::push_pending(std::size_t slot) noexcept {
+  if (!pending_.empty()) await(pending_.back());
+  pending_.push_back(slot);
+  assign_set(slot, SampleSet::kPending);
 }
 
-void OnlineSvr::erase_unsettled(std::size_t slot) noexcept {
-  unsettled_.erase(std::find(unsettled_.begin(), unsettled_.end(), slot));
-  if (!unsettled_.empty()) assign_set(unsettled_.back(), SampleSet::kUnsettled);
+void OnlineSvr::erase_pending(std::size_t slot) noexcept {
+  pending_.erase(std::find(pending_.begin(), pending_.end(), slot));
+  if (!pending_.empty()) assign_set(pending_.back(), SampleSet::kPending);
 }
 
 // ---- Upkeep ----
@@ -521,7 +521,7 @@ SetCounts OnlineSvr::set_counts() const noexcept {
     counts.remaining += set == SampleSet::kRemaining;
     counts.margin += set == SampleSet::kMargin;
     counts.error += set == SampleSet::kError;
-    counts.unsettled += set == SampleSet::kUnsettled;
+    counts.pending += set == SampleSet::kPending;
   }
   return counts;
 }
@@ -533,7 +533,7 @@ double OnlineSvr::theta_sum() const noexcept {
 double OnlineSvr::max_kkt_violation() const noexcept {
   double largest = 0.0;
   for (std::size_t slot = 0; slot < slot_count(); ++slot) {
-    if (set_[slot] == SampleSet::kVacant || set_[slot] == SampleSet::kUnsettled) continue;
+    if (set_[slot] == SampleSet::kVacant || set_[slot] == SampleSet::kPending) continue;
     const auto x = rows_.sample(slot);
     const double h = predict({x.data(), options_.dimension}) - target_[slot];
     const double outside = -std::copysign(1.0, theta_[slot]) * h - options_.epsilon;

@@ -86,11 +86,11 @@ enum class SampleSet : std::uint8_t {
   kRemaining = 1,
   kMargin = 2,
   kError = 3,
-  kUnsettled = 4,  // being learned or forgotten
+  kPending = 4,  // being learned or forgotten
 };
 
 struct SetCounts {
-  std::size_t remaining = 0, margin = 0, error = 0, unsettled = 0;
+  std::size_t remaining = 0, margin = 0, error = 0, pending = 0;
 };
 
 class OnlineSvr {  // More members than other classes: its columns by slot are one state.
@@ -115,8 +115,8 @@ class OnlineSvr {  // More members than other classes: its columns by slot are o
   // Takes the sample in `slot` out, exactly.
   UpdateReport forget(std::size_t slot) noexcept;
 
-  // Spends one budget on whatever earlier calls left unfinished. True if all is settled.
-  bool settle() noexcept;
+  // Spends one budget on whatever earlier calls left unfinished. True if nothing is pending.
+  bool finish_pending() noexcept;
 
   // Back to the empty window.
   void clear() noexcept;
@@ -129,7 +129,7 @@ class OnlineSvr {  // More members than other classes: its columns by slot are o
   // capacity + 1: a sample that is still leaving doesn't block a new one.
   [[nodiscard]] std::size_t slot_count() const noexcept { return rows_.slot_count(); }
   [[nodiscard]] SetCounts set_counts() const noexcept;
-  [[nodiscard]] bool is_settled() const noexcept { return unsettled_.empty(); }
+  [[nodiscard]] bool has_finished() const noexcept { return pending_.empty(); }
   [[nodiscard]] double bias() const noexcept { return bias_; }
   [[nodiscard]] double theta_sum() const noexcept;
 
@@ -152,8 +152,8 @@ class OnlineSvr {  // More members than other classes: its columns by slot are o
     return rows_.feature(slot, d);
   }
 
-  // Largest violation of the KKT conditions by any settled sample, from residuals computed anew.
-  // O(W²), for checks.
+  // Largest violation of the KKT conditions by any sample that is not pending, from residuals
+  // computed anew. O(W²), for checks.
   [[nodiscard]] double max_kkt_violation() const noexcept;
 
  private:
@@ -187,7 +187,7 @@ class OnlineSvr {  // More members than other classes: its columns by slot are o
   bool resolve(std::size_t& events) noexcept;
   void advance(std::size_t driver) noexcept;
   void keep_before_margin(std::size_t driver, const Drive& drive) noexcept;
-  [[nodiscard]] bool try_to_settle(std::size_t driver) noexcept;
+  [[nodiscard]] bool try_to_finish(std::size_t driver) noexcept;
   [[nodiscard]] Drive plan(std::size_t slot) const noexcept;
   [[nodiscard]] MarginSample take_driver(std::size_t driver) noexcept;
   void release_driver() noexcept;
@@ -206,8 +206,8 @@ class OnlineSvr {  // More members than other classes: its columns by slot are o
   void leave_margin(std::size_t position) noexcept;
   void assign_set(std::size_t slot, SampleSet set) noexcept;
   void await(std::size_t slot) noexcept;
-  void push_unsettled(std::size_t slot) noexcept;
-  void erase_unsettled(std::size_t slot) noexcept;
+  void push_pending(std::size_t slot) noexcept;
+  void erase_pending(std::size_t slot) noexcept;
 
   void carry_sample(core::StateArchive& archive, std::size_t slot);
   void carry_sets(core::StateArchive& archive);
@@ -229,7 +229,7 @@ class OnlineSvr {  // More members than other classes: its columns by slot are o
   std::vector<char> is_leaving_;
   std::vector<char> was_driven_;  // to a bound or its margin, in this call
 
-  std::vector<std::size_t> unsettled_;           // a stack; the last is driven
+  std::vector<std::size_t> pending_;             // a stack; the last is driven
   std::size_t driver_ = SampleWindow::kNoSlot;   // whose row is taken
   std::size_t refused_ = SampleWindow::kNoSlot;  // the driver that the present margin didn't take
   double bias_ = 0.0;

@@ -65,10 +65,10 @@ void OnlineSvr::carry_sample(core::StateArchive& archive, std::size_t slot) {
 
   const double theta = std::fabs(theta_[slot]);
   archive.require(options_.is_weight(weight_[slot]) && theta <= box_of(slot) * (1.0 + 1e-9));
-  archive.require(set > SampleSet::kVacant && set <= SampleSet::kUnsettled);
+  archive.require(set > SampleSet::kVacant && set <= SampleSet::kPending);
   archive.require(set != SampleSet::kError || theta == box_of(slot));
   archive.require(set != SampleSet::kRemaining || theta == 0.0);
-  archive.require(!leaves || set == SampleSet::kUnsettled);
+  archive.require(!leaves || set == SampleSet::kPending);
   archive.require(tier == WindowTier::kRecent ||
                   (tier == WindowTier::kOld && options_.window == WindowPolicy::kTwoTier));
   archive.require(its_arrival < arrival_count_);
@@ -79,21 +79,21 @@ void OnlineSvr::carry_sample(core::StateArchive& archive, std::size_t slot) {
   window_.put_back(slot, its_arrival, tier, rows_.columns());
 }
 
-// The lists' orders: of the margin by position, of what is unsettled as it is driven.
+// The lists' orders: of the margin by position, of what is pending as it is driven.
 void OnlineSvr::carry_sets(core::StateArchive& archive) {
   // The next sample needs a slot.
   archive.require(size() < slot_count() ||
                   std::find(is_leaving_.begin(), is_leaving_.end(), 1) != is_leaving_.end());
   std::vector<std::size_t> margin;
   for (std::size_t p = 0; p < margin_.size(); ++p) margin.push_back(margin_.slot(p));
-  std::vector<std::size_t> unsettled = unsettled_;
+  std::vector<std::size_t> pending = pending_;
   archive.list(margin, slot_count());
-  archive.list(unsettled, slot_count());
+  archive.list(pending, slot_count());
   archive.require(lists_exactly(margin, set_, SampleSet::kMargin) &&
-                  lists_exactly(unsettled, set_, SampleSet::kUnsettled));
+                  lists_exactly(pending, set_, SampleSet::kPending));
   if (!archive.ok()) return;
   if (archive.reads()) {
-    for (const std::size_t slot : unsettled) push_unsettled(slot);
+    for (const std::size_t slot : pending) push_pending(slot);
     for (const std::size_t slot : margin)
       margin_.put_back({slot, rows_.take(slot), rows_.magnitude(slot)});
   }

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 
 #include "common/regression/kernel.h"
 #include "common/regression/online_svr.h"
@@ -41,13 +40,6 @@ double SampleDomain::squared_distance_of_block(std::span<const double> x,
   squared_distance_row({features_.data() + begin, stride_, dimension_, count}, x.data(),
                        distance.data());
   return minimum_of_nonnegative(distance.data(), count);
-}
-
-double SampleDomain::squared_distance(std::span<const double> x) const noexcept {
-  double nearest = std::numeric_limits<double>::infinity();
-  for (std::size_t begin = 0; begin < size_; begin += kExpansionBlock)
-    nearest = std::min(nearest, squared_distance_of_block(x, begin));
-  return nearest;
 }
 
 bool SampleDomain::has_within(std::span<const double> x, double squared) const noexcept {

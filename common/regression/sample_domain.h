@@ -26,11 +26,8 @@ class SampleDomain {
   // Its state (core/state_archive.h), for one of this dimension and capacity.
   void carry(core::StateArchive& archive);
 
-  // Squared Euclidean distance from x to the nearest sample; infinity while there is none.
-  // O(samples).
-  [[nodiscard]] double squared_distance(std::span<const double> x) const noexcept;
-
-  // Whether a sample lies within the distance: mostly found early. O(samples) at worst.
+  // Whether a sample lies within this squared Euclidean distance: mostly found early. O(samples) at
+  // worst.
   [[nodiscard]] bool has_within(std::span<const double> x, double squared) const noexcept;
 
  private:

@@ -85,14 +85,14 @@ void RateReplay::publish(const core::RateReferenceSample& reference) {
 
 bool RateReplay::wait_for_consumers(const std::atomic<bool>& stopping) {
   if (!pacer_.anybody_to_wait_for()) return true;
-  bool told = false;
+  bool reported = false;
   for (auto waited = 0ms; !stopping; waited += kStopCheck) {
     // A consumer announces itself before its reader may be known here: no sample goes out into the
     // void.
     if (pacer_.wait_for_consumers(kStopCheck) && writer_.matched() > 0) return true;
     if (pacer_.missing_consumers().empty()) std::this_thread::sleep_for(1ms);
-    if (waited < kPatience || told) continue;
-    told = true;
+    if (waited < kPatience || reported) continue;
+    reported = true;
     host_.raise({.code = "waiting_for_consumers",
                  .severity = service::Severity::kInformation,
                  .text = "waiting for " + pacer_.missing_consumers() + " (--wait-for)",

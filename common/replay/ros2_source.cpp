@@ -33,8 +33,8 @@ RosParticipant::RosParticipant(service::Host& host, const dds::NetworkOptions& n
   other_.emplace(host.name() + "_ros2", other);
 }
 
-void RosParticipant::tell() {
-  if (other_) other_->tell_events(host_.observer());
+void RosParticipant::report() {
+  if (other_) other_->report_events(host_.observer());
 }
 
 RosTopicWatch::RosTopicWatch(service::Host& host, std::uint32_t gyro_id, std::uint32_t domain)
@@ -47,24 +47,24 @@ void RosTopicWatch::raise(const char* code, Severity severity, const std::string
       times);
 }
 
-void RosTopicWatch::tell(const std::string& topic, std::string_view type, int publishers,
-                         double waited_s) {
+void RosTopicWatch::report(const std::string& topic, std::string_view type, int publishers,
+                           double waited_s) {
   const std::uint64_t unstamped = unstamped_;
   raise("ros2_stamp_missing", Severity::kWarning,
         topic +
             ": messages without a header.stamp (0, or no time) are left out: a sample's time is "
             "its sensor's",
-        unstamped - told_unstamped_);
-  told_unstamped_ = unstamped;
-  if (publishers == 0 && received_ == 0 && waited_s > kPatienceS && !told_nobody_) {
-    told_nobody_ = true;
+        unstamped - reported_unstamped_);
+  reported_unstamped_ = unstamped;
+  if (publishers == 0 && received_ == 0 && waited_s > kPatienceS && !reported_nobody_) {
+    reported_nobody_ = true;
     raise("ros2_no_publisher", Severity::kInformation,
           "nobody publishes " + topic + " (" + std::string(type) + ") in domain " +
               std::to_string(domain_) + " yet; `ros2 topic info -v` names topic, type and domain",
           1);
   }
-  if (publishers > 1 && !told_several_) {
-    told_several_ = true;
+  if (publishers > 1 && !reported_several_) {
+    reported_several_ = true;
     raise("ros2_several_publishers", Severity::kWarning,
           topic + ": " + std::to_string(publishers) +
               " publishers, expected one: samples of two sensors are no gyro's",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A topic of ROS 2 nodes as the source of a publisher: what is heard goes on at once, with the
+// A topic of ROS 2 nodes as the source of a publisher: what is received goes on at once, with the
 // stamps that the messages carry.
 #pragma once
 
@@ -59,7 +59,7 @@ class RosParticipant {
   [[nodiscard]] std::uint32_t domain() const noexcept { return domain_; }
   [[nodiscard]] bool is_hosts() const noexcept { return !other_.has_value(); }
   // What the middleware noticed, as events of the host. Not from a reader's callback.
-  void tell();
+  void report();
 
  private:
   service::Host& host_;
@@ -67,8 +67,8 @@ class RosParticipant {
   std::optional<dds::Participant> other_{};
 };
 
-// What there is to tell of one topic that is listened to, beside what its reader notices itself
-// (samples lost, another type). tell() from time to time on one thread;
+// What there is to report of one topic that is read, beside what its reader notices itself
+// (samples lost, another type). report() from time to time on one thread;
 // note() once a message on another, without memory or a lock.
 class RosTopicWatch {
  public:
@@ -80,7 +80,7 @@ class RosTopicWatch {
     if (!has_stamp) unstamped_.fetch_add(1, std::memory_order_relaxed);
   }
   // `waited_s`: since the source began.
-  void tell(const std::string& topic, std::string_view type, int publishers, double waited_s);
+  void report(const std::string& topic, std::string_view type, int publishers, double waited_s);
 
   [[nodiscard]] std::uint64_t received() const noexcept { return received_; }
   [[nodiscard]] std::uint64_t missing() const noexcept { return missing_; }
@@ -96,9 +96,9 @@ class RosTopicWatch {
   std::atomic<std::uint64_t> received_{0};
   std::atomic<std::uint64_t> missing_{0};
   std::atomic<std::uint64_t> unstamped_{0};
-  std::uint64_t told_unstamped_ = 0;
-  bool told_nobody_ = false;
-  bool told_several_ = false;
+  std::uint64_t reported_unstamped_ = 0;
+  bool reported_nobody_ = false;
+  bool reported_several_ = false;
 };
 
 // One topic. `Counter` makes samples of the messages (core/ros2.h).
@@ -120,8 +120,8 @@ class RosSource {
             [this](const auto& message, std::uint64_t missing) { take(message, missing); },
             host.observer()) {}
 
-  void tell(double waited_s) {
-    watch_.tell(reader_.topic(), reader_.type(), reader_.matched(), waited_s);
+  void report(double waited_s) {
+    watch_.report(reader_.topic(), reader_.type(), reader_.matched(), waited_s);
   }
   [[nodiscard]] const RosTopicWatch& watch() const noexcept { return watch_; }
   [[nodiscard]] const std::string& topic() const noexcept { return reader_.topic(); }

@@ -7,8 +7,7 @@
 
 namespace zerodrift::report {
 
-class ReportError : public std::runtime_error {
- public:
+struct ReportError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 

@@ -63,11 +63,11 @@ void CommandServer::answer(const msg::Command& command, const CommandVerdict& ve
     writer_.write(reply);
   }
   const std::string name = command.name().c_str();
-  host_.tell({.code = "command_" + name,
-              .severity = Severity::kInformation,
-              .text = name + " from " + command.issuer().c_str() + ": " + verdict.text,
-              .gyro_id = 0,
-              .sensor_time_ns = 0});
+  host_.raise_each({.code = "command_" + name,
+                    .severity = Severity::kInformation,
+                    .text = name + " from " + command.issuer().c_str() + ": " + verdict.text,
+                    .gyro_id = 0,
+                    .sensor_time_ns = 0});
 }
 
 }  // namespace zerodrift::service

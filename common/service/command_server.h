@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A service's side of commands: hears those addressed to it, obeys each once, answers, and tells
-// everybody by an event `command_<name>`.
+// A service's side of commands: receives those addressed to it, obeys each once, answers, and
+// reports it by an event `command_<name>`.
 #pragma once
 
 #include <array>
@@ -40,7 +40,7 @@ class CommandServer {
     msg::CommandReply reply{};
   };
   static std::size_t key_of(const msg::Command& command);
-  // True for one that was heard before, whose answer is given again if there is one.
+  // True for one that was received before, whose answer is given again if there is one.
   bool is_repeated(const msg::Command& command);
 
   Host& host_;

@@ -5,7 +5,7 @@
 
 namespace zerodrift::service {
 
-// How far a consumer has taken one gyro's samples, and when a replay is told of it
+// How far a consumer has taken one gyro's samples, and when a replay is notified
 // (ReplayProgressReporter): a replay waits for each of its consumers, whether they have a use for
 // the gyro or not. One thread at a time.
 class ConsumerPace {

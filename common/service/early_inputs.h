@@ -57,7 +57,7 @@ class EarlyInputs {
 
   std::size_t most_gyros_;
   std::size_t most_items_;
-  std::deque<Gyro> gyros_;  // the one heard last at the end
+  std::deque<Gyro> gyros_;  // the one received last at the end
   std::uint64_t forgotten_ = 0;
 };
 

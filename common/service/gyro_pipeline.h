@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The way of one gyro's samples through one instance: whom it listens to, what waits for what, what
+// The way of one gyro's samples through one instance: whom it follows, what waits for what, what
 // is answered, and whether the answer is written (instance_sync.h). One that is behind keeps a log
 // of its inputs from before it asks for a state, and goes on from the state through the log: to the
 // bit, since equal inputs give equal answers.
@@ -56,7 +56,7 @@ class GyroPipeline {
     // drain() is to be called when the learner has delivered; true: it has already.
     virtual bool await_model() = 0;
     virtual void report_progress(std::uint64_t newest, core::SensorTime needed) = 0;
-    virtual void wake_learner() = 0;
+    virtual void notify_learner() = 0;
 
    protected:
     Port() = default;
@@ -71,13 +71,13 @@ class GyroPipeline {
   }
 
   // ---- inputs. `run` is the publisher's.
-  // One publisher a gyro, so that two streams are never mixed: the first is heard until it is gone
-  // or silent, or until the instances that are in sync follow another.
+  // One publisher a gyro, so that two streams are never mixed: the first is followed until it is
+  // gone or silent, or until the instances that are in sync follow another.
   [[nodiscard]] bool accepts(std::uint64_t run, std::int64_t now_ns) {
     if (run_ != run) {
       const bool is_wanted = sync_.wanted_run() == run;
       const bool is_free =
-          run_ == 0 || publisher_gone_ || !is_within(kSilentPublisherNs, heard_ns_, now_ns);
+          run_ == 0 || publisher_gone_ || !is_within(kSilentPublisherNs, received_ns_, now_ns);
       if (!is_wanted && !is_free) {
         ++rejected_;
         return false;
@@ -86,7 +86,7 @@ class GyroPipeline {
       run_ = run;
       publisher_gone_ = false;
     }
-    heard_ns_ = now_ns;
+    received_ns_ = now_ns;
     return true;
   }
   void push(const core::AngularRateSample& sample, std::uint64_t run, std::int64_t publish_time_ns,
@@ -110,9 +110,9 @@ class GyroPipeline {
     engine_->push(sample);
     drain(now_ns);
   }
-  // The publisher is gone for good: another one is heard at once.
+  // The publisher is gone for good: another one is followed at once.
   void publisher_gone(std::uint64_t run) noexcept { publisher_gone_ |= run_ == run; }
-  void hear(const AnswerMark& other) noexcept { sync_.hear(other); }
+  void receive(const AnswerMark& other) noexcept { sync_.receive(other); }
 
   // Answers what can be answered. Real sensors are answered at once, with what is there. A record
   // or simulation waits for its consumers, so its samples wait here for what belongs to them, and
@@ -182,9 +182,9 @@ class GyroPipeline {
       if (rate->sample.sequence > after)
         engine.push(rate->sample, rate->publish_time_ns, rate->ingress_time_ns);
     } else if (const auto* temperature = std::get_if<core::TemperatureSample>(&input)) {
-      if (!engine.has_heard(*temperature)) engine.push(*temperature);
+      if (!engine.has_received(*temperature)) engine.push(*temperature);
     } else if (const auto* reference = std::get_if<core::RateReferenceSample>(&input)) {
-      if (!engine.has_heard(*reference)) engine.push(*reference);
+      if (!engine.has_received(*reference)) engine.push(*reference);
     }
     using compensation::Readiness;
     for (;;) {
@@ -206,7 +206,7 @@ class GyroPipeline {
     write_held_unless([&](const Kept& kept) {
       const std::uint64_t sequence = kept.answer.raw.sequence;
       const bool is_answered_anew = !answers.empty() && sequence >= answers.front().raw.sequence;
-      return kept.run != run_ || is_answered_anew || sync_.was_heard(kept.run, sequence);
+      return kept.run != run_ || is_answered_anew || sync_.was_received(kept.run, sequence);
     });
     engine_.swap(fresh);
     drop_log();
@@ -247,7 +247,7 @@ class GyroPipeline {
   static constexpr std::size_t kUsualLog = 1U << 14U;  // 8 s at 2 kHz
   static constexpr std::size_t kHeld = 4096;           // 2 s at 2 kHz
   static constexpr std::size_t kUnled = 512;
-  // Heard from one that died, but perhaps not by everybody: written again.
+  // Received from one that died, but perhaps not by everybody: written again.
   static constexpr std::uint64_t kOverlap = 64;
 
   static constexpr bool is_within(std::int64_t span_ns, std::int64_t since_ns,
@@ -273,7 +273,7 @@ class GyroPipeline {
     const std::uint64_t labels = engine_->counts().labels;
     waiting_since_ns_ = 0;
     pass_on(engine_->answer_next(), now_ns);
-    if (engine_->counts().labels != labels) port_.wake_learner();
+    if (engine_->counts().labels != labels) port_.notify_learner();
     if (core::is_paced_by_consumers(newest_.raw.clock) && ++answered_since_report_ >= kReportEvery)
       report_progress();
   }
@@ -297,10 +297,11 @@ class GyroPipeline {
     std::uint64_t run = 0;
   };
   AnswerMark prepare(const Kept& kept) noexcept {
-    return port_.prepare(kept.answer, kept.run, sync_.told_answered(engine_->counts().samples_out));
+    return port_.prepare(kept.answer, kept.run,
+                         sync_.stated_answered(engine_->counts().samples_out));
   }
   void hold(const Kept& kept) noexcept {
-    if (held_.full() && !sync_.was_heard(held_.front().run, held_.front().answer.raw.sequence))
+    if (held_.full() && !sync_.was_received(held_.front().run, held_.front().answer.raw.sequence))
       ++dropped_;
     held_.push_overwriting(kept);
   }
@@ -313,16 +314,17 @@ class GyroPipeline {
       port_.write_prepared(sync_.leads());
     }
   }
-  // What nobody was heard to write, and a little more.
+  // What was received from nobody, and a little more.
   void write_held() {
     write_held_unless([this](const Kept& kept) {
       const std::uint64_t sequence = kept.answer.raw.sequence;
-      return sync_.was_heard(kept.run, sequence) && sync_.was_heard(kept.run, sequence + kOverlap);
+      return sync_.was_received(kept.run, sequence) &&
+             sync_.was_received(kept.run, sequence + kOverlap);
     });
     if (!unled_ || !sync_.leads()) return;
     for (; !unled_->empty(); unled_->pop()) {
       const Kept& kept = unled_->front();
-      if (sync_.was_heard(kept.run, kept.answer.raw.sequence)) continue;
+      if (sync_.was_received(kept.run, kept.answer.raw.sequence)) continue;
       prepare(kept);
       port_.write_prepared_alone();
     }
@@ -336,9 +338,9 @@ class GyroPipeline {
   bool logging_ = false;
   std::vector<Input> log_{};  // in order of arrival
   std::optional<std::int64_t> asked_ns_{};
-  std::uint64_t run_ = 0;  // whose samples are heard; 0: nobody's yet
+  std::uint64_t run_ = 0;  // whose samples are taken; 0: nobody's yet
   bool publisher_gone_ = false;
-  std::int64_t heard_ns_ = 0;
+  std::int64_t received_ns_ = 0;
   std::uint64_t rejected_ = 0;  // samples of a second publisher of the same id
   std::uint64_t dropped_ = 0;   // held back, and too many
   std::int64_t waiting_since_ns_ = 0;

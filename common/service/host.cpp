@@ -31,7 +31,7 @@ constexpr std::size_t kLongestEvent = 255;
 constexpr std::size_t kLongestSummary = 128;
 constexpr std::size_t kMostMetrics = 160;  // bound of service_status
 constexpr std::size_t kMostTallies = 1024;
-constexpr std::size_t kMostTold = 64;
+constexpr std::size_t kMostQueued = 64;
 // Four rounds a second: whatever goes wrong, events cost a millisecond or so of each round.
 constexpr std::size_t kEventsARound = 32;
 
@@ -112,7 +112,7 @@ Host::Host(const std::string& name, const dds::NetworkOptions& network,
       status_writer_(participant_),
       event_writer_(participant_) {
   if (!spdlog::get(name_)) log_to_standard_error(name_);
-  write_health({.state = State::kStarting, .summary = "", .metrics = {}});  // or tells at once
+  write_health({.state = State::kStarting, .summary = "", .metrics = {}});  // or refuses at once
 }
 
 // What went wrong before run() is at least in the log.
@@ -144,15 +144,15 @@ void Host::raise_counted(Occurrence occurrence, std::uint64_t times) {
   tally.latest = std::move(occurrence);
 }
 
-void Host::tell(const Occurrence& occurrence) {
+void Host::raise_each(const Occurrence& occurrence) {
   {
     DueEvent event{.occurrence = occurrence, .is_logged = true};
     clean(event.occurrence);
     const std::lock_guard lock(events_mutex_);
-    if (told_.size() < kMostTold) {
+    if (queued_.size() < kMostQueued) {
       Tally& tally = tally_of(event.occurrence);
       event.count = tally.published = ++tally.count;
-      told_.push_back(std::move(event));
+      queued_.push_back(std::move(event));
       return;
     }
   }
@@ -199,9 +199,10 @@ void Host::give_up(int exit_code) {
 std::vector<Host::DueEvent> Host::due_events() {
   std::vector<DueEvent> due;
   const std::lock_guard lock(events_mutex_);
-  while (!told_.empty() && due.size() < kEventsARound / 2) {  // a flood leaves room for the others
-    due.push_back(std::move(told_.front()));
-    told_.pop_front();
+  while (!queued_.empty() &&
+         due.size() < kEventsARound / 2) {  // a flood leaves room for the others
+    due.push_back(std::move(queued_.front()));
+    queued_.pop_front();
   }
   const std::int64_t now = monotonic_ns();
   auto next = tallies_.upper_bound(last_published_);
@@ -293,28 +294,29 @@ void Host::judge_flow(Status& status) {
   if (!status.flow) return;
   const Flow& flow = *status.flow;
   const double now_s = seconds(monotonic_ns());
-  const auto tell = [&](const char* code, std::string text) {
+  const auto report = [&](const char* code, std::string text) {
     raise({.code = code, .severity = Severity::kError, .text = std::move(text)});
   };
   const std::size_t peers = participant_.counterparts(flow.topic, flow.end);
   switch (flow_watch_.judge(flow, peers, now_s)) {
-    case FlowWatch::Verdict::kFine: told_stale_ = false; return;
+    case FlowWatch::Verdict::kFine: reported_stale_ = false; return;
     case FlowWatch::Verdict::kStale: {
       const std::string text = fmt::format("no {} for {:.1f} s, after {} samples", flow.topic,
                                            flow_watch_.silent_s(now_s), flow.samples);
-      if (!told_stale_) tell("input_stale", text);
-      told_stale_ = true;
+      if (!reported_stale_) report("input_stale", text);
+      reported_stale_ = true;
       status.state = State::kDegraded;
       status.summary = text + (status.summary.empty() ? "" : "; " + status.summary);
       if (supervision_.exit_when_stale) give_up(kExitNo);
       return;
     }
     case FlowWatch::Verdict::kNobody:
-      tell("no_peer",
-           fmt::format("nobody at the other end of {} within {:g} s; {} other participants are "
-                       "known. Does its process run, with the same --domain, --transport, "
-                       "--discovery-server, and with an --interface and --peer that reach here?",
-                       flow.topic, supervision_.peer_within_s, participant_.acquaintance().peers));
+      report(
+          "no_peer",
+          fmt::format("nobody at the other end of {} within {:g} s; {} other participants are "
+                      "known. Does its process run, with the same --domain, --transport, "
+                      "--discovery-server, and with an --interface and --peer that reach here?",
+                      flow.topic, supervision_.peer_within_s, participant_.acquaintance().peers));
       give_up(kExitNo);
       return;
   }
@@ -343,12 +345,12 @@ void Host::write_health(const Status& status) {
                                                    .summary = status.summary});
 }
 
-void Host::tell_supervisor(const Status& status) {
+void Host::notify_supervisor(const Status& status) {
   // Without a supervisor that asked (NOTIFY_SOCKET) these do nothing.
   const char* what = status.state == State::kStopping ? "STOPPING=1\n"
-                     : told_ready_                    ? ""
+                     : reported_ready_                ? ""
                                                       : "READY=1\n";
-  told_ready_ = true;
+  reported_ready_ = true;
   sd_notify(0, fmt::format("{}{}STATUS={}: {}", what, is_stuck_ ? "" : "WATCHDOG=1\n",
                            state_name(status.state), core::one_line(status.summary))
                    .c_str());
@@ -370,13 +372,13 @@ int Host::run(const std::function<Status()>& status, const std::function<void()>
     stop = wait_for_stop(kStatusPeriod);
     if (stop && on_stop) on_stop();
     if (tick) tick();
-    participant_.tell_events(observer());
+    participant_.report_events(observer());
     Status now = status();
     judge_flow(now);
     judge_receiving(now);
     if (stop) now.state = State::kStopping;
     publish(now);
-    tell_supervisor(now);
+    notify_supervisor(now);
     raise_security_notices();
     publish_events();
   }

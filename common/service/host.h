@@ -55,9 +55,9 @@ struct Status {
 };
 
 struct Occurrence {
-  std::string code;  // stable, machine-readable
+  std::string code{};  // stable, machine-readable
   Severity severity = Severity::kWarning;
-  std::string text;  // one clear line
+  std::string text{};  // one clear line
   std::uint32_t gyro_id = 0;
   std::int64_t sensor_time_ns = 0;
   std::string subject{};  // of several that share a code, tallied apart: e.g. a topic and a peer
@@ -79,7 +79,7 @@ class Host {
   void raise(const Occurrence& occurrence);
   // Each logged and published by itself, in this order: what somebody asked for, and will look for
   // in the log. Where kMostTold wait already, counted as by raise().
-  void tell(const Occurrence& occurrence);
+  void raise_each(const Occurrence& occurrence);
   // Adds `times` at once; nothing happens for 0. For counters that a data path kept.
   void raise_counted(Occurrence occurrence, std::uint64_t times);
   // For readers and writers: turns what the middleware noticed into events and into totals,
@@ -88,7 +88,7 @@ class Host {
   [[nodiscard]] dds::EndpointObserver observer();
 
   // Publishes status() about four times a second until a stop signal, then calls on_stop, and
-  // publishes once more with State::kStopping. `tick`, if given, runs before each. Tells the
+  // publishes once more with State::kStopping. `tick`, if given, runs before each. Notifies the
   // supervisor too: sd_notify(3), and the health file. What the supervision forbids is raised and
   // ends it as a signal would. Gives exit_code().
   int run(const std::function<Status()>& status, const std::function<void()>& tick = {},
@@ -128,7 +128,7 @@ class Host {
   void give_up(int exit_code);
   void judge_flow(Status& status);
   void judge_receiving(Status& status);
-  void tell_supervisor(const Status& status);
+  void notify_supervisor(const Status& status);
   void write_health(const Status& status);
 
   std::string name_;
@@ -136,16 +136,16 @@ class Host {
   std::int64_t started_ns_;
   Supervision supervision_;
   FlowWatch flow_watch_;
-  bool told_stale_ = false;  // of the silence that lasts
+  bool reported_stale_ = false;  // of the silence that lasts
   dds::StuckCount stuck_count_;
   bool is_stuck_ = false;
-  bool told_ready_ = false;
+  bool reported_ready_ = false;
   std::int64_t health_written_ns_ = 0;
   std::atomic<int> exit_code_{0};
   dds::Participant participant_;
   std::mutex events_mutex_;
   std::map<TallyKey, Tally> tallies_;
-  std::deque<DueEvent> told_;
+  std::deque<DueEvent> queued_;
   TallyKey last_published_;  // the next round begins behind it
   std::map<std::string, std::uint64_t> endpoint_totals_;
   dds::Writer<msg::ServiceStatus> status_writer_;

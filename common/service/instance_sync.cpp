@@ -10,7 +10,7 @@ namespace zerodrift::service {
 InstanceSync::InstanceSync(std::uint32_t instance)
     : instance_(instance % kMostInstances), own_(kRemembered), early_(kEarly) {}
 
-std::uint32_t InstanceSync::told_answered(std::uint64_t answered) const noexcept {
+std::uint32_t InstanceSync::stated_answered(std::uint64_t answered) const noexcept {
   constexpr std::uint64_t kMost = std::numeric_limits<std::uint32_t>::max();
   return hangs_ ? 0 : static_cast<std::uint32_t>(std::min(answered, kMost));
 }
@@ -39,25 +39,25 @@ bool InstanceSync::note(const AnswerMark& mine, std::int64_t now_ns) noexcept {
 
 void InstanceSync::tick(std::int64_t now_ns) noexcept {
   if (is_alone() || !newest_) return;
-  if (!was_heard(newest_->run, newest_->sequence))
+  if (!was_received(newest_->run, newest_->sequence))
     answering_ns_ += std::clamp<std::int64_t>(now_ns - noted_ns_, 0, kLongestTick.count());
   noted_ns_ = now_ns;
   judge();
 }
 
 void InstanceSync::judge() noexcept {
-  if (!in_sync_ && !hangs_ && hears_nobody()) in_sync_ = true;
+  if (!in_sync_ && !hangs_ && receives_nobody()) in_sync_ = true;
   const bool led = leads_;
   leads_ = would_lead();
   if (leads_ && !led) ++counts_.takeovers;
 }
 
-void InstanceSync::hear(const AnswerMark& other) noexcept {
+void InstanceSync::receive(const AnswerMark& other) noexcept {
   if (is_alone() || other.instance == *instance_ || other.instance >= kMostInstances) return;
   Peer& peer = peers_[other.instance];
   peer.newest = other;
-  peer.heard = true;
-  peer.heard_ns = answering_ns_;
+  peer.received = true;
+  peer.received_ns = answering_ns_;
   const bool is_late = other.run == before_.run && other.sequence <= before_.sequence;
   const bool is_elsewhere = newest_ && other.run != newest_->run && !is_late;
   peer.elsewhere = is_elsewhere ? peer.elsewhere + 1 : 0;
@@ -87,7 +87,7 @@ void InstanceSync::fall_behind() noexcept {
   for (Peer& peer : peers_) peer.differing = peer.elsewhere = 0;
 }
 
-bool InstanceSync::hears_nobody() const noexcept {
+bool InstanceSync::receives_nobody() const noexcept {
   return answering_ns_ >= kNobodyElse.count() &&
          std::all_of(peers_.begin(), peers_.end(),
                      [this](const Peer& peer) { return is_silent(peer, kNobodyElse); });
@@ -95,7 +95,7 @@ bool InstanceSync::hears_nobody() const noexcept {
 
 // One that hangs writes where nobody better does; note() finds the only one in sync.
 bool InstanceSync::may_write() const noexcept {
-  return is_alone() || in_sync_ || (hangs_ && hears_nobody());
+  return is_alone() || in_sync_ || (hangs_ && receives_nobody());
 }
 
 bool InstanceSync::would_lead() const noexcept {
@@ -141,10 +141,10 @@ void InstanceSync::caught_up() noexcept {
   for (Peer& peer : peers_) peer.differing = peer.elsewhere = 0;
 }
 
-bool InstanceSync::was_heard(std::uint64_t run, std::uint64_t sequence) const noexcept {
+bool InstanceSync::was_received(std::uint64_t run, std::uint64_t sequence) const noexcept {
   return std::any_of(peers_.begin(), peers_.end(), [&](const Peer& peer) {
     const AnswerMark& newest = peer.newest;
-    if (!peer.heard || newest.run != run || sequence > newest.sequence) return false;
+    if (!peer.received || newest.run != run || sequence > newest.sequence) return false;
     return newest.answered == 0 || newest.sequence - sequence < newest.answered;
   });
 }

@@ -6,15 +6,15 @@
 // whoever wrote it first (core/first_come.h). So a death costs nothing, and nobody has to notice
 // it. One that is not in sync holds its answers back: it has just started, or 200 of its answers in
 // a row differed from a senior's, or follow another publisher of the same gyro. It asks an instance
-// that is in sync, which is any that it hears, for its state, and is in sync from there on.
+// that is in sync, which is any that it receives from, for its state, and is in sync from there on.
 //
 // Of two that differ, the one whose line of answers is longer by far (of another power of two, and
 // 20 s at 200 Hz at least) is the senior, since it has learned from more; else the one with the
 // lower number. A line goes on from instance to instance with the state.
 //
-// One that is not in sync and hears nobody for 2 s is the only one, and so in sync.
+// One that is not in sync and receives from nobody for 2 s is the only one, and so in sync.
 //
-// What readers don't tell apart needs one writer: the leader, which is the lowest instance heard
+// What readers don't tell apart needs one writer: the leader, which is the lowest instance received
 // within 100 ms. It writes ROS 2's topic and takes the commands that change a model; being wrong
 // about it costs repeated messages on ROS 2's topic.
 //
@@ -75,29 +75,29 @@ class InstanceSync {
   // Whether it is the one that writes what only one may write.
   [[nodiscard]] bool leads() const noexcept { return is_alone() || leads_; }
   // What an answer of this instance says of its line; 0 while its learner hangs.
-  [[nodiscard]] std::uint32_t told_answered(std::uint64_t answered) const noexcept;
+  [[nodiscard]] std::uint32_t stated_answered(std::uint64_t answered) const noexcept;
 
   // An answer of this instance's. True: it is written now; else it is held back.
   [[nodiscard]] bool note(const AnswerMark& mine, std::int64_t now_ns) noexcept;
-  // From time to time: it counts the time in which an answer of this instance stays unheard
+  // From time to time: it counts the time in which nobody repeats an answer of this instance
   // although no more come.
   void tick(std::int64_t now_ns) noexcept;
   // Whether what it answers is written.
   [[nodiscard]] bool may_write() const noexcept;
-  // Another instance's answer, as its reader heard it.
-  void hear(const AnswerMark& other) noexcept;
+  // Another instance's answer, as its reader received it.
+  void receive(const AnswerMark& other) noexcept;
   void set_hangs(bool hangs) noexcept;
 
-  // Whom it needs the state of: it is behind, and hears somebody.
+  // Whom it needs the state of: it is behind, and receives from somebody.
   [[nodiscard]] std::optional<std::uint32_t> giver() const noexcept;
   // The publisher that one which is behind has to follow: that of the instances in sync.
   [[nodiscard]] std::optional<std::uint64_t> wanted_run() const noexcept;
   // A giver's state is in place.
   void caught_up() noexcept;
-  // Whether it was heard from anybody, or a line that is heard answered it before: what is held
-  // back needs not be written. A line of n answers has the last n of its run at most; one that
+  // Whether it was received from anybody, or a line that is received answered it before: what is
+  // held back needs not be written. A line of n answers has the last n of its run at most; one that
   // hangs doesn't say how many it has, and is believed to have all.
-  [[nodiscard]] bool was_heard(std::uint64_t run, std::uint64_t sequence) const noexcept;
+  [[nodiscard]] bool was_received(std::uint64_t run, std::uint64_t sequence) const noexcept;
 
   struct Counts {
     std::uint64_t takeovers = 0;   // it became the leader
@@ -109,17 +109,17 @@ class InstanceSync {
 
  private:
   struct Peer {
-    bool heard = false;
-    std::int64_t heard_ns = 0;  // on this instance's answering time
+    bool received = false;
+    std::int64_t received_ns = 0;  // on this instance's answering time
     AnswerMark newest{};
     std::uint64_t differing = 0;  // in a row
     std::uint64_t elsewhere = 0;  // in a row, of a publisher that this instance doesn't follow
   };
   [[nodiscard]] static bool is_senior(const AnswerMark& a, const AnswerMark& b) noexcept;
   [[nodiscard]] bool is_silent(const Peer& peer, std::chrono::nanoseconds since) const noexcept {
-    return !peer.heard || answering_ns_ - peer.heard_ns >= since.count();
+    return !peer.received || answering_ns_ - peer.received_ns >= since.count();
   }
-  [[nodiscard]] bool hears_nobody() const noexcept;
+  [[nodiscard]] bool receives_nobody() const noexcept;
   [[nodiscard]] bool would_lead() const noexcept;
   void judge() noexcept;
   void compare(const AnswerMark& mine, const AnswerMark& other) noexcept;
@@ -138,7 +138,7 @@ class InstanceSync {
   AnswerMark before_{};  // the newest of the run before
   std::array<Peer, kMostInstances> peers_{};
   std::vector<AnswerMark> own_{};    // by sequence number
-  std::vector<AnswerMark> early_{};  // heard before they were answered here, by sequence number
+  std::vector<AnswerMark> early_{};  // received before they were answered here, by sequence number
   Counts counts_{};
 };
 

@@ -66,31 +66,11 @@ void add_realtime_options(CLI::App& app, RealtimeOptions& options) {
       ->needs(wanted);
 }
 
-std::vector<std::string> realtime_arguments(const RealtimeOptions& options) {
-  if (!options.wanted) return {};
-  std::vector<std::string> arguments{"--realtime", "--realtime-priority",
-                                     std::to_string(options.priority)};
-  if (options.cores.empty()) return arguments;
-  std::string cores;
-  for (const int core : options.cores) {
-    cores += (cores.empty() ? "" : ",") + std::to_string(core);
-  }
-  arguments.insert(arguments.end(), {"--cores", cores});
-  return arguments;
-}
-
 void apply(const RealtimeOptions& options) {
   if (!options.wanted) return;
   run_first_in_first_out(options.priority);
   stay_on(options.cores);
   lock_memory();
-}
-
-void check_permitted(const RealtimeOptions& options) {
-  if (!options.wanted) return;
-  apply(options);
-  leave_realtime();
-  munlockall();
 }
 
 void leave_realtime() {

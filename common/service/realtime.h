@@ -17,17 +17,10 @@ struct RealtimeOptions {
 // --realtime, --realtime-priority, --cores.
 void add_realtime_options(CLI::App& app, RealtimeOptions& options);
 
-// The same options as arguments of another program that has them; empty unless wanted.
-std::vector<std::string> realtime_arguments(const RealtimeOptions& options);
-
 // For the calling thread and all that it starts later: call it before a participant is made, whose
 // threads inherit the policy. Does nothing unless wanted. Throws std::runtime_error with one line
 // that names what the machine refuses and the remedy.
 void apply(const RealtimeOptions& options);
-
-// Throws as apply() would, without changing anything for good: for a program that hands the options
-// on to others.
-void check_permitted(const RealtimeOptions& options);
 
 // Takes the calling thread back to ordinary scheduling, on the cores it had before apply(). For
 // work that must never delay the data path. Memory stays locked.

@@ -68,7 +68,7 @@ class ReplayPacer {
     std::string name;
     eprosima::fastrtps::rtps::GUID_t writer;
     std::optional<std::uint64_t>
-        joined_after;  // newest sample sent before it was heard of; none: from the first
+        joined_after;  // newest sample sent before it was known; none: from the first
     std::optional<std::uint64_t> taken;  // newest sequence
     core::SensorTime needed{core::kNever};
     bool is_left_behind = false;
@@ -102,7 +102,7 @@ class ReplayPacer {
 
 // The consumer's side. Says four times a second, on a thread of its own, that there is a consumer:
 // for publishers that come later, and so that a consumer that is busy for longer than the topic's
-// lease (a learner that chooses its kernel, a report of many gyros) isn't told of as silent.
+// lease (a learner that chooses its kernel, a report of many gyros) isn't reported as silent.
 // Whether a consumer gets on, its progress says. Any thread.
 class ReplayProgressReporter {
  public:

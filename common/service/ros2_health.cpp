@@ -94,7 +94,7 @@ dds::RosStatus status_of(const GyroFacts& gyro, const std::string& service) {
   return status;
 }
 
-void ServiceRoster::hear(const msg::ServiceStatus& status, const Guid& writer) {
+void ServiceRoster::receive(const msg::ServiceStatus& status, const Guid& writer) {
   const std::string name(status.service().c_str());
   if (name.find(':') != std::string::npos) return;
   const std::lock_guard lock(mutex_);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is told of gyros and services on ROS 2's /diagnostics: a level and one line. Time is an
+// What is reported of gyros and services on ROS 2's /diagnostics: a level and one line. Time is an
 // argument, nanoseconds of the host's monotonic clock.
 #pragma once
 
@@ -33,14 +33,14 @@ struct GyroFacts {
 // 2 s, or three of its samples where that is longer, is stale. `service`: who tells it.
 [[nodiscard]] dds::RosStatus status_of(const GyroFacts& gyro, const std::string& service);
 
-// The services that were heard, each with what it said last. Several of one name, as the publishers
+// The services whose status was received, each with its newest. Several of one name, as the publishers
 // of several gyros are, have one status, that of the worst. Any thread.
 class ServiceRoster {
  public:
   using Guid = eprosima::fastrtps::rtps::GUID_t;
 
   // What a service says of one of its gyros is left out.
-  void hear(const msg::ServiceStatus& status, const Guid& writer);
+  void receive(const msg::ServiceStatus& status, const Guid& writer);
   // One that ended in order is forgotten; one that died, or fell silent, stays until it is heard
   // again, or a new one of its name is.
   void note_gone(const Guid& writer, dds::Departure departure);

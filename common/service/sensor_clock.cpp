@@ -44,7 +44,7 @@ SensorClock::Look SensorClock::look(const ClockReading& now) noexcept {
   const std::chrono::nanoseconds step{offset_ns - offset_ns_};
   if (is_within(offset_ns, offset_ns_, kSmallestStep)) {
     doubt_.reset();
-    told_unsteady_ = false;
+    reported_unsteady_ = false;
     return {};
   }
   if (!doubt_) elsewhere_since_ns_ = now.monotonic_ns;
@@ -54,13 +54,13 @@ SensorClock::Look SensorClock::look(const ClockReading& now) noexcept {
              std::chrono::nanoseconds(kConfirmAfter).count()) {
     offset_ns_ = offset_ns;
     doubt_.reset();
-    told_unsteady_ = false;
+    reported_unsteady_ = false;
     return {.verdict = Verdict::kStepped, .step = step};
   }
   const bool is_long =
       now.monotonic_ns - elsewhere_since_ns_ >= std::chrono::nanoseconds(kUnsteadyAfter).count();
-  if (!is_long || told_unsteady_) return {.verdict = Verdict::kDoubted, .step = step};
-  told_unsteady_ = true;
+  if (!is_long || reported_unsteady_) return {.verdict = Verdict::kDoubted, .step = step};
+  reported_unsteady_ = true;
   return {.verdict = Verdict::kUnsteady, .step = step};
 }
 

@@ -36,14 +36,14 @@ class SensorClock {
   static constexpr std::chrono::milliseconds kConfirmAfter{100};
   // By which the two may differ.
   static constexpr std::chrono::milliseconds kConfirmWithin{20};
-  // How long the wall clock may be elsewhere, and be nowhere to stay, until it is told.
+  // How long the wall clock may be elsewhere, and be nowhere to stay, until it is reported.
   static constexpr std::chrono::seconds kUnsteadyAfter{5};
 
   enum class Verdict : std::uint8_t {
     kSteady,
     kDoubted,   // it may have been stepped
     kStepped,   // sensor time follows it from now on
-    kUnsteady,  // told once: it is not followed
+    kUnsteady,  // reported once: it is not followed
   };
   struct Look {
     Verdict verdict = Verdict::kSteady;
@@ -66,10 +66,11 @@ class SensorClock {
   std::int64_t offset_ns_;
   std::optional<Doubt> doubt_{};
   std::int64_t elsewhere_since_ns_ = 0;  // monotonic; only with doubt_
-  bool told_unsteady_ = false;
+  bool reported_unsteady_ = false;
 };
 
-// Looks at both clocks, and tells a step or an unsteady wall clock. True: sensor time was set anew.
+// Looks at both clocks, and reports a step or an unsteady wall clock. True: sensor time was set
+// anew.
 bool follow_wall_clock(SensorClock& clock, Host& host, std::uint32_t gyro_id);
 
 // What the kernel knows of its clock's discipline, by whoever disciplines it (chronyd, ntpd,

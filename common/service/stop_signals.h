@@ -19,7 +19,7 @@ void take_signals(std::chrono::milliseconds taken_within = kStopIsTakenWithin);
 // True if a stop signal came within the time; takes it.
 bool wait_for_stop(std::chrono::milliseconds at_most);
 // While set, a stop is carried out at once: `end` is called with the signal's number by the thread
-// that takes signals. Null: whoever waits for a stop is told of it.
+// that takes signals. Null: whoever waits for a stop is notified.
 void end_at_once_by(void (*end)(int signal_number));
 // Ends the running wait as a signal would; for tests and for sources that come to their end.
 void request_stop();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a supervisor (systemd, a container engine, an orchestrator) is told of a service, and when
-// the service ends so that it is started again.
+// What a supervisor (systemd, a container engine, an orchestrator) learns of a service, and
+// when the service ends so that it is started again.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -85,10 +85,6 @@ void TemperatureTrack::reset() noexcept {
   rate_.reset();
 }
 
-double TemperatureTrack::rate_lag_s() const noexcept {
-  return with(estimator_, [](const auto& estimator) noexcept { return estimator.lag_s(); });
-}
-
 std::optional<double> TemperatureTrack::temperature_degc_at(core::SensorTime time) const noexcept {
   return history_.at(time);
 }

@@ -76,9 +76,8 @@ class TemperatureTrack {
 
   [[nodiscard]] const std::optional<Reading>& newest() const noexcept { return newest_; }
 
-  // °C/s, rate_lag_s() before the newest reading; nothing until the method's window is filled.
+  // °C/s, the method's lag before the newest reading; nothing until the method's window is filled.
   [[nodiscard]] std::optional<double> rate_degc_per_s() const noexcept { return rate_; }
-  [[nodiscard]] double rate_lag_s() const noexcept;
 
   // °C at a past time, see DecimatedHistory::at.
   [[nodiscard]] std::optional<double> temperature_degc_at(core::SensorTime time) const noexcept;

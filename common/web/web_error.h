@@ -6,8 +6,7 @@
 namespace zerodrift::web {
 
 // Start-up trouble with an address, a file or a connection: one clear line.
-class WebError : public std::runtime_error {
- public:
+struct WebError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 

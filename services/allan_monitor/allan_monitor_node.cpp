@@ -23,7 +23,7 @@ using Output = allan::StuckDetector::Output;
 
 namespace {
 
-constexpr std::size_t kMostStrangers = 1024;        // that are told how far they are heard
+constexpr std::size_t kMostStrangers = 1024;        // whose replays are paced all the same
 constexpr std::int64_t kRepeatNs = 10'000'000'000;  // between two events of what keeps happening
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kMicro = 1e-3;  // of a nanosecond count
@@ -261,10 +261,10 @@ void AllanMonitorNode::report_noise(Watch& watch, core::Axis axis, const allan::
                                   const char* ended, auto began_text, auto ended_text) {
     if (finding.excess == Excess::kNone || finding.excess == Excess::kLasts) return;
     const bool begins = finding.excess == Excess::kBegan;
-    tell(watch, code_of(begins ? began : ended, axis),
-         begins ? Severity::kWarning : Severity::kInformation,
-         subject(watch.gyro->id, axis, stream) +
-             (begins ? began_text : ended_text)(finding, raw.window_s));
+    raise(watch, code_of(begins ? began : ended, axis),
+          begins ? Severity::kWarning : Severity::kInformation,
+          subject(watch.gyro->id, axis, stream) +
+              (begins ? began_text : ended_text)(finding, raw.window_s));
   };
   const auto look = [&](Stream stream, const allan::StreamReport& report) {
     return watched.growth[static_cast<std::size_t>(stream)].look(
@@ -286,11 +286,11 @@ void AllanMonitorNode::report_output(Watch& watch, core::Axis axis,
   if (raw.output != watched.output) {
     watched.output = raw.output;
     const bool stuck = raw.output == Output::kStuck;
-    tell(watch, code_of(stuck ? "output_stuck" : "output_moves", axis),
-         stuck ? Severity::kError : Severity::kInformation,
-         subject(watch.gyro->id, axis, Stream::kRaw) +
-             (stuck ? "the output does not move: the same value for longer than its noise explains"
-                    : "the output moves again"));
+    raise(watch, code_of(stuck ? "output_stuck" : "output_moves", axis),
+          stuck ? Severity::kError : Severity::kInformation,
+          subject(watch.gyro->id, axis, Stream::kRaw) +
+              (stuck ? "the output does not move: the same value for longer than its noise explains"
+                     : "the output moves again"));
   }
   const auto& statistics = watch.statistics.axes[index(axis)];
   report_counted(watch, code_of("invalid_sample", axis),
@@ -300,7 +300,7 @@ void AllanMonitorNode::report_output(Watch& watch, core::Axis axis,
                  statistics.invalid, watched.invalid);
 }
 
-// A new interval is told before anything that is found with it.
+// A new interval is reported before anything that is found with it.
 void AllanMonitorNode::report_stream(Watch& watch) {
   const Statistics& now = watch.statistics;
   const Counts& counts = now.counts;
@@ -310,10 +310,10 @@ void AllanMonitorNode::report_stream(Watch& watch) {
   const std::string who = fmt::format("gyro {}: ", watch.gyro->id);
   if (counts.starts != watch.starts.count) {
     if (watch.starts.count > 0) {
-      tell(watch, "interval_changed", Severity::kWarning,
-           who + fmt::format("the sample interval is {:.6g} s, was {:.6g} s; all its Allan "
-                             "statistics begin anew",
-                             now.interval_s, watch.reported_interval_s));
+      raise(watch, "interval_changed", Severity::kWarning,
+            who + fmt::format("the sample interval is {:.6g} s, was {:.6g} s; all its Allan "
+                              "statistics begin anew",
+                              now.interval_s, watch.reported_interval_s));
     }
     watch.starts.count = counts.starts;
     watch.reported_interval_s = now.interval_s;
@@ -346,8 +346,8 @@ void AllanMonitorNode::report_stream(Watch& watch) {
                  counts.time_restarts, watch.time_restarts);
 }
 
-void AllanMonitorNode::tell(const Watch& watch, std::string code, Severity severity,
-                            std::string text, std::uint64_t times) {
+void AllanMonitorNode::raise(const Watch& watch, std::string code, Severity severity,
+                             std::string text, std::uint64_t times) {
   host_.raise_counted({.code = std::move(code),
                        .severity = severity,
                        .text = std::move(text),
@@ -358,12 +358,12 @@ void AllanMonitorNode::tell(const Watch& watch, std::string code, Severity sever
 
 // The first at once, then what came in ten seconds in one.
 void AllanMonitorNode::report_counted(const Watch& watch, std::string code, const std::string& text,
-                                      std::uint64_t count, Told& told) {
-  if (count == told.count) return;
+                                      std::uint64_t count, Reported& reported) {
+  if (count == reported.count) return;
   const std::int64_t now = service::monotonic_ns();
-  if (told.count > 0 && now - told.at_ns < kRepeatNs) return;
-  tell(watch, std::move(code), Severity::kWarning, text, count - told.count);
-  told = {count, now};
+  if (reported.count > 0 && now - reported.at_ns < kRepeatNs) return;
+  raise(watch, std::move(code), Severity::kWarning, text, count - reported.count);
+  reported = {count, now};
 }
 
 service::Status AllanMonitorNode::status() {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Statistics, raw and compensated, for each axis of each gyro that is heard. Both streams are read
-// from compensated_rate (raw = compensated + applied drift), so that they hold exactly the same
-// samples.
+// Statistics, raw and compensated, for each axis of each gyro that is received. Both streams are
+// read from compensated_rate (raw = compensated + applied drift), so that they hold exactly the
+// same samples.
 //
 // Two threads: samples are counted on the middleware's receiving thread; reports and the watches
 // run on the host's. Between them only a copy of the sums is made under the lock, see
@@ -79,8 +79,8 @@ class AllanMonitorNode {
     allan::StreamTiming timing;
     Statistics statistics;
   };
-  // Of one code of one gyro: how much of a count was told, and when.
-  struct Told {
+  // Of one code of one gyro: how much of a count was reported, and when.
+  struct Reported {
     std::uint64_t count = 0;
     std::int64_t at_ns = 0;
   };
@@ -89,7 +89,7 @@ class AllanMonitorNode {
     allan::ExcessWatch worse;
     allan::StuckDetector::Output output = allan::StuckDetector::Output::kAlive;
     bool compensating = false;  // as the statistics that were looked at last
-    Told invalid;
+    Reported invalid;
   };
   // What the reporting thread keeps of a gyro; no lock.
   struct Watch {
@@ -97,7 +97,7 @@ class AllanMonitorNode {
     Statistics statistics;  // the copy
     core::PerAxis<AxisWatch> axes;
     double reported_interval_s = 0.0;
-    Told gaps, out_of_order, duplicates, refused, time_restarts, starts;
+    Reported gaps, out_of_order, duplicates, refused, time_restarts, starts;
   };
 
   // Receiving thread, under the lock.
@@ -125,10 +125,10 @@ class AllanMonitorNode {
                     const allan::StreamReport& compensated);
   void report_output(Watch& watch, core::Axis axis, const allan::StreamReport& raw);
   void report_stream(Watch& watch);
-  void tell(const Watch& watch, std::string code, service::Severity severity, std::string text,
-            std::uint64_t times = 1);
+  void raise(const Watch& watch, std::string code, service::Severity severity, std::string text,
+             std::uint64_t times = 1);
   void report_counted(const Watch& watch, std::string code, const std::string& text,
-                      std::uint64_t count, Told& told);
+                      std::uint64_t count, Reported& reported);
   service::Status status();
 
   AllanMonitorOptions options_;
@@ -140,7 +140,7 @@ class AllanMonitorNode {
   service::HopLatency delivery_latency_{"delivery"};
   service::HopLatency chain_latency_{"chain"};
   std::map<std::uint32_t, Watch> watches_;  // by gyro
-  Told reported_strangers_;
+  Reported reported_strangers_;
   std::optional<std::int64_t> reported_ns_;
   std::int64_t report_cost_ns_ = 0;  // of all gyros, the last time
   std::int64_t copy_cost_ns_ = 0;    // longest time the lock was held for a copy

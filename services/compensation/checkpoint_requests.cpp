@@ -60,7 +60,7 @@ CompensationNode::Verdict CompensationNode::restore(const Request& request) {
       }
     }
   }
-  learner_.wake();
+  learner_.notify();
   Verdict verdict{.outcome = Outcome::kAccepted};
   const auto epoch = installed(*loaded.back());
   verdict.model_epoch = epoch.value_or(0);
@@ -109,8 +109,8 @@ void CompensationNode::save_of_itself(const checkpoint::SaveSchedule::Model& mod
     source = &gyros_.entries().at(model.gyro_id);
     if (source->change && !source->change->in_force) return save_schedule_.put_off(model);
   }
-  const auto tell = [&](checkpoint::SaveSchedule::News news, const char* code,
-                        service::Severity severity, const std::string& text) {
+  const auto report = [&](checkpoint::SaveSchedule::News news, const char* code,
+                          service::Severity severity, const std::string& text) {
     if (news == checkpoint::SaveSchedule::News::kNone) return;
     host_.raise({.code = code,
                  .severity = severity,
@@ -122,23 +122,23 @@ void CompensationNode::save_of_itself(const checkpoint::SaveSchedule::Model& mod
     save_as(options_.checkpoint_dir, kLatestCheckpoint, {source->id, source->options},
             learned_by(*source));
     const std::lock_guard lock(data_mutex_);
-    tell(save_schedule_.saved(model), "checkpoint_saved", service::Severity::kInformation,
-         "what was learned is saved again");
+    report(save_schedule_.saved(model), "checkpoint_saved", service::Severity::kInformation,
+           "what was learned is saved again");
   } catch (const std::exception& error) {
     const std::lock_guard lock(data_mutex_);
-    tell(save_schedule_.failed(model), "checkpoint_failed", service::Severity::kError,
-         std::string(error.what()) + "; tried again every " +
-             std::to_string(options_.checkpoint_period.count()) + " s");
+    report(save_schedule_.failed(model), "checkpoint_failed", service::Severity::kError,
+           std::string(error.what()) + "; tried again every " +
+               std::to_string(options_.checkpoint_period.count()) + " s");
   }
 }
 
-// Before the first sample is answered. A checkpoint that can't be used is told of, and learning
+// Before the first sample is answered. A checkpoint that can't be used is reported, and learning
 // begins anew.
 void CompensationNode::resume(Gyro& source) {
   const auto file = options_.checkpoint_dir / checkpoint_file_name(source.id, kLatestCheckpoint);
   std::error_code none;
   if (options_.checkpoint_dir.empty() || !std::filesystem::exists(file, none)) return;
-  const auto tell = [&](const char* code, service::Severity severity, const std::string& text) {
+  const auto report = [&](const char* code, service::Severity severity, const std::string& text) {
     host_.raise({.code = code,
                  .severity = severity,
                  .text = "gyro " + std::to_string(source.id) + ": " + text,
@@ -153,23 +153,23 @@ void CompensationNode::resume(Gyro& source) {
       const std::lock_guard lock(data_mutex_);
       source.compensator().restore_models(loaded);
     }
-    learner_.wake();
+    learner_.notify();
     const auto epoch = installed(*loaded);
     if (epoch) {
       const std::lock_guard lock(data_mutex_);
       save_schedule_.resumed({source.id, *epoch});
     }
     if (!left_behind.empty()) {
-      return tell("cannot_resume", service::Severity::kWarning,
-                  left_behind + "; goes on with its kernels and learns all else anew");
+      return report("cannot_resume", service::Severity::kWarning,
+                    left_behind + "; goes on with its kernels and learns all else anew");
     }
-    tell("resumed", service::Severity::kInformation,
-         "goes on from " + file.string() + ", saved " + std::to_string(age.count()) +
-             " s ago, model epoch " + std::to_string(epoch.value_or(0)) +
-             "; what was learned since is lost");
+    report("resumed", service::Severity::kInformation,
+           "goes on from " + file.string() + ", saved " + std::to_string(age.count()) +
+               " s ago, model epoch " + std::to_string(epoch.value_or(0)) +
+               "; what was learned since is lost");
   } catch (const std::exception& error) {
-    tell("cannot_resume", service::Severity::kWarning,
-         std::string(error.what()) + "; learning begins anew");
+    report("cannot_resume", service::Severity::kWarning,
+           std::string(error.what()) + "; learning begins anew");
   }
 }
 

@@ -50,7 +50,7 @@ std::string CompensationNode::obey(Gyro& source, std::string_view command, bool&
   }
   if (command == "reset") {
     accepted = source.compensator().reset_models();
-    learner_.wake();
+    learner_.notify();
     return accepted ? "all that was learned is forgotten" : "the learner is busy; try again";
   }
   accepted = false;

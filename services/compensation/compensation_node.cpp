@@ -50,7 +50,7 @@ CompensationNode::CompensationNode(const CompensationNodeOptions& options)
           host_.observer(), [this](const auto& writer, auto how) { note_departure(writer, how); }) {
   // A configuration that cannot work is found here, not with the first sample.
   compensation::Compensator check(options_.compensation);
-  tell_of_prior();
+  report_prior();
   request_thread_ = std::thread([this] { serve_requests_until_stopped(); });
   if (!options_.ros2_imu.empty()) ros2_diagnostics_.emplace(host_);
   if (!options_.redundant) return;
@@ -180,16 +180,16 @@ void CompensationNode::drain_all() {
 void CompensationNode::tick() {
   progress_.announce();
   make_writers();
-  tell_ros2();
+  report_to_ros2();
   const std::int64_t now = service::monotonic_ns();
   const std::lock_guard lock(data_mutex_);
   take_departures(now);
-  tell_of_strangers();
+  report_strangers();
   for (auto& [id, source] : gyros_.entries()) {
     source.note_subscribers();
     source.pipeline().drain(now);
     source.tick(now);
-    source.events.tell(source, now);
+    source.events.report(source, now);
     ask_for_state(source, now);
   }
   save_from_time_to_time();
@@ -223,7 +223,7 @@ std::unique_ptr<dds::RosImuWriter> CompensationNode::make_ros2_writer(std::uint3
                                              host_.observer());
 }
 
-void CompensationNode::tell_ros2() {
+void CompensationNode::report_to_ros2() {
   const std::int64_t now = service::monotonic_ns();
   if (!ros2_diagnostics_ || !ros2_diagnostics_->is_due(now)) return;
   {
@@ -233,9 +233,9 @@ void CompensationNode::tell_ros2() {
   ros2_diagnostics_->publish(now);
 }
 
-void CompensationNode::tell_of_strangers() {
+void CompensationNode::report_strangers() {
   const std::uint64_t strangers = gyros_.refused();
-  if (strangers == told_strangers_) return;
+  if (strangers == reported_strangers_) return;
   host_.raise_counted(
       {.code = "too_many_gyros",
        .severity = Severity::kWarning,
@@ -243,8 +243,8 @@ void CompensationNode::tell_of_strangers() {
                " is one too many: " + std::to_string(options_.max_gyros) +
                " gyros are compensated (--max-gyros), samples of others are not answered",
        .gyro_id = newest_stranger_},
-      strangers - told_strangers_);
-  told_strangers_ = strangers;
+      strangers - reported_strangers_);
+  reported_strangers_ = strangers;
 }
 
 }  // namespace zerodrift::services

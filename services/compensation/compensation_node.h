@@ -96,8 +96,8 @@ class CompensationNode {
   void tick();
   void make_writers();
   std::unique_ptr<dds::RosImuWriter> make_ros2_writer(std::uint32_t gyro_id);
-  void tell_of_strangers();
-  void tell_ros2();
+  void report_strangers();
+  void report_to_ros2();
 
   // status.cpp
   struct Seen;  // of one gyro, as plain values
@@ -147,7 +147,7 @@ class CompensationNode {
   void catch_up(Gyro& source, const RunningState& state);
 
   // prior_requests.cpp
-  void tell_of_prior();
+  void report_prior();
   Verdict adopt(const Request& request);
   Verdict revert(const Request& request);
   Verdict change_prior(Gyro& source, std::shared_ptr<compensation::PriorChange> change,
@@ -159,7 +159,7 @@ class CompensationNode {
       data_mutex_;  // between the receiving thread and the status thread; never the learner's
   core::BoundedTable<std::uint32_t, Gyro> gyros_;  // what it refuses are samples of others
   service::EarlyInputs<Gyro::Arrived> early_;
-  std::uint64_t told_strangers_ = 0;
+  std::uint64_t reported_strangers_ = 0;
   std::uint32_t newest_stranger_ = 0;
   std::mutex departures_mutex_;  // held for a push or a swap
   std::vector<Gyro::Guid> departures_;

@@ -14,7 +14,7 @@ using compensation::Readiness;
 
 namespace {
 
-// Ticks of a quarter of a second until a subscriber that was matched hears all.
+// Ticks of a quarter of a second until a subscriber that was matched receives all.
 constexpr int kOurTicks = 2;
 constexpr int kForeignTicks = 8;
 // The learner hangs where a model is this late.
@@ -144,15 +144,15 @@ void Gyro::write_prepared_alone() noexcept {
 // A record or simulation also waits for the subscribers that were asked for.
 bool Gyro::is_open() {
   if (!has_writer()) return false;
-  if (heard_by_all_ || compensator().readiness() == Readiness::kNothing) return true;
-  heard_by_all_ = surroundings_.await_subscribers == 0 ||
-                  !core::is_paced_by_consumers(compensator().waiting_clock());
-  return heard_by_all_;
+  if (received_by_all_ || compensator().readiness() == Readiness::kNothing) return true;
+  received_by_all_ = surroundings_.await_subscribers == 0 ||
+                     !core::is_paced_by_consumers(compensator().waiting_clock());
+  return received_by_all_;
 }
 
-// Those who heard the run before may not be there any more.
+// Those who received the run before may not be there any more.
 void Gyro::begin_run() {
-  heard_by_all_ = false;
+  received_by_all_ = false;
   ticks_with_subscribers_ = 0;
 }
 
@@ -174,23 +174,23 @@ void Gyro::set_writers(std::unique_ptr<dds::Writer<msg::CompensatedRate>> writer
 }
 
 // A match is known here before it is known there. Ours begin within 12 ms, so that the second tick
-// will do. A reader of another vendor begins with the first heartbeat it hears once it has matched,
-// up to a second later on a busy machine, and what was written before is lost to it.
+// will do. A reader of another vendor begins with the first heartbeat it receives once it has
+// matched, up to a second later on a busy machine, and what was written before is lost to it.
 void Gyro::note_subscribers() {
   if (!has_writer()) return;
   const int nodes = ros2_writer_ ? ros2_writer_->matched() : 0;
   const bool is_foreign = writer_->met_foreign() || (ros2_writer_ && ros2_writer_->met_foreign());
   const bool are_here = writer_->matched() + nodes >= surroundings_.await_subscribers;
   ticks_with_subscribers_ = are_here ? ticks_with_subscribers_ + 1 : 0;
-  heard_by_all_ =
-      heard_by_all_ || ticks_with_subscribers_ >= (is_foreign ? kForeignTicks : kOurTicks);
+  received_by_all_ =
+      received_by_all_ || ticks_with_subscribers_ >= (is_foreign ? kForeignTicks : kOurTicks);
 }
 
 void Gyro::tick(std::int64_t now_ns) {
   hangs_ = compensator().model_late_by() > kHangs;
   pipeline_.set_hangs(hangs_);
   pipeline_.tick(now_ns);
-  if (heard_by_all_ && is_paced()) pipeline_.report_progress();
+  if (received_by_all_ && is_paced()) pipeline_.report_progress();
 }
 
 void Gyro::wait_until_received(std::chrono::milliseconds at_most) {

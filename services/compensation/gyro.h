@@ -120,7 +120,7 @@ class Gyro final : private service::GyroPipeline<compensation::Compensator>::Por
   void begin_run() override;
   bool await_model() override;
   void report_progress(std::uint64_t newest, core::SensorTime needed) override;
-  void wake_learner() override { surroundings_.learner.wake(); }
+  void notify_learner() override { surroundings_.learner.notify(); }
 
   Surroundings surroundings_;
   bool has_ros2_;
@@ -135,7 +135,7 @@ class Gyro final : private service::GyroPipeline<compensation::Compensator>::Por
   std::unique_ptr<dds::Writer<msg::CompensatedRate>> writer_{};
   std::unique_ptr<dds::RosImuWriter> ros2_writer_{};  // where asked for
   msg::CompensatedRate message_{};
-  bool heard_by_all_ = false;       // as many subscribers as were asked for
+  bool received_by_all_ = false;    // as many subscribers as were asked for
   int ticks_with_subscribers_ = 0;  // without a break
   std::uint64_t unwritten_ = 0;     // the middleware refused them
   bool hangs_ = false;

@@ -10,6 +10,7 @@
 #include "common/compensation/input_faults.h"
 #include "common/core/integer_time.h"
 #include "common/core/units.h"
+#include "common/service/counted_event.h"
 #include "services/compensation/gyro.h"
 
 namespace zerodrift::services {
@@ -20,7 +21,7 @@ using service::Severity;
 
 namespace {
 
-constexpr std::int64_t kTellWaitingNs = 2000000000;            // after so long it is told
+constexpr std::int64_t kReportWaitingNs = 2000000000;          // after so long it is reported
 constexpr core::SensorTime kClocksAgreeWithin{2'000'000'000};  // of one host, or of PTP or NTP
 
 constexpr bool is_temperature_fault(Reason reason) {
@@ -34,8 +35,7 @@ constexpr std::string_view temperature_fault_text(Reason reason) {
       return "no temperature of a probe that a feature or the prior needs";
     case Reason::kTemperatureStale:
       return "a temperature stream stopped, longer than temperature_stale_s ago";
-    default:
-      return "a probe has not moved for probe_stuck_s while others do";
+    default: return "a probe has not moved for probe_stuck_s while others do";
   }
 }
 
@@ -49,8 +49,7 @@ constexpr std::array kReferenceFaults{
 
 constexpr std::string_view reference_fault_text(ReferenceVerdict verdict) {
   switch (verdict) {
-    case ReferenceVerdict::kUnknownKind:
-      return "a rate reference of an unknown kind; not heard";
+    case ReferenceVerdict::kUnknownKind: return "a rate reference of an unknown kind; not heard";
     case ReferenceVerdict::kUncertain:
       return "a rate reference whose variance is above the limit or no number; not heard";
     case ReferenceVerdict::kMoreThanEarth:
@@ -62,52 +61,82 @@ constexpr std::string_view reference_fault_text(ReferenceVerdict verdict) {
       return "a residual of another model than was in force at its time; not heard";
     case ReferenceVerdict::kImplausible:
       return "a residual further off than forecast and residual explain; not heard";
-    default:
-      return "a residual after several implausible ones; not heard until the next label";
+    default: return "a residual after several implausible ones; not heard until the next label";
   }
 }
 
+using Counts = compensation::CompensatorCounts;
+constexpr std::array<service::CountedEvent<Counts>, 10> kCountedEvents{
+    {{&Counts::invalid, "invalid_sample",
+      "a rate is not finite or marked invalid; passed on marked invalid, not learned"},
+     {&Counts::duplicates, "duplicate_sample", "a sequence number came twice; answered once"},
+     {&Counts::late, "late_sample",
+      "a sequence number came after a later one; answered, not learned"},
+     {&Counts::too_old, "too_old_sample",
+      "a sequence number more than 4096 behind the newest; not answered"},
+     {&Counts::missing, "missing_sample", "sequence numbers are missing from the stream"},
+     {&Counts::time_faults, "time_fault", "a time stamp does not increase; answered, not learned"},
+     {&Counts::temperatures_refused, "refused_temperature",
+      "a temperature is not finite, implausible or out of order; not used"},
+     {&Counts::late_models, "late_model",
+      "the learner was late; samples went out with the model before"},
+     {&Counts::labels_skipped, "skipped_label",
+      "the learner's queue was full; a label was skipped"},
+     {&Counts::own_outputs, "double_correction", compensation::kDoubleCorrectionText}}};
+
+using SyncCounts = service::InstanceSync::Counts;
+constexpr std::array<service::CountedEvent<SyncCounts>, 3> kInstanceEvents{
+    {{&SyncCounts::takeovers, "took_over",
+      "leads from now on: it takes commands, and writes what one instance writes"},
+     {&SyncCounts::step_backs, "stepped_back",
+      "is no longer in sync and writes nothing: it differs from a senior one, or its learner "
+      "hangs"},
+     {&SyncCounts::differing, "instances_differ", "answers otherwise than another"}}};
+
 }  // namespace
+
+service::Occurrence GyroEvents::occurrence(core::SensorTime at) const {
+  return {
+      .text = "gyro " + std::to_string(id_) + ": ", .gyro_id = id_, .sensor_time_ns = at.count()};
+}
 
 void GyroEvents::raise(const char* code, Severity severity, const std::string& text,
                        core::SensorTime at) {
-  host_.raise({.code = code,
-               .severity = severity,
-               .text = "gyro " + std::to_string(id_) + ": " + text,
-               .gyro_id = id_,
-               .sensor_time_ns = at.count()});
+  service::Occurrence raised = occurrence(at);
+  raised.code = code;
+  raised.severity = severity;
+  raised.text += text;
+  host_.raise(raised);
 }
 
-void GyroEvents::raise_counted(const char* code, std::string text, std::uint64_t before,
+void GyroEvents::raise_counted(const std::string& code, std::string_view text, std::uint64_t before,
                                std::uint64_t after, core::SensorTime at) {
   if (after <= before) return;
-  host_.raise_counted({.code = code,
-                       .severity = Severity::kWarning,
-                       .text = "gyro " + std::to_string(id_) + ": " + std::move(text),
-                       .gyro_id = id_,
-                       .sensor_time_ns = at.count()},
-                      after - before);
+  service::Occurrence counted = occurrence(at);
+  counted.code = code;
+  counted.text += text;
+  host_.raise_counted(std::move(counted), after - before);
 }
 
-void GyroEvents::tell(Gyro& gyro, std::int64_t now_ns) {
-  tell_of_waiting(gyro, now_ns);
-  tell_of_clocks(gyro);
-  tell_of_faults(gyro);
-  tell_of_modes(gyro);
-  tell_of_temperature(gyro);
-  tell_of_instances(gyro);
+void GyroEvents::report(Gyro& gyro, std::int64_t now_ns) {
+  report_waiting(gyro, now_ns);
+  report_clocks(gyro);
+  report_faults(gyro);
+  report_modes(gyro);
+  report_temperature(gyro);
+  report_instances(gyro);
 }
 
 // Silence decides nothing: who is silent may be standing still.
-void GyroEvents::tell_of_waiting(Gyro& gyro, std::int64_t now_ns) {
+void GyroEvents::report_waiting(Gyro& gyro, std::int64_t now_ns) {
   const core::SensorTime needed = gyro.compensator().needed_time();
   if (gyro.take_input_ended())
     raise("stream_ended", Severity::kWarning,
           "the publisher of a temperature or reference left; going on without", needed);
   const std::int64_t since_ns = gyro.pipeline().waiting_since_ns();
-  const bool is_long = since_ns != 0 && now_ns - since_ns > kTellWaitingNs;
-  if (!is_long || told_waiting_since_ns_ == since_ns) return;
-  told_waiting_since_ns_ = since_ns;
+  const bool is_long = since_ns != 0 && now_ns - since_ns > kReportWaitingNs;
+  if (!is_long || reported_waiting_since_ns_ == since_ns) return;
+  reported_waiting_since_ns_ = since_ns;
   raise("stream_silent", Severity::kWarning,
         gyro.compensator().readiness() == Readiness::kAwaitsReference
             ? "rates wait for a reference whose publisher says nothing"
@@ -115,75 +144,55 @@ void GyroEvents::tell_of_waiting(Gyro& gyro, std::int64_t now_ns) {
         needed);
 }
 
-// A temperature from the future is not used until its time comes. (One from the past is told as
+// A temperature from the future is not used until its time comes. (One from the past is reported as
 // stale.)
-void GyroEvents::tell_of_clocks(const Gyro& gyro) {
+void GyroEvents::report_clocks(const Gyro& gyro) {
   const core::SensorTime rate = gyro.newest().raw.time;
   const core::SensorTime temperature = gyro.newest_temperature();
   const bool is_known = gyro.compensator().counts().samples_out > 0 &&
                         temperature != core::kNever && !gyro.is_paced();
   const bool disagrees =
       is_known && core::saturating_difference(temperature, rate) > kClocksAgreeWithin;
-  if (disagrees && !told_clocks_) {
+  if (disagrees && !reported_clocks_) {
     raise("clocks_disagree", Severity::kWarning,
           "a temperature is stamped " +
               std::to_string(core::seconds(core::saturating_difference(temperature, rate))) +
               " s ahead of the rates; do their publishers' clocks agree?",
           rate);
   }
-  told_clocks_ = disagrees;
+  reported_clocks_ = disagrees;
 }
 
-void GyroEvents::tell_of_faults(const Gyro& gyro) {
+void GyroEvents::report_faults(const Gyro& gyro) {
   const compensation::CompensatorCounts now = gyro.compensator().counts();
-  const compensation::CompensatorCounts& told = told_;
-  const auto tell = [&](const char* code, std::string_view text, std::uint64_t before,
-                        std::uint64_t after) {
-    raise_counted(code, std::string(text), before, after, gyro.newest().raw.time);
-  };
-  tell("invalid_sample",
-       "a rate is not finite or marked invalid; passed on marked invalid, not learned",
-       told.invalid, now.invalid);
-  tell("duplicate_sample", "a sequence number came twice; answered once", told.duplicates,
-       now.duplicates);
-  tell("late_sample", "a sequence number came after a later one; answered, not learned", told.late,
-       now.late);
-  tell("too_old_sample", "a sequence number more than 4096 behind the newest; not answered",
-       told.too_old, now.too_old);
-  tell("missing_sample", "sequence numbers are missing from the stream", told.missing, now.missing);
-  tell("time_fault", "a time stamp does not increase; answered, not learned", told.time_faults,
-       now.time_faults);
-  tell("refused_temperature", "a temperature is not finite, implausible or out of order; not used",
-       told.temperatures_refused, now.temperatures_refused);
-  tell("late_model", "the learner was late; samples went out with the model before",
-       told.late_models, now.late_models);
-  tell("skipped_label", "the learner's queue was full; a label was skipped", told.labels_skipped,
-       now.labels_skipped);
-  tell("polarity_reversed", compensation::reversed_text(gyro.compensator()), told.reversed_axes,
-       now.reversed_axes);
-  tell("double_correction", compensation::kDoubleCorrectionText, told.own_outputs, now.own_outputs);
+  const compensation::CompensatorCounts& reported = reported_;
+  const core::SensorTime at = gyro.newest().raw.time;
+  service::raise_grown(host_, kCountedEvents, occurrence(at), reported, now);
+  raise_counted("polarity_reversed", compensation::reversed_text(gyro.compensator()),
+                reported.reversed_axes, now.reversed_axes, at);
   for (const auto verdict : kReferenceFaults) {
     const auto v = static_cast<std::size_t>(verdict);
     const std::string code = "reference_" + std::string(compensation::name(verdict));
-    tell(code.c_str(), reference_fault_text(verdict), told.references[v], now.references[v]);
+    raise_counted(code, reference_fault_text(verdict), reported.references[v], now.references[v],
+                  at);
   }
-  tell("duplicate_publisher", "a second publisher uses this id; only the first is heard",
-       told_rejected_, gyro.pipeline().rejected());
-  told_ = now;
-  told_rejected_ = gyro.pipeline().rejected();
+  raise_counted("duplicate_publisher", "a second publisher uses this id; only the first is heard",
+                reported_rejected_, gyro.pipeline().rejected(), at);
+  reported_ = now;
+  reported_rejected_ = gyro.pipeline().rejected();
 }
 
-void GyroEvents::tell_of_modes(const Gyro& gyro) {
+void GyroEvents::report_modes(const Gyro& gyro) {
   for (const auto axis : core::kAxes) {
     const std::size_t i = core::index(axis);
     const auto mode = gyro.newest().mode[i];
     const auto reason = gyro.newest().reason[i];
-    if (mode == told_mode_[i] && reason == told_reason_[i]) continue;
-    // Motion, settling and the like within one mode are one story, which its first event tells.
-    const bool goes_on = mode == told_mode_[i] && core::passes_by_itself(reason) &&
-                         core::passes_by_itself(told_reason_[i]);
-    told_mode_[i] = mode;
-    told_reason_[i] = reason;
+    if (mode == reported_mode_[i] && reason == reported_reason_[i]) continue;
+    // Motion, settling and the like within one mode are one story, which its first event reports.
+    const bool goes_on = mode == reported_mode_[i] && core::passes_by_itself(reason) &&
+                         core::passes_by_itself(reported_reason_[i]);
+    reported_mode_[i] = mode;
+    reported_reason_[i] = reason;
     if (goes_on) continue;
     host_.raise({.code = "mode_" + std::string(core::name(axis)),
                  .severity = Severity::kInformation,
@@ -195,41 +204,34 @@ void GyroEvents::tell_of_modes(const Gyro& gyro) {
   }
 }
 
-// The axes share their thermometers: told once for all of them, each time it begins.
-void GyroEvents::tell_of_temperature(const Gyro& gyro) {
+// The axes share their thermometers: reported once for all of them, each time it begins.
+void GyroEvents::report_temperature(const Gyro& gyro) {
   const auto& reasons = gyro.newest().reason;
   const auto fault = std::find_if(reasons.begin(), reasons.end(), is_temperature_fault);
   const Reason now = fault == reasons.end() ? Reason::kNone : *fault;
-  if (now == told_temperature_fault_) return;
-  told_temperature_fault_ = now;
+  if (now == reported_temperature_fault_) return;
+  reported_temperature_fault_ = now;
   if (now == Reason::kNone) return;
   raise(std::string(core::name(now)).c_str(), Severity::kWarning,
         std::string(temperature_fault_text(now)) + "; the model is not used",
         gyro.newest().raw.time);
 }
 
-void GyroEvents::tell_of_instances(const Gyro& gyro) {
+void GyroEvents::report_instances(const Gyro& gyro) {
   const core::SensorTime at = gyro.newest().raw.time;
-  if (gyro.hangs() && !told_hanging_)
+  if (gyro.hangs() && !reported_hanging_)
     raise("learner_hangs", Severity::kError,
           "a model is late by more than 2 s; samples go out with the one before", at);
-  told_hanging_ = gyro.hangs();
+  reported_hanging_ = gyro.hangs();
   const service::InstanceSync::Counts now = gyro.pipeline().sync().counts();
-  const auto tell = [&](const char* code, const char* text, std::uint64_t before,
-                        std::uint64_t after) {
-    raise_counted(code, "instance " + std::to_string(instance_) + " " + text, before, after, at);
-  };
-  tell("took_over", "leads from now on: it takes commands, and writes what one instance writes",
-       told_sync_.takeovers, now.takeovers);
-  tell(
-      "stepped_back",
-      "is no longer in sync and writes nothing: it differs from a senior one, or its learner hangs",
-      told_sync_.step_backs, now.step_backs);
-  tell("instances_differ", "answers otherwise than another", told_sync_.differing, now.differing);
-  tell("unheard_samples", "dropped answers that nobody wrote", told_dropped_,
-       gyro.pipeline().dropped());
-  told_sync_ = now;
-  told_dropped_ = gyro.pipeline().dropped();
+  service::Occurrence common = occurrence(at);
+  common.text += "instance " + std::to_string(instance_) + " ";
+  service::raise_grown(host_, kInstanceEvents, common, reported_sync_, now);
+  raise_counted("unheard_samples",
+                "instance " + std::to_string(instance_) + " dropped answers that nobody wrote",
+                reported_dropped_, gyro.pipeline().dropped(), at);
+  reported_sync_ = now;
+  reported_dropped_ = gyro.pipeline().dropped();
 }
 
 }  // namespace zerodrift::services

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a gyro's stream did, told as events: each once, when it begins, or with its count.
+// What a gyro's stream did, reported as events: each once, when it begins, or with its count.
 #pragma once
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "common/compensation/compensator.h"
 #include "common/service/host.h"
@@ -19,36 +20,38 @@ class GyroEvents {
       : host_(host), id_(gyro_id), instance_(instance) {}
 
   // Of the tick: all that is new.
-  void tell(Gyro& gyro, std::int64_t now_ns);
-  // What another instance counted is not told anew.
-  void go_on_from(const compensation::CompensatorCounts& counts) noexcept { told_ = counts; }
+  void report(Gyro& gyro, std::int64_t now_ns);
+  // What another instance counted is not reported anew.
+  void go_on_from(const compensation::CompensatorCounts& counts) noexcept { reported_ = counts; }
 
   void raise(const char* code, service::Severity severity, const std::string& text,
              core::SensorTime at = core::SensorTime{0});
 
  private:
-  void raise_counted(const char* code, std::string text, std::uint64_t before, std::uint64_t after,
-                     core::SensorTime at);
-  void tell_of_waiting(Gyro& gyro, std::int64_t now_ns);
-  void tell_of_clocks(const Gyro& gyro);
-  void tell_of_faults(const Gyro& gyro);
-  void tell_of_modes(const Gyro& gyro);
-  void tell_of_temperature(const Gyro& gyro);
-  void tell_of_instances(const Gyro& gyro);
+  // What all events of this gyro share.
+  [[nodiscard]] service::Occurrence occurrence(core::SensorTime at) const;
+  void raise_counted(const std::string& code, std::string_view text, std::uint64_t before,
+                     std::uint64_t after, core::SensorTime at);
+  void report_waiting(Gyro& gyro, std::int64_t now_ns);
+  void report_clocks(const Gyro& gyro);
+  void report_faults(const Gyro& gyro);
+  void report_modes(const Gyro& gyro);
+  void report_temperature(const Gyro& gyro);
+  void report_instances(const Gyro& gyro);
 
   service::Host& host_;
   std::uint32_t id_;
   std::uint32_t instance_;
-  compensation::CompensatorCounts told_{};
-  std::uint64_t told_rejected_ = 0;
-  std::uint64_t told_dropped_ = 0;
-  service::InstanceSync::Counts told_sync_{};
-  std::int64_t told_waiting_since_ns_ = 0;
-  bool told_clocks_ = false;
-  bool told_hanging_ = false;
-  core::PerAxis<core::Mode> told_mode_{};
-  core::PerAxis<core::Reason> told_reason_{};
-  core::Reason told_temperature_fault_ = core::Reason::kNone;
+  compensation::CompensatorCounts reported_{};
+  std::uint64_t reported_rejected_ = 0;
+  std::uint64_t reported_dropped_ = 0;
+  service::InstanceSync::Counts reported_sync_{};
+  std::int64_t reported_waiting_since_ns_ = 0;
+  bool reported_clocks_ = false;
+  bool reported_hanging_ = false;
+  core::PerAxis<core::Mode> reported_mode_{};
+  core::PerAxis<core::Reason> reported_reason_{};
+  core::Reason reported_temperature_fault_ = core::Reason::kNone;
 };
 
 }  // namespace zerodrift::services

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How several instances tell each other's answers from their own: an instance writes in the
+// How several instances distinguish each other's answers from their own: an instance writes in the
 // partition that everybody reads and in one of its own, and reads those of the others. What they
 // compare of an answer is all that was computed, not who answered, nor when.
 #pragma once

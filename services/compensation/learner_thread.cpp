@@ -33,20 +33,20 @@ LearnerThread::LearnerThread(std::size_t most_gyros, std::mutex& data_mutex, Tas
 
 void LearnerThread::stop() {
   stopping_ = true;
-  wake();
+  notify();
   if (thread_.joinable()) thread_.join();
 }
 
-void LearnerThread::wake() noexcept {
-  ++wakeups_;
-  wakeups_.notify_one();
+void LearnerThread::notify() noexcept {
+  ++notifications_;
+  notifications_.notify_one();
 }
 
 void LearnerThread::learn_until_stopped() {
   pthread_setname_np(pthread_self(), kThreadName);
   service::leave_realtime();
   while (!stopping_) {
-    const std::uint32_t seen = wakeups_.load();
+    const std::uint32_t seen = notifications_.load();
     for (auto** newcomer = newcomers_.front(); newcomer != nullptr; newcomer = newcomers_.front()) {
       roster_.push_back(*newcomer);
       newcomers_.pop();
@@ -62,7 +62,7 @@ void LearnerThread::learn_until_stopped() {
         go_on_after_model();
       }
     }
-    if (!learned && !stopping_) wakeups_.wait(seen);
+    if (!learned && !stopping_) notifications_.wait(seen);
   }
 }
 
@@ -82,14 +82,14 @@ void LearnerThread::ask(Task question) {
   auto asked = std::make_shared<std::packaged_task<void()>>(std::move(question));
   auto answered = asked->get_future();
   const bool free = questions_.push([asked] { (*asked)(); });
-  wake();
+  notify();
   if (!free || answered.wait_for(kAnswersWithin) != std::future_status::ready) {
     throw CommandRefused("the learner doesn't answer: it is busy or hangs; try again");
   }
   answered.get();
 }
 
-void LearnerThread::relieve(compensation::Compensator& before,
+void LearnerThread::replace(compensation::Compensator& before,
                             std::unique_ptr<compensation::Compensator>& after) {
   const auto exchange = [this](compensation::Compensator* out, compensation::Compensator* in) {
     return [this, out, in] { std::replace(roster_.begin(), roster_.end(), out, in); };

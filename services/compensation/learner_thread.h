@@ -30,7 +30,7 @@ class LearnerThread {
 
   // ---- of the data path; the data mutex is held
   void add(compensation::Compensator& newcomer) { newcomers_.push(&newcomer); }
-  void wake() noexcept;
+  void notify() noexcept;
   // Samples wait for a model: they go on when it is there.
   void await_model() noexcept { model_awaited_ = true; }
 
@@ -40,7 +40,7 @@ class LearnerThread {
   void ask(Task question);
   // Goes on with `after` instead. The data path of neither waits for a model meanwhile: the data
   // mutex is held. As ask(), and where it throws, `after` is kept for as long as it is needed.
-  void relieve(compensation::Compensator& before,
+  void replace(compensation::Compensator& before,
                std::unique_ptr<compensation::Compensator>& after);
 
  private:
@@ -53,7 +53,7 @@ class LearnerThread {
   core::SpscQueue<Task> questions_{4};                     // to be answered between two labels
   std::vector<compensation::Compensator*> roster_;         // the thread's own
   std::vector<std::unique_ptr<compensation::Compensator>> abandoned_;
-  std::atomic<std::uint32_t> wakeups_{0};
+  std::atomic<std::uint32_t> notifications_{0};
   std::atomic<bool> model_awaited_{false};  // by samples of a record or simulation
   std::atomic<bool> stopping_{false};
   std::thread thread_;

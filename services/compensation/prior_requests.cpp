@@ -70,7 +70,7 @@ std::shared_ptr<compensation::PriorChange> change_to(
 
 }  // namespace
 
-void CompensationNode::tell_of_prior() {
+void CompensationNode::report_prior() {
   const auto& prior = options_.compensation.prior;
   if (!prior) return;
   const bool complete = compensation::effects_left_out(*prior).empty();
@@ -124,7 +124,7 @@ CompensationNode::Verdict CompensationNode::change_prior(
     }
   }
   source.change = std::move(change);
-  learner_.wake();
+  learner_.notify();
   Verdict verdict{.outcome = Outcome::kAccepted};
   const auto epoch = installed(*source.change->learner);
   verdict.model_epoch = epoch.value_or(0);

@@ -27,7 +27,7 @@ Ros2Diagnostics::Ros2Diagnostics(service::Host& host)
       status_reader_(
           host.participant(),
           [this](const msg::ServiceStatus& status, const dds::SampleOrigin& origin) {
-            roster_.hear(status, origin.writer);
+            roster_.receive(status, origin.writer);
           },
           host.observer(),
           [this](const auto& writer, auto departure) { roster_.note_gone(writer, departure); }) {}

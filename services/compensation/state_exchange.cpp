@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Instances hear each other's answers. One that is behind asks another for its state on the
+// Instances receive each other's answers. One that is behind asks another for its state on the
 // checkpoint topic, keeps a log of its inputs meanwhile, and goes on from the state through the log
 // (common/service/gyro_pipeline.h).
 #include <chrono>
@@ -23,7 +23,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kSettlesWithin = 20s;  // a model is due for a fraction of the time
+constexpr auto kQuiescentWithin = 20s;  // a model is due for a fraction of the time
 // What was written before the state is with all readers then, or never: whoever takes the state
 // writes what comes after it.
 constexpr auto kReceivedWithin = 1s;
@@ -40,7 +40,7 @@ bool is_in_sync(const Gyro& source) {
 
 void CompensationNode::on_peer(const msg::CompensatedRate& message) {
   const std::lock_guard lock(data_mutex_);
-  if (Gyro* source = gyros_.find(message.gyro_id())) source->pipeline().hear(mark_of(message));
+  if (Gyro* source = gyros_.find(message.gyro_id())) source->pipeline().receive(mark_of(message));
 }
 
 void CompensationNode::on_checkpoint(const msg::CheckpointPart& part) {
@@ -84,7 +84,7 @@ void CompensationNode::give_state(Gyro& source) {
   try {
     state = running_state(source);
   } catch (const std::exception&) {
-    return;  // a learner that hangs is told of; the other asks again
+    return;  // a learner that hangs is reported; the other asks again
   }
   if (!state) return;
   source.wait_until_received(kReceivedWithin);
@@ -112,7 +112,7 @@ void CompensationNode::give_state(Gyro& source) {
 std::optional<RunningState> CompensationNode::running_state(Gyro& source) {
   std::string path;
   path.reserve(kRoomForPath);
-  const auto give_up = std::chrono::steady_clock::now() + kSettlesWithin;
+  const auto give_up = std::chrono::steady_clock::now() + kQuiescentWithin;
   while (!requests_closed_ && std::chrono::steady_clock::now() < give_up) {
     std::uint64_t job = 0;
     RunningState state;
@@ -120,7 +120,7 @@ std::optional<RunningState> CompensationNode::running_state(Gyro& source) {
     {
       const std::lock_guard lock(data_mutex_);
       if (!is_in_sync(source)) return std::nullopt;
-      if (source.compensator().is_settled()) {
+      if (source.compensator().is_quiescent()) {
         core::StateArchive archive(path);
         source.compensator().carry(archive);
         job = source.compensator().newest_job();
@@ -170,7 +170,7 @@ void CompensationNode::catch_up(Gyro& source, const RunningState& state) {
     for (; repeated < logged.size(); ++repeated)
       Gyro::Pipeline::repeat(*fresh, logged[repeated], state.sequence, answers);
     source.end_what_left(*fresh);
-    learner_.relieve(source.compensator(), fresh);
+    learner_.replace(source.compensator(), fresh);
     source.pipeline().go_on_with(fresh, answers, service::monotonic_ns());
     source.events.go_on_from(source.compensator().counts());
     source.change.reset();

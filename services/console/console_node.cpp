@@ -27,7 +27,7 @@ namespace json_util = google::protobuf::util;
 constexpr auto kTickWatched = 20ms;
 constexpr auto kTickConnected = 100ms;
 constexpr auto kTickAlone = 250ms;
-constexpr std::size_t kMostEndpoints = 512;  // told of by /gateway
+constexpr std::size_t kMostEndpoints = 512;  // reported by /gateway
 constexpr int kMostOpenCalls = 8;            // of a client
 constexpr auto kAnswerWithin = 5000ms;
 constexpr std::int64_t kNsPerS = 1'000'000'000;
@@ -155,14 +155,14 @@ void ConsoleNode::once_a_second(std::int64_t unix_ns) {
   gateway_.report_gateway(host_.participant().remote_endpoints(kMostEndpoints), unix_ns);
   hub_.for_each_client([&](web::Client& client) {
     const std::uint64_t dropped = client.counts().frames_dropped;
-    std::uint64_t& told = reported_dropped_[client.id()];
+    std::uint64_t& reported = reported_dropped_[client.id()];
     host_.raise_counted({.code = "slow_client",
                          .severity = service::Severity::kWarning,
                          .text = fmt::format("client {} is too slow: whole frames of samples are "
                                              "left out for it, {} so far",
                                              client.remote(), dropped)},
-                        dropped - told);
-    told = dropped;
+                        dropped - reported);
+    reported = dropped;
   });
   clients_ = hub_.clients();
   const auto figures = gateway_.gyro_figures();
@@ -299,12 +299,13 @@ void ConsoleNode::answer(const foxglove::CallOrigin& origin, const telemetry::Co
   if (open != open_calls_.end() && --open->second <= 0) open_calls_.erase(open);
   const bool is_done = answered.outcome == Outcome::kDone;
   const std::string text = core::one_line(answered.text);
-  host_.tell({.code = "command",
-              .severity = is_done ? service::Severity::kInformation : service::Severity::kWarning,
-              .text = core::one_line(
-                  fmt::format("console {}: {} {}{}{}: {}: {}", origin.remote, command.service(),
-                              command.name(), command.argument().empty() ? "" : " ",
-                              command.argument(), outcome_name(answered.outcome), text))});
+  host_.raise_each(
+      {.code = "command",
+       .severity = is_done ? service::Severity::kInformation : service::Severity::kWarning,
+       .text = core::one_line(fmt::format("console {}: {} {}{}{}: {}: {}", origin.remote,
+                                          command.service(), command.name(),
+                                          command.argument().empty() ? "" : " ", command.argument(),
+                                          outcome_name(answered.outcome), text))});
   if (!is_done && answered.outcome != Outcome::kRefused) return hub_.fail(origin, text);
   telemetry::CommandReply reply;
   reply.set_accepted(is_done);

@@ -55,7 +55,7 @@ class ConsoleNode final : public web::Application {
   ConsoleOptions options_;
   web::Access access_;
   web::StaticFiles page_;
-  web::Server server_;  // before the host: a port that is taken is told first
+  web::Server server_;  // before the host: a port that is taken is refused first
   service::Host host_;
   foxglove::Hub hub_;
   Gateway gateway_;

@@ -52,7 +52,7 @@ class Gateway {
   void subscribed(foxglove::ClientId client, foxglove::ChannelId channel);
   // Sends what has gathered: samples, rows, and what is kept to who subscribed since.
   void flush(std::int64_t unix_ns);
-  // Tells each client of itself and of the middleware; once a second.
+  // Reports to each client of itself and of the middleware; once a second.
   void report_gateway(const std::vector<dds::RemoteEndpoint>& endpoints, std::int64_t unix_ns);
   void note_dropped_by_gone(std::uint64_t frames) { dropped_by_gone_ += frames; }
 

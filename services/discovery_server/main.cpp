@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A discovery server: tells participants of each other where they can't, or should not, look for
-// everybody themselves. Samples don't pass here.
+// A discovery server: announces participants to each other where they can't, or should not, look
+// for everybody themselves. Samples don't pass here.
 #include "common/service/main.h"
 
 #include "common/service/host.h"

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/gyro_publisher/gyro_publisher_node.h"
 
+#include <array>
 #include <map>
 
 #include "common/dds/conversions.h"
+#include "common/service/counted_event.h"
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
 #include "common/service/one_of.h"
@@ -161,7 +163,7 @@ void GyroPublisherNode::publish_serial() {
       try {
         serial_->reopen();
       } catch (const drivers::DriverError&) {
-        continue;  // told above; tried again
+        continue;  // reported above; tried again
       }
     }
     for (const auto& reading : serial_->read(now)) {
@@ -169,37 +171,32 @@ void GyroPublisherNode::publish_serial() {
       auto temperature = dds::to_message(reading.temperature, gyro_id_);
       temperature_writer_.write(temperature);
     }
-    tell_of_link(serial_->statistics());
+    report_link(serial_->statistics());
   }
 }
 
-void GyroPublisherNode::tell_of_link(const drivers::KvhLinkStatistics& now) {
-  const auto tell = [&](const char* code, const char* what, std::uint64_t before,
-                        std::uint64_t after) {
-    host_.raise_counted({.code = code,
-                         .severity = Severity::kWarning,
-                         .text = options_.serial.device + ": " + what,
-                         .gyro_id = gyro_id_,
-                         .sensor_time_ns = 0},
-                        after - before);
-  };
-  tell("crc_error", "a frame with a wrong CRC was dropped", told_link_.crc_errors, now.crc_errors);
-  tell("bytes_skipped", "bytes outside any frame were skipped", told_link_.bytes_skipped,
-       now.bytes_skipped);
-  tell("frames_missing", "sequence numbers of the gyro are missing", told_link_.frames_missing,
-       now.frames_missing);
-  told_link_ = now;
+void GyroPublisherNode::report_link(const drivers::KvhLinkStatistics& now) {
+  using Statistics = drivers::KvhLinkStatistics;
+  constexpr std::array<service::CountedEvent<Statistics>, 3> kCountedEvents{
+      {{&Statistics::crc_errors, "crc_error", "a frame with a wrong CRC was dropped"},
+       {&Statistics::bytes_skipped, "bytes_skipped", "bytes outside any frame were skipped"},
+       {&Statistics::frames_missing, "frames_missing",
+        "sequence numbers of the gyro are missing"}}};
+  service::raise_grown(host_, kCountedEvents,
+                       {.text = options_.serial.device + ": ", .gyro_id = gyro_id_}, reported_link_,
+                       now);
+  reported_link_ = now;
 }
 
 // ---------------------------------------- a ROS 2 topic
 
-// Samples go on as they are heard, on the middleware's thread.
+// Samples go on as they are received, on the middleware's thread.
 void GyroPublisherNode::publish_ros2() {
   const std::int64_t began_ns = service::monotonic_ns();
   while (!stopping_) {
     std::this_thread::sleep_for(kStopCheck);
-    ros2_->tell(1e-9 * static_cast<double>(service::monotonic_ns() - began_ns));
-    ros2_participant_->tell();
+    ros2_->report(1e-9 * static_cast<double>(service::monotonic_ns() - began_ns));
+    ros2_participant_->report();
   }
 }
 

@@ -45,7 +45,7 @@ class GyroPublisherNode {
   std::string inject(const std::string& argument);
   std::string replay(const std::string& argument);
   replay::RateReplay::Delivery disturb(core::AngularRateSample& sample);
-  void tell_of_link(const drivers::KvhLinkStatistics& now);
+  void report_link(const drivers::KvhLinkStatistics& now);
   service::Status status() const;
 
   GyroPublisherOptions options_;
@@ -55,7 +55,7 @@ class GyroPublisherNode {
   dds::Writer<msg::Temperature> temperature_writer_;  // a serial gyro's own thermometer
   GyroSource source_;
   std::optional<drivers::SerialGyro> serial_;
-  drivers::KvhLinkStatistics told_link_{};
+  drivers::KvhLinkStatistics reported_link_{};
   std::optional<replay::RosParticipant> ros2_participant_;
   std::unique_ptr<replay::RosRateSource> ros2_;
 

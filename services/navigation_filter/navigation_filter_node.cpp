@@ -10,6 +10,7 @@
 #include "common/core/units.h"
 #include "common/dds/conversions.h"
 #include "common/navigation/navigation_input.h"
+#include "common/service/counted_event.h"
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
 #include "services/navigation_filter/state_message.h"
@@ -22,7 +23,7 @@ using service::Severity;
 
 namespace {
 
-constexpr std::size_t kMostStrangers = 1024;  // that are told how far they are heard
+constexpr std::size_t kMostStrangers = 1024;  // whose replays are paced all the same
 constexpr std::array kFilters{Stream::kRaw, Stream::kCompensated};
 
 constexpr const char* name(Phase phase) {
@@ -39,14 +40,25 @@ constexpr const char* name(Stream stream) {
 }
 
 navigation::NavigationSample to_navigation(const msg::CompensatedRate& message) {
-  const core::CompensatedSample heard = dds::from_message(message);
-  navigation::NavigationSample sample = navigation::to_navigation(heard);
+  const core::CompensatedSample received = dds::from_message(message);
+  navigation::NavigationSample sample = navigation::to_navigation(received);
   for (std::size_t i = 0; i < core::kAxisCount; ++i) {
     sample.noise_variance[i] = navigation::noise_variance(message.rate_covariance_radps2()[4 * i],
-                                                          heard.drift_variance[i]);
+                                                          received.drift_variance[i]);
   }
   return sample;
 }
+
+using Counts = navigation::NavigationCounts;
+constexpr std::array<service::CountedEvent<Counts>, 6> kCountedEvents{
+    {{&Counts::gaps, "gap", "samples are missing; turned through at the rates around them"},
+     {&Counts::losses, "heading_lost", "a gap too long to bridge; the heading is uncertain since"},
+     {&Counts::time_restarts, "time_restarted",
+      "sensor time began anew; the heading is uncertain since"},
+     {&Counts::unusable, "unusable_sample",
+      "an axis is not valid or there is no interval; bridged as a gap"},
+     {&Counts::clipped, "clipped_sample", "an axis is saturated; the attitude is uncertain since"},
+     {&Counts::duplicates, "duplicate_time", "a time that was there or is past; left out"}}};
 
 }  // namespace
 
@@ -147,7 +159,7 @@ void NavigationFilterNode::tick() {
     give_references(source);
     if (source.pace.is_waited_for()) report_progress(id, source.pace);
     if (due) publish_states(source);
-    tell_of(source);
+    report_counts(source);
   }
   for (auto& [id, pace] : strangers_.entries()) {
     if (pace.is_waited_for()) report_progress(id, pace);
@@ -164,32 +176,14 @@ void NavigationFilterNode::publish_states(Gyro& source) {
   if (source.navigation.truth_received()) publish(Stream::kTruth);
 }
 
-void NavigationFilterNode::tell_of(Gyro& source) {
+void NavigationFilterNode::report_counts(Gyro& source) {
   const navigation::NavigationCounts& now = source.navigation.counts();
   const std::int64_t time_ns = source.navigation.time().count();
   const std::string who = fmt::format("gyro {}: ", source.id);
-  const auto tell = [&](const char* code, const char* text, std::uint64_t before,
-                        std::uint64_t after) {
-    host_.raise_counted({.code = code,
-                         .severity = Severity::kWarning,
-                         .text = who + text,
-                         .gyro_id = source.id,
-                         .sensor_time_ns = time_ns},
-                        after - before);
-  };
-  const navigation::NavigationCounts& told = source.told;
-  tell("gap", "samples are missing; turned through at the rates around them", told.gaps, now.gaps);
-  tell("heading_lost", "a gap too long to bridge; the heading is uncertain since", told.losses,
-       now.losses);
-  tell("time_restarted", "sensor time began anew; the heading is uncertain since",
-       told.time_restarts, now.time_restarts);
-  tell("unusable_sample", "an axis is not valid or there is no interval; bridged as a gap",
-       told.unusable, now.unusable);
-  tell("clipped_sample", "an axis is saturated; the attitude is uncertain since", told.clipped,
-       now.clipped);
-  tell("duplicate_time", "a time that was there or is past; left out", told.duplicates,
-       now.duplicates);
-  source.told = now;
+  service::raise_grown(host_, kCountedEvents,
+                       {.text = who, .gyro_id = source.id, .sensor_time_ns = time_ns},
+                       source.reported, now);
+  source.reported = now;
   const Phase phase = source.navigation.phase();
   if (phase != source.reported_phase) {
     source.reported_phase = phase;

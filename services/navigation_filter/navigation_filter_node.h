@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The reference subscriber: navigates by the compensated and, beside them, by the raw rates of each
-// gyro that is heard, and gives rate_reference back.
+// gyro that is received, and gives rate_reference back.
 //
 // Two threads: samples are navigated by on the middleware's receiving thread, which also writes the
 // references; states are published on the host's. Between them a lock.
@@ -44,7 +44,7 @@ class NavigationFilterNode {
     const std::uint32_t id;
     service::ConsumerPace pace{};
     navigation::GyroNavigation navigation;
-    navigation::NavigationCounts told{};
+    navigation::NavigationCounts reported{};
     navigation::Phase reported_phase = navigation::Phase::kWaiting;
     bool reported_compass = false;
   };
@@ -63,7 +63,7 @@ class NavigationFilterNode {
   // The host's thread.
   void tick();
   void publish_states(Gyro& source);
-  void tell_of(Gyro& source);
+  void report_counts(Gyro& source);
   service::Status status();
 
   NavigationFilterOptions options_;

@@ -146,8 +146,8 @@ void ThermalPublisherNode::publish_ros2() {
   while (!stopping_) {
     for (const auto& reading : await_readings()) temperatures_.publish(reading, stopping_);
     for (auto& source : ros2_)
-      source->tell(1e-9 * static_cast<double>(service::monotonic_ns() - began_ns));
-    ros2_participant_->tell();
+      source->report(1e-9 * static_cast<double>(service::monotonic_ns() - began_ns));
+    ros2_participant_->report();
   }
 }
 

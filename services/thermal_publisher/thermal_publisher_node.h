@@ -56,7 +56,7 @@ class ThermalPublisherNode {
   ThermalSource source_;
   std::vector<drivers::SysfsThermometer> thermometers_;
 
-  // What was heard on ROS 2's topics and waits to be published: no endpoint is made on the
+  // What was received on ROS 2's topics and waits to be published: no endpoint is made on the
   // middleware's thread.
   std::mutex readings_mutex_;
   std::condition_variable readings_came_;

@@ -88,13 +88,10 @@ std::optional<MarkedTerm> marked(NoiseTerm term, const allan::SeriesReport& r) {
                       place};
   };
   switch (c.identification) {
-    case Identification::kInterval:
-      return at(c.value, "", "");
-    case Identification::kUpperBound:
-      return at(c.upper, "< ", "");
+    case Identification::kInterval: return at(c.value, "", "");
+    case Identification::kUpperBound: return at(c.upper, "< ", "");
     case Identification::kNotFitted:
-    case Identification::kWithheld:
-      break;
+    case Identification::kWithheld: break;
   }
   if (const auto& slope = r.slopes[allan::index(term)]) return at(*slope, "~ ", ", off the slope");
   return std::nullopt;

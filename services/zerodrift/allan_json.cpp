@@ -42,14 +42,10 @@ ordered_json json_of(const allan::StatisticCurve& curve, const AllanStream& stre
 
 std::string name(Identification identification) {
   switch (identification) {
-    case Identification::kNotFitted:
-      return "not_fitted";
-    case Identification::kUpperBound:
-      return "upper_bound";
-    case Identification::kInterval:
-      return "interval";
-    case Identification::kWithheld:
-      return "withheld";
+    case Identification::kNotFitted: return "not_fitted";
+    case Identification::kUpperBound: return "upper_bound";
+    case Identification::kInterval: return "interval";
+    case Identification::kWithheld: return "withheld";
   }
   return "unknown";
 }
@@ -76,24 +72,18 @@ ordered_json coefficients_json(const allan::SeriesReport& r) {
 
 std::string name(allan::SeriesMethod method) {
   switch (method) {
-    case allan::SeriesMethod::kFullOverlap:
-      return "full_overlap";
-    case allan::SeriesMethod::kFullOverlapWithGaps:
-      return "full_overlap_with_gaps";
-    case allan::SeriesMethod::kCascade:
-      return "cascade";
+    case allan::SeriesMethod::kFullOverlap: return "full_overlap";
+    case allan::SeriesMethod::kFullOverlapWithGaps: return "full_overlap_with_gaps";
+    case allan::SeriesMethod::kCascade: return "cascade";
   }
   return "unknown";
 }
 
 std::string name(allan::ShortTaus short_taus) {
   switch (short_taus) {
-    case allan::ShortTaus::kMixture:
-      return "mixture";
-    case allan::ShortTaus::kBandLimited:
-      return "band_limited";
-    case allan::ShortTaus::kNeverWhite:
-      return "never_white";
+    case allan::ShortTaus::kMixture: return "mixture";
+    case allan::ShortTaus::kBandLimited: return "band_limited";
+    case allan::ShortTaus::kNeverWhite: return "never_white";
   }
   return "unknown";
 }

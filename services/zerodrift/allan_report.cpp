@@ -47,20 +47,13 @@ std::string percent(double confidence) {
 
 std::string long_name(Statistic statistic) {
   switch (statistic) {
-    case Statistic::kAdev:
-      return "Allan deviation without overlap";
-    case Statistic::kOadev:
-      return "overlapping Allan deviation";
-    case Statistic::kMdev:
-      return "modified Allan deviation";
-    case Statistic::kTdev:
-      return "time deviation, here of the angle";
-    case Statistic::kHdev:
-      return "Hadamard deviation without overlap";
-    case Statistic::kOhdev:
-      return "overlapping Hadamard deviation";
-    case Statistic::kTotdev:
-      return "total deviation, its bias left in";
+    case Statistic::kAdev: return "Allan deviation without overlap";
+    case Statistic::kOadev: return "overlapping Allan deviation";
+    case Statistic::kMdev: return "modified Allan deviation";
+    case Statistic::kTdev: return "time deviation, here of the angle";
+    case Statistic::kHdev: return "Hadamard deviation without overlap";
+    case Statistic::kOhdev: return "overlapping Hadamard deviation";
+    case Statistic::kTotdev: return "total deviation, its bias left in";
   }
   return "unknown";
 }
@@ -94,13 +87,10 @@ report::Table statistic_table(const AllanStream& stream, const allan::StatisticC
 
 std::string value_cell(const Coefficient& c, double unit) {
   switch (c.identification) {
-    case Identification::kInterval:
-      return significant(unit * c.value, 3);
-    case Identification::kUpperBound:
-      return "< " + significant(unit * c.upper, 3);
+    case Identification::kInterval: return significant(unit * c.value, 3);
+    case Identification::kUpperBound: return "< " + significant(unit * c.upper, 3);
     case Identification::kNotFitted:
-    case Identification::kWithheld:
-      break;
+    case Identification::kWithheld: break;
   }
   return "-";
 }
@@ -195,8 +185,7 @@ std::string coefficient_text(const allan::SeriesReport& r, NoiseTerm term) {
     case Identification::kUpperBound:
       return symbol + " not seen, below " + significant(text.per_si * c.upper, 3) + unit;
     case Identification::kNotFitted:
-    case Identification::kWithheld:
-      break;
+    case Identification::kWithheld: break;
   }
   return {};
 }

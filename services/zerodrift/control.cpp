@@ -43,11 +43,11 @@ int show_once(const ControlOptions& options) {
   StatusBoard board(participant);
   const auto give_up =
       std::chrono::steady_clock::now() + std::chrono::duration<double>(options.wait_s);
-  while (!board.heard("compensation") && std::chrono::steady_clock::now() < give_up) {
+  while (!board.has("compensation") && std::chrono::steady_clock::now() < give_up) {
     if (service::wait_for_stop(50ms)) return service::kExitNo;
   }
   service::wait_for_stop(500ms);  // the others speak four times a second
-  if (!board.heard("compensation")) {
+  if (!board.has("compensation")) {
     std::fprintf(stderr, "ctl status: no compensation service heard in domain %u within %g s\n",
                  options.network.domain, options.wait_s);
     return service::kExitNo;

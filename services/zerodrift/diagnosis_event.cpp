@@ -37,15 +37,11 @@ std::string finding_of(const AxisDiagnosis& axis) {
       return axis.acceptance == diagnosis::Acceptance::kReverted
                  ? "a suggestion that held-out data did not confirm"
                  : "nothing missing";
-    case Verdict::kUndecidable:
-      return "undecidable";
-    case Verdict::kRecalibrated:
-      return "recalibrated";
+    case Verdict::kUndecidable: return "undecidable";
+    case Verdict::kRecalibrated: return "recalibrated";
     case Verdict::kEffectNamed:
-    case Verdict::kAmbiguous:
-      return "missing " + names_of(axis);
-    case Verdict::kUnknownEffect:
-      break;
+    case Verdict::kAmbiguous: return "missing " + names_of(axis);
+    case Verdict::kUnknownEffect: break;
   }
   const std::string unknown =
       "unknown" + (axis.unknown ? ", " + axis.unknown->description : std::string());

@@ -21,26 +21,19 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 std::string key_of(diagnosis::HeldOut kind) {
   switch (kind) {
-    case diagnosis::HeldOut::kNothing:
-      break;
-    case diagnosis::HeldOut::kRecords:
-      return "records";
-    case diagnosis::HeldOut::kBlocks:
-      return "blocks";
+    case diagnosis::HeldOut::kNothing: break;
+    case diagnosis::HeldOut::kRecords: return "records";
+    case diagnosis::HeldOut::kBlocks: return "blocks";
   }
   return "nothing";
 }
 
 std::string key_of(diagnosis::Acceptance acceptance) {
   switch (acceptance) {
-    case diagnosis::Acceptance::kNothingToProve:
-      break;
-    case diagnosis::Acceptance::kAccepted:
-      return "accepted";
-    case diagnosis::Acceptance::kReverted:
-      return "reverted";
-    case diagnosis::Acceptance::kUnproven:
-      return "unproven";
+    case diagnosis::Acceptance::kNothingToProve: break;
+    case diagnosis::Acceptance::kAccepted: return "accepted";
+    case diagnosis::Acceptance::kReverted: return "reverted";
+    case diagnosis::Acceptance::kUnproven: return "unproven";
   }
   return "nothing_to_prove";
 }

@@ -90,7 +90,7 @@ void LiveDiagnosis::on_rate(const msg::AngularRate& message, const dds::SampleOr
   paced_ = core::is_paced_by_consumers(sample.clock);
   newest_sequence_ = sample.sequence;
   // Also of what comes after the watch: whoever replays must not wait for it.
-  if (paced_ && ++heard_ % kProgressEvery == 0) report_progress();
+  if (paced_ && ++received_ % kProgressEvery == 0) report_progress();
   if (phase_ != Phase::kListening || over_) return;
   if (!first_) first_ = sample.time;
   if (core::seconds(sample.time - *first_) >= options_.duration_s) {
@@ -179,16 +179,16 @@ measurement::MeasuredRecord LiveDiagnosis::finish() {
   measurement::MeasuredRecord measured = builder_->finish();
   builder_.reset();
   const measurement::LiveCounts& counts = rows_.counts();
-  const auto tell = [&](std::uint64_t count, const std::string& what) {
+  const auto warn = [&](std::uint64_t count, const std::string& what) {
     note(measured.warnings, request_.record, count, what);
   };
-  tell(counts.rates_refused, "rates left out: a time stamp not after the one before, or wild");
-  tell(counts.readings_refused,
+  warn(counts.rates_refused, "rates left out: a time stamp not after the one before, or wild");
+  warn(counts.readings_refused,
        "temperatures left out: a time stamp not after the one before, or wild");
-  tell(counts.late_probes, "temperatures of probes first heard after the start left out");
-  tell(counts.late_references, "true rates left out: the first came after the start");
-  tell(counts.without_reference, "rates left out: nobody told the true rate");
-  tell(rejected_, "rates of a second publisher with this id left out");
+  warn(counts.late_probes, "temperatures of probes first heard after the start left out");
+  warn(counts.late_references, "true rates left out: the first came after the start");
+  warn(counts.without_reference, "rates left out: nobody told the true rate");
+  warn(rejected_, "rates of a second publisher with this id left out");
   return measured;
 }
 

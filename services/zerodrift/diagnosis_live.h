@@ -76,7 +76,7 @@ class LiveDiagnosis {
   std::optional<core::SensorTime> first_;
   core::SensorTime newest_{0};
   std::uint64_t newest_sequence_ = 0;
-  std::uint64_t heard_ = 0;
+  std::uint64_t received_ = 0;
   bool paced_ = false;
   bool over_ = false;               // the duration has passed or the source has ended
   int ticks_over_ = 0;              // since then

@@ -29,10 +29,9 @@ std::string minutes_or_hours(double seconds) {
              : significant(seconds / core::kSecondsPerHour, kDiagnosisDigits) + " h";
 }
 
-std::string told(const AxisDiagnosis& axis) {
+std::string outcome_text(const AxisDiagnosis& axis) {
   switch (axis.acceptance) {
-    case diagnosis::Acceptance::kNothingToProve:
-      break;
+    case diagnosis::Acceptance::kNothingToProve: break;
     case diagnosis::Acceptance::kAccepted:
       return "The change was accepted: data that took no part in choosing or fitting agrees.";
     case diagnosis::Acceptance::kReverted:
@@ -166,7 +165,7 @@ void add_unknown(report::Document& page, const Diagnosed& axis) {
       "; its RMS over the record is " + in_deg_per_hour(unknown.rms_radps) + " deg/h."});
   for (const auto& summand : unknown.formulas) {
     page.blocks.emplace_back(
-        report::Paragraph{"In deg/h: " + told_formula(summand) +
+        report::Paragraph{"In deg/h: " + formula_text(summand) +
                           ". It stands in the repaired model as an effect of kind formula; no "
                           "physics beyond it is claimed."});
   }
@@ -203,7 +202,7 @@ void add_axis(report::Document& page, const Diagnosed& axis) {
     add_table(page, not_testable_table(one));
     return;
   }
-  page.blocks.emplace_back(report::Paragraph{told(axis.of)});
+  page.blocks.emplace_back(report::Paragraph{outcome_text(axis.of)});
   if (axis.of.samples_left_out > 0) page.blocks.emplace_back(report::Paragraph{left_out(axis.of)});
   add_table(page, gap_table(one, TableAxes::kOne));
   add_waveforms(page, axis);
@@ -284,12 +283,12 @@ std::vector<std::string> diagnosis_notes(const DiagnosisResult& result) {
     const std::string lead = "Axis " + axis.axis + ": ";
     if (axis.of.samples_left_out > 0) notes.push_back(lead + left_out(axis.of));
     if (axis.of.acceptance != diagnosis::Acceptance::kNothingToProve)
-      notes.push_back(lead + told(axis.of));
+      notes.push_back(lead + outcome_text(axis.of));
     if (axis.of.unknown) {
       notes.push_back(lead + "unknown to the catalogue: " + axis.of.unknown->description +
                       "; RMS " + in_deg_per_hour(axis.of.unknown->rms_radps) + " deg/h.");
       for (const auto& summand : axis.of.unknown->formulas)
-        notes.push_back(lead + "in deg/h, " + told_formula(summand) + ".");
+        notes.push_back(lead + "in deg/h, " + formula_text(summand) + ".");
     }
     if (!axis.of.not_testable.empty()) {
       notes.push_back(lead + "not testable with this record: " +

@@ -54,14 +54,11 @@ std::string_view unit_of(std::string_view kind) {
   return found == kUnits.end() ? "" : found->second;
 }
 
-std::string told(diagnosis::HeldOut kind) {
+std::string held_out_text(diagnosis::HeldOut kind) {
   switch (kind) {
-    case diagnosis::HeldOut::kNothing:
-      break;
-    case diagnosis::HeldOut::kRecords:
-      return "held out: the records for validation";
-    case diagnosis::HeldOut::kBlocks:
-      return "held out: blocks of the record";
+    case diagnosis::HeldOut::kNothing: break;
+    case diagnosis::HeldOut::kRecords: return "held out: the records for validation";
+    case diagnosis::HeldOut::kBlocks: return "held out: blocks of the record";
   }
   return "held out: nothing";
 }
@@ -144,7 +141,7 @@ report::Table gap_table(const DiagnosedAxes& group, TableAxes axes) {
     };
     add("the record it was fitted to", axis.of.fit);
     if (axis.of.held_out_kind != diagnosis::HeldOut::kNothing)
-      add(told(axis.of.held_out_kind), axis.of.held_out);
+      add(held_out_text(axis.of.held_out_kind), axis.of.held_out);
     const auto& allan = axis.of.allan_log_distance;
     table.add(axis, {"Allan curves: mean |ln ratio|", significant(allan.before, kDiagnosisDigits),
                      significant(allan.after, kDiagnosisDigits),

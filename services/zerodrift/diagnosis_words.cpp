@@ -17,7 +17,7 @@ DiagnosedAxes diagnosed_axes(const DiagnosisResult& result) {
   return axes;
 }
 
-std::string told_formula(const diagnosis::NamedEffect& summand) {
+std::string formula_text(const diagnosis::NamedEffect& summand) {
   const std::string values = joined(summand.parameters, [&](const auto& parameter) {
     const auto& [name, value] = parameter;
     const auto error = summand.standard_errors.find(name);

@@ -27,7 +27,7 @@ using DiagnosedAxes = std::vector<Diagnosed>;
 [[nodiscard]] DiagnosedAxes diagnosed_axes(const DiagnosisResult& result);
 
 // "k * B_x^2 with k = 1.2e-06 ± 3e-08; 2 other formulas do nearly as well"
-[[nodiscard]] std::string told_formula(const diagnosis::NamedEffect& summand);
+[[nodiscard]] std::string formula_text(const diagnosis::NamedEffect& summand);
 
 // A rate in deg/h.
 [[nodiscard]] std::string in_deg_per_hour(double radps);

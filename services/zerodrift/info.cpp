@@ -50,9 +50,8 @@ struct Seen {
 
 Seen look_at(const InfoOptions& options) {
   ProgressBar bar("info");
-  record::RecordReader reader(options.record,
-                              {.columns = record::parse_column_map(options.columns),
-                               .topics = options.topics});
+  record::RecordReader reader(options.record, {.columns = record::parse_column_map(options.columns),
+                                               .topics = options.topics});
   measurement::RecordWatch watch(reader.info(), options.columns);
   const std::optional<double> expected_rows = record::estimated_rows(options.record);
   while (const record::RecordRow* row = reader.next()) {

@@ -96,7 +96,7 @@ double StatusBoard::metric(const std::string& service, const std::string& name,
   return value == known->second.end() ? otherwise : value->second;
 }
 
-bool StatusBoard::heard(const std::string& service) {
+bool StatusBoard::has(const std::string& service) {
   const std::lock_guard lock(mutex_);
   return services_.contains(service);
 }
@@ -188,14 +188,14 @@ std::string StatusBoard::minute_heading(std::uint32_t gyro) const {
 }
 
 std::string StatusBoard::gyro_table(std::uint32_t gyro) const {
-  constexpr double kNotHeard = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   const std::string of = part(gyro);
   std::string text = fmt::format(
       "gyro {}   sensor time {:.1f} s   temperature {} degC, {} degC/min   labels {:.0f}   model "
       "epoch "
       "{:.0f}\n",
-      gyro, metric(of, "sensor_time", 0.0), known("{:.3f}", metric(of, "temperature", kNotHeard)),
-      known("{:+.4f}", metric(of, "temperature_rate", kNotHeard)), metric(of, "labels", 0.0),
+      gyro, metric(of, "sensor_time", 0.0), known("{:.3f}", metric(of, "temperature", kNone)),
+      known("{:+.4f}", metric(of, "temperature_rate", kNone)), metric(of, "labels", 0.0),
       metric(of, "model_epoch", 0.0));
   text += fmt::format("{:<4} {:>9} {:>9} {:>7} {:>11} {:>10} {:>9} {:>9}  {}\n", "axis", "raw std",
                       "comp std", "ratio", "persistence", minute_heading(gyro), "comp", "drift",

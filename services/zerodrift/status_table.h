@@ -33,7 +33,7 @@ class StatusBoard {
   [[nodiscard]] bool nothing_lost();
   [[nodiscard]] double answered();  // samples
   [[nodiscard]] double sensor_time_s();
-  [[nodiscard]] bool heard(const std::string& service);
+  [[nodiscard]] bool has(const std::string& service);
 
  private:
   using Metrics = std::map<std::string, double>;

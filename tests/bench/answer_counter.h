@@ -33,7 +33,7 @@ class AnswerCounter {
   };
   [[nodiscard]] Counts counts() const { return {received_.load(), late_.load()}; }
   // Every gyro has been answered at least once.
-  [[nodiscard]] bool heard_all() const {
+  [[nodiscard]] bool received_all() const {
     return std::all_of(newest_.begin() + 1, newest_.end(),
                        [](const auto& newest) { return newest.load() > 0; });
   }

@@ -16,12 +16,12 @@
 #include "common/service/host.h"
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
-#include "common/web/client.h"
 #include "common/web/web_error.h"
 #include "idl/proto/telemetry.pb.h"
 #include "tests/bench/bench.h"
 #include "tests/bench/bench_process.h"
 #include "tests/bench/synthetic_gyro.h"
+#include "tests/support/web_client.h"
 
 namespace zerodrift::bench {
 namespace {

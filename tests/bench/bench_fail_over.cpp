@@ -40,7 +40,8 @@ constexpr auto kHangLasts = 1500ms;
 // A hung learner is noticed when its model is late, and told at the next look, four a second.
 constexpr std::chrono::nanoseconds kGapWithin = 250ms;
 constexpr std::chrono::nanoseconds kHangGapWithin = kHangLasts;
-constexpr auto kSettled = 700ms;  // after a fault's begin: whatever it does to the stream, is done
+constexpr auto kFaultIsOver =
+    700ms;  // after a fault's begin: whatever it does to the stream, is done
 constexpr auto kInSyncWithin = 60s;
 constexpr double kComparedInSync = 50.0;
 constexpr double kPeriodsKill = 3.0;
@@ -260,7 +261,7 @@ class FailOver {
       std::this_thread::sleep_for(kHangLasts);
     }
     const auto ended = Clock::now();
-    std::this_thread::sleep_for(kSettled);
+    std::this_thread::sleep_for(kFaultIsOver);
     const std::uint64_t last = gyro_->newest();
     std::this_thread::sleep_for(100ms);
     Round result{.fault = fault,

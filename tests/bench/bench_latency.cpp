@@ -3,6 +3,8 @@
 // run, up to our whole chain.
 #include "tests/bench/bench_latency.h"
 
+#include <sys/mman.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cstdio>
@@ -82,6 +84,14 @@ std::uint64_t lost_in(const LatencyCells& cells, std::size_t row) {
   return lost;
 }
 
+// The options are others': nothing is changed here for good.
+void check_permitted(const service::RealtimeOptions& options) {
+  if (!options.wanted) return;
+  service::apply(options);
+  service::leave_realtime();
+  munlockall();
+}
+
 void write_if_asked(const LatencyBenchOptions& options, const nlohmann::ordered_json& json) {
   if (!options.json.empty()) report::write_json(options.json, json);
 }
@@ -139,7 +149,7 @@ int bench_alternatives(const LatencyBenchOptions& options) {
 }
 
 int bench_latency(const LatencyBenchOptions& options) {
-  service::check_permitted(options.realtime);
+  check_permitted(options.realtime);
   return options.alternatives ? bench_alternatives(options) : bench_rows(options);
 }
 

@@ -89,12 +89,12 @@ void BenchProcess::say(const std::string& line) {
   }
 }
 
-std::string BenchProcess::hear(std::chrono::milliseconds at_most) {
+std::string BenchProcess::receive(std::chrono::milliseconds at_most) {
   const auto until = std::chrono::steady_clock::now() + at_most;
   for (;;) {
-    if (const auto end = heard_.find('\n'); end != std::string::npos) {
-      std::string line = heard_.substr(0, end);
-      heard_.erase(0, end + 1);
+    if (const auto end = received_.find('\n'); end != std::string::npos) {
+      std::string line = received_.substr(0, end);
+      received_.erase(0, end + 1);
       return line;
     }
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(
@@ -107,7 +107,7 @@ std::string BenchProcess::hear(std::chrono::milliseconds at_most) {
     std::array<char, 65536> buffer;
     const ssize_t got = read(from_, buffer.data(), buffer.size());
     if (got <= 0) throw std::runtime_error("bench: " + name_ + " has ended before its time");
-    heard_.append(buffer.data(), static_cast<std::size_t>(got));
+    received_.append(buffer.data(), static_cast<std::size_t>(got));
   }
 }
 

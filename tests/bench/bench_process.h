@@ -37,7 +37,7 @@ class BenchProcess {
   // kTalks only. Both throw std::runtime_error where the process has ended or says nothing for so
   // long.
   void say(const std::string& line);
-  std::string hear(std::chrono::milliseconds at_most);
+  std::string receive(std::chrono::milliseconds at_most);
 
   // Zeros once it has ended.
   [[nodiscard]] ProcessUsage usage() const;
@@ -48,7 +48,7 @@ class BenchProcess {
   pid_t pid_ = 0;
   int to_ = -1;
   int from_ = -1;
-  std::string heard_;
+  std::string received_;
 };
 
 }  // namespace zerodrift::bench

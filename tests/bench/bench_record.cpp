@@ -53,7 +53,7 @@ struct Figures {
     for (const auto& channel : file.channels) bytes += static_cast<double>(channel.bytes);
     return bytes;
   }
-  [[nodiscard]] std::string_view told(std::string_view key) const {
+  [[nodiscard]] std::string_view figure(std::string_view key) const {
     for (const auto& metadata : file.metadata) {
       if (metadata.name == "recording") return mcap::value_of(metadata.values, key);
     }
@@ -93,7 +93,7 @@ Figures measure(const BenchOptions& options, const std::filesystem::path& file) 
         throw std::runtime_error("bench record: the recorder is not heard of within 20 s");
       std::this_thread::sleep_for(20ms);
       fleet.say("ready");
-    } while (fleet.hear(5000ms) != "yes");
+    } while (fleet.receive(5000ms) != "yes");
     std::this_thread::sleep_for(500ms);  // matched here is matched there a little later
 
     const double recorder_s = recorder.usage().cpu_s;
@@ -101,7 +101,7 @@ Figures measure(const BenchOptions& options, const std::filesystem::path& file) 
     const auto count = static_cast<std::uint64_t>(options.rate_hz * options.duration_s + 0.5);
     const auto start = std::chrono::steady_clock::now();
     fleet.say("send " + text(options.rate_hz) + ' ' + std::to_string(count));
-    std::istringstream answer(fleet.hear(std::chrono::milliseconds(
+    std::istringstream answer(fleet.receive(std::chrono::milliseconds(
         static_cast<std::int64_t>(20000.0 + 5000.0 * options.duration_s))));
     std::uint64_t newest = 0;
     answer >> newest >> figures.refused;
@@ -151,11 +151,11 @@ int bench_record(const BenchOptions& options) {
       1e-6 * static_cast<double>(figures.file.bytes) / seconds, options.compression.c_str(),
       figures.file.compression_ratio, figures.recorder_cpu, figures.publisher_cpu,
       1e-3 * static_cast<double>(figures.recorder_kb),
-      std::string(figures.told("queue_delay_p99_us")).c_str(),
-      std::string(figures.told("queue_delay_max_us")).c_str(),
-      std::string(figures.told("chunk_write_p99_us")).c_str(),
-      std::string(figures.told("chunk_write_max_us")).c_str(),
-      std::string(figures.told("queue_peak_bytes")).c_str());
+      std::string(figures.figure("queue_delay_p99_us")).c_str(),
+      std::string(figures.figure("queue_delay_max_us")).c_str(),
+      std::string(figures.figure("chunk_write_p99_us")).c_str(),
+      std::string(figures.figure("chunk_write_max_us")).c_str(),
+      std::string(figures.figure("queue_peak_bytes")).c_str());
   // The figures are then of a lower rate than was asked for.
   constexpr double kKept = 0.95;
   const double wanted_s = options.duration_s;
@@ -177,8 +177,8 @@ int bench_record(const BenchOptions& options) {
                         {"recorder_cpu_percent", figures.recorder_cpu},
                         {"publisher_cpu_percent", figures.publisher_cpu},
                         {"recorder_resident_kb", figures.recorder_kb},
-                        {"queue_delay_p99_us", std::string(figures.told("queue_delay_p99_us"))},
-                        {"chunk_write_p99_us", std::string(figures.told("chunk_write_p99_us"))}});
+                        {"queue_delay_p99_us", std::string(figures.figure("queue_delay_p99_us"))},
+                        {"chunk_write_p99_us", std::string(figures.figure("chunk_write_p99_us"))}});
   }
   return figures.lost() == 0 && figures.refused == 0 ? service::kExitDone : service::kExitNo;
 }

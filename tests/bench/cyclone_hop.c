@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "angular_rate.h"
+#include "tests/support/cyclone_loopback.h"
 
 #define DEPTH 2000
 
@@ -17,15 +18,6 @@ struct cyclone_hop {
   cyclone_on_sample on_sample;
   void* context;
 };
-
-static const char* const kLoopbackOnly =
-    "<CycloneDDS><Domain Id=\"any\">"
-    "<General><Interfaces><NetworkInterface name=\"lo\" multicast=\"false\"/></Interfaces>"
-    "<AllowMulticast>false</AllowMulticast></General>"
-    "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
-    "<MaxAutoParticipantIndex>39</MaxAutoParticipantIndex>"
-    "<Peers><Peer Address=\"127.0.0.1\"/></Peers></Discovery>"
-    "</Domain></CycloneDDS>";
 
 static void on_data(dds_entity_t reader, void* argument) {
   const struct cyclone_hop* hop = argument;

@@ -135,28 +135,28 @@ class LearnerThread {
   }
   ~LearnerThread() {
     stopping_ = true;
-    wake();
+    notify();
     thread_.join();
   }
   LearnerThread(const LearnerThread&) = delete;
   LearnerThread& operator=(const LearnerThread&) = delete;
-  void wake() {
-    ++wakeups_;
-    wakeups_.notify_one();
+  void notify() {
+    ++notifications_;
+    notifications_.notify_one();
   }
 
  private:
   void run() {
     while (!stopping_) {
-      const std::uint32_t seen = wakeups_;
+      const std::uint32_t seen = notifications_;
       bool learned = false;
       while (!stopping_ && compensator_.learner().run_one()) learned = true;
-      if (!learned && !stopping_) wakeups_.wait(seen);
+      if (!learned && !stopping_) notifications_.wait(seen);
     }
   }
   Compensator& compensator_;
   std::atomic<bool> stopping_{false};
-  std::atomic<std::uint32_t> wakeups_{0};
+  std::atomic<std::uint32_t> notifications_{0};
   std::thread thread_;
 };
 
@@ -184,7 +184,7 @@ class Subject {
       stream_.next(compensator_, message_);
       const std::uint64_t labels = compensator_.counts().labels;
       times_ns.push_back(answer_ns(compensator_, message_, answer_));
-      if (learner && compensator_.counts().labels != labels) learner->wake();
+      if (learner && compensator_.counts().labels != labels) learner->notify();
     }
     return figures_of(times_ns);
   }

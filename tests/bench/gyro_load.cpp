@@ -83,8 +83,8 @@ class FleetLoad {
     do {
       still();
       fleet_.say("ready");
-    } while (fleet_.hear(kAnswerWithin) != "yes");
-    while (!subscriber_.heard_all()) {
+    } while (fleet_.receive(kAnswerWithin) != "yes");
+    while (!subscriber_.received_all()) {
       still();
       send(50.0, 0.1);
     }
@@ -98,8 +98,8 @@ class FleetLoad {
     std::ostringstream order;
     order << "send " << rate_hz << ' ' << count;
     fleet_.say(order.str());
-    fleet_.hear(kAnswerWithin +
-                std::chrono::milliseconds(static_cast<std::int64_t>(4000.0 * duration_s)));
+    fleet_.receive(kAnswerWithin +
+                   std::chrono::milliseconds(static_cast<std::int64_t>(4000.0 * duration_s)));
     const std::uint64_t sent = count * gyros_;
     for (int hundredth = 0; hundredth < 100; ++hundredth) {
       if (subscriber_.counts().received - before >= sent) break;

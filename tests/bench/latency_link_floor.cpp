@@ -152,7 +152,7 @@ class UdpLink final : public LatencyLink {
   // A datagram of a sequence 0 says hello.
   bool connected() override {
     send({});
-    return heard_;
+    return received_;
   }
   void send(const Ping& ping) override {
     std::array<char, kSampleBytes> datagram{};
@@ -169,7 +169,7 @@ class UdpLink final : public LatencyLink {
           static_cast<ssize_t>(datagram.size())) {
         continue;
       }
-      heard_ = true;
+      received_ = true;
       Ping ping;
       std::memcpy(&ping, datagram.data(), sizeof ping);
       if (ping.sequence > 0) on_ping_(ping);
@@ -179,7 +179,7 @@ class UdpLink final : public LatencyLink {
   int socket_;
   sockaddr_in peer_;
   OnPing on_ping_;
-  std::atomic<bool> heard_{false};
+  std::atomic<bool> received_{false};
   std::atomic<bool> stopping_{false};
   std::thread receiver_;
 };

@@ -28,6 +28,18 @@ std::string link_name(const RowOptions& options, Direction direction) {
          (direction == Direction::kOneWay ? "_1" : "_2");
 }
 
+// The same options as arguments of another program that has them; empty unless wanted.
+std::vector<std::string> realtime_arguments(const service::RealtimeOptions& options) {
+  if (!options.wanted) return {};
+  std::vector<std::string> arguments{"--realtime", "--realtime-priority",
+                                     std::to_string(options.priority)};
+  if (options.cores.empty()) return arguments;
+  std::string cores;
+  for (const int core : options.cores) cores += (cores.empty() ? "" : ",") + std::to_string(core);
+  arguments.insert(arguments.end(), {"--cores", cores});
+  return arguments;
+}
+
 std::vector<std::string> end_arguments(const RowOptions& options, Direction direction,
                                        const std::string& end, const BenchSetting& setting) {
   std::vector<std::string> arguments{"latency-end",
@@ -41,7 +53,7 @@ std::vector<std::string> end_arguments(const RowOptions& options, Direction dire
                                      std::to_string(setting.domain),
                                      "--capacity",
                                      std::to_string(setting.capacity)};
-  for (auto& argument : service::realtime_arguments(setting.realtime)) {
+  for (auto& argument : realtime_arguments(setting.realtime)) {
     arguments.push_back(std::move(argument));
   }
   return arguments;
@@ -57,7 +69,7 @@ LatencyRow::LatencyRow(const RowOptions& options, Direction direction, const Ben
                                           BenchProcess::Streams::kTalks);
   };
   if (options.kind == "chain") {
-    auto arguments = service::realtime_arguments(setting.realtime);
+    auto arguments = realtime_arguments(setting.realtime);
     arguments.insert(arguments.end(), {"--domain", std::to_string(setting.domain)});
     service_ =
         std::make_unique<BenchProcess>("compensation", arguments, BenchProcess::Streams::kQuiet);
@@ -79,7 +91,7 @@ void LatencyRow::connect() {
   };
   const auto connected = [](BenchProcess& process) {
     process.say("connected");
-    return process.hear(kAnswerWithin) == "yes";
+    return process.receive(kAnswerWithin) == "yes";
   };
   for (;;) {
     const bool near = connected(*near_);
@@ -90,7 +102,7 @@ void LatencyRow::connect() {
   }
   if (far_ != nullptr && direction_ == Direction::kRoundTrip) {
     far_->say("answer on");
-    far_->hear(kAnswerWithin);
+    far_->receive(kAnswerWithin);
   }
   // The chain answers a new gyro only after a moment.
   do {
@@ -98,7 +110,7 @@ void LatencyRow::connect() {
     near_->say("send 100 2");
     std::uint64_t first = 0;
     std::uint64_t last = 0;
-    std::istringstream(near_->hear(kAnswerWithin)) >> first >> last;
+    std::istringstream(near_->receive(kAnswerWithin)) >> first >> last;
     std::this_thread::sleep_for(kOnTheWay);
     if (received(last, last).front() >= 0) return;
   } while (true);
@@ -109,7 +121,7 @@ void LatencyRow::lose_datagrams(unsigned permille) {
   for (auto* process : {near_.get(), far_.get()}) {
     if (process == nullptr) continue;
     process->say("lose " + std::to_string(permille));
-    process->hear(kAnswerWithin);
+    process->receive(kAnswerWithin);
   }
 }
 
@@ -117,7 +129,7 @@ std::vector<std::int64_t> LatencyRow::received(std::uint64_t first, std::uint64_
   // A one-way sample's latency is known where it arrives, a round trip's where it started.
   BenchProcess& process = direction_ == Direction::kOneWay ? *far_ : *near_;
   process.say("received " + std::to_string(first) + ' ' + std::to_string(last));
-  std::istringstream numbers(process.hear(kAnswerWithin));
+  std::istringstream numbers(process.receive(kAnswerWithin));
   std::uint64_t duplicates = 0;
   numbers >> duplicates;
   std::vector<std::int64_t> latencies_ns;
@@ -138,8 +150,8 @@ void LatencyRow::measure(double rate_hz, double duration_s, LatencyCell& cell) {
       static_cast<std::int64_t>(1e3 * static_cast<double>(count + kWarmUp) / rate_hz);
   std::uint64_t first = 0;
   std::uint64_t last = 0;
-  std::istringstream(near_->hear(kAnswerWithin + std::chrono::milliseconds(sending_ms))) >> first >>
-      last;
+  std::istringstream(near_->receive(kAnswerWithin + std::chrono::milliseconds(sending_ms))) >>
+      first >> last;
   std::this_thread::sleep_for(loses_ ? kUnderRepair : kOnTheWay);
   const double period_us = 1e6 / rate_hz;
   for (const std::int64_t latency_ns : received(first + kWarmUp, last)) {

@@ -32,7 +32,7 @@ class RunningCompensator {
  public:
   RunningCompensator(bool with_prior, int samples)
       : options_(small_compensation(with_prior)), compensator_(options_) {
-    for (int i = 1; i <= samples || !compensator_.is_settled(); ++i) {
+    for (int i = 1; i <= samples || !compensator_.is_quiescent(); ++i) {
       const core::SensorTime time = kSmallInterval * i;
       compensator_.push(good_temperature(time, i % 16));
       compensator_.push(good_rate(static_cast<std::uint64_t>(i), time, i % 7));

@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <numbers>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -184,11 +185,13 @@ double tolerance(const std::string& dataset) {
 }
 
 // Stable32 divides the bias of the total deviation out for the noise it identified, which the table
-// does not name: the nearest of the three possible ones.
+// does not name: the nearest of the three possible ones. Expected total variance over Allan
+// variance (SP 1065 table 6): 1 for white noises, 1 - tau / (3 ln 2 T) for flicker, 1 - 3 tau / (4
+// T) for random walk.
 double nearest_total_ratio(double ratio, double tau_over_duration) {
   double nearest = ratio;
-  for (const auto noise : {NoiseType::kBiasInstability, NoiseType::kRateRandomWalk}) {
-    const double corrected = ratio / std::sqrt(total_variance_bias(noise, tau_over_duration));
+  for (const double slope : {1.0 / (3.0 * std::numbers::ln2), 0.75}) {
+    const double corrected = ratio / std::sqrt(1.0 - slope * tau_over_duration);
     if (std::abs(corrected - 1.0) < std::abs(nearest - 1.0)) nearest = corrected;
   }
   return nearest;

@@ -43,7 +43,7 @@ class HashEngine {
   }
   void push(const core::TemperatureSample& sample) {
     temperatures_.push_back({sample.sequence, sample.time});
-    heard_ = std::max(heard_, sample.sequence);
+    received_ = std::max(received_, sample.sequence);
   }
   void push(const core::RateReferenceSample&) {}
   [[nodiscard]] compensation::Readiness readiness() const {
@@ -68,10 +68,10 @@ class HashEngine {
     newest_ = 0;
     hash_ = mixed(hash_, 1);
   }
-  [[nodiscard]] bool has_heard(const core::TemperatureSample& sample) const {
-    return sample.sequence <= heard_;
+  [[nodiscard]] bool has_received(const core::TemperatureSample& sample) const {
+    return sample.sequence <= received_;
   }
-  [[nodiscard]] bool has_heard(const core::RateReferenceSample&) const { return true; }
+  [[nodiscard]] bool has_received(const core::RateReferenceSample&) const { return true; }
   [[nodiscard]] Counts counts() const { return counts_; }
   static NoLearner& learner() {
     static NoLearner none;
@@ -86,7 +86,7 @@ class HashEngine {
   };
   std::deque<core::AngularRateSample> waiting_{};
   std::deque<Temperature> temperatures_{};
-  std::uint64_t heard_ = 0;
+  std::uint64_t received_ = 0;
   std::uint64_t newest_ = 0;
   std::uint64_t hash_ = 0;
   Counts counts_{};

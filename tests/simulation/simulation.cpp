@@ -94,12 +94,12 @@ class Node {
 
 class World {
  public:
-  explicit World(std::uint64_t seed, bool tells);
+  explicit World(std::uint64_t seed, bool traces);
   // What is wrong, or nothing.
   std::optional<std::string> run();
 
   Random random;
-  const bool tells;
+  const bool traces;
   Time now = 0;
   void at(Time when, std::function<void()> action) {
     events_.push_back({when, ++count_, std::move(action)});
@@ -110,8 +110,8 @@ class World {
   [[nodiscard]] Time last_arrival(int from, int to) const;
   // Answers that readers lack and that nobody had when their writer died.
   std::uint64_t lost_with_their_writer = 0;
-  void tell(const std::string& what) const {
-    if (tells) std::printf("%10.4f  %s\n", static_cast<double>(now) * 1e-9, what.c_str());
+  void trace(const std::string& what) const {
+    if (traces) std::printf("%10.4f  %s\n", static_cast<double>(now) * 1e-9, what.c_str());
   }
 
  private:
@@ -232,7 +232,7 @@ class Instance final : public Node, private Pipeline::Port {
     } else if (const auto* temperature = std::get_if<core::TemperatureSample>(&message)) {
       pipeline_.push(*temperature, clock());
     } else if (const auto* mark = std::get_if<AnswerMark>(&message)) {
-      pipeline_.hear(*mark);
+      pipeline_.receive(*mark);
     } else if (const auto* question = std::get_if<Question>(&message)) {
       if (question->giver == static_cast<std::uint32_t>(number_)) give_state(question->asker);
     } else if (const auto* state = std::get_if<std::shared_ptr<State>>(&message)) {
@@ -286,7 +286,7 @@ class Instance final : public Node, private Pipeline::Port {
   void begin_run() override {}
   bool await_model() override { return false; }
   void report_progress(std::uint64_t, core::SensorTime) override {}
-  void wake_learner() override {}
+  void notify_learner() override {}
 
   // The state goes out when every reader has all that was written before it, or a second later.
   void give_state(int asker) {
@@ -310,15 +310,15 @@ class Instance final : public Node, private Pipeline::Port {
       Pipeline::repeat(*fresh, input, state.sequence, answers);
     note_sync();
     has_state_ = true;
-    world_.tell(std::to_string(number_) + " has the state of " + std::to_string(from) +
-                " as of sample " + std::to_string(state.sequence));
+    world_.trace(std::to_string(number_) + " has the state of " + std::to_string(from) +
+                 " as of sample " + std::to_string(state.sequence));
     pipeline_.go_on_with(fresh, answers, clock());
   }
   void note_sync() {
     const bool in_sync = pipeline_.sync().may_write();
-    if (in_sync == told_in_sync_) return;
-    told_in_sync_ = in_sync;
-    world_.tell(std::to_string(number_) + (in_sync ? " is in sync" : " is behind"));
+    if (in_sync == reported_in_sync_) return;
+    reported_in_sync_ = in_sync;
+    world_.trace(std::to_string(number_) + (in_sync ? " is in sync" : " is behind"));
     if (in_sync && !has_state_ && world_.now > 8 * kSecond) world_.began_anew = true;
     has_state_ = has_state_ && in_sync;
   }
@@ -331,13 +331,13 @@ class Instance final : public Node, private Pipeline::Port {
   AnswerMark prepared_{};
   std::uint64_t answered_run_ = 0;
   std::deque<AnswerMark> last_{};
-  bool told_in_sync_ = false;
+  bool reported_in_sync_ = false;
   bool has_state_ = false;  // from another
 };
 
 // ---------------------------------------- the world
 
-World::World(std::uint64_t seed, bool told) : random(seed), tells(told) {
+World::World(std::uint64_t seed, bool is_traced) : random(seed), traces(is_traced) {
   instance_count_ = random.happens(70) ? 2 : 3;
   period_ = random.happens(10) ? 5 * kMs : 20 * kMs;
   delay_ = random.happens(50) ? random.between(0, kMs) : random.between(0, 30 * kMs);
@@ -414,7 +414,7 @@ void World::begin_run(int publisher) {
     if (other == publisher || its == 0) continue;
     runs_[run].alone = runs_[its].alone = false;
   }
-  tell("publisher " + std::to_string(publisher) + " begins run " + std::to_string(run));
+  trace("publisher " + std::to_string(publisher) + " begins run " + std::to_string(run));
   publish(publisher, run);
 }
 
@@ -443,8 +443,8 @@ void World::publish(int publisher, std::uint64_t run) {
 void World::end_run(int publisher, bool crash) {
   const std::uint64_t run = running_[publisher];
   if (run == 0) return;
-  tell("run " + std::to_string(run) + (crash ? " crashes" : " ends") + " at sample " +
-       std::to_string(runs_[run].published));
+  trace("run " + std::to_string(run) + (crash ? " crashes" : " ends") + " at sample " +
+        std::to_string(runs_[run].published));
   if (crash) {
     crashed_publisher_ = true;
     std::uint64_t least = runs_[run].published;
@@ -453,9 +453,10 @@ void World::end_run(int publisher, bool crash) {
   }
   running_[publisher] = 0;
   if (crash) return;
-  Time heard = now;
-  for (int i = 0; i < instance_count_; ++i) heard = std::max(heard, last_arrival(publisher, i));
-  at(heard + kMs, [this, run] {
+  Time received = now;
+  for (int i = 0; i < instance_count_; ++i)
+    received = std::max(received, last_arrival(publisher, i));
+  at(received + kMs, [this, run] {
     for (Instance* instance : instances_) instance->publisher_gone(run);
   });
 }
@@ -486,11 +487,11 @@ void World::disturb() {
     case 0:
     case 1: {
       if (!instance.lives || !is_sound_without(i)) return;
-      tell("instance " + std::to_string(i) + " is killed");
+      trace("instance " + std::to_string(i) + " is killed");
       instance.lives = false;
       ++instance.incarnation;
       at(now + random.between(50 * kMs, 3 * kSecond), [this, i] {
-        tell("instance " + std::to_string(i) + " starts");
+        trace("instance " + std::to_string(i) + " starts");
         const int life = nodes_.at(i)->incarnation;
         for (auto& [ends, link] : links_) {
           if (ends.first == i || ends.second == i) link.last_arrival = now;
@@ -505,7 +506,7 @@ void World::disturb() {
     }
     case 2:
       stop(i, now + random.between(50 * kMs, 3 * kSecond));
-      tell("instance " + std::to_string(i) + " stands still");
+      trace("instance " + std::to_string(i) + " stands still");
       return;
     case 3: {
       if (!with_partitions_) return;
@@ -515,7 +516,7 @@ void World::disturb() {
               ? kFirstReader + static_cast<int>(random.next() % readers_.size())
               : static_cast<int>(random.next() % static_cast<std::uint64_t>(instance_count_));
       const int from = random.happens(50) ? i : kFirstPublisher;
-      tell("cut: " + std::to_string(from) + " to " + std::to_string(other));
+      trace("cut: " + std::to_string(from) + " to " + std::to_string(other));
       cut(from, other, until);
       if (random.happens(50)) cut(other, from, until);
       return;
@@ -616,7 +617,7 @@ std::optional<std::string> World::judge() {
           ++lost_with_their_writer;
         } else {
           if (missing == 0)
-            tell("reader " + std::to_string(r) + " lacks sample " + std::to_string(k));
+            trace("reader " + std::to_string(r) + " lacks sample " + std::to_string(k));
           ++missing;
         }
       }

@@ -42,7 +42,6 @@ class ScratchFolder : public ::testing::Test {
                                                   std::filesystem::directory_iterator{}));
   }
 
- private:
   std::filesystem::path folder_;
 };
 

@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
-#include "common/web/client.h"
 #include "common/web/web_error.h"
+#include "tests/support/web_client.h"
 
 namespace zerodrift::system_test {
 

@@ -5,23 +5,9 @@
 #include <dds/dds.h>
 #include <inttypes.h>
 #include <stdio.h>
-#include <stdlib.h>
 
 #include "compensated_rate.h"
 #include "cyclone_reading.h"
-
-// The counterpart of the writer's quality of service in common/dds/topics.h.
-static dds_entity_t create_reader(dds_entity_t participant) {
-  const dds_entity_t topic = dds_create_topic(participant, &zerodrift_msg_CompensatedRate_desc,
-                                              "compensated_rate", NULL, NULL);
-  dds_qos_t* qos = dds_create_qos();
-  dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
-  dds_qset_durability(qos, DDS_DURABILITY_VOLATILE);
-  dds_qset_history(qos, DDS_HISTORY_KEEP_ALL, 0);
-  const dds_entity_t reader = dds_create_reader(participant, topic, qos, NULL);
-  dds_delete_qos(qos);
-  return reader;
-}
 
 static void print_values(const double* values, size_t count) {
   for (size_t i = 0; i < count; ++i) printf(" %a", values[i]);
@@ -55,14 +41,6 @@ int main(int argc, char** argv) {
     fprintf(stderr, "usage: cyclone_peer DOMAIN SAMPLES\n");
     return 2;
   }
-  const dds_domainid_t domain = (dds_domainid_t)strtoul(argv[1], NULL, 10);
-  const dds_entity_t participant = dds_create_participant(domain, NULL, NULL);
-  const dds_entity_t reader = participant < 0 ? participant : create_reader(participant);
-  if (reader < 0) {
-    fprintf(stderr, "cyclone_peer: %s\n", dds_strretcode(reader));
-    return 2;
-  }
-  const int code = receive(participant, reader, strtol(argv[2], NULL, 10), print_sample);
-  dds_delete(participant);
-  return code;
+  return print_samples("cyclone_peer", argv[1], &zerodrift_msg_CompensatedRate_desc,
+                       "compensated_rate", argv[2], print_sample);
 }

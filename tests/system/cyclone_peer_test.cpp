@@ -5,10 +5,10 @@
 #include <array>
 #include <cinttypes>
 #include <cstdio>
-#include <sstream>
 #include <string>
 
-#include "tests/system/cyclone_loopback.h"
+#include "tests/support/cyclone_loopback.h"
+#include "tests/system/peer_lines.h"
 #include "tests/system/pipeline.h"
 
 namespace zerodrift::system_test {
@@ -58,10 +58,8 @@ TEST(CycloneDdsPeer, ReceivesEverySampleThatOurReaderReceivesToTheBit) {
   SystemUnderTest system(Domain::kCyclonePeer);
   constexpr std::uint64_t kSamples = 20000;  // 200 s at 100 Hz
   const Simulation simulation{.profile = write_ramp_profile(system, 200)};
-  Arguments source{"--source", "simulation", "--speed", "20"};
-  for (const auto& argument : simulation.arguments()) source.push_back(argument);
-  Arguments gyro_source = source;
-  gyro_source.insert(gyro_source.end(), {"--rate", "100"});
+  const Arguments source =
+      Arguments{"--source", "simulation", "--speed", "20"} + simulation.arguments();
 
   dds::Participant participant("test", system.network());
   Collector<msg::CompensatedRate> ours(participant);
@@ -70,16 +68,11 @@ TEST(CycloneDdsPeer, ReceivesEverySampleThatOurReaderReceivesToTheBit) {
       {{"CYCLONEDDS_URI", kLoopbackOnly}});
   system.start("compensation", {"--await-subscribers", "2"});
   system.start("thermal_publisher", source);
-  system.start("gyro_publisher", gyro_source);
+  system.start("gyro_publisher", source + Arguments{"--rate", "100"});
 
   ASSERT_EQ(peer.wait(40s), 0) << peer.err();
   ASSERT_TRUE(eventually([&] { return ours.size() == kSamples; }));
-  std::istringstream lines(peer.out());
-  std::string line;
-  for (const auto& sample : ours.all()) {
-    ASSERT_TRUE(std::getline(lines, line));
-    ASSERT_EQ(line, line_of(sample));
-  }
+  expect_lines(peer.out(), ours.all(), line_of);
   EXPECT_GE(ours.newest().rung()[0], 2) << "an estimate must be at work";
 }
 

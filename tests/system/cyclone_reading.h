@@ -6,6 +6,8 @@
 
 typedef void (*PrintSample)(const void* sample);
 
-// Hands samples to `print` until there were `wanted`. 0; 1 when none came for 20 s or the
-// middleware failed.
-int receive(dds_entity_t participant, dds_entity_t reader, long wanted, PrintSample print);
+// Reads a topic as our reliable readers do, and hands samples to `print` until there were `samples`
+// (text, as is the domain). Gives an exit code: 0; 1 when none came for 20 s or the middleware
+// failed meanwhile; 2, with a line, where it gives no reader.
+int print_samples(const char* program, const char* domain, const dds_topic_descriptor_t* type,
+                  const char* topic, const char* samples, PrintSample print);

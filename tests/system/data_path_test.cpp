@@ -4,10 +4,8 @@
 // in and whatever the learner does; and a learner that stands still costs labels, not samples.
 //
 // The test is the gyro, with a hardware clock, which the service never lets wait.
-#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
-#include <sys/mman.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -30,6 +28,7 @@
 #include "tests/support/sanitized.h"
 #include "tests/system/data_path_audit.h"
 #include "tests/system/files.h"
+#include "tests/system/mapped_file.h"
 #include "tests/system/system_under_test.h"
 
 namespace zerodrift::system_test {
@@ -46,21 +45,9 @@ constexpr std::uint64_t kAhead = 400;  // samples, far below the 2000 that a wri
 // The counters, in a file that a process maps.
 class Audit {
  public:
-  explicit Audit(const std::filesystem::path& file) {
-    const int descriptor = ::open(file.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0600);
-    if (descriptor < 0 || ::ftruncate(descriptor, sizeof(DataPathAudit)) != 0)
-      throw std::runtime_error("cannot make " + file.string());
-    void* mapped =
-        ::mmap(nullptr, sizeof(DataPathAudit), PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, 0);
-    ::close(descriptor);
-    if (mapped == MAP_FAILED) throw std::runtime_error("cannot map " + file.string());
-    counters_ = static_cast<DataPathAudit*>(mapped);
-  }
-  ~Audit() { ::munmap(counters_, sizeof(DataPathAudit)); }
-  Audit(const Audit&) = delete;
-  Audit& operator=(const Audit&) = delete;
+  explicit Audit(const std::filesystem::path& file) : counters_(file) {}
 
-  DataPathAudit* operator->() const { return counters_; }
+  DataPathAudit* operator->() const { return &*counters_; }
   static std::set<std::uintptr_t> locks(const LockSet& set) {
     std::set<std::uintptr_t> result;
     for (const auto& lock : set.locks)
@@ -76,7 +63,7 @@ class Audit {
   }
 
  private:
-  DataPathAudit* counters_ = nullptr;
+  MappedFile<DataPathAudit> counters_;
 };
 
 // A program with the audit loaded, the gyro that it hears, and what it answers.

@@ -215,7 +215,7 @@ TEST(PacketAttack, OnASecuredServiceHarmsNothingAndIsTold) {
     GTEST_SKIP() << "this user may not capture: nothing was replayed or changed";
   }
   // What was sent to nobody is of no use.
-  std::erase_if(recorded, [&](const Datagram& datagram) { return !is_heard(domain, datagram); });
+  std::erase_if(recorded, [&](const Datagram& datagram) { return !is_received(domain, datagram); });
   ASSERT_GT(recorded.size(), 200U);
   replay(attack, some_of(recorded, kReplayed, random));
   run.expect_one_answer_each();

@@ -5,12 +5,12 @@
 #include <array>
 #include <cstdio>
 #include <filesystem>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "tests/system/files.h"
+#include "tests/system/peer_lines.h"
 #include "tests/system/pipeline.h"
 
 namespace zerodrift::system_test {
@@ -50,21 +50,15 @@ std::filesystem::path edited(const SystemUnderTest& system, const Deployment& de
   return file;
 }
 
-Arguments with(Arguments some, const Arguments& more) {
-  some.insert(some.end(), more.begin(), more.end());
-  return some;
-}
-
 // 100 s at 20 times real time, as CycloneDdsPeer's test and for its reasons.
 void expect_joins(const Deployment& deployment) {
   SystemUnderTest system(deployment.domain);
   constexpr std::uint64_t kSamples = 10000;  // at 100 Hz
   const Simulation simulation{.profile = write_ramp_profile(system, 100)};
-  const Arguments source =
-      with(with({"--source", "simulation", "--speed", "20"}, simulation.arguments()),
-           deployment.arguments);
+  const Arguments source = Arguments{"--source", "simulation", "--speed", "20"} +
+                           simulation.arguments() + deployment.arguments;
   for (std::size_t id = 0; id < deployment.discovery_servers.size(); ++id)
-    system.start("discovery_server", with({"--id", std::to_string(id)}, deployment.arguments));
+    system.start("discovery_server", Arguments{"--id", std::to_string(id)} + deployment.arguments);
 
   dds::NetworkOptions network = system.network();
   network.transport = deployment.transport;
@@ -74,20 +68,14 @@ void expect_joins(const Deployment& deployment) {
   ChildProcess& peer = system.start_foreign(
       "profile_peer", {edited(system, deployment).string(), std::to_string(network.domain),
                        std::to_string(kSamples)});
-  system.start("compensation", with({"--await-subscribers", "2"}, deployment.arguments));
+  system.start("compensation", Arguments{"--await-subscribers", "2"} + deployment.arguments);
   system.start("thermal_publisher", source);
-  system.start("gyro_publisher", with({"--rate", "100"}, source));
+  system.start("gyro_publisher", Arguments{"--rate", "100"} + source);
 
   ASSERT_EQ(peer.wait(40s), 0) << peer.err();
   EXPECT_EQ(peer.err(), "") << "the middleware complains of the file";
   ASSERT_TRUE(eventually([&] { return ours.size() == kSamples; }));
-  std::istringstream lines(peer.out());
-  std::string line;
-  for (const auto& sample : ours.all()) {
-    ASSERT_TRUE(std::getline(lines, line));
-    ASSERT_EQ(line, line_of(sample));
-  }
-  EXPECT_FALSE(std::getline(lines, line)) << "a sample came twice";
+  expect_lines(peer.out(), ours.all(), line_of);
 }
 
 TEST(Profiles, OnOneComputerTheyReceiveEverySampleOnce) {

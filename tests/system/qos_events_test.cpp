@@ -10,29 +10,17 @@
 
 #include "common/core/samples.h"
 #include "common/dds/conversions.h"
+#include "tests/support/other_terms.h"
 #include "tests/system/files.h"
 #include "tests/system/pipeline.h"
-
-namespace zerodrift::dds {
-
-// Somebody whose rates may get lost on the way.
-struct CarelessRate : msg::AngularRate {};
-constexpr TopicSpec with_best_effort(TopicSpec spec) {
-  spec.reliability = Reliability::kBestEffort;
-  return spec;
-}
-template <>
-struct TopicOf<CarelessRate> {
-  using TypeSupport = msg::AngularRatePubSubType;
-  static constexpr TopicSpec kSpec = with_best_effort(kAngularRate);
-};
-
-}  // namespace zerodrift::dds
 
 namespace zerodrift::system_test {
 namespace {
 
 using namespace std::chrono_literals;
+
+// Somebody whose rates may get lost on the way.
+using CarelessRate = dds::OnOtherTerms<msg::AngularRate, dds::with_best_effort>;
 
 msg::AngularRate rate(std::uint64_t sequence, core::ClockSource clock) {
   core::AngularRateSample sample;
@@ -49,7 +37,7 @@ TEST(QosEvents, AWriterThatCannotMatchIsNamedWithTopicAndPolicy) {
   dds::Participant participant("careless_gyro", system.network());
   const Collector<msg::Event> events(participant);
   const Collector<msg::ServiceStatus> statuses(participant);
-  const dds::Writer<dds::CarelessRate> writer(participant);
+  const dds::Writer<CarelessRate> writer(participant);
   ChildProcess& service = system.start("compensation", {});
   ASSERT_TRUE(eventually([&] { return told(events, "incompatible_qos", "careless_gyro"); }));
   EXPECT_TRUE(told(events, "incompatible_qos", "topic angular_rate: "));

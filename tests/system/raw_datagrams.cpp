@@ -144,7 +144,7 @@ void ForgedSender::send_to_all(std::uint32_t domain, const Bytes& bytes) const {
   }
 }
 
-bool is_heard(std::uint32_t domain, const Datagram& datagram) {
+bool is_received(std::uint32_t domain, const Datagram& datagram) {
   const std::uint32_t first = first_port(domain) + kFirstUnicast;
   return datagram.port >= first && datagram.port < first + 2U * kParticipants;
 }

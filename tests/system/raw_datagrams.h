@@ -77,7 +77,7 @@ class ForgedSender {
 };
 
 // True if it goes to the ports of send_to_all().
-bool is_heard(std::uint32_t domain, const Datagram& datagram);
+bool is_received(std::uint32_t domain, const Datagram& datagram);
 
 // An RTPS header and submessages whose ids, flags, lengths and counts are drawn at random, each now
 // and then at its extreme.

@@ -146,7 +146,7 @@ class Publisher {
   explicit Publisher(const dds::NetworkOptions& network)
       : participant_("publisher", network), rates_(participant_), events_(participant_) {}
 
-  [[nodiscard]] bool is_heard() const { return rates_.matched() > 0 && events_.matched() > 0; }
+  [[nodiscard]] bool is_received() const { return rates_.matched() > 0 && events_.matched() > 0; }
   void rate() {
     msg::AngularRate message;
     message.gyro_id(1);
@@ -206,7 +206,7 @@ TEST(Recording, WithAPreTriggerHoldsWhatWasBeforeTheEvent) {
        "0.3", "--domain", std::to_string(system.network().domain)},
       kClockAhead);
   Publisher publisher(system.network());
-  ASSERT_TRUE(eventually([&] { return publisher.is_heard(); }));
+  ASSERT_TRUE(eventually([&] { return publisher.is_received(); }));
   publisher.rates_for(2000ms);
   publisher.event("calm", 0);  // information is no reason
   publisher.rates_for(300ms);
@@ -257,7 +257,7 @@ TEST(Recording, SaysToTheMessageWhatIsMissing) {
       [&] { return recorder.out().find("recording to " + out.string()) != std::string::npos; }));
   Publisher late(system.network());
   for (int i = 0; i < 100; ++i) late.rate();  // into the void
-  ASSERT_TRUE(eventually([&] { return late.is_heard(); }));
+  ASSERT_TRUE(eventually([&] { return late.is_received(); }));
   recorder.send(SIGSTOP);
   for (int i = 0; i < 20000; ++i) late.rate();
   recorder.send(SIGCONT);
@@ -283,7 +283,7 @@ TEST(Recording, IsSplitWithoutLosingASample) {
       system.start("zerodrift", {"record", "--out", system.path("run.mcap"), "--split-duration",
                                  "0.5", "--attach", write_ramp_profile(system, 1)});
   Publisher publisher(system.network());
-  ASSERT_TRUE(eventually([&] { return publisher.is_heard(); }));
+  ASSERT_TRUE(eventually([&] { return publisher.is_received(); }));
   std::this_thread::sleep_for(300ms);  // matched here is matched there a little later
   publisher.rates_for(2000ms);
   std::this_thread::sleep_for(300ms);
@@ -309,7 +309,7 @@ TEST(Recording, OfAKilledRecorderIsReadableAndNotLostToTheNextOne) {
   const Arguments record{"record", "--out", system.path("run.mcap")};
   ChildProcess& killed = system.start("zerodrift", record);
   Publisher publisher(system.network());
-  ASSERT_TRUE(eventually([&] { return publisher.is_heard(); }));
+  ASSERT_TRUE(eventually([&] { return publisher.is_received(); }));
   std::this_thread::sleep_for(300ms);
   publisher.rates_for(3000ms);
   killed.send(SIGKILL);
@@ -322,7 +322,7 @@ TEST(Recording, OfAKilledRecorderIsReadableAndNotLostToTheNextOne) {
 
   ChildProcess& next = system.start("zerodrift", record);
   EXPECT_TRUE(eventually([&] { return fs::exists(system.path("run.cut1.mcap")); }));
-  EXPECT_TRUE(eventually([&] { return publisher.is_heard(); }));
+  EXPECT_TRUE(eventually([&] { return publisher.is_received(); }));
   publisher.rates_for(200ms);
   next.send(SIGTERM);
   EXPECT_EQ(next.wait(5s), 0) << next.err();
@@ -344,7 +344,7 @@ TEST(Recording, OntoAFullDiskSaysSoAndKeepsWhatIsThere) {
   dds::Participant participant("observer", system.network());
   Collector<msg::Event> events(participant);
   Publisher publisher(system.network());
-  ASSERT_TRUE(eventually([&] { return publisher.is_heard(); }));
+  ASSERT_TRUE(eventually([&] { return publisher.is_received(); }));
   // 256 blocks of 1024 bytes hold less than 2000 samples of 160 bytes each with their head.
   EXPECT_TRUE(eventually([&] {
     for (int i = 0; i < 20; ++i) publisher.rate();

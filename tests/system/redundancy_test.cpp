@@ -187,54 +187,58 @@ bool is_in_sync(const Collector<msg::ServiceStatus>& statuses, int instance) {
   return metric(statuses, name, "health") == 0.0 && metric(statuses, name, "compared") > 0.0;
 }
 
+// Room for two publishers of one id.
+struct TwoPublishers {
+  explicit TwoPublishers(Domain domain) : system(domain) {}
+  SystemUnderTest system;
+  dds::Participant first_host{"gyro_publisher", system.network()};
+  dds::Participant second_host{"gyro_publisher", system.network()};
+  dds::Participant participant{"test", system.network()};
+  Collector<msg::ServiceStatus> statuses{participant};
+  EachInstance answers{participant};
+};
+
 // Rule: of two publishers of one id both instances follow the same one, whichever of the two one
-// that begins anew hears first.
+// that begins anew receives first.
 TEST(Redundancy, BothInstancesFollowTheSameOfTwoPublishers) {
-  SystemUnderTest system(Domain::kRedundantPublishers);
-  dds::Participant first_host("gyro_publisher", system.network());
-  dds::Participant second_host("gyro_publisher", system.network());
-  dds::Participant participant("test", system.network());
-  Collector<msg::ServiceStatus> statuses(participant);
-  EachInstance answers(participant);
-  const bench::SyntheticGyro first(first_host, {});
-  start_instance(system, 0);
-  ChildProcess* other = &start_instance(system, 1);
-  ASSERT_TRUE(eventually([&] { return is_in_sync(statuses, 0) && is_in_sync(statuses, 1); }));
-  const auto followed = answers.run_of(0);
-  const bench::SyntheticGyro second(second_host, {});
-  ASSERT_TRUE(eventually([&] { return metric(statuses, "compensation/1", "rejected") > 100.0; }));
+  TwoPublishers both(Domain::kRedundantPublishers);
+  const bench::SyntheticGyro first(both.first_host, {});
+  start_instance(both.system, 0);
+  ChildProcess* other = &start_instance(both.system, 1);
+  ASSERT_TRUE(
+      eventually([&] { return is_in_sync(both.statuses, 0) && is_in_sync(both.statuses, 1); }));
+  const auto followed = both.answers.run_of(0);
+  const bench::SyntheticGyro second(both.second_host, {});
+  ASSERT_TRUE(
+      eventually([&] { return metric(both.statuses, "compensation/1", "rejected") > 100.0; }));
   for (int round = 0; round < 3; ++round) {
     other->send(SIGKILL);
     other->wait(5s);
-    answers.forget();
-    other = &start_instance(system, 1);
-    ASSERT_TRUE(eventually([&] { return answers.run_of(1) == followed; }));
-    ASSERT_TRUE(eventually([&] { return is_in_sync(statuses, 1); }));
-    EXPECT_EQ(answers.runs(), std::set{*followed});
+    both.answers.forget();
+    other = &start_instance(both.system, 1);
+    ASSERT_TRUE(eventually([&] { return both.answers.run_of(1) == followed; }));
+    ASSERT_TRUE(eventually([&] { return is_in_sync(both.statuses, 1); }));
+    EXPECT_EQ(both.answers.runs(), std::set{*followed});
   }
 }
 
 // Each may have begun with another one: the junior gives in.
 TEST(Redundancy, InstancesThatBeganWithTwoPublishersAgreeOnOne) {
-  SystemUnderTest system(Domain::kRedundantPublishersTogether);
-  dds::Participant first_host("gyro_publisher", system.network());
-  dds::Participant second_host("gyro_publisher", system.network());
-  dds::Participant participant("test", system.network());
-  Collector<msg::ServiceStatus> statuses(participant);
-  EachInstance answers(participant);
-  const bench::SyntheticGyro first(first_host, {});
-  const bench::SyntheticGyro second(second_host, {});
-  start_instance(system, 0);
-  start_instance(system, 1);
-  ASSERT_TRUE(eventually([&] { return is_in_sync(statuses, 0) && is_in_sync(statuses, 1); }));
-  answers.forget();
-  ASSERT_TRUE(eventually([&] { return answers.run_of(0) && answers.run_of(1); }));
-  EXPECT_EQ(answers.runs().size(), 1U);
+  TwoPublishers both(Domain::kRedundantPublishersTogether);
+  const bench::SyntheticGyro first(both.first_host, {});
+  const bench::SyntheticGyro second(both.second_host, {});
+  start_instance(both.system, 0);
+  start_instance(both.system, 1);
+  ASSERT_TRUE(
+      eventually([&] { return is_in_sync(both.statuses, 0) && is_in_sync(both.statuses, 1); }));
+  both.answers.forget();
+  ASSERT_TRUE(eventually([&] { return both.answers.run_of(0) && both.answers.run_of(1); }));
+  EXPECT_EQ(both.answers.runs().size(), 1U);
 }
 
-// Rule: one that is alone is heard at once after a restart, whatever the wall clock says, although
-// its readers still know the one before.
-TEST(Restart, OfALoneOneIsHeardAtOnce) {
+// Rule: one that is alone is received at once after a restart, whatever the wall clock says,
+// although its readers still know the one before.
+TEST(Restart, OfALoneOneIsReceivedAtOnce) {
   SystemUnderTest system(Domain::kRestart);
   dds::Participant gyro_host("gyro_publisher", system.network());
   dds::Participant participant("test", system.network());

@@ -4,10 +4,10 @@
 
 #include <array>
 #include <cstdio>
-#include <sstream>
 #include <string>
 
-#include "tests/system/cyclone_loopback.h"
+#include "tests/support/cyclone_loopback.h"
+#include "tests/system/peer_lines.h"
 #include "tests/system/pipeline.h"
 
 namespace zerodrift::system_test {
@@ -40,10 +40,8 @@ TEST(Ros2Imu, ANodeOfAnotherVendorReceivesEverySampleInItsFrame) {
   SystemUnderTest system(Domain::kRos2Imu);
   constexpr std::uint64_t kSamples = 10000;  // at 100 Hz
   const Simulation simulation{.profile = write_ramp_profile(system, 100)};
-  Arguments source{"--source", "simulation", "--speed", "20"};
-  for (const auto& argument : simulation.arguments()) source.push_back(argument);
-  Arguments gyro_source = source;
-  gyro_source.insert(gyro_source.end(), {"--rate", "100"});
+  const Arguments source =
+      Arguments{"--source", "simulation", "--speed", "20"} + simulation.arguments();
 
   dds::Participant participant("test", system.network());
   Collector<msg::CompensatedRate> ours(participant);
@@ -54,16 +52,11 @@ TEST(Ros2Imu, ANodeOfAnotherVendorReceivesEverySampleInItsFrame) {
   system.start("compensation", {"--await-subscribers", "2", "--ros2-imu", "1=imu/data",
                                 "--gyro-frame", "frd", "--ros2-frame-id", "roof"});
   system.start("thermal_publisher", source);
-  system.start("gyro_publisher", gyro_source);
+  system.start("gyro_publisher", source + Arguments{"--rate", "100"});
 
   ASSERT_EQ(node.wait(40s), 0) << node.err();
   ASSERT_TRUE(eventually([&] { return ours.size() == kSamples; }));
-  std::istringstream lines(node.out());
-  std::string line;
-  for (const auto& sample : ours.all()) {
-    ASSERT_TRUE(std::getline(lines, line));
-    ASSERT_EQ(line, line_of(sample));
-  }
+  expect_lines(node.out(), ours.all(), line_of);
 }
 
 TEST(Ros2Imu, ATopicNameThatRos2WouldRefuseIsRefusedAtTheStart) {

@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "tests/system/cyclone_loopback.h"
+#include "tests/support/cyclone_loopback.h"
 #include "tests/system/system_under_test.h"
 
 namespace zerodrift::system_test {

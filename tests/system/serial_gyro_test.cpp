@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // gyro_publisher on a serial line. The test is the gyro, at the far end of a pseudo-terminal.
-#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
-#include <unistd.h>
 
 #include <array>
-#include <cstdlib>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -15,6 +12,7 @@
 
 #include "common/core/samples.h"
 #include "common/drivers/kvh_frame.h"
+#include "tests/support/pseudo_terminal.h"
 #include "tests/system/system_under_test.h"
 
 namespace zerodrift::system_test {
@@ -26,20 +24,8 @@ using namespace std::chrono_literals;
 constexpr double kFrameRateHz = 100.0;
 constexpr core::PerAxis<float> kDeltaAngleRad{1e-6F, -2e-6F, 3e-6F};
 
-class FakeGyro {
+class FakeGyro : public PseudoTerminal {
  public:
-  FakeGyro() : line_(::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC)) {
-    if (line_ < 0 || ::grantpt(line_) != 0 || ::unlockpt(line_) != 0) std::abort();
-  }
-  ~FakeGyro() { unplug(); }
-  FakeGyro(const FakeGyro&) = delete;
-  FakeGyro& operator=(const FakeGyro&) = delete;
-
-  [[nodiscard]] std::string device() const { return ::ptsname(line_); }
-
-  void send(std::span<const std::uint8_t> bytes) const {
-    ASSERT_EQ(::write(line_, bytes.data(), bytes.size()), static_cast<ssize_t>(bytes.size()));
-  }
   void send_frame() { send(next_frame()); }
   std::array<std::uint8_t, drivers::kKvhFrameSize> next_frame() {
     KvhFrame frame;
@@ -49,13 +35,8 @@ class FakeGyro {
     frame.temperature = 25;
     return drivers::encode(frame);
   }
-  void unplug() {
-    if (line_ >= 0) ::close(line_);
-    line_ = -1;
-  }
 
  private:
-  int line_;
   unsigned sequence_ = 0;
 };
 

@@ -18,29 +18,17 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/other_terms.h"
 #include "tests/system/files.h"
 #include "tests/system/pipeline.h"
-
-namespace zerodrift::dds {
-
-// A reader of the status that no writer suits, of which every service then tells in its log.
-struct JealousStatus : msg::ServiceStatus {};
-constexpr TopicSpec exclusive(TopicSpec spec) {
-  spec.ownership = Ownership::kExclusive;
-  return spec;
-}
-template <>
-struct TopicOf<JealousStatus> {
-  using TypeSupport = msg::ServiceStatusPubSubType;
-  static constexpr TopicSpec kSpec = exclusive(kServiceStatus);
-};
-
-}  // namespace zerodrift::dds
 
 namespace zerodrift::system_test {
 namespace {
 
 using namespace std::chrono_literals;
+
+// A reader of the status that no writer suits, which every service then reports in its log.
+using JealousStatus = dds::OnOtherTerms<msg::ServiceStatus, dds::with_exclusive_ownership>;
 
 constexpr auto kStopsWithin = 2000ms;
 
@@ -115,13 +103,13 @@ class EveryProgram : public ::testing::Test {
     }
   }
   // A discovery server is in no domain: nobody hears it here.
-  [[nodiscard]] static bool is_heard(const Service& service) {
+  [[nodiscard]] static bool is_received(const Service& service) {
     return service.name != "discovery_server";
   }
   [[nodiscard]] bool each(const std::function<bool(const Service&)>& is_so) const {
     return eventually([&] {
       return std::all_of(services_.begin(), services_.end(), [&](const Service& service) {
-        return !is_heard(service) || is_so(service);
+        return !is_received(service) || is_so(service);
       });
     });
   }
@@ -140,8 +128,8 @@ class EveryProgram : public ::testing::Test {
   void provoke() {
     const Collector<msg::Event> events(participant_);
     dds::Participant jealous("jealous", system.network());
-    const dds::Reader<dds::JealousStatus> reader(
-        jealous, [](const dds::JealousStatus&, const dds::SampleOrigin&) {});
+    const dds::Reader<JealousStatus> reader(jealous,
+                                            [](const JealousStatus&, const dds::SampleOrigin&) {});
     EXPECT_TRUE(each([&](const Service& service) {
       return events.any([&](const msg::Event& event) {
         return service.name == event.service().c_str() &&

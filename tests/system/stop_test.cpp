@@ -29,7 +29,7 @@ using namespace std::chrono_literals;
 // who waits for it ends later.
 constexpr auto kStopsWithin = 3s;
 
-bool is_heard(const Collector<msg::ServiceStatus>& statuses, const std::string& service) {
+bool is_received(const Collector<msg::ServiceStatus>& statuses, const std::string& service) {
   return eventually([&] {
     return statuses.any([&](const auto& status) { return service == status.service().c_str(); });
   });
@@ -64,7 +64,7 @@ TEST(Stop, EveryProcessThatRunsAloneEndsOnEitherSignal) {
       if (service.heard_as.empty()) {
         ASSERT_TRUE(eventually([&] { return process.heeds_stop_signals(); }));
       } else {
-        ASSERT_TRUE(is_heard(statuses, service.heard_as));
+        ASSERT_TRUE(is_received(statuses, service.heard_as));
       }
       process.send(signal);
       EXPECT_EQ(process.wait(kStopsWithin), 0);

@@ -18,7 +18,7 @@ namespace {
 using Points = Eigen::MatrixXd;  // one column a point
 using Index = Eigen::Index;
 
-constexpr int kMostPasses = 100;  // of k-means; it settles in far fewer
+constexpr int kMostPasses = 100;  // of k-means; it converges in far fewer
 
 Points points_of(const InitialSet& set) {
   Points points(static_cast<Index>(set.dimension()), static_cast<Index>(set.size()));

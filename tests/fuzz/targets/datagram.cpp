@@ -31,7 +31,7 @@ struct Participant {
 
   // The same twice, then from another port; long after the input before, so that names that were
   // made up there are free.
-  std::vector<bool> hear(Bytes datagram) {
+  std::vector<bool> judge(Bytes datagram) {
     ++port;
     now += dds::SenderTable::kNewFor;
     if (datagram.size() >= kPrefixAt + dds::ParticipantPrefix{}.size()) {
@@ -42,19 +42,19 @@ struct Participant {
     std::vector<bool> verdicts;
     for (const std::uint32_t from : {1U, 1U, 2U})
       verdicts.push_back(guard.lets_in(datagram, loopback(port), loopback(from), now));
-    check_told(verdicts);
+    check_reports(verdicts);
     return verdicts;
   }
 
  private:
-  void check_told(const std::vector<bool>& verdicts) const {
-    std::uint64_t told = 0;
+  void check_reports(const std::vector<bool>& verdicts) const {
+    std::uint64_t reported = 0;
     for (const auto& notice : notices->take()) {
       demand_one_line(notice.text);
-      told += notice.count;
+      reported += notice.count;
     }
     const auto refused = std::count(verdicts.begin(), verdicts.end(), false);
-    demand(told == static_cast<std::uint64_t>(refused), "what is refused is told");
+    demand(reported == static_cast<std::uint64_t>(refused), "what is refused is told");
   }
 
   std::shared_ptr<dds::SecurityNotices> notices;
@@ -89,13 +89,13 @@ void datagram(Bytes input) {
   static Participant plain(PacketGuard::Rule::kPlain);
   static Participant secured(PacketGuard::Rule::kSecured);
   const bool well_formed = dds::is_well_formed(input);
-  const auto plainly = plain.hear(input);
+  const auto plainly = plain.judge(input);
   demand(plainly[0] == plainly[1] && !plainly[2],
          "a plain participant hears the same from the same sender, however often");
   demand(well_formed ? plainly[0] || speaks_for_others(input) : !plainly[0],
          "it hears what is well formed, unless it is in too many names");
   const DatagramKind kind = dds::classify(input);
-  demand(secured.hear(input) == expected(kind),
+  demand(secured.judge(input) == expected(kind),
          "a secured one hears what is encrypted once, announcements and keys from one sender");
   demand(kind == DatagramKind::kForeign || well_formed,
          "what a secured participant hears is well formed");

@@ -93,18 +93,12 @@ void ros2_bag(Bytes input) {
   const std::string_view bytes = as_text(input.subspan(1));
   try {
     switch (input.front()) {
-      case 'i':
-        return read_imu(bytes);
-      case 't':
-        return read_temperature(bytes);
-      case 'y':
-        return read_metadata(bytes);
-      case 'n':
-        return read_name(bytes);
-      case 'B':
-        return read_bag(bytes, record::TimeOrder::kAsFound);
-      default:
-        return read_bag(bytes, record::TimeOrder::kStrictlyIncreasing);
+      case 'i': return read_imu(bytes);
+      case 't': return read_temperature(bytes);
+      case 'y': return read_metadata(bytes);
+      case 'n': return read_name(bytes);
+      case 'B': return read_bag(bytes, record::TimeOrder::kAsFound);
+      default: return read_bag(bytes, record::TimeOrder::kStrictlyIncreasing);
     }
   } catch (const files::FileError& error) {
     demand_one_line(error.what());

@@ -80,7 +80,7 @@ void go_on(Compensator& compensator, const checkpoint::Owner& owner) {
   compensator.give_up_waiting();
   demand(compensator.counts().samples_out - answered == admitted,
          "each sample that was admitted is answered once");
-  if (compensator.is_settled()) static_cast<void>(state_of(compensator, owner));
+  if (compensator.is_quiescent()) static_cast<void>(state_of(compensator, owner));
 }
 
 }  // namespace

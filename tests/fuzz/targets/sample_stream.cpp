@@ -123,7 +123,7 @@ class Pipeline {
     const auto counts = compensator_.counts();
     demand(counts.samples_out == admitted_, "each sample that was admitted is answered once");
     monitor_.report();
-    if (compensator_.is_settled()) hand_over();
+    if (compensator_.is_quiescent()) hand_over();
   }
 
  private:

@@ -174,10 +174,8 @@ TEST(NoiseUnits, FollowTheDefinitions) {
   const double one_deg_h = core::radps_from_deg_h(1.0);
   EXPECT_NEAR(angle_random_walk_deg_rth(one_deg_h), 1.0 / 60.0, 1e-15);
   EXPECT_NEAR(rate_random_walk_deg_h_rth(one_deg_h), 60.0, 1e-12);
-  EXPECT_NEAR(rate_ramp_deg_h2(one_deg_h), 3600.0, 1e-9);
   EXPECT_NEAR(angle_random_walk_rad_rts(angle_random_walk_deg_rth(0.7)), 0.7, 1e-15);
   EXPECT_NEAR(rate_random_walk_radps_rts(rate_random_walk_deg_h_rth(0.7)), 0.7, 1e-15);
-  EXPECT_NEAR(rate_ramp_radps2(rate_ramp_deg_h2(0.7)), 0.7, 1e-15);
 }
 
 TEST(CoefficientAbuse, TooFewOrUselessPointsFitNothing) {

@@ -11,13 +11,17 @@
 namespace zerodrift::allan {
 namespace {
 
+template <typename Source>
+std::vector<AllanPoint> octaves_of(Source& source, double interval_s) {
+  std::vector<double> rate(1 << 18);
+  for (double& y : rate) y = source.next();
+  return overlapping_allan(angle_from_rate(rate, interval_s), interval_s, TauGrid::kOctave);
+}
+
 TEST(DeviationLaws, WhiteRateFallsWithTheRootOfTau) {
   constexpr std::uint64_t kSeed = 11;
   test::WhiteNoise source(3e-7, 0.01, kSeed);
-  std::vector<double> rate(1 << 18);
-  for (double& y : rate) y = source.next();
-  const auto angle = angle_from_rate(rate, 0.01);
-  for (const AllanPoint& p : overlapping_allan(angle, 0.01, TauGrid::kOctave)) {
+  for (const AllanPoint& p : octaves_of(source, 0.01)) {
     // 5 sigma of an estimate with these degrees of freedom, on the log scale.
     if (p.degrees_of_freedom < 50) continue;
     EXPECT_NEAR(std::log(p.deviation_radps * std::sqrt(p.tau_s) / 3e-7), 0.0,
@@ -30,11 +34,8 @@ TEST(DeviationLaws, WhiteRateFallsWithTheRootOfTau) {
 TEST(DeviationLaws, RandomWalkOfRateGrowsWithTheRootOfTau) {
   constexpr std::uint64_t kSeed = 12;
   test::RandomWalk source(2e-9, 0.01, kSeed);
-  std::vector<double> rate(1 << 18);
-  for (double& y : rate) y = source.next();
-  const auto angle = angle_from_rate(rate, 0.01);
   int checked = 0;
-  for (const AllanPoint& p : overlapping_allan(angle, 0.01, TauGrid::kOctave)) {
+  for (const AllanPoint& p : octaves_of(source, 0.01)) {
     // Discrete walk against continuous: relative 1/(2m²) of the variance + 5 sigma of the estimate.
     if (p.degrees_of_freedom < 50 || p.tau_s < 0.08) continue;
     const double m = p.tau_s / 0.01;
@@ -50,11 +51,8 @@ TEST(DeviationLaws, RandomWalkOfRateGrowsWithTheRootOfTau) {
 TEST(DeviationLaws, FlickerIsFlat) {
   constexpr std::uint64_t kSeed = 13;
   test::Flicker source(1e-8, 1.0, 0.25, 22, kSeed);
-  std::vector<double> rate(1 << 18);
-  for (double& y : rate) y = source.next();
-  const auto angle = angle_from_rate(rate, 1.0);
   int checked = 0;
-  for (const AllanPoint& p : overlapping_allan(angle, 1.0, TauGrid::kOctave)) {
+  for (const AllanPoint& p : octaves_of(source, 1.0)) {
     // 1 % for the spectrum's ripple and the band's ends + 5 sigma of the estimate.
     if (p.degrees_of_freedom < 50 || p.tau_s < 8.0) continue;
     const double flat = 1e-8 * std::sqrt(2.0 * std::numbers::ln2 / std::numbers::pi);

@@ -254,7 +254,7 @@ TEST(CoefficientEvidence, AMarkovNoiseIsFoundWithItsTimeConstant) {
 }
 
 TEST(CoefficientEvidence, ARampIsFound) {
-  const double ramp = rate_ramp_radps2(0.3);  // 1.5 deg/h over the record
+  const double ramp = core::radps_from_deg_h(0.3) / 3600.0;  // 1.5 deg/h over the record
   const auto report = identified(5, {.ramp_radps2 = ramp});
   expect_held(report[NoiseTerm::kRateRamp], ramp, "R");
 }

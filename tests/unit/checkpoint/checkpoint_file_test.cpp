@@ -14,6 +14,7 @@
 
 #include "common/files/file_error.h"
 #include "idl/proto/checkpoint.pb.h"
+#include "tests/support/scratch_folder.h"
 #include "tests/unit/checkpoint/envelope.h"
 #include "tests/unit/checkpoint/saved_learner.h"
 
@@ -24,16 +25,8 @@ using testing::Bench;
 using testing::saved_after;
 using testing::small_options;
 
-class CheckpointFile : public ::testing::Test {
+class CheckpointFile : public ScratchFolder {
  protected:
-  CheckpointFile() {
-    std::string name = (std::filesystem::temp_directory_path() / "checkpoint-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make " + name);
-    folder_ = name;
-  }
-  ~CheckpointFile() override { std::filesystem::remove_all(folder_); }
-
-  [[nodiscard]] std::filesystem::path path(const char* name) const { return folder_ / name; }
   [[nodiscard]] std::string content(const char* name) const {
     std::ifstream file(path(name), std::ios::binary);
     std::ostringstream bytes;
@@ -51,7 +44,6 @@ class CheckpointFile : public ::testing::Test {
 
   compensation::CompensationOptions options_ = small_options();
   Owner owner_{1, options_};
-  std::filesystem::path folder_;
 };
 
 TEST_F(CheckpointFile, WhatIsLoadedIsWhatWasSaved) {

@@ -52,7 +52,7 @@ std::string data_path_of(Compensator& compensator) {
 }
 
 std::string running_state(Compensator& compensator, const CompensationOptions& options) {
-  EXPECT_TRUE(compensator.is_settled());
+  EXPECT_TRUE(compensator.is_quiescent());
   EXPECT_EQ(compensator.newest_job(), compensator.learner().newest_job());
   return encode_running({kGyro, options}, compensator.learner().export_state(),
                         data_path_of(compensator));
@@ -73,15 +73,15 @@ std::vector<CompensatedSample> run_with_handover(const Record& record,
   for (std::size_t k = 0; k < record.rates.size(); ++k) {
     const auto& sample = record.rates[k];
     for (; t < record.temperatures.size() && record.temperatures[t].time <= sample.time; ++t) {
-      if (!running->has_heard(record.temperatures[t])) running->push(record.temperatures[t]);
+      if (!running->has_received(record.temperatures[t])) running->push(record.temperatures[t]);
     }
     for (; r < record.references.size() && record.references[r].time <= sample.time; ++r) {
-      if (!running->has_heard(record.references[r])) running->push(record.references[r]);
+      if (!running->has_received(record.references[r])) running->push(record.references[r]);
     }
     running->push(sample);
     compensation::testing::answer_ready(*running, compensation::testing::LearnerTiming::kAtOnce,
                                         take);
-    if (handed_over || k < cut || !running->is_settled()) continue;
+    if (handed_over || k < cut || !running->is_quiescent()) continue;
     running = decode_running(running_state(*running, options), {kGyro, options});
     handed_over = true;
     t = t > 5 ? t - 5 : 0;  // heard already

@@ -13,10 +13,6 @@
 namespace zerodrift::compensation {
 namespace {
 
-using testing::GyroSpec;
-using testing::make_record;
-using testing::Record;
-
 // Twenty minutes of ramp with a turn; the window of 40 labels fills and forgets.
 Record busy_record() {
   return make_record({.duration_s = 1200.0,

@@ -12,15 +12,7 @@
 namespace zerodrift::compensation {
 namespace {
 
-using core::from_seconds;
-using core::index;
-using core::kAxes;
-using core::seconds;
 using core::SensorTime;
-using testing::GyroSpec;
-using testing::kDegH;
-using testing::make_record;
-using testing::Record;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();

@@ -10,16 +10,6 @@
 namespace zerodrift::compensation {
 namespace {
 
-using core::Axis;
-using core::from_seconds;
-using core::index;
-using core::kAxes;
-using core::seconds;
-using testing::GyroSpec;
-using testing::kDegH;
-using testing::make_record;
-using testing::Record;
-
 // Ten minutes of ramp, in which the model comes to be trusted.
 GyroSpec ramp() {
   return {.duration_s = 900.0, .low_degc = 20.0, .high_degc = 25.0};

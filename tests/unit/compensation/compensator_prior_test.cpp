@@ -16,16 +16,8 @@
 namespace zerodrift::compensation {
 namespace {
 
-using core::Axis;
-using core::from_seconds;
-using core::index;
-using core::kAxes;
 using testing::effect;
-using testing::GyroSpec;
-using testing::kDegH;
-using testing::make_record;
 using testing::model_of;
-using testing::Record;
 
 // 20 to 50 °C at 1 °C/min on average, at rest but for the ten minutes from 900 s on.
 GyroSpec climb() {

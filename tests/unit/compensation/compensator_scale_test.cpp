@@ -12,12 +12,6 @@
 namespace zerodrift::compensation {
 namespace {
 
-using core::Axis;
-using core::index;
-using testing::GyroSpec;
-using testing::kDegH;
-using testing::Record;
-
 constexpr double kDegS = core::kRadPerDeg;
 
 // 30 s of rest every five minutes, else bends about z of up to 10 deg/s.

@@ -15,12 +15,7 @@
 namespace zerodrift::compensation {
 namespace {
 
-using core::index;
-using testing::GyroSpec;
-using testing::kDegH;
 using testing::LearnerTiming;
-using testing::make_record;
-using testing::Record;
 
 GyroSpec chamber(double duration_s) {
   return {.duration_s = duration_s, .low_degc = 20.0, .high_degc = 40.0};

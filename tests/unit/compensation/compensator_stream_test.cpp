@@ -11,14 +11,8 @@
 namespace zerodrift::compensation {
 namespace {
 
-using core::Axis;
-using core::from_seconds;
 using testing::answer_ready;
-using testing::GyroSpec;
 using testing::LearnerTiming;
-using testing::make_record;
-using testing::Random;
-using testing::Record;
 
 // Everything that decides what goes out, as bits.
 std::vector<std::uint64_t> bits(const core::CompensatedSample& answer) {

@@ -10,16 +10,6 @@
 namespace zerodrift::compensation {
 namespace {
 
-using core::Axis;
-using core::from_seconds;
-using core::index;
-using core::kAxes;
-using core::seconds;
-using testing::GyroSpec;
-using testing::kDegH;
-using testing::make_record;
-using testing::Record;
-
 // The chamber ramps 1 °C/min between 20 and 35 °C; a FOG of 0.056 deg/h over a second.
 GyroSpec ramp(double duration_s) {
   return {.rate_hz = 20.0, .duration_s = duration_s, .low_degc = 20.0, .high_degc = 35.0};

@@ -20,10 +20,7 @@
 namespace zerodrift::compensation {
 namespace {
 
-using core::from_seconds;
 using core::SensorTime;
-using testing::kDegH;
-using testing::Random;
 
 constexpr std::size_t kCapacity = 40;
 constexpr double kShortestS = 8.0;

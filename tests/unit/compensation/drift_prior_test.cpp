@@ -20,8 +20,6 @@
 namespace zerodrift::compensation {
 namespace {
 
-using core::Axis;
-using core::from_seconds;
 using testing::effect;
 using testing::model_of;
 using testing::model_with_states;

@@ -12,9 +12,7 @@
 namespace zerodrift::compensation {
 namespace {
 
-using core::from_seconds;
 using core::SensorTime;
-using testing::Random;
 
 bool is_admitted(Admission admission) {
   return admission == Admission::kInOrder || admission == Admission::kLate;

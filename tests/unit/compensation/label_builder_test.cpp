@@ -12,11 +12,6 @@
 namespace zerodrift::compensation {
 namespace {
 
-using core::Axis;
-using core::from_seconds;
-using core::seconds;
-using testing::Random;
-
 // ---------------------------------------------------------------------------------------------
 // blocks
 

@@ -16,7 +16,6 @@
 namespace zerodrift::compensation {
 namespace {
 
-using testing::Random;
 using zerodrift::testing::read_state;
 using zerodrift::testing::state_of;
 using zerodrift::testing::with;

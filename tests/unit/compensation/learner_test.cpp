@@ -12,8 +12,6 @@
 namespace zerodrift::compensation {
 namespace {
 
-using testing::Random;
-
 CompensationOptions small_options() {
   CompensationOptions options = testing::options();
   options.model.capacity = 50;

@@ -29,7 +29,7 @@ TEST(ModelScheduleLaws, AModelTakesEffectAtItsTimeAndNotBefore) {
   EXPECT_TRUE(s.models.step(5 * kSecond).in_force);
   ASSERT_NE(s.models.active(), nullptr);
   EXPECT_EQ(s.models.active()->job, 1U);
-  EXPECT_TRUE(s.models.is_settled());
+  EXPECT_TRUE(s.models.is_quiescent());
 }
 
 // Law: several that are due come into force one a sample, in the order of their jobs.
@@ -75,7 +75,7 @@ TEST(ModelScheduleLaws, WhatIsLeftIsLearnedOnThisThread) {
   while (const auto step = s.models.finish_next()) in_force += step->in_force ? 1 : 0;
   EXPECT_EQ(in_force, 5);
   EXPECT_EQ(s.models.active()->job, 5U);
-  EXPECT_TRUE(s.models.is_settled());
+  EXPECT_TRUE(s.models.is_quiescent());
 }
 
 // A queue that is full takes nothing, and what was taken still comes.

@@ -16,9 +16,6 @@
 namespace zerodrift::compensation {
 namespace {
 
-using core::index;
-using testing::kDegH;
-
 testing::Record moving_record() {
   return testing::make_record({.duration_s = 400.0,
                                .low_degc = 20.0,

@@ -15,12 +15,6 @@
 namespace zerodrift::compensation {
 namespace {
 
-using testing::GyroSpec;
-using testing::kDegH;
-using testing::make_record;
-using testing::Random;
-using testing::Record;
-
 constexpr double kSigma = 0.05;
 constexpr core::PerAxis<double> kSigmas{kSigma, kSigma, kSigma};
 

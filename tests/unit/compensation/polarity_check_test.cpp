@@ -14,10 +14,6 @@
 namespace zerodrift::compensation {
 namespace {
 
-using core::Axis;
-using testing::kDegH;
-using testing::Random;
-
 constexpr double kNoLimit = 1e30;
 using Source = PolarityCheck::Source;
 using Function = std::function<double(int second)>;

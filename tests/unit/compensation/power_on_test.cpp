@@ -13,9 +13,6 @@
 namespace zerodrift::compensation {
 namespace {
 
-using testing::GyroSpec;
-using testing::kDegH;
-
 constexpr std::size_t kX = core::index(core::Axis::kX);
 constexpr double kDayS = 86400.0;
 

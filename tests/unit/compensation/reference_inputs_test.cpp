@@ -76,11 +76,11 @@ TEST(ReferenceInputsLaws, FeedbackIsWaitedForWhereItCanHaveCome) {
 TEST(ReferenceInputsLaws, EachKindHasBeenHeardToItsOwnTime) {
   ReferenceInputs references{ReferenceOptions{}};
   references.push(reference(ReferenceKind::kRecord, 5 * kSecond, 0.0));
-  EXPECT_TRUE(references.has_heard(reference(ReferenceKind::kRecord, 5 * kSecond, 0.0)));
-  EXPECT_FALSE(references.has_heard(reference(ReferenceKind::kRecord, 6 * kSecond, 0.0)));
-  EXPECT_FALSE(references.has_heard(reference(ReferenceKind::kRest, 5 * kSecond, 0.0)));
+  EXPECT_TRUE(references.has_received(reference(ReferenceKind::kRecord, 5 * kSecond, 0.0)));
+  EXPECT_FALSE(references.has_received(reference(ReferenceKind::kRecord, 6 * kSecond, 0.0)));
+  EXPECT_FALSE(references.has_received(reference(ReferenceKind::kRest, 5 * kSecond, 0.0)));
   references.restart();
-  EXPECT_FALSE(references.has_heard(reference(ReferenceKind::kRecord, 5 * kSecond, 0.0)));
+  EXPECT_FALSE(references.has_received(reference(ReferenceKind::kRecord, 5 * kSecond, 0.0)));
 }
 
 // A residual moves nothing where the options refuse it.

@@ -12,13 +12,6 @@
 namespace zerodrift::compensation {
 namespace {
 
-using core::Axis;
-using core::from_seconds;
-using core::index;
-using core::kAxes;
-using testing::kDegH;
-using testing::Random;
-
 constexpr double kFogSigmaDegH = 0.056;
 constexpr double kMemsSigmaDegH = 50.0;
 constexpr std::size_t kSamples = 200;  // a block

@@ -17,11 +17,6 @@
 namespace zerodrift::compensation {
 namespace {
 
-using core::Axis;
-using core::index;
-using testing::kDegH;
-using testing::Random;
-
 constexpr double kDegS = core::kRadPerDeg;
 constexpr double kPpm = 1e-6;
 constexpr double kSigma = 0.1 * kDegH;  // of a block's mean

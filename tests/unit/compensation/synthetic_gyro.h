@@ -13,6 +13,15 @@
 #include "common/compensation/compensator.h"
 #include "common/core/units.h"
 
+// The tests' own language.
+namespace zerodrift::compensation {
+using core::Axis;
+using core::from_seconds;
+using core::index;
+using core::kAxes;
+using core::seconds;
+}  // namespace zerodrift::compensation
+
 namespace zerodrift::compensation::testing {
 
 // SplitMix64 (Steele, Lea, Flood 2014) and Box-Muller: the same numbers on every platform.
@@ -243,3 +252,11 @@ inline std::vector<core::CompensatedSample> run(Compensator& compensator, const 
 }
 
 }  // namespace zerodrift::compensation::testing
+
+namespace zerodrift::compensation {
+using testing::GyroSpec;
+using testing::kDegH;
+using testing::make_record;
+using testing::Random;
+using testing::Record;
+}  // namespace zerodrift::compensation

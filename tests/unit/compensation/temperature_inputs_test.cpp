@@ -67,11 +67,11 @@ TEST(TemperatureInputsLaws, CompleteMeansThatEveryProbeHasSpokenOrIsNotWaitedFor
 TEST(TemperatureInputsLaws, EveryReadingOfItsProbesIsCountedAndWhatIsNoneIsRefused) {
   Inputs in;
   in.push("nobody", kSecond, 20.0);
-  EXPECT_EQ(in.temperatures.heard(), 0U);
+  EXPECT_EQ(in.temperatures.received(), 0U);
   in.push("coil", kSecond, std::numeric_limits<double>::quiet_NaN());
   in.push("coil", 2 * kSecond, 1e9);
   in.push("coil", core::kLatestUsableTime + kSecond, 20.0);
-  EXPECT_EQ(in.temperatures.heard(), 3U);
+  EXPECT_EQ(in.temperatures.received(), 3U);
   EXPECT_EQ(in.temperatures.refused(), 3U);
   in.push("coil", 3 * kSecond, 0.0, false);  // it says that it measures nothing: no fault of it
   EXPECT_EQ(in.temperatures.refused(), 3U);

@@ -13,6 +13,7 @@
 
 #include "common/compensation/drift_prior.h"
 #include "common/core/one_line.h"
+#include "tests/support/scratch_folder.h"
 
 namespace zerodrift::services {
 namespace {
@@ -23,18 +24,8 @@ constexpr const char* kModel =
     "format_version: 1\ngyro_id: lab\neffects:\n"
     "  - {kind: polynomial_bias, axis: x, parameters: {a0_deg_h: 1}}\n";
 
-class CommandFiles : public testing::Test {
+class CommandFiles : public ScratchFolder {
  protected:
-  CommandFiles() {
-    std::string name = (fs::temp_directory_path() / "zerodrift-command-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make " + name);
-    folder_ = name;
-  }
-  ~CommandFiles() override { fs::remove_all(folder_); }
-
-  void write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name, std::ios::binary) << text;
-  }
   template <typename Act>
   std::string refusal(const Act& act) const {
     try {
@@ -57,7 +48,6 @@ class CommandFiles : public testing::Test {
     });
   }
 
-  fs::path folder_;
   compensation::CompensationOptions options_{};
 };
 

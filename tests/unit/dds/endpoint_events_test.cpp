@@ -17,21 +17,14 @@
 #include <vector>
 
 #include "common/dds/participant.h"
+#include "tests/support/other_terms.h"
 #include "tests/unit/dds/test_domain.h"
 
 namespace zerodrift::dds {
 
 // Endpoints of others, who use our topics' names in their own way.
-template <int kWhich>
-struct ForeignRate : msg::AngularRate {};
-constexpr TopicSpec with_best_effort(TopicSpec spec) {
-  spec.reliability = Reliability::kBestEffort;
-  return spec;
-}
 constexpr TopicSpec with_other_ownership(TopicSpec spec) {
-  spec.ownership = Ownership::kExclusive;
-  spec.reliability = Reliability::kBestEffort;
-  return spec;
+  return with_best_effort(with_exclusive_ownership(spec));
 }
 constexpr TopicSpec with_durability(TopicSpec spec) {
   spec.durability = Durability::kTransientLocal;
@@ -41,28 +34,14 @@ constexpr TopicSpec of_another_type(TopicSpec spec) {
   spec.type = "foreign::Rate";
   return spec;
 }
-template <>
-struct TopicOf<ForeignRate<0>> {
-  using TypeSupport = msg::AngularRatePubSubType;
-  static constexpr TopicSpec kSpec = with_best_effort(kAngularRate);
-};
-template <>
-struct TopicOf<ForeignRate<1>> {
-  using TypeSupport = msg::AngularRatePubSubType;
-  static constexpr TopicSpec kSpec = with_other_ownership(kAngularRate);
-};
-template <>
-struct TopicOf<ForeignRate<2>> {
-  using TypeSupport = msg::AngularRatePubSubType;
-  static constexpr TopicSpec kSpec = with_durability(kAngularRate);
-};
 // Registered under another name than its own.
 class ForeignRateType : public msg::AngularRatePubSubType {
  public:
   ForeignRateType() { setName("foreign::Rate"); }
 };
+struct RateOfAnotherType : msg::AngularRate {};
 template <>
-struct TopicOf<ForeignRate<3>> {
+struct TopicOf<RateOfAnotherType> {
   using TypeSupport = ForeignRateType;
   static constexpr TopicSpec kSpec = of_another_type(kAngularRate);
 };
@@ -71,18 +50,18 @@ namespace {
 
 using namespace std::chrono_literals;
 using Kind = EndpointEvent::Kind;
-using detail::HeardWriters;
+using detail::WriterDeadlines;
 
 constexpr std::uint32_t kDomain = 107;
 
-// What a participant's endpoints were told, in all.
-class Told {
+// What a participant's endpoints reported, in all.
+class Reported {
  public:
-  explicit Told(Participant& participant) : participant_(participant) {}
+  explicit Reported(Participant& participant) : participant_(participant) {}
 
   // How often `kind` happened on `topic`; a peer given must be the event's.
   std::uint64_t count(Kind kind, std::string_view topic, const std::string& peer = "") {
-    participant_.tell_events([this](const EndpointEvent& event) { events_.push_back(event); });
+    participant_.report_events([this](const EndpointEvent& event) { events_.push_back(event); });
     std::uint64_t sum = 0;
     for (const EndpointEvent& event : events_) {
       if (event.kind != kind || event.topic != topic) continue;
@@ -169,90 +148,92 @@ SampleOrigin origin(unsigned char writer, unsigned char key) {
 constexpr std::chrono::nanoseconds kDeadline = 100ms;
 constexpr std::int64_t kMs = 1'000'000;
 
-std::vector<int> silent_writers(HeardWriters& heard, std::int64_t now_ns) {
+std::vector<int> silent_writers(WriterDeadlines& deadlines, std::int64_t now_ns) {
   std::vector<int> writers;
-  for (const auto& silent : heard.silent(kDeadline, now_ns))
+  for (const auto& silent : deadlines.silent(kDeadline, now_ns))
     writers.push_back(silent.writer.entityId.value[0]);
   return writers;
 }
 
-TEST(HeardWritersLaws, ASilenceIsToldOnceWhetherItLastsOrHasEnded) {
-  HeardWriters heard;
+TEST(WriterDeadlinesLaws, ASilenceIsToldOnceWhetherItLastsOrHasEnded) {
+  WriterDeadlines deadlines;
   const SampleOrigin one = origin(1, 1);
-  EXPECT_TRUE(heard.silent(kDeadline, 1).empty()) << "never heard of";
+  EXPECT_TRUE(deadlines.silent(kDeadline, 1).empty()) << "never heard of";
   std::int64_t now = kMs;
   for (int run = 0; run < 3; ++run) {
-    heard.hear(one, 9, true, kDeadline, now);
-    EXPECT_TRUE(heard.silent(kDeadline, now + 100 * kMs).empty()) << "not longer than the deadline";
+    deadlines.note(one, 9, true, kDeadline, now);
+    EXPECT_TRUE(deadlines.silent(kDeadline, now + 100 * kMs).empty())
+        << "not longer than the deadline";
     now += 101 * kMs;
-    const auto silent = heard.silent(kDeadline, now);
+    const auto silent = deadlines.silent(kDeadline, now);
     ASSERT_EQ(silent.size(), 1U);
     EXPECT_EQ(silent[0].writer, one.writer);
     EXPECT_EQ(silent[0].gyro_id, 9U);
     EXPECT_EQ(silent[0].times, 1U);
-    for (int k = 0; k < 10; ++k) EXPECT_TRUE(heard.silent(kDeadline, now += 500 * kMs).empty());
+    for (int k = 0; k < 10; ++k) EXPECT_TRUE(deadlines.silent(kDeadline, now += 500 * kMs).empty());
   }
   // Nobody asked while it lasted.
-  heard.hear(one, 9, true, kDeadline, now);
-  heard.hear(one, 9, true, kDeadline, now + 300 * kMs);
-  heard.hear(one, 9, true, kDeadline, now + 600 * kMs);
-  const auto silent = heard.silent(kDeadline, now + 601 * kMs);
+  deadlines.note(one, 9, true, kDeadline, now);
+  deadlines.note(one, 9, true, kDeadline, now + 300 * kMs);
+  deadlines.note(one, 9, true, kDeadline, now + 600 * kMs);
+  const auto silent = deadlines.silent(kDeadline, now + 601 * kMs);
   ASSERT_EQ(silent.size(), 1U);
   EXPECT_EQ(silent[0].times, 2U);
 }
 
-TEST(HeardWritersLaws, EachWriterAndKeyIsSilentForItself) {
-  HeardWriters heard;
-  heard.hear(origin(1, 1), 0, true, kDeadline, kMs);
-  heard.hear(origin(2, 1), 0, true, kDeadline, 90 * kMs);
-  heard.hear(origin(3, 2), 0, true, kDeadline, 95 * kMs);
-  EXPECT_EQ(silent_writers(heard, 120 * kMs), (std::vector<int>{1}));
-  EXPECT_EQ(silent_writers(heard, 300 * kMs), (std::vector<int>{2, 3}));
+TEST(WriterDeadlinesLaws, EachWriterAndKeyIsSilentForItself) {
+  WriterDeadlines deadlines;
+  deadlines.note(origin(1, 1), 0, true, kDeadline, kMs);
+  deadlines.note(origin(2, 1), 0, true, kDeadline, 90 * kMs);
+  deadlines.note(origin(3, 2), 0, true, kDeadline, 95 * kMs);
+  EXPECT_EQ(silent_writers(deadlines, 120 * kMs), (std::vector<int>{1}));
+  EXPECT_EQ(silent_writers(deadlines, 300 * kMs), (std::vector<int>{2, 3}));
 }
 
-TEST(HeardWritersLaws, ASilenceThatDoesNotApplyIsNotToldAndDecidedByTheSampleBeforeIt) {
-  HeardWriters heard;
-  heard.hear(origin(1, 1), 0, false, kDeadline, kMs);
-  EXPECT_TRUE(silent_writers(heard, 500 * kMs).empty());
-  heard.hear(origin(1, 1), 0, true, kDeadline, 500 * kMs);
-  EXPECT_TRUE(silent_writers(heard, 501 * kMs).empty());
-  EXPECT_EQ(silent_writers(heard, 900 * kMs), (std::vector<int>{1}));
+TEST(WriterDeadlinesLaws, ASilenceThatDoesNotApplyIsNotToldAndDecidedByTheSampleBeforeIt) {
+  WriterDeadlines deadlines;
+  deadlines.note(origin(1, 1), 0, false, kDeadline, kMs);
+  EXPECT_TRUE(silent_writers(deadlines, 500 * kMs).empty());
+  deadlines.note(origin(1, 1), 0, true, kDeadline, 500 * kMs);
+  EXPECT_TRUE(silent_writers(deadlines, 501 * kMs).empty());
+  EXPECT_EQ(silent_writers(deadlines, 900 * kMs), (std::vector<int>{1}));
 }
 
-TEST(HeardWritersLaws, AWriterThatIsGoneIsNotSilentAndLeavesItsPlace) {
-  HeardWriters heard;
+TEST(WriterDeadlinesLaws, AWriterThatIsGoneIsNotSilentAndLeavesItsPlace) {
+  WriterDeadlines deadlines;
   for (int life = 0; life < 1000; ++life) {
     const auto writer = static_cast<unsigned char>(life % 250 + 1);
-    heard.hear(origin(writer, 1), 0, true, kDeadline, kMs);
-    ASSERT_EQ(silent_writers(heard, 200 * kMs), (std::vector<int>{writer})) << life;
-    heard.hear(origin(writer, 1), 0, true, kDeadline, 210 * kMs);
-    heard.forget(origin(writer, 1).writer);
-    ASSERT_TRUE(silent_writers(heard, 900 * kMs).empty()) << life;
+    deadlines.note(origin(writer, 1), 0, true, kDeadline, kMs);
+    ASSERT_EQ(silent_writers(deadlines, 200 * kMs), (std::vector<int>{writer})) << life;
+    deadlines.note(origin(writer, 1), 0, true, kDeadline, 210 * kMs);
+    deadlines.forget(origin(writer, 1).writer);
+    ASSERT_TRUE(silent_writers(deadlines, 900 * kMs).empty()) << life;
   }
 }
 
-TEST(HeardWritersAbuse, MoreWritersThanThereIsRoomForAreHeardWithoutHarm) {
-  HeardWriters heard;
+TEST(WriterDeadlinesAbuse, MoreWritersThanThereIsRoomForDoNoHarm) {
+  WriterDeadlines deadlines;
   for (int key = 0; key < 255; ++key)
-    heard.hear(origin(1, static_cast<unsigned char>(key)), 0, true, kDeadline, kMs);
-  EXPECT_EQ(heard.silent(kDeadline, 900 * kMs).size(), 128U);
+    deadlines.note(origin(1, static_cast<unsigned char>(key)), 0, true, kDeadline, kMs);
+  EXPECT_EQ(deadlines.silent(kDeadline, 900 * kMs).size(), 128U);
 }
 
 // One thread hears while another asks and a third forgets: a sanitizer's case.
-TEST(HeardWritersLaws, OtherThreadsMayAskMeanwhile) {
-  HeardWriters heard;
+TEST(WriterDeadlinesLaws, OtherThreadsMayAskMeanwhile) {
+  WriterDeadlines deadlines;
   std::atomic<bool> stop{false};
   std::thread asks([&] {
     while (!stop) {
-      for (const auto& silent : heard.silent(0ns)) EXPECT_NE(silent.writer.entityId.value[0], 0);
+      for (const auto& silent : deadlines.silent(0ns))
+        EXPECT_NE(silent.writer.entityId.value[0], 0);
     }
   });
   std::thread forgets([&] {
-    while (!stop) heard.forget(origin(2, 2).writer);
+    while (!stop) deadlines.forget(origin(2, 2).writer);
   });
   for (int k = 0; k < 100000; ++k) {
-    heard.hear(origin(1, 1), 1, true, 0ns);
-    heard.hear(origin(2, 2), 2, true, 0ns);
+    deadlines.note(origin(1, 1), 1, true, 0ns);
+    deadlines.note(origin(2, 2), 2, true, 0ns);
   }
   stop = true;
   asks.join();
@@ -271,30 +252,30 @@ class BareListener final : public detail::ReaderListener {
 
 TEST(EndpointEventLaws, LostAndRejectedSamplesAreToldByHowManyAreNew) {
   detail::Discovery discovery;
-  std::vector<EndpointEvent> told;
-  const auto collect = [&](const EndpointEvent& event) { told.push_back(event); };
+  std::vector<EndpointEvent> reported;
+  const auto collect = [&](const EndpointEvent& event) { reported.push_back(event); };
   {
     BareListener listener(discovery);
     eprosima::fastdds::dds::SampleLostStatus lost;
     lost.total_count = 5;
     listener.on_sample_lost(nullptr, lost);
-    discovery.tell(collect);
-    discovery.tell(collect);
-    ASSERT_EQ(told.size(), 1U);
-    EXPECT_EQ(told[0].kind, Kind::kSampleLost);
-    EXPECT_EQ(told[0].topic, "angular_rate");
-    EXPECT_EQ(told[0].count, 5U);
+    discovery.report(collect);
+    discovery.report(collect);
+    ASSERT_EQ(reported.size(), 1U);
+    EXPECT_EQ(reported[0].kind, Kind::kSampleLost);
+    EXPECT_EQ(reported[0].topic, "angular_rate");
+    EXPECT_EQ(reported[0].count, 5U);
     lost.total_count = 7;
     listener.on_sample_lost(nullptr, lost);
     eprosima::fastrtps::SampleRejectedStatus rejected;
     rejected.total_count = 3;
     listener.on_sample_rejected(nullptr, rejected);
   }
-  discovery.tell(collect);  // also of an endpoint that is gone by then
-  ASSERT_EQ(told.size(), 3U);
-  EXPECT_EQ(told[1].count, 2U);
-  EXPECT_EQ(told[2].kind, Kind::kSampleRejected);
-  EXPECT_EQ(told[2].count, 3U);
+  discovery.report(collect);  // also of an endpoint that is gone by then
+  ASSERT_EQ(reported.size(), 3U);
+  EXPECT_EQ(reported[1].count, 2U);
+  EXPECT_EQ(reported[2].kind, Kind::kSampleRejected);
+  EXPECT_EQ(reported[2].count, 3U);
 }
 
 TEST(EndpointEventLaws, AnEndpointsOwnObserverIsToldInPlaceOfTheParticipants) {
@@ -306,12 +287,12 @@ TEST(EndpointEventLaws, AnEndpointsOwnObserverIsToldInPlaceOfTheParticipants) {
   eprosima::fastdds::dds::SampleLostStatus lost;
   lost.total_count = 1;
   with.on_sample_lost(nullptr, lost);
-  discovery.tell([&](const EndpointEvent&) { ++otherwise; });
+  discovery.report([&](const EndpointEvent&) { ++otherwise; });
   EXPECT_EQ(own, 1);
   EXPECT_EQ(otherwise, 0);
   without.on_sample_lost(nullptr, lost);
-  discovery.tell([&](const EndpointEvent&) { ++otherwise; });
-  discovery.tell({});  // nobody: dropped without harm
+  discovery.report([&](const EndpointEvent&) { ++otherwise; });
+  discovery.report({});  // nobody: dropped without harm
   EXPECT_EQ(own, 1);
   EXPECT_EQ(otherwise, 1);
 }
@@ -323,13 +304,13 @@ TEST(EndpointEventAbuse, AFloodOfDifferentEventsIsBoundedAndNoneIsUncounted) {
   for (std::uint32_t gyro = 0; gyro < kFlood; ++gyro)
     discovery.note(endpoint, Kind::kDeadlineMissed, eprosima::fastrtps::rtps::GUID_t::unknown(),
                    "silent", gyro);
-  std::size_t told = 0;
+  std::size_t reported = 0;
   std::uint64_t sum = 0;
-  discovery.tell([&](const EndpointEvent& event) {
-    ++told;
+  discovery.report([&](const EndpointEvent& event) {
+    ++reported;
     sum += event.count;
   });
-  EXPECT_LE(told, 256U);
+  EXPECT_LE(reported, 256U);
   EXPECT_EQ(sum, kFlood);
 }
 
@@ -339,18 +320,18 @@ TEST(EndpointEventLaws, APeerThatIsNotHeardOfAnyMoreIsNamed) {
   data.m_guid.guidPrefix.value[0] = 1;
   data.m_participantName = "gyro_publisher";
   detail::Discovery discovery;
-  std::vector<EndpointEvent> told;
+  std::vector<EndpointEvent> reported;
   for (const auto status : {Info::DISCOVERED_PARTICIPANT, Info::REMOVED_PARTICIPANT,
                             Info::DISCOVERED_PARTICIPANT, Info::DROPPED_PARTICIPANT}) {
     Info info(data);
     info.status = status;
     discovery.on_participant_discovery(nullptr, std::move(info));
   }
-  discovery.tell([&](const EndpointEvent& event) { told.push_back(event); });
-  ASSERT_EQ(told.size(), 1U) << "one that says that it ends is no event";
-  EXPECT_EQ(told[0].kind, Kind::kPeerLost);
-  EXPECT_EQ(told[0].peer, "gyro_publisher");
-  EXPECT_EQ(told[0].topic, "");
+  discovery.report([&](const EndpointEvent& event) { reported.push_back(event); });
+  ASSERT_EQ(reported.size(), 1U) << "one that says that it ends is no event";
+  EXPECT_EQ(reported[0].kind, Kind::kPeerLost);
+  EXPECT_EQ(reported[0].peer, "gyro_publisher");
+  EXPECT_EQ(reported[0].topic, "");
 }
 
 TEST(AcquaintanceLaws, APeerIsUnfinishedUntilAWriterOfItIsKnown) {
@@ -381,8 +362,8 @@ TEST(Deadlines, AreToldOnceForEachRunOnBothSidesWithThePeersName) {
   const TestDomain domain(kDomain);
   Participant publisher("gyro_publisher", domain.network());
   Participant subscriber("compensation", domain.network());
-  Told offered(publisher);
-  Told requested(subscriber);
+  Reported offered(publisher);
+  Reported requested(subscriber);
   std::atomic<int> received{0};
   const Reader<msg::AngularRate> reader(
       subscriber, [&](const msg::AngularRate&, const SampleOrigin&) { ++received; });
@@ -412,18 +393,18 @@ TEST(Deadlines, AreToldOnceForEachRunOnBothSidesWithThePeersName) {
 TEST(IncompatibleQos, IsToldWithTopicPolicyAndPeerWhoeverComesFirst) {
   const TestDomain domain(kDomain);
   Participant stranger("stranger", domain.network());
-  Told strangers(stranger);
+  Reported strangers(stranger);
   Participant ours("compensation", domain.network());
-  Told told(ours);
+  Reported reported(ours);
   const auto nothing = [](const msg::AngularRate&, const SampleOrigin&) {};
   const auto first = std::make_unique<Reader<msg::AngularRate>>(ours, nothing);
-  const Writer<ForeignRate<0>> weak(stranger);
+  const Writer<OnOtherTerms<msg::AngularRate, with_best_effort>> weak(stranger);
   ASSERT_TRUE(eventually(
-      [&] { return told.count(Kind::kIncompatibleQos, "angular_rate", "stranger") == 1; }));
+      [&] { return reported.count(Kind::kIncompatibleQos, "angular_rate", "stranger") == 1; }));
   EXPECT_NE(
-      told.last().detail.find("offers reliability best_effort, this reader asks for reliable"),
+      reported.last().detail.find("offers reliability best_effort, this reader asks for reliable"),
       std::string::npos)
-      << told.last().detail;
+      << reported.last().detail;
   // The stranger is told as well.
   ASSERT_TRUE(eventually([&] {
     return strangers.count(Kind::kIncompatibleQos, "angular_rate", "compensation") == 1;
@@ -434,50 +415,53 @@ TEST(IncompatibleQos, IsToldWithTopicPolicyAndPeerWhoeverComesFirst) {
   // A second reader, that comes later, is told of the same peer.
   const Reader<msg::AngularRate> second(ours, nothing);
   EXPECT_TRUE(eventually(
-      [&] { return told.count(Kind::kIncompatibleQos, "angular_rate", "stranger") == 2; }));
+      [&] { return reported.count(Kind::kIncompatibleQos, "angular_rate", "stranger") == 2; }));
   EXPECT_EQ(second.matched(), 0);
 }
 
 TEST(IncompatibleQos, NamesEveryPolicyThatIsUnmet) {
   const TestDomain domain(kDomain);
   Participant ours("compensation", domain.network());
-  Told told(ours);
+  Reported reported(ours);
   const Reader<msg::AngularRate> reader(ours, [](const msg::AngularRate&, const SampleOrigin&) {});
   Participant stranger("stranger", domain.network());
-  const Writer<ForeignRate<1>> weak(stranger);  // best effort, exclusive
+  const Writer<OnOtherTerms<msg::AngularRate, with_other_ownership>> weak(
+      stranger);  // best effort, exclusive
   ASSERT_TRUE(eventually([&] {
-    return told.count(Kind::kIncompatibleQos, "angular_rate", "stranger") >= 2;
-  })) << told.count(Kind::kIncompatibleQos, "angular_rate");
+    return reported.count(Kind::kIncompatibleQos, "angular_rate", "stranger") >= 2;
+  })) << reported.count(Kind::kIncompatibleQos, "angular_rate");
 }
 
 TEST(IncompatibleQos, OfAReaderThatAsksForMoreNamesIt) {
   const TestDomain domain(kDomain);
   Participant ours("gyro_publisher", domain.network());
-  Told told(ours);
+  Reported reported(ours);
   const Writer<msg::AngularRate> writer(ours);
   Participant stranger("autopilot", domain.network());
-  const Reader<ForeignRate<2>> hasty(stranger, [](const ForeignRate<2>&, const SampleOrigin&) {});
+  const Reader<OnOtherTerms<msg::AngularRate, with_durability>> hasty(
+      stranger, [](const OnOtherTerms<msg::AngularRate, with_durability>&, const SampleOrigin&) {});
   ASSERT_TRUE(eventually(
-      [&] { return told.count(Kind::kIncompatibleQos, "angular_rate", "autopilot") == 1; }));
-  EXPECT_NE(
-      told.last().detail.find("asks for durability transient_local, this writer offers volatile"),
-      std::string::npos)
-      << told.last().detail;
+      [&] { return reported.count(Kind::kIncompatibleQos, "angular_rate", "autopilot") == 1; }));
+  EXPECT_NE(reported.last().detail.find(
+                "asks for durability transient_local, this writer offers volatile"),
+            std::string::npos)
+      << reported.last().detail;
 }
 
 TEST(TypeMismatch, IsToldWithBothTypesAndThePeer) {
   const TestDomain domain(kDomain);
   Participant ours("compensation", domain.network());
-  Told told(ours);
+  Reported reported(ours);
   const Reader<msg::AngularRate> reader(ours, [](const msg::AngularRate&, const SampleOrigin&) {});
   Participant stranger("stranger", domain.network());
-  const Writer<ForeignRate<3>> writer(stranger);
-  ASSERT_TRUE(
-      eventually([&] { return told.count(Kind::kTypeMismatch, "angular_rate", "stranger") == 1; }));
-  EXPECT_NE(told.last().detail.find("writes foreign::Rate, here it is zerodrift::msg::AngularRate"),
-            std::string::npos)
-      << told.last().detail;
-  EXPECT_EQ(told.count(Kind::kIncompatibleQos, "angular_rate"), 0U);
+  const Writer<RateOfAnotherType> writer(stranger);
+  ASSERT_TRUE(eventually(
+      [&] { return reported.count(Kind::kTypeMismatch, "angular_rate", "stranger") == 1; }));
+  EXPECT_NE(
+      reported.last().detail.find("writes foreign::Rate, here it is zerodrift::msg::AngularRate"),
+      std::string::npos)
+      << reported.last().detail;
+  EXPECT_EQ(reported.count(Kind::kIncompatibleQos, "angular_rate"), 0U);
 }
 
 // The lease is 2 s; 20 s is a participant's.
@@ -485,7 +469,7 @@ TEST(Liveliness, AWriterThatFallsSilentIsGoneOnceAndIsHeardAgain) {
   const TestDomain domain(kDomain);
   Participant consumer("compensation", domain.network());
   Participant publisher("gyro_publisher", domain.network());
-  Told told(publisher);
+  Reported reported(publisher);
   std::atomic<int> heard{0};
   std::atomic<int> gone{0};
   Reader<msg::ReplayProgress> reader(
@@ -504,11 +488,11 @@ TEST(Liveliness, AWriterThatFallsSilentIsGoneOnceAndIsHeardAgain) {
   ASSERT_TRUE(is_heard());
   EXPECT_EQ(gone, 0);
   ASSERT_TRUE(eventually([&] { return gone == 1; }, 15s));
-  EXPECT_EQ(told.count(Kind::kLivelinessLost, "replay_progress", "compensation"), 1U);
+  EXPECT_EQ(reported.count(Kind::kLivelinessLost, "replay_progress", "compensation"), 1U);
   EXPECT_EQ(reader.matched(), 1);
   ASSERT_TRUE(is_heard());
   EXPECT_TRUE(eventually([&] {
-    return told.count(Kind::kLivelinessRegained, "replay_progress", "compensation") == 1;
+    return reported.count(Kind::kLivelinessRegained, "replay_progress", "compensation") == 1;
   }));
   // Gone a second time, now for good.
   writer.reset();

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "tests/unit/dds/socket_table.h"
+#include "tests/unit/dds/numbered_rates.h"
 #include "tests/unit/dds/test_domain.h"
 
 namespace zerodrift::dds {
@@ -79,14 +80,9 @@ TEST(Loopback, DeliversEverySampleOnceAndInOrder) {
   const TestDomain domain(101);
   Participant here("writer", domain.network());
   Participant there("reader", domain.network());
-  std::atomic<std::uint64_t> received{0};
-  std::atomic<std::uint64_t> wrong{0};
-  Reader<msg::AngularRate> reader(there, [&](const msg::AngularRate& message, const SampleOrigin&) {
-    if (message.sequence_number() != received + 1) ++wrong;
-    ++received;
-  });
+  const NumberedRates rates(there);
   Writer<msg::AngularRate> writer(here);
-  ASSERT_TRUE(eventually([&] { return writer.matched() == 1 && reader.matched() == 1; }));
+  ASSERT_TRUE(eventually([&] { return writer.matched() == 1 && rates.matched() == 1; }));
 
   msg::AngularRate message;
   message.gyro_id(1);
@@ -97,8 +93,9 @@ TEST(Loopback, DeliversEverySampleOnceAndInOrder) {
       ASSERT_TRUE(writer.wait_until_received(5s)) << "at " << sequence;
     }
   }
-  EXPECT_TRUE(eventually([&] { return received == kSamples; })) << received << " received";
-  EXPECT_EQ(wrong, 0U);
+  EXPECT_TRUE(eventually([&] { return rates.received() == kSamples; }))
+      << rates.received() << " received";
+  EXPECT_EQ(rates.wrong(), 0U);
 }
 
 TEST(Loopback, ReturnsAMessageToTheBit) {

@@ -140,7 +140,7 @@ TEST(RosReader, WhatABurstLosesIsCountedToTheLastSample) {
   }));
   EXPECT_TRUE(eventually([&] { return heard + missed == 1 + kBurst + more; }));
   if (missed == 0) GTEST_SKIP() << "the sockets of this computer have room for the burst";
-  reading.tell_events();
+  reading.report_events();
   EXPECT_EQ(told, missed) << "the middleware tells the same";
 }
 

@@ -17,6 +17,7 @@
 
 #include "common/dds/dds_error.h"
 #include "common/dds/discovery.h"
+#include "tests/support/scratch_folder.h"
 
 namespace zerodrift::dds {
 namespace {
@@ -25,16 +26,10 @@ namespace fs = std::filesystem;
 
 constexpr std::uint32_t kDomain = 0;  // ports 7400 to 7649
 
-class SharedMemoryFolder : public testing::Test {
+class SharedMemoryFolder : public ScratchFolder {
  protected:
-  SharedMemoryFolder() {
-    std::string name = (fs::temp_directory_path() / "zerodrift-shm-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make " + name);
-    folder_ = name;
-  }
   ~SharedMemoryFolder() override {
     for (const int lock : locks_) ::close(lock);
-    fs::remove_all(folder_);
   }
   void put(const std::string& name) { std::ofstream(folder_ / name) << "x"; }
   // As its owner holds it while it lives.
@@ -57,7 +52,6 @@ class SharedMemoryFolder : public testing::Test {
     }
     return "no error";
   }
-  fs::path folder_;
   std::vector<int> locks_;
 };
 
@@ -143,14 +137,14 @@ TEST(SharedMemoryDiscovery, APeerWithAnotherFolderIsAnEventOfItsOwn) {
     rtps::ParticipantDiscoveryInfo info(data);
     info.status = rtps::ParticipantDiscoveryInfo::DISCOVERED_PARTICIPANT;
     discovery.on_participant_discovery(nullptr, std::move(info));
-    std::vector<EndpointEvent> told;
-    discovery.tell([&](const EndpointEvent& event) { told.push_back(event); });
-    return told;
+    std::vector<EndpointEvent> reported;
+    discovery.report([&](const EndpointEvent& event) { reported.push_back(event); });
+    return reported;
   };
-  const auto told = kinds_after("c/2/10001", true);
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].kind, EndpointEvent::Kind::kSharedMemoryNotShared);
-  EXPECT_NE(told[0].detail.find("far"), std::string::npos) << told[0].detail;
+  const auto reported = kinds_after("c/2/10001", true);
+  ASSERT_EQ(reported.size(), 1U);
+  EXPECT_EQ(reported[0].kind, EndpointEvent::Kind::kSharedMemoryNotShared);
+  EXPECT_NE(reported[0].detail.find("far"), std::string::npos) << reported[0].detail;
   EXPECT_TRUE(kinds_after("c/1/10001", true).empty());
   EXPECT_TRUE(kinds_after("d/2/10001", true).empty());
   EXPECT_TRUE(kinds_after("", true).empty());            // it uses UDP alone

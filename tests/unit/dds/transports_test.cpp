@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "common/dds/participant.h"
+#include "tests/unit/dds/numbered_rates.h"
 #include "tests/unit/dds/test_domain.h"
 
 namespace zerodrift::dds {
@@ -37,24 +38,19 @@ std::string refusal(const NetworkOptions& network) {
 void expect_all_delivered(const NetworkOptions& network) {
   Participant here("writer", network);
   Participant there("reader", network);
-  std::atomic<std::uint64_t> received{0};
-  std::atomic<std::uint64_t> wrong{0};
-  Reader<msg::AngularRate> reader(there, [&](const msg::AngularRate& message, const auto&) {
-    if (message.sequence_number() != received + 1) ++wrong;
-    ++received;
-  });
+  const NumberedRates rates(there);
   Writer<msg::AngularRate> writer(here);
-  ASSERT_TRUE(eventually([&] { return writer.matched() == 1 && reader.matched() == 1; }));
+  ASSERT_TRUE(eventually([&] { return writer.matched() == 1 && rates.matched() == 1; }));
   msg::AngularRate message;
   message.gyro_id(1);
   for (std::uint64_t sequence = 1; sequence <= kSamples; ++sequence) {
     message.sequence_number(sequence);
     ASSERT_TRUE(writer.write(message));
     // No more on their way than the history keeps.
-    ASSERT_TRUE(eventually([&] { return received + kSampleDepth / 2 > sequence; }));
+    ASSERT_TRUE(eventually([&] { return rates.received() + kSampleDepth / 2 > sequence; }));
   }
-  EXPECT_TRUE(eventually([&] { return received == kSamples; })) << received;
-  EXPECT_EQ(wrong, 0U);
+  EXPECT_TRUE(eventually([&] { return rates.received() == kSamples; })) << rates.received();
+  EXPECT_EQ(rates.wrong(), 0U);
 }
 
 class DiscoveryServers : public testing::Test {

@@ -2,14 +2,11 @@
 // The serial gyro through a pseudo-terminal: the test is the gyro.
 #include "common/drivers/serial_gyro.h"
 
-#include <fcntl.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <fstream>
 #include <limits>
 #include <optional>
@@ -20,6 +17,7 @@
 
 #include "common/core/units.h"
 #include "common/drivers/driver_error.h"
+#include "tests/support/pseudo_terminal.h"
 
 namespace zerodrift::drivers {
 namespace {
@@ -27,30 +25,7 @@ namespace {
 using core::SensorTime;
 using std::chrono::milliseconds;
 
-// The far end of the line.
-class FakeGyro {
- public:
-  FakeGyro() : master_(::posix_openpt(O_RDWR | O_NOCTTY)) {
-    if (master_ < 0 || ::grantpt(master_) != 0 || ::unlockpt(master_) != 0) std::abort();
-  }
-  ~FakeGyro() { unplug(); }
-  FakeGyro(const FakeGyro&) = delete;
-  FakeGyro& operator=(const FakeGyro&) = delete;
-
-  [[nodiscard]] std::string device() const { return ::ptsname(master_); }
-
-  void send(std::span<const std::uint8_t> bytes) const {
-    ASSERT_EQ(::write(master_, bytes.data(), bytes.size()), static_cast<ssize_t>(bytes.size()));
-  }
-
-  void unplug() {
-    if (master_ >= 0) ::close(master_);
-    master_ = -1;
-  }
-
- private:
-  int master_;
-};
+using FakeGyro = PseudoTerminal;
 
 KvhFrame frame_of(unsigned sequence, core::PerAxis<float> rotation = {1e-6F, 2e-6F, 3e-6F}) {
   KvhFrame frame;

@@ -9,21 +9,15 @@
 #include <string_view>
 
 #include "common/drivers/driver_error.h"
+#include "tests/support/scratch_folder.h"
 
 namespace zerodrift::drivers {
 namespace {
 
-class SysfsThermometers : public ::testing::Test {
+class SysfsThermometers : public ScratchFolder {
  protected:
-  SysfsThermometers() {
-    std::string name = (std::filesystem::temp_directory_path() / "zerodrift-sysfs-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) std::abort();
-    root_ = name;
-  }
-  ~SysfsThermometers() override { std::filesystem::remove_all(root_); }
-
   std::filesystem::path put(std::string_view file, std::string_view content) const {
-    const std::filesystem::path path = root_ / file;
+    const std::filesystem::path path = folder_ / file;
     std::filesystem::create_directories(path.parent_path());
     std::ofstream{path} << content;
     return path;
@@ -32,7 +26,7 @@ class SysfsThermometers : public ::testing::Test {
   // One line, without the folder.
   [[nodiscard]] std::string shown(std::string text) const {
     EXPECT_EQ(text.find('\n'), std::string::npos) << text;
-    if (text.starts_with(root_.string())) text.erase(0, root_.string().size() + 1);
+    if (text.starts_with(folder_.string())) text.erase(0, folder_.string().size() + 1);
     return text;
   }
 
@@ -51,10 +45,9 @@ class SysfsThermometers : public ::testing::Test {
         .sample.temperature_degc;
   }
 
-  [[nodiscard]] const std::filesystem::path& root() const { return root_; }
+  [[nodiscard]] const std::filesystem::path& root() const { return folder_; }
 
  private:
-  std::filesystem::path root_;
 };
 
 TEST_F(SysfsThermometers, EachKindReadsInDegreesCelsius) {

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "common/core/one_line.h"
+#include "tests/support/scratch_folder.h"
 
 namespace zerodrift::files {
 namespace {
@@ -19,18 +20,13 @@ namespace fs = std::filesystem;
 constexpr const char* kSecret = "-----BEGIN EC PRIVATE KEY-----";
 constexpr std::size_t kMost = 1000;
 
-class NamedFile : public testing::Test {
+class NamedFile : public ScratchFolder {
  protected:
   NamedFile() {
-    std::string name = (fs::temp_directory_path() / "zerodrift-named-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make " + name);
-    root_ = name;
     fs::create_directory(folder());
-    std::ofstream(root_ / "key.pem") << kSecret;
+    write("key.pem", kSecret);
   }
-  ~NamedFile() override { fs::remove_all(root_); }
-
-  [[nodiscard]] fs::path folder() const { return root_ / "models"; }
+  [[nodiscard]] fs::path folder() const { return folder_ / "models"; }
   [[nodiscard]] std::string refusal(const std::string& name) const {
     try {
       const std::string bytes = read_named(folder(), name, kMost);
@@ -39,8 +35,6 @@ class NamedFile : public testing::Test {
       return refused.what();
     }
   }
-
-  fs::path root_;
 };
 
 TEST_F(NamedFile, IsReadWholeUpToItsBound) {
@@ -62,11 +56,11 @@ class WayOutAbuse : public NamedFile, public testing::WithParamInterface<Way> {}
 
 // Rule: no kind of file but a regular one of the folder itself is read, and none blocks.
 TEST_P(WayOutAbuse, IsRefusedWithoutAWordOfWhatLiesThere) {
-  GetParam().make(root_);
+  GetParam().make(folder_);
   const std::string text = refusal("x");
   EXPECT_TRUE(text.starts_with("'x': is ")) << text;
   EXPECT_EQ(text.find("BEGIN"), std::string::npos) << text;
-  EXPECT_EQ(text.find(root_.string()), std::string::npos) << text;
+  EXPECT_EQ(text.find(folder_.string()), std::string::npos) << text;
 }
 
 INSTANTIATE_TEST_SUITE_P(

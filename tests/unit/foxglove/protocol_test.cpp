@@ -54,7 +54,6 @@ TEST(ProtocolGolden, TextMessagesAreTheseJsonObjects) {
   EXPECT_EQ(advertise({{1, "/t", {"p.M", "c2No"}}}),
             R"({"op":"advertise","channels":[{"id":1,"topic":"/t","encoding":"protobuf",)"
             R"("schemaName":"p.M","schema":"c2No","schemaEncoding":"protobuf"}]})");
-  EXPECT_EQ(unadvertise({1, 2}), R"({"op":"unadvertise","channelIds":[1,2]})");
   EXPECT_EQ(advertise_services({{1, "/s", "T", {"p.A", "YQ=="}, {"p.B", "Yg=="}}}),
             R"({"op":"advertiseServices","services":[{"id":1,"name":"/s","type":"T","request":)"
             R"({"encoding":"protobuf","schemaName":"p.A","schemaEncoding":"protobuf",)"

@@ -129,7 +129,7 @@ TEST(EventBudget, AnInterruptedUpdateLeavesAUsableModelAndIsFinishedLater) {
   }
   EXPECT_GT(unfinished, 50);
   EXPECT_GT(busy, 5);
-  while (!hurried.settle()) {
+  while (!hurried.finish_pending()) {
   }
   ASSERT_EQ(hurried.size(), patient.size());
   for (const Sample& probe : record.take(100)) {

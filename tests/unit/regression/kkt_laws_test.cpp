@@ -42,7 +42,7 @@ TEST(KktLaws, EverySampleSatisfiesKktAfterAnyInsertOrder) {
         }
         const SetCounts counts = svr.set_counts();
         EXPECT_EQ(counts.remaining + counts.margin + counts.error, record.size());
-        EXPECT_EQ(counts.unsettled, 0u);
+        EXPECT_EQ(counts.pending, 0u);
         std::shuffle(record.begin(), record.end(), engine);
       }
     }

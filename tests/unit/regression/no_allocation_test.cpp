@@ -30,7 +30,7 @@ TEST(NoAllocation, LearningForgettingAndPredictingAllocateNothing) {
         total += predictor.predict(sample.x) + svr.predict(sample.x);
       }
       for (std::size_t slot = 0; slot < 20; ++slot) svr.forget(slot);
-      svr.settle();
+      svr.finish_pending();
       svr.clear();
       EXPECT_EQ(allocation_count() - before, 0u) << name(kind);
       EXPECT_TRUE(std::isfinite(total));

@@ -142,7 +142,7 @@ std::vector<Sample> held_samples(const OnlineSvr& svr) {
   return samples;
 }
 
-void expect_settled_optimum(const OnlineSvr& svr, UpdateOutcome outcome) {
+void expect_finished_optimum(const OnlineSvr& svr, UpdateOutcome outcome) {
   ASSERT_NE(outcome, UpdateOutcome::kUnfinished);
   ASSERT_NE(outcome, UpdateOutcome::kBusy);
   ASSERT_LE(svr.max_kkt_violation(), svr.options().kkt_bound());
@@ -158,10 +158,10 @@ TEST_P(DriftOracleTest, LearningAndForgettingInAnyOrderKeepTheBatchOptimum) {
   OnlineSvr svr(options);
   std::mt19937_64 engine(kSeed);
   for (const Sample& sample : drift_samples(c)) {
-    ASSERT_NO_FATAL_FAILURE(expect_settled_optimum(svr, svr.add(sample.x, sample.y).outcome));
+    ASSERT_NO_FATAL_FAILURE(expect_finished_optimum(svr, svr.add(sample.x, sample.y).outcome));
     if (engine() % 4 != 0) continue;
     const UpdateReport report = svr.forget(engine() % svr.slot_count());  // refused if vacant
-    ASSERT_NO_FATAL_FAILURE(expect_settled_optimum(svr, report.outcome));
+    ASSERT_NO_FATAL_FAILURE(expect_finished_optimum(svr, report.outcome));
   }
   if (c.c > 100.0) return;  // the promise of 1e-9 ends there
   const std::vector<Sample> held = held_samples(svr);

@@ -57,7 +57,7 @@ TEST(Soak, HardRecordsNeverBreakTheLaws) {
       if (i % 20 == 19) svr.forget(engine() % svr.slot_count());  // refused if vacant
       ASSERT_EQ(allocation_count(), allocations) << "step " << i;
       ASSERT_TRUE(std::isfinite(report.prior_residual)) << "step " << i;
-      ASSERT_TRUE(svr.is_settled()) << "step " << i;
+      ASSERT_TRUE(svr.has_finished()) << "step " << i;
       ASSERT_TRUE(report.outcome == UpdateOutcome::kLearned ||
                   report.outcome == UpdateOutcome::kFitsAlready)
           << "step " << i << " outcome " << static_cast<int>(report.outcome);

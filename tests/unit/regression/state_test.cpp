@@ -59,12 +59,12 @@ TEST(StateLaws, ALearnerSavedInMidUpdateContinuesToTheBit) {
   for (int i = 0; i < 300; ++i) {
     const Sample sample = record.next();
     original.add(sample.x, sample.y);
-    if (original.is_settled()) continue;
+    if (original.has_finished()) continue;
     ++saved_unfinished;
     ASSERT_TRUE(read_state(resumed, state_of(original)));
-    while (!resumed.settle()) {
+    while (!resumed.finish_pending()) {
     }
-    while (!original.settle()) {
+    while (!original.finish_pending()) {
     }
     EXPECT_EQ(state_of(resumed), state_of(original));
   }
@@ -83,8 +83,8 @@ struct Places {
   static constexpr std::size_t kTarget = 16, kResidual = 24, kWeight = 32, kTheta = 40,
                                kLeaves = 48, kSet = 49, kTier = 50, kArrival = 51;
   [[nodiscard]] std::size_t margin_slots() const { return sample(samples) + 8; }
-  [[nodiscard]] std::size_t unsettled() const { return margin_slots() + 8 * margin; }
-  [[nodiscard]] std::size_t factor() const { return unsettled() + 8; }
+  [[nodiscard]] std::size_t pending() const { return margin_slots() + 8 * margin; }
+  [[nodiscard]] std::size_t factor() const { return pending() + 8; }
 
   std::size_t samples;
   std::size_t margin;

@@ -47,7 +47,7 @@ class Instance final : Pipeline::Port {
   }
   // At the same moment as what came before.
   void sample_at_once(std::uint64_t sequence) { pipeline.push(rate(sequence), kRun, 0, now_ns); }
-  void hear(const AnswerMark& other) { pipeline.hear(other); }
+  void receive(const AnswerMark& other) { pipeline.receive(other); }
   // From `first` until it is the only one in sync.
   std::uint64_t begin(std::uint64_t first = 1) {
     while (written.empty()) sample(first++);
@@ -82,7 +82,7 @@ class Instance final : Pipeline::Port {
   void begin_run() override { ++runs_begun; }
   bool await_model() override { return false; }
   void report_progress(std::uint64_t, core::SensorTime) override {}
-  void wake_learner() override {}
+  void notify_learner() override {}
 
   bool open = true;
   int runs_begun = 0;  // after the first
@@ -122,7 +122,7 @@ TEST(GyroPipeline, OneThatCatchesUpGoesOnToTheBitAndReachesBackToTheState) {
   const auto step = [&] {
     giver.sample(next);
     taker.sample(next);
-    taker.hear(giver.written.back());
+    taker.receive(giver.written.back());
     ++next;
   };
   for (int k = 0; k < 10; ++k) step();
@@ -160,7 +160,7 @@ TEST(GyroPipeline, WhatNobodyElseAnsweredIsWrittenBeforeItGoesOnFromAStateThatBe
   for (int k = 0; k < 10; ++k) {
     first.sample(next);
     answer();
-    survivor.hear(first.written.back());
+    survivor.receive(first.written.back());
   }
   EXPECT_FALSE(survivor.pipeline.state_to_ask_for(survivor.now_ns)) << "the log begins first";
   for (int k = 0; k < 100; ++k) answer();
@@ -168,7 +168,7 @@ TEST(GyroPipeline, WhatNobodyElseAnsweredIsWrittenBeforeItGoesOnFromAStateThatBe
   const std::uint64_t began_at = next;
   next = anew.begin(began_at);
   for (std::uint64_t k = began_at; k < next; ++k) survivor.sample_at_once(k);
-  for (const AnswerMark& mark : anew.written) survivor.hear(mark);
+  for (const AnswerMark& mark : anew.written) survivor.receive(mark);
   ASSERT_TRUE(survivor.written.empty());
   ASSERT_TRUE(survivor.catch_up(anew));
   ASSERT_EQ(survivor.written.size(), digests.size()) << "anew has written the others";
@@ -188,7 +188,7 @@ TEST(GyroPipeline, AStateThatTheLogDoesNotReachIsRefused) {
   const AnswerMark first = giver.written.back();
   for (int k = 0; k < 10; ++k) giver.sample(next++);
   taker.sample(next);
-  taker.hear(first);
+  taker.receive(first);
   EXPECT_FALSE(taker.pipeline.state_to_ask_for(taker.now_ns));
   EXPECT_FALSE(taker.catch_up(giver)) << "the log is empty";
   taker.sample(next + 1);
@@ -205,7 +205,7 @@ TEST(GyroPipeline, AStateOfAnotherPublishersRunIsRefused) {
   taker.sample(next, 77);
   AnswerMark mark = giver.written.back();
   mark.run = 77;
-  taker.hear(mark);
+  taker.receive(mark);
   EXPECT_FALSE(taker.pipeline.state_to_ask_for(taker.now_ns));
   taker.sample(next + 1, 77);
   giver.sample(next);
@@ -221,7 +221,7 @@ TEST(GyroPipeline, OneThatIsBehindFollowsThePublisherOfThoseInSync) {
   for (int k = 0; k < 100; ++k) {
     taker.sample(next, 22);
     giver.sample(next);
-    taker.hear(giver.written.back());
+    taker.receive(giver.written.back());
     taker.sample(next, kRun);
     giver.sample(next, 22);
     ++next;
@@ -275,7 +275,7 @@ TEST(GyroPipeline, WhatOnlyOneWritesGoesOnAfterTheLeadersDeath) {
   const auto step = [&] {
     leader.sample(next);
     other.sample(next);
-    other.hear(leader.written.back());
+    other.receive(leader.written.back());
     ++next;
   };
   step();
@@ -301,7 +301,7 @@ TEST(GyroPipeline, TemperaturesThatTheStateKnowsAreNotRepeated) {
     taker.pipeline.push(reading, taker.now_ns);
     giver.sample(next);
     taker.sample(next);
-    taker.hear(giver.written.back());
+    taker.receive(giver.written.back());
     ++next;
   };
   step();

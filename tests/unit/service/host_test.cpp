@@ -11,23 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/other_terms.h"
 #include "tests/unit/dds/test_domain.h"
-
-namespace zerodrift::dds {
-
-// A commander who may lose commands, which nobody here puts up with.
-struct CarelessCommand : msg::Command {};
-constexpr TopicSpec careless(TopicSpec spec) {
-  spec.reliability = Reliability::kBestEffort;
-  return spec;
-}
-template <>
-struct TopicOf<CarelessCommand> {
-  using TypeSupport = msg::CommandPubSubType;
-  static constexpr TopicSpec kSpec = careless(kCommand);
-};
-
-}  // namespace zerodrift::dds
 
 namespace zerodrift::service {
 namespace {
@@ -36,6 +21,9 @@ using dds::eventually;
 using dds::TestDomain;
 
 constexpr std::uint32_t kDomain = 108;
+
+// A commander who may lose commands, which nobody here puts up with.
+using CarelessCommand = dds::OnOtherTerms<msg::Command, dds::with_best_effort>;
 
 // Before any thread of this process, as a service does.
 class StopSignals : public testing::Environment {
@@ -160,12 +148,12 @@ TEST_F(HostedService, RepeatsAnOccurrenceAtMostOnceASecondWithItsCount) {
 
 // Two commands within a tick are two lines of the log.
 TEST_F(HostedService, WhatIsToldIsPublishedEachByItselfAndInOrder) {
-  const auto tell = [&](const std::string& text) {
+  const auto raise_each = [&](const std::string& text) {
     Occurrence told = occurrence("command");
     told.text = text;
-    host_.tell(told);
+    host_.raise_each(told);
   };
-  for (const char* text : {"inject", "clear", "inject"}) tell(text);
+  for (const char* text : {"inject", "clear", "inject"}) raise_each(text);
   run_until([&] { return events("command").size() >= 3; });
   const auto found = events("command");
   ASSERT_EQ(found.size(), 3U);
@@ -176,7 +164,7 @@ TEST_F(HostedService, WhatIsToldIsPublishedEachByItselfAndInOrder) {
 }
 
 TEST_F(HostedService, BoundsHowManyThatAreToldWait) {
-  for (int i = 0; i < 1000; ++i) host_.tell(occurrence("command"));
+  for (int i = 0; i < 1000; ++i) host_.raise_each(occurrence("command"));
   run_until([&] { return events("command").size() >= 64U + 1U; });
   std::uint64_t told = 0;
   for (const msg::Event& event : events("command")) told = std::max(told, event.count());
@@ -188,7 +176,7 @@ TEST_F(HostedService, TurnsWhatTheMiddlewareNoticedIntoAnEventAndAMetric) {
   const dds::Reader<msg::Command> commands(host_.participant(),
                                            [](const msg::Command&, const dds::SampleOrigin&) {});
   dds::Participant stranger("stranger", domain_.network());
-  const dds::Writer<dds::CarelessCommand> writer(stranger);
+  const dds::Writer<CarelessCommand> writer(stranger);
   const auto total = [&] {
     double value = 0.0;
     for (const auto& status : statuses()) {

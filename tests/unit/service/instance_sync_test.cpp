@@ -27,8 +27,8 @@ struct Instance {
     now_ns += kPeriod;
     return sync.note(mark(number, ++sequence, digest, answered), now_ns);
   }
-  void hear(std::uint64_t digest = 1, std::uint32_t answered = 100000) {
-    sync.hear(mark(1 - number, sequence, digest, answered));
+  void receive(std::uint64_t digest = 1, std::uint32_t answered = 100000) {
+    sync.receive(mark(1 - number, sequence, digest, answered));
   }
   std::uint32_t number;
   InstanceSync sync;
@@ -39,7 +39,7 @@ struct Instance {
 Instance in_sync(std::uint32_t number) {
   Instance instance(number);
   instance.answer();
-  instance.hear();
+  instance.receive();
   instance.sync.caught_up();
   return instance;
 }
@@ -64,7 +64,7 @@ TEST(InstanceSync, OneThatHearsAnotherWaitsForItsStateHoweverLong) {
   Instance late(0);
   for (int k = 0; k < 2000; ++k) {
     EXPECT_FALSE(late.answer(7)) << "it is behind";
-    late.hear();
+    late.receive();
     ASSERT_EQ(late.sync.giver(), 1U);
   }
   late.sync.caught_up();
@@ -77,7 +77,7 @@ TEST(InstanceSync, ADeathChangesNothingForTheOther) {
   Instance instance = in_sync(1);
   for (int k = 0; k < 100; ++k) {
     EXPECT_TRUE(instance.answer());
-    instance.hear();
+    instance.receive();
   }
   for (int k = 0; k < 1000; ++k) EXPECT_TRUE(instance.answer());
 }
@@ -89,7 +89,7 @@ TEST(InstanceSync, NeitherAPauseNorAStandstillMakesOneTheOnlyOne) {
     instance.now_ns += 3600'000 * kMs;
     instance.sync.tick(instance.now_ns);
     EXPECT_FALSE(instance.answer());
-    instance.hear();
+    instance.receive();
     instance.sync.tick(instance.now_ns);
   }
 }
@@ -100,8 +100,8 @@ TEST(InstanceSync, OfTwoThatDifferTheJuniorFallsBehindAndTheSeniorGoesOn) {
   for (std::uint64_t k = 0; k < InstanceSync::kDifferingRun; ++k) {
     EXPECT_TRUE(senior.answer(1));
     EXPECT_TRUE(junior.answer(2)) << "it may be a model that came late";
-    senior.hear(2);
-    junior.hear(1);
+    senior.receive(2);
+    junior.receive(1);
   }
   EXPECT_TRUE(senior.answer(1));
   EXPECT_FALSE(junior.answer(2));
@@ -113,7 +113,7 @@ TEST(InstanceSync, OneOfALongLineIsSeniorToOneThatBeganAnew) {
   Instance fresh = in_sync(0);
   for (std::uint64_t k = 0; k <= InstanceSync::kDifferingRun; ++k) {
     fresh.answer(2, 500);
-    fresh.hear(1, 100000);
+    fresh.receive(1, 100000);
   }
   EXPECT_EQ(fresh.sync.health(), InstanceSync::Health::kBehind);
 }
@@ -122,14 +122,14 @@ TEST(InstanceSync, AModelThatIsLateInOneChangesNothing) {
   Instance instance = in_sync(1);
   for (int k = 0; k < 5000; ++k) {
     EXPECT_TRUE(instance.answer(k % 150 == 0 ? 1 : 2));
-    instance.hear(1);
+    instance.receive(1);
   }
 }
 
 TEST(InstanceSync, ComparesWhatItHearsBeforeItAnswersToo) {
   Instance instance = in_sync(1);
   const auto before = instance.sync.counts().compared;
-  instance.sync.hear(mark(0, instance.sequence + 1, 5));
+  instance.sync.receive(mark(0, instance.sequence + 1, 5));
   instance.answer(6);
   EXPECT_EQ(instance.sync.counts().compared, before + 1);
   EXPECT_EQ(instance.sync.counts().differing, 1U);
@@ -141,24 +141,24 @@ TEST(InstanceSync, AnswersOfOneThatIsBehindAreNoDifference) {
   Instance late(0);
   for (int k = 0; k < 1000; ++k) {
     late.answer(7);
-    late.hear(1);
+    late.receive(1);
   }
   EXPECT_EQ(late.sync.counts().differing, 0U);
   late.sync.caught_up();
   late.answer(7);
-  late.hear(1);
+  late.receive(1);
   EXPECT_EQ(late.sync.counts().differing, 1U);
 }
 
 TEST(InstanceSync, TheLowestThatIsHeardLeads) {
   Instance instance = in_sync(1);
   instance.answer();
-  instance.hear();
+  instance.receive();
   instance.answer();
   EXPECT_FALSE(instance.sync.leads());
   for (int k = 0; k < 25; ++k) instance.answer();
   EXPECT_TRUE(instance.sync.leads()) << "100 ms without the other";
-  instance.hear();
+  instance.receive();
   instance.answer();
   EXPECT_FALSE(instance.sync.leads());
 }
@@ -166,16 +166,16 @@ TEST(InstanceSync, TheLowestThatIsHeardLeads) {
 TEST(InstanceSync, OneThatHangsHoldsBackWhereABetterOneIsAndElseWrites) {
   Instance instance = in_sync(0);
   instance.answer();
-  instance.hear();
+  instance.receive();
   instance.sync.set_hangs(true);
-  EXPECT_EQ(instance.sync.told_answered(100000), 0U) << "others are senior to it";
+  EXPECT_EQ(instance.sync.stated_answered(100000), 0U) << "others are senior to it";
   for (int k = 0; k < 100; ++k) {
     EXPECT_FALSE(instance.answer());
-    instance.hear();
+    instance.receive();
   }
   EXPECT_FALSE(instance.sync.giver()) << "its learner could not take a state";
   while (!instance.answer()) ASSERT_LT(instance.now_ns, 10000 * kMs);
-  instance.hear();
+  instance.receive();
   instance.sync.set_hangs(false);
   EXPECT_EQ(instance.sync.giver(), 1U);
 }
@@ -183,7 +183,7 @@ TEST(InstanceSync, OneThatHangsHoldsBackWhereABetterOneIsAndElseWrites) {
 TEST(InstanceSync, TwoThatHangDontBothHoldBack) {
   Instance lower = in_sync(0);
   lower.answer(1, 0);
-  lower.hear(1, 0);
+  lower.receive(1, 0);
   lower.sync.set_hangs(true);
   EXPECT_TRUE(lower.answer(1, 0));
 }
@@ -193,8 +193,8 @@ TEST(InstanceSync, OfTwoThatFollowDifferentPublishersTheJuniorFallsBehindAndFoll
   Instance senior = in_sync(0);
   Instance junior = in_sync(1);
   for (std::uint64_t k = 1; k <= InstanceSync::kDifferingRun + 1; ++k) {
-    senior.sync.hear(mark(1, k, 9, 100000, 2));
-    junior.sync.hear(mark(0, k, 9, 100000, 2));
+    senior.sync.receive(mark(1, k, 9, 100000, 2));
+    junior.sync.receive(mark(0, k, 9, 100000, 2));
   }
   EXPECT_EQ(senior.sync.health(), InstanceSync::Health::kInSync);
   EXPECT_EQ(junior.sync.health(), InstanceSync::Health::kBehind);
@@ -205,29 +205,29 @@ TEST(InstanceSync, OneThatIsStillWithTheRunBeforeIsNotFollowed) {
   Instance instance = in_sync(1);
   for (int k = 0; k < 500; ++k) instance.answer();
   EXPECT_TRUE(instance.sync.note(mark(1, 1, 1, 100000, 2), instance.now_ns));
-  for (std::uint64_t k = 1; k <= instance.sequence; ++k) instance.sync.hear(mark(0, k));
+  for (std::uint64_t k = 1; k <= instance.sequence; ++k) instance.sync.receive(mark(0, k));
   EXPECT_EQ(instance.sync.health(), InstanceSync::Health::kInSync);
 }
 
 // Rule: a line of n answers up to a sample says nothing about what came before these n.
 TEST(InstanceSync, WhatALineThatBeganAnewNeverAnsweredWasHeardFromNobody) {
   InstanceSync sync(1);
-  sync.hear(mark(0, 1000, 1, 400));
-  EXPECT_FALSE(sync.was_heard(1, 600));
-  EXPECT_TRUE(sync.was_heard(1, 601));
-  EXPECT_TRUE(sync.was_heard(1, 1000));
-  EXPECT_FALSE(sync.was_heard(1, 1001));
-  EXPECT_FALSE(sync.was_heard(2, 1000)) << "of another run";
-  sync.hear(mark(2, 700, 1, 100000));
-  EXPECT_TRUE(sync.was_heard(1, 600)) << "from the third one";
-  sync.hear(mark(0, 1000, 1, 0));
-  EXPECT_TRUE(sync.was_heard(1, 800)) << "one that hangs doesn't say how long its line is";
+  sync.receive(mark(0, 1000, 1, 400));
+  EXPECT_FALSE(sync.was_received(1, 600));
+  EXPECT_TRUE(sync.was_received(1, 601));
+  EXPECT_TRUE(sync.was_received(1, 1000));
+  EXPECT_FALSE(sync.was_received(1, 1001));
+  EXPECT_FALSE(sync.was_received(2, 1000)) << "of another run";
+  sync.receive(mark(2, 700, 1, 100000));
+  EXPECT_TRUE(sync.was_received(1, 600)) << "from the third one";
+  sync.receive(mark(0, 1000, 1, 0));
+  EXPECT_TRUE(sync.was_received(1, 800)) << "one that hangs doesn't say how long its line is";
 }
 
 TEST(InstanceSync, AnotherGyrosOrItsOwnOrAForgedNumberIsNobody) {
   Instance instance(0);
-  instance.sync.hear(mark(0, 1));
-  instance.sync.hear(mark(4711, 1));
+  instance.sync.receive(mark(0, 1));
+  instance.sync.receive(mark(4711, 1));
   EXPECT_FALSE(instance.sync.giver());
 }
 

@@ -9,6 +9,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "tests/support/scratch_folder.h"
+
 namespace zerodrift::service {
 namespace {
 
@@ -67,14 +69,8 @@ TEST(FlowWatch, NobodyIsToldOnlyWhereItWasAskedForAndNobodyEverCame) {
   EXPECT_EQ(met.judge(after(0), 0, 1e6), Verdict::kFine);
 }
 
-class HealthFile : public testing::Test {
+class HealthFile : public ScratchFolder {
  protected:
-  HealthFile() {
-    std::string name = (fs::temp_directory_path() / "zerodrift-health-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make " + name);
-    folder_ = name;
-  }
-  ~HealthFile() override { fs::remove_all(folder_); }
   template <typename Action>
   static std::string refusal(const Action& action) {
     try {
@@ -84,7 +80,6 @@ class HealthFile : public testing::Test {
     }
     return "no error";
   }
-  fs::path folder_;
 };
 
 TEST_F(HealthFile, IsReadAsItWasWrittenAndNothingIsLeftBesideIt) {

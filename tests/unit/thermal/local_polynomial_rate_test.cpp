@@ -10,6 +10,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "tests/support/wrong_key.h"
+
 namespace zerodrift::thermal {
 namespace {
 
@@ -206,11 +208,8 @@ TEST(LocalPolynomialAbuse, ReadingsCrowdedIntoTwoInstantsGiveNoParabola) {
 }
 
 TEST(LocalPolynomialAbuse, WrongOptionsAreRefusedWithTheirKey) {
-  const auto key_of = [](const LocalPolynomialRateOptions& options) {
-    EXPECT_THROW(LocalPolynomialRate{options}, std::invalid_argument);
-    const auto problem = options.validate();
-    return problem ? problem->substr(0, problem->find(' ')) : "";
-  };
+  const auto key_of =
+      zerodrift::testing::wrong_key<LocalPolynomialRate, LocalPolynomialRateOptions>;
   EXPECT_EQ(key_of({.degree = 3}), "degree");
   EXPECT_EQ(key_of({.degree = 0}), "degree");
   EXPECT_EQ(key_of({.window_s = -1.0}), "window_s");

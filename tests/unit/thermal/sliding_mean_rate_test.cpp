@@ -9,6 +9,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "tests/support/wrong_key.h"
+
 namespace zerodrift::thermal {
 namespace {
 
@@ -156,11 +158,7 @@ TEST(SlidingMeanAbuse, NotFiniteRepeatedLateAndExtremeReadingsChangeNothing) {
 }
 
 TEST(SlidingMeanAbuse, WrongOptionsAreRefusedWithTheirKey) {
-  const auto key_of = [](const SlidingMeanRateOptions& options) {
-    EXPECT_THROW(SlidingMeanRate{options}, std::invalid_argument);
-    const auto problem = options.validate();
-    return problem ? problem->substr(0, problem->find(' ')) : "";
-  };
+  const auto key_of = zerodrift::testing::wrong_key<SlidingMeanRate, SlidingMeanRateOptions>;
   EXPECT_EQ(key_of({.window_samples = 0}), "window_samples");
   EXPECT_EQ(key_of({.window_samples = 1'000'000'000}), "window_samples");
   EXPECT_EQ(key_of({.sample_rate_hz = 0.0}), "sample_rate_hz");

@@ -13,7 +13,7 @@
 #include <tuple>
 #include <vector>
 
-#include "common/web/client.h"
+#include "tests/support/web_client.h"
 
 namespace zerodrift::web {
 namespace {

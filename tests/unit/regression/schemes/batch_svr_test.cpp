@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/core/require.h"
+#include "tests/support/wrong_key.h"
 #include "tests/unit/regression/schemes/drift_records.h"
 
 namespace zerodrift::regression::testing {
@@ -122,11 +123,7 @@ TEST(BatchSvrAbuse, NothingIsPrinted) {
 }
 
 TEST(BatchSvrAbuse, ValidateNamesTheWrongKey) {
-  const auto key_of = [](const BatchSvrOptions& options) {
-    EXPECT_THROW(BatchSvr{options}, std::invalid_argument);
-    const std::string error = options.validate().value_or("");
-    return error.substr(0, error.find(':'));
-  };
+  const auto key_of = zerodrift::testing::wrong_key<BatchSvr, BatchSvrOptions>;
   EXPECT_FALSE(BatchSvrOptions{}.validate());
   EXPECT_EQ(key_of({.initial = {.labels = 0}}), "initial.labels");
   EXPECT_EQ(key_of({.box_constraint = 0.0}), "box_constraint");

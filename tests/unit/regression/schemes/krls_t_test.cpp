@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "common/regression/schemes/persistence.h"
+#include "tests/support/wrong_key.h"
 #include "tests/unit/regression/schemes/drift_records.h"
 
 namespace zerodrift::regression::testing {
@@ -189,11 +190,7 @@ TEST(KrlsTAbuse, KnowsNothingBeforeLearningAndTheMeanDuringTheInitialSet) {
 }
 
 TEST(KrlsTAbuse, ValidateNamesTheWrongKey) {
-  const auto key_of = [](const KrlsTOptions& options) {
-    EXPECT_THROW(KrlsT{options}, std::invalid_argument);
-    const std::string error = options.validate().value_or("");
-    return error.substr(0, error.find(':'));
-  };
+  const auto key_of = zerodrift::testing::wrong_key<KrlsT, KrlsTOptions>;
   EXPECT_FALSE(KrlsTOptions{}.validate());
   EXPECT_EQ(key_of({.initial = {.labels = 0}}), "initial.labels");
   EXPECT_EQ(key_of({.budget = 0}), "budget");

@@ -6,6 +6,7 @@
 #include <Eigen/Dense>
 #include <stdexcept>
 
+#include "tests/support/wrong_key.h"
 #include "tests/unit/regression/schemes/drift_records.h"
 
 namespace zerodrift::regression::testing {
@@ -133,11 +134,7 @@ TEST(PolynomialAbuse, OneTemperatureForeverGivesTheMeanAndNothingWild) {
 }
 
 TEST(PolynomialAbuse, ValidateNamesTheWrongKey) {
-  const auto key_of = [](const PolynomialOptions& options) {
-    EXPECT_THROW(PolynomialScheme{options}, std::invalid_argument);
-    const std::string error = options.validate().value_or("");
-    return error.substr(0, error.find(':'));
-  };
+  const auto key_of = zerodrift::testing::wrong_key<PolynomialScheme, PolynomialOptions>;
   EXPECT_FALSE(PolynomialOptions{}.validate());
   EXPECT_EQ(key_of({.temperature_feature = 16}), "temperature_feature");
   EXPECT_EQ(key_of({.rate_feature = 99}), "rate_feature");

@@ -5,6 +5,7 @@
 
 #include <stdexcept>
 
+#include "tests/support/wrong_key.h"
 #include "tests/unit/regression/schemes/drift_records.h"
 
 namespace zerodrift::regression::testing {
@@ -69,11 +70,7 @@ TEST(RbfNetworkAbuse, IdenticalInputsAndLabelsGiveOneCentreAndTheLabel) {
 }
 
 TEST(RbfNetworkAbuse, ValidateNamesTheWrongKey) {
-  const auto key_of = [](const RbfNetworkOptions& options) {
-    EXPECT_THROW(RbfNetwork{options}, std::invalid_argument);
-    const std::string error = options.validate().value_or("");
-    return error.substr(0, error.find(':'));
-  };
+  const auto key_of = zerodrift::testing::wrong_key<RbfNetwork, RbfNetworkOptions>;
   EXPECT_FALSE(RbfNetworkOptions{}.validate());
   EXPECT_EQ(key_of({.initial = {.labels = 1}}), "initial.labels");
   EXPECT_EQ(key_of({.initial = {.until_s = std::nan("")}}), "initial.until_s");

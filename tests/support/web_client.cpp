@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "common/web/client.h"
+#include "tests/support/web_client.h"
 
 #include <arpa/inet.h>
 #include <netinet/in.h>

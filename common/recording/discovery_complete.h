@@ -8,10 +8,10 @@
 
 namespace zerodrift::recording {
 
-// The middleware finds participants within tenths of a second, and tells of their endpoints again
-// after a second where that was not heard (the heartbeat of its built-in writers): a pause alone
+// The middleware finds participants within tenths of a second, and announces their endpoints again
+// after a second where that was lost (the heartbeat of its built-in writers): a pause alone
 // does not say that nothing more comes while somebody's writers are not known. One thread.
-class DiscoverySettled {
+class DiscoveryComplete {
  public:
   // What is known at a time (monotonic, ns), and how many of one's readers' writers are matched:
   // with security that comes later. True once nothing changed for half a second and each

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who was heard last by a reader, and when: what makes a silence, and gives it a name.
+// When a reader last received from each writer: what makes a silence, and gives it a name.
 #pragma once
 
 #include <fastdds/rtps/common/Guid.h>
@@ -27,12 +27,12 @@ namespace detail {
 // Nanoseconds of the host's monotonic clock; never 0.
 [[nodiscard]] std::int64_t steady_ns() noexcept;
 
-// When something was last heard, and how often it was silent for longer than its deadline since
-// that was asked. One thread hears, another may ask meanwhile; no lock, no memory.
-class LastHeard {
+// When something last came, and how often it was silent for longer than its deadline since that was
+// asked. One thread notes, another may ask meanwhile; no lock, no memory.
+class DeadlineWatch {
  public:
-  // `applies`: whether silence after it is to be told.
-  void hear(std::int64_t now_ns, bool applies, std::chrono::nanoseconds deadline) noexcept;
+  // `applies`: whether silence after it is to be reported.
+  void note(std::int64_t now_ns, bool applies, std::chrono::nanoseconds deadline) noexcept;
   // Silences of more than the deadline that ended since the last call, and one that lasts and was
   // not counted before.
   [[nodiscard]] std::uint64_t take_silences(std::int64_t now_ns,
@@ -51,9 +51,9 @@ class LastHeard {
   std::atomic<bool> applies_{false};
 };
 
-// Who was heard by a reader, so that a silence has a name. One thread hears, others may ask
-// meanwhile.
-class HeardWriters {
+// The writers that a reader received from, so that a silence has a name. One thread notes, others
+// may ask meanwhile.
+class WriterDeadlines {
  public:
   struct Silent {
     eprosima::fastrtps::rtps::GUID_t writer;
@@ -63,7 +63,7 @@ class HeardWriters {
 
   // The receiving thread. No memory; a lock only with the first sample of a writer's key; O(1)
   // while one writer writes, else O(kMost). A writer beyond kMost is not kept: it is never silent.
-  void hear(const SampleOrigin& origin, std::uint32_t gyro_id, bool deadline_applies,
+  void note(const SampleOrigin& origin, std::uint32_t gyro_id, bool deadline_applies,
             std::chrono::nanoseconds deadline, std::int64_t now_ns = steady_ns()) noexcept;
   // Who was silent since the last call.
   [[nodiscard]] std::vector<Silent> silent(std::chrono::nanoseconds deadline,
@@ -73,16 +73,16 @@ class HeardWriters {
 
  private:
   static constexpr std::size_t kMost = 128;
-  struct Heard {
+  struct Watched {
     SampleOrigin origin{};
     std::uint32_t gyro_id = 0;
-    LastHeard last{};
+    DeadlineWatch last{};
   };
-  [[nodiscard]] Heard* known(const SampleOrigin& origin) noexcept;
-  Heard* take_place(const SampleOrigin& origin, std::uint32_t gyro_id) noexcept;
+  [[nodiscard]] Watched* known(const SampleOrigin& origin) noexcept;
+  Watched* take_place(const SampleOrigin& origin, std::uint32_t gyro_id) noexcept;
 
   std::mutex mutex_;  // a place is taken, looked through or freed
-  std::array<Heard, kMost> heard_;
+  std::array<Watched, kMost> watched_;
   std::size_t newest_ = 0;  // the receiving thread's
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "common/recording/discovery_settled.h"
+#include "common/recording/discovery_complete.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@ namespace {
 constexpr std::int64_t kMs = 1'000'000;
 using Known = dds::Acquaintance;
 
-TEST(DiscoverySettledLaws, ItIsSettledAfterHalfASecondWithoutNews) {
-  DiscoverySettled discovery;
+TEST(DiscoveryCompleteLaws, ItIsCompleteAfterHalfASecondWithoutNews) {
+  DiscoveryComplete discovery;
   EXPECT_FALSE(discovery.note({}, 0, 0));
   EXPECT_FALSE(discovery.note({}, 0, 499 * kMs));
   EXPECT_TRUE(discovery.note({}, 0, 500 * kMs)) << "nobody is there";
@@ -20,17 +20,17 @@ TEST(DiscoverySettledLaws, ItIsSettledAfterHalfASecondWithoutNews) {
   EXPECT_TRUE(discovery.note(Known{.peers = 1, .endpoints = 20}, 13, 1200 * kMs));
 }
 
-TEST(DiscoverySettledLaws, AParticipantWhoseWritersAreNotToldYetIsWaitedFor) {
-  DiscoverySettled discovery;
+TEST(DiscoveryCompleteLaws, AParticipantWhoseWritersAreNotToldYetIsWaitedFor) {
+  DiscoveryComplete discovery;
   const Known found{.peers = 6, .unfinished = 6};
   for (int ms = 0; ms < 1100; ms += 100) EXPECT_FALSE(discovery.note(found, 0, ms * kMs));
-  const Known told{.peers = 6, .endpoints = 140};
-  EXPECT_FALSE(discovery.note(told, 9, 1100 * kMs));
-  EXPECT_TRUE(discovery.note(told, 9, 1600 * kMs));
+  const Known reported{.peers = 6, .endpoints = 140};
+  EXPECT_FALSE(discovery.note(reported, 9, 1100 * kMs));
+  EXPECT_TRUE(discovery.note(reported, 9, 1600 * kMs));
 }
 
-TEST(DiscoverySettledLaws, AParticipantWithoutWritersHoldsNobodyUpForLong) {
-  DiscoverySettled discovery;
+TEST(DiscoveryCompleteLaws, AParticipantWithoutWritersHoldsNobodyUpForLong) {
+  DiscoveryComplete discovery;
   const Known found{.peers = 2, .unfinished = 1, .endpoints = 9};
   EXPECT_FALSE(discovery.note(found, 3, 0));
   EXPECT_FALSE(discovery.note(found, 3, 2999 * kMs));

@@ -52,11 +52,11 @@ const std::vector<WeightedSample>& slow_cooling() {
   return kSamples;
 }
 
-TEST(Settling, ADriverThatCannotReachItsMarginIsNotSentBackAndForthBetweenItsBounds) {
+TEST(PendingSamples, ADriverThatCannotReachItsMarginIsNotSentBackAndForthBetweenItsBounds) {
   OnlineSvr svr(polynomial_options(2, 100, 1000.0));
   for (const WeightedSample& sample : slow_cooling()) {
     const UpdateReport report = svr.add(sample.x, sample.y, sample.weight);
-    ASSERT_TRUE(svr.is_settled()) << "sample " << svr.size() - 1;
+    ASSERT_TRUE(svr.has_finished()) << "sample " << svr.size() - 1;
     // As many as there are samples: each changes set once.
     EXPECT_LE(report.events, slow_cooling().size()) << "sample " << svr.size() - 1;
     EXPECT_LE(svr.max_kkt_violation(), svr.options().kkt_bound());
@@ -77,11 +77,11 @@ void PrintTo(const Chamber& chamber, std::ostream* out) {
        << kSeed;
 }
 
-class SettlingTest : public ::testing::TestWithParam<Chamber> {};
+class PendingSamplesTest : public ::testing::TestWithParam<Chamber> {};
 
 // A temperature that changes slowly, its rate, and a second probe that is nearly a combination of
 // the two; every third sample comes again.
-TEST_P(SettlingTest, EveryNearlyDependentSampleSettlesWithinTwiceTheWindowsEvents) {
+TEST_P(PendingSamplesTest, EveryNearlyDependentSampleSettlesWithinTwiceTheWindowsEvents) {
   const Chamber& chamber = GetParam();
   constexpr std::size_t kCapacity = 120, kRecords = 8;
   for (std::size_t seed = kSeed; seed < kSeed + kRecords; ++seed) {
@@ -102,7 +102,7 @@ TEST_P(SettlingTest, EveryNearlyDependentSampleSettlesWithinTwiceTheWindowsEvent
       }
       const double y = 0.3 * std::sin(1.5 * temperature) + 0.2 * rate + 0.02 * normal(engine);
       const UpdateReport report = svr.add(x, y, weight(engine));
-      ASSERT_TRUE(svr.is_settled()) << "seed " << seed << " sample " << i;
+      ASSERT_TRUE(svr.has_finished()) << "seed " << seed << " sample " << i;
       ASSERT_LE(report.events, 2 * kCapacity) << "seed " << seed << " sample " << i;
       ASSERT_LE(std::fabs(svr.theta_sum()), theta_sum_bound(svr));
     }
@@ -125,7 +125,7 @@ std::vector<Chamber> chambers() {
   return all;
 }
 
-INSTANTIATE_TEST_SUITE_P(Chambers, SettlingTest, ::testing::ValuesIn(chambers()));
+INSTANTIATE_TEST_SUITE_P(Chambers, PendingSamplesTest, ::testing::ValuesIn(chambers()));
 
 }  // namespace
 }  // namespace zerodrift::regression::testing
