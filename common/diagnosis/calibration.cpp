@@ -55,13 +55,15 @@ class ListedFit {
 
   [[nodiscard]] bool is_possible() const { return board_.series_power() > 0.0; }
 
-  [[nodiscard]] Ending run() {
+  // Nothing where no noise that the fit may have explains what is left: then no fit is the best.
+  [[nodiscard]] std::optional<Ending> run() {
     Ending best;
     for (const State& start : starts()) {
       Ending ending{settled(start)};
       ending.score = score(base_of(ending.state));
       if (ending.score > best.score) best = std::move(ending);
     }
+    if (!std::isfinite(best.score)) return std::nullopt;
     sharpen(best.state);
     drop_without_evidence(best.state);
     best.score = score(base_of(best.state));
@@ -83,7 +85,7 @@ class ListedFit {
     Base base = with_evidence(base_of(state));
     const NoiseFit noise = board_.fit(base, squares_);
     const auto joint = fit_amplitudes(board_.rows(base), noise.spectrum);
-    if (noise.status == NoiseFitStatus::kNoPower || !joint) return effects;
+    if (!joint) return effects;
     for (std::size_t g = 0; g < groups(); ++g) {
       if (state[g] == kNone) continue;
       const Base& places = places_of(state[g]);
@@ -427,9 +429,10 @@ Calibration calibrate(const TrialInput& input, Lags lags, std::span<const NamedE
   if (problem.reason_to_refuse(options.least_valid_share)) return calibration;
   ListedFit fit(problem, options);
   if (!fit.is_possible()) return calibration;
-  const Ending ending = fit.run();
-  calibration.score = ending.score - cost_of_lags(fit.shapes(ending.state), lineup, options);
-  const auto fitted = fit.fitted(ending.state);
+  const std::optional<Ending> ending = fit.run();
+  if (!ending) return calibration;
+  calibration.score = ending->score - cost_of_lags(fit.shapes(ending->state), lineup, options);
+  const auto fitted = fit.fitted(ending->state);
   for (std::size_t g = 0; g < fitted.size(); ++g) {
     if (!fitted[g]) continue;
     calibration.fitted.push_back(specs[g]);

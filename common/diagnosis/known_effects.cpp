@@ -50,7 +50,7 @@ bool is_fitted_shape(const ParameterDefinition& parameter, const EffectSpec& spe
 
 double limited(const EffectDefinition& definition, const std::string& name, double value) {
   for (const ParameterDefinition& parameter : definition.parameters) {
-    if (parameter.name == name) return std::clamp(value, parameter.minimum, parameter.maximum);
+    if (parameter.name == name) return parameter.limited(value);
   }
   return value;
 }

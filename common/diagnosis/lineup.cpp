@@ -224,6 +224,11 @@ NamedEffect Lineup::effect_of(const FoundEffect& found) const {
     if (found.covariance(row, row) > 0.0)
       effect.standard_errors[candidate.amplitudes[a]] = std::sqrt(found.covariance(row, row));
   }
+  // A fit knows no limits, and a model beyond them can't be read again.
+  for (const ParameterDefinition& parameter : candidate.definition->parameters) {
+    const auto value = effect.parameters.find(parameter.name);
+    if (value != effect.parameters.end()) value->second = parameter.limited(value->second);
+  }
   return effect;
 }
 

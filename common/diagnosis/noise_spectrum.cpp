@@ -402,6 +402,7 @@ Eigen::MatrixXd weighted_gram(const RowSystem& rows, const Eigen::VectorXd& spec
 }
 
 std::optional<Amplitudes> fit_amplitudes(const RowSystem& rows, const Eigen::VectorXd& spectrum) {
+  if (spectrum.size() != rows.counts.size()) return std::nullopt;
   Solved solved = solve(rows, spectrum, Wanted::kInverseToo);
   if (!std::isfinite(solved.log_likelihood)) return std::nullopt;
   return Amplitudes{std::move(solved.amplitudes), std::move(solved.inverse)};

@@ -5,6 +5,7 @@
 // regression that looks for the effect.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -108,6 +109,8 @@ struct ParameterDefinition {
   ParameterRole role = ParameterRole::kAmplitude;
   std::vector<double> grid{};  // kShape: what a search tries, increasing, within the limits
   SearchRule rule = SearchRule::kGrid;
+
+  [[nodiscard]] double limited(double value) const { return std::clamp(value, minimum, maximum); }
 };
 
 // What a record must hold, and move, before it can say anything about an effect.

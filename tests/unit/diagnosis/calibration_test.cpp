@@ -107,6 +107,15 @@ TEST(CalibrationScenario, AWrongFactorOfAFormulaIsRecalibrated) {
   EXPECT_NEAR(spec.parameters.at("k"), 5e-5, 5.0 * spec.standard_errors.at("k"));
 }
 
+TEST(CalibrationAbuse, WhatIsFittedStaysWithinTheLimitsOfItsEffect) {
+  // Ten times the rate: beyond any error of a scale factor that a model may have.
+  MeasuredSeries record = test::simulated(test::lab_model(), test::chamber_profile(), 11);
+  for (std::size_t i = 0; i < record.size; ++i)
+    record.rate_radps[0][i] += 9.0 * record.reference_radps[0][i];
+  const Diagnosis found = diagnose(kinds_of(test::lab_model()), record, {}, kOptions);
+  EXPECT_FALSE(found.repaired.validate().has_value()) << *found.repaired.validate();
+}
+
 // A lag of the polynomial would take the place of what is missing.
 TEST(CalibrationScenario, WhatIsMissingBesideKindsAloneIsNamedAndNoLagStandsInForIt) {
   const twin::Model truth = test::lab_model();
