@@ -33,8 +33,8 @@ struct GyroFacts {
 // 2 s, or three of its samples where that is longer, is stale. `service`: who tells it.
 [[nodiscard]] dds::RosStatus status_of(const GyroFacts& gyro, const std::string& service);
 
-// The services whose status was received, each with its newest. Several of one name, as the publishers
-// of several gyros are, have one status, that of the worst. Any thread.
+// The services whose status was received, each with its newest. Several of one name, as the
+// publishers of several gyros are, have one status, that of the worst. Any thread.
 class ServiceRoster {
  public:
   using Guid = eprosima::fastrtps::rtps::GUID_t;

@@ -103,7 +103,7 @@ class RosHealthOfServices : public ::testing::Test {
     status.host("bench");
     status.state(static_cast<std::uint32_t>(state));
     status.summary("1 gyro(s)");
-    roster_.hear(status, guid(writer));
+    roster_.receive(status, guid(writer));
   }
   RosLevel level() const { return roster_.statuses().at(0).level; }
 
