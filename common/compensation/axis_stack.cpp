@@ -25,7 +25,7 @@ void AxisStack::learn(const AxisLabel& label) noexcept {
     if (const SvrModel* past = past_[h].due(time_s)) {
       const Forecast made =
           compensation::forecast(past->drift, past->trust, *label.features, label.time);
-      foretold[h] = {made.drift_radps, !made.beyond_learned};
+      foretold[h] = {made.drift_radps, !made.beyond_learned, made.kind != ForecastKind::kModel};
     }
   }
   stack_.learn({.time_s = time_s,

@@ -391,9 +391,13 @@ std::size_t Compensator::support_vectors(core::Axis axis) const noexcept {
 std::optional<StackState> Compensator::stack_state(core::Axis axis) const noexcept {
   const AxisModel* model = active_model(axis);
   if (model == nullptr || !model->stack.knows()) return std::nullopt;
-  const bool interpolates =
-      model->drift.trained && axes_[index(axis)].mode() != core::Mode::kOutOfDomain;
-  return StackState{model->stack.shares(core::seconds(newest_) - model->stack.time_s, interpolates),
+  std::optional<experts::SvrForecast> by_svr;
+  if (model->drift.trained) {
+    const bool is_beyond = axes_[index(axis)].mode() == core::Mode::kOutOfDomain;
+    by_svr = {.interpolates = !is_beyond,
+              .holds = !is_in_force(model->drift, model->trust, is_beyond, newest_)};
+  }
+  return StackState{model->stack.shares(core::seconds(newest_) - model->stack.time_s, by_svr),
                     model->stack.longest_judged_s()};
 }
 

@@ -68,6 +68,14 @@ double horizon_of(const DriftModel& model, const TrustTable& trust, core::Sensor
   return now < model.time ? trust.horizon_s.back() : core::seconds(now - model.time);
 }
 
+ForecastWeights weights_at(const std::array<ForecastTrust, kHorizons>& entries,
+                           const Position& position) {
+  const ForecastWeights& below = entries[position.below].weights;
+  const ForecastWeights& above = entries[position.above].weights;
+  return {(1.0 - position.share) * below.change + position.share * above.change,
+          (1.0 - position.share) * below.level + position.share * above.level};
+}
+
 // The variance that experience states at a horizon; where there is none, that of the nearest
 // shorter horizon with experience, growing like a random walk.
 double variance_at(const std::array<ForecastTrust, kHorizons>& trust, const TrustTable& table,
@@ -116,10 +124,7 @@ Forecast forecast(const DriftModel& model, const TrustTable& trust, const Featur
   Forecast out;
   out.beyond_learned = !model.has_learned_near(features);
   const auto& entries = out.beyond_learned ? trust.beyond : trust.learned;
-  const ForecastWeights& below = entries[position.below].weights;
-  const ForecastWeights& above = entries[position.above].weights;
-  const double change = (1.0 - position.share) * below.change + position.share * above.change;
-  const double level = (1.0 - position.share) * below.level + position.share * above.level;
+  const auto [change, level] = weights_at(entries, position);
   const double changed = model.predict(features) - model.predicted_held_radps;
   const double most = std::lerp(trust.largest_change_radps[position.below],
                                 trust.largest_change_radps[position.above], position.share);
@@ -136,6 +141,13 @@ Forecast forecast(const DriftModel& model, const TrustTable& trust, const Featur
   // Held beyond what was learned: what the model would have changed may be the error.
   if (out.beyond_learned) out.variance += changed * changed;
   return out;
+}
+
+bool is_in_force(const DriftModel& model, const TrustTable& trust, bool beyond_learned,
+                 core::SensorTime now) noexcept {
+  const auto [change, level] = weights_at(beyond_learned ? trust.beyond : trust.learned,
+                                          position_of(horizon_of(model, trust, now), trust));
+  return change > 0.0 || level > 0.0;
 }
 
 ForecastWeights likeliest_weights(const WeightEvidence& evidence, double ridge,

@@ -125,6 +125,10 @@ struct Forecast {
 [[nodiscard]] Forecast forecast(const DriftModel& model, const TrustTable& trust,
                                 const FeatureArray& features, core::SensorTime now) noexcept;
 
+// Whether forecast() would say more than what is held.
+[[nodiscard]] bool is_in_force(const DriftModel& model, const TrustTable& trust,
+                               bool beyond_learned, core::SensorTime now) noexcept;
+
 // Variance of holding the last stationary minute until `now`: as experienced, else growing like a
 // random walk from the label's own.
 [[nodiscard]] double held_variance(const DriftModel& model, const TrustTable& trust,

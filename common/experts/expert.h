@@ -25,6 +25,8 @@ inline constexpr std::array kLinearExperts{Expert::kHold,   Expert::kRandomWalk,
                                            Expert::kLinear, Expert::kCubic,      Expert::kLagged,
                                            Expert::kShupe};
 inline constexpr std::size_t kExperts = kLinearExperts.size() + 1;
+// From this one on they map the temperature; those before it know the time alone.
+inline constexpr auto kFirstMap = static_cast<std::size_t>(Expert::kLinear);
 // hold, random-walk, trend, linear, cubic, lagged, shupe, online-svr.
 [[nodiscard]] std::string_view name(Expert expert);
 [[nodiscard]] KalmanBankOptions bank_options(Expert expert);  // of the linear ones but kHold

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
+#include <utility>
 
 namespace zerodrift::experts {
 namespace {
@@ -23,7 +25,6 @@ constexpr double kLargestLogFactor = 3.0;
 // (Abramowitz and Stegun 26.7.5).
 constexpr double kStudentExcess = (1.96 * 1.96 + 1.0) / 4.0;
 constexpr std::size_t kSvr = kLinearExperts.size();
-constexpr auto kCubic = static_cast<std::size_t>(Expert::kCubic);
 constexpr double kSmallestSquares = 1e-300;
 constexpr double kShortestSpacingS = 1e-3;
 
@@ -33,12 +34,38 @@ double size_of(double error) {
                                                                : core::StateArchive::kLargestNumber;
 }
 
-// Makes one of the shares so many times as large beside the others.
-void favour(double& one, double times, std::array<double, kExperts>& shares) {
-  one *= times;
+// An expert that has lost by more is ruled out as well, but its share is still a number to divide
+// by.
+constexpr double kMostNats = 300.0;
+
+using Logs = std::array<double, kExperts>;
+
+double log_sum(std::span<const double> logs) {
+  const double most = *std::max_element(logs.begin(), logs.end());
   double sum = 0.0;
-  for (const double share : shares) sum += share;
+  for (const double one : logs) sum += std::exp(one - most);
+  return most + std::log(sum);
+}
+
+// Gives experts in time and those of the temperature what `sums` gives each of the two together.
+void share_out_as(const Logs& sums, Logs& logs) {
+  const std::span<double> all(logs);
+  const std::span<const double> given(sums);
+  for (const auto& [first, count] :
+       {std::pair{std::size_t{0}, kFirstMap}, std::pair{kFirstMap, kExperts - kFirstMap}}) {
+    const double shift = log_sum(given.subspan(first, count)) - log_sum(all.subspan(first, count));
+    for (double& one : all.subspan(first, count)) one += shift;
+  }
+}
+
+std::array<double, kExperts> shares_of(const Logs& logs) {
+  std::array<double, kExperts> shares{};
+  const double most = *std::max_element(logs.begin(), logs.end());
+  double sum = 0.0;
+  for (std::size_t k = 0; k < kExperts; ++k)
+    sum += shares[k] = std::exp(std::max(logs[k] - most, -kMostNats));
   for (double& share : shares) share /= sum;
+  return shares;
 }
 
 }  // namespace
@@ -101,8 +128,7 @@ void ExpertStack::learn(const StackLabel& label, const Foretold& by_svr) {
   ++labels_;
   forecast_.time_s = label.time_s;
   forecast_.label_variance = label.variance;
-  forecast_.cubic = forecast(Expert::kCubic);
-  for (std::size_t h = 0; h < kHorizons; ++h) weigh(h);
+  weigh();
   for (std::size_t h = 0; h < kHorizons; ++h) keep(h);
 }
 
@@ -127,10 +153,7 @@ void ExpertStack::judge(std::size_t h, const Snapshot& made, const StackLabel& l
   const double by_hold = made.expert[0].at(label.time_s, basis);
   const double error = size_of(label.drift - (by_svr ? by_svr->drift : by_hold));
   judged.squares[kSvr] = kept * judged.squares[kSvr] + error * error;
-  const double by_mean =
-      h + 1 == kHorizons ? made.mean.at_longest(label.time_s, basis, by_svr, made.expert[kCubic])
-                         : made.mean.at(label.time_s, basis, by_svr);
-  const double own_error = size_of(label.drift - by_mean);
+  const double own_error = size_of(label.drift - made.mean.at(label.time_s, basis, by_svr));
   note_error(h, label.time_s, own_error);
   follow_misses(h, own_error, made.half_width);
 }
@@ -181,29 +204,57 @@ void ExpertStack::measure_width(std::size_t h) {
                std::exp(judged_[h].log_factor);
 }
 
-void ExpertStack::weigh(std::size_t h) {
+Logs ExpertStack::log_likelihood(std::size_t h) const {
   const Judged& judged = judged_[h];
-  auto& [mean, half_width, shares] = forecast_.horizons[h];
-  if (judged.count > 0.0) {
-    const double independent =
-        1.0 + (h == 0 ? 0.5 * judged.count : judged.count * forecast_.spacing_s / kHorizonsS[h]);
-    std::array<double, kExperts> logs{};
-    for (std::size_t k = 0; k < kExperts; ++k)
-      logs[k] = -0.5 * independent * std::log(std::max(judged.squares[k], kSmallestSquares));
-    logs[0] += kHoldCredit;
-    if (h + 1 == kHorizons) logs[kSvr] += kSvrCredit;
-    const double most = *std::max_element(logs.begin(), logs.end());
-    double sum = 0.0;
-    for (std::size_t k = 0; k < kExperts; ++k) sum += shares[k] = std::exp(logs[k] - most);
-    for (double& share : shares) share /= sum;
-  } else if (h > 0) {
-    shares = forecast_.horizons[h - 1].shares;
-    if (h + 1 == kHorizons) favour(shares[kSvr], std::exp(kSvrCredit), shares);
+  const double independent =
+      1.0 + (h == 0 ? 0.5 * judged.count : judged.count * forecast_.spacing_s / kHorizonsS[h]);
+  Logs logs{};
+  for (std::size_t k = 0; k < kExperts; ++k)
+    logs[k] = -0.5 * independent * std::log(std::max(judged.squares[k], kSmallestSquares));
+  return logs;
+}
+
+void ExpertStack::weigh() {
+  Logs own{};  // of this horizon; where it was never judged, of the longest one below that was
+  Logs all{};  // of shorter ones as well
+  bool is_judged = false;
+  for (std::size_t h = 0; h < kHorizons; ++h) {
+    if (judged_[h].count > 0.0) {
+      own = log_likelihood(h);
+      for (std::size_t k = 0; k < kExperts; ++k) all[k] += own[k];
+      is_judged = true;
+    } else {
+      all = own;
+    }
+    if (is_judged) {
+      Logs by_itself = own;
+      Logs logs = all;
+      for (Logs* credited : {&by_itself, &logs}) {
+        credited->front() += kHoldCredit;
+        if (h + 1 == kHorizons) credited->back() += kSvrCredit;
+      }
+      if (h + 1 == kHorizons) share_out_as(by_itself, logs);
+      forecast_.horizons[h].shares = shares_of(logs);
+    }
+    average(h);
   }
-  mean = {.linear = {.time_s = forecast_.time_s}, .svr_share = shares.back()};
-  const double linear = std::max(1.0 - shares.back(), 1e-12);
-  for (const Expert expert : kLinearExperts)
-    mean.linear.add(shares[static_cast<std::size_t>(expert)] / linear, forecast(expert));
+}
+
+void ExpertStack::average(std::size_t h) {
+  auto& [mean, half_width, shares] = forecast_.horizons[h];
+  mean = {.linear = {.time_s = forecast_.time_s}, .svr_share = shares[kSvr]};
+  const double linear = std::max(1.0 - shares[kSvr], 1e-12);
+  for (std::size_t k = 0; k < kSvr; ++k)
+    mean.linear.add(shares[k] / linear, forecast(kLinearExperts[k]));
+  if (h + 1 < kHorizons) return;
+  double linear_maps = 0.0;
+  for (std::size_t k = kFirstMap; k < kSvr; ++k) linear_maps += shares[k];
+  if (linear_maps == 0.0) return;  // before anything was judged
+  mean.maps_share = linear_maps + shares[kSvr];
+  mean.cubic = forecast(Expert::kCubic);
+  mean.linear_maps.time_s = forecast_.time_s;
+  for (std::size_t k = kFirstMap; k < kSvr; ++k)
+    mean.linear_maps.add(shares[k] / linear_maps, forecast(kLinearExperts[k]));
 }
 
 void ExpertStack::keep(std::size_t h) {
@@ -262,15 +313,14 @@ void ExpertStack::carry(core::StateArchive& archive) {
     for (std::size_t i = 0; i < judged.errors.size(); ++i) archive.require(judged.errors[i] >= 0.0);
   }
   if (!archive.reads() || !archive.ok()) return;
-  if (labels_ > 0) forecast_.cubic = forecast(Expert::kCubic);
   for (std::size_t h = 0; h < kHorizons; ++h) {
     auto& [made, squares, count, noted_s, errors, sorted, log_factor] = judged_[h];
     sorted.clear();
     for (std::size_t i = 0; i < errors.size(); ++i) sorted.push_back(errors[i]);
     std::sort(sorted.begin(), sorted.end());
     measure_width(h);
-    if (labels_ > 0) weigh(h);
   }
+  if (labels_ > 0) weigh();
 }
 
 }  // namespace zerodrift::experts

@@ -6,12 +6,19 @@
 // For each horizon h the forecasts made h ago are compared with each new label, before it is
 // learned. With e_k the error of expert k, dt between two labels:
 //   S_k <- a S_k + e_k^2,  N <- a N + 1,  a = exp(-dt / (8 max(h, 30 dt)))
-//   weight_k ~ exp(-n/2 ln(S_k / N)),  n = 1 + N dt / h   (errors overlap), one ahead 1 + N / 2
-// which is exponential weighting by the log-likelihood of errors whose variance is S_k / N. Holding
-// the last minute has one nat of credit. A horizon that was never judged borrows the weights of the
-// longest one below it. At the longest one, of which few independent errors are ever seen, the SVR
-// has two nats: far beyond what was seen it goes back to holding, where linear terms go on. Where
-// it interpolates it has more (StackMean::at_longest).
+//   L_k(h) = -n/2 ln S_k,  n = 1 + N dt / h   (errors overlap), one ahead 1 + N / 2
+//   weight_k ~ exp(sum of L_k over h and all shorter horizons)
+// which is exponential weighting by the log-likelihood of errors whose variance is S_k / N. Shorter
+// horizons count too, since of a long one eight independent errors are all that is remembered, and
+// who is right a minute ahead is rarely wrong a quarter of an hour ahead. A horizon that was never
+// judged borrows the weights that the longest one below it has by itself. Holding the last minute
+// has one nat of credit.
+//
+// At the longest horizon two or three independent errors are ever seen. They alone decide between
+// experts in time and those that map the temperature, since the former are good at short horizons
+// by what they are; among each of the two all horizons count. The SVR has two nats there: far
+// beyond what was seen it goes back to holding, where linear terms go on. Where the temperature is
+// one that it has learned, maps have more (StackMean).
 //
 // The interval of a horizon is the 95 % quantile of the stack's own errors at it over the last
 // twenty horizons, wider by as much as Student's t is where few of them are independent, times a
@@ -122,7 +129,9 @@ class ExpertStack {
   [[nodiscard]] static double error_room_s(std::size_t h);
   [[nodiscard]] double error_spacing_s(std::size_t h) const;
   void measure_width(std::size_t h);
-  void weigh(std::size_t h);
+  [[nodiscard]] std::array<double, kExperts> log_likelihood(std::size_t h) const;
+  void weigh();
+  void average(std::size_t h);
   void keep(std::size_t h);
 
   std::uint64_t labels_ = 0;

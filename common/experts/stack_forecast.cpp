@@ -11,30 +11,27 @@ constexpr double kNormalQuantile = 1.959963984540054;  // of 95 %, two-sided
 // The drift can't be known better than so many labels measure it.
 constexpr double kLabelsInAMean = 12.0;
 constexpr double kInterpolationOdds = 20.0;
-constexpr double kCubicBesideSvr = 0.5;
+constexpr double kSvrBesideCubic = 0.5;
+constexpr auto kSvr = static_cast<std::size_t>(Expert::kOnlineSvr);
 
-// The share that SVR and cubic then have in common.
-double share_of_maps(double svr_share) noexcept {
-  return kInterpolationOdds * svr_share / (1.0 + (kInterpolationOdds - 1.0) * svr_share);
+// What goes from the mean of all to that of the maps, so that these have kInterpolationOdds times
+// their odds.
+double shift_to_maps(double maps_share) noexcept {
+  return (kInterpolationOdds - 1.0) * maps_share / (1.0 + (kInterpolationOdds - 1.0) * maps_share);
 }
 
 }  // namespace
 
-double StackMean::at_longest(double time_s, const Basis& basis,
-                             const std::optional<SvrForecast>& by_svr,
-                             const LinearForecast& cubic) const noexcept {
-  if (!by_svr || !by_svr->interpolates) return at(time_s, basis, by_svr);
-  const double sum = linear.at(time_s, basis);
-  const double by_maps =
-      by_svr->drift + kCubicBesideSvr * (cubic.at(time_s, basis) - by_svr->drift);
-  return sum + share_of_maps(svr_share) * (by_maps - sum);
-}
-
-double StackForecast::mean_at(std::size_t h, double now_s, const Basis& basis,
-                              const std::optional<SvrForecast>& by_svr) const noexcept {
-  const StackMean& mean = horizons[h].mean;
-  return h + 1 == kHorizons ? mean.at_longest(now_s, basis, by_svr, cubic)
-                            : mean.at(now_s, basis, by_svr);
+double StackMean::at(double time_s, const Basis& basis,
+                     const std::optional<SvrForecast>& by_svr) const noexcept {
+  const double by_linear = linear.at(time_s, basis);
+  if (!by_svr) return by_linear;
+  const double by_all = by_linear + svr_share * (by_svr->drift - by_linear);
+  if (!by_svr->interpolates || maps_share == 0.0) return by_all;
+  const double by_maps = by_svr->holds
+                             ? linear_maps.at(time_s, basis)
+                             : std::lerp(cubic.at(time_s, basis), by_svr->drift, kSvrBesideCubic);
+  return by_all + shift_to_maps(maps_share) * (by_maps - by_all);
 }
 
 // One label ahead is as far as labels are apart.
@@ -74,8 +71,8 @@ StackForecast::Prediction StackForecast::predict(
   const Horizon& a = horizons[at.lower];
   const Horizon& b = horizons[at.upper];
   Prediction made;
-  made.drift = (1.0 - at.share) * mean_at(at.lower, until_s, basis, by_svr) +
-               at.share * mean_at(at.upper, until_s, basis, by_svr);
+  made.drift = (1.0 - at.share) * a.mean.at(until_s, basis, by_svr) +
+               at.share * b.mean.at(until_s, basis, by_svr);
   const double width = half_width(age_s, at) / kNormalQuantile;
   if (width < 0.0) return made;
   made.variance = std::max(width * width - label_variance, label_variance / kLabelsInAMean);
@@ -83,20 +80,27 @@ StackForecast::Prediction StackForecast::predict(
   return made;
 }
 
-std::array<double, kExperts> StackForecast::shares(double age_s, bool interpolates) const noexcept {
+std::array<double, kExperts> StackForecast::shares(
+    double age_s, const std::optional<SvrForecast>& by_svr) const noexcept {
   const auto [lower, upper, share] = between(age_s < 0.0 ? age_of(kHorizons - 1) : age_s);
-  std::array<double, kExperts> upper_shares = horizons[upper].shares;
-  if (interpolates && upper + 1 == kHorizons) {
-    constexpr auto kSvr = static_cast<std::size_t>(Expert::kOnlineSvr);
-    const double before = upper_shares[kSvr];
-    const double maps = share_of_maps(before);
-    for (double& one : upper_shares) one *= (1.0 - maps) / std::max(1.0 - before, 1e-12);
-    upper_shares[kSvr] = (1.0 - kCubicBesideSvr) * maps;
-    upper_shares[static_cast<std::size_t>(Expert::kCubic)] += kCubicBesideSvr * maps;
+  std::array<double, kExperts> older = horizons[upper].shares;
+  const double maps_share = horizons[upper].mean.maps_share;
+  if (by_svr && by_svr->interpolates && maps_share > 0.0) {
+    const double shift = shift_to_maps(maps_share);
+    std::array<double, kExperts> maps{};
+    if (by_svr->holds) {
+      double sum = 0.0;
+      for (std::size_t k = kFirstMap; k < kSvr; ++k) sum += older[k];
+      for (std::size_t k = kFirstMap; k < kSvr; ++k) maps[k] = older[k] / sum;
+    } else {
+      maps[kSvr] = kSvrBesideCubic;
+      maps[static_cast<std::size_t>(Expert::kCubic)] = 1.0 - kSvrBesideCubic;
+    }
+    for (std::size_t k = 0; k < kExperts; ++k) older[k] += shift * (maps[k] - older[k]);
   }
   std::array<double, kExperts> out{};
   for (std::size_t k = 0; k < kExperts; ++k)
-    out[k] = (1.0 - share) * horizons[lower].shares[k] + share * upper_shares[k];
+    out[k] = (1.0 - share) * horizons[lower].shares[k] + share * older[k];
   return out;
 }
 

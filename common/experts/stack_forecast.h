@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a stack of experts says of the drift to come, as small as a data path wants it: one linear
-// form, the online SVR's share and an interval for each horizon, 130 numbers in all.
+// form, the online SVR's share and an interval for each horizon, 240 numbers in all.
 #pragma once
 
 #include <array>
@@ -20,28 +20,32 @@ inline constexpr std::size_t kHorizons = kHorizonsS.size();
 // What the online SVR says of an instant.
 struct SvrForecast {
   double drift = 0.0;
-  bool interpolates = false;  // it has learned such features; else it went beyond what it learned
+  bool interpolates = false;  // it has learned such features; else it goes beyond what it learned
+  bool holds = false;         // it is not in force: the drift is that of the last minute
 };
 
-// The mean of the linear experts, and how much of the SVR comes to it.
+// The mean of all experts at one age of the newest label.
 struct StackMean {
-  LinearForecast linear{};
+  LinearForecast linear{};  // of all but the SVR
   double svr_share = 0.0;
+  // Only at the longest horizon, else 0: the share of all experts that map the temperature, and
+  // what two kinds of them say. Where the temperature and its rate are such as were learned maps
+  // interpolate, while an expert in time goes on with what it saw last: maps then have
+  // kInterpolationOdds times their odds. If the SVR is in force, the drift is a function of these
+  // two, and it and the cubic expert, which knows them alone as well, have half each; the memory of
+  // others may be where nobody was. If it isn't, no such function was found, and all but the SVR
+  // count by what they have earned.
+  double maps_share = 0.0;
+  LinearForecast cubic{};
+  LinearForecast linear_maps{};
 
+  // O(terms); no allocation.
   [[nodiscard]] double at(double time_s, const Basis& basis,
-                          const std::optional<SvrForecast>& by_svr) const noexcept {
-    const double sum = linear.at(time_s, basis);
-    return by_svr ? sum + svr_share * (by_svr->drift - sum) : sum;
+                          const std::optional<SvrForecast>& by_svr) const noexcept;
+  void carry(core::StateArchive& archive) {
+    archive(linear, svr_share, maps_share, cubic, linear_maps);
+    archive.require(maps_share >= 0.0 && maps_share <= 1.0 + 1e-9);
   }
-  // The same at the longest horizon. Of its errors too few are ever seen to tell who is right, and
-  // those were made by experts that had learned less. What is known is whether the SVR has learned
-  // such features: if so, a map of the temperature interpolates, while an expert in time goes on
-  // with what it saw last. SVR and cubic, half of each, then have kInterpolationOdds times the
-  // SVR's odds.
-  [[nodiscard]] double at_longest(double time_s, const Basis& basis,
-                                  const std::optional<SvrForecast>& by_svr,
-                                  const LinearForecast& cubic) const noexcept;
-  void carry(core::StateArchive& archive) { archive(linear, svr_share); }
 };
 
 struct StackForecast {
@@ -62,10 +66,9 @@ struct StackForecast {
   // longest one that was, growing in proportion. O(terms), no allocation.
   [[nodiscard]] Prediction predict(double now_s, const ThermalState& thermal,
                                    const std::optional<SvrForecast>& by_svr = {}) const noexcept;
-  // Shares of the experts at an age of the newest label, where the SVR interpolates or not; they
-  // sum to 1.
-  [[nodiscard]] std::array<double, kExperts> shares(double age_s,
-                                                    bool interpolates = false) const noexcept;
+  // Shares of the experts at an age of the newest label, where the SVR says that; they sum to 1.
+  [[nodiscard]] std::array<double, kExperts> shares(
+      double age_s, const std::optional<SvrForecast>& by_svr = {}) const noexcept;
   // The longest age of the newest label that was judged, s; nothing: none was.
   [[nodiscard]] std::optional<double> longest_judged_s() const noexcept;
 
@@ -73,7 +76,6 @@ struct StackForecast {
   double spacing_s = 0.0;              // between labels, smoothed
   double label_variance = 0.0;         // of the newest label as a measurement; 0: there is none
   double reference_temperature = 0.0;  // what the basis is about
-  LinearForecast cubic{};              // beside the SVR, where that interpolates
   std::array<Horizon, kHorizons> horizons{};
 
  private:
@@ -82,8 +84,6 @@ struct StackForecast {
     std::size_t upper;
     double share;  // of the upper one
   };
-  [[nodiscard]] double mean_at(std::size_t h, double now_s, const Basis& basis,
-                               const std::optional<SvrForecast>& by_svr) const noexcept;
   [[nodiscard]] double age_of(std::size_t h) const noexcept;
   [[nodiscard]] Between between(double age_s) const noexcept;
   [[nodiscard]] double half_width(double age_s, const Between& at) const noexcept;

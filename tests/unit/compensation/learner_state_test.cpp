@@ -87,11 +87,11 @@ class Print {
   void add(const experts::StackForecast& stack) {
     for (const double age_s : {1.0, 20.0, 200.0, 2000.0}) {
       for (const bool interpolates : {false, true}) {
-        const auto made = stack.predict(stack.time_s + age_s, {.temperature = 0.3},
-                                        experts::SvrForecast{1e-5, interpolates});
+        const experts::SvrForecast by_svr{.drift = 1e-5, .interpolates = interpolates};
+        const auto made = stack.predict(stack.time_s + age_s, {.temperature = 0.3}, by_svr);
         add(made.drift);
         add(made.variance);
-        for (const double share : stack.shares(age_s, interpolates)) add(share);
+        for (const double share : stack.shares(age_s, by_svr)) add(share);
       }
     }
   }
@@ -400,11 +400,11 @@ TEST(LearnerState, KernelsAloneAreLearnedWithFromTheFirstLabelOn) {
 // count kLearnerLayout up and write the new sizes here.
 TEST(LearnerState, AnotherLayoutHasAnotherNumber) {
   const auto options = small_options();
-  EXPECT_EQ(kLearnerLayout, 3U);
+  EXPECT_EQ(kLearnerLayout, 4U);
   EXPECT_EQ(state_after(svr_alone(options), 0).bytes.size(), 2486U);
   EXPECT_EQ(state_after(svr_alone(options), 30).bytes.size(), 27542U);
   EXPECT_EQ(state_after(options, 0).bytes.size(), 67889U);
-  EXPECT_EQ(state_after(options, 30).bytes.size(), 263897U);
+  EXPECT_EQ(state_after(options, 30).bytes.size(), 296825U);
 }
 
 // Rule: given before the first sample, a saved learner is in force from that sample on; and the
