@@ -404,7 +404,7 @@ TEST(LearnerState, AnotherLayoutHasAnotherNumber) {
   EXPECT_EQ(state_after(svr_alone(options), 0).bytes.size(), 2486U);
   EXPECT_EQ(state_after(svr_alone(options), 30).bytes.size(), 27542U);
   EXPECT_EQ(state_after(options, 0).bytes.size(), 67889U);
-  EXPECT_EQ(state_after(options, 30).bytes.size(), 296825U);
+  EXPECT_EQ(state_after(options, 30).bytes.size(), 296513U);
 }
 
 // Rule: given before the first sample, a saved learner is in force from that sample on; and the
