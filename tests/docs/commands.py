@@ -177,10 +177,10 @@ def known(build):
     if not re.search(shown_pattern("x  1.5 … learning"), "x 1.5 0.2 learning") or re.search(shown_pattern("x 1.5"), "x 175"):
         fail("what a tutorial shows isn't held to what is said")
     # What can't be typed without ROS 2 is what the peers of tests/system are given.
-    header = (ROOT / "tests/system/cyclone_loopback.h").read_text()
+    header = (ROOT / "tests/support/cyclone_loopback.h").read_text()
     settings = "".join(re.findall(r'"((?:[^"\\]|\\.)*)"', header[header.index("kLoopbackOnly"):])).replace('\\"', '"')
     if f"'{settings}'" not in (ROOT / "examples/behind_ros2/README.md").read_text():
-        fail("examples/behind_ros2: Cyclone DDS is set up otherwise than in tests/system/cyclone_loopback.h")
+        fail("examples/behind_ros2: Cyclone DDS is set up otherwise than in tests/support/cyclone_loopback.h")
     lines = len((ROOT / "README.md").read_text().splitlines())
     if lines > LONGEST_README:
         fail(f"README.md has {lines} lines, at most {LONGEST_README} are a page")

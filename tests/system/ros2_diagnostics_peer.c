@@ -6,23 +6,9 @@
 #include <inttypes.h>
 #include <limits.h>
 #include <stdio.h>
-#include <stdlib.h>
 
 #include "cyclone_reading.h"
 #include "ros2_sensors.h"
-
-// As diagnostic_aggregator subscribes: reliable, volatile, the default depth.
-static dds_entity_t create_reader(dds_entity_t participant) {
-  const dds_entity_t topic = dds_create_topic(
-      participant, &diagnostic_msgs_msg_dds__DiagnosticArray__desc, "rt/diagnostics", NULL, NULL);
-  dds_qos_t* qos = dds_create_qos();
-  dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
-  dds_qset_durability(qos, DDS_DURABILITY_VOLATILE);
-  dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 10);
-  const dds_entity_t reader = dds_create_reader(participant, topic, qos, NULL);
-  dds_delete_qos(qos);
-  return reader;
-}
 
 static void print_array(const void* lent) {
   const diagnostic_msgs_msg_dds__DiagnosticArray_* array = lent;
@@ -44,14 +30,9 @@ int main(int argc, char** argv) {
     fprintf(stderr, "usage: ros2_diagnostics_peer DOMAIN\n");
     return 2;
   }
-  const dds_domainid_t domain = (dds_domainid_t)strtoul(argv[1], NULL, 10);
-  const dds_entity_t participant = dds_create_participant(domain, NULL, NULL);
-  const dds_entity_t reader = participant < 0 ? participant : create_reader(participant);
-  if (reader < 0) {
-    fprintf(stderr, "ros2_diagnostics_peer: %s\n", dds_strretcode(reader));
-    return 2;
-  }
-  const int code = receive(participant, reader, LONG_MAX, print_array);
-  dds_delete(participant);
-  return code;
+  char without_end[24];
+  snprintf(without_end, sizeof without_end, "%ld", LONG_MAX);
+  return print_samples("ros2_diagnostics_peer", argv[1],
+                       &diagnostic_msgs_msg_dds__DiagnosticArray__desc, "rt/diagnostics",
+                       without_end, print_array);
 }

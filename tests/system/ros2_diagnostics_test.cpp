@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/system/cyclone_loopback.h"
+#include "tests/support/cyclone_loopback.h"
 #include "tests/system/pipeline.h"
 
 namespace zerodrift::system_test {
