@@ -182,7 +182,9 @@ TEST(Checkpoint, OfAnotherLayoutItsKernelsAreKept) {
     message.mutable_options()->DeleteSubrange(0, 1);
   });
   EXPECT_EQ(refusal(bytes),
-            "found what a learner of layout 4 knew, expected layout 3: saved by zerodrift 99");
+            "found what a learner of layout " + std::to_string(compensation::kLearnerLayout + 1) +
+                " knew, expected layout " + std::to_string(compensation::kLearnerLayout) +
+                ": saved by zerodrift 99");
   const LearnerState kernels = decode_kernels(bytes, {kGyro, options});
   EXPECT_EQ(kernels.epoch, whole.epoch + 1) << "it is another model";
   EXPECT_EQ(kernels.bytes, "");
