@@ -28,7 +28,7 @@ Forecast stack_forecast(const AxisModel& model, const FeatureArray& features,
   if (model.drift.trained) {
     const Forecast svr = forecast(model.drift, model.trust, features, now);
     out.beyond_learned = svr.beyond_learned;
-    by_svr = {svr.drift_radps, !svr.beyond_learned, svr.kind != ForecastKind::kModel};
+    by_svr = as_expert(svr);
   }
   const auto made = model.stack.predict(core::seconds(now), thermal, by_svr);
   const double held = held_variance(model.drift, model.trust, now);

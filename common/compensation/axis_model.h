@@ -41,6 +41,13 @@ struct AxisModel : SvrModel {
   experts::StackForecast stack{};  // knows nothing where the scheme isn't the stack
 };
 
+// The SVR's forecast, of drift_forecast.h, as the stack takes it.
+[[nodiscard]] inline experts::SvrForecast as_expert(const Forecast& svr) noexcept {
+  return {.drift = svr.drift_radps,
+          .interpolates = !svr.beyond_learned,
+          .holds = svr.kind != ForecastKind::kModel};
+}
+
 // The forecast of an axis's stack, which must know something. O(samples * dimension) once the
 // online SVR is trained, else O(terms); no allocation.
 [[nodiscard]] Forecast stack_forecast(const AxisModel& model, const FeatureArray& features,

@@ -23,9 +23,8 @@ void AxisStack::learn(const AxisLabel& label) noexcept {
   experts::Foretold foretold;
   for (std::size_t h = 0; h < past_.size(); ++h) {
     if (const SvrModel* past = past_[h].due(time_s)) {
-      const Forecast made =
-          compensation::forecast(past->drift, past->trust, *label.features, label.time);
-      foretold[h] = {made.drift_radps, !made.beyond_learned, made.kind != ForecastKind::kModel};
+      foretold[h] =
+          as_expert(compensation::forecast(past->drift, past->trust, *label.features, label.time));
     }
   }
   stack_.learn({.time_s = time_s,

@@ -124,13 +124,14 @@ Forecast forecast(const DriftModel& model, const TrustTable& trust, const Featur
   Forecast out;
   out.beyond_learned = !model.has_learned_near(features);
   const auto& entries = out.beyond_learned ? trust.beyond : trust.learned;
-  const auto [change, level] = weights_at(entries, position);
+  const ForecastWeights weights = weights_at(entries, position);
   const double changed = model.predict(features) - model.predicted_held_radps;
   const double most = std::lerp(trust.largest_change_radps[position.below],
                                 trust.largest_change_radps[position.above], position.share);
-  const double moved = change * changed + level * (model.predicted_held_radps - model.held_radps);
+  const double moved =
+      weights.change * changed + weights.level * (model.predicted_held_radps - model.held_radps);
   out.drift_radps = model.held_radps + std::clamp(moved, -most, most);
-  if (change > 0.0 || level > 0.0) {
+  if (weights.are_proved()) {
     out.kind = ForecastKind::kModel;
     out.variance = variance_at(entries, trust, horizon_s, &ForecastTrust::forecast_variance,
                                model.held_variance);
@@ -145,9 +146,9 @@ Forecast forecast(const DriftModel& model, const TrustTable& trust, const Featur
 
 bool is_in_force(const DriftModel& model, const TrustTable& trust, bool beyond_learned,
                  core::SensorTime now) noexcept {
-  const auto [change, level] = weights_at(beyond_learned ? trust.beyond : trust.learned,
-                                          position_of(horizon_of(model, trust, now), trust));
-  return change > 0.0 || level > 0.0;
+  return weights_at(beyond_learned ? trust.beyond : trust.learned,
+                    position_of(horizon_of(model, trust, now), trust))
+      .are_proved();
 }
 
 ForecastWeights likeliest_weights(const WeightEvidence& evidence, double ridge,
@@ -360,7 +361,7 @@ void ForecastJudge::judge(std::size_t k, const JudgedLabel& label) noexcept {
   seen.weights = likeliest_weights({seen.change_change, seen.change_level, seen.level_level,
                                     seen.change_error, seen.level_error},
                                    ridge, prior);
-  const double leeway = entries[k].is_proved() ? kLossRatioToLeave : 1.0;
+  const double leeway = entries[k].weights.are_proved() ? kLossRatioToLeave : 1.0;
   const double most = leeway * (beyond ? kLargestLossRatioBeyond : kLargestLossRatio);
   const double most_of_model = leeway * (beyond ? kLargestLossRatioBeyond : kLargestModelLossRatio);
   const bool proved = seen.windows >= (beyond ? kWindowsToProveBeyond : kWindowsToProve) &&

@@ -69,6 +69,7 @@ struct ForecastWeights {
   double change = 0.0;
   double level = 0.0;
 
+  [[nodiscard]] bool are_proved() const noexcept { return change > 0.0 || level > 0.0; }
   void carry(core::StateArchive& archive);
 };
 
@@ -89,9 +90,6 @@ struct ForecastTrust {
   double forecast_variance = -1;  // of such a forecast, (rad/s)²; negative: no experience
   double held_variance = -1;      // of holding
 
-  [[nodiscard]] bool is_proved() const noexcept {
-    return weights.change > 0.0 || weights.level > 0.0;
-  }
   void carry(core::StateArchive& archive);
 };
 

@@ -4,12 +4,13 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "common/dds/ros2_imu.h"
+
 namespace zerodrift::dds {
 namespace {
 
 constexpr std::size_t kMostStatuses = 256;  // the IDL's
 constexpr std::size_t kMostValues = 8;
-constexpr std::int64_t kNsPerS = 1'000'000'000;
 
 diagnostic_msgs::msg::dds_::DiagnosticStatus_ to_message(const RosStatus& status) {
   diagnostic_msgs::msg::dds_::DiagnosticStatus_ message;
@@ -30,8 +31,7 @@ diagnostic_msgs::msg::dds_::DiagnosticStatus_ to_message(const RosStatus& status
 
 void to_ros_diagnostics(const std::vector<RosStatus>& statuses, std::int64_t unix_ns,
                         diagnostic_msgs::msg::dds_::DiagnosticArray_& array) {
-  array.header_().stamp_().sec_(static_cast<std::int32_t>(unix_ns / kNsPerS));
-  array.header_().stamp_().nanosec_(static_cast<std::uint32_t>(unix_ns % kNsPerS));
+  array.header_().stamp_(stamp_of(unix_ns));
   array.status_().clear();
   for (std::size_t i = 0; i < std::min(statuses.size(), kMostStatuses); ++i)
     array.status_().push_back(to_message(statuses[i]));

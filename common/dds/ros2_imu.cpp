@@ -47,15 +47,15 @@ std::array<double, 9> covariance_of(const msg::CompensatedRate& sample, RosFrame
   return covariance;
 }
 
+}  // namespace
+
 builtin_interfaces::msg::dds_::Time_ stamp_of(std::int64_t time_ns) noexcept {
-  const std::int64_t rest = (time_ns % kSecond + kSecond) % kSecond;  // the time may be before 0
+  const std::int64_t rest = (time_ns % kSecond + kSecond) % kSecond;
   builtin_interfaces::msg::dds_::Time_ stamp;
   stamp.sec_(static_cast<std::int32_t>((time_ns - rest) / kSecond));
   stamp.nanosec_(static_cast<std::uint32_t>(rest));
   return stamp;
 }
-
-}  // namespace
 
 bool is_relative_ros_name(std::string_view name) noexcept {
   char before = '/';

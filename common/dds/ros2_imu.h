@@ -33,6 +33,9 @@ struct RosImuOptions {
 // 2 takes for the name of a topic below a namespace.
 [[nodiscard]] bool is_relative_ros_name(std::string_view name) noexcept;
 
+// Of a time in nanoseconds, which may be before 0.
+[[nodiscard]] builtin_interfaces::msg::dds_::Time_ stamp_of(std::int64_t time_ns) noexcept;
+
 // Fills what differs from sample to sample; no memory. `stamp` is the sensor time. An axis that is
 // not valid has rate 0 and core::kRosNotMeasuredVariance; an unknown covariance is all 0, as ROS 2
 // says.

@@ -24,7 +24,8 @@ enum class Expert : std::uint8_t {
 inline constexpr std::array kLinearExperts{Expert::kHold,   Expert::kRandomWalk, Expert::kTrend,
                                            Expert::kLinear, Expert::kCubic,      Expert::kLagged,
                                            Expert::kShupe};
-inline constexpr std::size_t kExperts = kLinearExperts.size() + 1;
+inline constexpr std::size_t kSvr = kLinearExperts.size();  // place of the one behind them
+inline constexpr std::size_t kExperts = kSvr + 1;
 // From this one on they map the temperature; those before it know the time alone.
 inline constexpr auto kFirstMap = static_cast<std::size_t>(Expert::kLinear);
 // hold, random-walk, trend, linear, cubic, lagged, shupe, online-svr.

@@ -24,7 +24,6 @@ constexpr double kLargestLogFactor = 3.0;
 // Student's t of nu degrees of freedom over the normal quantile z is 1 + (z^2 + 1) / (4 nu) + ...
 // (Abramowitz and Stegun 26.7.5).
 constexpr double kStudentExcess = (1.96 * 1.96 + 1.0) / 4.0;
-constexpr std::size_t kSvr = kLinearExperts.size();
 constexpr double kSmallestSquares = 1e-300;
 constexpr double kShortestSpacingS = 1e-3;
 

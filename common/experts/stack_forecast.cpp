@@ -12,7 +12,6 @@ constexpr double kNormalQuantile = 1.959963984540054;  // of 95 %, two-sided
 constexpr double kLabelsInAMean = 12.0;
 constexpr double kInterpolationOdds = 20.0;
 constexpr double kSvrBesideCubic = 0.5;
-constexpr auto kSvr = static_cast<std::size_t>(Expert::kOnlineSvr);
 
 // What goes from the mean of all to that of the maps, so that these have kInterpolationOdds times
 // their odds.

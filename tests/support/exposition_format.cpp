@@ -114,15 +114,15 @@ class Checker {
   void of_histogram(const std::string& ending, const std::string& labels, const std::string& le,
                     const std::string& value, const std::string& line) {
     const double count = std::strtod(value.c_str(), nullptr);
+    const std::string of = open_ + "{" + labels + "}";
     if (ending == "_bucket") {
-      Buckets& buckets = buckets_[open_ + "{" + labels + "}"];
+      Buckets& buckets = buckets_[of];
       if (count < buckets.newest) tell("a bucket below the one before it", line);
       buckets.newest = count;
       if (le == "+Inf") buckets.infinite = count;
     } else if (ending == "_count") {
-      counts_[open_ + "{" + labels + "}"] = count;
+      counts_[of] = count;
     }
-    const auto& of = open_ + "{" + labels + "}";
     const auto counted = counts_.find(of);
     const auto bucket = buckets_.find(of);
     if (counted != counts_.end() && bucket != buckets_.end() && bucket->second.infinite &&

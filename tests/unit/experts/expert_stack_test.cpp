@@ -213,7 +213,6 @@ TEST(ExpertStackLaws, TheForecastIsTheMeanOfTheExpertsByTheSharesThatAreStated) 
   ExpertStack stack;
   for (const StackLabel& label : series.labels) stack.learn(label);
   const StackLabel& last = series.labels.back();
-  constexpr auto kSvr = static_cast<std::size_t>(Expert::kOnlineSvr);
   for (const double age_s : {5.0, 200.0, 900.0, 2000.0, 3600.0, 9000.0}) {
     const double time_s = last.time_s + age_s;
     const Basis basis = basis_of(last.thermal, stack.forecast().reference_temperature);
