@@ -72,33 +72,21 @@ class GyroPipeline {
 
   // ---- inputs. `run` is the publisher's.
   // One publisher a gyro, so that two streams are never mixed: the first is followed until it is
-  // gone or silent, or until the instances that are in sync follow another.
-  [[nodiscard]] bool accepts(std::uint64_t run, std::int64_t now_ns) {
-    if (run_ != run) {
-      const bool is_wanted = sync_.wanted_run() == run;
-      const bool is_free =
-          run_ == 0 || publisher_gone_ || !is_within(kSilentPublisherNs, received_ns_, now_ns);
-      if (!is_wanted && !is_free) {
-        ++rejected_;
-        return false;
-      }
-      if (run_ != 0) begin_run(now_ns);
-      run_ = run;
-      publisher_gone_ = false;
-    }
-    received_ns_ = now_ns;
-    return true;
-  }
+  // gone or silent, or until the instances that are in sync follow another. What another one sends
+  // waits meanwhile: it is refused when the one that is followed goes on, and when that one is over
+  // it is answered from its first sample on, so that all instances begin a run alike.
   void push(const core::AngularRateSample& sample, std::uint64_t run, std::int64_t publish_time_ns,
             std::int64_t now_ns) {
-    if (!accepts(run, now_ns)) return;
-    log(Rate{sample, publish_time_ns, now_ns});
-    if (engine_->push(sample, publish_time_ns, now_ns) == compensation::Admission::kQueueFull &&
-        port_.can_write()) {
-      answer(now_ns);  // never lose a raw sample: the oldest goes out with what is there
-      engine_->push(sample, publish_time_ns, now_ns);
+    const Rate rate{sample, publish_time_ns, now_ns};
+    if (run_ == 0) run_ = run;
+    if (run == run_) {
+      rejected_ += waiting_.size();
+      waiting_.clear();
+      return take(rate, now_ns);
     }
-    drain(now_ns);
+    if (waiting_.full()) ++rejected_;
+    waiting_.push_overwriting({rate, run, false});
+    follow_who_waits(now_ns);
   }
   void push(const core::TemperatureSample& sample, std::int64_t now_ns) {
     log(sample);
@@ -111,7 +99,11 @@ class GyroPipeline {
     drain(now_ns);
   }
   // The publisher is gone for good: another one is followed at once.
-  void publisher_gone(std::uint64_t run) noexcept { publisher_gone_ |= run_ == run; }
+  void publisher_gone(std::uint64_t run, std::int64_t now_ns) {
+    publisher_gone_ |= run_ == run;
+    for (std::size_t i = 0; i < waiting_.size(); ++i) waiting_[i].is_gone |= waiting_[i].run == run;
+    follow_who_waits(now_ns);
+  }
   void receive(const AnswerMark& other) noexcept { sync_.receive(other); }
 
   // Answers what can be answered. Real sensors are answered at once, with what is there. A record
@@ -200,13 +192,15 @@ class GyroPipeline {
   // `fresh` has been given the whole log, and goes on instead of the engine, which it becomes.
   // `answers` are those to the log: all are written, so that they reach back behind what any reader
   // may be waiting for. What this engine alone has answered of the run is written before, since the
-  // other line may have begun after it; another run's publisher may be one that nobody follows.
+  // other line may have begun after it. So is what it has answered of a run before of which it has
+  // written some; any other run's publisher may be one that nobody follows.
   void go_on_with(std::unique_ptr<Engine>& fresh, const std::vector<Answer>& answers,
                   std::int64_t now_ns) {
     write_held_unless([&](const Kept& kept) {
       const std::uint64_t sequence = kept.answer.raw.sequence;
       const bool is_answered_anew = !answers.empty() && sequence >= answers.front().raw.sequence;
-      return kept.run != run_ || is_answered_anew || sync_.was_received(kept.run, sequence);
+      if (kept.run != run_) return kept.run != written_run_;
+      return is_answered_anew || sync_.was_received(kept.run, sequence);
     });
     engine_.swap(fresh);
     drop_log();
@@ -224,6 +218,7 @@ class GyroPipeline {
   void set_hangs(bool hangs) noexcept { sync_.set_hangs(hangs); }
   // From time to time.
   void tick(std::int64_t now_ns) {
+    follow_who_waits(now_ns);
     const bool led = sync_.leads();
     sync_.tick(now_ns);
     if (sync_.may_write() && (!held_.empty() || (sync_.leads() && !led)) && port_.is_open())
@@ -236,6 +231,7 @@ class GyroPipeline {
   [[nodiscard]] const Answer& newest() const noexcept { return newest_; }
   [[nodiscard]] std::uint64_t newest_sequence() const noexcept { return newest_sequence_; }
   [[nodiscard]] std::uint64_t run() const noexcept { return run_; }
+  [[nodiscard]] bool follows(std::uint64_t run) const noexcept { return run_ == 0 || run_ == run; }
   [[nodiscard]] std::uint64_t rejected() const noexcept { return rejected_; }
   [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_; }
 
@@ -247,6 +243,7 @@ class GyroPipeline {
   static constexpr std::size_t kUsualLog = 1U << 14U;  // 8 s at 2 kHz
   static constexpr std::size_t kHeld = 4096;           // 2 s at 2 kHz
   static constexpr std::size_t kUnled = 512;
+  static constexpr std::size_t kWaiting = 2048;  // kSilentPublisherNs at 2 kHz
   // Received from one that died, but perhaps not by everybody: written again.
   static constexpr std::uint64_t kOverlap = 64;
 
@@ -255,6 +252,51 @@ class GyroPipeline {
     return now_ns >= since_ns && now_ns - since_ns < span_ns;
   }
 
+  void take(const Rate& rate, std::int64_t now_ns) {
+    received_ns_ = rate.ingress_time_ns;
+    log(rate);
+    const auto push = [&] {
+      return engine_->push(rate.sample, rate.publish_time_ns, rate.ingress_time_ns);
+    };
+    if (push() == compensation::Admission::kQueueFull && port_.can_write()) {
+      answer(now_ns);  // never lose a raw sample: the oldest goes out with what is there
+      push();
+    }
+    drain(now_ns);
+  }
+
+  // Of whom all that waits is taken now: whom those in sync follow, or where the one that is
+  // followed is over, the first.
+  [[nodiscard]] std::optional<std::uint64_t> next_run(std::int64_t now_ns) const {
+    if (waiting_.empty()) return std::nullopt;
+    if (const auto wanted = sync_.wanted_run()) {
+      for (std::size_t i = 0; i < waiting_.size(); ++i) {
+        if (waiting_[i].run == *wanted) return wanted;
+      }
+    }
+    if (publisher_gone_ || !is_within(kSilentPublisherNs, received_ns_, now_ns))
+      return waiting_.front().run;
+    return std::nullopt;
+  }
+  void follow_who_waits(std::int64_t now_ns) {
+    while (const auto run = next_run(now_ns)) {
+      begin_run(now_ns);
+      run_ = *run;
+      publisher_gone_ = false;
+      std::size_t left = waiting_.size();
+      while (waiting_[left - 1].run != run_) --left;  // what came after its newest waits on
+      for (; left > 0; --left) {
+        const Waiting first = waiting_.front();
+        waiting_.pop();
+        if (first.run == run_) {
+          publisher_gone_ |= first.is_gone;
+          take(first.rate, now_ns);
+        } else {
+          ++rejected_;
+        }
+      }
+    }
+  }
   void begin_run(std::int64_t now_ns) {
     while (port_.can_write() && engine_->readiness() != compensation::Readiness::kNothing)
       answer(now_ns);
@@ -284,6 +326,7 @@ class GyroPipeline {
     newest_sequence_ = std::max(newest_sequence_, answer.raw.sequence);
     const bool led = sync_.leads();
     if (!sync_.note(prepare({answer, run_}), now_ns)) return hold({answer, run_});
+    written_run_ = run_;
     const bool leads = sync_.leads();
     if (!held_.empty() || (leads && !led)) {
       write_held();
@@ -338,7 +381,14 @@ class GyroPipeline {
   bool logging_ = false;
   std::vector<Input> log_{};  // in order of arrival
   std::optional<std::int64_t> asked_ns_{};
-  std::uint64_t run_ = 0;  // whose samples are taken; 0: nobody's yet
+  struct Waiting {
+    Rate rate{};
+    std::uint64_t run = 0;
+    bool is_gone = false;  // its publisher is
+  };
+  core::RingBuffer<Waiting> waiting_{kWaiting};  // since the newest of the run that is followed
+  std::uint64_t run_ = 0;                        // whose samples are taken; 0: nobody's yet
+  std::uint64_t written_run_ = 0;                // of which it wrote an answer last
   bool publisher_gone_ = false;
   std::int64_t received_ns_ = 0;
   std::uint64_t rejected_ = 0;  // samples of a second publisher of the same id

@@ -137,8 +137,8 @@ void CompensationNode::on_rate(const msg::AngularRate& message, const dds::Sampl
   take_departures(ingress_ns);
   Gyro* const source = gyro(message.gyro_id(), message.interval_s(), ingress_ns);
   const std::uint64_t run = dds::run_of(origin.writer);
-  if (source == nullptr || !source->pipeline().accepts(run, ingress_ns)) return;
-  note_arrival(message, ingress_ns);
+  if (source == nullptr) return;
+  if (source->pipeline().follows(run)) note_arrival(message, ingress_ns);
   source->take(message, run, ingress_ns);
 }
 

@@ -48,8 +48,10 @@ Gyro::Gyro(std::uint32_t gyro_id, const compensation::CompensationOptions& as_co
 // ---------------------------------------- inputs
 
 void Gyro::take(const msg::AngularRate& message, std::uint64_t run, std::int64_t now_ns) {
-  clock_locked_ = message.clock_locked();
-  clock_offset_ns_ = message.clock_offset_ns();
+  if (pipeline_.follows(run)) {
+    clock_locked_ = message.clock_locked();
+    clock_offset_ns_ = message.clock_offset_ns();
+  }
   pipeline_.push(dds::from_message(message), run, message.publish_time_ns(), now_ns);
 }
 
@@ -78,7 +80,7 @@ void Gyro::end_inputs_of(const std::vector<Guid>& left, std::int64_t now_ns) {
   const Readiness before = compensator().readiness();
   bool ended = false;
   for (const Guid& writer : left) {
-    pipeline_.publisher_gone(dds::run_of(writer));
+    pipeline_.publisher_gone(dds::run_of(writer), now_ns);
     ended = note_left(writer) || ended;
   }
   if (!ended) return;

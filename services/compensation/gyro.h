@@ -66,7 +66,6 @@ class Gyro final : private service::GyroPipeline<compensation::Compensator>::Por
   [[nodiscard]] bool leads() const noexcept { return pipeline_.sync().leads(); }
 
   // ---- the data path
-  // Of the publisher that the pipeline accepts.
   void take(const msg::AngularRate& message, std::uint64_t run, std::int64_t now_ns);
   void take(const Arrived& arrived, std::int64_t now_ns);
   void limit_probes(std::string_view published, std::int64_t now_ns);

@@ -64,7 +64,6 @@ class HashEngine {
     return {{sample.sequence, sample.clock}, hash_};
   }
   void restart_stream() {
-    temperatures_.clear();
     newest_ = 0;
     hash_ = mixed(hash_, 1);
   }

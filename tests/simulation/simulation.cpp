@@ -12,7 +12,7 @@
 // - Each sample that an instance could have written reaches every reader once; in order unless the
 //   reader was cut off from somebody, or a crash took samples of the publisher's. Not owed, and
 //   counted, is an answer that nobody else has: its only writer died while the reader was cut off
-//   from it.
+//   from it, or all that were given its sample died while their answers were on their way.
 // - Where no input differs, answers never do: not after a state was taken over either.
 // - In the end all instances are in sync, answer the same bits, and exactly one of them leads.
 #include <algorithm>
@@ -129,11 +129,12 @@ class World {
     Time last_arrival = 0;
     Time cut_until = 0;
   };
+  using Life = std::pair<int, int>;  // of an instance: its number and incarnation
   struct Run {
     std::uint64_t published = 0;
     std::optional<std::uint64_t> owed_to{};  // where its publisher crashed: what all instances got
-    std::set<std::uint64_t> got_by_anybody{};
-    bool alone = true;  // no other publisher lived meanwhile
+    std::map<std::uint64_t, std::set<Life>> given_to{};  // by sequence number
+    bool alone = true;                                   // no other publisher lived meanwhile
     Time begun = 0;
     // From where on all instances follow it that lived when it began: one that believes in the
     // publisher before passes over its samples until that one has been silent for a second.
@@ -200,16 +201,26 @@ class Reader final : public Node {
     taken.newest = std::max(taken.newest, mark->sequence);
     taken.sequences.push_back(mark->sequence);
   }
-  // An answer that was on its way over a link that was cut when its writer died.
-  void note_lost(const AnswerMark& mark) { lost_[mark.run].insert(mark.sequence); }
-  [[nodiscard]] bool is_lost(std::uint64_t run, std::uint64_t sequence) const {
-    const auto lost = lost_.find(run);
-    return lost != lost_.end() && lost->second.contains(sequence);
+  // An answer that was on its way when its writer died.
+  struct Lost {
+    bool over_a_cut_link = false;
+    std::set<std::pair<int, int>> writers{};
+  };
+  void note_lost(const AnswerMark& mark, std::pair<int, int> writer, bool is_cut) {
+    Lost& lost = lost_[{mark.run, mark.sequence}];
+    lost.over_a_cut_link |= is_cut;
+    lost.writers.insert(writer);
+  }
+  [[nodiscard]] bool is_lost(std::uint64_t run, std::uint64_t sequence,
+                             const std::set<std::pair<int, int>>& given_to) const {
+    const auto lost = lost_.find({run, sequence});
+    return lost != lost_.end() &&
+           (lost->second.over_a_cut_link || lost->second.writers == given_to);
   }
   std::map<std::uint64_t, Taken> runs{};
 
  private:
-  std::map<std::uint64_t, std::set<std::uint64_t>> lost_{};
+  std::map<std::pair<std::uint64_t, std::uint64_t>, Lost> lost_{};  // by run and sequence number
   core::FirstCome<int> filter_;
 };
 
@@ -245,7 +256,7 @@ class Instance final : public Node, private Pipeline::Port {
     if (giver) world_.send(number_, static_cast<int>(*giver), Question{number_, *giver});
     note_sync();
   }
-  void publisher_gone(std::uint64_t run) { pipeline_.publisher_gone(run); }
+  void publisher_gone(std::uint64_t run) { pipeline_.publisher_gone(run, clock()); }
   void step_clock(Time by) { offset_ += by; }
   [[nodiscard]] const service::InstanceSync& sync() const { return pipeline_.sync(); }
   [[nodiscard]] const Pipeline& pipeline() const { return pipeline_; }
@@ -369,30 +380,30 @@ void World::send(int from, int to, Message message) {
   const int life = target.incarnation;
   const int sender_life = nodes_.contains(from) ? nodes_.at(from)->incarnation : 0;
   const std::uint64_t run = from >= kFirstPublisher ? running_[from] : 0;
-  at(arrival,
-     [this, from, to, life, sender_life, run, is_cut, message = std::move(message)]() mutable {
-       Node& node = *nodes_.at(to);
-       if (!node.lives || node.incarnation != life) return;
-       if (from < kFirstReader && nodes_.at(from)->incarnation != sender_life) {  // it died
-         if (to >= kFirstReader && is_cut)
-           readers_[static_cast<std::size_t>(to - kFirstReader)]->note_lost(
-               std::get<AnswerMark>(message));
-         return;
-       }
-       if (from >= kFirstPublisher && running_[from] != run && runs_[run].owed_to) return;
-       auto deliver = [this, from, to, message = std::move(message)] {
-         if (const auto* rate = std::get_if<Rate>(&message)) {
-           got_[{rate->run, to}] = rate->sample.sequence;
-           runs_[rate->run].got_by_anybody.insert(rate->sample.sequence);
-         }
-         nodes_.at(to)->take(from, message);
-       };
-       if (node.stopped_until > now) {
-         node.inbox.push_back(std::move(deliver));
-       } else {
-         deliver();
-       }
-     });
+  at(arrival, [this, from, to, life, sender_life, run, is_cut,
+               message = std::move(message)]() mutable {
+    Node& node = *nodes_.at(to);
+    if (!node.lives || node.incarnation != life) return;
+    if (from < kFirstReader && nodes_.at(from)->incarnation != sender_life) {  // it died
+      if (to >= kFirstReader)
+        readers_[static_cast<std::size_t>(to - kFirstReader)]->note_lost(
+            std::get<AnswerMark>(message), {from, sender_life}, is_cut);
+      return;
+    }
+    if (from >= kFirstPublisher && running_[from] != run && runs_[run].owed_to) return;
+    auto deliver = [this, from, to, message = std::move(message)] {
+      if (const auto* rate = std::get_if<Rate>(&message)) {
+        got_[{rate->run, to}] = rate->sample.sequence;
+        runs_[rate->run].given_to[rate->sample.sequence].insert({to, nodes_.at(to)->incarnation});
+      }
+      nodes_.at(to)->take(from, message);
+    };
+    if (node.stopped_until > now) {
+      node.inbox.push_back(std::move(deliver));
+    } else {
+      deliver();
+    }
+  });
 }
 
 void World::stop(int instance, Time until) {
@@ -457,7 +468,13 @@ void World::end_run(int publisher, bool crash) {
   for (int i = 0; i < instance_count_; ++i)
     received = std::max(received, last_arrival(publisher, i));
   at(received + kMs, [this, run] {
-    for (Instance* instance : instances_) instance->publisher_gone(run);
+    for (Instance* instance : instances_) {
+      const auto learn = [instance, run] { instance->publisher_gone(run); };
+      if (instance->stopped_until > now)
+        instance->inbox.emplace_back(learn);
+      else if (instance->lives)
+        learn();
+    }
   });
 }
 
@@ -612,8 +629,9 @@ std::optional<std::string> World::judge() {
       const std::uint64_t last = published.owed_to.value_or(published.published);
       std::uint64_t missing = 0;
       for (std::uint64_t k = std::max(published.owed_from, *once.begin()); k <= last; ++k) {
-        if (once.contains(k) || !published.got_by_anybody.contains(k)) continue;
-        if (readers_[r]->is_lost(run, k)) {
+        const auto given_to = published.given_to.find(k);
+        if (once.contains(k) || given_to == published.given_to.end()) continue;
+        if (readers_[r]->is_lost(run, k, given_to->second)) {
           ++lost_with_their_writer;
         } else {
           if (missing == 0)

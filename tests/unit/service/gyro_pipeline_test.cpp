@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -46,7 +47,9 @@ class Instance final : Pipeline::Port {
     pipeline.push(rate(sequence), run, 0, now_ns);
   }
   // At the same moment as what came before.
-  void sample_at_once(std::uint64_t sequence) { pipeline.push(rate(sequence), kRun, 0, now_ns); }
+  void sample_at_once(std::uint64_t sequence, std::uint64_t run = kRun) {
+    pipeline.push(rate(sequence), run, 0, now_ns);
+  }
   void receive(const AnswerMark& other) { pipeline.receive(other); }
   // From `first` until it is the only one in sync.
   std::uint64_t begin(std::uint64_t first = 1) {
@@ -241,11 +244,11 @@ TEST(GyroPipeline, APublisherThatIsGoneIsReplacedAtOnceAndASilentOneAfterASecond
   Instance instance(0);
   std::uint64_t next = instance.begin();
   instance.sample(1, 22);
-  EXPECT_EQ(instance.pipeline.rejected(), 1U);
-  instance.pipeline.publisher_gone(22);
-  instance.sample(1, 22);
-  EXPECT_EQ(instance.pipeline.rejected(), 2U) << "another one is gone";
-  instance.pipeline.publisher_gone(kRun);
+  instance.pipeline.publisher_gone(22, instance.now_ns);
+  EXPECT_EQ(instance.pipeline.run(), kRun) << "another one is gone";
+  instance.sample(next++);
+  EXPECT_EQ(instance.pipeline.rejected(), 1U) << "the one that is followed goes on";
+  instance.pipeline.publisher_gone(kRun, instance.now_ns);
   instance.sample(next++);
   EXPECT_EQ(instance.pipeline.run(), kRun) << "what it wrote last was on its way";
   instance.sample(1, 22);
@@ -254,6 +257,121 @@ TEST(GyroPipeline, APublisherThatIsGoneIsReplacedAtOnceAndASilentOneAfterASecond
   instance.sample(1, 33);
   EXPECT_EQ(instance.written.back().run, 33U);
   EXPECT_EQ(instance.runs_begun, 2) << "who is waited for is asked anew";
+  EXPECT_EQ(instance.pipeline.rejected(), 1U);
+}
+
+std::vector<std::uint64_t> written_of(const Instance& instance, std::uint64_t run) {
+  std::vector<std::uint64_t> sequences;
+  for (const AnswerMark& mark : instance.written) {
+    if (mark.run == run) sequences.push_back(mark.sequence);
+  }
+  return sequences;
+}
+
+// Rule: whether an instance learns at once that a publisher is over, or late, or never: it begins
+// the next run with its first sample, and so answers it as the others do.
+TEST(GyroPipeline, ARunThatBeginsBeforeTheOneBeforeIsKnownToBeOverIsAnsweredFromItsFirstSample) {
+  Instance at_once(0);
+  Instance late(0);
+  Instance never(0);
+  Instance by_tick(0);
+  const std::vector<Instance*> all{&at_once, &late, &never, &by_tick};
+  for (Instance* instance : all) {
+    instance->begin();
+    if (instance == &at_once) instance->pipeline.publisher_gone(kRun, instance->now_ns);
+    for (std::uint64_t k = 1; k <= 300; ++k) {
+      if (instance == &by_tick && k == 151) instance->pipeline.tick(instance->now_ns += 1000 * kMs);
+      if (instance == &by_tick && k > 150) break;
+      instance->sample(k, 22);
+      if (instance == &late && k == 40) {
+        EXPECT_TRUE(written_of(late, 22).empty());
+        late.pipeline.publisher_gone(kRun, late.now_ns);
+        EXPECT_EQ(written_of(late, 22).size(), 40U);
+      }
+    }
+    const auto sequences = written_of(*instance, 22);
+    ASSERT_EQ(sequences.size(), instance == &by_tick ? 150U : 300U);
+    for (std::size_t k = 0; k < sequences.size(); ++k) EXPECT_EQ(sequences[k], k + 1);
+    EXPECT_EQ(instance->pipeline.rejected(), 0U);
+  }
+  for (const Instance* instance : {&late, &never})
+    EXPECT_EQ(instance->written.back().digest, at_once.written.back().digest);
+}
+
+TEST(GyroPipeline, ARunThatIsOverBeforeItIsFollowedIsAnsweredAllTheSame) {
+  Instance instance(0);
+  instance.begin();
+  for (std::uint64_t k = 1; k <= 10; ++k) instance.sample(k, 22);
+  instance.pipeline.publisher_gone(22, instance.now_ns);
+  for (std::uint64_t k = 1; k <= 10; ++k) instance.sample(k, 33);
+  instance.pipeline.publisher_gone(kRun, instance.now_ns);
+  EXPECT_EQ(written_of(instance, 22).size(), 10U);
+  EXPECT_EQ(written_of(instance, 33).size(), 10U);
+  EXPECT_EQ(instance.pipeline.rejected(), 0U);
+}
+
+// Rule: of two publishers that send at a time nothing is kept for long, and every sample that is
+// not answered is counted.
+TEST(GyroPipeline, OfARivalAllThatIsNotAnsweredIsCounted) {
+  Instance instance(0);
+  std::uint64_t next = instance.begin();
+  std::uint64_t rivals = 0;
+  for (int k = 0; k < 1000; ++k) {
+    instance.sample(++rivals, 22);
+    if (k % 3 == 0) instance.sample(next++);
+  }
+  EXPECT_EQ(instance.pipeline.run(), kRun);
+  instance.pipeline.publisher_gone(kRun, instance.now_ns);
+  const auto sequences = written_of(instance, 22);
+  EXPECT_EQ(sequences.size() + instance.pipeline.rejected(), rivals);
+  EXPECT_EQ(sequences.size(), 0U) << "since the newest of the one that was followed";
+}
+
+TEST(GyroPipeline, WhatWaitsIsBoundedAndTheOldestIsRefusedAndCounted) {
+  Instance instance(0);
+  instance.begin();
+  for (std::uint64_t k = 1; k <= 5000; ++k) instance.sample_at_once(k, 22);
+  instance.pipeline.publisher_gone(kRun, instance.now_ns);
+  const auto sequences = written_of(instance, 22);
+  ASSERT_FALSE(sequences.empty());
+  EXPECT_EQ(sequences.back(), 5000U);
+  EXPECT_EQ(sequences.size() + instance.pipeline.rejected(), 5000U);
+}
+
+// Rule: what one that fell behind has answered alone of a run that is over reaches the readers,
+// if they know the run from it; here its senior died meanwhile, and began anew with the next run.
+TEST(GyroPipeline, WhatItHeldBackOfARunThatItWroteIsWrittenBeforeItGoesOnWithTheNext) {
+  Instance senior(0);
+  Instance junior(1);
+  std::uint64_t next = junior.begin();
+  AnswerMark other = junior.written.back();
+  other.instance = 0;
+  for (int k = 0; k < 250; ++k) {  // its answers differ
+    junior.sample(next);
+    other.sequence = next++;
+    junior.receive(other);
+  }
+  ASSERT_FALSE(junior.pipeline.sync().may_write());
+  const std::uint64_t held_from = junior.written.back().sequence + 1;
+  junior.pipeline.publisher_gone(kRun, junior.now_ns);
+  std::uint64_t of_next = 1;
+  while (senior.written.empty()) senior.sample(of_next++, 22);
+  for (const AnswerMark& mark : senior.written) {
+    junior.receive(mark);
+    junior.sample(mark.sequence, 22);
+  }
+  const auto step = [&] {
+    senior.sample(of_next, 22);
+    junior.sample(of_next++, 22);
+    junior.receive(senior.written.back());
+  };
+  step();
+  ASSERT_FALSE(junior.pipeline.state_to_ask_for(junior.now_ns)) << "the log begins first";
+  for (int k = 0; k < 10; ++k) step();
+  ASSERT_TRUE(junior.catch_up(senior));
+  const auto sequences = written_of(junior, kRun);
+  ASSERT_EQ(sequences.back(), next - 1);
+  EXPECT_EQ(std::count(sequences.begin(), sequences.end(), held_from), 1);
 }
 
 TEST(GyroPipeline, NothingIsAnsweredBeforeItCanBeWritten) {
