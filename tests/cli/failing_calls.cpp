@@ -8,7 +8,6 @@
 #include <fcntl.h>
 #include <stdarg.h>
 #include <sys/syscall.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <array>
@@ -58,8 +57,6 @@ struct Calls {
   }
 };
 
-std::int64_t clock_ahead_s = 0;
-std::int64_t started_s = 0;
 Calls file_calls;
 Calls allocations;
 std::string_view folder;
@@ -68,10 +65,6 @@ std::atomic<bool> is_armed{false};  // allocations: from main() on
 std::array<std::atomic<bool>, 1024> is_ours{};
 
 [[gnu::constructor]] void configure() {
-  clock_ahead_s = static_cast<std::int64_t>(number_of(kClockAheadS));
-  timespec now{};
-  syscall(SYS_clock_gettime, CLOCK_MONOTONIC, &now);
-  started_s = now.tv_sec;
   folder = text_of(kFailFolder);
   file_calls.failing = number_of(kFailCall);
   allocations.failing = number_of(kFailAllocation);
@@ -135,15 +128,6 @@ int armed_main(int argc, char** argv, char** environment) {
 }  // namespace
 
 extern "C" {
-
-int clock_gettime(clockid_t clock, timespec* time) {
-  const auto result = static_cast<int>(syscall(SYS_clock_gettime, clock, time));
-  if (clock_ahead_s == 0 || clock != CLOCK_REALTIME) return result;
-  timespec now{};
-  syscall(SYS_clock_gettime, CLOCK_MONOTONIC, &now);
-  time->tv_sec += (now.tv_sec > started_s + 1 ? 2 : 1) * clock_ahead_s;
-  return result;
-}
 
 int open(const char* path, int flags, ...) {
   va_list arguments;

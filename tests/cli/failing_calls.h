@@ -15,8 +15,5 @@ inline constexpr const char* kFailForGood = "ZERODRIFT_FAIL_FOR_GOOD";
 inline constexpr const char* kFailErrno = "ZERODRIFT_FAIL_ERRNO";  // of the file calls
 // Written at the end: the number of file calls, a blank, the number of allocations.
 inline constexpr const char* kCounts = "ZERODRIFT_FAIL_COUNTS";
-// The Unix clock is so many seconds ahead, and from a second after the start on twice as many: as
-// one that is set while the program runs.
-inline constexpr const char* kClockAheadS = "ZERODRIFT_CLOCK_AHEAD_S";
 
 }  // namespace zerodrift::cli_test

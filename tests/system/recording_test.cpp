@@ -8,9 +8,9 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "tests/cli/failing_calls.h"
 #include "tests/system/files.h"
 #include "tests/system/pipeline.h"
+#include "tests/system/wall_clock.h"
 
 namespace zerodrift::system_test {
 namespace {
@@ -193,20 +193,19 @@ std::vector<fs::path> recordings_in(const fs::path& folder, const std::string& b
   return files;
 }
 
-const Environment kClockAhead{
-    {"LD_PRELOAD", std::string(ZERODRIFT_BIN_DIR) + "/libfailing_calls.so"},
-    {cli_test::kClockAheadS, "60"}};
-
 TEST(Recording, WithAPreTriggerHoldsWhatWasBeforeTheEvent) {
   SystemUnderTest system(Domain::kRecordingTrigger);
   // Its clock is a minute ahead of everybody's, and is then set forward once more.
+  WallClock clock(system.path("clock"));
+  clock.set_ahead(60s);
   ChildProcess& recorder = system.start_foreign(
       "zerodrift",
       {"record", "--out", system.path("fault.mcap"), "--pre-trigger", "0.5", "--post-trigger",
        "0.3", "--domain", std::to_string(system.network().domain)},
-      kClockAhead);
+      clock.environment());
   Publisher publisher(system.network());
   ASSERT_TRUE(eventually([&] { return publisher.is_received(); }));
+  clock.set_ahead(120s);
   publisher.rates_for(2000ms);
   publisher.event("calm", 0);  // information is no reason
   publisher.rates_for(300ms);
@@ -238,11 +237,15 @@ TEST(Recording, WithAPreTriggerHoldsWhatWasBeforeTheEvent) {
 TEST(Recording, LastsAsLongAsAskedForWhoeverSetsTheClock) {
   SystemUnderTest system(Domain::kRecordingClock);
   const auto start = std::chrono::steady_clock::now();
+  WallClock clock(system.path("clock"));
+  clock.set_ahead(60s);
   ChildProcess& recorder =
       system.start_foreign("zerodrift",
                            {"record", "--out", system.path("run.mcap"), "--duration", "4",
                             "--domain", std::to_string(system.network().domain)},
-                           kClockAhead);
+                           clock.environment());
+  EXPECT_TRUE(eventually([&] { return recorder.out().find("recording to") != std::string::npos; }));
+  clock.set_ahead(120s);
   EXPECT_EQ(recorder.wait(60s), 0) << recorder.err();
   EXPECT_GE(std::chrono::steady_clock::now() - start, 4s);
 }
