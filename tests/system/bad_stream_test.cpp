@@ -8,9 +8,11 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <random>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "common/core/mode.h"
 #include "common/core/units.h"
@@ -324,6 +326,38 @@ TEST(BadStream, OfTwoPublishersWithOneIdOnlyTheFirstIsHeardAndLosesNothing) {
   ASSERT_TRUE(impostor.wait_until_received(5000ms));
   bench.settled_answers(first);  // fails for any answer to the impostor
   bench.expect_event("duplicate_publisher");
+  bench.expect_alive_then_stop();
+}
+
+// A publisher that was killed says nothing; its successor sends before anybody can know. Rule: what
+// it sends is answered from its first sample on, once each and in order.
+TEST(BadStream, OfAPublisherThatFollowsOneThatFellSilentNothingIsLost) {
+  Bench bench(Domain::kSuccessor, "");
+  bench.connect();
+  bench.send_normal(100);
+  dds::Participant participant("successor", bench.system.network());
+  dds::Writer<msg::AngularRate> successor(participant);
+  ASSERT_TRUE(eventually([&] { return successor.matched() > 0; }));
+  bench.send_normal(1);
+  bench.await_answer(bench.next_sequence() - 1);
+  constexpr std::uint64_t kSamples = 400;  // fewer than a writer keeps
+  for (std::uint64_t k = 1; k <= kSamples; ++k) {
+    auto message = dds::to_message(sample_at(k, bench.time_s() + static_cast<double>(k) / kRateHz),
+                                   kGyroId, 0);
+    ASSERT_TRUE(successor.write(message));
+  }
+  const std::uint64_t before = bench.answers.all().front().run_id();
+  std::vector<std::uint64_t> answered;
+  EXPECT_TRUE(eventually([&] {
+    answered.clear();
+    for (const auto& answer : bench.answers.all()) {
+      if (answer.run_id() != before) answered.push_back(answer.sequence_number());
+    }
+    return answered.size() >= kSamples;
+  }));
+  std::vector<std::uint64_t> sent(kSamples);
+  std::iota(sent.begin(), sent.end(), 1U);
+  EXPECT_EQ(answered, sent);
   bench.expect_alive_then_stop();
 }
 

@@ -134,6 +134,7 @@ enum class Domain : std::uint32_t {
   kRos2InputAlone,
   kRos2InputBad,
   kRos2Diagnostics,
+  kSuccessor,
 };
 
 static_assert(static_cast<std::uint32_t>(Domain::kConsole) <= 100);
