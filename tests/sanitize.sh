@@ -40,8 +40,9 @@ case $kind in
     targets=(all)
     if [ "$part" = ci ]; then mapfile -t targets < <(part_of_ci); fi ;;
   thread)
-    targets=(system_test console_system_test ros2_system_test "${services[@]}" dds_test dds_events_test dds_transports_test service_test host_test
-             supervised_host_test replay_test web_test console_test compensation_allocation_test standby_simulation) ;;
+    targets=(system_test adversary_system_test redundancy_system_test console_system_test ros2_system_test "${services[@]}"
+             dds_test dds_events_test dds_transports_test service_test host_test supervised_host_test replay_test web_test
+             console_test compensation_allocation_test standby_simulation) ;;
   *) bad "$kind" ;;
 esac
 "$root/deploy/setup.sh" fuzz
@@ -84,6 +85,8 @@ else
   # and the page, which is no C++.
   left_out='_NOT_BUILT|^Memory\.|^soak$|^Console\.(Page|InABrowser|HostileClientsEndNothing)|^NavigationFilter\.NavigatesBoth'
   left_out+='|^ComparePromise\.'
+  # Commands that compute in one thread.
+  [ "$kind" != thread ] || left_out+='|^(AllanCommand[A-Za-z]*|Calibrate|Compare|Diagnose)\.'
   ctest --test-dir "$build" -L 'unit|golden|system' -E "$left_out" --output-on-failure --timeout 600 -j 2 "$@" || status=$?
 fi
 for report in "$build"/report.*; do
