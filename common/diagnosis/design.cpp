@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -19,7 +20,7 @@
 namespace zerodrift::diagnosis {
 namespace {
 
-constexpr double kMostPoints = 1800.0;
+constexpr double kMostPoints = 1000.0;  // of the grid that an experiment is judged on
 
 double interval_of(const twin::Profile& profile) {
   return std::max(1.0, std::ceil(profile.duration_s / kMostPoints));
@@ -32,23 +33,27 @@ class HeldApart {
       : question_(question),
         series_(series),
         playback_(series),
+        candidates_(
+            candidates(series, playback_, question.model, question.axis, offered_oscillations())),
         whitener_(noise_of(question, series)) {
     Columns known;
     for (auto& parameter : known_parameters(question.model, question.axis, playback_))
       known.push_back(std::move(parameter.column.values));
     known_ = whitener_.matrix(known);
     for (const Explanation& explanation : question.explanations) add(explanation);
+    for (const std::string& name : question.look_alikes) forms_.push_back(forms_of(name));
   }
 
-  // d of each explanation, if it is the truth, from each other one.
+  // d of each explanation, if it is the truth, from each other one and from each look-alike.
   [[nodiscard]] std::vector<std::vector<double>> distances() const {
     const std::size_t n = question_.explanations.size();
-    std::vector<std::vector<double>> d(n, std::vector<double>(n, 0.0));
+    std::vector<std::vector<double>> d(n, std::vector<double>(forms_.size(), 0.0));
     for (std::size_t i = 0; i < n; ++i) {
-      for (std::size_t j = 0; j < n; ++j) {
+      for (std::size_t j = 0; j < forms_.size(); ++j) {
         if (i == j) continue;
         const bool is_nothing = question_.explanations[i].is_nothing();
-        d[i][j] = is_nothing ? lessened(size_[j], size_[j]) : lessened(left_of(i, j), size_[i]);
+        if (is_nothing && j < n) d[i][j] = lessened(size_[j], size_[j]);
+        if (!is_nothing) d[i][j] = lessened(left_of(i, j), size_[i]);
       }
     }
     return d;
@@ -73,13 +78,18 @@ class HeldApart {
       const auto context = context_of(spec, *definition, series_.interval_s);
       waveform = whitener_.matrix({playback_.run(*definition, context)}).col(0);
       forms.push_back(whitener_.matrix(columns_of(playback_, *definition, context)));
-      for (const Columns& columns :
-           rivals_of(explanation.effect.name, series_, playback_, question_.model, question_.axis))
-        forms.push_back(whitener_.matrix(columns));
+      for (auto& form : forms_of(explanation.effect.name)) forms.push_back(std::move(form));
     }
     size_.push_back(norm_beside(waveform, known_));
     waveforms_.push_back(std::move(waveform));
     forms_.push_back(std::move(forms));
+  }
+
+  [[nodiscard]] std::vector<Eigen::MatrixXd> forms_of(const std::string& name) {
+    std::vector<Eigen::MatrixXd> forms;
+    for (const Columns& columns : rivals_of(name, candidates_, playback_))
+      forms.push_back(whitener_.matrix(columns));
+    return forms;
   }
 
   [[nodiscard]] double left_of(std::size_t truth, std::size_t rival) const {
@@ -103,6 +113,7 @@ class HeldApart {
   const Question& question_;
   const MeasuredSeries& series_;
   Playback playback_;
+  Candidates candidates_;
   Whitener whitener_;
   Eigen::MatrixXd known_;
   std::vector<Eigen::VectorXd> waveforms_;
@@ -111,13 +122,17 @@ class HeldApart {
 };
 
 double expected_entropy(const Question& question, const std::vector<std::vector<double>>& d) {
+  const std::size_t n = question.explanations.size();
+  const double others = 1.0 - SearchOptions{}.credible_mass;
+  const double of_look_alike = others / static_cast<double>(question.look_alikes.size());
   double sum = 0.0;
-  for (std::size_t i = 0; i < d.size(); ++i) {
+  for (std::size_t i = 0; i < n; ++i) {
     const double p = question.explanations[i].probability;
     double confused = 0.0;
-    for (std::size_t j = 0; j < d.size(); ++j) {
-      if (j == i) continue;
-      confused += question.explanations[j].probability / p * std::exp(-d[i][j] * d[i][j] / 8.0);
+    for (std::size_t j = 0; j < d[i].size(); ++j) {
+      if (j == i || (j >= n && question.explanations[i].is_nothing())) continue;
+      const double q = j < n ? question.explanations[j].probability : of_look_alike;
+      confused += q / p * std::exp(-d[i][j] * d[i][j] / 8.0);
     }
     sum += p * std::log1p(confused);
   }
@@ -138,6 +153,40 @@ Judgement judge_series(const std::vector<Question>& questions, const MeasuredSer
     }
   }
   return judgement;
+}
+
+// A model's thermal plant is rarely measured: what is designed has to hold where all its time
+// constants are shorter or longer.
+constexpr std::array kTimesOfPlant{1.0 / 1.5, 1.5};
+using Temperatures = std::array<std::vector<ProbeSeries>, kTimesOfPlant.size()>;
+
+Temperatures temperatures_over(const Question& question, const twin::Profile& profile) {
+  Temperatures all;
+  for (std::size_t p = 0; p < all.size(); ++p) {
+    twin::Model model = question.model;
+    twin::ThermalParameters& plant = model.thermal_plant;
+    for (double* capacity : {&plant.case_capacity_j_per_k, &plant.coil_outer_capacity_j_per_k,
+                             &plant.coil_inner_capacity_j_per_k, &plant.board_capacity_j_per_k})
+      *capacity *= kTimesOfPlant[p];
+    all[p] = exposure(model, profile, interval_of(profile)).probes;
+  }
+  return all;
+}
+
+// Mean entropy, smallest separations.
+Judgement judge(const std::vector<Question>& questions, const twin::Profile& profile,
+                const Temperatures& temperatures) {
+  Judgement all;
+  for (const auto& probes : temperatures) {
+    const Judgement one = judge_series(questions, exposure(profile, interval_of(profile), probes));
+    all.entropy_nats += one.entropy_nats / static_cast<double>(temperatures.size());
+    if (all.separations.empty()) all.separations = one.separations;
+    for (std::size_t i = 0; i < one.separations.size(); ++i) {
+      double& least = all.separations[i].standard_errors;
+      least = std::min(least, one.separations[i].standard_errors);
+    }
+  }
+  return all;
 }
 
 // Uniform numbers one after the other.
@@ -213,10 +262,8 @@ class Proposals {
   }
 
   void change_power(ExperimentPlan& plan) {
-    const bool is_cycle = limits_.off_s && plan.duration_s > 4.0 * *limits_.off_s;
-    if (!is_cycle || dice_.below(3) == 0) {
-      plan.power_on_s = plan.power_on_s < 0.0 ? 0.0 : -kWarmS;
-    } else if (plan.off_at_s && dice_.below(2) == 0) {
+    if (!limits_.off_s || !(plan.duration_s > 4.0 * *limits_.off_s)) return;
+    if (plan.off_at_s && dice_.below(2) == 0) {
       plan.off_at_s.reset();
     } else {
       const double eighths = static_cast<double>(1 + dice_.below(6)) / 8.0;
@@ -256,17 +303,40 @@ struct Judged {
   ExperimentPlan plan;
   twin::Profile profile;
   Judgement judgement;
+  Temperatures temperatures;
 };
+
+Judged judged(const std::vector<Question>& questions, const ExperimentPlan& plan,
+              const twin::ChamberLimits& limits, const Judged* before) {
+  Judged result{plan, profile_of(plan, limits), {}, {}};
+  const bool is_as_warm = before != nullptr && before->plan.thermal == plan.thermal &&
+                          before->plan.off_at_s == plan.off_at_s;
+  result.temperatures =
+      is_as_warm ? before->temperatures : temperatures_over(questions.front(), result.profile);
+  result.judgement = judge(questions, result.profile, result.temperatures);
+  return result;
+}
 
 Judged best_of_menu(const std::vector<Question>& questions, const twin::ChamberLimits& limits) {
   std::optional<Judged> best;
   for (const ExperimentPlan& plan : experiment_menu(limits)) {
-    const twin::Profile profile = profile_of(plan, limits);
-    Judgement judgement = judge_profile(questions, profile);
-    if (best && best->judgement.entropy_nats <= judgement.entropy_nats) continue;
-    best = Judged{plan, profile, std::move(judgement)};
+    Judged one = judged(questions, plan, limits, nullptr);
+    if (!best || one.judgement.entropy_nats < best->judgement.entropy_nats) best = std::move(one);
   }
   return *std::move(best);  // no menu is empty
+}
+
+// What the explanations read.
+std::vector<twin::Need> needs_of(const std::vector<Question>& questions) {
+  std::vector<twin::Need> needs;
+  for (const Question& question : questions) {
+    for (const Explanation& explanation : question.explanations) {
+      if (explanation.is_nothing()) continue;
+      const auto definition = twin::definition_of(spec_of(explanation.effect, question.axis));
+      needs.insert(needs.end(), definition->needs.begin(), definition->needs.end());
+    }
+  }
+  return needs;
 }
 
 // What the limits lack, at what a laboratory usually has.
@@ -339,6 +409,25 @@ void take_alternatives(Question& question, const NamedEffect& effect) {
   }
 }
 
+// Effects of the catalogue that look like an explanation, or it like them: the next record has to
+// exclude them as the last one did.
+std::vector<std::string> look_alikes(const Question& question) {
+  std::set<std::string> names;
+  const auto has = [](const std::vector<std::string>& list, const std::string& name) {
+    return std::find(list.begin(), list.end(), name) != list.end();
+  };
+  for (const Explanation& explanation : question.explanations) {
+    for (const twin::EffectDefinition& other : twin::effect_catalogue()) {
+      const auto* own = twin::find_effect(explanation.effect.name);
+      if (own == nullptr || !is_waveform(other)) continue;
+      if (has(own->confused_with, other.kind) || has(other.confused_with, own->kind))
+        names.insert(other.kind);
+    }
+  }
+  for (const Explanation& explanation : question.explanations) names.erase(explanation.name());
+  return {names.begin(), names.end()};
+}
+
 void normalise(std::vector<Explanation>& explanations) {
   constexpr double kNegligible = 0.01;  // of a probability
   std::erase_if(explanations, [](const Explanation& e) { return !(e.probability > kNegligible); });
@@ -362,6 +451,7 @@ std::vector<Question> open_questions(const twin::Model& model, core::Axis axis,
     }
     take_alternatives(question, effect);
     normalise(question.explanations);
+    question.look_alikes = look_alikes(question);
     if (may_be_nothing) {
       for (Explanation& explanation : question.explanations) explanation.probability *= 0.5;
       question.explanations.push_back({.probability = 0.5});
@@ -374,8 +464,7 @@ std::vector<Question> open_questions(const twin::Model& model, core::Axis axis,
 }
 
 Judgement judge_profile(const std::vector<Question>& questions, const twin::Profile& profile) {
-  const MeasuredSeries series = exposure(questions.front().model, profile, interval_of(profile));
-  return judge_series(questions, series);
+  return judge(questions, profile, temperatures_over(questions.front(), profile));
 }
 
 Design design(const std::vector<Question>& questions, const twin::ChamberLimits& limits,
@@ -385,14 +474,14 @@ Design design(const std::vector<Question>& questions, const twin::ChamberLimits&
   result.best_of_menu = best.plan.what;
   result.menu_profile = best.profile;
   result.of_menu = best.judgement;
-  Proposals proposals(limits, options.seed);
+  // What nobody asks about rests: it could only hide what is asked about.
+  const twin::ChamberLimits own = limited_to(limits, needs_of(questions));
+  best = best_of_menu(questions, own);
+  Proposals proposals(own, options.seed);
   for (std::size_t i = 0; i < options.proposals; ++i) {
     progress(static_cast<double>(i) / static_cast<double>(options.proposals));
-    ExperimentPlan plan = proposals.change(best.plan);
-    twin::Profile profile = profile_of(plan, limits);
-    Judgement judgement = judge_profile(questions, profile);
-    if (!(judgement.entropy_nats < best.judgement.entropy_nats)) continue;
-    best = {std::move(plan), std::move(profile), std::move(judgement)};
+    Judged next = judged(questions, proposals.change(best.plan), own, &best);
+    if (next.judgement.entropy_nats < best.judgement.entropy_nats) best = std::move(next);
   }
   result.profile = std::move(best.profile);
   result.judgement = std::move(best.judgement);

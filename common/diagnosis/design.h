@@ -8,8 +8,9 @@
 // 2017, Entropy 19, 361, eq. 10). d_ij: the norm of i's waveform at its fitted size, whitened by
 // the model's noise, that is left once the model's own coefficients and j, at any size and in any
 // of its shapes, are fitted to it; lessened by what the forms of effects are known to differ by
-// (SearchOptions). The search begins with the best experiment of the menu and changes one block
-// after the other, keeping what lowers the bound.
+// (SearchOptions). Entropies are means, and distances the smaller ones, over thermal plants with
+// time constants 1.5 times as short and as long as the model's. The search begins with the best
+// experiment of the menu and changes one block after the other, keeping what lowers the bound.
 #pragma once
 
 #include <cstddef>
@@ -40,6 +41,9 @@ struct Question {
   core::Axis axis = core::Axis::kX;
   twin::Model model;  // with what was found on the axis beside it
   std::vector<Explanation> explanations{};
+  // The catalogue's names of what the diagnosis excluded and looks like them: they share what is
+  // beyond the credible set.
+  std::vector<std::string> look_alikes{};
   std::vector<std::string> left_out{};  // that no experiment can be run with: noise, and what the
                                         // catalogue doesn't know
 };
@@ -52,7 +56,7 @@ struct Question {
 
 struct DesignOptions {
   std::uint64_t seed = 1;
-  std::size_t proposals = 400;  // changes that are tried
+  std::size_t proposals = 300;  // changes that are tried
 };
 
 // Two explanations of a question in standard errors: the smaller of d_ij and d_ji.

@@ -44,6 +44,7 @@ twin::Model of_axis(const twin::Model& model, core::Axis axis) {
   return own;
 }
 
+// Of the explanations its set keeps the truth alone: what both records together leave.
 bool tells(const AxisDiagnosis& diagnosis, const Question& question, const Explanation& truth) {
   if (truth.is_nothing())
     return diagnosis.effects.empty() && diagnosis.taken_back.empty() && !diagnosis.unknown;
@@ -52,15 +53,17 @@ bool tells(const AxisDiagnosis& diagnosis, const Question& question, const Expla
            std::any_of(question.explanations.begin(), question.explanations.end(),
                        [&](const Explanation& other) { return other.name() == name; });
   };
-  bool is_named = false;
+  bool is_there = false;
+  const auto see = [&](const std::string& name) { is_there |= name == truth.name(); };
   for (const NamedEffect& effect : diagnosis.effects) {
     if (is_rival(effect.name)) return false;
-    if (effect.name != truth.name()) continue;
-    is_named = std::none_of(effect.alternatives.begin(), effect.alternatives.end(),
-                            [&](const Alternative& other) { return is_rival(other.name); });
-    if (!is_named) return false;
+    see(effect.name);
+    for (const Alternative& other : effect.alternatives) {
+      if (is_rival(other.name)) return false;
+      see(other.name);
+    }
   }
-  return is_named;
+  return is_there;
 }
 
 bool is_told(const Question& question, const Explanation& truth, const twin::Profile& profile,

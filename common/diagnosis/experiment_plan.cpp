@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <string>
 #include <utility>
 
@@ -56,12 +57,14 @@ void add_chamber(const ExperimentPlan& plan, twin::Profile& profile) {
   double at_degc = plan.initial_temperature_degc;
   for (const ThermalBlock& block : plan.thermal) {
     if (time_s >= plan.duration_s) return;
-    time_s += std::abs(block.temperature_degc - at_degc) / block.ramp_degc_per_s;
-    profile.chamber.push_back({time_s, block.temperature_degc});
-    at_degc = block.temperature_degc;
-    if (!(block.soak_s > 0.0)) continue;
+    if (block.temperature_degc != at_degc) {
+      if (time_s > 0.0 && (profile.chamber.empty() || profile.chamber.back().time_s < time_s))
+        profile.chamber.push_back({time_s, at_degc});  // held until now
+      time_s += std::abs(block.temperature_degc - at_degc) / block.ramp_degc_per_s;
+      at_degc = block.temperature_degc;
+      profile.chamber.push_back({time_s, at_degc});
+    }
     time_s += block.soak_s;
-    profile.chamber.push_back({time_s, at_degc});
   }
 }
 
@@ -172,6 +175,22 @@ bool is_movable(const ChamberLimits& limits, Channel channel) {
   return (limits.*traits(channel).limit).has_value();
 }
 
+ChamberLimits limited_to(const ChamberLimits& limits, const std::vector<twin::Need>& needs) {
+  using twin::Need;
+  const auto has = [&](std::initializer_list<Need> any) {
+    return std::find_first_of(needs.begin(), needs.end(), any.begin(), any.end()) != needs.end();
+  };
+  ChamberLimits result = limits;
+  if (!has({Need::kReferenceRate, Need::kSlowReferenceRate, Need::kCrossAxisRate}))
+    result.rate_radps.reset();
+  if (!has({Need::kMagnetic})) result.magnetic_ut.reset();
+  if (!has({Need::kAcceleration})) result.tilt_rad.reset();
+  if (!has({Need::kVibration})) result.vibration_g.reset();
+  if (!has({Need::kSourceCurrent})) result.source_current_ma.reset();
+  if (!has({Need::kSupply})) result.supply_v.reset();
+  return result;
+}
+
 std::vector<double> levels_of(Channel channel) {
   // The slowest rates are below the Earth's rate, where a gyro may not answer at all.
   if (is_rate(channel))
@@ -184,7 +203,6 @@ twin::Profile profile_of(const ExperimentPlan& plan, const ChamberLimits& limits
   twin::Profile profile;
   profile.duration_s = plan.duration_s;
   profile.initial_temperature_degc = plan.initial_temperature_degc;
-  profile.power_on_s = plan.power_on_s;
   if (plan.off_at_s && limits.off_s)
     profile.power_cycles.push_back({*plan.off_at_s, *plan.off_at_s + *limits.off_s});
   add_chamber(plan, profile);
@@ -194,18 +212,14 @@ twin::Profile profile_of(const ExperimentPlan& plan, const ChamberLimits& limits
 }
 
 std::vector<ExperimentPlan> experiment_menu(const ChamberLimits& limits) {
-  ExperimentPlan still{.what = "warm, at constant temperature",
-                       .duration_s = limits.duration_s,
-                       .initial_temperature_degc = limits.ambient_degc,
-                       .power_on_s = -kWarmS};
+  const ExperimentPlan still{.duration_s = limits.duration_s,
+                             .initial_temperature_degc = limits.ambient_degc};
   std::vector<ExperimentPlan> menu;
   const auto add = [&](std::string_view what, ExperimentPlan plan) {
     plan.what = what;
     menu.push_back(std::move(plan));
   };
-  ExperimentPlan switched_on = still;
-  switched_on.power_on_s = 0.0;
-  add("switching on at constant temperature", switched_on);
+  add("switching on at constant temperature", still);
   ExperimentPlan turning = still;
   move(turning, limits, Channel::kRateX, Channel::kRateZ);
   ExperimentPlan surroundings = still;
@@ -232,13 +246,13 @@ std::vector<ExperimentPlan> experiment_menu(const ChamberLimits& limits) {
   const double middle = 0.5 * (low + high);
   ExperimentPlan small = still;
   small.initial_temperature_degc = middle;
-  small.thermal = cycles(middle, middle + 0.1 * (high - low), {fastest / 4.0}, 0.0, whole_s);
+  small.thermal =
+      cycles(middle, middle + 0.1 * (high - low), {fastest / 4.0}, limits.soak_s, whole_s);
   add("small temperature cycles", small);
   if (limits.rate_radps) add("a rate table while the temperature ramps", heated(turning, fast));
   ExperimentPlan everything =
       heated(surroundings,
              cycles(low, high, {fastest, fastest / 2.0, fastest / 4.0}, limits.soak_s, whole_s));
-  everything.power_on_s = 0.0;
   move(everything, limits, Channel::kRateX, Channel::kRateZ);
   if (limits.off_s && whole_s > 4.0 * *limits.off_s)
     everything.off_at_s = 0.5 * (whole_s - *limits.off_s);

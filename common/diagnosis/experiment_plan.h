@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// An experiment in blocks, as a search composes it: ramps and soaks of a chamber one after the
-// other, and beside them levels of every other channel, each held for one block of time.
+// An experiment in blocks, as a search composes it: switched on at its start, ramps and soaks of a
+// chamber one after the other, and beside them levels of every other channel, each held for one
+// block of time.
 #pragma once
 
 #include <array>
@@ -11,6 +12,7 @@
 
 #include "common/core/axis.h"
 #include "common/twin/chamber_limits.h"
+#include "common/twin/effect.h"
 #include "common/twin/profile.h"
 
 namespace zerodrift::diagnosis {
@@ -35,13 +37,14 @@ struct ThermalBlock {
   double temperature_degc = 0.0;
   double ramp_degc_per_s = 0.0;
   double soak_s = 0.0;
+
+  bool operator==(const ThermalBlock&) const = default;
 };
 
 struct ExperimentPlan {
   std::string_view what{};  // of the fixed menu; empty of one that was composed
   double duration_s = 0.0;
   double initial_temperature_degc = 20.0;
-  double power_on_s = 0.0;              // negative: warm already
   std::optional<double> off_at_s{};     // switched off for ChamberLimits::off_s
   std::vector<ThermalBlock> thermal{};  // one after the other from time 0; what comes after the end
                                         // has no effect
@@ -52,11 +55,13 @@ struct ExperimentPlan {
 // As long as those of the shipped profile: a tilt table or a shaker is set by hand in less.
 inline constexpr double kLevelBlockS = 300.0;
 
-// So long before the record the gyro was switched on that its warm-up is over.
-inline constexpr double kWarmS = 7200.0;
-
 // Whether the limits allow the channel to be moved.
 [[nodiscard]] bool is_movable(const twin::ChamberLimits& limits, Channel channel);
+
+// The limits without the channels that none of these needs of effects is about. Temperature and
+// power stay: nothing is at one temperature only.
+[[nodiscard]] twin::ChamberLimits limited_to(const twin::ChamberLimits& limits,
+                                             const std::vector<twin::Need>& needs);
 
 // Levels that a search tries, for vibration those of them that aren't negative.
 [[nodiscard]] std::vector<double> levels_of(Channel channel);

@@ -164,7 +164,8 @@ double separation(const Experiment& experiment, const twin::Model& model, core::
   const Eigen::MatrixXd beside = whitener.matrix(known);
   double nearest = norm_beside(found, beside);
   if (nearest < kLeastSeparation) return nearest;
-  for (const Columns& columns : rivals_of(rival, series, playback, model, axis)) {
+  const Candidates all = candidates(series, playback, model, axis, offered_oscillations());
+  for (const Columns& columns : rivals_of(rival, all, playback)) {
     const Eigen::MatrixXd of_rival = whitener.matrix(columns);
     Eigen::MatrixXd both(beside.rows(), beside.cols() + of_rival.cols());
     both << beside, of_rival;

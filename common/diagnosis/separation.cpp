@@ -64,18 +64,17 @@ Oscillations offered_oscillations() {
   return all;
 }
 
-std::vector<Columns> rivals_of(const std::string& name, const MeasuredSeries& series,
-                               const Playback& playback, const twin::Model& model,
-                               core::Axis axis) {
+std::vector<Columns> rivals_of(const std::string& name, const Candidates& all,
+                               const Playback& playback) {
   constexpr std::size_t kMostVariants = 24;
   std::vector<Columns> rivals;
-  const Candidates all = candidates(series, playback, model, axis, offered_oscillations());
   for (const Candidate& candidate : all.testable) {
     if (candidate.definition->kind != name) continue;
     const std::size_t stride = candidate.variants.size() / kMostVariants + 1;
     for (std::size_t v = 0; v < candidate.variants.size(); v += stride) {
-      rivals.push_back(columns_of(playback, *candidate.definition,
-                                  context_of(candidate, candidate.variants[v], series.interval_s)));
+      rivals.push_back(
+          columns_of(playback, *candidate.definition,
+                     context_of(candidate, candidate.variants[v], playback.interval_s())));
     }
   }
   return rivals;
@@ -88,17 +87,21 @@ bool can_be_run(const std::string& name) {
 
 namespace {
 
-void add_probes(const twin::Model& model, const twin::Profile& profile, MeasuredSeries& series) {
+std::vector<ProbeSeries> temperatures_of(const twin::Model& model, const twin::Profile& profile,
+                                         double interval_s) {
   twin::ThermalPlant plant(model.thermal_plant, profile);
-  for (const twin::ProbeSpec& probe : model.probes) series.probes.push_back({.name = probe.name});
-  for (std::size_t i = 0; i < series.size; ++i) {
-    const auto state = plant.at(core::from_seconds(series.time_s(i)));
-    for (std::size_t p = 0; p < model.probes.size(); ++p) {
+  std::vector<ProbeSeries> probes;
+  for (const twin::ProbeSpec& probe : model.probes) probes.push_back({.name = probe.name});
+  const auto size = static_cast<std::size_t>(profile.duration_s / interval_s);
+  for (std::size_t i = 0; i < size; ++i) {
+    const auto state = plant.at(core::from_seconds(static_cast<double>(i) * interval_s));
+    for (std::size_t p = 0; p < probes.size(); ++p) {
       const std::size_t node = twin::index(model.probes[p].node);
-      series.probes[p].temperature_degc.push_back(state.temperature_degc[node]);
-      series.probes[p].rate_degc_per_s.push_back(state.temperature_rate_degc_per_s[node]);
+      probes[p].temperature_degc.push_back(state.temperature_degc[node]);
+      probes[p].rate_degc_per_s.push_back(state.temperature_rate_degc_per_s[node]);
     }
   }
+  return probes;
 }
 
 void add_excitations(const twin::Profile& profile, MeasuredSeries& series) {
@@ -148,11 +151,15 @@ void add_turns(const twin::Profile& profile, MeasuredSeries& series) {
 }  // namespace
 
 MeasuredSeries exposure(const twin::Model& model, const twin::Profile& profile, double interval_s) {
+  return exposure(profile, interval_s, temperatures_of(model, profile, interval_s));
+}
+
+MeasuredSeries exposure(const twin::Profile& profile, double interval_s,
+                        const std::vector<ProbeSeries>& temperatures) {
   MeasuredSeries series;
   series.interval_s = series.sample_period_s = interval_s;
-  series.start_s = 0.0;
   series.size = static_cast<std::size_t>(profile.duration_s / interval_s);
-  add_probes(model, profile, series);
+  series.probes = temperatures;
   add_excitations(profile, series);
   add_turns(profile, series);
   for (std::size_t i = 0; i < series.size; ++i) {

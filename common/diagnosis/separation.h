@@ -39,11 +39,10 @@ class Whitener {
 // The periods and frequencies that the catalogue offers to a search, as if a record showed them.
 [[nodiscard]] Oscillations offered_oscillations();
 
-// Columns of an effect at each of its variants; no more than enough to cover its shapes. None where
-// the experiment doesn't excite it.
-[[nodiscard]] std::vector<Columns> rivals_of(const std::string& name, const MeasuredSeries& series,
-                                             const Playback& playback, const twin::Model& model,
-                                             core::Axis axis);
+// Columns of one of the candidates at each of its variants; no more than enough to cover its
+// shapes. None where the experiment doesn't excite it.
+[[nodiscard]] std::vector<Columns> rivals_of(const std::string& name, const Candidates& all,
+                                             const Playback& playback);
 
 // Only a waveform can be run over an experiment: a noise, or what this catalogue doesn't know, may
 // be near or far.
@@ -53,5 +52,9 @@ class Whitener {
 // without a gyro. The thermometers have no lag. O(duration * 10 Hz).
 [[nodiscard]] MeasuredSeries exposure(const twin::Model& model, const twin::Profile& profile,
                                       double interval_s);
+// The same with the temperatures of an experiment that differs in neither chamber nor power nor
+// length: what they cost is saved.
+[[nodiscard]] MeasuredSeries exposure(const twin::Profile& profile, double interval_s,
+                                      const std::vector<ProbeSeries>& temperatures);
 
 }  // namespace zerodrift::diagnosis

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <vector>
 
 #include "common/core/units.h"
 #include "common/twin/effect.h"
@@ -13,6 +14,7 @@ namespace {
 
 // A bound written in degrees and a profile that keeps it differ by rounding.
 constexpr double kRounding = 1e-9;
+constexpr double kLeastRangeDegc = 1.0;  // that is worth a chamber
 constexpr double kGravityMps2 = 9.80665;
 
 std::string text_of(double value) {
@@ -60,14 +62,15 @@ std::optional<std::string> excess_of_temperature(const Profile& profile,
 
 // Largest magnitude that a quantity has at any time: it changes at edges of excitations alone.
 double largest(const Profile& profile, ExcitedQuantity quantity, core::Axis axis) {
+  std::vector<Excitation> same;
+  for (const Excitation& one : profile.excitations) {
+    if (one.quantity == quantity && (!has_axis(quantity) || one.axis == axis)) same.push_back(one);
+  }
   double most = 0.0;
-  for (const Excitation& at : profile.excitations) {
+  for (const Excitation& at : same) {
     for (const double time_s : {at.start_s + at.ramp_s, at.start_s + at.duration_s - at.ramp_s}) {
       double sum = 0.0;
-      for (const Excitation& other : profile.excitations) {
-        const bool same = other.quantity == quantity && (!has_axis(quantity) || other.axis == axis);
-        if (same) sum += excited_value(other, time_s);
-      }
+      for (const Excitation& other : same) sum += excited_value(other, time_s);
       most = std::max(most, std::abs(sum));
     }
   }

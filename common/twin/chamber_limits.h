@@ -13,7 +13,7 @@ namespace zerodrift::twin {
 // A bound that is absent: that channel can't be moved. Each is the largest magnitude, both ways.
 struct ChamberLimits {
   double duration_s = 0.0;     // of the longest experiment
-  double ambient_degc = 20.0;  // everything has soaked at it when an experiment begins
+  double ambient_degc = 20.0;  // where no chamber moves it
   std::optional<double> low_degc{};
   std::optional<double> high_degc{};
   std::optional<double> ramp_degc_per_s{};

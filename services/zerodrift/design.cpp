@@ -42,6 +42,8 @@ int design(const DesignCommand& command) {
                 report::one_line(command.request.diagnosis).c_str());
     return service::kExitDone;
   }
+  const bool separates =
+      result.design.inseparable.size() < result.design.judgement.separations.size();
   const Provenance provenance = provenance_of(command.made_by, command.request.limits,
                                               {command.request.model, command.request.diagnosis});
   if (!command.json.empty()) {
@@ -49,15 +51,18 @@ int design(const DesignCommand& command) {
     json["provenance"] = provenance_json(provenance);
     report::write_json(command.json, json);
   }
-  config::save_profile(result.design.profile,
-                       {"Designed by " + report::one_line(command.made_by.command_line)},
-                       command.out);
   for (const std::string& sentence : design_sentences(result))
     print_paragraph(report::one_line(sentence));
   print_design_tables(result);
+  if (!separates) {
+    std::printf("Nothing can be told apart within these limits: no profile was written\n");
+    return service::kExitDone;
+  }
+  config::save_profile(result.design.profile,
+                       {"Designed by " + report::one_line(command.made_by.command_line)},
+                       command.out);
   print_paragraph(report::one_line(command.out) +
-                  ": the profile, for zerodrift simulate and for "
-                  "a chamber");
+                  ": the profile, for zerodrift simulate and for a chamber");
   return service::kExitDone;
 }
 
@@ -86,7 +91,7 @@ void add_design(CLI::App& app, Run& run, const Invocation& made_by) {
       ->capture_default_str();
   command->add_option("--json", options->json, "file for all figures");
   command->footer(
-      "Exit codes: 0 a profile was written, or the diagnosis leaves nothing to tell apart; 2 wrong "
+      "Exit codes: 0 a profile was written, or there is nothing that one could tell apart; 2 wrong "
       "usage or bad input.");
   command->callback([options, &run] { run = [options] { return design(*options); }; });
 }
