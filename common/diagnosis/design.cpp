@@ -353,15 +353,17 @@ std::vector<std::pair<const char*, twin::ChamberLimits>> widened(
     more.high_degc = 50.0;
     more.ramp_degc_per_s = 2.0 / 60.0;
   });
-  add("rate_table", limits.rate_radps.has_value(),
+  add("rate_table.largest_deg_s", limits.rate_radps.has_value(),
       [](auto& more) { more.rate_radps = 10.0 * core::kRadPerDeg; });
-  add("magnetic", limits.magnetic_ut.has_value(), [](auto& more) { more.magnetic_ut = 100.0; });
-  add("tilt", limits.tilt_rad.has_value(),
+  add("magnetic.largest_ut", limits.magnetic_ut.has_value(),
+      [](auto& more) { more.magnetic_ut = 100.0; });
+  add("tilt.largest_deg", limits.tilt_rad.has_value(),
       [](auto& more) { more.tilt_rad = 90.0 * core::kRadPerDeg; });
-  add("vibration", limits.vibration_g.has_value(), [](auto& more) { more.vibration_g = 1.0; });
-  add("source_current", limits.source_current_ma.has_value(),
+  add("vibration.largest_g", limits.vibration_g.has_value(),
+      [](auto& more) { more.vibration_g = 1.0; });
+  add("source_current.change_ma", limits.source_current_ma.has_value(),
       [](auto& more) { more.source_current_ma = 5.0; });
-  add("supply", limits.supply_v.has_value(), [](auto& more) { more.supply_v = 0.25; });
+  add("supply.change_v", limits.supply_v.has_value(), [](auto& more) { more.supply_v = 0.25; });
   return all;
 }
 
