@@ -80,8 +80,8 @@ struct Judgement {
 // Below, two explanations can't be told apart: their posterior odds would change by e at most.
 inline constexpr double kLeastStandardErrors = 3.0;
 
-// That stay together, and the key of the limits that would separate them if it were there; empty where
-// none would.
+// That stay together, and the key of the limits that would separate them if it were there; empty
+// where none would.
 struct Inseparable {
   Separation pair;
   std::string channel;
