@@ -277,6 +277,48 @@ twin::Profile profile_from_proto(const proto::TwinProfile& message) {
   return profile;
 }
 
+proto::TwinProfile to_proto(const twin::Profile& profile) {
+  proto::TwinProfile message;
+  message.set_name(profile.name);
+  message.set_duration_s(profile.duration_s);
+  message.set_initial_temperature_degc(profile.initial_temperature_degc);
+  message.set_power_on_s(profile.power_on_s);
+  for (const twin::ChamberPoint& point : profile.chamber) {
+    auto& m = *message.add_chamber();
+    m.set_time_s(point.time_s);
+    m.set_temperature_degc(point.temperature_degc);
+  }
+  for (const twin::Turn& turn : profile.turns) {
+    auto& m = *message.add_turns();
+    m.set_start_s(turn.start_s);
+    m.set_duration_s(turn.duration_s);
+    m.set_axis(std::string(core::name(turn.axis)));
+    m.set_rate_deg_s(turn.rate_radps / core::kRadPerDeg);
+    m.set_ramp_s(turn.ramp_s);
+  }
+  for (const twin::PowerCycle& cycle : profile.power_cycles) {
+    auto& m = *message.add_power_cycles();
+    m.set_off_s(cycle.off_s);
+    m.set_on_s(cycle.on_s);
+  }
+  for (const twin::Excitation& excitation : profile.excitations) {
+    auto& m = *message.add_excitations();
+    m.set_start_s(excitation.start_s);
+    m.set_duration_s(excitation.duration_s);
+    m.set_quantity(twin::excited_quantity_names()[static_cast<std::size_t>(excitation.quantity)]);
+    if (twin::has_axis(excitation.quantity)) m.set_axis(std::string(core::name(excitation.axis)));
+    m.set_value(excitation.value);
+    m.set_ramp_s(excitation.ramp_s);
+  }
+  if (!profile.earth_rate) return message;
+  auto& earth = *message.mutable_earth_rate();
+  earth.set_latitude_deg(profile.earth_rate->latitude_rad / core::kRadPerDeg);
+  earth.set_heading_deg(profile.earth_rate->heading_rad / core::kRadPerDeg);
+  earth.set_pitch_deg(profile.earth_rate->pitch_rad / core::kRadPerDeg);
+  earth.set_roll_deg(profile.earth_rate->roll_rad / core::kRadPerDeg);
+  return message;
+}
+
 LoadedModel load_model(const std::filesystem::path& path) {
   return model_from(YamlDocument::read(path));
 }
@@ -316,6 +358,13 @@ twin::Profile load_profile(const std::filesystem::path& path) {
   } catch (const InvalidField& error) {
     throw document.error(error.problem().key, error.problem().what);
   }
+}
+
+void save_profile(const twin::Profile& profile, const std::vector<std::string>& comments,
+                  const std::filesystem::path& path) {
+  std::string text;
+  for (const std::string& line : comments) text += "# " + line + '\n';
+  write_whole(path, text + to_yaml(to_proto(profile)));
 }
 
 }  // namespace zerodrift::config

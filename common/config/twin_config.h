@@ -31,6 +31,10 @@ struct LoadedModel {
 void save_model(const twin::Model& model, const std::filesystem::path& path);
 
 [[nodiscard]] twin::Profile load_profile(const std::filesystem::path& path);
+// Writes the profile as YAML, whole or not at all, behind these lines of comment. load_profile
+// gives it back; rates and angles, which the file has in degrees, to a last bit.
+void save_profile(const twin::Profile& profile, const std::vector<std::string>& comments,
+                  const std::filesystem::path& path);
 
 // A value that the schema allows and the twin doesn't; `problem` names its key.
 class InvalidField : public std::invalid_argument {
@@ -48,5 +52,6 @@ class InvalidField : public std::invalid_argument {
 [[nodiscard]] twin::Model model_from_proto(const proto::TwinModel& message);
 [[nodiscard]] twin::Profile profile_from_proto(const proto::TwinProfile& message);
 [[nodiscard]] proto::TwinModel to_proto(const twin::Model& model);
+[[nodiscard]] proto::TwinProfile to_proto(const twin::Profile& profile);
 
 }  // namespace zerodrift::config

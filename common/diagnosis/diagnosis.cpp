@@ -420,8 +420,11 @@ class AxisExamination {
 
   // A record's own faults need no proof by another one.
   static void take_back(AxisDiagnosis& result) {
-    std::erase_if(result.effects,
-                  [](const NamedEffect& effect) { return !is_record_fault(effect.name); });
+    const auto unproved = std::stable_partition(
+        result.effects.begin(), result.effects.end(),
+        [](const NamedEffect& effect) { return is_record_fault(effect.name); });
+    result.taken_back.assign(unproved, result.effects.end());
+    result.effects.erase(unproved, result.effects.end());
     result.recalibrated.clear();
     result.verdict = verdict_of(result);
     if (!result.effects.empty())

@@ -35,6 +35,9 @@ struct Disagreement {
 struct Alternative {
   std::string name;
   double probability = 0.0;
+  // Fitted in place of the effect beside which it stands, as there. Empty of what is no waveform.
+  std::vector<std::string> inputs{};
+  std::map<std::string, double> parameters{};
 };
 
 struct NamedEffect {
@@ -150,6 +153,8 @@ struct AxisDiagnosis {
   Gap held_out{};
   AllanDistance allan_log_distance{};
   Acceptance acceptance = Acceptance::kNothingToProve;
+  // What was found and could not be proved, so that the model was left without it.
+  std::vector<NamedEffect> taken_back{};
   std::vector<NotTestable> not_testable{};
   std::vector<SmallestVisible> could_have_seen{};
   std::string next_experiment;

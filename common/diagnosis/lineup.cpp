@@ -69,18 +69,13 @@ ShapeRange range_of(const ParameterDefinition& parameter, const Candidate& candi
     case twin::SearchRule::kCycleFrequency:
       return {ShapeScale::kLinear, 0.5 / duration_s, 0.5 / series.interval_s, 0.02 / duration_s};
     case twin::SearchRule::kCycleDuty:
-    case twin::SearchRule::kCyclePhase:
-      return {ShapeScale::kLinear, lowest, highest, 1.0 / 96.0};
-    case twin::SearchRule::kAngle:
-      return reset_range(parameter, candidate, series);
-    case twin::SearchRule::kPeriod:
-      return {ShapeScale::kLogarithmic, lowest, highest, 1.02};
+    case twin::SearchRule::kCyclePhase: return {ShapeScale::kLinear, lowest, highest, 1.0 / 96.0};
+    case twin::SearchRule::kAngle: return reset_range(parameter, candidate, series);
+    case twin::SearchRule::kPeriod: return {ShapeScale::kLogarithmic, lowest, highest, 1.02};
     case twin::SearchRule::kThreshold:
       return {ShapeScale::kLinear, lowest, highest, spacing_of(parameter.name, candidate)};
-    case twin::SearchRule::kLag:
-      return {ShapeScale::kLinear, lowest, duration_s / 4.0, 60.0};
-    case twin::SearchRule::kGrid:
-      break;
+    case twin::SearchRule::kLag: return {ShapeScale::kLinear, lowest, duration_s / 4.0, 60.0};
+    case twin::SearchRule::kGrid: break;
   }
   if (parameter.grid.size() < 2) return {};
   if (parameter.grid.front() > 0.0) {
@@ -202,13 +197,18 @@ std::vector<CandidateGroup> Lineup::groups(const MeasuredSeries& series,
 }
 
 NamedEffect Lineup::effect_of(const FoundEffect& found) const {
-  NamedEffect effect;
+  NamedEffect effect = fitted_as(found);
   effect.probability = found.probability;
   effect.log_evidence = found.log_evidence;
   for (const RankedGroup& ranked : found.credible_set) {
     if (ranked.group != found.group)
       effect.alternatives.push_back({name_of(ranked.group), ranked.probability});
   }
+  return effect;
+}
+
+NamedEffect Lineup::fitted_as(const FittedEffect& found) const {
+  NamedEffect effect;
   const Candidate& candidate = *named_by(found.group);
   effect.name = candidate.definition->kind;
   effect.formula = candidate.definition->formula;

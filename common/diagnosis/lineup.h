@@ -43,6 +43,8 @@ struct Lineup {
                                                    const Playback& playback) const;
   // A found effect with the parameters that its shape and amplitudes are.
   [[nodiscard]] NamedEffect effect_of(const FoundEffect& found) const;
+  // The inputs and parameters that a fit of a named group gives, within the limits of its effect.
+  [[nodiscard]] NamedEffect fitted_as(const FittedEffect& fitted) const;
 };
 
 }  // namespace zerodrift::diagnosis

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/diagnosis/next_experiment.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,11 +10,11 @@
 
 #include "common/core/units.h"
 #include "common/diagnosis/candidates.h"
-#include "common/diagnosis/cosine_transform.h"
 #include "common/diagnosis/gap.h"
 #include "common/diagnosis/known_effects.h"
 #include "common/diagnosis/playback.h"
 #include "common/diagnosis/rounded_text.h"
+#include "common/diagnosis/separation.h"
 #include "common/twin/effect_catalogue.h"
 #include "common/twin/profile.h"
 #include "common/twin/random.h"
@@ -145,90 +144,11 @@ MeasuredSeries simulate(const Experiment& experiment, const twin::ThermalParamet
   return series;
 }
 
-using Columns = std::vector<std::vector<double>>;
-
-class Whitener {
- public:
-  // dct_variances: of a noise, not all of them 0.
-  explicit Whitener(std::vector<double> dct_variances)
-      : transform_(dct_variances.size()), variances_(std::move(dct_variances)) {
-    const double largest = *std::max_element(variances_.begin(), variances_.end());
-    for (double& v : variances_) v = v > 0.0 ? v : largest;
-  }
-
-  [[nodiscard]] Eigen::MatrixXd matrix(const Columns& columns) {
-    const auto n = static_cast<Eigen::Index>(variances_.size());
-    Eigen::MatrixXd result(n, static_cast<Eigen::Index>(columns.size()));
-    for (std::size_t c = 0; c < columns.size(); ++c) {
-      Eigen::VectorXd cosine = transform_.forward(columns[c]);
-      cosine(0) = 0.0;
-      for (Eigen::Index k = 1; k < n; ++k)
-        cosine(k) /= std::sqrt(variances_[static_cast<std::size_t>(k)]);
-      result.col(static_cast<Eigen::Index>(c)) = cosine;
-    }
-    return result;
-  }
-
- private:
-  CosineTransform transform_;
-  std::vector<double> variances_;
-};
-
-double norm_beside(const Eigen::VectorXd& waveform, const Eigen::MatrixXd& others) {
-  if (others.cols() == 0) return waveform.norm();
-  const Eigen::VectorXd scale = others.colwise().norm().cwiseMax(1e-300).transpose();
-  const Eigen::MatrixXd unit = others * scale.cwiseInverse().asDiagonal();
-  const Eigen::VectorXd fit = unit * unit.colPivHouseholderQr().solve(waveform);
-  return (waveform - fit).norm();
-}
-
 // The effect as found, over an experiment.
 Columns waveform_of(const NamedEffect& effect, const Playback& playback, core::Axis axis) {
   const twin::EffectDefinition* definition = twin::find_effect(effect.name);
   if (definition == nullptr || !is_waveform(*definition)) return {};
   return {playback.run(*definition, context_of(spec_of(effect, axis), *definition, kIntervalS))};
-}
-
-// The periods and frequencies that the catalogue offers to a search, as if a record showed them.
-Oscillations offered_oscillations() {
-  constexpr double kArcsecPerRad = 3600.0 / core::kRadPerDeg;
-  const auto offered = [](twin::SearchRule rule, const auto& frequency_of) {
-    OscillationPeaks peaks;
-    for (const auto& definition : twin::effect_catalogue()) {
-      for (const auto& parameter : definition.parameters) {
-        if (parameter.rule != rule) continue;
-        for (const double v : parameter.grid) peaks.frequencies.push_back(frequency_of(v));
-      }
-    }
-    peaks.looked_at = static_cast<double>(peaks.frequencies.size());
-    return peaks;
-  };
-  Oscillations all;
-  all.lines = offered(twin::SearchRule::kFrequency, [](double hz) { return hz; });
-  for (const double hz : all.lines.frequencies) all.cycles.push_back({.frequency_hz = hz});
-  all.fringes.fill(offered(twin::SearchRule::kPeriod, [](double degc) { return 1.0 / degc; }));
-  all.resets =
-      offered(twin::SearchRule::kAngle, [](double arcsec) { return kArcsecPerRad / arcsec; });
-  return all;
-}
-
-// Columns of the rival at each of its variants; no more than enough to cover its shapes. None where
-// the experiment doesn't excite it.
-std::vector<Columns> rivals_of(const std::string& name, const MeasuredSeries& series,
-                               const Playback& playback, const twin::Model& model,
-                               core::Axis axis) {
-  constexpr std::size_t kMostVariants = 24;
-  std::vector<Columns> rivals;
-  const Candidates all = candidates(series, playback, model, axis, offered_oscillations());
-  for (const Candidate& candidate : all.testable) {
-    if (candidate.definition->kind != name) continue;
-    const std::size_t stride = candidate.variants.size() / kMostVariants + 1;
-    for (std::size_t v = 0; v < candidate.variants.size(); v += stride) {
-      rivals.push_back(columns_of(playback, *candidate.definition,
-                                  context_of(candidate, candidate.variants[v], kIntervalS)));
-    }
-  }
-  return rivals;
 }
 
 double separation(const Experiment& experiment, const twin::Model& model, core::Axis axis,
@@ -244,20 +164,14 @@ double separation(const Experiment& experiment, const twin::Model& model, core::
   const Eigen::MatrixXd beside = whitener.matrix(known);
   double nearest = norm_beside(found, beside);
   if (nearest < kLeastSeparation) return nearest;
-  for (const Columns& columns : rivals_of(rival, series, playback, model, axis)) {
+  const Candidates all = candidates(series, playback, model, axis, offered_oscillations());
+  for (const Columns& columns : rivals_of(rival, all, playback)) {
     const Eigen::MatrixXd of_rival = whitener.matrix(columns);
     Eigen::MatrixXd both(beside.rows(), beside.cols() + of_rival.cols());
     both << beside, of_rival;
     nearest = std::min(nearest, norm_beside(found, both));
   }
   return nearest;
-}
-
-// Only a waveform can be run over an experiment: a noise, or what this catalogue doesn't know, may
-// be near or far.
-bool can_be_run(const std::string& name) {
-  const twin::EffectDefinition* definition = twin::find_effect(name);
-  return definition != nullptr && is_waveform(*definition);
 }
 
 std::string to_separate(const twin::Model& model, core::Axis axis, const NamedEffect& effect) {

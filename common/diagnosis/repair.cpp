@@ -130,6 +130,28 @@ void level(NamedEffect& effect) {
   effect.probability = sum / count;
 }
 
+// Each alternative's shape as it looks best beside the known columns alone, its amplitudes fitted
+// in place of the effect beside which it stands.
+void fit_alternatives(NamedEffect& effect, std::size_t place, const SearchReport& report,
+                      const SearchProblem& problem, const Lineup& lineup,
+                      const SearchOptions& options) {
+  std::vector<ChosenShape> chosen;
+  for (const FoundEffect& found : report.effects) chosen.push_back({found.group, found.shape});
+  if (report.unknown) chosen.push_back({report.unknown->group, report.unknown->shape});
+  for (Alternative& other : effect.alternatives) {
+    const auto group = std::find_if(
+        report.groups.begin(), report.groups.end(),
+        [&](const GroupFinding& finding) { return lineup.name_of(finding.group) == other.name; });
+    if (group == report.groups.end() || group->shape.empty()) continue;
+    chosen[place] = {group->group, group->shape};
+    const std::optional<JointFit> joint = fit_jointly(problem, chosen, options);
+    if (!joint) continue;
+    NamedEffect fitted = lineup.fitted_as(joint->effects[place]);
+    other.inputs = std::move(fitted.inputs);
+    other.parameters = std::move(fitted.parameters);
+  }
+}
+
 double evidence_of(const SearchReport& report) {
   double sum = report.unknown ? report.unknown->log_evidence : 0.0;
   for (const FoundEffect& effect : report.effects) sum += effect.log_evidence;
@@ -217,6 +239,8 @@ Trial repair(const TrialInput& input) {
     for (std::size_t i = 0; i < without.size(); ++i) without[i] += found.waveform[i];
     const Candidate& candidate = *lineup.named_by(found.group);
     fit_size(effect, candidate, found.amplitudes.front(), without, report, input);
+    const auto place = static_cast<std::size_t>(&found - report.effects.data());
+    fit_alternatives(effect, place, report, problem, lineup, search_options(input.options));
     if (candidate.is_listed) {
       take_listed(trial, input.axis, candidate, effect);
     } else {

@@ -77,11 +77,13 @@ Json json_of(const diagnosis::Disagreement& place) {
 Json json_of(const diagnosis::NamedEffect& effect) {
   return {{"name", effect.name},
           {"probability", number(effect.probability)},
-          {"alternatives",
-           array_of(effect.alternatives,
-                    [](const auto& other) {
-                      return Json{{"name", other.name}, {"probability", number(other.probability)}};
-                    })},
+          {"alternatives", array_of(effect.alternatives,
+                                    [](const auto& other) {
+                                      return Json{{"name", other.name},
+                                                  {"probability", number(other.probability)},
+                                                  {"inputs", other.inputs},
+                                                  {"parameters", json_of(other.parameters)}};
+                                    })},
           {"inputs", effect.inputs},
           {"parameters", json_of(effect.parameters)},
           {"standard_errors", json_of(effect.standard_errors)},
@@ -132,6 +134,8 @@ Json json_of(const AxisDiagnosis& axis) {
   json["samples_left_out"] = axis.samples_left_out;
   json["held_out_kind"] = key_of(axis.held_out_kind);
   json["acceptance"] = key_of(axis.acceptance);
+  json["taken_back"] =
+      array_of(axis.taken_back, [](const auto& effect) { return json_of(effect); });
   json["not_testable"] = array_of(axis.not_testable, [](const auto& effect) {
     return Json{{"name", effect.name}, {"why", effect.why}};
   });

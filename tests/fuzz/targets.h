@@ -20,11 +20,13 @@ class Broken : public std::logic_error {
 };
 
 // What an input looks like stands at the head of targets/<name>.cpp.
+void chamber_limits(Bytes input);
 void checkpoint(Bytes input);
 void column_map(Bytes input);
 void compensation_config(Bytes input);
 void datagram(Bytes input);
 void dds_payload(Bytes input);
+void diagnosis_findings(Bytes input);
 void mcap(Bytes input);
 void formula(Bytes input);
 void foxglove_frame(Bytes input);
@@ -45,11 +47,13 @@ struct Target {
 };
 
 inline constexpr std::array kTargets{
+    Target{"chamber_limits", chamber_limits},
     Target{"checkpoint", checkpoint},
     Target{"column_map", column_map},
     Target{"compensation_config", compensation_config},
     Target{"datagram", datagram},
     Target{"dds_payload", dds_payload},
+    Target{"diagnosis_findings", diagnosis_findings},
     Target{"mcap", mcap},
     Target{"formula", formula},
     Target{"foxglove_frame", foxglove_frame},

@@ -63,11 +63,11 @@ bool has_no_numbers_that_json_lacks(const Json& json) {
 TEST(DiagnosisJson, HasTheAgreedKeysOfAnAxisWhateverWasFound) {
   const Json json = diagnosis_json(example_diagnosis());
   EXPECT_EQ(json.at("verdict"), "effect_named");
-  const std::set<std::string> agreed{"verdict",      "sentence",        "where",
-                                     "effects",      "recalibrated",    "unknown",
-                                     "gap",          "held_out_kind",   "acceptance",
-                                     "not_testable", "could_have_seen", "next_experiment",
-                                     "evidence",     "samples_left_out"};
+  const std::set<std::string> agreed{"verdict",      "sentence",         "where",
+                                     "effects",      "recalibrated",     "unknown",
+                                     "gap",          "held_out_kind",    "acceptance",
+                                     "not_testable", "could_have_seen",  "next_experiment",
+                                     "evidence",     "samples_left_out", "taken_back"};
   EXPECT_EQ(keys_of(json.at("axis")), (std::set<std::string>{"x", "z"}));
   for (const auto* axis : {"x", "z"}) EXPECT_EQ(keys_of(json.at("axis").at(axis)), agreed) << axis;
   const Json& quiet = json.at("axis").at("z");
