@@ -7,6 +7,7 @@
 #include "common/evaluation/comparison_report.h"
 #include "common/evaluation/comparison_verdict.h"
 #include "common/measurement/doubts_json.h"
+#include "common/report/json_object.h"
 
 namespace zerodrift::evaluation {
 namespace {
@@ -17,7 +18,7 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 nlohmann::ordered_json json_of(const comparison::StreamReport& stream) {
   using allan::NoiseTerm;
-  nlohmann::ordered_json json;
+  auto json = nlohmann::ordered_json::object();
   json["std_60s_deg_h"] = deg_h_or_nothing(stream.minute_means);
   const auto add = [&](const char* key, NoiseTerm term, double unit) {
     const auto& c = stream.coefficients[term];
@@ -107,7 +108,7 @@ nlohmann::ordered_json json_of(const ProtocolOutcome& outcome) {
       {"judged_from_s", core::seconds(protocol.judged_from)},
       {"before", json_of(outcome.raw)}};
   for (const SchemeOutcome& scheme : outcome.schemes) {
-    auto& shown = json["schemes"][scheme.name] = json_of(scheme);
+    auto& shown = report::object_at(json, "schemes")[scheme.name] = json_of(scheme);
     if (is_drawn(outcome, scheme)) shown["predicted_deg_h"] = predicted_of(scheme);
   }
   return json;
@@ -136,14 +137,15 @@ nlohmann::ordered_json comparison_json(const ComparisonResult& result) {
                       {"stack_deg_h", deg_h_from_radps(b.ours)}});
   }
   for (const AxisComparison& axis : result.axes) {
-    auto& own = json["axis"][std::string(core::name(axis.axis))];
+    auto& own =
+        report::object_at(report::object_at(json, "axis"), std::string(core::name(axis.axis)));
     own["label_s"] = label_s(axis);
     own["initial_labels"] = axis.initial_labels;
     own["labels"] = json_of(axis.points);
     for (const ProtocolOutcome& protocol : axis.protocols)
-      own["protocols"][key_of(protocol.protocol)] = json_of(protocol);
+      report::object_at(own, "protocols")[key_of(protocol.protocol)] = json_of(protocol);
     for (const PaperOutcome& outcome : axis.paper)
-      own["paper_procedure"][outcome.name] = json_of(outcome);
+      report::object_at(own, "paper_procedure")[outcome.name] = json_of(outcome);
   }
   return json;
 }

@@ -12,6 +12,7 @@
 
 #include "common/evaluation/comparison_figures.h"
 #include "common/evaluation/simulated_record.h"
+#include "common/report/json_object.h"
 #include "common/report/numbers.h"
 
 namespace zerodrift::evaluation {
@@ -195,7 +196,7 @@ nlohmann::ordered_json seeds_json(const SeedsResult& result) {
       {"rate_hz", result.request.rate_hz},       {"warnings", result.warnings},
       {"verdict", seeds_verdict(result)}};
   for (const SeedsProtocol& protocol : result.protocols) {
-    auto& of_protocol = json["protocols"][protocol.name];
+    auto& of_protocol = report::object_at(report::object_at(json, "protocols"), protocol.name);
     for (const SeedsRow& row : protocol.rows) {
       of_protocol[row.scheme] = {
           {"judged", row.rms_radps.count},

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "common/core/units.h"
+#include "common/report/json_object.h"
 #include "common/report/numbers.h"
 
 namespace zerodrift::evaluation {
@@ -93,14 +94,14 @@ std::string navigation_note(const NavigationRequest& request, const NavigationRe
 }
 
 nlohmann::ordered_json navigation_json(const NavigationResult& result) {
-  nlohmann::ordered_json json;
+  auto json = nlohmann::ordered_json::object();
   json["record"] = result.record;
   json["truth_known"] = result.truth_known;
   json["rest_s"] = result.rest_s;
   json["labels"] = result.compensation.labels;
   for (std::size_t v = 0; v < compensation::kReferenceVerdicts; ++v) {
     const auto verdict = static_cast<compensation::ReferenceVerdict>(v);
-    json["references"][std::string(compensation::name(verdict))] =
+    report::object_at(json, "references")[std::string(compensation::name(verdict))] =
         result.compensation.references[v];
   }
   json["samples"] = result.counts.samples;
@@ -109,7 +110,7 @@ nlohmann::ordered_json navigation_json(const NavigationResult& result) {
   const char* names[] = {"raw", "compensated"};
   for (std::size_t i = 0; i < 2; ++i) {
     const StreamErrors& errors = result.errors[i];
-    auto& stream = json[names[i]];
+    auto& stream = report::object_at(json, names[i]);
     stream["heading_error_end_deg"] = in_deg(errors, errors.heading_now);
     stream["heading_error_rms_deg"] = in_deg(errors, errors.heading_rms());
     stream["heading_error_largest_deg"] = in_deg(errors, errors.heading_largest);
@@ -120,10 +121,10 @@ nlohmann::ordered_json navigation_json(const NavigationResult& result) {
     stream["updates"] = result.streams[i].updates;
     stream["rejected"] = result.streams[i].rejected;
   }
-  json["ratio"]["end"] = ratio(result.errors[0].heading_now, result.errors[1].heading_now);
-  json["ratio"]["rms"] = ratio(result.errors[0].heading_rms(), result.errors[1].heading_rms());
-  json["ratio"]["largest"] =
-      ratio(result.errors[0].heading_largest, result.errors[1].heading_largest);
+  json["ratio"] = {
+      {"end", ratio(result.errors[0].heading_now, result.errors[1].heading_now)},
+      {"rms", ratio(result.errors[0].heading_rms(), result.errors[1].heading_rms())},
+      {"largest", ratio(result.errors[0].heading_largest, result.errors[1].heading_largest)}};
   return json;
 }
 

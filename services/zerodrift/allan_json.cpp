@@ -2,6 +2,7 @@
 #include <limits>
 
 #include "common/measurement/doubts_json.h"
+#include "common/report/json_object.h"
 #include "services/zerodrift/allan_report.h"
 #include "services/zerodrift/allan_units.h"
 
@@ -60,7 +61,7 @@ ordered_json json_of(const Coefficient& c) {
 }
 
 ordered_json coefficients_json(const allan::SeriesReport& r) {
-  ordered_json json;
+  ordered_json json = ordered_json::object();
   for (const NoiseTerm term : allan::kNoiseTerms) {
     auto& own = json[std::string(texts_of(term).si_key)] = json_of(r.coefficients[term]);
     own["slope_reading"] = r.slopes[allan::index(term)].value_or(kNaN);
@@ -128,7 +129,8 @@ ordered_json allan_json(const AllanResult& result) {
                     {"duration_s", result.duration_s}, {"doubts", doubts_json(result.doubts)},
                     {"warnings", result.warnings},     {"verdict", allan_notes(result).back()}};
   for (const AllanStream& stream : result.streams) {
-    auto& axis = json["axis"][std::string(core::name(stream.axis))];
+    auto& axis =
+        report::object_at(report::object_at(json, "axis"), std::string(core::name(stream.axis)));
     axis["less_reference"] = result.less_reference[core::index(stream.axis)];
     axis[std::string(name(stream.kind))] = json_of(stream);
   }

@@ -10,6 +10,7 @@
 #include "common/record/record_reader.h"
 #include "common/record/record_rows.h"
 #include "common/report/json_file.h"
+#include "common/report/json_object.h"
 #include "common/report/numbers.h"
 #include "common/service/main.h"
 #include "services/zerodrift/commands.h"
@@ -72,7 +73,7 @@ nlohmann::ordered_json json_of(const Seen& seen) {
                               {"duration_s", seen.duration_s},
                               {"doubts", doubts_json(seen.doubts)},
                               {"warnings", seen.warnings}};
-  for (const auto& [key, value] : record.metadata) json["metadata"][key] = value;
+  for (const auto& [key, value] : record.metadata) report::object_at(json, "metadata")[key] = value;
   return json;
 }
 

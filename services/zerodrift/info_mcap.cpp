@@ -15,6 +15,7 @@
 #include "common/measurement/doubts_json.h"
 #include "common/record/record_reader.h"
 #include "common/report/json_file.h"
+#include "common/report/json_object.h"
 #include "common/service/main.h"
 #include "services/zerodrift/doubts.h"
 
@@ -96,7 +97,8 @@ nlohmann::ordered_json json_of(const McapSummary& summary) {
                                    {"bytes", attachment.data_bytes}});
   }
   for (const auto& metadata : summary.metadata) {
-    for (const auto& [key, value] : metadata.values) json["metadata"][metadata.name][key] = value;
+    for (const auto& [key, value] : metadata.values)
+      report::object_at(json["metadata"], metadata.name)[key] = value;
   }
   return json;
 }
