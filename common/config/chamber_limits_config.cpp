@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/config/chamber_limits_config.h"
 
+#include "common/config/configuration_text.h"
 #include "common/config/option_reader.h"
 #include "common/config/yaml_document.h"
 #include "common/core/units.h"
@@ -15,12 +16,11 @@ constexpr OptionRange kTemperature{.low = -200.0, .high = 300.0};
 
 class ReferenceRows final : public compensation::OptionTextVisitor {
  public:
-  std::string page = "| key | default | allowed | meaning |\n|---|---|---|---|\n";
+  std::string page = kReferenceHead;
 
  private:
   void see(const OptionKey& key, const std::string& value) override {
-    page +=
-        "| `" + key.name + "` | " + value + " | " + key.range.text() + " | " + key.text + " |\n";
+    page += reference_row(key.name, value, key.range.text(), key.text);
   }
 };
 

@@ -107,8 +107,8 @@ class ReferenceWriter final : public compensation::OptionTextVisitor {
   std::string page;
 
   void section(const std::string& name, const char* text) override {
-    page += "\n## " + (name.empty() ? "Others" : '`' + name + '`') + "\n" + text +
-            "\n\n| key | default | allowed | meaning |\n|---|---|---|---|\n";
+    page += "\n## " + (name.empty() ? "Others" : '`' + name + '`') + "\n" + text + "\n\n" +
+            kReferenceHead;
   }
   std::optional<std::size_t> groups(const std::string& name, const char* text) override {
     section(name, text);
@@ -128,20 +128,20 @@ class ReferenceWriter final : public compensation::OptionTextVisitor {
   void see(const OptionKey& key, const std::string& value) override {
     put(key, value, key.range.text());
   }
-  void put(const OptionKey& key, const std::string& value, std::string allowed) {
+  void put(const OptionKey& key, const std::string& value, const std::string& allowed) {
     if (key.internal) return;
     if (page.empty()) {
-      page =
-          "# Configuration of the compensation\n\n"
-          "Made from the program (`zerodrift config reference`); a test compares. YAML or JSON; a "
-          "key left out keeps its default. Times are in s, temperatures in °C; the end of a name "
-          "tells other units. `zerodrift config show --config FILE` prints what is in force.\n\n"
-          "| key | default | allowed | meaning |\n|---|---|---|---|\n";
+      page = std::string(
+                 "# Configuration of the compensation\n\n"
+                 "Made from the program (`zerodrift config reference`); a test compares. YAML or "
+                 "JSON; a "
+                 "key left out keeps its default. Times are in s, temperatures in °C; the end of a "
+                 "name "
+                 "tells other units. `zerodrift config show --config FILE` prints what is in "
+                 "force.\n\n") +
+             kReferenceHead;
     }
-    for (std::size_t at = 0; (at = allowed.find('|', at)) != std::string::npos; at += 2)
-      allowed.insert(at, 1, '\\');
-    page +=
-        "| `" + leaf_of(key.name) + "` | " + value + " | " + allowed + " | " + key.text + " |\n";
+    page += reference_row(leaf_of(key.name), value, allowed, key.text);
   }
 };
 
@@ -152,6 +152,13 @@ std::string effective_yaml(const CompensationOptions& options) {
   YamlWriter writer;
   compensation::describe(copy, writer);
   return writer.yaml;
+}
+
+std::string reference_row(const std::string& name, const std::string& value, std::string allowed,
+                          const std::string& text) {
+  for (std::size_t at = 0; (at = allowed.find('|', at)) != std::string::npos; at += 2)
+    allowed.insert(at, 1, '\\');
+  return "| `" + name + "` | " + value + " | " + allowed + " | " + text + " |\n";
 }
 
 std::string configuration_reference() {

@@ -13,6 +13,12 @@ namespace zerodrift::config {
 // options; a prior stands as a comment. Each key has its range and meaning behind it.
 [[nodiscard]] std::string effective_yaml(const compensation::CompensationOptions& options);
 
+// A row of a reference's table, as Markdown, and what stands above the first.
+inline constexpr const char* kReferenceHead =
+    "| key | default | allowed | meaning |\n|---|---|---|---|\n";
+[[nodiscard]] std::string reference_row(const std::string& name, const std::string& value,
+                                        std::string allowed, const std::string& text);
+
 // The reference page (docs/configuration.md).
 [[nodiscard]] std::string configuration_reference();
 

@@ -12,6 +12,7 @@
 #include "common/config/twin_config.h"
 #include "common/config/whole_file.h"
 #include "common/core/units.h"
+#include "tests/unit/config/error_after.h"
 
 namespace zerodrift::config {
 namespace {
@@ -29,14 +30,7 @@ class LimitsFile : public testing::Test {
   }
   // What follows the file's name in the error of loading this text.
   [[nodiscard]] std::string error(const std::string& text) const {
-    try {
-      (void)loaded(text);
-    } catch (const ConfigError& problem) {
-      const std::string line = problem.what();
-      EXPECT_EQ(line.find('\n'), std::string::npos) << line;
-      return line.substr(path_.string().size() + 1);
-    }
-    return "no error";
+    return error_after(path_.string() + ':', [&] { (void)loaded(text); });
   }
 
   std::filesystem::path path_;

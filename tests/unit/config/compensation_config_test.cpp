@@ -19,6 +19,7 @@
 #include "common/config/configuration_text.h"
 #include "common/config/whole_file.h"
 #include "common/core/units.h"
+#include "tests/unit/config/error_after.h"
 
 namespace zerodrift::config {
 namespace {
@@ -45,14 +46,7 @@ class CompensationFile : public testing::Test {
 
   // What follows "<folder>/compensation.yaml:" in the error of loading this text.
   [[nodiscard]] std::string error(const std::string& text) const {
-    try {
-      (void)loaded(text);
-    } catch (const ConfigError& problem) {
-      const std::string line = problem.what();
-      EXPECT_EQ(line.find('\n'), std::string::npos) << line;
-      return line.substr((path_.string() + ':').size());
-    }
-    return "no error";
+    return error_after(path_.string() + ':', [&] { (void)loaded(text); });
   }
 
   [[nodiscard]] std::string folder_name() const { return folder_.filename().string(); }

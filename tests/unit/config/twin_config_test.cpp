@@ -11,6 +11,7 @@
 #include "common/config/whole_file.h"
 #include "common/core/units.h"
 #include "common/twin/simulation.h"
+#include "tests/unit/config/error_after.h"
 
 namespace zerodrift::config {
 namespace {
@@ -28,21 +29,12 @@ class TwinFile : public testing::Test {
 
   // What follows "<folder>/twin.yaml:" in the error of loading this text as a model.
   [[nodiscard]] std::string model_error(const std::string& text) const {
-    try {
-      (void)load_model(written(text));
-    } catch (const ConfigError& error) {
-      return std::string(error.what()).substr((folder_ / "twin.yaml:").string().size());
-    }
-    return "no error";
+    return error_after((folder_ / "twin.yaml:").string(), [&] { (void)load_model(written(text)); });
   }
 
   [[nodiscard]] std::string profile_error(const std::string& text) const {
-    try {
-      (void)load_profile(written(text));
-    } catch (const ConfigError& error) {
-      return std::string(error.what()).substr((folder_ / "twin.yaml:").string().size());
-    }
-    return "no error";
+    return error_after((folder_ / "twin.yaml:").string(),
+                       [&] { (void)load_profile(written(text)); });
   }
 
   std::filesystem::path folder_ = std::filesystem::temp_directory_path() /
