@@ -19,6 +19,9 @@ constexpr double deg_h_from_radps(double rate_radps) {
   return rate_radps / kRadPerSecPerDegPerHour;
 }
 
+// Standard gravity, m/s², by definition (3rd CGPM, 1901).
+inline constexpr double kStandardGravityMps2 = 9.80665;
+
 // Earth's sidereal rotation rate, rad/s (WGS 84).
 inline constexpr double kEarthRateRadps = 7.292115e-5;
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "common/core/units.h"
 #include "common/twin/random.h"
 
 namespace zerodrift::diagnosis {
@@ -16,7 +17,6 @@ using core::Axis;
 using twin::ChamberLimits;
 using twin::ExcitedQuantity;
 
-constexpr double kGravityMps2 = 9.80665;
 constexpr double kTurnRampS = 5.0;
 constexpr double kLevelRampS = 5.0;
 
@@ -114,8 +114,8 @@ core::PerAxis<double> gravity_in_body(double about_x_rad, double about_y_rad) {
 void add_gravity(const ExperimentPlan& plan, const ChamberLimits& limits, twin::Profile& profile) {
   const auto add = [&](double start_s, double length_s, Axis axis, double g, double ramp_s) {
     if (g == 0.0) return;
-    profile.excitations.push_back(
-        {start_s, length_s, ExcitedQuantity::kAccelerationMps2, axis, g * kGravityMps2, ramp_s});
+    profile.excitations.push_back({start_s, length_s, ExcitedQuantity::kAccelerationMps2, axis,
+                                   g * core::kStandardGravityMps2, ramp_s});
   };
   add(0.0, plan.duration_s, Axis::kZ, 1.0, 0.0);
   const auto& about_x = plan.levels[static_cast<std::size_t>(Channel::kTiltX)];
@@ -148,24 +148,11 @@ std::vector<ThermalBlock> cycles(double low, double high, const std::vector<doub
   return blocks;
 }
 
-// All levels equally often, in an order of its own for each channel.
-std::vector<double> shuffled_levels(Channel channel, std::size_t blocks) {
-  const std::vector<double> choices = levels_of(channel);
-  std::vector<double> levels;
-  for (std::size_t b = 0; b < blocks; ++b) levels.push_back(choices[b % choices.size()]);
-  const twin::NoiseStream random(static_cast<std::uint64_t>(channel), "levels");
-  for (std::size_t b = blocks; b-- > 1;) {
-    const double place = random.uniform(b) * static_cast<double>(b + 1);
-    std::swap(levels[b], levels[static_cast<std::size_t>(place)]);
-  }
-  return levels;
-}
-
 void move(ExperimentPlan& plan, const ChamberLimits& limits, Channel from, Channel to) {
   for (std::size_t c = static_cast<std::size_t>(from); c <= static_cast<std::size_t>(to); ++c) {
     const auto channel = static_cast<Channel>(c);
     if (is_movable(limits, channel))
-      plan.levels[c] = shuffled_levels(channel, blocks_of(plan.duration_s));
+      plan.levels[c] = shuffled_levels(levels_of(channel), blocks_of(plan.duration_s), c);
   }
 }
 
@@ -197,6 +184,18 @@ std::vector<double> levels_of(Channel channel) {
     return {0.0, 1.0, -1.0, 0.4, -0.4, 0.15, -0.15, 0.05, -0.05, 1.5e-5, -1.5e-5, 5e-6, -5e-6};
   if (channel == Channel::kVibration) return {0.0, 1.0, 0.5, 0.25};
   return {0.0, 1.0, -1.0, 0.5, -0.5};
+}
+
+std::vector<double> shuffled_levels(std::span<const double> choices, std::size_t blocks,
+                                    std::uint64_t order) {
+  std::vector<double> levels;
+  for (std::size_t b = 0; b < blocks; ++b) levels.push_back(choices[b % choices.size()]);
+  const twin::NoiseStream random(order, "levels");
+  for (std::size_t b = blocks; b-- > 1;) {
+    const double place = random.uniform(b) * static_cast<double>(b + 1);
+    std::swap(levels[b], levels[static_cast<std::size_t>(place)]);
+  }
+  return levels;
 }
 
 twin::Profile profile_of(const ExperimentPlan& plan, const ChamberLimits& limits) {

@@ -6,7 +6,9 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -65,6 +67,11 @@ inline constexpr double kLevelBlockS = 300.0;
 
 // Levels that a search tries, for vibration those of them that aren't negative.
 [[nodiscard]] std::vector<double> levels_of(Channel channel);
+
+// A level for each block: all choices equally often, shuffled; channels of different `order` are
+// hardly correlated.
+[[nodiscard]] std::vector<double> shuffled_levels(std::span<const double> choices,
+                                                  std::size_t blocks, std::uint64_t order);
 
 // The plan as an experiment that fits the limits: gravity along z for its whole length, the gyro
 // tilted in it. O(blocks).

@@ -10,6 +10,7 @@
 
 #include "common/core/units.h"
 #include "common/diagnosis/candidates.h"
+#include "common/diagnosis/experiment_plan.h"
 #include "common/diagnosis/gap.h"
 #include "common/diagnosis/known_effects.h"
 #include "common/diagnosis/playback.h"
@@ -17,7 +18,6 @@
 #include "common/diagnosis/separation.h"
 #include "common/twin/effect_catalogue.h"
 #include "common/twin/profile.h"
-#include "common/twin/random.h"
 #include "common/twin/thermal_plant.h"
 
 namespace zerodrift::diagnosis {
@@ -77,19 +77,10 @@ constexpr double kBlockS = 600.0;
 // What is moved, each with a pattern of its own.
 enum Moved : std::uint64_t { kRate = 1, kField = 4, kTilt = 7, kVibration = 10, kCurrent = 11 };
 
-// All levels equally often, in an order of its own for each channel: of 24 blocks, two channels are
-// correlated by .2.
+// In an order of its own for each channel: of 24 blocks, two channels are correlated by .2.
 std::vector<double> levels_of(std::uint64_t channel) {
   constexpr std::array kLevels{0.0, 1.0, -1.0, 0.3, -0.3, 0.05, 0.7, -0.05};
-  const auto blocks = static_cast<std::size_t>(kDurationS / kBlockS);
-  std::vector<double> levels;
-  for (std::size_t b = 0; b < blocks; ++b) levels.push_back(kLevels[b % kLevels.size()]);
-  const twin::NoiseStream random(channel, "levels");
-  for (std::size_t b = blocks - 1; b > 0; --b) {
-    const double place = random.uniform(b) * static_cast<double>(b + 1);
-    std::swap(levels[b], levels[static_cast<std::size_t>(place)]);
-  }
-  return levels;
+  return shuffled_levels(kLevels, static_cast<std::size_t>(kDurationS / kBlockS), channel);
 }
 
 void expose(MeasuredSeries& series, Exposure exposure) {

@@ -18,7 +18,7 @@ constexpr std::uint64_t kReadingsOfAStuckSensor = 100;
 MeasurableRange measurable_range(Quantity quantity) {
   constexpr double kFastestRadps = 1e4 * core::kRadPerDeg;
   constexpr double kStrongestUt = 1e5;
-  constexpr double kHardestMps2 = 1e3 * kStandardGravityMps2;
+  constexpr double kHardestMps2 = 1e3 * core::kStandardGravityMps2;
   switch (quantity) {
     case Quantity::kRate:
     case Quantity::kReference: return {{-kFastestRadps, kFastestRadps}, "-10000 to 10000 deg/s"};

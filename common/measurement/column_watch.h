@@ -10,8 +10,6 @@
 
 namespace zerodrift::measurement {
 
-inline constexpr double kStandardGravityMps2 = 9.80665;
-
 struct ValueRange {
   double lowest = std::numeric_limits<double>::infinity();
   double highest = -std::numeric_limits<double>::infinity();

@@ -242,9 +242,9 @@ class MeasuredRecordBuilder::Implementation {
       for (const double value : axis) sum += value * value;
       square += sum / static_cast<double>(axis.size());
     }
-    const double in_g = std::sqrt(square) / kStandardGravityMps2;
+    const double in_g = std::sqrt(square) / core::kStandardGravityMps2;
     const auto near = [&](double factor) { return in_g > 0.8 * factor && in_g < 1.25 * factor; };
-    if (!near(1.0 / kStandardGravityMps2) && !near(kStandardGravityMps2)) return;
+    if (!near(1.0 / core::kStandardGravityMps2) && !near(core::kStandardGravityMps2)) return;
     warn(measured, "columns of acceleration: the root mean square is " +
                        significant(in_g, kDigits) + " g; is their unit right? accepted: " +
                        record::accepted_units(Quantity::kAcceleration));

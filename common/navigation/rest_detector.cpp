@@ -5,12 +5,9 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "common/core/units.h"
+
 namespace zerodrift::navigation {
-namespace {
-
-constexpr double kGravityMps2 = 9.80665;
-
-}  // namespace
 
 std::optional<std::string> RestDetectorOptions::validate() const {
   const auto wrong = [](const char* key, double found, const char* expected) {
@@ -118,8 +115,9 @@ double RestDetector::statistic_of_window() const noexcept {
   double statistic = rates / (rate_sigma * rate_sigma);
   if (sums_.with_force == 0) return statistic;
   const auto n = static_cast<double>(sums_.with_force);
-  const double off_gravity = sums_.force_square - 2.0 * kGravityMps2 * sums_.force.norm() +
-                             n * kGravityMps2 * kGravityMps2;
+  const double off_gravity = sums_.force_square -
+                             2.0 * core::kStandardGravityMps2 * sums_.force.norm() +
+                             n * core::kStandardGravityMps2 * core::kStandardGravityMps2;
   const double force_sigma = options_.force_sigma_mps2;
   return statistic + std::max(0.0, off_gravity) / n / (force_sigma * force_sigma);
 }

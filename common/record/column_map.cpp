@@ -40,8 +40,6 @@ struct UnitOfQuantity {
   UnitConversion conversion;
 };
 
-constexpr double kStandardGravityMps2 = 9.80665;  // by definition (3rd CGPM, 1901)
-
 // The first unit of a quantity is its default. A reference has the units of a rate.
 constexpr std::array kUnits{
     UnitOfQuantity{Quantity::kTime, "s", {}},
@@ -60,9 +58,9 @@ constexpr std::array kUnits{
     UnitOfQuantity{Quantity::kMagnetic, "T", {1e6, 0.0}},
     UnitOfQuantity{Quantity::kMagnetic, "G", {1e2, 0.0}},
     UnitOfQuantity{Quantity::kAcceleration, "m/s^2", {}},
-    UnitOfQuantity{Quantity::kAcceleration, "g", {kStandardGravityMps2, 0.0}},
+    UnitOfQuantity{Quantity::kAcceleration, "g", {core::kStandardGravityMps2, 0.0}},
     UnitOfQuantity{Quantity::kVibration, "g", {}},
-    UnitOfQuantity{Quantity::kVibration, "m/s^2", {1.0 / kStandardGravityMps2, 0.0}},
+    UnitOfQuantity{Quantity::kVibration, "m/s^2", {1.0 / core::kStandardGravityMps2, 0.0}},
     UnitOfQuantity{Quantity::kSourceCurrent, "mA", {}},
     UnitOfQuantity{Quantity::kSourceCurrent, "A", {1e3, 0.0}},
     UnitOfQuantity{Quantity::kSupply, "V", {}},

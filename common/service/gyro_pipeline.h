@@ -252,6 +252,11 @@ class GyroPipeline {
     return now_ns >= since_ns && now_ns - since_ns < span_ns;
   }
 
+  struct Waiting {
+    Rate rate{};
+    std::uint64_t run = 0;
+    bool is_gone = false;  // its publisher is
+  };
   void take(const Rate& rate, std::int64_t now_ns) {
     received_ns_ = rate.ingress_time_ns;
     log(rate);
@@ -381,11 +386,6 @@ class GyroPipeline {
   bool logging_ = false;
   std::vector<Input> log_{};  // in order of arrival
   std::optional<std::int64_t> asked_ns_{};
-  struct Waiting {
-    Rate rate{};
-    std::uint64_t run = 0;
-    bool is_gone = false;  // its publisher is
-  };
   core::RingBuffer<Waiting> waiting_{kWaiting};  // since the newest of the run that is followed
   std::uint64_t run_ = 0;                        // whose samples are taken; 0: nobody's yet
   std::uint64_t written_run_ = 0;                // of which it wrote an answer last

@@ -15,7 +15,6 @@ namespace {
 // A bound written in degrees and a profile that keeps it differ by rounding.
 constexpr double kRounding = 1e-9;
 constexpr double kLeastRangeDegc = 1.0;  // that is worth a chamber
-constexpr double kGravityMps2 = 9.80665;
 
 std::string text_of(double value) {
   std::ostringstream text;
@@ -89,7 +88,7 @@ std::optional<std::string> excess_of_surroundings(const Profile& profile,
   if (auto found = excess("magnetic.largest_ut", of(kMagneticUt), limits.magnetic_ut)) return found;
   double tilt = 0.0;
   for (const core::Axis axis : {core::Axis::kX, core::Axis::kY}) {
-    const double share = largest(profile, kAccelerationMps2, axis) / kGravityMps2;
+    const double share = largest(profile, kAccelerationMps2, axis) / core::kStandardGravityMps2;
     tilt = std::max(tilt, std::asin(std::min(share, 1.0)));
   }
   if (auto found = excess("tilt.largest_deg", tilt, limits.tilt_rad, core::kRadPerDeg))

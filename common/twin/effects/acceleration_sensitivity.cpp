@@ -2,17 +2,16 @@
 // Bias that follows the acceleration, gravity included (strain of the coil):
 //     kx ax + ky ay + kz az,  a the specific force in frame b
 // Default: 0.02 deg/h/g along x.
+#include "common/core/units.h"
 #include "common/twin/effect_parts.h"
 
 namespace zerodrift::twin::effects {
 namespace {
 
-constexpr double kStandardGravityMps2 = 9.80665;
-
 std::unique_ptr<Effect> make_acceleration_sensitivity(const EffectContext& context) {
-  return along_axes({context.radps("x_deg_h_per_g") / kStandardGravityMps2,
-                     context.radps("y_deg_h_per_g") / kStandardGravityMps2,
-                     context.radps("z_deg_h_per_g") / kStandardGravityMps2},
+  return along_axes({context.radps("x_deg_h_per_g") / core::kStandardGravityMps2,
+                     context.radps("y_deg_h_per_g") / core::kStandardGravityMps2,
+                     context.radps("z_deg_h_per_g") / core::kStandardGravityMps2},
                     &EffectInputs::acceleration_mps2);
 }
 

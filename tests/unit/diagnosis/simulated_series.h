@@ -3,16 +3,12 @@
 // taken away, as series.
 #pragma once
 
-#include <cmath>
+#include <cstdint>
 #include <filesystem>
-#include <limits>
 #include <string>
-#include <vector>
 
 #include "common/config/twin_config.h"
-#include "common/core/units.h"
-#include "common/diagnosis/measured_series.h"
-#include "common/twin/simulation.h"
+#include "common/diagnosis/design_trial.h"
 
 namespace zerodrift::diagnosis::test {
 
@@ -43,31 +39,7 @@ inline twin::Model without(twin::Model model, const std::string& kind) {
 
 inline MeasuredSeries simulated(const twin::Model& model, const twin::Profile& profile,
                                 std::uint64_t seed) {
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  twin::GyroSimulation gyro(model, profile, seed, 1.0);
-  SeriesOptions options{.has_reference = true};
-  std::vector<twin::ThermometerSimulation> thermometers;
-  for (const twin::ProbeSpec& probe : model.probes) {
-    options.probes.push_back(probe.name);
-    thermometers.emplace_back(model, profile, seed, probe.name);
-  }
-  SeriesBuilder builder(options);
-  std::vector<double> readings(thermometers.size());
-  while (const auto sample = gyro.next()) {
-    for (std::size_t p = 0; p < thermometers.size(); ++p)
-      readings[p] = thermometers[p].next()->temperature_degc;
-    const twin::EffectInputs& in = gyro.inputs();
-    MeasuredRow row{.time_s = core::seconds(sample->time), .temperature_degc = readings};
-    row.rate_radps = {sample->valid[0] ? sample->rate_radps[0] : kNone, kNone, kNone};
-    row.reference_radps = gyro.true_rate_radps();
-    row.magnetic_ut = in.magnetic_ut;
-    row.acceleration_mps2 = in.acceleration_mps2;
-    row.vibration_g = in.vibration_g;
-    row.source_current_ma = in.source_current_ma;
-    row.supply_v = sample->valid[0] ? in.supply_v : 0.0;
-    builder.add(row);
-  }
-  return builder.finish();
+  return simulated_series(model, profile, core::Axis::kX, seed);
 }
 
 }  // namespace zerodrift::diagnosis::test
