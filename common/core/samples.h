@@ -3,7 +3,10 @@
 // consume.
 #pragma once
 
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string>
 
 #include "common/core/axis.h"
@@ -49,6 +52,66 @@ struct TemperatureSample {
   bool measured = true;
   ClockSource clock = ClockSource::kUnknown;
 };
+
+inline constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
+inline constexpr PerAxis<double> kNoAxisMeasured{kNotMeasured, kNotMeasured, kNotMeasured};
+
+// What a gyro is exposed to beside rotation and temperature; NaN: not measured. A channel's number
+// is its place here, each axis counted: 0 magnetic_ut[0] to 8 supply_v.
+struct Environment {
+  PerAxis<double> magnetic_ut = kNoAxisMeasured;        // frame b
+  PerAxis<double> acceleration_mps2 = kNoAxisMeasured;  // specific force, frame b
+  double vibration_g = kNotMeasured;                    // rms
+  double source_current_ma = kNotMeasured;
+  double supply_v = kNotMeasured;
+};
+
+inline constexpr std::size_t kEnvironmentChannels = 9;
+
+[[nodiscard]] constexpr const double& channel(const Environment& environment,
+                                              std::size_t number) noexcept {
+  if (number < kAxisCount) return environment.magnetic_ut[number];
+  if (number < 2 * kAxisCount) return environment.acceleration_mps2[number - kAxisCount];
+  if (number == 2 * kAxisCount) return environment.vibration_g;
+  return number == 2 * kAxisCount + 1 ? environment.source_current_ma : environment.supply_v;
+}
+[[nodiscard]] constexpr double& channel(Environment& environment, std::size_t number) noexcept {
+  return const_cast<double&>(channel(static_cast<const Environment&>(environment), number));
+}
+
+[[nodiscard]] inline bool is_any_measured(const Environment& environment) noexcept {
+  for (std::size_t i = 0; i < kEnvironmentChannels; ++i) {
+    if (std::isfinite(channel(environment, i))) return true;
+  }
+  return false;
+}
+
+// A set of channels, a bit each.
+using EnvironmentChannels = std::uint32_t;
+[[nodiscard]] constexpr bool has_channel(EnvironmentChannels channels,
+                                         std::size_t number) noexcept {
+  return (channels >> number & 1U) != 0;
+}
+
+// What was measured of it at one time. A channel of `channels` without a value says: nothing was
+// measured up to `time`.
+struct EnvironmentSample {
+  std::uint64_t sequence = 0;
+  SensorTime time{0};
+  EnvironmentChannels channels = 0;  // those that the source has; no other has a value
+  Environment values{};              // finite or NaN
+  ClockSource clock = ClockSource::kUnknown;
+};
+
+// Of values as they came: leaves those that are of a channel, were measured and are finite.
+inline void keep_measured(EnvironmentSample& sample, EnvironmentChannels channels,
+                          EnvironmentChannels measured) noexcept {
+  sample.channels = channels & ((1U << kEnvironmentChannels) - 1U);
+  for (std::size_t i = 0; i < kEnvironmentChannels; ++i) {
+    double& value = channel(sample.values, i);
+    if (!has_channel(channels & measured, i) || !std::isfinite(value)) value = kNotMeasured;
+  }
+}
 
 // What a reference knows of the true rate, body frame.
 enum class ReferenceKind : std::uint32_t {

@@ -3,12 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <charconv>
-#include <cmath>
-#include <cstring>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <optional>
 #include <string_view>
@@ -16,6 +10,7 @@
 #include <utility>
 
 #include "common/drivers/driver_error.h"
+#include "common/drivers/sysfs_file.h"
 
 namespace zerodrift::drivers {
 namespace {
@@ -23,113 +18,20 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kDegcPerMillidegree = 1e-3;
-constexpr std::size_t kLongestFile = 4096;  // sysfs gives at most a page
 
-// A value, or why there is none.
-struct Outcome {
-  std::optional<double> value;
-  std::string reason;
-};
-
-Outcome failure(const fs::path& path, const std::string& why) {
-  return {std::nullopt, path.string() + ": " + why};
-}
-
-std::string_view trim(std::string_view text) {
-  constexpr std::string_view kSpace = " \t\r\n";
-  const std::size_t first = text.find_first_not_of(kSpace);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kSpace) - first + 1);
-}
-
-std::string printable(std::string_view text) {
-  constexpr std::size_t kLongestShown = 60;
-  std::string shown{text.substr(0, kLongestShown)};
-  std::replace_if(
-      shown.begin(), shown.end(), [](char c) { return (c >= '\0' && c < ' ') || c == '\x7f'; },
-      '?');
-  return shown;
-}
-
-std::optional<double> parse_number(std::string_view text) {
-  text = trim(text);
-  double value = 0.0;
-  const char* end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  if (error != std::errc{} || stop != end || !std::isfinite(value)) return std::nullopt;
-  return value;
-}
-
-// Nullopt, with errno set, where the file can't be read.
-std::optional<std::string> read_text(const fs::path& path) {
-  std::error_code ignored;
-  if (fs::is_directory(path, ignored)) {
-    errno = EISDIR;
-    return std::nullopt;
-  }
-  errno = 0;
-  std::ifstream file{path, std::ios::binary};
-  std::string text(kLongestFile, '\0');
-  if (!file || (file.read(text.data(), static_cast<std::streamsize>(text.size())), file.bad())) {
-    if (errno == 0) errno = EIO;
-    return std::nullopt;
-  }
-  text.resize(static_cast<std::size_t>(file.gcount()));
-  return text;
-}
-
-Outcome read_number(const fs::path& path) {
+FileValue read_w1_slave(const fs::path& path) {
   const std::optional<std::string> text = read_text(path);
-  if (!text)
-    return failure(path, std::string{"cannot read the thermometer: "} + std::strerror(errno));
-  const std::optional<double> number = parse_number(*text);
-  if (!number) return failure(path, "found '" + printable(trim(*text)) + "', expected a number");
-  return {number, {}};
-}
-
-// in_temp_raw -> in_temp_offset; an indexed channel (in_temp0_raw) may share the unindexed file.
-std::optional<fs::path> iio_attribute(const fs::path& raw, std::string_view attribute) {
-  const std::string file = raw.filename().string();
-  const std::string channel = file.substr(0, file.size() - std::string_view{"_raw"}.size());
-  std::error_code ignored;
-  for (const std::string& stem : {channel, std::string{"in_temp"}}) {
-    fs::path candidate = raw.parent_path() / (stem + std::string{attribute});
-    if (fs::exists(candidate, ignored)) return candidate;
-  }
-  return std::nullopt;
-}
-
-Outcome read_iio(const fs::path& raw) {
-  Outcome result = read_number(raw);
-  if (!result.value) return result;
-  if (const auto path = iio_attribute(raw, "_offset")) {
-    const Outcome offset = read_number(*path);
-    if (!offset.value) return offset;
-    *result.value += *offset.value;
-  }
-  const auto path = iio_attribute(raw, "_scale");
-  if (!path)
-    return failure(raw, "has no in_temp_scale beside it, without which counts are no temperature");
-  const Outcome scale = read_number(*path);
-  if (!scale.value) return scale;
-  *result.value *= *scale.value;
-  return result;
-}
-
-Outcome read_w1_slave(const fs::path& path) {
-  const std::optional<std::string> text = read_text(path);
-  if (!text)
-    return failure(path, std::string{"cannot read the thermometer: "} + std::strerror(errno));
+  if (!text) return cannot_read(path);
   if (text->find("YES") == std::string::npos)
-    return failure(path, "the 1-wire CRC does not say YES");
+    return no_value(path, "the 1-wire CRC does not say YES");
   const std::size_t at = text->find("t=");
   const std::optional<double> number =
       at == std::string::npos ? std::nullopt : parse_number(text->substr(at + 2));
-  if (!number) return failure(path, "found '" + printable(trim(*text)) + "', expected t=<m°C>");
+  if (!number) return no_value(path, "found '" + printable(trim(*text)) + "', expected t=<m°C>");
   return {number, {}};
 }
 
-Outcome read_millidegrees(const ThermometerFile& file) {
+FileValue read_millidegrees(const ThermometerFile& file) {
   switch (file.kind) {
     case ThermometerKind::kMillidegreeFile: return read_number(file.path);
     case ThermometerKind::kIioRaw: return read_iio(file.path);
@@ -185,15 +87,6 @@ std::string probe_name(const fs::path& path) {
       text_or(folder / (channel + "_label"), chip + "_" + std::string{short_channel}));
 }
 
-std::vector<fs::path> entries_of(const fs::path& folder) {
-  std::error_code error;
-  std::vector<fs::path> entries;
-  for (fs::directory_iterator it{folder, error}, end; !error && it != end; it.increment(error))
-    entries.push_back(it->path());
-  std::sort(entries.begin(), entries.end());
-  return entries;
-}
-
 // A 1-wire sensor shows both files; `temperature` needs no parsing.
 bool is_shown_better_by(const fs::path& path, const std::vector<fs::path>& siblings) {
   const std::string file = path.filename().string();
@@ -245,12 +138,12 @@ ThermometerFile describe_thermometer(std::string probe, const std::filesystem::p
 }
 
 SysfsThermometer::SysfsThermometer(ThermometerFile file) : file_(std::move(file)) {
-  const Outcome first = read_millidegrees(file_);
+  const FileValue first = read_millidegrees(file_);
   if (!first.value) throw DriverError(first.reason);
 }
 
 ThermometerReading SysfsThermometer::read(core::SensorTime host_time) {
-  Outcome outcome = read_millidegrees(file_);
+  FileValue outcome = read_millidegrees(file_);
   ThermometerReading reading;
   reading.sample.probe = file_.probe;
   reading.sample.sequence = next_sequence_++;

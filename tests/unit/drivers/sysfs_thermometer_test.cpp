@@ -100,13 +100,12 @@ TEST_F(SysfsThermometers, DiscoverFindsNothingInAnEmptyOrMissingTree) {
 
 TEST_F(SysfsThermometers, RefusedAtStartWithOneLine) {
   EXPECT_EQ(refusal(root() / "temp1_input"),
-            "temp1_input: cannot read the thermometer: No such file or directory");
+            "temp1_input: cannot read the sensor: No such file or directory");
   EXPECT_EQ(refusal(put("temp2_input", "warm\n")), "temp2_input: found 'warm', expected a number");
   EXPECT_EQ(refusal(put("temp3_input", "")), "temp3_input: found '', expected a number");
   EXPECT_EQ(refusal(put("temp4_input", "nan")), "temp4_input: found 'nan', expected a number");
-  EXPECT_EQ(
-      refusal(put("a/in_temp_raw", "1")),
-      "a/in_temp_raw: has no in_temp_scale beside it, without which counts are no temperature");
+  EXPECT_EQ(refusal(put("a/in_temp_raw", "1")),
+            "a/in_temp_raw: has no in_temp_scale beside it, without which counts mean nothing");
   EXPECT_EQ(refusal(put("b/w1_slave", "ff : crc=57 NO\nff t=85000\n")),
             "b/w1_slave: the 1-wire CRC does not say YES");
   EXPECT_EQ(refusal(put("c/w1_slave", "ff : crc=57 YES\nff\n")),
@@ -116,7 +115,7 @@ TEST_F(SysfsThermometers, RefusedAtStartWithOneLine) {
             "in_temp*_raw, temperature or w1_slave");
   std::filesystem::create_directories(root() / "e/temp1_input");
   EXPECT_EQ(refusal(root() / "e/temp1_input"),
-            "e/temp1_input: cannot read the thermometer: Is a directory");
+            "e/temp1_input: cannot read the sensor: Is a directory");
 }
 
 TEST_F(SysfsThermometers, AFileThatVanishesWhileRunningIsNotMeasuredUntilItComesBack) {
@@ -137,9 +136,8 @@ TEST_F(SysfsThermometers, AFileThatVanishesWhileRunningIsNotMeasuredUntilItComes
   EXPECT_TRUE(std::isnan(reading.sample.temperature_degc));
   EXPECT_EQ(reading.sample.sequence, 1U);
   EXPECT_EQ(reading.sample.time, core::SensorTime{2});
-  EXPECT_EQ(
-      shown(reading.reason),
-      "class/hwmon/hwmon0/temp1_input: cannot read the thermometer: No such file or directory");
+  EXPECT_EQ(shown(reading.reason),
+            "class/hwmon/hwmon0/temp1_input: cannot read the sensor: No such file or directory");
 
   put("class/hwmon/hwmon0/temp1_input", "21000\n");
   reading = thermometer.read(core::SensorTime{3});

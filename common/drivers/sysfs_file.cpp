@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/drivers/sysfs_file.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <system_error>
+
+namespace zerodrift::drivers {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kLongestFile = 4096;  // sysfs gives at most a page
+
+// in_magn_x, in_temp0 -> in_magn, in_temp
+std::string type_of(std::string channel) {
+  if (channel.ends_with("_x") || channel.ends_with("_y") || channel.ends_with("_z"))
+    return channel.substr(0, channel.size() - 2);
+  while (!channel.empty() && channel.back() >= '0' && channel.back() <= '9') channel.pop_back();
+  return channel;
+}
+
+std::string channel_of(const fs::path& raw) {
+  const std::string file = raw.filename().string();
+  return file.substr(0, file.rfind("_raw"));
+}
+
+std::optional<fs::path> iio_attribute(const fs::path& raw, std::string_view attribute) {
+  const std::string channel = channel_of(raw);
+  std::error_code ignored;
+  for (const std::string& stem : {channel, type_of(channel)}) {
+    fs::path candidate = raw.parent_path() / (stem + std::string{attribute});
+    if (fs::exists(candidate, ignored)) return candidate;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+FileValue no_value(const fs::path& path, const std::string& why) {
+  return {std::nullopt, path.string() + ": " + why};
+}
+
+FileValue cannot_read(const fs::path& path) {
+  return no_value(path, std::string{"cannot read the sensor: "} + std::strerror(errno));
+}
+
+std::string_view trim(std::string_view text) {
+  constexpr std::string_view kSpace = " \t\r\n";
+  const std::size_t first = text.find_first_not_of(kSpace);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(kSpace) - first + 1);
+}
+
+std::string printable(std::string_view text) {
+  constexpr std::size_t kLongestShown = 60;
+  std::string shown{text.substr(0, kLongestShown)};
+  std::replace_if(
+      shown.begin(), shown.end(), [](char c) { return (c >= '\0' && c < ' ') || c == '\x7f'; },
+      '?');
+  return shown;
+}
+
+std::optional<double> parse_number(std::string_view text) {
+  text = trim(text);
+  double value = 0.0;
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc{} || stop != end || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+std::optional<std::string> read_text(const fs::path& path) {
+  std::error_code ignored;
+  if (fs::is_directory(path, ignored)) {
+    errno = EISDIR;
+    return std::nullopt;
+  }
+  errno = 0;
+  std::ifstream file{path, std::ios::binary};
+  std::string text(kLongestFile, '\0');
+  if (!file || (file.read(text.data(), static_cast<std::streamsize>(text.size())), file.bad())) {
+    if (errno == 0) errno = EIO;
+    return std::nullopt;
+  }
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  return text;
+}
+
+FileValue read_number(const fs::path& path) {
+  const std::optional<std::string> text = read_text(path);
+  if (!text) return cannot_read(path);
+  const std::optional<double> number = parse_number(*text);
+  if (!number) return no_value(path, "found '" + printable(trim(*text)) + "', expected a number");
+  return {number, {}};
+}
+
+FileValue read_iio(const fs::path& raw) {
+  FileValue result = read_number(raw);
+  if (!result.value) return result;
+  if (const auto path = iio_attribute(raw, "_offset")) {
+    const FileValue offset = read_number(*path);
+    if (!offset.value) return offset;
+    *result.value += *offset.value;
+  }
+  const auto path = iio_attribute(raw, "_scale");
+  if (!path) {
+    return no_value(raw, "has no " + type_of(channel_of(raw)) +
+                             "_scale beside it, without which counts mean nothing");
+  }
+  const FileValue scale = read_number(*path);
+  if (!scale.value) return scale;
+  *result.value *= *scale.value;
+  return result;
+}
+
+std::vector<fs::path> entries_of(const fs::path& folder) {
+  std::error_code error;
+  std::vector<fs::path> entries;
+  for (fs::directory_iterator it{folder, error}, end; !error && it != end; it.increment(error))
+    entries.push_back(it->path());
+  std::sort(entries.begin(), entries.end());
+  return entries;
+}
+
+}  // namespace zerodrift::drivers

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/drivers/sysfs_environment.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <string_view>
+
+#include "common/drivers/driver_error.h"
+#include "tests/support/scratch_folder.h"
+
+namespace zerodrift::drivers {
+namespace {
+
+constexpr std::size_t kMagneticX = 0;
+constexpr std::size_t kAccelerationZ = 5;
+constexpr std::size_t kVibration = 6;
+constexpr std::size_t kSourceCurrent = 7;
+constexpr std::size_t kSupply = 8;
+
+class SysfsEnvironments : public ScratchFolder {
+ protected:
+  std::filesystem::path put(std::string_view file, std::string_view content) const {
+    const std::filesystem::path path = folder_ / file;
+    std::filesystem::create_directories(path.parent_path());
+    std::ofstream{path} << content;
+    return path;
+  }
+  [[nodiscard]] static double read_once(std::size_t channel, const std::filesystem::path& path,
+                                        bool is_reversed = false) {
+    SysfsEnvironment environment({{channel, path, is_reversed}});
+    return core::channel(environment.read(core::SensorTime{0}).sample.values, channel);
+  }
+  [[nodiscard]] std::string refusal(std::size_t channel, const std::filesystem::path& path) const {
+    try {
+      SysfsEnvironment environment({{channel, path}});
+    } catch (const DriverError& error) {
+      return std::string(error.what()).substr(folder_.string().size() + 1);
+    }
+    return "no error";
+  }
+  [[nodiscard]] const std::filesystem::path& root() const { return folder_; }
+};
+
+TEST_F(SysfsEnvironments, EachKindReadsInTheUnitOfItsChannel) {
+  EXPECT_DOUBLE_EQ(read_once(kSupply, put("hwmon0/in1_input", "5020\n")), 5.02);
+  EXPECT_DOUBLE_EQ(read_once(kSourceCurrent, put("hwmon0/curr1_input", "104\n")), 104.0);
+  put("imu/in_magn_scale", "0.001\n");
+  const auto field = put("imu/in_magn_x_raw", "-250\n");
+  EXPECT_DOUBLE_EQ(read_once(kMagneticX, field), -25.0) << "0.25 G";
+  EXPECT_DOUBLE_EQ(read_once(kMagneticX, field, true), 25.0);
+  put("imu/in_accel_z_scale", "0.01\n");
+  put("imu/in_accel_z_offset", "-19\n");
+  EXPECT_DOUBLE_EQ(read_once(kAccelerationZ, put("imu/in_accel_z_raw", "1000\n")), 9.81);
+  put("adc/in_voltage_scale", "2.5\n");
+  EXPECT_DOUBLE_EQ(read_once(kSupply, put("adc/in_voltage3_raw", "2000\n")), 5.0);
+  EXPECT_DOUBLE_EQ(read_once(kSourceCurrent, put("adc/in_current0_input", "98.5\n")), 98.5);
+}
+
+TEST_F(SysfsEnvironments, RefusedAtStartWithOneLine) {
+  EXPECT_EQ(refusal(kSupply, root() / "in1_input"),
+            "in1_input: cannot read the sensor: No such file or directory");
+  EXPECT_EQ(refusal(kSupply, put("in2_input", "much\n")),
+            "in2_input: found 'much', expected a number");
+  EXPECT_EQ(refusal(kMagneticX, put("a/in_magn_x_raw", "1")),
+            "a/in_magn_x_raw: has no in_magn_scale beside it, without which counts mean nothing");
+  EXPECT_EQ(refusal(kMagneticX, put("curr1_input", "1")),
+            "curr1_input: no file of this channel, expected in_magn_*_input or in_magn_*_raw");
+  EXPECT_EQ(refusal(kSupply, put("in_temp_input", "1")),
+            "in_temp_input: no file of this channel, expected in_voltage*_input or "
+            "in_voltage*_raw or in*_input");
+  EXPECT_EQ(refusal(kVibration, put("in3_input", "1")),
+            "in3_input: no file of this channel; Linux shows none");
+}
+
+TEST_F(SysfsEnvironments, AFileThatVanishesCostsItsOwnChannelUntilItComesBack) {
+  const auto supply = put("in1_input", "5000");
+  const auto current = put("curr1_input", "100");
+  SysfsEnvironment environment({{kSupply, supply}, {kSourceCurrent, current}});
+  std::filesystem::remove(supply);
+  auto reading = environment.read(core::SensorTime{7});
+  EXPECT_EQ(reading.sample.time, core::SensorTime{7});
+  EXPECT_EQ(reading.sample.channels, 1U << kSupply | 1U << kSourceCurrent);
+  EXPECT_TRUE(std::isnan(reading.sample.values.supply_v));
+  EXPECT_EQ(reading.sample.values.source_current_ma, 100.0);
+  ASSERT_EQ(reading.reasons.size(), 1U);
+  EXPECT_NE(reading.reasons[0].find("in1_input: cannot read"), std::string::npos);
+  put("in1_input", "4000");
+  reading = environment.read(core::SensorTime{8});
+  EXPECT_EQ(reading.sample.sequence, 1U);
+  EXPECT_EQ(reading.sample.values.supply_v, 4.0);
+  EXPECT_TRUE(reading.reasons.empty());
+}
+
+}  // namespace
+}  // namespace zerodrift::drivers
