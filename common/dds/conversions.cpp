@@ -98,6 +98,36 @@ core::TemperatureSample from_message(const msg::Temperature& message) {
   return sample;
 }
 
+msg::Environment to_message(const core::EnvironmentSample& sample, std::uint32_t gyro_id) {
+  msg::Environment message;
+  message.gyro_id(gyro_id);
+  message.channels(sample.channels);
+  message.clock_source(static_cast<std::uint32_t>(sample.clock));
+  message.sequence_number(sample.sequence);
+  message.sensor_time_ns(sample.time.count());
+  for (std::size_t i = 0; i < core::kEnvironmentChannels; ++i) {
+    if (core::has_channel(sample.channels, i) && std::isfinite(core::channel(sample.values, i)))
+      message.measured(message.measured() | 1U << i);
+  }
+  message.magnetic_ut(sample.values.magnetic_ut);
+  message.acceleration_mps2(sample.values.acceleration_mps2);
+  message.vibration_g(sample.values.vibration_g);
+  message.source_current_ma(sample.values.source_current_ma);
+  message.supply_v(sample.values.supply_v);
+  return message;
+}
+
+core::EnvironmentSample from_message(const msg::Environment& message) noexcept {
+  core::EnvironmentSample sample;
+  sample.sequence = message.sequence_number();
+  sample.time = core::SensorTime{message.sensor_time_ns()};
+  sample.values = {message.magnetic_ut(), message.acceleration_mps2(), message.vibration_g(),
+                   message.source_current_ma(), message.supply_v()};
+  core::keep_measured(sample, message.channels(), message.measured());
+  sample.clock = clock_source(message.clock_source());
+  return sample;
+}
+
 msg::RateReference to_message(const core::RateReferenceSample& sample, std::uint32_t gyro_id) {
   msg::RateReference message;
   message.gyro_id(gyro_id);

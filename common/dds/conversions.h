@@ -19,6 +19,9 @@ core::AngularRateSample from_message(const msg::AngularRate& message) noexcept;
 msg::Temperature to_message(const core::TemperatureSample& sample, std::uint32_t gyro_id);
 core::TemperatureSample from_message(const msg::Temperature& message);
 
+msg::Environment to_message(const core::EnvironmentSample& sample, std::uint32_t gyro_id);
+core::EnvironmentSample from_message(const msg::Environment& message) noexcept;
+
 msg::RateReference to_message(const core::RateReferenceSample& sample, std::uint32_t gyro_id);
 core::RateReferenceSample from_message(const msg::RateReference& message) noexcept;
 

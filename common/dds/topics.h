@@ -13,6 +13,7 @@
 #include "idl/dds/angular_ratePubSubTypes.h"
 #include "idl/dds/checkpointPubSubTypes.h"
 #include "idl/dds/compensated_ratePubSubTypes.h"
+#include "idl/dds/environmentPubSubTypes.h"
 #include "idl/dds/navigationPubSubTypes.h"
 #include "idl/dds/rate_referencePubSubTypes.h"
 #include "idl/dds/ros2_sensorsPubSubTypes.h"
@@ -53,7 +54,8 @@ struct TopicSpec {
   std::chrono::milliseconds lease{0};
 };
 
-// 2000 samples: 10 s at 200 Hz, 1 s at 2 kHz. Progress is sent once in a window, see ReplayPacer.
+// 2000 samples: 10 s at 200 Hz, 1 s at 2 kHz; the environment may be as dense as the rates.
+// Progress is sent once in a window, see ReplayPacer.
 inline constexpr std::int32_t kSampleDepth = 2000;
 
 using std::chrono_literals::operator""ms;
@@ -78,6 +80,7 @@ inline constexpr TopicSpec kReplayProgress{"replay_progress", "zerodrift::msg::R
 inline constexpr TopicSpec kCheckpoint{"checkpoint", "zerodrift::msg::CheckpointPart", 64, 128, Reliability::kReliable, Durability::kVolatile, Ownership::kShared, 20ms, 0ms};
 inline constexpr TopicSpec kNavigation{"navigation", "zerodrift::msg::NavigationState", 1, 384, Reliability::kReliable, Durability::kVolatile, Ownership::kShared, 20ms, 0ms};
 inline constexpr TopicSpec kTwinReport{"twin_report", "zerodrift::msg::TwinReport", 1, 384, Reliability::kReliable, Durability::kTransientLocal, Ownership::kShared, 20ms, 0ms};
+inline constexpr TopicSpec kEnvironment{"environment", "zerodrift::msg::Environment", kSampleDepth, 128, Reliability::kReliable, Durability::kTransientLocal, Ownership::kShared, 5ms, 0ms};
 // clang-format on
 
 // What ROS 2 nodes subscribe to (ros2_imu.h). Not of our own interface, so not among the above; the
@@ -142,6 +145,7 @@ template <> struct TopicOf<msg::ReplayProgress> : Binding<msg::ReplayProgressPub
 template <> struct TopicOf<msg::CheckpointPart> : Binding<msg::CheckpointPartPubSubType, kCheckpoint> {};
 template <> struct TopicOf<msg::NavigationState> : Binding<msg::NavigationStatePubSubType, kNavigation> {};
 template <> struct TopicOf<msg::TwinReport> : Binding<msg::TwinReportPubSubType, kTwinReport> {};
+template <> struct TopicOf<msg::Environment> : Binding<msg::EnvironmentPubSubType, kEnvironment> {};
 template <> struct TopicOf<sensor_msgs::msg::dds_::Imu_> : Binding<sensor_msgs::msg::dds_::Imu_PubSubType, kRos2Imu> {};
 template <> struct TopicOf<sensor_msgs::msg::dds_::Temperature_> : Binding<sensor_msgs::msg::dds_::Temperature_PubSubType, kRos2TemperatureInput> {};
 template <> struct TopicOf<diagnostic_msgs::msg::dds_::DiagnosticArray_> : Binding<diagnostic_msgs::msg::dds_::DiagnosticArray_PubSubType, kRos2Diagnostics> {};
@@ -151,7 +155,8 @@ template <> struct TopicOf<diagnostic_msgs::msg::dds_::DiagnosticArray_> : Bindi
 using AllMessages =
     std::tuple<msg::AngularRate, msg::Temperature, msg::RateReference, msg::CompensatedRate,
                msg::AllanReport, msg::ServiceStatus, msg::Event, msg::Command, msg::CommandReply,
-               msg::ReplayProgress, msg::CheckpointPart, msg::NavigationState, msg::TwinReport>;
+               msg::ReplayProgress, msg::CheckpointPart, msg::NavigationState, msg::TwinReport,
+               msg::Environment>;
 inline constexpr auto kAllTopics =
     []<typename... Message>(std::type_identity<std::tuple<Message...>>) {
       return std::array{TopicOf<Message>::kSpec...};

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/evaluation/simulated_record.h"
 
-#include <algorithm>
 #include <optional>
 
 #include "common/config/twin_config.h"
+#include "common/record/column_map.h"
 #include "common/record/record_writer.h"
-#include "common/twin/effect_catalogue.h"
 #include "common/twin/simulation.h"
 
 namespace zerodrift::evaluation {
@@ -17,53 +16,6 @@ struct Probe {
   twin::ThermometerSimulation simulation;
   std::optional<core::TemperatureSample> next;
 };
-
-// An input's columns, and where its values are.
-struct InputColumns {
-  std::vector<std::string> names;
-  std::vector<double> (*values)(const twin::EffectInputs& inputs);
-  twin::ExcitedQuantity quantity;
-  twin::Need need;
-};
-
-std::vector<double> vector_of(const core::PerAxis<double>& v) {
-  return {v.begin(), v.end()};
-}
-
-// Those that the profile moves or that one of the model's effects depends on.
-std::vector<InputColumns> input_columns(const twin::Model& model, const twin::Profile& profile) {
-  using twin::ExcitedQuantity;
-  using twin::Need;
-  std::vector<InputColumns> all{
-      {{"magnetic_x_uT", "magnetic_y_uT", "magnetic_z_uT"},
-       [](const twin::EffectInputs& i) { return vector_of(i.magnetic_ut); },
-       ExcitedQuantity::kMagneticUt,
-       Need::kMagnetic},
-      {{"acceleration_x_m_s2", "acceleration_y_m_s2", "acceleration_z_m_s2"},
-       [](const twin::EffectInputs& i) { return vector_of(i.acceleration_mps2); },
-       ExcitedQuantity::kAccelerationMps2,
-       Need::kAcceleration},
-      {{"vibration_g"},
-       [](const twin::EffectInputs& i) { return std::vector{i.vibration_g}; },
-       ExcitedQuantity::kVibrationG,
-       Need::kVibration},
-      {{"source_current_mA"},
-       [](const twin::EffectInputs& i) { return std::vector{i.source_current_ma}; },
-       ExcitedQuantity::kSourceCurrentMa,
-       Need::kSourceCurrent},
-      {{"supply_V"},
-       [](const twin::EffectInputs& i) { return std::vector{i.supply_v}; },
-       ExcitedQuantity::kSupplyV,
-       Need::kSupply}};
-  std::erase_if(all, [&](const InputColumns& columns) {
-    const bool moved = std::any_of(profile.excitations.begin(), profile.excitations.end(),
-                                   [&](const twin::Excitation& excitation) {
-                                     return excitation.quantity == columns.quantity;
-                                   });
-    return !moved && !twin::depends_on(model, columns.need);
-  });
-  return all;
-}
 
 }  // namespace
 
@@ -90,9 +42,10 @@ std::uint64_t write_simulation(const SimulatedRecord& simulated, const std::stri
     layout.columns.insert(layout.columns.end(),
                           {"reference_x_rad_s", "reference_y_rad_s", "reference_z_rad_s"});
   }
-  const auto inputs = input_columns(simulated.model, simulated.profile);
-  for (const auto& columns : inputs) {
-    layout.columns.insert(layout.columns.end(), columns.names.begin(), columns.names.end());
+  const auto channels = twin::environment_channels(simulated.model, simulated.profile);
+  for (std::size_t i = 0; i < core::kEnvironmentChannels; ++i) {
+    if (core::has_channel(channels, i))
+      layout.columns.push_back(record::column_name(record::environment_channel(i)));
   }
   for (const auto& spec : simulated.model.probes) {
     layout.columns.push_back("temperature_" + spec.name + "_degC");
@@ -109,8 +62,9 @@ std::uint64_t write_simulation(const SimulatedRecord& simulated, const std::stri
     if (simulated.has_reference) {
       for (const auto axis : core::kAxes) writer.number(gyro.true_rate_radps()[core::index(axis)]);
     }
-    for (const auto& columns : inputs) {
-      for (const double value : columns.values(gyro.inputs())) writer.number(value);
+    const core::Environment environment = gyro.environment();
+    for (std::size_t i = 0; i < core::kEnvironmentChannels; ++i) {
+      if (core::has_channel(channels, i)) writer.number(core::channel(environment, i));
     }
     for (auto& probe : probes) {
       if (!probe.next || probe.next->time > sample->time) {

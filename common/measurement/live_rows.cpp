@@ -2,6 +2,7 @@
 #include "common/measurement/live_rows.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "common/core/median.h"
@@ -71,20 +72,41 @@ void LiveRows::push(const core::TemperatureSample& reading) {
     ++counts_.late_probes;
     return;
   }
-  Probe* known = probes_.find_or_make(reading.probe);
-  if (known == nullptr) {
+  Sensor* probe = probes_.find_or_make(reading.probe);
+  if (probe == nullptr) {
     ++counts_.readings_refused;
     return;
   }
-  Probe& probe = *known;
-  if (!reading.measured) return probe.advance(reading.time);
-  if (!probe.gate.admits(reading.time)) {
+  take(*probe, reading.time, reading.measured ? reading.temperature_degc : record::kNotMeasured);
+}
+
+void LiveRows::push(const core::EnvironmentSample& sample) {
+  for (std::size_t i = 0; i < channels_.size(); ++i) {
+    if (!core::has_channel(sample.channels, i)) continue;
+    if (started_ && !core::has_channel(environment_, i)) {
+      ++counts_.late_channels;
+    } else {
+      take(channels_[i], sample.time, core::channel(sample.values, i));
+    }
+  }
+}
+
+// NaN: nothing was measured up to `time`.
+void LiveRows::take(Sensor& sensor, core::SensorTime time, double value) {
+  if (std::isnan(value)) return sensor.advance(time);
+  if (!sensor.gate.admits(time)) {
     ++counts_.readings_refused;
     return;
   }
-  probe.advance(reading.time);
-  probe.readings.push_back({reading.time, reading.temperature_degc});
-  if (probe.readings.size() > options_.most_waiting) probe.readings.pop_front();
+  sensor.advance(time);
+  if (previous_ && time <= *previous_) {
+    ++counts_.readings_lost;
+    return;
+  }
+  sensor.readings.push_back({time, value});
+  if (sensor.readings.size() <= options_.most_readings) return;
+  sensor.readings.pop_front();
+  ++counts_.readings_lost;
 }
 
 void LiveRows::finish() {
@@ -98,26 +120,40 @@ void LiveRows::start() {
   has_reference_ = !references_.empty();
   sample_period_s_ = median_step_s(rates_);
   row_.temperature_degc.assign(probe_names_.size(), record::kNotMeasured);
-  // What was read before the first rate belongs to no row.
-  for (auto& [name, probe] : probes_.entries()) {
-    while (!probe.readings.empty() && probe.readings.front().time < rates_.front().time)
-      probe.readings.pop_front();
+  for (std::size_t i = 0; i < channels_.size(); ++i) {
+    if (channels_[i].spoken_to != core::kNever) environment_ |= 1U << i;
   }
+  // What was read before the first rate belongs to no row.
+  const auto forget = [&](Sensor& sensor) {
+    while (!sensor.readings.empty() && sensor.readings.front().time < rates_.front().time)
+      sensor.readings.pop_front();
+  };
+  for (auto& [name, probe] : probes_.entries()) forget(probe);
+  for (Sensor& channel : channels_) forget(channel);
 }
 
 bool LiveRows::is_complete(core::SensorTime time) const {
   if (finished_) return true;
   if (has_reference_ && reference_.holds_up(time)) return false;
+  for (std::size_t i = 0; i < channels_.size(); ++i) {
+    if (core::has_channel(environment_, i) && channels_[i].holds_up(time)) return false;
+  }
   return std::none_of(probes_.entries().begin(), probes_.entries().end(),
                       [time](const auto& entry) { return entry.second.holds_up(time); });
 }
 
+void LiveRows::stop_waiting() {
+  if (!rates_.empty()) stop_waiting(rates_.front().time);
+}
+
 // One that speaks again is waited for again.
 void LiveRows::stop_waiting(core::SensorTime time) {
-  if (reference_.holds_up(time)) reference_.waited_for = false;
-  for (auto& [name, probe] : probes_.entries()) {
-    if (probe.holds_up(time)) probe.waited_for = false;
-  }
+  const auto leave = [time](Stream& stream) {
+    if (stream.holds_up(time)) stream.waited_for = false;
+  };
+  leave(reference_);
+  for (Sensor& channel : channels_) leave(channel);
+  for (auto& [name, probe] : probes_.entries()) leave(probe);
 }
 
 const record::RecordRow* LiveRows::next() {
@@ -133,26 +169,29 @@ const record::RecordRow* LiveRows::next() {
   row_.interval_s = previous_ ? core::seconds(rate.time - *previous_) : sample_period_s_;
   for (std::size_t i = 0; i < core::kAxisCount; ++i)
     row_.rate_radps[i] = rate.valid[i] ? rate.rate_radps[i] : record::kNotMeasured;
-  take_temperatures(rate.time);
+  take_readings(rate.time);
   if (has_reference_) take_reference(rate.time);
   previous_ = rate.time;
   rates_.pop_front();
   return &row_;
 }
 
-// The mean of a probe's readings since the row before.
-void LiveRows::take_temperatures(core::SensorTime time) {
-  for (std::size_t p = 0; p < probe_names_.size(); ++p) {
-    std::deque<Reading>& readings = probes_.entries().find(probe_names_[p])->second.readings;
-    double sum_degc = 0.0;
-    double count = 0.0;
-    while (!readings.empty() && readings.front().time <= time) {
-      sum_degc += readings.front().temperature_degc;
-      count += 1.0;
-      readings.pop_front();
-    }
-    row_.temperature_degc[p] = count > 0.0 ? sum_degc / count : record::kNotMeasured;
+double LiveRows::Sensor::take_mean(core::SensorTime time) {
+  double sum = 0.0;
+  double count = 0.0;
+  while (!readings.empty() && readings.front().time <= time) {
+    sum += readings.front().value;
+    count += 1.0;
+    readings.pop_front();
   }
+  return count > 0.0 ? sum / count : record::kNotMeasured;
+}
+
+void LiveRows::take_readings(core::SensorTime time) {
+  for (std::size_t p = 0; p < probe_names_.size(); ++p)
+    row_.temperature_degc[p] = probes_.find(probe_names_[p])->take_mean(time);
+  for (std::size_t i = 0; i < channels_.size(); ++i)
+    core::channel(row_.inputs, i) = channels_[i].take_mean(time);
 }
 
 void LiveRows::take_reference(core::SensorTime time) {

@@ -63,6 +63,24 @@ std::optional<OfGyro<core::TemperatureSample>> decode_temperature(std::string_vi
   return of;
 }
 
+std::optional<OfGyro<core::EnvironmentSample>> decode_environment(
+    std::string_view payload) noexcept {
+  CdrReader reader(payload);
+  OfGyro<core::EnvironmentSample> of;
+  core::EnvironmentSample& sample = of.sample;
+  of.gyro_id = reader.take<std::uint32_t>();
+  const auto channels = reader.take<std::uint32_t>();
+  const auto measured = reader.take<std::uint32_t>();
+  sample.clock = clock_source(reader.take<std::uint32_t>());
+  sample.sequence = reader.take<std::uint64_t>();
+  sample.time = take_time(reader);
+  for (std::size_t i = 0; i < core::kEnvironmentChannels; ++i)
+    core::channel(sample.values, i) = reader.take<double>();
+  if (!reader.good()) return std::nullopt;
+  core::keep_measured(sample, channels, measured);
+  return of;
+}
+
 std::optional<OfGyro<core::RateReferenceSample>> decode_rate_reference(
     std::string_view payload) noexcept {
   CdrReader reader(payload);

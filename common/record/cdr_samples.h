@@ -23,6 +23,8 @@ struct OfGyro {
     std::string_view payload) noexcept;
 [[nodiscard]] std::optional<OfGyro<core::TemperatureSample>> decode_temperature(
     std::string_view payload);
+[[nodiscard]] std::optional<OfGyro<core::EnvironmentSample>> decode_environment(
+    std::string_view payload) noexcept;
 [[nodiscard]] std::optional<OfGyro<core::RateReferenceSample>> decode_rate_reference(
     std::string_view payload) noexcept;
 

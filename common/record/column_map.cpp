@@ -224,6 +224,18 @@ std::string name(const Channel& channel) {
   return text;
 }
 
+std::string column_name(const Channel& channel) {
+  return name(channel) + '_' + column_spelling(default_unit(channel.quantity));
+}
+
+Channel environment_channel(std::size_t number) {
+  constexpr std::array kWithAxes{Quantity::kMagnetic, Quantity::kAcceleration};
+  constexpr std::array kWithout{Quantity::kVibration, Quantity::kSourceCurrent, Quantity::kSupply};
+  constexpr std::size_t kOfAxes = kWithAxes.size() * core::kAxisCount;
+  if (number >= kOfAxes) return {kWithout.at(number - kOfAxes), core::Axis::kX, {}};
+  return {kWithAxes[number / core::kAxisCount], core::kAxes[number % core::kAxisCount], {}};
+}
+
 std::string_view default_unit(Quantity quantity) {
   return std::find_if(kUnits.begin(), kUnits.end(),
                       [owner = unit_owner(quantity)](const UnitOfQuantity& u) {

@@ -3,6 +3,7 @@
 // ("rate_x_deg_h") and the --columns map that gives a foreign CSV's columns those meanings.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -34,8 +35,14 @@ struct Channel {
   bool operator==(const Channel&) const = default;
 };
 
+// The channel that has this number in core::Environment.
+[[nodiscard]] Channel environment_channel(std::size_t number);
+
 // "rate_x", "temperature_coil", "supply": the name used on the left side of a --columns entry.
 [[nodiscard]] std::string name(const Channel& channel);
+
+// "rate_x_rad_s", "temperature_coil_degC", "supply_V": the column's name in the default unit.
+[[nodiscard]] std::string column_name(const Channel& channel);
 
 // value in the default unit = cell * scale + offset
 struct UnitConversion {

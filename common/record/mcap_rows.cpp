@@ -12,7 +12,8 @@
 namespace zerodrift::record {
 namespace {
 
-constexpr std::size_t kRatesAhead = 1001;  // to know the period and the axes
+constexpr std::size_t kRatesAhead = 1001;      // to know the period and the axes
+constexpr std::size_t kEnvironmentAhead = 64;  // to know the channels
 constexpr std::size_t kStepsForPeriod = 100;
 
 // From an earlier time to a later one; any stamps, also those no clock ever showed.
@@ -33,10 +34,6 @@ double median(std::vector<double> values) {
 // Nobody's true rate: what a filter knows of the drift, or that the vehicle rests.
 bool is_true_rate(core::ReferenceKind kind) {
   return kind == core::ReferenceKind::kRateTable || kind == core::ReferenceKind::kRecord;
-}
-
-std::string axis_column(std::string_view quantity, core::Axis axis) {
-  return std::string(quantity) + "_" + std::string(core::name(axis)) + "_rad_s";
 }
 
 }  // namespace
@@ -101,19 +98,28 @@ void McapRows::look_ahead() {
   if (messages_->first_interval_is_missing()) info_.first_interval_s = info_.sample_period_s;
   const auto& reference = ahead.references.head();
   if (reference && is_true_rate(reference->kind)) info_.has_reference = reference->valid;
+  // Several publishers may have a part of the channels each.
+  for (std::size_t i = 0; i < kEnvironmentAhead && ahead.environment.head(); ++i)
+    info_.environment |= ahead.environment.take()->channels;
   name_columns();
 }
 
 void McapRows::name_columns() {
   info_.columns = {"time_s"};
   for (const auto axis : core::kAxes) {
-    if (info_.has_rate[core::index(axis)]) info_.columns.push_back(axis_column("rate", axis));
+    if (info_.has_rate[core::index(axis)])
+      info_.columns.push_back(column_name({Quantity::kRate, axis, {}}));
   }
   for (const auto axis : core::kAxes) {
     if (info_.has_reference[core::index(axis)])
-      info_.columns.push_back(axis_column("reference", axis));
+      info_.columns.push_back(column_name({Quantity::kReference, axis, {}}));
   }
-  for (const auto& probe : info_.probes) info_.columns.push_back("temperature_" + probe + "_degC");
+  for (std::size_t i = 0; i < core::kEnvironmentChannels; ++i) {
+    if (core::has_channel(info_.environment, i))
+      info_.columns.push_back(column_name(environment_channel(i)));
+  }
+  for (const auto& probe : info_.probes)
+    info_.columns.push_back(column_name({Quantity::kTemperature, core::Axis::kX, probe}));
   for (const auto& file : files_) {
     for (const auto& metadata : file->contents().metadata) {
       if (metadata.name != "recording") continue;
@@ -128,6 +134,8 @@ const RecordRow* McapRows::next() {
       core::SensorTime time = streams_->rates.head()->time;
       const auto& reference = streams_->references.head();
       if (reference) time = std::min(time, reference->time);
+      const auto& environment = streams_->environment.head();
+      if (environment) time = std::min(time, environment->time);
       for (const auto& probe : streams_->probes) {
         if (probe.head()) time = std::min(time, probe.head()->time);
       }
@@ -173,6 +181,11 @@ void McapRows::fill(core::SensorTime time) {
         row_.reference_radps[i] = recorded_.reference->rate_radps[i];
     }
   }
+  recorded_.environment.reset();
+  const auto& environment = streams_->environment.head();
+  if (environment && environment->time == time)
+    recorded_.environment = streams_->environment.take();
+  row_.inputs = recorded_.environment ? recorded_.environment->values : core::Environment{};
   for (std::size_t i = 0; i < streams_->probes.size(); ++i) {
     auto& probe = streams_->probes[i];
     auto& reading = recorded_.temperatures[i];
@@ -213,7 +226,7 @@ std::vector<std::string> McapRows::take_warnings() {
   if (left_out_ > 0 && !reported_left_out_) {
     reported_left_out_ = true;
     news.push_back(info_.path.string() +
-                   ": temperatures or references whose time went back are left out");
+                   ": temperatures, references or environment whose time went back are left out");
   }
   if (is_over_ && !reported_missed_) {
     reported_missed_ = true;

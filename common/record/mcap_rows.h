@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A recording of the live topics, or a ROS 2 bag (both MCAP), as rows: rates, temperatures and
-// references of one gyro, merged by sensor time.
+// A recording of the live topics, or a ROS 2 bag (both MCAP), as rows: rates, temperatures,
+// references and environment of one gyro, merged by sensor time.
 #pragma once
 
 #include <cstddef>

@@ -85,6 +85,7 @@ struct MessageStreams {
   MessageStream<core::AngularRateSample> rates;
   MessageStream<core::RateReferenceSample> references;
   std::vector<MessageStream<core::TemperatureSample>> probes;
+  MessageStream<core::EnvironmentSample> environment;
 };
 
 }  // namespace zerodrift::record

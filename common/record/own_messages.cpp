@@ -16,6 +16,7 @@ namespace {
 constexpr std::string_view kRateType = "zerodrift::msg::AngularRate";
 constexpr std::string_view kTemperatureType = "zerodrift::msg::Temperature";
 constexpr std::string_view kReferenceType = "zerodrift::msg::RateReference";
+constexpr std::string_view kEnvironmentType = "zerodrift::msg::Environment";
 constexpr std::string_view kEncoding = "cdr";
 
 // Empty where the file doesn't say it, or the messages are in another encoding.
@@ -61,7 +62,8 @@ class OwnMessages final : public RecordedMessages {
   MessageStreams open() override {
     MessageStreams streams{stream(kRateType, &decode_angular_rate),
                            stream(kReferenceType, &decode_rate_reference),
-                           {}};
+                           {},
+                           stream(kEnvironmentType, &decode_environment)};
     for (const std::string& probe : probes()) {
       streams.probes.push_back(
           {files_, channels_of(kTemperatureType, gyro_id_, probe),

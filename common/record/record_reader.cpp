@@ -162,7 +162,10 @@ void RecordReader::describe_layout() {
       case Quantity::kRate: info_.has_rate[axis] = true; break;
       case Quantity::kReference: info_.has_reference[axis] = true; break;
       case Quantity::kTemperature: break;
-      default: info_.inputs.push_back(column.channel);
+      default: break;
+    }
+    for (std::size_t i = 0; i < core::kEnvironmentChannels; ++i) {
+      if (column.channel == environment_channel(i)) info_.environment |= 1U << i;
     }
   }
   if (layout_.extra.empty()) return;

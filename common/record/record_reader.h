@@ -10,7 +10,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -28,18 +27,8 @@
 
 namespace zerodrift::record {
 
-inline constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
-inline constexpr core::PerAxis<double> kNoAxisMeasured{kNotMeasured, kNotMeasured, kNotMeasured};
-
-// What effects other than temperature may depend on. NaN = no such column, or not measured in this
-// row.
-struct RecordInputs {
-  core::PerAxis<double> magnetic_ut = kNoAxisMeasured;        // body frame
-  core::PerAxis<double> acceleration_mps2 = kNoAxisMeasured;  // body frame
-  double vibration_g = kNotMeasured;
-  double source_current_ma = kNotMeasured;
-  double supply_v = kNotMeasured;
-};
+using core::kNoAxisMeasured;
+using core::kNotMeasured;
 
 // What was said on the live topics at one time, as it was said.
 struct RecordedSamples {
@@ -47,6 +36,7 @@ struct RecordedSamples {
   std::optional<core::RateReferenceSample> reference{};
   // One a probe, in the order of RecordInfo::probes.
   std::vector<std::optional<core::TemperatureSample>> temperatures{};
+  std::optional<core::EnvironmentSample> environment{};
 };
 
 struct RecordRow {
@@ -55,8 +45,8 @@ struct RecordRow {
   double interval_s = 0.0;  // since the row before; first row: the sample period
   core::PerAxis<double> rate_radps = kNoAxisMeasured;  // body frame
   core::PerAxis<double> reference_radps{};  // true, body frame; 0 where there is no such column
-  RecordInputs inputs;
-  std::vector<double> temperature_degc;  // one a probe, in the order of RecordInfo::probes
+  core::Environment inputs;                 // NaN: no such column, or not measured in this row
+  std::vector<double> temperature_degc;     // one a probe, in the order of RecordInfo::probes
   std::vector<std::string> extra;  // text of the unknown columns, as RecordInfo::extra_columns
   // Of an MCAP file: which of the above this row brings, with what else is known of it. Null: each
   // row of the record brings all (record_samples.h).
@@ -76,9 +66,9 @@ struct RecordInfo {
   std::vector<std::string> columns;  // the header, in the file's order; without one "1", "2", ...
   core::PerAxis<bool> has_rate{};
   core::PerAxis<bool> has_reference{};
-  std::vector<std::string> probes;         // "coil", "case", ...
-  std::vector<Channel> inputs;             // which of RecordInputs there are
-  std::vector<std::string> extra_columns;  // kept, but without a known meaning
+  std::vector<std::string> probes;            // "coil", "case", ...
+  core::EnvironmentChannels environment = 0;  // those of RecordRow::inputs that there are
+  std::vector<std::string> extra_columns;     // kept, but without a known meaning
   // '# key: value' lines, in the file's order.
   std::vector<std::pair<std::string, std::string>> metadata;
   core::SensorTime first_time{0};

@@ -41,6 +41,18 @@ void to_temperature(const RecordRow& row, const RecordInfo& info, std::size_t pr
   sample.clock = core::ClockSource::kReplay;
 }
 
+std::optional<core::EnvironmentSample> to_environment(const RecordRow& row,
+                                                      const RecordInfo& info) noexcept {
+  if (row.recorded != nullptr) return row.recorded->environment;
+  if (info.environment == 0) return std::nullopt;
+  core::EnvironmentSample sample{.sequence = row.index,
+                                 .time = row.time,
+                                 .values = row.inputs,
+                                 .clock = core::ClockSource::kReplay};
+  core::keep_measured(sample, info.environment, info.environment);
+  return sample;
+}
+
 std::optional<core::RateReferenceSample> to_rate_reference(const RecordRow& row,
                                                            const RecordInfo& info,
                                                            double variance_radps2) noexcept {

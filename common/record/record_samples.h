@@ -26,6 +26,11 @@ namespace zerodrift::record {
 void to_temperature(const RecordRow& row, const RecordInfo& info, std::size_t probe,
                     core::TemperatureSample& sample);
 
+// Nullopt where the row brings nothing of the environment. Of a CSV record every row does that has
+// such columns; values that are not finite count as not measured.
+[[nodiscard]] std::optional<core::EnvironmentSample> to_environment(
+    const RecordRow& row, const RecordInfo& info) noexcept;
+
 // Nullopt where the record has no reference column at all: then nothing is known of the true rate.
 // Otherwise an axis without a column has a true rate of 0, and one with a blank cell is invalid.
 // `variance_radps2` is the reference's own, the same on each axis. Of an MCAP file: what this row

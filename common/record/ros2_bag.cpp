@@ -110,7 +110,8 @@ class BagMessages final : public RecordedMessages {
          decoder<core::AngularRateSample>(core::RosRates(core::ClockSource::kReplay),
                                           &decode_ros2_imu, missed(rates_, kImu))},
         {{}, nothing, {}},
-        {}};
+        {},
+        {{}, nothing, {}}};
     for (const auto& [probe, topic] : temperatures_) {
       streams.probes.push_back({files_, channels_of(topic, kTemperature),
                                 decoder<core::TemperatureSample>(

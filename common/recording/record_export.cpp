@@ -79,6 +79,9 @@ ExportResult export_record(const ExportRequest& request) {
     for (std::size_t i = 0; i < core::kAxisCount; ++i) {
       if (info.has_reference[i]) writer.number(row->reference_radps[i]);
     }
+    for (std::size_t i = 0; i < core::kEnvironmentChannels; ++i) {
+      if (core::has_channel(info.environment, i)) writer.number(core::channel(row->inputs, i));
+    }
     for (const double temperature_degc : row->temperature_degc) writer.number(temperature_degc);
     if (record::brings_rate(*row)) {
       writer.text(std::to_string(record::to_angular_rate(*row).sequence));
@@ -146,6 +149,10 @@ ExportResult import_record(const ExportRequest& request) {
     if (const auto reference = record::to_rate_reference(*row, reader.info())) {
       auto message = dds::to_message(*reference, gyro);
       put(dds::kRateReference, row->index, row->time, "", dds::encode(message));
+    }
+    if (const auto environment = record::to_environment(*row, reader.info())) {
+      auto message = dds::to_message(*environment, gyro);
+      put(dds::kEnvironment, environment->sequence, row->time, "", dds::encode(message));
     }
     auto message = dds::to_message(record::to_angular_rate(*row), gyro, 0);
     put(dds::kAngularRate, row->index, row->time, "", dds::encode(message));

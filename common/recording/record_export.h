@@ -29,7 +29,7 @@ struct ExportResult {
 };
 
 // All throw FileError or McapError with one line.
-// Rates, references and temperatures by sensor time, a row each.
+// Rates, references, environment and temperatures by sensor time, a row each.
 [[nodiscard]] ExportResult export_record(const ExportRequest& request);
 // compensated_rate as `zerodrift record` and `compensate` write it.
 [[nodiscard]] ExportResult export_compensated(const ExportRequest& request);

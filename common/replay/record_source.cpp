@@ -63,37 +63,49 @@ GyroSource open_gyro_record(const RecordSourceOptions& options, const Warn& warn
 
 ThermalSource open_thermal_record(const RecordSourceOptions& options, const Warn& warn) {
   auto reader = open(options);
-  if (reader->info().probes.empty()) {
+  const std::vector<std::string> names = reader->info().probes;
+  const core::EnvironmentChannels channels = reader->info().environment;
+  if (names.empty()) {
     warn(options.record + (record::is_mcap_record(options.record)
                                ? ": has no message of temperature"
                                : ": has no temperature column"));
   }
   const Span span(options, reader->info().first_time);
-  const std::vector<std::string> names = reader->info().probes;
   const std::size_t probes = names.size();
   const record::RecordRow* row = nullptr;
-  std::size_t probe = probes;
-  core::TemperatureSample sample;
-  std::vector<core::SensorTime> spoken(probes, core::kNever);
-  const auto next = [=]() mutable -> std::optional<core::TemperatureSample> {
+  std::size_t part = probes + 1;  // of the row: its probes, then its environment
+  std::vector<core::SensorTime> spoken(probes + 1, core::kNever);
+  // A blank cell says that time went on; once a second is enough of that.
+  auto is_told = [spoken](std::size_t at, core::SensorTime time, bool measured) mutable {
+    core::SensorTime& last = spoken[at];
+    if (!measured && last != core::kNever && time - last < kBlankEvery) return true;
+    last = time;
+    return false;
+  };
+  const auto next = [=]() mutable -> std::optional<ThermalReading> {
     for (;;) {
-      if (probe == probes) {
-        row = probes == 0 ? nullptr : reader->next();
-        probe = 0;
+      if (part > probes) {
+        row = probes == 0 && channels == 0 ? nullptr : reader->next();
+        part = 0;
         if (row == nullptr || row->time >= span.end) return std::nullopt;
       }
-      const std::size_t at = probe++;
-      if (row->time < span.begin || !record::brings_temperature(*row, at)) continue;
+      const std::size_t at = part++;
+      if (row->time < span.begin) continue;
+      if (at == probes) {
+        auto sample = record::to_environment(*row, reader->info());
+        if (!sample || is_told(at, sample->time, core::is_any_measured(sample->values))) continue;
+        sample->clock = paced(sample->clock);
+        return *sample;
+      }
+      if (!record::brings_temperature(*row, at)) continue;
+      core::TemperatureSample sample;
       record::to_temperature(*row, reader->info(), at, sample);
+      if (is_told(at, sample.time, sample.measured)) continue;
       sample.clock = paced(sample.clock);
-      // A blank cell says that time went on; once a second is enough of that.
-      core::SensorTime& last = spoken[at];
-      if (!sample.measured && last != core::kNever && sample.time - last < kBlankEvery) continue;
-      last = sample.time;
       return sample;
     }
   };
-  return {.probes = names, .next = next};
+  return {.probes = names, .environment = channels, .next = next};
 }
 
 }  // namespace zerodrift::replay

@@ -7,6 +7,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "common/core/samples.h"
@@ -32,11 +33,13 @@ struct GyroReading {
 
 // The next reading; nothing at the end.
 using GyroSource = std::function<std::optional<GyroReading>()>;
-// Temperatures in order of time over all probes.
+using ThermalReading = std::variant<core::TemperatureSample, core::EnvironmentSample>;
+// Temperatures of all probes and the environment, in order of time.
 struct ThermalSource {
-  std::vector<std::string> probes{};  // all that it has
+  std::vector<std::string> probes{};          // all that it has
+  core::EnvironmentChannels environment = 0;  // likewise
   // The next reading; nothing at the end.
-  std::function<std::optional<core::TemperatureSample>()> next{};
+  std::function<std::optional<ThermalReading>()> next{};
 };
 using Warn = std::function<void(const std::string&)>;
 

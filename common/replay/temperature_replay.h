@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Publishes the temperatures of a record or simulation as far ahead as the consumers of the rates
-// need them.
+// Publishes the temperatures and the environment of a record or simulation as far ahead as the
+// consumers of the rates need them.
 #pragma once
 
 #include <atomic>
@@ -31,27 +31,38 @@ class TemperatureReplay {
 
   // One reading at once.
   void publish(const core::TemperatureSample& sample, const std::atomic<bool>& stopping);
+  void publish(const core::EnvironmentSample& sample, const std::atomic<bool>& stopping);
 
   // Any thread.
   [[nodiscard]] std::uint64_t published() const noexcept { return published_; }
 
  private:
-  struct Probe {
-    std::unique_ptr<dds::Writer<msg::Temperature>> writer{};
+  // A writer a probe, and one of the environment (topics.h says why); late matches get what was
+  // written before.
+  template <typename Message>
+  struct Stream {
+    std::unique_ptr<dds::Writer<Message>> writer{};
     std::uint64_t next_sequence = 0;
     core::SensorTime spoken_to{core::kNever};
     std::uint64_t in_flight = 0;  // since all was last received
   };
 
-  Probe& probe(const std::string& name);
+  template <typename Message>
+  void open(Stream<Message>& stream);
+  template <typename Message, typename Sample>
+  void send(Stream<Message>& stream, const Sample& sample, const std::atomic<bool>& stopping);
   void publish_all(const ThermalSource& source, const std::atomic<bool>& stopping);
   bool wait_until_needed(core::SensorTime time, const std::atomic<bool>& stopping);
   void fill_pauses(const ThermalSource& source, core::SensorTime first, core::SensorTime before,
                    const std::atomic<bool>& stopping);
-  void mark_the_end(core::SensorTime newest, const std::atomic<bool>& stopping);
+  void mark_the_end(const ThermalSource& source, core::SensorTime newest,
+                    const std::atomic<bool>& stopping);
   void publish_blank(const std::string& name, core::SensorTime time,
                      const std::atomic<bool>& stopping);
-  void wait_for_receipt(Probe& probe, const std::atomic<bool>& stopping);
+  void publish_blank(core::EnvironmentChannels channels, core::SensorTime time,
+                     const std::atomic<bool>& stopping);
+  template <typename Message>
+  void wait_for_receipt(Stream<Message>& stream, const std::atomic<bool>& stopping);
   void wait_for_receipts(const std::atomic<bool>& stopping);
 
   service::Host& host_;
@@ -59,7 +70,8 @@ class TemperatureReplay {
   service::ReplayPacer pacer_;
   service::ReplayClock clock_;
   std::optional<service::ReplayProgressReporter> probes_announced_{};
-  std::map<std::string, Probe> probes_;
+  std::map<std::string, Stream<msg::Temperature>> probes_;
+  Stream<msg::Environment> environment_;
   std::atomic<std::uint64_t> published_{0};
 };
 

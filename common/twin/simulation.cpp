@@ -2,6 +2,7 @@
 #include "common/twin/simulation.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -125,6 +126,33 @@ void GyroSimulation::prepare_inputs(core::SensorTime time) noexcept {
   true_rate_ = motion_.step(time);
   inputs_.true_rate_radps = true_rate_;
   excite(profile_, inputs_);
+}
+
+core::Environment GyroSimulation::environment() const noexcept {
+  return {inputs_.magnetic_ut, inputs_.acceleration_mps2, inputs_.vibration_g,
+          inputs_.source_current_ma, inputs_.supply_v};
+}
+
+core::EnvironmentChannels environment_channels(const Model& model, const Profile& profile) {
+  struct Of {
+    ExcitedQuantity quantity;
+    Need need;
+    core::EnvironmentChannels channels;
+  };
+  constexpr std::array kAll{
+      Of{ExcitedQuantity::kMagneticUt, Need::kMagnetic, 0b111U},
+      Of{ExcitedQuantity::kAccelerationMps2, Need::kAcceleration, 0b111U << 3U},
+      Of{ExcitedQuantity::kVibrationG, Need::kVibration, 1U << 6U},
+      Of{ExcitedQuantity::kSourceCurrentMa, Need::kSourceCurrent, 1U << 7U},
+      Of{ExcitedQuantity::kSupplyV, Need::kSupply, 1U << 8U}};
+  core::EnvironmentChannels channels = 0;
+  for (const Of& of : kAll) {
+    const bool moved = std::any_of(
+        profile.excitations.begin(), profile.excitations.end(),
+        [&](const Excitation& excitation) { return excitation.quantity == of.quantity; });
+    if (moved || depends_on(model, of.need)) channels |= of.channels;
+  }
+  return channels;
 }
 
 void GyroSimulation::measure(core::Axis axis, core::AngularRateSample& sample) noexcept {

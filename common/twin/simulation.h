@@ -43,6 +43,7 @@ class GyroSimulation {
   // What the effects saw of the world at the sample last given (field, acceleration, vibration,
   // source current, supply beside the above).
   [[nodiscard]] const EffectInputs& inputs() const noexcept { return inputs_; }
+  [[nodiscard]] core::Environment environment() const noexcept;
 
  private:
   struct AxisEffects {
@@ -68,6 +69,11 @@ class GyroSimulation {
   core::PerAxis<double> true_rate_{};
   core::PerAxis<double> true_drift_{};
 };
+
+// The channels that a record of such an experiment has: those that the profile moves or that one of
+// the model's effects depends on; all axes of a quantity.
+[[nodiscard]] core::EnvironmentChannels environment_channels(const Model& model,
+                                                             const Profile& profile);
 
 class ThermometerSimulation {
  public:

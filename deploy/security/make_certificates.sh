@@ -21,12 +21,12 @@ readonly of_all="service_status event" # written and read by every service
 writes() {
   case $1 in
     gyro_publisher) echo angular_rate rate_reference temperature command_reply ;; # a serial gyro has a thermometer
-    thermal_publisher) echo temperature replay_progress ;;
+    thermal_publisher) echo temperature environment replay_progress ;;
     compensation) echo compensated_rate command_reply replay_progress checkpoint 'rt/*' ;; # --ros2-imu
     allan_monitor) echo allan_report replay_progress ;;
     console) echo command ;;
     navigation_filter) echo navigation rate_reference replay_progress ;;
-    zerodrift) echo angular_rate temperature rate_reference command replay_progress twin_report ;; # replay, ctl, record, diagnose
+    zerodrift) echo angular_rate temperature environment rate_reference command replay_progress twin_report ;; # replay, ctl, record, diagnose
   esac
 }
 reads() {
@@ -37,7 +37,7 @@ reads() {
     allan_monitor) echo compensated_rate ;;
     navigation_filter) echo compensated_rate rate_reference ;;
     console) echo temperature rate_reference compensated_rate allan_report command_reply navigation twin_report ;;
-    zerodrift) echo angular_rate temperature rate_reference compensated_rate allan_report command command_reply replay_progress checkpoint navigation twin_report ;; # record takes all
+    zerodrift) echo angular_rate temperature environment rate_reference compensated_rate allan_report command command_reply replay_progress checkpoint navigation twin_report ;; # record takes all
   esac
 }
 

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/thermal_publisher/thermal_publisher_node.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
+#include "common/record/column_map.h"
 #include "common/record/probe_topic.h"
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
@@ -32,12 +34,16 @@ void add_options(CLI::App& app, ThermalPublisherOptions& options) {
                  "probe coil without a name")
       ->required()
       ->transform(replay::source_of(sources, options.ros2.topic));
-  replay::add_options(app, options.publisher, "the gyro whose temperatures these are");
+  replay::add_options(app, options.publisher,
+                      "the gyro whose temperatures and environment these are");
   app.add_option("--sysfs-root", options.sysfs_root, "sysfs: where to look for thermometers")
       ->capture_default_str();
   app.add_option("--probe", options.probes,
                  "sysfs: NAME=FILE (repeatable); all that are found without. ros2: NAME=TOPIC of "
                  "another probe");
+  app.add_option("--channel", options.channels,
+                 "sysfs: CHANNEL=FILE (repeatable) of the environment, as supply=/sys/class/hwmon/"
+                 "hwmon1/in1_input; =-FILE where the sensor's axis points the other way");
   app.add_option("--rate", options.sysfs_rate_hz,
                  "sysfs: readings a second; ros2: how many are expected, to tell silence")
       ->check(CLI::PositiveNumber)
@@ -50,6 +56,9 @@ ThermalPublisherNode::ThermalPublisherNode(const ThermalPublisherOptions& option
       host_("thermal_publisher", options.network, options.supervision),
       gyro_id_(options.publisher.gyro_id),
       temperatures_(host_, gyro_id_, options.publisher.speed, options.publisher.wait_for) {
+  if (!options_.channels.empty() && options_.kind != ThermalSourceKind::kSysfs)
+    throw std::invalid_argument(
+        "--channel: is for --source sysfs; other sources say what they have");
   if (options_.kind == ThermalSourceKind::kSysfs) {
     open_sysfs();
   } else if (options_.kind == ThermalSourceKind::kRos2) {
@@ -69,17 +78,41 @@ void ThermalPublisherNode::open_sysfs() {
     }
     files.push_back(drivers::describe_thermometer(text.substr(0, equals), text.substr(equals + 1)));
   }
+  open_environment();
   if (files.empty()) files = drivers::discover_thermometers(options_.sysfs_root);
-  if (files.empty()) {
+  if (files.empty() && !environment_) {
     throw std::invalid_argument(
         options_.sysfs_root + ": no hwmon, IIO or 1-wire thermometer found; name one with --probe");
   }
   for (auto& file : files) thermometers_.emplace_back(std::move(file));
 }
 
+void ThermalPublisherNode::open_environment() {
+  std::vector<drivers::EnvironmentFile> files;
+  std::string names;
+  for (std::size_t i = 0; i < core::kEnvironmentChannels; ++i)
+    names += (i == 0 ? "" : ", ") + record::name(record::environment_channel(i));
+  for (const std::string& text : options_.channels) {
+    const auto equals = std::min(text.find('='), text.size());
+    std::size_t channel = 0;
+    while (channel < core::kEnvironmentChannels &&
+           record::name(record::environment_channel(channel)) != text.substr(0, equals))
+      ++channel;
+    const bool is_twice = std::any_of(files.begin(), files.end(),
+                                      [&](const auto& file) { return file.channel == channel; });
+    if (equals == text.size() || channel == core::kEnvironmentChannels || is_twice) {
+      throw std::invalid_argument("--channel: found '" + text + "'" + (is_twice ? " again" : "") +
+                                  ", expected CHANNEL=FILE, once each, with one of " + names);
+    }
+    const bool is_reversed = text.substr(equals + 1).starts_with('-');
+    files.push_back({channel, text.substr(equals + (is_reversed ? 2 : 1)), is_reversed});
+  }
+  if (!files.empty()) environment_.emplace(std::move(files));
+}
+
 int ThermalPublisherNode::run() {
   const auto publish = [this] {
-    if (!thermometers_.empty()) return publish_sysfs();
+    if (options_.kind == ThermalSourceKind::kSysfs) return publish_sysfs();
     if (!ros2_.empty()) return publish_ros2();
     temperatures_.publish(source_, stopping_);
   };
@@ -92,16 +125,14 @@ void ThermalPublisherNode::publish_sysfs() {
   auto due = std::chrono::steady_clock::now();
   service::SensorClock clock(service::await_clocks());
   while (!stopping_) {
+    if (environment_) {
+      service::follow_wall_clock(clock, host_, gyro_id_);
+      publish_environment(clock.at(service::monotonic_ns()));
+    }
     for (auto& thermometer : thermometers_) {
       service::follow_wall_clock(clock, host_, gyro_id_);
       const auto reading = thermometer.read(clock.at(service::monotonic_ns()));
-      if (!reading.sample.measured) {
-        host_.raise({.code = "no_temperature",
-                     .severity = Severity::kWarning,
-                     .text = reading.reason,
-                     .gyro_id = gyro_id_,
-                     .sensor_time_ns = reading.sample.time.count()});
-      }
+      if (!reading.sample.measured) warn("no_temperature", reading.reason, reading.sample.time);
       temperatures_.publish(reading.sample, stopping_);
     }
     due += period;
@@ -110,6 +141,21 @@ void ThermalPublisherNode::publish_sysfs() {
           std::min<std::chrono::nanoseconds>(kStopCheck, due - std::chrono::steady_clock::now()));
     }
   }
+}
+
+void ThermalPublisherNode::publish_environment(core::SensorTime time) {
+  const drivers::EnvironmentReading reading = environment_->read(time);
+  for (const std::string& reason : reading.reasons) warn("no_environment", reason, time);
+  temperatures_.publish(reading.sample, stopping_);
+}
+
+void ThermalPublisherNode::warn(const std::string& code, const std::string& text,
+                                core::SensorTime time) {
+  host_.raise({.code = code,
+               .severity = Severity::kWarning,
+               .text = text,
+               .gyro_id = gyro_id_,
+               .sensor_time_ns = time.count()});
 }
 
 void ThermalPublisherNode::open_ros2() {
@@ -157,11 +203,12 @@ service::Status ThermalPublisherNode::status() const {
   status.state = published > 0 ? service::State::kRunning : service::State::kWaiting;
   status.metrics = {{"readings_published", "1", static_cast<double>(published)}};
   status.summary = std::to_string(published) + " readings published";
-  status.flow = {.topic = dds::kTemperature.name,
+  const bool has_environment_alone = environment_ && thermometers_.empty();
+  status.flow = {.topic = has_environment_alone ? dds::kEnvironment.name : dds::kTemperature.name,
                  .end = dds::Direction::kWriter,
                  .samples = published,
                  .interval_s = 1.0 / options_.sysfs_rate_hz,
-                 .paced = thermometers_.empty() && ros2_.empty()};
+                 .paced = options_.kind != ThermalSourceKind::kSysfs && ros2_.empty()};
   if (ros2_.empty()) return status;
   double received = 0.0;
   double missing = 0.0;

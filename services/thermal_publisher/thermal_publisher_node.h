@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "common/drivers/sysfs_environment.h"
 #include "common/drivers/sysfs_thermometer.h"
 #include "common/replay/ros2_source.h"
 #include "common/replay/temperature_replay.h"
@@ -28,6 +29,7 @@ struct ThermalPublisherOptions {
   std::string sysfs_root = "/sys";
   // Of sysfs name=file, empty: all that are found; of ROS 2 name=topic, beside that of the source.
   std::vector<std::string> probes;
+  std::vector<std::string> channels;  // of the environment, of sysfs: name=file
   replay::RosOptions ros2{};
   double sysfs_rate_hz = 1.0;
 };
@@ -43,7 +45,10 @@ class ThermalPublisherNode {
 
  private:
   void open_sysfs();
+  void open_environment();
   void publish_sysfs();
+  void publish_environment(core::SensorTime time);
+  void warn(const std::string& code, const std::string& text, core::SensorTime time);
   void open_ros2();
   void publish_ros2();
   std::deque<core::TemperatureSample> await_readings();
@@ -55,6 +60,7 @@ class ThermalPublisherNode {
   replay::TemperatureReplay temperatures_;
   ThermalSource source_;
   std::vector<drivers::SysfsThermometer> thermometers_;
+  std::optional<drivers::SysfsEnvironment> environment_;
 
   // What was received on ROS 2's topics and waits to be published: no endpoint is made on the
   // middleware's thread.

@@ -18,19 +18,17 @@ namespace {
 
 constexpr const char* kName = "diagnose";
 constexpr std::uint64_t kProgressEvery = 32;  // samples between two progress reports
-// Ticks of 0.25 s: a match is known here before it is known there, so that whoever announces itself
-// at once may miss the first samples; and temperatures of the last rates are waited for.
-constexpr int kTicksToBeKnown = 2;
+// Ticks of 0.25 s: temperatures of the last rates are waited for.
 constexpr int kTicksForTheRest = 8;
 
-record::BoundColumn column_of(std::string header, record::Quantity quantity, core::Axis axis,
-                              std::string probe = {}, std::size_t slot = 0) {
+// With so many rates waiting a replay is kept from sending more, so that what is behind comes.
+constexpr std::size_t kMostWaiting = measurement::LiveRowsOptions{}.most_waiting / 2;
+
+record::BoundColumn column_of(record::Channel channel, std::size_t slot = 0) {
   record::BoundColumn column;
-  column.header = std::move(header);
+  column.header = record::column_name(channel);
   column.role = record::ColumnRole::kValue;
-  column.channel.quantity = quantity;
-  column.channel.axis = axis;
-  column.channel.probe = std::move(probe);
+  column.channel = std::move(channel);
   column.slot = slot;
   return column;
 }
@@ -51,7 +49,6 @@ LiveDiagnosis::LiveDiagnosis(const DiagnosisRequest& request, const LiveOptions&
       options_(options),
       host_(kName, options.network),
       report_writer_(host_.participant(), host_.observer()),
-      progress_(host_.participant(), kName),
       reference_reader_(
           host_.participant(),
           [this](const msg::RateReference& m, const dds::SampleOrigin&) { on_companion(m); },
@@ -59,7 +56,11 @@ LiveDiagnosis::LiveDiagnosis(const DiagnosisRequest& request, const LiveOptions&
       temperature_reader_(
           host_.participant(),
           [this](const msg::Temperature& m, const dds::SampleOrigin&) { on_companion(m); },
-          host_.observer()),
+          host_.observer(), [this](const auto&, dds::Departure) { companion_left_ = true; }),
+      environment_reader_(
+          host_.participant(),
+          [this](const msg::Environment& m, const dds::SampleOrigin&) { on_companion(m); },
+          host_.observer(), [this](const auto&, dds::Departure) { companion_left_ = true; }),
       rate_reader_(
           host_.participant(),
           [this](const msg::AngularRate& m, const dds::SampleOrigin& o) { on_rate(m, o); },
@@ -137,7 +138,8 @@ void LiveDiagnosis::complete() {
 
 // Temperatures are needed up to the newest rate, so that those of a replay come.
 void LiveDiagnosis::report_progress() {
-  progress_.report(options_.gyro_id, newest_sequence_, newest_);
+  if (rows_.waiting() < kMostWaiting) taken_sequence_ = newest_sequence_;
+  if (progress_) progress_->report(options_.gyro_id, taken_sequence_, newest_);
 }
 
 measurement::MeasuredColumns LiveDiagnosis::columns() const {
@@ -148,18 +150,19 @@ measurement::MeasuredColumns LiveDiagnosis::columns() const {
   const auto& wanted = request_.axes;
   for (const auto axis : core::kAxes) {
     if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), axis) == wanted.end()) continue;
-    columns.columns.push_back(column_of("rate_" + std::string(core::name(axis)) + "_rad_s",
-                                        record::Quantity::kRate, axis));
+    columns.columns.push_back(column_of({record::Quantity::kRate, axis, {}}));
   }
   for (const auto axis : core::kAxes) {
     if (!rows_.has_reference()) break;
-    columns.columns.push_back(column_of("reference_" + std::string(core::name(axis)) + "_rad_s",
-                                        record::Quantity::kReference, axis));
+    columns.columns.push_back(column_of({record::Quantity::kReference, axis, {}}));
+  }
+  for (std::size_t i = 0; i < core::kEnvironmentChannels; ++i) {
+    if (core::has_channel(rows_.environment(), i))
+      columns.columns.push_back(column_of(record::environment_channel(i)));
   }
   for (std::size_t p = 0; p < rows_.probes().size(); ++p) {
-    const std::string& probe = rows_.probes()[p];
-    columns.columns.push_back(column_of("temperature_" + probe + "_degC",
-                                        record::Quantity::kTemperature, core::Axis::kX, probe, p));
+    columns.columns.push_back(
+        column_of({record::Quantity::kTemperature, core::Axis::kX, rows_.probes()[p]}, p));
   }
   return columns;
 }
@@ -184,8 +187,13 @@ measurement::MeasuredRecord LiveDiagnosis::finish() {
   };
   warn(counts.rates_refused, "rates left out: a time stamp not after the one before, or wild");
   warn(counts.readings_refused,
-       "temperatures left out: a time stamp not after the one before, or wild");
+       "temperatures or readings of the environment left out: a time stamp not after the one "
+       "before, or wild");
+  warn(counts.readings_lost,
+       "temperatures or readings of the environment left out: they came after the rates of their "
+       "time, or more at once than can wait");
   warn(counts.late_probes, "temperatures of probes first heard after the start left out");
+  warn(counts.late_channels, "readings of the environment first heard after the start left out");
   warn(counts.late_references, "true rates left out: the first came after the start");
   warn(counts.without_reference, "rates left out: nobody told the true rate");
   warn(rejected_, "rates of a second publisher with this id left out");
@@ -194,10 +202,30 @@ measurement::MeasuredRecord LiveDiagnosis::finish() {
 
 // ---------------------------------------- run
 
-void LiveDiagnosis::tick() {
+// Whoever announces itself before it is matched with all that is there misses the first samples.
+// Without the lock: the middleware makes no endpoint while a sample's callback waits for it.
+void LiveDiagnosis::announce_once_discovered() {
+  if (progress_) return;
+  const int rates = rate_reader_.matched();
+  const int others =
+      temperature_reader_.matched() + environment_reader_.matched() + reference_reader_.matched();
+  const bool is_complete =
+      discovery_.note(host_.participant().acquaintance(), rates + others, service::monotonic_ns());
+  if (!is_complete || rates == 0) return;
+  auto progress = std::make_unique<service::ReplayProgressReporter>(host_.participant(), kName);
   const std::lock_guard lock(mutex_);
-  ticks_matched_ = rate_reader_.matched() > 0 ? ticks_matched_ + 1 : 0;
-  if (ticks_matched_ >= kTicksToBeKnown) progress_.announce();
+  progress_ = std::move(progress);
+}
+
+void LiveDiagnosis::tick() {
+  announce_once_discovered();
+  const std::lock_guard lock(mutex_);
+  // A replay is not kept waiting for somebody who has left.
+  if (companion_left_ && phase_ == Phase::kListening && rows_.waiting() >= kMostWaiting) {
+    companion_left_ = false;
+    rows_.stop_waiting();
+    drain();
+  }
   if (paced_) report_progress();
   if (phase_ == Phase::kListening) {
     over_ = over_ || (paced_ && rate_reader_.matched() == 0);

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -13,6 +14,7 @@
 #include "common/dds/participant.h"
 #include "common/measurement/live_rows.h"
 #include "common/measurement/measured_record.h"
+#include "common/recording/discovery_complete.h"
 #include "common/service/host.h"
 #include "common/service/replay_pacer.h"
 #include "services/zerodrift/diagnosis_run.h"
@@ -45,7 +47,7 @@ class LiveDiagnosis {
   enum class Phase { kListening, kComplete, kDiagnosing, kDone };
 
   void on_rate(const msg::AngularRate& message, const dds::SampleOrigin& origin);
-  template <typename Message>  // a temperature or a reference
+  template <typename Message>  // a temperature, a reference or the environment
   void on_companion(const Message& message);
   [[nodiscard]] bool accepts(const dds::SampleOrigin& origin);
   // Under the lock.
@@ -57,6 +59,7 @@ class LiveDiagnosis {
   [[nodiscard]] measurement::MeasuredRecord finish();
 
   // Host's thread.
+  void announce_once_discovered();
   void tick();
   service::Status status();
 
@@ -76,16 +79,19 @@ class LiveDiagnosis {
   std::optional<core::SensorTime> first_;
   core::SensorTime newest_{0};
   std::uint64_t newest_sequence_ = 0;
+  std::uint64_t taken_sequence_ = 0;  // the newest while not too many waited
   std::uint64_t received_ = 0;
   bool paced_ = false;
-  bool over_ = false;               // the duration has passed or the source has ended
-  int ticks_over_ = 0;              // since then
-  int ticks_matched_ = 0;           // since a publisher's writer was matched
+  bool over_ = false;   // the duration has passed or the source has ended
+  int ticks_over_ = 0;  // since then
+  std::atomic<bool> companion_left_{false};
   std::optional<Finding> finding_;  // to be published
   dds::Writer<msg::TwinReport> report_writer_;
-  service::ReplayProgressReporter progress_;
+  recording::DiscoveryComplete discovery_;
+  std::unique_ptr<service::ReplayProgressReporter> progress_;  // from then on
   dds::Reader<msg::RateReference> reference_reader_;
   dds::Reader<msg::Temperature> temperature_reader_;
+  dds::Reader<msg::Environment> environment_reader_;
   dds::Reader<msg::AngularRate> rate_reader_;
 };
 

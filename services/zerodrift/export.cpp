@@ -69,10 +69,11 @@ void add_export(CLI::App& app, Run& run) {
                    "of a recording .csv, .csv.gz or .csv.xz; of a CSV record .mcap")
       ->required();
   command
-      ->add_option("--topic", options->topic,
-                   "angular_rate: with references and temperatures, a row for each time; "
-                   "compensated_rate: as `record` and `compensate` write it; of a ROS 2 bag its "
-                   "topic of sensor_msgs/Imu, where there are several")
+      ->add_option(
+          "--topic", options->topic,
+          "angular_rate: with references, environment and temperatures, a row for each time; "
+          "compensated_rate: as `record` and `compensate` write it; of a ROS 2 bag its "
+          "topic of sensor_msgs/Imu, where there are several")
       ->capture_default_str();
   command->add_option("--columns", options->request.columns, "names and units of a foreign CSV");
   add_temperature_topics(*command, options->request.topics);

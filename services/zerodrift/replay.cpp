@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// zerodrift replay: a record's rates, references and temperatures onto the live topics.
+// zerodrift replay: a record's rates, references, temperatures and environment onto the live
+// topics.
 #include <atomic>
 #include <cstdio>
 #include <exception>
@@ -58,7 +59,7 @@ class Replay {
     stopping_ = true;
     rates.join();
     temperatures.join();
-    std::printf("%llu samples, %llu temperatures replayed as gyro %u\n",
+    std::printf("%llu samples, %llu readings replayed as gyro %u\n",
                 static_cast<unsigned long long>(rates_.published()),
                 static_cast<unsigned long long>(temperatures_.published()), gyro_id_);
     return exit_code();
@@ -116,8 +117,8 @@ class Replay {
 }  // namespace
 
 void add_replay(CLI::App& app, Run& run) {
-  auto* command =
-      app.add_subcommand("replay", "publish a record's rates, references and temperatures");
+  auto* command = app.add_subcommand(
+      "replay", "publish a record's rates, references, temperatures and environment");
   auto options = std::make_shared<ReplayOptions>();
   service::add_network_options(*command, options->network);
   command->add_option("record,--record", options->source.record, kRecordHelp)->required();

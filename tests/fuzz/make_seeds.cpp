@@ -310,6 +310,11 @@ void dds_seeds() {
   twin.effects().emplace_back().name("shupe");
   twin.points().resize(2);
   dds_seed(12, "twin_report", twin);
+  msg::Environment environment;
+  environment.channels(0x1ff);
+  environment.measured(0x1ff);
+  environment.supply_v(5.0);
+  dds_seed(13, "environment", environment);
 }
 
 // ---------------------------------------- serial frames

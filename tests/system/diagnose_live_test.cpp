@@ -21,30 +21,16 @@ using Json = nlohmann::ordered_json;
 
 const std::filesystem::path kSource = ZERODRIFT_SOURCE_DIR;
 
-// A gyro's five hours in the chamber, as far as topics carry them: rates, true rates, temperatures.
+// A gyro's five hours in the chamber: rates, true rates, temperatures and all that it was exposed
+// to.
 std::filesystem::path write_chamber_record(SystemUnderTest& system) {
-  const auto whole = system.path("whole.csv");
+  const auto record = system.path("record.csv");
   simulate(system,
            {.model = kSource / "config/models/lab_fog.yaml",
             .profile = kSource / "config/profiles/diagnosis_chamber.yaml",
             .rate_hz = 1},
-           whole, {"--reference"});
-  const Table table = read_table(whole);
-  std::string text;
-  const auto add_row = [&](const std::vector<std::string>& cells) {
-    std::string row;
-    for (std::size_t c = 0; c < table.columns.size(); ++c) {
-      const std::string& name = table.columns[c];
-      const bool carried = name == "time_s" || name.starts_with("rate_") ||
-                           name.starts_with("reference_") || name.starts_with("temperature_");
-      if (carried) row += (row.empty() ? "" : ",") + cells[c];
-    }
-    text += row + "\n";
-  };
-  add_row(table.columns);
-  for (const auto& row : table.rows) add_row(row);
-  write(system.path("record.csv"), text);
-  return system.path("record.csv");
+           record, {"--reference"});
+  return record;
 }
 
 // The factory's model without the Shupe effect of x.
@@ -94,6 +80,8 @@ TEST(DiagnoseLive, FindsWhatTheRecordShowsAndItsModelIsAdopted) {
   Collector<msg::Event> events(participant);
   Collector<msg::TwinReport> reports(participant);
   Collector<msg::CompensatedRate> answers(participant);
+  Collector<msg::Temperature> temperatures(participant);
+  Collector<msg::Environment> environment(participant);
   ChildProcess& live = system.start(
       "zerodrift", with({"--live", "--duration", "5h", "--json", system.path("live.json"), "--html",
                          system.path("live.html"), "--out-model", system.path("live.yaml")}));
@@ -105,6 +93,7 @@ TEST(DiagnoseLive, FindsWhatTheRecordShowsAndItsModelIsAdopted) {
     return a;
   };
   ChildProcess& thermal = system.start("thermal_publisher", source);
+  ASSERT_TRUE(eventually([&] { return temperatures.size() > 0 && environment.size() > 0; }));
   ChildProcess& gyro =
       system.start("gyro_publisher", plus(source, {"--wait-for", "compensation,diagnose"}));
   ASSERT_EQ(live.wait(90s), 0) << live.err();
@@ -126,6 +115,7 @@ TEST(DiagnoseLive, FindsWhatTheRecordShowsAndItsModelIsAdopted) {
   const Json x = Json::parse(content(system.path("live.json"))).at("axis").at("x");
   ASSERT_FALSE(x.at("effects").empty()) << live.out();
   EXPECT_EQ(x.at("effects").at(0).at("name"), "shupe");
+  EXPECT_EQ(content(system.path("live.json")).find("left out"), std::string::npos);
   const std::string code = "diagnosis_" + x.at("verdict").get<std::string>();
   EXPECT_TRUE(eventually([&] { return told(events, code, "gyro 1; axis x: missing shupe"); }));
   EXPECT_TRUE(told(events, code, "gap"));
@@ -162,6 +152,47 @@ TEST(DiagnoseLive, FindsWhatTheRecordShowsAndItsModelIsAdopted) {
   EXPECT_EQ(reverted.exit_code, 0) << reverted.out << reverted.err;
   EXPECT_NE(reverted.out.find("reverted to no prior"), std::string::npos) << reverted.out;
   EXPECT_TRUE(answered_after(adopted_epoch));
+}
+
+// Rule: at any speed, what belongs to a rate is in its row; here is three times what may wait.
+TEST(DiagnoseLive, OfADenseRecordAtFullSpeedNothingIsLeftBehind) {
+  SystemUnderTest system(Domain::kDiagnoseLiveDense);
+  const auto record = system.path("record.csv");
+  simulate(system,
+           {.model = kSource / "config/models/lab_fog.yaml",
+            .profile = kSource / "config/profiles/diagnosis_chamber.yaml",
+            .rate_hz = 20},
+           record, {"--reference", "--duration", "2500"});
+  const Arguments common{"diagnose",  "--model", kSource / "config/models/lab_fog.yaml",
+                         "--axis",    "x",       "--date",
+                         "2026-03-31"};
+  const auto with = [&](Arguments more) {
+    more.insert(more.begin(), common.begin(), common.end());
+    return more;
+  };
+  const Finished offline =
+      system.run("zerodrift", with({"--record", record, "--json", system.path("offline.json")}));
+  ASSERT_EQ(offline.exit_code, 0) << offline.err;
+
+  dds::Participant participant("test", system.network());
+  Collector<msg::Environment> environment(participant);
+  ChildProcess& live = system.start(
+      "zerodrift", with({"--live", "--duration", "5h", "--json", system.path("live.json")}));
+  system.start("compensation", {});
+  const Arguments source{"--source", "record", "--record", record, "--speed", "max"};
+  system.start("thermal_publisher", source);
+  ASSERT_TRUE(eventually([&] { return environment.size() > 0; }));
+  Arguments rates = source;
+  rates.insert(rates.end(), {"--wait-for", "diagnose"});
+  system.start("gyro_publisher", rates);
+  ASSERT_EQ(live.wait(120s), 0) << live.err();
+  EXPECT_EQ(live.err().find("left out"), std::string::npos) << live.err();
+  const auto diagnosed = [&](const std::string& file) {
+    Json json = Json::parse(replaced(content(system.path(file)), record.string(), "gyro 1 live"));
+    json.erase("provenance");
+    return json.dump();
+  };
+  EXPECT_EQ(diagnosed("offline.json"), diagnosed("live.json"));
 }
 
 class DiagnoseLiveStop : public ::testing::Test {

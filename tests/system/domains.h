@@ -135,6 +135,9 @@ enum class Domain : std::uint32_t {
   kRos2InputBad,
   kRos2Diagnostics,
   kSuccessor,
+  kSysfsEnvironment,
+  kEnvironment,
+  kDiagnoseLiveDense,
 };
 
 static_assert(static_cast<std::uint32_t>(Domain::kConsole) <= 100);

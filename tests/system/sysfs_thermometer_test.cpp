@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// thermal_publisher on thermometers that Linux shows as files, here on a tree made by the test.
+// thermal_publisher on what Linux shows as files, here on a tree made by the test.
 #include <gtest/gtest.h>
 #include <signal.h>
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
 #include <optional>
 #include <string>
 
 #include "tests/system/files.h"
+#include "tests/system/pipeline.h"
 #include "tests/system/system_under_test.h"
 
 namespace zerodrift::system_test {
@@ -60,6 +63,96 @@ TEST(SysfsThermometer, TemperaturesArriveAndAFileThatVanishesIsToldAndComesBack)
   EXPECT_TRUE(reads("coil", 21.5));
   publisher.send(SIGTERM);
   EXPECT_EQ(publisher.wait(2s), 0);
+}
+
+TEST(SysfsEnvironment, ReadingsArriveAndAFileThatVanishesCostsItsChannelAlone) {
+  SystemUnderTest system(Domain::kSysfsEnvironment);
+  const auto hwmon = system.path("sys/class/hwmon/hwmon0");
+  const auto imu = system.path("sys/bus/iio/devices/iio:device0");
+  write(hwmon / "in1_input", "5000\n");
+  write(imu / "in_magn_x_raw", "200\n");
+  write(imu / "in_magn_scale", "0.001\n");
+  dds::Participant participant("test", system.network());
+  Collector<msg::Environment> environment(participant);
+  Collector<msg::Event> events(participant);
+  ChildProcess& publisher =
+      system.start("thermal_publisher",
+                   {"--source", "sysfs", "--sysfs-root", system.path("sys"), "--rate", "20",
+                    "--gyro-id", "5", "--channel", "supply=" + (hwmon / "in1_input").string(),
+                    "--channel", "magnetic_x=-" + (imu / "in_magn_x_raw").string()});
+  constexpr std::uint32_t kSupply = 1U << 8U;
+  constexpr std::uint32_t kMagneticX = 1U;
+  const auto comes = [&](const std::function<bool(const msg::Environment&)>& is_so) {
+    return eventually([&] { return environment.size() > 0 && is_so(environment.newest()); });
+  };
+  EXPECT_TRUE(comes([](const auto& m) {
+    return m.gyro_id() == 5 && m.channels() == (kSupply | kMagneticX) &&
+           m.measured() == m.channels() && m.supply_v() == 5.0 &&
+           std::abs(m.magnetic_ut()[0] + 20.0) < 1e-12;
+  }));
+  std::filesystem::rename(hwmon / "in1_input", hwmon / "gone");
+  EXPECT_TRUE(comes([](const auto& m) {
+    return m.channels() == (kSupply | kMagneticX) && m.measured() == kMagneticX;
+  }));
+  EXPECT_TRUE(eventually([&] { return told(events, "no_environment", "in1_input"); }));
+  write(hwmon / "in1_input", "4500\n");
+  EXPECT_TRUE(comes([](const auto& m) { return m.supply_v() == 4.5; }));
+  publisher.send(SIGTERM);
+  EXPECT_EQ(publisher.wait(2s), 0);
+
+  const auto refused = [&](const Arguments& more) {
+    Arguments arguments{"--source", "sysfs", "--sysfs-root", system.path("sys")};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Finished end = system.run("thermal_publisher", arguments);
+    EXPECT_EQ(end.exit_code, 2) << end.err;
+    return end.err;
+  };
+  EXPECT_NE(refused({"--channel", "voltage=/x"}).find("--channel: found 'voltage=/x'"),
+            std::string::npos);
+  EXPECT_NE(refused({"--channel", "supply=" + (imu / "in_magn_x_raw").string()})
+                .find("no file of this channel"),
+            std::string::npos);
+}
+
+// Rule: what was published of the environment is in the recording, its export and its replay.
+TEST(Environment, OfASimulationIsRecordedExportedAndReplayed) {
+  SystemUnderTest system(Domain::kEnvironment);
+  const std::filesystem::path source = ZERODRIFT_SOURCE_DIR;
+  const auto recording = system.path("live.mcap");
+  Arguments simulation{"--source",   "simulation",
+                       "--model",    source / "config/models/lab_fog.yaml",
+                       "--profile",  source / "config/profiles/diagnosis_chamber.yaml",
+                       "--duration", "60",
+                       "--speed",    "20",
+                       "--wait-for", ""};
+  ChildProcess& recorder = system.start("zerodrift", {"record", "--out", recording});
+  ASSERT_TRUE(eventually([&] { return recorder.out().find("recording to") != std::string::npos; }));
+  dds::Participant participant("test", system.network());
+  Collector<msg::Environment> environment(participant);
+  ChildProcess& thermal = system.start("thermal_publisher", simulation);
+  simulation.insert(simulation.end(), {"--rate", "10"});
+  ChildProcess& gyro = system.start("gyro_publisher", simulation);
+  EXPECT_EQ(gyro.wait(60s), 0) << gyro.err();
+  EXPECT_EQ(thermal.wait(60s), 0) << thermal.err();
+  ASSERT_TRUE(eventually([&] { return environment.size() >= 600; }));
+  recorder.send(SIGINT);
+  EXPECT_EQ(recorder.wait(30s), 0) << recorder.err();
+
+  const auto csv = system.path("live.csv");
+  const Finished exported = system.run("zerodrift", {"export", recording, "--out", csv});
+  ASSERT_EQ(exported.exit_code, 0) << exported.err;
+  const Table table = read_table(csv);
+  std::size_t readings = 0;
+  for (const auto& row : table.rows) readings += row[table.column("magnetic_x_uT")].empty() ? 0 : 1;
+  EXPECT_EQ(readings, 600U) << "ten a second";
+  for (const char* name : {"acceleration_z_m_s2", "vibration_g", "source_current_mA", "supply_V"})
+    EXPECT_LT(table.column(name), table.columns.size()) << name;
+
+  const std::size_t before = environment.size();
+  ChildProcess& replay =
+      system.start("zerodrift", {"replay", recording, "--speed", "max", "--wait-for", ""});
+  EXPECT_EQ(replay.wait(60s), 0) << replay.err();
+  EXPECT_TRUE(eventually([&] { return environment.size() >= before + readings; }));
 }
 
 }  // namespace

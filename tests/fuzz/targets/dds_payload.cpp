@@ -49,6 +49,16 @@ bool is_sound(const core::TemperatureSample& sample) {
   return sample.clock <= core::ClockSource::kSimulation;
 }
 
+bool is_sound(const core::EnvironmentSample& sample) {
+  bool sound = sample.clock <= core::ClockSource::kSimulation;
+  for (std::size_t i = 0; i < core::kEnvironmentChannels; ++i) {
+    const double value = core::channel(sample.values, i);
+    sound =
+        sound && (std::isfinite(value) ? core::has_channel(sample.channels, i) : value != value);
+  }
+  return sound;
+}
+
 bool is_sound(const core::RateReferenceSample& sample) {
   bool sound = sample.kind <= core::ReferenceKind::kNavigationResidual;
   for (std::size_t i = 0; i < core::kAxisCount; ++i) {
@@ -67,6 +77,10 @@ msg::AngularRate as_message(const core::AngularRateSample& sample) {
 }
 
 msg::Temperature as_message(const core::TemperatureSample& sample) {
+  return dds::to_message(sample, 1);
+}
+
+msg::Environment as_message(const core::EnvironmentSample& sample) {
   return dds::to_message(sample, 1);
 }
 

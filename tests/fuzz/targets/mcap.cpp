@@ -51,6 +51,7 @@ void read_record(std::string_view bytes, record::TimeOrder order) {
     demand(row->interval_s >= 0.0, "an interval is not negative");
     if (record::brings_rate(*row)) static_cast<void>(record::to_angular_rate(*row));
     static_cast<void>(record::to_rate_reference(*row, reader.info()));
+    static_cast<void>(record::to_environment(*row, reader.info()));
     for (std::size_t probe = 0; probe < reader.info().probes.size(); ++probe) {
       if (record::brings_temperature(*row, probe))
         record::to_temperature(*row, reader.info(), probe, temperature);

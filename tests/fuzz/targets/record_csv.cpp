@@ -33,6 +33,7 @@ void check_row(const record::RecordRow& row, const record::RecordInfo& info) {
   demand(row.interval_s >= 0.0, "an interval is not negative");
   static_cast<void>(record::to_angular_rate(row));
   static_cast<void>(record::to_rate_reference(row, info));
+  static_cast<void>(record::to_environment(row, info));
   core::TemperatureSample sample;
   for (std::size_t probe = 0; probe < info.probes.size(); ++probe)
     record::to_temperature(row, info, probe, sample);

@@ -7,6 +7,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <string>
 
@@ -158,6 +159,55 @@ TEST(TemperatureConversion, CarriesTheLongestProbeNameWhole) {
   EXPECT_EQ(from_message(to_message(sample, 1)).probe, sample.probe);
   sample.probe.clear();
   EXPECT_EQ(from_message(to_message(sample, 1)).probe, "");
+}
+
+core::EnvironmentSample environment_sample() {
+  core::EnvironmentSample sample{.sequence = kLargeSequence,
+                                 .time = SensorTime{-5},
+                                 .channels = 0b1'1111'1111U,
+                                 .clock = core::ClockSource::kSimulation};
+  for (std::size_t i = 0; i < core::kEnvironmentChannels; ++i)
+    core::channel(sample.values, i) = kAwkward[i % std::size(kAwkward)];
+  return sample;
+}
+
+TEST(EnvironmentConversion, ReturnsEveryFieldBitForBit) {
+  const core::EnvironmentSample sample = environment_sample();
+  const msg::Environment message = to_message(sample, 9);
+  EXPECT_EQ(message.gyro_id(), 9U);
+  EXPECT_EQ(message.measured(), sample.channels);
+  const core::EnvironmentSample back = from_message(message);
+  EXPECT_EQ(back.sequence, sample.sequence);
+  EXPECT_EQ(back.time, sample.time);
+  EXPECT_EQ(back.channels, sample.channels);
+  EXPECT_EQ(back.clock, sample.clock);
+  for (std::size_t i = 0; i < core::kEnvironmentChannels; ++i)
+    expect_same_bits(core::channel(back.values, i), core::channel(sample.values, i));
+}
+
+TEST(EnvironmentConversion, HasNoValueWhereNothingFiniteWasMeasuredOfAChannelThatThereIs) {
+  for (std::size_t i = 0; i < core::kEnvironmentChannels; ++i) {
+    const auto expect_without = [i](const msg::Environment& message) {
+      const core::EnvironmentSample back = from_message(message);
+      for (std::size_t k = 0; k < core::kEnvironmentChannels; ++k)
+        EXPECT_EQ(std::isnan(core::channel(back.values, k)), k == i) << k << " of " << i;
+      return back;
+    };
+    for (const double bad : {kNaN, kInfinity, -kInfinity}) {
+      core::EnvironmentSample sample = environment_sample();
+      core::channel(sample.values, i) = bad;
+      msg::Environment message = to_message(sample, 1);
+      EXPECT_TRUE(core::has_channel(expect_without(message).channels, i));
+      message.measured(~0U);  // it lies
+      expect_without(message);
+    }
+    msg::Environment message = to_message(environment_sample(), 1);
+    message.channels(~(1U << i));  // also of bits that mean nothing
+    EXPECT_EQ(expect_without(message).channels, 0b1'1111'1111U & ~(1U << i));
+    message = to_message(environment_sample(), 1);
+    message.measured(~(1U << i));
+    EXPECT_TRUE(core::has_channel(expect_without(message).channels, i));
+  }
 }
 
 RateReferenceSample reference_sample() {

@@ -36,6 +36,14 @@ core::TemperatureSample reading(const std::string& probe, double time_s, double 
   return {.probe = probe, .time = at(time_s), .temperature_degc = degc};
 }
 
+// A supply and a field along x.
+core::EnvironmentSample environment(double time_s, double supply_v, double field_ut) {
+  core::EnvironmentSample sample{.time = at(time_s), .channels = 1U << 8U | 1U};
+  sample.values.supply_v = supply_v;
+  sample.values.magnetic_ut[0] = field_ut;
+  return sample;
+}
+
 std::vector<record::RecordRow> rows_of(LiveRows& rows) {
   std::vector<record::RecordRow> all;
   while (const record::RecordRow* row = rows.next()) all.push_back(*row);
@@ -56,6 +64,8 @@ void expect_same(const std::vector<record::RecordRow>& a, const std::vector<reco
     ASSERT_EQ(a[i].temperature_degc.size(), b[i].temperature_degc.size());
     for (std::size_t p = 0; p < a[i].temperature_degc.size(); ++p)
       EXPECT_TRUE(is_same(a[i].temperature_degc[p], b[i].temperature_degc[p]));
+    for (std::size_t c = 0; c < core::kEnvironmentChannels; ++c)
+      EXPECT_TRUE(is_same(core::channel(a[i].inputs, c), core::channel(b[i].inputs, c)));
     for (std::size_t axis = 0; axis < core::kAxisCount; ++axis) {
       EXPECT_TRUE(is_same(a[i].rate_radps[axis], b[i].rate_radps[axis]));
       EXPECT_TRUE(is_same(a[i].reference_radps[axis], b[i].reference_radps[axis]));
@@ -63,14 +73,17 @@ void expect_same(const std::vector<record::RecordRow>& a, const std::vector<reco
   }
 }
 
-// Four streams, each in its own order, mixed with a seed; rates before temperatures by up to 30.
+// Five streams, each in its own order, mixed with a seed; rates before temperatures by up to 30.
 std::vector<record::RecordRow> mixed(unsigned seed) {
   constexpr int kSamples = 400;
   LiveRows rows({.rates_before_start = 100});
   std::vector<std::function<void(int)>> streams{
       [&](int i) { rows.push(rate(i, i)); }, [&](int i) { rows.push(reference(i, i)); },
       [&](int i) { rows.push(reading("board", i, 20.0 + i)); },
-      [&](int i) { rows.push(reading("coil_outer", i, 30.0 + 0.1 * i)); }};
+      [&](int i) { rows.push(reading("coil_outer", i, 30.0 + 0.1 * i)); },
+      [&](int i) {
+        rows.push(environment(i, 5.0 + 0.5 * i, i % 3 == 0 ? record::kNotMeasured : 1.0));
+      }};
   std::vector<int> sent(streams.size(), 0);
   std::mt19937 generator(seed);
   std::vector<record::RecordRow> all;
@@ -85,6 +98,7 @@ std::vector<record::RecordRow> mixed(unsigned seed) {
   rows.finish();
   for (auto& row : rows_of(rows)) all.push_back(std::move(row));
   EXPECT_EQ(rows.probes(), (std::vector<std::string>{"coil_outer", "board"}));
+  EXPECT_EQ(rows.environment(), 1U << 8U | 1U);
   return all;
 }
 
@@ -94,6 +108,10 @@ TEST(LiveRows, AreTheSameInWhateverOrderTheStreamsArrive) {
   EXPECT_EQ(first[5].temperature_degc, (std::vector<double>{30.5, 25.0}));
   EXPECT_TRUE(std::isnan(first[7].reference_radps[2]));
   EXPECT_EQ(first[7].reference_radps[0], 3.5);
+  EXPECT_EQ(first[7].inputs.supply_v, 8.5);
+  EXPECT_EQ(first[7].inputs.magnetic_ut[0], 1.0);
+  EXPECT_TRUE(std::isnan(first[9].inputs.magnetic_ut[0]));
+  EXPECT_TRUE(std::isnan(first[7].inputs.vibration_g));
   for (unsigned seed = 2; seed < 8; ++seed) {
     SCOPED_TRACE(seed);
     expect_same(mixed(seed), first);
@@ -192,6 +210,41 @@ TEST(LiveRows, ProbesAndTrueRatesThatComeTooLateAreCounted) {
   ASSERT_EQ(rows_of(rows).size(), 1U);
   EXPECT_EQ(rows.counts().late_probes, 1U);
   EXPECT_EQ(rows.counts().late_references, 1U);
+}
+
+// Rule: what is not in the row of its time is in none, and is counted.
+TEST(LiveRows, WhatComesAfterItsRowOrCannotWaitIsLeftOutAndCounted) {
+  LiveRows rows({.rates_before_start = 2, .most_waiting = 4, .most_readings = 8});
+  rows.push(environment(0.0, 5.0, 1.0));
+  rows.push(reading("coil", 100.0, 20.0));  // waited for by nobody
+  for (int i = 0; i < 6; ++i) rows.push(rate(i, i));
+  EXPECT_EQ(rows_of(rows).size(), 2U) << "of six, four wait at most";
+  rows.push(environment(1.0, 6.0, 1.0));
+  EXPECT_EQ(rows.counts().readings_lost, 2U) << "two channels";
+  rows.push(environment(5.5, 7.0, 1.0));
+  auto after = rows_of(rows);
+  ASSERT_EQ(after.size(), 4U);
+  for (const auto& row : after) EXPECT_TRUE(std::isnan(row.inputs.supply_v)) << "no later row";
+  for (int i = 0; i < 10; ++i) rows.push(environment(6.0 + 0.1 * i, 8.0, 1.0));
+  EXPECT_EQ(rows.counts().readings_lost, 2U + 2U * 3U)
+      << "eleven of a channel, of which eight wait";
+}
+
+TEST(LiveRows, OneThatIsGoneIsNotWaitedForAndChannelsThatComeTooLateAreCounted) {
+  LiveRows rows({.rates_before_start = 2});
+  rows.push(environment(0.0, 5.0, 1.0));
+  for (int i = 0; i < 6; ++i) rows.push(rate(i, i));
+  EXPECT_EQ(rows_of(rows).size(), 1U);
+  rows.stop_waiting();
+  EXPECT_EQ(rows_of(rows).size(), 5U);
+  core::EnvironmentSample late{.time = at(6.0), .channels = 1U << 6U};
+  late.values.vibration_g = 1.0;
+  rows.push(late);
+  EXPECT_EQ(rows.counts().late_channels, 1U);
+  rows.push(rate(6, 6.0));
+  const auto after = rows_of(rows);
+  ASSERT_EQ(after.size(), 1U);
+  EXPECT_TRUE(std::isnan(after[0].inputs.vibration_g));
 }
 
 }  // namespace

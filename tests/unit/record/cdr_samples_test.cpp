@@ -89,6 +89,30 @@ TEST(CdrSamplesLaws, SayOfAReferenceWhatTheGeneratedTypesSay) {
 }
 
 // A writer of another byte order: encapsulation 0, and every value turned round.
+TEST(CdrSamplesLaws, SayOfTheEnvironmentWhatTheGeneratedTypesSay) {
+  for (const std::uint32_t measured : {0U, 0b1'0101'0101U, 0b1'1111'1111U, ~0U}) {
+    core::EnvironmentSample sample{
+        .sequence = 12, .time = core::SensorTime{-3}, .channels = 0x1ffU};
+    for (std::size_t i = 0; i < core::kEnvironmentChannels; ++i)
+      core::channel(sample.values, i) = i == 4 ? kNan : 0.1 * static_cast<double>(i) - 0.2;
+    auto message = dds::to_message(sample, 6);
+    message.measured(measured);
+    message.clock_source(99);
+    const auto expected = dds::from_message(message);
+    const auto found = decode_environment(dds::encode(message));
+    ASSERT_TRUE(found);
+    EXPECT_EQ(found->gyro_id, 6U);
+    EXPECT_EQ(found->sample.sequence, expected.sequence);
+    EXPECT_EQ(found->sample.time, expected.time);
+    EXPECT_EQ(found->sample.channels, expected.channels);
+    EXPECT_EQ(found->sample.clock, expected.clock);
+    for (std::size_t i = 0; i < core::kEnvironmentChannels; ++i) {
+      EXPECT_EQ(std::bit_cast<std::uint64_t>(core::channel(found->sample.values, i)),
+                std::bit_cast<std::uint64_t>(core::channel(expected.values, i)));
+    }
+  }
+}
+
 TEST(CdrSamplesGolden, ABigEndianReadingIsRead) {
   std::string payload{"\0\0\0\0", 4};
   payload += std::string("\0\0\0\7", 4);               // gyro 7
@@ -111,14 +135,17 @@ TEST(CdrSamplesAbuse, TooFewBytesOrAnotherEncodingAreNoMessage) {
   auto rate = dds::to_message(rate_at(1.0, 1), 1, 0);
   auto temperature = dds::to_message(reading_at(1.0, "coil", 1.0), 1);
   auto reference = dds::to_message(core::RateReferenceSample{}, 1);
+  auto environment = dds::to_message(environment_at(1.0, 5.0), 1);
   const std::string payloads[] = {dds::encode(rate), dds::encode(temperature),
-                                  dds::encode(reference)};
+                                  dds::encode(reference), dds::encode(environment)};
   for (std::size_t size = 0; size < payloads[0].size(); ++size)
     EXPECT_FALSE(decode_angular_rate(payloads[0].substr(0, size))) << size;
   for (std::size_t size = 0; size < payloads[1].size(); ++size)
     EXPECT_FALSE(decode_temperature(payloads[1].substr(0, size))) << size;
   for (std::size_t size = 0; size < payloads[2].size(); ++size)
     EXPECT_FALSE(decode_rate_reference(payloads[2].substr(0, size))) << size;
+  for (std::size_t size = 0; size < payloads[3].size(); ++size)
+    EXPECT_FALSE(decode_environment(payloads[3].substr(0, size))) << size;
   std::string parameter_list = payloads[0];
   parameter_list[1] = 3;
   EXPECT_FALSE(decode_angular_rate(parameter_list));

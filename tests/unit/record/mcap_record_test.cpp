@@ -65,6 +65,39 @@ TEST_F(McapRecord, RowsAreTheTimesAtWhichSomethingWasMeasured) {
   EXPECT_EQ(reader.warnings(), std::vector<std::string>{});
 }
 
+TEST_F(McapRecord, TheEnvironmentHasTheColumnsOfAllItsPublishers) {
+  Recording recording;
+  core::EnvironmentSample vibration;
+  vibration.time = core::from_seconds(1.25);
+  vibration.channels = 1U << 6U;
+  vibration.values.vibration_g = 0.5;
+  recording.add(1, environment_at(1.0, 5.25));
+  recording.add(1, rate_at(1.0, 0));
+  recording.add(1, vibration);
+  recording.add(2, environment_at(1.5, 9.0));  // of another gyro
+  recording.add(1, rate_at(1.5, 1));
+  RecordReader reader(recording.write_to(path("a.mcap")));
+  EXPECT_EQ(reader.info().environment, 0b1'0100'0111U);
+  EXPECT_EQ(reader.info().columns,
+            (std::vector<std::string>{"time_s", "rate_x_rad_s", "rate_y_rad_s", "rate_z_rad_s",
+                                      "magnetic_x_uT", "magnetic_y_uT", "magnetic_z_uT",
+                                      "vibration_g", "supply_V"}));
+  const RecordRow* row = reader.next();
+  EXPECT_EQ(row->inputs.supply_v, 5.25);
+  EXPECT_TRUE(std::isnan(row->inputs.magnetic_ut[0]));
+  const auto found = to_environment(*row, reader.info());
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->channels, 0b1'0000'0111U) << "as it was said";
+  EXPECT_EQ(found->clock, core::ClockSource::kSimulation);
+  row = reader.next();
+  EXPECT_FALSE(brings_rate(*row));
+  EXPECT_EQ(row->inputs.vibration_g, 0.5);
+  EXPECT_TRUE(std::isnan(row->inputs.supply_v));
+  row = reader.next();
+  EXPECT_FALSE(to_environment(*row, reader.info())) << "nobody said anything at 1.5 s";
+  EXPECT_EQ(reader.next(), nullptr);
+}
+
 TEST_F(McapRecord, AReferenceKeepsItsVarianceKindAndTime) {
   Recording recording;
   core::RateReferenceSample reference;

@@ -92,8 +92,7 @@ TEST_F(RecordReading, InspectNamesWhatIsThere) {
   EXPECT_EQ(info.has_rate, (core::PerAxis<bool>{true, false, true}));
   EXPECT_EQ(info.has_reference, (core::PerAxis<bool>{true, false, false}));
   EXPECT_EQ(info.probes, (std::vector<std::string>{"coil", "case"}));
-  ASSERT_EQ(info.inputs.size(), 1U);
-  EXPECT_EQ(name(info.inputs[0]), "supply");
+  EXPECT_EQ(info.environment, 1U << 8) << "the supply alone";
   EXPECT_EQ(info.extra_columns, (std::vector<std::string>{"comment"}));
   ASSERT_EQ(info.metadata.size(), 2U);
   EXPECT_EQ(info.metadata[1], (std::pair<std::string, std::string>{"note", "with: colon"}));

@@ -45,6 +45,23 @@ TEST_F(RecordSamples, TemperatureOfABlankCellStillMovesTimeForward) {
   EXPECT_EQ(sample.clock, core::ClockSource::kReplay);
 }
 
+TEST_F(RecordSamples, EnvironmentIsOfTheColumnsThatThereAre) {
+  RecordReader reader{write("a.csv", "time_s,vibration_g,magnetic_y_uT\n0,0.5,-20\n1,,inf\n")};
+  auto sample = to_environment(*reader.next(), reader.info());
+  ASSERT_TRUE(sample);
+  EXPECT_EQ(sample->channels, 1U << 6U | 1U << 1U);
+  EXPECT_EQ(sample->values.vibration_g, 0.5);
+  EXPECT_EQ(sample->values.magnetic_ut[1], -20.0);
+  EXPECT_EQ(sample->clock, core::ClockSource::kReplay);
+  sample = to_environment(*reader.next(), reader.info());
+  ASSERT_TRUE(sample) << "time went on";
+  EXPECT_EQ(sample->sequence, 1U);
+  EXPECT_FALSE(core::is_any_measured(sample->values));
+
+  RecordReader without{write("b.csv", "time_s,rate_x_rad_s\n0,0.5\n")};
+  EXPECT_FALSE(to_environment(*without.next(), without.info()));
+}
+
 TEST_F(RecordSamples, ReferenceOfAnAbsentAxisIsZeroAndOfABlankCellInvalid) {
   RecordReader reader{write("a.csv", "time_s,reference_x_rad_s,reference_y_rad_s\n0,0.5,\n")};
   const auto sample = to_rate_reference(*reader.next(), reader.info(), 1e-12);

@@ -33,6 +33,10 @@ class Recording {
     auto message = dds::to_message(sample, gyro);
     put(dds::kTemperature, gyro, sample.probe, dds::encode(message));
   }
+  void add(std::uint32_t gyro, const core::EnvironmentSample& sample) {
+    auto message = dds::to_message(sample, gyro);
+    put(dds::kEnvironment, gyro, "", dds::encode(message));
+  }
   void add(std::uint32_t gyro, const core::RateReferenceSample& sample) {
     auto message = dds::to_message(sample, gyro);
     put(dds::kRateReference, gyro, "", dds::encode(message));
@@ -78,6 +82,16 @@ inline core::AngularRateSample rate_at(double time_s, std::uint64_t sequence) {
   sample.interval_s = 0.0049;
   sample.rate_radps = {time_s, -time_s, 0.1 * time_s};
   sample.valid = {true, true, true};
+  sample.clock = core::ClockSource::kSimulation;
+  return sample;
+}
+
+// A supply, and a field of which nothing was measured.
+inline core::EnvironmentSample environment_at(double time_s, double supply_v) {
+  core::EnvironmentSample sample;
+  sample.time = core::from_seconds(time_s);
+  sample.channels = 0b1'0000'0111U;
+  sample.values.supply_v = supply_v;
   sample.clock = core::ClockSource::kSimulation;
   return sample;
 }

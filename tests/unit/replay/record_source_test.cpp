@@ -8,6 +8,7 @@
 #include <fstream>
 #include <stdexcept>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "common/files/file_error.h"
@@ -68,14 +69,36 @@ TEST_F(RecordSource, TemperaturesOfAllProbesComeInOrderOfTime) {
   core::SensorTime before{0};
   std::vector<double> coil;
   int cases = 0;
-  while (const auto reading = source.next()) {
-    EXPECT_GE(reading->time, before);
-    before = reading->time;
-    if (reading->probe == "coil") coil.push_back(reading->temperature_degc);
-    if (reading->probe == "case" && reading->measured) ++cases;
+  while (const auto next = source.next()) {
+    const auto& reading = std::get<core::TemperatureSample>(*next);
+    EXPECT_GE(reading.time, before);
+    before = reading.time;
+    if (reading.probe == "coil") coil.push_back(reading.temperature_degc);
+    if (reading.probe == "case" && reading.measured) ++cases;
   }
   EXPECT_EQ(coil, (std::vector<double>{30, 31, 32, 33, 34}));
   EXPECT_EQ(cases, 3);
+}
+
+TEST_F(RecordSource, TheEnvironmentComesWithTheTemperaturesItsBlanksOnceASecond) {
+  std::ofstream(file_) << "time_s,rate_x_rad_s,temperature_coil_degC,supply_V\n"
+                          "0,1,20,5\n0.5,2,,\n1,3,,\n1.5,4,,\n2,5,,\n2.5,6,21,5.5\n";
+  const ThermalSource source =
+      open_thermal_record({.record = file_.string()}, [](const std::string&) {});
+  EXPECT_EQ(source.environment, 1U << 8U);
+  std::vector<double> times_s;
+  core::SensorTime before{0};
+  while (const auto next = source.next()) {
+    const auto time = std::visit([](const auto& sample) { return sample.time; }, *next);
+    EXPECT_GE(time, before);
+    before = time;
+    const auto* environment = std::get_if<core::EnvironmentSample>(&*next);
+    if (environment == nullptr) continue;
+    times_s.push_back(core::seconds(environment->time));
+    EXPECT_EQ(environment->channels, 1U << 8U);
+    EXPECT_EQ(environment->clock, core::ClockSource::kReplay);
+  }
+  EXPECT_EQ(times_s, (std::vector<double>{0.0, 1.0, 2.0, 2.5}));
 }
 
 TEST_F(RecordSource, WhatCannotBeReadIsOneLine) {

@@ -18,6 +18,20 @@ using examples::effect;
 using examples::model_of;
 using examples::still;
 
+TEST(ExcitationLaws, ARecordHasTheChannelsThatTheProfileMovesOrTheModelNeeds) {
+  Profile profile = still(10.0);
+  EXPECT_EQ(environment_channels(model_of({}), profile), 0U);
+  EXPECT_EQ(
+      environment_channels(model_of({effect("magnetic", {{"x_deg_h_per_ut", 0.01}})}), profile),
+      0b111U);
+  profile.excitations = {
+      {.start_s = 0.0, .duration_s = 5.0, .quantity = ExcitedQuantity::kSupplyV, .value = 0.25}};
+  EXPECT_EQ(environment_channels(model_of({}), profile), 1U << 8U);
+  GyroSimulation gyro(model_of({}), profile, 1, 1.0);
+  ASSERT_TRUE(gyro.next());
+  EXPECT_EQ(core::channel(gyro.environment(), 8), kNominalSupplyV + 0.25);
+}
+
 TEST(ExcitationLaws, RampsUpHoldsAndRampsDown) {
   const Excitation block{.start_s = 10.0,
                          .duration_s = 20.0,
