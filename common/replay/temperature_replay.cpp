@@ -73,7 +73,7 @@ void TemperatureReplay::publish_all(const ThermalSource& source,
 
 bool TemperatureReplay::wait_until_needed(core::SensorTime time,
                                           const std::atomic<bool>& stopping) {
-  while (!pacer_.wait_until_needed(time, kStopCheck)) {
+  while (!needs_all_ && !pacer_.wait_until_needed(time, kStopCheck)) {
     if (stopping) return false;
   }
   return true;
@@ -127,7 +127,8 @@ template <typename Message>
 void TemperatureReplay::wait_for_receipt(Stream<Message>& stream,
                                          const std::atomic<bool>& stopping) {
   const bool is_awaited = pacer_.anybody_to_wait_for() && std::is_same_v<Message, msg::Temperature>;
-  while (is_awaited && !stopping && stream.writer->matched() == 0) std::this_thread::sleep_for(1ms);
+  while (is_awaited && !needs_all_ && !stopping && stream.writer->matched() == 0)
+    std::this_thread::sleep_for(1ms);
   service::wait_for_receipt(*stream.writer, stopping);
   stream.in_flight = 0;
 }

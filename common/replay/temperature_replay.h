@@ -33,6 +33,9 @@ class TemperatureReplay {
   void publish(const core::TemperatureSample& sample, const std::atomic<bool>& stopping);
   void publish(const core::EnvironmentSample& sample, const std::atomic<bool>& stopping);
 
+  // The rates are over: what is left is needed at once. Any thread.
+  void need_all() noexcept { needs_all_ = true; }
+
   // Any thread.
   [[nodiscard]] std::uint64_t published() const noexcept { return published_; }
 
@@ -73,6 +76,7 @@ class TemperatureReplay {
   std::map<std::string, Stream<msg::Temperature>> probes_;
   Stream<msg::Environment> environment_;
   std::atomic<std::uint64_t> published_{0};
+  std::atomic<bool> needs_all_{false};
 };
 
 }  // namespace zerodrift::replay

@@ -50,15 +50,17 @@ class Replay {
   int run() {
     std::thread temperatures(
         [this] { guarded([this] { temperatures_.publish(temperature_source_, stopping_); }); });
-    std::thread rates([this] {
+    std::thread rates([this, &temperatures] {
       guarded([this] { rates_.publish(rate_source_, stopping_); });
+      if (failed_) stopping_ = true;
+      temperatures_.need_all();
+      temperatures.join();
       service::request_stop();
     });
     host_.run([this] { return status(); }, {},
               [this] { service::end_within(service::kStopWithin, exit_code()); });
     stopping_ = true;
     rates.join();
-    temperatures.join();
     std::printf("%llu samples, %llu readings replayed as gyro %u\n",
                 static_cast<unsigned long long>(rates_.published()),
                 static_cast<unsigned long long>(temperatures_.published()), gyro_id_);
