@@ -45,24 +45,26 @@ void ReadingSteps::add(double value) {
   decade.divisor = std::gcd(decade.divisor, static_cast<std::int64_t>(std::round(steps)));
 }
 
-double ReadingSteps::step_of(const Decade& decade) const {
-  if (!decade.has_step) return 0.0;
-  const double divisor =
-      decade.readings >= kReadingsForDivisor ? static_cast<double>(decade.divisor) : 1.0;
-  return unit_ * divisor * power_of_ten(-decade.decimals);
-}
-
 // A smaller reading is never told in larger steps: a few that end in zeros by chance don't count.
+// Readings of other sizes and the same decimals are of the same steps.
 double ReadingSteps::step_at(double value) const {
   const double size = std::abs(value / unit_);
   if (!std::isfinite(size) || size == 0.0) return 0.0;
-  const std::size_t own = decade_of(size);
-  if (decades_[own].readings == 0) return 0.0;
-  double step = step_of(decades_[own]);
-  for (std::size_t larger = own + 1; larger < kDecades; ++larger) {
-    if (decades_[larger].readings > 0) step = std::min(step, step_of(decades_[larger]));
+  const Decade& own = decades_[decade_of(size)];
+  if (own.readings == 0 || !own.has_step) return 0.0;
+  const double step = unit_ * power_of_ten(-own.decimals);
+  std::uint32_t readings = 0;
+  std::int64_t divisor = 0;
+  for (const Decade& decade : decades_) {
+    if (decade.readings == 0) continue;
+    const bool is_larger = &decade > &own;
+    if (is_larger && !decade.has_step) return 0.0;
+    if (is_larger && decade.decimals > own.decimals) return unit_ * power_of_ten(-decade.decimals);
+    if (!decade.has_step || decade.decimals != own.decimals) continue;
+    readings += decade.readings;
+    divisor = std::gcd(divisor, decade.divisor);
   }
-  return step;
+  return readings >= kReadingsForDivisor ? step * static_cast<double>(divisor) : step;
 }
 
 }  // namespace zerodrift::diagnosis

@@ -22,8 +22,8 @@ class ReadingSteps {
   void add(double value);
 
   // The step around readings of this size, SI; 0 where they need more than twelve digits, as what
-  // was measured in another unit does, or there are none. The common divisor where there are many
-  // readings, else a power of ten of the column's unit.
+  // was measured in another unit does, or there are none. The common divisor of readings of these
+  // decimals where there are many, else a power of ten of the column's unit.
   [[nodiscard]] double step_at(double value) const;
 
  private:
@@ -39,7 +39,6 @@ class ReadingSteps {
   };
 
   [[nodiscard]] static std::size_t decade_of(double in_units);
-  [[nodiscard]] double step_of(const Decade& decade) const;
 
   double unit_;
   std::array<Decade, kDecades> decades_{};

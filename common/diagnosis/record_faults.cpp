@@ -147,7 +147,12 @@ bool piles_up(const std::vector<double>& rate, const std::vector<std::uint8_t>& 
   return at_extreme > kPile * at_nearest;
 }
 
+bool turns(const std::vector<double>& reference) {
+  return std::any_of(reference.begin(), reference.end(), [](double rate) { return rate != 0.0; });
+}
+
 std::optional<NamedEffect> saturation(const std::vector<double>& rate,
+                                      std::span<const double> residual, bool has_reference,
                                       std::vector<std::uint8_t>& sound) {
   double low = 0.0, high = 0.0;
   bool any = false;
@@ -160,12 +165,21 @@ std::optional<NamedEffect> saturation(const std::vector<double>& rate,
   if (!any || low == high) return std::nullopt;
   const bool at_low = piles_up(rate, sound, low);
   const bool at_high = piles_up(rate, sound, high);
+  // A coarse reading of a rate that is held piles up as well, but shows that rate to its step.
+  const double step = smallest_step(rate, sound);
+  const auto falls_short = [&](std::size_t i) {
+    return !has_reference || (rate[i] == high ? -residual[i] : residual[i]) > step;
+  };
   std::size_t clipped = 0;
   for (std::size_t begin = 0; begin < rate.size();) {
-    std::size_t end = begin + 1;
-    while (end < rate.size() && rate[end] == rate[begin] && sound[end] != 0) ++end;
+    std::size_t end = begin;
+    bool short_of_it = false;
+    do {
+      short_of_it = short_of_it || falls_short(end);
+      ++end;
+    } while (end < rate.size() && rate[end] == rate[begin] && sound[end] != 0);
     const bool extreme = (at_low && rate[begin] == low) || (at_high && rate[begin] == high);
-    if (extreme && sound[begin] != 0 && end - begin >= kFewestInARow) {
+    if (extreme && short_of_it && sound[begin] != 0 && end - begin >= kFewestInARow) {
       std::fill(sound.begin() + static_cast<std::ptrdiff_t>(begin),
                 sound.begin() + static_cast<std::ptrdiff_t>(end), std::uint8_t{0});
       clipped += end - begin;
@@ -204,12 +218,7 @@ std::optional<NamedEffect> dropped_samples(const MeasuredSeries& series,
   return effect;
 }
 
-std::optional<NamedEffect> rounding(const MeasuredSeries& series, core::Axis axis,
-                                    std::span<const double> residual, RecordFaults& faults) {
-  const Rounding found = find_rounding(series, axis, residual);
-  if (!found.matters()) return std::nullopt;
-  for (std::size_t i = 0; i < faults.sound.size(); ++i) faults.sound[i] &= found.harmless[i];
-  faults.rounding_rms_radps = found.rms_radps;
+NamedEffect rounding_effect(const Rounding& found) {
   NamedEffect effect = certain(twin::LocalFault::kRounding);
   if (found.rate_step_radps > 0.0)
     effect.parameters["step_deg_h"] = core::deg_h_from_radps(found.rate_step_radps);
@@ -227,12 +236,23 @@ RecordFaults find_record_faults(const MeasuredSeries& series, core::Axis axis,
   faults.sound = series.valid[a];
   // A sample lost in a block of many leaves the block's mean: the grid can't show single ones.
   if (auto dropped = dropped_samples(series, series.valid[a])) faults.effects.push_back(*dropped);
-  if (auto clipped = saturation(series.rate_radps[a], faults.sound))
+  if (auto clipped = saturation(series.rate_radps[a], residual_radps,
+                                turns(series.reference_radps[a]), faults.sound))
     faults.effects.push_back(*clipped);
-  if (auto spiked = spikes(series, axis, residual_radps, faults.sound, faults.left_out))
+  const Rounding rounded = find_rounding(series, axis, residual_radps);
+  // While a table turns faster and faster, each rounding of its rate is another error: no spike.
+  std::vector<std::uint8_t> exact = faults.sound;
+  for (std::size_t i = 0; i < exact.size(); ++i) {
+    if (rounded.of_reference[i] != 0) exact[i] = 0;
+  }
+  const std::vector<std::uint8_t> looked_at = exact;
+  if (auto spiked = spikes(series, axis, residual_radps, exact, faults.left_out))
     faults.effects.push_back(*spiked);
-  if (auto rounded = rounding(series, axis, residual_radps, faults))
-    faults.effects.push_back(*rounded);
+  for (std::size_t i = 0; i < exact.size(); ++i) {
+    if (exact[i] != looked_at[i] || rounded.leaves_out(i)) faults.sound[i] = 0;
+  }
+  faults.rounding_rms_radps = rounded.rms_radps;
+  if (rounded.matters()) faults.effects.push_back(rounding_effect(rounded));
   return faults;
 }
 

@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kMatters = 0.2;
 constexpr double kExact = 4.0;
-constexpr double kLeastLeft = 0.6;
+constexpr double kLeastLeft = 0.65;  // blocks are kept back of it, and half has to stay
 constexpr std::size_t kShortestHold = 5;
 constexpr std::size_t kFewestHolds = 5;
 constexpr double kMeanS = 60.0;
@@ -122,12 +122,13 @@ std::vector<Hold> holds_of(const std::vector<double>& reference, std::span<const
 // Holds of steps alike: how much larger the squares of their departures are than those of rounding.
 struct HoldsOfSteps {
   std::vector<double> ratios{};
-  std::vector<std::size_t> holds{};
+  double smallest_step = 0.0;
   double largest_step = 0.0;
 
   void take(const HoldsOfSteps& other) {
+    smallest_step =
+        ratios.empty() ? other.smallest_step : std::min(smallest_step, other.smallest_step);
     ratios.insert(ratios.end(), other.ratios.begin(), other.ratios.end());
-    holds.insert(holds.end(), other.holds.begin(), other.holds.end());
     largest_step = std::max(largest_step, other.largest_step);
   }
 };
@@ -139,44 +140,59 @@ std::vector<HoldsOfSteps> by_step(const std::vector<Hold>& holds, const ReadingS
     const double step = steps.step_at(holds[h].reference);
     if (!(step > 0.0)) continue;
     const double departure = squared_departure(holds[h - 1].mean, holds[h].mean, holds[h + 1].mean);
-    single[step].take({{departure / square_of_rounding(step)}, {h}, step});
+    single[step].take({{departure / square_of_rounding(step)}, step, step});
   }
   std::vector<HoldsOfSteps> joined;
   for (const auto& [step, of_step] : single) {
-    if (joined.empty() || joined.back().holds.size() >= kFewestHolds) joined.emplace_back();
+    if (joined.empty() || joined.back().ratios.size() >= kFewestHolds) joined.emplace_back();
     joined.back().take(of_step);
   }
-  if (joined.size() > 1 && joined.back().holds.size() < kFewestHolds) {
+  if (joined.size() > 1 && joined.back().ratios.size() < kFewestHolds) {
     joined[joined.size() - 2].take(joined.back());
     joined.pop_back();
   }
   return joined;
 }
 
+// Where a reference has such a step or a larger one: while it turns, and in the interval before and
+// after, of which it may have turned in a part that is rounded to 0.
+std::vector<std::uint8_t> rounded_to(double smallest_step, const std::vector<double>& reference,
+                                     const ReadingSteps& steps) {
+  std::vector<std::uint8_t> rounded(reference.size(), 0);
+  for (std::size_t i = 0; i < reference.size(); ++i) {
+    if (steps.step_at(reference[i]) < smallest_step) continue;
+    for (std::size_t j = i > 0 ? i - 1 : i; j < std::min(i + 2, reference.size()); ++j)
+      rounded[j] = 1;
+  }
+  return rounded;
+}
+
 void judge_reference(const MeasuredSeries& series, std::size_t axis,
                      std::span<const double> residual, Rounding& rounding,
                      std::vector<double>& squares) {
   const ReadingSteps& steps = series.reference_steps[axis];
+  const std::vector<double>& reference = series.reference_radps[axis];
   const auto& valid = series.valid[axis];
-  const auto holds = holds_of(series.reference_radps[axis], residual, valid);
+  std::vector<HoldsOfSteps> that_matter = by_step(holds_of(reference, residual, valid), steps);
+  std::erase_if(that_matter, [](const HoldsOfSteps& alike) {
+    const auto around = variance_of_one(alike.ratios);  // in units of the rounding's own
+    return !around || *around * kMatters > 1.0 || *around * kExact < 1.0;
+  });
+  if (that_matter.empty()) return;
+  double smallest = that_matter.front().smallest_step;
+  for (const HoldsOfSteps& alike : that_matter) {
+    rounding.reference_step_radps = std::max(rounding.reference_step_radps, alike.largest_step);
+    smallest = std::min(smallest, alike.smallest_step);
+  }
+  rounding.of_reference = rounded_to(smallest, reference, steps);
   const auto present = static_cast<double>(std::count(valid.begin(), valid.end(), 1));
   double left_out = 0.0;
-  for (const HoldsOfSteps& alike : by_step(holds, steps)) {
-    const auto around = variance_of_one(alike.ratios);  // in units of the rounding's own
-    if (!around || *around * kMatters > 1.0 || *around * kExact < 1.0) continue;
-    rounding.reference_step_radps = std::max(rounding.reference_step_radps, alike.largest_step);
-    for (const std::size_t h : alike.holds) {
-      const double square = square_of_rounding(steps.step_at(holds[h].reference));
-      for (std::size_t i = holds[h].begin; i < holds[h].end; ++i) {
-        if (valid[i] == 0) continue;
-        squares[i] += square;
-        rounding.harmless[i] = 0;
-        left_out += 1.0;
-      }
-    }
+  for (std::size_t i = 0; i < rounding.of_reference.size(); ++i) {
+    if (valid[i] == 0 || rounding.of_reference[i] == 0) continue;
+    squares[i] += square_of_rounding(std::max(steps.step_at(reference[i]), smallest));
+    left_out += 1.0;
   }
-  const bool keeps_enough = present - left_out >= kLeastLeft * static_cast<double>(series.size);
-  if (!keeps_enough) std::fill(rounding.harmless.begin(), rounding.harmless.end(), 1);
+  rounding.leaves_enough = present - left_out >= kLeastLeft * static_cast<double>(series.size);
 }
 
 }  // namespace
@@ -185,13 +201,13 @@ Rounding find_rounding(const MeasuredSeries& series, core::Axis axis,
                        std::span<const double> residual_radps) {
   const std::size_t a = core::index(axis);
   Rounding rounding;
-  rounding.harmless.assign(series.size, 1);
+  rounding.of_reference.assign(series.size, 0);
   std::vector<double> squares(series.size, 0.0);
   judge_rate(series, a, residual_radps, rounding, squares);
   judge_reference(series, a, residual_radps, rounding, squares);
   double sum = 0.0, count = 0.0;
   for (std::size_t i = 0; i < squares.size(); ++i) {
-    if (series.valid[a][i] == 0 || rounding.harmless[i] == 0) continue;
+    if (series.valid[a][i] == 0 || rounding.leaves_out(i)) continue;
     sum += squares[i];
     count += 1.0;
   }

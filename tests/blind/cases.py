@@ -6,6 +6,7 @@ import numpy as np
 
 import effects
 import gyro
+import hardships
 import noise
 import profiles
 import suites
@@ -240,9 +241,10 @@ def provide(specimen, needs):
             raise Redraw(f"{column} is missing")
 
 
-def make_scene(specimen, rng, low, high, static=None, second_power_on=True):
-    inputs = profiles.draw_inputs(rng, low, high, static=specimen.static if static is None else static,
-                                  second_power_on=second_power_on)
+def make_scene(specimen, rng, low, high, static=None, second_power_on=True, seconds=profiles.DURATION_S,
+               rest_or_fast=False):
+    inputs = profiles.draw_inputs(rng, low, high, n=seconds, static=specimen.static if static is None else static,
+                                  second_power_on=second_power_on, rest_or_fast=rest_or_fast)
     return effects.Scene(inputs, thermal.solve(specimen.body, inputs.air_degc, inputs.powered), rng, specimen.axis)
 
 
@@ -424,7 +426,7 @@ def disturb(values, known, columns, whitener, rng):
 
 # --- one case -----------------------------------------------------------------------------------------------
 
-def size_all(names, specimen, scene, columns, levels, rng):
+def size_all(names, specimen, scene, columns, levels, hard, rng):
     """Hidden effects at their strengths on the fit record: random ones first, as they make the noise."""
     n = len(scene.inputs)
     variance = noise.density(levels, noise.cosine_frequencies(n))
@@ -437,6 +439,8 @@ def size_all(names, specimen, scene, columns, levels, rng):
     known_basis = whitener.basis(columns)
     drawn = {name: effects.draw(name, rng, specimen.places) for name in names
              if name in effects.WAVEFORMS or name in effects.UNKNOWNS}
+    if "share" in hard:
+        drawn = {name: hardships.rough_form(effect, hard["share"], rng) for name, effect in drawn.items()}
     for effect in drawn.values():
         provide(specimen, effect.needs)
     units = {name: e.wave(scene, 1.0 if e.linear else SMALL_START.get(e.name, 1.0)) for name, e in drawn.items()}
@@ -450,7 +454,7 @@ def size_all(names, specimen, scene, columns, levels, rng):
             basis = whitener.basis(list(columns) + others)
             if whitener.distance(units[name], basis)**2 < (1 - LARGEST_OVERLAP) * alone**2:
                 raise Redraw("two effects that look alike")
-        target = target_distance(rng)
+        target = hard.get("distance") or target_distance(rng)
         if name == "spikes":
             hidden[name] = size_spikes(target, levels.n_deg_per_sqrt_h * 60, rng, n)
         elif name == "saturation":
@@ -471,7 +475,7 @@ def hidden_truth(h, axis, wave):
             "removable": h.effect.removable, "shape": shape}
 
 
-def try_case(kind, names, rng):
+def try_case(kind, names, hard, rng):
     hidden_names = [] if kind == "null" else list(names)
     if names == ["model_noise"]:
         hidden_names = ["angle_random_walk"]
@@ -479,10 +483,11 @@ def try_case(kind, names, rng):
     if "saturation" in hidden_names:
         specimen.static = False
     low, high = rng.uniform(-8, 8), rng.uniform(34, 50)
-    fit = make_scene(specimen, rng, low, high)
+    asked = {key: hard[key] for key in ("seconds", "rest_or_fast") if key in hard}
+    fit = make_scene(specimen, rng, low, high, **asked)
     # another profile, a little inside the first one's temperatures: nothing is extrapolated
     check = make_scene(specimen, rng, low + rng.uniform(0, 3), high - rng.uniform(0, 3),
-                       second_power_on=bool(rng.random() < 0.7))
+                       second_power_on=bool(rng.random() < 0.7), **asked)
     factory = make_scene(specimen, rng, low, high, static=False, second_power_on=False)
     levels = specimen.levels
     n = len(fit.inputs)
@@ -494,7 +499,7 @@ def try_case(kind, names, rng):
     columns = gyro.model_columns(known, fit, specimen.thermometers)
     if "sensor_lag" in hidden_names and specimen.base.bias_place is None:
         raise Redraw("no bias to lag")
-    hidden, whitener, basis = size_all(hidden_names, specimen, fit, list(columns.values()), levels, rng)
+    hidden, whitener, basis = size_all(hidden_names, specimen, fit, list(columns.values()), levels, hard, rng)
 
     values, errors = gyro.calibrate(specimen.base, known, factory, specimen.thermometers, levels, rng)
     recalibrated = []
@@ -533,6 +538,7 @@ def try_case(kind, names, rng):
              "effects": entries}
     files = [make_record(specimen, scene, rates, lags, kept_rows(hidden, n, rng), rng)
              for scene, rates in records]
+    files = [hardships.after(hard.get("name"), record, hidden, rng) for record in files]
     truth = {"class": kind, "kind": names[0] if kind == "null" else "", "axis": AXES[specimen.axis],
              "effects": [hidden_truth(h, specimen.axis, h.effect.wave(fit, h.size) if h.effect.wave else np.zeros(n))
                         for h in hidden],
@@ -545,8 +551,10 @@ def try_case(kind, names, rng):
                                   "from": listed.n_deg_per_sqrt_h,
                                   "to": float(np.hypot(levels.n_deg_per_sqrt_h, hidden[0].size))}]
         truth["effects"] = []
+    if hard:
+        truth["hardship"] = hard
     add_rivals(truth, hidden, fit, whitener, basis, specimen, rng)
-    return Case(model, files[0], files[1], truth)
+    return Case(model, files[0], files[1] if hard.get("name") != "short" else None, truth)
 
 
 def add_rivals(truth, hidden, scene, whitener, basis, specimen, rng):
@@ -584,13 +592,16 @@ def add_other_axes(specimen, records, rng):
 
 def make_case(suite, seed, index):
     """Case `index` of a suite; the same arguments give the same case."""
-    kind, names = suites.plan(suite, seed)[index]
+    kind, names, hardship = suites.entries(suite, seed)[index]
     rng = suites.case_rng(suite, seed, index)
+    hard = {**hardship, **hardships.draw(hardship["name"], rng)} if hardship else {}
     for attempt in range(1, 201):
         if kind == "double" and attempt % 25 == 0:
             names = suites.draw_pair(rng)  # some pairs look alike in every gyro
+        if kind == "single" and "seconds" in hard and attempt % 25 == 0:
+            names = [suites.draw_single(rng, "short")]  # not everything shows in twenty minutes
         try:
-            case = try_case(kind, names, rng)
+            case = try_case(kind, names, hard, rng)
         except Redraw:
             continue
         case.truth.update({"case": f"case_{index:03d}", "suite": suite, "seed": seed, "index": index})

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes the cases of a suite: what `zerodrift diagnose` may see under --out, the truth under --truth.
 
-    generate.py --suite fast|full|dev --seed S --out DIR [--truth DIR] [--only 3,17 | --only 0:20] [--kinds-only]
+    generate.py --suite fast|full|dev|hard --seed S --out DIR [--truth DIR] [--only 3,17 | --only 0:20] [--kinds-only]
 
-DIR/case_007/ holds model.yaml, record.csv (to diagnose) and validation.csv; TRUTH/case_007.json what is hidden.
+DIR/case_007/ holds model.yaml, record.csv (to diagnose) and, but of a short record, validation.csv; TRUTH/case_007.json what is hidden.
 """
 import argparse
 import json
@@ -66,7 +66,8 @@ def write_case(suite, seed, index, out, truth, kinds_only=False):
     gyro_id = case.model["gyro_id"]
     (folder / "model.yaml").write_text(yaml_text(kinds_alone(case.model) if kinds_only else case.model))
     (folder / "record.csv").write_text(csv_text(case.fit, gyro_id))
-    (folder / "validation.csv").write_text(csv_text(case.validation, gyro_id))
+    if case.validation is not None:
+        (folder / "validation.csv").write_text(csv_text(case.validation, gyro_id))
     (pathlib.Path(truth) / f"{name}.json").write_text(json.dumps(case.truth, indent=1) + "\n")
     return name
 

@@ -71,10 +71,10 @@ def block_levels(rng, n, shortest_s, longest_s, draw):
     return out
 
 
-def rate_level(rng):
+def rate_level(rng, rest_or_fast=False):
     """A third at rest, a third slow (below and around Earth rate), a third fast; deg/h."""
     kind = rng.random()
-    if kind < 0.33:
+    if kind < 0.33 or (rest_or_fast and kind < 0.66):
         return 0.0
     sign = rng.choice([-1.0, 1.0])
     if kind < 0.66:
@@ -82,12 +82,12 @@ def rate_level(rng):
     return sign * 10**rng.uniform(2, np.log10(36000))
 
 
-def table_rate(rng, n, scale):
+def table_rate(rng, n, scale, rest_or_fast=False):
     """Rate at every tenth of a second, changing linearly over 2 to 5 s, reduced to means and ends."""
     changes, levels, at = [0.0], [0.0], 0.0
     while at < n:
         hold = rng.uniform(60, 360)
-        level = scale * rate_level(rng)
+        level = scale * rate_level(rng, rest_or_fast)
         changes += [at + rng.uniform(2, 5), at + hold]
         levels += [level, level]
         at += hold
@@ -96,7 +96,7 @@ def table_rate(rng, n, scale):
     return np.diff(angle[::10]), fine[::10]
 
 
-def draw_inputs(rng, low_degc, high_degc, n=DURATION_S, static=False, second_power_on=True):
+def draw_inputs(rng, low_degc, high_degc, n=DURATION_S, static=False, second_power_on=True, rest_or_fast=False):
     """A record's inputs; `static`: the gyro stands still and nothing is applied but heat and power."""
     air, soak_s = chamber(rng, low_degc, high_degc, n)
     rate, ends = np.zeros((n, 3)), np.zeros((n + 1, 3))
@@ -106,7 +106,7 @@ def draw_inputs(rng, low_degc, high_degc, n=DURATION_S, static=False, second_pow
     supply = np.full(n, 5.0)
     if not static:
         for axis in range(3):
-            rate[:, axis], ends[:, axis] = table_rate(rng, n, 1.0)
+            rate[:, axis], ends[:, axis] = table_rate(rng, n, 1.0, rest_or_fast)
             field[:, axis] = block_levels(rng, n, 100, 500, lambda: rng.choice([0, 1, 1]) * rng.uniform(-250, 250))
         azimuth = block_levels(rng, n, 200, 700, lambda: rng.uniform(-np.pi, np.pi))
         height = block_levels(rng, n, 200, 700, lambda: rng.uniform(-1, 1))

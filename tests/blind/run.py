@@ -31,8 +31,9 @@ import suites
 
 def command_for(program, baseline, case, out_model, out_json):
     head = [program, "--method", baseline] if baseline else [program, "diagnose"]
-    return head + ["--model", str(case / "model.yaml"), "--record", str(case / "record.csv"), "--validate",
-                   str(case / "validation.csv"), "--out-model", str(out_model), "--json", str(out_json)]
+    validation = case / "validation.csv"
+    return head + ["--model", str(case / "model.yaml"), "--record", str(case / "record.csv"), "--out-model", str(out_model),
+                   "--json", str(out_json)] + (["--validate", str(validation)] if validation.exists() else [])
 
 
 def run_bounded(command, log, timeout_s):
@@ -69,7 +70,7 @@ def one_case(job):
     (results / f"{name}.run.json").write_text(json.dumps(run) + "\n")
     if not options["keep"]:
         for record in ("record.csv", "validation.csv"):
-            (work / "cases" / name / record).unlink()
+            (work / "cases" / name / record).unlink(missing_ok=True)
     return name, run
 
 

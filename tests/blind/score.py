@@ -19,6 +19,9 @@ STRONG_D = 12.0
 SEPARABLE_D = 6.0
 WORSE = 1.05
 SMALLEST_GAP = 0.05  # of the oracle's RMS: below it there is no gap to close
+ALSO_TRUE = {"wild_sample": "spikes", "few_digits": "rounding"}  # what the hardship itself is called
+RELIABILITY_EDGES = (0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0)
+LARGEST_ECE = 0.05
 SHORT_LAG_S = 120.0  # the design merges coil_lag with tau -> 0 into shupe; the catalogue's lags start here
 
 
@@ -74,8 +77,8 @@ def strongest_first(effects):
 class Finding:
     """What one axis of a result says."""
 
-    def __init__(self, axis_json):
-        self.effects = strongest_first(axis_json.get("effects") or [])
+    def __init__(self, axis_json, also_true=None):
+        self.effects = [e for e in strongest_first(axis_json.get("effects") or []) if e["name"] != also_true]
         self.names = [canonical(e["name"], e.get("parameters")) for e in self.effects]
         self.sets = [credible_set(e) for e in self.effects]
         self.recalibrated = {r["name"] for r in axis_json.get("recalibrated") or []}
@@ -117,7 +120,7 @@ class Result:
         self.verdict = report.get("verdict") if report else None
         axes = (report or {}).get("axis") or {}
         self.failed = report is None or truth["axis"] not in axes
-        self.main = Finding(axes.get(truth["axis"], {}))
+        self.main = Finding(axes.get(truth["axis"], {}), ALSO_TRUE.get(self.hardship))
         self.others = {axis: Finding(value) for axis, value in axes.items() if axis != truth["axis"]}
         self.says_unknown = self.main.unknown or self.verdict == "unknown_effect" and not any(
             f.unknown for f in self.others.values())
@@ -125,6 +128,10 @@ class Result:
     @property
     def name(self):
         return self.truth["case"]
+
+    @property
+    def hardship(self):
+        return self.truth.get("hardship", {}).get("name")
 
     @property
     def true_names(self):
@@ -261,6 +268,8 @@ def score_unknown(results, failures):
 
 def gap_closed(result):
     """(before - after)/(before - oracle) of the validation record, or None where there is no gap a twin could close."""
+    if result.hardship == "short":  # proved on blocks of its own: another oracle
+        return None
     oracle = result.truth["validation"]["oracle_rms_deg_h"]
     effects = result.truth["effects"]
     held_out = result.main.gap.get("held_out") or {}
@@ -289,6 +298,8 @@ def score_proof(results, failures):
         if before is None or after is None:
             continue
         worse.add(after > WORSE * before)
+        if r.hardship == "short":
+            continue
         own = r.truth["validation"]["before_rms_deg_h"]
         differs.add(abs(before - own) <= 0.1 * own)
         if after > WORSE * before:
@@ -302,6 +313,54 @@ def score_proof(results, failures):
              f"{quantile(unknown_gaps, 0.1):.3f}" if unknown_gaps else "no case", "", ""),
             value_row("Allan log-distance after, median", "≤ 0.10", median(allan), len(allan), False),
             worse.row(), differs.row()]
+
+
+def statements(results):
+    """(stated probability, true) of every name and every alternative to it, beside what was hidden."""
+    stated = []
+    for r in results:
+        for effect in r.main.effects:
+            entries = [effect, *(effect.get("alternatives") or [])]
+            stated += [(e.get("probability", 0.0), canonical(e["name"], e.get("parameters")) in r.true_names)
+                       for e in entries]
+    return stated
+
+
+def reliability(stated):
+    """Of each bin that holds any: (low, high, mean stated probability, how many are true, how many)."""
+    bins = []
+    for low, high in zip(RELIABILITY_EDGES, RELIABILITY_EDGES[1:]):
+        inside = [(p, hit) for p, hit in stated if low <= p < high or p >= high == RELIABILITY_EDGES[-1]]
+        if inside:
+            bins.append((low, high, sum(p for p, _ in inside) / len(inside), sum(hit for _, hit in inside), len(inside)))
+    return bins
+
+
+def calibration_error(stated):
+    """Expected calibration error (Naeini, Cooper, Hauskrecht 2015): mean distance of stated from reached, by bins."""
+    if not stated:
+        return None
+    return sum(abs(mean * n - hits) for _, _, mean, hits, n in reliability(stated)) / len(stated)
+
+
+def score_probabilities(results):
+    names = [(e.get("probability", 0.0), name in r.true_names)
+             for r in results for name, e in zip(r.main.names, r.main.effects)]
+    brier = sum((p - hit) ** 2 for p, hit in names) / len(names) if names else None
+    return [value_row("probability of a name: expected calibration error", f"≤ {LARGEST_ECE}", calibration_error(names),
+                      len(names), False),
+            value_row("... and of its alternatives", f"≤ {LARGEST_ECE}", calibration_error(statements(results)),
+                      len(statements(results)), False),
+            ("probability of a name: Brier score", "", f"{brier:.3f}" if names else "no case", "", "")]
+
+
+def reliability_table(results):
+    out = ["Reliability, names and their alternatives:", "", "| stated | mean stated | true | 95 % interval |",
+           "|---|---|---|---|"]
+    for low, high, mean, hits, n in reliability(statements(results)):
+        below, above = wilson(hits, n)
+        out.append(f"| {low:g} to {high:g} | {mean:.3f} | {hits}/{n} = {hits / n:.3f} | {below:.3f} to {above:.3f} |")
+    return out
 
 
 def score_running(results):
@@ -327,7 +386,7 @@ def score(results):
         by_class[r.truth["class"]].append(r)
     rows = (score_null(by_class["null"], failures) + score_single(by_class["single"], failures) +
             score_double(by_class["double"], failures) + score_unknown(by_class["unknown"], failures) +
-            score_proof(results, failures) + score_running(results))
+            score_probabilities(results) + score_proof(results, failures) + score_running(results))
     return rows, failures
 
 
@@ -358,6 +417,51 @@ def confusion(results):
     return table
 
 
+def outcome(result):
+    """Of a single: right; in the set; nothing said that is false (nothing, undecidable); unknown; or wrong."""
+    name = result.true_names[0]
+    if result.failed:
+        return "failed"
+    if is_right(result):
+        return "right"
+    if result.main.in_set(name):
+        return "in the set"
+    if result.main.names:
+        return "wrong"
+    return "unknown" if result.says_unknown else "nothing"
+
+
+OUTCOMES = ["right", "in the set", "nothing", "unknown", "wrong", "failed"]
+
+
+def hardship_table(results):
+    """By hardship: false findings of the nulls, and what was said of the singles."""
+    names = sorted({r.hardship for r in results if r.hardship})
+    if not names:
+        return []
+    out = ["", "By hardship (false: nulls with a name or an unknown effect; the others: singles):", "",
+           "| hardship | " + " | ".join(["false"] + OUTCOMES) + " |", "|---" * (2 + len(OUTCOMES)) + "|"]
+    for name in names:
+        mine = [r for r in results if r.hardship == name]
+        nulls = [r for r in mine if r.truth["class"] == "null"]
+        singles = collections.Counter(outcome(r) for r in mine if r.truth["class"] == "single")
+        false = sum(r.failed or bool(r.main.effects) or r.says_unknown for r in nulls)
+        out.append(f"| {name} | {false}/{len(nulls)} | " +
+                   " | ".join(f"{singles[o]}/{sum(singles.values())}" for o in OUTCOMES) + " |")
+    ladder = [r for r in results if r.hardship == "mismatch"]
+    if ladder:
+        distances = sorted({r.truth["hardship"]["distance"] for r in ladder})
+        out += ["", "Forms that differ, right or in the set, by share of the form (rows) and d:", "",
+                "| | " + " | ".join(f"{d:g}" for d in distances) + " |", "|---" * (1 + len(distances)) + "|"]
+        for share in sorted({r.truth["hardship"]["share"] for r in ladder}):
+            row = []
+            for d in distances:
+                cell = [r for r in ladder if (r.truth["hardship"]["share"], r.truth["hardship"]["distance"]) == (share, d)]
+                row.append(f"{sum(outcome(r) in ('right', 'in the set') for r in cell)}/{len(cell)}")
+            out.append(f"| {share:g} | " + " | ".join(row) + " |")
+    return out
+
+
 def hidden_label(truth):
     if not truth["effects"]:
         return truth.get("kind") or "nothing"
@@ -372,6 +476,8 @@ def table_text(results, title=""):
                                                                                     "unknown")) + ".")
     out += ["", "| what | goal | reached | 95 % interval | met |", "|---|---|---|---|---|"]
     out += ["| " + " | ".join(row) + " |" for row in rows]
+    out += hardship_table(results)
+    out += [""] + reliability_table(results)
     out += ["", "Single effects, what was said:", "", "| hidden | right | said |", "|---|---|---|"]
     for name, said in sorted(confusion(results).items()):
         right = sum(1 for r in results if r.truth["class"] == "single" and r.true_names[0] == name and
@@ -384,6 +490,7 @@ def table_text(results, title=""):
         nearest = [e["nearest"]["name"] + f" {e['nearest']['share']:.2f}" for e in r.truth["effects"]
                    if e.get("nearest")]
         near = f"; nearest {', '.join(nearest)}" if nearest else ""
+        near += f"; {json.dumps(r.truth['hardship'])}" if r.hardship else ""
         out.append(f"- {r.name} ({r.truth['class']}): {why}; hidden: {hidden_label(r.truth)}; said: {said}{near}")
     return "\n".join(out) + "\n"
 

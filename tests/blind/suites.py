@@ -7,9 +7,12 @@ shows is not the one that is reported.
 import numpy as np
 
 import effects
+import hardships
 
-SEEDS = {"dev": range(1, 10_000), "fast": range(10_000, 20_000), "full": range(20_000, 2**31)}
+SEEDS = {"dev": range(1, 10_000), "fast": range(10_000, 20_000), "full": range(20_000, 1_000_000),
+         "hard_dev": range(1_000_000, 1_010_000), "hard": range(1_010_000, 2**31)}
 SIZES = {"dev": (100, 100, 40, 60), "full": (100, 100, 40, 60), "fast": (8, 9, 3, 4)}  # null, single, double, unknown
+HARD_SIZES = (6, 8)  # null, single, of each hardship
 RECALIBRATION_SHARE = 0.3  # of the null cases
 MODEL_NOISE_CASES = 3      # of the null cases of a large suite: white noise above what the model says
 
@@ -24,9 +27,13 @@ def check_seed(suite, seed):
         raise SeedError(f"seed {seed}: suite {suite} takes {r.start} to {r.stop - 1}")
 
 
-def case_rng(suite, seed, index):
+def suite_rng(suite, seed, *index):
     check_seed(suite, seed)
-    return np.random.default_rng([sorted(SEEDS).index(suite), seed, index])
+    return np.random.default_rng([list(SEEDS).index(suite), seed, *index])
+
+
+def case_rng(suite, seed, index):
+    return suite_rng(suite, seed, index)
 
 
 def single_names(rng, count):
@@ -56,10 +63,7 @@ def draw_pair(rng):
             return [first, second]
 
 
-def plan(suite, seed):
-    """The cases in the suite's order, shuffled: (class, names) each. Class null has sub-kinds as its name."""
-    check_seed(suite, seed)
-    rng = np.random.default_rng([sorted(SEEDS).index(suite), seed])
+def plain_plan(rng, suite):
     nulls, singles, doubles, unknowns = SIZES[suite]
     recalibrated = int(round(RECALIBRATION_SHARE * nulls))
     noisy = MODEL_NOISE_CASES if nulls >= 50 else 0
@@ -70,4 +74,32 @@ def plan(suite, seed):
     cases += [("double", draw_pair(rng)) for _ in range(doubles)]
     offset = int(rng.integers(len(unknown_names)))
     cases += [("unknown", [unknown_names[(i + offset) % len(unknown_names)]]) for i in range(unknowns)]
+    return [(kind, names, None) for kind, names in cases]
+
+
+def draw_single(rng, hardship):
+    others = [name for name in effects.HIDEABLE if name != "angle_random_walk" and name != {"wild_sample": "spikes"}.get(hardship)]
+    return str(rng.choice(others))
+
+
+def hard_plan(rng):
+    nulls, singles = HARD_SIZES
+    cases = []
+    for hardship in hardships.NAMES:
+        cases += [("null", ["nothing"], {"name": hardship}) for _ in range(nulls)]
+        cases += [("single", [draw_single(rng, hardship)], {"name": hardship}) for _ in range(singles)]
+    cases += [("single", [str(rng.choice(hardships.FORMS))], {"name": "mismatch", "share": share, "distance": distance})
+              for share, distance in hardships.ladder()]
+    return cases
+
+
+def entries(suite, seed):
+    """The cases in the suite's order, shuffled: (class, names, hardship or None) each."""
+    rng = suite_rng(suite, seed)
+    cases = hard_plan(rng) if suite.startswith("hard") else plain_plan(rng, suite)
     return [cases[i] for i in rng.permutation(len(cases))]
+
+
+def plan(suite, seed):
+    """(class, names) of each case. Class null has sub-kinds as its name."""
+    return [(kind, names) for kind, names, _ in entries(suite, seed)]

@@ -73,6 +73,30 @@ class Intervals(unittest.TestCase):
         self.assertAlmostEqual(high, 0.0370, delta=5e-5)
 
 
+class Probabilities(unittest.TestCase):
+    def test_error_of_a_hand_made_set_is_the_mean_distance_of_its_bins(self):
+        # Eight at .75 of which six are true: no distance; two at .96 of which one is: .46 each.
+        stated = [(0.75, True)] * 6 + [(0.75, False)] * 2 + [(0.96, True), (0.96, False)]
+        self.assertAlmostEqual(score.calibration_error(stated), 0.2 * 0.46, delta=1e-12)
+        self.assertEqual([row[3:] for row in score.reliability(stated)], [(6, 8), (1, 2)])
+
+    def test_certainty_has_a_bin(self):
+        self.assertEqual(score.reliability([(1.0, True), (0.99, False)]), [(0.99, 1.0, 0.995, 1, 2)])
+
+    def test_nothing_stated_has_no_error(self):
+        self.assertIsNone(score.calibration_error([]))
+        rows, _ = rows_of((truth("null"), report()))
+        self.assertEqual(rows["probability of a name: expected calibration error"][2], "no case")
+
+    def test_every_name_of_every_class_is_judged_and_an_alternative_beside_it(self):
+        rows, _ = rows_of((truth("null"), report([named("magnetic", 1.0)])),
+                          (truth("single", ["shupe"]), report([named("gradient", 0.75, [("shupe", 0.25)])])),
+                          (truth("double", ["shupe", "line"]), report([named("shupe", 1.0)])))
+        # Names: two at 1 of which one is true, one at .75 that isn't.
+        self.assertIn("0.583 (n = 3)", rows["probability of a name: expected calibration error"][2])
+        self.assertIn("0.625 (n = 4)", rows["... and of its alternatives"][2])
+
+
 class CredibleSets(unittest.TestCase):
     def test_set_ends_where_95_percent_are_reached(self):
         effect = named("gradient", 0.6, [("coil_lag", 0.36), ("shupe_temperature", 0.03)])

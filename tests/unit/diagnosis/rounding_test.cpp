@@ -20,8 +20,10 @@ namespace {
 
 constexpr core::Axis kX = core::Axis::kX;
 
+enum class Table : std::uint8_t { kAnyRate, kRoundRates, kRestOrFast };
+
 // A table that rests, turns slowly or turns fast for one to six minutes each.
-twin::Profile table_profile(std::uint64_t seed, bool round_rates) {
+twin::Profile table_profile(std::uint64_t seed, Table table) {
   twin::Profile profile = test::chamber_profile();
   profile.turns.clear();
   std::mt19937_64 random(seed);
@@ -32,8 +34,9 @@ twin::Profile table_profile(std::uint64_t seed, bool round_rates) {
     const double exponent =
         kind < 0.66 ? -1.3 + 2.9 * uniform(random) : 2.0 + 2.55 * uniform(random);
     double rate_deg_h = std::pow(10.0, exponent) * (uniform(random) < 0.5 ? -1.0 : 1.0);
-    if (round_rates) rate_deg_h = 3600.0 * std::round(rate_deg_h / 3600.0);
-    if (kind > 0.33 && rate_deg_h != 0.0) {
+    if (table == Table::kRoundRates) rate_deg_h = 3600.0 * std::round(rate_deg_h / 3600.0);
+    const double at_rest = table == Table::kRestOrFast ? 0.66 : 0.33;
+    if (kind > at_rest && rate_deg_h != 0.0) {
       profile.turns.push_back({.start_s = start_s,
                                .duration_s = duration_s,
                                .axis = kX,
@@ -58,9 +61,8 @@ void write(std::vector<double>& values, ReadingSteps& steps, Format format) {
 
 template <typename RateFormat, typename ReferenceFormat>
 MeasuredSeries record_of(std::uint64_t seed, RateFormat rate, ReferenceFormat reference,
-                         bool round_rates = false) {
-  MeasuredSeries series =
-      test::simulated(test::lab_model(), table_profile(seed, round_rates), seed);
+                         Table table = Table::kAnyRate) {
+  MeasuredSeries series = test::simulated(test::lab_model(), table_profile(seed, table), seed);
   write(series.rate_radps[0], series.rate_steps[0], rate);
   write(series.reference_radps[0], series.reference_steps[0], reference);
   return series;
@@ -105,10 +107,39 @@ TEST(RoundingScenario, ARateWithTooFewDigitsIsNamedAndNothingElseIs) {
   EXPECT_FALSE(axis.unknown.has_value()) << axis.sentence;
 }
 
+// Before: spikes where the table sped up, and an unknown effect.
+TEST(RoundingScenario, AReferenceInThousandthsOfADegreeASecondIsNamedAndNothingElseIs) {
+  for (const std::uint64_t seed : {28U, 29U, 30U}) {
+    MeasuredSeries record = record_of(seed, kEnough, kEnough, Table::kRestOrFast);
+    record.reference_steps[0] = ReadingSteps();
+    for (double& value : record.reference_radps[0]) {
+      const double deg_h = 3.6 * std::round(core::deg_h_from_radps(value) / 3.6);
+      value = core::radps_from_deg_h(test::written(deg_h, test::Decimals{1}));
+      record.reference_steps[0].add(value);
+    }
+    expect_only_the_reference(record);
+  }
+}
+
+// Before: a limit, at the fastest rate that the table held.
+TEST(RoundingScenario, ACoarseRateThatIsHeldHasReachedNoLimit) {
+  for (const std::uint64_t seed : {28U, 29U, 30U, 31U}) {
+    const AxisDiagnosis axis =
+        *diagnose(test::lab_model(),
+                  record_of(seed, test::Decimals{0}, kEnough, Table::kRestOrFast), {}, {})
+             .axes[0];
+    EXPECT_TRUE(std::none_of(axis.effects.begin(), axis.effects.end(), [](const auto& effect) {
+      return effect.name == "saturation";
+    })) << axis.sentence;
+  }
+}
+
 // A rate table that is told to turn at whole degrees a second does.
 TEST(RoundingScenario, ExactRoundRatesAreNoFault) {
   const AxisDiagnosis axis =
-      *diagnose(test::lab_model(), record_of(26, kEnough, test::Digits{6}, true), {}, {}).axes[0];
+      *diagnose(test::lab_model(), record_of(26, kEnough, test::Digits{6}, Table::kRoundRates), {},
+                {})
+           .axes[0];
   EXPECT_EQ(axis.verdict, Verdict::kConsistent) << axis.sentence;
 }
 
