@@ -23,6 +23,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
+import effects
 import generate
 import noise
 import run
@@ -82,16 +83,8 @@ def rate_ramp(record, rng):
 
 
 def telegraph(record, rng):
-    return switching(rng, len(record.rate), 10**rng.uniform(np.log10(200), np.log10(600)))
-
-
-def switching(rng, n, dwell_s):
-    out, at, level = np.empty(n), 0, 0.5
-    while at < n:
-        length = max(1, int(np.ceil(rng.exponential(dwell_s))))
-        out[at:at + length] = level
-        at, level = at + length, -level
-    return out
+    dwell_s = 10**rng.uniform(np.log10(200), np.log10(600))
+    return effects.switching(rng, len(record.rate), dwell_s, dwell_s)
 
 
 def etalon_fringe(record, rng):
@@ -149,17 +142,16 @@ def inject(record, name, distance, rng):
 def write_case(folder, record, rate):
     """Record and model of kinds alone."""
     columns = {"time_s": np.arange(len(rate), dtype=float), "rate_x_deg_h": rate}
-    kinds = list(KINDS)
     model = {"format_version": 1, "gyro": "MEMS gyro", "gyro_id": record.name, "nominal_rate_hz": 1, "probes": []}
-    effects = [{"kind": kind, "axis": "x"} for kind in kinds]
+    listed = [{"kind": kind, "axis": "x"} for kind in KINDS]
     if record.temperature is not None:
         columns["temperature_board_degC"] = record.temperature
         model["probes"] = [{"name": "board", "node": "board", "rate_hz": 1, "lag_s": 0, "noise_degc": 0.02,
                             "quantisation_degc": 0.001}]
-        effects.append({"kind": "bias_temperature", "axis": "x", "inputs": ["board"]})
+        listed.append({"kind": "bias_temperature", "axis": "x", "inputs": ["board"]})
     folder.mkdir(parents=True)
     (folder / "record.csv").write_text(generate.csv_text(columns, 1))
-    (folder / "model.yaml").write_text(generate.yaml_text({**model, "effects": effects}))
+    (folder / "model.yaml").write_text(generate.yaml_text({**model, "effects": listed}))
 
 
 @dataclass

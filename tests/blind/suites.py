@@ -78,8 +78,8 @@ def plain_plan(rng, suite):
 
 
 def draw_single(rng, hardship):
-    others = [name for name in effects.HIDEABLE if name != "angle_random_walk" and name != {"wild_sample": "spikes"}.get(hardship)]
-    return str(rng.choice(others))
+    left_out = ["angle_random_walk"] + (["spikes"] if hardship == "wild_sample" else [])
+    return str(rng.choice([name for name in effects.HIDEABLE if name not in left_out]))
 
 
 def hard_plan(rng):
