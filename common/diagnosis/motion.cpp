@@ -15,7 +15,9 @@ namespace {
 
 constexpr std::size_t kHalfWindow = 5;
 constexpr std::size_t kFewestInWindow = 6;
-constexpr double kLeastTurnRadps = 0.05 * core::kRadPerDeg;  // of a grid of one second
+// Of a grid of one second: in a record of which nothing says that it turns, and in one that does.
+constexpr double kLeastTurnRadps = 0.05 * core::kRadPerDeg;
+constexpr double kLeastFurtherTurnRadps = 0.1 * kLeastTurnRadps;
 constexpr double kSurelyATurnRadps = 1.0 * core::kRadPerDeg;
 constexpr double kLargestBiasRadps = 10.0 * core::kRadPerDeg;
 // Of the quietest tenth, whose estimate is low by chance: 15 of the noise itself.
@@ -47,12 +49,12 @@ Stretch last_of(const Stretch& stretch) {
 // One axis of a record.
 class AxisRates {
  public:
-  AxisRates(const MeasuredSeries& series, std::size_t axis)
+  AxisRates(const MeasuredSeries& series, std::size_t axis, double least_turn_radps)
       : rate_(series.rate_radps[axis]), valid_(series.valid[axis]), interval_s_(series.interval_s) {
     noise_radps_ = noise_of_the_quietest_tenth();
     bound_radps_ = std::clamp(
         std::max(kNoiseSigmas * noise_radps_, kReadingSteps * smallest_step(rate_, valid_)),
-        kLeastTurnRadps * std::clamp(interval_s_, 1.0, 20.0), kSurelyATurnRadps);
+        least_turn_radps * std::clamp(interval_s_, 1.0, 20.0), kSurelyATurnRadps);
   }
 
   [[nodiscard]] double bound_radps() const noexcept { return bound_radps_; }
@@ -209,16 +211,13 @@ Stretch longest_in_one_orientation(const std::vector<Stretch>& stretches,
   return longest;
 }
 
-}  // namespace
-
-std::optional<UnreferencedMotion> motion_without_reference(const MeasuredSeries& series,
-                                                           core::Axis axis) {
-  if (moves(series.reference_radps[core::index(axis)])) return std::nullopt;
+std::optional<UnreferencedMotion> turns_above(const MeasuredSeries& series,
+                                              double least_turn_radps) {
   UnreferencedMotion motion;
   motion.moving.assign(series.size, 0);
   std::vector<AxisRates> axes;
   for (std::size_t a = 0; a < core::kAxisCount; ++a) {
-    if (!series.rate_radps[a].empty()) axes.emplace_back(series, a);
+    if (!series.rate_radps[a].empty()) axes.emplace_back(series, a, least_turn_radps);
   }
   const bool never_rests = std::any_of(axes.begin(), axes.end(),
                                        [](const AxisRates& rates) { return rates.never_rests(); });
@@ -237,6 +236,15 @@ std::optional<UnreferencedMotion> motion_without_reference(const MeasuredSeries&
   motion.moving_share = static_cast<double>(count) / static_cast<double>(series.size);
   motion.at_rest = longest_in_one_orientation(rests, axes);
   return motion;
+}
+
+}  // namespace
+
+std::optional<UnreferencedMotion> motion_without_reference(const MeasuredSeries& series,
+                                                           core::Axis axis) {
+  if (moves(series.reference_radps[core::index(axis)])) return std::nullopt;
+  if (!turns_above(series, kLeastTurnRadps)) return std::nullopt;
+  return turns_above(series, kLeastFurtherTurnRadps);
 }
 
 MeasuredSeries part_at_rest(const MeasuredSeries& series, const UnreferencedMotion& motion) {

@@ -82,6 +82,23 @@ TEST(MotionLaws, TurnsAreFoundAndTheLongestStretchInOneOrientationIsLeft) {
   EXPECT_NEAR(static_cast<double>(motion->at_rest.end), 8000.0, 6.0);
 }
 
+// A rate table's steps are of any size; a bias of this gyro never jumped by a thousand times its
+// noise and back.
+TEST(MotionLaws, InARecordThatTurnsASlowTurnIsOneToo) {
+  for (const double slow_deg_h : {-170.0, -30.0, 25.0, 110.0}) {
+    SCOPED_TRACE(slow_deg_h);
+    MeasuredSeries series = still(10'000, core::radps_from_deg_h(0.2), 7);
+    turn(series, 3000, 3200, core::radps_from_deg_h(slow_deg_h));
+    EXPECT_FALSE(motion_without_reference(series, kX).has_value()) << "nothing says that it turns";
+    turn(series, 9000, 9100, 2.0 * kDegS);
+    const auto motion = motion_without_reference(series, kX);
+    ASSERT_TRUE(motion.has_value());
+    EXPECT_NEAR(static_cast<double>(motion->at_rest.begin), 3200.0, 6.0);
+    EXPECT_NEAR(static_cast<double>(motion->at_rest.end), 9000.0, 6.0);
+    EXPECT_EQ(std::count(motion->moving.begin() + 3006, motion->moving.begin() + 3194, 1), 188);
+  }
+}
+
 TEST(MotionLaws, ATurnThatEndsWhereItBeganDoesNotCutTheRecord) {
   MeasuredSeries series = still(10'000, core::radps_from_deg_h(0.1), 7);
   turn(series, 4000, 4010, 5.0 * kDegS);
