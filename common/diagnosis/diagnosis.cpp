@@ -2,6 +2,7 @@
 #include "common/diagnosis/diagnosis.h"
 
 #include <algorithm>
+#include <iterator>
 #include <list>
 #include <span>
 #include <stdexcept>
@@ -360,6 +361,14 @@ class AxisExamination {
     if (result.unknown && is_of_rounding(result.unknown->rms_radps, faults)) result.unknown.reset();
     result.could_have_seen = trial.could_have_seen;
     result.evidence = trial.evidence;
+    if (result.unknown) {
+      const auto noise =
+          std::stable_partition(result.effects.begin(), result.effects.end(),
+                                [](const NamedEffect& effect) { return !is_noise(effect.name); });
+      result.unknown->noise.assign(std::make_move_iterator(noise),
+                                   std::make_move_iterator(result.effects.end()));
+      result.effects.erase(noise, result.effects.end());
+    }
     result.effects.insert(result.effects.end(), faults.effects.begin(), faults.effects.end());
   }
 

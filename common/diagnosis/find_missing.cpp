@@ -10,6 +10,7 @@
 
 #include "common/diagnosis/group_findings.h"
 #include "common/diagnosis/joint_fit.h"
+#include "common/diagnosis/posterior.h"
 #include "common/diagnosis/search_board.h"
 
 namespace zerodrift::diagnosis {
@@ -258,69 +259,34 @@ class Searcher {
     }
   }
 
-  // Log probabilities, not normalised, of groups in place of a chosen one. What a group leaves of
-  // what the best one explains counts as the remainder of a form, Student distributed.
-  [[nodiscard]] std::vector<double> tempered(const Evaluation& e, std::size_t place) const {
+  // Of groups in place of a chosen one.
+  [[nodiscard]] std::vector<RankedGroup> credible_set(const Evaluation& e,
+                                                      std::size_t place) const {
     double best = -std::numeric_limits<double>::infinity();
-    for (std::size_t g = 0; g < e.groups.size(); ++g) best = std::max(best, score(e, g));
-    const double freedom = options_.mismatch_freedom;
-    std::vector<double> logarithms(e.groups.size(), -std::numeric_limits<double>::infinity());
+    std::vector<double> nats(e.groups.size(), -std::numeric_limits<double>::infinity());
     for (std::size_t g = 0; g < e.groups.size(); ++g) {
+      best = std::max(best, score(e, g));
       if (problem_.groups[g].kind != CandidateKind::kNamed) continue;
       if (!(e.groups[g].log_evidence > 0.0)) continue;  // explains nothing
       // What couldn't have been chosen is no alternative either.
       if (g != chosen_[place].group && is_mismatch(e, g, place)) continue;
-      const double remainder = 2.0 * (best - score(e, g));
-      logarithms[g] = -0.5 * (freedom + 1.0) * std::log1p(remainder / freedom);
+      nats[g] = score(e, g);
     }
-    return logarithms;
-  }
-
-  [[nodiscard]] std::vector<RankedGroup> credible_set(const Evaluation& e,
-                                                      std::size_t place) const {
-    const std::size_t named = chosen_[place].group;
-    const std::vector<double> logarithms = tempered(e, place);
-    const double total = log_sum(logarithms);
-    std::vector<RankedGroup> ranked;
-    std::vector<std::size_t> order(logarithms.size());
+    const std::vector<double> probability = probabilities(nats, best, options_);
+    std::vector<std::size_t> order(probability.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return logarithms[a] > logarithms[b]; });
-    for (const std::size_t g : order) {
-      const double probability = std::exp(logarithms[g] - total);
-      if (!(probability > 0.0)) break;
-      ranked.push_back({problem_.groups[g].id, probability, {}});
-    }
-    merge_nested(e, ranked);
-    std::stable_sort(ranked.begin(), ranked.end(), [](const RankedGroup& a, const RankedGroup& b) {
-      return a.probability > b.probability;
-    });
+                     [&](std::size_t a, std::size_t b) { return probability[a] > probability[b]; });
+    const double enough = options_.credible_mass * (1.0 - options_.unlisted_share);
     double mass = 0.0;
     std::vector<RankedGroup> set;
-    for (RankedGroup& r : ranked) {
-      const bool is_named = r.group == problem_.groups[named].id;
-      if (mass < options_.credible_mass || is_named) set.push_back(r);
-      mass += r.probability;
+    for (const std::size_t g : order) {
+      if (!(probability[g] > 0.0)) break;
+      if (mass < enough || g == chosen_[place].group)
+        set.push_back({problem_.groups[g].id, probability[g]});
+      mass += probability[g];
     }
     return set;
-  }
-
-  void merge_nested(const Evaluation& e, std::vector<RankedGroup>& ranked) const {
-    for (std::size_t g = 0; g < problem_.groups.size(); ++g) {
-      const std::size_t parent = simplest(e, g);
-      if (parent == g || !std::isfinite(e.groups[g].log_evidence)) continue;
-      const auto find = [&](std::size_t group) {
-        return std::find_if(ranked.begin(), ranked.end(), [&](const RankedGroup& r) {
-          return r.group == problem_.groups[group].id;
-        });
-      };
-      const auto child = find(g);
-      const auto into = find(parent);
-      if (child == ranked.end() || into == ranked.end()) continue;
-      into->probability += child->probability;
-      into->nested.push_back(child->group);
-      ranked.erase(child);
-    }
   }
 
   void finish(SearchReport& report) {
@@ -406,14 +372,10 @@ class Searcher {
 
 std::string_view name(SearchOutcome outcome) noexcept {
   switch (outcome) {
-    case SearchOutcome::kRefused:
-      return "refused";
-    case SearchOutcome::kNothingMissing:
-      return "nothing missing";
-    case SearchOutcome::kNamed:
-      return "named";
-    case SearchOutcome::kUnknown:
-      return "unknown";
+    case SearchOutcome::kRefused: return "refused";
+    case SearchOutcome::kNothingMissing: return "nothing missing";
+    case SearchOutcome::kNamed: return "named";
+    case SearchOutcome::kUnknown: return "unknown";
   }
   assert(false && "no such outcome");
   return "";

@@ -7,9 +7,8 @@
 //     few spectra for all variants, its own restricted optimum for the leading ones
 //   add the group of largest evidence while it exceeds log(groups / false_alarm); then try to
 //     replace or drop each one chosen; at most max_effects
-//   alternatives of one chosen: the groups' evidences in its place, tempered by how much of what
-//     any group explains each of them leaves (a Student likelihood for the remainder in place of a
-//     normal one: forms are never exact), those that sum to the credible mass
+//   alternatives of one chosen: what the groups' evidences in its place say (posterior.h), those
+//     that sum to the credible mass of all named groups
 //   generic groups (splines, pairs of inputs) are never named. Where one of them explains clearly
 //     more than the chosen ones, or stays significant beside them with more than a remainder of
 //     form, the outcome is kUnknown
@@ -40,7 +39,6 @@ enum class SearchOutcome : std::uint8_t {
 struct RankedGroup {
   GroupId group{};
   double probability = 0.0;
-  std::vector<GroupId> nested{};  // groups that have this one as a limit and say the same
 };
 
 struct FoundEffect : FittedEffect {

@@ -42,7 +42,7 @@ struct Alternative {
 
 struct NamedEffect {
   std::string name;                         // of the catalogue, or "formula"
-  double probability = 0.0;                 // that it is this one, of all in the catalogue
+  double probability = 0.0;                 // that it is this one, given that something is there
   std::vector<Alternative> alternatives{};  // the rest of the 95 % set, most probable first
   std::vector<std::string> inputs{};        // the temperatures it reads
   std::map<std::string, double> parameters{};
@@ -69,6 +69,9 @@ struct UnknownEffect {
   std::vector<double> rate_radps{};
   // The summands that stand for it in the repaired model, each proved: effects of kind "formula".
   std::vector<NamedEffect> formulas{};
+  // Kinds of noise that what it leaves looks like. The repaired model has them, but they are not
+  // named: the rest of a form that nobody knows looks the same.
+  std::vector<NamedEffect> noise{};
 };
 
 struct NotTestable {

@@ -35,11 +35,11 @@ struct UnreferencedMotion {
 // standard deviations of the noise from sample to sample in the quietest tenth of the record and
 // four steps of the reading, but at most 1 deg/s: no gyro that is worth a model does so at rest,
 // and one wild sample does not make it. In a record that has such motion a tenth of the 0.05 deg/s
-// is enough: a table that turns by hundreds of deg/h turns by tens as well. Of what lies between, the commonest rate is rest, and so
-// are those before and after that go on from it within the same bound. A turn about any axis
-// counts, as it changes what all feel of the Earth's rotation; two stretches with a turn between
-// them that ends where it began are one. A gyro of which half the rates are above 10 deg/s never
-// rests. O(n + stretches²).
+// is enough: a table that turns by hundreds of deg/h turns by tens as well. Of what lies between,
+// the commonest rate is rest, and so are those before and after that go on from it within the same
+// bound. A turn about any axis counts, as it changes what all feel of the Earth's rotation; two
+// stretches with a turn between them that ends where it began are one. A gyro of which half the
+// rates are above 10 deg/s never rests. O(n + stretches²).
 [[nodiscard]] std::optional<UnreferencedMotion> motion_without_reference(
     const MeasuredSeries& series, core::Axis axis);
 

@@ -13,6 +13,7 @@
 #include "common/core/require.h"
 #include "common/core/units.h"
 #include "common/diagnosis/median.h"
+#include "common/diagnosis/posterior.h"
 #include "common/twin/effect_catalogue.h"
 
 namespace zerodrift::diagnosis {
@@ -247,7 +248,7 @@ void lower_constant_noise(Trial& trial, core::Axis axis, double constant_radps, 
 }  // namespace
 
 std::optional<GrowingNoise> growing_noise(std::span<const double> remainder,
-                                          const TrialInput& input, double false_alarm) {
+                                          const TrialInput& input, const SearchOptions& options) {
   const auto differences = second_differences(remainder, input.valid);
   const auto all = followers(input);
   const double of_slope =
@@ -266,7 +267,7 @@ std::optional<GrowingNoise> growing_noise(std::span<const double> remainder,
       nats_of_best = nats;
     }
   }
-  const double needed = std::log(kKinds / false_alarm);
+  const double needed = std::log(kKinds / options.false_alarm);
   if (best == nullptr || nats_of_best < needed || nats_of_best < nats_of_others + needed)
     return std::nullopt;
   const Growth growth = best_growth(ranges_of(differences, best->values));
@@ -278,7 +279,8 @@ std::optional<GrowingNoise> growing_noise(std::span<const double> remainder,
   effect.name = definition.kind;
   effect.inputs = {std::string(twin::name(*best->point))};
   effect.log_evidence = nats_of_best;
-  effect.probability = 1.0 / (1.0 + std::exp(nats_of_others - nats_of_best));
+  effect.probability =
+      probabilities(std::array{nats_of_best, nats_of_others}, nats_of_best, options).front();
   const double to_file = std::sqrt(input.series.interval_s) / definition.spectrum.si_per_unit;
   for (const twin::ParameterDefinition& parameter : definition.parameters) {
     double& value = effect.parameters[parameter.name];
@@ -293,7 +295,7 @@ std::optional<GrowingNoise> growing_noise(std::span<const double> remainder,
 }
 
 void take_growing_noise(Trial& trial, std::span<const double> remainder, const TrialInput& input,
-                        double false_alarm) {
+                        const SearchOptions& options) {
   const std::string& kind = growing_effect().kind;
   EffectSpec* waiting = nullptr;
   for (EffectSpec& spec : trial.repaired.effects) {
@@ -302,7 +304,7 @@ void take_growing_noise(Trial& trial, std::span<const double> remainder, const T
     waiting = &spec;
   }
   if (counts_angle(trial.repaired, input.axis)) return;
-  auto found = growing_noise(remainder, input, false_alarm);
+  auto found = growing_noise(remainder, input, options);
   if (!found) return;
   if (waiting != nullptr) {
     waiting->parameters = found->effect.parameters;

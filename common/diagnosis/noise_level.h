@@ -27,11 +27,11 @@ struct GrowingNoise {
 // coarse that the median difference is 0. O(n log n).
 [[nodiscard]] std::optional<GrowingNoise> growing_noise(std::span<const double> remainder,
                                                         const TrialInput& input,
-                                                        double false_alarm);
+                                                        const SearchOptions& options);
 
 // Named, or given its coefficients where the model lists it without, unless the model has one or
 // counts angle. The white noise that does not grow is what is left of the model's.
 void take_growing_noise(Trial& trial, std::span<const double> remainder, const TrialInput& input,
-                        double false_alarm);
+                        const SearchOptions& options);
 
 }  // namespace zerodrift::diagnosis

@@ -255,7 +255,7 @@ Trial repair(const TrialInput& input) {
   trial.recalibrated.insert(trial.recalibrated.end(), changes.begin(), changes.end());
   add_to_model(trial, input);
   take_noise(trial, input, noise_of(remainder, input, problem, trial.repaired));
-  take_growing_noise(trial, remainder, input, search_options(input.options).false_alarm);
+  take_growing_noise(trial, remainder, input, search_options(input.options));
   trial.log_evidence = evidence_of(report);
   for (const NamedEffect& effect : trial.effects)
     trial.log_evidence += is_noise(effect.name) ? effect.log_evidence : 0.0;

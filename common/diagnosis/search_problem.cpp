@@ -62,6 +62,7 @@ std::optional<std::string> SearchOptions::validate() const {
   if (auto e = share("credible_mass", credible_mass)) return e;
   if (auto e = share("form_mismatch_share", form_mismatch_share)) return e;
   if (auto e = share("least_valid_share", least_valid_share)) return e;
+  if (auto e = share("unlisted_share", unlisted_share)) return e;
   if (!(mismatch_freedom > 0.0)) {
     return "mismatch_freedom is " + std::to_string(mismatch_freedom) + ", must be > 0";
   }

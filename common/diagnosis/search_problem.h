@@ -85,8 +85,10 @@ struct SearchOptions {
   std::size_t max_effects = 4;
   double credible_mass = 0.95;
   double form_mismatch_share = 0.15;  // of the explained power, not a new effect
-  // Degrees of freedom of the Student likelihood for what a form leaves unexplained.
+  // Degrees of freedom of the Student likelihood for what a form leaves unexplained (posterior.h).
   double mismatch_freedom = 12.0;
+  // Of what is found, the share that is none of the candidates, however well one of them fits.
+  double unlisted_share = 0.05;
   double nested_margin_nats = 2.0;  // an effect that beats its parent by less is its parent
   double swap_margin_nats = 1.0;    // a replacement must be better by this
   double power_separation = 8.0;    // d of the power statement

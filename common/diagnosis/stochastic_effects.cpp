@@ -11,6 +11,7 @@
 
 #include "common/core/units.h"
 #include "common/diagnosis/noise_of_model.h"
+#include "common/diagnosis/posterior.h"
 #include "common/diagnosis/search_board.h"
 #include "common/diagnosis/two_levels.h"
 #include "common/twin/effect_catalogue.h"
@@ -135,8 +136,8 @@ std::vector<Addition> best_of_each_kind(std::vector<Addition> additions) {
   return best;
 }
 
-NamedEffect named(const Addition& addition, const std::vector<Addition>& rivals, double share) {
-  constexpr double kCredible = 0.95;
+NamedEffect named(const Addition& addition, const std::vector<Addition>& rivals, double share,
+                  const SearchOptions& options) {
   NamedEffect effect;
   const twin::EffectDefinition& definition = noise_effect(addition.term.kind);
   effect.name = definition.kind;
@@ -145,17 +146,18 @@ NamedEffect named(const Addition& addition, const std::vector<Addition>& rivals,
                           ? definition.spectrum.parameters_of({value, addition.term.correlation_s})
                           : twin::Parameters{{definition.spectrum.scale, value}};
   effect.log_evidence = addition.evidence;
-  double sum = 0.0;
-  for (const Addition& rival : rivals) sum += std::exp(rival.evidence - addition.evidence);
+  std::vector<double> nats;
+  for (const Addition& rival : rivals) nats.push_back(rival.evidence);
+  const std::vector<double> probability = probabilities(nats, addition.evidence, options);
+  const double enough = options.credible_mass * (1.0 - options.unlisted_share);
   double mass = 0.0;
-  for (const Addition& rival : rivals) {
-    const double probability = std::exp(rival.evidence - addition.evidence) / sum;
-    if (rival.term.kind == addition.term.kind) {
-      effect.probability = probability;
-    } else if (mass < kCredible) {
-      effect.alternatives.push_back({noise_effect(rival.term.kind).kind, probability});
+  for (std::size_t r = 0; r < rivals.size(); ++r) {
+    if (rivals[r].term.kind == addition.term.kind) {
+      effect.probability = probability[r];
+    } else if (mass < enough) {
+      effect.alternatives.push_back({noise_effect(rivals[r].term.kind).kind, probability[r]});
     }
-    mass += probability;
+    mass += probability[r];
   }
   return effect;
 }
@@ -338,7 +340,7 @@ NoiseFindings examine_noise(const NoiseQuestion& question, const SearchOptions& 
       trusts_file = true;
     }
     if (rivals.empty() || rivals.front().evidence < threshold) break;
-    NamedEffect effect = named(rivals.front(), rivals, share);
+    NamedEffect effect = named(rivals.front(), rivals, share, options);
     if (rivals.front().term.kind == NoiseKind::kMarkov)
       consider_two_levels(effect, question, rivals.front());
     findings.effects.push_back(std::move(effect));

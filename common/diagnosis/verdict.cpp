@@ -52,18 +52,12 @@ std::string in_percent(double share) {
 
 std::string_view name(Verdict verdict) {
   switch (verdict) {
-    case Verdict::kConsistent:
-      return "consistent";
-    case Verdict::kUndecidable:
-      return "undecidable";
-    case Verdict::kRecalibrated:
-      return "recalibrated";
-    case Verdict::kEffectNamed:
-      return "effect_named";
-    case Verdict::kAmbiguous:
-      return "ambiguous";
-    case Verdict::kUnknownEffect:
-      return "unknown_effect";
+    case Verdict::kConsistent: return "consistent";
+    case Verdict::kUndecidable: return "undecidable";
+    case Verdict::kRecalibrated: return "recalibrated";
+    case Verdict::kEffectNamed: return "effect_named";
+    case Verdict::kAmbiguous: return "ambiguous";
+    case Verdict::kUnknownEffect: return "unknown_effect";
   }
   return "unknown";
 }
@@ -102,8 +96,7 @@ std::string sentence_of(const AxisDiagnosis& axis) {
   if (axis.acceptance == Acceptance::kReverted && !axis.unknown)
     return suggested + ", but held-out data don't confirm it: the model is left as it was.";
   switch (axis.verdict) {
-    case Verdict::kConsistent:
-      return "Nothing is missing that this record could have shown.";
+    case Verdict::kConsistent: return "Nothing is missing that this record could have shown.";
     case Verdict::kUndecidable:
       return suggested +
              ", but nothing could be kept back to prove it on: the model is left as it was. A "
@@ -114,13 +107,13 @@ std::string sentence_of(const AxisDiagnosis& axis) {
       text = "No effect is missing, but parameters of the model were wrong.";
       break;
     case Verdict::kEffectNamed:
-    case Verdict::kAmbiguous:
-      text = "Missing: " + list_of(axis.effects) + ".";
-      break;
+    case Verdict::kAmbiguous: text = "Missing: " + list_of(axis.effects) + "."; break;
     case Verdict::kUnknownEffect:
       text = "Something is missing that the catalogue doesn't know: " + axis.unknown->description +
              ".";
       if (!axis.unknown->formulas.empty()) text += " The repaired model has it as a formula.";
+      if (!axis.unknown->noise.empty())
+        text += " What it leaves looks like " + list_of(axis.unknown->noise) + ".";
       if (!axis.effects.empty()) text += " Also missing: " + list_of(axis.effects) + ".";
       break;
   }

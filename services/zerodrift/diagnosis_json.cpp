@@ -114,7 +114,8 @@ Json json_of(const std::optional<diagnosis::UnknownEffect>& unknown) {
           {"shape",
            {{"input", array_of(unknown->input, number)},
             {"rate_deg_h", array_of(unknown->rate_radps, rate)}}},
-          {"formulas", array_of(unknown->formulas, json_of_formula)}};
+          {"formulas", array_of(unknown->formulas, json_of_formula)},
+          {"noise", array_of(unknown->noise, [](const auto& effect) { return json_of(effect); })}};
 }
 
 Json json_of(const AxisDiagnosis& axis) {

@@ -102,7 +102,8 @@ class Finding:
         return name == "angle_random_walk" and name in self.recalibrated
 
     def certain_names(self):
-        return [name for name, e in zip(self.names, self.effects) if e.get("probability", 0.0) >= CREDIBLE]
+        """Told without another that it might be: the set holds it alone."""
+        return [name for name, e in zip(self.names, self.effects) if not e.get("alternatives")]
 
     def label(self):
         if self.unknown:
@@ -252,7 +253,7 @@ def score_unknown(results, failures):
     flagged = Rate("unknown effect: flagged", 0.80)
     strong = Rate(f"unknown effect, d ≥ {STRONG_D:.0f}: flagged", None)
     formula = Rate("unknown effect: told by a formula that held-out data confirm", None)
-    wrong = Rate("unknown effect: a wrong name with probability ≥ 95 %", 0.10, at_least=False)
+    wrong = Rate("unknown effect: a wrong name and no other that it might be", 0.10, at_least=False)
     for r in results:
         said = is_right(r)
         certain = r.main.certain_names()

@@ -14,6 +14,7 @@
 
 #include "common/core/units.h"
 #include "common/diagnosis/diagnosis.h"
+#include "common/diagnosis/held_out.h"
 #include "common/twin/effect_catalogue.h"
 
 namespace zerodrift::diagnosis {
@@ -186,6 +187,9 @@ void expect_whole(const AxisDiagnosis& axis) {
   EXPECT_TRUE(!axis.unknown || std::isfinite(axis.unknown->rms_radps));
   if (axis.unknown) {
     for (const NamedEffect& summand : axis.unknown->formulas) expect_whole(summand);
+    for (const NamedEffect& noise : axis.unknown->noise) expect_whole(noise);
+    for (const NamedEffect& effect : axis.effects)
+      EXPECT_FALSE(is_noise(effect.name)) << effect.name;
   }
   if (axis.verdict == Verdict::kConsistent) {
     EXPECT_TRUE(axis.effects.empty());

@@ -156,6 +156,36 @@ TEST(FormulaSearchScenario, WhatAnotherRecordSpeaksAgainstGetsNoFormula) {
   EXPECT_EQ(axis.held_out.after_rms_radps, axis.held_out.before_rms_radps);
 }
 
+// The rest of a form that nobody knows looks like a noise, and a noise beside it like its rest.
+TEST(FormulaSearchScenario, NoiseBesideWhatNobodyKnowsIsToldAndNotNamed) {
+  const twin::Model given = test::lab_model();
+  const twin::Model truth = test::with(
+      given,
+      {.kind = "markov", .axis = kX, .parameters = {{"sigma_deg_h", 0.05}, {"tau_s", 300.0}}});
+  MeasuredSeries record = test::simulated(truth, test::chamber_profile(), 61);
+  MeasuredSeries other = test::simulated(truth, test::chamber_profile(), 62);
+  const AxisDiagnosis alone = *diagnose(given, record, {other}, kOptions).axes[0];
+  ASSERT_EQ(alone.effects.size(), 1U) << alone.sentence;
+  EXPECT_EQ(alone.effects.front().name, "markov");
+  const auto larger = [](const MeasuredSeries& s) {
+    std::vector<double> added = field_squared(s);
+    for (double& value : added) value *= 4.0;
+    return added;
+  };
+  for (MeasuredSeries* series : {&record, &other}) hide(*series, larger);
+  const Diagnosis both = diagnose(given, record, {other}, kOptions);
+  const AxisDiagnosis& axis = *both.axes[0];
+  ASSERT_TRUE(axis.unknown.has_value()) << axis.sentence;
+  EXPECT_TRUE(axis.effects.empty()) << axis.sentence;
+  ASSERT_EQ(axis.unknown->noise.size(), 1U) << axis.sentence;
+  EXPECT_EQ(axis.unknown->noise.front().name, "markov");
+  EXPECT_NE(axis.sentence.find("What it leaves looks like markov"), std::string::npos)
+      << axis.sentence;
+  const auto& effects = both.repaired.effects;
+  EXPECT_TRUE(std::any_of(effects.begin(), effects.end(),
+                          [](const twin::EffectSpec& effect) { return effect.kind == "markov"; }));
+}
+
 TEST(FormulaSearchLaws, EqualInputGivesEqualFormulas) {
   const twin::Model given = test::lab_model();
   MeasuredSeries record = test::simulated(given, test::chamber_profile(), 31);
