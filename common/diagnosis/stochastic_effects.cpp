@@ -162,10 +162,18 @@ NamedEffect named(const Addition& addition, const std::vector<Addition>& rivals,
   return effect;
 }
 
-// Turns a first-order noise into one of two levels where that is likelier.
-void consider_two_levels(NamedEffect& effect, const NoiseQuestion& question,
-                         const Addition& markov) {
-  const twin::EffectDefinition& two_levels = noise_effect(twin::NoiseLaw::kTwoLevel);
+struct TwoLevels {
+  SwitchingFit fit;
+  double nats = 0.0;  // over a first-order noise of the same spectrum, priors included
+
+  [[nodiscard]] twin::Parameters parameters() const {
+    return noise_effect(twin::NoiseLaw::kTwoLevel)
+        .spectrum.parameters_of_levels(
+            {core::deg_h_from_radps(fit.amplitude_radps), fit.up_s, fit.down_s});
+  }
+};
+
+TwoLevels two_levels_like(const NoiseQuestion& question, const Addition& markov) {
   const SearchProblem& problem = question.problem;
   const double sigma_radps = std::sqrt(markov.hypothesis.squares.back());
   const double correlation_s = markov.term.correlation_s;
@@ -177,9 +185,16 @@ void consider_two_levels(NamedEffect& effect, const NoiseQuestion& question,
   const double dwells = std::max(1.0, 2.0 * duration_s / (switching.up_s + switching.down_s));
   constexpr double kPriorNats = -1.5;  // a Markov noise is the commoner one
   // Two levels have a parameter more.
-  const double nats =
-      kPriorNats + switching.log_likelihood - wandering.log_likelihood - 0.5 * std::log(dwells);
-  const double probability = 1.0 / (1.0 + std::exp(-nats));
+  return {switching, kPriorNats + switching.log_likelihood - wandering.log_likelihood -
+                         0.5 * std::log(dwells)};
+}
+
+// Turns a first-order noise into one of two levels where that is likelier.
+void consider_two_levels(NamedEffect& effect, const NoiseQuestion& question,
+                         const Addition& markov) {
+  const twin::EffectDefinition& two_levels = noise_effect(twin::NoiseLaw::kTwoLevel);
+  const TwoLevels levels = two_levels_like(question, markov);
+  const double probability = 1.0 / (1.0 + std::exp(-levels.nats));
   if (probability <= 0.5) {
     if (probability > 0.05)
       effect.alternatives.insert(effect.alternatives.begin(),
@@ -193,8 +208,7 @@ void consider_two_levels(NamedEffect& effect, const NoiseQuestion& question,
   }
   effect.name = two_levels.kind;
   effect.probability *= probability;
-  effect.parameters = two_levels.spectrum.parameters_of_levels(
-      {core::deg_h_from_radps(switching.amplitude_radps), switching.up_s, switching.down_s});
+  effect.parameters = levels.parameters();
 }
 
 std::vector<KnownNoise> free_noise(const std::vector<ListedNoise>& listed) {
@@ -315,6 +329,52 @@ std::vector<Addition> additions_to_the_files(const std::vector<KnownNoise>& pres
   return best_of_each_kind(std::move(additions));
 }
 
+bool waits(const EffectSpec& spec) {
+  return spec.parameters.empty();
+}
+
+struct HiddenLevels {
+  NamedEffect effect;
+  Hypothesis hypothesis;
+  KnownNoise noise;
+};
+
+// Slow noise that is listed without a coefficient takes in two levels between which something
+// switches: their spectra differ in the slowest octaves alone. So what a first-order noise in its
+// place would be is asked for levels, which have to win against all that wanders.
+std::optional<HiddenLevels> levels_in_what_waits(const NoiseQuestion& question,
+                                                 const Likelihoods& likelihoods,
+                                                 const std::vector<ListedNoise>& listed,
+                                                 const std::vector<KnownNoise>& present,
+                                                 double threshold, const SearchOptions& options) {
+  std::vector<KnownNoise> others;
+  for (std::size_t i = 0; i < present.size(); ++i) {
+    const bool may_hide = i < listed.size() && waits(question.model.effects[listed[i].effect]) &&
+                          (present[i].term.kind == NoiseKind::kRandomWalk ||
+                           present[i].term.kind == NoiseKind::kFlicker);
+    if (!may_hide) others.push_back(present[i]);
+  }
+  if (others.size() == present.size() || others.empty()) return std::nullopt;
+  auto additions = additions_to(others, likelihoods.of(others), likelihoods, question, options);
+  std::erase_if(additions, [](const Addition& a) { return a.term.kind != NoiseKind::kMarkov; });
+  const auto rivals = best_of_each_kind(std::move(additions));
+  if (rivals.empty() || rivals.front().evidence < threshold) return std::nullopt;
+  const Addition& markov = rivals.front();
+  const TwoLevels levels = two_levels_like(question, markov);
+  if (levels.nats < threshold) return std::nullopt;
+  const std::array nats{levels.nats, 0.0};
+  HiddenLevels found;
+  found.effect.name = noise_effect(twin::NoiseLaw::kTwoLevel).kind;
+  found.effect.parameters = levels.parameters();
+  found.effect.log_evidence = levels.nats;
+  found.effect.probability = probabilities(nats, levels.nats, options).front();
+  found.noise = {markov.term, markov.hypothesis.squares.back(), kAnyValue};
+  std::vector<KnownNoise> with = present;
+  with.push_back(found.noise);
+  found.hypothesis = likelihoods.of(with);
+  return found;
+}
+
 }  // namespace
 
 NoiseFindings examine_noise(const NoiseQuestion& question, const SearchOptions& options) {
@@ -347,6 +407,18 @@ NoiseFindings examine_noise(const NoiseQuestion& question, const SearchOptions& 
     best = rivals.front().hypothesis;
     present.push_back({rivals.front().term, best.squares.back(), kAnyValue});
     if (trusts_file) break;
+  }
+  const bool has_levels_or_markov =
+      std::any_of(present.begin(), present.end(),
+                  [](const KnownNoise& n) { return n.term.kind == NoiseKind::kMarkov; });
+  const bool took_from_file = trusts_file && !findings.effects.empty();
+  if (!took_from_file && !has_levels_or_markov && findings.effects.size() < options.max_effects) {
+    auto levels = levels_in_what_waits(question, likelihoods, listed, present, threshold, options);
+    if (levels) {
+      findings.effects.push_back(std::move(levels->effect));
+      best = std::move(levels->hypothesis);
+      present.push_back(levels->noise);
+    }
   }
   if (!trusts_file || findings.effects.empty()) {
     const std::vector<KnownNoise> extra(

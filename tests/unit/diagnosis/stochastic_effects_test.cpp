@@ -398,6 +398,25 @@ TEST(StochasticEffectsScenario, ATelegraphIsToldFromAMarkovNoiseBesideOtherSlowN
   }
 }
 
+// What an owner lists without a value fits nearly all that a telegraph does to a spectrum.
+TEST(StochasticEffectsScenario, ATelegraphIsToldBesideSlowNoiseListedWithoutAValue) {
+  for (const std::string kind : {"rate_random_walk", "bias_instability"}) {
+    const twin::Model given = model_of({white(), spec(kind, {})});
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+      SCOPED_TRACE(kind + ' ' + std::to_string(seed));
+      const auto levels =
+          examined(noise_of(model_of({white(), walk(0.01), telegraph(0.2, 300.0)}), seed), given);
+      ASSERT_EQ(levels.effects.size(), 1U) << names(levels);
+      EXPECT_EQ(levels.effects[0].name, "telegraph");
+      EXPECT_NEAR(levels.effects[0].parameters.at("amplitude_deg_h") / 0.2, 1.0, 0.2);
+      for (const twin::EffectSpec& other : {walk(0.3), flicker(0.05), markov(0.1, 150.0)}) {
+        const auto found = examined(noise_of(model_of({white(), other}), seed), given);
+        EXPECT_FALSE(names_telegraph(found)) << other.kind << ": " << names(found);
+      }
+    }
+  }
+}
+
 TEST(StochasticEffectsScenario, AMarkovNoiseOfChangingStrengthIsNoTelegraph) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     Series slow = noise_of(model_of({markov(0.1, 100.0)}), seed, 9000);
