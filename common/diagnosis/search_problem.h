@@ -88,7 +88,7 @@ struct SearchOptions {
   // Degrees of freedom of the Student likelihood for what a form leaves unexplained (posterior.h).
   double mismatch_freedom = 12.0;
   // Of what is found, the share that is none of the candidates, however well one of them fits.
-  double unlisted_share = 0.05;
+  double unlisted_share = 0.07;
   double nested_margin_nats = 2.0;  // an effect that beats its parent by less is its parent
   double swap_margin_nats = 1.0;    // a replacement must be better by this
   double power_separation = 8.0;    // d of the power statement

@@ -14,6 +14,7 @@
 #include <system_error>
 #include <thread>
 
+#include "tests/support/sanitized.h"
 #include "tests/system/files.h"
 
 namespace zerodrift::system_test {
@@ -92,7 +93,8 @@ void ChildProcess::send(int signal) {
 }
 
 std::optional<int> ChildProcess::wait(std::chrono::milliseconds at_most) {
-  const auto patience = at_most > 0ms ? std::max(3 * at_most, kLoadedMachine) : at_most;
+  constexpr int kTimesAsSlow = kIsSanitized ? 12 : 3;
+  const auto patience = at_most > 0ms ? std::max(kTimesAsSlow * at_most, kLoadedMachine) : at_most;
   const auto end = std::chrono::steady_clock::now() + patience;
   while (!exit_code_) {
     int status = 0;
