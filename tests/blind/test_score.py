@@ -187,6 +187,13 @@ class Classes(unittest.TestCase):
         rows, _ = rows_of((truth("single", ["shupe"]), result))
         self.assertTrue(rows["other axes of three-axis records: a false finding"][2].startswith("1/1"))
 
+    def test_what_hides_in_the_thermometer_is_true_on_every_axis_and_another_name_is_not(self):
+        for said, wrong in (("sensor_lag", "0/1"), ("shupe", "1/1")):
+            result = report([named("sensor_lag")])
+            result["axis"]["y"] = {"effects": [named(said)]}
+            rows, _ = rows_of((truth("single", ["sensor_lag"]), result))
+            self.assertTrue(rows["other axes of three-axis records: a false finding"][2].startswith(wrong))
+
 
 class Proof(unittest.TestCase):
     GAP = "gap closed on the unseen record, median (single, double)"
