@@ -134,7 +134,11 @@ class World {
     std::uint64_t published = 0;
     std::optional<std::uint64_t> owed_to{};  // where its publisher crashed: what all instances got
     std::map<std::uint64_t, std::set<Life>> given_to{};  // by sequence number
-    bool alone = true;                                   // no other publisher lived meanwhile
+    int publisher = 0;
+    // No other publisher began or lived until all of it had arrived: who is cut off from the one
+    // that it follows takes another after a second, and refuses what comes late of the first.
+    bool alone = true;
+    Time arrives = 0;  // the last of what was sent
     Time begun = 0;
     // From where on all instances follow it that lived when it began: one that believes in the
     // publisher before passes over its samples until that one has been silent for a second.
@@ -419,11 +423,12 @@ void World::stop(int instance, Time until) {
 void World::begin_run(int publisher) {
   const std::uint64_t run = ++runs_begun_;
   running_[publisher] = run;
-  runs_[run] = {};
-  runs_[run].begun = now;
-  for (const auto& [other, its] : running_) {
-    if (other == publisher || its == 0) continue;
-    runs_[run].alone = runs_[its].alone = false;
+  runs_[run] = {.publisher = publisher, .begun = now};
+  for (auto& [other, its] : runs_) {
+    if (its.publisher == publisher) continue;
+    const bool lives = running_[its.publisher] == other;
+    if (lives || its.arrives > now) its.alone = false;
+    if (lives) runs_[run].alone = false;
   }
   trace("publisher " + std::to_string(publisher) + " begins run " + std::to_string(run));
   publish(publisher, run);
@@ -437,7 +442,9 @@ void World::publish(int publisher, std::uint64_t run) {
   sample.time = core::SensorTime{now};
   sample.clock = core::ClockSource::kHardware;
   for (int i = 0; i < instance_count_; ++i) {
-    if (nodes_.at(i)->lives) send(publisher, i, Rate{run, sample});
+    if (!nodes_.at(i)->lives) continue;
+    send(publisher, i, Rate{run, sample});
+    runs_[run].arrives = std::max(runs_[run].arrives, links_[{publisher, i}].last_arrival);
   }
   if (with_temperatures_ && sequence % 5 == 0) {
     core::TemperatureSample temperature;
