@@ -66,7 +66,8 @@ void write_until_closed(int descriptor, const std::shared_ptr<Shared>& shared) {
 
 }  // namespace
 
-LineWriter::LineWriter(int descriptor) : shared_(std::make_shared<Shared>()) {
+LineWriter::LineWriter(int descriptor)
+    : descriptor_(descriptor), shared_(std::make_shared<Shared>()) {
   std::thread([descriptor, shared = shared_] { write_until_closed(descriptor, shared); }).detach();
 }
 
@@ -94,8 +95,12 @@ void LineWriter::write(std::string_view text) {
 
 bool LineWriter::wait_until_written(std::chrono::milliseconds at_most) {
   std::unique_lock lock(shared_->mutex);
-  return shared_->changed.wait_for(lock, at_most,
-                                   [&] { return shared_->lines.empty() && !shared_->is_writing; });
+  const auto is_written = [&] { return shared_->lines.empty() && !shared_->is_writing; };
+  while (!shared_->changed.wait_for(lock, at_most, is_written)) {
+    pollfd writable{.fd = descriptor_, .events = POLLOUT, .revents = 0};
+    if (::poll(&writable, 1, 0) == 0) return false;
+  }
+  return true;
 }
 
 LineWriter& standard_error() {

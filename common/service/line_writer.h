@@ -23,7 +23,8 @@ class LineWriter {
   // kMostWaiting lines wait, it is dropped; how many were is a line of its own once half of them
   // are written.
   void write(std::string_view text);
-  // True once nothing waits to be written; false where that takes longer.
+  // True once nothing waits to be written; false where the reader takes nothing for so long. Time
+  // for which the writing thread wasn't given the processor doesn't count.
   bool wait_until_written(std::chrono::milliseconds at_most);
 
   static constexpr std::size_t kLongest = 4095;  // with its end PIPE_BUF: whole or not at all
@@ -31,13 +32,14 @@ class LineWriter {
 
  private:
   struct Shared;
+  int descriptor_;
   std::shared_ptr<Shared> shared_;
 };
 
 // Of standard error. It lives as long as the process.
 LineWriter& standard_error();
 
-// The longest that a process which ends waits for the reader of its last lines.
+// The longest that a process which ends waits for a reader who takes none of its last lines.
 inline constexpr std::chrono::milliseconds kLastLinesWithin{200};
 
 }  // namespace zerodrift::service

@@ -4,15 +4,33 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <atomic>
+#include <filesystem>
+#include <fstream>
 #include <string>
+#include <thread>
 
 namespace zerodrift::service {
 namespace {
 
 using namespace std::chrono_literals;
+
+// SIGUSR1 for the newest thread of this process that has the name.
+void stop_thread_named(const std::string& name) {
+  pid_t newest = 0;
+  for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
+    std::string its;
+    std::getline(std::ifstream(task.path() / "comm") >> std::ws, its);
+    if (its == name) newest = std::max(newest, std::stoi(task.path().filename().string()));
+  }
+  ASSERT_NE(newest, 0);
+  ::syscall(SYS_tgkill, ::getpid(), newest, SIGUSR1);
+}
 
 // The smallest a pipe can be made: one page.
 class LinesIntoAPipe : public testing::Test {
@@ -51,6 +69,30 @@ TEST_F(LinesIntoAPipe, ComeInOrderAndClean) {
   lines.write("forged\n2026-01-01 compensation error: \x1b[31m");
   EXPECT_TRUE(lines.wait_until_written(10s));
   EXPECT_EQ(read_until("31m\n"), "first\nforged 2026-01-01 compensation error: ?[31m\n");
+}
+
+// What a processor that is taken delays is no reader's fault: the last line of a process is read.
+TEST_F(LinesIntoAPipe, AThreadThatDoesNotRunIsWaitedForWhileTheReaderCouldTakeALine) {
+  static std::atomic<bool> stands{false};
+  static std::atomic<bool> goes_on{false};
+  LineWriter lines(ends_[1]);
+  lines.write("first");
+  EXPECT_EQ(read_until("first\n"), "first\n");
+  signal(SIGUSR1, [](int) {
+    stands = true;
+    while (!goes_on) usleep(1000);
+  });
+  stop_thread_named("lines");
+  while (!stands) usleep(1000);
+  lines.write("last");
+  std::thread later([] {
+    usleep(100'000);
+    goes_on = true;
+  });
+  EXPECT_TRUE(lines.wait_until_written(1ms));
+  later.join();
+  signal(SIGUSR1, SIG_DFL);
+  EXPECT_EQ(read_until("last\n"), "last\n");
 }
 
 TEST_F(LinesIntoAPipe, ALineOfAnyLengthIsWrittenAtOnce) {
