@@ -129,17 +129,17 @@ Labels read_labels(const ComparisonRequest& request, const Share& show) {
   // The labels don't depend on what is learned, unless features are made from the compensation's
   // own output.
   if (!needs_own_output(options)) options.scheme = compensation::Scheme::kNone;
-  OfflineRun offline(request.record, request.columns, request.gyro_id, request.topics, options);
+  OfflineRun offline(request.record, options);
   Labels labels;
   labels.options = request.options.for_samples_every(offline.info().first_interval_s);
   labels.info = offline.info();
   if (const auto missing = missing_probes(options, labels.info); !missing.empty()) {
-    throw std::invalid_argument(request.record + ": found no temperature of probe '" +
+    throw std::invalid_argument(request.record.file + ": found no temperature of probe '" +
                                 missing.front() + "', expected a column temperature_" +
                                 missing.front() + "_degC, or --columns 'temperature_" +
                                 missing.front() + "=NAME[degC]'");
   }
-  const std::optional<double> rows = record::estimated_rows(request.record);
+  const std::optional<double> rows = record::estimated_rows(request.record.file);
   offline.run(false, [&](const core::CompensatedSample& sample) {
     ++labels.samples;
     if (rows) show(kFirstReading * static_cast<double>(labels.samples) / *rows);
@@ -159,11 +159,10 @@ Labels read_labels(const ComparisonRequest& request, const Share& show) {
 
 // Why the service has no model for this record at any time; empty where it has one.
 std::string why_no_model(const ComparisonRequest& request) {
-  OfflineRun offline(request.record, request.columns, request.gyro_id, request.topics,
-                     request.options);
+  OfflineRun offline(request.record, request.options);
   ModelUse use;
   offline.run(false, [&](const core::CompensatedSample& sample) { use.add(sample); });
-  return use.line_of_none(request.record, offline.options());
+  return use.line_of_none(request.record.file, offline.options());
 }
 
 // Where the last leg begins that was kept unseen.
@@ -398,10 +397,7 @@ std::string obstacle_to_the_paper(const Labels& labels, const ComparisonRequest&
 
 void read_streams(const ComparisonRequest& request, const Labels& labels, Streams& streams,
                   const Share& show) {
-  record::RecordReader reader(
-      request.record, record::RecordOptions{.columns = record::parse_column_map(request.columns),
-                                            .gyro_id = request.gyro_id,
-                                            .topics = request.topics});
+  record::RecordReader reader(request.record.file, request.record.options());
   const std::vector<std::string> wanted = request.options.probes();
   std::optional<std::size_t> probe;
   if (!wanted.empty()) {
@@ -429,7 +425,7 @@ ComparisonResult run_comparison(const ComparisonRequest& requested, const Progre
   ComparisonRequest request = requested;
   request.options = labels.options;
   ComparisonResult result;
-  result.record = request.record;
+  result.record = request.record.file;
   result.doubts = labels.doubts;
   result.warnings = labels.warnings;
   result.is_paper_like = is_paper_like(labels.info);
@@ -440,7 +436,7 @@ ComparisonResult run_comparison(const ComparisonRequest& requested, const Progre
     result.no_model = why_no_model(requested);
     if (!result.no_model.empty()) return result;
     throw std::invalid_argument(
-        request.record + ": found " + std::to_string(most) +
+        request.record.file + ": found " + std::to_string(most) +
         " labels at rest with all features on any axis, expected at least " +
         std::to_string(kFewestLabels) + " (a label is " + report::significant(label_s, 2) +
         " s of samples at rest; the record has one every " +

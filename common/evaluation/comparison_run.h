@@ -18,10 +18,7 @@
 namespace zerodrift::evaluation {
 
 struct ComparisonRequest {
-  std::string record;
-  std::string columns;
-  std::optional<std::uint32_t> gyro_id{};  // of an MCAP file that holds several
-  record::BagTopics topics{};              // of a ROS 2 bag
+  record::RecordInput record;
   compensation::CompensationOptions options;
   std::vector<std::string> schemes;
   std::vector<double> delays_s;

@@ -106,13 +106,13 @@ SeedsResult run_seeds(const SeedsRequest& request, const Progress& progress) {
   result.request.rate_hz = simulated.rate_hz;
   const TemporaryFolder folder;
   ComparisonRequest comparison = request.comparison;
-  comparison.record = (folder.path() / "record.csv").string();
+  comparison.record.file = (folder.path() / "record.csv").string();
   comparison.only_labels = true;
   std::vector<Gathered> all;
   for (std::uint64_t k = 0; k < request.seeds; ++k) {
     simulated.seed = request.first_seed + k;
     const std::string name = "seed " + std::to_string(simulated.seed);
-    write_simulation(simulated, comparison.record,
+    write_simulation(simulated, comparison.record.file,
                      [&](double share) { progress("simulating " + name, share); });
     const ComparisonResult judged = run_comparison(comparison, progress);
     for (const std::string& doubt : measurement::lines_of(judged.doubts))

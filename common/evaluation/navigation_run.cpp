@@ -29,9 +29,7 @@ class NavigationOfRecord {
  public:
   explicit NavigationOfRecord(const NavigationRequest& request)
       : request_(request),
-        reader_(request.record,
-                record::RecordOptions{.columns = record::parse_column_map(request.columns),
-                                      .topics = request.topics}),
+        reader_(request.record.file, request.record.options()),
         compensator_(request.compensation.for_samples_every(reader_.info().first_interval_s)),
         navigation_(request.navigation),
         probe_missing_(!missing_probes(request.compensation, reader_.info()).empty()) {}
@@ -95,7 +93,7 @@ class NavigationOfRecord {
 
   NavigationResult result() {
     NavigationResult result;
-    result.record = request_.record;
+    result.record = request_.record.file;
     result.truth_known = navigation_.truth_received();
     for (const Stream stream : {Stream::kRaw, Stream::kCompensated}) {
       const auto i = static_cast<std::size_t>(stream);

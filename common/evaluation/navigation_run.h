@@ -14,9 +14,7 @@
 namespace zerodrift::evaluation {
 
 struct NavigationRequest {
-  std::string record;
-  std::string columns;
-  record::BagTopics topics;  // of a ROS 2 bag
+  record::RecordInput record;
   compensation::CompensationOptions compensation;
   navigation::GyroNavigationOptions navigation;
   bool gives_references = true;

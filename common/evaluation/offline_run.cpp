@@ -14,23 +14,18 @@ constexpr core::SensorTime kPatience = std::chrono::minutes(1);
 
 // What went wrong with the time of a live stream is answered as it was live; a file that claims to
 // be a record is held to it.
-record::RecordOptions reader_options(const std::string& record, const std::string& columns,
-                                     std::optional<std::uint32_t> gyro_id,
-                                     const record::BagTopics& topics) {
-  return {.columns = record::parse_column_map(columns),
-          .time_order = record::is_mcap_record(record) ? record::TimeOrder::kAsFound
-                                                       : record::TimeOrder::kStrictlyIncreasing,
-          .gyro_id = gyro_id,
-          .topics = topics};
+record::RecordOptions reader_options(const record::RecordInput& record) {
+  record::RecordOptions options = record.options();
+  if (record::is_mcap_record(record.file)) options.time_order = record::TimeOrder::kAsFound;
+  return options;
 }
 
 }  // namespace
 
-OfflineRun::OfflineRun(const std::string& record, const std::string& columns,
-                       std::optional<std::uint32_t> gyro_id, const record::BagTopics& topics,
+OfflineRun::OfflineRun(const record::RecordInput& record,
                        const compensation::CompensationOptions& options)
-    : reader_(record, reader_options(record, columns, gyro_id, topics)),
-      watch_(reader_.info(), columns),
+    : reader_(record.file, reader_options(record)),
+      watch_(reader_.info(), record.columns),
       options_(options.for_samples_every(reader_.info().first_interval_s)),
       compensator_(options_) {}
 

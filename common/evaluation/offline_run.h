@@ -24,10 +24,7 @@ namespace zerodrift::evaluation {
 // for a minute of sensor time, nobody waits for them.
 class OfflineRun {
  public:
-  // `gyro_id`: of an MCAP file that holds several; `topics`: of a ROS 2 bag.
-  OfflineRun(const std::string& record, const std::string& columns,
-             std::optional<std::uint32_t> gyro_id, const record::BagTopics& topics,
-             const compensation::CompensationOptions& options);
+  OfflineRun(const record::RecordInput& record, const compensation::CompensationOptions& options);
 
   // Those given, for the spacing of the record's samples.
   [[nodiscard]] const compensation::CompensationOptions& options() const { return options_; }

@@ -79,13 +79,13 @@ std::string axis_names(const core::PerAxis<bool>& has) {
 void require_axes(const record::RecordInfo& info, const MeasuredRecordRequest& request) {
   const core::PerAxis<bool> none{};
   if (info.has_rate == none) {
-    throw std::invalid_argument(request.record +
+    throw std::invalid_argument(request.record.file +
                                 ": found no angular rate, expected a column rate_x_rad_s (or y, z, "
                                 "deg_s, deg_h), or --columns 'rate_x=NAME[deg/s]'");
   }
   for (const auto axis : request.axes) {
     if (info.has_rate[core::index(axis)]) continue;
-    throw std::invalid_argument(request.record + ": found no rate of axis " +
+    throw std::invalid_argument(request.record.file + ": found no rate of axis " +
                                 std::string(core::name(axis)) + ", expected one of the axes " +
                                 axis_names(info.has_rate));
   }
@@ -103,7 +103,7 @@ double require_period(double period_s, const std::string& file) {
 MeasuredColumns columns_of(const record::RecordInfo& info, const MeasuredRecordRequest& request,
                            const std::vector<record::ColumnMapping>& map) {
   require_axes(info, request);
-  MeasuredColumns columns{.file = request.record,
+  MeasuredColumns columns{.file = request.record.file,
                           .probes = info.probes,
                           .has_reference = info.has_reference != core::PerAxis<bool>{},
                           .sample_period_s = info.sample_period_s};
@@ -297,12 +297,10 @@ MeasuredRecord MeasuredRecordBuilder::finish() {
 
 MeasuredRecord read_measured_record(const MeasuredRecordRequest& request,
                                     const std::function<void(double)>& progress) {
-  const auto map = record::parse_column_map(request.columns);
-  record::RecordReader reader(
-      request.record,
-      record::RecordOptions{.columns = map, .gyro_id = request.gyro_id, .topics = request.topics});
-  MeasuredRecordBuilder builder(columns_of(reader.info(), request, map));
-  const std::optional<double> expected_rows = record::estimated_rows(request.record);
+  const record::RecordOptions how = request.record.options();
+  record::RecordReader reader(request.record.file, how);
+  MeasuredRecordBuilder builder(columns_of(reader.info(), request, how.columns));
+  const std::optional<double> expected_rows = record::estimated_rows(request.record.file);
   std::uint64_t rows = 0;
   while (const record::RecordRow* row = reader.next()) {
     builder.add(*row);

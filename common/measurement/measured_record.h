@@ -19,11 +19,8 @@
 namespace zerodrift::measurement {
 
 struct MeasuredRecordRequest {
-  std::string record;
-  std::string columns;
-  std::optional<std::uint32_t> gyro_id{};  // of an MCAP file that holds several
-  record::BagTopics topics{};              // of a ROS 2 bag
-  std::vector<core::Axis> axes{};          // empty: those that the record has
+  record::RecordInput record;
+  std::vector<core::Axis> axes{};  // empty: those that the record has
 };
 
 struct MeasuredRecord {

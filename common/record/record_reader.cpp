@@ -45,6 +45,16 @@ double& value_of(RecordRow& row, const BoundColumn& column) {
   return row.temperature_degc[column.slot];
 }
 
+RecordOptions RecordInput::options() const {
+  return {.columns = parse_column_map(columns), .gyro_id = gyro_id, .topics = topics};
+}
+
+RecordInput RecordInput::beside(const std::string& other) const {
+  RecordInput input = *this;
+  input.file = other;
+  return input;
+}
+
 RecordReader::RecordReader(const std::filesystem::path& path, RecordOptions options)
     : RecordReader(path, std::move(options), PeriodEstimate::kMake) {}
 

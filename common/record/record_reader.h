@@ -101,6 +101,19 @@ struct RecordOptions {
   BagTopics topics{};  // of a ROS 2 bag
 };
 
+// A record as those who ask for one name it.
+struct RecordInput {
+  std::string file{};
+  std::string columns{};                   // names and units of a foreign CSV: parse_column_map()
+  std::optional<std::uint32_t> gyro_id{};  // of an MCAP file that holds several
+  BagTopics topics{};                      // of a ROS 2 bag
+
+  // How its file is read. Throws as parse_column_map().
+  [[nodiscard]] RecordOptions options() const;
+  // Another file, read as this one is.
+  [[nodiscard]] RecordInput beside(const std::string& other) const;
+};
+
 class McapRows;
 
 class RecordReader {

@@ -48,23 +48,24 @@ std::vector<std::uint32_t> compensated_gyros(mcap::Reader& reader) {
 std::uint32_t chosen(const ExportRequest& request, const std::vector<std::uint32_t>& gyros) {
   std::string names;
   for (const auto gyro : gyros) names += (names.empty() ? "" : ", ") + std::to_string(gyro);
-  const std::string file = request.from.string();
+  const std::string& file = request.from.file;
   if (gyros.empty()) throw files::FileError(file + ": has no message of compensated_rate");
-  if (!request.gyro_id) {
+  if (!request.from.gyro_id) {
     if (gyros.size() == 1) return gyros.front();
     throw files::FileError(file + ": holds gyros " + names + "; choose one by --gyro-id");
   }
-  if (std::binary_search(gyros.begin(), gyros.end(), *request.gyro_id)) return *request.gyro_id;
-  throw files::FileError(file + ": has no gyro " + std::to_string(*request.gyro_id) +
+  if (std::binary_search(gyros.begin(), gyros.end(), *request.from.gyro_id))
+    return *request.from.gyro_id;
+  throw files::FileError(file + ": has no gyro " + std::to_string(*request.from.gyro_id) +
                          ", expected --gyro-id to be one of " + names);
 }
 
 }  // namespace
 
 ExportResult export_record(const ExportRequest& request) {
-  record::RecordReader reader(request.from, {.time_order = record::TimeOrder::kAsFound,
-                                             .gyro_id = request.gyro_id,
-                                             .topics = request.topics});
+  record::RecordOptions as_found = request.from.options();
+  as_found.time_order = record::TimeOrder::kAsFound;
+  record::RecordReader reader(request.from.file, std::move(as_found));
   const record::RecordInfo& info = reader.info();
   record::RecordWriterOptions layout{.columns = info.columns, .metadata = info.metadata};
   layout.columns.emplace_back(kSequence);
@@ -97,7 +98,7 @@ ExportResult export_record(const ExportRequest& request) {
 }
 
 ExportResult export_compensated(const ExportRequest& request) {
-  mcap::Reader reader{request.from};
+  mcap::Reader reader{request.from.file};
   const std::uint32_t gyro = chosen(request, compensated_gyros(reader));
   CompensatedCsv csv(request.to);
   ExportResult result;
@@ -116,12 +117,13 @@ ExportResult export_compensated(const ExportRequest& request) {
 }
 
 ExportResult import_record(const ExportRequest& request) {
-  record::RecordReader reader(request.from, {.columns = record::parse_column_map(request.columns)});
-  const std::uint32_t gyro = request.gyro_id.value_or(1);
+  record::RecordReader reader(request.from.file,
+                              {.columns = record::parse_column_map(request.from.columns)});
+  const std::uint32_t gyro = request.from.gyro_id.value_or(1);
   RecordFileOptions file_options;
   file_options.out = request.to;
   file_options.writer.compression = request.compression;
-  file_options.metadata = {{"from", request.from.filename().string()},
+  file_options.metadata = {{"from", std::filesystem::path(request.from.file).filename().string()},
                            {"log_time", "sensor time, where it is above 0"},
                            {"publish_time", "sensor time, where it is above 0"}};
   files::UnfinishedFile unfinished(request.to.string() + ".active");  // of what follows

@@ -14,11 +14,8 @@
 namespace zerodrift::recording {
 
 struct ExportRequest {
-  std::filesystem::path from{};
+  record::RecordInput from{};
   std::filesystem::path to{};
-  std::string columns{};                                     // of a foreign CSV
-  std::optional<std::uint32_t> gyro_id{};                    // of an MCAP file that holds several
-  record::BagTopics topics{};                                // of a ROS 2 bag
   mcap::Compression compression = mcap::Compression::kZstd;  // of an MCAP file that is written
 };
 

@@ -21,13 +21,13 @@ void add_options(CLI::App& app, PublisherOptions& options, const std::string& of
   app.add_option("--profile", options.profile, "simulation: what the experiment does");
   app.add_option("--seed", options.seed, "simulation: seed of all noise")->capture_default_str();
   app.add_option(
-      "--record", options.record,
+      "--record", options.record.file,
       "record: a .csv (also .csv.gz, .csv.xz, .csv.zst) or .mcap file, or a bag of ROS 2 "
       "in MCAP, file or folder");
-  app.add_option("--columns", options.columns, "record: names and units of a foreign CSV");
-  app.add_option("--topic", options.topics.rates,
+  app.add_option("--columns", options.record.columns, "record: names and units of a foreign CSV");
+  app.add_option("--topic", options.record.topics.rates,
                  "record: of a ROS 2 bag, its topic of sensor_msgs/Imu, where there are several");
-  app.add_option("--temperature-topic", options.topics.temperatures,
+  app.add_option("--temperature-topic", options.record.topics.temperatures,
                  "record: of a ROS 2 bag, [PROBE=]TOPIC of sensor_msgs/Temperature (repeatable); "
                  "probe coil without a name")
       ->allow_extra_args(false);
@@ -54,11 +54,8 @@ Experiment load_experiment(const PublisherOptions& options, const Warn& warn) {
 }
 
 RecordSourceOptions record_of(const PublisherOptions& options) {
-  return {.record = options.record,
-          .columns = options.columns,
-          .to_s = options.duration_s,
-          .preferred_gyro_id = options.gyro_id,
-          .topics = options.topics};
+  return {
+      .record = options.record, .to_s = options.duration_s, .preferred_gyro_id = options.gyro_id};
 }
 
 Warn warn_by(service::Host& host, std::uint32_t gyro_id) {

@@ -22,10 +22,8 @@ struct PublisherOptions {
   std::string model{};        // simulation
   std::string profile{};
   std::uint64_t seed = 1;
-  std::string record{};  // record
-  std::string columns{};
-  record::BagTopics topics{};
-  double duration_s = 0.0;  // of both; 0: to the end
+  record::RecordInput record{};  // record
+  double duration_s = 0.0;       // of both; 0: to the end
   std::string speed = "1";
   std::vector<std::string> wait_for{"compensation"};
 };

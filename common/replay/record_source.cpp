@@ -16,13 +16,11 @@ namespace {
 constexpr core::SensorTime kBlankEvery = std::chrono::seconds(1);
 
 std::shared_ptr<record::RecordReader> open(const RecordSourceOptions& options) {
-  if (options.record.empty())
+  if (options.record.file.empty())
     throw std::invalid_argument("--record: missing; a record source needs a file");
-  return std::make_shared<record::RecordReader>(
-      options.record, record::RecordOptions{.columns = record::parse_column_map(options.columns),
-                                            .gyro_id = options.gyro_id,
-                                            .preferred_gyro_id = options.preferred_gyro_id,
-                                            .topics = options.topics});
+  record::RecordOptions how = options.record.options();
+  how.preferred_gyro_id = options.preferred_gyro_id;
+  return std::make_shared<record::RecordReader>(options.record.file, std::move(how));
 }
 
 // The part of a record that was asked for.
@@ -66,9 +64,9 @@ ThermalSource open_thermal_record(const RecordSourceOptions& options, const Warn
   const std::vector<std::string> names = reader->info().probes;
   const core::EnvironmentChannels channels = reader->info().environment;
   if (names.empty()) {
-    warn(options.record + (record::is_mcap_record(options.record)
-                               ? ": has no message of temperature"
-                               : ": has no temperature column"));
+    warn(options.record.file + (record::is_mcap_record(options.record.file)
+                                    ? ": has no message of temperature"
+                                    : ": has no temperature column"));
   }
   const Span span(options, reader->info().first_time);
   const std::size_t probes = names.size();

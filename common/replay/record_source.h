@@ -16,13 +16,10 @@
 namespace zerodrift::replay {
 
 struct RecordSourceOptions {
-  std::string record{};
-  std::string columns{};
-  double from_s = 0.0;                     // since the record's first rate
-  double to_s = 0.0;                       // 0: to the end
-  std::optional<std::uint32_t> gyro_id{};  // record::RecordOptions
-  std::optional<std::uint32_t> preferred_gyro_id{};
-  record::BagTopics topics{};
+  record::RecordInput record{};
+  double from_s = 0.0;                               // since the record's first rate
+  double to_s = 0.0;                                 // 0: to the end
+  std::optional<std::uint32_t> preferred_gyro_id{};  // record::RecordOptions
 };
 
 // A sample and what the source knows of the true rate. A reference may come without a rate.

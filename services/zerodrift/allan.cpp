@@ -55,7 +55,7 @@ void check(const AllanRequest& request) {
 int allan_command(const AllanOptions& options) {
   const EndsAtOnce on_signal;
   check(options.request);
-  files::check_outputs({{"--record", options.request.record}},
+  files::check_outputs({{"--record", options.request.record.file}},
                        {{"--json", options.json}, {"--html", options.html}});
   const AllanResult result = run_allan(options.request);
   if (!options.json.empty()) report::write_json(options.json, allan_json(result));
@@ -74,10 +74,8 @@ void add_allan(CLI::App& app, Run& run) {
   auto* command = app.add_subcommand("allan", "Allan deviation and noise coefficients of a record");
   auto options = std::make_shared<AllanOptions>();
   AllanRequest& request = options->request;
-  command->add_option("--record", request.record, kRecordHelp)->required();
-  add_gyro_choice(*command, request.gyro_id);
-  command->add_option("--columns", request.columns, "names and units of a foreign CSV");
-  add_bag_topics(*command, request.topics);
+  command->add_option("--record", request.record.file, kRecordHelp)->required();
+  add_reading(*command, request.record);
   command
       ->add_option("--statistic", request.statistics,
                    "of oadev, adev, mdev, tdev, hdev, ohdev and totdev, by commas")

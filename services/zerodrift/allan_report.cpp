@@ -355,7 +355,7 @@ std::vector<std::string> allan_notes(const AllanResult& result) {
 report::Document allan_page(const AllanResult& result) {
   report::Document page;
   page.title = "Allan deviation";
-  page.subtitle = result.request.record;
+  page.subtitle = result.request.record.file;
   page.doubts = measurement::lines_of(result.doubts);
   const std::string compensation = compensation_sentences(result);
   page.verdict = compensation.empty() ? verdict(result) : compensation;

@@ -34,12 +34,6 @@ constexpr std::size_t kBytesKept = 8;          // a sample and stream
 constexpr std::size_t kBytesInWork = 20;       // a sample of the stream in work
 constexpr std::size_t kMegabyte = 1'000'000;
 
-record::RecordOptions reader_options(const AllanRequest& request) {
-  return {.columns = record::parse_column_map(request.columns),
-          .gyro_id = request.gyro_id,
-          .topics = request.topics};
-}
-
 bool has_any_rate(const RecordRow& row) {
   return std::any_of(row.rate_radps.begin(), row.rate_radps.end(),
                      [](double rate) { return std::isfinite(rate); });
@@ -47,11 +41,11 @@ bool has_any_rate(const RecordRow& row) {
 
 // Of the rows that hold a rate: others may lie between them.
 double nominal_period_s(const AllanRequest& request) {
-  RecordReader reader(request.record, reader_options(request));
+  RecordReader reader(request.record.file, request.record.options());
   const auto& has = reader.info().has_rate;
   if (std::none_of(has.begin(), has.end(), [](bool one) { return one; })) {
     throw std::invalid_argument(
-        request.record +
+        request.record.file +
         ": has no column of an angular rate; expected rate_x_deg_h or the like, or --columns "
         "'rate_x=<column>[deg/s]'");
   }
@@ -65,7 +59,8 @@ double nominal_period_s(const AllanRequest& request) {
     previous = row->time;
   }
   if (steps_s.empty()) {
-    throw std::invalid_argument(request.record + ": found " + (previous ? "one row" : "no row") +
+    throw std::invalid_argument(request.record.file + ": found " +
+                                (previous ? "one row" : "no row") +
                                 " with a measured rate; an Allan deviation needs at least 2, and "
                                 "says something from hundreds on");
   }
@@ -140,18 +135,18 @@ void refuse_second_rate(const AllanRequest& request, const allan::SampleClock& c
                         const RowNumbers& rows) {
   const auto change = clock.period_change();
   if (!change) return;
-  throw std::invalid_argument(request.record + ": row " + std::to_string(rows.of(change->sample)) +
-                              " below the header: up to there samples come every " +
-                              significant(change->before_s, 4) + " s, from there on every " +
-                              significant(change->after_s, 4) +
-                              " s; an Allan deviation is of one rate, so split the record there");
+  throw std::invalid_argument(
+      request.record.file + ": row " + std::to_string(rows.of(change->sample)) +
+      " below the header: up to there samples come every " + significant(change->before_s, 4) +
+      " s, from there on every " + significant(change->after_s, 4) +
+      " s; an Allan deviation is of one rate, so split the record there");
 }
 
 void read_all(const AllanRequest& request, RecordReader& reader, allan::SampleClock& clock,
               std::vector<Source>& sources, AllanResult& result, ProgressBar& bar) {
-  const std::optional<double> rows_expected = record::estimated_rows(request.record);
+  const std::optional<double> rows_expected = record::estimated_rows(request.record.file);
   RowNumbers rows;
-  measurement::RecordWatch watch(reader.info(), request.columns);
+  measurement::RecordWatch watch(reader.info(), request.record.columns);
   std::optional<core::SensorTime> first, previous;
   while (const RecordRow* row = reader.next()) {
     if (rows_expected && row->index % kLookEvery == 0)
@@ -270,7 +265,7 @@ AllanResult run_allan(const AllanRequest& request) {
   ProgressBar bar("allan");
   bar.show(0.0);
   const double nominal_s = nominal_period_s(request);
-  RecordReader reader(request.record, reader_options(request));
+  RecordReader reader(request.record.file, request.record.options());
   allan::SampleClock clock(nominal_s);
   std::vector<Source> sources = sources_of(request, reader.info(), nominal_s);
   AllanResult result;
@@ -291,7 +286,7 @@ AllanResult run_allan(const AllanRequest& request) {
     bar.show(kReading + (1.0 - kReading) * done);
   }
   if (result.streams.empty())
-    throw std::invalid_argument(request.record + ": " + result.warnings.back());
+    throw std::invalid_argument(request.record.file + ": " + result.warnings.back());
   return result;
 }
 

@@ -15,10 +15,7 @@
 namespace zerodrift::services {
 
 struct AllanRequest {
-  std::string record;
-  std::string columns;
-  std::optional<std::uint32_t> gyro_id{};  // of an MCAP file that holds several
-  record::BagTopics topics{};              // of a ROS 2 bag
+  record::RecordInput record;
   std::vector<allan::Statistic> statistics{allan::Statistic::kOadev};
   allan::TauGrid grid = allan::TauGrid::kOctave;
   double confidence = 0.95;

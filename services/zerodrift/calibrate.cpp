@@ -53,7 +53,7 @@ twin::Model listing(const CalibrateOptions& options, const measurement::Measured
     for (const std::string& effect : options.effects) {
       twin::EffectSpec spec{.kind = effect, .axis = axis};
       spec.origin.by = "diagnose";
-      spec.origin.record = options.request.record;
+      spec.origin.record = options.request.record.file;
       spec.origin.date = options.request.date;
       model.effects.push_back(std::move(spec));
     }
@@ -63,7 +63,7 @@ twin::Model listing(const CalibrateOptions& options, const measurement::Measured
 
 Provenance calibration_provenance(const CalibrateOptions& options) {
   std::vector<std::string> records = options.request.validation;
-  records.insert(records.begin(), options.request.record);
+  records.insert(records.begin(), options.request.record.file);
   return provenance_of(options.made_by, "", records);
 }
 
@@ -71,7 +71,7 @@ int calibrate(CalibrateOptions options) {
   options.request.axes = axes_named(options.axes);
   if (options.request.date.empty()) options.request.date = today();
   check_effects(options.effects);
-  std::vector<files::NamedFile> inputs{{"--record", options.request.record}};
+  std::vector<files::NamedFile> inputs{{"--record", options.request.record.file}};
   for (const std::string& file : options.request.validation) inputs.push_back({"--validate", file});
   check_against(inputs, options.outputs);
   const EndsAtOnce on_signal;
@@ -90,7 +90,7 @@ void add_calibrate(CLI::App& app, Run& run, const Invocation& made_by) {
   auto options = std::make_shared<CalibrateOptions>();
   options->made_by = made_by;
   DiagnosisRequest& request = options->request;
-  command->add_option("--record", request.record, kRecordHelp)->required();
+  command->add_option("--record", request.record.file, kRecordHelp)->required();
   command
       ->add_option("--effects", options->effects,
                    "what the gyro is known to have, by the catalogue's names; what else the record "
@@ -102,11 +102,11 @@ void add_calibrate(CLI::App& app, Run& run, const Invocation& made_by) {
       ->capture_default_str();
   const auto* gyro_id = command->add_option("--gyro-id", options->gyro_id,
                                             "of .mcap files: which, where there are several");
-  command->add_option("--columns", request.columns,
-                      "names and units of a foreign CSV; of all records");
-  add_bag_topics(*command, request.topics);
-  command->add_option("--validate", request.validation,
-                      "records that the model is proved on; without, blocks of the record");
+  add_columns(*command, request.record.columns);
+  add_bag_topics(*command, request.record.topics);
+  command->add_option(
+      "--validate", request.validation,
+      "records that the model is proved on, read as the first; without, blocks of it");
   add_axis_option(*command, options->axes);
   add_output_options(*command, request, options->outputs);
   command->footer(
@@ -114,7 +114,7 @@ void add_calibrate(CLI::App& app, Run& run, const Invocation& made_by) {
       "work at; an hour at least. Exit codes: 0 a model was written, with what could be proved; 2 "
       "wrong usage or bad input.");
   command->callback([options, gyro_id, &run] {
-    options->request.gyro_id = chosen_gyro(*gyro_id);
+    options->request.record.gyro_id = chosen_gyro(*gyro_id);
     run = [options] { return calibrate(*options); };
   });
 }

@@ -73,21 +73,21 @@ int compare_seeds(const CompareOptions& options) {
 
 int compare(CompareOptions options) {
   const EndsAtOnce on_signal;
-  files::check_outputs({{"--record", options.request.record},
+  files::check_outputs({{"--record", options.request.record.file},
                         {"--config", options.config},
                         {"--model", options.seeds.model},
                         {"--profile", options.seeds.profile}},
                        {{"--json", options.json}, {"--html", options.html}});
   if (!options.config.empty()) options.request.options = config::load_compensation(options.config);
   if (options.train_until) options.request.train_until_s = options.train_until;
-  if (options.request.record.empty()) {
+  if (options.request.record.file.empty()) {
     if (options.seeds.model.empty())
       throw std::invalid_argument("--record: found none, expected it, or --model and --profile");
     return compare_seeds(options);
   }
   const evaluation::ComparisonResult result = run_comparison(options.request, ProgressBars());
   const Provenance provenance =
-      provenance_of(options.made_by, options.config, {options.request.record});
+      provenance_of(options.made_by, options.config, {options.request.record.file});
   write_files(
       options, comparison_json(result), [&] { return comparison_page(result); }, provenance);
   print_doubts(result.doubts);
@@ -112,7 +112,7 @@ void add_compare(CLI::App& app, Run& run, const Invocation& made_by) {
   evaluation::ComparisonRequest& request = options->request;
   request.schemes.assign(comparison::kSchemeNames.begin(), comparison::kSchemeNames.end());
   request.delays_s = {60.0, 600.0};
-  auto* record = command->add_option("--record", request.record, kRecordHelp);
+  auto* record = command->add_option("--record", request.record.file, kRecordHelp);
   evaluation::SeedsRequest& seeds = options->seeds;
   auto* model = command->add_option("--model", seeds.model, "instead of a record: a twin's model");
   auto* profile = command->add_option("--profile", seeds.profile, "and what the experiment does");
@@ -128,9 +128,7 @@ void add_compare(CLI::App& app, Run& run, const Invocation& made_by) {
   command->add_option("--rate", seeds.rate_hz, "sample rate, Hz; the model's nominal rate without")
       ->needs(model)
       ->check(CLI::PositiveNumber);
-  add_gyro_choice(*command, request.gyro_id);
-  command->add_option("--columns", request.columns, "names and units of a foreign CSV");
-  add_bag_topics(*command, request.topics);
+  add_reading(*command, request.record);
   command->add_option("--config", options->config, "YAML or JSON file (docs/configuration.md)");
   command->add_option("--schemes", request.schemes, "which to compare")
       ->delimiter(',')

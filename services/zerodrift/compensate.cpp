@@ -35,15 +35,12 @@ namespace {
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 struct CompensateOptions {
-  std::string record;
-  std::string columns;
-  record::BagTopics topics;
+  record::RecordInput record;
   std::string config;
   std::string scheme;
   std::string prior;
   std::string out;
   std::uint32_t gyro_id = 1;
-  CLI::Option* gyro_id_option = nullptr;
   std::string checkpoint;
   std::string save_checkpoint;
 };
@@ -189,7 +186,7 @@ void require_probes_of_prior(const std::string& record,
 
 int compensate(const CompensateOptions& options) {
   const EndsAtOnce on_signal;
-  files::check_outputs({{"--record", options.record},
+  files::check_outputs({{"--record", options.record.file},
                         {"--config", options.config},
                         {"--prior", options.prior},
                         {"--checkpoint", options.checkpoint}},
@@ -199,9 +196,7 @@ int compensate(const CompensateOptions& options) {
   if (!options.scheme.empty())
     compensation_options.scheme = compensation::scheme_named(options.scheme);
   if (!options.prior.empty()) compensation_options.prior = config::load_prior(options.prior);
-  evaluation::OfflineRun offline(options.record, options.columns,
-                                 chosen_gyro(*options.gyro_id_option), options.topics,
-                                 compensation_options);
+  evaluation::OfflineRun offline(options.record, compensation_options);
   const std::uint32_t recorded_gyro = offline.info().gyro_id;
   const checkpoint::Owner owner{recorded_gyro != 0 ? recorded_gyro : options.gyro_id,
                                 offline.options()};
@@ -209,7 +204,7 @@ int compensate(const CompensateOptions& options) {
   if (!options.checkpoint.empty())
     resumed = resume(options.checkpoint, owner, offline.compensator());
   const auto missing = evaluation::missing_probes(compensation_options, offline.info());
-  require_probes_of_prior(options.record, compensation_options, missing);
+  require_probes_of_prior(options.record.file, compensation_options, missing);
   if (compensation_options.prior) {
     std::string names;
     for (const auto& effect : compensation::effects_left_out(*compensation_options.prior))
@@ -223,7 +218,7 @@ int compensate(const CompensateOptions& options) {
     std::fprintf(stderr,
                  "%s: has no temperature of probe '%s', which a feature needs; the model will "
                  "not be used\n",
-                 options.record.c_str(), probe.c_str());
+                 options.record.file.c_str(), probe.c_str());
   }
   std::optional<recording::CompensatedCsv> csv;
   if (!options.out.empty()) csv.emplace(options.out);
@@ -236,16 +231,16 @@ int compensate(const CompensateOptions& options) {
   });
   for (const auto& line : offline.warnings()) std::fprintf(stderr, "%s\n", line.c_str());
   for (const auto& line : compensation::input_faults(offline.compensator()))
-    std::fprintf(stderr, "%s: %s\n", options.record.c_str(), line.c_str());
+    std::fprintf(stderr, "%s: %s\n", options.record.file.c_str(), line.c_str());
   if (csv) csv->commit();
   // First of all: what comes below looks like results.
   print_doubts(offline.doubts());
-  if (const auto line = summary.use().line_of_none(options.record, offline.options());
+  if (const auto line = summary.use().line_of_none(options.record.file, offline.options());
       !line.empty())
     std::printf("%s\n", line.c_str());
   std::fputs(resumed.c_str(), stdout);
   if (!options.save_checkpoint.empty()) save(options.save_checkpoint, owner, offline.compensator());
-  std::printf("%s: %llu samples compensated\n", options.record.c_str(),
+  std::printf("%s: %llu samples compensated\n", options.record.file.c_str(),
               static_cast<unsigned long long>(samples));
   summary.print();
   print_scale_factors(offline.compensator());
@@ -258,9 +253,9 @@ void add_compensate(CLI::App& app, Run& run) {
   auto* command =
       app.add_subcommand("compensate", "take the drift off a record, as the service would");
   auto options = std::make_shared<CompensateOptions>();
-  command->add_option("--record", options->record, kRecordHelp)->required();
-  command->add_option("--columns", options->columns, "names and units of a foreign CSV");
-  add_bag_topics(*command, options->topics);
+  command->add_option("--record", options->record.file, kRecordHelp)->required();
+  add_columns(*command, options->record.columns);
+  add_bag_topics(*command, options->record.topics);
   command->add_option("--config", options->config, "YAML or JSON file (docs/configuration.md)");
   const auto schemes = compensation::scheme_names();
   command->add_option("--scheme", options->scheme, "overrides the file")
@@ -275,14 +270,17 @@ void add_compensate(CLI::App& app, Run& run) {
   command->add_option("--save-checkpoint", options->save_checkpoint,
                       "write what is learned by the end; labels not confirmed by then are not in "
                       "it");
-  options->gyro_id_option =
+  const auto* gyro_id =
       command
           ->add_option(
               "--gyro-id", options->gyro_id,
               "whose checkpoint it is; only that gyro's is taken. .mcap: which gyro, where "
               "there are several")
           ->capture_default_str();
-  command->callback([options, &run] { run = [options] { return compensate(*options); }; });
+  command->callback([options, gyro_id, &run] {
+    options->record.gyro_id = chosen_gyro(*gyro_id);
+    run = [options] { return compensate(*options); };
+  });
 }
 
 }  // namespace zerodrift::services

@@ -39,14 +39,14 @@ struct DiagnoseOptions {
 
 void check_outputs(const DiagnoseOptions& options) {
   std::vector<files::NamedFile> inputs{{"--model", options.request.model}};
-  if (!options.live) inputs.push_back({"--record", options.request.record});
+  if (!options.live) inputs.push_back({"--record", options.request.record.file});
   for (const std::string& file : options.request.validation) inputs.push_back({"--validate", file});
   check_against(inputs, options.outputs);
 }
 
 // Better known before listening for an hour than after.
 void check_inputs(const DiagnoseOptions& options) {
-  if (options.live != options.request.record.empty()) {
+  if (options.live != options.request.record.file.empty()) {
     throw std::invalid_argument(options.live
                                     ? "--record: found beside --live, expected one of both"
                                     : "--record: missing; name a record, or listen with --live");
@@ -59,8 +59,7 @@ void check_inputs(const DiagnoseOptions& options) {
   }
   static_cast<void>(config::load_model(options.request.model));
   for (const std::string& file : options.request.validation)
-    static_cast<void>(record::inspect(
-        file, {.gyro_id = options.request.gyro_id, .topics = options.request.topics}));
+    static_cast<void>(record::inspect(file, options.request.record.options()));
 }
 
 int publish_result(const DiagnoseOptions& options, const DiagnosisResult& result) {
@@ -76,7 +75,7 @@ int publish_result(const DiagnoseOptions& options, const DiagnosisResult& result
 // The model is the configuration of a diagnosis.
 Provenance diagnosis_provenance(const DiagnoseOptions& options) {
   std::vector<std::string> records = options.request.validation;
-  if (!options.live) records.insert(records.begin(), options.request.record);
+  if (!options.live) records.insert(records.begin(), options.request.record.file);
   return provenance_of(options.made_by, options.request.model, records);
 }
 
@@ -113,7 +112,7 @@ void add_diagnose(CLI::App& app, Run& run, const Invocation& made_by) {
   options->made_by = made_by;
   DiagnosisRequest& request = options->request;
   command->add_option("--model", request.model, "the twin's model file")->required();
-  command->add_option("--record", request.record, kRecordHelp);
+  command->add_option("--record", request.record.file, kRecordHelp);
   command->add_flag("--live", options->live,
                     "in place of a record: what a running system publishes; Ctrl-C diagnoses what "
                     "was heard so far");
@@ -131,11 +130,11 @@ void add_diagnose(CLI::App& app, Run& run, const Invocation& made_by) {
                                          "which, where there are several")
                             ->capture_default_str();
   service::add_network_options(*command, options->listening.network);
-  command->add_option("--columns", request.columns,
-                      "names and units of a foreign CSV; of all records");
-  add_bag_topics(*command, request.topics);
-  command->add_option("--validate", request.validation,
-                      "records that the repair is proved on; without, blocks of the record");
+  add_columns(*command, request.record.columns);
+  add_bag_topics(*command, request.record.topics);
+  command->add_option(
+      "--validate", request.validation,
+      "records that the repair is proved on, read as --record is; without, blocks of it");
   add_axis_option(*command, options->axes);
   command->add_option("--out-model", options->outputs.model,
                       "file for the repaired model; if nothing is repaired, the model as it was");
@@ -144,7 +143,7 @@ void add_diagnose(CLI::App& app, Run& run, const Invocation& made_by) {
       "Exit codes: 0 diagnosed, whatever the verdict; 1 nobody heard --publish; 2 wrong usage or "
       "bad input.");
   command->callback([options, gyro_id, &run] {
-    options->request.gyro_id = chosen_gyro(*gyro_id);
+    options->request.record.gyro_id = chosen_gyro(*gyro_id);
     run = [options] { return diagnose(*options); };
   });
 }

@@ -69,7 +69,7 @@ LiveDiagnosis::LiveDiagnosis(const DiagnosisRequest& request, const LiveOptions&
             const std::lock_guard lock(publisher_mutex_);
             if (publisher_ == writer) publisher_.reset();
           }) {
-  request_.record = live_name(options.gyro_id);
+  request_.record.file = live_name(options.gyro_id);
 }
 
 // ---------------------------------------- samples
@@ -143,7 +143,7 @@ void LiveDiagnosis::report_progress() {
 }
 
 measurement::MeasuredColumns LiveDiagnosis::columns() const {
-  measurement::MeasuredColumns columns{.file = request_.record,
+  measurement::MeasuredColumns columns{.file = request_.record.file,
                                        .probes = rows_.probes(),
                                        .has_reference = rows_.has_reference(),
                                        .sample_period_s = rows_.sample_period_s()};
@@ -174,7 +174,7 @@ measurement::MeasuredRecord LiveDiagnosis::finish() {
   add_ready_rows();
   if (!failure_.empty()) throw std::invalid_argument(failure_);
   if (!builder_) {
-    throw std::invalid_argument(request_.record + ": found no angular_rate in domain " +
+    throw std::invalid_argument(request_.record.file + ": found no angular_rate in domain " +
                                 std::to_string(options_.network.domain) +
                                 ", expected a publisher of gyro id " +
                                 std::to_string(options_.gyro_id) + " (--gyro-id, --domain)");
@@ -183,7 +183,7 @@ measurement::MeasuredRecord LiveDiagnosis::finish() {
   builder_.reset();
   const measurement::LiveCounts& counts = rows_.counts();
   const auto warn = [&](std::uint64_t count, const std::string& what) {
-    note(measured.warnings, request_.record, count, what);
+    note(measured.warnings, request_.record.file, count, what);
   };
   warn(counts.rates_refused, "rates left out: a time stamp not after the one before, or wild");
   warn(counts.readings_refused,

@@ -34,7 +34,7 @@ void check(const DiagnosisRequest& request) {
       throw std::invalid_argument("--validate: found '" + report::one_line(file) + "' " + why +
                                   ", expected a record that takes no part in the fit, each once");
     };
-    if (is_same_file(file, request.record)) refuse("that is also --record");
+    if (is_same_file(file, request.record.file)) refuse("that is also --record");
     for (std::size_t j = 0; j < i; ++j) {
       if (is_same_file(file, request.validation[j])) refuse("twice");
     }
@@ -155,10 +155,7 @@ DiagnosisResult diagnose_with(const DiagnosisRequest& request, const config::Loa
   for (const std::string& file : request.validation) {
     bar.show(done);
     measurement::MeasuredRecord held_out = measurement::read_measured_record(
-        {.record = file,
-         .columns = request.columns,
-         .gyro_id = request.gyro_id,
-         .topics = request.topics},
+        {.record = request.record.beside(file)},
         [&](double share) { bar.show(done + share_of_each * share); });
     done += share_of_each;
     note(held_out);
@@ -169,7 +166,7 @@ DiagnosisResult diagnose_with(const DiagnosisRequest& request, const config::Loa
   }
   bar.show(done);
   result.diagnosis = diagnosis::diagnose(loaded.model, record.series, validation,
-                                         {.record = request.record, .date = request.date});
+                                         {.record = request.record.file, .date = request.date});
   for (const std::string& line : result.diagnosis.warnings) result.warnings.push_back(line);
   require_an_axis(result);
   result.change = change_between(loaded.model, result.diagnosis.repaired);
@@ -179,11 +176,7 @@ DiagnosisResult diagnose_with(const DiagnosisRequest& request, const config::Loa
 measurement::MeasuredRecord read_with(const DiagnosisRequest& request, ProgressBar& bar) {
   const double share_of_each = kReading / static_cast<double>(1 + request.validation.size());
   bar.show(0.0);
-  return measurement::read_measured_record({.record = request.record,
-                                            .columns = request.columns,
-                                            .gyro_id = request.gyro_id,
-                                            .topics = request.topics,
-                                            .axes = request.axes},
+  return measurement::read_measured_record({.record = request.record, .axes = request.axes},
                                            [&](double share) { bar.show(share_of_each * share); });
 }
 

@@ -17,13 +17,11 @@ namespace zerodrift::services {
 
 struct DiagnosisRequest {
   std::string model;
-  std::string record;
-  std::string columns;                     // of all records
-  std::optional<std::uint32_t> gyro_id{};  // of MCAP files that hold several
-  record::BagTopics topics{};              // of ROS 2 bags
-  std::vector<std::string> validation{};   // records that take no part in choosing and fitting
-  std::vector<core::Axis> axes{};          // empty: those that the record has
-  std::string date;                        // for the origin of what is added
+  record::RecordInput record;
+  // Records that take no part in choosing and fitting; read as `record` is.
+  std::vector<std::string> validation{};
+  std::vector<core::Axis> axes{};  // empty: those that the record has
+  std::string date;                // for the origin of what is added
 };
 
 // A record in figures.
@@ -56,7 +54,7 @@ struct DiagnosisResult {
 // Shows its progress on a terminal. Throws config::ConfigError, files::FileError,
 // std::invalid_argument with one line: what is wrong with the request, or what a record lacks.
 [[nodiscard]] DiagnosisResult run_diagnosis(const DiagnosisRequest& request);
-// The same with a record that was measured already; request.record is its name.
+// The same with a record that was measured already; request.record.file is its name.
 [[nodiscard]] DiagnosisResult run_diagnosis(const DiagnosisRequest& request,
                                             const measurement::MeasuredRecord& record);
 // Of a model that is made from what the record has; request.model is not looked at.

@@ -29,9 +29,9 @@ struct ExportOptions {
 
 recording::ExportResult convert(const ExportOptions& options) {
   const bool to_mcap = options.request.to.extension() == ".mcap";
-  const bool is_mcap = record::is_mcap_record(options.request.from);
+  const bool is_mcap = record::is_mcap_record(options.request.from.file);
   if (to_mcap == is_mcap) {
-    throw std::invalid_argument(options.request.from.string() + ": is " +
+    throw std::invalid_argument(options.request.from.file + ": is " +
                                 (is_mcap ? "an MCAP file" : "no MCAP file") +
                                 (is_mcap ? ", expected --out to be .csv, .csv.gz or .csv.xz"
                                          : ", expected --out to be .mcap"));
@@ -39,15 +39,15 @@ recording::ExportResult convert(const ExportOptions& options) {
   if (to_mcap) return import_record(options.request);
   if (options.topic == kCompensated) return export_compensated(options.request);
   recording::ExportRequest request = options.request;
-  if (options.topic != kRates) request.topics.rates = options.topic;
+  if (options.topic != kRates) request.from.topics.rates = options.topic;
   return export_record(request);
 }
 
 int run_export(const ExportOptions& options) {
   const EndsAtOnce on_signal;
-  files::check_outputs({{"--record", options.request.from}}, {{"--out", options.request.to}});
+  files::check_outputs({{"--record", options.request.from.file}}, {{"--out", options.request.to}});
   if (!options.attachment.empty()) {
-    recording::export_attachment(options.request.from, options.attachment, options.request.to);
+    recording::export_attachment(options.request.from.file, options.attachment, options.request.to);
     return service::kExitDone;
   }
   const recording::ExportResult result = convert(options);
@@ -63,7 +63,7 @@ void add_export(CLI::App& app, Run& run) {
   auto* command = app.add_subcommand(
       "export", "a recording (.mcap) as a CSV record or the other way round; its attachments");
   auto options = std::make_shared<ExportOptions>();
-  command->add_option("record,--record", options->request.from, kRecordHelp)->required();
+  command->add_option("record,--record", options->request.from.file, kRecordHelp)->required();
   command
       ->add_option("--out", options->request.to,
                    "of a recording .csv, .csv.gz or .csv.xz; of a CSV record .mcap")
@@ -75,9 +75,9 @@ void add_export(CLI::App& app, Run& run) {
           "compensated_rate: as `record` and `compensate` write it; of a ROS 2 bag its "
           "topic of sensor_msgs/Imu, where there are several")
       ->capture_default_str();
-  command->add_option("--columns", options->request.columns, "names and units of a foreign CSV");
-  add_temperature_topics(*command, options->request.topics);
-  add_gyro_choice(*command, options->request.gyro_id);
+  add_columns(*command, options->request.from.columns);
+  add_temperature_topics(*command, options->request.from.topics);
+  add_gyro_choice(*command, options->request.from.gyro_id);
   add_compression(*command, options->request.compression);
   command->add_option("--attachment", options->attachment,
                       "write this attachment instead; `info` names them");

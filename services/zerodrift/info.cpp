@@ -26,9 +26,7 @@ namespace {
 constexpr std::uint64_t kRowsPerProgress = 1 << 16;
 
 struct InfoOptions {
-  std::string record;
-  std::string columns;
-  record::BagTopics topics;
+  record::RecordInput record;
   std::string json;
 };
 
@@ -51,10 +49,9 @@ struct Seen {
 
 Seen look_at(const InfoOptions& options) {
   ProgressBar bar("info");
-  record::RecordReader reader(options.record, {.columns = record::parse_column_map(options.columns),
-                                               .topics = options.topics});
-  measurement::RecordWatch watch(reader.info(), options.columns);
-  const std::optional<double> expected_rows = record::estimated_rows(options.record);
+  record::RecordReader reader(options.record.file, options.record.options());
+  measurement::RecordWatch watch(reader.info(), options.record.columns);
+  const std::optional<double> expected_rows = record::estimated_rows(options.record.file);
   while (const record::RecordRow* row = reader.next()) {
     static_cast<void>(watch.add(*row));
     if (expected_rows && watch.rows() % kRowsPerProgress == 0)
@@ -79,9 +76,9 @@ nlohmann::ordered_json json_of(const Seen& seen) {
 
 int info(const InfoOptions& options) {
   const EndsAtOnce on_signal;
-  files::check_outputs({{"--record", options.record}}, {{"--json", options.json}});
-  if (mcap::is_mcap(options.record) && !options.topics.any())
-    return show_mcap(options.record, options.json);
+  files::check_outputs({{"--record", options.record.file}}, {{"--json", options.json}});
+  if (mcap::is_mcap(options.record.file) && !options.record.topics.any())
+    return show_mcap(options.record.file, options.json);
   const Seen seen = look_at(options);
   const record::RecordInfo& record = seen.record;
   print_doubts(seen.doubts);
@@ -90,9 +87,10 @@ int info(const InfoOptions& options) {
   std::printf(
       "%s: rate axes %s, reference axes %s, thermometers %s, a sample every %g s, "
       "%llu rows over %s s\n",
-      options.record.c_str(), axes(record.has_rate).c_str(), axes(record.has_reference).c_str(),
-      probes.empty() ? "none" : probes.c_str(), record.sample_period_s,
-      static_cast<unsigned long long>(seen.rows), report::significant(seen.duration_s, 3).c_str());
+      options.record.file.c_str(), axes(record.has_rate).c_str(),
+      axes(record.has_reference).c_str(), probes.empty() ? "none" : probes.c_str(),
+      record.sample_period_s, static_cast<unsigned long long>(seen.rows),
+      report::significant(seen.duration_s, 3).c_str());
   for (const auto& line : seen.warnings) std::printf("%s\n", line.c_str());
   if (!options.json.empty()) report::write_json(options.json, json_of(seen));
   return service::kExitDone;
@@ -103,9 +101,9 @@ int info(const InfoOptions& options) {
 void add_info(CLI::App& app, Run& run) {
   auto* command = app.add_subcommand("info", "what a record holds");
   auto options = std::make_shared<InfoOptions>();
-  command->add_option("record,--record", options->record, kRecordHelp)->required();
-  command->add_option("--columns", options->columns, "names and units of a foreign CSV");
-  add_bag_topics(*command, options->topics);
+  command->add_option("record,--record", options->record.file, kRecordHelp)->required();
+  add_columns(*command, options->record.columns);
+  add_bag_topics(*command, options->record.topics);
   command->add_option("--json", options->json, "file for all figures");
   command->footer(
       "Exit codes: 0 it is whole; 1 an .mcap file was cut, is damaged or lacks messages; 2 no "

@@ -43,7 +43,7 @@ compensation::CompensationOptions compensation_options(const NavigateOptions& op
 
 int navigate(NavigateOptions options) {
   const EndsAtOnce on_signal;
-  files::check_outputs({{"--record", options.request.record},
+  files::check_outputs({{"--record", options.request.record.file},
                         {"--config", options.config},
                         {"--prior", options.prior}},
                        {{"--json", options.json}, {"--html", options.html}});
@@ -71,10 +71,8 @@ void add_navigate(CLI::App& app, Run& run) {
   auto* command = app.add_subcommand(
       "navigate", "attitude from a record, by raw and by compensated rates, against its truth");
   auto options = std::make_shared<NavigateOptions>();
-  command->add_option("--record", options->request.record, "a .csv, .csv.gz, .csv.xz or .mcap file")
-      ->required();
-  command->add_option("--columns", options->request.columns, "names and units of a foreign CSV");
-  add_bag_topics(*command, options->request.topics);
+  command->add_option("--record", options->request.record.file, kRecordHelp)->required();
+  add_reading(*command, options->request.record);
   command->add_option("--config", options->config,
                       "of the compensation (docs/configuration.md); without, Earth rate is "
                       "learned of from the filter and reference columns only judge");

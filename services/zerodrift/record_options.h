@@ -18,6 +18,10 @@ inline constexpr const char* kRecordHelp =
     "a .csv (also .csv.gz, .csv.xz, .csv.zst) or .mcap file, or a bag of ROS 2 in MCAP, file or "
     "folder";
 
+inline void add_columns(CLI::App& command, std::string& columns) {
+  command.add_option("--columns", columns, "names and units of a foreign CSV");
+}
+
 inline void add_gyro_choice(CLI::App& command, std::optional<std::uint32_t>& gyro_id) {
   command.add_option("--gyro-id", gyro_id, ".mcap: which gyro, where there are several")
       ->check(CLI::Range(1U, 4294967295U));
@@ -36,6 +40,13 @@ inline void add_bag_topics(CLI::App& command, record::BagTopics& topics) {
   command.add_option("--topic", topics.rates,
                      "of a ROS 2 bag: its topic of sensor_msgs/Imu, where there are several");
   add_temperature_topics(command, topics);
+}
+
+// How the file of a record is read.
+inline void add_reading(CLI::App& command, record::RecordInput& record) {
+  add_columns(command, record.columns);
+  add_gyro_choice(command, record.gyro_id);
+  add_bag_topics(command, record.topics);
 }
 
 inline CLI::Option* add_compression(CLI::App& command, mcap::Compression& compression) {

@@ -30,10 +30,7 @@ struct ReplayOptions {
 
 std::uint32_t published_id(const ReplayOptions& options) {
   if (options.as_gyro_id != 0) return options.as_gyro_id;
-  const auto info = record::inspect(options.source.record,
-                                    {.columns = record::parse_column_map(options.source.columns),
-                                     .gyro_id = options.source.gyro_id,
-                                     .topics = options.source.topics});
+  const auto info = record::inspect(options.source.record.file, options.source.record.options());
   return info.gyro_id != 0 ? info.gyro_id : 1;
 }
 
@@ -123,9 +120,8 @@ void add_replay(CLI::App& app, Run& run) {
       "replay", "publish a record's rates, references, temperatures and environment");
   auto options = std::make_shared<ReplayOptions>();
   service::add_network_options(*command, options->network);
-  command->add_option("record,--record", options->source.record, kRecordHelp)->required();
-  command->add_option("--columns", options->source.columns, "names and units of a foreign CSV");
-  add_bag_topics(*command, options->source.topics);
+  command->add_option("record,--record", options->source.record.file, kRecordHelp)->required();
+  add_reading(*command, options->source.record);
   command->add_option("--speed", options->speed, "times real time: 60, 60x, or max")
       ->capture_default_str();
   command->add_option("--from", options->source.from_s, "begin so long after the first rate")
@@ -134,7 +130,6 @@ void add_replay(CLI::App& app, Run& run) {
   command->add_option("--to", options->source.to_s, "end so long after the first rate")
       ->transform(service::in_seconds())
       ->check(CLI::PositiveNumber);
-  add_gyro_choice(*command, options->source.gyro_id);
   command
       ->add_option("--as-gyro-id", options->as_gyro_id,
                    "publish under this id; without, the recorded one, 1 of a CSV record")

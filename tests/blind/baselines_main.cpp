@@ -29,7 +29,7 @@ struct Request {
 };
 
 measurement::MeasuredRecord read(const std::string& file, services::DiagnosisResult& result) {
-  auto record = measurement::read_measured_record({.record = file, .columns = {}}, [](double) {});
+  auto record = measurement::read_measured_record({.record = {.file = file}}, [](double) {});
   result.warnings.insert(result.warnings.end(), record.warnings.begin(), record.warnings.end());
   return record;
 }

@@ -168,9 +168,9 @@ class Pairs {
     const std::filesystem::path& folder = folder_.path();
     services::DiagnosisRequest of;
     of.model = folder / "model.yaml";
-    of.record = folder / "record.csv";
+    of.record.file = folder / "record.csv";
     config::save_model(pair.model, of.model);
-    std::ofstream(of.record) << pair.record;
+    std::ofstream(of.record.file) << pair.record;
     if (!pair.validation.empty()) {
       of.validation.push_back(folder / "validation.csv");
       std::ofstream(of.validation.back()) << pair.validation;

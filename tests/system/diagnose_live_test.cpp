@@ -206,10 +206,12 @@ class DiagnoseLiveStop : public ::testing::Test {
              record_);
   }
 
-  ChildProcess& listen() {
-    return system_.start("zerodrift",
-                         {"diagnose", "--live", "--model", kSource / "config/models/lab_fog.yaml",
-                          "--axis", "x", "--duration", "5h", "--json", json_});
+  ChildProcess& listen(const Arguments& more = {}) {
+    Arguments arguments{"diagnose", "--live", "--model",    kSource / "config/models/lab_fog.yaml",
+                        "--axis",   "x",      "--duration", "5h",
+                        "--json",   json_};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return system_.start("zerodrift", arguments);
   }
   void publish(const Arguments& more) {
     Arguments source{"--source", "record", "--record", record_, "--wait-for", "diagnose"};
@@ -250,6 +252,19 @@ TEST_F(DiagnoseLiveStop, TooLittleToDecideIsSaidToBe) {
   EXPECT_EQ(diagnosis.at("verdict"), "undecidable");
   EXPECT_NE(diagnosis.at("axis").at("x").at("sentence").get<std::string>().find("too short"),
             std::string::npos);
+}
+
+// They are looked at before it listens.
+TEST_F(DiagnoseLiveStop, RecordsToProveOnAreReadByTheColumnsThatWereNamed) {
+  std::string foreign = content(record_);
+  foreign.replace(foreign.find("\ntime_s,"), 8, "\nwhen,");
+  const std::filesystem::path file = system_.path("foreign.csv");
+  write(file, foreign);
+  ChildProcess& live = listen({"--validate", file, "--columns", "time=when[s]"});
+  ASSERT_TRUE(eventually([&] { return live.heeds_stop_signals(); })) << live.err();
+  live.send(SIGINT);
+  ASSERT_EQ(live.wait(5s), 2);
+  EXPECT_NE(live.err().find("found no angular_rate"), std::string::npos) << live.err();
 }
 
 TEST_F(DiagnoseLiveStop, NothingHeardEndsWithCodeTwoAndOneLine) {

@@ -61,8 +61,8 @@ class MeasuredRecordTest : public ScratchFolder {
 
   static MeasuredRecord read(const std::string& file, const std::string& columns = "",
                              std::vector<core::Axis> axes = {}) {
-    return read_measured_record({.record = file, .columns = columns, .axes = std::move(axes)},
-                                [](double) {});
+    return read_measured_record(
+        {.record = {.file = file, .columns = columns}, .axes = std::move(axes)}, [](double) {});
   }
 
   static std::string refusal(const std::string& file, std::vector<core::Axis> axes = {}) {

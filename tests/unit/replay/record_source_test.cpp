@@ -31,7 +31,7 @@ class RecordSource : public ::testing::Test {
   ~RecordSource() override { std::filesystem::remove(file_); }
 
   [[nodiscard]] std::vector<double> rates(RecordSourceOptions options) {
-    options.record = file_.string();
+    options.record.file = file_.string();
     const GyroSource source = open_gyro_record(options, [](const std::string&) {});
     std::vector<double> all;
     while (const auto reading = source()) {
@@ -55,7 +55,8 @@ TEST_F(RecordSource, ARangeCountsFromTheRecordsFirstRateItsEndNotIncluded) {
 }
 
 TEST_F(RecordSource, ARateComesWithWhatTheRecordKnowsOfTheTrueOne) {
-  const GyroSource source = open_gyro_record({.record = file_.string()}, [](const std::string&) {});
+  const GyroSource source =
+      open_gyro_record({.record = {.file = file_.string()}}, [](const std::string&) {});
   const auto first = source();
   ASSERT_TRUE(first && first->rate && first->reference);
   EXPECT_EQ(first->reference->rate_radps[0], 0.5);
@@ -65,7 +66,7 @@ TEST_F(RecordSource, ARateComesWithWhatTheRecordKnowsOfTheTrueOne) {
 
 TEST_F(RecordSource, TemperaturesOfAllProbesComeInOrderOfTime) {
   const ThermalSource source =
-      open_thermal_record({.record = file_.string()}, [](const std::string&) {});
+      open_thermal_record({.record = {.file = file_.string()}}, [](const std::string&) {});
   core::SensorTime before{0};
   std::vector<double> coil;
   int cases = 0;
@@ -84,7 +85,7 @@ TEST_F(RecordSource, TheEnvironmentComesWithTheTemperaturesItsBlanksOnceASecond)
   std::ofstream(file_) << "time_s,rate_x_rad_s,temperature_coil_degC,supply_V\n"
                           "0,1,20,5\n0.5,2,,\n1,3,,\n1.5,4,,\n2,5,,\n2.5,6,21,5.5\n";
   const ThermalSource source =
-      open_thermal_record({.record = file_.string()}, [](const std::string&) {});
+      open_thermal_record({.record = {.file = file_.string()}}, [](const std::string&) {});
   EXPECT_EQ(source.environment, 1U << 8U);
   std::vector<double> times_s;
   core::SensorTime before{0};
@@ -104,8 +105,9 @@ TEST_F(RecordSource, TheEnvironmentComesWithTheTemperaturesItsBlanksOnceASecond)
 TEST_F(RecordSource, WhatCannotBeReadIsOneLine) {
   const auto ignore = [](const std::string&) {};
   EXPECT_THROW(open_gyro_record({}, ignore), std::invalid_argument);
-  EXPECT_THROW(open_gyro_record({.record = "/nowhere/a.csv"}, ignore), files::FileError);
-  EXPECT_THROW(open_thermal_record({.record = "/nowhere/a.mcap"}, ignore), std::runtime_error);
+  EXPECT_THROW(open_gyro_record({.record = {.file = "/nowhere/a.csv"}}, ignore), files::FileError);
+  EXPECT_THROW(open_thermal_record({.record = {.file = "/nowhere/a.mcap"}}, ignore),
+               std::runtime_error);
 }
 
 }  // namespace
