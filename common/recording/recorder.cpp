@@ -85,7 +85,6 @@ class McapRecorder {
     const bool is_complete = lost() == 0 && !disk_.has_failed() &&
                              (options_.samples == 0 || compensated_ >= options_.samples);
     const int exit_code = is_complete ? service::kExitDone : service::kExitNo;
-    std::fflush(stdout);
     service::end_within(service::kStopWithin, exit_code);
     return exit_code;
   }

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <map>
@@ -54,11 +55,24 @@ void add_network_options(CLI::App& app, dds::NetworkOptions& network) {
       "for every process");
 }
 
+namespace {
+
+// What waits in the buffer of standard output goes out if its reader takes it at once.
+void flush_what_is_said() {
+  if (::ftrylockfile(stdout) != 0) return;  // somebody is held up in a write to it
+  pollfd out{.fd = STDOUT_FILENO, .events = POLLOUT, .revents = 0};
+  if (::poll(&out, 1, 0) == 1) std::fflush(stdout);
+  ::funlockfile(stdout);
+}
+
+}  // namespace
+
 void end_within(std::chrono::milliseconds at_most, int exit_code) {
   std::thread([at_most, exit_code] {
     std::this_thread::sleep_for(at_most);
     standard_error().write("stop: the middleware did not let go in time; ended without waiting");
     standard_error().wait_until_written(kLastLinesWithin);
+    flush_what_is_said();
     std::_Exit(exit_code);
   }).detach();
 }

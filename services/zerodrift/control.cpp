@@ -79,7 +79,6 @@ int follow(const ControlOptions& options) {
   } else {
     std::printf("\n%s%s", board.table().c_str(), board.summary().c_str());
   }
-  std::fflush(stdout);
   const bool passed = !options.until_finished || board.nothing_lost();
   const int exit_code = passed ? service::kExitDone : service::kExitNo;
   service::end_within(service::kStopWithin, exit_code);

@@ -58,7 +58,6 @@ class Recorder {
     }
     const bool complete = !failure_ && (options_.samples == 0 || taken_ >= options_.samples);
     const int exit_code = complete ? service::kExitDone : service::kExitNo;
-    std::fflush(stdout);
     service::end_within(service::kStopWithin, exit_code);
     return exit_code;
   }

@@ -192,7 +192,7 @@ class Pairs {
     if (refusal.empty()) return static_cast<void>(config::load_model(repaired));
     fuzz::demand_one_line(refusal);
     // An error of a library would name no file.
-    fuzz::demand(refusal.find(request.record) != std::string::npos ||
+    fuzz::demand(refusal.find(request.record.file) != std::string::npos ||
                      refusal.find("validation.csv") != std::string::npos,
                  ("a refusal names the record, found: " + refusal).c_str());
     ++refused_;
