@@ -3,6 +3,9 @@
 
 #include <lz4frame.h>
 #include <zstd.h>
+#include <zstd_errors.h>
+
+#include <new>
 
 #include "common/mcap/mcap_error.h"
 
@@ -33,12 +36,15 @@ void compress_lz4(std::string_view bytes, std::string& to) {
 }
 
 bool decompress_zstd(std::string_view bytes, std::string& to) {
-  return ZSTD_decompress(to.data(), to.size(), bytes.data(), bytes.size()) == to.size();
+  const std::size_t size = ZSTD_decompress(to.data(), to.size(), bytes.data(), bytes.size());
+  if (ZSTD_getErrorCode(size) == ZSTD_error_memory_allocation) throw std::bad_alloc();
+  return size == to.size();
 }
 
 bool decompress_lz4(std::string_view bytes, std::string& to) {
   LZ4F_dctx* context = nullptr;
-  if (LZ4F_isError(LZ4F_createDecompressionContext(&context, LZ4F_VERSION)) != 0) return false;
+  if (LZ4F_isError(LZ4F_createDecompressionContext(&context, LZ4F_VERSION)) != 0)
+    throw std::bad_alloc();
   std::size_t written = 0;
   std::size_t expected = 1;  // bytes that the frame still asks for; 0: it is over
   while (expected != 0 && !bytes.empty()) {
@@ -50,6 +56,9 @@ bool decompress_lz4(std::string_view bytes, std::string& to) {
     written += given;
   }
   LZ4F_freeDecompressionContext(context);
+  // Its error codes are of no stable interface, their names are.
+  if (std::string_view(LZ4F_getErrorName(expected)) == "ERROR_allocation_failed")
+    throw std::bad_alloc();
   return expected == 0 && bytes.empty() && written == to.size();
 }
 

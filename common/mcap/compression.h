@@ -20,7 +20,7 @@ enum class Compression : std::uint8_t { kNone, kLz4, kZstd };
 void compress(Compression compression, std::string_view bytes, std::string& to);
 
 // False where the bytes are no such compression of exactly `size` bytes. `to` is replaced; at most
-// `size` bytes are allocated for it.
+// `size` bytes are allocated for it. Throws std::bad_alloc where the library finds no memory.
 [[nodiscard]] bool decompress(Compression compression, std::string_view bytes, std::size_t size,
                               std::string& to);
 

@@ -26,9 +26,10 @@ struct NavigationArguments {
   [[nodiscard]] GyroNavigationOptions complete() const;
 };
 
-// `app`: a CLI::App, which this folder doesn't know.
+// `app`: a CLI::App, which this folder doesn't know. Gives the option --alignment, a time whose
+// unit is the caller's to read.
 template <typename App>
-void add_arguments(App& app, NavigationArguments& arguments) {
+auto* add_arguments(App& app, NavigationArguments& arguments) {
   app.add_option("--latitude", arguments.latitude_deg,
                  "deg, north positive; without, Earth's rate is left out and no reference given");
   app.add_option("--heading", arguments.heading_deg,
@@ -42,15 +43,17 @@ void add_arguments(App& app, NavigationArguments& arguments) {
   app.add_option("--tilt-sigma", arguments.tilt_sigma_deg, "1 sigma of --roll and --pitch, deg")
       ->capture_default_str();
   app.add_option("--frame", arguments.frame, "axes of the gyro: flu or frd")->capture_default_str();
-  app.add_option("--alignment", arguments.alignment_s,
-                 "hold the attitude at the start for so long as it stands, at most")
-      ->capture_default_str();
+  auto* alignment =
+      app.add_option("--alignment", arguments.alignment_s,
+                     "hold the attitude at the start for so long as it stands, at most")
+          ->capture_default_str();
   app.add_option("--updates", arguments.updates,
                  "rest: the filters are updated at rest; none: free inertial")
       ->capture_default_str();
   app.add_flag("--residual-feedback", arguments.residual_feedback,
                "also tell what each update at rest finds left of the drift; the compensation hears "
                "it only with reference.navigation_residual: accept");
+  return alignment;
 }
 
 }  // namespace zerodrift::navigation

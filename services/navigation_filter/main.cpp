@@ -15,8 +15,7 @@ int main(int argc, char** argv) {
   navigation::NavigationArguments arguments;
   service::add_network_options(app, options.network);
   service::add_supervision_options(app, options.supervision);
-  navigation::add_arguments(app, arguments);
-  app.get_option("--alignment")->transform(service::in_seconds());
+  navigation::add_arguments(app, arguments)->transform(service::in_seconds());
   app.add_option("--period", options.period_s, "time between two states published")
       ->transform(service::in_seconds())
       ->check(CLI::Range(0.05, 3600.0))

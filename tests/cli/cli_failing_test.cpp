@@ -136,6 +136,29 @@ TEST_P(FailingCalls, ForMemoryLeaveAWholeFileOrNone) {
   }
 }
 
+// Before any command begins: all of them describe their options first. A library's function that
+// may not throw, and takes memory, shows in some ten allocations in a row.
+TEST_F(CommandLine, IsSetUpOrRefusedWhereMemoryEnds) {
+  constexpr std::uint64_t kStep = 7;
+  const std::filesystem::path told = path("..") / "counts";
+  std::uint64_t all = 1;
+  for (std::uint64_t n = 0; n <= all && !HasFailure(); n += kStep) {
+    SCOPED_TRACE("allocation " + std::to_string(n));
+    std::filesystem::remove(told);
+    const Finished done =
+        run({"--version"}, {{"LD_PRELOAD", std::string(ZERODRIFT_BIN_DIR) + "/libfailing_calls.so"},
+                            {kCounts, told.string()},
+                            {kFailAllocation, std::to_string(n)}});
+    std::uint64_t file_calls = 0;
+    if (n == 0) std::istringstream(content(told)) >> file_calls >> all;
+    EXPECT_TRUE(done.exit_code == 0 || done.exit_code == 1 || done.exit_code == 2)
+        << done.exit_code << '\n'
+        << done.err;
+    EXPECT_EQ(lines_of(done.err), done.exit_code == 0 ? 0U : 1U) << done.err;
+  }
+  EXPECT_GT(all, 500U) << "the options of all commands";
+}
+
 std::string name_of(const testing::TestParamInfo<Case>& info) {
   return info.param.name;
 }
