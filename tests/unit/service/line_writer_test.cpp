@@ -78,6 +78,8 @@ TEST_F(LinesIntoAPipe, AThreadThatDoesNotRunIsWaitedForWhileTheReaderCouldTakeAL
   LineWriter lines(ends_[1]);
   lines.write("first");
   EXPECT_EQ(read_until("first\n"), "first\n");
+  // The thread waits for lines from then on, and holds no lock that this test needs.
+  ASSERT_TRUE(lines.wait_until_written(10s));
   signal(SIGUSR1, [](int) {
     stands = true;
     while (!goes_on) usleep(1000);
