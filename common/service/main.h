@@ -20,8 +20,9 @@ inline constexpr std::chrono::milliseconds kStopWithin{1500};
 void add_network_options(CLI::App& app, dds::NetworkOptions& network);
 
 // To be called when a stop begins and nothing durable is left to do: if ending takes longer, the
-// process ends with `exit_code` all the same, and what it said goes out. A publisher was once seen not to end when all
-// processes of a run were stopped together, and a stop has to take effect within 2 s.
+// process ends with `exit_code` all the same, and what it said goes out. A publisher was once seen
+// not to end when all processes of a run were stopped together, and a stop has to take effect
+// within 2 s.
 void end_within(std::chrono::milliseconds at_most, int exit_code);
 
 // Takes the signals (stop_signals.h), parses, then runs `body`, whose result is the exit code.
