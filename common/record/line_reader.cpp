@@ -2,6 +2,7 @@
 #include "common/record/line_reader.h"
 
 #include <zstd.h>
+#include <zstd_errors.h>
 
 #include <algorithm>
 #include <boost/iostreams/concepts.hpp>
@@ -13,6 +14,7 @@
 #include <cstring>
 #include <ios>
 #include <memory>
+#include <new>
 #include <string>
 #include <vector>
 
@@ -38,6 +40,7 @@ class ZstdDecompressor : public io::multichar_input_filter {
     while (out.pos == 0 && out.size > 0) {
       if (s.in.pos == s.in.size && !s.holds_output && !s.refill(source)) break;
       s.within_frame = ZSTD_decompressStream(s.stream.get(), &out, &s.in);
+      if (ZSTD_getErrorCode(s.within_frame) == ZSTD_error_memory_allocation) throw std::bad_alloc();
       if (ZSTD_isError(s.within_frame) != 0U)
         throw std::ios_base::failure(ZSTD_getErrorName(s.within_frame));
       s.holds_output = s.within_frame != 0 && out.pos == out.size;
@@ -47,6 +50,10 @@ class ZstdDecompressor : public io::multichar_input_filter {
 
  private:
   struct State {
+    State() {
+      if (stream == nullptr) throw std::bad_alloc();
+    }
+
     std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> stream{ZSTD_createDCtx(), ZSTD_freeDCtx};
     std::vector<char> compressed = std::vector<char>(ZSTD_DStreamInSize());
     ZSTD_inBuffer in{nullptr, 0, 0};

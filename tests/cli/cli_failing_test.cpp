@@ -2,6 +2,8 @@
 // Each call by which a command makes its files fails once, and from then on for good: the command
 // ends with its outputs whole, or with one line, and never with half a file under a name. The same
 // for allocations.
+#include <zstd.h>
+
 #include <cerrno>
 #include <cstdint>
 #include <sstream>
@@ -135,6 +137,88 @@ TEST_P(FailingCalls, ForMemoryLeaveAWholeFileOrNone) {
     remove_outputs();
   }
 }
+
+// Memory that ends anywhere between the end of a command's set-up and its own: a compressed file
+// is not called damaged, no part of a library's state that was not made is used, and a file that
+// was made is whole.
+class CompressedRecord : public CommandLine, public testing::WithParamInterface<std::string> {
+ protected:
+  void SetUp() override {
+    std::string text = "time_s,rate_x_deg_s\n";
+    for (int i = 0; i < 100; ++i) text += std::to_string(i) + ",0.25\n";
+    system_test::write(path("record.csv"), text);
+    ASSERT_EQ(run({"export", "@record.csv", "--out", "@record.mcap"}).exit_code, 0);
+  }
+
+  Finished run_failing(const Arguments& arguments, std::uint64_t allocation,
+                       std::uint64_t* allocations = nullptr) {
+    const std::filesystem::path told = path("..") / "counts";
+    std::filesystem::remove(told);
+    const Finished done =
+        run(arguments, {{"LD_PRELOAD", std::string(ZERODRIFT_BIN_DIR) + "/libfailing_calls.so"},
+                        {kCounts, told.string()},
+                        {kFailAllocation, std::to_string(allocation)}});
+    std::uint64_t file_calls = 0;
+    if (allocations != nullptr) std::istringstream(content(told)) >> file_calls >> *allocations;
+    return done;
+  }
+
+  // Calls `judge` with the outcome of every `step`-th allocation behind the set-up.
+  template <typename Judge>
+  void with_allocations_failing(const Arguments& arguments, std::uint64_t step, Judge judge) {
+    std::uint64_t set_up = 0;
+    std::uint64_t all = 0;
+    ASSERT_NE(run_failing({"info", "@missing.csv"}, 0, &set_up).exit_code, 0);
+    ASSERT_EQ(run_failing(arguments, 0, &all).exit_code, 0);
+    ASSERT_GT(set_up, 20U);
+    ASSERT_GT(all, set_up);
+    // The refusal of what is missing takes memory too.
+    for (std::uint64_t n = set_up - 20; n <= all && !HasFailure(); n += step) {
+      SCOPED_TRACE("allocation " + std::to_string(n));
+      const Finished done = run_failing(arguments, n);
+      EXPECT_TRUE(done.exit_code == 0 || done.exit_code == 1 || done.exit_code == 2)
+          << done.exit_code << '\n'
+          << done.err;
+      EXPECT_EQ(done.err.find("corrupt"), std::string::npos) << done.err;
+      judge(done);
+    }
+  }
+};
+
+TEST_P(CompressedRecord, IsReadOrRefusedWhereMemoryEnds) {
+  const std::string name = "record.csv." + GetParam();
+  if (GetParam() == "zst") {
+    const std::string text = content(path("record.csv"));
+    std::string bytes(ZSTD_compressBound(text.size()), '\0');
+    bytes.resize(ZSTD_compress(bytes.data(), bytes.size(), text.data(), text.size(), 1));
+    system_test::write(path(name), bytes);
+  } else {
+    ASSERT_EQ(run({"export", "@record.mcap", "--out", "@" + name}).exit_code, 0);
+  }
+  const std::string whole = run({"info", "@" + name}).out;
+  with_allocations_failing({"info", "@" + name}, 2, [&](const Finished& done) {
+    EXPECT_TRUE(done.exit_code != 0 || done.out == whole) << done.out;
+  });
+}
+
+TEST_P(CompressedRecord, IsWrittenWholeOrNotAtAllWhereMemoryEnds) {
+  const std::string name = "out.csv." + GetParam();
+  const Arguments arguments{"export", "@record.mcap", "--out", "@" + name};
+  if (GetParam() == "zst") {
+    EXPECT_EQ(run(arguments).exit_code, 2) << "it is not written";
+    return;
+  }
+  ASSERT_EQ(run(arguments).exit_code, 0);
+  const std::string whole = content(path(name));
+  with_allocations_failing(arguments, 1, [&](const Finished& done) {
+    const bool is_there = std::filesystem::exists(path(name));
+    EXPECT_TRUE(is_there || done.exit_code != 0);
+    EXPECT_TRUE(!is_there || content(path(name)) == whole) << done.err;
+    std::filesystem::remove(path(name));
+  });
+}
+INSTANTIATE_TEST_SUITE_P(OfEveryKind, CompressedRecord, testing::Values("gz", "xz", "zst"),
+                         [](const auto& kind) { return kind.param; });
 
 // Before any command begins: all of them describe their options first. A library's function that
 // may not throw, and takes memory, shows in some ten allocations in a row.
