@@ -42,7 +42,7 @@ constexpr std::chrono::nanoseconds kGapWithin = 250ms;
 constexpr std::chrono::nanoseconds kHangGapWithin = kHangLasts;
 constexpr auto kFaultIsOver =
     700ms;  // after a fault's begin: whatever it does to the stream, is done
-constexpr auto kInSyncWithin = 60s;
+constexpr auto kAwaitedFor = 60s;
 constexpr double kComparedInSync = 50.0;
 constexpr double kPeriodsKill = 3.0;
 constexpr double kPeriodsStop = 10.0;
@@ -107,6 +107,11 @@ class Subscriber {
   [[nodiscard]] bool any() {
     const std::lock_guard lock(mutex_);
     return !seen_.empty();
+  }
+  [[nodiscard]] bool has_seen(std::uint64_t sequence) {
+    const std::lock_guard lock(mutex_);
+    return std::any_of(seen_.begin(), seen_.end(),
+                       [sequence](const Seen& seen) { return seen.sequence >= sequence; });
   }
   void forget() {
     const std::lock_guard lock(mutex_);
@@ -219,7 +224,7 @@ class FailOver {
 
   template <typename Condition>
   void wait_until(Condition condition, const char* otherwise) {
-    const auto give_up = Clock::now() + kInSyncWithin;
+    const auto give_up = Clock::now() + kAwaitedFor;
     while (!condition()) {
       if (service::wait_for_stop(20ms)) throw std::runtime_error("bench fail-over: stopped");
       if (Clock::now() > give_up)
@@ -263,7 +268,7 @@ class FailOver {
     const auto ended = Clock::now();
     std::this_thread::sleep_for(kFaultIsOver);
     const std::uint64_t last = gyro_->newest();
-    std::this_thread::sleep_for(100ms);
+    wait_until([&] { return subscriber_.has_seen(last); }, "what was measured isn't answered");
     Round result{.fault = fault,
                  .verdict = subscriber_.judge(
                      begin - 50'000'000, last,
