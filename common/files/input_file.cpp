@@ -62,4 +62,15 @@ std::string read_whole_file(const std::filesystem::path& path, std::size_t most_
   return *std::move(bytes);
 }
 
+std::string beginning_of(const std::filesystem::path& path, std::size_t most_bytes) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return "";
+  const int fd = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+  if (fd < 0) return "";
+  std::string bytes = read_up_to(fd, most_bytes).value_or("");
+  ::close(fd);
+  if (bytes.size() > most_bytes) bytes.resize(most_bytes);
+  return bytes;
+}
+
 }  // namespace zerodrift::files

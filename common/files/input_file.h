@@ -22,4 +22,8 @@ namespace zerodrift::files {
 [[nodiscard]] std::string read_whole_file(const std::filesystem::path& path,
                                           std::size_t most_bytes);
 
+// The first `most_bytes` of a regular file, all of it where it is shorter; empty where it can't be
+// opened or read, which whoever reads on says.
+[[nodiscard]] std::string beginning_of(const std::filesystem::path& path, std::size_t most_bytes);
+
 }  // namespace zerodrift::files

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
 
+#include "common/files/input_file.h"
 #include "common/mcap/compression.h"
 #include "common/mcap/crc32.h"
 #include "common/mcap/mcap_error.h"
@@ -35,12 +35,7 @@ const Schema* Contents::schema(std::uint16_t id) const noexcept {
 }
 
 bool is_mcap(const std::filesystem::path& path) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) return false;
-  std::ifstream file(path, std::ios::binary);
-  std::string begin(kMagic.size(), '\0');
-  file.read(begin.data(), static_cast<std::streamsize>(begin.size()));
-  return file.gcount() == static_cast<std::streamsize>(kMagic.size()) && begin == kMagic;
+  return files::beginning_of(path, kMagic.size()) == kMagic;
 }
 
 Reader::Reader(const std::filesystem::path& path, ReaderOptions options)

@@ -4,9 +4,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
-#include <fstream>
 #include <string_view>
 #include <utility>
 
@@ -138,10 +136,7 @@ void refuse_other_bags(const fs::path& path) {
   constexpr std::string_view kRos1 = "#ROSBAG V";
   std::error_code error;
   if (!fs::is_regular_file(path, error)) return;
-  std::ifstream file(path, std::ios::binary);
-  std::array<char, kSqlite.size()> bytes{};
-  file.read(bytes.data(), bytes.size());
-  const std::string_view begin(bytes.data(), static_cast<std::size_t>(file.gcount()));
+  const std::string begin = files::beginning_of(path, kSqlite.size());
   const std::string name = path.string();
   if (begin == kSqlite || path.extension() == ".db3")
     refuse(name, std::string("is a bag of ROS 2 in SQLite, expected one in MCAP; ") + kConvert);
