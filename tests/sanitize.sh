@@ -81,10 +81,12 @@ if [ "$part" = ci ]; then
   while [ "$running" -gt 0 ]; do wait -n || status=1; running=$((running - 1)); done
 else
   # Left out: programs that were not built for this sanitizer, which stand in for their tests as <name>_NOT_BUILT; what bounds
-  # resident memory, which a sanitizer multiplies and holds on to; hours of statistics, whose code shorter tests run as well;
+  # resident memory, which a sanitizer multiplies and holds on to; hours of statistics and diagnoses of whole records,
+  # minutes each, whose code shorter tests run as well;
   # what is installed, packed and typed from pages, of which such a build makes a part; and the page, which is no C++.
   left_out='_NOT_BUILT|^Memory\.|^soak$|^Console\.(Page|InABrowser|HostileClientsEndNothing)|^NavigationFilter\.NavigatesBoth'
   left_out+='|^ComparePromise\.|^TooManyGyros\.CostABounded|^deploy|^docs_'
+  left_out+='|^(Calibration|Design|Diagnosis|FormulaSearch|FormulaTerm|Motion|NextExperiment|Search|StochasticEffects)Scenario\.'
   # Commands that compute in one thread.
   [ "$kind" != thread ] || left_out+='|^(AllanCommand[A-Za-z]*|Calibrate|Compare|Diagnose)\.'
   ctest --test-dir "$build" -L 'unit|golden|system' -E "$left_out" --output-on-failure --timeout 600 -j 2 "$@" || status=$?
