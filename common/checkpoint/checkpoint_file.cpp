@@ -1,41 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/checkpoint/checkpoint_file.h"
 
-#include <cerrno>
-#include <cstring>
-#include <fstream>
 #include <stdexcept>
 #include <string>
 #include <system_error>
 
 #include "common/files/atomic_file.h"
+#include "common/files/file_error.h"
+#include "common/files/input_file.h"
 
 namespace zerodrift::checkpoint {
 namespace {
 
 std::string content(const std::filesystem::path& path) {
-  std::error_code error;
-  const auto status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) {
-    throw CheckpointError("found no such file, expected a checkpoint");
+  try {
+    return files::read_whole_file(path, kLargestFile);
+  } catch (const files::FileError& error) {
+    throw CheckpointError(error.what());
   }
-  if (!std::filesystem::is_regular_file(status)) {
-    throw CheckpointError("found a folder or device, expected a checkpoint file");
-  }
-  const std::uintmax_t size = std::filesystem::file_size(path, error);
-  std::ifstream file(path, std::ios::binary);
-  if (error || !file) {
-    throw CheckpointError(std::string("cannot be read: ") + std::strerror(errno));
-  }
-  if (size > kLargestFile) {
-    throw CheckpointError("found " + std::to_string(size) +
-                          " bytes, expected a checkpoint of at most " +
-                          std::to_string(kLargestFile));
-  }
-  std::string bytes(static_cast<std::size_t>(size), '\0');
-  file.read(bytes.data(), static_cast<std::streamsize>(size));
-  bytes.resize(static_cast<std::size_t>(file.gcount()));
-  return bytes;
 }
 
 std::shared_ptr<compensation::RestoredLearner> made_from(const compensation::LearnerState& state,
@@ -47,8 +29,14 @@ std::shared_ptr<compensation::RestoredLearner> made_from(const compensation::Lea
   }
 }
 
-CheckpointError named(const std::filesystem::path& path, const CheckpointError& error) {
-  return CheckpointError(path.string() + ": " + error.what(), error.kind());
+// What `bytes` hold of the file at `path`, which a refusal names.
+std::shared_ptr<compensation::RestoredLearner> held_by(const std::string& bytes, const Owner& owner,
+                                                       const std::filesystem::path& path) {
+  try {
+    return restored_from(bytes, owner);
+  } catch (const CheckpointError& error) {
+    throw CheckpointError(path.string() + ": " + error.what(), error.kind());
+  }
 }
 
 }  // namespace
@@ -84,19 +72,16 @@ std::shared_ptr<compensation::RestoredLearner> restored_from(std::string_view by
 
 std::shared_ptr<compensation::RestoredLearner> load(const std::filesystem::path& path,
                                                     const Owner& owner) {
-  try {
-    return restored_from(content(path), owner);
-  } catch (const CheckpointError& error) {
-    throw named(path, error);
-  }
+  return held_by(content(path), owner, path);
 }
 
 Resumed resume(const std::filesystem::path& path, const Owner& owner) {
+  const std::string bytes = content(path);
   try {
-    return {.learner = load(path, owner)};
+    return {.learner = held_by(bytes, owner, path)};
   } catch (const CheckpointError& refused) {
     try {
-      return {.learner = made_from(decode_kernels(content(path), owner), owner),
+      return {.learner = made_from(decode_kernels(bytes, owner), owner),
               .left_behind = refused.what()};
     } catch (const CheckpointError&) {
       throw refused;

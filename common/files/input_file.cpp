@@ -22,26 +22,46 @@ const char* kind_of(mode_t mode) {
   return "a device";
 }
 
+// Never waits, as opening a pipe would: O_NONBLOCK is of no effect on a regular file.
+Descriptor opened(const std::filesystem::path& path) {
+  return Descriptor(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
+}
+
+mode_t mode_of(const Descriptor& file) {
+  struct stat status {};
+  return ::fstat(file.number(), &status) == 0 ? status.st_mode : 0;
+}
+
+using Block = std::array<char, 65536>;
+
+// As ::read, which a signal may have interrupted.
+ssize_t read_block(int fd, Block& block) {
+  ssize_t got = -1;
+  do got = ::read(fd, block.data(), block.size());
+  while (got < 0 && errno == EINTR);
+  return got;
+}
+
+[[noreturn]] void refuse(const std::filesystem::path& path, const std::string& why) {
+  throw FileError(path.string() + ": " + why);
+}
+
 }  // namespace
 
-int open_regular_file(const std::filesystem::path& path) {
-  const auto refuse = [&](const std::string& why) { throw FileError(path.string() + ": " + why); };
-  // O_NONBLOCK: of no effect on a regular file; a pipe without a writer would be waited for.
-  const int fd = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
-  if (fd < 0) refuse(std::string("cannot open: ") + std::strerror(errno));
-  struct stat status {};
-  if (::fstat(fd, &status) == 0 && S_ISREG(status.st_mode)) return fd;
-  ::close(fd);
-  refuse(std::string("is ") + kind_of(status.st_mode) + ", expected a regular file");
-  return -1;
+Descriptor open_regular_file(const std::filesystem::path& path) {
+  Descriptor file = opened(path);
+  if (!file.is_open()) refuse(path, std::string("cannot open: ") + std::strerror(errno));
+  const mode_t mode = mode_of(file);
+  if (!S_ISREG(mode))
+    refuse(path, std::string("is ") + kind_of(mode) + ", expected a regular file");
+  return file;
 }
 
 std::optional<std::string> read_up_to(int fd, std::size_t most_bytes) {
   std::string bytes;
-  std::array<char, 65536> block{};
+  Block block{};
   while (bytes.size() <= most_bytes) {
-    const ssize_t got = ::read(fd, block.data(), block.size());
-    if (got < 0 && errno == EINTR) continue;
+    const ssize_t got = read_block(fd, block);
     if (got < 0) return std::nullopt;
     if (got == 0) break;
     bytes.append(block.data(), static_cast<std::size_t>(got));
@@ -50,27 +70,34 @@ std::optional<std::string> read_up_to(int fd, std::size_t most_bytes) {
 }
 
 std::string read_whole_file(const std::filesystem::path& path, std::size_t most_bytes) {
-  const int fd = open_regular_file(path);
-  std::optional<std::string> bytes = read_up_to(fd, most_bytes);
-  const int error = errno;
-  ::close(fd);
-  if (!bytes) throw FileError(path.string() + ": cannot read: " + std::strerror(error));
+  const Descriptor file = open_regular_file(path);
+  std::optional<std::string> bytes = read_up_to(file.number(), most_bytes);
+  if (!bytes) refuse(path, std::string("cannot read: ") + std::strerror(errno));
   if (bytes->size() > most_bytes) {
-    throw FileError(path.string() + ": holds more than the " + std::to_string(most_bytes) +
-                    " bytes that are expected at most");
+    refuse(path, "holds more than the " + std::to_string(most_bytes) +
+                     " bytes that are expected at most");
   }
   return *std::move(bytes);
 }
 
 std::string beginning_of(const std::filesystem::path& path, std::size_t most_bytes) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) return "";
-  const int fd = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
-  if (fd < 0) return "";
-  std::string bytes = read_up_to(fd, most_bytes).value_or("");
-  ::close(fd);
+  const Descriptor file = opened(path);
+  if (!file.is_open() || !S_ISREG(mode_of(file))) return "";
+  std::string bytes = read_up_to(file.number(), most_bytes).value_or("");
   if (bytes.size() > most_bytes) bytes.resize(most_bytes);
   return bytes;
+}
+
+void read_in_blocks(const std::filesystem::path& path,
+                    const std::function<void(std::string_view)>& take) {
+  const Descriptor file = open_regular_file(path);
+  Block block{};
+  while (true) {
+    const ssize_t got = read_block(file.number(), block);
+    if (got < 0) refuse(path, std::string("cannot read: ") + std::strerror(errno));
+    if (got == 0) return;
+    take({block.data(), static_cast<std::size_t>(got)});
+  }
 }
 
 }  // namespace zerodrift::files

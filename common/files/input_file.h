@@ -5,14 +5,18 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
+
+#include "common/files/descriptor.h"
 
 namespace zerodrift::files {
 
-// A file descriptor, the caller's to close. Never waits, as opening a pipe would. Throws
-// FileError where the file can't be opened or is no regular file.
-[[nodiscard]] int open_regular_file(const std::filesystem::path& path);
+// Never waits, as opening a pipe would. Throws FileError where the file can't be opened or is no
+// regular file.
+[[nodiscard]] Descriptor open_regular_file(const std::filesystem::path& path);
 
 // What is left of a file; where that is more than `most_bytes`, some of it, which is more, too.
 // Nothing where reading fails, with errno.
@@ -25,5 +29,9 @@ namespace zerodrift::files {
 // The first `most_bytes` of a regular file, all of it where it is shorter; empty where it can't be
 // opened or read, which whoever reads on says.
 [[nodiscard]] std::string beginning_of(const std::filesystem::path& path, std::size_t most_bytes);
+
+// Calls `take` with the bytes of a regular file, a block after the other. Throws FileError.
+void read_in_blocks(const std::filesystem::path& path,
+                    const std::function<void(std::string_view)>& take);
 
 }  // namespace zerodrift::files

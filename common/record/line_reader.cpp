@@ -121,7 +121,7 @@ struct LineReader::State {
 LineReader::LineReader(const std::filesystem::path& path) : state_(std::make_unique<State>()) {
   state_->path = path;
   state_->buffer.resize(kChunk);
-  const io::file_descriptor_source file{files::open_regular_file(path), io::close_handle};
+  const io::file_descriptor_source file{files::open_regular_file(path).release(), io::close_handle};
   const std::filesystem::path suffix = path.extension();
   if (suffix == ".gz")
     state_->chain.push(io::gzip_decompressor(), static_cast<std::streamsize>(kChunk));

@@ -18,6 +18,7 @@ extern "C" {  // glibc 2.36 forgot it in this header
 #include <sys/pidfd.h>
 }
 
+#include "common/files/descriptor.h"
 #include "common/report/plain_text.h"
 #include "common/report/report_error.h"
 
@@ -28,31 +29,22 @@ namespace {
   throw ReportError("cannot run gnuplot: " + what + ": " + std::strerror(error));
 }
 
-class Descriptor {
- public:
-  Descriptor(int fd, const char* what) : fd_(fd) {
-    if (fd_ < 0) refuse(what, errno);
-  }
-  ~Descriptor() { ::close(fd_); }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  [[nodiscard]] int get() const noexcept { return fd_; }
-
- private:
-  int fd_;
-};
+files::Descriptor checked(int descriptor, const char* what) {
+  if (descriptor < 0) refuse(what, errno);
+  return files::Descriptor(descriptor);
+}
 
 // A file in memory for each of the child's streams: with pipes, parent and child could wait for
 // each other, or the parent for a grandchild that holds the other end.
 class MemoryFile {
  public:
   explicit MemoryFile(const char* name)
-      : file_(::memfd_create(name, MFD_CLOEXEC), "memfd_create") {}
+      : file_(checked(::memfd_create(name, MFD_CLOEXEC), "memfd_create")) {}
 
   void fill(std::string_view text) {
     for (std::size_t done = 0; done < text.size();) {
-      const ssize_t count =
-          ::pwrite(file_.get(), text.data() + done, text.size() - done, static_cast<off_t>(done));
+      const ssize_t count = ::pwrite(file_.number(), text.data() + done, text.size() - done,
+                                     static_cast<off_t>(done));
       if (count < 0 && errno != EINTR) refuse("no room for its script", errno);
       if (count > 0) done += static_cast<std::size_t>(count);
     }
@@ -63,16 +55,16 @@ class MemoryFile {
     std::array<char, 65536> part{};
     for (;;) {
       const ssize_t count =
-          ::pread(file_.get(), part.data(), part.size(), static_cast<off_t>(text.size()));
+          ::pread(file_.number(), part.data(), part.size(), static_cast<off_t>(text.size()));
       if (count <= 0) return text;
       text.append(part.data(), static_cast<std::size_t>(count));
     }
   }
 
-  [[nodiscard]] int get() const noexcept { return file_.get(); }
+  [[nodiscard]] int get() const noexcept { return file_.number(); }
 
  private:
-  Descriptor file_;
+  files::Descriptor file_;
 };
 
 struct Streams {
@@ -132,13 +124,13 @@ class Child {
 
   // True if it ended by itself within `limit`.
   [[nodiscard]] bool wait_for(std::chrono::milliseconds limit) const {
-    const Descriptor alive{::pidfd_open(pid_, 0), "pidfd_open"};
+    const files::Descriptor alive = checked(::pidfd_open(pid_, 0), "pidfd_open");
     const auto deadline = std::chrono::steady_clock::now() + limit;
     for (;;) {
       const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(
           deadline - std::chrono::steady_clock::now());
       if (left.count() < 0) return false;
-      pollfd watched{alive.get(), POLLIN, 0};
+      pollfd watched{alive.number(), POLLIN, 0};
       const int ready = ::poll(&watched, 1, static_cast<int>(left.count()) + 1);
       if (ready > 0) return true;
       if (ready < 0 && errno != EINTR) refuse("poll", errno);

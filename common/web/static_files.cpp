@@ -4,10 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <fstream>
 #include <system_error>
 #include <utility>
 
+#include "common/files/file_error.h"
+#include "common/files/input_file.h"
 #include "common/web/web_error.h"
 
 namespace zerodrift::web {
@@ -54,11 +55,11 @@ std::string etag_of(const std::string& content) {
 }
 
 std::string read_whole(const fs::path& path) {
-  std::string content(fs::file_size(path), '\0');
-  std::ifstream file(path, std::ios::binary);
-  file.read(content.data(), static_cast<std::streamsize>(content.size()));
-  if (!file) throw WebError(path.string() + ": can't be read");
-  return content;
+  try {
+    return files::read_whole_file(path, kMostBytes);
+  } catch (const files::FileError& error) {
+    throw WebError(error.what());
+  }
 }
 
 // "gzip;q=0" is a no; what else stands there is not looked at.

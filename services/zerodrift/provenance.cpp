@@ -9,12 +9,11 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
 #include <memory>
 #include <stdexcept>
 #include <string_view>
 
-#include "common/files/file_error.h"
+#include "common/files/input_file.h"
 #include "common/record/bag_files.h"
 #include "common/service/monotonic_clock.h"
 
@@ -22,7 +21,6 @@ namespace zerodrift::services {
 namespace {
 
 constexpr std::int64_t kLastEpochS = 253402300799;  // the end of the year 9999
-constexpr std::size_t kAtOnce = std::size_t{1} << 16U;
 
 // What a shell takes as one word as it stands.
 bool is_plain(std::string_view word) {
@@ -101,15 +99,9 @@ std::string today() {
 }
 
 HashedFile hashed(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw files::FileError(file + ": can't be read again for its hash");
   Sha256 hash;
-  std::vector<char> bytes(kAtOnce);
-  do {
-    in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    hash.add(bytes.data(), static_cast<std::size_t>(in.gcount()));
-  } while (in);
-  if (in.bad()) throw files::FileError(file + ": can't be read to its end for its hash");
+  files::read_in_blocks(file,
+                        [&](std::string_view block) { hash.add(block.data(), block.size()); });
   return {file, hash.digits()};
 }
 

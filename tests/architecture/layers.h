@@ -40,7 +40,7 @@ inline constexpr std::array kLayers{
     Layer{"common/drivers",      Purity::kSystem, {"common/core"}},
     Layer{"common/config",       Purity::kSystem, {"common/core", "common/thermal", "common/regression", "common/navigation", "common/compensation", "common/twin", "common/files", "idl/proto"}},
     Layer{"common/dds",          Purity::kSystem, {"common/core", "idl/dds"}},
-    Layer{"common/web",          Purity::kSystem, {"common/core"}},
+    Layer{"common/web",          Purity::kSystem, {"common/core", "common/files"}},
     Layer{"common/foxglove",     Purity::kSystem, {"common/core", "common/web"}},
     Layer{"common/replay",       Purity::kSystem, {"common/core", "common/twin", "common/config", "common/record", "common/dds", "common/service", "idl/dds"}},
     Layer{"common/recording",    Purity::kSystem, {"common/core", "common/files", "common/mcap", "common/record", "common/dds", "common/service"}},
