@@ -29,6 +29,8 @@ namespace {
 
 constexpr const char* kDomainOption = "--domain";
 constexpr const char* kDomainVariable = "ZERODRIFT_DOMAIN";
+constexpr std::string_view kNoMemoryLine = "no memory is left\n";
+constexpr std::string_view kNoMemory = kNoMemoryLine.substr(0, kNoMemoryLine.size() - 1);
 
 }  // namespace
 
@@ -138,21 +140,23 @@ void take_domain_of_environment(CLI::App& app) {
 }
 
 int parse_and_run(CLI::App& app, int argc, char** argv, const std::function<int()>& body) {
-  const auto refuse = [&](const std::string& why) {
-    standard_error().write(app.get_name() + ": " + why);
-    return kExitBadInput;
+  const auto refuse = [&](const Refusal& refusal) {
+    standard_error().write(app.get_name() + ": " + std::string(refusal.reason));
+    return refusal.exit_code;
   };
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help: not an error
-    return refuse(unknown_word(app).value_or(std::string(error.what()) + " (--help tells more)"));
+    const std::string why =
+        unknown_word(app).value_or(std::string(error.what()) + " (--help tells more)");
+    return refuse({why, kExitBadInput});
   }
   try {
     take_domain_of_environment(app);
     return body();
   } catch (const std::exception& error) {
-    return refuse(error.what());
+    return refuse(refusal_of(error));
   }
 }
 
@@ -165,9 +169,9 @@ std::terminate_handler without_a_reason = nullptr;
   try {
     if (const auto error = std::current_exception()) std::rethrow_exception(error);
   } catch (const std::bad_alloc&) {
-    constexpr std::string_view kLine = "no memory is left\n";
     pollfd out{.fd = STDERR_FILENO, .events = POLLOUT, .revents = 0};
-    if (::poll(&out, 1, 0) == 1 && ::write(STDERR_FILENO, kLine.data(), kLine.size()) < 0) {
+    const std::string_view line = kNoMemoryLine;
+    if (::poll(&out, 1, 0) == 1 && ::write(STDERR_FILENO, line.data(), line.size()) < 0) {
       // It ends all the same.
     }
     std::_Exit(kExitNo);
@@ -178,6 +182,11 @@ std::terminate_handler without_a_reason = nullptr;
 }
 
 }  // namespace
+
+Refusal refusal_of(const std::exception& error) noexcept {
+  if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr) return {kNoMemory, kExitNo};
+  return {error.what(), kExitBadInput};
+}
 
 int run_version(const char* version, CLI::App& app, int argc, char** argv,
                 const std::function<int()>& body) {

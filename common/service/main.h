@@ -5,8 +5,10 @@
 
 #include <CLI/CLI.hpp>
 #include <chrono>
+#include <exception>
 #include <functional>
 #include <string>
+#include <string_view>
 
 #include "common/dds/participant.h"
 #include "common/service/exit_code.h"
@@ -25,8 +27,16 @@ void add_network_options(CLI::App& app, dds::NetworkOptions& network);
 // within 2 s.
 void end_within(std::chrono::milliseconds at_most, int exit_code);
 
+// What ended a program, as its last line says it, and the exit code: kExitNo where memory ended,
+// kExitBadInput for any other reason.
+struct Refusal {
+  std::string_view reason;  // as long as the error lives
+  int exit_code;
+};
+[[nodiscard]] Refusal refusal_of(const std::exception& error) noexcept;
+
 // Takes the signals (stop_signals.h), parses, then runs `body`, whose result is the exit code.
-// Every exception ends as one line on standard error and kExitBadInput. `version` answers
+// Every exception ends as one line on standard error and by its refusal_of(). `version` answers
 // --version.
 int run_version(const char* version, CLI::App& app, int argc, char** argv,
                 const std::function<int()>& body);

@@ -34,6 +34,7 @@ int main(int argc, char** argv) try {
   services::list_programs(app);
   return services::end_of_output(service::run_main(app, argc, argv, [&] { return run(); }));
 } catch (const std::exception& error) {  // no such program, or no memory for the options
-  std::fprintf(stderr, "zerodrift: %s\n", error.what());
-  return zerodrift::service::kExitBadInput;
+  const auto [reason, exit_code] = zerodrift::service::refusal_of(error);
+  std::fprintf(stderr, "zerodrift: %.*s\n", static_cast<int>(reason.size()), reason.data());
+  return exit_code;
 }

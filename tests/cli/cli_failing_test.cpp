@@ -47,28 +47,49 @@ struct Counts {
   std::uint64_t allocations = 0;
 };
 
-class FailingCalls : public CommandLine, public testing::WithParamInterface<Case> {
+class FailingCommandLine : public CommandLine {
  protected:
-  void SetUp() override {
-    make_record(30);
-    ASSERT_EQ(run({"export", "@record.csv", "--out", "@record.mcap"}).exit_code, 0);
-    inputs_ = files();
-    EXPECT_EQ(run_failing({}, whole_counts_).exit_code, 0);
-    whole_ = files();
-    ASSERT_GT(whole_.size(), inputs_.size());
-    remove_outputs();
-  }
-
-  Finished run_failing(const Environment& how, Counts& counts) {
+  // Counts of what was called go to `counts`.
+  Finished run_failing(const Arguments& arguments, const Environment& how,
+                       Counts* counts = nullptr) {
     const std::filesystem::path told = path("..") / "counts";
     std::filesystem::remove(told);
     Environment environment{{"LD_PRELOAD", std::string(ZERODRIFT_BIN_DIR) + "/libfailing_calls.so"},
                             {kFailFolder, path("").string()},
                             {kCounts, told.string()}};
     environment.insert(environment.end(), how.begin(), how.end());
-    const Finished done = run(GetParam().arguments, environment);
-    std::istringstream(content(told)) >> counts.file_calls >> counts.allocations;
+    const Finished done = run(arguments, environment);
+    if (counts != nullptr)
+      std::istringstream(content(told)) >> counts->file_calls >> counts->allocations;
     return done;
+  }
+
+  std::uint64_t allocations_of(const Arguments& arguments) {
+    Counts counts;
+    static_cast<void>(run_failing(arguments, {}, &counts));
+    return counts.allocations;
+  }
+
+  Finished run_without_allocation(std::uint64_t n, const Arguments& arguments) {
+    const Finished done = run_failing(arguments, {{kFailAllocation, std::to_string(n)}});
+    EXPECT_TRUE(done.exit_code == 0 || done.exit_code == 1 || done.exit_code == 2)
+        << done.exit_code << '\n'
+        << done.err;
+    EXPECT_EQ(done.err.find("bad_alloc"), std::string::npos) << done.err;
+    return done;
+  }
+};
+
+class FailingCalls : public FailingCommandLine, public testing::WithParamInterface<Case> {
+ protected:
+  void SetUp() override {
+    make_record(30);
+    ASSERT_EQ(run({"export", "@record.csv", "--out", "@record.mcap"}).exit_code, 0);
+    inputs_ = files();
+    EXPECT_EQ(run_failing(GetParam().arguments, {}, &whole_counts_).exit_code, 0);
+    whole_ = files();
+    ASSERT_GT(whole_.size(), inputs_.size());
+    remove_outputs();
   }
 
   void expect_whole_or_nothing(const Finished& done) {
@@ -103,10 +124,11 @@ TEST_P(FailingCalls, OfTheDiskLeaveAWholeFileOrNone) {
     for (std::uint64_t n = 1; n <= whole_counts_.file_calls && !HasFailure(); ++n) {
       SCOPED_TRACE("call " + std::to_string(n) + (*for_good ? " and all after it" : ""));
       Counts counts;
-      const Finished done = run_failing({{kFailCall, std::to_string(n)},
+      const Finished done = run_failing(GetParam().arguments,
+                                        {{kFailCall, std::to_string(n)},
                                          {kFailForGood, for_good},
                                          {kFailErrno, std::to_string(n % 2 ? ENOSPC : EIO)}},
-                                        counts);
+                                        &counts);
       EXPECT_GE(counts.file_calls, n) << "it did not fail";
       EXPECT_LE(lines_of(done.err), 1U) << done.err;
       expect_whole_or_nothing(done);
@@ -131,7 +153,8 @@ TEST_P(FailingCalls, ForMemoryLeaveAWholeFileOrNone) {
     if (HasFailure()) break;
     SCOPED_TRACE("allocation " + std::to_string(n));
     Counts counts;
-    const Finished done = run_failing({{kFailAllocation, std::to_string(n)}}, counts);
+    const Finished done =
+        run_failing(GetParam().arguments, {{kFailAllocation, std::to_string(n)}}, &counts);
     // One that ends within a destructor counts no more.
     EXPECT_TRUE(counts.allocations >= n || done.exit_code != 0) << "it did not fail";
     expect_whole_or_nothing(done);
@@ -142,7 +165,7 @@ TEST_P(FailingCalls, ForMemoryLeaveAWholeFileOrNone) {
 // Memory that ends anywhere between the end of a command's set-up and its own: a file is not called
 // damaged or taken for another kind, no part of a library's state that was not made is used, and a
 // file that was made is whole. By the ending of the file.
-class MemoryThatEnds : public CommandLine, public testing::WithParamInterface<std::string> {
+class MemoryThatEnds : public FailingCommandLine, public testing::WithParamInterface<std::string> {
  protected:
   void SetUp() override {
     std::string text = "time_s,rate_x_deg_s\n";
@@ -151,35 +174,17 @@ class MemoryThatEnds : public CommandLine, public testing::WithParamInterface<st
     ASSERT_EQ(run({"export", "@record.csv", "--out", "@record.mcap"}).exit_code, 0);
   }
 
-  Finished run_failing(const Arguments& arguments, std::uint64_t allocation,
-                       std::uint64_t* allocations = nullptr) {
-    const std::filesystem::path told = path("..") / "counts";
-    std::filesystem::remove(told);
-    const Finished done =
-        run(arguments, {{"LD_PRELOAD", std::string(ZERODRIFT_BIN_DIR) + "/libfailing_calls.so"},
-                        {kCounts, told.string()},
-                        {kFailAllocation, std::to_string(allocation)}});
-    std::uint64_t file_calls = 0;
-    if (allocations != nullptr) std::istringstream(content(told)) >> file_calls >> *allocations;
-    return done;
-  }
-
   // Calls `judge` with the outcome of each allocation behind the set-up.
   template <typename Judge>
   void with_each_allocation_failing(const Arguments& arguments, Judge judge) {
-    std::uint64_t set_up = 0;
-    std::uint64_t all = 0;
-    ASSERT_NE(run_failing({"info", "@missing.csv"}, 0, &set_up).exit_code, 0);
-    ASSERT_EQ(run_failing(arguments, 0, &all).exit_code, 0);
+    const std::uint64_t set_up = allocations_of({"info", "@missing.csv"});
+    const std::uint64_t all = allocations_of(arguments);
     ASSERT_GT(set_up, 40U);
     ASSERT_GT(all, set_up);
     // The refusal of what is missing takes memory too.
     for (std::uint64_t n = set_up - 40; n <= all && !HasFailure(); ++n) {
       SCOPED_TRACE("allocation " + std::to_string(n));
-      const Finished done = run_failing(arguments, n);
-      EXPECT_TRUE(done.exit_code == 0 || done.exit_code == 1 || done.exit_code == 2)
-          << done.exit_code << '\n'
-          << done.err;
+      const Finished done = run_without_allocation(n, arguments);
       EXPECT_EQ(done.err.find("corrupt"), std::string::npos) << done.err;
       judge(done);
     }
@@ -229,25 +234,15 @@ INSTANTIATE_TEST_SUITE_P(OfAFile, MemoryThatEndsWhileCompressing,
 
 // Before any command begins: all of them describe their options first. A library's function that
 // may not throw, and takes memory, shows in some ten allocations in a row.
-TEST_F(CommandLine, IsSetUpOrRefusedWhereMemoryEnds) {
+TEST_F(FailingCommandLine, IsSetUpOrRefusedWhereMemoryEnds) {
   constexpr std::uint64_t kStep = 7;
-  const std::filesystem::path told = path("..") / "counts";
-  std::uint64_t all = 1;
-  for (std::uint64_t n = 0; n <= all && !HasFailure(); n += kStep) {
+  const std::uint64_t all = allocations_of({"--version"});
+  EXPECT_GT(all, 500U) << "the options of all commands";
+  for (std::uint64_t n = 1; n <= all && !HasFailure(); n += kStep) {
     SCOPED_TRACE("allocation " + std::to_string(n));
-    std::filesystem::remove(told);
-    const Finished done =
-        run({"--version"}, {{"LD_PRELOAD", std::string(ZERODRIFT_BIN_DIR) + "/libfailing_calls.so"},
-                            {kCounts, told.string()},
-                            {kFailAllocation, std::to_string(n)}});
-    std::uint64_t file_calls = 0;
-    if (n == 0) std::istringstream(content(told)) >> file_calls >> all;
-    EXPECT_TRUE(done.exit_code == 0 || done.exit_code == 1 || done.exit_code == 2)
-        << done.exit_code << '\n'
-        << done.err;
+    const Finished done = run_without_allocation(n, {"--version"});
     EXPECT_EQ(lines_of(done.err), done.exit_code == 0 ? 0U : 1U) << done.err;
   }
-  EXPECT_GT(all, 500U) << "the options of all commands";
 }
 
 std::string name_of(const testing::TestParamInfo<Case>& info) {
