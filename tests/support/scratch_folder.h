@@ -25,7 +25,9 @@ class ScratchFolder : public ::testing::Test {
 
   [[nodiscard]] std::filesystem::path path(std::string_view name) const { return folder_ / name; }
 
+  // Makes the folders above it.
   std::filesystem::path write(std::string_view name, std::string_view content) const {
+    std::filesystem::create_directories(path(name).parent_path());
     std::ofstream{path(name), std::ios::binary} << content;
     return path(name);
   }

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
 #include <string_view>
 
 #include "common/drivers/driver_error.h"
@@ -21,12 +20,6 @@ constexpr std::size_t kSupply = 8;
 
 class SysfsEnvironments : public ScratchFolder {
  protected:
-  std::filesystem::path put(std::string_view file, std::string_view content) const {
-    const std::filesystem::path path = folder_ / file;
-    std::filesystem::create_directories(path.parent_path());
-    std::ofstream{path} << content;
-    return path;
-  }
   [[nodiscard]] static double read_once(std::size_t channel, const std::filesystem::path& path,
                                         bool is_reversed = false) {
     SysfsEnvironment environment({{channel, path, is_reversed}});
@@ -44,39 +37,39 @@ class SysfsEnvironments : public ScratchFolder {
 };
 
 TEST_F(SysfsEnvironments, EachKindReadsInTheUnitOfItsChannel) {
-  EXPECT_DOUBLE_EQ(read_once(kSupply, put("hwmon0/in1_input", "5020\n")), 5.02);
-  EXPECT_DOUBLE_EQ(read_once(kSourceCurrent, put("hwmon0/curr1_input", "104\n")), 104.0);
-  put("imu/in_magn_scale", "0.001\n");
-  const auto field = put("imu/in_magn_x_raw", "-250\n");
+  EXPECT_DOUBLE_EQ(read_once(kSupply, write("hwmon0/in1_input", "5020\n")), 5.02);
+  EXPECT_DOUBLE_EQ(read_once(kSourceCurrent, write("hwmon0/curr1_input", "104\n")), 104.0);
+  write("imu/in_magn_scale", "0.001\n");
+  const auto field = write("imu/in_magn_x_raw", "-250\n");
   EXPECT_DOUBLE_EQ(read_once(kMagneticX, field), -25.0) << "0.25 G";
   EXPECT_DOUBLE_EQ(read_once(kMagneticX, field, true), 25.0);
-  put("imu/in_accel_z_scale", "0.01\n");
-  put("imu/in_accel_z_offset", "-19\n");
-  EXPECT_DOUBLE_EQ(read_once(kAccelerationZ, put("imu/in_accel_z_raw", "1000\n")), 9.81);
-  put("adc/in_voltage_scale", "2.5\n");
-  EXPECT_DOUBLE_EQ(read_once(kSupply, put("adc/in_voltage3_raw", "2000\n")), 5.0);
-  EXPECT_DOUBLE_EQ(read_once(kSourceCurrent, put("adc/in_current0_input", "98.5\n")), 98.5);
+  write("imu/in_accel_z_scale", "0.01\n");
+  write("imu/in_accel_z_offset", "-19\n");
+  EXPECT_DOUBLE_EQ(read_once(kAccelerationZ, write("imu/in_accel_z_raw", "1000\n")), 9.81);
+  write("adc/in_voltage_scale", "2.5\n");
+  EXPECT_DOUBLE_EQ(read_once(kSupply, write("adc/in_voltage3_raw", "2000\n")), 5.0);
+  EXPECT_DOUBLE_EQ(read_once(kSourceCurrent, write("adc/in_current0_input", "98.5\n")), 98.5);
 }
 
 TEST_F(SysfsEnvironments, RefusedAtStartWithOneLine) {
   EXPECT_EQ(refusal(kSupply, root() / "in1_input"),
             "in1_input: cannot read the sensor: No such file or directory");
-  EXPECT_EQ(refusal(kSupply, put("in2_input", "much\n")),
+  EXPECT_EQ(refusal(kSupply, write("in2_input", "much\n")),
             "in2_input: found 'much', expected a number");
-  EXPECT_EQ(refusal(kMagneticX, put("a/in_magn_x_raw", "1")),
+  EXPECT_EQ(refusal(kMagneticX, write("a/in_magn_x_raw", "1")),
             "a/in_magn_x_raw: has no in_magn_scale beside it, without which counts mean nothing");
-  EXPECT_EQ(refusal(kMagneticX, put("curr1_input", "1")),
+  EXPECT_EQ(refusal(kMagneticX, write("curr1_input", "1")),
             "curr1_input: no file of this channel, expected in_magn_*_input or in_magn_*_raw");
-  EXPECT_EQ(refusal(kSupply, put("in_temp_input", "1")),
+  EXPECT_EQ(refusal(kSupply, write("in_temp_input", "1")),
             "in_temp_input: no file of this channel, expected in_voltage*_input or "
             "in_voltage*_raw or in*_input");
-  EXPECT_EQ(refusal(kVibration, put("in3_input", "1")),
+  EXPECT_EQ(refusal(kVibration, write("in3_input", "1")),
             "in3_input: no file of this channel; Linux shows none");
 }
 
 TEST_F(SysfsEnvironments, AFileThatVanishesCostsItsOwnChannelUntilItComesBack) {
-  const auto supply = put("in1_input", "5000");
-  const auto current = put("curr1_input", "100");
+  const auto supply = write("in1_input", "5000");
+  const auto current = write("curr1_input", "100");
   SysfsEnvironment environment({{kSupply, supply}, {kSourceCurrent, current}});
   std::filesystem::remove(supply);
   auto reading = environment.read(core::SensorTime{7});
@@ -86,7 +79,7 @@ TEST_F(SysfsEnvironments, AFileThatVanishesCostsItsOwnChannelUntilItComesBack) {
   EXPECT_EQ(reading.sample.values.source_current_ma, 100.0);
   ASSERT_EQ(reading.reasons.size(), 1U);
   EXPECT_NE(reading.reasons[0].find("in1_input: cannot read"), std::string::npos);
-  put("in1_input", "4000");
+  write("in1_input", "4000");
   reading = environment.read(core::SensorTime{8});
   EXPECT_EQ(reading.sample.sequence, 1U);
   EXPECT_EQ(reading.sample.values.supply_v, 4.0);

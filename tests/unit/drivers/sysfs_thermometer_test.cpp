@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 #include <string_view>
 
 #include "common/drivers/driver_error.h"
@@ -16,13 +15,6 @@ namespace {
 
 class SysfsThermometers : public ScratchFolder {
  protected:
-  std::filesystem::path put(std::string_view file, std::string_view content) const {
-    const std::filesystem::path path = folder_ / file;
-    std::filesystem::create_directories(path.parent_path());
-    std::ofstream{path} << content;
-    return path;
-  }
-
   // One line, without the folder.
   [[nodiscard]] std::string shown(std::string text) const {
     EXPECT_EQ(text.find('\n'), std::string::npos) << text;
@@ -51,35 +43,35 @@ class SysfsThermometers : public ScratchFolder {
 };
 
 TEST_F(SysfsThermometers, EachKindReadsInDegreesCelsius) {
-  EXPECT_DOUBLE_EQ(read_once(put("class/hwmon/hwmon0/temp1_input", "45250\n")), 45.25);
-  EXPECT_DOUBLE_EQ(read_once(put("a/in_temp_input", "-1500\n")), -1.5);
-  put("b/in_temp_scale", "62.5\n");
-  put("b/in_temp_offset", "-80\n");
-  EXPECT_DOUBLE_EQ(read_once(put("b/in_temp_raw", "400\n")), (400 - 80) * 62.5 * 1e-3);
-  put("c/in_temp_scale", "10\n");
-  EXPECT_DOUBLE_EQ(read_once(put("c/in_temp0_raw", "2150\n")),
+  EXPECT_DOUBLE_EQ(read_once(write("class/hwmon/hwmon0/temp1_input", "45250\n")), 45.25);
+  EXPECT_DOUBLE_EQ(read_once(write("a/in_temp_input", "-1500\n")), -1.5);
+  write("b/in_temp_scale", "62.5\n");
+  write("b/in_temp_offset", "-80\n");
+  EXPECT_DOUBLE_EQ(read_once(write("b/in_temp_raw", "400\n")), (400 - 80) * 62.5 * 1e-3);
+  write("c/in_temp_scale", "10\n");
+  EXPECT_DOUBLE_EQ(read_once(write("c/in_temp0_raw", "2150\n")),
                    21.5);  // no offset; the scale is shared
-  EXPECT_DOUBLE_EQ(read_once(put("28-000001/temperature", "23125\n")), 23.125);
-  EXPECT_DOUBLE_EQ(read_once(put("28-000002/w1_slave",
-                                 "72 01 4b 46 7f ff 0e 10 57 : crc=57 YES\n"
-                                 "72 01 4b 46 7f ff 0e 10 57 t=23125\n")),
+  EXPECT_DOUBLE_EQ(read_once(write("28-000001/temperature", "23125\n")), 23.125);
+  EXPECT_DOUBLE_EQ(read_once(write("28-000002/w1_slave",
+                                   "72 01 4b 46 7f ff 0e 10 57 : crc=57 YES\n"
+                                   "72 01 4b 46 7f ff 0e 10 57 t=23125\n")),
                    23.125);
 }
 
 TEST_F(SysfsThermometers, DiscoverNamesThemByLabelChipAndDevice) {
-  put("class/hwmon/hwmon0/name", "coretemp\n");
-  put("class/hwmon/hwmon0/temp1_input", "45000\n");
-  put("class/hwmon/hwmon0/temp1_label", "Package id 0\n");
-  put("class/hwmon/hwmon0/temp2_input", "44000\n");
-  put("class/hwmon/hwmon0/temp1_max", "90000\n");
-  put("class/hwmon/hwmon0/fan1_input", "1200\n");
-  put("class/hwmon/hwmon1/name", "coretemp\n");
-  put("class/hwmon/hwmon1/temp2_input", "43000\n");
-  put("bus/iio/devices/iio:device0/name", "adis16475\n");
-  put("bus/iio/devices/iio:device0/in_temp0_raw", "250\n");
-  put("bus/iio/devices/iio:device0/in_temp0_scale", "100\n");
-  put("bus/w1/devices/28-0abc/w1_slave", "x");
-  put("bus/w1/devices/28-0abc/temperature", "21000\n");
+  write("class/hwmon/hwmon0/name", "coretemp\n");
+  write("class/hwmon/hwmon0/temp1_input", "45000\n");
+  write("class/hwmon/hwmon0/temp1_label", "Package id 0\n");
+  write("class/hwmon/hwmon0/temp2_input", "44000\n");
+  write("class/hwmon/hwmon0/temp1_max", "90000\n");
+  write("class/hwmon/hwmon0/fan1_input", "1200\n");
+  write("class/hwmon/hwmon1/name", "coretemp\n");
+  write("class/hwmon/hwmon1/temp2_input", "43000\n");
+  write("bus/iio/devices/iio:device0/name", "adis16475\n");
+  write("bus/iio/devices/iio:device0/in_temp0_raw", "250\n");
+  write("bus/iio/devices/iio:device0/in_temp0_scale", "100\n");
+  write("bus/w1/devices/28-0abc/w1_slave", "x");
+  write("bus/w1/devices/28-0abc/temperature", "21000\n");
 
   const auto found = discover_thermometers(root());
   ASSERT_EQ(found.size(), 5U);
@@ -101,16 +93,17 @@ TEST_F(SysfsThermometers, DiscoverFindsNothingInAnEmptyOrMissingTree) {
 TEST_F(SysfsThermometers, RefusedAtStartWithOneLine) {
   EXPECT_EQ(refusal(root() / "temp1_input"),
             "temp1_input: cannot read the sensor: No such file or directory");
-  EXPECT_EQ(refusal(put("temp2_input", "warm\n")), "temp2_input: found 'warm', expected a number");
-  EXPECT_EQ(refusal(put("temp3_input", "")), "temp3_input: found '', expected a number");
-  EXPECT_EQ(refusal(put("temp4_input", "nan")), "temp4_input: found 'nan', expected a number");
-  EXPECT_EQ(refusal(put("a/in_temp_raw", "1")),
+  EXPECT_EQ(refusal(write("temp2_input", "warm\n")),
+            "temp2_input: found 'warm', expected a number");
+  EXPECT_EQ(refusal(write("temp3_input", "")), "temp3_input: found '', expected a number");
+  EXPECT_EQ(refusal(write("temp4_input", "nan")), "temp4_input: found 'nan', expected a number");
+  EXPECT_EQ(refusal(write("a/in_temp_raw", "1")),
             "a/in_temp_raw: has no in_temp_scale beside it, without which counts mean nothing");
-  EXPECT_EQ(refusal(put("b/w1_slave", "ff : crc=57 NO\nff t=85000\n")),
+  EXPECT_EQ(refusal(write("b/w1_slave", "ff : crc=57 NO\nff t=85000\n")),
             "b/w1_slave: the 1-wire CRC does not say YES");
-  EXPECT_EQ(refusal(put("c/w1_slave", "ff : crc=57 YES\nff\n")),
+  EXPECT_EQ(refusal(write("c/w1_slave", "ff : crc=57 YES\nff\n")),
             "c/w1_slave: found 'ff : crc=57 YES?ff', expected t=<m°C>");
-  EXPECT_EQ(refusal(put("d/fan1_input", "1")),
+  EXPECT_EQ(refusal(write("d/fan1_input", "1")),
             "d/fan1_input: no thermometer file; expected temp*_input, in_temp*_input, "
             "in_temp*_raw, temperature or w1_slave");
   std::filesystem::create_directories(root() / "e/temp1_input");
@@ -119,7 +112,7 @@ TEST_F(SysfsThermometers, RefusedAtStartWithOneLine) {
 }
 
 TEST_F(SysfsThermometers, AFileThatVanishesWhileRunningIsNotMeasuredUntilItComesBack) {
-  const auto path = put("class/hwmon/hwmon0/temp1_input", "20000\n");
+  const auto path = write("class/hwmon/hwmon0/temp1_input", "20000\n");
   SysfsThermometer thermometer{describe_thermometer("coil", path)};
 
   ThermometerReading reading = thermometer.read(core::SensorTime{1});
@@ -139,7 +132,7 @@ TEST_F(SysfsThermometers, AFileThatVanishesWhileRunningIsNotMeasuredUntilItComes
   EXPECT_EQ(shown(reading.reason),
             "class/hwmon/hwmon0/temp1_input: cannot read the sensor: No such file or directory");
 
-  put("class/hwmon/hwmon0/temp1_input", "21000\n");
+  write("class/hwmon/hwmon0/temp1_input", "21000\n");
   reading = thermometer.read(core::SensorTime{3});
   EXPECT_TRUE(reading.sample.measured);
   EXPECT_DOUBLE_EQ(reading.sample.temperature_degc, 21.0);
