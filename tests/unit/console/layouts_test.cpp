@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rule: what the shipped layout shows is there: each of its message paths
-// (topic{field==value}.field.field) begins with a channel that the gateway advertises and goes on
-// with fields of that channel's schema; what is plotted is a number, and every panel is laid out.
+// Rule: what the shipped layouts show is there: each message path of Foxglove's
+// (topic{field==value}.field.field) and each curve of PlotJuggler's (topic/field/field) begins with
+// a channel that the gateway advertises and goes on with fields of that channel's schema; what is
+// plotted is a number, and every panel is laid out.
 #include <google/protobuf/descriptor.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <boost/property_tree/ptree.hpp>
+#include <boost/property_tree/xml_parser.hpp>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -12,6 +16,7 @@
 #include <set>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "idl/proto/telemetry.pb.h"
 #include "tests/unit/console/fake_client.h"
@@ -23,8 +28,12 @@ namespace {
 using google::protobuf::Descriptor;
 using google::protobuf::FieldDescriptor;
 
-nlohmann::json layout() {
-  std::ifstream file(std::string(ZERODRIFT_SOURCE_DIR) + "/deploy/monitoring/foxglove_layout.json");
+std::ifstream shipped(const std::string& name) {
+  return std::ifstream(std::string(ZERODRIFT_SOURCE_DIR) + "/deploy/monitoring/" + name);
+}
+
+nlohmann::json foxglove_layout() {
+  auto file = shipped("foxglove_layout.json");
   return nlohmann::json::parse(file);
 }
 
@@ -72,9 +81,9 @@ void resolve(const std::string& path, Leaf& leaf) {
 }
 
 TEST(FoxgloveLayout, ShowsWhatTheGatewaySends) {
-  const auto shipped = layout();
+  const auto layout = foxglove_layout();
   int paths = 0;
-  for (const auto& [panel, config] : shipped.at("configById").items()) {
+  for (const auto& [panel, config] : layout.at("configById").items()) {
     if (config.contains("topicPath")) {
       Leaf leaf;
       resolve(config["topicPath"], leaf);
@@ -107,12 +116,57 @@ void collect(const nlohmann::json& place, std::multiset<std::string>& panels) {
 }
 
 TEST(FoxgloveLayout, HasAPlaceForEachPanelOnce) {
-  const auto shipped = layout();
+  const auto layout = foxglove_layout();
   std::multiset<std::string> laid_out;
-  collect(shipped.at("layout"), laid_out);
+  collect(layout.at("layout"), laid_out);
   std::multiset<std::string> configured;
-  for (const auto& [panel, config] : shipped.at("configById").items()) configured.insert(panel);
+  for (const auto& [panel, config] : layout.at("configById").items()) configured.insert(panel);
   EXPECT_EQ(laid_out, configured);
+}
+
+using boost::property_tree::ptree;
+
+// Splitters as many parts as they say, and a curve or more in every area.
+void check_area(const ptree& place, std::vector<std::string>& curves) {
+  const auto parts = [&] {
+    return std::count_if(place.begin(), place.end(),
+                         [](const auto& part) { return part.first != "<xmlattr>"; });
+  };
+  if (const auto count = place.get_optional<std::ptrdiff_t>("<xmlattr>.count")) {
+    EXPECT_EQ(parts(), *count);
+    const auto sizes = place.get<std::string>("<xmlattr>.sizes");
+    EXPECT_EQ(std::count(sizes.begin(), sizes.end(), ';') + 1, *count);
+    for (const auto& [kind, part] : place) {
+      if (kind != "<xmlattr>") check_area(part, curves);
+    }
+    return;
+  }
+  const std::size_t before = curves.size();
+  for (const auto& [kind, part] : place.get_child("plot")) {
+    if (kind == "curve") curves.push_back(part.get<std::string>("<xmlattr>.name"));
+  }
+  EXPECT_GT(curves.size(), before) << place.get<std::string>("<xmlattr>.name");
+}
+
+TEST(PlotJugglerLayout, ShowsWhatTheGatewaySends) {
+  auto file = shipped("plotjuggler_layout.xml");
+  ptree layout;
+  boost::property_tree::read_xml(file, layout);
+  std::vector<std::string> curves;
+  check_area(layout.get_child("root.tabbed_widget.Tab.Container.DockSplitter"), curves);
+  EXPECT_GE(curves.size(), 10U);
+  for (const std::string& curve : curves) {
+    // A topic is /gyro_<G>/<name>: what is behind it are fields.
+    const std::size_t fields = curve.find('/', curve.find('/', 1) + 1);
+    ASSERT_NE(fields, std::string::npos) << curve;
+    std::string path = curve;
+    std::replace(path.begin() + static_cast<std::ptrdiff_t>(fields), path.end(), '/', '.');
+    Leaf leaf;
+    resolve(path, leaf);
+    ASSERT_NE(leaf.field, nullptr) << curve;
+    EXPECT_EQ(leaf.field->cpp_type(), FieldDescriptor::CPPTYPE_DOUBLE) << curve;
+    EXPECT_FALSE(leaf.field->is_repeated()) << curve;
+  }
 }
 
 }  // namespace
