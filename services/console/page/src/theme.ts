@@ -5,6 +5,7 @@ import { readPalette } from './charts/palette.ts';
 export const THEMES = ['system', 'light', 'dark'] as const;
 export type Theme = (typeof THEMES)[number];
 const KEY = 'zerodrift.theme';
+const systemIsDark = matchMedia('(prefers-color-scheme: dark)');
 
 export function storedTheme(): Theme {
   try {
@@ -16,8 +17,7 @@ export function storedTheme(): Theme {
 }
 
 export function applyTheme(theme: Theme): void {
-  if (theme === 'system') delete document.documentElement.dataset.theme;
-  else document.documentElement.dataset.theme = theme;
+  document.documentElement.dataset.theme = theme === 'system' ? (systemIsDark.matches ? 'dark' : 'light') : theme;
   readPalette();
   window.dispatchEvent(new Event('themechange'));
   try {
@@ -27,4 +27,4 @@ export function applyTheme(theme: Theme): void {
   }
 }
 
-matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => applyTheme(storedTheme()));
+systemIsDark.addEventListener('change', () => applyTheme(storedTheme()));
