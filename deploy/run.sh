@@ -59,7 +59,7 @@ start() {   # name command...
 if [ -n "$record" ]; then
   source=(--source record --record "$record")
   [ -z "$columns" ] || source+=(--columns "$columns")
-  # A bad record or map is told before anything starts.
+  # A bad record or map is reported before anything starts.
   "$bin/zerodrift" info --record "$record" ${columns:+--columns "$columns"}
   speed=${speed:-max}
 else

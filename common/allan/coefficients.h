@@ -135,7 +135,7 @@ struct CoefficientReport {
   // Square residuals over points - terms, weighted by the inverse of the points' covariance. Values
   // well above 1 say that the model lacks a term.
   double reduced_chi_square = 0.0;
-  // Of a curve that isn't explained: where N, and nothing else, could be told.
+  // Of a curve that isn't explained: where N, and nothing else, could be stated.
   std::optional<TauRange> white_alone;
   std::optional<Sinusoid> sinusoid;   // where the curve asked for one
   std::optional<MarkovNoise> markov;  // where the curve asked for one

@@ -31,7 +31,7 @@ struct WhitePart {
 // low-pass of white noise is a Markov noise to the last digit. A curve that falls more steeply than
 // white noise later on has a sinusoid, and is left to the fit.
 //
-// Slopes are of points an octave apart, told from another only where they differ by 0.1 and by four
+// Slopes are of points an octave apart, distinguished only where they differ by 0.1 and by four
 // standard errors, from ten degrees of freedom on. The white part begins two octaves after the
 // first slope within 0.03 (and a standard error) of -1/2, or of the lowest. Of 64 first-order
 // low-passes (0.5 and 2 Hz, 1 and 4 h) 61 so stated N, on average 1 % too small, with the truth in

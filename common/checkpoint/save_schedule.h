@@ -18,7 +18,7 @@ class SaveSchedule {
     std::uint32_t gyro_id = 0;
     std::uint64_t epoch = 0;
   };
-  // What somebody ought to hear of a save: each trouble once, however often it is tried again.
+  // What ought to be reported of a save: each trouble once, however often it is tried again.
   enum class News : std::uint8_t { kNone, kFails, kWorksAgain };
 
   explicit SaveSchedule(std::chrono::nanoseconds period) : period_ns_(period.count()) {}

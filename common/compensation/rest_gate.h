@@ -50,7 +50,7 @@ enum class RestState { kInitial, kMotion, kLevelImplausible, kSettling, kRest };
 // give or take what drift can do since" against "another level", with the noise estimated from the
 // blocks themselves (sigma² = half the mean squared successive difference), so that no knowledge of
 // the gyro is needed. Rotation slower than the slew limit onto a level within the noise cannot be
-// told from drift without a reference. Cost: O(1) a block. One thread.
+// distinguished from drift without a reference. Cost: O(1) a block. One thread.
 class RestGate {
  public:
   explicit RestGate(const RestGateOptions& options);

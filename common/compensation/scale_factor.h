@@ -20,8 +20,8 @@
 // lay beyond 4 sigmas, the others' mean normalised square is at most 2, and c is within kLargest.
 // Else the window's knowledge is dropped, its forerunner stays in force, and its variance grows
 // fourfold (at most to what it was at first), so that a reference that was wrong for long can be
-// unlearned. What a reference is off in proportion to the rate can't be told from the gyro's own
-// error: it is learned, within kLargest.
+// unlearned. What a reference is off in proportion to the rate can't be distinguished from the
+// gyro's own error: it is learned, within kLargest.
 //
 // O(1) a sample, some 100 products a block; no allocation.
 #pragma once

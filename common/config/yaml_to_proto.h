@@ -4,7 +4,7 @@
 //
 // Scalars convert strictly: a number field takes a plain finite number, a flag true or false, an
 // enum its value's name; a string field any scalar. A wrong type and a key that stands twice are
-// refused. An unknown key is told with the closest valid one; where the message has a field
+// refused. An unknown key is reported with the closest valid one; where the message has a field
 // `map<string, string> extra`, it is kept there as JSON text.
 #pragma once
 

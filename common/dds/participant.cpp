@@ -430,7 +430,7 @@ void ReaderListener::on_liveliness_changed(fdds::DataReader*,
       const std::lock_guard lock(silent_mutex_);
       if (silent_.erase(writer) == 0) return;  // the first time
     }
-    discovery_.note(endpoint_, Kind::kLivelinessRegained, writer, "is heard again");
+    discovery_.note(endpoint_, Kind::kLivelinessRegained, writer, "is back");
   }
 }
 

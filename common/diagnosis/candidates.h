@@ -61,8 +61,8 @@ struct Oscillations {
                                              const Playback& playback, core::Axis axis);
 
 // Effects that the model lists for the axis with parameters are left out: they are refitted, not
-// named. Those listed without are among the candidates, but their needs are not told a second time.
-// What an effect takes from another one of the model (T_ref, b') comes from there.
+// named. Those listed without are among the candidates, but their needs are not stated a second
+// time. What an effect takes from another one of the model (T_ref, b') comes from there.
 [[nodiscard]] Candidates candidates(const MeasuredSeries& series, const Playback& playback,
                                     const twin::Model& model, core::Axis axis,
                                     const Oscillations& oscillations);

@@ -77,7 +77,7 @@ struct Judgement {
 [[nodiscard]] Judgement judge_profile(const std::vector<Question>& questions,
                                       const twin::Profile& profile);
 
-// Below, two explanations can't be told apart: their posterior odds would change by e at most.
+// Below, two explanations can't be distinguished: their posterior odds would change by e at most.
 inline constexpr double kLeastStandardErrors = 3.0;
 
 // That stay together, and the key of the limits that would separate them if it were there; empty
@@ -96,7 +96,7 @@ struct Design {
   std::vector<Inseparable> inseparable{};
 };
 
-// Deterministic by the seed. Throws as judge_profile(). O(proposals). `progress` is told the share
+// Deterministic by the seed. Throws as judge_profile(). O(proposals). `progress` is given the share
 // that is done.
 [[nodiscard]] Design design(const std::vector<Question>& questions,
                             const twin::ChamberLimits& limits, const DesignOptions& options,

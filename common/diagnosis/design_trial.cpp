@@ -66,8 +66,8 @@ bool tells(const AxisDiagnosis& diagnosis, const Question& question, const Expla
   return is_there;
 }
 
-bool is_told(const Question& question, const Explanation& truth, const twin::Profile& profile,
-             std::uint64_t seed) {
+bool is_resolved(const Question& question, const Explanation& truth, const twin::Profile& profile,
+                 std::uint64_t seed) {
   const twin::Model model = of_axis(question.model, question.axis);
   twin::Model gyro = model;
   if (!truth.is_nothing()) gyro.effects.push_back(spec_of(truth.effect, question.axis));
@@ -124,7 +124,7 @@ std::vector<Share> measured_shares(const std::vector<Question>& questions,
       Share share{.explanation = truth.name(), .axis = question.axis, .records = replicates};
       for (std::size_t r = 0; r < replicates; ++r, ++record) {
         progress(static_cast<double>(record) / static_cast<double>(all));
-        if (is_told(question, truth, profile, seed + record)) ++share.told;
+        if (is_resolved(question, truth, profile, seed + record)) ++share.resolved;
       }
       shares.push_back(share);
     }

@@ -26,7 +26,7 @@ namespace zerodrift::diagnosis {
 struct Share {
   std::string explanation;
   core::Axis axis = core::Axis::kX;
-  std::size_t told = 0;  // records whose diagnosis keeps it in its set and no other explanation
+  std::size_t resolved = 0;  // records whose diagnosis keeps it in its set and no other explanation
   std::size_t records = 0;
 };
 

@@ -304,7 +304,7 @@ class AxisExamination {
     return true;
   }
 
-  // What the catalogue doesn't know is told by a formula, beside what stands without it, where
+  // What the catalogue doesn't know is described by a formula, beside what stands without it, where
   // held-out data confirm one. Else all is left as it was.
   void close_unknown(Judged& judged, const Split& split,
                      std::span<const std::size_t> calibrated) const {

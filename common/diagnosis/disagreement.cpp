@@ -31,7 +31,7 @@ double two_sided_p(double chi_square) {
 struct InputRange {
   double from;
   double below;
-  double to;  // largest value told of
+  double to;  // largest value that is reported
 };
 
 // About as many values in each. A value that fills a range by itself is one; of an input with two

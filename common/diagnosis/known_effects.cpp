@@ -94,7 +94,7 @@ std::vector<KnownParameter> known_parameters(const twin::Model& model, core::Axi
 std::vector<Recalibration> recalibrate(twin::Model& model, const std::vector<KnownParameter>& known,
                                        const std::vector<CorrectionFinding>& corrections) {
   core::require(known.size() == corrections.size(), "each known parameter has its correction");
-  std::vector<Recalibration> told;
+  std::vector<Recalibration> changed;
   for (std::size_t i = 0; i < known.size(); ++i) {
     const CorrectionFinding& correction = corrections[i];
     if (!correction.significant) continue;
@@ -103,10 +103,10 @@ std::vector<Recalibration> recalibrate(twin::Model& model, const std::vector<Kno
         limited(*twin::definition_of(spec), known[i].parameter, known[i].value + correction.value);
     spec.parameters[known[i].parameter] = to;
     spec.standard_errors[known[i].parameter] = correction.standard_error;
-    told.push_back(
+    changed.push_back(
         {label_of(spec), known[i].parameter, known[i].value, to, correction.standard_error});
   }
-  return told;
+  return changed;
 }
 
 Recalibration shift_bias(twin::Model& model, core::Axis axis, double by_radps) {

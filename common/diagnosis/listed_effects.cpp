@@ -43,19 +43,19 @@ void tell_unfitted(Trial& trial, const TrialInput& input) {
 }
 
 void give_coefficients(EffectSpec& waiting, const Candidate& candidate, const NamedEffect& found,
-                       std::vector<Recalibration>& told) {
+                       std::vector<Recalibration>& changed) {
   waiting.inputs = found.inputs;
   waiting.parameters = found.parameters;
   waiting.standard_errors = found.standard_errors;
   for (const std::string& amplitude : candidate.amplitudes) {
     const auto error = found.standard_errors.find(amplitude);
     if (error == found.standard_errors.end()) continue;
-    told.push_back(
+    changed.push_back(
         {label_of(waiting), amplitude, 0.0, found.parameters.at(amplitude), error->second});
   }
   if (!candidate.amplitudes.empty()) return;  // else its shape is its size
   for (const std::string& shape : names_of(*candidate.definition, twin::ParameterRole::kShape))
-    told.push_back({label_of(waiting), shape, 0.0, found.parameters.at(shape), 0.0});
+    changed.push_back({label_of(waiting), shape, 0.0, found.parameters.at(shape), 0.0});
 }
 
 }  // namespace zerodrift::diagnosis

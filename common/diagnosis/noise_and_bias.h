@@ -15,7 +15,7 @@ namespace zerodrift::diagnosis {
 [[nodiscard]] NoiseFindings noise_of(std::span<const double> remainder, const TrialInput& input,
                                      const SearchProblem& problem, const twin::Model& model);
 
-// Into the trial's repaired model, and told.
+// Into the trial's repaired model, and reported.
 void take_noise(Trial& trial, const TrialInput& input, const NoiseFindings& noise);
 
 // The bias takes up the mean that the repaired model's drift leaves where it is more than the

@@ -224,19 +224,19 @@ void lower_constant_noise(Trial& trial, core::Axis axis, double constant_radps, 
     if (spectrum.law != twin::NoiseLaw::kWhite || !definition->inputs.empty()) continue;
     double& value = spec.parameters[spectrum.scale];
     const double to = constant_radps * std::sqrt(interval_s) / spectrum.si_per_unit;
-    const auto told = std::find_if(
+    const auto changed = std::find_if(
         trial.recalibrated.begin(), trial.recalibrated.end(), [&](const Recalibration& change) {
           return change.name == spec.kind && change.parameter == spectrum.scale;
         });
     constexpr double kAsBefore = 0.15;  // relative; the file's own error is as large
-    const double from = told != trial.recalibrated.end() ? told->from : value;
+    const double from = changed != trial.recalibrated.end() ? changed->from : value;
     if (std::abs(to - from) <= kAsBefore * from) {
       value = from;
-      if (told != trial.recalibrated.end()) trial.recalibrated.erase(told);
+      if (changed != trial.recalibrated.end()) trial.recalibrated.erase(changed);
       return;
     }
-    if (told != trial.recalibrated.end()) {
-      told->to = to;
+    if (changed != trial.recalibrated.end()) {
+      changed->to = to;
     } else {
       trial.recalibrated.push_back({spec.kind, spectrum.scale, from, to, kAsBefore * from});
     }

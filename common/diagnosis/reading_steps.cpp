@@ -45,7 +45,7 @@ void ReadingSteps::add(double value) {
   decade.divisor = std::gcd(decade.divisor, static_cast<std::int64_t>(std::round(steps)));
 }
 
-// A smaller reading is never told in larger steps: a few that end in zeros by chance don't count.
+// A smaller reading is never given in larger steps: a few that end in zeros by chance don't count.
 // Readings of other sizes and the same decimals are of the same steps.
 double ReadingSteps::step_at(double value) const {
   const double size = std::abs(value / unit_);

@@ -114,8 +114,8 @@ void take_listed(Trial& trial, core::Axis axis, const Candidate& candidate,
 }
 
 // A name that was chosen in the light of one state of the search may look worse in another one, or
-// once a noise is split into two readings. Then it can't be told from the names that look better:
-// all of them are as probable.
+// once a noise is split into two readings. Then it can't be distinguished from the names that look
+// better: all of them are as probable.
 void level(NamedEffect& effect) {
   double sum = effect.probability;
   double count = 1.0;
@@ -164,8 +164,8 @@ double evidence_of(const NoiseFindings& noise) {
   return sum;
 }
 
-// An unknown dependence on an input, told by a spline, leaves a remainder that effects of the same
-// input seem to explain: with an unknown of their family none of them is named.
+// An unknown dependence on an input, described by a spline, leaves a remainder that effects of the
+// same input seem to explain: with an unknown of their family none of them is named.
 SearchReport search_without_family_of_unknown(SearchProblem& problem,
                                               const SearchOptions& options) {
   SearchReport report = find_missing(problem, options);

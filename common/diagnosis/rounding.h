@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rates and references that are told in steps which are large beside what the gyro does. While a
+// Rates and references that are given in steps which are large beside what the gyro does. While a
 // reading stays the same its error does: over the record that looks like an effect of the rate.
 #pragma once
 
@@ -32,8 +32,8 @@ struct Rounding {
 // itself. Those of a reference stay as long as it does. They matter where they are a fifth or more
 // of the mean square by which means differ from those around them, over a minute (rate) or over the
 // time of a constant reference; where they are more than four times as large, a reference is as
-// exact as it is round (a table told to turn at 10 deg/s), and says nothing. Where the reference's
-// rounding matters it is left out, ramps too, if two thirds of the record are left.
+// exact as it is round (a table commanded to turn at 10 deg/s), and says nothing. Where the
+// reference's rounding matters it is left out, ramps too, if two thirds of the record are left.
 // `residual_radps`: measured minus twin. O(n log n).
 [[nodiscard]] Rounding find_rounding(const MeasuredSeries& series, core::Axis axis,
                                      std::span<const double> residual_radps);

@@ -235,7 +235,7 @@ double relative_error(const Likelihoods& likelihoods, const std::vector<KnownNoi
                     : std::numeric_limits<double>::quiet_NaN();
 }
 
-// The twin makes none of a noise listed without coefficients. One that the record has is told of
+// The twin makes none of a noise listed without coefficients. One that the record has is reported
 // as recalibrated from 0.
 std::optional<Recalibration> fitted_from_nothing(const Likelihoods& likelihoods,
                                                  const std::vector<KnownNoise>& free,

@@ -36,7 +36,7 @@ struct NoiseQuestion {
 // correlation times), accepted above log(kinds / false_alarm) after half a log of the number of
 // degrees of freedom for its coefficient. A Markov noise is a telegraph where two levels are
 // likelier (two_levels.h); slow noise listed without coefficients is asked for levels as well. A
-// kind that the model lists without coefficients is fitted and told of as recalibrated from 0.
+// kind that the model lists without coefficients is fitted and reported as recalibrated from 0.
 // Nothing is found in a record that stands still.
 [[nodiscard]] NoiseFindings examine_noise(const NoiseQuestion& question,
                                           const SearchOptions& options);

@@ -15,7 +15,7 @@ namespace {
 constexpr double kShortestRecordS = 600.0;
 constexpr std::size_t kFewestIntervals = 60;
 
-// Each effect once, in the order in which they are told.
+// Each effect once, in the order in which they are reported.
 std::string names_of(const std::vector<Recalibration>& recalibrated) {
   std::vector<std::string> names;
   for (const Recalibration& change : recalibrated) {

@@ -273,7 +273,7 @@ std::vector<std::string> notes(const ComparisonResult& result) {
                                  [](const AxisComparison& axis) { return !axis.paper.empty(); });
   if (paper) {
     text.emplace_back(
-        "The paper's procedure is told for comparison with the paper only: neighbouring points "
+        "The paper's procedure is shown for comparison with the paper only: neighbouring points "
         "share nearly all their samples, so persistence does well; rbf and svr are trained on "
         "every "
         "25th point of the series that they are judged on; N, B and K of a smoothed series "

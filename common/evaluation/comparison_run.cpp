@@ -218,7 +218,7 @@ SchemeOutcome judge(const std::string& name, const ComparisonRequest& request, P
   return outcome;
 }
 
-// All schemes on one axis; what a protocol leaves nothing to judge of is told in `warnings`.
+// All schemes on one axis; what a protocol leaves nothing to judge of is stated in `warnings`.
 AxisComparison judge_axis(core::Axis axis, const std::vector<LabelledPoint>& points,
                           const ComparisonRequest& request, std::vector<std::string>& warnings) {
   AxisComparison compared;

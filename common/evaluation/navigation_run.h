@@ -42,7 +42,7 @@ struct NavigationResult {
 };
 
 // A record's reference columns are the truth that the filters are judged by; the compensation does
-// not hear them unless its options say so. Specific force is taken where the record has all three
+// not use them unless its options say so. Specific force is taken where the record has all three
 // columns. Throws where the record can't be read.
 [[nodiscard]] NavigationResult run_navigation(const NavigationRequest& request);
 

@@ -28,7 +28,7 @@ struct SimulatedRecord {
 [[nodiscard]] SimulatedRecord load_simulation(const std::string& model_file,
                                               const std::string& profile_file);
 
-// Number of rows. `progress` is told the share that is done from time to time. Throws
+// Number of rows. `progress` is given the share that is done from time to time. Throws
 // files::FileError, std::invalid_argument with one line.
 std::uint64_t write_simulation(const SimulatedRecord& simulated, const std::string& out,
                                const std::function<void(double share)>& progress);

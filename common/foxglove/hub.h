@@ -44,7 +44,7 @@ class Hub {
   };
   Hub(ServerInfo info, Callbacks callbacks);
 
-  ChannelId add_channel(const std::string& topic, const Schema& schema);  // told to all
+  ChannelId add_channel(const std::string& topic, const Schema& schema);  // advertised to all
   std::uint32_t add_service(const std::string& name, const std::string& type, const Schema& request,
                             const Schema& response);
 

@@ -38,17 +38,17 @@ struct LiveRowsOptions {
   std::size_t most_waiting = 16'384;
   // Readings of one probe or channel: 10 s ahead of the rates at 3 kHz.
   std::size_t most_readings = 32'768;
-  // Thermometers used at most: those that are heard first.
+  // Thermometers used at most: those that are received first.
   std::size_t most_probes = 64;
 };
 
 struct LiveCounts {
   std::uint64_t rates_refused = 0;     // a time stamp not after the one before, or wild
   std::uint64_t readings_refused = 0;  // likewise, or of one probe too many
-  std::uint64_t late_probes = 0;       // readings of probes first heard after the start
+  std::uint64_t late_probes = 0;       // readings of probes first received after the start
   std::uint64_t late_channels = 0;     // likewise of channels of the environment
   std::uint64_t readings_lost = 0;     // came after the row of their time, or more than can wait
-  std::uint64_t late_references = 0;   // true rates first heard after the start
+  std::uint64_t late_references = 0;   // true rates first received after the start
   std::uint64_t without_reference =
       0;  // rows whose true rate nobody said; their rates are left out
 };

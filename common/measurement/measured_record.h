@@ -40,7 +40,7 @@ struct MeasuredRecord {
   }
 };
 
-// What the rows of a record, or of what was heard live, are to be taken for.
+// What the rows of a record, or of what was received live, are to be taken for.
 struct MeasuredColumns {
   std::string file;                            // or a name; each line on what was found begins so
   std::vector<record::BoundColumn> columns{};  // values alone; rates of the wanted axes
@@ -69,7 +69,7 @@ class MeasuredRecordBuilder {
   std::unique_ptr<Implementation> implementation_;
 };
 
-// `progress` is told the share that was read, 0 to 1. Reads the file once, O(rows). Throws
+// `progress` is given the share that was read, 0 to 1. Reads the file once, O(rows). Throws
 // files::FileError; std::invalid_argument with one line where the record lacks a wanted axis or
 // has no rate that moves.
 [[nodiscard]] MeasuredRecord read_measured_record(const MeasuredRecordRequest& request,

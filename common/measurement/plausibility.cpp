@@ -165,7 +165,7 @@ std::vector<Doubt> RecordWatch::doubts() const {
                      {},
                      "it spans " + significant(duration_s(), kDigits) +
                          " s, less than the minute that means are taken over: too short for drift "
-                         "to be told from noise"});
+                         "to be distinguished from noise"});
   }
   return found;
 }
@@ -243,7 +243,7 @@ std::optional<std::string> RecordWatch::stuck(const ColumnWatch& column) const {
            significant(widest_temperature_degc(), kDigits) + " degC: it is stuck";
   }
   if (duration_s() < kLongestConstantTemperatureS) return std::nullopt;
-  return equal + ": it is stuck, or too coarse for drift to be told by it";
+  return equal + ": it is stuck, or too coarse to show drift";
 }
 
 std::vector<std::string> lines_of(const std::vector<Doubt>& doubts) {

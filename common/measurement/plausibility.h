@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of a record can hardly be as it says, told before anything is made of it: one set of rules
-// for every command that reads a record. A doubt refuses nothing.
+// What of a record can hardly be as it says, reported before anything is made of it: one set of
+// rules for every command that reads a record. A doubt refuses nothing.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ enum class DoubtKind : std::uint8_t {
   kUnit,           // temperatures that another unit makes ordinary
   kNotAtRest,      // a rate too large for rest, and no true rate that explains it
   kStuck,          // a channel that never moves
-  kTooShort,       // for drift to be told from noise
+  kTooShort,       // for drift to be distinguished from noise
 };
 [[nodiscard]] std::string_view name(DoubtKind kind);  // "not_measurable", ...
 

@@ -50,9 +50,10 @@ auto* add_arguments(App& app, NavigationArguments& arguments) {
   app.add_option("--updates", arguments.updates,
                  "rest: the filters are updated at rest; none: free inertial")
       ->capture_default_str();
-  app.add_flag("--residual-feedback", arguments.residual_feedback,
-               "also tell what each update at rest finds left of the drift; the compensation hears "
-               "it only with reference.navigation_residual: accept");
+  app.add_flag(
+      "--residual-feedback", arguments.residual_feedback,
+      "also publish what each update at rest finds left of the drift; the compensation takes "
+      "it only with reference.navigation_residual: accept");
   return alignment;
 }
 

@@ -163,7 +163,7 @@ class AttitudeFilter {
   Vector3 earth_rate_n_;
   Strapdown strapdown_;
   Vector3 drift_ = Vector3::Zero();
-  Vector3 claimed_ = Vector3::Constant(-1.0);  // variance heard last
+  Vector3 claimed_ = Vector3::Constant(-1.0);  // variance received last
   Matrix6 covariance_ = Matrix6::Zero();
 };
 

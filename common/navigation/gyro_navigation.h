@@ -110,7 +110,7 @@ class GyroNavigation {
   explicit GyroNavigation(const GyroNavigationOptions& options);
 
   // The true rate at a sample's time (a rate table, a record's reference columns), before the
-  // sample or soon after: once one was heard, samples wait for theirs in a queue of kWaiting.
+  // sample or soon after: once one has arrived, samples wait for theirs in a queue of kWaiting.
   void push_truth(core::SensorTime time, const core::PerAxis<double>& rate_radps) noexcept;
   void push(const NavigationSample& sample) noexcept;
   // Samples that wait for a truth that doesn't come go on without.

@@ -9,7 +9,7 @@
 
 namespace zerodrift::navigation {
 
-// A filter that hears the topic knows the sensor's variance as rate covariance - drift variance,
+// A filter that reads the topic knows the sensor's variance as rate covariance - drift variance,
 // each as published: offline runs compute the same, to the bit.
 [[nodiscard]] inline double noise_variance(double rate_variance, double drift_variance) noexcept {
   const bool known = rate_variance >= 0.0 && drift_variance >= 0.0;

@@ -27,7 +27,7 @@ struct AxisRange {
 };
 
 // Smallest range that holds all drawable values, widened by `margin` (up to 0.04) of its length at
-// both ends. A range without length, or too short to be told apart in doubles, is widened around
+// both ends. A range without length, or too short to be resolved in doubles, is widened around
 // its middle; one without values is 0 to 1 (logarithmic: 0.1 to 10).
 [[nodiscard]] AxisRange range_of(std::span<const double> values, AxisScale scale, double margin);
 

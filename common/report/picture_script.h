@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What gnuplot is told of a chart.
+// A chart as gnuplot takes it.
 #pragma once
 
 #include <string>

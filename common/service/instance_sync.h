@@ -60,7 +60,7 @@ class InstanceSync {
   static constexpr std::chrono::nanoseconds kLongestTick = std::chrono::milliseconds(250);
   // A model that came late to one of two instances is in force in both well before.
   static constexpr std::uint64_t kDifferingRun = 200;
-  static constexpr std::uint32_t kShortLine = 4096;  // answers; not told apart below
+  static constexpr std::uint32_t kShortLine = 4096;  // answers; not distinguished below
 
   // Of a service that is alone: it writes, whatever comes.
   InstanceSync() = default;

@@ -41,7 +41,7 @@ class ServiceRoster {
 
   // What a service says of one of its gyros is left out.
   void receive(const msg::ServiceStatus& status, const Guid& writer);
-  // One that ended in order is forgotten; one that died, or fell silent, stays until it is heard
+  // One that ended in order is forgotten; one that died, or fell silent, stays until it reports
   // again, or a new one of its name is.
   void note_gone(const Guid& writer, dds::Departure departure);
   // In the order of their names.

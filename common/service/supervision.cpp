@@ -23,7 +23,7 @@ void add_supervision_options(CLI::App& app, Supervision& supervision) {
       ->transform(in_seconds())
       ->check(positive);
   app.add_option("--stale-after", supervision.stale_after_s,
-                 "silence after which samples are told to be stale")
+                 "silence after which samples are reported as stale")
       ->transform(in_seconds())
       ->check(positive)
       ->capture_default_str();

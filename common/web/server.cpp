@@ -155,13 +155,13 @@ class Server::Loop::WebSocket final : public Client,
     if (closing_) return;
     closing_ = true;
     if (why_.empty()) why_ = reason;
-    websocket::close_reason told(static_cast<websocket::close_code>(code),
-                                 reason.substr(0, kLongestReason).c_str());
+    websocket::close_reason goodbye(static_cast<websocket::close_code>(code),
+                                    reason.substr(0, kLongestReason).c_str());
     // Beast's time-outs end here: a read that waits for the end of the goodbye has an assertion
-    // that it isn't told of one. deadline_ ends what takes too long.
+    // that none reaches it. deadline_ ends what takes too long.
     stream_.set_option(websocket::stream_base::timeout{websocket::stream_base::none(),
                                                        websocket::stream_base::none(), false});
-    stream_.async_close(told, [self = shared_from_this()](beast::error_code) { self->end(); });
+    stream_.async_close(goodbye, [self = shared_from_this()](beast::error_code) { self->end(); });
     // It may read nothing any more: then the goodbye never ends.
     deadline_.expires_after(loop_.options_.closed_within);
     deadline_.async_wait([weak = weak_from_this()](beast::error_code error) {

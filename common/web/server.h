@@ -3,10 +3,10 @@
 // application's to say. server.cpp is the only source that knows Boost.Beast.
 //
 // Bounds: connections, header, body, message, what waits for each client, and time for each step of
-// a connection. A newcomer is always heard: where all places are taken, the plain connection that
-// has waited longest gives way, and WebSockets never have all of them. What is beyond the bounds,
-// malformed or not UTF-8 where it has to be is refused with an HTTP status or a WebSocket close
-// code; nothing of it ends the server or another connection.
+// a connection. A newcomer is always accepted: where all places are taken, the plain connection
+// that has waited longest gives way, and WebSockets never have all of them. What is beyond the
+// bounds, malformed or not UTF-8 where it has to be is refused with an HTTP status or a WebSocket
+// close code; nothing of it ends the server or another connection.
 #pragma once
 
 #include <chrono>
@@ -59,7 +59,7 @@ class Client {
     std::size_t bytes_waiting = 0;
     double queue_fill = 0.0;  // 0..1
   };
-  // Never waits. A client that is too slow even for state is closed, and told why.
+  // Never waits. A client that is too slow even for state is closed, with the reason.
   virtual void send(Frame frame) = 0;
   virtual void close(CloseCode code, const std::string& reason) = 0;
   [[nodiscard]] virtual Counts counts() const = 0;
@@ -99,7 +99,7 @@ class Server {
 
   [[nodiscard]] Address address() const;  // with the port that was free
   void start();
-  // Clients are told; within half a second all is closed and the thread has ended.
+  // Clients get a closing frame; within half a second all is closed and the thread has ended.
   void stop();
 
   // Any thread: runs it on the server's thread, where all of the application runs. After stop() it

@@ -18,7 +18,7 @@ std::string figures(const allan::Finding& finding, double window_s, const char* 
 }
 
 std::string evidence(const allan::Finding& finding) {
-  return fmt::format(" (p {:.1e}, told below {:.1e})", finding.p_value, finding.threshold);
+  return fmt::format(" (p {:.1e}, reported below {:.1e})", finding.p_value, finding.threshold);
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ std::vector<Gyro*> CompensationNode::led_gyros() {
 }
 
 CompensationNode::Verdict CompensationNode::obey(const msg::Command& command) {
-  Verdict verdict{.text = "no gyro has been heard yet"};
+  Verdict verdict{.text = "no gyro has sent a sample yet"};
   bool accepted = false;
   const std::vector<Gyro*> led = led_gyros();
   if (led.empty() && !gyros_.empty()) return {.text = kOtherLeadsText};

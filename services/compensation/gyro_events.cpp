@@ -49,19 +49,19 @@ constexpr std::array kReferenceFaults{
 
 constexpr std::string_view reference_fault_text(ReferenceVerdict verdict) {
   switch (verdict) {
-    case ReferenceVerdict::kUnknownKind: return "a rate reference of an unknown kind; not heard";
+    case ReferenceVerdict::kUnknownKind: return "a rate reference of an unknown kind; not used";
     case ReferenceVerdict::kUncertain:
-      return "a rate reference whose variance is above the limit or no number; not heard";
+      return "a rate reference whose variance is above the limit or no number; not used";
     case ReferenceVerdict::kMoreThanEarth:
-      return "a rest reference that turns faster than the Earth; not heard";
+      return "a rest reference that turns faster than the Earth; not used";
     case ReferenceVerdict::kEarthRateIncluded:
       return "a rest reference, while earth_rate.mode says that Earth rate counts as drift; not "
-             "heard, or it would be taken off twice";
+             "used, or it would be taken off twice";
     case ReferenceVerdict::kWrongEpoch:
-      return "a residual of another model than was in force at its time; not heard";
+      return "a residual of another model than was in force at its time; not used";
     case ReferenceVerdict::kImplausible:
-      return "a residual further off than forecast and residual explain; not heard";
-    default: return "a residual after several implausible ones; not heard until the next label";
+      return "a residual further off than forecast and residual explain; not used";
+    default: return "a residual after several implausible ones; not used until the next label";
   }
 }
 
@@ -176,7 +176,7 @@ void GyroEvents::report_faults(const Gyro& gyro) {
     raise_counted(code, reference_fault_text(verdict), reported.references[v], now.references[v],
                   at);
   }
-  raise_counted("duplicate_publisher", "a second publisher uses this id; only the first is heard",
+  raise_counted("duplicate_publisher", "a second publisher uses this id; only the first is used",
                 reported_rejected_, gyro.pipeline().rejected(), at);
   reported_ = now;
   reported_rejected_ = gyro.pipeline().rejected();

@@ -66,7 +66,7 @@ void add_options(CLI::App& app, CompensationArguments& arguments) {
          "with records and simulations: take no sample before so many subscribers are there")
       ->capture_default_str();
   app.add_option("--max-gyros", node.max_gyros,
-                 "gyros compensated at most; samples of others are not answered, which is told")
+                 "gyros compensated at most; samples of others are not answered, which is reported")
       ->check(CLI::Range(std::size_t{1}, CompensationNode::kMostGyros))
       ->capture_default_str();
   app.add_option(

@@ -51,7 +51,7 @@ Gyro& chosen(const std::vector<Gyro*>& gyros, std::optional<std::uint32_t> id) {
   }
   throw CommandRefused(id ? "found gyro id " + std::to_string(*id) + ", expected one of " +
                                 joined(known)
-                          : "a model is one gyro's, and several are heard: expected "
+                          : "a model is one gyro's, and several send: expected "
                             "--gyro-id, one of " +
                                 joined(known));
 }

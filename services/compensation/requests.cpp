@@ -33,7 +33,7 @@ CompensationNode::Verdict CompensationNode::hand_over(const msg::Command& comman
   }
   Request request{.command = command, .argument = command.argument().c_str(), .gyros = {}};
   for (auto& [id, source] : gyros_.entries()) request.gyros.push_back(&source);
-  if (request.gyros.empty()) return {.text = "no gyro has been heard yet"};
+  if (request.gyros.empty()) return {.text = "no gyro has sent a sample yet"};
   if (!is_checkpoint(command)) request.gyros = led_gyros();
   if (request.gyros.empty()) return {.text = kOtherLeadsText};
   const auto task = [this, request] {

@@ -163,7 +163,7 @@ void add_metric(Families& families, Labels labels, const telemetry::Metric& metr
 
 void add_service(Families& families, const telemetry::ServiceStatus& status) {
   const Labels labels = labels_of(status.service());
-  families.add("zerodrift_service_up", "1: the service is heard", labels,
+  families.add("zerodrift_service_up", "1: the service reports", labels,
                status.alive() ? 1.0 : 0.0);
   families.add("zerodrift_service_uptime_seconds", "Since the service's start", labels,
                status.uptime_s());

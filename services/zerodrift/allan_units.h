@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the coefficients and deviations of a gyro are called and in which units they are told.
+// How the coefficients and deviations of a gyro are called and in which units they are reported.
 #pragma once
 
 #include <string>

@@ -48,7 +48,7 @@ int show_once(const ControlOptions& options) {
   }
   service::wait_for_stop(500ms);  // the others speak four times a second
   if (!board.has("compensation")) {
-    std::fprintf(stderr, "ctl status: no compensation service heard in domain %u within %g s\n",
+    std::fprintf(stderr, "ctl status: no compensation service found in domain %u within %g s\n",
                  options.network.domain, options.wait_s);
     return service::kExitNo;
   }
@@ -197,7 +197,7 @@ void add_control(CLI::App& app, Run& run) {
     const bool of_prior = changes_prior(name);
     if (of_prior) {
       command->add_option("--gyro-id", options->gyro_id,
-                          "needed where the service hears several gyros");
+                          "needed where the service has several gyros");
     }
     if (std::string_view(name) == "adopt") {
       command

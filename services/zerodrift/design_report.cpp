@@ -21,9 +21,9 @@ std::string axis_of(const DesignResult& result, const diagnosis::Separation& pai
   return std::string(core::name(result.questions[pair.question].axis));
 }
 
-std::size_t told(const std::vector<diagnosis::Share>& shares) {
+std::size_t resolved(const std::vector<diagnosis::Share>& shares) {
   std::size_t sum = 0;
-  for (const diagnosis::Share& share : shares) sum += share.told;
+  for (const diagnosis::Share& share : shares) sum += share.resolved;
   return sum;
 }
 
@@ -53,7 +53,7 @@ Json json_of(const std::vector<diagnosis::Share>& shares) {
   for (const diagnosis::Share& share : shares) {
     json.push_back({{"axis", core::name(share.axis)},
                     {"explanation", share.explanation},
-                    {"told", share.told},
+                    {"resolved", share.resolved},
                     {"records", share.records}});
   }
   return json;
@@ -109,9 +109,9 @@ std::vector<std::string> design_sentences(const DesignResult& result) {
                       " with the best fixed one (" + result.fixed.what + ").");
   if (result.shares.empty() || result.shares.front().records == 0) return sentences;
   sentences.push_back("Simulated and diagnosed, it tells " +
-                      counted(told(result.shares), records(result.shares)) + " records; " +
+                      counted(resolved(result.shares), records(result.shares)) + " records; " +
                       result.fixed.what + ": " +
-                      counted(told(result.fixed_shares), records(result.fixed_shares)) + ".");
+                      counted(resolved(result.fixed_shares), records(result.fixed_shares)) + ".");
   return sentences;
 }
 
@@ -131,7 +131,7 @@ void print_design_tables(const DesignResult& result) {
   }
   std::printf("%s\n", report::text_table(pairs).c_str());
   if (result.shares.empty() || result.shares.front().records == 0) return;
-  report::Table shares{.caption = "Records that were told, by what was simulated",
+  report::Table shares{.caption = "Records that were resolved, by what was simulated",
                        .columns = {{"axis", report::Align::kLeft},
                                    {"truth", report::Align::kLeft},
                                    {"designed"},
@@ -141,8 +141,8 @@ void print_design_tables(const DesignResult& result) {
   for (std::size_t i = 0; i < result.shares.size(); ++i) {
     const auto& share = result.shares[i];
     shares.rows.push_back({{std::string(core::name(share.axis)), share.explanation,
-                            counted(share.told, share.records),
-                            counted(result.fixed_shares[i].told, share.records)}});
+                            counted(share.resolved, share.records),
+                            counted(result.fixed_shares[i].resolved, share.records)}});
   }
   std::printf("%s\n", report::text_table(shares).c_str());
 }

@@ -115,7 +115,7 @@ void add_diagnose(CLI::App& app, Run& run, const Invocation& made_by) {
   command->add_option("--record", request.record.file, kRecordHelp);
   command->add_flag("--live", options->live,
                     "in place of a record: what a running system publishes; Ctrl-C diagnoses what "
-                    "was heard so far");
+                    "was received so far");
   command
       ->add_option("--duration", options->listening.duration_s,
                    "with --live: listen for so long, in sensor time")
@@ -140,7 +140,8 @@ void add_diagnose(CLI::App& app, Run& run, const Invocation& made_by) {
                       "file for the repaired model; if nothing is repaired, the model as it was");
   add_output_options(*command, request, options->outputs);
   command->footer(
-      "Exit codes: 0 diagnosed, whatever the verdict; 1 nobody heard --publish; 2 wrong usage or "
+      "Exit codes: 0 diagnosed, whatever the verdict; 1 nobody received --publish; 2 wrong usage "
+      "or "
       "bad input.");
   command->callback([options, gyro_id, &run] {
     options->request.record.gyro_id = chosen_gyro(*gyro_id);

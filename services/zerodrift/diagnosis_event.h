@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A diagnosis as the one event that a running system hears of it.
+// A diagnosis as the one event that a running system publishes.
 #pragma once
 
 #include <cstdint>

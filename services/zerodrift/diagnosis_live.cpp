@@ -192,10 +192,10 @@ measurement::MeasuredRecord LiveDiagnosis::finish() {
   warn(counts.readings_lost,
        "temperatures or readings of the environment left out: they came after the rates of their "
        "time, or more at once than can wait");
-  warn(counts.late_probes, "temperatures of probes first heard after the start left out");
-  warn(counts.late_channels, "readings of the environment first heard after the start left out");
+  warn(counts.late_probes, "temperatures of probes first received after the start left out");
+  warn(counts.late_channels, "readings of the environment first received after the start left out");
   warn(counts.late_references, "true rates left out: the first came after the start");
-  warn(counts.without_reference, "rates left out: nobody told the true rate");
+  warn(counts.without_reference, "rates left out: nobody published the true rate");
   warn(rejected_, "rates of a second publisher with this id left out");
   return measured;
 }

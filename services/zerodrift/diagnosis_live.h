@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // `zerodrift diagnose --live`: listens to a running system for a while, then diagnoses what it
-// heard as if it were a record.
+// received as if it were a record.
 #pragma once
 
 #include <atomic>
@@ -40,7 +40,7 @@ class LiveDiagnosis {
 
   // Listens for the duration, to the end of a replay, or until a stop signal; diagnoses; hands the
   // result to `take`, then publishes event and reports. A second stop signal ends the process.
-  // Throws as run_diagnosis() does, and where too little was heard.
+  // Throws as run_diagnosis() does, and where too little was received.
   void run(const std::function<void(const DiagnosisResult&)>& take);
 
  private:

@@ -21,7 +21,7 @@ class StatusBoard {
  public:
   explicit StatusBoard(dds::Participant& participant);
 
-  // The table as text, one gyro after the other; empty before anything was heard.
+  // The table as text, one gyro after the other; empty before anything was received.
   [[nodiscard]] std::string table();
   // The same and more as one line of JSON.
   [[nodiscard]] std::string json();

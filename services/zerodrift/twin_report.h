@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A diagnosis as a running system hears of it: an event in one line, and a report of each axis with
-// its curves for consoles.
+// A diagnosis as a running system publishes it: an event in one line, and a report of each axis
+// with its curves for consoles.
 #pragma once
 
 #include <cstdint>

@@ -179,7 +179,7 @@ TEST(DesignScenario, WhatOneRampConfusesIsToldOnTheDesignedExperiment) {
     std::size_t sum = 0;
     for (const Share& share : measured_shares(questions, profile, 1, 5, ignore)) {
       EXPECT_EQ(share.records, 1U);
-      sum += share.told;
+      sum += share.resolved;
     }
     return sum;
   };

@@ -212,7 +212,7 @@ export class ConsoleState {
     const live = this.live;
     return {
       link: this.link,
-      heard: live !== undefined,
+      present: live !== undefined,
       ageS: this.ageS,
       sampleIntervalS: live?.sampleIntervalS ?? NaN,
       finished: this.finished,

@@ -335,8 +335,8 @@ function onBinary(buffer: ArrayBuffer): void {
 
 /** Subscribes to what the selected gyro and the system say, and to nothing else. */
 function followChannels(): void {
-  const heard = [...channels.values()].map((c) => gyroTopic(c.topic)?.gyro).filter((id) => id !== undefined);
-  const known = [...new Set([...heard, ...(selected === 0 ? [] : [selected])])].sort((a, b) => a - b);
+  const advertised = [...channels.values()].map((c) => gyroTopic(c.topic)?.gyro).filter((id) => id !== undefined);
+  const known = [...new Set([...advertised, ...(selected === 0 ? [] : [selected])])].sort((a, b) => a - b);
   if (known.join() !== gyros.join() || (selected === 0 && known.length > 0)) {
     gyros = known;
     if (!gyros.includes(selected)) selected = gyros[0] ?? 0;

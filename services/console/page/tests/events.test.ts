@@ -27,7 +27,7 @@ const STATUS: PlainStatus = {
   metrics: [],
 };
 
-test('what is told of the input has a name in words', () => {
+test('what is reported of the input has a name in words', () => {
   assert.equal(eventTitle('double_correction'), 'Corrected twice');
   assert.equal(eventTitle('polarity_reversed'), 'Wrong sign');
   assert.equal(eventTitle('clocks_disagree'), 'clocks_disagree');
@@ -46,8 +46,8 @@ test('a double correction holds for its gyro until the compensation starts anew'
   assert.equal(correctedTwiceMs([EVENT], [{ ...STATUS, uptimeS: 5 }], 1), NaN);
 });
 
-test('a death that three tell of is one event, with who told of it', () => {
-  const lost = { ...EVENT, code: 'peer_lost', text: 'gyro_publisher (pid 42) is not heard any more; it did not say that it ends' };
+test('a death that three report is one event, with who reported it', () => {
+  const lost = { ...EVENT, code: 'peer_lost', text: 'gyro_publisher (pid 42) is silent; it did not say that it ends' };
   const silent = { ...EVENT, code: 'deadline_missed', text: 'topic angular_rate: gyro_publisher (pid 42) sent nothing for more than 100 ms' };
   const events = [
     { ...lost, key: 'a', service: 'console', atMs: 20_000 },
@@ -69,10 +69,10 @@ test('before the middleware gives the dead up, what its status and topics miss i
 });
 
 test('another process, a much earlier loss and a mere silence are no part of a death', () => {
-  const lost = { ...EVENT, code: 'peer_lost', text: 'compensation (pid 42) is not heard any more' };
+  const lost = { ...EVENT, code: 'peer_lost', text: 'compensation (pid 42) is silent' };
   const events = [
     { ...lost, key: 'a', atMs: 200_000 },
-    { ...lost, key: 'b', text: 'compensation (pid 43) is not heard any more', atMs: 199_000 },
+    { ...lost, key: 'b', text: 'compensation (pid 43) is silent', atMs: 199_000 },
     { ...EVENT, key: 'c', code: 'deadline_missed', text: 'topic event: recorder (pid 9) sent nothing', atMs: 198_000 },
     { ...lost, key: 'd', atMs: 100_000 },
   ];

@@ -51,7 +51,7 @@ test('a window is seconds first and full rate after, without a hole between', ()
   assert.deepEqual(view.probes, ['coil']);
 });
 
-test('what is heard again after a reconnection is not kept twice', () => {
+test('what arrives again after a reconnection is not kept twice', () => {
   const store = new GyroStore(1);
   addSamples(store, 0, 10);
   addSamples(store, 9.5, 1);

@@ -33,8 +33,8 @@ test('the spread of block means is that of the drift, whatever the noise within'
   assert.deepEqual(blockSpread(ring, COLUMNS, 300), { obstacle: 'short' });
 });
 
-/** Ten minutes, of which those in `moving` turn there and back; `told`: the true rate is known. */
-function drive(moving: number[], told: boolean): Ring {
+/** Ten minutes, of which those in `moving` turn there and back; `known`: the true rate is. */
+function drive(moving: number[], known: boolean): Ring {
   const ring = new Ring(1000, 4);
   for (let s = 0; s < 600; ++s) {
     const minute = Math.floor(s / 60);
@@ -43,7 +43,7 @@ function drive(moving: number[], told: boolean): Ring {
     const slot = ring.open(s * 1e9);
     ring.columns[0][slot] = turn + minute + noise;
     ring.columns[1][slot] = turn + 0.01 * minute + noise;
-    ring.columns[2][slot] = told ? turn : NaN;
+    ring.columns[2][slot] = known ? turn : NaN;
     ring.columns[3][slot] = moving.includes(minute) ? FROZEN : LEARNING;
   }
   return ring;

@@ -48,7 +48,7 @@ test('an injection is spelt kind:axis:magnitude:seconds', () => {
   assert.equal(injectionArgument({ kind: 'clear', axis: 'x', magnitude: 3, seconds: 2 }), 'clear');
 });
 
-test('a command goes to the services that were heard', () => {
+test('a command goes to the services that are there', () => {
   const freeze = COMMANDS.find((c) => c.name === 'freeze');
   assert.ok(freeze);
   assert.deepEqual(addressees(freeze, ['compensation/0', 'compensation/1', 'compensation/0:1', 'allan_monitor']), ['compensation/0', 'compensation/1']);

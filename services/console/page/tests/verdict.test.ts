@@ -8,7 +8,7 @@ const compared = (ratio: number, blocks = 100): Comparison => ({ blocks, raw: ra
 const LEARNING: AxisFacts = { valid: true, mode: 1, reason: 'none', comparison: compared(200), harmed: false };
 const GOOD: Facts = {
   link: 'open',
-  heard: true,
+  present: true,
   ageS: 0.01,
   sampleIntervalS: 0.005,
   finished: false,
@@ -79,7 +79,7 @@ test('what chance could do is no verdict, until there is much of it', () => {
   assert.equal(verdict(onAll({ comparison: compared(1.1) })).better.tone, 'warn');
 });
 
-test('harm that the Allan monitor finds is told beside a good ratio', () => {
+test('harm that the Allan monitor finds is shown beside a good ratio', () => {
   const { better } = verdict({ ...GOOD, axes: [LEARNING, { ...LEARNING, harmed: true }, LEARNING] });
   assert.equal(better.tone, 'warn');
   assert.match(better.detail, /noisier than raw at some cluster time on y/);
@@ -113,12 +113,12 @@ test('nothing is claimed of now when nothing comes', () => {
   for (const facts of [{ ...GOOD, ageS: 3 }, { ...GOOD, link: 'gone' as const }]) {
     const v = verdict(facts);
     assert.deepEqual([v.compensating.tone, v.better.tone, v.learning.tone, v.data.tone], ['idle', 'idle', 'idle', 'bad']);
-    assert.match(v.compensating.detail, /last heard: Compensating/);
+    assert.match(v.compensating.detail, /last known: Compensating/);
   }
   assert.equal(verdict({ ...GOOD, ageS: 3, finished: true }).compensating.tone, 'good');
 });
 
-test('losses and a replay are told', () => {
+test('losses and a replay are shown', () => {
   assert.match(verdict({ ...GOOD, dropped: 5 }).data.detail, /5 frames dropped/);
   assert.equal(verdict({ ...GOOD, pace: 60 }).data.text, 'Good (replay 60×)');
   assert.equal(verdict({ ...GOOD, pace: 60, missing: 2, lossSeen: true }).data.text, 'With losses (replay 60×)');
@@ -134,7 +134,7 @@ test('losses carry their age, and are history after ten minutes', () => {
   assert.match(lost(7, 60, false).detail, /none in the 60 s since this page listens/);
 });
 
-test('an input that is turned round or corrected twice is told while it lasts', () => {
+test('an input that is turned round or corrected twice is shown while it lasts', () => {
   const reversed = verdict({ ...GOOD, axes: [LEARNING, { ...LEARNING, mode: 2, reason: 'polarity_reversed' }, LEARNING] }).data;
   assert.deepEqual([reversed.tone, reversed.text], ['bad', 'Wrong sign']);
   assert.match(reversed.detail, /^y: it turns the other way round .*mounting\.axes/);
@@ -144,8 +144,8 @@ test('an input that is turned round or corrected twice is told while it lasts', 
 });
 
 test('without a gyro or a gateway nothing is claimed', () => {
-  assert.equal(verdict({ ...GOOD, heard: false }).data.text, 'No gyro heard');
-  assert.equal(verdict({ ...GOOD, heard: false, link: 'connecting' }).data.text, 'Connecting');
+  assert.equal(verdict({ ...GOOD, present: false }).data.text, 'No gyro');
+  assert.equal(verdict({ ...GOOD, present: false, link: 'connecting' }).data.text, 'Connecting');
   assert.equal(verdict({ ...GOOD, link: 'gone' }).data.text, 'Gateway gone');
 });
 

@@ -34,16 +34,16 @@ export function injectionArgument({ kind, axis, magnitude, seconds }: Injection)
   return `${kind}:${kind === 'gap' ? 'xyz' : axis}:${size}:${seconds}`;
 }
 
-/** Names of the heard services that a command can go to; the default one where none was heard. */
+/** Names of the services there that a command can go to; the default one where none is. */
 export function addressees(kind: CommandKind, services: string[]): string[] {
-  const heard = services.filter((s) => !s.includes(':') && (s === kind.to || s.startsWith(`${kind.to}/`)));
-  return heard.length > 0 ? heard : [kind.to];
+  const there = services.filter((s) => !s.includes(':') && (s === kind.to || s.startsWith(`${kind.to}/`)));
+  return there.length > 0 ? there : [kind.to];
 }
 
 const PUBLISHERS = ['gyro_publisher', 'thermal_publisher'];
 
-/** All publishers that were heard: a replay keeps its streams together. */
+/** All publishers that reported: a replay keeps its streams together. */
 export function publishers(services: string[]): string[] {
-  const heard = services.filter((s) => !s.includes(':') && PUBLISHERS.includes(s.split('/')[0]));
-  return heard.length > 0 ? heard : PUBLISHERS;
+  const there = services.filter((s) => !s.includes(':') && PUBLISHERS.includes(s.split('/')[0]));
+  return there.length > 0 ? there : PUBLISHERS;
 }

@@ -29,12 +29,12 @@ const CLOCK_MS = 1000; // an event of a service's first moments
 
 /** When the compensation said last that a gyro is given its own output; its next start takes that back. NaN: it didn't. */
 export function correctedTwiceMs(events: PlainEvent[], services: PlainStatus[], gyro: number): number {
-  const told = events.filter((e) => {
+  const fitting = events.filter((e) => {
     if (e.code !== 'double_correction' || e.gyro !== gyro) return false;
     const process = services.find((s) => s.service === e.service);
     return process !== undefined && e.atMs > process.atMs - process.uptimeS * 1000 - CLOCK_MS;
   });
-  return told.length > 0 ? Math.max(...told.map((e) => e.atMs)) : NaN;
+  return fitting.length > 0 ? Math.max(...fitting.map((e) => e.atMs)) : NaN;
 }
 
 /** What one death makes several observers say, each naming the dead as "name (pid N)". */
@@ -43,7 +43,7 @@ const OF_A_DEATH = new Set([...DEATHS, 'deadline_missed']);
 const DEATH_WITHIN_MS = 30_000; // leases and discovery end within
 const PROCESS = /[\w/:.-]+ \(pid \d+\)/;
 
-/** Events with the deaths folded: `observers` are those who told of the same one, the event's own service among them. */
+/** Events with the deaths folded: `observers` are those who reported the same one, the event's own service among them. */
 export interface FoldedEvent extends PlainEvent {
   observers: string[];
 }

@@ -53,7 +53,7 @@ export function parseText(text: string): TextFrame {
       return frame as TextFrame;
     }
   } catch {
-    // told by the answer
+    // reported by the answer
   }
   return { op: 'other' };
 }

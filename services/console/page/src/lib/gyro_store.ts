@@ -131,7 +131,7 @@ export class GyroStore {
     const columns = this.samples.columns;
     for (let i = 0; i < count; ++i) {
       const slot = this.samples.open(this.since(batch.timeNs[i]));
-      if (slot < 0) continue; // heard before: after a reconnection, or a standby's repetition
+      if (slot < 0) continue; // known: after a reconnection, or a standby's repetition
       for (const a of AXES) {
         const raw = at(batch.raw[a], i);
         const compensated = at(batch.compensated[a], i);

@@ -109,7 +109,7 @@ export interface AxisFacts {
 
 export interface Facts {
   link: Link;
-  heard: boolean; // a gyro's samples came at least once
+  present: boolean; // a gyro's samples came at least once
   ageS: number; // since the newest sample came
   sampleIntervalS: number;
   finished: boolean; // the source says it has ended
@@ -146,7 +146,7 @@ export function staleAfterS(sampleIntervalS: number): number {
 }
 
 export function isStale(facts: Facts): boolean {
-  return facts.heard && facts.ageS > staleAfterS(facts.sampleIntervalS);
+  return facts.present && facts.ageS > staleAfterS(facts.sampleIntervalS);
 }
 
 function names(axes: number[]): string {
@@ -271,7 +271,7 @@ export function isReplay(facts: Facts): boolean {
   return Number.isFinite(facts.pace) && (facts.pace > 1.3 || facts.pace < 0.7);
 }
 
-const LOSS_COUNTS_S = 600; // then it is history, told with its age
+const LOSS_COUNTS_S = 600; // then it is history, shown with its age
 
 function lossText(facts: Facts): string {
   if (facts.missing === 0) return '';
@@ -309,7 +309,7 @@ function data(facts: Facts): Statement {
 
 /** What was said last, when nobody can say it any more. */
 function past(statement: Statement): Statement {
-  const last = `last heard: ${statement.text}${statement.detail ? `, ${statement.detail}` : ''}`;
+  const last = `last known: ${statement.text}${statement.detail ? `, ${statement.detail}` : ''}`;
   return { tone: 'idle', text: 'Not known now', detail: last };
 }
 
@@ -320,9 +320,9 @@ export function isPast(facts: Facts): boolean {
 
 /** What the headline says. Without samples all four say so; without news only the last is of now. */
 export function verdict(facts: Facts): Verdict {
-  if (!facts.heard) {
-    const text = facts.link === 'open' ? 'No gyro heard' : facts.link === 'connecting' ? 'Connecting' : 'Gateway gone';
-    const detail = facts.link === 'open' ? 'the gateway hears no compensated_rate in its domain' : 'tries again by itself';
+  if (!facts.present) {
+    const text = facts.link === 'open' ? 'No gyro' : facts.link === 'connecting' ? 'Connecting' : 'Gateway gone';
+    const detail = facts.link === 'open' ? 'the gateway receives no compensated_rate in its domain' : 'tries again by itself';
     const nothing: Statement = { tone: 'idle', text: '–', detail: 'no data yet' };
     return { compensating: nothing, better: nothing, learning: nothing, data: { tone: facts.link === 'connecting' ? 'idle' : 'bad', text, detail } };
   }
