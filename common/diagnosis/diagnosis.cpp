@@ -11,12 +11,13 @@
 #include "common/diagnosis/candidates.h"
 #include "common/diagnosis/curves.h"
 #include "common/diagnosis/disagreement.h"
-#include "common/diagnosis/formula_search.h"
 #include "common/diagnosis/gap.h"
 #include "common/diagnosis/held_out.h"
+#include "common/diagnosis/known_effects.h"
 #include "common/diagnosis/motion.h"
 #include "common/diagnosis/next_experiment.h"
 #include "common/diagnosis/playback.h"
+#include "common/diagnosis/proved_formula.h"
 #include "common/diagnosis/record_faults.h"
 #include "common/diagnosis/repair.h"
 #include "common/diagnosis/rounded_text.h"
@@ -122,6 +123,7 @@ class AxisExamination {
     }
     if (judged.trial.unknown && !is_of_rounding(judged.trial.unknown->rms_radps, faults))
       close_unknown(judged, split, calibrated.calibration.fitted);
+    prefer_formula(judged, calibrated, split);
     const bool adopted = judged.acceptance == Acceptance::kAccepted;
     const twin::Model& final_model = adopted ? judged.trial.repaired : model_;
     const Comparison held_out = compare_on(split.held_out, model_, final_model, axis_);
@@ -260,23 +262,6 @@ class AxisExamination {
     return aside;
   }
 
-  // Of a parameter that was found twice the later value counts.
-  static std::vector<Recalibration> merged(std::vector<Recalibration> first,
-                                           const std::vector<Recalibration>& later) {
-    for (const Recalibration& change : later) {
-      const auto same = std::find_if(first.begin(), first.end(), [&](const Recalibration& other) {
-        return other.name == change.name && other.parameter == change.parameter;
-      });
-      if (same == first.end()) {
-        first.push_back(change);
-        continue;
-      }
-      same->to = change.to;
-      same->standard_error = change.standard_error;
-    }
-    return first;
-  }
-
   static std::vector<std::string> refuted_by(const Judged& judged) {
     std::vector<std::string> names;
     if (judged.acceptance != Acceptance::kReverted || judged.trial.unknown) return names;
@@ -284,12 +269,6 @@ class AxisExamination {
       if (!is_noise(effect.name)) names.push_back(twin::label_of(effect.name, effect.formula));
     }
     return names;
-  }
-
-  static std::string spoken_against(std::span<const std::string> refuted) {
-    std::string names;
-    for (const std::string& name : refuted) names += (names.empty() ? "" : " and ") + name;
-    return " It looks like " + names + ", but held-out data speak against that.";
   }
 
   // What is significant in the record but not the effect it was taken for is another one, or none
@@ -304,23 +283,45 @@ class AxisExamination {
     return true;
   }
 
+  [[nodiscard]] TrialInput beside(const twin::Model& known, const Split& split,
+                                  std::span<const std::size_t> calibrated) const {
+    return {known, series_, playback_, axis_, split.fitted, options_, {}, calibrated};
+  }
+
+  static void take_formula(Judged& judged, Trial trial, std::vector<NamedEffect> with) {
+    trial.effects = std::move(with);
+    trial.could_have_seen = std::move(judged.trial.could_have_seen);
+    trial.evidence = std::move(judged.trial.evidence);
+    judged = {std::move(trial), Acceptance::kAccepted};
+  }
+
   // What the catalogue doesn't know is described by a formula, beside what stands without it, where
   // held-out data confirm one. Else all is left as it was.
   void close_unknown(Judged& judged, const Split& split,
                      std::span<const std::size_t> calibrated) const {
-    if (split.kind == HeldOut::kNothing) return;
     const bool stands = judged.acceptance == Acceptance::kAccepted;
     const twin::Model& without = stands ? judged.trial.repaired : model_;
-    std::optional<Trial> closed = explain_by_formula(
-        {without, series_, playback_, axis_, split.fitted, options_, {}, calibrated});
+    auto closed = proved_formula(beside(without, split, calibrated), split);
     if (!closed) return;
-    const Comparison gain = compare_on(split.held_out, without, closed->repaired, axis_);
-    if (judge(*closed, gain, split.kind) != Acceptance::kAccepted) return;
-    closed->effects = stands ? judged.trial.effects : std::vector<NamedEffect>();
-    if (stands) closed->recalibrated = merged(judged.trial.recalibrated, closed->recalibrated);
-    closed->could_have_seen = std::move(judged.trial.could_have_seen);
-    closed->evidence = std::move(judged.trial.evidence);
-    judged = {std::move(*closed), Acceptance::kAccepted};
+    Trial& trial = closed->trial;
+    if (stands) trial.recalibrated = merged(judged.trial.recalibrated, trial.recalibrated);
+    take_formula(judged, std::move(trial),
+                 stands ? std::move(judged.trial.effects) : std::vector<NamedEffect>());
+  }
+
+  // A name takes in what depends on an input as no function of the lineup does: a wandering noise
+  // nearly all of it. A formula stands in the place of all names where this record, which makes it
+  // pay for the whole grammar, and held-out data both speak for it.
+  void prefer_formula(Judged& judged, const Calibrated& calibrated, const Split& split) const {
+    const bool is_named = !judged.trial.effects.empty() && !judged.trial.unknown;
+    if (judged.acceptance != Acceptance::kAccepted || !is_named) return;
+    const TrialInput input =
+        beside(calibrated.proved(model_), split, calibrated.calibration.fitted);
+    auto rival = proved_formula(input, split);
+    if (rival && rival->trial.log_evidence > judged.trial.log_evidence &&
+        rival->held_out_nats > held_out_nats(input, split, judged.trial.repaired)) {
+      take_formula(judged, std::move(rival->trial), {});
+    }
   }
 
   Split held_out_parts(const std::vector<PlayedRecord>& validation,

@@ -127,4 +127,20 @@ Recalibration shift_bias(twin::Model& model, core::Axis axis, double by_radps) {
   return {spec->kind, parameter, to - core::deg_h_from_radps(by_radps), to};
 }
 
+std::vector<Recalibration> merged(std::vector<Recalibration> first,
+                                  const std::vector<Recalibration>& later) {
+  for (const Recalibration& change : later) {
+    const auto same = std::find_if(first.begin(), first.end(), [&](const Recalibration& other) {
+      return other.name == change.name && other.parameter == change.parameter;
+    });
+    if (same == first.end()) {
+      first.push_back(change);
+      continue;
+    }
+    same->to = change.to;
+    same->standard_error = change.standard_error;
+  }
+  return first;
+}
+
 }  // namespace zerodrift::diagnosis

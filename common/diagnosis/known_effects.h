@@ -41,4 +41,8 @@ struct KnownParameter {
 // from what to what, without a standard error.
 Recalibration shift_bias(twin::Model& model, core::Axis axis, double by_radps);
 
+// Of a parameter that was found twice the later value counts.
+[[nodiscard]] std::vector<Recalibration> merged(std::vector<Recalibration> first,
+                                                const std::vector<Recalibration>& later);
+
 }  // namespace zerodrift::diagnosis

@@ -88,6 +88,12 @@ std::string list_of(const std::vector<NamedEffect>& effects) {
   return text;
 }
 
+std::string spoken_against(std::span<const std::string> refuted) {
+  std::string names;
+  for (const std::string& name : refuted) names += (names.empty() ? "" : " and ") + name;
+  return " It looks like " + names + ", but held-out data speak against that.";
+}
+
 std::string sentence_of(const AxisDiagnosis& axis) {
   std::string text;
   const std::string suggested =

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,8 @@ namespace zerodrift::diagnosis {
 [[nodiscard]] std::string sentence_of(const AxisDiagnosis& axis);
 // "shupe (or gradient) and line".
 [[nodiscard]] std::string list_of(const std::vector<NamedEffect>& effects);
+// Behind an answer: what held-out data did not confirm.
+[[nodiscard]] std::string spoken_against(std::span<const std::string> refuted);
 
 // Why a record is too short to be diagnosed, or nothing.
 [[nodiscard]] std::optional<std::string> why_too_short(const MeasuredSeries& series);

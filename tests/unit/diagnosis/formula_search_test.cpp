@@ -74,6 +74,15 @@ std::vector<double> play_of_temperature_times_rate(const MeasuredSeries& s) {
   });
 }
 
+// Which effects of a temperature and of its rate take in: more at one end of the coil than at the
+// other, whichever it is.
+std::vector<double> even_in_a_temperature_difference(const MeasuredSeries& s) {
+  const auto& outer = probe(s, "coil_outer");
+  const auto& inner = probe(s, "coil_inner");
+  return each(s,
+              [&](std::size_t i) { return 0.05 * (std::cosh((outer[i] - inner[i]) / 2.0) - 1.0); });
+}
+
 struct Case {
   const char* name;
   Truth truth;
@@ -142,6 +151,27 @@ TEST_P(HiddenFormula, IsFoundProvedAndClosesTheGapOnAThirdRecord) {
 INSTANTIATE_TEST_SUITE_P(Diagnosis, HiddenFormula,
                          testing::Combine(testing::Range(0, 4),
                                           testing::Values<std::uint64_t>(101, 201)));
+
+// Rule: a name gives way to a formula that both this record and held-out data prefer. Here
+// `shupe_temperature` was the name, and made the gap on held-out data larger.
+TEST(FormulaSearchScenario, ANameGivesWayToAFormulaThatIsLikelierInBothRecords) {
+  const twin::Model given = test::lab_model();
+  constexpr std::uint64_t kSeed = 201;
+  MeasuredSeries record = test::simulated(given, test::chamber_profile(), kSeed);
+  MeasuredSeries other = test::simulated(given, test::chamber_profile(), kSeed + 1);
+  MeasuredSeries third = test::simulated(given, test::chamber_profile(), kSeed + 2);
+  const double perfect = rms_left(given, third);
+  for (MeasuredSeries* series : {&record, &other, &third})
+    hide(*series, even_in_a_temperature_difference);
+  const Diagnosis diagnosis = diagnose(given, record, {other}, kOptions);
+  const AxisDiagnosis& axis = *diagnosis.axes[0];
+  EXPECT_TRUE(axis.effects.empty()) << axis.sentence;
+  ASSERT_TRUE(axis.unknown.has_value()) << axis.sentence;
+  EXPECT_FALSE(axis.unknown->formulas.empty()) << axis.sentence;
+  const double before = rms_left(given, third);
+  EXPECT_GT((before - rms_left(diagnosis.repaired, third)) / (before - perfect), 0.7)
+      << axis.sentence;
+}
 
 TEST(FormulaSearchScenario, WhatAnotherRecordSpeaksAgainstGetsNoFormula) {
   const twin::Model given = test::lab_model();
