@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cerrno>
+#include <cstdint>
 #include <cstring>
 #include <utility>
 
@@ -27,9 +28,10 @@ Descriptor opened(const std::filesystem::path& path) {
   return Descriptor(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
 }
 
-mode_t mode_of(const Descriptor& file) {
+struct stat status_of(const Descriptor& file) {
   struct stat status {};
-  return ::fstat(file.number(), &status) == 0 ? status.st_mode : 0;
+  if (::fstat(file.number(), &status) != 0) status.st_mode = 0;
+  return status;
 }
 
 using Block = std::array<char, 65536>;
@@ -51,7 +53,7 @@ ssize_t read_block(int fd, Block& block) {
 Descriptor open_regular_file(const std::filesystem::path& path) {
   Descriptor file = opened(path);
   if (!file.is_open()) refuse(path, std::string("cannot open: ") + std::strerror(errno));
-  const mode_t mode = mode_of(file);
+  const mode_t mode = status_of(file).st_mode;
   if (!S_ISREG(mode))
     refuse(path, std::string("is ") + kind_of(mode) + ", expected a regular file");
   return file;
@@ -71,18 +73,20 @@ std::optional<std::string> read_up_to(int fd, std::size_t most_bytes) {
 
 std::string read_whole_file(const std::filesystem::path& path, std::size_t most_bytes) {
   const Descriptor file = open_regular_file(path);
-  std::optional<std::string> bytes = read_up_to(file.number(), most_bytes);
-  if (!bytes) refuse(path, std::string("cannot read: ") + std::strerror(errno));
-  if (bytes->size() > most_bytes) {
+  const auto refuse_size = [&] {
     refuse(path, "holds more than the " + std::to_string(most_bytes) +
                      " bytes that are expected at most");
-  }
+  };
+  if (static_cast<std::uintmax_t>(status_of(file).st_size) > most_bytes) refuse_size();
+  std::optional<std::string> bytes = read_up_to(file.number(), most_bytes);
+  if (!bytes) refuse(path, std::string("cannot read: ") + std::strerror(errno));
+  if (bytes->size() > most_bytes) refuse_size();  // it has grown
   return *std::move(bytes);
 }
 
 std::string beginning_of(const std::filesystem::path& path, std::size_t most_bytes) {
   const Descriptor file = opened(path);
-  if (!file.is_open() || !S_ISREG(mode_of(file))) return "";
+  if (!file.is_open() || !S_ISREG(status_of(file).st_mode)) return "";
   std::string bytes = read_up_to(file.number(), most_bytes).value_or("");
   if (bytes.size() > most_bytes) bytes.resize(most_bytes);
   return bytes;

@@ -114,6 +114,14 @@ TEST_F(CheckpointFile, AfterAnUpgradeAProgramGoesOnWithItsKernels) {
   }
 }
 
+// A file of 1 TiB, of which nothing is on the disk.
+TEST_F(CheckpointFile, OneThatIsTooLargeIsRefusedUnread) {
+  std::ofstream(path("large")).close();
+  std::filesystem::resize_file(path("large"), std::uintmax_t{1} << 40U);
+  EXPECT_NE(refusal("large").find("holds more than the 1073741824 bytes"), std::string::npos)
+      << refusal("large");
+}
+
 TEST_F(CheckpointFile, EveryRefusalIsOneLineThatNamesTheFile) {
   std::filesystem::create_directory(path("folder"));
   save(path("good"), owner_, saved_after(40));
