@@ -197,7 +197,7 @@ TEST(Checkpoint, OfflineABadOneIsRefusedBeforeAnythingIsWritten) {
   refused({"--checkpoint", first, "--gyro-id", "2"}, "gyro 1, expected one of gyro 2");
   write(system.path("cut.ckpt"), content(first).substr(0, 1000));
   refused({"--checkpoint", system.path("cut.ckpt")}, "truncated");
-  refused({"--checkpoint", system.path("none.ckpt")}, "no such file");
+  refused({"--checkpoint", system.path("none.ckpt")}, "No such file");
 }
 
 }  // namespace

@@ -148,14 +148,15 @@ TEST(Environment, OfASimulationIsRecordedExportedAndReplayed) {
                        "--profile",  source / "config/profiles/diagnosis_chamber.yaml",
                        "--duration", "60",
                        "--speed",    "20",
-                       "--wait-for", ""};
+                       "--wait-for"};
   const auto live = system.path("live.mcap");
   ChildProcess& recorder = start_recorder(system, live);
   dds::Participant participant("test", system.network());
   Collector<msg::Environment> environment(participant);
-  ChildProcess& thermal = system.start("thermal_publisher", simulation);
-  simulation.insert(simulation.end(), {"--rate", "10"});
-  ChildProcess& gyro = system.start("gyro_publisher", simulation);
+  ChildProcess& thermal = system.start("thermal_publisher", simulation + Arguments{""});
+  // Rates aren't kept for those who come late.
+  ChildProcess& gyro =
+      system.start("gyro_publisher", simulation + Arguments{"recorder", "--rate", "10"});
   EXPECT_EQ(gyro.wait(60s), 0) << gyro.err();
   EXPECT_EQ(thermal.wait(60s), 0) << thermal.err();
   ASSERT_TRUE(eventually([&] { return environment.size() >= 600; }));

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "common/files/file_error.h"
+#include "tests/support/scratch_folder.h"
 
 namespace zerodrift::services {
 namespace {
@@ -18,14 +19,11 @@ namespace {
 // FIPS 180-4, the example of one block.
 constexpr const char* kOfAbc = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
 
-class ProvenanceOfAReport : public testing::Test {
+class ProvenanceOfAReport : public ScratchFolder {
  protected:
   void SetUp() override { ASSERT_EQ(::setenv("SOURCE_DATE_EPOCH", "951782400", 1), 0); }
-  void TearDown() override {
-    ::unsetenv("SOURCE_DATE_EPOCH");
-    std::filesystem::remove(file_);
-  }
-  std::string file_ = testing::TempDir() + "provenance_of_a_report.csv";
+  void TearDown() override { ::unsetenv("SOURCE_DATE_EPOCH"); }
+  std::string file_ = path("record.csv");
 };
 
 TEST_F(ProvenanceOfAReport, NamesTheBytesThatWereRead) {
