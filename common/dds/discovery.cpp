@@ -79,8 +79,7 @@ void Discovery::on_participant_discovery(fdds::DomainParticipant*,
   if (found.status == Info::DROPPED_PARTICIPANT) {
     add(nullptr, {.kind = Kind::kPeerLost,
                   .peer = name_of(prefix),
-                  .detail = description_of(prefix) + " is silent; it did not say that "
-                                                     "it ends"});
+                  .detail = description_of(prefix) + " is silent; it did not say that it ends"});
   }
   peers_.erase(prefix);
   std::erase_if(remotes_, [&](const auto& entry) { return entry.first.guidPrefix == prefix; });

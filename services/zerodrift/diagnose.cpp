@@ -141,8 +141,7 @@ void add_diagnose(CLI::App& app, Run& run, const Invocation& made_by) {
   add_output_options(*command, request, options->outputs);
   command->footer(
       "Exit codes: 0 diagnosed, whatever the verdict; 1 nobody received --publish; 2 wrong usage "
-      "or "
-      "bad input.");
+      "or bad input.");
   command->callback([options, gyro_id, &run] {
     options->request.record.gyro_id = chosen_gyro(*gyro_id);
     run = [options] { return diagnose(*options); };

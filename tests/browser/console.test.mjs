@@ -357,7 +357,7 @@ describe('the console where nothing is', () => {
     browser = await launch();
     const page = await openPage(browser);
     await page.goto(address);
-    await until(page, 'verdict-data', (t) => /No gyro/.test(t));
+    await until(page, 'verdict-data', (t) => /No gyro[^]*the gateway receives no compensated_rate/.test(t));
     await until(page, 'no-gyro', (t) => /deploy\/run\.sh/.test(t));
     await page.keyboard.press('4');
     await until(page, 'twin-empty', (t) => /zerodrift diagnose --live/.test(t));

@@ -138,7 +138,8 @@ TEST_F(CheckpointFile, EveryRefusalIsOneLineThatNamesTheFile) {
 
   EXPECT_EQ(refusal("good"), "");
   for (const auto& [name, what] :
-       {std::pair{"none", "No such file"}, std::pair{"folder", "a folder"},
+       {std::pair{"none", "No such file"},
+        std::pair{"folder", "is a folder, expected a regular file"},
         std::pair{"empty", "something else than a checkpoint"}, std::pair{"cut", "truncated"},
         std::pair{"flipped", "CRC-32"}, std::pair{"other", "gyro 2, expected one of gyro 1"},
         std::pair{"senseless", "no learner has"}}) {
