@@ -197,7 +197,8 @@ class McapRecorder {
     return more;
   }
 
-  // A replay goes on once what it sent is out of the queue: then none of it can be lost.
+  // A replay goes on once what it sent is out of the queue: then none of it can be lost. Its
+  // temperatures go on with the rates, as where a compensation needs them.
   void note_progress(const MessageBatch& batch) {
     std::size_t position = 0;
     for (QueuedMessage message; batch.next(position, message);) {
@@ -206,11 +207,8 @@ class McapRecorder {
       if (known == nullptr) continue;
       Progress& gyro = *known;
       const bool is_answer = message.topic == kCompensatedIndex;
-      if (is_answer == gyro.is_answered) {
-        gyro.newest = message.sequence;
-      } else if (is_answer) {
-        gyro = {message.sequence, true};
-      }
+      if (is_answer || !gyro.is_answered)
+        gyro = {message.sequence, core::SensorTime{message.publish_ns}, is_answer};
     }
   }
 
@@ -218,7 +216,7 @@ class McapRecorder {
     const std::lock_guard lock(progress_mutex_);
     if (!progress_) return;
     for (const auto& [gyro_id, progress] : progress_of_.entries())
-      progress_->report(gyro_id, progress.newest, core::kNever);
+      progress_->report(gyro_id, progress.newest, progress.time);
   }
 
   void end_writer() {
@@ -326,6 +324,7 @@ class McapRecorder {
 
   struct Progress {
     std::uint64_t newest = 0;
+    core::SensorTime time{core::kNever};  // of the newest
     bool is_answered = false;  // by compensated_rate, which then counts
   };
 

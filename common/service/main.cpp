@@ -14,6 +14,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -29,8 +30,10 @@ namespace {
 
 constexpr const char* kDomainOption = "--domain";
 constexpr const char* kDomainVariable = "ZERODRIFT_DOMAIN";
-constexpr std::string_view kNoMemoryLine = "no memory is left\n";
-constexpr std::string_view kNoMemory = kNoMemoryLine.substr(0, kNoMemoryLine.size() - 1);
+constexpr std::string_view kNoMemory = "no memory is left";
+constexpr std::string_view kNoThread =
+    "no further thread can be started: the limit of threads (of the user, or of the container) or "
+    "memory is used up";
 
 }  // namespace
 
@@ -163,18 +166,21 @@ int parse_and_run(CLI::App& app, int argc, char** argv, const std::function<int(
 std::terminate_handler without_a_reason = nullptr;
 
 // Where there is no memory, unwinding needs some: destructors of the JSON library do, and nobody
-// catches what leaves a destructor. The program then ends in a line as after any other refusal;
-// what it was writing has no name yet.
-[[noreturn]] void end_without_memory() noexcept {
+// catches what leaves a destructor; nor what the first threads of a service throw, which the lines
+// of a refusal need. The program then ends in a line as after any other refusal; what it was
+// writing has no name yet.
+[[noreturn]] void end_without_resources() noexcept {
   try {
     if (const auto error = std::current_exception()) std::rethrow_exception(error);
-  } catch (const std::bad_alloc&) {
-    pollfd out{.fd = STDERR_FILENO, .events = POLLOUT, .revents = 0};
-    const std::string_view line = kNoMemoryLine;
-    if (::poll(&out, 1, 0) == 1 && ::write(STDERR_FILENO, line.data(), line.size()) < 0) {
-      // It ends all the same.
+  } catch (const std::exception& error) {
+    const auto [reason, exit_code] = refusal_of(error);
+    if (exit_code == kExitNo) {
+      pollfd out{.fd = STDERR_FILENO, .events = POLLOUT, .revents = 0};
+      for (const std::string_view text : {reason, std::string_view("\n")}) {
+        if (::poll(&out, 1, 0) != 1 || ::write(STDERR_FILENO, text.data(), text.size()) < 0) break;
+      }
+      std::_Exit(exit_code);
     }
-    std::_Exit(kExitNo);
   } catch (...) {
   }
   without_a_reason();
@@ -185,13 +191,16 @@ std::terminate_handler without_a_reason = nullptr;
 
 Refusal refusal_of(const std::exception& error) noexcept {
   if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr) return {kNoMemory, kExitNo};
+  const auto* system = dynamic_cast<const std::system_error*>(&error);
+  if (system != nullptr && system->code() == std::errc::resource_unavailable_try_again)
+    return {kNoThread, kExitNo};
   return {error.what(), kExitBadInput};
 }
 
 int run_version(const char* version, CLI::App& app, int argc, char** argv,
                 const std::function<int()>& body) {
   app.set_version_flag("--version", version, "Print version, commit and build");
-  without_a_reason = std::set_terminate(end_without_memory);
+  without_a_reason = std::set_terminate(end_without_resources);
   take_signals();
   const int exit_code = parse_and_run(app, argc, argv, body);
   standard_error().wait_until_written(kLastLinesWithin);

@@ -48,6 +48,7 @@ std::vector<Case> commands() {
 struct Counts {
   std::uint64_t file_calls = 0;
   std::uint64_t allocations = 0;
+  std::uint64_t threads = 0;
 };
 
 class FailingCommandLine : public CommandLine {
@@ -63,7 +64,8 @@ class FailingCommandLine : public CommandLine {
     environment.insert(environment.end(), how.begin(), how.end());
     const Finished done = run(arguments, environment);
     if (counts != nullptr)
-      std::istringstream(content(told)) >> counts->file_calls >> counts->allocations;
+      std::istringstream(content(told)) >> counts->file_calls >> counts->allocations >>
+          counts->threads;
     return done;
   }
 
@@ -164,6 +166,21 @@ TEST_P(FailingCalls, ForMemoryLeaveAWholeFileOrNone) {
     // One that ends within a destructor counts no more.
     EXPECT_TRUE(counts.allocations >= n || done.exit_code != 0) << "it did not fail";
     expect_whole_or_nothing(done);
+    remove_outputs();
+  }
+}
+
+TEST_P(FailingCalls, ForAThreadLeaveAWholeFileOrNone) {
+  if (kIsSanitized) GTEST_SKIP() << kAllocatesByItself;
+  ASSERT_GE(whole_counts_.threads, 1U) << "who waits for signals";
+  for (std::uint64_t n = 1; n <= whole_counts_.threads && !HasFailure(); ++n) {
+    SCOPED_TRACE("thread " + std::to_string(n));
+    const Finished done = run_failing(GetParam().arguments, {{kFailThread, std::to_string(n)}});
+    expect_whole_or_nothing(done);
+    EXPECT_TRUE(done.exit_code == 0 || done.err.find("no further thread can be started") !=
+                                           std::string::npos)
+        << done.err;
+    EXPECT_NE(done.exit_code, 2) << "no fault of the input";
     remove_outputs();
   }
 }

@@ -6,6 +6,7 @@
 #include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <pthread.h>
 #include <stdarg.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -59,6 +60,7 @@ struct Calls {
 
 Calls file_calls;
 Calls allocations;
+Calls threads;
 std::string_view folder;
 int error_number = ENOSPC;
 std::atomic<bool> is_armed{false};  // allocations: from main() on
@@ -68,20 +70,22 @@ std::array<std::atomic<bool>, 1024> is_ours{};
   folder = text_of(kFailFolder);
   file_calls.failing = number_of(kFailCall);
   allocations.failing = number_of(kFailAllocation);
+  threads.failing = number_of(kFailThread);
   file_calls.for_good = allocations.for_good = !text_of(kFailForGood).empty();
   if (const std::uint64_t number = number_of(kFailErrno); number != 0)
     error_number = static_cast<int>(number);
 }
 
-// What happened, for the test: both counts.
+// What happened, for the test: all counts.
 [[gnu::destructor]] void tell() {
   is_armed = false;
   const char* file = std::getenv(kCounts);
   if (file == nullptr) return;
-  char text[64];
-  const int length = std::snprintf(text, sizeof text, "%llu %llu",
+  char text[96];
+  const int length = std::snprintf(text, sizeof text, "%llu %llu %llu",
                                    static_cast<unsigned long long>(file_calls.count),
-                                   static_cast<unsigned long long>(allocations.count));
+                                   static_cast<unsigned long long>(allocations.count),
+                                   static_cast<unsigned long long>(threads.count));
   const long descriptor = syscall(SYS_openat, AT_FDCWD, file, O_WRONLY | O_CREAT | O_TRUNC, 0600);
   syscall(SYS_write, descriptor, text, length);
   syscall(SYS_close, descriptor);
@@ -200,6 +204,14 @@ int posix_memalign(void** memory, std::size_t alignment, std::size_t size) {
   if (no_memory()) return ENOMEM;
   *memory = __libc_memalign(alignment, size);
   return *memory == nullptr ? ENOMEM : 0;
+}
+
+int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*routine)(void*),
+                   void* argument) {
+  using Create = int (*)(pthread_t*, const pthread_attr_t*, void* (*)(void*), void*);
+  static const auto create = next<Create>("pthread_create");
+  if (threads.is_next_to_fail()) return EAGAIN;
+  return create(thread, attributes, routine, argument);
 }
 
 int __libc_start_main(Main main_function, int argc, char** argv, void (*initialise)(),

@@ -139,7 +139,7 @@ std::vector<std::string> fields_of(SystemUnderTest& system, ChildProcess& record
 }
 
 // Rule: what was published of the environment is in the recording, its export and its replay,
-// however fast that is.
+// however fast that is. The recorder alone keeps the rates and what goes beside them in step.
 TEST(Environment, OfASimulationIsRecordedExportedAndReplayed) {
   SystemUnderTest system(Domain::kEnvironment);
   const std::filesystem::path source = ZERODRIFT_SOURCE_DIR;
@@ -148,15 +148,13 @@ TEST(Environment, OfASimulationIsRecordedExportedAndReplayed) {
                        "--profile",  source / "config/profiles/diagnosis_chamber.yaml",
                        "--duration", "60",
                        "--speed",    "20",
-                       "--wait-for"};
+                       "--wait-for", "recorder"};
   const auto live = system.path("live.mcap");
   ChildProcess& recorder = start_recorder(system, live);
   dds::Participant participant("test", system.network());
   Collector<msg::Environment> environment(participant);
-  ChildProcess& thermal = system.start("thermal_publisher", simulation + Arguments{""});
-  // Rates aren't kept for those who come late.
-  ChildProcess& gyro =
-      system.start("gyro_publisher", simulation + Arguments{"recorder", "--rate", "10"});
+  ChildProcess& thermal = system.start("thermal_publisher", simulation);
+  ChildProcess& gyro = system.start("gyro_publisher", simulation + Arguments{"--rate", "10"});
   EXPECT_EQ(gyro.wait(60s), 0) << gyro.err();
   EXPECT_EQ(thermal.wait(60s), 0) << thermal.err();
   ASSERT_TRUE(eventually([&] { return environment.size() >= 600; }));
