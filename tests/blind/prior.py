@@ -319,7 +319,7 @@ def main(argv=None):
     parser.add_argument("--seed", required=True, type=int)
     parser.add_argument("--only", default="", help="case numbers: 3,17 or 0:20")
     parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--timeout", type=float, default=60.0, help="seconds per run of the program")
+    parser.add_argument("--timeout", type=float, default=60.0, help="seconds of a processor per run of the program")
     parser.add_argument("--table", help="also write the table here")
     parser.add_argument("--json", help="also write the rows here")
     options = parser.parse_args(argv)

@@ -8,7 +8,7 @@
     run.py ... --at-most-false-names 1 --at-least-right 10 --at-most-failed 0    bars: exit code 1 where one is missed
 
 A case is made, diagnosed and its records deleted, so that a suite needs little room. diagnose is given the paths of the
-case alone; the truth lies in another folder. One case may take --timeout seconds; then it counts as failed.
+case alone; the truth lies in another folder. One case may take --timeout seconds of a processor; then it counts as failed.
 """
 import argparse
 import concurrent.futures
@@ -17,6 +17,7 @@ import os
 import pathlib
 import resource
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -29,6 +30,9 @@ import score
 import suites
 
 
+ASLEEP = 20.0  # times its seconds of a processor, for one that waits for ever
+
+
 def command_for(program, baseline, case, out_model, out_json):
     head = [program, "--method", baseline] if baseline else [program, "diagnose"]
     validation = case / "validation.csv"
@@ -37,16 +41,21 @@ def command_for(program, baseline, case, out_model, out_json):
 
 
 def run_bounded(command, log, timeout_s):
-    """Runs it in one process; {exit_code, timed_out, wall_s, cpu_s}."""
+    """Runs it in one process, for so many seconds of a processor however busy that is; {exit_code, timed_out, wall_s, cpu_s}."""
     start = time.monotonic()
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    timed_out = False
+    processor_s = max(1, round(timeout_s))
     with open(log, "w") as output:
         try:
-            code = subprocess.run(command, stdout=output, stderr=subprocess.STDOUT, timeout=timeout_s,
-                                  stdin=subprocess.DEVNULL).returncode
+            code = subprocess.run(command, stdout=output, stderr=subprocess.STDOUT, timeout=ASLEEP * timeout_s,
+                                  stdin=subprocess.DEVNULL,
+                                  preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU,
+                                                                        (processor_s, processor_s + 1))).returncode
+            timed_out = code in (-signal.SIGXCPU, -signal.SIGKILL)
         except subprocess.TimeoutExpired:
-            code, timed_out = None, True
+            timed_out = True
+    if timed_out:
+        code = None
     now = resource.getrusage(resource.RUSAGE_CHILDREN)
     cpu = now.ru_utime + now.ru_stime - used.ru_utime - used.ru_stime
     return {"exit_code": code, "timed_out": timed_out, "wall_s": round(time.monotonic() - start, 3),
@@ -88,7 +97,7 @@ def main(argv=None):
     parser.add_argument("--seed", required=True, type=int)
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--baseline", choices=["bic", "stlsq"])
-    parser.add_argument("--timeout", type=float, default=60.0, help="seconds per case")
+    parser.add_argument("--timeout", type=float, default=60.0, help="seconds of a processor per case")
     parser.add_argument("--only", default="", help="case numbers: 3,17 or 0:20")
     parser.add_argument("--classes", default="", help="only these: null,single")
     parser.add_argument("--kinds-only", action="store_true", help="models list their effects without values")

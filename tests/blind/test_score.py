@@ -316,8 +316,14 @@ class Runner(unittest.TestCase):
         self.assertIn("kinds only", self.run_with("exit 1", "--kinds-only"))
 
     def test_a_program_that_hangs_is_stopped_and_counts_as_failed(self):
-        text = self.run_with("exec sleep 30", "--timeout", "1")
-        self.assertIn("| no readable result (crash, time-out) | ≤ 0 % | 1/1", text)
+        for body, seconds in ("exec sleep 30", "0.1"), ("while :; do :; done", "1"):
+            text = self.run_with(body, "--timeout", seconds)
+            self.assertIn("| no readable result (crash, time-out) | ≤ 0 % | 1/1", text)
+
+    def test_a_program_that_waits_for_the_processor_is_not_stopped(self):
+        text = self.run_with("""sleep 1.5
+echo '{"verdict": "consistent", "axis": {"x": {}, "y": {}, "z": {}}}' > "$json" """, "--timeout", "1")
+        self.assertIn("| no readable result (crash, time-out) | ≤ 0 % | 0/1", text)
 
     def test_a_baseline_gets_its_method_instead_of_the_subcommand(self):
         case = pathlib.Path("c")
