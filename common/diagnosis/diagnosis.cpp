@@ -19,6 +19,8 @@
 #include "common/diagnosis/playback.h"
 #include "common/diagnosis/proved_formula.h"
 #include "common/diagnosis/record_faults.h"
+#include "common/diagnosis/records_of_axis.h"
+#include "common/diagnosis/refutation.h"
 #include "common/diagnosis/repair.h"
 #include "common/diagnosis/rounded_text.h"
 #include "common/diagnosis/verdict.h"
@@ -48,41 +50,6 @@ void copy_axis(const twin::Model& from, twin::Model& to, core::Axis axis) {
   }
 }
 
-// A record and the twin's effects over it.
-struct PlayedRecord {
-  const MeasuredSeries* series;
-  const Playback* playback;
-};
-
-// Records as one axis can be judged on them: of those in which it turns without a reference the
-// longest stretch at rest.
-class RecordsOfAxis {
- public:
-  explicit RecordsOfAxis(core::Axis axis) : axis_(axis) {}
-
-  // Nothing where the gyro never rests for as long as a record has to be.
-  [[nodiscard]] std::optional<PlayedRecord> judged(const PlayedRecord& record,
-                                                   std::optional<UnreferencedMotion>& motion) {
-    motion = motion_without_reference(*record.series, axis_);
-    if (!motion) return record;
-    MeasuredSeries part = part_at_rest(*record.series, *motion);
-    if (why_too_short(part)) return std::nullopt;
-    Own& own = own_.emplace_back(std::move(part));
-    return PlayedRecord{&own.series, &own.playback};
-  }
-
- private:
-  struct Own {
-    explicit Own(MeasuredSeries part) : series(std::move(part)), playback(series) {}
-
-    MeasuredSeries series;
-    Playback playback;
-  };
-
-  core::Axis axis_;
-  std::list<Own> own_;  // what is added moves nothing
-};
-
 // What is no larger than the errors by rounding that the record is known to have is theirs.
 bool is_of_rounding(double rms_radps, const RecordFaults& faults) {
   constexpr double kWithin = 1.5;
@@ -111,15 +78,21 @@ class AxisExamination {
       return can_not_be_diagnosed(std::move(result), *judged.trial.refusal,
                                   what_would_decide(model_, series_, playback_, axis_));
     }
+    const bool by_blocks = prefer_blocks(split, calibrated, judged, faults.sound);
     prefer_lags(calibrated, judged, split);
     calibrate_beside_found(calibrated, judged, split);
-    const std::vector<std::string> refuted = refuted_by(judged);
-    const bool tried_again = !refuted.empty() && try_without(refuted, calibrated, split, judged);
+    std::vector<std::string> refuted;
+    const bool tried_again = try_without_refuted(refuted, calibrated, split, judged);
     std::string aside = tried_again ? spoken_against(refuted) : "";
-    if (!tried_again) aside += fall_back(judged, calibrated);
+    std::optional<UnknownEffect> not_what_it_looks_like;
+    if (!tried_again) {
+      if (!refuted.empty()) not_what_it_looks_like = unknown_like(judged.trial);
+      aside += fall_back(judged, calibrated);
+    }
     if (calibrated.calibration.fitted.empty() && is_all_rounding(faults, measured, before)) {
       take_nothing(judged);
       aside.clear();
+      not_what_it_looks_like.reset();
     }
     if (judged.trial.unknown && !is_of_rounding(judged.trial.unknown->rms_radps, faults))
       close_unknown(judged, split, calibrated.calibration.fitted);
@@ -134,10 +107,20 @@ class AxisExamination {
     judged.trial.recalibrated =
         merged(calibrated.calibration.trial.recalibrated, judged.trial.recalibrated);
     take(result, judged.trial, faults);
+    if (not_what_it_looks_like && !result.unknown &&
+        !is_of_rounding(not_what_it_looks_like->rms_radps, faults)) {
+      result.unknown = std::move(not_what_it_looks_like);
+      aside.clear();
+    }
     describe(result, judged.trial, measured, before, final_model, faults.sound);
     if (split.kind != HeldOut::kNothing) result.allan_log_distance = held_out.allan;
     conclude(result);
     result.sentence += aside;
+    if (by_blocks) {
+      result.sentence +=
+          " The other records would not show what is found here: blocks of this one were kept back "
+          "in their place.";
+    }
     return result;
   }
 
@@ -161,7 +144,8 @@ class AxisExamination {
                                          std::span<const NamedEffect> beside = {}) const {
     Calibrated calibrated = calibrated_without({}, split, lags, beside);
     if (calibrated.acceptance != Acceptance::kReverted) return calibrated;
-    const std::vector<std::string> refuted = kinds_refuted(calibrated.calibration, split);
+    const std::vector<std::string> refuted =
+        refuted_kinds(model_, calibrated.calibration, split, axis_);
     if (refuted.empty()) return calibrated;
     Calibrated others = calibrated_without(refuted, split, lags, beside);
     return others.acceptance == Acceptance::kAccepted ? others : calibrated;
@@ -178,24 +162,6 @@ class AxisExamination {
     return result;
   }
 
-  // Of the listed effects that got coefficients those that make held-out data less likely.
-  [[nodiscard]] std::vector<std::string> kinds_refuted(const Calibration& calibration,
-                                                       const Split& split) const {
-    std::vector<std::string> kinds;
-    const twin::Model& all = calibration.trial.repaired;
-    for (std::size_t i = 0; i < model_.effects.size(); ++i) {
-      const twin::EffectSpec& given = model_.effects[i];
-      const bool is_new = given.axis == axis_ && given.parameters.empty() &&
-                          !all.effects[i].parameters.empty() && !is_noise(given.kind);
-      if (!is_new || twin::find_effect(given.kind)->search.is_constant) continue;
-      twin::Model without = all;
-      without.effects[i] = given;
-      if (compare_on(split.held_out, without, all, axis_).gain_nats < 0.0)
-        kinds.push_back(label_of(given));
-    }
-    return kinds;
-  }
-
   [[nodiscard]] Judged attempt(const Calibrated& calibrated, const Split& split,
                                std::span<const std::string> refuted) const {
     Judged judged{repair({calibrated.calibration.drift_alone, series_, playback_, axis_,
@@ -206,6 +172,24 @@ class AxisExamination {
               compare_on(split.held_out, calibrated.proved(model_), judged.trial.repaired, axis_),
               split.kind);
     return judged;
+  }
+
+  // Other records that would not show what was found speak neither for nor against it.
+  bool prefer_blocks(Split& split, Calibrated& calibrated, Judged& judged,
+                     const std::vector<std::uint8_t>& sound) const {
+    if (split.kind != HeldOut::kRecords || judged.acceptance != Acceptance::kReverted ||
+        would_show(calibrated.calibration.drift_alone, judged.trial, split, axis_)) {
+      return false;
+    }
+    Split blocks = split_in_blocks(series_, playback_, sound);
+    if (blocks.kind == HeldOut::kNothing) return false;
+    Calibrated again = calibrated_on(blocks, Lags::kAtDefault);
+    Judged rival = attempt(again, blocks, {});
+    if (rival.trial.refusal) return false;
+    split = std::move(blocks);
+    calibrated = std::move(again);
+    judged = std::move(rival);
+    return true;
   }
 
   // What was found may have moved the shapes and inputs of what was calibrated without it: then
@@ -257,25 +241,20 @@ class AxisExamination {
     }
     judged.trial.effects.clear();
     judged.trial.recalibrated.clear();
+    judged.trial.log_evidence = 0.0;
     judged.trial.repaired = calibrated.calibration.trial.repaired;
     judged.acceptance = Acceptance::kAccepted;
     return aside;
   }
 
-  static std::vector<std::string> refuted_by(const Judged& judged) {
-    std::vector<std::string> names;
-    if (judged.acceptance != Acceptance::kReverted || judged.trial.unknown) return names;
-    for (const NamedEffect& effect : judged.trial.effects) {
-      if (!is_noise(effect.name)) names.push_back(twin::label_of(effect.name, effect.formula));
-    }
-    return names;
-  }
-
   // What is significant in the record but not the effect it was taken for is another one, or none
-  // that the catalogue knows.
-  // True where that led to an answer, which then replaces the first one.
-  bool try_without(std::span<const std::string> refuted, const Calibrated& calibrated,
-                   const Split& split, Judged& judged) const {
+  // that the catalogue knows. True where leaving out what held-out data speak against led to an
+  // answer, which then replaces the first one. Once: who asks often enough is told what he wants.
+  bool try_without_refuted(std::vector<std::string>& refuted, const Calibrated& calibrated,
+                           const Split& split, Judged& judged) const {
+    if (judged.acceptance != Acceptance::kReverted || judged.trial.unknown) return false;
+    refuted = refuted_names(calibrated.calibration.drift_alone, judged.trial, split, axis_);
+    if (refuted.empty()) return false;
     Judged second = attempt(calibrated, split, refuted);
     if (second.acceptance != Acceptance::kAccepted && !second.trial.unknown) return false;
     second.trial.evidence = judged.trial.evidence;
@@ -309,17 +288,18 @@ class AxisExamination {
                  stands ? std::move(judged.trial.effects) : std::vector<NamedEffect>());
   }
 
-  // A name takes in what depends on an input as no function of the lineup does: a wandering noise
-  // nearly all of it. A formula stands in the place of all names where this record, which makes it
-  // pay for the whole grammar, and held-out data both speak for it.
+  // A name takes in what depends on an input as no function of the lineup does, a wandering noise
+  // nearly all of it. A formula stands in the place of all that was found, or of nothing, where
+  // this record, which makes it pay for the whole grammar, and held-out data both speak for it.
   void prefer_formula(Judged& judged, const Calibrated& calibrated, const Split& split) const {
-    const bool is_named = !judged.trial.effects.empty() && !judged.trial.unknown;
-    if (judged.acceptance != Acceptance::kAccepted || !is_named) return;
-    const TrialInput input =
-        beside(calibrated.proved(model_), split, calibrated.calibration.fitted);
+    if (judged.trial.unknown) return;
+    const twin::Model& known = calibrated.proved(model_);
+    const bool stands = judged.acceptance == Acceptance::kAccepted;
+    const TrialInput input = beside(known, split, calibrated.calibration.fitted);
     auto rival = proved_formula(input, split);
-    if (rival && rival->trial.log_evidence > judged.trial.log_evidence &&
-        rival->held_out_nats > held_out_nats(input, split, judged.trial.repaired)) {
+    if (rival && rival->trial.log_evidence > (stands ? judged.trial.log_evidence : 0.0) &&
+        rival->held_out_nats >
+            held_out_nats(input, split, stands ? judged.trial.repaired : known)) {
       take_formula(judged, std::move(rival->trial), {});
     }
   }

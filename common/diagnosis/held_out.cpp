@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "common/diagnosis/gap.h"
 #include "common/diagnosis/noise_weight.h"
@@ -148,11 +149,15 @@ Comparison compare_on(const std::vector<HeldOutPart>& parts, const twin::Model& 
       return weighted_square(difference(measured, drift, part.valid), part.valid, variances);
     };
     result.gain_nats += 0.5 * (misfit(quiet_before) - misfit(quiet_after));
+    result.expected_gain_nats +=
+        0.5 *
+        weighted_square(difference(quiet_after, quiet_before, part.valid), part.valid, variances);
     const auto variances_before =
         model_noise(before, axis, series.interval_s, quick_length(series.size));
     result.noise_gain_nats += noise_gain_nats(difference(measured, quiet_after, part.valid),
                                               part.valid, variances_before, variances);
     for (const double frequency_hz : added_lines_hz(before, after, axis)) {
+      result.expected_gain_nats = std::numeric_limits<double>::infinity();  // in any record
       result.gain_nats -= kNatsOfALine;
       result.gain_nats += line_gain_nats(difference(measured, quiet_after, part.valid), part.valid,
                                          variances, frequency_hz, series.interval_s);
@@ -169,6 +174,11 @@ Comparison compare_on(const std::vector<HeldOutPart>& parts, const twin::Model& 
   result.allan.before /= weight_before;
   result.allan.after /= weight_after;
   return result;
+}
+
+bool tells_apart(const Comparison& comparison) {
+  constexpr double kTwoStandardErrorsNats = 2.0;
+  return comparison.expected_gain_nats >= kTwoStandardErrorsNats;
 }
 
 Acceptance judge(const Trial& trial, const Comparison& held_out, HeldOut kind) {

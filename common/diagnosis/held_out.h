@@ -55,6 +55,9 @@ struct Comparison {
   // How much likelier the drift afterwards makes the data about their mean, nats; 0 where the model
   // has no noise to judge by.
   double gain_nats = 0.0;
+  // What that would be on average if the drift afterwards were the true one: half the square of how
+  // far both are apart, in standard errors.
+  double expected_gain_nats = 0.0;
   double noise_gain_nats = 0.0;  // of the noise afterwards, on what the drift afterwards leaves
   AllanDistance allan;
 };
@@ -62,6 +65,9 @@ struct Comparison {
 [[nodiscard]] Comparison compare_on(const std::vector<HeldOutPart>& parts,
                                     const twin::Model& before, const twin::Model& after,
                                     core::Axis axis);
+
+// Both are at least two standard errors apart: else the data can't tell one from the other.
+[[nodiscard]] bool tells_apart(const Comparison& comparison);
 
 // What changes the drift's shape has to make the data likelier, which tells more than their RMS
 // where noise is red; what is noise, too, or bring the Allan curve closer; a bias, the mean.

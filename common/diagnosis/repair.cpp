@@ -158,6 +158,11 @@ double evidence_of(const SearchReport& report) {
   return sum;
 }
 
+std::vector<double> sum(std::vector<double> a, std::span<const double> b) {
+  for (std::size_t i = 0; i < a.size(); ++i) a[i] += b[i];
+  return a;
+}
+
 double evidence_of(const NoiseFindings& noise) {
   double sum = 0.0;
   for (const NamedEffect& effect : noise.effects) sum += effect.log_evidence;
@@ -183,29 +188,70 @@ SearchReport search_without_family_of_unknown(SearchProblem& problem,
   return again;
 }
 
+// Noise that is missing: beside what was found, or in the place of some of it or of all, where that
+// explains more. Effects give way to noise one after the other, the one first for which that costs
+// least.
+NoiseFindings missing_noise(const SearchReport& report, const SearchProblem& problem,
+                            const TrialInput& input, const twin::Model& model) {
+  std::vector<double> series = remainder_of(report, problem);
+  NoiseFindings best = noise_of(series, input, problem, model);
+  double most = evidence_of(report) + evidence_of(best);
+  std::vector<FoundEffect> left = report.effects;
+  if (report.unknown) left.push_back(*report.unknown);
+  const auto compete = [&](NoiseFindings rival, double evidence) {
+    if (evidence <= most) return;
+    most = evidence;
+    best = std::move(rival);
+  };
+  double kept = evidence_of(report);
+  while (left.size() > 1) {
+    std::size_t first = 0;
+    double evidence = -std::numeric_limits<double>::infinity();
+    NoiseFindings noise;
+    for (std::size_t e = 0; e < left.size(); ++e) {
+      NoiseFindings rival = noise_of(sum(series, left[e].waveform), input, problem, model);
+      const double sum_of_all = kept - left[e].log_evidence + evidence_of(rival);
+      if (sum_of_all <= evidence) continue;
+      evidence = sum_of_all;
+      noise = std::move(rival);
+      first = e;
+    }
+    kept -= left[first].log_evidence;
+    series = sum(series, left[first].waveform);
+    left.erase(left.begin() + static_cast<std::ptrdiff_t>(first));
+    compete(std::move(noise), evidence);
+  }
+  if (!left.empty()) {
+    NoiseFindings alone = noise_of(problem.series, input, problem, model);
+    const double evidence = evidence_of(alone);
+    compete(std::move(alone), evidence);
+  }
+  return best;
+}
+
 // A missing kind of noise looks like missing effects, and the other way round. First the model's
-// own kinds of noise only: flexible noise would absorb effects. Where a kind is missing beside what
-// was found, or explains the record better than all that was found with it, the search is made
-// again with it.
-SearchReport search_beside_noise(SearchProblem& problem, const TrialInput& input,
-                                 const twin::Model& model) {
+// own kinds of noise only: flexible noise would absorb effects. Where a kind is missing, the search
+// is made again with it, among candidates lined up with it: noise that was not known of hides the
+// peaks of what oscillates.
+SearchReport search_beside_noise(SearchProblem& problem, Lineup& lineup, const TrialInput& input,
+                                 const twin::Model& model,
+                                 const std::vector<InputChannel>& channels) {
   const SearchOptions options = search_options(input.options);
   const std::size_t listed = problem.noise.known.size();
   if (listed == 0) return search_without_family_of_unknown(problem, options);
   problem.noise.unlisted = UnlistedNoise::kExcluded;
   SearchReport report = search_without_family_of_unknown(problem, options);
   if (report.outcome == SearchOutcome::kRefused) return report;
-  NoiseFindings noise = noise_of(remainder_of(report, problem), input, problem, model);
-  if (!report.effects.empty() || report.unknown) {
-    NoiseFindings alone = noise_of(problem.series, input, problem, model);
-    if (evidence_of(alone) > evidence_of(report) + evidence_of(noise)) noise = std::move(alone);
-  }
+  const NoiseFindings noise = missing_noise(report, problem, input, model);
   if (noise.effects.empty()) return report;
   const double share = valid_share(input.valid);
   for (std::size_t t = listed; t < noise.terms.size(); ++t) {
     const double seen = noise.squares[t] * seen_share(noise.terms[t].kind, share);
     problem.noise.known.push_back({noise.terms[t], seen, kModelNoiseSigma});
   }
+  std::vector<NotTestable> as_before;
+  lineup = line_up(model, input, problem, channels, as_before);
+  problem.groups = lineup.groups(input.series, input.playback);
   return search_without_family_of_unknown(problem, options);
 }
 
@@ -219,10 +265,10 @@ Trial repair(const TrialInput& input) {
   const auto known = known_parameters(trial.repaired, input.axis, input.playback);
   SearchProblem problem = problem_of(residual, known, trial.repaired, input);
   const auto channels = moving_inputs(input.series, input.axis);
-  const Lineup lineup = line_up(trial.repaired, input, problem, channels, trial.not_testable);
+  Lineup lineup = line_up(trial.repaired, input, problem, channels, trial.not_testable);
   problem.groups = lineup.groups(input.series, input.playback);
 
-  SearchReport report = search_beside_noise(problem, input, trial.repaired);
+  SearchReport report = search_beside_noise(problem, lineup, input, trial.repaired, channels);
   if (report.outcome == SearchOutcome::kRefused) {
     trial.refusal = report.reason;
     return trial;

@@ -120,7 +120,8 @@ std::string sentence_of(const AxisDiagnosis& axis) {
       if (!axis.unknown->formulas.empty()) text += " The repaired model has it as a formula.";
       if (!axis.unknown->noise.empty())
         text += " What it leaves looks like " + list_of(axis.unknown->noise) + ".";
-      if (!axis.effects.empty()) text += " Also missing: " + list_of(axis.effects) + ".";
+      if (!axis.effects.empty() && axis.acceptance != Acceptance::kReverted)
+        text += " Also missing: " + list_of(axis.effects) + ".";
       break;
   }
   if (axis.acceptance == Acceptance::kAccepted) text += about_the_gap(axis);

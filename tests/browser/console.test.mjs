@@ -405,7 +405,9 @@ describe('the console at a start in real time', () => {
     await until(page, 'verdict-data', (t) => /Good/.test(t), 60_000);
     const end = Date.now() + 60_000; // without the rule the ratio was red from half a minute on
     while (Date.now() < end) {
-      assert.equal(await page.locator('.verdict .bad').count(), 0, await page.locator('.verdict').textContent());
+      // Where the machine is so busy that no sample comes for a second, that is said in red, and is right.
+      const red = await page.locator('.verdict .bad').allTextContents();
+      assert.deepEqual(red.filter((text) => !/Stale/.test(text)), [], await page.locator('.verdict').textContent());
       await page.waitForTimeout(250);
     }
     await until(page, 'verdict-better', (t) => /Not comparable yet/.test(t));

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/diagnosis/refutation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/diagnosis/verdict.h"
+#include "common/twin/effect_catalogue.h"
+
+namespace zerodrift::diagnosis {
+namespace {
+
+std::vector<NamedEffect> drift_of(const Trial& trial) {
+  std::vector<NamedEffect> effects = trial.effects;
+  std::erase_if(effects, [](const NamedEffect& effect) { return is_noise(effect.name); });
+  return effects;
+}
+
+// What was added to a model of so many effects, but for one name.
+twin::Model without(const std::string& label, twin::Model model, std::size_t known) {
+  const auto added = model.effects.begin() + static_cast<std::ptrdiff_t>(known);
+  model.effects.erase(
+      std::remove_if(added, model.effects.end(),
+                     [&](const twin::EffectSpec& spec) { return twin::label_of(spec) == label; }),
+      model.effects.end());
+  return model;
+}
+
+}  // namespace
+
+std::vector<std::string> refuted_kinds(const twin::Model& given, const Calibration& calibration,
+                                       const Split& split, core::Axis axis) {
+  std::vector<std::string> kinds;
+  const twin::Model& all = calibration.trial.repaired;
+  for (std::size_t i = 0; i < given.effects.size(); ++i) {
+    const twin::EffectSpec& listed = given.effects[i];
+    const bool is_new = listed.axis == axis && listed.parameters.empty() &&
+                        !all.effects[i].parameters.empty() && !is_noise(listed.kind);
+    if (!is_new || twin::find_effect(listed.kind)->search.is_constant) continue;
+    twin::Model others = all;
+    others.effects[i] = listed;
+    if (compare_on(split.held_out, others, all, axis).gain_nats < 0.0)
+      kinds.push_back(twin::label_of(listed));
+  }
+  return kinds;
+}
+
+std::vector<std::string> refuted_names(const twin::Model& known, const Trial& trial,
+                                       const Split& split, core::Axis axis) {
+  std::vector<std::string> all;
+  std::vector<std::string> refuted;
+  for (const NamedEffect& effect : drift_of(trial)) {
+    const std::string label = twin::label_of(effect.name, effect.formula);
+    const twin::Model others = without(label, trial.repaired, known.effects.size());
+    const Comparison with = compare_on(split.held_out, others, trial.repaired, axis);
+    if (with.gain_nats < 0.0 && tells_apart(with)) refuted.push_back(label);
+    all.push_back(label);
+  }
+  return refuted.empty() ? all : refuted;
+}
+
+bool would_show(const twin::Model& known, const Trial& trial, const Split& split, core::Axis axis) {
+  twin::Model others = trial.repaired;
+  for (const NamedEffect& effect : drift_of(trial)) {
+    others = without(twin::label_of(effect.name, effect.formula), std::move(others),
+                     known.effects.size());
+  }
+  return others.effects.size() == trial.repaired.effects.size() ||
+         tells_apart(compare_on(split.held_out, others, trial.repaired, axis));
+}
+
+std::optional<UnknownEffect> unknown_like(const Trial& trial) {
+  const std::vector<NamedEffect> effects = drift_of(trial);
+  if (effects.empty()) return std::nullopt;
+  UnknownEffect unknown{.description = "on this record it looks like " + list_of(effects) +
+                                       ", which held-out data speak against"};
+  double squares = 0.0;
+  for (const NamedEffect& effect : effects) squares += effect.share_of_gap;
+  unknown.rms_radps = std::sqrt(squares);
+  return unknown;
+}
+
+}  // namespace zerodrift::diagnosis

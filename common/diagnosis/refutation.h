@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a record suggests and held-out data speak against.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/diagnosis/calibration.h"
+#include "common/diagnosis/held_out.h"
+#include "common/diagnosis/trial.h"
+
+namespace zerodrift::diagnosis {
+
+// Of the listed effects that got coefficients those that make held-out data less likely, by their
+// labels. A comparison each.
+[[nodiscard]] std::vector<std::string> refuted_kinds(const twin::Model& given,
+                                                     const Calibration& calibration,
+                                                     const Split& split, core::Axis axis);
+
+// Of the effects that a trial named beside `known`, which as a whole held-out data speak against,
+// those that make them less likely beside the others and could have been seen there, by their
+// labels; all, where that is true of none alone. Noise is not among them. A comparison each.
+[[nodiscard]] std::vector<std::string> refuted_names(const twin::Model& known, const Trial& trial,
+                                                     const Split& split, core::Axis axis);
+
+// Whether held-out data would show what a trial named beside `known`, if it is true. Noise always
+// shows.
+[[nodiscard]] bool would_show(const twin::Model& known, const Trial& trial, const Split& split,
+                              core::Axis axis);
+
+// What is significant in the record and was named, and is not that by held-out data. Nothing where
+// a trial named noise alone.
+[[nodiscard]] std::optional<UnknownEffect> unknown_like(const Trial& trial);
+
+}  // namespace zerodrift::diagnosis

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/diagnosis/refutation.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "common/diagnosis/diagnosis.h"
+#include "tests/unit/diagnosis/simulated_series.h"
+
+namespace zerodrift::diagnosis {
+namespace {
+
+constexpr core::Axis kX = core::Axis::kX;
+const DiagnosisOptions kOptions{.record = "simulated", .date = "2026-01-01"};
+
+twin::EffectSpec field() {
+  return {.kind = "magnetic", .axis = kX, .parameters = {{"x_deg_h_per_ut", 1e-3}}};
+}
+twin::EffectSpec tilt() {
+  return {.kind = "acceleration_sensitivity", .axis = kX, .parameters = {{"x_deg_h_per_g", 0.05}}};
+}
+
+// A trial that named both, and the names that a record of `truth` refutes.
+std::vector<std::string> refuted_on(const twin::Model& truth) {
+  const twin::Model known = test::lab_model();
+  Trial trial{.repaired = test::with(test::with(known, field()), tilt())};
+  trial.effects = {{.name = "magnetic"}, {.name = "acceleration_sensitivity"}, {.name = "markov"}};
+  const MeasuredSeries series = test::simulated(truth, test::chamber_profile(), 12);
+  const Playback playback(series);
+  Split split{.kind = HeldOut::kRecords};
+  split.held_out.push_back({&series, &playback, series.valid[0]});
+  return refuted_names(known, trial, split, kX);
+}
+
+using Names = std::vector<std::string>;
+
+TEST(Refutation, IsOfTheNamesThatHeldOutDataSpeakAgainst) {
+  const twin::Model known = test::lab_model();
+  EXPECT_EQ(refuted_on(test::with(known, field())), Names{"acceleration_sensitivity"});
+  EXPECT_EQ(refuted_on(test::with(known, tilt())), Names{"magnetic"});
+}
+
+TEST(Refutation, OfAllNamesWhereHeldOutDataSpeakAgainstNoneOfThemAlone) {
+  const twin::Model both = test::with(test::with(test::lab_model(), field()), tilt());
+  EXPECT_EQ(refuted_on(both), (Names{"magnetic", "acceleration_sensitivity"}));
+}
+
+TEST(Refutation, LeavesSomethingUnknownThatLooksLikeTheNames) {
+  Trial trial;
+  trial.effects = {{.name = "magnetic", .alternatives = {{.name = "line"}}, .share_of_gap = 9e-18},
+                   {.name = "markov", .share_of_gap = 1.0},
+                   {.name = "shupe", .share_of_gap = 16e-18}};
+  const auto unknown = unknown_like(trial);
+  ASSERT_TRUE(unknown);
+  EXPECT_EQ(unknown->description,
+            "on this record it looks like magnetic (or line) and shupe, which held-out data speak "
+            "against");
+  EXPECT_NEAR(unknown->rms_radps, 5e-9, 1e-15);
+  trial.effects = {{.name = "markov"}};
+  EXPECT_FALSE(unknown_like(trial));
+}
+
+// Nobody turned a field on over the record that was kept back: it says nothing of a sensitivity to
+// one, and blocks of the first record do.
+TEST(DiagnosisScenario, ARecordThatWouldNotShowAnEffectDoesNotSpeakAgainstIt) {
+  const twin::Model given = test::lab_model();
+  const twin::Model truth = test::with(given, field());
+  const MeasuredSeries record = test::simulated(truth, test::chamber_profile(), 11);
+  for (const std::uint64_t seed : {12U, 13U}) {
+    MeasuredSeries other = test::simulated(given, test::chamber_profile(), seed);
+    for (auto& component : other.magnetic_ut) std::fill(component.begin(), component.end(), 0.0);
+    const AxisDiagnosis axis = *diagnose(given, record, {other}, kOptions).axes[0];
+    ASSERT_EQ(axis.effects.size(), 1U) << axis.sentence;
+    EXPECT_EQ(axis.effects[0].name, "magnetic");
+    EXPECT_EQ(axis.acceptance, Acceptance::kAccepted) << axis.sentence;
+    if (axis.held_out_kind == HeldOut::kRecords) continue;  // by luck, a little likelier
+    EXPECT_NE(axis.sentence.find("would not show what is found here"), std::string::npos)
+        << axis.sentence;
+  }
+}
+
+// Law: what is significant in a record and is not in the one that was kept back is neither "nothing
+// is missing" nor an effect of that name.
+TEST(DiagnosisScenario, WhatIsInOneRecordAloneIsNeitherNamedNorNothing) {
+  const twin::Model given = test::lab_model();
+  const MeasuredSeries other = test::simulated(given, test::chamber_profile(), 12);
+  const std::vector<twin::EffectSpec> hidden{
+      field(),
+      {.kind = "hysteresis", .axis = kX, .parameters = {{"a3_deg_h", 0.2}}},
+      {.kind = "warm_up",
+       .axis = kX,
+       .parameters = {{"amplitude_deg_h", 0.3}, {"tau_s", 1800.0}, {"exponent", 1.0}}}};
+  for (const twin::EffectSpec& effect : hidden) {
+    const MeasuredSeries record =
+        test::simulated(test::with(given, effect), test::chamber_profile(), 11);
+    const AxisDiagnosis axis = *diagnose(given, record, {other}, kOptions).axes[0];
+    EXPECT_EQ(axis.verdict, Verdict::kUnknownEffect) << effect.kind << ": " << axis.sentence;
+    EXPECT_TRUE(axis.effects.empty()) << effect.kind << ": " << axis.sentence;
+  }
+}
+
+// Either is named for the other where it has to explain both: a wandering drift hides the line, and
+// looks like effects of slow inputs.
+TEST(DiagnosisScenario, NoiseAndAnEffectThatItHidesAreBothNamed) {
+  const twin::Model given = test::without(test::lab_model(), "rate_random_walk");
+  const twin::Model wandering =
+      test::with(given, {.kind = "rate_random_walk",
+                         .axis = kX,
+                         .parameters = {{"coefficient_deg_per_h_1_5", 0.12}}});
+  const std::vector<twin::EffectSpec> hidden{
+      {.kind = "magnetic", .axis = kX, .parameters = {{"x_deg_h_per_ut", 1e-3}}},
+      {.kind = "line",
+       .axis = kX,
+       .parameters = {{"amplitude_deg_h", 0.01}, {"frequency_hz", 0.088}}}};
+  for (const twin::EffectSpec& effect : hidden) {
+    const twin::Model truth = test::with(wandering, effect);
+    const MeasuredSeries record = test::simulated(truth, test::chamber_profile(), 11);
+    const MeasuredSeries other = test::simulated(truth, test::chamber_profile(), 12);
+    const AxisDiagnosis axis = *diagnose(given, record, {other}, kOptions).axes[0];
+    std::vector<std::string> names;
+    for (const NamedEffect& found : axis.effects) names.push_back(found.name);
+    std::sort(names.begin(), names.end());
+    EXPECT_EQ(names, (Names{effect.kind, "rate_random_walk"})) << axis.sentence;
+  }
+}
+
+}  // namespace
+}  // namespace zerodrift::diagnosis
