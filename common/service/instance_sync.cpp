@@ -61,7 +61,7 @@ void InstanceSync::receive(const AnswerMark& other) noexcept {
   const bool is_late = other.run == before_.run && other.sequence <= before_.sequence;
   const bool is_elsewhere = newest_ && other.run != newest_->run && !is_late;
   peer.elsewhere = is_elsewhere ? peer.elsewhere + 1 : 0;
-  if (peer.elsewhere >= kDifferingRun && in_sync_ && is_senior(other, *newest_)) fall_behind();
+  if (peer.elsewhere >= kDifferingRun && in_sync_ && is_senior(other, *newest_)) fall_behind(false);
   const AnswerMark& mine = own_[other.sequence % kRemembered];
   if (mine.run == other.run && mine.sequence == other.sequence) return compare(mine, other);
   early_[other.sequence % kEarly] = other;
@@ -78,19 +78,21 @@ void InstanceSync::compare(const AnswerMark& mine, const AnswerMark& other) noex
   }
   ++counts_.differing;
   ++peer.differing;
-  if (peer.differing >= kDifferingRun && is_senior(other, mine)) fall_behind();
+  if (peer.differing >= kDifferingRun && is_senior(other, mine)) fall_behind(true);
 }
 
-void InstanceSync::fall_behind() noexcept {
+void InstanceSync::fall_behind(bool keeps_line) noexcept {
   in_sync_ = false;
+  keeps_line_ = keeps_line;
   ++counts_.step_backs;
   for (Peer& peer : peers_) peer.differing = peer.elsewhere = 0;
 }
 
 bool InstanceSync::receives_nobody() const noexcept {
-  return answering_ns_ >= kNobodyElse.count() &&
+  const std::chrono::nanoseconds silence = keeps_line_ ? kSilentLeader : kNobodyElse;
+  return answering_ns_ >= silence.count() &&
          std::all_of(peers_.begin(), peers_.end(),
-                     [this](const Peer& peer) { return is_silent(peer, kNobodyElse); });
+                     [&](const Peer& peer) { return is_silent(peer, silence); });
 }
 
 // One that hangs writes where nobody better does; note() finds the only one in sync.
@@ -115,7 +117,7 @@ void InstanceSync::set_hangs(bool hangs) noexcept {
   const bool has_better = std::any_of(peers_.begin(), peers_.end(), [&](const Peer& peer) {
     return !is_silent(peer, kNobodyElse) && is_senior(peer.newest, mine);
   });
-  if (has_better) fall_behind();
+  if (has_better) fall_behind(false);
 }
 
 std::optional<std::uint32_t> InstanceSync::giver() const noexcept {
@@ -137,6 +139,7 @@ std::optional<std::uint64_t> InstanceSync::wanted_run() const noexcept {
 
 void InstanceSync::caught_up() noexcept {
   in_sync_ = true;
+  keeps_line_ = false;
   std::fill(own_.begin(), own_.end(), AnswerMark{});
   for (Peer& peer : peers_) peer.differing = peer.elsewhere = 0;
 }

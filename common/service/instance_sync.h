@@ -12,7 +12,8 @@
 // 20 s at 200 Hz at least) is the senior, since it has learned from more; else the one with the
 // lower number. A line goes on from instance to instance with the state.
 //
-// One that is not in sync and receives from nobody for 2 s is the only one, and so in sync.
+// One that is not in sync and receives from nobody for 2 s is the only one, and so in sync; for
+// 100 ms, where it was in sync and differed: its line is the best there is.
 //
 // What readers don't tell apart needs one writer: the leader, which is the lowest instance received
 // within 100 ms. It writes ROS 2's topic and takes the commands that change a model; being wrong
@@ -123,13 +124,14 @@ class InstanceSync {
   [[nodiscard]] bool would_lead() const noexcept;
   void judge() noexcept;
   void compare(const AnswerMark& mine, const AnswerMark& other) noexcept;
-  void fall_behind() noexcept;
+  void fall_behind(bool keeps_line) noexcept;
 
   static constexpr std::size_t kRemembered = 4096;
   static constexpr std::size_t kEarly = 256;
 
   std::optional<std::uint32_t> instance_{};
   bool in_sync_ = false;
+  bool keeps_line_ = false;  // it was in sync, and its line goes on while it is behind
   bool hangs_ = false;
   bool leads_ = false;
   std::int64_t noted_ns_ = 0;      // when it answered last

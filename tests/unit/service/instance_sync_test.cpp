@@ -109,6 +109,18 @@ TEST(InstanceSync, OfTwoThatDifferTheJuniorFallsBehindAndTheSeniorGoesOn) {
   EXPECT_EQ(junior.sync.counts().step_backs, 1U);
 }
 
+// Rule: who yields to a senior holds back no longer than the senior lives.
+TEST(InstanceSync, AJuniorWhoseSeniorDiesGoesOnAtOnce) {
+  Instance junior = in_sync(1);
+  for (std::uint64_t k = 0; k < InstanceSync::kDifferingRun; ++k) {
+    junior.answer(2);
+    junior.receive(1);
+  }
+  const std::int64_t silent_since = junior.now_ns;
+  while (!junior.answer(2)) ASSERT_LT(junior.now_ns - silent_since, 200 * kMs);
+  EXPECT_GE(junior.now_ns - silent_since, InstanceSync::kSilentLeader.count());
+}
+
 TEST(InstanceSync, OneOfALongLineIsSeniorToOneThatBeganAnew) {
   Instance fresh = in_sync(0);
   for (std::uint64_t k = 0; k <= InstanceSync::kDifferingRun; ++k) {
