@@ -249,14 +249,20 @@ class AxisExamination {
 
   // What is significant in the record but not the effect it was taken for is another one, or none
   // that the catalogue knows. True where leaving out what held-out data speak against led to an
-  // answer, which then replaces the first one. Once: who asks often enough is told what he wants.
+  // answer, which then replaces the first one. Once, and then for noise alone, which wanders as any
+  // of them: who asks often enough is told what he wants.
   bool try_without_refuted(std::vector<std::string>& refuted, const Calibrated& calibrated,
                            const Split& split, Judged& judged) const {
     if (judged.acceptance != Acceptance::kReverted || judged.trial.unknown) return false;
     refuted = refuted_names(calibrated.calibration.drift_alone, judged.trial, split, axis_);
     if (refuted.empty()) return false;
     Judged second = attempt(calibrated, split, refuted);
-    if (second.acceptance != Acceptance::kAccepted && !second.trial.unknown) return false;
+    if (second.acceptance != Acceptance::kAccepted && !second.trial.unknown) {
+      second = attempt(calibrated, split, all_drift_labels());
+      const bool is_noise_alone = second.acceptance == Acceptance::kAccepted &&
+                                  !second.trial.effects.empty() && !second.trial.unknown;
+      if (!is_noise_alone) return false;
+    }
     second.trial.evidence = judged.trial.evidence;
     judged = std::move(second);
     return true;

@@ -70,6 +70,14 @@ bool would_show(const twin::Model& known, const Trial& trial, const Split& split
          tells_apart(compare_on(split.held_out, others, trial.repaired, axis));
 }
 
+std::vector<std::string> all_drift_labels() {
+  std::vector<std::string> labels;
+  for (const twin::EffectDefinition& definition : twin::effect_catalogue()) {
+    if (is_waveform(definition)) labels.push_back(twin::label_of(definition));
+  }
+  return labels;
+}
+
 std::optional<UnknownEffect> unknown_like(const Trial& trial) {
   const std::vector<NamedEffect> effects = drift_of(trial);
   if (effects.empty()) return std::nullopt;

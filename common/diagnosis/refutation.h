@@ -29,6 +29,9 @@ namespace zerodrift::diagnosis {
 [[nodiscard]] bool would_show(const twin::Model& known, const Trial& trial, const Split& split,
                               core::Axis axis);
 
+// Of the catalogue, in its order: with none of them noise alone can be named.
+[[nodiscard]] std::vector<std::string> all_drift_labels();
+
 // What is significant in the record and was named, and is not that by held-out data. Nothing where
 // a trial named noise alone.
 [[nodiscard]] std::optional<UnknownEffect> unknown_like(const Trial& trial);
