@@ -160,8 +160,7 @@ void add_unknown(report::Document& page, const Diagnosed& axis) {
   page.blocks.emplace_back(report::Subheading{"What the catalogue doesn't know"});
   page.blocks.emplace_back(report::Paragraph{
       unknown.description +
-      (unknown.depends_on.empty() ? std::string(". No input was found that it depends on")
-                                  : ". It depends on " + joined(unknown.depends_on)) +
+      (unknown.depends_on.empty() ? "" : ". It depends on " + joined(unknown.depends_on)) +
       "; its RMS over the record is " + in_deg_per_hour(unknown.rms_radps) + " deg/h."});
   for (const auto& summand : unknown.formulas) {
     page.blocks.emplace_back(
