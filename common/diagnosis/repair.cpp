@@ -195,7 +195,8 @@ NoiseFindings missing_noise(const SearchReport& report, const SearchProblem& pro
                             const TrialInput& input, const twin::Model& model) {
   std::vector<double> series = remainder_of(report, problem);
   NoiseFindings best = noise_of(series, input, problem, model);
-  double most = evidence_of(report) + evidence_of(best);
+  double kept = evidence_of(report);
+  double most = kept + evidence_of(best);
   std::vector<FoundEffect> left = report.effects;
   if (report.unknown) left.push_back(*report.unknown);
   const auto compete = [&](NoiseFindings rival, double evidence) {
@@ -203,7 +204,6 @@ NoiseFindings missing_noise(const SearchReport& report, const SearchProblem& pro
     most = evidence;
     best = std::move(rival);
   };
-  double kept = evidence_of(report);
   while (left.size() > 1) {
     std::size_t first = 0;
     double evidence = -std::numeric_limits<double>::infinity();
@@ -281,8 +281,7 @@ Trial repair(const TrialInput& input) {
   for (const FoundEffect& found : report.effects) {
     NamedEffect effect = lineup.effect_of(found);
     effect.share_of_gap = found.rms * found.rms;
-    std::vector<double> without = remainder;
-    for (std::size_t i = 0; i < without.size(); ++i) without[i] += found.waveform[i];
+    const std::vector<double> without = sum(remainder, found.waveform);
     const Candidate& candidate = *lineup.named_by(found.group);
     fit_size(effect, candidate, found.amplitudes.front(), without, report, input);
     const auto place = static_cast<std::size_t>(&found - report.effects.data());
