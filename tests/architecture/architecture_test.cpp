@@ -93,6 +93,10 @@ TEST(Sources, BeginWithTheLicenceLine) {
   EXPECT_EQ(listed(check_licence_lines(project())), "");
 }
 
+TEST(Sources, AreExecutableIfTheyNameTheirInterpreter) {
+  EXPECT_EQ(listed(check_scripts(project())), "");
+}
+
 TEST(Sources, AreShortOrSayWhyNot) {
   constexpr std::size_t kLongest = 500;
   EXPECT_EQ(listed(check_lengths(project(), kLongest)), "");
@@ -201,6 +205,10 @@ TEST(WrongTree, LongAndMissingMainsAreReported) {
 TEST(WrongTree, MissingLicenceLinesAreReported) {
   expect_offences(check_licence_lines(wrong_tree()),
                   {"common/unknown/unknown.cpp: does not begin"});
+}
+
+TEST(WrongTree, ScriptsThatNobodyCanCallAreReported) {
+  expect_offences(check_scripts(wrong_tree()), {"deploy/not_executable.sh: names its interpreter"});
 }
 
 TEST(WrongTree, LongSourcesWithoutAReasonAreReported) {

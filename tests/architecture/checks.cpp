@@ -19,6 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kLicence = "SPDX-License-Identifier: Apache-2.0";
+constexpr std::array kOwnFolders{"common", "services", "idl", "tests", "cmake", "deploy", "docker"};
 constexpr std::size_t kLongestMain = 40;
 // The fixture is wrong on purpose.
 constexpr std::string_view kFixtures = "tests/architecture/fixtures/";
@@ -418,13 +419,27 @@ Offences check_mains(const Tree& tree) {
 
 Offences check_licence_lines(const Tree& tree) {
   Offences offences;
-  for (const char* top : {"common", "services", "idl", "tests", "cmake", "deploy", "docker"}) {
+  for (const char* top : kOwnFolders) {
     for (const std::string& file : files(tree, top, is_source)) {
       const auto lines = lines_of(tree.root / file);
       const bool script = !lines.empty() && lines.front().starts_with("#!");
       const std::size_t first = script ? 1 : 0;
       if (lines.size() > first && lines[first].ends_with(kLicence)) continue;
       offences.push_back(file + ": does not begin with \"" + std::string(kLicence) + "\"");
+    }
+  }
+  return offences;
+}
+
+Offences check_scripts(const Tree& tree) {
+  Offences offences;
+  for (const char* top : kOwnFolders) {
+    for (const std::string& file : files(tree, top, is_source)) {
+      const auto lines = lines_of(tree.root / file);
+      if (lines.empty() || !lines.front().starts_with("#!")) continue;
+      const auto rights = fs::status(tree.root / file).permissions();
+      if ((rights & fs::perms::owner_exec) == fs::perms::none)
+        offences.push_back(file + ": names its interpreter, but is not executable (chmod +x)");
     }
   }
   return offences;

@@ -45,6 +45,8 @@ Offences check_effect_names(const Tree& tree, const std::set<std::string>& names
 std::set<std::string> effect_names(const Tree& tree);
 Offences check_mains(const Tree& tree);
 Offences check_licence_lines(const Tree& tree);
+// Sources that name their interpreter ("#!") can be called by their name, as documents do.
+Offences check_scripts(const Tree& tree);
 // Sources of common/ and services/ that are longer and whose first comment doesn't say why ("Longer
 // than other files").
 Offences check_lengths(const Tree& tree, std::size_t most_lines);

@@ -152,7 +152,7 @@ def add_topic(copy):
     copy.before(topics, "template <> struct TopicOf<msg::TwinReport>",
                 "template <> struct TopicOf<msg::Orientation> : Binding<msg::OrientationPubSubType, kOrientation> {};\n")
     copy.before(topics, "msg::Environment>;\n", "msg::Orientation, ")
-    copy.before("ARCHITECTURE.md", "| twin_report |", "| orientation | reliable | 1 | volatile | shared | 20 | 0 | 0 | 0 |\n")
+    copy.before("ARCHITECTURE.md", "| environment |", "| orientation | reliable | 1 | volatile | shared | 20 | 0 | 0 | 0 |\n")
 
 
 # What a recipe is called in CONTRIBUTING.md, who follows it, and what must pass then. Programs of tests are given with a filter.
@@ -212,14 +212,15 @@ def build(copy, log):
 
 
 def use_all(copy, bin_folder, verdicts, log):
+    page = run([bin_folder / "zerodrift", "config", "reference"], copy.root, log)
+    (copy.root / "docs/configuration.md").write_text(page.stdout)  # as the recipe of the key says
+    verdicts.say("example_s" in page.stdout, "the key is on its page", "example_s isn't")
     for title, _, tests in RECIPES:
         for program, pattern in tests:
             done = run([bin_folder / program, f"--gtest_filter={pattern}", "--gtest_brief=1"], copy.root, log)
             passed = done.returncode == 0 and "[  PASSED  ] 0 tests" not in done.stdout
             verdicts.say(passed, f"{title}: {program}", done.stdout.strip()[-500:])
     zerodrift = bin_folder / "zerodrift"
-    page = run([zerodrift, "config", "reference"], copy.root, log)
-    verdicts.say("example_s" in page.stdout, "the key is on its page", "example_s isn't")
     model, record = copy.root / "recipe.yaml", copy.root / "recipe.csv"
     shipped = (ROOT / "config/models/paper_fog.yaml").read_text()
     model.write_text(shipped + "  - {kind: vibration_bias, axis: x, parameters: {coefficient_deg_h_per_g: 1}}\n")

@@ -149,6 +149,7 @@ class World {
   void begin_run(int publisher);
   void end_run(int publisher, bool crash);
   void disturb();
+  void tick(int instance);
   bool is_sound_without(int instance);
   void cut(int a, int b, Time until);
   void stop(int instance, Time until);
@@ -563,6 +564,12 @@ void World::disturb() {
   }
 }
 
+void World::tick(int i) {
+  Instance& instance = *instances_[static_cast<std::size_t>(i)];
+  if (instance.lives && instance.stopped_until <= now) instance.tick();
+  at(now + 250 * kMs, [this, i] { tick(i); });
+}
+
 std::optional<std::string> World::run() {
   for (int i = 0; i < instance_count_; ++i) {
     auto instance = std::make_unique<Instance>(*this, i, instance_count_);
@@ -575,13 +582,7 @@ std::optional<std::string> World::run() {
     nodes_[kFirstReader + r] = std::move(reader);
   }
   for (int i = 0; i < instance_count_; ++i) {
-    auto tick = std::make_shared<std::function<void()>>();
-    *tick = [this, i, tick] {
-      Instance& instance = *instances_[static_cast<std::size_t>(i)];
-      if (instance.lives && instance.stopped_until <= now) instance.tick();
-      if (now < end_) at(now + 250 * kMs, *tick);
-    };
-    at(random.between(0, 250 * kMs), *tick);
+    at(random.between(0, 250 * kMs), [this, i] { tick(i); });
   }
   begin_run(kFirstPublisher);
   at(8 * kSecond, [this] { disturb(); });
