@@ -2,11 +2,11 @@
 #include "common/diagnosis/diagnosis.h"
 
 #include <algorithm>
-#include <iterator>
 #include <list>
 #include <span>
 #include <stdexcept>
 
+#include "common/diagnosis/axis_result.h"
 #include "common/diagnosis/calibration.h"
 #include "common/diagnosis/candidates.h"
 #include "common/diagnosis/curves.h"
@@ -34,26 +34,6 @@ constexpr double kLeastGainOfLagsNats = 5.0;
 
 bool has_axis(const MeasuredSeries& series, core::Axis axis) {
   return !series.rate_radps[core::index(axis)].empty();
-}
-
-bool is_record_fault(const std::string& kind) {
-  const auto* definition = twin::find_effect(kind);
-  return definition != nullptr && definition->family == twin::Family::kRecordFault &&
-         !is_waveform(*definition);
-}
-
-// An axis's own part of one model into another.
-void copy_axis(const twin::Model& from, twin::Model& to, core::Axis axis) {
-  std::erase_if(to.effects, [axis](const twin::EffectSpec& e) { return e.axis == axis; });
-  for (const twin::EffectSpec& effect : from.effects) {
-    if (effect.axis == axis) to.effects.push_back(effect);
-  }
-}
-
-// What is no larger than the errors by rounding that the record is known to have is theirs.
-bool is_of_rounding(double rms_radps, const RecordFaults& faults) {
-  constexpr double kWithin = 1.5;
-  return rms_radps <= kWithin * faults.rounding_rms_radps;
 }
 
 class AxisExamination {
@@ -86,7 +66,8 @@ class AxisExamination {
     std::string aside = tried_again ? spoken_against(refuted) : "";
     std::optional<UnknownEffect> not_what_it_looks_like;
     if (!tried_again) {
-      if (!refuted.empty()) not_what_it_looks_like = unknown_like(judged.trial);
+      if (judged.acceptance == Acceptance::kReverted)
+        not_what_it_looks_like = refuted_finding(judged.trial, calibrated, split);
       aside += fall_back(judged, calibrated);
     }
     if (calibrated.calibration.fitted.empty() && is_all_rounding(faults, measured, before)) {
@@ -116,6 +97,8 @@ class AxisExamination {
     if (split.kind != HeldOut::kNothing) result.allan_log_distance = held_out.allan;
     conclude(result);
     result.sentence += aside;
+    if (calibrated.calibration.fitted.empty()) doubt_consistency(result, held_out);
+    result.sentence += about_reach(split.share_out_of_reach);
     if (by_blocks) {
       result.sentence +=
           " The other records would not show what is found here: blocks of this one were kept back "
@@ -162,10 +145,43 @@ class AxisExamination {
     return result;
   }
 
+  // Slow noise takes any course in the record that it is fitted to: whether effects have made that
+  // course, data that were kept back tell.
   [[nodiscard]] Judged attempt(const Calibrated& calibrated, const Split& split,
                                std::span<const std::string> refuted) const {
-    Judged judged{repair({calibrated.calibration.drift_alone, series_, playback_, axis_,
-                          split.fitted, options_, refuted, calibrated.calibration.fitted})};
+    TrialInput input{calibrated.calibration.drift_alone,
+                     series_,
+                     playback_,
+                     axis_,
+                     split.fitted,
+                     options_,
+                     refuted,
+                     calibrated.calibration.fitted};
+    Judged judged = judged_trial(input, calibrated, split);
+    if (!judged.trial.noise_could_be_effects || split.kind == HeldOut::kNothing) return judged;
+    input.slow_noise = SlowNoise::kAsStated;
+    Judged effects = judged_trial(input, calibrated, split);
+    const auto names = [](const Judged& of) {
+      return std::count_if(of.trial.effects.begin(), of.trial.effects.end(),
+                           [](const NamedEffect& effect) { return !is_noise(effect.name); });
+    };
+    const bool explain =
+        effects.acceptance == Acceptance::kAccepted && !effects.trial.unknown &&
+        names(effects) > names(judged) &&
+        is_likelier(effects.trial.repaired, judged.trial.repaired, input.model, split) &&
+        each_is_clear(input.model, effects.trial, split, axis_);
+    return explain ? std::move(effects) : std::move(judged);
+  }
+
+  // By data that took part in neither; both were made from `base`.
+  [[nodiscard]] bool is_likelier(const twin::Model& one, const twin::Model& than,
+                                 const twin::Model& base, const Split& split) const {
+    return likelier_by_nats(split.held_out, base, one, than, axis_) > 0.0;
+  }
+
+  [[nodiscard]] Judged judged_trial(const TrialInput& input, const Calibrated& calibrated,
+                                    const Split& split) const {
+    Judged judged{repair(input)};
     if (judged.trial.refusal) return judged;
     judged.acceptance =
         judge(judged.trial,
@@ -205,7 +221,13 @@ class AxisExamination {
       return;
     }
     Judged second = attempt(again, split, {});
-    if (second.trial.refusal || !(second.trial.log_evidence > judged.trial.log_evidence)) return;
+    if (second.trial.refusal) return;
+    const bool is_better =
+        split.kind == HeldOut::kNothing
+            ? second.trial.log_evidence > judged.trial.log_evidence
+            : second.acceptance == Acceptance::kAccepted &&
+                  is_likelier(second.trial.repaired, judged.trial.repaired, model_, split);
+    if (!is_better) return;
     calibrated = std::move(again);
     judged = std::move(second);
   }
@@ -288,9 +310,8 @@ class AxisExamination {
     const twin::Model& without = stands ? judged.trial.repaired : model_;
     auto closed = proved_formula(beside(without, split, calibrated), split);
     if (!closed) return;
-    Trial& trial = closed->trial;
-    if (stands) trial.recalibrated = merged(judged.trial.recalibrated, trial.recalibrated);
-    take_formula(judged, std::move(trial),
+    if (stands) closed->recalibrated = merged(judged.trial.recalibrated, closed->recalibrated);
+    take_formula(judged, *std::move(closed),
                  stands ? std::move(judged.trial.effects) : std::vector<NamedEffect>());
   }
 
@@ -303,25 +324,58 @@ class AxisExamination {
     const bool stands = judged.acceptance == Acceptance::kAccepted;
     const TrialInput input = beside(known, split, calibrated.calibration.fitted);
     auto rival = proved_formula(input, split);
-    if (rival && rival->trial.log_evidence > (stands ? judged.trial.log_evidence : 0.0) &&
-        rival->held_out_nats >
-            held_out_nats(input, split, stands ? judged.trial.repaired : known)) {
-      take_formula(judged, std::move(rival->trial), {});
+    if (rival && rival->log_evidence > (stands ? judged.trial.log_evidence : 0.0) &&
+        is_likelier(rival->repaired, stands ? judged.trial.repaired : known, known, split)) {
+      take_formula(judged, *std::move(rival), {});
     }
+  }
+
+  // Whether the model lists effects whose coefficients come from this record alone.
+  [[nodiscard]] bool is_calibrated_here() const {
+    return std::any_of(model_.effects.begin(), model_.effects.end(), [&](const auto& spec) {
+      return spec.axis == axis_ && spec.parameters.empty() && !is_noise(spec.kind);
+    });
   }
 
   Split held_out_parts(const std::vector<PlayedRecord>& validation,
                        const std::vector<std::uint8_t>& sound) const {
+    constexpr double kLeastInReach = 0.2;
     Split split{.kind = HeldOut::kRecords, .fitted = sound};
+    double left_out = 0.0;
+    double all = 0.0;
     for (const PlayedRecord& record : validation) {
       const MeasuredSeries& series = *record.series;
       const auto residual =
           difference(measured_drift(series, axis_), record.playback->drift(model_, axis_),
                      series.valid[core::index(axis_)]);
       HeldOutPart part{&series, record.playback, find_record_faults(series, axis_, residual).sound};
+      if (is_calibrated_here()) {
+        const auto size = static_cast<double>(series.size);
+        const auto elsewhere = static_cast<double>(keep_in_reach(part, series_, sound));
+        const bool too_few = size - elsewhere < kLeastInReach * size;
+        left_out += too_few ? size : elsewhere;
+        all += size;
+        if (too_few) continue;
+      }
       if (can_judge(part)) split.held_out.push_back(std::move(part));
     }
-    return split.held_out.empty() ? split_in_blocks(series_, playback_, sound) : split;
+    if (split.held_out.empty()) split = split_in_blocks(series_, playback_, sound);
+    if (all > 0.0) split.share_out_of_reach = left_out / all;
+    return split;
+  }
+
+  // What a trial suggested and held-out data speak against is something else all the same: names,
+  // or new parameters without which far more is left than the noise makes.
+  [[nodiscard]] std::optional<UnknownEffect> refuted_finding(const Trial& trial,
+                                                             const Calibrated& calibrated,
+                                                             const Split& split) const {
+    auto names = unknown_like(trial);
+    if (names || trial.unknown || calibrated.acceptance == Acceptance::kReverted) return names;
+    const auto left = difference(measured_drift(series_, axis_),
+                                 playback_.drift(calibrated.proved(model_), axis_), split.fitted);
+    const std::size_t block = intervals_in(kMeanS, series_.interval_s);
+    return unlike_other_parameters(trial, rms_of_block_means(left, split.fitted, block).about_mean,
+                                   expected_rms_of_block_means(trial.noise_dct_variances, block));
   }
 
   void take_nothing(Judged& judged) const {
@@ -339,24 +393,6 @@ class AxisExamination {
     const auto left = difference(measured, before, faults.sound);
     const std::size_t block = intervals_in(kMeanS, series_.interval_s);
     return is_of_rounding(rms_of_block_means(left, faults.sound, block).about_mean, faults);
-  }
-
-  static void take(AxisDiagnosis& result, const Trial& trial, const RecordFaults& faults) {
-    result.effects = trial.effects;
-    result.recalibrated = trial.recalibrated;
-    result.unknown = trial.unknown;
-    if (result.unknown && is_of_rounding(result.unknown->rms_radps, faults)) result.unknown.reset();
-    result.could_have_seen = trial.could_have_seen;
-    result.evidence = trial.evidence;
-    if (result.unknown) {
-      const auto noise =
-          std::stable_partition(result.effects.begin(), result.effects.end(),
-                                [](const NamedEffect& effect) { return !is_noise(effect.name); });
-      result.unknown->noise.assign(std::make_move_iterator(noise),
-                                   std::make_move_iterator(result.effects.end()));
-      result.effects.erase(noise, result.effects.end());
-    }
-    result.effects.insert(result.effects.end(), faults.effects.begin(), faults.effects.end());
   }
 
   void describe(AxisDiagnosis& result, const Trial& trial, const std::vector<double>& measured,
@@ -386,19 +422,6 @@ class AxisExamination {
     result.residual = residual_against_input(result, series_, axis_, residual, explained, sound);
   }
 
-  // Mean squares of the effects' waveforms become shares of what they explain together.
-  static void share_the_gap(AxisDiagnosis& result) {
-    const double explained = result.fit.before_rms_radps * result.fit.before_rms_radps -
-                             result.fit.after_rms_radps * result.fit.after_rms_radps;
-    const auto to_share = [&](NamedEffect& effect) {
-      effect.share_of_gap =
-          explained > 0.0 ? std::clamp(effect.share_of_gap / explained, 0.0, 1.0) : 0.0;
-    };
-    std::for_each(result.effects.begin(), result.effects.end(), to_share);
-    if (!result.unknown) return;
-    std::for_each(result.unknown->formulas.begin(), result.unknown->formulas.end(), to_share);
-  }
-
   void conclude(AxisDiagnosis& result) const {
     result.verdict = verdict_of(result);
     result.sentence = sentence_of(result);
@@ -412,19 +435,6 @@ class AxisExamination {
                       "No input of this record moves: beside noise and drift with time nothing "
                       "could be judged. " +
                       what_would_decide(model_, series_, playback_, axis_);
-  }
-
-  // A record's own faults need no proof by another one.
-  static void take_back(AxisDiagnosis& result) {
-    const auto unproved = std::stable_partition(
-        result.effects.begin(), result.effects.end(),
-        [](const NamedEffect& effect) { return is_record_fault(effect.name); });
-    result.taken_back.assign(unproved, result.effects.end());
-    result.effects.erase(unproved, result.effects.end());
-    result.recalibrated.clear();
-    result.verdict = verdict_of(result);
-    if (!result.effects.empty())
-      result.sentence += " The record has " + list_of(result.effects) + ".";
   }
 
   const twin::Model& model_;

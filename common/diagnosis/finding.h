@@ -54,7 +54,7 @@ struct NamedEffect {
 
 struct Recalibration {
   std::string name;
-  std::string parameter;
+  std::string parameter{};
   double from = 0.0;
   double to = 0.0;
   double standard_error = 0.0;  // NaN: not known

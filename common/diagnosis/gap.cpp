@@ -112,6 +112,10 @@ double expected_rms_of_block_means(std::span<const double> dct_variances, std::s
   return n == 0 ? 0.0 : std::sqrt(sum / static_cast<double>(n));
 }
 
+bool stands_out(double rms_radps, double noise_rms_radps) {
+  return noise_rms_radps > 0.0 && rms_radps > 2.0 * noise_rms_radps;
+}
+
 double allan_variance_of_noise(std::span<const double> dct_variances, std::size_t cluster_size) {
   const std::size_t n = dct_variances.size();
   const auto m = static_cast<double>(cluster_size);

@@ -39,6 +39,10 @@ struct BlockRms {
 [[nodiscard]] double expected_rms_of_block_means(std::span<const double> dct_variances,
                                                  std::size_t block);
 
+// More than twice what the noise alone makes: then something is missing, whatever it is. Never
+// where there is no noise to judge by.
+[[nodiscard]] bool stands_out(double rms_radps, double noise_rms_radps);
+
 // Allan variance of a noise at cluster size m: 2/n sum_k lambda_k sin⁴(pi f_k m dt) / (m sin(pi f_k
 // dt))². O(n).
 [[nodiscard]] double allan_variance_of_noise(std::span<const double> dct_variances,

@@ -16,7 +16,6 @@ namespace {
 constexpr double kNoWorse = 1.02;
 constexpr double kMeanNoWorse = 1.05;  // with the mean, of which two records say little
 constexpr double kAllanTolerance = 0.02;
-constexpr double kClearNats = 10.0;   // outweighs the few points of an Allan curve, or a mean
 constexpr double kNatsOfALine = 3.0;  // that noise alone gains by a free size and phase
 
 bool has_free_phase(const twin::EffectSpec& effect) {
@@ -85,6 +84,35 @@ bool can_judge(const HeldOutPart& part) {
   const std::vector<double> any(part.valid.size(), 0.0);
   return block_means(any, part.valid, intervals_in(kMeanS, part.series->interval_s)).mean.size() >=
          2;
+}
+
+std::size_t keep_in_reach(HeldOutPart& part, const MeasuredSeries& fitted,
+                          std::span<const std::uint8_t> valid) {
+  constexpr double kBeyond = 0.1;  // of the range
+  std::vector<std::uint8_t> kept = part.valid;
+  for (const ProbeSeries& reached : fitted.probes) {
+    const auto same = std::find_if(part.series->probes.begin(), part.series->probes.end(),
+                                   [&](const ProbeSeries& p) { return p.name == reached.name; });
+    if (same == part.series->probes.end()) continue;
+    double low = std::numeric_limits<double>::infinity();
+    double high = -low;
+    for (std::size_t i = 0; i < valid.size(); ++i) {
+      if (valid[i] == 0) continue;
+      low = std::min(low, reached.temperature_degc[i]);
+      high = std::max(high, reached.temperature_degc[i]);
+    }
+    const double beyond = kBeyond * (high - low);
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+      const double here = same->temperature_degc[i];
+      if (!(here >= low - beyond && here <= high + beyond)) kept[i] = 0;
+    }
+  }
+  const auto count = [](const std::vector<std::uint8_t>& mask) {
+    return static_cast<std::size_t>(std::count(mask.begin(), mask.end(), std::uint8_t{1}));
+  };
+  const std::size_t left_out = count(part.valid) - count(kept);
+  part.valid = std::move(kept);
+  return left_out;
 }
 
 Split split_in_blocks(const MeasuredSeries& series, const Playback& playback,
@@ -174,6 +202,22 @@ Comparison compare_on(const std::vector<HeldOutPart>& parts, const twin::Model& 
   result.allan.before /= weight_before;
   result.allan.after /= weight_after;
   return result;
+}
+
+double likelier_by_nats(const std::vector<HeldOutPart>& parts, const twin::Model& base,
+                        const twin::Model& one, const twin::Model& other, core::Axis axis) {
+  double nats =
+      compare_on(parts, base, one, axis).gain_nats - compare_on(parts, base, other, axis).gain_nats;
+  for (const HeldOutPart& part : parts) {
+    const MeasuredSeries& series = *part.series;
+    const auto left = difference(measured_drift(series, axis),
+                                 part.playback->drift(without_free_phases(base), axis), part.valid);
+    const auto noise_of = [&](const twin::Model& model) {
+      return model_noise(model, axis, series.interval_s, quick_length(series.size));
+    };
+    nats += noise_gain_nats(left, part.valid, noise_of(other), noise_of(one));
+  }
+  return nats;
 }
 
 bool tells_apart(const Comparison& comparison) {

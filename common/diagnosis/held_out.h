@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,9 @@ inline constexpr double kLongestGuardS = 300.0;
 inline constexpr double kShortestGuardS = 90.0;
 inline constexpr double kShortestForBlocksS = 4.0 * kShortestGuardS * kBlocks;
 
+inline constexpr double kClearNats = 10.0;  // of held-out data: outweighs the few points of an
+                                            // Allan curve, or a mean
+
 struct HeldOutPart {
   const MeasuredSeries* series;
   const Playback* playback;
@@ -34,6 +38,7 @@ struct HeldOutPart {
 
 struct Split {
   HeldOut kind = HeldOut::kNothing;
+  double share_out_of_reach = 0.0;  // of the other records' samples: left out of `held_out`
   std::vector<std::uint8_t> fitted{};
   std::vector<HeldOutPart> held_out{};
 };
@@ -42,6 +47,12 @@ struct Split {
 [[nodiscard]] double duration_of(const MeasuredSeries& series);
 // An RMS of means needs two of them.
 [[nodiscard]] bool can_judge(const HeldOutPart& part);
+
+// Where coefficients come from the fitted samples, others can judge them only at temperatures that
+// those reached, or a tenth of their range beyond. Leaves out the samples of `part` that are
+// elsewhere by any probe that both have; how many. O(samples).
+[[nodiscard]] std::size_t keep_in_reach(HeldOutPart& part, const MeasuredSeries& fitted,
+                                        std::span<const std::uint8_t> valid);
 
 // Two blocks of the record, not those at its ends; everything is fitted where they can't judge.
 [[nodiscard]] Split split_in_blocks(const MeasuredSeries& series, const Playback& playback,
@@ -65,6 +76,12 @@ struct Comparison {
 [[nodiscard]] Comparison compare_on(const std::vector<HeldOutPart>& parts,
                                     const twin::Model& before, const twin::Model& after,
                                     core::Axis axis);
+
+// How much likelier one model makes data that took no part than another one does, nats: drift and
+// noise. Both were made from `base`, in which neither's oscillations are.
+[[nodiscard]] double likelier_by_nats(const std::vector<HeldOutPart>& parts,
+                                      const twin::Model& base, const twin::Model& one,
+                                      const twin::Model& other, core::Axis axis);
 
 // Both are at least two standard errors apart: else the data can't tell one from the other.
 [[nodiscard]] bool tells_apart(const Comparison& comparison);

@@ -19,19 +19,14 @@ namespace {
 
 std::optional<NoiseKind> kind_of(NoiseLaw law) {
   switch (law) {
-    case NoiseLaw::kWhite:
-      return NoiseKind::kWhite;
-    case NoiseLaw::kFlicker:
-      return NoiseKind::kFlicker;
-    case NoiseLaw::kRandomWalk:
-      return NoiseKind::kRandomWalk;
-    case NoiseLaw::kQuantization:
-      return NoiseKind::kQuantization;
+    case NoiseLaw::kWhite: return NoiseKind::kWhite;
+    case NoiseLaw::kFlicker: return NoiseKind::kFlicker;
+    case NoiseLaw::kRandomWalk: return NoiseKind::kRandomWalk;
+    case NoiseLaw::kQuantization: return NoiseKind::kQuantization;
     case NoiseLaw::kFirstOrder:
     case NoiseLaw::kTwoLevel:  // the spectrum of a first-order noise of its variance
       return NoiseKind::kMarkov;
-    case NoiseLaw::kNone:
-      break;
+    case NoiseLaw::kNone: break;
   }
   return std::nullopt;
 }
@@ -109,8 +104,18 @@ std::vector<ListedNoise> listed_noise(const twin::Model& model, core::Axis axis,
   return listed;
 }
 
+bool is_slow(NoiseKind kind) {
+  return kind != NoiseKind::kWhite && kind != NoiseKind::kQuantization;
+}
+
+bool is_slow_noise(const std::string& effect) {
+  const EffectDefinition* definition = twin::find_effect(effect);
+  const auto kind = definition ? kind_of(definition->spectrum.law) : std::nullopt;
+  return kind && is_slow(*kind);
+}
+
 double seen_share(NoiseKind kind, double share) {
-  return kind == NoiseKind::kWhite || kind == NoiseKind::kQuantization ? share : 1.0;
+  return is_slow(kind) ? 1.0 : share;
 }
 
 double valid_share(std::span<const std::uint8_t> valid) {

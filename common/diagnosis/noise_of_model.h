@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "common/core/axis.h"
@@ -26,6 +27,11 @@ inline constexpr double kModelNoiseSigma = 0.3;
                                      double relative_sigma, double valid_share);
 
 [[nodiscard]] double valid_share(std::span<const std::uint8_t> valid);
+
+// Whether a noise wanders: all but white rate and white angle.
+[[nodiscard]] bool is_slow(NoiseKind kind);
+// The same of the catalogue's effect of this kind; false of what is no such noise.
+[[nodiscard]] bool is_slow_noise(const std::string& effect);
 
 // Share of a noise's power that is left in a series of which `share` is valid, as GapBridge bridges
 // it: `share` of the white noises, all of the slow ones.

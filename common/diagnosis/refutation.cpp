@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "common/diagnosis/gap.h"
 #include "common/diagnosis/verdict.h"
 #include "common/twin/effect_catalogue.h"
 
@@ -60,6 +61,16 @@ std::vector<std::string> refuted_names(const twin::Model& known, const Trial& tr
   return refuted.empty() ? all : refuted;
 }
 
+bool each_is_clear(const twin::Model& known, const Trial& trial, const Split& split,
+                   core::Axis axis) {
+  const std::vector<NamedEffect> effects = drift_of(trial);
+  return std::all_of(effects.begin(), effects.end(), [&](const NamedEffect& effect) {
+    const twin::Model others =
+        without(twin::label_of(effect.name, effect.formula), trial.repaired, known.effects.size());
+    return compare_on(split.held_out, others, trial.repaired, axis).gain_nats > kClearNats;
+  });
+}
+
 bool would_show(const twin::Model& known, const Trial& trial, const Split& split, core::Axis axis) {
   twin::Model others = trial.repaired;
   for (const NamedEffect& effect : drift_of(trial)) {
@@ -87,6 +98,21 @@ std::optional<UnknownEffect> unknown_like(const Trial& trial) {
   for (const NamedEffect& effect : effects) squares += effect.share_of_gap;
   unknown.rms_radps = std::sqrt(squares);
   return unknown;
+}
+
+std::optional<UnknownEffect> unlike_other_parameters(const Trial& trial, double left_rms_radps,
+                                                     double noise_rms_radps) {
+  if (!stands_out(left_rms_radps, noise_rms_radps)) return std::nullopt;
+  std::vector<Recalibration> shapes = trial.recalibrated;
+  std::erase_if(shapes, [](const Recalibration& change) {
+    const auto* definition = twin::find_effect(change.name);
+    return is_noise(change.name) || (definition != nullptr && definition->search.is_constant);
+  });
+  if (shapes.empty()) return std::nullopt;
+  return UnknownEffect{
+      .description = "on this record it looks like other parameters of " + names_of(shapes) +
+                     ", which held-out data speak against",
+      .rms_radps = std::sqrt(left_rms_radps * left_rms_radps - noise_rms_radps * noise_rms_radps)};
 }
 
 }  // namespace zerodrift::diagnosis

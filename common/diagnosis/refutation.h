@@ -24,6 +24,11 @@ namespace zerodrift::diagnosis {
 [[nodiscard]] std::vector<std::string> refuted_names(const twin::Model& known, const Trial& trial,
                                                      const Split& split, core::Axis axis);
 
+// Whether each effect that a trial named beside `known`, noise apart, makes held-out data clearly
+// likelier beside the others (kClearNats). A comparison each.
+[[nodiscard]] bool each_is_clear(const twin::Model& known, const Trial& trial, const Split& split,
+                                 core::Axis axis);
+
 // Whether held-out data would show what a trial named beside `known`, if it is true. Noise always
 // shows.
 [[nodiscard]] bool would_show(const twin::Model& known, const Trial& trial, const Split& split,
@@ -35,5 +40,12 @@ namespace zerodrift::diagnosis {
 // What is significant in the record and was named, and is not that by held-out data. Nothing where
 // a trial named noise alone.
 [[nodiscard]] std::optional<UnknownEffect> unknown_like(const Trial& trial);
+
+// The same of a trial that gave the model other parameters alone, where what the model leaves of
+// the record stands out of the noise; nothing where it doesn't, or where noise or a bias alone
+// changed.
+[[nodiscard]] std::optional<UnknownEffect> unlike_other_parameters(const Trial& trial,
+                                                                   double left_rms_radps,
+                                                                   double noise_rms_radps);
 
 }  // namespace zerodrift::diagnosis

@@ -192,9 +192,11 @@ SearchReport search_without_family_of_unknown(SearchProblem& problem,
 // explains more. Effects give way to noise one after the other, the one first for which that costs
 // least.
 NoiseFindings missing_noise(const SearchReport& report, const SearchProblem& problem,
-                            const TrialInput& input, const twin::Model& model) {
+                            const TrialInput& input, Trial& trial) {
+  const twin::Model& model = trial.repaired;
   std::vector<double> series = remainder_of(report, problem);
   NoiseFindings best = noise_of(series, input, problem, model);
+  if (input.slow_noise == SlowNoise::kAsStated) return best;
   double kept = evidence_of(report);
   double most = kept + evidence_of(best);
   std::vector<FoundEffect> left = report.effects;
@@ -203,6 +205,7 @@ NoiseFindings missing_noise(const SearchReport& report, const SearchProblem& pro
     if (evidence <= most) return;
     most = evidence;
     best = std::move(rival);
+    trial.noise_could_be_effects = true;
   };
   while (left.size() > 1) {
     std::size_t first = 0;
@@ -234,15 +237,14 @@ NoiseFindings missing_noise(const SearchReport& report, const SearchProblem& pro
 // is made again with it, among candidates lined up with it: noise that was not known of hides the
 // peaks of what oscillates.
 SearchReport search_beside_noise(SearchProblem& problem, Lineup& lineup, const TrialInput& input,
-                                 const twin::Model& model,
-                                 const std::vector<InputChannel>& channels) {
+                                 Trial& trial, const std::vector<InputChannel>& channels) {
   const SearchOptions options = search_options(input.options);
   const std::size_t listed = problem.noise.known.size();
   if (listed == 0) return search_without_family_of_unknown(problem, options);
   problem.noise.unlisted = UnlistedNoise::kExcluded;
   SearchReport report = search_without_family_of_unknown(problem, options);
   if (report.outcome == SearchOutcome::kRefused) return report;
-  const NoiseFindings noise = missing_noise(report, problem, input, model);
+  const NoiseFindings noise = missing_noise(report, problem, input, trial);
   if (noise.effects.empty()) return report;
   const double share = valid_share(input.valid);
   for (std::size_t t = listed; t < noise.terms.size(); ++t) {
@@ -250,9 +252,18 @@ SearchReport search_beside_noise(SearchProblem& problem, Lineup& lineup, const T
     problem.noise.known.push_back({noise.terms[t], seen, kModelNoiseSigma});
   }
   std::vector<NotTestable> as_before;
-  lineup = line_up(model, input, problem, channels, as_before);
+  lineup = line_up(trial.repaired, input, problem, channels, as_before);
   problem.groups = lineup.groups(input.series, input.playback);
   return search_without_family_of_unknown(problem, options);
+}
+
+// Slow noise that is more than three times what the model states, or that it states no value of.
+bool is_inflated(const std::vector<Recalibration>& changes) {
+  constexpr double kWithinWhatIsStated = 3.0;
+  return std::any_of(changes.begin(), changes.end(), [](const Recalibration& change) {
+    return is_slow_noise(change.name) &&
+           std::abs(change.to) > kWithinWhatIsStated * std::abs(change.from);
+  });
 }
 
 }  // namespace
@@ -268,7 +279,7 @@ Trial repair(const TrialInput& input) {
   Lineup lineup = line_up(trial.repaired, input, problem, channels, trial.not_testable);
   problem.groups = lineup.groups(input.series, input.playback);
 
-  SearchReport report = search_beside_noise(problem, lineup, input, trial.repaired, channels);
+  SearchReport report = search_beside_noise(problem, lineup, input, trial, channels);
   if (report.outcome == SearchOutcome::kRefused) {
     trial.refusal = report.reason;
     return trial;
@@ -300,6 +311,7 @@ Trial repair(const TrialInput& input) {
   trial.recalibrated.insert(trial.recalibrated.end(), changes.begin(), changes.end());
   add_to_model(trial, input);
   take_noise(trial, input, noise_of(remainder, input, problem, trial.repaired));
+  trial.noise_could_be_effects |= is_inflated(trial.recalibrated);
   take_growing_noise(trial, remainder, input, search_options(input.options));
   trial.log_evidence = evidence_of(report);
   for (const NamedEffect& effect : trial.effects)

@@ -8,6 +8,20 @@
 #include "common/diagnosis/noise_of_model.h"
 
 namespace zerodrift::diagnosis {
+namespace {
+
+// Slow noise can't take what its prior forbids; one without a value has none.
+void hold_slow_noise(NoisePrior& prior) {
+  constexpr double kHeldSigma = 0.05;
+  std::erase_if(prior.known, [](const KnownNoise& noise) {
+    return is_slow(noise.term.kind) && noise.relative_sigma >= kAnyValue;
+  });
+  for (KnownNoise& noise : prior.known) {
+    if (is_slow(noise.term.kind)) noise.relative_sigma = std::min(noise.relative_sigma, kHeldSigma);
+  }
+}
+
+}  // namespace
 
 std::vector<double> measured_drift(const MeasuredSeries& series, core::Axis axis) {
   const std::size_t a = core::index(axis);
@@ -56,6 +70,7 @@ SearchProblem problem_of(std::span<const double> residual, const std::vector<Kno
       .valid = input.valid,
       .interval_s = input.series.interval_s,
       .noise = noise_prior(model, input.axis, kModelNoiseSigma, valid_share(input.valid))};
+  if (input.slow_noise == SlowNoise::kAsStated) hold_slow_noise(problem.noise);
   for (const KnownParameter& parameter : known) problem.known.push_back(parameter.column);
   return problem;
 }

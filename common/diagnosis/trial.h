@@ -21,6 +21,13 @@
 
 namespace zerodrift::diagnosis {
 
+// Noise that wanders while effects are searched. One coefficient makes it follow any slow drift.
+enum class SlowNoise : std::uint8_t {
+  kFree,  // as large as the record has it; of a kind that the model lacks, in the place of effects
+  kAsStated,  // as large as the model says; the rest of it stands beside the effects that were
+              // found
+};
+
 struct TrialInput {
   const twin::Model& model;
   const MeasuredSeries& series;
@@ -32,6 +39,7 @@ struct TrialInput {
   // Effects of the model, by their place, whose coefficients come from this very record: what is
   // found beside them changes them.
   std::span<const std::size_t> calibrated{};
+  SlowNoise slow_noise = SlowNoise::kFree;
 };
 
 struct Trial {
@@ -45,6 +53,7 @@ struct Trial {
   double log_evidence = 0.0;                  // of all that was found missing, the unknown too
   std::vector<double> noise_dct_variances{};  // of the whole series' length
   std::optional<std::string> refusal{};       // the record says nothing about this axis
+  bool noise_could_be_effects = false;        // slow noise far beyond what the model states
 };
 
 // Rate minus true rate; 0 where the axis has no sample.

@@ -15,16 +15,6 @@ namespace {
 constexpr double kShortestRecordS = 600.0;
 constexpr std::size_t kFewestIntervals = 60;
 
-// Each effect once, in the order in which they are reported.
-std::string names_of(const std::vector<Recalibration>& recalibrated) {
-  std::vector<std::string> names;
-  for (const Recalibration& change : recalibrated) {
-    if (std::find(names.begin(), names.end(), change.name) == names.end())
-      names.push_back(change.name);
-  }
-  return joined(names);
-}
-
 // What makes the gap smaller beside the effects that were missing is not credited to them. Noise,
 // and what begins anew with another phase in each record, leaves it as it was.
 std::string about_the_gap(const AxisDiagnosis& axis) {
@@ -36,6 +26,10 @@ std::string about_the_gap(const AxisDiagnosis& axis) {
   if (before == after) {
     return " The gap on " + where + " stays at " + after +
            " deg/h rms: what was found takes another course in each record.";
+  }
+  if (gap.after_rms_radps > gap.before_rms_radps) {
+    return " About its mean, which is another one in each record, the gap on " + where +
+           " got no larger; with it, it is " + after + " deg/h rms after " + before + ".";
   }
   const bool also = !axis.effects.empty() && !axis.recalibrated.empty();
   return (also ? " With that, and with new parameters of " + names_of(axis.recalibrated) +
@@ -74,6 +68,15 @@ Verdict verdict_of(const AxisDiagnosis& axis) {
   return axis.recalibrated.empty() ? Verdict::kConsistent : Verdict::kRecalibrated;
 }
 
+std::string names_of(const std::vector<Recalibration>& recalibrated) {
+  std::vector<std::string> names;
+  for (const Recalibration& change : recalibrated) {
+    if (std::find(names.begin(), names.end(), change.name) == names.end())
+      names.push_back(change.name);
+  }
+  return joined(names);
+}
+
 std::string list_of(const std::vector<NamedEffect>& effects) {
   std::string text;
   for (const NamedEffect& effect : effects) {
@@ -92,6 +95,13 @@ std::string spoken_against(std::span<const std::string> refuted) {
   std::string names;
   for (const std::string& name : refuted) names += (names.empty() ? "" : " and ") + name;
   return " It looks like " + names + ", but held-out data speak against that.";
+}
+
+std::string about_reach(double share_out_of_reach) {
+  constexpr double kNearlyNone = 0.01;
+  if (share_out_of_reach < kNearlyNone) return {};
+  return " The coefficients come from this record: " + in_percent(share_out_of_reach) +
+         " of the records for validation, at temperatures that it did not reach, judge nothing.";
 }
 
 std::string sentence_of(const AxisDiagnosis& axis) {

@@ -20,8 +20,13 @@ namespace zerodrift::diagnosis {
 [[nodiscard]] std::string sentence_of(const AxisDiagnosis& axis);
 // "shupe (or gradient) and line".
 [[nodiscard]] std::string list_of(const std::vector<NamedEffect>& effects);
+// Each effect once, in the order in which they are reported.
+[[nodiscard]] std::string names_of(const std::vector<Recalibration>& recalibrated);
 // Behind an answer: what held-out data did not confirm.
 [[nodiscard]] std::string spoken_against(std::span<const std::string> refuted);
+
+// Behind an answer: what share of the other records judged nothing; empty for nearly none.
+[[nodiscard]] std::string about_reach(double share_out_of_reach);
 
 // Why a record is too short to be diagnosed, or nothing.
 [[nodiscard]] std::optional<std::string> why_too_short(const MeasuredSeries& series);

@@ -181,6 +181,26 @@ TEST(CalibrationScenario, ANameThatIsRevertedTakesNoCalibrationWithIt) {
   expect_found(found.repaired, "shupe", "coefficient_deg_h_min_per_degc", 0.9);
 }
 
+// Before: a polynomial that was fitted in the warm refuted itself in the cold, and all else with
+// it.
+TEST(CalibrationScenario, WhatAnotherRecordSaysElsewhereIsNoJudge) {
+  const twin::Model listed = test::lab_model();
+  const twin::Model truth = test::with(
+      listed, {.kind = "magnetic", .axis = kX, .parameters = {{"x_deg_h_per_ut", 2e-3}}});
+  twin::Profile colder = test::chamber_profile();
+  colder.initial_temperature_degc -= 40.0;
+  for (twin::ChamberPoint& point : colder.chamber) point.temperature_degc -= 40.0;
+  const MeasuredSeries record = test::simulated(truth, test::chamber_profile(), 11);
+  const MeasuredSeries other = test::simulated(truth, colder, 12);
+  const AxisDiagnosis axis = *diagnose(kinds_of(listed), record, {other}, kOptions).axes[0];
+  ASSERT_EQ(axis.effects.size(), 1U) << axis.sentence;
+  EXPECT_EQ(axis.effects[0].name, "magnetic");
+  EXPECT_FALSE(axis.unknown) << axis.sentence;
+  EXPECT_NE(axis.sentence.find("at temperatures that it did not reach, judge nothing"),
+            std::string::npos)
+      << axis.sentence;
+}
+
 // Before: it became an effect that the model lacks, with probability .96.
 TEST(CalibrationScenario, AListedEffectIsNoOtherOneThatIsMissing) {
   const twin::Model truth = test::lab_model();

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace zerodrift::diagnosis {
 namespace {
@@ -53,6 +54,21 @@ TEST(Judging, AShapeThatHeldOutDataContradictIsReverted) {
   std::swap(held_out.shape_before_radps, held_out.shape_after_radps);
   held_out.gain_nats = -95.0;
   EXPECT_EQ(judge(trial_that_names("shupe"), held_out, HeldOut::kRecords), Acceptance::kReverted);
+}
+
+ProbeSeries probe(const std::string& name, std::vector<double> temperatures) {
+  return {.name = name, .temperature_degc = std::move(temperatures)};
+}
+
+TEST(Reach, IsWhatTheFittedSamplesHaveSeenAndATenthMore) {
+  MeasuredSeries fitted;
+  fitted.probes = {probe("coil", {10.0, 20.0, 90.0}), probe("board", {0.0, 0.0, 0.0})};
+  MeasuredSeries other;
+  other.probes = {probe("coil", {8.9, 9.0, 15.0, 21.0, 21.1, 15.0}),
+                  probe("case", {90.0, 90.0, 90.0, 90.0, 90.0, 90.0})};
+  HeldOutPart part{&other, nullptr, {1, 1, 1, 1, 1, 0}};
+  EXPECT_EQ(keep_in_reach(part, fitted, std::vector<std::uint8_t>{1, 1, 0}), 2U);
+  EXPECT_EQ(part.valid, (std::vector<std::uint8_t>{0, 1, 1, 1, 0, 0}));
 }
 
 }  // namespace

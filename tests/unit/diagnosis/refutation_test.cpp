@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/diagnosis/diagnosis.h"
 #include "tests/unit/diagnosis/simulated_series.h"
@@ -19,6 +20,21 @@ twin::EffectSpec field() {
 }
 twin::EffectSpec tilt() {
   return {.kind = "acceleration_sensitivity", .axis = kX, .parameters = {{"x_deg_h_per_g", 0.05}}};
+}
+
+TEST(Refutation, OfOtherParametersCountsWhereMoreIsLeftThanNoise) {
+  Trial trial;
+  trial.recalibrated = {{.name = "bias"}, {.name = "shupe"}, {.name = "rate_random_walk"}};
+  const auto unknown = unlike_other_parameters(trial, 5e-9, 2e-9);
+  ASSERT_TRUE(unknown);
+  EXPECT_EQ(unknown->description,
+            "on this record it looks like other parameters of shupe, which held-out data speak "
+            "against");
+  EXPECT_NEAR(unknown->rms_radps, std::sqrt(21.0) * 1e-9, 1e-15);
+  EXPECT_FALSE(unlike_other_parameters(trial, 5e-9, 2.5e-9));
+  EXPECT_FALSE(unlike_other_parameters(trial, 5e-9, 0.0));
+  trial.recalibrated = {{.name = "bias"}, {.name = "rate_random_walk"}};
+  EXPECT_FALSE(unlike_other_parameters(trial, 5e-9, 2e-9));
 }
 
 // A trial that named both, and the names that a record of `truth` refutes.
@@ -98,6 +114,36 @@ TEST(DiagnosisScenario, WhatIsInOneRecordAloneIsNeitherNamedNorNothing) {
     EXPECT_EQ(axis.verdict, Verdict::kUnknownEffect) << effect.kind << ": " << axis.sentence;
     EXPECT_TRUE(axis.effects.empty()) << effect.kind << ": " << axis.sentence;
   }
+}
+
+// Law: what fits one record with other parameters, and not the next one, is no consistency.
+TEST(DiagnosisScenario, ParametersThatChangeFromRecordToRecordAreSomethingUnknown) {
+  const twin::Model given = test::lab_model();
+  twin::Model once = given;
+  for (twin::EffectSpec& effect : once.effects) {
+    if (effect.kind == "bias_temperature") effect.parameters["c1_deg_h_per_degc"] = 0.03;
+  }
+  const MeasuredSeries record = test::simulated(once, test::chamber_profile(), 11);
+  const MeasuredSeries other = test::simulated(given, test::chamber_profile(), 12);
+  const AxisDiagnosis axis = *diagnose(given, record, {other}, kOptions).axes[0];
+  EXPECT_EQ(axis.verdict, Verdict::kUnknownEffect) << axis.sentence;
+  EXPECT_NE(axis.sentence.find("other parameters of bias_temperature, which held-out data speak "
+                               "against"),
+            std::string::npos)
+      << axis.sentence;
+}
+
+TEST(DiagnosisScenario, WhatOnlyTheOtherRecordShowsIsUndecidable) {
+  const twin::Model given = test::lab_model();
+  const MeasuredSeries record = test::simulated(given, test::chamber_profile(), 11);
+  const MeasuredSeries other = test::simulated(
+      test::with(given, {.kind = "magnetic", .axis = kX, .parameters = {{"x_deg_h_per_ut", 3e-3}}}),
+      test::chamber_profile(), 12);
+  const AxisDiagnosis axis = *diagnose(given, record, {other}, kOptions).axes[0];
+  EXPECT_EQ(axis.verdict, Verdict::kUndecidable) << axis.sentence;
+  EXPECT_NE(axis.sentence.find("the records for validation differ from the twin by"),
+            std::string::npos)
+      << axis.sentence;
 }
 
 // Either is named for the other where it has to explain both: a wandering drift hides the line, and

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/diagnosis/axis_result.h"
+
+#include <algorithm>
+#include <iterator>
+#include <string>
+
+#include "common/core/units.h"
+#include "common/diagnosis/gap.h"
+#include "common/diagnosis/rounded_text.h"
+#include "common/diagnosis/verdict.h"
+#include "common/twin/effect_catalogue.h"
+
+namespace zerodrift::diagnosis {
+namespace {
+
+bool is_record_fault(const std::string& kind) {
+  const auto* definition = twin::find_effect(kind);
+  return definition != nullptr && definition->family == twin::Family::kRecordFault &&
+         !is_waveform(*definition);
+}
+
+}  // namespace
+
+bool is_of_rounding(double rms_radps, const RecordFaults& faults) {
+  constexpr double kWithin = 1.5;
+  return rms_radps <= kWithin * faults.rounding_rms_radps;
+}
+
+void copy_axis(const twin::Model& from, twin::Model& to, core::Axis axis) {
+  std::erase_if(to.effects, [axis](const twin::EffectSpec& e) { return e.axis == axis; });
+  for (const twin::EffectSpec& effect : from.effects) {
+    if (effect.axis == axis) to.effects.push_back(effect);
+  }
+}
+
+void take(AxisDiagnosis& result, const Trial& trial, const RecordFaults& faults) {
+  result.effects = trial.effects;
+  result.recalibrated = trial.recalibrated;
+  result.unknown = trial.unknown;
+  if (result.unknown && is_of_rounding(result.unknown->rms_radps, faults)) result.unknown.reset();
+  result.could_have_seen = trial.could_have_seen;
+  result.evidence = trial.evidence;
+  if (result.unknown) {
+    const auto noise =
+        std::stable_partition(result.effects.begin(), result.effects.end(),
+                              [](const NamedEffect& effect) { return !is_noise(effect.name); });
+    result.unknown->noise.assign(std::make_move_iterator(noise),
+                                 std::make_move_iterator(result.effects.end()));
+    result.effects.erase(noise, result.effects.end());
+  }
+  result.effects.insert(result.effects.end(), faults.effects.begin(), faults.effects.end());
+}
+
+void share_the_gap(AxisDiagnosis& result) {
+  const double explained = result.fit.before_rms_radps * result.fit.before_rms_radps -
+                           result.fit.after_rms_radps * result.fit.after_rms_radps;
+  const auto to_share = [&](NamedEffect& effect) {
+    effect.share_of_gap =
+        explained > 0.0 ? std::clamp(effect.share_of_gap / explained, 0.0, 1.0) : 0.0;
+  };
+  std::for_each(result.effects.begin(), result.effects.end(), to_share);
+  if (!result.unknown) return;
+  std::for_each(result.unknown->formulas.begin(), result.unknown->formulas.end(), to_share);
+}
+
+void take_back(AxisDiagnosis& result) {
+  const auto unproved =
+      std::stable_partition(result.effects.begin(), result.effects.end(),
+                            [](const NamedEffect& effect) { return is_record_fault(effect.name); });
+  result.taken_back.assign(unproved, result.effects.end());
+  result.effects.erase(unproved, result.effects.end());
+  result.recalibrated.clear();
+  result.verdict = verdict_of(result);
+  if (!result.effects.empty())
+    result.sentence += " The record has " + list_of(result.effects) + ".";
+}
+
+void doubt_consistency(AxisDiagnosis& result, const Comparison& held_out) {
+  const double noise_radps = held_out.gap.noise_floor_rms_radps;
+  const bool agree = result.held_out_kind != HeldOut::kRecords ||
+                     !stands_out(held_out.shape_before_radps, noise_radps);
+  if (agree || result.verdict != Verdict::kConsistent) return;
+  result.verdict = Verdict::kUndecidable;
+  result.sentence += " But the records for validation differ from the twin by " +
+                     rounded(core::deg_h_from_radps(held_out.shape_before_radps)) +
+                     " deg/h rms about their mean, where its noise makes " +
+                     rounded(core::deg_h_from_radps(noise_radps)) +
+                     ": a diagnosis of them (--record) decides it.";
+}
+
+}  // namespace zerodrift::diagnosis

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// What was found of an axis, as it is reported: what a trial and the record's faults say, shares of
+// the gap, what is taken back, and where "nothing is missing" would say too much.
+#pragma once
+
+#include "common/diagnosis/finding.h"
+#include "common/diagnosis/held_out.h"
+#include "common/diagnosis/record_faults.h"
+#include "common/diagnosis/trial.h"
+
+namespace zerodrift::diagnosis {
+
+// What is no larger than the errors by rounding that the record is known to have is theirs.
+[[nodiscard]] bool is_of_rounding(double rms_radps, const RecordFaults& faults);
+
+// An axis's own part of one model into another.
+void copy_axis(const twin::Model& from, twin::Model& to, core::Axis axis);
+
+// Noise that was found beside an unknown effect describes what that leaves.
+void take(AxisDiagnosis& result, const Trial& trial, const RecordFaults& faults);
+
+// Mean squares of the effects' waveforms become shares of what they explain together.
+void share_the_gap(AxisDiagnosis& result);
+
+// All but the record's own faults, which need no proof by another record.
+void take_back(AxisDiagnosis& result);
+
+// Where nothing was found, other records that differ from the model by far more than its noise make
+// that undecidable. Not for a model whose coefficients come from the record itself, which may not
+// reach as far as theirs.
+void doubt_consistency(AxisDiagnosis& result, const Comparison& held_out);
+
+}  // namespace zerodrift::diagnosis
