@@ -242,9 +242,9 @@ def provide(specimen, needs):
 
 
 def make_scene(specimen, rng, low, high, static=None, second_power_on=True, seconds=profiles.DURATION_S,
-               rest_or_fast=False):
+               rest_or_fast=False, slow=False):
     inputs = profiles.draw_inputs(rng, low, high, n=seconds, static=specimen.static if static is None else static,
-                                  second_power_on=second_power_on, rest_or_fast=rest_or_fast)
+                                  second_power_on=second_power_on, rest_or_fast=rest_or_fast, slow=slow)
     return effects.Scene(inputs, thermal.solve(specimen.body, inputs.air_degc, inputs.powered), rng, specimen.axis)
 
 
@@ -483,10 +483,11 @@ def try_case(kind, names, hard, rng):
     if "saturation" in hidden_names:
         specimen.static = False
     low, high = rng.uniform(-8, 8), rng.uniform(34, 50)
-    asked = {key: hard[key] for key in ("seconds", "rest_or_fast") if key in hard}
-    fit = make_scene(specimen, rng, low, high, **asked)
-    # another profile, a little inside the first one's temperatures: nothing is extrapolated
-    check = make_scene(specimen, rng, low + rng.uniform(0, 3), high - rng.uniform(0, 3),
+    asked = {key: hard[key] for key in ("seconds", "rest_or_fast", "slow") if key in hard}
+    # another profile, a little inside the first one's temperatures: nothing is extrapolated, but where both are slow
+    inside, elsewhere = ((low, high), None) if "slow" not in hard else hardships.slow_ranges(rng, low, high)
+    fit = make_scene(specimen, rng, *inside, **asked)
+    check = make_scene(specimen, rng, *(elsewhere or (low + rng.uniform(0, 3), high - rng.uniform(0, 3))),
                        second_power_on=bool(rng.random() < 0.7), **asked)
     factory = make_scene(specimen, rng, low, high, static=False, second_power_on=False)
     levels = specimen.levels
@@ -495,6 +496,8 @@ def try_case(kind, names, hard, rng):
     if specimen.static:
         specimen.base.scale = 0.0
     misfit = tame_misfit(specimen, fit, base_whitener)
+    if elsewhere:
+        tame_misfit(specimen, check, base_whitener)
     known = gyro.known_effects(specimen.base)
     columns = gyro.model_columns(known, fit, specimen.thermometers)
     if "sensor_lag" in hidden_names and specimen.base.bias_place is None:

@@ -77,10 +77,19 @@ def no_reference(record, hidden, rng):
     return {name: column for name, column in record.items() if not name.startswith("reference_")}
 
 
+def slow_ranges(rng, low_degc, high_degc):
+    """Two ranges of temperature within one, of 8 to 20 °C each, that overlap or not."""
+    widths = rng.uniform(8, 20, 2)
+    lows = low_degc + rng.uniform(0, 1, 2) * (high_degc - low_degc - widths)
+    return [(a, a + width) for a, width in zip(lows, widths)]
+
+
 def draw(name, rng):
-    """What is drawn before the case is made: {seconds}, {rest_or_fast} or nothing."""
+    """What is drawn before the case is made: {seconds}, {rest_or_fast}, {slow} or nothing."""
     if name == "short":
         return {"seconds": 60 * int(rng.choice(SHORT_MINUTES))}
+    if name == "slow":
+        return {"slow": True}
     # What turns by less than a drift can't be told from one without a reference, nor from rest by a coarse one.
     return {"rest_or_fast": True} if name in ("no_reference", "few_digits") else {}
 
@@ -93,7 +102,7 @@ def after(name, record, hidden, rng):
             "no_reference": no_reference}[name](record, hidden, rng)
 
 
-NAMES = AFTER + ["short"]
+NAMES = AFTER + ["short", "slow"]
 
 
 def ladder():

@@ -60,6 +60,13 @@ def chamber(rng, low_degc, high_degc, n):
     return np.interp(np.arange(n), np.array(minutes) * 60, values), (soak[0] + 0.7 * (soak[1] - soak[0])) * 60
 
 
+def slow_air(rng, low_degc, high_degc, n):
+    """One slow way through a few temperatures, as a room or a day has it, and a time late in it, s."""
+    stops = np.concatenate([[low_degc, high_degc], rng.uniform(low_degc, high_degc, 3)])
+    air = np.interp(np.arange(n), np.linspace(0, n, len(stops)), rng.permutation(stops))
+    return air, rng.uniform(0.5, 0.8) * n
+
+
 def block_levels(rng, n, shortest_s, longest_s, draw):
     """Random levels, each held for a random time."""
     out = np.empty(n)
@@ -96,9 +103,10 @@ def table_rate(rng, n, scale, rest_or_fast=False):
     return np.diff(angle[::10]), fine[::10]
 
 
-def draw_inputs(rng, low_degc, high_degc, n=DURATION_S, static=False, second_power_on=True, rest_or_fast=False):
+def draw_inputs(rng, low_degc, high_degc, n=DURATION_S, static=False, second_power_on=True, rest_or_fast=False,
+                slow=False):
     """A record's inputs; `static`: the gyro stands still and nothing is applied but heat and power."""
-    air, soak_s = chamber(rng, low_degc, high_degc, n)
+    air, soak_s = (slow_air if slow else chamber)(rng, low_degc, high_degc, n)
     rate, ends = np.zeros((n, 3)), np.zeros((n + 1, 3))
     field, tilt = np.zeros((n, 3)), np.zeros((n, 3))
     tilt[:, 2] = 1.0

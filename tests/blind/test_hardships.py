@@ -83,6 +83,14 @@ class Made(unittest.TestCase):
         self.assertEqual(len(case.fit["time_s"]), case.truth["hardship"]["seconds"])
         self.assertIsNone(case.validation)
 
+    def test_slow_records_go_through_few_temperatures_each(self):
+        entries = suites.entries("hard_dev", 1_000_000)
+        index = next(i for i, (kind, _, hard) in enumerate(entries) if (kind, hard["name"]) == ("null", "slow"))
+        case = cases.make_case("hard_dev", 1_000_000, index)
+        for record in (case.fit, case.validation):
+            column = next(record[name] for name in record if name.startswith("temperature_"))
+            self.assertLess(np.ptp(column[np.isfinite(column)]), 20.5)
+
     def test_a_form_that_differs_does_so_by_its_share_at_its_d(self):
         entries = suites.entries("hard_dev", 1_000_000)
         index = next(i for i, (_, _, hard) in enumerate(entries) if (hard.get("share"), hard.get("distance")) == (0.5, 30.0))
