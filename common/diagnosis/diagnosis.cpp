@@ -161,13 +161,9 @@ class AxisExamination {
     if (!judged.trial.noise_could_be_effects || split.kind == HeldOut::kNothing) return judged;
     input.slow_noise = SlowNoise::kAsStated;
     Judged effects = judged_trial(input, calibrated, split);
-    const auto names = [](const Judged& of) {
-      return std::count_if(of.trial.effects.begin(), of.trial.effects.end(),
-                           [](const NamedEffect& effect) { return !is_noise(effect.name); });
-    };
     const bool explain =
         effects.acceptance == Acceptance::kAccepted && !effects.trial.unknown &&
-        names(effects) > names(judged) &&
+        drift_of(effects.trial).size() > drift_of(judged.trial).size() &&
         is_likelier(effects.trial.repaired, judged.trial.repaired, input.model, split) &&
         each_is_clear(input.model, effects.trial, split, axis_);
     return explain ? std::move(effects) : std::move(judged);
@@ -211,8 +207,7 @@ class AxisExamination {
   // What was found may have moved the shapes and inputs of what was calibrated without it: then
   // both are found once more.
   void calibrate_beside_found(Calibrated& calibrated, Judged& judged, const Split& split) const {
-    std::vector<NamedEffect> found = judged.trial.effects;
-    std::erase_if(found, [](const NamedEffect& effect) { return is_noise(effect.name); });
+    const std::vector<NamedEffect> found = drift_of(judged.trial);
     if (found.empty() || calibrated.calibration.fitted.empty()) return;
     const Lags lags = calibrated.calibration.lags;
     Calibrated again = calibrated_on(split, lags, found);

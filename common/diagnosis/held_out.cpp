@@ -50,13 +50,10 @@ std::vector<double> added_lines_hz(const twin::Model& before, const twin::Model&
   return frequencies;
 }
 
-// Another bias moves the drift without changing its shape.
 template <typename Changes>
 bool changes_shape(const Changes& changes) {
-  return std::any_of(changes.begin(), changes.end(), [](const auto& change) {
-    const auto* definition = twin::find_effect(change.name);  // null: a formula's label
-    return !is_noise(change.name) && !(definition != nullptr && definition->search.is_constant);
-  });
+  return std::any_of(changes.begin(), changes.end(),
+                     [](const auto& change) { return has_shape(change.name); });
 }
 
 bool changes_noise(const Trial& trial) {
@@ -70,6 +67,12 @@ bool changes_noise(const Trial& trial) {
 bool is_noise(const std::string& kind) {
   const auto* definition = twin::find_effect(kind);
   return definition != nullptr && definition->family == twin::Family::kStochastic;
+}
+
+// Another bias moves the drift without changing its shape.
+bool has_shape(const std::string& kind) {
+  const auto* definition = twin::find_effect(kind);  // null: a formula's label
+  return !is_noise(kind) && !(definition != nullptr && definition->search.is_constant);
 }
 
 std::size_t intervals_in(double duration_s, double interval_s) {

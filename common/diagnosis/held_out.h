@@ -95,5 +95,8 @@ struct Comparison {
 
 // Whether the catalogue has the effect as a noise.
 [[nodiscard]] bool is_noise(const std::string& kind);
+// Whether an effect, or a formula's label, moves the drift about its mean: neither a noise nor a
+// bias.
+[[nodiscard]] bool has_shape(const std::string& kind);
 
 }  // namespace zerodrift::diagnosis

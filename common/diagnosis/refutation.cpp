@@ -12,12 +12,6 @@
 namespace zerodrift::diagnosis {
 namespace {
 
-std::vector<NamedEffect> drift_of(const Trial& trial) {
-  std::vector<NamedEffect> effects = trial.effects;
-  std::erase_if(effects, [](const NamedEffect& effect) { return is_noise(effect.name); });
-  return effects;
-}
-
 // What was added to a model of so many effects, but for one name.
 twin::Model without(const std::string& label, twin::Model model, std::size_t known) {
   const auto added = model.effects.begin() + static_cast<std::ptrdiff_t>(known);
@@ -29,6 +23,12 @@ twin::Model without(const std::string& label, twin::Model model, std::size_t kno
 }
 
 }  // namespace
+
+std::vector<NamedEffect> drift_of(const Trial& trial) {
+  std::vector<NamedEffect> effects = trial.effects;
+  std::erase_if(effects, [](const NamedEffect& effect) { return is_noise(effect.name); });
+  return effects;
+}
 
 std::vector<std::string> refuted_kinds(const twin::Model& given, const Calibration& calibration,
                                        const Split& split, core::Axis axis) {
@@ -104,10 +104,7 @@ std::optional<UnknownEffect> unlike_other_parameters(const Trial& trial, double 
                                                      double noise_rms_radps) {
   if (!stands_out(left_rms_radps, noise_rms_radps)) return std::nullopt;
   std::vector<Recalibration> shapes = trial.recalibrated;
-  std::erase_if(shapes, [](const Recalibration& change) {
-    const auto* definition = twin::find_effect(change.name);
-    return is_noise(change.name) || (definition != nullptr && definition->search.is_constant);
-  });
+  std::erase_if(shapes, [](const Recalibration& change) { return !has_shape(change.name); });
   if (shapes.empty()) return std::nullopt;
   return UnknownEffect{
       .description = "on this record it looks like other parameters of " + names_of(shapes) +

@@ -12,6 +12,9 @@
 
 namespace zerodrift::diagnosis {
 
+// The effects that a trial named, noise apart.
+[[nodiscard]] std::vector<NamedEffect> drift_of(const Trial& trial);
+
 // Of the listed effects that got coefficients those that make held-out data less likely, by their
 // labels. A comparison each.
 [[nodiscard]] std::vector<std::string> refuted_kinds(const twin::Model& given,

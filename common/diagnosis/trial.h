@@ -53,7 +53,8 @@ struct Trial {
   double log_evidence = 0.0;                  // of all that was found missing, the unknown too
   std::vector<double> noise_dct_variances{};  // of the whole series' length
   std::optional<std::string> refusal{};       // the record says nothing about this axis
-  bool noise_could_be_effects = false;        // slow noise far beyond what the model states
+  // Slow noise stands in the place of effects, or is far beyond what the model states.
+  bool noise_could_be_effects = false;
 };
 
 // Rate minus true rate; 0 where the axis has no sample.
