@@ -20,6 +20,7 @@ void add_allan(CLI::App& app, Run& run);
 void add_diagnose(CLI::App& app, Run& run, const Invocation& made_by);
 void add_calibrate(CLI::App& app, Run& run, const Invocation& made_by);
 void add_design(CLI::App& app, Run& run, const Invocation& made_by);
+void add_history(CLI::App& app, Run& run, const Invocation& made_by);
 void add_record(CLI::App& app, Run& run);
 void add_replay(CLI::App& app, Run& run);
 void add_info(CLI::App& app, Run& run);

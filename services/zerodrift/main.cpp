@@ -24,6 +24,7 @@ int main(int argc, char** argv) try {
   services::add_diagnose(app, run, made_by);
   services::add_calibrate(app, run, made_by);
   services::add_design(app, run, made_by);
+  services::add_history(app, run, made_by);
   services::add_record(app, run);
   services::add_replay(app, run);
   services::add_info(app, run);

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+// What models of several records say of the same coefficients, for unit_history.h.
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+#include <tuple>
+#include <utility>
+
+#include "common/diagnosis/unit_history.h"
+#include "common/twin/effect_catalogue.h"
+
+namespace zerodrift::diagnosis {
+namespace {
+
+using twin::EffectSpec;
+using twin::ParameterRole;
+
+bool is_measured(const EffectSpec& spec) {
+  return spec.origin.by == "diagnose" && !spec.standard_errors.empty() &&
+         twin::definition_of(spec) != nullptr;
+}
+
+bool is_date(const std::string& text) {
+  constexpr std::string_view kForm = "0000-00-00";
+  return text.size() == kForm.size() &&
+         std::equal(text.begin(), text.end(), kForm.begin(), [](char c, char form) {
+           return form == '0' ? c >= '0' && c <= '9' : c == form;
+         });
+}
+
+std::string label_with_inputs(const EffectSpec& spec) {
+  std::string label = twin::label_of(spec);
+  std::string inputs;
+  for (const std::string& input : spec.inputs) inputs += (inputs.empty() ? "" : ", ") + input;
+  return inputs.empty() ? label : label + " (" + inputs + ")";
+}
+
+// An effect that stands twice on an axis has no identity that another record would know.
+bool stands_alone(const twin::Model& model, const EffectSpec& spec) {
+  return std::count_if(model.effects.begin(), model.effects.end(), [&](const EffectSpec& other) {
+           return other.axis == spec.axis && twin::label_of(other) == twin::label_of(spec);
+         }) == 1;
+}
+
+// One effect as one record judged it.
+struct Judgement {
+  std::string unit;
+  const EffectSpec* spec = nullptr;
+};
+
+using Key = std::pair<core::Axis, std::string>;  // axis and label
+
+[[noreturn]] void refuse(const RecordedModel& recorded, const std::string& key,
+                         const std::string& why) {
+  throw std::invalid_argument(recorded.source + ": " + key + ": " + why);
+}
+
+class Judgements {
+ public:
+  void add(const RecordedModel& recorded) {
+    const twin::Model& model = recorded.model;
+    for (std::size_t i = 0; i < model.effects.size(); ++i) {
+      const EffectSpec& spec = model.effects[i];
+      if (!is_measured(spec) || !stands_alone(model, spec)) continue;
+      check(recorded, "effects[" + std::to_string(i) + "].origin", spec);
+      by_effect_[{spec.axis, label_with_inputs(spec)}].push_back({model.gyro_id, &spec});
+    }
+  }
+
+  [[nodiscard]] const std::map<Key, std::vector<Judgement>>& by_effect() const {
+    return by_effect_;
+  }
+
+ private:
+  void check(const RecordedModel& recorded, const std::string& origin, const EffectSpec& spec) {
+    const std::string& unit = recorded.model.gyro_id;
+    if (unit.empty()) refuse(recorded, "gyro_id", "a unit needs an identity, found none");
+    if (!is_date(spec.origin.date)) {
+      refuse(recorded, origin + ".date",
+             "has to be a day as 2026-03-31, found '" + spec.origin.date + "'");
+    }
+    const auto [known, is_new] =
+        sources_.try_emplace({unit, spec.origin.record, spec.origin.date}, recorded.source);
+    if (!is_new && known->second != recorded.source) {
+      refuse(recorded, origin + ".record",
+             "'" + spec.origin.record + "' of " + spec.origin.date + " is in " + known->second +
+                 " too");
+    }
+  }
+
+  std::map<Key, std::vector<Judgement>> by_effect_;
+  std::map<std::tuple<std::string, std::string, std::string>, std::string> sources_;
+};
+
+double median_of(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Leaves those whose time constants, widths, ... are the others'. How many are not.
+std::size_t keep_of_one_shape(std::vector<Judgement>& judgements) {
+  constexpr double kAlike = 0.1;
+  const std::size_t all = judgements.size();
+  const twin::DefinitionPtr definition = twin::definition_of(*judgements.front().spec);
+  for (const twin::ParameterDefinition& parameter : definition->parameters) {
+    if (parameter.role != ParameterRole::kShape || judgements.empty()) continue;
+    const auto shape_of = [&](const Judgement& judgement) {
+      return twin::complete_parameters(*definition, judgement.spec->parameters).at(parameter.name);
+    };
+    std::vector<double> shapes;
+    for (const Judgement& judgement : judgements) shapes.push_back(shape_of(judgement));
+    const double usual = median_of(std::move(shapes));
+    std::erase_if(judgements, [&](const Judgement& judgement) {
+      return std::abs(shape_of(judgement) - usual) > kAlike * std::abs(usual);
+    });
+  }
+  return all - judgements.size();
+}
+
+void add_coefficients(std::vector<Coefficient>& coefficients, const Key& key,
+                      std::vector<Judgement> judgements) {
+  const std::size_t left_out = keep_of_one_shape(judgements);
+  if (judgements.empty()) return;
+  const twin::DefinitionPtr definition = twin::definition_of(*judgements.front().spec);
+  for (const twin::ParameterDefinition& parameter : definition->parameters) {
+    Coefficient coefficient{key.first, key.second, parameter.name, {}, left_out};
+    for (const Judgement& judgement : judgements) {
+      const auto value = judgement.spec->parameters.find(parameter.name);
+      const auto error = judgement.spec->standard_errors.find(parameter.name);
+      if (value == judgement.spec->parameters.end() ||
+          error == judgement.spec->standard_errors.end() || !(error->second > 0.0))
+        continue;
+      coefficient.records.push_back(
+          {judgement.unit, judgement.spec->origin.date, {value->second, error->second}});
+    }
+    if (coefficient.records.empty()) continue;
+    std::stable_sort(
+        coefficient.records.begin(), coefficient.records.end(),
+        [](const DatedEstimate& a, const DatedEstimate& b) { return a.date < b.date; });
+    coefficients.push_back(std::move(coefficient));
+  }
+}
+
+}  // namespace
+
+std::vector<Coefficient> coefficients_of(std::span<const RecordedModel> models) {
+  Judgements all;
+  for (const RecordedModel& recorded : models) all.add(recorded);
+  std::vector<Coefficient> coefficients;
+  for (const auto& [key, judgements] : all.by_effect())
+    add_coefficients(coefficients, key, judgements);
+  return coefficients;
+}
+
+}  // namespace zerodrift::diagnosis
