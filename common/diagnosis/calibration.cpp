@@ -301,16 +301,10 @@ class ListedFit {
   std::map<std::size_t, Base> places_;
 };
 
-bool waits(const EffectSpec& spec, core::Axis axis) {
-  const EffectDefinition* definition = twin::find_effect(spec.kind);
-  return spec.axis == axis && spec.parameters.empty() && definition != nullptr &&
-         definition->family == twin::Family::kDeterministic && !definition->search.is_constant;
-}
-
 std::vector<std::size_t> waiting_in(const twin::Model& model, core::Axis axis) {
   std::vector<std::size_t> waiting;
   for (std::size_t i = 0; i < model.effects.size(); ++i) {
-    if (waits(model.effects[i], axis)) waiting.push_back(i);
+    if (waits_for_coefficients(model.effects[i], axis)) waiting.push_back(i);
   }
   return waiting;
 }
@@ -391,6 +385,12 @@ void finish(Calibration& calibration, const TrialInput& input) {
 }
 
 }  // namespace
+
+bool waits_for_coefficients(const EffectSpec& spec, core::Axis axis) {
+  const EffectDefinition* definition = twin::find_effect(spec.kind);
+  return spec.axis == axis && spec.parameters.empty() && definition != nullptr &&
+         definition->family == twin::Family::kDeterministic && !definition->search.is_constant;
+}
 
 Calibration calibrate(const TrialInput& input, Lags lags, std::span<const NamedEffect> beside) {
   Calibration calibration{

@@ -327,9 +327,8 @@ class AxisExamination {
 
   // Whether the model lists effects whose coefficients come from this record alone.
   [[nodiscard]] bool is_calibrated_here() const {
-    return std::any_of(model_.effects.begin(), model_.effects.end(), [&](const auto& spec) {
-      return spec.axis == axis_ && spec.parameters.empty() && !is_noise(spec.kind);
-    });
+    return std::any_of(model_.effects.begin(), model_.effects.end(),
+                       [&](const auto& spec) { return waits_for_coefficients(spec, axis_); });
   }
 
   Split held_out_parts(const std::vector<PlayedRecord>& validation,

@@ -62,6 +62,33 @@ bool changes_noise(const Trial& trial) {
          std::any_of(trial.recalibrated.begin(), trial.recalibrated.end(), is_of_noise);
 }
 
+// What one part says of a change of the drift, by the noise of the model after it.
+struct NatsOfPart {
+  double gain = 0.0;
+  double expected_gain = 0.0;
+};
+
+NatsOfPart nats_of(const HeldOutPart& part, const twin::Model& before, const twin::Model& after,
+                   core::Axis axis) {
+  const MeasuredSeries& series = *part.series;
+  const auto measured = measured_drift(series, axis);
+  const auto variances = model_noise(after, axis, series.interval_s, quick_length(series.size));
+  const auto quiet_before = part.playback->drift(without_free_phases(before), axis);
+  const auto quiet_after = part.playback->drift(without_free_phases(after), axis);
+  const auto square = [&](const std::vector<double>& one, const std::vector<double>& other) {
+    return weighted_square(difference(one, other, part.valid), part.valid, variances);
+  };
+  NatsOfPart nats{0.5 * (square(measured, quiet_before) - square(measured, quiet_after)),
+                  0.5 * square(quiet_after, quiet_before)};
+  for (const double frequency_hz : added_lines_hz(before, after, axis)) {
+    nats.expected_gain = std::numeric_limits<double>::infinity();  // in any record
+    nats.gain -= kNatsOfALine;
+    nats.gain += line_gain_nats(difference(measured, quiet_after, part.valid), part.valid,
+                                variances, frequency_hz, series.interval_s);
+  }
+  return nats;
+}
+
 }  // namespace
 
 bool is_noise(const std::string& kind) {
@@ -175,24 +202,15 @@ Comparison compare_on(const std::vector<HeldOutPart>& parts, const twin::Model& 
     add(result.shape_before_radps, rms_before.about_mean);
     add(result.shape_after_radps, rms_after.about_mean);
     add(result.gap.noise_floor_rms_radps, expected_rms_of_block_means(noise_after, block));
-    const auto variances = model_noise(after, axis, series.interval_s, quick_length(series.size));
-    const auto misfit = [&](const std::vector<double>& drift) {
-      return weighted_square(difference(measured, drift, part.valid), part.valid, variances);
+    const NatsOfPart nats = nats_of(part, before, after, axis);
+    result.gain_nats += nats.gain;
+    result.expected_gain_nats += nats.expected_gain;
+    const auto noise_nats_of = [&](const twin::Model& model) {
+      return model_noise(model, axis, series.interval_s, quick_length(series.size));
     };
-    result.gain_nats += 0.5 * (misfit(quiet_before) - misfit(quiet_after));
-    result.expected_gain_nats +=
-        0.5 *
-        weighted_square(difference(quiet_after, quiet_before, part.valid), part.valid, variances);
-    const auto variances_before =
-        model_noise(before, axis, series.interval_s, quick_length(series.size));
-    result.noise_gain_nats += noise_gain_nats(difference(measured, quiet_after, part.valid),
-                                              part.valid, variances_before, variances);
-    for (const double frequency_hz : added_lines_hz(before, after, axis)) {
-      result.expected_gain_nats = std::numeric_limits<double>::infinity();  // in any record
-      result.gain_nats -= kNatsOfALine;
-      result.gain_nats += line_gain_nats(difference(measured, quiet_after, part.valid), part.valid,
-                                         variances, frequency_hz, series.interval_s);
-    }
+    result.noise_gain_nats +=
+        noise_gain_nats(difference(measured, quiet_after, part.valid), part.valid,
+                        noise_nats_of(before), noise_nats_of(after));
     add_distance(result.allan.before, weight_before, distance.before, w);
     add_distance(result.allan.after, weight_after, distance.after, w);
     weight += w;
@@ -209,9 +227,9 @@ Comparison compare_on(const std::vector<HeldOutPart>& parts, const twin::Model& 
 
 double likelier_by_nats(const std::vector<HeldOutPart>& parts, const twin::Model& base,
                         const twin::Model& one, const twin::Model& other, core::Axis axis) {
-  double nats =
-      compare_on(parts, base, one, axis).gain_nats - compare_on(parts, base, other, axis).gain_nats;
+  double nats = 0.0;
   for (const HeldOutPart& part : parts) {
+    nats += nats_of(part, base, one, axis).gain - nats_of(part, base, other, axis).gain;
     const MeasuredSeries& series = *part.series;
     const auto left = difference(measured_drift(series, axis),
                                  part.playback->drift(without_free_phases(base), axis), part.valid);

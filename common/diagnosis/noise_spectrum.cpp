@@ -136,9 +136,13 @@ Derivatives derivatives(const RowSystem& rows, const NoiseDictionary& dictionary
     const double prior_freedom = dictionary.prior_freedom()(m);
     if (prior_freedom <= 0.0) continue;
     const double square = squares(m);
-    v.up(m) += 0.5 * prior_freedom * dictionary.prior_square()(m) / (square * square);
-    v.down(m) += 0.5 * prior_freedom / square;
-    v.information(m, m) += 0.5 * prior_freedom / (square * square);
+    const double ratio = dictionary.prior_square()(m) / square;
+    const double unit = 0.5 * prior_freedom / (square * square);
+    v.up(m) += unit * ratio * square;
+    v.down(m) += unit * square;
+    // Far below its prior a square is held far more stiffly than its expected information says:
+    // steps by that alone go too far by as much.
+    v.information(m, m) += unit * std::max(1.0, 2.0 * ratio - 1.0);
   }
   return v;
 }

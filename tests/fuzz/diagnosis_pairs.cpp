@@ -25,6 +25,7 @@
 
 #include "common/config/config_error.h"
 #include "common/config/twin_config.h"
+#include "common/diagnosis/held_out.h"
 #include "common/files/file_error.h"
 #include "services/zerodrift/diagnosis_report.h"
 #include "services/zerodrift/diagnosis_run.h"
@@ -69,9 +70,18 @@ void limit_time(double most_s) {
   ::setitimer(ITIMER_VIRTUAL, &timer, nullptr);
 }
 
+// Whether `path`, "x/recalibrated/0/standard_error", is of a noise: the likelihood of one that
+// another noise stands in for need not curve.
+bool is_of_noise(const std::string& path, const Json& axis) {
+  const std::string pointer = path.substr(path.find('/'), path.rfind('/') - path.find('/'));
+  const Json& change = axis.at(Json::json_pointer(pointer));
+  return change.contains("name") && diagnosis::is_noise(change["name"].get<std::string>());
+}
+
 // Figures that are there and have no value: what isn't known, by the answer's own account.
 bool may_be_unknown(const std::string& path, const Json& axis) {
   if (path.ends_with("/unknown")) return true;
+  if (path.ends_with("/standard_error")) return is_of_noise(path, axis);
   if (path.find("/gap/held_out/") != std::string::npos) return axis["held_out_kind"] == "nothing";
   if (path.find("/gap/allan_log_distance/") != std::string::npos)
     return true;  // without noise none
