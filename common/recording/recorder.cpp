@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "common/core/bounded_table.h"
+#include "common/core/counted.h"
 #include "common/dds/raw_reader.h"
 #include "common/recording/arrival_count.h"
 #include "common/recording/discovery_complete.h"
@@ -291,7 +292,7 @@ class McapRecorder {
     return {.state = disk_.has_failed()     ? service::State::kDegraded
                      : disk_.messages() > 0 ? service::State::kRunning
                                             : service::State::kWaiting,
-            .summary = std::to_string(disk_.messages()) + " messages recorded",
+            .summary = core::counted(disk_.messages(), "message") + " recorded",
             .metrics = {{"messages", "1", static_cast<double>(disk_.messages())},
                         {"samples", "1", static_cast<double>(compensated_)},
                         {"messages_lost", "1", static_cast<double>(lost())},

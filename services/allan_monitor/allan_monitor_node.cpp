@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "common/core/counted.h"
 #include "common/dds/conversions.h"
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
@@ -413,7 +414,7 @@ service::Status AllanMonitorNode::status() {
   const std::vector<service::Metric> latencies = service::latency_metrics(hops);
   status.metrics.insert(status.metrics.end(), latencies.begin(), latencies.end());
   status.parts.push_back(service::latency_part(hops));
-  status.summary = std::to_string(gyros) + " gyro(s)";
+  status.summary = core::counted(gyros, "gyro");
   status.flow = {.topic = dds::kCompensatedRate.name, .samples = sum.samples, .paced = paced};
   return status;
 }

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/core/counted.h"
 #include "common/core/units.h"
 #include "common/experts/expert.h"
 #include "services/compensation/compensation_node.h"
@@ -97,7 +98,7 @@ service::Status CompensationNode::status() {
   }
   service::Status status;
   status.state = all.empty() ? service::State::kWaiting : service::State::kRunning;
-  status.summary = std::to_string(all.size()) + " gyro(s)";
+  status.summary = core::counted(all.size(), "gyro");
   status.parts.push_back(service::latency_part(hops));
   compensation::CompensatorCounts sum;
   std::uint64_t rejected = 0;

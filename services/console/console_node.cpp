@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "common/core/counted.h"
 #include "common/core/one_line.h"
 #include "common/foxglove/schema.h"
 #include "common/service/main.h"
@@ -177,7 +178,8 @@ service::Status ConsoleNode::status() const {
   const auto count = [](std::uint64_t value) { return static_cast<double>(value); };
   return {
       .state = gyros_ > 0 ? service::State::kRunning : service::State::kWaiting,
-      .summary = fmt::format("{} client(s), {} gyro(s)", clients_.load(), gyros_.load()),
+      .summary =
+          core::counted(clients_.load(), "client") + ", " + core::counted(gyros_.load(), "gyro"),
       .metrics = {{"clients", "1", count(clients_)},
                   {"connections", "1", count(server_.counts().connections)},
                   {"connections_refused", "1", count(server_.counts().refused)},

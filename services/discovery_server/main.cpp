@@ -3,6 +3,7 @@
 // for everybody themselves. Samples don't pass here.
 #include "common/service/main.h"
 
+#include "common/core/counted.h"
 #include "common/service/host.h"
 
 int main(int argc, char** argv) {
@@ -23,7 +24,7 @@ int main(int argc, char** argv) {
     return host.run(
         [&] {
           const std::size_t peers = host.participant().acquaintance().peers;
-          return service::Status{.summary = std::to_string(peers) + " participant(s)",
+          return service::Status{.summary = zerodrift::core::counted(peers, "participant"),
                                  .metrics = {{"participants", "1", static_cast<double>(peers)}}};
         },
         {}, [&] { service::end_within(service::kStopWithin, host.exit_code()); });

@@ -4,6 +4,7 @@
 #include <array>
 #include <map>
 
+#include "common/core/counted.h"
 #include "common/dds/conversions.h"
 #include "common/service/counted_event.h"
 #include "common/service/main.h"
@@ -207,7 +208,7 @@ service::Status GyroPublisherNode::status() const {
   status.metrics = {{"samples_published", "1", static_cast<double>(published)},
                     {"samples_refused", "1", static_cast<double>(rates_.refused())},
                     {"finished", "1", rates_.finished() ? 1.0 : 0.0}};
-  status.summary = std::to_string(published) + " samples published";
+  status.summary = core::counted(published, "sample") + " published";
   status.flow = {.topic = dds::kAngularRate.name,
                  .end = dds::Direction::kWriter,
                  .samples = published,

@@ -7,6 +7,7 @@
 #include <array>
 #include <utility>
 
+#include "common/core/counted.h"
 #include "common/core/units.h"
 #include "common/dds/conversions.h"
 #include "common/navigation/navigation_input.h"
@@ -249,7 +250,7 @@ service::Status NavigationFilterNode::status() {
   }
   service::Status status;
   status.state = all.empty() ? service::State::kWaiting : service::State::kRunning;
-  status.summary = fmt::format("{} gyro(s)", all.size());
+  status.summary = core::counted(all.size(), "gyro");
   navigation::NavigationCounts sum;
   for (const Seen& seen : all) {
     sum.samples += seen.counts.samples;

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "common/core/counted.h"
 #include "common/record/column_map.h"
 #include "common/record/probe_topic.h"
 #include "common/service/main.h"
@@ -202,7 +203,7 @@ service::Status ThermalPublisherNode::status() const {
   service::Status status;
   status.state = published > 0 ? service::State::kRunning : service::State::kWaiting;
   status.metrics = {{"readings_published", "1", static_cast<double>(published)}};
-  status.summary = std::to_string(published) + " readings published";
+  status.summary = core::counted(published, "reading") + " published";
   const bool has_environment_alone = environment_ && thermometers_.empty();
   status.flow = {.topic = has_environment_alone ? dds::kEnvironment.name : dds::kTemperature.name,
                  .end = dds::Direction::kWriter,

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "common/core/counted.h"
 #include "common/dds/conversions.h"
 #include "common/files/atomic_file.h"
 #include "common/recording/compensated_csv.h"
@@ -113,7 +114,7 @@ class Recorder {
 
   service::Status status() {
     return {.state = taken_ > 0 ? service::State::kRunning : service::State::kWaiting,
-            .summary = std::to_string(taken_) + " samples recorded",
+            .summary = core::counted(taken_, "sample") + " recorded",
             .metrics = {{"samples", "1", static_cast<double>(taken_)}}};
   }
 

@@ -9,6 +9,7 @@
 #include <thread>
 #include <vector>
 
+#include "common/core/counted.h"
 #include "common/record/record_reader.h"
 #include "common/replay/rate_replay.h"
 #include "common/replay/temperature_replay.h"
@@ -97,7 +98,7 @@ class Replay {
   service::Status status() const {
     const std::uint64_t published = rates_.published();
     return {.state = published > 0 ? service::State::kRunning : service::State::kWaiting,
-            .summary = std::to_string(published) + " samples replayed",
+            .summary = core::counted(published, "sample") + " replayed",
             .metrics = {{"samples_published", "1", static_cast<double>(published)},
                         {"readings_published", "1", static_cast<double>(temperatures_.published())},
                         {"finished", "1", rates_.finished() ? 1.0 : 0.0}}};

@@ -102,7 +102,7 @@ class RosHealthOfServices : public ::testing::Test {
     status.service(service);
     status.host("bench");
     status.state(static_cast<std::uint32_t>(state));
-    status.summary("1 gyro(s)");
+    status.summary("1 gyro");
     roster_.receive(status, guid(writer));
   }
   RosLevel level() const { return roster_.statuses().at(0).level; }
@@ -118,7 +118,7 @@ TEST_F(RosHealthOfServices, AreInOrderAndWithoutTheirParts) {
   ASSERT_EQ(all.size(), 2U);
   EXPECT_EQ(all[0].name, "zerodrift: compensation");
   EXPECT_EQ(all[0].level, RosLevel::kWarn);
-  EXPECT_EQ(all[0].message, "waiting, 1 gyro(s)");
+  EXPECT_EQ(all[0].message, "waiting, 1 gyro");
   EXPECT_EQ(all[0].hardware_id, "bench");
   EXPECT_EQ(all[1].level, RosLevel::kOk);
 }
