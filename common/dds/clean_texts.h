@@ -54,8 +54,11 @@ inline void clean_texts(msg::ReplayProgress& message) {
 
 inline void clean_texts(msg::TwinReport& message) {
   clean(message.verdict(), message.model(), message.record(), message.text(),
-        message.next_experiment());
-  for (msg::NamedEffect& effect : message.effects()) clean(effect.name(), effect.alternatives());
+        message.next_experiment(), message.input());
+  for (msg::NamedEffect& effect : message.effects()) {
+    clean(effect.name());
+    for (msg::Alternative& other : effect.alternatives()) clean(other.name());
+  }
 }
 
 }  // namespace zerodrift::dds

@@ -234,6 +234,7 @@ telemetry::TwinReport to_telemetry(const msg::TwinReport& report) {
   out.set_record(core::one_line(report.record().c_str()));
   out.set_text(core::one_line(report.text().c_str()));
   out.set_next_experiment(core::one_line(report.next_experiment().c_str()));
+  out.set_input(core::one_line(report.input().c_str()));
   out.set_held_out(report.held_out() != 0);
   out.set_before_rms_deg_h(deg_h_from_radps(report.before_rms_radps()));
   out.set_after_rms_deg_h(deg_h_from_radps(report.after_rms_radps()));
@@ -241,7 +242,11 @@ telemetry::TwinReport to_telemetry(const msg::TwinReport& report) {
   for (const auto& effect : report.effects()) {
     auto& named = *out.add_effects();
     named.set_name(core::one_line(effect.name().c_str()));
-    named.set_alternatives(core::one_line(effect.alternatives().c_str()));
+    for (const auto& other : effect.alternatives()) {
+      auto& alternative = *named.add_alternatives();
+      alternative.set_name(core::one_line(other.name().c_str()));
+      alternative.set_probability(other.probability());
+    }
     named.set_probability(effect.probability());
     named.set_share_of_gap(effect.share_of_gap());
   }
@@ -250,6 +255,7 @@ telemetry::TwinReport to_telemetry(const msg::TwinReport& report) {
     out.add_measured_deg_h(deg_h_from_radps(point.measured_radps()));
     out.add_twin_deg_h(deg_h_from_radps(point.twin_radps()));
     out.add_repaired_deg_h(deg_h_from_radps(point.repaired_radps()));
+    out.add_input_value(point.input());
   }
   out.set_wall_time_ns(report.wall_time_ns());
   return out;

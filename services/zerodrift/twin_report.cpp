@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <utility>
 
-#include "common/report/numbers.h"
 #include "common/report/plain_text.h"
 #include "services/zerodrift/diagnosis_event.h"
 
@@ -21,8 +21,9 @@ constexpr std::size_t kMostPoints = 720;
 constexpr std::size_t kMostEffects = 16;
 constexpr std::size_t kLongestText = 255;
 constexpr std::size_t kLongestName = 96;
-constexpr std::size_t kLongestAlternatives = 128;
-constexpr int kDigits = 2;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t kLongestEffect = 48;
+constexpr std::size_t kMostAlternatives = 8;
 constexpr auto kSubscriberWithin = 5000ms;
 constexpr auto kReceivedWithin = 2000ms;
 
@@ -35,14 +36,14 @@ std::string file_name(const std::string& path) {
 }
 
 msg::NamedEffect message_of(const diagnosis::NamedEffect& effect) {
-  std::string alternatives;
-  for (const auto& other : effect.alternatives) {
-    if (!alternatives.empty()) alternatives += ", ";
-    alternatives += other.name + " (" + report::significant(other.probability, kDigits) + ")";
-  }
   msg::NamedEffect message;
-  message.name(cut(effect.name, 48).c_str());
-  message.alternatives(cut(alternatives, kLongestAlternatives).c_str());
+  message.name(cut(effect.name, kLongestEffect).c_str());
+  const std::size_t alternatives = std::min(effect.alternatives.size(), kMostAlternatives);
+  for (std::size_t i = 0; i < alternatives; ++i) {
+    msg::Alternative& other = message.alternatives().emplace_back();
+    other.name(cut(effect.alternatives[i].name, kLongestEffect).c_str());
+    other.probability(effect.alternatives[i].probability);
+  }
   message.probability(effect.probability);
   message.share_of_gap(effect.share_of_gap);
   return message;
@@ -54,7 +55,9 @@ double mean(const std::vector<double>& values, std::size_t begin, std::size_t en
   return sum / static_cast<double>(end - begin);
 }
 
-std::vector<msg::TwinPoint> points_of(const diagnosis::Waveforms& curves) {
+// `input`: of the same spans as the curves; empty where nothing is known.
+std::vector<msg::TwinPoint> points_of(const diagnosis::Waveforms& curves,
+                                      const std::vector<double>& input) {
   const std::size_t count = curves.time_s.size();
   const std::size_t span = (count + kMostPoints - 1) / kMostPoints;
   std::vector<msg::TwinPoint> points;
@@ -65,6 +68,7 @@ std::vector<msg::TwinPoint> points_of(const diagnosis::Waveforms& curves) {
     point.measured_radps(mean(curves.measured_radps, begin, end));
     point.twin_radps(mean(curves.before_radps, begin, end));
     point.repaired_radps(mean(curves.after_radps, begin, end));
+    point.input(input.size() == count ? mean(input, begin, end) : kNaN);
   }
   return points;
 }
@@ -83,7 +87,10 @@ msg::TwinReport report_of(const AxisDiagnosis& found) {
   const std::size_t effects = std::min(found.effects.size(), kMostEffects);
   for (std::size_t i = 0; i < effects; ++i)
     message.effects().push_back(message_of(found.effects[i]));
-  message.points(points_of(found.waveforms));
+  const diagnosis::ResidualAgainstInput against =
+      found.residual.value_or(diagnosis::ResidualAgainstInput{});
+  message.input(cut(against.input, kLongestName).c_str());
+  message.points(points_of(found.waveforms, against.value));
   return message;
 }
 

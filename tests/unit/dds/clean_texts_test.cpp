@@ -69,9 +69,9 @@ TEST(CleanTexts, OfListsWithinAMessageAreCleanToo) {
   EXPECT_STREQ(status.metrics()[1].name().c_str(), "a b");
   msg::TwinReport report;
   report.effects().resize(1);
-  report.effects()[0].alternatives("\x1b");
+  report.effects()[0].alternatives().emplace_back().name("\x1b");
   clean_texts(report);
-  EXPECT_STREQ(report.effects()[0].alternatives().c_str(), "?");
+  EXPECT_STREQ(report.effects()[0].alternatives()[0].name().c_str(), "?");
 }
 
 }  // namespace

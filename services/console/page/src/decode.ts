@@ -142,11 +142,18 @@ export function decodeTwin(payload: Uint8Array): PlainTwin {
     after: t.afterRmsDegH,
     noiseFloor: t.noiseFloorRmsDegH,
     atMs: Number(t.wallTimeNs) * 1e-6,
-    effects: t.effects.map(({ name, alternatives, probability, shareOfGap }) => ({ name, alternatives, probability, shareOfGap })),
+    effects: t.effects.map(({ name, alternatives, probability, shareOfGap }) => ({
+      name,
+      alternatives: alternatives.map((other) => ({ name: other.name, probability: other.probability })),
+      probability,
+      shareOfGap,
+    })),
+    input: t.input,
     time: Float64Array.from(t.timeS),
     measured: Float64Array.from(t.measuredDegH),
     twin: Float64Array.from(t.twinDegH),
     repaired: Float64Array.from(t.repairedDegH),
+    inputValue: Float64Array.from(t.inputValue),
   };
 }
 

@@ -122,11 +122,13 @@ export interface PlainTwin {
   after: number;
   noiseFloor: number;
   atMs: number;
-  effects: { name: string; alternatives: string; probability: number; shareOfGap: number }[];
+  effects: { name: string; alternatives: { name: string; probability: number }[]; probability: number; shareOfGap: number }[];
+  input: string; // what the missing effect follows; empty: nothing known
   time: Float64Array;
   measured: Float64Array;
   twin: Float64Array;
   repaired: Float64Array;
+  inputValue: Float64Array;
 }
 
 export interface PlainNavigation {
