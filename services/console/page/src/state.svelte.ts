@@ -3,7 +3,7 @@
 import { correctedTwiceMs } from './lib/events.ts';
 import type {
   FromWorker,
-  HeadingSeries,
+  AttitudeSeries,
   Live,
   PlainAllan,
   PlainEvent,
@@ -48,7 +48,7 @@ export class ConsoleState {
   twins = $state.raw<Record<string, PlainTwin>>({});
   navigation = $state.raw<Record<string, PlainNavigation>>({});
   gateway = $state.raw<PlainGateway | undefined>();
-  heading = $state.raw<HeadingSeries | undefined>();
+  attitude = $state.raw<AttitudeSeries | undefined>();
   notice = $state('');
   nowMs = $state(Date.now());
   tab = $state<Tab>('live');
@@ -124,8 +124,8 @@ export class ConsoleState {
       case 'navigation':
         this.navigation = { ...this.navigation, [`${message.state.gyro}/${message.state.stream}`]: message.state };
         break;
-      case 'heading':
-        this.heading = message.heading;
+      case 'attitude':
+        this.attitude = message.attitude;
         break;
       case 'gateway':
         this.gateway = message.gateway;

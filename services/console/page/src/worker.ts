@@ -146,7 +146,7 @@ function onHistory(payload: Uint8Array): void {
 
 function onNavigation(payload: Uint8Array): void {
   const { sensorNs, state } = decodeNavigation(payload);
-  storeOf(state.gyro).addHeading(state.stream, sensorNs, state.headingError);
+  storeOf(state.gyro).addAttitude(state.stream, sensorNs, state);
   post({ type: 'navigation', state });
 }
 
@@ -423,8 +423,8 @@ self.onmessage = ({ data }: MessageEvent<ToWorker>) => {
       post({ type: 'view', view }, [view.time.buffer, view.slowTime.buffer, ...series.flat().map((s) => s.buffer)]);
       break;
     }
-    case 'heading':
-      if (selected !== 0) post({ type: 'heading', heading: storeOf(selected).headingSeries(data.points) });
+    case 'attitude':
+      if (selected !== 0) post({ type: 'attitude', attitude: storeOf(selected).attitudeSeries(data.points) });
       break;
     case 'visible':
       visible = data.visible;

@@ -109,3 +109,21 @@ test('following, the window is not longer than what there is', () => {
   const view = store.view({ ...whole, span: 600 });
   assert.ok(Math.abs(view.to - view.from - 19.99) < 1e-3);
 });
+
+test('attitudes of the streams stand side by side at the times of the compensated one', () => {
+  const store = new GyroStore(1);
+  const add = (stream: number, s: number, roll: number) => store.addAttitude(stream, EPOCH + BigInt(Math.round(s * 1e9)), { headingError: NaN, attitudeError: 0, roll, pitch: -roll });
+  for (let i = 0; i < 10; ++i) {
+    add(1, i, i);
+    add(1, i + 0.1, 99); // sooner than what is kept
+    if (i < 5) add(0, i + 0.3, 10 + i);
+    if (i >= 5) add(2, i, 20 + i);
+  }
+  const { time, roll, pitch } = store.attitudeSeries(100);
+  assert.equal(time.length, 10);
+  assert.deepEqual([...roll[1]], [0, 1, 2, 3, 4, 5, 6, 7, 8, 9]);
+  assert.deepEqual([...roll[0]], [10, 11, 12, 13, 14, 14, NaN, NaN, NaN, NaN], 'nothing of a stream that ended more than a second ago');
+  assert.deepEqual([...roll[2]], [NaN, NaN, NaN, NaN, NaN, 25, 26, 27, 28, 29]);
+  assert.equal(pitch[1][3], -3);
+  assert.equal(store.attitudeSeries(4).time.length, 4);
+});

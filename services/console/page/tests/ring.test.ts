@@ -42,3 +42,9 @@ test('an empty ring has no times', () => {
   assert.ok(Number.isNaN(ring.newest));
   assert.equal(ring.lowerBound(0), 0);
 });
+
+test('the nearest row is the closest in time, at both ends too', () => {
+  const ring = filled(5, 7); // rows at 20, 30, 40, 50, 60
+  assert.deepEqual([0, 24, 26, 40, 64, 1000].map((t) => ring.timeAt(ring.nearest(t))), [20, 20, 30, 40, 60, 60]);
+  assert.equal(new Ring(5, 1).nearest(3), -1);
+});

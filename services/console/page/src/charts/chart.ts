@@ -162,7 +162,7 @@ function valueAxis(log: boolean, side: 'x' | 'y'): uPlot.Axis {
     font: FONT,
     grid: { stroke: () => colour('grid'), width: 1 },
     ticks: { stroke: () => colour('grid'), width: 1, size: 4 },
-    size: side === 'y' ? 54 : 24,
+    size: side === 'y' ? (_u, labels) => Math.max(54, 12 + 6.6 * Math.max(0, ...(labels ?? []).map((label) => label.length))) : 24, // charts above each other line up
     gap: 3,
     space: side === 'y' ? 22 : 60,
     ...(log

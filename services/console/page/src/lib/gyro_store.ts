@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// All that the page keeps of one gyro: a ring at full rate, a ring of one-second rows, a ring of headings.
+// All that the page keeps of one gyro: a ring at full rate, a ring of one-second rows, a ring of attitudes.
 import { csvParts } from './csv.ts';
 import { Envelope, type Columns } from './envelope.ts';
-import type { HeadingSeries, Spread, View, ViewRequest } from './messages.ts';
+import type { Angles, AttitudeSeries, Spread, View, ViewRequest } from './messages.ts';
 import { Ring } from './ring.ts';
 import { blockSpread } from './statistics.ts';
 
 export const SAMPLE_ROWS = 131_072; // 10.9 min at 200 Hz, 65 s at 2 kHz
 export const HISTORY_ROWS = 43_264; // 12 h of seconds
-const HEADING_ROWS = 20_000;
+const ATTITUDE_ROWS = 20_000;
+const ATTITUDE_EVERY_NS = 0.5e9;
+const BESIDE_NS = 1e9;
+const STREAMS = ['raw', 'compensated', 'reference'] as const; // idl/proto/telemetry.proto, NavigationState
+const ANGLES = ['headingError', 'attitudeError', 'roll', 'pitch'] as const;
 export const MOST_PROBES = 8;
 const MOST_BUCKETS = 4096;
 
@@ -95,7 +99,7 @@ export class GyroStore {
   hasReference = false;
   sampleIntervalS = NaN;
   private epochNs: bigint | undefined;
-  private readonly headings = [new Ring(HEADING_ROWS, 1), new Ring(HEADING_ROWS, 1)];
+  private readonly attitudes = STREAMS.map(() => new Ring(ATTITUDE_ROWS, ANGLES.length));
   private readonly fast = new Envelope(SAMPLE_SERIES.means.length, MOST_BUCKETS);
   private readonly slow = new Envelope(SLOW_SERIES.means.length, MOST_BUCKETS);
 
@@ -120,7 +124,7 @@ export class GyroStore {
   private beginAnew(): void {
     this.samples.clear();
     this.history.clear();
-    this.headings.forEach((ring) => ring.clear());
+    this.attitudes.forEach((ring) => ring.clear());
     this.hasReference = false;
   }
 
@@ -188,30 +192,28 @@ export class GyroStore {
     }
   }
 
-  addHeading(stream: number, timeNs: bigint, errorDeg: number): void {
-    const ring = this.headings[stream];
+  addAttitude(stream: number, timeNs: bigint, angles: Angles): void {
+    const ring = this.attitudes[stream];
     if (!ring) return;
     const time = this.since(timeNs);
     if (ring.size > 0 && time < ring.newest - RESTART_NS) ring.clear();
-    if (ring.size > 0 && time < ring.newest + 0.5e9) return;
+    if (ring.size > 0 && time < ring.newest + ATTITUDE_EVERY_NS) return;
     const slot = ring.open(time);
-    if (slot >= 0) ring.columns[0][slot] = errorDeg;
+    if (slot >= 0) ANGLES.forEach((angle, column) => (ring.columns[column][slot] = angles[angle]));
   }
 
-  headingSeries(points: number): HeadingSeries {
-    const [raw, compensated] = this.headings;
-    const count = Math.min(points, compensated.size);
-    const time = new Float64Array(count);
-    const series = { gyro: this.gyro, time, raw: new Float64Array(count).fill(NaN), compensated: new Float64Array(count) };
-    for (let k = 0; k < count; ++k) {
-      const row = Math.floor((k * compensated.size) / count);
-      const ns = compensated.timeAt(row);
-      time[k] = this.seconds(ns);
-      series.compensated[k] = compensated.columns[0][compensated.slot(row)];
-      const beside = raw.lowerBound(ns - 1e9);
-      if (beside < raw.size && raw.timeAt(beside) < ns + 1e9) series.raw[k] = raw.columns[0][raw.slot(beside)];
-    }
-    return series;
+  /** Of the three streams at the times of the compensated one; NaN where another has nothing within a second. */
+  attitudeSeries(points: number): AttitudeSeries {
+    const leading = this.attitudes[1];
+    const count = Math.min(points, leading.size);
+    const times = Array.from({ length: count }, (_, k) => leading.timeAt(Math.floor((k * leading.size) / count)));
+    const column = (ring: Ring, c: number) =>
+      Float64Array.from(times, (ns) => {
+        const row = ring.nearest(ns);
+        return row >= 0 && Math.abs(ring.timeAt(row) - ns) < BESIDE_NS ? ring.columns[c][ring.slot(row)] : NaN;
+      });
+    const of = (c: number) => this.attitudes.map((ring) => column(ring, c));
+    return { gyro: this.gyro, time: Float64Array.from(times, (ns) => this.seconds(ns)), headingError: of(0), attitudeError: of(1), roll: of(2), pitch: of(3) };
   }
 
   get oldestNs(): number {

@@ -206,18 +206,17 @@ export interface ViewRequest {
   averageS: number; // at least; 0: as many as fit
 }
 
-export interface HeadingSeries {
-  gyro: number;
-  time: Float64Array;
-  raw: Float64Array;
-  compensated: Float64Array;
-}
+/** What is kept of a navigation filter's state, deg. */
+export type Angles = Pick<PlainNavigation, 'headingError' | 'attitudeError' | 'roll' | 'pitch'>;
+
+/** Each angle of the streams raw, compensated, reference. */
+export type AttitudeSeries = { gyro: number; time: Float64Array } & Record<keyof Angles, Float64Array[]>;
 
 export type ToWorker =
   | { type: 'connect'; url: string }
   | { type: 'select'; gyro: number }
   | { type: 'view'; request: ViewRequest }
-  | { type: 'heading'; points: number }
+  | { type: 'attitude'; points: number }
   | { type: 'visible'; visible: boolean }
   | { type: 'csv'; from: number; to: number }
   | { type: 'command'; id: number; service: string; name: string; argument: string }
@@ -229,7 +228,7 @@ export type FromWorker =
   | { type: 'tick' }
   | { type: 'live'; live: Live }
   | { type: 'view'; view: View }
-  | { type: 'heading'; heading: HeadingSeries }
+  | { type: 'attitude'; attitude: AttitudeSeries }
   | { type: 'status'; services: PlainStatus[] }
   | { type: 'events'; events: PlainEvent[] }
   | { type: 'allan'; report: PlainAllan }

@@ -57,6 +57,13 @@ export class Ring {
     return slot;
   }
 
+  /** The row closest in time; -1 when there is none. O(log n). */
+  nearest(time: number): number {
+    const after = this.lowerBound(time);
+    const isBefore = after === this.count || (after > 0 && time - this.timeAt(after - 1) < this.timeAt(after) - time);
+    return isBefore ? after - 1 : after;
+  }
+
   /** First row whose time is not before `time`; `size` when there is none. O(log n). */
   lowerBound(time: number): number {
     let low = 0;
