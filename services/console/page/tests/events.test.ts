@@ -30,7 +30,9 @@ const STATUS: PlainStatus = {
 test('what is reported of the input has a name in words', () => {
   assert.equal(eventTitle('double_correction'), 'Corrected twice');
   assert.equal(eventTitle('polarity_reversed'), 'Wrong sign');
-  assert.equal(eventTitle('clocks_disagree'), 'clocks_disagree');
+  assert.equal(eventTitle('clocks_disagree'), 'Clocks disagree');
+  assert.equal(eventTitle('liveliness_lost'), 'Fell silent');
+  assert.equal(eventTitle('mode_x'), '', 'its text begins with the axis');
 });
 
 test('the reason of a mode is in words, other texts are as they came', () => {

@@ -3,19 +3,28 @@
 import type { PlainEvent, PlainStatus } from './messages.ts';
 import { reasonText } from './verdict.ts';
 
+const MODE = /^mode_[xyz]$/;
 const TITLE: Record<string, string> = {
   polarity_reversed: 'Wrong sign',
   double_correction: 'Corrected twice',
+  liveliness_lost: 'Fell silent',
+  liveliness_regained: 'Speaks again',
+  peer_lost: 'Process lost',
+  deadline_missed: 'Late',
+  incompatible_qos: 'Quality of service does not fit',
+  input_stale: 'No samples come',
 };
 
-/** A code in words; one that isn't known here as it came. */
+/** A code in words; "mode_x" has none, since its text says the axis and the mode. */
 export function eventTitle(code: string): string {
-  return TITLE[code] ?? code;
+  if (MODE.test(code)) return '';
+  const words = code.replaceAll('_', ' ');
+  return TITLE[code] ?? words.charAt(0).toUpperCase() + words.slice(1);
 }
 
 /** "axis x: frozen (polarity_reversed)" with the reason in words; any other text as it came. */
 export function eventText(event: PlainEvent): string {
-  if (!/^mode_[xyz]$/.test(event.code)) return event.text;
+  if (!MODE.test(event.code)) return event.text;
   return event.text.replace(/ \((\w+)\)$/, (_, reason: string) => (reasonText(reason) ? ` (${reasonText(reason)})` : ''));
 }
 
