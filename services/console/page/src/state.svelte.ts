@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the page shows, as the worker tells it.
-import { correctedTwiceMs } from './lib/events.ts';
+import { NOTHING_SEEN, acknowledged, isSeen, storeSeen, storedSeen, unseenText } from './lib/acknowledged.ts';
+import { correctedTwiceMs, foldDeaths, type FoldedEvent } from './lib/events.ts';
 import type {
-  FromWorker,
   AttitudeSeries,
+  FromWorker,
   Live,
   PlainAllan,
   PlainEvent,
@@ -44,6 +45,9 @@ export class ConsoleState {
   private losses = $state.raw<{ gyro: number; missing: number; sinceMs: number; seen: boolean } | undefined>();
   services = $state.raw<PlainStatus[]>([]);
   events = $state.raw<PlainEvent[]>([]);
+  rows = $derived(foldDeaths(this.events));
+  private session = '';
+  private seen = $state.raw(NOTHING_SEEN);
   allan = $state.raw<Record<string, PlainAllan>>({});
   twins = $state.raw<Record<string, PlainTwin>>({});
   navigation = $state.raw<Record<string, PlainNavigation>>({});
@@ -100,6 +104,7 @@ export class ConsoleState {
         this.retryAtMs = message.retryAtMs;
         this.refused = message.refused;
         this.server = message.server;
+        this.beSession(message.session);
         this.canCommand = message.canCommand;
         this.nowMs = this.clock();
         if (message.link !== 'open') this.gateway = undefined;
@@ -149,6 +154,26 @@ export class ConsoleState {
     if (known && live.missing === known.missing) return;
     const grew = known !== undefined && live.missing > known.missing;
     this.losses = { gyro: live.gyro, missing: live.missing, sinceMs: this.clock(), seen: grew };
+  }
+
+  private beSession(session: string): void {
+    if (session === this.session) return;
+    this.session = session;
+    this.seen = storedSeen(() => localStorage, session);
+  }
+
+  /** Somebody has seen all errors and losses up to now. */
+  acknowledge(): void {
+    this.seen = acknowledged(this.events, this.seen, this.clock());
+    storeSeen(() => localStorage, this.session, this.seen);
+  }
+
+  isSeen(row: FoldedEvent): boolean {
+    return isSeen(row, this.seen);
+  }
+
+  get unseen(): string {
+    return unseenText(this.rows, this.seen);
   }
 
   private addEvents(events: PlainEvent[]): void {
@@ -220,6 +245,7 @@ export class ConsoleState {
       missing: live?.missing ?? 0,
       lossAgeS: (this.nowMs - (this.losses?.sinceMs ?? NaN)) / 1000,
       lossSeen: this.losses?.seen ?? false,
+      lossAcknowledged: (this.losses?.sinceMs ?? NaN) <= this.seen.lossesMs,
       dropped: this.gateway?.framesDropped ?? 0,
       correctedTwiceS: (this.nowMs - correctedTwiceMs(this.events, this.services, this.selected)) / 1000,
       blockS: live?.spread.blockS ?? NaN,

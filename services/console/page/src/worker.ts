@@ -193,6 +193,7 @@ let socket: WebSocket | undefined;
 let link: (FromWorker & { type: 'link' })['link'] = 'connecting';
 let linkSinceMs = wallMs();
 let server = '';
+let session = '';
 let attempt = 0;
 let retryTimer: ReturnType<typeof setTimeout> | undefined;
 let retryAtMs = NaN;
@@ -208,7 +209,7 @@ let nextCall = 1;
 const calls = new Map<number, { id: number; timer: ReturnType<typeof setTimeout> }>();
 
 function postLink(retryAt = NaN): void {
-  post({ type: 'link', link, retryAtMs: retryAt, server, canCommand: commandService !== undefined, sinceMs: linkSinceMs, refused });
+  post({ type: 'link', link, retryAtMs: retryAt, server, session, canCommand: commandService !== undefined, sinceMs: linkSinceMs, refused });
 }
 
 function setLink(next: typeof link, retryAt = NaN): void {
@@ -285,6 +286,7 @@ function onText(frame: TextFrame): void {
   switch (frame.op) {
     case 'serverInfo':
       server = frame.name;
+      session = frame.sessionId ?? '';
       postLink();
       break;
     case 'status':

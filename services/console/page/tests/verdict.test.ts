@@ -132,6 +132,9 @@ test('losses carry their age, and are history after ten minutes', () => {
   assert.match(lost(1, 1200, true).detail, /1 sample missing, the last 20 min ago/);
   assert.equal(lost(7, 60, false).tone, 'good');
   assert.match(lost(7, 60, false).detail, /none in the 60 s since this page listens/);
+  const seen = verdict({ ...GOOD, missing: 2, lossAgeS: 30, lossSeen: true, lossAcknowledged: true }).data;
+  assert.deepEqual([seen.tone, seen.text], ['good', 'Good']);
+  assert.match(seen.detail, /2 samples missing, the last 30 s ago, acknowledged/);
 });
 
 test('an input that is turned round or corrected twice is shown while it lasts', () => {

@@ -49,12 +49,19 @@ export function correctedTwiceMs(events: PlainEvent[], services: PlainStatus[], 
 /** What one death makes several observers say, each naming the dead as "name (pid N)". */
 const DEATHS = ['peer_lost', 'liveliness_lost']; // the one that says most first
 const OF_A_DEATH = new Set([...DEATHS, 'deadline_missed']);
+
+/** Once a death, where a missed deadline may be told again and again. */
+export function tellsOfADeath(event: PlainEvent): boolean {
+  return DEATHS.includes(event.code);
+}
+
 const DEATH_WITHIN_MS = 30_000; // leases and discovery end within
 const PROCESS = /[\w/:.-]+ \(pid \d+\)/;
 
-/** Events with the deaths folded: `observers` are those who reported the same one, the event's own service among them. */
+/** Events with the deaths folded: `reports` are those of the same one, `observers` who made them. */
 export interface FoldedEvent extends PlainEvent {
   observers: string[];
+  reports: PlainEvent[];
 }
 
 /** Newest first in, newest first out. A silence of somebody who is not lost stays an event of its own. */
@@ -67,17 +74,18 @@ export function foldDeaths(events: PlainEvent[]): FoldedEvent[] {
   for (const code of DEATHS) {
     for (const e of events) {
       const process = e.code === code ? PROCESS.exec(e.text)?.[0] : undefined;
-      if (process !== undefined && !deathOf(e)) deaths.push({ process, row: { ...e, observers: [] }, atMs: e.atMs });
+      if (process !== undefined && !deathOf(e)) deaths.push({ process, row: { ...e, observers: [], reports: [] }, atMs: e.atMs });
     }
   }
   const rows: FoldedEvent[] = [];
   for (const e of events) {
     const death = deathOf(e);
     if (!death) {
-      rows.push({ ...e, observers: [e.service] });
+      rows.push({ ...e, observers: [e.service], reports: [e] });
       continue;
     }
-    if (death.row.observers.length === 0) rows.push(death.row);
+    if (death.row.reports.length === 0) rows.push(death.row);
+    death.row.reports.push(e);
     if (!death.row.observers.includes(e.service)) death.row.observers.push(e.service);
   }
   return rows;

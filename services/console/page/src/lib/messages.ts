@@ -223,7 +223,7 @@ export type ToWorker =
   | { type: 'retry' };
 
 export type FromWorker =
-  | { type: 'link'; link: Link; retryAtMs: number; server: string; canCommand: boolean; sinceMs: number; refused: boolean }
+  | { type: 'link'; link: Link; retryAtMs: number; server: string; session: string; canCommand: boolean; sinceMs: number; refused: boolean }
   | { type: 'gyros'; gyros: number[]; selected: number }
   | { type: 'tick' }
   | { type: 'live'; live: Live }

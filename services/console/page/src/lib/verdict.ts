@@ -117,6 +117,7 @@ export interface Facts {
   missing: number;
   lossAgeS: number; // since the newest that this page saw go missing; without one, since it began to look
   lossSeen: boolean;
+  lossAcknowledged?: boolean; // somebody has seen it
   dropped: number; // frames that this client was too slow for
   blockS: number; // of the means that are compared
   correctedTwiceS: number; // since it was found to be given the compensation's own output; NaN: it was not
@@ -275,7 +276,7 @@ const LOSS_COUNTS_S = 600; // then it is history, shown with its age
 
 function lossText(facts: Facts): string {
   if (facts.missing === 0) return '';
-  const when = facts.lossSeen ? `the last ${ageText(facts.lossAgeS)} ago` : `none in the ${ageText(facts.lossAgeS)} since this page listens`;
+  const when = facts.lossSeen ? `the last ${ageText(facts.lossAgeS)} ago${facts.lossAcknowledged ? ', acknowledged' : ''}` : `none in the ${ageText(facts.lossAgeS)} since this page listens`;
   return `${facts.missing} sample${facts.missing === 1 ? '' : 's'} missing, ${when}`;
 }
 
@@ -302,7 +303,7 @@ function data(facts: Facts): Statement {
   const replay = isReplay(facts) ? ` (replay ${facts.pace >= 10 ? Math.round(facts.pace) : facts.pace.toFixed(1)}×)` : '';
   const lost = lossText(facts);
   const slow = facts.dropped > 0 ? `${facts.dropped} frames dropped for this browser` : '';
-  const fresh = facts.missing > 0 && facts.lossSeen && facts.lossAgeS < LOSS_COUNTS_S;
+  const fresh = facts.missing > 0 && facts.lossSeen && !facts.lossAcknowledged && facts.lossAgeS < LOSS_COUNTS_S;
   if (fresh || slow) return { tone: 'warn', text: `${fresh ? 'With losses' : 'Browser too slow'}${replay}`, detail: [lost, slow].filter(Boolean).join(', ') };
   return { tone: 'good', text: `Good${replay}`, detail: `${replay ? '' : 'live, '}${lost || 'none missing'}` };
 }
