@@ -45,3 +45,24 @@ export async function until(page, id, holds, withinMs = 20_000) {
   }
   throw new Error(`${id}: still '${text}' after ${withinMs / 1000} s`);
 }
+
+/** Pixels of a chart for which `holds` (an expression of r, g, b, a) is true. */
+export function pixels(page, selector, holds) {
+  // An expression, since the page's content security policy forbids to make functions of text.
+  return page.evaluate(`(() => {
+    const canvas = document.querySelector(${JSON.stringify(selector)});
+    const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+    let found = 0;
+    for (let i = 0; i < data.length; i += 4) {
+      const [r, g, b, a] = data.subarray(i, i + 4);
+      if (${holds}) ++found;
+    }
+    return found;
+  })()`);
+}
+
+/** Escape, and the dialog is gone. */
+export async function close(page) {
+  await page.keyboard.press('Escape');
+  await page.locator('dialog[open]').waitFor({ state: 'detached' });
+}

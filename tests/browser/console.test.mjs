@@ -1,35 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The console in a real browser, on the real system. See system.mjs for the environment.
-import { violations as examinePage } from './axe.mjs';
 import assert from 'node:assert/strict';
 import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, describe, test } from 'node:test';
-import { launch, openPage, part, until } from './browser.mjs';
+import { close, launch, openPage, part, pixels, until } from './browser.mjs';
 import { System, address } from './system.mjs';
 
 const TABS = ['live', 'allan', 'health', 'twin', 'navigation', 'events'];
-
-/** Pixels of a chart for which `holds` (an expression of r, g, b, a) is true. */
-function pixels(page, selector, holds) {
-  // An expression, since the page's content security policy forbids to make functions of text.
-  return page.evaluate(`(() => {
-    const canvas = document.querySelector(${JSON.stringify(selector)});
-    const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
-    let found = 0;
-    for (let i = 0; i < data.length; i += 4) {
-      const [r, g, b, a] = data.subarray(i, i + 4);
-      if (${holds}) ++found;
-    }
-    return found;
-  })()`);
-}
-
-/** Escape, and the dialog is gone. */
-async function close(page) {
-  await page.keyboard.press('Escape');
-  await page.locator('dialog[open]').waitFor({ state: 'detached' });
-}
 
 const picture = (page, id) => page.locator(`[data-testid="${id}"] canvas`).first().evaluate((canvas) => canvas.toDataURL());
 
@@ -283,31 +261,6 @@ describe('the console on a simulation at ten times real time', () => {
     await page.emulateMedia({ colorScheme: 'light' });
     await until(page, 'verdict-compensating', (t) => /Compensating/.test(t));
   });
-
-  for (const theme of ['light', 'dark']) {
-    test(`axe finds nothing serious in any view, ${theme}`, async () => {
-      await page.evaluate(() => document.activeElement.blur());
-      await page.emulateMedia({ colorScheme: theme });
-      const examine = async (what) => {
-        const violations = await examinePage(page);
-        const grave = violations.filter((v) => v.impact === 'serious' || v.impact === 'critical');
-        assert.deepEqual(grave.map((v) => `${what}: ${v.id}: ${v.nodes[0].html}`), []);
-      };
-      for (const [i, tab] of TABS.entries()) {
-        await page.keyboard.press(String(i + 1));
-        await page.waitForTimeout(300);
-        await examine(tab);
-      }
-      await page.keyboard.press('c');
-      await examine('command');
-      await close(page);
-      await page.keyboard.press('?');
-      await examine('help');
-      await close(page);
-      await page.keyboard.press('1');
-      await page.emulateMedia({ colorScheme: 'light' });
-    });
-  }
 
   test('on a phone header, headline and tabs take a third of the screen', async () => {
     await page.setViewportSize({ width: 390, height: 844 });

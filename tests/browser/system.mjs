@@ -6,7 +6,7 @@
 //   ZERODRIFT_PORT    of the console               (default: 8799)
 //   ZERODRIFT_PAGE    folder of the built page     (default: what the console finds beside itself)
 import { spawn, execFile } from 'node:child_process';
-import { mkdtempSync, rmSync } from 'node:fs';
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { dirname, join } from 'node:path';
 import { setTimeout as sleep } from 'node:timers/promises'; // the global one stays for deadlines
@@ -14,12 +14,13 @@ import { fileURLToPath } from 'node:url';
 import { promisify } from 'node:util';
 
 const root = join(dirname(fileURLToPath(import.meta.url)), '../..');
-const config = process.env.ZERODRIFT_CONFIG ?? join(root, 'config');
+export const config = process.env.ZERODRIFT_CONFIG ?? join(root, 'config');
 const bin = process.env.ZERODRIFT_BIN ?? join(root, 'build/release/bin');
 const domain = process.env.ZERODRIFT_DOMAIN ?? '230';
 export const port = Number(process.env.ZERODRIFT_PORT ?? 8799);
 export const address = `http://127.0.0.1:${port}/`;
 const STOP_WITHIN_MS = 5000;
+const run = (...args) => promisify(execFile)(join(bin, 'zerodrift'), args);
 
 export class System {
   #running = new Map();
@@ -32,9 +33,10 @@ export class System {
     this.#running.set(name, { child, log, ended: new Promise((done) => child.on('exit', done)) });
   }
 
-  /** Publishers, compensation and monitor. `publisher`: more options of gyro_publisher. */
-  startChain({ speed = '1', model = 'paper_fog', profile = 'paper_chamber', publisher = [], waitFor = 'compensation,allan_monitor' } = {}) {
-    const source = ['--source', 'simulation', '--model', join(config, `models/${model}.yaml`), '--profile', join(config, `profiles/${profile}.yaml`), '--seed', '1', '--speed', speed];
+  /** Publishers, compensation and monitor. `record`: a file in place of a simulation; `publisher`: more options of gyro_publisher. */
+  startChain({ speed = '1', record = '', model = 'paper_fog', profile = 'paper_chamber', publisher = [], waitFor = 'compensation,allan_monitor' } = {}) {
+    const simulation = ['--source', 'simulation', '--model', join(config, `models/${model}.yaml`), '--profile', join(config, `profiles/${profile}.yaml`), '--seed', '1'];
+    const source = [...(record ? ['--source', 'record', '--record', record] : simulation), '--speed', speed];
     this.start('allan_monitor', 'allan_monitor');
     this.start('compensation', 'compensation', '--checkpoint-dir', this.folder);
     this.start('thermal_publisher', 'thermal_publisher', ...source);
@@ -75,9 +77,26 @@ export class System {
     rmSync(this.folder, { recursive: true, force: true });
   }
 
+  /** A record of a profile, true rates included; its file. */
+  async simulate(model, profile, ...options) {
+    const record = join(this.folder, `${profile}.csv`);
+    await run('simulate', '--model', model, '--profile', join(config, `profiles/${profile}.yaml`), '--reference', '--out', record, ...options);
+    return record;
+  }
+
+  /** A gyro that feels the magnetic field along y, which its model doesn't know, is diagnosed and the finding published. */
+  async publishDiagnosis() {
+    const known = join(config, 'models/lab_fog.yaml');
+    const gyro = join(this.folder, 'gyro.yaml');
+    const effect = '  - {kind: magnetic, axis: y, parameters: {x_deg_h_per_ut: 0, y_deg_h_per_ut: 0.002, z_deg_h_per_ut: 0}}';
+    writeFileSync(gyro, `${readFileSync(known, 'utf8').trimEnd()}\n${effect}\n`);
+    const record = await this.simulate(gyro, 'diagnosis_chamber', '--rate', '1');
+    await run('diagnose', '--model', known, '--record', record, '--publish', '--domain', domain);
+  }
+
   /** What `zerodrift ctl ...` prints. */
   async ctl(...args) {
-    const { stdout } = await promisify(execFile)(join(bin, 'zerodrift'), ['ctl', ...args, '--domain', domain]);
+    const { stdout } = await run('ctl', ...args, '--domain', domain);
     return stdout;
   }
 }
