@@ -45,6 +45,24 @@ TEST(Telemetry, AStampOfAnotherClockGivesNoWallTime) {
   }
 }
 
+TEST(Telemetry, ATwinReportKeepsItsCandidatesAndTheInputOfEachPoint) {
+  msg::TwinReport report;
+  report.input("magnetic_y (uT)");
+  report.effects().resize(1);
+  auto& other = report.effects()[0].alternatives().emplace_back();
+  other.name("line");
+  other.probability(0.06);
+  report.points().resize(2);
+  report.points()[1].input(-50.0);
+  const auto out = to_telemetry(report);
+  EXPECT_EQ(out.input(), "magnetic_y (uT)");
+  ASSERT_EQ(out.effects(0).alternatives_size(), 1);
+  EXPECT_EQ(out.effects(0).alternatives(0).name(), "line");
+  EXPECT_EQ(out.effects(0).alternatives(0).probability(), 0.06);
+  ASSERT_EQ(out.input_value_size(), 2);
+  EXPECT_EQ(out.input_value(1), -50.0);
+}
+
 TEST(Telemetry, TimeBeforeTheEpochHasNanosecondsFromItsSecondOn) {
   google::protobuf::Timestamp time;
   set_time(time, -1);
