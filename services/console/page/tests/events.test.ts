@@ -70,6 +70,14 @@ test('before the middleware gives the dead up, what its status and topics miss i
   assert.deepEqual(rows[0].observers, ['compensation', 'console', 'gyro_publisher']);
 });
 
+test('a process that was only held up tells of its own silence: the same one', () => {
+  const text = 'topic service_status: gyro_publisher (pid 42) wrote nothing for 2000 ms';
+  const own = { ...EVENT, key: 'b', atMs: 104_000, service: 'gyro_publisher', code: 'liveliness_lost', text: 'topic service_status: this writer wrote nothing for 2000 ms: readers take it for gone' };
+  const others = { ...EVENT, key: 'a', service: 'console', code: 'liveliness_lost', text };
+  assert.deepEqual(foldDeaths([own, others]).map((e) => e.observers), [['gyro_publisher', 'console']]);
+  assert.deepEqual(foldDeaths([{ ...own, service: 'recorder' }, others]).map((e) => e.key), ['b', 'a'], "somebody else's silence");
+});
+
 test('another process, a much earlier loss and a mere silence are no part of a death', () => {
   const lost = { ...EVENT, code: 'peer_lost', text: 'compensation (pid 42) is silent' };
   const events = [

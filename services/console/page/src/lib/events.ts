@@ -56,6 +56,7 @@ export function tellsOfADeath(event: PlainEvent): boolean {
 }
 
 const DEATH_WITHIN_MS = 30_000; // leases and discovery end within
+const OF_ITSELF = /\bthis writer\b/; // one that was only held up finds it out afterwards
 const PROCESS = /[\w/:.-]+ \(pid \d+\)/;
 
 /** Events with the deaths folded: `reports` are those of the same one, `observers` who made them. */
@@ -68,8 +69,10 @@ export interface FoldedEvent extends PlainEvent {
 export function foldDeaths(events: PlainEvent[]): FoldedEvent[] {
   const deaths: { process: string; row: FoldedEvent; atMs: number }[] = [];
   const deathOf = (e: PlainEvent) => {
-    const process = OF_A_DEATH.has(e.code) ? PROCESS.exec(e.text)?.[0] : undefined;
-    return process === undefined ? undefined : deaths.find((d) => d.process === process && Math.abs(d.atMs - e.atMs) <= DEATH_WITHIN_MS);
+    if (!OF_A_DEATH.has(e.code)) return undefined;
+    const process = PROCESS.exec(e.text)?.[0];
+    const isOf = (d: { process: string }) => (process === undefined ? OF_ITSELF.test(e.text) && d.process.startsWith(`${e.service} (pid `) : d.process === process);
+    return deaths.find((d) => isOf(d) && Math.abs(d.atMs - e.atMs) <= DEATH_WITHIN_MS);
   };
   for (const code of DEATHS) {
     for (const e of events) {
