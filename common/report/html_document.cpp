@@ -12,6 +12,8 @@
 namespace zerodrift::report {
 namespace {
 
+constexpr std::size_t kMostWithoutContents = 3;  // sections and tables that are found by scrolling
+
 // Writes blocks one after the other and counts what is numbered.
 class Page {
  public:
@@ -36,6 +38,25 @@ class Page {
     if (!document.verdict.empty()) line("<p class=\"verdict\">", document.verdict, "</p>");
   }
 
+  // The sections and their tables, as links.
+  void contents(const Document& document) {
+    std::size_t sections = 0;
+    std::size_t tables = 0;
+    std::string items;
+    for (const Block& block : document.blocks) {
+      if (const auto* heading = std::get_if<Heading>(&block)) {
+        items += "<li><a href=\"#section-" + std::to_string(++sections) + "\">" +
+                 escaped(heading->text) + "</a></li>\n";
+      } else if (const auto* table = std::get_if<Table>(&block)) {
+        const std::string number = std::to_string(++tables);
+        items += "<li class=\"table\"><a href=\"#table-" + number + "\">Table " + number + ". " +
+                 escaped(table->caption) + "</a></li>\n";
+      }
+    }
+    if (sections + tables <= kMostWithoutContents) return;
+    html_ += "<nav class=\"contents\" aria-label=\"Contents\">\n<ul>\n" + items + "</ul>\n</nav>\n";
+  }
+
   void foot() {
     if (!footnotes_.empty()) {
       html_ += "<section class=\"footnotes\" aria-label=\"Footnotes\">\n<ol>\n";
@@ -45,7 +66,9 @@ class Page {
     html_ += "</main>\n</body>\n</html>\n";
   }
 
-  void operator()(const Heading& heading) { line("<h2>", heading.text, "</h2>"); }
+  void operator()(const Heading& heading) {
+    line("<h2 id=\"section-" + std::to_string(++sections_) + "\">", heading.text, "</h2>");
+  }
   void operator()(const Subheading& heading) { line("<h3>", heading.text, "</h3>"); }
 
   void operator()(const Paragraph& paragraph) {
@@ -115,6 +138,7 @@ class Page {
   }
 
   std::string html_;
+  std::size_t sections_ = 0;
   std::size_t tables_ = 0;
   std::size_t figures_ = 0;
   std::vector<std::string> footnotes_;
@@ -144,6 +168,7 @@ std::string html_of(const Document& document) {
   if (const auto wrong = validate(document)) throw std::invalid_argument(*wrong);
   Page page;
   page.head(document);
+  page.contents(document);
   for (const Block& block : document.blocks) std::visit(page, block);
   page.foot();
   return page.take();

@@ -35,8 +35,8 @@ struct Figure {
 
 using Block = std::variant<Heading, Subheading, Paragraph, Table, Figure>;
 
-// Tables, figures and footnotes are numbered in their order; footnotes are gathered at the end. All
-// text is plain text.
+// Tables, figures and footnotes are numbered in their order; footnotes are gathered at the end. A
+// page of more than three sections and tables begins with links to them. All text is plain text.
 struct Document {
   std::string title;
   std::string subtitle;  // what record this is about

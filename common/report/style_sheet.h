@@ -34,6 +34,10 @@ p { margin: 0.75rem 0; overflow-wrap: anywhere; }
   background: var(--faint); font-size: 1.08rem;
 }
 .doubt { margin: 0.75rem 0; padding: 0.5rem 1.1rem; border-left: 4px double var(--text); }
+.contents { margin: 1.25rem 0; columns: 20rem; column-gap: 2rem; font-size: 0.94rem; }
+.contents ul { margin: 0; padding: 0; list-style: none; }
+.contents li { padding: 0.1rem 0; break-inside: avoid; overflow-wrap: anywhere; }
+.contents .table { padding-left: 1.2rem; }
 a { color: var(--accent); }
 sup a { padding: 0 0.15em; text-decoration: none; }
 .scroll { overflow-x: auto; }
@@ -62,6 +66,7 @@ figcaption { margin-top: 0.6rem; font-size: 0.94rem; color: var(--soft); }
 @media print {
   body { font-size: 10pt; }
   main { max-width: none; padding: 0; }
+  .contents { display: none; }
   h2, h3 { break-after: avoid; }
   figure, tr, .verdict, .doubt { break-inside: avoid; }
   thead { display: table-header-group; }

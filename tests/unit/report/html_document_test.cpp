@@ -34,7 +34,7 @@ TEST(HtmlGolden, BodyOfAPageWithoutPictures) {
   EXPECT_EQ(
       page.substr(body),
       "<body>\n<main>\n<header>\n<h1>Report</h1>\n<p class=\"subtitle\">Record a.csv</p>\n"
-      "</header>\n<p class=\"verdict\">Nothing is missing.</p>\n<h2>Result</h2>\n"
+      "</header>\n<p class=\"verdict\">Nothing is missing.</p>\n<h2 id=\"section-1\">Result</h2>\n"
       "<p>Text<sup><a id=\"reference-1\" href=\"#footnote-1\" aria-label=\"Footnote 1\">1</a>"
       "</sup></p>\n"
       "<div class=\"scroll\" role=\"region\" tabindex=\"0\" aria-labelledby=\"table-1\">\n"
@@ -48,6 +48,28 @@ TEST(HtmlGolden, BodyOfAPageWithoutPictures) {
       "<li id=\"footnote-1\">A note <a href=\"#reference-1\""
       " aria-label=\"Back to reference 1\">↩</a></li>\n</ol>\n</section>\n"
       "</main>\n</body>\n</html>\n");
+}
+
+TEST(HtmlLaws, ALongPageBeginsWithLinksToItsSectionsAndTables) {
+  const Table table{"Drift & noise", {{"scheme", Align::kLeft}, {"N"}}, {{{"none", "1.0"}}}, ""};
+  Document document{.title = "Report",
+                    .subtitle = "",
+                    .verdict = "Nothing is missing.",
+                    .blocks = {Heading{"Result"}, table, Heading{"More"}}};
+  EXPECT_EQ(html_of(document).find("<nav"), std::string::npos) << "three are seen at once";
+  document.blocks.emplace_back(table);
+  const std::string page = html_of(document);
+  const std::size_t at = page.find("<p class=\"verdict\">Nothing is missing.</p>\n<nav");
+  ASSERT_NE(at, std::string::npos);
+  EXPECT_EQ(page.substr(page.find("<li", at), page.find("</ul>") - page.find("<li", at)),
+            "<li><a href=\"#section-1\">Result</a></li>\n"
+            "<li class=\"table\"><a href=\"#table-1\">Table 1. Drift &amp; noise</a></li>\n"
+            "<li><a href=\"#section-2\">More</a></li>\n"
+            "<li class=\"table\"><a href=\"#table-2\">Table 2. Drift &amp; noise</a></li>\n");
+  for (const char* place : {"<h2 id=\"section-2\"", "<caption id=\"table-2\""})
+    EXPECT_NE(page.find(place), std::string::npos) << place;
+  const std::string print = page.substr(page.find("@media print"));
+  EXPECT_NE(print.find(".contents { display: none; }"), std::string::npos);
 }
 
 TEST(HtmlLaws, PageIsWellFormedAndItsLinksResolve) {
