@@ -7,7 +7,6 @@
 #include <stdexcept>
 
 #include "common/files/atomic_file.h"
-#include "common/report/json_file.h"
 #include "common/service/main.h"
 #include "common/service/one_of.h"
 #include "services/zerodrift/allan_report.h"
@@ -29,8 +28,8 @@ constexpr Statistic kStatistics[] = {Statistic::kOadev, Statistic::kAdev, Statis
 
 struct AllanOptions {
   AllanRequest request;
-  std::string json;
-  std::string html;
+  ReportFiles report;
+  Invocation made_by;
 };
 
 std::map<std::string, Statistic> statistics_by_name() {
@@ -56,10 +55,13 @@ int allan_command(const AllanOptions& options) {
   const EndsAtOnce on_signal;
   check(options.request);
   files::check_outputs({{"--record", options.request.record.file}},
-                       {{"--json", options.json}, {"--html", options.html}});
+                       {{"--json", options.report.json}, {"--html", options.report.html}});
   const AllanResult result = run_allan(options.request);
-  if (!options.json.empty()) report::write_json(options.json, allan_json(result));
-  if (!options.html.empty()) report::write_html(options.html, allan_page(result));
+  if (options.report.any()) {
+    write_report(
+        options.report, allan_json(result), [&] { return allan_page(result); },
+        provenance_of(options.made_by, "", {options.request.record.file}));
+  }
   print_doubts(result.doubts);
   for (const auto& line : result.warnings) std::fprintf(stderr, "%s\n", line.c_str());
   for (const report::Table& table : allan_tables(result))
@@ -70,9 +72,10 @@ int allan_command(const AllanOptions& options) {
 
 }  // namespace
 
-void add_allan(CLI::App& app, Run& run) {
+void add_allan(CLI::App& app, Run& run, const Invocation& made_by) {
   auto* command = app.add_subcommand("allan", "Allan deviation and noise coefficients of a record");
   auto options = std::make_shared<AllanOptions>();
+  options->made_by = made_by;
   AllanRequest& request = options->request;
   command->add_option("--record", request.record.file, kRecordHelp)->required();
   add_reading(*command, request.record);
@@ -93,8 +96,8 @@ void add_allan(CLI::App& app, Run& run) {
                    "MB for the samples; a longer record goes through a cascade of fixed size")
       ->check(CLI::Range(0, 1'000'000))
       ->capture_default_str();
-  command->add_option("--json", options->json, "file for all figures, in SI");
-  command->add_option("--html", options->html, "file for a report with pictures");
+  command->add_option("--json", options->report.json, "file for all figures, in SI");
+  command->add_option("--html", options->report.html, "file for a report with pictures");
   command->callback([options, &run] { run = [options] { return allan_command(*options); }; });
 }
 

@@ -2,7 +2,6 @@
 // zerodrift compare: all schemes on one record, judged honestly, and as the paper did; or on
 // several seeds of a simulation, judged together.
 #include <cstdio>
-#include <functional>
 #include <memory>
 #include <stdexcept>
 
@@ -12,7 +11,6 @@
 #include "common/evaluation/comparison_seeds.h"
 #include "common/evaluation/comparison_verdict.h"
 #include "common/files/atomic_file.h"
-#include "common/report/json_file.h"
 #include "common/service/main.h"
 #include "common/service/time_option.h"
 #include "services/zerodrift/commands.h"
@@ -29,8 +27,7 @@ struct CompareOptions {
   evaluation::ComparisonRequest request;
   evaluation::SeedsRequest seeds;  // of the options below without a record
   std::string config;
-  std::string json;
-  std::string html;
+  ReportFiles report;
   std::optional<double> train_until;
   Invocation made_by;
 };
@@ -43,27 +40,14 @@ void print(const Provenance& provenance) {
   for (const std::string& sentence : provenance_sentences(provenance)) print_paragraph(sentence);
 }
 
-// The page is made where one is wanted: its pictures take seconds.
-void write_files(const CompareOptions& options, nlohmann::ordered_json json,
-                 const std::function<report::Document()>& page, const Provenance& provenance) {
-  if (!options.json.empty()) {
-    json["provenance"] = provenance_json(provenance);
-    report::write_json(options.json, json);
-  }
-  if (options.html.empty()) return;
-  report::Document whole = page();
-  add_provenance(whole, provenance);
-  report::write_html(options.html, whole);
-}
-
 int compare_seeds(const CompareOptions& options) {
   evaluation::SeedsRequest request = options.seeds;
   request.comparison = options.request;
   const evaluation::SeedsResult result = run_seeds(request, ProgressBars());
   const Provenance provenance =
       provenance_of(options.made_by, options.config, {options.seeds.model, options.seeds.profile});
-  write_files(
-      options, seeds_json(result), [&] { return seeds_page(result); }, provenance);
+  write_report(
+      options.report, seeds_json(result), [&] { return seeds_page(result); }, provenance);
   for (const auto& line : result.warnings) std::fprintf(stderr, "%s\n", line.c_str());
   print(seeds_tables(result));
   print_paragraph(seeds_verdict(result));
@@ -77,7 +61,7 @@ int compare(CompareOptions options) {
                         {"--config", options.config},
                         {"--model", options.seeds.model},
                         {"--profile", options.seeds.profile}},
-                       {{"--json", options.json}, {"--html", options.html}});
+                       {{"--json", options.report.json}, {"--html", options.report.html}});
   if (!options.config.empty()) options.request.options = config::load_compensation(options.config);
   if (options.train_until) options.request.train_until_s = options.train_until;
   if (options.request.record.file.empty()) {
@@ -88,8 +72,8 @@ int compare(CompareOptions options) {
   const evaluation::ComparisonResult result = run_comparison(options.request, ProgressBars());
   const Provenance provenance =
       provenance_of(options.made_by, options.config, {options.request.record.file});
-  write_files(
-      options, comparison_json(result), [&] { return comparison_page(result); }, provenance);
+  write_report(
+      options.report, comparison_json(result), [&] { return comparison_page(result); }, provenance);
   print_doubts(result.doubts);
   if (!result.no_model.empty()) std::printf("%s\n", result.no_model.c_str());
   for (const auto& line : result.warnings) std::fprintf(stderr, "%s\n", line.c_str());
@@ -144,8 +128,8 @@ void add_compare(CLI::App& app, Run& run, const Invocation& made_by) {
                    "record time from which models are frozen; without, the last leg of the "
                    "temperature is kept unseen")
       ->transform(service::in_seconds());
-  command->add_option("--json", options->json, "file for all figures");
-  command->add_option("--html", options->html, "file for a report with pictures");
+  command->add_option("--json", options->report.json, "file for all figures");
+  command->add_option("--html", options->report.html, "file for a report with pictures");
   command->callback([options, &run] { run = [options] { return compare(*options); }; });
 }
 

@@ -5,7 +5,6 @@
 
 #include "common/config/twin_config.h"
 #include "common/files/atomic_file.h"
-#include "common/report/json_file.h"
 #include "common/report/plain_text.h"
 #include "common/service/main.h"
 #include "services/zerodrift/commands.h"
@@ -44,13 +43,10 @@ int design(const DesignCommand& command) {
   }
   const bool separates =
       result.design.inseparable.size() < result.design.judgement.separations.size();
-  const Provenance provenance = provenance_of(command.made_by, command.request.limits,
-                                              {command.request.model, command.request.diagnosis});
-  if (!command.json.empty()) {
-    auto json = design_json(command.request, result);
-    json["provenance"] = provenance_json(provenance);
-    report::write_json(command.json, json);
-  }
+  std::vector<std::string> inputs{command.request.model, command.request.diagnosis};
+  inputs.insert(inputs.end(), command.request.against.begin(), command.request.against.end());
+  const Provenance provenance = provenance_of(command.made_by, command.request.limits, inputs);
+  write_report({command.json, ""}, design_json(command.request, result), {}, provenance);
   for (const std::string& sentence : design_sentences(result))
     print_paragraph(report::one_line(sentence));
   print_design_tables(result);

@@ -5,7 +5,6 @@
 #include <cstdio>
 
 #include "common/config/twin_config.h"
-#include "common/report/json_file.h"
 #include "common/report/plain_text.h"
 #include "services/zerodrift/diagnosis_report.h"
 #include "services/zerodrift/doubts.h"
@@ -50,27 +49,20 @@ void add_output_options(CLI::App& command, DiagnosisRequest& request, DiagnosisO
       .add_option("--date", request.date,
                   "date that the model gives for the origin of what is new; today without")
       ->check(check_date);
-  command.add_option("--json", outputs.json, "file for all figures");
-  command.add_option("--html", outputs.html, "file for a report with pictures");
+  command.add_option("--json", outputs.report.json, "file for all figures");
+  command.add_option("--html", outputs.report.html, "file for a report with pictures");
 }
 
 void check_against(const std::vector<files::NamedFile>& inputs, const DiagnosisOutputs& outputs) {
-  files::check_outputs(
-      inputs, {{"--out-model", outputs.model}, {"--json", outputs.json}, {"--html", outputs.html}});
+  files::check_outputs(inputs, {{"--out-model", outputs.model},
+                                {"--json", outputs.report.json},
+                                {"--html", outputs.report.html}});
 }
 
 void hand_out(const DiagnosisResult& result, const DiagnosisOutputs& outputs,
               const Provenance& provenance) {
-  if (!outputs.json.empty()) {
-    auto json = diagnosis_json(result);
-    json["provenance"] = provenance_json(provenance);
-    report::write_json(outputs.json, json);
-  }
-  if (!outputs.html.empty()) {
-    report::Document page = diagnosis_page(result);
-    add_provenance(page, provenance);
-    report::write_html(outputs.html, page);
-  }
+  write_report(
+      outputs.report, diagnosis_json(result), [&] { return diagnosis_page(result); }, provenance);
   if (!outputs.model.empty()) config::save_model(result.diagnosis.repaired, outputs.model);
   print_doubts(result.doubts);
   for (const auto& line : result.warnings)

@@ -15,8 +15,7 @@ namespace zerodrift::services {
 
 struct DiagnosisOutputs {
   std::string model;
-  std::string json;
-  std::string html;
+  ReportFiles report;
   // What is said of the model that was written.
   std::string if_changed = "the repaired model";
   std::string if_unchanged = "the model as it was, nothing was changed";

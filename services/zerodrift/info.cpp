@@ -9,7 +9,6 @@
 #include "common/measurement/plausibility.h"
 #include "common/record/record_reader.h"
 #include "common/record/record_rows.h"
-#include "common/report/json_file.h"
 #include "common/report/json_object.h"
 #include "common/report/numbers.h"
 #include "common/service/main.h"
@@ -28,6 +27,7 @@ constexpr std::uint64_t kRowsPerProgress = 1 << 16;
 struct InfoOptions {
   record::RecordInput record;
   std::string json;
+  Invocation made_by;
 };
 
 std::string axes(const core::PerAxis<bool>& has) {
@@ -78,7 +78,7 @@ int info(const InfoOptions& options) {
   const EndsAtOnce on_signal;
   files::check_outputs({{"--record", options.record.file}}, {{"--json", options.json}});
   if (mcap::is_mcap(options.record.file) && !options.record.topics.any())
-    return show_mcap(options.record.file, options.json);
+    return show_mcap(options.record.file, options.json, options.made_by);
   const Seen seen = look_at(options);
   const record::RecordInfo& record = seen.record;
   print_doubts(seen.doubts);
@@ -92,15 +92,19 @@ int info(const InfoOptions& options) {
       record.sample_period_s, static_cast<unsigned long long>(seen.rows),
       report::significant(seen.duration_s, 3).c_str());
   for (const auto& line : seen.warnings) std::printf("%s\n", line.c_str());
-  if (!options.json.empty()) report::write_json(options.json, json_of(seen));
+  if (!options.json.empty()) {
+    write_report({options.json, ""}, json_of(seen), {},
+                 provenance_of(options.made_by, "", {options.record.file}));
+  }
   return service::kExitDone;
 }
 
 }  // namespace
 
-void add_info(CLI::App& app, Run& run) {
+void add_info(CLI::App& app, Run& run, const Invocation& made_by) {
   auto* command = app.add_subcommand("info", "what a record holds");
   auto options = std::make_shared<InfoOptions>();
+  options->made_by = made_by;
   command->add_option("record,--record", options->record.file, kRecordHelp)->required();
   add_columns(*command, options->record.columns);
   add_bag_topics(*command, options->record.topics);

@@ -14,7 +14,6 @@
 #include "common/files/file_error.h"
 #include "common/measurement/doubts_json.h"
 #include "common/record/record_reader.h"
-#include "common/report/json_file.h"
 #include "common/report/json_object.h"
 #include "common/service/main.h"
 #include "services/zerodrift/doubts.h"
@@ -238,10 +237,11 @@ McapSummary summarise(const std::string& file) {
   return summary;
 }
 
-int show_mcap(const std::string& file, const std::string& json) {
+int show_mcap(const std::string& file, const std::string& json, const Invocation& made_by) {
   const McapSummary summary = summarise(file);
   print(summary);
-  if (!json.empty()) report::write_json(json, json_of(summary));
+  if (!json.empty())
+    write_report({json, ""}, json_of(summary), {}, provenance_of(made_by, "", {file}));
   const bool is_good =
       summary.ending == mcap::Ending::kWhole && summary.findings.empty() && summary.lost == 0;
   return is_good ? service::kExitDone : service::kExitNo;

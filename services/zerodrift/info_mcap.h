@@ -8,6 +8,7 @@
 
 #include "common/mcap/mcap_reader.h"
 #include "common/measurement/plausibility.h"
+#include "services/zerodrift/provenance.h"
 
 namespace zerodrift::services {
 
@@ -53,6 +54,6 @@ struct McapSummary {
 
 // Prints it, and writes it to `json` unless that is empty. Exit code: no where anything is damaged
 // or lost, or the file was cut.
-int show_mcap(const std::string& file, const std::string& json);
+int show_mcap(const std::string& file, const std::string& json, const Invocation& made_by);
 
 }  // namespace zerodrift::services

@@ -19,15 +19,15 @@ int main(int argc, char** argv) try {
   services::add_simulate(app, run);
   services::add_compensate(app, run);
   services::add_compare(app, run, made_by);
-  services::add_navigate(app, run);
-  services::add_allan(app, run);
+  services::add_navigate(app, run, made_by);
+  services::add_allan(app, run, made_by);
   services::add_diagnose(app, run, made_by);
   services::add_calibrate(app, run, made_by);
   services::add_design(app, run, made_by);
   services::add_history(app, run, made_by);
   services::add_record(app, run);
   services::add_replay(app, run);
-  services::add_info(app, run);
+  services::add_info(app, run, made_by);
   services::add_export(app, run);
   services::add_control(app, run);
   services::add_config(app, run);

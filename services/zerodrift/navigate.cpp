@@ -8,7 +8,6 @@
 #include "common/evaluation/navigation_report.h"
 #include "common/files/atomic_file.h"
 #include "common/navigation/arguments.h"
-#include "common/report/json_file.h"
 #include "common/service/main.h"
 #include "common/service/time_option.h"
 #include "services/zerodrift/commands.h"
@@ -24,8 +23,8 @@ struct NavigateOptions {
   navigation::NavigationArguments arguments;
   std::string config;
   std::string prior;
-  std::string json;
-  std::string html;
+  ReportFiles report;
+  Invocation made_by;
 };
 
 // Without a file: as a vehicle would be configured. Earth rate is known from the filter alone, and
@@ -46,7 +45,7 @@ int navigate(NavigateOptions options) {
   files::check_outputs({{"--record", options.request.record.file},
                         {"--config", options.config},
                         {"--prior", options.prior}},
-                       {{"--json", options.json}, {"--html", options.html}});
+                       {{"--json", options.report.json}, {"--html", options.report.html}});
   options.request.navigation = options.arguments.complete();
   options.request.compensation = compensation_options(options);
   if (!options.prior.empty())
@@ -56,9 +55,14 @@ int navigate(NavigateOptions options) {
     options.request.compensation.reference.await_feedback = true;
   }
   const evaluation::NavigationResult result = run_navigation(options.request);
-  if (!options.json.empty()) report::write_json(options.json, navigation_json(result));
-  if (!options.html.empty())
-    report::write_html(options.html, navigation_page(options.request, result));
+  if (options.report.any()) {
+    std::vector<std::string> inputs{options.request.record.file};
+    if (!options.prior.empty()) inputs.push_back(options.prior);
+    write_report(
+        options.report, navigation_json(result),
+        [&] { return navigation_page(options.request, result); },
+        provenance_of(options.made_by, options.config, inputs));
+  }
   for (const auto& line : result.warnings) std::fprintf(stderr, "%s\n", line.c_str());
   std::printf("%s\n", report::text_table(navigation_table(result)).c_str());
   print_paragraph(navigation_note(options.request, result));
@@ -67,10 +71,11 @@ int navigate(NavigateOptions options) {
 
 }  // namespace
 
-void add_navigate(CLI::App& app, Run& run) {
+void add_navigate(CLI::App& app, Run& run, const Invocation& made_by) {
   auto* command = app.add_subcommand(
       "navigate", "attitude from a record, by raw and by compensated rates, against its truth");
   auto options = std::make_shared<NavigateOptions>();
+  options->made_by = made_by;
   command->add_option("--record", options->request.record.file, kRecordHelp)->required();
   add_reading(*command, options->request.record);
   command->add_option("--config", options->config,
@@ -80,8 +85,8 @@ void add_navigate(CLI::App& app, Run& run) {
   navigation::add_arguments(*command, options->arguments)->transform(service::in_seconds());
   command->add_flag("!--no-references", options->request.gives_references,
                     "give no rate_reference back to the compensation");
-  command->add_option("--json", options->json, "file for all figures");
-  command->add_option("--html", options->html, "file for a report with pictures");
+  command->add_option("--json", options->report.json, "file for all figures");
+  command->add_option("--html", options->report.html, "file for a report with pictures");
   command->callback([options, &run] { run = [options] { return navigate(*options); }; });
 }
 

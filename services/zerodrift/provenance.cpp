@@ -15,6 +15,7 @@
 
 #include "common/files/input_file.h"
 #include "common/record/bag_files.h"
+#include "common/report/json_file.h"
 #include "common/service/monotonic_clock.h"
 
 namespace zerodrift::services {
@@ -82,6 +83,18 @@ nlohmann::ordered_json json_of(const HashedFile& file) {
   return {{"file", file.name}, {"sha256", file.sha256}};
 }
 
+nlohmann::ordered_json json_of(const Provenance& provenance) {
+  nlohmann::ordered_json json{{"program", provenance.made_by.version},
+                              {"date", provenance.date},
+                              {"command_line", provenance.made_by.command_line},
+                              {"configuration", nullptr}};
+  if (!provenance.configuration.name.empty())
+    json["configuration"] = json_of(provenance.configuration);
+  auto& inputs = json["inputs"] = nlohmann::ordered_json::array();
+  for (const HashedFile& file : provenance.inputs) inputs.push_back(json_of(file));
+  return json;
+}
+
 }  // namespace
 
 Invocation invocation_of(const char* version, int argc, const char* const* argv) {
@@ -128,22 +141,18 @@ std::vector<std::string> provenance_sentences(const Provenance& provenance) {
   return text;
 }
 
-void add_provenance(report::Document& page, const Provenance& provenance) {
-  page.blocks.emplace_back(report::Heading{"Made by and from"});
+void write_report(const ReportFiles& files, nlohmann::ordered_json json,
+                  const std::function<report::Document()>& page, const Provenance& provenance) {
+  if (!files.json.empty()) {
+    json["provenance"] = json_of(provenance);
+    report::write_json(files.json, json);
+  }
+  if (files.html.empty()) return;
+  report::Document whole = page();
+  whole.blocks.emplace_back(report::Heading{"Made by and from"});
   for (std::string& sentence : provenance_sentences(provenance))
-    page.blocks.emplace_back(report::Paragraph{std::move(sentence)});
-}
-
-nlohmann::ordered_json provenance_json(const Provenance& provenance) {
-  nlohmann::ordered_json json{{"program", provenance.made_by.version},
-                              {"date", provenance.date},
-                              {"command_line", provenance.made_by.command_line},
-                              {"configuration", nullptr}};
-  if (!provenance.configuration.name.empty())
-    json["configuration"] = json_of(provenance.configuration);
-  auto& inputs = json["inputs"] = nlohmann::ordered_json::array();
-  for (const HashedFile& file : provenance.inputs) inputs.push_back(json_of(file));
-  return json;
+    whole.blocks.emplace_back(report::Paragraph{std::move(sentence)});
+  report::write_html(files.html, whole);
 }
 
 }  // namespace zerodrift::services

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a report was made by and from, at its end, so that it can be made again.
+// What a report was made by and from, at its end, so that it can be made again; and the one way of
+// writing reports, so that each has it.
 #pragma once
 
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -39,7 +41,15 @@ struct Provenance {
 
 // A paragraph each.
 [[nodiscard]] std::vector<std::string> provenance_sentences(const Provenance& provenance);
-void add_provenance(report::Document& page, const Provenance& provenance);
-[[nodiscard]] nlohmann::ordered_json provenance_json(const Provenance& provenance);
+
+// Where a report goes; an empty name is a file that nobody asked for.
+struct ReportFiles {
+  std::string json;
+  std::string html;
+  [[nodiscard]] bool any() const { return !json.empty() || !html.empty(); }
+};
+// The page is made where one is wanted: its pictures take seconds. Throws files::FileError.
+void write_report(const ReportFiles& files, nlohmann::ordered_json json,
+                  const std::function<report::Document()>& page, const Provenance& provenance);
 
 }  // namespace zerodrift::services

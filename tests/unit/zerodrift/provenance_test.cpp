@@ -7,6 +7,7 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 
@@ -49,17 +50,34 @@ TEST_F(ProvenanceOfAReport, HasTheCommandAsAShellTakesIt) {
             "zerodrift compare 'a b' 'it'\\''s'");
 }
 
-TEST_F(ProvenanceOfAReport, SaysTheSameInTextAndJson) {
+TEST_F(ProvenanceOfAReport, SaysTheSameInTextJsonAndPageBehindEverythingElse) {
   std::ofstream(file_) << "abc";
   const auto provenance = provenance_of({"zerodrift 1", "zerodrift compare"}, "", {file_});
-  const auto json = provenance_json(provenance);
-  EXPECT_EQ(json["date"], "2000-02-29");
-  EXPECT_TRUE(json["configuration"].is_null());
-  EXPECT_EQ(json["inputs"][0]["sha256"], kOfAbc);
   const auto text = provenance_sentences(provenance);
   ASSERT_EQ(text.size(), 3U);
   EXPECT_EQ(text[0], "Made on 2000-02-29 by zerodrift 1: zerodrift compare");
   EXPECT_NE(text[2].find(kOfAbc), std::string::npos);
+
+  const ReportFiles files{path("report.json"), path("report.html")};
+  write_report(
+      files, {{"figure", 1}},
+      [] {
+        return report::Document{
+            .title = "T", .subtitle = "", .verdict = "", .blocks = {report::Heading{"Result"}}};
+      },
+      provenance);
+  const auto json = nlohmann::ordered_json::parse(std::ifstream(files.json));
+  EXPECT_EQ(json.back(), json["provenance"]);
+  EXPECT_EQ(json["provenance"]["date"], "2000-02-29");
+  EXPECT_TRUE(json["provenance"]["configuration"].is_null());
+  EXPECT_EQ(json["provenance"]["inputs"][0]["sha256"], kOfAbc);
+  std::stringstream page;
+  page << std::ifstream(files.html).rdbuf();
+  std::size_t place = page.str().find("Result</h2>");
+  for (const std::string& sentence : text) {
+    place = page.str().find(sentence, place);
+    EXPECT_NE(place, std::string::npos) << sentence;
+  }
 }
 
 }  // namespace
