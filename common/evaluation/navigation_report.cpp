@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/evaluation/navigation_report.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -18,6 +19,8 @@ using report::significant;
 
 constexpr int kDigits = 3;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kEqual = 1.05;         // errors whose ratio is nearer to 1 are called equal
+constexpr double kExpectedSigma = 2.0;  // of the filters: an error within has noise as a cause
 
 std::string cell(double value) {
   return std::isfinite(value) ? significant(value, kDigits) : "n/a";
@@ -31,7 +34,49 @@ double in_deg(const StreamErrors& errors, double angle_rad) {
   return errors.samples > 0 ? angle_rad / kRadPerDeg : kNaN;
 }
 
+std::string degrees(double angle_rad) {
+  return significant(std::abs(angle_rad) / kRadPerDeg, kDigits);
+}
+
+std::string from_to(double raw_rad, double compensated_rad) {
+  return "from " + degrees(raw_rad) + " to " + degrees(compensated_rad) + " deg";
+}
+
+// One heading error at one end tells little: both may be what noise alone leaves.
+bool could_be_noise(const NavigationResult& result) {
+  for (std::size_t i = 0; i < 2; ++i) {
+    if (std::abs(result.errors[i].heading_now) > kExpectedSigma * result.heading_sigma_rad[i])
+      return false;
+  }
+  return true;
+}
+
 }  // namespace
+
+std::string navigation_advice(const NavigationResult& result) {
+  const std::string unknown = "Whether compensation helped the heading can't be said: ";
+  if (!result.truth_known)
+    return unknown + "the record has no reference columns, there is no truth to judge by.";
+  const auto& [raw, compensated] = result.errors;
+  if (raw.samples == 0 || compensated.samples == 0)
+    return unknown + "the record is too short, it ends before the alignment does.";
+  const double before = raw.heading_rms();
+  const double after = compensated.heading_rms();
+  if (std::max(before, after) <= kEqual * std::min(before, after)) {
+    return "Compensation made no difference to the heading: its error is " + degrees(before) +
+           " deg rms raw and " + degrees(after) + " compensated.";
+  }
+  std::string text = after < before ? "Compensation helped: the heading error falls "
+                                    : "Compensation harmed: the heading error rises ";
+  text += from_to(before, after) + " rms, at its largest " +
+          from_to(raw.heading_largest, compensated.heading_largest);
+  if (could_be_noise(result)) {
+    text += "; both end within what the filters expect of noise alone (2 sigma, " +
+            degrees(kExpectedSigma * result.heading_sigma_rad[1]) +
+            " deg), so that another run may say otherwise";
+  }
+  return text + ".";
+}
 
 report::Table navigation_table(const NavigationResult& result) {
   report::Table table;
@@ -79,14 +124,11 @@ report::Table navigation_table(const NavigationResult& result) {
 }
 
 std::string navigation_note(const NavigationRequest& request, const NavigationResult& result) {
-  std::string note;
-  if (!result.truth_known) {
-    note = "The record has no reference columns: there is no truth to judge the headings by. ";
-  }
-  note += request.navigation.updates == navigation::Updates::kNone
-              ? "Free inertial from the end of the alignment on: the drift shows in full. "
-              : "Both filters are updated at rest: what they then know of the drift makes up for "
-                "much of what compensation does. ";
+  std::string note =
+      request.navigation.updates == navigation::Updates::kNone
+          ? "Free inertial from the end of the alignment on: the drift shows in full. "
+          : "Both filters are updated at rest: what they then know of the drift makes up for "
+            "much of what compensation does. ";
   note += significant(result.rest_s, kDigits) + " s at rest; the compensation learned " +
           std::to_string(result.compensation.labels) + " labels, " +
           std::to_string(result.compensation.references[0]) + " references were taken.";
@@ -95,6 +137,7 @@ std::string navigation_note(const NavigationRequest& request, const NavigationRe
 
 nlohmann::ordered_json navigation_json(const NavigationResult& result) {
   auto json = nlohmann::ordered_json::object();
+  json["advice"] = navigation_advice(result);
   json["record"] = result.record;
   json["truth_known"] = result.truth_known;
   json["rest_s"] = result.rest_s;
@@ -132,10 +175,7 @@ report::Document navigation_page(const NavigationRequest& request, const Navigat
   report::Document page;
   page.title = "Navigation, raw beside compensated";
   page.subtitle = result.record;
-  const double largest = ratio(result.errors[0].heading_largest, result.errors[1].heading_largest);
-  page.verdict = result.truth_known ? "The largest heading error is " + cell(largest) +
-                                          " times smaller with compensated rates."
-                                    : "Nothing to judge by: no truth is known.";
+  page.verdict = navigation_advice(result);
   page.blocks.emplace_back(navigation_table(result));
   page.blocks.emplace_back(report::Paragraph{.text = navigation_note(request, result)});
   if (result.points.size() < 2) return page;

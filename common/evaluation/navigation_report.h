@@ -11,6 +11,8 @@
 
 namespace zerodrift::evaluation {
 
+// Whether compensation helped the heading and by what, or why that can't be said.
+[[nodiscard]] std::string navigation_advice(const NavigationResult& result);
 [[nodiscard]] report::Table navigation_table(const NavigationResult& result);
 // What the figures depend on, in a sentence or two.
 [[nodiscard]] std::string navigation_note(const NavigationRequest& request,

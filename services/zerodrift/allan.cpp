@@ -64,6 +64,7 @@ int allan_command(const AllanOptions& options) {
   }
   print_doubts(result.doubts);
   for (const auto& line : result.warnings) std::fprintf(stderr, "%s\n", line.c_str());
+  print_paragraph(allan_advice(result));
   for (const report::Table& table : allan_tables(result))
     std::printf("%s\n", report::text_table(table).c_str());
   for (const std::string& note : allan_notes(result)) print_paragraph(note);

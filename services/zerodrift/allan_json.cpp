@@ -124,14 +124,12 @@ ordered_json json_of(const AllanStream& stream) {
 }  // namespace
 
 ordered_json allan_json(const AllanResult& result) {
-  ordered_json json{{"record", result.request.record.file},
-                    {"confidence", result.request.confidence},
-                    {"samples", result.samples},
-                    {"sample_period_s", result.period_s},
-                    {"duration_s", result.duration_s},
-                    {"doubts", doubts_json(result.doubts)},
-                    {"warnings", result.warnings},
-                    {"verdict", allan_notes(result).back()}};
+  ordered_json json{
+      {"advice", allan_advice(result)},          {"record", result.request.record.file},
+      {"confidence", result.request.confidence}, {"samples", result.samples},
+      {"sample_period_s", result.period_s},      {"duration_s", result.duration_s},
+      {"doubts", doubts_json(result.doubts)},    {"warnings", result.warnings},
+      {"verdict", allan_notes(result).back()}};
   for (const AllanStream& stream : result.streams) {
     auto& axis =
         report::object_at(report::object_at(json, "axis"), std::string(core::name(stream.axis)));

@@ -25,6 +25,7 @@ using report::significant;
 constexpr int kDigits = 4;
 // Compensation is slow: it cannot lower the angle random walk. Off by more, something smooths.
 constexpr double kEqualNoise = 0.05;
+constexpr double kTrusted = 2.0;  // a deviation is trustworthy where it is known to this factor
 
 std::string title(const AllanStream& stream) {
   return "axis " + std::string(core::name(stream.axis)) + ", " + std::string(name(stream.kind));
@@ -228,14 +229,23 @@ std::string stream_sentence(const AllanStream& stream, const AllanResult& result
                             : ", longer averages are no better.");
 }
 
-// What compensation did, where both streams are there.
-std::string compensation_sentence(core::Axis axis, const AllanResult& result) {
+struct BothStreams {  // null: not in the record
   const allan::SeriesReport* raw = nullptr;
   const allan::SeriesReport* compensated = nullptr;
+};
+
+BothStreams streams_of(core::Axis axis, const AllanResult& result) {
+  BothStreams both;
   for (const AllanStream& stream : result.streams) {
-    if (stream.axis != axis) continue;
-    (stream.kind == StreamKind::kRaw ? raw : compensated) = &stream.report;
+    if (stream.axis == axis)
+      (stream.kind == StreamKind::kRaw ? both.raw : both.compensated) = &stream.report;
   }
+  return both;
+}
+
+// What compensation did, where both streams are there.
+std::string compensation_sentence(core::Axis axis, const AllanResult& result) {
+  const auto [raw, compensated] = streams_of(axis, result);
   if (raw == nullptr || compensated == nullptr) return {};
   std::string text = "Axis " + std::string(core::name(axis)) + ", compensated over raw:";
   bool any = false;
@@ -278,6 +288,69 @@ std::string verdict(const AllanResult& result) {
     text += (text.empty() ? "" : " ") + capital(stream_sentence(stream, result));
   const std::string compensation = compensation_sentences(result);
   return compensation.empty() ? text : text + " " + compensation;
+}
+
+// --- the advice
+
+std::string plain_coefficient(const allan::SeriesReport& r, NoiseTerm term) {
+  const TermText text = texts_of(term);
+  const Coefficient& c = r.coefficients[term];
+  const std::string unit = " " + std::string(text.unit);
+  if (c.identification == Identification::kInterval)
+    return std::string(text.name) + " " + significant(text.per_si * c.value, 3) + unit;
+  if (c.identification == Identification::kUpperBound)
+    return std::string(text.name) + " below " + significant(text.per_si * c.upper, 3) + unit +
+           ", too small to be seen in this record";
+  return {};
+}
+
+// Where the curve says what it says of the gyro, and is known well enough; nothing: nowhere.
+std::optional<allan::TauRange> trusted_taus(const allan::SeriesReport& r) {
+  std::optional<allan::TauRange> range;
+  for (const allan::GappedPoint& one : r.allan) {
+    const allan::AllanPoint& p = one.point;
+    if (p.tau_s < r.coefficients.shortest_tau_s || !(p.deviation_radps > 0.0)) continue;
+    const bool is_known = p.upper_radps < kTrusted * p.deviation_radps &&
+                          p.lower_radps > p.deviation_radps / kTrusted;
+    if (!is_known) break;
+    range = {range ? range->from_s : p.tau_s, p.tau_s};
+  }
+  return range;
+}
+
+// What an owner asks of a gyro: how noisy, how stable, and what of that can be relied on.
+std::string noise_advice(const allan::SeriesReport& r) {
+  std::string text;
+  for (const NoiseTerm term : {NoiseTerm::kAngleRandomWalk, NoiseTerm::kBiasInstability}) {
+    const std::string one = plain_coefficient(r, term);
+    if (!one.empty()) text += (text.empty() ? "" : "; ") + one;
+  }
+  const std::string withheld = why_withheld(r.coefficients);
+  if (text.empty())
+    text = withheld.empty() ? "the record is too short for angle random walk and bias instability"
+                            : withheld;
+  else if (!withheld.empty())
+    text += "; no bias instability: " + withheld;
+  const auto trusted = trusted_taus(r);
+  if (!trusted) return text + "; no deviation is trustworthy to a factor of 2";
+  return text + "; deviations are trustworthy to a factor of 2 from " +
+         significant(trusted->from_s, 3) + " s to " + significant(trusted->to_s, 3) + " s";
+}
+
+// By the intervals of the lowest points, which have to lie apart.
+std::string compensation_advice(const allan::SeriesReport& raw,
+                                const allan::SeriesReport& compensated) {
+  if (!raw.lowest || !compensated.lowest) return "; too short to say what the compensation does";
+  const std::string change =
+      " the lowest deviation from " +
+      significant(deg_h_from_radps(raw.lowest->deviation_radps), 3) + " to " +
+      significant(deg_h_from_radps(compensated.lowest->deviation_radps), 3) + " deg/h";
+  if (compensated.lowest->upper_radps < raw.lowest->lower_radps)
+    return "; the compensation lowers" + change;
+  if (compensated.lowest->lower_radps > raw.lowest->upper_radps)
+    return "; the compensation harms: it raises" + change;
+  return "; whether the compensation lowers the lowest deviation can't be told: the intervals "
+         "overlap";
 }
 
 std::string record_note(const AllanResult& result) {
@@ -348,6 +421,20 @@ std::vector<report::Table> allan_tables(const AllanResult& result) {
   return tables;
 }
 
+std::string allan_advice(const AllanResult& result) {
+  std::string text;
+  for (const auto axis : core::kAxes) {
+    const auto [raw, compensated] = streams_of(axis, result);
+    const allan::SeriesReport* shown = compensated != nullptr ? compensated : raw;
+    if (shown == nullptr) continue;
+    text += (text.empty() ? "Axis " : " Axis ") + std::string(core::name(axis)) +
+            (compensated != nullptr ? ", compensated: " : ": ") + noise_advice(*shown);
+    if (raw != nullptr && compensated != nullptr) text += compensation_advice(*raw, *compensated);
+    text += ".";
+  }
+  return text;
+}
+
 std::vector<std::string> allan_notes(const AllanResult& result) {
   return {record_note(result), reading_note(result), verdict(result)};
 }
@@ -357,8 +444,10 @@ report::Document allan_page(const AllanResult& result) {
   page.title = "Allan deviation";
   page.subtitle = result.request.record.file;
   page.doubts = measurement::lines_of(result.doubts);
+  page.verdict = allan_advice(result);
   const std::string compensation = compensation_sentences(result);
-  page.verdict = compensation.empty() ? verdict(result) : compensation;
+  page.blocks.emplace_back(
+      report::Paragraph{compensation.empty() ? verdict(result) : compensation});
   page.blocks.emplace_back(report::Paragraph{record_note(result)});
   for (const std::string& warning : result.warnings)
     page.blocks.emplace_back(report::Paragraph{"Note: " + warning + "."});

@@ -64,7 +64,8 @@ int navigate(NavigateOptions options) {
         provenance_of(options.made_by, options.config, inputs));
   }
   for (const auto& line : result.warnings) std::fprintf(stderr, "%s\n", line.c_str());
-  std::printf("%s\n", report::text_table(navigation_table(result)).c_str());
+  print_paragraph(navigation_advice(result));
+  std::printf("\n%s\n", report::text_table(navigation_table(result)).c_str());
   print_paragraph(navigation_note(options.request, result));
   return service::kExitDone;
 }
