@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#define OPENSSL_SUPPRESS_DEPRECATED
 #include "services/zerodrift/provenance.h"
 
-#include <openssl/evp.h>
+#include <openssl/sha.h>
 
 #include <array>
 #include <charconv>
@@ -9,7 +10,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <memory>
 #include <stdexcept>
 #include <string_view>
 
@@ -53,30 +53,26 @@ std::chrono::sys_seconds now() {
   return std::chrono::sys_seconds(std::chrono::seconds(seconds));
 }
 
-struct Sha256 {
-  Sha256() : context(EVP_MD_CTX_new(), EVP_MD_CTX_free) {
-    check(context != nullptr && EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr) == 1);
-  }
-  void add(const char* bytes, std::size_t size) {
-    check(EVP_DigestUpdate(context.get(), bytes, size) == 1);
-  }
+// By the calls that OpenSSL 3 calls deprecated: they take no memory. EVP fetches a provider, and
+// where memory ends within that the process ends by a signal.
+class Sha256 {
+ public:
+  Sha256() { SHA256_Init(&state_); }
+  void add(std::string_view bytes) { SHA256_Update(&state_, bytes.data(), bytes.size()); }
   std::string digits() {
-    std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-    unsigned size = 0;
-    check(EVP_DigestFinal_ex(context.get(), digest.data(), &size) == 1);
+    std::array<unsigned char, SHA256_DIGEST_LENGTH> digest{};
+    SHA256_Final(digest.data(), &state_);
     constexpr std::string_view kDigits = "0123456789abcdef";
     std::string text;
-    for (unsigned i = 0; i < size; ++i) {
-      text += kDigits[digest[i] >> 4U];
-      text += kDigits[digest[i] & 15U];
+    for (const unsigned char byte : digest) {
+      text += kDigits[byte >> 4U];
+      text += kDigits[byte & 15U];
     }
     return text;
   }
-  static void check(bool done) {
-    if (!done) throw std::runtime_error("SHA-256: the cryptographic library refused");
-  }
 
-  std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context;
+ private:
+  SHA256_CTX state_{};
 };
 
 nlohmann::ordered_json json_of(const HashedFile& file) {
@@ -113,8 +109,7 @@ std::string today() {
 
 HashedFile hashed(const std::string& file) {
   Sha256 hash;
-  files::read_in_blocks(file,
-                        [&](std::string_view block) { hash.add(block.data(), block.size()); });
+  files::read_in_blocks(file, [&](std::string_view block) { hash.add(block); });
   return {file, hash.digits()};
 }
 
