@@ -117,7 +117,13 @@ std::optional<Response> StaticFiles::respond(const Request& request) const {
   std::string path = request.target.path;
   if (path.ends_with('/')) path += "index.html";
   const auto plain = files_.find(path);
-  if (plain == files_.end()) return std::nullopt;
+  if (plain == files_.end()) {
+    // By the folder's name without its slash the links of its page would lead beside it.
+    if (!files_.contains(path + "/index.html")) return std::nullopt;
+    Response moved = plain_response(308, path + '/');
+    moved.headers = {{"Location", path + '/'}};
+    return moved;
+  }
   const auto packed = files_.find(path + ".gz");
   const bool has_packed = packed != files_.end();
   const bool packs = has_packed && takes_gzip(request.accept_encoding);

@@ -21,7 +21,8 @@ class StaticFiles {
   // or holds more than 4096 files or 64 MiB.
   explicit StaticFiles(const std::filesystem::path& folder);
 
-  // Nothing: there is no such file. "/" is "/index.html". With an ETag, and 304 where the asker
+  // Nothing: there is no such file. "/" is "/index.html", and "/docs" leads to "/docs/" where that
+  // has one. With an ETag, and 304 where the asker
   // has it; the precompressed "<name>.gz" where it is there and taken; a year for a name with a
   // hash in it ("/assets/index-B1a2C3d4.js"), else asked for again each time.
   [[nodiscard]] std::optional<Response> respond(const Request& request) const;

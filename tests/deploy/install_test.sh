@@ -4,6 +4,7 @@
 # code 1: something failed.
 set -uo pipefail
 build=$1
+source=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 work=$(mktemp -d "${TMPDIR:-/tmp}/zerodrift_install.XXXXXX")
 prefix=$work/opt
 domain=230  # beyond those of tests/system/domains.h
@@ -50,7 +51,7 @@ has_folders() {
 }
 is_whole() {
   local file
-  for file in share/zerodrift/config/paper.yaml share/zerodrift/console/index.html share/zerodrift/idl/dds/compensated_rate.idl \
+  for file in share/zerodrift/config/paper.yaml share/zerodrift/console/index.html share/zerodrift/console/docs/index.html share/zerodrift/idl/dds/compensated_rate.idl \
     share/zerodrift/idl/proto/telemetry.proto share/zerodrift/profiles/one_computer.xml share/zerodrift/systemd/zerodrift.env \
     share/zerodrift/systemd/realtime.conf share/doc/zerodrift/LICENSE lib/sysusers.d/zerodrift.conf lib/systemd/system/zerodrift.target \
     lib/systemd/system/zerodrift-.service.d/10-common.conf share/man/man1/zerodrift-compensate.1.gz; do
@@ -84,9 +85,30 @@ serves_page() {
     { exec 3<> /dev/tcp/127.0.0.1/$port; } 2>/dev/null && break
     sleep 0.1
   done
-  printf 'GET / HTTP/1.1\r\nHost: 127.0.0.1:%s\r\nConnection: close\r\n\r\n' $port >&3 && timeout 10 cat <&3 > page.html
+  exec 3>&-
   cat console.log
-  diff <(sed '1,/^\r$/d' page.html) "$prefix/share/zerodrift/console/index.html"
+  get / && diff body "$prefix/share/zerodrift/console/index.html"
+}
+get() {  # PATH: into head and body
+  exec 3<> /dev/tcp/127.0.0.1/$port
+  printf 'GET %s HTTP/1.1\r\nHost: 127.0.0.1:%s\r\nConnection: close\r\n\r\n' "$1" $port >&3 && timeout 10 cat <&3 > answer
+  exec 3>&-
+  sed '/^\r$/,$d' answer | tr -d '\r' > head && sed '1,/^\r$/d' answer > body
+}
+has_head() { grep -qxi -- "$1" head || { cat head; return 1; }; }
+# As the console serves them: each page of the index, with the page's own headers, and nothing beside them.
+serves_documents() {
+  local file path
+  get /docs && has_head 'Location: /docs/' || return 1
+  get /docs/ && has_head 'Content-Security-Policy: default-src .*' && cp body index || return 1
+  for file in "$source"/docs/*.md "$source/deploy/OPERATIONS.md"; do
+    [ "${file##*/}" != README.md ] || continue
+    grep -q "href=\"${file##*/}\"" index || { echo "${file##*/} isn't in the index"; return 1; }
+    get "/docs/${file##*/}" && has_head 'Content-Type: text/plain; charset=utf-8' && diff body "$file" || return 1
+  done
+  for path in /docs/../../config/paper.yaml /docs/..%2f..%2fconfig/paper.yaml /docs/README.md.. /docs//etc/passwd; do
+    get "$path" && grep -q '^HTTP/1.1 40[04] ' head || { echo "$path"; cat head; return 1; }
+  done
 }
 check "it installs" cmake --install "$build" --prefix "$prefix"
 check "programs say whose they are" has_programs
@@ -96,6 +118,7 @@ check "units name the programs of their prefix" units_name "$prefix" "$prefix"
 check "a record is simulated and read" simulates
 check "every service is found" helps
 check "the console serves its page" serves_page
+check "the console serves the documents" serves_documents
 check "it installs into a package's folder, stripped" env DESTDIR="$work/package" cmake --install "$build" --prefix /usr --strip
 check "units name the programs of /usr there" units_name /usr "$work/package/usr"
 is_stripped() { [ "$(stat -c %s package/usr/bin/zerodrift)" -lt "$(stat -c %s "$prefix/bin/zerodrift")" ]; }

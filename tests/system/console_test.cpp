@@ -311,7 +311,13 @@ TEST(Console, HealthAndMetricsTellOfTheSystem) {
   const auto page = run.get("/");
   EXPECT_NE(page.head.find("Content-Security-Policy: default-src 'self'"), std::string::npos);
   EXPECT_NE(page.head.find("X-Content-Type-Options: nosniff"), std::string::npos);
-  EXPECT_EQ(run.get("/%2e%2e/%2e%2e/etc/passwd").status, 400U);
+  for (const char* path : {"/docs/", "/docs/glossary.md"}) {
+    const auto document = run.get(path);
+    EXPECT_EQ(document.status, 200U) << path;
+    EXPECT_NE(document.head.find("Content-Security-Policy: default-src 'self'"), std::string::npos);
+  }
+  for (const char* path : {"/%2e%2e/%2e%2e/etc/passwd", "/docs/%2e%2e/%2e%2e/etc/passwd"})
+    EXPECT_EQ(run.get(path).status, 400U) << path;
   EXPECT_EQ(run.get("/nothing").status, 404U);
   run.expect_stops(*run.console);
 }

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 # The console's page: sources and idl/proto/telemetry.proto are copied into the build folder, installed and bundled there
-# (npm ci, npm run build), and put into ${CMAKE_BINARY_DIR}/share/zerodrift/console. Target: console_page.
+# (npm ci, npm run build), and put into ${CMAKE_BINARY_DIR}/share/zerodrift/console, with the documents in docs/. Target: console_page.
 # The folder as it is in the checkout is never written to. Included where ZERODRIFT_BUILD_PAGE is on.
 set(ZERODRIFT_CONSOLE_PAGE_DIR ${CMAKE_BINARY_DIR}/share/zerodrift/console)
 
 include(${PROJECT_SOURCE_DIR}/cmake/Npm.cmake)
 find_program(ZERODRIFT_PROTOC protoc REQUIRED)
+find_program(ZERODRIFT_NODE NAMES node nodejs REQUIRED)
 
 set(page_dir ${CMAKE_CURRENT_LIST_DIR})
 set(page_work ${CMAKE_BINARY_DIR}/console_page)
@@ -38,5 +39,15 @@ add_custom_command(
   COMMENT "Console page: bundling"
   VERBATIM)
 
-add_custom_target(console_page ALL DEPENDS ${page_work}/page.stamp)
+# After the page, which begins with an empty folder.
+file(GLOB page_documents CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/docs/*.md)
+add_custom_command(
+  OUTPUT ${page_work}/docs.stamp
+  COMMAND ${ZERODRIFT_NODE} ${page_dir}/scripts/docs.mjs ${PROJECT_SOURCE_DIR}/docs ${ZERODRIFT_CONSOLE_PAGE_DIR}/docs
+  COMMAND ${CMAKE_COMMAND} -E touch ${page_work}/docs.stamp
+  DEPENDS ${page_work}/page.stamp ${page_dir}/scripts/docs.mjs ${page_documents} ${PROJECT_SOURCE_DIR}/deploy/OPERATIONS.md
+  COMMENT "Console page: documents"
+  VERBATIM)
+
+add_custom_target(console_page ALL DEPENDS ${page_work}/docs.stamp)
 install(DIRECTORY ${ZERODRIFT_CONSOLE_PAGE_DIR} DESTINATION share/zerodrift)

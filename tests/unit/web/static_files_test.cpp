@@ -85,6 +85,20 @@ TEST_F(Page, NothingOutsideTheFolderIsServedByPathOrLink) {
     EXPECT_FALSE(files().respond(request(path))) << path;
 }
 
+TEST_F(Page, ASubfoldersNameLeadsToItsPage) {
+  fs::create_directory(root_ / "page/docs");
+  write("page/docs/index.html", "<p>index</p>");
+  write("page/docs/a.md", "# A");
+  EXPECT_EQ(*files().respond(request("/docs/"))->body, "<p>index</p>");
+  EXPECT_EQ(files().respond(request("/docs/a.md"))->content_type, "text/plain; charset=utf-8");
+  const auto moved = files().respond(request("/docs"));
+  ASSERT_TRUE(moved);
+  EXPECT_EQ(moved->status, 308U);
+  EXPECT_EQ(header(*moved, "Location"), "/docs/");
+  for (const char* path : {"/docs/../../secret.txt", "//docs", "/assets"})
+    EXPECT_FALSE(files().respond(request(path))) << path;
+}
+
 TEST_F(Page, AFolderThatIsNotThereIsOneLine) {
   EXPECT_THROW(StaticFiles(root_ / "nowhere"), WebError);
 }
