@@ -36,6 +36,8 @@ share/bash-completion
 share/bash-completion/completions
 share/doc
 share/doc/zerodrift
+share/fish
+share/fish/vendor_completions.d
 share/man
 share/man/man1
 share/zerodrift
@@ -43,7 +45,9 @@ share/zerodrift/config
 share/zerodrift/console
 share/zerodrift/idl
 share/zerodrift/profiles
-share/zerodrift/systemd'
+share/zerodrift/systemd
+share/zsh
+share/zsh/vendor-completions'
 has_programs() { diff <(ls "$prefix/bin") <(echo "$programs"); }
 has_folders() {
   diff <(cd "$prefix" && find bin lib share -maxdepth 2 -type d | sort) \
@@ -54,7 +58,8 @@ is_whole() {
   for file in share/zerodrift/config/paper.yaml share/zerodrift/console/index.html share/zerodrift/console/docs/index.html share/zerodrift/idl/dds/compensated_rate.idl \
     share/zerodrift/idl/proto/telemetry.proto share/zerodrift/profiles/one_computer.xml share/zerodrift/systemd/zerodrift.env \
     share/zerodrift/systemd/realtime.conf share/doc/zerodrift/LICENSE lib/sysusers.d/zerodrift.conf lib/systemd/system/zerodrift.target \
-    lib/systemd/system/zerodrift-.service.d/10-common.conf share/man/man1/zerodrift-compensate.1.gz; do
+    lib/systemd/system/zerodrift-.service.d/10-common.conf share/man/man1/zerodrift-compensate.1.gz \
+    share/bash-completion/completions/zerodrift share/zsh/vendor-completions/_zerodrift share/fish/vendor_completions.d/zerodrift.fish; do
     [ -s "$prefix/$file" ] || { echo "no $file"; return 1; }
   done
 }
@@ -113,7 +118,7 @@ serves_documents() {
 check "it installs" cmake --install "$build" --prefix "$prefix"
 check "programs say whose they are" has_programs
 check "nothing goes elsewhere" has_folders
-check "configuration, page, vocabulary, profiles, units, manual and licence are there" is_whole
+check "configuration, page, vocabulary, profiles, units, manual, completion and licence are there" is_whole
 check "units name the programs of their prefix" units_name "$prefix" "$prefix"
 check "a record is simulated and read" simulates
 check "every service is found" helps
