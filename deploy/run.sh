@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # The main job: installs, builds, starts publishers, compensation and monitor, shows a live table, ends with a summary.
-#   deploy/run.sh [--record FILE [--columns MAP]] [--speed N|max] [--duration SECONDS] [--config FILE] [--domain N]
+#   deploy/run.sh [--record FILE [--columns MAP]] [--speed 60x|max] [--duration TIME] [--config FILE] [--domain N]
 #                 [--console PORT|off]
 # The console is at http://127.0.0.1:8765 meanwhile.
 # Without --domain: that of ZERODRIFT_DOMAIN, else 0.

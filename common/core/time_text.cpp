@@ -10,11 +10,11 @@
 namespace zerodrift::core {
 namespace {
 
-using namespace std::string_view_literals;
+using Unit = std::pair<std::string_view, double>;
 
-constexpr std::array kUnits{std::pair{""sv, 1.0},     std::pair{"s"sv, 1.0},
-                            std::pair{"ms"sv, 1e-3},  std::pair{"min"sv, 60.0},
-                            std::pair{"h"sv, 3600.0}, std::pair{"d"sv, 86400.0}};
+constexpr std::array kTimes{Unit{"", 1.0},     Unit{"s", 1.0},    Unit{"ms", 1e-3},
+                            Unit{"min", 60.0}, Unit{"h", 3600.0}, Unit{"d", 86400.0}};
+constexpr std::array kRates{Unit{"", 1.0}, Unit{"hz", 1.0}, Unit{"khz", 1e3}};
 constexpr std::string_view kBlanks = " \t\r\n\v\f";
 
 std::string_view trimmed(std::string_view text) {
@@ -29,16 +29,25 @@ bool is_same_but_for_case(std::string_view text, std::string_view lower) {
   });
 }
 
-}  // namespace
-
-std::optional<double> parse_time_s(std::string_view text) noexcept {
+template <std::size_t N>
+std::optional<double> parse(std::string_view text, const std::array<Unit, N>& units) noexcept {
   double value = 0.0;
   const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc{} || !std::isfinite(value)) return std::nullopt;
   const std::string_view unit = trimmed(text.substr(static_cast<std::size_t>(stop - text.data())));
-  for (const auto& [name, seconds] : kUnits)
-    if (is_same_but_for_case(unit, name)) return value * seconds;
+  for (const auto& [name, factor] : units)
+    if (is_same_but_for_case(unit, name)) return value * factor;
   return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<double> parse_time_s(std::string_view text) noexcept {
+  return parse(text, kTimes);
+}
+
+std::optional<double> parse_rate_hz(std::string_view text) noexcept {
+  return parse(text, kRates);
 }
 
 }  // namespace zerodrift::core

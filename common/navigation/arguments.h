@@ -45,8 +45,7 @@ auto* add_arguments(App& app, NavigationArguments& arguments) {
   app.add_option("--frame", arguments.frame, "axes of the gyro: flu or frd")->capture_default_str();
   auto* alignment =
       app.add_option("--alignment", arguments.alignment_s,
-                     "hold the attitude at the start for so long as it stands, at most")
-          ->capture_default_str();
+                     "hold the attitude at the start for so long as it stands, at most");
   app.add_option("--updates", arguments.updates,
                  "rest: the filters are updated at rest; none: free inertial")
       ->capture_default_str();

@@ -163,6 +163,13 @@ int parse_and_run(CLI::App& app, int argc, char** argv, const std::function<int(
   }
 }
 
+// Of each command too: what a script asks it of is what the script calls.
+void answer_version(CLI::App& app, const char* version) {
+  app.set_version_flag("--version", version, "Print version, commit and build");
+  for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
+    answer_version(*command, version);
+}
+
 std::terminate_handler without_a_reason = nullptr;
 
 // Where there is no memory, unwinding needs some: destructors of the JSON library do, and nobody
@@ -199,7 +206,7 @@ Refusal refusal_of(const std::exception& error) noexcept {
 
 int run_version(const char* version, CLI::App& app, int argc, char** argv,
                 const std::function<int()>& body) {
-  app.set_version_flag("--version", version, "Print version, commit and build");
+  answer_version(app, version);
   without_a_reason = std::set_terminate(end_without_resources);
   take_signals();
   const int exit_code = parse_and_run(app, argc, argv, body);

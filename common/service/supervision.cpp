@@ -22,11 +22,10 @@ void add_supervision_options(CLI::App& app, Supervision& supervision) {
                  "end with exit code 1 if nobody is at the other end after so long")
       ->transform(in_seconds())
       ->check(positive);
-  app.add_option("--stale-after", supervision.stale_after_s,
-                 "silence after which samples are reported as stale")
-      ->transform(in_seconds())
-      ->check(positive)
-      ->capture_default_str();
+  show_default_in("s", app.add_option("--stale-after", supervision.stale_after_s,
+                                      "silence after which samples are reported as stale")
+                           ->transform(in_seconds())
+                           ->check(positive));
   app.add_flag("--exit-when-stale", supervision.exit_when_stale,
                "end with exit code 1 then, to be started again");
   app.add_option("--health-file", supervision.health_file,

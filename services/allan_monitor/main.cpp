@@ -11,18 +11,17 @@ int main(int argc, char** argv) {
   services::AllanMonitorOptions options;
   service::add_network_options(app, options.network);
   service::add_supervision_options(app, options.supervision);
-  app.add_option("--window", options.window_s, "rolling window")
-      ->transform(service::in_seconds())
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  app.add_option("--longest-tau", options.longest_tau_s, "longest cluster time")
-      ->transform(service::in_seconds())
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  app.add_option("--period", options.period_s, "time between two reports")
-      ->transform(service::in_seconds())
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+  service::show_default_in("s", app.add_option("--window", options.window_s, "rolling window")
+                                    ->transform(service::in_seconds())
+                                    ->check(CLI::PositiveNumber));
+  service::show_default_in(
+      "s", app.add_option("--longest-tau", options.longest_tau_s, "longest cluster time")
+               ->transform(service::in_seconds())
+               ->check(CLI::PositiveNumber));
+  service::show_default_in("s",
+                           app.add_option("--period", options.period_s, "time between two reports")
+                               ->transform(service::in_seconds())
+                               ->check(CLI::PositiveNumber));
   app.add_option("--max-gyros", options.max_gyros, "gyros watched at most")
       ->check(CLI::Range(1, 128))
       ->capture_default_str();

@@ -78,7 +78,7 @@ void add_options(CLI::App& app, CompensationArguments& arguments) {
                  "with --checkpoint-dir: time between two checkpoints made without being asked")
       ->transform(service::in_seconds())
       ->check(CLI::Range(1, 86400))
-      ->default_str("60");
+      ->default_str("60s");
   app.add_option("--model-dir", node.model_dir,
                  "existing folder of model files: what `ctl adopt` takes models from, by name; "
                  "without, none is adopted")

@@ -11,6 +11,7 @@
 #include "common/service/monotonic_clock.h"
 #include "common/service/one_of.h"
 #include "common/service/sensor_clock.h"
+#include "common/service/time_option.h"
 
 namespace zerodrift::services {
 
@@ -40,15 +41,17 @@ void add_options(CLI::App& app, GyroPublisherOptions& options) {
       ->transform(replay::source_of(sources, options.ros2.topic));
   replay::add_options(app, options.source.publisher, "key of this gyro on all topics, from 1");
   app.add_option("--rate", options.source.rate_hz,
-                 "simulation: sample rate, Hz; the model's nominal rate without");
+                 "simulation: sample rate; the model's nominal rate without")
+      ->transform(service::in_hertz());
   app.add_flag(
       "--free-running", options.free_running,
       "simulation, record: as a sensor with a clock of its own, which waits for nobody and "
       "nobody for it: to try a deployment");
   app.add_option("--device", options.serial.device, "serial: tty of the gyro");
   app.add_option("--baud", options.serial.baud_rate, "serial: line speed")->capture_default_str();
-  app.add_option("--frame-rate", options.serial.frame_rate_hz, "serial: frames a second")
-      ->capture_default_str();
+  service::show_default_in(
+      "Hz", app.add_option("--frame-rate", options.serial.frame_rate_hz, "serial: frames a second")
+                ->transform(service::in_hertz()));
   app.add_option("--rotation", options.serial.rotation, "serial: what the gyro sends")
       ->transform(service::one_of(formats));
   replay::add_options(app, options.ros2);

@@ -15,11 +15,12 @@ int main(int argc, char** argv) {
   navigation::NavigationArguments arguments;
   service::add_network_options(app, options.network);
   service::add_supervision_options(app, options.supervision);
-  navigation::add_arguments(app, arguments)->transform(service::in_seconds());
-  app.add_option("--period", options.period_s, "time between two states published")
-      ->transform(service::in_seconds())
-      ->check(CLI::Range(0.05, 3600.0))
-      ->capture_default_str();
+  service::show_default_in(
+      "s", navigation::add_arguments(app, arguments)->transform(service::in_seconds()));
+  service::show_default_in(
+      "s", app.add_option("--period", options.period_s, "time between two states published")
+               ->transform(service::in_seconds())
+               ->check(CLI::Range(0.05, 3600.0)));
   app.add_option("--max-gyros", options.max_gyros, "gyros navigated by at most")
       ->check(CLI::Range(1, 128))
       ->capture_default_str();

@@ -12,6 +12,7 @@
 #include "common/service/monotonic_clock.h"
 #include "common/service/one_of.h"
 #include "common/service/sensor_clock.h"
+#include "common/service/time_option.h"
 
 namespace zerodrift::services {
 
@@ -45,10 +46,11 @@ void add_options(CLI::App& app, ThermalPublisherOptions& options) {
   app.add_option("--channel", options.channels,
                  "sysfs: CHANNEL=FILE (repeatable) of the environment, as supply=/sys/class/hwmon/"
                  "hwmon1/in1_input; =-FILE where the sensor's axis points the other way");
-  app.add_option("--rate", options.sysfs_rate_hz,
-                 "sysfs: readings a second; ros2: how many are expected, to tell silence")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+  service::show_default_in(
+      "Hz", app.add_option("--rate", options.sysfs_rate_hz,
+                           "sysfs: readings a second; ros2: how many are expected, to tell silence")
+                ->transform(service::in_hertz())
+                ->check(CLI::PositiveNumber));
   replay::add_options(app, options.ros2);
 }
 

@@ -109,8 +109,9 @@ void add_compare(CLI::App& app, Run& run, const Invocation& made_by) {
   command->add_option("--seed", seeds.first_seed, "the first of them")
       ->needs(model)
       ->capture_default_str();
-  command->add_option("--rate", seeds.rate_hz, "sample rate, Hz; the model's nominal rate without")
+  command->add_option("--rate", seeds.rate_hz, "sample rate; the model's nominal rate without")
       ->needs(model)
+      ->transform(service::in_hertz())
       ->check(CLI::PositiveNumber);
   add_reading(*command, request.record);
   command->add_option("--config", options->config, "YAML or JSON file (docs/configuration.md)");
@@ -119,10 +120,10 @@ void add_compare(CLI::App& app, Run& run, const Invocation& made_by) {
       ->check(CLI::IsMember(std::vector<std::string>(comparison::kSchemeNames.begin(),
                                                      comparison::kSchemeNames.end())))
       ->capture_default_str();
-  command->add_option("--delays", request.delays_s, "ages of the newest label to judge at")
-      ->delimiter(',')
-      ->transform(service::in_seconds())
-      ->capture_default_str();
+  service::show_default_in(
+      "s", command->add_option("--delays", request.delays_s, "ages of the newest label to judge at")
+               ->delimiter(',')
+               ->transform(service::in_seconds()));
   command
       ->add_option("--train-until", options->train_until,
                    "record time from which models are frozen; without, the last leg of the "

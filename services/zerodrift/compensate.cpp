@@ -258,8 +258,12 @@ void add_compensate(CLI::App& app, Run& run) {
   add_bag_topics(*command, options->record.topics);
   command->add_option("--config", options->config, "YAML or JSON file (docs/configuration.md)");
   const auto schemes = compensation::scheme_names();
+  const auto standard = std::find_if(schemes.begin(), schemes.end(), [](std::string_view scheme) {
+    return compensation::scheme_named(scheme) == compensation::CompensationOptions{}.scheme;
+  });
   command->add_option("--scheme", options->scheme, "overrides the file")
-      ->check(CLI::IsMember(std::vector<std::string>(schemes.begin(), schemes.end())));
+      ->check(CLI::IsMember(std::vector<std::string>(schemes.begin(), schemes.end())))
+      ->default_str("the file's, else " + std::string(*standard));
   command->add_option("--prior", options->prior,
                       "a twin's model: drift = model + what is learned of the remainder; overrides "
                       "the file");

@@ -160,9 +160,9 @@ void add_control(CLI::App& app, Run& run) {
 
   auto* status = control->add_subcommand("status", "what every axis does, and why");
   service::add_network_options(*status, options->network);
-  status->add_option("--wait", options->wait_s, "how long to wait for the services")
-      ->transform(service::in_seconds())
-      ->capture_default_str();
+  service::show_default_in(
+      "s", status->add_option("--wait", options->wait_s, "how long to wait for the services")
+               ->transform(service::in_seconds()));
   status->add_flag("--follow", options->follow, "keep showing until Ctrl-C");
   status->add_flag(
       "--until-finished", options->until_finished,
@@ -208,11 +208,11 @@ void add_control(CLI::App& app, Run& run) {
     }
     service::add_network_options(*command, options->network);
     const char* addressee = acts_at_the_source(name) ? "gyro_publisher" : "compensation";
-    command->add_option("--service", options->service,
-                        "name of the service; without, " + std::string(addressee));
-    command->add_option("--wait", options->wait_s, "how long to wait for the answer")
-        ->transform(service::in_seconds())
-        ->capture_default_str();
+    command->add_option("--service", options->service, "name of the service")
+        ->default_str(addressee);
+    service::show_default_in(
+        "s", command->add_option("--wait", options->wait_s, "how long to wait for the answer")
+                 ->transform(service::in_seconds()));
     command->add_flag("--json", options->json, "the answer as JSON");
     command->callback([options, name = std::string(name), addressee, of_prior, &run] {
       options->command = name;

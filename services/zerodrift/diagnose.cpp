@@ -116,11 +116,10 @@ void add_diagnose(CLI::App& app, Run& run, const Invocation& made_by) {
   command->add_flag("--live", options->live,
                     "in place of a record: what a running system publishes; Ctrl-C diagnoses what "
                     "was received so far");
-  command
-      ->add_option("--duration", options->listening.duration_s,
-                   "with --live: listen for so long, in sensor time")
-      ->transform(service::in_seconds())
-      ->capture_default_str();
+  service::show_default_in("s", command
+                                    ->add_option("--duration", options->listening.duration_s,
+                                                 "with --live: listen for so long, in sensor time")
+                                    ->transform(service::in_seconds()));
   command->add_flag("--publish", options->publish,
                     "with --record: tell a running system, so that its console shows the finding; "
                     "--live always does");

@@ -47,10 +47,10 @@ void add_health(CLI::App& app, Run& run) {
   command->add_option("--file", options->file, "what the service was given as --health-file")
       ->envname("ZERODRIFT_HEALTH_FILE")
       ->required();
-  command->add_option("--max-age", options->at_most_s, "older means that it hangs")
-      ->transform(service::in_seconds())
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+  service::show_default_in(
+      "s", command->add_option("--max-age", options->at_most_s, "older means that it hangs")
+               ->transform(service::in_seconds())
+               ->check(CLI::PositiveNumber));
   command->add_flag("--alive", options->alive_is_enough,
                     "degraded is well: to start it again would not help");
   command->callback([options, &run] { run = [options] { return check(*options); }; });

@@ -83,7 +83,9 @@ void add_navigate(CLI::App& app, Run& run, const Invocation& made_by) {
                       "of the compensation (docs/configuration.md); without, Earth rate is "
                       "learned of from the filter and reference columns only judge");
   command->add_option("--prior", options->prior, "a twin's model; overrides the file");
-  navigation::add_arguments(*command, options->arguments)->transform(service::in_seconds());
+  service::show_default_in(
+      "s",
+      navigation::add_arguments(*command, options->arguments)->transform(service::in_seconds()));
   command->add_flag("!--no-references", options->request.gives_references,
                     "give no rate_reference back to the compensation");
   command->add_option("--json", options->report.json, "file for all figures");

@@ -204,10 +204,11 @@ void add_mcap_options(CLI::App& command, RecordArguments& arguments) {
                       "warning or error comes")
           ->transform(service::in_seconds())
           ->check(CLI::Range(0.1, 86400.0)),
-      command.add_option("--post-trigger", mcap.disk.post_trigger_s, ".mcap: and so long after it")
-          ->transform(service::in_seconds())
-          ->check(CLI::Range(0.0, 86400.0))
-          ->capture_default_str(),
+      service::show_default_in("s", command
+                                        .add_option("--post-trigger", mcap.disk.post_trigger_s,
+                                                    ".mcap: and so long after it")
+                                        ->transform(service::in_seconds())
+                                        ->check(CLI::Range(0.0, 86400.0))),
       command.add_option("--trigger", mcap.trigger, ".mcap: events of this code alone"),
       command.add_option("--attach", mcap.disk.file.attachments,
                          ".mcap: a file that belongs to the recording (repeatable)"),

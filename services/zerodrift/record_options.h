@@ -3,6 +3,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -53,9 +54,11 @@ inline CLI::Option* add_compression(CLI::App& command, mcap::Compression& compre
   const std::map<std::string, mcap::Compression> names{{"none", mcap::Compression::kNone},
                                                        {"lz4", mcap::Compression::kLz4},
                                                        {"zstd", mcap::Compression::kZstd}};
-  return command.add_option("--compression", compression, "of an .mcap file: zstd, lz4 or none")
+  const auto standard = std::find_if(names.begin(), names.end(),
+                                     [&](const auto& one) { return one.second == compression; });
+  return command.add_option("--compression", compression, "of an .mcap file")
       ->transform(service::one_of(names))
-      ->option_text("zstd|lz4|none");
+      ->option_text("zstd|lz4|none [" + standard->first + "]");
 }
 
 // Of an option that has a default for other purposes: what was asked for, if anything.

@@ -52,8 +52,8 @@ void add_simulate(CLI::App& app, Run& run) {
   command->add_option("--duration", options->duration_s, "how long; the profile's without")
       ->transform(service::in_seconds())
       ->check(CLI::PositiveNumber);
-  command->add_option("--rate", options->rate_hz,
-                      "sample rate, Hz; the model's nominal rate without");
+  command->add_option("--rate", options->rate_hz, "sample rate; the model's nominal rate without")
+      ->transform(service::in_hertz());
   command->add_option("--seed", options->seed, "seed of all noise")->capture_default_str();
   command->add_option("--out", options->out, "record to write: .csv, .csv.gz or .csv.xz")
       ->required();

@@ -9,12 +9,12 @@
 #include <atomic>
 #include <cstdio>
 #include <iostream>
-#include <map>
 #include <stdexcept>
 #include <thread>
 
 #include "common/report/json_file.h"
 #include "common/service/main.h"
+#include "common/service/one_of.h"
 #include "services/zerodrift/progress_bar.h"
 #include "tests/bench/latency_end.h"
 #include "tests/bench/latency_table.h"
@@ -175,8 +175,8 @@ void add_own_processes(CLI::App& bench, Run& run) {
   end->add_option("--kind", options->link.kind)->required();
   end->add_option("--end", options->link.end)
       ->required()
-      ->transform(CLI::CheckedTransformer(std::map<std::string, LinkEnd>{
-          {"near", LinkEnd::kNear}, {"far", LinkEnd::kFar}, {"loop", LinkEnd::kLoop}}));
+      ->transform(service::one_of<LinkEnd>(
+          {{"near", LinkEnd::kNear}, {"far", LinkEnd::kFar}, {"loop", LinkEnd::kLoop}}));
   end->add_option("--name", options->link.name)->required();
   end->add_option("--domain", options->link.network.domain)->required();
   end->add_option("--capacity", options->capacity)->required();
@@ -200,8 +200,8 @@ void add_bench_latency(CLI::App& bench, Run& run) {
       ->check(CLI::Range(0.05, 3600.0))
       ->capture_default_str();
   command->add_option("--load", options->loads, "none, hog (a process that never rests) or both")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, Loads>{
-          {"none", Loads::kNone}, {"hog", Loads::kHog}, {"both", Loads::kBoth}}))
+      ->transform(service::one_of<Loads>(
+          {{"none", Loads::kNone}, {"hog", Loads::kHog}, {"both", Loads::kBoth}}))
       ->default_str("both");
   auto* alternatives = command->add_flag(
       "--alternatives", options->alternatives,

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <map>
 #include <memory>
 #include <numeric>
 #include <optional>
@@ -14,6 +13,7 @@
 
 #include "common/compensation/options.h"
 #include "common/service/main.h"
+#include "common/service/one_of.h"
 #include "tests/bench/bench.h"
 #include "tests/bench/bench_svr_chain.h"
 #include "tests/bench/bench_svr_measure.h"
@@ -288,9 +288,8 @@ void add_bench_svr(CLI::App& bench, Run& run) {
       ->capture_default_str();
   command->add_option("--records", options->records, "of ramp and cycle, by commas")
       ->delimiter(',')
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, DriftRecord>{{name(DriftRecord::kRamp), DriftRecord::kRamp},
-                                             {name(DriftRecord::kCycle), DriftRecord::kCycle}}))
+      ->transform(service::one_of<DriftRecord>({{name(DriftRecord::kRamp), DriftRecord::kRamp},
+                                                {name(DriftRecord::kCycle), DriftRecord::kCycle}}))
       ->default_str("ramp,cycle");
   command->add_option("--repeats", options->repeats, "runs, of which a step's least time counts")
       ->check(CLI::Range(1, 1000))

@@ -11,6 +11,7 @@
 #include "common/config/twin_config.h"
 #include "common/measurement/measured_record.h"
 #include "common/report/json_file.h"
+#include "common/service/one_of.h"
 #include "services/zerodrift/diagnosis_report.h"
 #include "services/zerodrift/diagnosis_run.h"
 #include "tests/blind/baselines.h"
@@ -64,7 +65,7 @@ int main(int argc, char** argv) {
                                                      {"stlsq", blind::Method::kStlsq}};
   app.add_option("--method", request.baseline.method, "bic or stlsq")
       ->required()
-      ->transform(CLI::CheckedTransformer(methods));
+      ->transform(service::one_of(methods));
   app.add_option("--model", request.model, "the twin's model file")->required();
   app.add_option("--record", request.record, "a .csv, .csv.gz or .csv.xz file")->required();
   app.add_option("--validate", request.validation, "records that the gap is told of");

@@ -57,5 +57,26 @@ TEST(TimeOption, WritesLargeTimesWithoutAnExponent) {
   EXPECT_THROW(app.parse("--period 200ms"), CLI::ParseError);
 }
 
+TEST(RateOption, TakesHertzAndShowsItsDefaultWithTheUnit) {
+  CLI::App app;
+  double rate_hz = 200.0;
+  show_default_in("Hz", app.add_option("--rate", rate_hz)->transform(in_hertz()));
+  EXPECT_NE(app.help().find("--rate FLOAT:20Hz|1kHz=200Hz"), std::string::npos) << app.help();
+  app.parse("");
+  EXPECT_EQ(rate_hz, 200.0);
+  for (const auto& [text, value_hz] : {std::pair{"20", 20.0}, std::pair{"20Hz", 20.0},
+                                       std::pair{"'0.5 hz'", 0.5}, std::pair{"1.5kHz", 1500.0}}) {
+    app.parse("--rate " + std::string(text));
+    EXPECT_EQ(rate_hz, value_hz) << text;
+  }
+  try {
+    app.parse("--rate 20s");
+    FAIL() << "a time is no rate";
+  } catch (const CLI::ParseError& error) {
+    EXPECT_EQ(std::string(error.what()),
+              "--rate: found '20s', expected a rate as 20, 20Hz or 1kHz");
+  }
+}
+
 }  // namespace
 }  // namespace zerodrift::service
