@@ -113,7 +113,7 @@ SeedsResult run_seeds(const SeedsRequest& request, const Progress& progress) {
     simulated.seed = request.first_seed + k;
     const std::string name = "seed " + std::to_string(simulated.seed);
     write_simulation(simulated, comparison.record.file,
-                     [&](double share) { progress("simulating " + name, share); });
+                     [&](double share, std::uint64_t) { progress("simulating " + name, share); });
     const ComparisonResult judged = run_comparison(comparison, progress);
     for (const std::string& doubt : measurement::lines_of(judged.doubts))
       result.warnings.push_back(name + ": doubtful: " + doubt);

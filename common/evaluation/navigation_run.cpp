@@ -9,6 +9,7 @@
 #include "common/evaluation/offline_run.h"
 #include "common/navigation/navigation_input.h"
 #include "common/record/record_reader.h"
+#include "common/record/record_rows.h"
 #include "common/record/record_samples.h"
 
 namespace zerodrift::evaluation {
@@ -18,6 +19,7 @@ using compensation::Readiness;
 using navigation::Stream;
 
 constexpr double kPointEveryS = 10.0;
+constexpr std::uint64_t kRowsPerProgress = 4096;
 
 // What a row says beside rates and temperatures, until its sample is answered.
 struct Beside {
@@ -34,8 +36,11 @@ class NavigationOfRecord {
         navigation_(request.navigation),
         probe_missing_(!missing_probes(request.compensation, reader_.info()).empty()) {}
 
-  NavigationResult run() {
+  NavigationResult run(const Progress& progress) {
+    const std::optional<double> expected_rows = record::estimated_rows(request_.record.file);
     while (const record::RecordRow* row = reader_.next()) {
+      if (expected_rows && row->index % kRowsPerProgress == 0)
+        progress("navigate", static_cast<double>(row->index) / *expected_rows);
       push(*row);
       if (probe_missing_) compensator_.give_up_waiting();
       answer_ready();
@@ -125,8 +130,8 @@ class NavigationOfRecord {
 
 }  // namespace
 
-NavigationResult run_navigation(const NavigationRequest& request) {
-  return NavigationOfRecord(request).run();
+NavigationResult run_navigation(const NavigationRequest& request, const Progress& progress) {
+  return NavigationOfRecord(request).run(progress);
 }
 
 }  // namespace zerodrift::evaluation

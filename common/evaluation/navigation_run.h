@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/compensation/compensator.h"
+#include "common/evaluation/progress.h"
 #include "common/navigation/gyro_navigation.h"
 #include "common/record/record_reader.h"
 
@@ -44,6 +45,7 @@ struct NavigationResult {
 // A record's reference columns are the truth that the filters are judged by; the compensation does
 // not use them unless its options say so. Specific force is taken where the record has all three
 // columns. Throws where the record can't be read.
-[[nodiscard]] NavigationResult run_navigation(const NavigationRequest& request);
+[[nodiscard]] NavigationResult run_navigation(const NavigationRequest& request,
+                                              const Progress& progress);
 
 }  // namespace zerodrift::evaluation

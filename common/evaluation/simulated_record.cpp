@@ -30,7 +30,7 @@ SimulatedRecord load_simulation(const std::string& model_file, const std::string
 }
 
 std::uint64_t write_simulation(const SimulatedRecord& simulated, const std::string& out,
-                               const std::function<void(double share)>& progress) {
+                               const record::WriteShare& progress) {
   twin::GyroSimulation gyro(simulated.model, simulated.profile, simulated.seed, simulated.rate_hz);
   std::vector<Probe> probes;
   record::RecordWriterOptions layout;
@@ -75,7 +75,8 @@ std::uint64_t write_simulation(const SimulatedRecord& simulated, const std::stri
       while (probe.next && probe.next->time <= sample->time) probe.next = probe.simulation.next();
     }
     writer.end_row();
-    if (++rows % 4096 == 0) progress(core::seconds(sample->time) / simulated.profile.duration_s);
+    if (++rows % 4096 == 0)
+      progress(core::seconds(sample->time) / simulated.profile.duration_s, writer.bytes());
   }
   writer.commit();
   return rows;

@@ -4,10 +4,10 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <vector>
 
+#include "common/record/record_writer.h"
 #include "common/twin/model.h"
 #include "common/twin/profile.h"
 
@@ -28,9 +28,8 @@ struct SimulatedRecord {
 [[nodiscard]] SimulatedRecord load_simulation(const std::string& model_file,
                                               const std::string& profile_file);
 
-// Number of rows. `progress` is given the share that is done from time to time. Throws
-// files::FileError, std::invalid_argument with one line.
+// Number of rows. Throws files::FileError, std::invalid_argument with one line.
 std::uint64_t write_simulation(const SimulatedRecord& simulated, const std::string& out,
-                               const std::function<void(double share)>& progress);
+                               const record::WriteShare& progress);
 
 }  // namespace zerodrift::evaluation

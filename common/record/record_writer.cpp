@@ -95,6 +95,7 @@ struct RecordWriter::State {
 
   void flush() {
     compressor.write(pending, {&file});
+    flushed_bytes += pending.size();
     pending.clear();
     file.check();
   }
@@ -102,6 +103,7 @@ struct RecordWriter::State {
   files::AtomicFile file;
   Compressor compressor;
   std::string pending;
+  std::uint64_t flushed_bytes = 0;
   std::size_t column_count = 0;
   std::size_t cells_in_row = 0;
 };
@@ -157,6 +159,10 @@ void RecordWriter::end_row() {
   state_->cells_in_row = 0;
   state_->pending += '\n';
   if (state_->pending.size() >= kFlushAt) state_->flush();
+}
+
+std::uint64_t RecordWriter::bytes() const noexcept {
+  return state_->flushed_bytes + state_->pending.size();
 }
 
 void RecordWriter::commit() {

@@ -5,7 +5,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -15,6 +17,10 @@
 #include "common/core/time.h"
 
 namespace zerodrift::record {
+
+// Called from time to time while a file is written, with the share of it that is done, 0 to 1, and
+// its bytes so far, before compression.
+using WriteShare = std::function<void(double share, std::uint64_t bytes)>;
 
 struct RecordWriterOptions {
   std::vector<std::string> columns;  // the header, at least one
@@ -39,6 +45,9 @@ class RecordWriter {
   void text(std::string_view cell);
   void blank();
   void end_row();  // throws files::FileError where the disk is full
+
+  // Of text so far, before compression.
+  [[nodiscard]] std::uint64_t bytes() const noexcept;
 
   // Makes the file durable and gives it its name. Throws files::FileError. Nothing may be written
   // after it.

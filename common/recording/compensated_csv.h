@@ -3,6 +3,7 @@
 // live topic, so that the two can be compared byte for byte.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 
 #include "common/core/compensated_sample.h"
@@ -14,6 +15,7 @@ class CompensatedCsv {
  public:
   explicit CompensatedCsv(const std::filesystem::path& path);
   void write(const core::CompensatedSample& sample);
+  [[nodiscard]] std::uint64_t bytes() const noexcept { return writer_.bytes(); }
   void commit() { writer_.commit(); }
   std::filesystem::path keep() { return writer_.keep(); }
 

@@ -13,6 +13,7 @@
 #include "common/mcap/mcap_error.h"
 #include "common/mcap/mcap_reader.h"
 #include "common/record/record_reader.h"
+#include "common/record/record_rows.h"
 #include "common/record/record_samples.h"
 #include "common/record/record_writer.h"
 #include "common/recording/compensated_csv.h"
@@ -22,6 +23,7 @@ namespace zerodrift::recording {
 namespace {
 
 constexpr std::string_view kSequence = "sequence";
+constexpr std::uint64_t kRowsPerProgress = 4096;
 
 std::uint32_t index_among_topics(const dds::TopicSpec& spec) {
   const auto found = std::find_if(dds::kAllTopics.begin(), dds::kAllTopics.end(),
@@ -60,9 +62,25 @@ std::uint32_t chosen(const ExportRequest& request, const std::vector<std::uint32
                          ", expected --gyro-id to be one of " + names);
 }
 
+// Says how far the rows are, where it is known how many there will be.
+class RowShare {
+ public:
+  RowShare(const std::filesystem::path& from, const record::WriteShare& progress)
+      : expected_rows_(record::estimated_rows(from)), progress_(progress) {}
+
+  void operator()(std::uint64_t rows, std::uint64_t bytes) const {
+    if (expected_rows_ && rows % kRowsPerProgress == 0)
+      progress_(static_cast<double>(rows) / *expected_rows_, bytes);
+  }
+
+ private:
+  std::optional<double> expected_rows_;
+  const record::WriteShare& progress_;
+};
+
 }  // namespace
 
-ExportResult export_record(const ExportRequest& request) {
+ExportResult export_record(const ExportRequest& request, const record::WriteShare& progress) {
   record::RecordOptions as_found = request.from.options();
   as_found.time_order = record::TimeOrder::kAsFound;
   record::RecordReader reader(request.from.file, std::move(as_found));
@@ -71,6 +89,7 @@ ExportResult export_record(const ExportRequest& request) {
   layout.columns.emplace_back(kSequence);
   if (info.gyro_id != 0) layout.metadata.emplace_back("gyro_id", std::to_string(info.gyro_id));
   record::RecordWriter writer(request.to, layout);
+  const RowShare share(request.from.file, progress);
   ExportResult result;
   while (const record::RecordRow* row = reader.next()) {
     writer.time(row->time);
@@ -90,14 +109,14 @@ ExportResult export_record(const ExportRequest& request) {
       writer.blank();
     }
     writer.end_row();
-    ++result.rows;
+    share(++result.rows, writer.bytes());
   }
   writer.commit();
   result.warnings = reader.warnings();
   return result;
 }
 
-ExportResult export_compensated(const ExportRequest& request) {
+ExportResult export_compensated(const ExportRequest& request, const record::WriteShare& progress) {
   mcap::Reader reader{request.from.file};
   const std::uint32_t gyro = chosen(request, compensated_gyros(reader));
   CompensatedCsv csv(request.to);
@@ -109,16 +128,15 @@ ExportResult export_compensated(const ExportRequest& request) {
       continue;
     if (!dds::decode(message.data, sample) || sample.gyro_id() != gyro) continue;
     csv.write(dds::from_message(sample));
-    ++result.rows;
+    if (++result.rows % kRowsPerProgress == 0) progress(cursor.progress(), csv.bytes());
   }
   csv.commit();
   result.warnings = reader.findings();
   return result;
 }
 
-ExportResult import_record(const ExportRequest& request) {
-  record::RecordReader reader(request.from.file,
-                              {.columns = record::parse_column_map(request.from.columns)});
+ExportResult import_record(const ExportRequest& request, const record::WriteShare& progress) {
+  record::RecordReader reader(request.from.file, request.from.options());
   const std::uint32_t gyro = request.from.gyro_id.value_or(1);
   RecordFileOptions file_options;
   file_options.out = request.to;
@@ -128,8 +146,10 @@ ExportResult import_record(const ExportRequest& request) {
                            {"publish_time", "sensor time, where it is above 0"}};
   files::UnfinishedFile unfinished(request.to.string() + ".active");  // of what follows
   RecordFile file(std::move(file_options));
+  std::uint64_t bytes = 0;  // of payloads
   const auto put = [&](const dds::TopicSpec& spec, std::uint64_t sequence, core::SensorTime time,
                        std::string_view part, const std::string& payload) {
+    bytes += payload.size();
     file.write({.topic = index_among_topics(spec),
                 .gyro_id = gyro,
                 .sequence = sequence,
@@ -138,6 +158,7 @@ ExportResult import_record(const ExportRequest& request) {
                 .part = part,
                 .payload = payload});
   };
+  const RowShare share(request.from.file, progress);
   ExportResult result;
   core::TemperatureSample temperature;
   while (const record::RecordRow* row = reader.next()) {
@@ -158,7 +179,7 @@ ExportResult import_record(const ExportRequest& request) {
     }
     auto message = dds::to_message(record::to_angular_rate(*row), gyro, 0);
     put(dds::kAngularRate, row->index, row->time, "", dds::encode(message));
-    ++result.rows;
+    share(++result.rows, bytes);
   }
   file.finish({});
   unfinished.keep();

@@ -10,6 +10,7 @@
 
 #include "common/mcap/compression.h"
 #include "common/record/record_reader.h"
+#include "common/record/record_writer.h"
 
 namespace zerodrift::recording {
 
@@ -27,12 +28,15 @@ struct ExportResult {
 
 // All throw FileError or McapError with one line.
 // Rates, references, environment and temperatures by sensor time, a row each.
-[[nodiscard]] ExportResult export_record(const ExportRequest& request);
+[[nodiscard]] ExportResult export_record(const ExportRequest& request,
+                                         const record::WriteShare& progress);
 // compensated_rate as `zerodrift record` and `compensate` write it.
-[[nodiscard]] ExportResult export_compensated(const ExportRequest& request);
+[[nodiscard]] ExportResult export_compensated(const ExportRequest& request,
+                                              const record::WriteShare& progress);
 // A CSV record as the messages that a replay of it would send, of gyro `gyro_id`, else 1; log time
 // is sensor time.
-[[nodiscard]] ExportResult import_record(const ExportRequest& request);
+[[nodiscard]] ExportResult import_record(const ExportRequest& request,
+                                         const record::WriteShare& progress);
 void export_attachment(const std::filesystem::path& from, const std::string& name,
                        const std::filesystem::path& to);
 

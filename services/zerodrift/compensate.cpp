@@ -21,13 +21,14 @@
 #include "common/evaluation/model_use.h"
 #include "common/evaluation/offline_run.h"
 #include "common/files/atomic_file.h"
+#include "common/record/record_rows.h"
 #include "common/recording/compensated_csv.h"
 #include "common/service/main.h"
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/doubts.h"
 #include "services/zerodrift/ending.h"
-#include "services/zerodrift/progress_bar.h"
 #include "services/zerodrift/record_options.h"
+#include "services/zerodrift/write_progress.h"
 
 namespace zerodrift::services {
 namespace {
@@ -184,6 +185,23 @@ void require_probes_of_prior(const std::string& record,
   }
 }
 
+// The number of samples.
+std::uint64_t answer_all(evaluation::OfflineRun& offline, bool probe_missing,
+                         const CompensateOptions& options, Summary& summary,
+                         std::optional<recording::CompensatedCsv>& csv) {
+  constexpr std::uint64_t kSamplesPerProgress = 4096;
+  WriteProgress progress("compensate", options.out);
+  const std::optional<double> expected_rows = record::estimated_rows(options.record.file);
+  std::uint64_t samples = 0;
+  offline.run(probe_missing, [&](const core::CompensatedSample& sample) {
+    summary.add(sample);
+    if (csv) csv->write(sample);
+    if (++samples % kSamplesPerProgress == 0 && expected_rows)
+      progress(static_cast<double>(samples) / *expected_rows, csv ? csv->bytes() : 0);
+  });
+  return samples;
+}
+
 int compensate(const CompensateOptions& options) {
   const EndsAtOnce on_signal;
   files::check_outputs({{"--record", options.record.file},
@@ -223,12 +241,7 @@ int compensate(const CompensateOptions& options) {
   std::optional<recording::CompensatedCsv> csv;
   if (!options.out.empty()) csv.emplace(options.out);
   Summary summary(offline.info().sample_period_s > 0.0 ? offline.info().sample_period_s : 1.0);
-  std::uint64_t samples = 0;
-  offline.run(!missing.empty(), [&](const core::CompensatedSample& sample) {
-    ++samples;
-    summary.add(sample);
-    if (csv) csv->write(sample);
-  });
+  const std::uint64_t samples = answer_all(offline, !missing.empty(), options, summary, csv);
   for (const auto& line : offline.warnings()) std::fprintf(stderr, "%s\n", line.c_str());
   for (const auto& line : compensation::input_faults(offline.compensator()))
     std::fprintf(stderr, "%s: %s\n", options.record.file.c_str(), line.c_str());

@@ -2,6 +2,7 @@
 // zerodrift export: a recording (MCAP) as a CSV record, a CSV record as a recording, and what is
 // attached to a recording.
 #include <cstdio>
+#include <functional>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -14,6 +15,7 @@
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/ending.h"
 #include "services/zerodrift/record_options.h"
+#include "services/zerodrift/write_progress.h"
 
 namespace zerodrift::services {
 namespace {
@@ -36,11 +38,12 @@ recording::ExportResult convert(const ExportOptions& options) {
                                 (is_mcap ? ", expected --out to be .csv, .csv.gz or .csv.xz"
                                          : ", expected --out to be .mcap"));
   }
-  if (to_mcap) return import_record(options.request);
-  if (options.topic == kCompensated) return export_compensated(options.request);
+  WriteProgress progress("export", options.request.to);
+  if (to_mcap) return import_record(options.request, std::ref(progress));
+  if (options.topic == kCompensated) return export_compensated(options.request, std::ref(progress));
   recording::ExportRequest request = options.request;
   if (options.topic != kRates) request.from.topics.rates = options.topic;
-  return export_record(request);
+  return export_record(request, std::ref(progress));
 }
 
 int run_export(const ExportOptions& options) {

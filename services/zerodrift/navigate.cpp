@@ -13,6 +13,7 @@
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/ending.h"
 #include "services/zerodrift/paragraph.h"
+#include "services/zerodrift/progress_bar.h"
 #include "services/zerodrift/record_options.h"
 
 namespace zerodrift::services {
@@ -54,7 +55,7 @@ int navigate(NavigateOptions options) {
       options.request.compensation.reference.rest == compensation::ReferencePolicy::kAccept) {
     options.request.compensation.reference.await_feedback = true;
   }
-  const evaluation::NavigationResult result = run_navigation(options.request);
+  const evaluation::NavigationResult result = run_navigation(options.request, ProgressBars());
   if (options.report.any()) {
     std::vector<std::string> inputs{options.request.record.file};
     if (!options.prior.empty()) inputs.push_back(options.prior);

@@ -16,7 +16,17 @@ ProgressBar::ProgressBar(std::string what)
     : what_(std::move(what)), on_terminal_(isatty(STDERR_FILENO) != 0) {}
 
 ProgressBar::~ProgressBar() {
+  erase();
+}
+
+void ProgressBar::erase() {
   if (drawn_) std::fprintf(stderr, "\r\033[K");
+  drawn_ = false;
+}
+
+void ProgressBar::say(const std::string& line) {
+  erase();
+  std::fprintf(stderr, "%s\n", line.c_str());
 }
 
 void ProgressBar::show(double share) {

@@ -14,8 +14,12 @@ class ProgressBar {
   ~ProgressBar();
   // 0 to 1. Redraws at most ten times a second.
   void show(double share);
+  // A line of its own, terminal or not.
+  void say(const std::string& line);
 
  private:
+  void erase();
+
   std::string what_;
   bool on_terminal_;
   bool drawn_ = false;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // zerodrift simulate: the twin's record of a profile, as a file.
 #include <cstdio>
+#include <functional>
 #include <string>
 
 #include "common/evaluation/simulated_record.h"
@@ -9,7 +10,7 @@
 #include "common/service/time_option.h"
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/ending.h"
-#include "services/zerodrift/progress_bar.h"
+#include "services/zerodrift/write_progress.h"
 
 namespace zerodrift::services {
 namespace {
@@ -34,9 +35,8 @@ int simulate(const SimulateOptions& options) {
   if (options.rate_hz > 0.0) record.rate_hz = options.rate_hz;
   record.seed = options.seed;
   record.has_reference = options.reference;
-  ProgressBar bar("simulating");
-  const std::uint64_t rows =
-      write_simulation(record, options.out, [&](double share) { bar.show(share); });
+  WriteProgress progress("simulating", options.out);
+  const std::uint64_t rows = write_simulation(record, options.out, std::ref(progress));
   std::printf("%s: %llu samples at %g Hz\n", options.out.c_str(),
               static_cast<unsigned long long>(rows), record.rate_hz);
   return service::kExitDone;
