@@ -230,7 +230,7 @@ stop_and_check() {   # the services, which are told to end and have done nothing
 # The newest figures that the services gave of themselves.
 check_answers() {
   local line published=0 in=0 out=0 monitored=0 missing=0 duplicates=0 rejected=0 expected=$((duration_s * rate_hz))
-  line=$(grep '^samples: ' "$work/status.log" | tail -n 1)
+  line=$(grep -A 1 '^samples: ' "$work/status.log" | tail -n 2 | tr -s '\n ' ' ')
   read -r _ _ published _ in _ out _ monitored _ missing _ duplicates _ rejected <<< "$line" || true
   echo "${line:-samples: none}"
   [ "${published:-0}" -eq "$expected" ] || reasons+=("${published:-0} samples were published, expected $expected")

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // zerodrift compensate: the service's computation on a record, without the services.
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -23,6 +22,7 @@
 #include "common/files/atomic_file.h"
 #include "common/record/record_rows.h"
 #include "common/recording/compensated_csv.h"
+#include "common/report/numbers.h"
 #include "common/service/main.h"
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/doubts.h"
@@ -45,6 +45,10 @@ struct CompensateOptions {
   std::string checkpoint;
   std::string save_checkpoint;
 };
+
+std::string figure_deg_h(double rate_radps) {
+  return report::significant(core::deg_h_from_radps(rate_radps), 4);
+}
 
 // Means over a minute, raw and compensated, from when an axis is first compensated; and what
 // holding the mean of the last minute would have left.
@@ -84,8 +88,8 @@ class Summary {
       return;
     }
     std::printf(
-        "axis  60 s means: raw std   compensated   persistence   raw/compensated   on model  "
-        "[deg/h]\n");
+        "standard deviation of 60 s means, deg/h\n"
+        "axis       raw  compensated  persistence  raw/compensated  on model\n");
     for (const auto a : core::kAxes) {
       const Axis& axis = axes_[core::index(a)];
       if (!has_spread(a)) continue;
@@ -93,17 +97,16 @@ class Summary {
       const double left = axis.compensated->moments(allan::Span::kSinceStart).standard_deviation;
       const double held =
           axis.steps > 0 ? std::sqrt(axis.step_squares / static_cast<double>(axis.steps)) : 0.0;
-      std::array<char, 32> ratio{"not comparable"};
-      if (use_.came_into_force(a) && left > 0.0)
-        std::snprintf(ratio.data(), ratio.size(), "%.1f", raw / left);
-      std::printf("%-4s  %20.5f %13.5f %13.5f %17s %8.1f %%\n", std::string(core::name(a)).c_str(),
-                  core::deg_h_from_radps(raw), core::deg_h_from_radps(left),
-                  core::deg_h_from_radps(held), ratio.data(), 100.0 * use_.learned_share(a));
+      const std::string ratio = use_.came_into_force(a) && left > 0.0
+                                    ? report::significant(raw / left, 3)
+                                    : "not comparable";
+      std::printf("%-4s %9s %12s %12s %16s %7.1f %%\n", std::string(core::name(a)).c_str(),
+                  figure_deg_h(raw).c_str(), figure_deg_h(left).c_str(), figure_deg_h(held).c_str(),
+                  ratio.c_str(), 100.0 * use_.learned_share(a));
     }
     std::printf(
-        "persistence: the minute's mean held over the next minute. Each sample was compensated "
-        "before any\n"
-        "label that contains it was learned (test-then-train).\n");
+        "persistence: the minute's mean held over the next minute. Each sample was\n"
+        "compensated before any label that contains it was learned (test-then-train).\n");
   }
 
  private:

@@ -11,6 +11,7 @@
 
 #include "common/core/mode.h"
 #include "common/core/units.h"
+#include "common/report/numbers.h"
 
 namespace zerodrift::services {
 
@@ -18,6 +19,8 @@ using core::deg_h_from_radps;
 
 namespace {
 
+constexpr const char* kRow = "{:<4} {:>9} {:>9} {:>7} {:>11} {:>10} {:>9} {:>9}\n";
+constexpr const char* kHopRow = "{:<28} {:>9} {:>9} {:>9} {:>9} {:>10}\n";
 constexpr std::size_t kEventsShown = 6;
 constexpr std::size_t kMostMetrics = 512;  // of a service
 constexpr double kUnknown = -1.0;
@@ -30,11 +33,17 @@ std::string known(const char* format, double value) {
 }
 
 std::string figure(double rate_radps) {
-  return fmt::format("{:.4g}", deg_h_from_radps(rate_radps));
+  return report::significant(deg_h_from_radps(rate_radps), 4);
 }
 
 std::string figure(const msg::BlockStatistics& blocks) {
-  return blocks.blocks() > 1 ? fmt::format("{:.4g}", deg_h_from_radps(blocks.std_radps())) : "-";
+  return blocks.blocks() > 1 ? figure(blocks.std_radps()) : "-";
+}
+
+std::string latency_text(double latency_us) {
+  if (latency_us >= 1e6) return report::significant(latency_us * 1e-6, 3) + " s";
+  if (latency_us >= 1e3) return report::significant(latency_us * 1e-3, 3) + " ms";
+  return report::significant(latency_us, 3) + " us";
 }
 
 }  // namespace
@@ -147,11 +156,6 @@ std::string StatusBoard::axis_row(std::uint32_t gyro, core::Axis axis) const {
   const std::string of = part(gyro);
   const std::string suffix = "_" + std::string(core::name(axis));
   if (metric(of, "valid" + suffix, 0.0) == 0.0) return "";
-  const auto mode = static_cast<core::Mode>(metric(of, "mode" + suffix, 0.0));
-  const auto reason = static_cast<core::Reason>(metric(of, "reason" + suffix, 0.0));
-  std::string why(core::name(mode));
-  if (reason != core::Reason::kNone) why += fmt::format(" ({})", core::name(reason));
-
   std::string raw_std = "-", left_std = "-", ratio = "-", raw_minute = "-", left_minute = "-",
               held = "-";
   const auto number = static_cast<std::uint32_t>(core::index(axis));
@@ -174,9 +178,31 @@ std::string StatusBoard::axis_row(std::uint32_t gyro, core::Axis axis) const {
       held = figure(std::sqrt(2.0) * raw_point->deviation_radps());
     }
   }
-  return fmt::format("{:<4} {:>9} {:>9} {:>7} {:>11} {:>10} {:>9} {:>9.4g}  {}\n", core::name(axis),
-                     raw_std, left_std, ratio, held, raw_minute, left_minute,
-                     metric(of, "drift" + suffix, 0.0), why);
+  return fmt::format(kRow, core::name(axis), raw_std, left_std, ratio, held, raw_minute,
+                     left_minute, report::significant(metric(of, "drift" + suffix, 0.0), 4));
+}
+
+// "x, y: compensating (reason)", a line for each that is different.
+std::string StatusBoard::modes(std::uint32_t gyro) const {
+  const std::string of = part(gyro);
+  std::vector<std::pair<std::string, std::string>> axes_by_mode;
+  for (const auto axis : core::kAxes) {
+    const std::string suffix = "_" + std::string(core::name(axis));
+    if (metric(of, "valid" + suffix, 0.0) == 0.0) continue;
+    std::string mode(core::name(static_cast<core::Mode>(metric(of, "mode" + suffix, 0.0))));
+    const auto reason = static_cast<core::Reason>(metric(of, "reason" + suffix, 0.0));
+    if (reason != core::Reason::kNone) mode += fmt::format(" ({})", core::name(reason));
+    const auto same = std::find_if(axes_by_mode.begin(), axes_by_mode.end(),
+                                   [&](const auto& one) { return one.first == mode; });
+    if (same == axes_by_mode.end()) {
+      axes_by_mode.emplace_back(mode, core::name(axis));
+    } else {
+      same->second += ", " + std::string(core::name(axis));
+    }
+  }
+  std::string text;
+  for (const auto& [mode, axes] : axes_by_mode) text += fmt::format("{}: {}\n", axes, mode);
+  return text;
 }
 
 // Which cluster time the Allan columns hold: the grid's nearest to a minute.
@@ -191,17 +217,15 @@ std::string StatusBoard::gyro_table(std::uint32_t gyro) const {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   const std::string of = part(gyro);
   std::string text = fmt::format(
-      "gyro {}   sensor time {:.1f} s   temperature {} degC, {} degC/min   labels {:.0f}   model "
-      "epoch "
-      "{:.0f}\n",
-      gyro, metric(of, "sensor_time", 0.0), known("{:.3f}", metric(of, "temperature", kNone)),
-      known("{:+.4f}", metric(of, "temperature_rate", kNone)), metric(of, "labels", 0.0),
-      metric(of, "model_epoch", 0.0));
-  text += fmt::format("{:<4} {:>9} {:>9} {:>7} {:>11} {:>10} {:>9} {:>9}  {}\n", "axis", "raw std",
-                      "comp std", "ratio", "persistence", minute_heading(gyro), "comp", "drift",
-                      "mode (why)   [deg/h; std of 60 s means]");
+      "gyro {}   sensor time {:.1f} s   labels {:.0f}   model epoch {:.0f}\n"
+      "temperature {} degC, {} degC/min; deg/h, std of 60 s means:\n",
+      gyro, metric(of, "sensor_time", 0.0), metric(of, "labels", 0.0),
+      metric(of, "model_epoch", 0.0), known("{:.3f}", metric(of, "temperature", kNone)),
+      known("{:+.4f}", metric(of, "temperature_rate", kNone)));
+  text += fmt::format(kRow, "axis", "raw std", "comp std", "ratio", "persistence",
+                      minute_heading(gyro), "comp", "drift");
   for (const auto axis : core::kAxes) text += axis_row(gyro, axis);
-  return text;
+  return text + modes(gyro);
 }
 
 // Of several that answer the same: who is what.
@@ -216,8 +240,8 @@ std::string StatusBoard::instances() const {
     const auto index = static_cast<std::size_t>(health->second);
     const bool leads = metric(name, "active", 0.0) > 0.0;
     text += fmt::format(
-        "{} of gyro {}: {}{}; answers compared {:.0f}, differing {:.0f}; took the lead {:.0f} "
-        "times\n",
+        "{} of gyro {}: {}{}\n"
+        "  answers compared {:.0f}, differing {:.0f}; took the lead {:.0f} times\n",
         name.substr(0, colon), name.substr(colon + 1),
         index < kHealth.size() ? kHealth[index] : "?", leads ? ", leads" : "",
         metric(name, "compared", 0.0), metric(name, "differing", 0.0),
@@ -228,8 +252,8 @@ std::string StatusBoard::instances() const {
 
 std::string StatusBoard::totals() const {
   return fmt::format(
-      "samples: published {:.0f}  in {:.0f}  out {:.0f}  monitored {:.0f}  missing {:.0f}  "
-      "duplicates {:.0f}  rejected {:.0f}\n",
+      "samples: published {:.0f}  in {:.0f}  out {:.0f}  monitored {:.0f}\n"
+      "         missing {:.0f}  duplicates {:.0f}  rejected {:.0f}\n",
       metric("gyro_publisher", "samples_published", 0.0), metric("compensation", "samples_in", 0.0),
       metric("compensation", "samples_out", 0.0), metric("allan_monitor", "samples", 0.0),
       metric("compensation", "missing", 0.0), metric("compensation", "duplicates", 0.0),
@@ -240,20 +264,18 @@ std::string StatusBoard::hop_row(const Hop& hop) const {
   const std::string name(hop.name);
   const double count = metric(std::string(hop.service) + ":latency", name + "_count", 0.0);
   if (count == 0.0) return "";
-  const auto figure_us = [&](const char* what) {
-    return fmt::format("{:>10.4g}", metric(hop.service, name + what, 0.0));
+  const auto latency = [&](const char* what) {
+    return latency_text(metric(hop.service, name + what, 0.0));
   };
-  return fmt::format("{:<36} {} {} {} {} {:>10.0f}\n", hop.heading, figure_us("_p50"),
-                     figure_us("_p99"), figure_us("_p999"), figure_us("_max"), count);
+  return fmt::format(kHopRow, hop.heading, latency("_p50"), latency("_p99"), latency("_p999"),
+                     latency("_max"), fmt::format("{:.0f}", count));
 }
 
 std::string StatusBoard::hops() const {
   std::string rows;
   for (const Hop& hop : kHops) rows += hop_row(hop);
   if (rows.empty()) return "";
-  return fmt::format("{:<36} {:>10} {:>10} {:>10} {:>10} {:>10}\n", "latency [us]", "p50", "p99",
-                     "p99.9", "max", "samples") +
-         rows;
+  return fmt::format(kHopRow, "latency", "p50", "p99", "p99.9", "max", "samples") + rows;
 }
 
 std::string StatusBoard::table() {
@@ -275,11 +297,11 @@ std::string StatusBoard::summary() {
       const std::string suffix = "_" + std::string(core::name(axis));
       if (metric(part(gyro), "valid" + suffix, 0.0) == 0.0) continue;
       text += fmt::format(
-          "gyro {} axis {}: test-then-train RMSE of the newest labels: applied {:.4g}, last "
-          "stationary "
-          "minute {:.4g} deg/h\n",
-          gyro, core::name(axis), metric(part(gyro), "applied_rmse" + suffix, 0.0),
-          metric(part(gyro), "persistence_rmse" + suffix, 0.0));
+          "gyro {} axis {}: test-then-train RMSE of the newest labels:\n"
+          "  applied {}, last stationary minute {} deg/h\n",
+          gyro, core::name(axis),
+          report::significant(metric(part(gyro), "applied_rmse" + suffix, 0.0), 4),
+          report::significant(metric(part(gyro), "persistence_rmse" + suffix, 0.0), 4));
     }
   }
   if (complete)

@@ -49,6 +49,7 @@ class StatusBoard {
   [[nodiscard]] std::string minute_heading(std::uint32_t gyro) const;
   [[nodiscard]] std::string gyro_table(std::uint32_t gyro) const;
   [[nodiscard]] std::string axis_row(std::uint32_t gyro, core::Axis axis) const;
+  [[nodiscard]] std::string modes(std::uint32_t gyro) const;
   [[nodiscard]] std::string instances() const;
   [[nodiscard]] std::string totals() const;
   // What a service says of one hop (common/service/hop_latency.h), and what it is called here.

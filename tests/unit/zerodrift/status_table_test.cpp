@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+// What `ctl status` shows of services that said these figures.
+#include "services/zerodrift/status_table.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "tests/unit/dds/test_domain.h"
+
+namespace zerodrift::services {
+namespace {
+
+using dds::eventually;
+using Figures = std::vector<std::pair<std::string, double>>;
+
+constexpr std::uint32_t kDomain = 116;
+
+msg::ServiceStatus status(const std::string& service, const Figures& figures) {
+  msg::ServiceStatus said;
+  said.service() = service;
+  for (const auto& [name, value] : figures) {
+    msg::Metric metric;
+    metric.name() = name;
+    metric.value() = value;
+    said.metrics().push_back(metric);
+  }
+  return said;
+}
+
+// As long as they get in days of a fast gyro.
+Figures of_gyro() {
+  Figures figures{{"sensor_time", 8'640'000.5},
+                  {"temperature", -23.4567},
+                  {"temperature_rate", -0.01234},
+                  {"labels", 1'728'000},
+                  {"model_epoch", 1'728'000}};
+  for (const std::string axis : {"_x", "_y", "_z"}) {
+    figures.emplace_back("valid" + axis, 1.0);
+    figures.emplace_back("drift" + axis, -12.345678);
+    figures.emplace_back("mode" + axis, axis == "_z" ? 5.0 : 1.0);
+    figures.emplace_back("reason" + axis, axis == "_z" ? 11.0 : 0.0);
+  }
+  return figures;
+}
+
+Figures latencies(const std::string& hop, double median_us) {
+  return {{hop + "_p50", median_us},
+          {hop + "_p99", 10 * median_us},
+          {hop + "_p999", 100 * median_us},
+          {hop + "_max", 1000 * median_us}};
+}
+
+class StatusTable : public testing::Test {
+ protected:
+  void say(msg::ServiceStatus said) {
+    ASSERT_TRUE(status_.write(said));
+    ASSERT_TRUE(eventually([&] { return board_.has(said.service().c_str()); }));
+  }
+  void say(const std::string& service, const Figures& figures) { say(status(service, figures)); }
+
+  void say_all() {
+    ASSERT_TRUE(eventually([&] { return status_.matched() > 0 && reports_.matched() > 0; }));
+    say("gyro_publisher", {{"samples_published", 86'400'000}});
+    Figures compensation = latencies("arrival", 27.26);
+    const Figures counts{{"samples_in", 86'400'000},
+                         {"samples_out", 86'400'000},
+                         {"missing", 0},
+                         {"duplicates", 0},
+                         {"rejected", 0}};
+    compensation.insert(compensation.end(), counts.begin(), counts.end());
+    say("compensation", compensation);
+    say("compensation:latency", {{"arrival_count", 86'400'000}});
+    say("compensation/2:1", {{"health", 2},
+                             {"active", 1},
+                             {"compared", 86'400'000},
+                             {"differing", 12},
+                             {"takeovers", 3}});
+    say("compensation:1", of_gyro());
+  }
+
+  [[nodiscard]] std::string line_with(const std::string& text) {
+    std::istringstream table(board_.table());
+    for (std::string line; std::getline(table, line);)
+      if (line.find(text) != std::string::npos) return line;
+    return "";
+  }
+
+  const dds::TestDomain domain_{kDomain};
+  dds::Participant services_{"services", domain_.network()};
+  dds::Writer<msg::ServiceStatus> status_{services_};
+  dds::Writer<msg::AllanReport> reports_{services_};
+  dds::Participant ctl_{"ctl", domain_.network()};
+  StatusBoard board_{ctl_};
+};
+
+TEST_F(StatusTable, FitsATerminalOfEightyColumns) {
+  say_all();
+  msg::AllanReport report;
+  report.gyro_id() = 1;
+  report.since_start_blocks().blocks() = 1000;
+  report.since_start_blocks().std_radps() = 0.0123456;
+  msg::AllanPoint point;
+  point.tau_s() = 64.0;
+  point.deviation_radps() = 0.0123456;
+  report.since_start().push_back(point);
+  for (const std::uint32_t stream : {0U, 1U}) {
+    report.stream() = stream;
+    ASSERT_TRUE(reports_.write(report));
+  }
+  ASSERT_TRUE(eventually([&] { return !line_with("ADEV 64 s").empty(); }));
+  std::istringstream lines(board_.table() + board_.summary());
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
+}
+
+TEST_F(StatusTable, SaysWhyAnAxisIsCompensatedAsItIs) {
+  say_all();
+  EXPECT_EQ(line_with("learning"), "x, y: learning");
+  EXPECT_EQ(line_with("holding"), "z: holding (model_worse_than_bias)");
+}
+
+TEST_F(StatusTable, GivesEachLatencyInAUnitThatPeopleRead) {
+  say_all();
+  const std::string line = line_with("publisher to compensation");
+  for (const char* figure : {"27.3 us", "273 us", "2.73 ms", "27.3 ms"})
+    EXPECT_NE(line.find(figure), std::string::npos) << line;
+  EXPECT_EQ(board_.table().find("e+"), std::string::npos) << board_.table();
+}
+
+}  // namespace
+}  // namespace zerodrift::services
