@@ -77,12 +77,6 @@ std::string axis_names(const core::PerAxis<bool>& has) {
 }
 
 void require_axes(const record::RecordInfo& info, const MeasuredRecordRequest& request) {
-  const core::PerAxis<bool> none{};
-  if (info.has_rate == none) {
-    throw std::invalid_argument(request.record.file +
-                                ": found no angular rate, expected a column rate_x_rad_s (or y, z, "
-                                "deg_s, deg_h), or --columns 'rate_x=NAME[deg/s]'");
-  }
   for (const auto axis : request.axes) {
     if (info.has_rate[core::index(axis)]) continue;
     throw std::invalid_argument(request.record.file + ": found no rate of axis " +

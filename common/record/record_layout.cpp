@@ -33,7 +33,7 @@ class Binder {
       layout_.columns.push_back({column, ColumnRole::kExtra, {}, {}, 0});
   }
 
-  RecordLayout bind(const std::vector<ColumnMapping>& map) {
+  RecordLayout bind(const std::vector<ColumnMapping>& map, Rates rates) {
     for (const ColumnMapping& mapping : map) bind_mapped(mapping);
     bind_canonical();
     refuse_unknown_units();
@@ -41,6 +41,12 @@ class Binder {
       refuse(
           "no column is the time (time_s); name one by --columns 'time=<column>[s]' or "
           "'time=row*<seconds>'; " +
+          columns_there());
+    }
+    if (rates == Rates::kRequired && !has_rate()) {
+      refuse(
+          "no column is an angular rate (rate_x_deg_h); name one by --columns "
+          "'rate_x=<column>[deg/s]'; " +
           columns_there());
     }
     number_slots();
@@ -53,6 +59,12 @@ class Binder {
   }
 
   [[nodiscard]] std::string columns_there() const { return "the columns are: " + list_of(header_); }
+
+  [[nodiscard]] bool has_rate() const {
+    return std::any_of(layout_.columns.begin(), layout_.columns.end(), [](const auto& column) {
+      return column.role == ColumnRole::kValue && column.channel.quantity == Quantity::kRate;
+    });
+  }
 
   [[nodiscard]] bool is_given(const Channel& channel) const {
     return channel.quantity == Quantity::kTime ? has_time_ : given_.contains(name(channel));
@@ -157,8 +169,8 @@ class Binder {
 }  // namespace
 
 RecordLayout bind_columns(const std::filesystem::path& path, const std::vector<std::string>& header,
-                          const std::vector<ColumnMapping>& map) {
-  return Binder{path, header}.bind(map);
+                          const std::vector<ColumnMapping>& map, Rates rates) {
+  return Binder{path, header}.bind(map, rates);
 }
 
 }  // namespace zerodrift::record

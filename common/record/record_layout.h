@@ -40,12 +40,16 @@ struct RecordLayout {
   std::vector<std::string> extra;   // names of the columns without a known meaning
 };
 
+// Whether a record without a column of an angular rate is one.
+enum class Rates : std::uint8_t { kOptional, kRequired };
+
 // A mapped column has the meaning the map gives it; any other that is named <channel>_<unit> has
 // that meaning unless the map gave the channel to another column; the rest are extra. Throws
 // files::FileError where a mapped column is missing or there twice, a known quantity has an unknown
-// unit, two columns are one channel, or there is no time.
+// unit, two columns are one channel, or there is no time, or no rate where one is required.
 [[nodiscard]] RecordLayout bind_columns(const std::filesystem::path& path,
                                         const std::vector<std::string>& header,
-                                        const std::vector<ColumnMapping>& map);
+                                        const std::vector<ColumnMapping>& map,
+                                        Rates rates = Rates::kOptional);
 
 }  // namespace zerodrift::record

@@ -46,7 +46,10 @@ double& value_of(RecordRow& row, const BoundColumn& column) {
 }
 
 RecordOptions RecordInput::options() const {
-  return {.columns = parse_column_map(columns), .gyro_id = gyro_id, .topics = topics};
+  return {.columns = parse_column_map(columns),
+          .gyro_id = gyro_id,
+          .topics = topics,
+          .rates = Rates::kRequired};
 }
 
 RecordInput RecordInput::beside(const std::string& other) const {
@@ -121,16 +124,11 @@ void RecordReader::take_shape(const std::vector<std::string>& first_lines) {
 
 // A record whose columns have no meaning is refused with what they probably mean.
 RecordLayout RecordReader::layout_or_guess(const std::vector<std::string>& first_lines) {
-  const std::string guess = guessed_meaning(first_lines);
+  guess_ = guessed_meaning(first_lines);
   try {
-    RecordLayout layout = bind_columns(info_.path, info_.columns, options_.columns);
-    const auto is_rate = [](const BoundColumn& column) {
-      return column.role == ColumnRole::kValue && column.channel.quantity == Quantity::kRate;
-    };
-    if (std::none_of(layout.columns.begin(), layout.columns.end(), is_rate)) guess_ = guess;
-    return layout;
+    return bind_columns(info_.path, info_.columns, options_.columns, options_.rates);
   } catch (const files::FileError& error) {
-    throw files::FileError(error.what() + guess + hint_of_other_lines(first_lines));
+    throw files::FileError(error.what() + guess_ + hint_of_other_lines(first_lines));
   }
 }
 
@@ -184,7 +182,7 @@ void RecordReader::describe_layout() {
     (names += names.empty() ? "" : ", ") += printable(column);
   info_.warnings.push_back(info_.path.string() +
                            ": columns without a known meaning, kept and not used: " + names +
-                           guess_);
+                           (info_.has_rate == core::PerAxis<bool>{} ? guess_ : ""));
 }
 
 // Through a second reader, so that this one stays before its first row.
@@ -304,7 +302,9 @@ core::SensorTime RecordReader::decode_time(std::string_view cell, const BoundCol
     refuse_row(&column, "found '" + printable(cell) + "', expected a " +
                             (layout_.time.is_date ? "date as 2024-05-01T12:00:00.5Z" : "time") +
                             ": every row needs one" +
-                            (parse_iso8601(cell) ? "; a date has the unit iso8601" : ""));
+                            (parse_iso8601(cell)
+                                 ? "; a date has the unit iso8601" + (rows_read_ == 0 ? guess_ : "")
+                                 : ""));
   }
   return scaled_time(*number, &column);
 }

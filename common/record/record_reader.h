@@ -98,7 +98,8 @@ struct RecordOptions {
   // Of an MCAP file: the gyro. Without, it must hold one gyro alone, or the preferred one.
   std::optional<std::uint32_t> gyro_id{};
   std::optional<std::uint32_t> preferred_gyro_id{};
-  BagTopics topics{};  // of a ROS 2 bag
+  BagTopics topics{};              // of a ROS 2 bag
+  Rates rates = Rates::kOptional;  // of a text file; an MCAP file always has rates
 };
 
 // A record as those who ask for one name it.
@@ -108,7 +109,7 @@ struct RecordInput {
   std::optional<std::uint32_t> gyro_id{};  // of an MCAP file that holds several
   BagTopics topics{};                      // of a ROS 2 bag
 
-  // How its file is read. Throws as parse_column_map().
+  // How its file is read: for its rates, without which it is refused. Throws as parse_column_map().
   [[nodiscard]] RecordOptions options() const;
   // Another file, read as this one is.
   [[nodiscard]] RecordInput beside(const std::string& other) const;
@@ -172,7 +173,7 @@ class RecordReader {
   TextShape shape_;
   DecimalComma decimal_comma_;
   RecordLayout layout_;
-  std::string guess_;  // what the columns of a record without a rate probably mean
+  std::string guess_;  // what the columns probably mean, as the end of a line
   RecordRow row_;
   std::optional<core::SensorTime> previous_time_;
   std::uint64_t rows_read_ = 0;

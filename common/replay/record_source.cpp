@@ -15,10 +15,12 @@ namespace {
 
 constexpr core::SensorTime kBlankEvery = std::chrono::seconds(1);
 
-std::shared_ptr<record::RecordReader> open(const RecordSourceOptions& options) {
+std::shared_ptr<record::RecordReader> open(const RecordSourceOptions& options,
+                                           record::Rates rates) {
   if (options.record.file.empty())
     throw std::invalid_argument("--record: missing; a record source needs a file");
   record::RecordOptions how = options.record.options();
+  how.rates = rates;
   how.preferred_gyro_id = options.preferred_gyro_id;
   return std::make_shared<record::RecordReader>(options.record.file, std::move(how));
 }
@@ -40,7 +42,7 @@ core::ClockSource paced(core::ClockSource clock) {
 }  // namespace
 
 GyroSource open_gyro_record(const RecordSourceOptions& options, const Warn& warn) {
-  auto reader = open(options);
+  auto reader = open(options, record::Rates::kRequired);
   auto warned = std::make_shared<std::size_t>(0);
   const Span span(options, reader->info().first_time);
   return [=]() -> std::optional<GyroReading> {
@@ -60,7 +62,7 @@ GyroSource open_gyro_record(const RecordSourceOptions& options, const Warn& warn
 }
 
 ThermalSource open_thermal_record(const RecordSourceOptions& options, const Warn& warn) {
-  auto reader = open(options);
+  auto reader = open(options, record::Rates::kOptional);
   const std::vector<std::string> names = reader->info().probes;
   const core::EnvironmentChannels channels = reader->info().environment;
   if (names.empty()) {

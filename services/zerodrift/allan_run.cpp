@@ -42,13 +42,6 @@ bool has_any_rate(const RecordRow& row) {
 // Of the rows that hold a rate: others may lie between them.
 double nominal_period_s(const AllanRequest& request) {
   RecordReader reader(request.record.file, request.record.options());
-  const auto& has = reader.info().has_rate;
-  if (std::none_of(has.begin(), has.end(), [](bool one) { return one; })) {
-    throw std::invalid_argument(
-        request.record.file +
-        ": has no column of an angular rate; expected rate_x_deg_h or the like, or --columns "
-        "'rate_x=<column>[deg/s]'");
-  }
   std::vector<double> steps_s;
   std::optional<core::SensorTime> previous;
   for (std::uint64_t rows = 0; rows < kMostRowsForPeriod; ++rows) {

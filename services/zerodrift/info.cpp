@@ -49,7 +49,9 @@ struct Seen {
 
 Seen look_at(const InfoOptions& options) {
   ProgressBar bar("info");
-  record::RecordReader reader(options.record.file, options.record.options());
+  record::RecordOptions how = options.record.options();
+  how.rates = record::Rates::kOptional;
+  record::RecordReader reader(options.record.file, std::move(how));
   measurement::RecordWatch watch(reader.info(), options.record.columns);
   const std::optional<double> expected_rows = record::estimated_rows(options.record.file);
   while (const record::RecordRow* row = reader.next()) {

@@ -55,6 +55,50 @@ TEST_F(Reading, AColumnMapThatNamesNothingIsRefusedByEveryCommand) {
   }
 }
 
+// What looks like a result of a record whose rates are not understood would be taken for one.
+TEST_F(Reading, ARecordWithoutARateIsRefusedWithAGuessByEveryCommandThatNeedsOne) {
+  std::string text = "time_s,wx_deg_h,temp_degC\n";
+  for (int i = 0; i < 6000; ++i)
+    text += std::to_string(0.1 * i) + "," + std::to_string(i % 7) + ",20\n";
+  system_test::write(path("plain.csv"), text);
+  auto all = commands();
+  all.push_back({"export", "--out", "@o.mcap", "--record"});
+  all.push_back({"replay", "--domain", "119", "--as-gyro-id", "1", "--record"});
+  all.push_back({"gyro-publisher", "--domain", "119", "--source", "record", "--record"});
+  const std::string guess =
+      "plain.csv: no column is an angular rate (rate_x_deg_h); name one by --columns "
+      "'rate_x=<column>[deg/s]'; the columns are: time_s, wx_deg_h, temp_degC; a guess, not used: "
+      "--columns 'time=time_s[s],rate_x=wx_deg_h[deg/h],temperature_coil=temp_degC[degC]'\n";
+  for (const Arguments& command : all) {
+    if (command[0] == "export" && command[2] == "@o.csv") continue;  // of a CSV record .mcap alone
+    SCOPED_TRACE(command[0]);
+    const Finished done = run_on(command, {"@plain.csv"});
+    EXPECT_EQ(done.exit_code, 2) << done.out;
+    EXPECT_TRUE(done.err.ends_with(guess)) << done.err;
+    EXPECT_EQ(lines_of(done.err), 1U) << done.err;
+    EXPECT_EQ(done.out, "");
+  }
+  const Finished asked = run({"info", "@plain.csv"});
+  EXPECT_EQ(asked.exit_code, 0) << asked.err;
+  EXPECT_NE(asked.out.find("rate axes none"), std::string::npos) << asked.out;
+  EXPECT_NE(asked.out.find("rate_x=wx_deg_h[deg/h]"), std::string::npos) << asked.out;
+}
+
+TEST_F(Reading, WhatIsGuessedIsTakenWhereItIsPasted) {
+  system_test::write(path("dates.csv"),
+                     "time_s,rate_x_deg_h\n2024-05-01T12:00:00Z,1\n2024-05-01T12:00:01Z,2\n");
+  const Finished refused = run({"info", "@dates.csv"});
+  EXPECT_EQ(refused.exit_code, 2) << refused.out;
+  const std::string before = "a guess, not used: --columns '";
+  const std::size_t at = refused.err.find(before);
+  ASSERT_NE(at, std::string::npos) << refused.err;
+  const std::size_t begin = at + before.size();
+  const std::string guess = refused.err.substr(begin, refused.err.find('\'', begin) - begin);
+  const Finished done = run({"info", "@dates.csv", "--columns", guess});
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_NE(done.out.find("rate axes x"), std::string::npos) << done.out;
+}
+
 TEST_F(Reading, TheGyroThatIsChosenIsTheOneThatIsNavigatedBy) {
   make_record(1200);
   ASSERT_EQ(run({"export", "@record.csv", "--gyro-id", "3", "--out", "@r.mcap"}).exit_code, 0);

@@ -136,7 +136,12 @@ TEST_F(TextShapes, DatesAreTimes) {
             "needs one");
   EXPECT_EQ(read("time_s,rate_x_rad_s\n1970-01-01T00:01,1\n").refusal,
             ":2: column 'time_s': found '1970-01-01T00:01', expected a time: every row needs one; "
-            "a date has the unit iso8601");
+            "a date has the unit iso8601; a guess, not used: --columns "
+            "'time=time_s[iso8601],rate_x=rate_x_rad_s[rad/s]'");
+  EXPECT_EQ(read("time_s,rate_x_rad_s\n1,1\n1970-01-01T00:01,1\n").refusal,
+            ":3: column 'time_s': found '1970-01-01T00:01', expected a time: every row needs one; "
+            "a date has the unit iso8601")
+      << "the first row is what the guess looks at";
   EXPECT_THROW(static_cast<void>(parse_column_map("time=t*2[iso8601]")), files::FileError);
 }
 
