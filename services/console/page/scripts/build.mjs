@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Generates, bundles, and refuses a page that is too big.
+// Generates, bundles, adds the licences of what was bundled, and refuses a page that is too big.
 //   ZERODRIFT_PROTO_DIR  where telemetry.proto is    (default: ../../../idl/proto)
 //   ZERODRIFT_PAGE_OUT   where the page goes         (default: dist)
-import { readFileSync, readdirSync } from 'node:fs';
+import { readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { gzipSync } from 'node:zlib';
 import { build } from 'vite';
+import { copyrightParagraphs, notingModules } from './licences.mjs';
 
 const LARGEST_BYTES = 200_000; // of all files, gzip
 
 await import('./generate.mjs');
-await build({ logLevel: 'warn' });
+const bundled = new Set();
+await build({ logLevel: 'warn', plugins: [notingModules(bundled)], worker: { plugins: () => [notingModules(bundled)] } });
 
 function filesBelow(folder) {
   return readdirSync(folder, { withFileTypes: true }).flatMap((entry) =>
@@ -19,6 +21,7 @@ function filesBelow(folder) {
 }
 
 const out = process.env.ZERODRIFT_PAGE_OUT ?? 'dist';
+writeFileSync(join(out, 'licences.txt'), copyrightParagraphs(bundled, 'usr/share/zerodrift/console/*'));
 let total = 0;
 for (const file of filesBelow(out)) {
   const size = gzipSync(readFileSync(file), { level: 9 }).length;
