@@ -71,25 +71,23 @@ Warn warn_by(service::Host& host, std::uint32_t gyro_id) {
 int run_publisher(service::Host& host, std::uint32_t gyro_id, std::atomic<bool>& stopping,
                   const std::function<void()>& publish,
                   const std::function<service::Status()>& status) {
-  std::atomic<bool> failed{false};
   std::thread publisher([&] {
     try {
       publish();
     } catch (const std::exception& error) {
-      failed = true;
       host.raise({.code = "source_failed",
                   .severity = Severity::kError,
                   .text = error.what(),
                   .gyro_id = gyro_id,
                   .sensor_time_ns = 0});
+      host.give_up(service::kExitBadInput);
     }
     service::request_stop();
   });
-  const auto exit_code = [&] { return failed ? service::kExitBadInput : host.exit_code(); };
-  host.run(status, {}, [&] { service::end_within(service::kStopWithin, exit_code()); });
+  host.run(status, {}, [&] { service::end_within(service::kStopWithin, host.exit_code()); });
   stopping = true;
   publisher.join();
-  return exit_code();
+  return host.exit_code();
 }
 
 }  // namespace zerodrift::replay

@@ -73,19 +73,10 @@ Severity severity_of(dds::EndpointEvent::Kind kind) {
   }
 }
 
-std::string endpoint_code(dds::EndpointEvent::Kind kind) {
-  switch (kind) {
-    case dds::EndpointEvent::Kind::kIncompatibleQos: return "incompatible_qos";
-    case dds::EndpointEvent::Kind::kSampleLost: return "sample_lost";
-    case dds::EndpointEvent::Kind::kSampleRejected: return "sample_rejected";
-    case dds::EndpointEvent::Kind::kDeadlineMissed: return "deadline_missed";
-    case dds::EndpointEvent::Kind::kLivelinessLost: return "liveliness_lost";
-    case dds::EndpointEvent::Kind::kLivelinessRegained: return "liveliness_regained";
-    case dds::EndpointEvent::Kind::kTypeMismatch: return "type_mismatch";
-    case dds::EndpointEvent::Kind::kPeerLost: return "peer_lost";
-    case dds::EndpointEvent::Kind::kSharedMemoryNotShared: return "shared_memory_not_shared";
-  }
-  return "endpoint";
+const char* endpoint_code(dds::EndpointEvent::Kind kind) {
+  const auto* known = std::find_if(kEndpointCodes.begin(), kEndpointCodes.end(),
+                                   [&](const EndpointCode& one) { return one.kind == kind; });
+  return known != kEndpointCodes.end() ? known->code : "endpoint";
 }
 
 }  // namespace
@@ -376,8 +367,9 @@ int Host::run(const std::function<Status()>& status, const std::function<void()>
     Status now = status();
     judge_flow(now);
     judge_receiving(now);
-    if (stop) now.state = State::kStopping;
+    if (stop) now.state = exit_code_ == kExitDone ? State::kStopping : State::kDegraded;
     publish(now);
+    if (stop) now.state = State::kStopping;
     notify_supervisor(now);
     raise_security_notices();
     publish_events();

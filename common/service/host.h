@@ -2,6 +2,7 @@
 // What every service process has: a participant, signals, a status once a second, events, a log.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <compare>
@@ -54,6 +55,22 @@ struct Status {
   std::optional<Flow> flow{};
 };
 
+// What an event and a total of the middleware are called.
+struct EndpointCode {
+  dds::EndpointEvent::Kind kind;
+  const char* code;
+};
+inline constexpr std::array kEndpointCodes{
+    EndpointCode{dds::EndpointEvent::Kind::kIncompatibleQos, "incompatible_qos"},
+    EndpointCode{dds::EndpointEvent::Kind::kTypeMismatch, "type_mismatch"},
+    EndpointCode{dds::EndpointEvent::Kind::kSampleLost, "sample_lost"},
+    EndpointCode{dds::EndpointEvent::Kind::kSampleRejected, "sample_rejected"},
+    EndpointCode{dds::EndpointEvent::Kind::kDeadlineMissed, "deadline_missed"},
+    EndpointCode{dds::EndpointEvent::Kind::kLivelinessLost, "liveliness_lost"},
+    EndpointCode{dds::EndpointEvent::Kind::kLivelinessRegained, "liveliness_regained"},
+    EndpointCode{dds::EndpointEvent::Kind::kPeerLost, "peer_lost"},
+    EndpointCode{dds::EndpointEvent::Kind::kSharedMemoryNotShared, "shared_memory_not_shared"}};
+
 struct Occurrence {
   std::string code{};  // stable, machine-readable
   Severity severity = Severity::kWarning;
@@ -88,14 +105,17 @@ class Host {
   [[nodiscard]] dds::EndpointObserver observer();
 
   // Publishes status() about four times a second until a stop signal, then calls on_stop, and
-  // publishes once more with State::kStopping. `tick`, if given, runs before each. Notifies the
-  // supervisor too: sd_notify(3), and the health file. What the supervision forbids is raised and
-  // ends it as a signal would. Gives exit_code().
+  // publishes once more: with State::kStopping, or with State::kDegraded where it gave up, since
+  // who gave up has not ended in order and is missed. `tick`, if given, runs before each. Notifies
+  // the supervisor too: sd_notify(3), and the health file. What the supervision forbids is raised
+  // and ends it as a signal would. Gives exit_code().
   int run(const std::function<Status()>& status, const std::function<void()>& tick = {},
           const std::function<void()>& on_stop = {});
   void publish(const Status& status);
   // kExitDone, or why run() ended by itself. Any thread.
   [[nodiscard]] int exit_code() const noexcept { return exit_code_; }
+  // Ends run() with this; the first reason counts. Any thread.
+  void give_up(int exit_code);
 
  private:
   void publish(const std::string& name, const Status& status, const std::vector<Metric>& metrics);
@@ -124,8 +144,6 @@ class Host {
   void raise_security_notices();
   void publish_events();
   void log(const DueEvent& event) const;
-  // Ends run() with this; the first reason counts.
-  void give_up(int exit_code);
   void judge_flow(Status& status);
   void judge_receiving(Status& status);
   void notify_supervisor(const Status& status);

@@ -53,6 +53,7 @@ class Replay {
       if (failed_) stopping_ = true;
       temperatures_.need_all();
       temperatures.join();
+      if (failed_) host_.give_up(service::kExitBadInput);
       service::request_stop();
     });
     host_.run([this] { return status(); }, {},

@@ -141,6 +141,12 @@ TEST(SupervisedHost, AStaleFlowIsToldAndEndsItIfAskedTo) {
                                    });
     EXPECT_EQ(exit_code, ends ? kExitNo : kExitDone);
     EXPECT_EQ(ticks >= 20, !ends);
+    // Only who was asked to end says that it stops.
+    const auto last = static_cast<std::uint32_t>(ends ? State::kDegraded : State::kStopping);
+    EXPECT_TRUE(eventually([&] {
+      const std::lock_guard lock(mutex);
+      return !statuses.empty() && statuses.back().state() == last;
+    })) << ends;
   }
   const std::lock_guard lock(mutex);
   EXPECT_TRUE(std::any_of(statuses.begin(), statuses.end(), [](const auto& status) {
