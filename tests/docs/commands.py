@@ -73,9 +73,10 @@ def other_pages():
 
 
 def block_lines(text):
-    """Lines of indented and fenced blocks, those that go on in the next joined; not what a command prints (```text)."""
+    """Lines of indented and fenced blocks, those that go on in the next joined; not what a command prints (```text) or what
+    another program is configured with (```yaml)."""
     fenced, joined = False, ""
-    for line in re.sub(r"^```text\n.*?^```$", "", text, flags=re.M | re.S).splitlines():
+    for line in re.sub(r"^```(text|yaml)\n.*?^```$", "", text, flags=re.M | re.S).splitlines():
         if line.startswith("```"):
             fenced = not fenced
             continue
@@ -158,6 +159,20 @@ def check_links(page, text):
             fail(f"{page.relative_to(ROOT)}: nothing is at {link}")
 
 
+def check_collector(console_help):
+    """The collector's configuration names the address and the path that the console has, as Prometheus' own does."""
+    block = re.search(r"^```yaml\n(.*?)^```$", (ROOT / "docs/console.md").read_text(), re.M | re.S)
+    address = re.search(r"--listen .*?(\d+\.\d+\.\d+\.\d+:\d+)", console_help, re.S)
+    if not block or not address:
+        return fail("docs/console.md has no block of yaml, or --listen no address")
+    for text in (block[1], (ROOT / "deploy/monitoring/prometheus.yaml").read_text()):
+        if f'targets: ["{address[1]}"]' not in text or "job_name: zerodrift" not in text:
+            fail(f"nobody scrapes {address[1]} as job zerodrift:\n{text}")
+    path = re.search(r"metrics_path: (\S+)", block[1])
+    if not path or f'path == "{path[1]}"' not in (ROOT / "services/console/console_node.cpp").read_text():
+        fail("docs/console.md: the console has no such metrics_path")
+
+
 def known(build):
     helps, count = Help(build / "bin/zerodrift"), 0
     for page in [*ordered_pages(), *tutorials(), *other_pages(), ROOT / "examples/README.md"]:
@@ -183,6 +198,7 @@ def known(build):
     settings = "".join(re.findall(r'"((?:[^"\\]|\\.)*)"', header[header.index("kLoopbackOnly"):])).replace('\\"', '"')
     if f"'{settings}'" not in (ROOT / "examples/behind_ros2/README.md").read_text():
         fail("examples/behind_ros2: Cyclone DDS is set up otherwise than in tests/support/cyclone_loopback.h")
+    check_collector(helps.of(("console",)))
     lines = len((ROOT / "README.md").read_text().splitlines())
     if lines > LONGEST_README:
         fail(f"README.md has {lines} lines, at most {LONGEST_README} are a page")
