@@ -60,7 +60,7 @@ std::vector<Metric> latency_metrics(std::span<const HopLatency* const> hops) {
 }
 
 StatusPart latency_part(std::span<const HopLatency* const> hops) {
-  StatusPart part{.name = "latency", .metrics = {}};
+  StatusPart part{.name = kLatencyPart, .metrics = {}};
   for (const HopLatency* hop : hops) {
     const auto add = [&](const std::string& what, std::uint64_t count) {
       part.metrics.push_back({std::string(hop->name()) + what, "1", static_cast<double>(count)});
@@ -68,6 +68,8 @@ StatusPart latency_part(std::span<const HopLatency* const> hops) {
     for (const Bound& bound : kBounds)
       add(std::string("_le_") + bound.name, hop->histogram().count_up_to(bound.ns));
     add("_count", hop->histogram().count());
+    part.metrics.push_back({std::string(hop->name()) + "_sum", "us",
+                            static_cast<double>(hop->histogram().sum_ns()) * kMicro});
     add("_incomparable", hop->incomparable());
   }
   return part;

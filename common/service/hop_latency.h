@@ -58,9 +58,11 @@ std::int64_t unix_time_of(std::int64_t monotonic_stamp_ns, const ArrivalClocks& 
 // `<hop>_p50`, `_p99`, `_p999` and `_max`, us.
 std::vector<Metric> latency_metrics(std::span<const HopLatency* const> hops);
 
-// The buckets, as a part "latency": `<hop>_le_<bound>` counts the samples that took at most the
-// bound (1, 2, 5, ... from 1us to 1s; to 1/16 of the bound), `<hop>_count` all, and
-// `<hop>_incomparable` those whose stamps weren't of one clock. 21 metrics a hop: seven hops fit.
+inline constexpr const char* kLatencyPart = "latency";
+// The buckets, as a part kLatencyPart: `<hop>_le_<bound>` counts the samples that took at most the
+// bound (1, 2, 5, ... from 1us to 1s; to 1/16 of the bound), `<hop>_count` all, `<hop>_sum` adds up
+// how long they took, us, and `<hop>_incomparable` counts those whose stamps weren't of one clock.
+// 22 metrics a hop: seven hops fit.
 StatusPart latency_part(std::span<const HopLatency* const> hops);
 
 }  // namespace zerodrift::service

@@ -28,6 +28,7 @@ void LatencyHistogram::record(std::int64_t latency_ns) noexcept {
   const auto value = static_cast<std::uint64_t>(std::max<std::int64_t>(latency_ns, 0));
   auto& count = counts_[bucket(value)];
   count.store(count.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+  sum_.store(sum_.load(std::memory_order_relaxed) + value, std::memory_order_relaxed);
   if (latency_ns > max_.load(std::memory_order_relaxed))
     max_.store(latency_ns, std::memory_order_relaxed);
 }

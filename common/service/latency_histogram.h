@@ -19,6 +19,10 @@ class LatencyHistogram {
   void record_between(std::int64_t earlier_ns, std::int64_t later_ns) noexcept;
 
   [[nodiscard]] std::uint64_t count() const noexcept;
+  // Of all records, to the nanosecond; negative ones add nothing.
+  [[nodiscard]] std::uint64_t sum_ns() const noexcept {
+    return sum_.load(std::memory_order_relaxed);
+  }
   // Upper edge of the bucket that holds the given share of the records; 0 when empty. O(buckets).
   [[nodiscard]] std::int64_t percentile_ns(double share) const noexcept;
   // Records in the buckets up to and with that of this latency: those that took at most so long, to
@@ -35,6 +39,7 @@ class LatencyHistogram {
   static std::uint64_t upper_edge(std::size_t bucket) noexcept;
 
   std::array<std::atomic<std::uint64_t>, kBuckets> counts_{};
+  std::atomic<std::uint64_t> sum_{0};
   std::atomic<std::int64_t> max_{0};
 };
 

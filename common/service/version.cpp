@@ -9,4 +9,8 @@ const char* version_line() {
   return "zerodrift " ZERODRIFT_VERSION " (commit " ZERODRIFT_COMMIT ", " ZERODRIFT_BUILD_TYPE ")";
 }
 
+const char* commit() {
+  return ZERODRIFT_COMMIT;
+}
+
 }  // namespace zerodrift::service

@@ -7,5 +7,6 @@ namespace zerodrift::service {
 
 // "zerodrift 0.1.0 (commit abc1234, Release)"; "+" behind the commit: with changes.
 [[nodiscard]] const char* version_line();
+[[nodiscard]] const char* commit();
 
 }  // namespace zerodrift::service

@@ -247,6 +247,8 @@ web::Response ConsoleNode::metrics() {
                            .gyros = gateway_.gyro_figures(),
                            .allan = gateway_.allan_reports(),
                            .unix_ns = service::unix_time_ns(),
+                           .version = ZERODRIFT_VERSION,
+                           .commit = options_.commit,
                            .clients = hub_.clients(),
                            .frames_dropped = gateway_.dropped_of_all(),
                            .arrivals_left_out = arrivals_.overflow()};

@@ -18,7 +18,8 @@ struct ConsoleOptions {
   std::string listen = "127.0.0.1:8765";
   std::filesystem::path token_file{};
   std::vector<std::string> allowed_origins{};
-  std::filesystem::path page{};  // empty: ../share/zerodrift/console beside the program's folder
+  std::string commit = "unknown";  // of this build
+  std::filesystem::path page{};    // empty: ../share/zerodrift/console beside the program's folder
 };
 
 void add_options(CLI::App& app, ConsoleOptions& options);

@@ -10,5 +10,6 @@ int main(int argc, char** argv) {
                "console");
   services::ConsoleOptions options;
   services::add_options(app, options);
+  options.commit = service::commit();
   return service::run_main(app, argc, argv, [&] { return services::ConsoleNode(options).run(); });
 }

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -16,53 +15,46 @@
 #include <utility>
 #include <vector>
 
+#include "common/service/hop_latency.h"
+#include "services/console/metric_catalogue.h"
+#include "services/console/telemetry.h"
+
 namespace zerodrift::services {
 namespace {
 
 using prometheus::ClientMetric;
 using prometheus::MetricFamily;
 using prometheus::MetricType;
-using Labels = std::vector<ClientMetric::Label>;
 
 constexpr double kNsPerS = 1e9;
 constexpr std::array<const char*, 3> kAxes{"x", "y", "z"};
 constexpr std::array<const char*, 2> kStreams{"raw", "compensated"};
 
-struct Unit {
-  std::string_view written;  // as a service writes it
-  const char* suffix;
-  double factor;
-};
-constexpr std::array kUnits{Unit{"us", "_seconds", 1e-6},
-                            Unit{"ms", "_seconds", 1e-3},
-                            Unit{"s", "_seconds", 1.0},
-                            Unit{"degC", "_celsius", 1.0},
-                            Unit{"degC/min", "_celsius_per_minute", 1.0},
-                            Unit{"deg/h", "_degrees_per_hour", 1.0},
-                            Unit{"ppm", "_ratio", 1e-6},
-                            Unit{"ppm/degC", "_per_celsius", 1e-6},
-                            Unit{"kB", "_bytes", 1024.0}};
-
-// Letters, digits, underscores.
-std::string safe_name(std::string_view name) {
-  std::string result;
-  for (const char c : name) result += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
-  return result;
+MetricType type_of(MetricKind kind) {
+  switch (kind) {
+    case MetricKind::kCounter: return MetricType::Counter;
+    case MetricKind::kGauge: return MetricType::Gauge;
+    case MetricKind::kHistogram: return MetricType::Histogram;
+  }
+  return MetricType::Untyped;
 }
 
 // Of one name there is one family, and in it each set of labels once.
 class Families {
  public:
-  void add(const std::string& name, const char* help, Labels labels, double value) {
+  void add(const MetricFact& fact, const MetricLabels& labels, double value) {
     ClientMetric metric;
-    metric.gauge.value = value;
-    add(name, help, MetricType::Gauge, std::move(labels), metric);
+    (fact.kind == MetricKind::kCounter ? metric.counter.value : metric.gauge.value) = value;
+    add(fact, labels, std::move(metric));
   }
-  void add_histogram(const std::string& name, const char* help, Labels labels,
-                     ClientMetric::Histogram histogram) {
-    ClientMetric metric;
-    metric.histogram = std::move(histogram);
-    add(name, help, MetricType::Histogram, std::move(labels), metric);
+  void add(const MetricFact& fact, const MetricLabels& labels, ClientMetric metric) {
+    if (!seen_.insert({fact.name, labels}).second) return;
+    MetricFamily& family = families_[fact.name];
+    family.name = fact.name;
+    family.help = fact.help;
+    family.type = type_of(fact.kind);
+    for (const auto& [name, value] : labels) metric.label.push_back({name, value});
+    family.metric.push_back(std::move(metric));
   }
   [[nodiscard]] std::string text() const {
     std::vector<MetricFamily> all;
@@ -71,22 +63,8 @@ class Families {
   }
 
  private:
-  void add(const std::string& name, const char* help, MetricType type, Labels labels,
-           ClientMetric metric) {
-    std::sort(labels.begin(), labels.end());
-    if (!seen_.insert({name, labels}).second) return;
-    MetricFamily& family = families_[name];
-    if (family.metric.empty()) {
-      family.name = name;
-      family.help = help;
-      family.type = type;
-    }
-    if (family.type != type) return;
-    metric.label = std::move(labels);
-    family.metric.push_back(std::move(metric));
-  }
   std::map<std::string, MetricFamily> families_;
-  std::set<std::pair<std::string, Labels>> seen_;
+  std::set<std::pair<std::string, MetricLabels>> seen_;
 };
 
 // "500us" -> 5e-4
@@ -102,88 +80,126 @@ std::optional<double> bound_s(std::string_view text) {
   return std::nullopt;
 }
 
-Labels labels_of(const std::string& service) {
+// A status "name:part" is service "name" with the part "latency", a gyro's number or another one.
+bool is_part(const std::string& service) {
+  return service.find(':') != std::string::npos;
+}
+
+MetricLabels labels_of(const std::string& service) {
   const std::size_t colon = service.find(':');
-  Labels labels{{"service", service.substr(0, colon)}};
-  if (colon != std::string::npos) labels.push_back({"part", service.substr(colon + 1)});
+  MetricLabels labels{{"service", service.substr(0, colon)}};
+  if (colon == std::string::npos) return labels;
+  const std::string part = service.substr(colon + 1);
+  const bool is_gyro = !part.empty() && part.find_first_not_of("0123456789") == std::string::npos;
+  if (part != service::kLatencyPart) labels[is_gyro ? "gyro" : "part"] = part;
   return labels;
 }
 
-// True where the metric is of a histogram; then it is in `hops`.
-bool is_of_histogram(const telemetry::Metric& metric,
-                     std::map<std::string, ClientMetric::Histogram>& hops) {
+// Of the hops of a service; one whose sum or count isn't known is none.
+struct Hop {
+  std::vector<ClientMetric::Bucket> buckets{};
+  std::optional<std::uint64_t> count{};
+  std::optional<double> sum_s{};
+};
+
+// True where the member is of a histogram; then it is in `hops`.
+bool is_of_histogram(const telemetry::Metric& member, std::map<std::string, Hop>& hops) {
   constexpr std::string_view kBound = "_le_";
   constexpr std::string_view kCount = "_count";
-  const std::string& name = metric.name();
-  const auto count = static_cast<std::uint64_t>(std::max(0.0, metric.value()));
+  constexpr std::string_view kSum = "_sum";
+  constexpr double kSPerUs = 1e-6;
+  constexpr double kLargestCount = 9e15;  // whole numbers of a double
+  if (!std::isfinite(member.value())) return false;
+  const std::string& name = member.name();
+  const auto hop = [&](std::string_view ending) -> Hop& {
+    return hops[name.substr(0, name.size() - ending.size())];
+  };
+  const auto count = static_cast<std::uint64_t>(std::clamp(member.value(), 0.0, kLargestCount));
   const std::size_t at = name.find(kBound);
   if (at != std::string::npos) {
     const auto bound = bound_s(std::string_view(name).substr(at + kBound.size()));
     if (!bound) return false;
-    hops[name.substr(0, at)].bucket.push_back({count, *bound});
-    return true;
+    hop(std::string_view(name).substr(at)).buckets.push_back({count, *bound});
+  } else if (name.ends_with(kCount)) {
+    hop(kCount).count = count;
+  } else if (name.ends_with(kSum)) {
+    hop(kSum).sum_s = member.value() * kSPerUs;
+  } else {
+    return false;
   }
-  if (!name.ends_with(kCount)) return false;
-  hops[name.substr(0, name.size() - kCount.size())].sample_count = count;
   return true;
 }
 
-void add_hops(Families& families, const Labels& of,
-              std::map<std::string, ClientMetric::Histogram>&& hops) {
-  for (auto& [hop, histogram] : hops) {
-    std::sort(histogram.bucket.begin(), histogram.bucket.end(),
+void add_hops(Families& families, const MetricLabels& of, std::map<std::string, Hop>&& hops) {
+  for (auto& [name, hop] : hops) {
+    if (!hop.count || !hop.sum_s) continue;
+    std::sort(hop.buckets.begin(), hop.buckets.end(),
               [](const auto& a, const auto& b) { return a.upper_bound < b.upper_bound; });
-    histogram.bucket.push_back({histogram.sample_count, std::numeric_limits<double>::infinity()});
-    histogram.sample_sum = std::numeric_limits<double>::quiet_NaN();
-    Labels labels = of;
-    std::erase_if(labels, [](const auto& label) { return label.name == "part"; });
-    labels.push_back({"hop", hop});
-    families.add_histogram("zerodrift_hop_latency_seconds",
-                           "Time from one stamp of a sample's way to the next", std::move(labels),
-                           std::move(histogram));
+    hop.buckets.push_back({*hop.count, std::numeric_limits<double>::infinity()});
+    ClientMetric metric;
+    metric.histogram = {*hop.count, *hop.sum_s, std::move(hop.buckets)};
+    MetricLabels labels = of;
+    labels["hop"] = name;
+    families.add(metric::kHopLatency, labels, std::move(metric));
   }
 }
 
-void add_metric(Families& families, Labels labels, const telemetry::Metric& metric) {
-  std::string name = metric.name();
-  const bool has_axis = name.size() > 2 && name[name.size() - 2] == '_' &&
-                        (name.back() == 'x' || name.back() == 'y' || name.back() == 'z');
-  if (has_axis) {
-    labels.push_back({"axis", std::string(1, name.back())});
-    name.resize(name.size() - 2);
+// `<topic>_<code>`, or `<code>` of a peer: topics of others have any name.
+bool add_endpoint_events(Families& families, MetricLabels labels, const telemetry::Metric& member) {
+  const std::string_view name = member.name();
+  for (const auto& [kind, code] : service::kEndpointCodes) {
+    if (!name.ends_with(code)) continue;
+    const std::string_view before = name.substr(0, name.size() - std::string_view(code).size());
+    if (!before.empty() && !before.ends_with('_')) continue;
+    labels["event"] = code;
+    if (before.size() > 1) labels["topic"] = before.substr(0, before.size() - 1);
+    families.add(metric::kEndpointEvents, labels, member.value());
+    return true;
   }
-  const auto* unit = std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& known) {
-    return known.written == metric.unit();
-  });
-  const bool has_unit = unit != kUnits.end();
-  families.add("zerodrift_" + safe_name(name) + (has_unit ? unit->suffix : ""),
-               "Of service_status, as the service tells it", std::move(labels),
-               metric.value() * (has_unit ? unit->factor : 1.0));
+  return false;
 }
 
-void add_service(Families& families, const telemetry::ServiceStatus& status) {
-  const Labels labels = labels_of(status.service());
-  families.add("zerodrift_service_up", "1: the service reports", labels,
-               status.alive() ? 1.0 : 0.0);
-  families.add("zerodrift_service_uptime_seconds", "Since the service's start", labels,
-               status.uptime_s());
-  std::map<std::string, ClientMetric::Histogram> hops;
-  const bool has_hops = status.service().ends_with(":latency");
-  for (const auto& metric : status.metrics()) {
-    if (!has_hops || !is_of_histogram(metric, hops)) add_metric(families, labels, metric);
+// False where nothing is known of it.
+bool add_member(Families& families, MetricLabels labels, const telemetry::Metric& member) {
+  const ServedMember* served = find_served(member.name(), member.unit());
+  if (served == nullptr) return add_endpoint_events(families, std::move(labels), member);
+  if (served->metric->name == nullptr) return true;
+  labels.insert(served->labels.begin(), served->labels.end());
+  families.add(*served->metric, labels, member.value() * served->factor);
+  return true;
+}
+
+// Gives how many members aren't known.
+std::size_t add_service(Families& families, const telemetry::ServiceStatus& status) {
+  const MetricLabels labels = labels_of(status.service());
+  // Who ended in order is nobody's concern: its series end, as Prometheus' own targets' do.
+  if (ended_in_order(status)) {
+    if (!is_part(status.service()))
+      families.add(metric::kServiceEnded, labels,
+                   static_cast<double>(time_ns(status.timestamp())) / kNsPerS);
+    return 0;
+  }
+  if (!is_part(status.service())) {
+    families.add(metric::kServiceUp, labels, status.alive() ? 1.0 : 0.0);
+    families.add(metric::kServiceUptime, labels, status.uptime_s());
+  }
+  std::size_t unknown = 0;
+  std::map<std::string, Hop> hops;
+  const bool has_hops = status.service().ends_with(std::string(":") + service::kLatencyPart);
+  for (const auto& member : status.metrics()) {
+    if (has_hops && is_of_histogram(member, hops)) continue;
+    if (!add_member(families, labels, member)) ++unknown;
   }
   add_hops(families, labels, std::move(hops));
+  return unknown;
 }
 
 void add_gyro(Families& families, std::uint32_t id, const Gateway::GyroFigures& figures,
               std::int64_t unix_ns) {
-  const Labels of{{"gyro", std::to_string(id)}};
-  families.add("zerodrift_console_samples", "Compensated samples that reached the console", of,
-               static_cast<double>(figures.samples));
-  families.add("zerodrift_console_samples_missing",
-               "Sequence numbers that never came since the console's start", of,
-               static_cast<double>(figures.missing));
-  families.add("zerodrift_last_sample_age_seconds", "Since the newest sample arrived", of,
+  const MetricLabels of{{"gyro", std::to_string(id)}};
+  families.add(metric::kConsoleSamples, of, static_cast<double>(figures.samples));
+  families.add(metric::kConsoleSamplesMissing, of, static_cast<double>(figures.missing));
+  families.add(metric::kLastSampleAge, of,
                std::max(0.0, static_cast<double>(unix_ns - figures.newest_unix_ns) / kNsPerS));
   const auto& newest = figures.newest;
   const std::array<double, 3> drift{newest.drift_deg_h().x(), newest.drift_deg_h().y(),
@@ -193,14 +209,11 @@ void add_gyro(Families& families, std::uint32_t id, const Gateway::GyroFigures& 
   const std::array<telemetry::Mode, 3> modes{newest.x().mode(), newest.y().mode(),
                                              newest.z().mode()};
   for (std::size_t i = 0; i < kAxes.size(); ++i) {
-    Labels labels = of;
-    labels.push_back({"axis", kAxes[i]});
-    families.add("zerodrift_axis_mode",
-                 "0 passthrough, 1 learning, 2 frozen, 3 fallback, 4 out of domain, 5 holding",
-                 labels, static_cast<double>(modes[i]));
-    families.add("zerodrift_axis_drift_degrees_per_hour", "What is taken off", labels, drift[i]);
-    families.add("zerodrift_axis_drift_sigma_degrees_per_hour",
-                 "One sigma of what is taken off; NaN: not known", labels, sigma[i]);
+    MetricLabels labels = of;
+    labels["axis"] = kAxes[i];
+    families.add(metric::kAxisMode, labels, static_cast<double>(modes[i]));
+    families.add(metric::kAxisDrift, labels, drift[i]);
+    families.add(metric::kAxisDriftSigma, labels, sigma[i]);
   }
 }
 
@@ -209,17 +222,14 @@ void add_allan(Families& families, const Gateway::GyroAxisStream& which,
   const auto& [gyro, axis, stream] = which;
   for (const auto& coefficient : report.coefficients()) {
     if (coefficient.identified() != 1 && coefficient.identified() != 2) continue;
-    const Labels labels{{"gyro", std::to_string(gyro)},
-                        {"axis", kAxes[axis]},
-                        {"stream", kStreams[stream]},
-                        {"symbol", coefficient.symbol()},
-                        {"unit", coefficient.unit()}};
-    if (coefficient.identified() == 1) {
-      families.add("zerodrift_allan_coefficient", "Noise coefficient in its unit", labels,
-                   coefficient.value());
-    }
-    families.add("zerodrift_allan_coefficient_upper", "Upper end of its 95 % interval", labels,
-                 coefficient.upper());
+    const MetricLabels labels{{"gyro", std::to_string(gyro)},
+                              {"axis", kAxes[axis]},
+                              {"stream", kStreams[stream]},
+                              {"symbol", coefficient.symbol()},
+                              {"unit", coefficient.unit()}};
+    if (coefficient.identified() == 1)
+      families.add(metric::kAllanCoefficient, labels, coefficient.value());
+    families.add(metric::kAllanCoefficientUpper, labels, coefficient.upper());
   }
 }
 
@@ -227,16 +237,15 @@ void add_allan(Families& families, const Gateway::GyroAxisStream& which,
 
 std::string metrics_text(const MetricsInput& input) {
   Families families;
-  for (const auto& [name, status] : input.services) add_service(families, status);
+  families.add(metric::kBuildInfo, {{"version", input.version}, {"commit", input.commit}}, 1.0);
+  std::size_t unknown = 0;
+  for (const auto& [name, status] : input.services) unknown += add_service(families, status);
   for (const auto& [id, figures] : input.gyros) add_gyro(families, id, figures, input.unix_ns);
   for (const auto& [which, report] : input.allan) add_allan(families, which, report);
-  families.add("zerodrift_console_clients", "WebSocket clients now", {},
-               static_cast<double>(input.clients));
-  families.add("zerodrift_console_frames_dropped", "Frames that clients were too slow for", {},
-               static_cast<double>(input.frames_dropped));
-  families.add("zerodrift_console_arrivals_left_out",
-               "Messages that came faster than the console takes them", {},
-               static_cast<double>(input.arrivals_left_out));
+  families.add(metric::kConsoleClients, {}, static_cast<double>(input.clients));
+  families.add(metric::kConsoleFramesDropped, {}, static_cast<double>(input.frames_dropped));
+  families.add(metric::kConsoleArrivalsLeftOut, {}, static_cast<double>(input.arrivals_left_out));
+  families.add(metric::kConsoleMembersUnknown, {}, static_cast<double>(unknown));
   return families.text();
 }
 

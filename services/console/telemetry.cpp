@@ -280,6 +280,10 @@ telemetry::ServiceStatus to_telemetry(const msg::ServiceStatus& status, std::int
   return out;
 }
 
+bool ended_in_order(const telemetry::ServiceStatus& status) {
+  return status.state() == service::state_name(service::State::kStopping);
+}
+
 telemetry::Event to_telemetry(const msg::Event& event) {
   telemetry::Event out;
   set_time(*out.mutable_timestamp(), event.wall_time_ns());

@@ -36,6 +36,7 @@ telemetry::AllanReport to_telemetry(const msg::AllanReport& report);
 telemetry::NavigationState to_telemetry(const msg::NavigationState& state);
 telemetry::TwinReport to_telemetry(const msg::TwinReport& report);
 telemetry::ServiceStatus to_telemetry(const msg::ServiceStatus& status, std::int64_t unix_ns);
+bool ended_in_order(const telemetry::ServiceStatus& status);
 telemetry::Event to_telemetry(const msg::Event& event);
 telemetry::Endpoint to_telemetry(const dds::RemoteEndpoint& endpoint);
 

@@ -259,7 +259,6 @@ service::Status NavigationFilterNode::status() {
     sum.duplicates += seen.counts.duplicates;
     sum.unusable += seen.counts.unusable;
     sum.time_restarts += seen.counts.time_restarts;
-    sum.references += seen.counts.references;
     sum.residuals += seen.counts.residuals;
     service::StatusPart part{.name = std::to_string(seen.id), .metrics = {}};
     const auto add = [&](std::string metric, const char* unit, double value) {
@@ -292,7 +291,6 @@ service::Status NavigationFilterNode::status() {
                     {"duplicates", "1", static_cast<double>(sum.duplicates)},
                     {"unusable", "1", static_cast<double>(sum.unusable)},
                     {"time_restarts", "1", static_cast<double>(sum.time_restarts)},
-                    {"references", "1", static_cast<double>(sum.references)},
                     {"residuals", "1", static_cast<double>(sum.residuals)},
                     {"unwritten", "1", static_cast<double>(unwritten)},
                     {"too_many_gyros", "1", static_cast<double>(strangers)}};

@@ -173,10 +173,20 @@ else
   run allan_monitor
   run compensation --await-subscribers 1 --redundant
   run thermal_publisher "${simulation[@]}"
+  run navigation_filter --heading 0
   run gyro_publisher "${simulation[@]}" --rate 100 --wait-for compensation,allan_monitor
+  # One that ends in order.
+  "$bin/zerodrift" record --domain $domain --out recorded.mcap --samples 100 > recorder.log 2>&1 & started+=($!)
   check "monitoring: a console serves what alerts and dashboard ask for" node monitoring.mjs "$root" http://127.0.0.1:$port/metrics
-  sed 's/zerodrift_samples_in/zerodrift_samples_taken/' metrics.txt > renamed.txt
+  sed 's/zerodrift_samples_in_total/zerodrift_samples_taken/' metrics.txt > renamed.txt
   check "monitoring: a renamed metric is found" refuses node monitoring.mjs "$root" renamed.txt
+  check "monitoring: the console knows every member of the services' statuses" grep -x 'zerodrift_console_members_unknown 0' metrics.txt
+  check "monitoring: the recorder that ended is not down" refuses grep -q 'zerodrift_service_up{.*"recorder"' metrics.txt
+  if "$promtool" --version >/dev/null 2>&1; then
+    check "monitoring: promtool check metrics" "$promtool" check metrics < metrics.txt
+    sed 's/zerodrift_samples_in_total/zerodrift_samples_in/' metrics.txt > no_total.txt
+    check "monitoring: a counter without _total is found" refuses "$promtool" check metrics < no_total.txt
+  fi
 fi
 
 [ $failed -eq 0 ] || exit 1

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <map>
@@ -37,7 +38,11 @@ class Checker {
     if (text.empty() || text.back() != '\n') tell("the last line has no end", "");
     std::istringstream lines(text);
     for (std::string line; std::getline(lines, line);) take(line);
-    for (const auto& [name, family] : families_) lint(name, family);
+    std::set<std::string> helps;
+    for (const auto& [name, family] : families_) {
+      lint(name, family);
+      if (!helps.insert(family.help).second) tell("the help text of another metric", name);
+    }
     for (const auto& [of, buckets] : buckets_) {
       if (!buckets.infinite) tell("a histogram without its bucket of infinity", of);
     }
@@ -102,6 +107,7 @@ class Checker {
       const std::string name = (*label)[1];
       if (!names.insert(name).second || name.starts_with("__")) tell("a wrong label", line);
       if (name == "le") le = (*label)[2];
+      if (name == "quantile") tell("the label quantile is that of summaries", line);
     }
     if (read != labels.size()) tell("no labels of the format", line);
     return le;
@@ -114,6 +120,7 @@ class Checker {
   void of_histogram(const std::string& ending, const std::string& labels, const std::string& le,
                     const std::string& value, const std::string& line) {
     const double count = std::strtod(value.c_str(), nullptr);
+    if (!std::isfinite(count)) tell("a figure of a histogram that isn't finite", line);
     const std::string of = open_ + "{" + labels + "}";
     if (ending == "_bucket") {
       Buckets& buckets = buckets_[of];
@@ -132,7 +139,8 @@ class Checker {
 
   void lint(const std::string& name, const Family& family) {
     if (name.empty()) return tell("samples without a family", "");
-    if (family.help.empty()) tell("no help text", name);
+    static const std::regex kSentence(R"(\S+( \S+){2,}\.)");
+    if (!std::regex_match(family.help, kSentence)) tell("no sentence as its help text", name);
     static const std::set<std::string> kTypes{"gauge", "counter", "histogram"};
     if (!kTypes.contains(family.type)) tell("no type", name);
     if ((family.type == "counter") != name.ends_with("_total"))

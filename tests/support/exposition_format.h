@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Prometheus' text format 0.0.4 and what `promtool check metrics` says of names, as far as they
-// concern gauges, counters and histograms.
+// concern gauges, counters and histograms; and that a help text is a sentence of its metric's own.
 #pragma once
 
 #include <string>

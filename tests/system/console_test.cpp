@@ -300,10 +300,10 @@ TEST(Console, HealthAndMetricsTellOfTheSystem) {
     return run.get("/metrics").body.find(line) != std::string::npos;
   };
   for (const char* line :
-       {"zerodrift_samples_out{service=\"compensation\"} ", "zerodrift_service_up{",
+       {"zerodrift_samples_out_total{service=\"compensation\"} ", "zerodrift_service_up{",
         "zerodrift_hop_latency_seconds_bucket{hop=\"arrival\",service=\"compensation\",le=\"+Inf\"}"
         " ",
-        "zerodrift_axis_mode{axis=\"x\",gyro=\"1\"} ",
+        "zerodrift_build_info{commit=\"", "zerodrift_axis_mode{axis=\"x\",gyro=\"1\"} ",
         "zerodrift_last_sample_age_seconds{gyro=\"1\"} ", "zerodrift_console_clients 0"})
     EXPECT_TRUE(eventually([&] { return has(line); })) << line;
   EXPECT_EQ(test_support::exposition_problems(run.get("/metrics").body),

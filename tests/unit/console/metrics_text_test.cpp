@@ -62,7 +62,11 @@ class Metrics : public testing::Test {
  protected:
   void add(const telemetry::ServiceStatus& one) { services_[one.service()] = one; }
   [[nodiscard]] Values values() const {
-    const std::string text = metrics_text({.services = services_, .allan = allan_, .unix_ns = 1});
+    const std::string text = metrics_text({.services = services_,
+                                           .allan = allan_,
+                                           .unix_ns = 1,
+                                           .version = "1.2.3",
+                                           .commit = "abc1234"});
     EXPECT_EQ(test_support::exposition_problems(text), std::vector<std::string>{});
     return parsed(text);
   }
@@ -74,24 +78,93 @@ TEST_F(Metrics, CarryBaseUnitsAndLabels) {
   add(status("compensation", {{"samples_in", "1", 5.0}, {"arrival_p99", "us", 250.0}}));
   add(status("compensation:1", {{"drift_x", "deg/h", 2.5},
                                 {"temperature", "degC", 21.0},
+                                {"temperature_rate", "degC/min", 6.0},
+                                {"share_online_svr_y", "1", 0.25},
+                                {"references_at_rest", "1", 3.0},
                                 {"scale_factor_z", "ppm", 300.0}}));
   const Values all = values();
+  const std::string of = R"(gyro="1",service="compensation"})";
+  EXPECT_DOUBLE_EQ(all.at(R"(zerodrift_scale_factor_error_ratio{axis="z",)" + of), 300e-6);
+  EXPECT_EQ(all.at(R"(zerodrift_samples_in_total{service="compensation"})"), 5.0);
   EXPECT_DOUBLE_EQ(
-      all.at(R"(zerodrift_scale_factor_ratio{axis="z",part="1",service="compensation"})"), 300e-6);
-  EXPECT_EQ(all.at(R"(zerodrift_samples_in{service="compensation"})"), 5.0);
-  EXPECT_DOUBLE_EQ(all.at(R"(zerodrift_arrival_p99_seconds{service="compensation"})"), 250e-6);
-  EXPECT_EQ(all.at(R"(zerodrift_drift_degrees_per_hour{axis="x",part="1",service="compensation"})"),
-            2.5);
-  EXPECT_EQ(all.at(R"(zerodrift_temperature_celsius{part="1",service="compensation"})"), 21.0);
+      all.at(R"(zerodrift_hop_latency_p99_seconds{hop="arrival",service="compensation"})"), 250e-6);
+  EXPECT_EQ(all.at(R"(zerodrift_drift_degrees_per_hour{axis="x",)" + of), 2.5);
+  EXPECT_EQ(all.at("zerodrift_temperature_celsius{" + of), 21.0);
+  EXPECT_DOUBLE_EQ(all.at("zerodrift_temperature_rate_celsius_per_second{" + of), 0.1);
+  EXPECT_EQ(all.at(R"re(zerodrift_expert_share{axis="y",expert="online_svr",)re" + of), 0.25);
+  EXPECT_EQ(all.at("zerodrift_references_total{" + of.substr(0, of.size() - 1) +
+                   R"(,verdict="at_rest"})"),
+            3.0);
   EXPECT_EQ(all.at(R"(zerodrift_service_up{service="compensation"})"), 1.0);
+  EXPECT_EQ(all.at("zerodrift_console_members_unknown"), 0.0);
+  EXPECT_EQ(all.at(R"(zerodrift_build_info{commit="abc1234",version="1.2.3"})"), 1.0);
+}
+
+TEST_F(Metrics, WhatIsInNoCatalogueIsCountedAndNotServed) {
+  add(status("compensation", {{"samples_in", "us", 5.0},  // of another unit
+                              {"drift_w", "deg/h", 1.0},
+                              {"anything", "1", 1.0}}));
+  const Values all = values();
+  EXPECT_EQ(all.at("zerodrift_console_members_unknown"), 3.0);
+  EXPECT_TRUE(std::none_of(all.begin(), all.end(), [](const auto& value) {
+    return value.first.find("samples_in") != std::string::npos ||
+           value.first.find("anything") != std::string::npos;
+  }));
+}
+
+// Two consoles' statuses have one name: each serves its own figures alone.
+TEST_F(Metrics, AConsolesStatusDoesntSpeakForThisOne) {
+  add(status("console", {{"clients", "1", 7.0}, {"commands", "1", 2.0}}));
+  const Values all = values();
+  EXPECT_EQ(all.at("zerodrift_console_clients"), 0.0);
+  EXPECT_EQ(all.at(R"(zerodrift_console_commands_total{service="console"})"), 2.0);
+  EXPECT_EQ(all.at("zerodrift_console_members_unknown"), 0.0);
+}
+
+TEST_F(Metrics, CountsOfTheMiddlewareAreOneFamilyByTopicAndEvent) {
+  add(status("console", {{"compensated_rate_deadline_missed", "1", 2.0},
+                         {"rt/imu/left_sample_lost", "1", 3.0},
+                         {"peer_lost", "1", 1.0}}));
+  const Values all = values();
+  const auto of = [](const std::string& event, const std::string& topic) {
+    return R"(zerodrift_endpoint_events_total{event=")" + event + R"(",service="console")" + topic +
+           "}";
+  };
+  EXPECT_EQ(all.at(of("deadline_missed", R"(,topic="compensated_rate")")), 2.0);
+  EXPECT_EQ(all.at(of("sample_lost", R"(,topic="rt/imu/left")")), 3.0);
+  EXPECT_EQ(all.at(of("peer_lost", "")), 1.0);
+}
+
+TEST_F(Metrics, OneThatEndedInOrderLeavesTheTimeOfItsEndAlone) {
+  telemetry::ServiceStatus ended = status("recorder", {{"messages", "1", 9.0}});
+  ended.set_state("stopping");
+  ended.set_alive(false);
+  ended.mutable_timestamp()->set_seconds(1'700'000'000);
+  telemetry::ServiceStatus part = ended;
+  part.set_service("recorder:1");
+  telemetry::ServiceStatus died = status("gyro_publisher", {{"finished", "1", 0.0}});
+  died.set_state("running");
+  died.set_alive(false);
+  for (const auto& one : {ended, part, died}) add(one);
+  const Values all = values();
+  EXPECT_EQ(all.at(R"(zerodrift_service_ended_timestamp_seconds{service="recorder"})"), 1.7e9);
+  EXPECT_EQ(std::count_if(all.begin(), all.end(),
+                          [](const auto& value) {
+                            return value.first.find("recorder") != std::string::npos;
+                          }),
+            1);
+  EXPECT_EQ(all.at(R"(zerodrift_service_up{service="gyro_publisher"})"), 0.0);
+  EXPECT_TRUE(all.contains(R"(zerodrift_finished{service="gyro_publisher"})"));
+}
+
+std::vector<std::tuple<std::string, std::string, double>> arrival_buckets() {
+  return {{"arrival_le_1ms", "1", 7.0},  {"arrival_le_50us", "1", 3.0},
+          {"arrival_le_1s", "1", 9.0},   {"arrival_count", "1", 10.0},
+          {"arrival_sum", "us", 2500.0}, {"arrival_incomparable", "1", 4.0}};
 }
 
 TEST_F(Metrics, BucketsBecomeAHistogramThatGrowsToItsCount) {
-  add(status("compensation:latency", {{"arrival_le_1ms", "1", 7.0},
-                                      {"arrival_le_50us", "1", 3.0},
-                                      {"arrival_le_1s", "1", 9.0},
-                                      {"arrival_count", "1", 10.0},
-                                      {"arrival_incomparable", "1", 4.0}}));
+  add(status("compensation:latency", arrival_buckets()));
   const Values all = values();
   const auto bucket = [&](const std::string& bound) {
     return all.at(
@@ -102,9 +175,17 @@ TEST_F(Metrics, BucketsBecomeAHistogramThatGrowsToItsCount) {
   EXPECT_EQ(bucket("+Inf"), 10.0);
   const std::string of = R"({hop="arrival",service="compensation"})";
   EXPECT_EQ(all.at("zerodrift_hop_latency_seconds_count" + of), 10.0);
-  EXPECT_TRUE(std::isnan(all.at("zerodrift_hop_latency_seconds_sum" + of)));
-  EXPECT_TRUE(
-      all.contains(R"(zerodrift_arrival_incomparable{part="latency",service="compensation"})"));
+  EXPECT_DOUBLE_EQ(all.at("zerodrift_hop_latency_seconds_sum" + of), 2500e-6);
+  EXPECT_EQ(all.at("zerodrift_hop_incomparable_total" + of), 4.0);
+}
+
+// A service of another version.
+TEST_F(Metrics, BucketsWithoutTheirSumAreNoHistogram) {
+  auto buckets = arrival_buckets();
+  std::erase_if(buckets, [](const auto& one) { return std::get<0>(one) == "arrival_sum"; });
+  add(status("compensation:latency", buckets));
+  for (const auto& [name, value] : values())
+    EXPECT_FALSE(name.starts_with("zerodrift_hop_latency_seconds")) << name;
 }
 
 TEST_F(Metrics, AllanCoefficientsOfBothStreams) {
@@ -134,12 +215,15 @@ TEST_F(Metrics, AllanCoefficientsOfBothStreams) {
 }
 
 TEST_F(Metrics, NamesAndTextsOfAnySortKeepTheFormat) {
-  add(status("a\"b\\c\nd:e{}", {{"x y-z/0", "1", 1.0},
-                                {"x_y_z_0", "1", 2.0},  // the same name once it is safe
+  add(status("a\"b\\c\nd:e{}", {{"samples", "1", 1.0},
+                                {"samples", "1", 2.0},  // twice
                                 {"", "1", 3.0},
-                                {"infinite", "1", std::numeric_limits<double>::infinity()},
-                                {"none", "1", std::nan("")}}));
-  EXPECT_GE(values().size(), 5U);  // parsed() holds each line to the format and each name to once
+                                {"\"}\n_sample_lost", "1", std::numeric_limits<double>::infinity()},
+                                {"gaps", "1", std::nan("")}}));
+  // parsed() holds each line to the format and each name to once.
+  const Values all = values();
+  EXPECT_EQ(all.at(R"re(zerodrift_samples_total{part="e{}",service="a\"b\\c\nd"})re"), 1.0);
+  EXPECT_EQ(all.at("zerodrift_console_members_unknown"), 1.0);
 }
 
 }  // namespace

@@ -40,6 +40,7 @@ TEST(HopLatencyLaws, TheBucketsCountWhatTookAtMostTheirBound) {
   EXPECT_EQ(metrics.at("arrival_le_500ms"), 10.0);
   EXPECT_EQ(metrics.at("arrival_le_1s"), 11.0);
   EXPECT_EQ(metrics.at("arrival_count"), 11.0);
+  EXPECT_EQ(metrics.at("arrival_sum"), 0.875 * (888 + 1000 + 1'000'000));  // us, to the nanosecond
   EXPECT_EQ(metrics.at("arrival_incomparable"), 0.0);
 }
 
