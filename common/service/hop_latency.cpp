@@ -60,7 +60,7 @@ std::vector<Metric> latency_metrics(std::span<const HopLatency* const> hops) {
 }
 
 StatusPart latency_part(std::span<const HopLatency* const> hops) {
-  StatusPart part{.name = kLatencyPart, .metrics = {}};
+  StatusPart part{.name = kLatencyPart};
   for (const HopLatency* hop : hops) {
     const auto add = [&](const std::string& what, std::uint64_t count) {
       part.metrics.push_back({std::string(hop->name()) + what, "1", static_cast<double>(count)});

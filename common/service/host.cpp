@@ -254,22 +254,22 @@ void Host::publish(const Status& status) {
     for (const auto& [name, total] : endpoint_totals_)
       if (metrics.size() < kMostMetrics) metrics.push_back({name, "1", static_cast<double>(total)});
   }
-  publish(name_, status, metrics);
+  publish(name_, status.state, status.summary, metrics);
   for (const StatusPart& part : status.parts) {
-    publish(name_ + ":" + part.name, status, part.metrics);
+    publish(name_ + ":" + part.name, status.state, part.summary, part.metrics);
   }
 }
 
-void Host::publish(const std::string& name, const Status& status,
+void Host::publish(const std::string& name, State state, const std::string& summary,
                    const std::vector<Metric>& metrics) {
   assert(metrics.size() <= kMostMetrics && "a status holds 160 metrics; make a part of the rest");
   msg::ServiceStatus message;
   message.service(name.c_str());
   message.host(host_name_.c_str());
   message.process_id(static_cast<std::uint32_t>(getpid()));
-  message.state(static_cast<std::uint32_t>(status.state));
+  message.state(static_cast<std::uint32_t>(state));
   message.uptime_ms(static_cast<std::uint64_t>((monotonic_ns() - started_ns_) / 1000000));
-  message.summary(core::one_line(status.summary, kLongestSummary).c_str());
+  message.summary(core::one_line(summary, kLongestSummary).c_str());
   for (const Metric& metric : metrics) {
     if (message.metrics().size() == kMostMetrics) break;
     msg::Metric out;

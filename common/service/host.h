@@ -44,7 +44,8 @@ struct Metric {
 // status as "<service>:<name>".
 struct StatusPart {
   std::string name;
-  std::vector<Metric> metrics;
+  std::vector<Metric> metrics{};
+  std::string summary{};
 };
 
 struct Status {
@@ -118,7 +119,8 @@ class Host {
   void give_up(int exit_code);
 
  private:
-  void publish(const std::string& name, const Status& status, const std::vector<Metric>& metrics);
+  void publish(const std::string& name, State state, const std::string& summary,
+               const std::vector<Metric>& metrics);
 
   struct TallyKey {
     std::string code;

@@ -27,6 +27,9 @@ class GyroEvents {
   void raise(const char* code, service::Severity severity, const std::string& text,
              core::SensorTime at = core::SensorTime{0});
 
+  // Why rates wait, where they have for long; empty: they don't. As of the last report().
+  [[nodiscard]] const char* waiting() const noexcept { return waiting_; }
+
  private:
   // What all events of this gyro share.
   [[nodiscard]] service::Occurrence occurrence(core::SensorTime at) const;
@@ -47,6 +50,7 @@ class GyroEvents {
   std::uint64_t reported_dropped_ = 0;
   service::InstanceSync::Counts reported_sync_{};
   std::int64_t reported_waiting_since_ns_ = 0;
+  const char* waiting_ = "";
   bool reported_clocks_ = false;
   bool reported_hanging_ = false;
   core::PerAxis<core::Mode> reported_mode_{};

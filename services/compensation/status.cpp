@@ -61,6 +61,7 @@ struct CompensationNode::Seen {
   service::InstanceSync::Health health{};
   service::InstanceSync::Counts sync{};
   std::uint64_t dropped = 0;
+  const char* waiting = "";
 };
 
 CompensationNode::Seen CompensationNode::see(const Gyro& source) {
@@ -77,7 +78,8 @@ CompensationNode::Seen CompensationNode::see(const Gyro& source) {
             .leads = sync.leads(),
             .health = sync.health(),
             .sync = sync.counts(),
-            .dropped = source.pipeline().dropped()};
+            .dropped = source.pipeline().dropped(),
+            .waiting = source.events.waiting()};
   for (const auto axis : core::kAxes) {
     seen.records[core::index(axis)] = compensator.test_then_train(axis);
     seen.support_vectors[core::index(axis)] = compensator.support_vectors(axis);
@@ -131,7 +133,7 @@ service::Status CompensationNode::status() {
 }
 
 service::StatusPart CompensationNode::part(const Seen& seen) {
-  service::StatusPart part{.name = std::to_string(seen.id), .metrics = {}};
+  service::StatusPart part{.name = std::to_string(seen.id), .summary = seen.waiting};
   const auto add = [&](std::string name, std::string unit, double value) {
     part.metrics.push_back({std::move(name), std::move(unit), value});
   };

@@ -206,12 +206,14 @@ void GyroPublisherNode::publish_ros2() {
 
 service::Status GyroPublisherNode::status() const {
   const std::uint64_t published = rates_.published();
+  const service::Metric finished{"finished", "1", rates_.finished() ? 1.0 : 0.0};
   service::Status status;
   status.state = published > 0 ? service::State::kRunning : service::State::kWaiting;
   status.metrics = {{"samples_published", "1", static_cast<double>(published)},
                     {"samples_refused", "1", static_cast<double>(rates_.refused())},
-                    {"finished", "1", rates_.finished() ? 1.0 : 0.0}};
+                    finished};
   status.summary = core::counted(published, "sample") + " published";
+  status.parts = {{.name = std::to_string(gyro_id_), .metrics = {finished}}};
   status.flow = {.topic = dds::kAngularRate.name,
                  .end = dds::Direction::kWriter,
                  .samples = published,

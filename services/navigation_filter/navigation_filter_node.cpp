@@ -260,7 +260,7 @@ service::Status NavigationFilterNode::status() {
     sum.unusable += seen.counts.unusable;
     sum.time_restarts += seen.counts.time_restarts;
     sum.residuals += seen.counts.residuals;
-    service::StatusPart part{.name = std::to_string(seen.id), .metrics = {}};
+    service::StatusPart part{.name = std::to_string(seen.id)};
     const auto add = [&](std::string metric, const char* unit, double value) {
       part.metrics.push_back({std::move(metric), unit, value});
     };

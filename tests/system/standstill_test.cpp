@@ -65,7 +65,11 @@ TEST(Standstill, OfAnyProcessChangesNoBitOfARecordsResults) {
     };
   };
   ASSERT_TRUE(answered(2000.0));
-  stand_still(thermal, [&] { return told(events, "stream_silent"); });
+  stand_still(thermal, [&] {
+    return told(events, "stream_silent") &&
+           newest_of_each(statuses).find("compensation:1: rates wait for temperatures") !=
+               std::string::npos;
+  });
   ASSERT_TRUE(answered(12000.0));
   stand_still(recorder, is_told_silent("recorder"));
   ASSERT_TRUE(answered(22000.0));
