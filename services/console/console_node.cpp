@@ -154,6 +154,7 @@ void ConsoleNode::tick() {
 
 void ConsoleNode::once_a_second(std::int64_t unix_ns) {
   gateway_.report_gateway(host_.participant().remote_endpoints(kMostEndpoints), unix_ns);
+  gateway_.report_fleet({unix_ns, service::monotonic_ns()});
   hub_.for_each_client([&](web::Client& client) {
     const std::uint64_t dropped = client.counts().frames_dropped;
     std::uint64_t& reported = reported_dropped_[client.id()];

@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "common/core/mode.h"
 #include "common/core/one_line.h"
 #include "common/dds/conversions.h"
 #include "common/foxglove/schema.h"
@@ -20,6 +21,7 @@ namespace {
 constexpr std::size_t kEventsKept = 256;
 constexpr std::size_t kRowsWaitBelowBytes = 1 << 20;  // a backlog is sent to who keeps up
 constexpr std::int64_t kRestartNs = 10'000'000'000;   // a thermometer's clock that goes back so far
+constexpr std::uint32_t kCompensated = 1;             // stream of an AllanReport
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 template <typename Message>
@@ -60,6 +62,7 @@ Gateway::Gateway(const GatewayOptions& options, foxglove::Hub& hub)
       status_channel_(hub.add_channel("/service_status", schema<telemetry::ServiceStatus>())),
       event_channel_(hub.add_channel("/event", schema<telemetry::Event>())),
       gateway_channel_(hub.add_channel("/gateway", schema<telemetry::GatewayStatus>())),
+      fleet_channel_(hub.add_channel("/fleet", schema<telemetry::Fleet>())),
       gyros_(options.most_gyros),
       statuses_(options.most_services) {}
 
@@ -331,6 +334,36 @@ void Gateway::report_gateway(const std::vector<dds::RemoteEndpoint>& endpoints,
     status.set_queue_fill(counts.queue_fill);
     hub_.publish_to(client.id(), gateway_channel_, state_delivery(unix_ns, 1), encoded(status));
   });
+}
+
+telemetry::GyroSummary Gateway::summary(const Gyro& gyro, std::int64_t monotonic_ns) const {
+  telemetry::GyroSummary out;
+  const std::int64_t age_ns = monotonic_ns - gyro.arrival.monotonic_ns;
+  out.set_gyro_id(gyro.id);
+  out.set_age_s(static_cast<double>(std::max<std::int64_t>(age_ns, 0)) * 1e-9);
+  out.set_sensor_time_ns(gyro.newest.sensor_time_ns());
+  out.set_sample_interval_s(gyro.newest.interval_s());
+  out.set_validity(gyro.newest.validity());
+  out.set_missing(gyro.missing);
+  out.set_block_s(static_cast<double>(RateComparison::kBlockS));
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    auto& axis = *out.add_axes();
+    const bool moves = static_cast<core::Reason>(gyro.newest.reason()[i]) == core::Reason::kMotion;
+    *axis.mutable_state() = axis_state(gyro.newest, i);
+    *axis.mutable_comparison() = gyro.history.comparison(i, moves);
+    const auto report = allan_.find({gyro.id, i, kCompensated});
+    axis.set_worse_than_raw(report != allan_.end() && report->second.worse_than_raw());
+  }
+  return out;
+}
+
+void Gateway::report_fleet(const service::ArrivalClocks& now) {
+  if (!hub_.has_subscriber(fleet_channel_)) return;
+  telemetry::Fleet fleet;
+  set_time(*fleet.mutable_timestamp(), now.unix_ns);
+  for (const auto& [id, gyro] : gyros_.entries())
+    if (gyro.samples > 0) *fleet.add_gyros() = summary(gyro, now.monotonic_ns);
+  hub_.publish(fleet_channel_, state_delivery(now.unix_ns, 1), encoded(fleet));
 }
 
 std::map<std::uint32_t, Gateway::GyroFigures> Gateway::gyro_figures() const {

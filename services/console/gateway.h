@@ -54,6 +54,8 @@ class Gateway {
   void flush(std::int64_t unix_ns);
   // Reports to each client of itself and of the middleware; once a second.
   void report_gateway(const std::vector<dds::RemoteEndpoint>& endpoints, std::int64_t unix_ns);
+  // What the headline of each gyro needs, to who asked for it; once a second.
+  void report_fleet(const service::ArrivalClocks& now);
   void note_dropped_by_gone(std::uint64_t frames) { dropped_by_gone_ += frames; }
 
   // True while somebody looks at samples: flush() is to come soon.
@@ -102,6 +104,7 @@ class Gateway {
   void add_channels(Gyro& gyro);
   void count(Gyro& gyro, const msg::CompensatedRate& sample) const;
   void publish_status(const std::string& service, std::int64_t unix_ns);
+  [[nodiscard]] telemetry::GyroSummary summary(const Gyro& gyro, std::int64_t monotonic_ns) const;
   void flush(Gyro& gyro, std::int64_t unix_ns);
   void flush_rows(Gyro& gyro, std::int64_t unix_ns);
 
@@ -110,6 +113,7 @@ class Gateway {
   foxglove::ChannelId status_channel_ = 0;
   foxglove::ChannelId event_channel_ = 0;
   foxglove::ChannelId gateway_channel_ = 0;
+  foxglove::ChannelId fleet_channel_ = 0;
   core::BoundedTable<std::uint32_t, Gyro> gyros_;
   std::map<GyroAxisStream, telemetry::AllanReport> allan_;
   std::map<GyroAxis, telemetry::TwinReport> twins_;

@@ -49,6 +49,7 @@ void GyroHistory::add(const msg::CompensatedRate& sample) {
     earlier_in_a_row_ = is_late ? 0 : earlier_in_a_row_ + 1;
     if (earlier_in_a_row_ < kBeginsAnewAfter) return;
     rows_.clear();
+    comparisons_ = {};
     taken_ = 0;
     began_anew_ = true;
     open_ = {};
@@ -135,6 +136,13 @@ void GyroHistory::close_row() {
                    known(axis.drift, axis.sigma),
                    single(reference.second == second ? reference.axes[i].mean() : kNaN),
                    axis.mode};
+    const AxisRow& closed = row.axes[i];
+    comparisons_[i].add({.second = second,
+                         .raw_deg_h = static_cast<double>(closed.raw_mean),
+                         .compensated_deg_h = static_cast<double>(closed.compensated_mean),
+                         .reference_deg_h = static_cast<double>(closed.reference_mean),
+                         .mode = closed.mode});
+    comparisons_[i].forget_before(second - options_.kept_s);
   }
   for (Probe& probe : probes_) {
     const ProbeReading* reading = reading_of(probe, second);

@@ -12,6 +12,7 @@
 
 #include "common/dds/topics.h"
 #include "idl/proto/telemetry.pb.h"
+#include "services/console/rate_comparison.h"
 
 namespace zerodrift::services {
 
@@ -52,6 +53,11 @@ class GyroHistory {
   }
   // All that is kept.
   [[nodiscard]] telemetry::History backlog() const;
+
+  // Of all that is kept, and whether the axis moves now.
+  [[nodiscard]] telemetry::RateComparison comparison(std::size_t axis, bool moves) const {
+    return comparisons_[axis].result(moves);
+  }
 
   [[nodiscard]] std::size_t rows() const { return rows_.size(); }
   [[nodiscard]] std::uint64_t left_out() const { return left_out_; }
@@ -106,6 +112,7 @@ class GyroHistory {
   bool began_anew_ = false;
   std::optional<std::int64_t> open_second_;
   std::array<OpenAxis, 3> open_{};
+  std::array<RateComparison, 3> comparisons_{};
   std::array<OpenReference, kReferenceSeconds> references_{};
   std::vector<Probe> probes_;
   int earlier_in_a_row_ = 0;

@@ -36,15 +36,16 @@ TEST_F(GatewayOfOne, ChannelsAreThoseOfTheContract) {
   for (const char* name :
        {"compensated_rate", "samples", "history", "temperature", "allan", "navigation", "twin"})
     EXPECT_TRUE(client_.channels.contains(std::string("/gyro_1/") + name)) << name;
-  for (const char* name : {"/service_status", "/event", "/gateway"})
+  for (const char* name : {"/service_status", "/event", "/gateway", "/fleet"})
     EXPECT_TRUE(client_.channels.contains(name)) << name;
-  EXPECT_EQ(client_.channels.size(), 10U);
+  EXPECT_EQ(client_.channels.size(), 11U);
 }
 
 TEST_F(GatewayOfOne, NothingIsSentThatNobodyAskedFor) {
   for (int i = 0; i < 3000; ++i) sample(i, static_cast<std::uint64_t>(i));
   gateway_.flush(kNow);
   gateway_.report_gateway({}, kNow);
+  gateway_.report_fleet({.unix_ns = kNow});
   EXPECT_TRUE(client_.data.empty());
   EXPECT_FALSE(gateway_.is_watched());
 }
@@ -130,6 +131,45 @@ TEST_F(GatewayOfOne, ALateClientHearsTheNewestOfEach) {
   EXPECT_TRUE(statuses[0].alive());
   gateway_.take_gone({}, kNow);
   EXPECT_FALSE(client_.take<telemetry::ServiceStatus>().at(0).alive());
+}
+
+TEST_F(GatewayOfOne, OfEachGyroIsSaidWhatItsHeadlineNeeds) {
+  constexpr std::int64_t kS = 1'000'000'000;
+  msg::Temperature of_another;  // of which no sample came
+  of_another.gyro_id(2);
+  gateway_.take(of_another, kNow);
+  msg::AllanReport report;
+  report.gyro_id(1);
+  report.axis(1);
+  report.stream(1);
+  report.worse_than_raw(1);
+  gateway_.take(report, kNow);
+  for (int s = 0; s < 600; ++s) {
+    auto next = sample_at(s * kS, s / 60 + (s % 2 == 0 ? 0.1 : -0.1), 0.5 * (s / 60),
+                          static_cast<std::uint64_t>(s + 1));
+    next.mode()[2] = 0;
+    gateway_.take(next, {.unix_ns = kNow, .monotonic_ns = s * kS});
+  }
+  subscribe("/fleet");
+  gateway_.report_fleet({.unix_ns = kNow, .monotonic_ns = 602 * kS});
+  const auto fleets = client_.take<telemetry::Fleet>();
+  ASSERT_EQ(fleets.size(), 1U);
+  ASSERT_EQ(fleets[0].gyros_size(), 1);
+  const telemetry::GyroSummary& gyro = fleets[0].gyros(0);
+  EXPECT_EQ(gyro.gyro_id(), 1U);
+  EXPECT_DOUBLE_EQ(gyro.age_s(), 3.0);
+  EXPECT_EQ(gyro.sensor_time_ns(), 599 * kS);
+  EXPECT_EQ(gyro.validity(), 7U);
+  EXPECT_EQ(gyro.missing(), 0U);
+  EXPECT_EQ(gyro.block_s(), 60.0);
+  ASSERT_EQ(gyro.axes_size(), 3);
+  EXPECT_EQ(gyro.axes(0).state().mode(), telemetry::LEARNING);
+  EXPECT_EQ(gyro.axes(0).comparison().blocks(), 10U);
+  EXPECT_NEAR(gyro.axes(0).comparison().raw_deg_h() / gyro.axes(0).comparison().compensated_deg_h(),
+              2.0, 1e-3);  // the open second is in no row: the last mean is off by 0.1 / 59
+  EXPECT_FALSE(gyro.axes(0).worse_than_raw());
+  EXPECT_TRUE(gyro.axes(1).worse_than_raw());
+  EXPECT_EQ(gyro.axes(2).comparison().obstacle(), telemetry::RateComparison::NOTHING_TAKEN_OFF);
 }
 
 TEST_F(GatewayOfOne, TheNewest256EventsAreKept) {

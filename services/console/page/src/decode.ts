@@ -5,18 +5,22 @@ import type { Timestamp } from '@bufbuild/protobuf/wkt';
 import {
   AllanReportSchema,
   EventSchema,
+  FleetSchema,
   GatewayStatusSchema,
   HistorySchema,
   NavigationStateSchema,
+  RateComparison_Obstacle,
   ServiceStatusSchema,
   TwinReportSchema,
   type AllanPoint,
   type AxisState,
+  type RateComparison,
   type SampleBatch,
   type Vector3,
 } from './generated/telemetry_pb.ts';
 import type { HistoryColumns, SampleColumns } from './lib/gyro_store.ts';
-import type { AxisLive, PlainAllan, PlainAllanPoint, PlainEvent, PlainGateway, PlainNavigation, PlainStatus, PlainTwin } from './lib/messages.ts';
+import type { Comparison, Obstacle } from './lib/comparison.ts';
+import type { AxisLive, GyroSummary, PlainAllan, PlainAllanPoint, PlainEvent, PlainGateway, PlainNavigation, PlainStatus, PlainTwin } from './lib/messages.ts';
 
 const milliseconds = (stamp: Timestamp | undefined) => (stamp ? Number(stamp.seconds) * 1e3 + stamp.nanos * 1e-6 : NaN);
 const nanoseconds = (stamp: Timestamp | undefined) => (stamp ? stamp.seconds * 1_000_000_000n + BigInt(stamp.nanos) : 0n);
@@ -73,6 +77,41 @@ export function decodeHistory(payload: Uint8Array): { gyro: number; rows: Histor
       probes: rows.probes.map((p) => ({ probe: p.probe, temperature: p.temperatureDegc, rate: p.rateDegcPerMin })),
     },
   };
+}
+
+const OBSTACLES: Record<RateComparison_Obstacle, Obstacle | undefined> = {
+  [RateComparison_Obstacle.NO_OBSTACLE]: undefined,
+  [RateComparison_Obstacle.NOTHING_TAKEN_OFF]: 'passthrough',
+  [RateComparison_Obstacle.MEAN_HELD]: 'holding',
+  [RateComparison_Obstacle.MOTION]: 'motion',
+  [RateComparison_Obstacle.TOO_SHORT]: 'short',
+};
+
+function comparison(c: RateComparison | undefined): Comparison {
+  const obstacle = c ? OBSTACLES[c.obstacle] : 'unknown';
+  if (!c || obstacle) return { obstacle: obstacle ?? 'unknown' };
+  return { blocks: c.blocks, raw: c.rawDegH, compensated: c.compensatedDegH, against: c.againstReference ? 'reference' : 'rest' };
+}
+
+/** `arrivedMs`: wall time here. The pace is not in it. */
+export function decodeFleet(payload: Uint8Array, arrivedMs: number): GyroSummary[] {
+  return fromBinary(FleetSchema, payload).gyros.map((g) => ({
+    gyro: g.gyroId,
+    arrivedMs,
+    ageS: g.ageS,
+    sensorTimeS: Number(g.sensorTimeNs) * 1e-9,
+    sampleIntervalS: g.sampleIntervalS,
+    missing: Number(g.missing),
+    blockS: g.blockS,
+    pace: NaN,
+    axes: g.axes.map((axis, a) => ({
+      valid: (g.validity & (1 << a)) !== 0,
+      mode: axis.state?.mode ?? 0,
+      reason: axis.state?.reason ?? '',
+      comparison: comparison(axis.comparison),
+      harmed: axis.worseThanRaw,
+    })),
+  }));
 }
 
 const allanPoint = (p: AllanPoint): PlainAllanPoint => ({ tau: p.tauS, deviation: p.deviationDegH, lower: p.lowerDegH, upper: p.upperDegH });
@@ -190,6 +229,7 @@ export function decodeEvent(payload: Uint8Array): PlainEvent {
 export function decodeGateway(payload: Uint8Array): PlainGateway {
   const g = fromBinary(GatewayStatusSchema, payload);
   return {
+    atMs: milliseconds(g.timestamp),
     version: g.version,
     domain: g.domain,
     clients: g.clients,

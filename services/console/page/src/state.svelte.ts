@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the page shows, as the worker tells it.
 import { NOTHING_SEEN, acknowledged, isSeen, storeSeen, storedSeen, unseenText } from './lib/acknowledged.ts';
-import { correctedTwiceMs, foldDeaths, type FoldedEvent } from './lib/events.ts';
+import { foldDeaths, type FoldedEvent } from './lib/events.ts';
+import { factsOf, grownLosses, type Losses } from './lib/facts.ts';
 import type {
   AttitudeSeries,
   FromWorker,
+  GyroSummary,
   Live,
+  Outcome,
   PlainAllan,
   PlainEvent,
   PlainGateway,
@@ -15,8 +18,7 @@ import type {
   ToWorker,
   View,
 } from './lib/messages.ts';
-import type { Comparison } from './lib/statistics.ts';
-import { isPast, isStale, sharesText, verdict, type Facts, type Link, type Verdict } from './lib/verdict.ts';
+import { banner, isPast, sharesText, verdict, type Facts, type Link } from './lib/verdict.ts';
 
 export const TABS = ['live', 'allan', 'health', 'twin', 'navigation', 'events'] as const;
 export type Tab = (typeof TABS)[number];
@@ -27,7 +29,7 @@ const MOST_EVENTS = 2000;
 const CLOCK_MS = 1000;
 
 interface Reply {
-  accepted: boolean;
+  outcome: Outcome;
   text: string;
   modelEpoch: number;
 }
@@ -42,7 +44,9 @@ export class ConsoleState {
   gyros = $state.raw<number[]>([]);
   selected = $state(0);
   live = $state.raw<Live | undefined>();
-  private losses = $state.raw<{ gyro: number; missing: number; sinceMs: number; seen: boolean } | undefined>();
+  private fleet = $state.raw<GyroSummary[]>([]);
+  private losses = $state.raw<ReadonlyMap<number, Losses>>(new Map());
+  private gatewayAheadMs = $state(0);
   services = $state.raw<PlainStatus[]>([]);
   events = $state.raw<PlainEvent[]>([]);
   rows = $derived(foldDeaths(this.events));
@@ -94,9 +98,13 @@ export class ConsoleState {
         this.onView(message.view);
         break;
       case 'live':
-        this.noteLosses(message.live);
+        this.noteLosses([message.live]);
         this.live = message.live;
         this.nowMs = this.clock();
+        break;
+      case 'fleet':
+        this.noteLosses(message.fleet);
+        this.fleet = message.fleet;
         break;
       case 'link':
         this.link = message.link;
@@ -134,6 +142,7 @@ export class ConsoleState {
         break;
       case 'gateway':
         this.gateway = message.gateway;
+        this.gatewayAheadMs = message.gateway.atMs - this.clock();
         break;
       case 'notice':
         this.notice = message.text;
@@ -148,12 +157,11 @@ export class ConsoleState {
     }
   }
 
-  /** A count that began before this page listened has no time of its own. */
-  private noteLosses(live: Live): void {
-    const known = this.losses?.gyro === live.gyro ? this.losses : undefined;
-    if (known && live.missing === known.missing) return;
-    const grew = known !== undefined && live.missing > known.missing;
-    this.losses = { gyro: live.gyro, missing: live.missing, sinceMs: this.clock(), seen: grew };
+  private noteLosses(of: { gyro: number; missing: number }[]): void {
+    if (of.every(({ gyro, missing }) => this.losses.get(gyro)?.missing === missing)) return;
+    const losses = new Map(this.losses);
+    for (const { gyro, missing } of of) losses.set(gyro, grownLosses(losses.get(gyro), missing, this.clock()));
+    this.losses = losses;
   }
 
   private beSession(session: string): void {
@@ -221,58 +229,24 @@ export class ConsoleState {
     return this.allan[`${this.selected}/${axis}/${stream}`];
   }
 
-  comparison(axis: number): Comparison {
-    return this.live?.spread.axes[axis] ?? { obstacle: 'short' };
+  factsOf(gyro: number): Facts {
+    const { link, nowMs, gatewayAheadMs, live, fleet, losses, services, events } = this;
+    const acknowledgedMs = this.seen.lossesMs;
+    const dropped = this.gateway?.framesDropped ?? 0;
+    return factsOf({ link, nowMs, gatewayAheadMs, live, fleet, losses, acknowledgedMs, services, events, dropped }, gyro);
   }
+
+  readonly facts = $derived.by(() => this.factsOf(this.selected));
+  readonly verdict = $derived(verdict(this.facts));
+  readonly banner = $derived(banner(this.facts));
 
   get ageS(): number {
-    return this.live ? Math.max(0, this.nowMs - this.live.arrivedMs) / 1000 : NaN;
-  }
-
-  get finished(): boolean {
-    return this.metric('gyro_publisher', 'finished') > 0;
-  }
-
-  get facts(): Facts {
-    const live = this.live;
-    return {
-      link: this.link,
-      present: live !== undefined,
-      ageS: this.ageS,
-      sampleIntervalS: live?.sampleIntervalS ?? NaN,
-      finished: this.finished,
-      pace: live?.pace ?? NaN,
-      missing: live?.missing ?? 0,
-      lossAgeS: (this.nowMs - (this.losses?.sinceMs ?? NaN)) / 1000,
-      lossSeen: this.losses?.seen ?? false,
-      lossAcknowledged: (this.losses?.sinceMs ?? NaN) <= this.seen.lossesMs,
-      dropped: this.gateway?.framesDropped ?? 0,
-      correctedTwiceS: (this.nowMs - correctedTwiceMs(this.events, this.services, this.selected)) / 1000,
-      blockS: live?.spread.blockS ?? NaN,
-      axes: [0, 1, 2].map((a) => {
-        const axis = live?.axes[a];
-        return {
-          valid: axis?.valid ?? false,
-          mode: axis?.mode ?? 0,
-          reason: axis?.reason ?? '',
-          comparison: this.comparison(a),
-          harmed: this.report(a, 1)?.worseThanRaw ?? false,
-        };
-      }),
-    };
-  }
-
-  get verdict(): Verdict {
-    return verdict(this.facts);
+    return this.facts.ageS;
   }
 
   /** What is shown is no longer of now. */
   get past(): boolean {
-    return this.live !== undefined && isPast(this.facts);
-  }
-
-  get stale(): boolean {
-    return isStale(this.facts);
+    return this.facts.present && isPast(this.facts);
   }
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Socket and rings, off the page's thread. Connects again by itself; what came before is kept.
 import { create, fromBinary, toBinary, type DescMessage, type MessageShape } from '@bufbuild/protobuf';
-import { axisLive, decodeAllan, decodeEvent, decodeGateway, decodeHistory, decodeNavigation, decodeStatus, decodeTwin, sampleColumns } from './decode.ts';
+import { axisLive, decodeAllan, decodeEvent, decodeFleet, decodeGateway, decodeHistory, decodeNavigation, decodeStatus, decodeTwin, sampleColumns } from './decode.ts';
 import { CommandReplySchema, CommandSchema, SampleBatchSchema, type SampleBatch } from './generated/telemetry_pb.ts';
 import {
   SUBPROTOCOLS,
@@ -17,18 +17,17 @@ import {
 } from './lib/frames.ts';
 import { GyroStore } from './lib/gyro_store.ts';
 import { LatencyWindow } from './lib/latency_window.ts';
-import type { FromWorker, PlainStatus, ToWorker } from './lib/messages.ts';
+import type { FromWorker, Outcome, PlainStatus, ToWorker } from './lib/messages.ts';
+import { PaceMeter } from './lib/pace.ts';
 
 const LIVE_EVERY_MS = 250;
-const SPREAD_EVERY_MS = 2000;
 const WATCH_EVERY_MS = 2000;
 const QUIET_ROUNDS = 3; // the gateway speaks once a second
 const COMMAND_WITHIN_MS = 15_000;
-const PACE_OVER_MS = 5000;
 const LATENCY_WINDOW = 512;
 const MOST_STORES = 2; // besides the selected gyro's; about 30 MB each
 const WANTED = new Set(['samples', 'history', 'allan', 'navigation', 'twin']);
-const GLOBAL = new Set(['/service_status', '/event', '/gateway']);
+const GLOBAL = new Set(['/service_status', '/event', '/gateway', '/fleet']);
 
 const post = (message: FromWorker, transfer: Transferable[] = []) => self.postMessage(message, { transfer });
 const wallMs = () => performance.timeOrigin + performance.now();
@@ -47,29 +46,15 @@ function storeOf(gyro: number): GyroStore {
 }
 
 let newest: { batch: SampleBatch; arrivedMs: number } | undefined;
-let paceMarks: { ms: number; s: number }[] = [];
+let paceMeter = new PaceMeter();
 const latencies = new LatencyWindow(LATENCY_WINDOW);
 let livePosted = 0;
 let liveTimer: ReturnType<typeof setTimeout> | undefined;
-let spread: ReturnType<GyroStore['spread']> | undefined;
-let spreadAt = -Infinity;
 
 function forgetNewest(): void {
   newest = undefined;
-  paceMarks = [];
+  paceMeter = new PaceMeter();
   latencies.clear();
-  spread = undefined;
-  spreadAt = -Infinity;
-}
-
-function markPace(sensorTimeS: number): number {
-  const ms = performance.now();
-  const last = paceMarks.at(-1);
-  if (last && sensorTimeS < last.s) paceMarks = [];
-  if (!last || ms - last.ms > 100) paceMarks.push({ ms, s: sensorTimeS });
-  while (paceMarks.length > 2 && ms - paceMarks[1].ms > PACE_OVER_MS) paceMarks.shift();
-  const first = paceMarks[0];
-  return ms - first.ms > 1500 ? (sensorTimeS - first.s) / ((ms - first.ms) * 1e-3) : NaN;
 }
 
 let pace = NaN;
@@ -80,11 +65,6 @@ function postLive(): void {
   if (!newest) return;
   const { batch, arrivedMs } = newest;
   const store = storeOf(batch.gyroId);
-  const axes = [0, 1, 2].map((a) => axisLive(batch, a));
-  if (spread === undefined || livePosted - spreadAt > SPREAD_EVERY_MS) {
-    spread = store.spread(axes.map((axis) => axis.reason === 'motion'));
-    spreadAt = livePosted;
-  }
   post({
     type: 'live',
     live: {
@@ -101,8 +81,7 @@ function postLive(): void {
       latencyP50Ms: latencies.quantile(0.5),
       latencyP99Ms: latencies.quantile(0.99),
       latencyCount: latencies.count,
-      axes,
-      spread,
+      axes: [0, 1, 2].map((a) => axisLive(batch, a)),
       rows: { samples: store.samples.size, history: store.history.size },
       probes: [...store.probes],
     },
@@ -128,7 +107,7 @@ function onSamples(payload: Uint8Array): void {
   store.addSamples(sampleColumns(batch));
   if (batch.sensorTimeNs.length === 0) return;
   newest = { batch, arrivedMs };
-  pace = markPace(Number(batch.sensorTimeNs.at(-1)) * 1e-9);
+  pace = paceMeter.mark(performance.now(), Number(batch.sensorTimeNs.at(-1)) * 1e-9);
   if (batch.publishUnixNs > 0n) latencies.add(arrivedMs - Number(batch.publishUnixNs) * 1e-6);
   tick();
   postLiveSoon();
@@ -137,12 +116,23 @@ function onSamples(payload: Uint8Array): void {
 function onHistory(payload: Uint8Array): void {
   const { gyro, rows } = decodeHistory(payload);
   storeOf(gyro).addHistory(rows);
-  if (rows.isBacklog) spreadAt = -Infinity;
   tick();
   postLiveSoon();
 }
 
 // ---------------------------------------- small messages
+
+const paces = new Map<number, PaceMeter>();
+
+function onFleet(payload: Uint8Array): void {
+  const fleet = decodeFleet(payload, wallMs());
+  for (const gyro of fleet) {
+    let meter = paces.get(gyro.gyro);
+    if (!meter) paces.set(gyro.gyro, (meter = new PaceMeter()));
+    gyro.pace = meter.mark(gyro.arrivedMs - gyro.ageS * 1000, gyro.sensorTimeS);
+  }
+  post({ type: 'fleet', fleet });
+}
 
 function onNavigation(payload: Uint8Array): void {
   const { sensorNs, state } = decodeNavigation(payload);
@@ -183,6 +173,7 @@ const HANDLERS: Record<string, Handler> = {
   twin: (payload) => post({ type: 'twin', report: decodeTwin(payload) }),
   '/service_status': onStatus,
   '/event': onEvent,
+  '/fleet': onFleet,
   '/gateway': (payload) => post({ type: 'gateway', gateway: decodeGateway(payload) }),
 };
 
@@ -264,7 +255,7 @@ function onClosed(): void {
   channels.clear();
   subscriptions.clear();
   commandService = undefined;
-  for (const call of [...calls.keys()]) answer(call, false, 'the gateway went away before it answered');
+  for (const call of [...calls.keys()]) answer(call, 'unanswered', 'the gateway went away before it answered');
   const wait = backoffMs(attempt++) * (0.8 + 0.4 * Math.random());
   retryAtMs = wallMs() + wait;
   setLink('gone', retryAtMs);
@@ -312,7 +303,7 @@ function onText(frame: TextFrame): void {
       postLink();
       break;
     case 'serviceCallFailure':
-      answer(frame.callId, false, frame.message);
+      answer(frame.callId, 'unanswered', frame.message);
       break;
     case 'other':
       break;
@@ -328,7 +319,7 @@ function onBinary(buffer: ArrayBuffer): void {
       subscriptions.get(frame.subscription)?.handler(frame.payload);
     } else if (frame.op === 'response') {
       const reply = fromBinary(CommandReplySchema, frame.payload);
-      answer(frame.call, reply.accepted, reply.text, Number(reply.modelEpoch));
+      answer(frame.call, reply.accepted ? 'done' : 'refused', reply.text, Number(reply.modelEpoch));
     }
   } catch (error) {
     if (decodeFailures++ === 0) post({ type: 'notice', severity: 2, text: `a message could not be decoded: ${String(error)}` });
@@ -371,21 +362,21 @@ function encode<Desc extends DescMessage>(schema: Desc, message: MessageShape<De
   return toBinary(schema, message);
 }
 
-function answer(call: number, accepted: boolean, text: string, modelEpoch = 0): void {
+function answer(call: number, outcome: Outcome, text: string, modelEpoch = 0): void {
   const waiting = calls.get(call);
   if (!waiting) return;
   calls.delete(call);
   clearTimeout(waiting.timer);
-  post({ type: 'reply', id: waiting.id, accepted, text, modelEpoch });
+  post({ type: 'reply', id: waiting.id, outcome, text, modelEpoch });
 }
 
 function command(id: number, service: string, name: string, argument: string): void {
   if (commandService === undefined) {
-    post({ type: 'reply', id, accepted: false, text: 'the gateway takes no commands now', modelEpoch: 0 });
+    post({ type: 'reply', id, outcome: 'unanswered', text: 'the gateway takes no commands now', modelEpoch: 0 });
     return;
   }
   const call = nextCall++;
-  const late = () => answer(call, false, `no answer within ${COMMAND_WITHIN_MS / 1000} s`);
+  const late = () => answer(call, 'unanswered', `no answer within ${COMMAND_WITHIN_MS / 1000} s`);
   calls.set(call, { id, timer: setTimeout(late, COMMAND_WITHIN_MS) });
   send(serviceCall(commandService, call, 'protobuf', encode(CommandSchema, create(CommandSchema, { service, name, argument }))));
 }

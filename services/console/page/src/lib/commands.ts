@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What can be commanded from here, to whom, and how the argument is spelt.
+import type { Outcome } from './messages.ts';
 
 export interface CommandKind {
   name: string;
@@ -46,4 +47,10 @@ const PUBLISHERS = ['gyro_publisher', 'thermal_publisher'];
 export function publishers(services: string[]): string[] {
   const there = services.filter((s) => !s.includes(':') && PUBLISHERS.includes(s.split('/')[0]));
   return there.length > 0 ? there : PUBLISHERS;
+}
+
+const OUTCOME_TEXT: Record<Outcome, string> = { done: 'Done', refused: 'Refused', unanswered: 'Not answered' };
+
+export function outcomeText(outcome: Outcome): string {
+  return OUTCOME_TEXT[outcome];
 }

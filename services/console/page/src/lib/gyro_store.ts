@@ -2,9 +2,8 @@
 // All that the page keeps of one gyro: a ring at full rate, a ring of one-second rows, a ring of attitudes.
 import { csvParts } from './csv.ts';
 import { Envelope, type Columns } from './envelope.ts';
-import type { Angles, AttitudeSeries, Spread, View, ViewRequest } from './messages.ts';
+import type { Angles, AttitudeSeries, View, ViewRequest } from './messages.ts';
 import { Ring } from './ring.ts';
-import { blockSpread } from './statistics.ts';
 
 export const SAMPLE_ROWS = 131_072; // 10.9 min at 200 Hz, 65 s at 2 kHz
 export const HISTORY_ROWS = 43_264; // 12 h of seconds
@@ -59,7 +58,6 @@ const ROW_NS = 1e9; // of the history
 const HALF_ROW_NS = 0.5e9;
 const ROWS_HOLE_NS = 2.5e9;
 const SHORTEST_FOLLOWED_S = 10;
-const SPREAD_BLOCK_S = 60;
 
 /** Columns of equal length, oldest first; deg/h. */
 export interface SampleColumns {
@@ -302,17 +300,6 @@ export class GyroStore {
     const last = history.lowerBound(toNs + 1);
     const longestStep = Math.max(ROWS_HOLE_NS, 2.5 * bucketNs);
     slow.add(history, first, last, SLOW_SERIES, { bucketNs: last - first <= buckets ? 0 : bucketNs, longestStep, offsetNs: HALF_ROW_NS });
-  }
-
-  /** Spread of minute means of each axis; `moves`: the axes that are in motion now. */
-  spread(moves: boolean[]): Spread {
-    const columns = (a: number) => ({
-      raw: a * PER_AXIS + RAW_MEAN,
-      compensated: a * PER_AXIS + COMPENSATED_MEAN,
-      reference: a * PER_AXIS + REFERENCE,
-      mode: a * PER_AXIS + MODE,
-    });
-    return { blockS: SPREAD_BLOCK_S, axes: AXES.map((a) => blockSpread(this.history, columns(a), SPREAD_BLOCK_S, moves[a])) };
   }
 
   csv(from: number, to: number): { parts: string[]; rows: number } {

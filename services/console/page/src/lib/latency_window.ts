@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-import { quantile } from './statistics.ts';
 
 /** The newest `capacity` values and their quantiles. */
 export class LatencyWindow {
@@ -17,8 +16,11 @@ export class LatencyWindow {
     this.count = Math.min(this.count + 1, this.values.length);
   }
 
+  /** The p-quantile (nearest rank); NaN when there are none. */
   quantile(p: number): number {
-    return quantile(this.values, this.count, p);
+    if (this.count === 0) return NaN;
+    const sorted = this.values.slice(0, this.count).sort();
+    return sorted[Math.min(this.count, Math.max(1, Math.ceil(p * this.count))) - 1];
   }
 
   clear(): void {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What page and worker say to each other. The worker holds socket, decoder and rings; the page draws.
-import type { Comparison } from './statistics.ts';
-import type { Link } from './verdict.ts';
+import type { AxisFacts, Link } from './verdict.ts';
 
 export interface AxisLive {
   mode: number;
@@ -30,15 +29,21 @@ export interface Live {
   latencyP99Ms: number;
   latencyCount: number;
   axes: AxisLive[];
-  spread: Spread;
   rows: { samples: number; history: number };
   probes: string[];
 }
 
-/** Raw against compensated, axis by axis, by means over `blockS` seconds. */
-export interface Spread {
-  blockS: number;
-  axes: Comparison[];
+/** What the gateway says of every gyro, once a second. */
+export interface GyroSummary {
+  gyro: number;
+  arrivedMs: number; // wall time here
+  ageS: number; // since the newest sample reached the gateway, by its clock
+  sensorTimeS: number;
+  sampleIntervalS: number;
+  missing: number;
+  blockS: number; // of the means that are compared
+  pace: number; // sensor seconds a second; NaN while unknown
+  axes: AxisFacts[];
 }
 
 export interface PlainMetric {
@@ -164,6 +169,7 @@ export interface PlainEndpoint {
 }
 
 export interface PlainGateway {
+  atMs: number; // wall time there
   version: string;
   domain: number;
   clients: number;
@@ -222,11 +228,15 @@ export type ToWorker =
   | { type: 'command'; id: number; service: string; name: string; argument: string }
   | { type: 'retry' };
 
+/** Of a command; `unanswered`: nobody said whether it was done. */
+export type Outcome = 'done' | 'refused' | 'unanswered';
+
 export type FromWorker =
   | { type: 'link'; link: Link; retryAtMs: number; server: string; session: string; canCommand: boolean; sinceMs: number; refused: boolean }
   | { type: 'gyros'; gyros: number[]; selected: number }
   | { type: 'tick' }
   | { type: 'live'; live: Live }
+  | { type: 'fleet'; fleet: GyroSummary[] }
   | { type: 'view'; view: View }
   | { type: 'attitude'; attitude: AttitudeSeries }
   | { type: 'status'; services: PlainStatus[] }
@@ -237,4 +247,4 @@ export type FromWorker =
   | { type: 'gateway'; gateway: PlainGateway }
   | { type: 'notice'; severity: number; text: string }
   | { type: 'csv'; blob: Blob; rows: number; name: string }
-  | { type: 'reply'; id: number; accepted: boolean; text: string; modelEpoch: number };
+  | { type: 'reply'; id: number; outcome: Outcome; text: string; modelEpoch: number };

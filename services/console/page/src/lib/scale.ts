@@ -96,3 +96,11 @@ export function microseconds(us: number | undefined): string {
   if (Math.abs(us) < 1e6) return `${figure(us / 1e3, 3)} ms`;
   return `${figure(us / 1e6, 3)} s`;
 }
+
+/** Age for people: 12 ms, 3.4 s, 5 min. */
+export function ageText(s: number): string {
+  if (!Number.isFinite(s)) return '–';
+  if (s < 1) return `${Math.max(0, Math.round(s * 1000))} ms`;
+  if (s < 100) return `${s.toFixed(s < 10 ? 1 : 0)} s`;
+  return s < 7200 ? `${Math.round(s / 60)} min` : `${(s / 3600).toFixed(1)} h`;
+}

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // The headline: is it compensating, how much better is it, does it learn and why not, is the data good. No clock, no
 // page: facts in, sentences out.
-import { duration } from './scale.ts';
-import type { Comparison, Obstacle } from './statistics.ts';
+import { judge, obstacleText, ratioText, type Comparison, type Judgement } from './comparison.ts';
+import { ageText, duration } from './scale.ts';
 
 /** idl/proto/telemetry.proto, Mode */
 export const MODES = ['passthrough', 'learning', 'frozen', 'fallback', 'out_of_domain', 'holding'] as const;
 export type ModeName = (typeof MODES)[number];
 
 export type Tone = 'good' | 'note' | 'warn' | 'bad' | 'idle';
+
+/** A shape beside the colour. */
+export const TONE_GLYPH: Record<Tone, string> = { good: '✓', note: '●', warn: '▲', bad: '✕', idle: '·' };
 
 export interface ModeText {
   label: string;
@@ -107,6 +110,12 @@ export interface AxisFacts {
   harmed: boolean; // the Allan monitor finds it noisier than raw at some cluster time
 }
 
+/** Why no sample comes: "compensation (host h, pid 123) is gone", "since 12 s". */
+export interface Cause {
+  what: string;
+  when: string; // empty: no time belongs to it
+}
+
 export interface Facts {
   link: Link;
   present: boolean; // a gyro's samples came at least once
@@ -121,6 +130,7 @@ export interface Facts {
   dropped: number; // frames that this client was too slow for
   blockS: number; // of the means that are compared
   correctedTwiceS: number; // since it was found to be given the compensation's own output; NaN: it was not
+  causes: Cause[]; // of no sample coming, where any is known
   axes: AxisFacts[];
 }
 
@@ -136,6 +146,14 @@ export interface Verdict {
   learning: Statement;
   data: Statement;
 }
+
+/** The four, in the order in which they are asked; `short` where there is room for a word or two. */
+export const QUESTIONS: { id: keyof Verdict; question: string; short: string }[] = [
+  { id: 'compensating', question: 'Compensating?', short: 'rate' },
+  { id: 'better', question: 'How much better than raw?', short: 'ratio' },
+  { id: 'learning', question: 'Learning?', short: 'model' },
+  { id: 'data', question: 'Is the data good?', short: 'data' },
+];
 
 const AXIS = ['x', 'y', 'z'];
 const STALE_INTERVALS = 20;
@@ -186,64 +204,37 @@ function compensating(facts: Facts): Statement {
   return { tone: 'good', text: 'Compensating', detail: valid.length === 3 ? 'all three axes' : `axes ${names(valid)}` };
 }
 
-/** 308×, 24×, 3.1×, 0.80× */
-export function ratioText(ratio: number): string {
-  if (!Number.isFinite(ratio)) return '–';
-  return `${ratio >= 10 ? Math.round(ratio) : ratio >= 1 ? ratio.toFixed(1) : ratio.toFixed(2)}×`;
-}
-
-const OBSTACLE_TEXT: Record<Obstacle, string> = {
-  passthrough: 'nothing is taken off yet; comparing begins with the first model',
-  holding: 'the first mean is held; comparing begins with the first model',
-  motion: 'it moves, and nobody publishes the true rate to compare with',
-  short: 'needs three minutes at rest, or of a known true rate, with a model',
-};
-
-export function obstacleText(obstacle: Obstacle): string {
-  return OBSTACLE_TEXT[obstacle];
-}
-
-export type Judgement = 'better' | 'alike' | 'worse' | 'unsure';
-const MUCH_BETTER = 1.5;
-const WORSE = 0.95;
-const SIGMAS = 3;
-const ENOUGH_BLOCKS = 30; // then "alike" is a result, and no lack of data
-
-/**
- * Raw over compensated spread, and whether chance could do it: the logarithm of a standard deviation of n means has the
- * variance 1 / (2 (n - 1)), so that of a ratio of two has 1 / (n - 1).
- */
-export function judge(comparison: Comparison): { ratio: number; judgement: Judgement } | undefined {
-  if ('obstacle' in comparison) return undefined;
-  const ratio = comparison.raw / comparison.compensated;
-  const sure = Math.abs(Math.log(ratio)) > SIGMAS / Math.sqrt(comparison.blocks - 1);
-  if (!sure) return { ratio, judgement: comparison.blocks < ENOUGH_BLOCKS ? 'unsure' : 'alike' };
-  return { ratio, judgement: ratio < WORSE ? 'worse' : ratio < MUCH_BETTER ? 'alike' : 'better' };
-}
-
 function horizon(facts: Facts): string {
   const known = facts.axes.flatMap(({ valid, comparison }) => (valid && !('obstacle' in comparison) ? [comparison] : []));
   const least = known.reduce((a, b) => (b.blocks < a.blocks ? b : a));
   return `means of ${duration(facts.blockS)} over ${duration(least.blocks * facts.blockS)}, ${least.against === 'rest' ? 'at rest' : 'against the reference'}`;
 }
 
+/** The least and the greatest of some ratios: "29–308×". */
+function rangeText(ratios: number[]): string {
+  const [least, most] = [ratioText(Math.min(...ratios)), ratioText(Math.max(...ratios))];
+  return least === most ? least : `${least.replace('×', '')}–${most}`;
+}
+
+/** Of the axes that can be judged; that of another is said beside them, and keeps the answer from being green. */
 function better(facts: Facts): Statement {
   const judged = facts.axes.map((axis) => (axis.valid ? judge(axis.comparison) : undefined));
-  const ratios = judged.flatMap((axis) => axis?.ratio ?? []);
+  const of = (judgement: Judgement) => names([0, 1, 2].filter((a) => judged[a]?.judgement === judgement));
+  const ratios = judged.map((axis) => axis?.ratio ?? NaN).filter(Number.isFinite);
+  const text = ratios.length > 0 ? rangeText(ratios) : 'Not comparable yet';
+  const over = judged.some((axis) => axis !== undefined) ? `; ${horizon(facts)}` : '';
+  const harmed = names(where(facts, (axis) => axis.harmed));
+  if (of('worse')) return { tone: 'bad', text, detail: `worse than raw on ${of('worse')}${over}` };
+  if (harmed) return { tone: 'warn', text, detail: `noisier than raw at some cluster time on ${harmed}, says the Allan monitor${over}` };
   if (ratios.length === 0) {
     const first = where(facts, (axis) => 'obstacle' in axis.comparison).map((i) => facts.axes[i].comparison)[0];
-    return { tone: 'idle', text: 'Not comparable yet', detail: first && 'obstacle' in first ? obstacleText(first.obstacle) : 'no valid axis' };
+    const why = first && 'obstacle' in first ? obstacleText(first.obstacle) : 'no valid axis';
+    return { tone: 'idle', text, detail: over ? `may be chance on ${of('unsure')}${over}` : why };
   }
-  const least = ratioText(Math.min(...ratios));
-  const most = ratioText(Math.max(...ratios));
-  const text = least === most ? least : `${least.replace('×', '')}–${most}`;
-  const of = (judgement: Judgement) => names([0, 1, 2].filter((a) => judged[a]?.judgement === judgement));
-  const harmed = names(where(facts, (axis) => axis.harmed));
-  if (of('worse')) return { tone: 'bad', text, detail: `worse than raw on ${of('worse')}; ${horizon(facts)}` };
-  if (harmed) return { tone: 'warn', text, detail: `noisier than raw at some cluster time on ${harmed}, says the Allan monitor; ${horizon(facts)}` };
-  if (of('unsure')) return { tone: 'idle', text: 'Not comparable yet', detail: `${text} may be chance on ${of('unsure')}; ${horizon(facts)}` };
-  if (of('alike')) return { tone: 'warn', text, detail: `hardly better than raw on ${of('alike')}; ${horizon(facts)}` };
-  return { tone: 'good', text, detail: `steadier than raw; ${horizon(facts)}` };
+  if (of('alike')) return { tone: 'warn', text, detail: `hardly better than raw on ${of('alike')}${over}` };
+  const open = names(where(facts, ({ comparison }) => (judge(comparison)?.judgement ?? 'unsure') === 'unsure'));
+  if (open) return { tone: 'note', text, detail: `steadier than raw on ${of('better')}, not comparable yet on ${open}${over}` };
+  return { tone: 'good', text, detail: `steadier than raw${over}` };
 }
 
 function learning(facts: Facts): Statement {
@@ -258,14 +249,6 @@ function learning(facts: Facts): Statement {
   const frozen = commanded || others.every((i) => facts.axes[i].mode === 2);
   if (on.length === 0) return { tone: 'note', text: frozen ? 'Frozen' : 'Not learning', detail: why };
   return { tone: 'note', text: `Learning on ${names(on)}`, detail: `not on ${names(others)}: ${why}` };
-}
-
-/** Age for people: 12 ms, 3.4 s, 5 min. */
-export function ageText(s: number): string {
-  if (!Number.isFinite(s)) return '–';
-  if (s < 1) return `${Math.max(0, Math.round(s * 1000))} ms`;
-  if (s < 100) return `${s.toFixed(s < 10 ? 1 : 0)} s`;
-  return s < 7200 ? `${Math.round(s / 60)} min` : `${(s / 3600).toFixed(1)} h`;
 }
 
 export function isReplay(facts: Facts): boolean {
@@ -289,6 +272,10 @@ function inputFault(facts: Facts): Statement | undefined {
   return { tone: 'bad', text: 'Corrected twice', detail: `the compensation is given its own output (${found}); publish compensated rates under another gyro id` };
 }
 
+function causeText(facts: Facts): string {
+  return facts.causes.map(({ what, when }) => (when ? `${what} ${when}` : what)).join(' and ');
+}
+
 function data(facts: Facts): Statement {
   if (facts.link !== 'open') {
     return { tone: 'bad', text: 'Gateway gone', detail: `shown is what came until ${ageText(facts.ageS)} ago` };
@@ -296,7 +283,7 @@ function data(facts: Facts): Statement {
   if (isStale(facts)) {
     return facts.finished
       ? { tone: 'note', text: 'Source has ended', detail: `newest sample ${ageText(facts.ageS)} ago` }
-      : { tone: 'bad', text: `Stale: ${ageText(facts.ageS)} old`, detail: 'no sample comes; shown is the last that did' };
+      : { tone: 'bad', text: `Stale: ${ageText(facts.ageS)} old`, detail: `${causeText(facts) || 'no sample comes'}; shown is the last that did` };
   }
   const fault = inputFault(facts);
   if (fault) return fault;
@@ -319,13 +306,32 @@ export function isPast(facts: Facts): boolean {
   return facts.link !== 'open' || (isStale(facts) && !facts.finished);
 }
 
+/** No sample ever came. */
+function absent(facts: Facts): Statement {
+  const retries = 'tries again by itself';
+  if (facts.link === 'connecting') return { tone: 'idle', text: 'Connecting', detail: retries };
+  if (facts.link === 'gone') return { tone: 'bad', text: 'Gateway gone', detail: retries };
+  if (facts.causes.length > 0) return { tone: 'bad', text: 'No sample yet', detail: causeText(facts) };
+  return { tone: 'bad', text: 'No gyro', detail: 'the gateway receives no compensated_rate in its domain' };
+}
+
+/** What stands above everything, and behind it what changes by the second. Nothing: nothing does. */
+export function banner(facts: Facts): { text: string; age: string } | undefined {
+  if (facts.link === 'gone') return { text: 'The gateway is gone. What came before is kept.', age: '' };
+  const waits = !facts.present && facts.causes.length > 0;
+  if (facts.link !== 'open' || !(waits || isPast(facts))) return undefined;
+  const silence = waits ? 'no sample comes.' : 'no sample comes any more; everything shown is old.';
+  const why = facts.causes.map(({ what }) => what).join(' and ');
+  const text = why ? `${why}: ${silence}` : silence.replace('no', 'No');
+  const ages = [facts.causes[0]?.when, waits ? '' : `newest sample ${ageText(facts.ageS)} ago`];
+  return { text, age: ages.filter(Boolean).join('; ') };
+}
+
 /** What the headline says. Without samples all four say so; without news only the last is of now. */
 export function verdict(facts: Facts): Verdict {
   if (!facts.present) {
-    const text = facts.link === 'open' ? 'No gyro' : facts.link === 'connecting' ? 'Connecting' : 'Gateway gone';
-    const detail = facts.link === 'open' ? 'the gateway receives no compensated_rate in its domain' : 'tries again by itself';
     const nothing: Statement = { tone: 'idle', text: '–', detail: 'no data yet' };
-    return { compensating: nothing, better: nothing, learning: nothing, data: { tone: facts.link === 'connecting' ? 'idle' : 'bad', text, detail } };
+    return { compensating: nothing, better: nothing, learning: nothing, data: absent(facts) };
   }
   const now: Verdict = { compensating: compensating(facts), better: better(facts), learning: learning(facts), data: data(facts) };
   if (!isPast(facts)) return now;

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+const OVER_MS = 5000;
+const LEAST_MS = 1500;
+const MARK_EVERY_MS = 100;
+
+/** Sensor seconds a second, over the last seconds. */
+export class PaceMeter {
+  private marks: { ms: number; s: number }[] = [];
+
+  /** NaN while it is unknown: at first, and where sensor time goes back. */
+  mark(ms: number, sensorTimeS: number): number {
+    const last = this.marks.at(-1);
+    if (last && sensorTimeS < last.s) this.marks = [];
+    if (this.marks.length === 0 || ms - this.marks[this.marks.length - 1].ms > MARK_EVERY_MS) this.marks.push({ ms, s: sensorTimeS });
+    while (this.marks.length > 2 && ms - this.marks[1].ms > OVER_MS) this.marks.shift();
+    const first = this.marks[0];
+    return ms - first.ms > LEAST_MS ? (sensorTimeS - first.s) / ((ms - first.ms) * 1e-3) : NaN;
+  }
+}

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// Raw against compensated rate of an axis: the spread of means over blocks of a minute, which is
+// that of the drift, since the white noise is averaged out. The true rate, where it is known, is
+// taken off both; blocks of motion are left out, and so are those that are not filled to four
+// fifths. Sensor time alone drives it. Bounded by what is kept of the history.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+
+#include "idl/proto/telemetry.pb.h"
+
+namespace zerodrift::services {
+
+// Means over one second, deg/h; NaN where there was nothing.
+struct RateSecond {
+  std::int64_t second = 0;
+  double raw_deg_h = 0.0;
+  double compensated_deg_h = 0.0;
+  double reference_deg_h = 0.0;  // NaN: the true rate is not known
+  std::uint8_t mode = 0;         // core::Mode
+};
+
+class RateComparison {
+ public:
+  static constexpr std::int64_t kBlockS = 60;
+
+  // Seconds in order. What came before the last step that is no drift, from passthrough or from a
+  // mean held until the first model, is forgotten. O(1).
+  void add(const RateSecond& row);
+  void forget_before(std::int64_t second);
+
+  // `moves`: it is in motion now, and unless some block is known to be at rest, all of them may be.
+  // O(blocks).
+  [[nodiscard]] telemetry::RateComparison result(bool moves) const;
+
+ private:
+  enum class Stage : std::uint8_t { kComparable, kPassthrough, kHeld };
+  struct Block {
+    std::int64_t index = 0;
+    std::uint32_t rows = 0;
+    double raw_mean = 0.0;
+    double raw_squares = 0.0;  // sum of squares about the mean
+    double compensated_mean = 0.0;
+    bool certain = false;  // it learned in there, or the true rate is known
+    [[nodiscard]] bool is_filled() const;
+    [[nodiscard]] double within() const;  // standard deviation of the raw rows in it
+  };
+  // True where the row is to be compared.
+  bool take_step(std::uint8_t mode);
+
+  Stage stage_ = Stage::kComparable;
+  std::deque<Block> blocks_;
+  bool knows_reference_ = false;
+};
+
+}  // namespace zerodrift::services
