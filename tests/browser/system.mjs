@@ -34,13 +34,22 @@ export class System {
   }
 
   /** Publishers, compensation and monitor. `record`: a file in place of a simulation; `publisher`: more options of gyro_publisher. */
-  startChain({ speed = '1', record = '', model = 'paper_fog', profile = 'paper_chamber', publisher = [], waitFor = 'compensation,allan_monitor' } = {}) {
-    const simulation = ['--source', 'simulation', '--model', join(config, `models/${model}.yaml`), '--profile', join(config, `profiles/${profile}.yaml`), '--seed', '1'];
-    const source = [...(record ? ['--source', 'record', '--record', record] : simulation), '--speed', speed];
+  startChain({ waitFor = 'compensation,allan_monitor', ...gyro } = {}) {
     this.start('allan_monitor', 'allan_monitor');
+    this.startCompensation();
+    this.startGyro({ waitFor, ...gyro });
+  }
+
+  startCompensation() {
     this.start('compensation', 'compensation', '--checkpoint-dir', this.folder);
-    this.start('thermal_publisher', 'thermal_publisher', ...source);
-    this.start('gyro_publisher', 'gyro_publisher', ...source, '--wait-for', waitFor, ...publisher);
+  }
+
+  /** Publishers of a gyro, `parts` of the two; those of gyro 7 are named gyro_publisher:7. */
+  startGyro({ id = 1, speed = '1', record = '', model = 'paper_fog', profile = 'paper_chamber', publisher = [], waitFor = 'compensation', parts = ['thermal_publisher', 'gyro_publisher'] } = {}) {
+    const simulation = ['--source', 'simulation', '--model', join(config, `models/${model}.yaml`), '--profile', join(config, `profiles/${profile}.yaml`), '--seed', '1'];
+    const source = [...(record ? ['--source', 'record', '--record', record] : simulation), '--speed', speed, '--gyro-id', String(id)];
+    const more = { thermal_publisher: [], gyro_publisher: ['--wait-for', waitFor, ...publisher] };
+    for (const part of parts) this.start(id === 1 ? part : `${part}:${id}`, part, ...source, ...more[part]);
   }
 
   async startConsole(...options) {
@@ -55,6 +64,10 @@ export class System {
 
   log(name) {
     return this.#running.get(name)?.log.join('') ?? '';
+  }
+
+  pid(name) {
+    return this.#running.get(name)?.child.pid;
   }
 
   signal(name, signal) {
