@@ -6,7 +6,6 @@
 
 #include "common/config/twin_config.h"
 #include "common/files/atomic_file.h"
-#include "common/report/json_file.h"
 #include "common/report/plain_text.h"
 #include "common/service/main.h"
 #include "services/zerodrift/commands.h"
@@ -45,9 +44,8 @@ int history(const HistoryOptions& options) {
   }
   const auto result = diagnosis::history_of(std::move(coefficients), options.false_discovery_rate);
   if (!options.json.empty()) {
-    auto json = history_json(result, options.false_discovery_rate);
-    json["provenance"] = provenance_json(provenance_of(options.made_by, "", options.models));
-    report::write_json(options.json, json);
+    write_report({options.json, ""}, history_json(result, options.false_discovery_rate), {},
+                 provenance_of(options.made_by, "", options.models));
   }
   for (const std::string& sentence : history_sentences(result, options.false_discovery_rate))
     print_paragraph(report::one_line(sentence));

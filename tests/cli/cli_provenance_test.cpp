@@ -41,6 +41,7 @@ std::vector<Report> reports() {
       {{"calibrate", "--record", "@record.csv", "--effects", "bias", "--out-model", "@own.yaml"},
        "",
        {"@record.csv"}},
+      {{"history", "--model", "@own_of_march.yaml"}, "", {"@own_of_march.yaml"}, false},
       {{"design", "--model", kModel, "--diagnosis", "@open.json", "--limits", "@limits.yaml",
         "--against", "@profile.yaml", "--replicates", "0", "--out", "@designed.yaml"},
        "@limits.yaml",
@@ -56,6 +57,11 @@ constexpr const char* kOpen = R"({"axis": {"y": {"taken_back": [], "unknown": nu
    "alternatives": [{"name": "rate_ramp", "probability": 0.3, "inputs": [],
                      "parameters": {"ramp_deg_per_h2": 0.01}}]}]}}})";
 
+constexpr const char* kMeasured =
+    "gyro_id: a\neffects:\n"
+    "  - {kind: bias, axis: x, parameters: {bias_deg_h: 1}, standard_errors: {bias_deg_h: 0.1},\n"
+    "     origin: {by: diagnose, date: '2026-03-31'}}\n";
+
 class ReportOf : public CommandLine, public testing::WithParamInterface<Report> {
  protected:
   void SetUp() override {
@@ -63,6 +69,7 @@ class ReportOf : public CommandLine, public testing::WithParamInterface<Report> 
     system_test::write(path("vehicle.yaml"), content(kConfig + "vehicle.yaml"));
     system_test::write(path("limits.yaml"), "duration_s: 600\npower:\n  off_s: 300\n");
     system_test::write(path("open.json"), kOpen);
+    system_test::write(path("own_of_march.yaml"), kMeasured);
   }
   std::string sha256(const std::string& file) {
     return shell("sha256sum < '" + file + "'").out.substr(0, 64);
