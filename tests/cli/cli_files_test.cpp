@@ -49,7 +49,7 @@ std::vector<Case> outputs() {
       {"design_json",
        {"design", "--model", model, "--diagnosis", "@record.csv", "--limits", "@limits.yaml",
         "--out", "@profile.yaml", "--json", "OUT"}},
-      {"history_json", {"history", "--model", "@model.yaml", "--json", "OUT"}},
+      {"history_json", {"history", "--model", "@record.csv", "--json", "OUT"}},
       {"export_out", {"export", "@record.csv", "--out", "OUT"}},
       {"info_json", {"info", "@record.csv", "--json", "OUT"}},
       {"record_out", {"record", "--attach", "@record.csv", "--out", "OUT"}},
