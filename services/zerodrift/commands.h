@@ -12,6 +12,9 @@ namespace zerodrift::services {
 
 using Run = std::function<int()>;
 
+// All of them, in the order of the help.
+void add_commands(CLI::App& app, Run& run, const Invocation& made_by);
+
 void add_simulate(CLI::App& app, Run& run);
 void add_compensate(CLI::App& app, Run& run);
 void add_compare(CLI::App& app, Run& run, const Invocation& made_by);

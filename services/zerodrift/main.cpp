@@ -16,22 +16,7 @@ int main(int argc, char** argv) try {
   app.require_subcommand(1);
   services::Run run;
   const auto made_by = services::invocation_of(service::version_line(), argc, argv);
-  services::add_simulate(app, run);
-  services::add_compensate(app, run);
-  services::add_compare(app, run, made_by);
-  services::add_navigate(app, run, made_by);
-  services::add_allan(app, run, made_by);
-  services::add_diagnose(app, run, made_by);
-  services::add_calibrate(app, run, made_by);
-  services::add_design(app, run, made_by);
-  services::add_history(app, run, made_by);
-  services::add_record(app, run);
-  services::add_replay(app, run);
-  services::add_info(app, run, made_by);
-  services::add_export(app, run);
-  services::add_control(app, run);
-  services::add_config(app, run);
-  services::add_health(app, run);
+  services::add_commands(app, run, made_by);
   services::list_programs(app);
   return services::end_of_output(service::run_main(app, argc, argv, [&] { return run(); }));
 } catch (const std::exception& error) {  // no such program, or no memory for the options
