@@ -98,9 +98,9 @@ get() {  # PATH: into head and body
   exec 3<> /dev/tcp/127.0.0.1/$port
   printf 'GET %s HTTP/1.1\r\nHost: 127.0.0.1:%s\r\nConnection: close\r\n\r\n' "$1" $port >&3 && timeout 10 cat <&3 > answer
   exec 3>&-
-  sed '/^\r$/,$d' answer | tr -d '\r' > head && sed '1,/^\r$/d' answer > body
+  sed '/^\r$/,$d' answer | tr -d '\r' > headers && sed '1,/^\r$/d' answer > body
 }
-has_head() { grep -qxi -- "$1" head || { cat head; return 1; }; }
+has_head() { grep -qxi -- "$1" headers || { cat headers; return 1; }; }
 # As the console serves them: each page of the index, with the page's own headers, and nothing beside them.
 serves_documents() {
   local file path
@@ -112,7 +112,7 @@ serves_documents() {
     get "/docs/${file##*/}" && has_head 'Content-Type: text/plain; charset=utf-8' && diff body "$file" || return 1
   done
   for path in /docs/../../config/paper.yaml /docs/..%2f..%2fconfig/paper.yaml /docs/README.md.. /docs//etc/passwd; do
-    get "$path" && grep -q '^HTTP/1.1 40[04] ' head || { echo "$path"; cat head; return 1; }
+    get "$path" && grep -q '^HTTP/1.1 40[04] ' headers || { echo "$path"; cat headers; return 1; }
   done
 }
 check "it installs" cmake --install "$build" --prefix "$prefix"
