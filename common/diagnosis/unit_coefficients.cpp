@@ -7,6 +7,7 @@
 #include <tuple>
 #include <utility>
 
+#include "common/core/median.h"
 #include "common/diagnosis/unit_history.h"
 #include "common/twin/effect_catalogue.h"
 
@@ -93,12 +94,6 @@ class Judgements {
   std::map<std::tuple<std::string, std::string, std::string>, std::string> sources_;
 };
 
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 // Leaves those whose time constants, widths, ... are the others'. How many are not.
 std::size_t keep_of_one_shape(std::vector<Judgement>& judgements) {
   constexpr double kAlike = 0.1;
@@ -111,7 +106,7 @@ std::size_t keep_of_one_shape(std::vector<Judgement>& judgements) {
     };
     std::vector<double> shapes;
     for (const Judgement& judgement : judgements) shapes.push_back(shape_of(judgement));
-    const double usual = median_of(std::move(shapes));
+    const double usual = core::median_of(std::move(shapes));
     std::erase_if(judgements, [&](const Judgement& judgement) {
       return std::abs(shape_of(judgement) - usual) > kAlike * std::abs(usual);
     });

@@ -95,6 +95,7 @@ struct UnitRecords {
     }
     parts.push_back(between(begin, records.size()));
   }
+  void part(std::size_t at) { steps.insert(std::upper_bound(steps.begin(), steps.end(), at), at); }
   [[nodiscard]] std::vector<Estimate> latest() const {
     return between(steps.empty() ? 0 : steps.back(), records.size());
   }
@@ -155,8 +156,7 @@ class StepSearch {
         if (!best || step->p_value < best->p_value) best = step;
       }
       if (!best || best->p_value > taken_at_most_) return;
-      auto& steps = units_[best->unit].steps;
-      steps.insert(std::upper_bound(steps.begin(), steps.end(), best->at), best->at);
+      units_[best->unit].part(best->at);
       p_values_[{best->unit, best->at}] = best->p_value;
     }
   }
@@ -205,16 +205,19 @@ class StepSearch {
   }
 
   [[nodiscard]] std::optional<double> p_value_at(std::size_t u, std::size_t at) const {
-    std::vector<UnitRecords> parted = units_;
-    const auto [begin, end] = parted[u].part_around(at);
-    auto& steps = parted[u].steps;
-    steps.insert(std::upper_bound(steps.begin(), steps.end(), at), at);
-    const Parts parts = parts_of(parted);
+    const UnitRecords& unit = units_[u];
+    const auto [begin, end] = unit.part_around(at);
+    const std::vector<Estimate> first = unit.between(begin, at);
+    const std::vector<Estimate> second = unit.between(at, end);
+    Parts parts;
+    UnitRecords parted = unit;
+    parted.part(at);
+    for (std::size_t i = 0; i < units_.size(); ++i) (i == u ? parted : units_[i]).add_parts(parts);
     const double freedom = freedom_of(parts);
     if (freedom < 1.0) return std::nullopt;
     const double scatter_squared = scatter_squared_of(parts);
-    const Pool before = pool_of(parted[u].between(begin, at), scatter_squared);
-    const Pool after = pool_of(parted[u].between(at, end), scatter_squared);
+    const Pool before = pool_of(first, scatter_squared);
+    const Pool after = pool_of(second, scatter_squared);
     return two_sided((after.mean - before.mean) / std::sqrt(before.variance() + after.variance()),
                      freedom);
   }

@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/core/counted.h"
 #include "common/report/numbers.h"
 #include "common/report/plain_text.h"
 
 namespace zerodrift::services {
 namespace {
 
+using core::counted;
 using diagnosis::Coefficient;
 using diagnosis::CoefficientHistory;
 using diagnosis::Estimate;
@@ -28,10 +30,6 @@ std::string text_of(const Estimate& estimate) {
 std::string name_of(const Coefficient& coefficient) {
   return "axis " + std::string(core::name(coefficient.axis)) + ", " + coefficient.effect + "." +
          coefficient.parameter;
-}
-
-std::string counted(std::size_t count, const std::string& what) {
-  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
 }
 
 std::string sentence_of(const Coefficient& coefficient, const diagnosis::UnitChange& change) {
