@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "common/core/require.h"
@@ -16,7 +17,7 @@ namespace zerodrift::diagnosis {
 namespace {
 
 constexpr std::size_t kHalfWindow = 30;
-constexpr double kSpikeSigmas = 5.0;
+constexpr double kFewestSigmas = 5.0;
 constexpr double kSpikeNats = 12.0;  // of all together, after where each could have been
 constexpr std::size_t kFewestSpikes = 2;
 constexpr std::size_t kFewestInARow = 3;
@@ -74,11 +75,35 @@ std::vector<double> departures(std::span<const double> values, std::span<const d
   return departure;
 }
 
-// Far off, with neighbours that are not: what lasts is no spike.
-bool is_alone(const std::vector<double>& departure, std::size_t i) {
-  if (!(std::abs(departure[i]) > kSpikeSigmas)) return false;
-  const bool before = i > 0 && std::abs(departure[i - 1]) > 0.5 * kSpikeSigmas;
-  const bool after = i + 1 < departure.size() && std::abs(departure[i + 1]) > 0.5 * kSpikeSigmas;
+// Standard deviations beyond which samples are a population of their own. One law with heavy tails
+// (Laplace's, Student's) thins out: it has more samples just short of any limit than beyond it, and
+// more than normal noise explains. Infinite where nothing stands apart.
+double limit_of_spikes(const std::vector<double>& departure) {
+  constexpr double kSurely = 2.0;  // standard deviations of a count
+  constexpr double kLargestShare = 0.05;
+  const auto between = [&](double low, double high) {
+    return static_cast<double>(std::count_if(departure.begin(), departure.end(), [&](double d) {
+      return std::abs(d) > low && std::abs(d) <= high;
+    }));
+  };
+  const auto size = static_cast<double>(departure.size());
+  for (double limit = kFewestSigmas;; limit *= std::sqrt(2.0)) {
+    const double beyond = between(limit, std::numeric_limits<double>::infinity());
+    if (beyond == 0.0) return std::numeric_limits<double>::infinity();
+    const double shoulder = limit / std::sqrt(2.0);
+    const double normal =
+        size * (std::erfc(shoulder / std::sqrt(2.0)) - std::erfc(limit / std::sqrt(2.0)));
+    const bool is_rare = beyond <= kLargestShare * size;
+    const bool is_apart = between(shoulder, limit) <= beyond + normal + kSurely * std::sqrt(normal);
+    if (is_rare && is_apart) return limit;
+  }
+}
+
+// Farther off than `limit`, with neighbours that are not: what lasts is no spike.
+bool is_alone(const std::vector<double>& departure, std::size_t i, double limit) {
+  if (!(std::abs(departure[i]) > limit)) return false;
+  const bool before = i > 0 && std::abs(departure[i - 1]) > 0.5 * limit;
+  const bool after = i + 1 < departure.size() && std::abs(departure[i + 1]) > 0.5 * limit;
   return !before && !after;
 }
 
@@ -98,11 +123,12 @@ std::optional<NamedEffect> spikes(const MeasuredSeries& series, core::Axis axis,
                                   std::span<const double> residual,
                                   std::vector<std::uint8_t>& sound, std::size_t& left_out) {
   const auto departure = departures(residual, series.rate_radps[core::index(axis)], sound);
+  const double limit = limit_of_spikes(departure);
   std::vector<std::size_t> places;
   std::vector<double> heights;
   double nats = 0.0;
   for (std::size_t i = 0; i < departure.size(); ++i) {
-    if (!is_alone(departure, i)) continue;
+    if (!is_alone(departure, i, limit)) continue;
     places.push_back(i);
     heights.push_back(residual[i]);
     nats += 0.5 * departure[i] * departure[i] - std::log(static_cast<double>(departure.size()));

@@ -19,11 +19,12 @@ struct RecordFaults {
   double rounding_rms_radps = 0.0;     // of errors by rounding that stay in what is sound
 };
 
-// Spikes: single samples more than 8 robust standard deviations off the median of 61 neighbours
-// (Hampel), at least two in the record; a single one is left out all the same. Saturation: three or
-// more samples in a row at exactly the largest or smallest value the axis ever has, where the
-// readings pile up. Dropped: single samples missing at three places or more; a longer outage is a
-// gap, not an effect. Rounding: see rounding.h. O(n log n).
+// Spikes: single samples more than 5 robust standard deviations off the median of 61 neighbours
+// (Hampel) that stand apart from the others, at least two in the record; a single one is left out
+// all the same. Noise with heavy tails has none: it thins out. Saturation: three or more samples in
+// a row at exactly the largest or smallest value the axis ever has, where the readings pile up.
+// Dropped: single samples missing at three places or more; a longer outage is a gap, not an effect.
+// Rounding: see rounding.h. O(n log n).
 [[nodiscard]] RecordFaults find_record_faults(const MeasuredSeries& series, core::Axis axis,
                                               std::span<const double> residual_radps);
 

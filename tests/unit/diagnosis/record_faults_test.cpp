@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <random>
 
 namespace zerodrift::diagnosis {
@@ -76,6 +77,50 @@ TEST(RecordFaults, NoiseThatGrowsIsNoSpikes) {
     series.rate_radps[0][8000] -= 5e-5;
     EXPECT_EQ(names_of(faults_of(series)), (std::vector<std::string>{"spikes"}));
   }
+}
+
+// Rule: one law with heavy tails thins out; a spike stands apart from it too. Before: spikes,
+// P 1.00, of every record with Laplace's noise.
+TEST(RecordFaults, NoiseWithHeavyTailsHasNoSpikesButThoseThatStandApart) {
+  const auto laplace = [](std::mt19937_64& random) {
+    const double size = std::exponential_distribution<double>(1.0)(random);
+    return 1e-6 * (std::bernoulli_distribution(0.5)(random) ? size : -size);
+  };
+  const auto student = [](std::mt19937_64& random) {
+    return 1e-6 * std::student_t_distribution<double>(6.0)(random);
+  };
+  const auto noise_that_swells = [](std::mt19937_64& random) {
+    const double size = std::exp(std::normal_distribution<double>(0.0, 0.5)(random));
+    return 1e-6 * size * std::normal_distribution<double>()(random);
+  };
+  int wild_records = 0;
+  for (std::uint64_t seed = 20; seed < 40; ++seed) {
+    for (const auto& law : {std::function<double(std::mt19937_64&)>(laplace),
+                            std::function<double(std::mt19937_64&)>(student),
+                            std::function<double(std::mt19937_64&)>(noise_that_swells)}) {
+      MeasuredSeries series = white_series(seed);
+      std::mt19937_64 random(seed);
+      for (double& rate : series.rate_radps[0]) rate = law(random);
+      if (!faults_of(series).effects.empty()) ++wild_records;
+      for (const std::size_t i : {100U, 2500U, 4000U, 7000U, 9000U}) series.rate_radps[0][i] = 1e-4;
+      EXPECT_EQ(names_of(faults_of(series)), (std::vector<std::string>{"spikes"})) << seed;
+    }
+  }
+  // The largest two of 10 000 may stand apart by chance.
+  EXPECT_LE(wild_records, 3) << "of 60";
+}
+
+// A coarse angle's rate is mostly right, and a step off, up or down, in a sample of eight.
+TEST(RecordFaults, StepsOfACoarseAngleAreNoSpikes) {
+  MeasuredSeries series = white_series(4);
+  std::mt19937_64 random(4);
+  std::bernoulli_distribution crosses(1.0 / 16.0);
+  for (std::size_t i = 0; i + 1 < kSize; ++i) {
+    if (!crosses(random)) continue;
+    series.rate_radps[0][i] += 8e-6;
+    series.rate_radps[0][i + 1] -= 8e-6;
+  }
+  EXPECT_TRUE(faults_of(series).effects.empty());
 }
 
 TEST(RecordFaults, ASlowHumpIsNoSpike) {
