@@ -9,6 +9,7 @@
 #include <fastrtps/xmlparser/XMLProfileManager.h>
 #include <ifaddrs.h>
 #include <netinet/in.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -201,6 +202,33 @@ void confine_to(const NetworkOptions& network, fdds::DomainParticipantQos& qos) 
   if (!network.discovery_servers.empty()) discover_through_servers(network, qos);
 }
 
+bool can_bind(const std::string& address, std::uint32_t port) {
+  const int socket = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (socket < 0) return true;  // the middleware says better what is wrong
+  sockaddr_in at{};
+  at.sin_family = AF_INET;
+  at.sin_port = htons(static_cast<std::uint16_t>(port));
+  inet_pton(AF_INET, address.c_str(), &at.sin_addr);
+  const bool is_bound = ::bind(socket, reinterpret_cast<const sockaddr*>(&at), sizeof at) == 0;
+  ::close(socket);
+  return is_bound;
+}
+
+// The middleware takes a port further up where all of these are taken: there it is looked for by
+// nobody, and two of that kind never meet. Servers are told the port.
+void check_can_be_found(const NetworkOptions& network, const fdds::DomainParticipantQos& qos) {
+  if (!network.discovery_servers.empty()) return;
+  const std::string address = network.interfaces.empty() ? kLoopback : network.interfaces.front();
+  for (std::uint32_t place = 0; place < kParticipantsPerHost; ++place) {
+    const auto port = qos.wire_protocol().port.getUnicastPort(network.domain, place);
+    if (can_bind(address, port)) return;
+  }
+  throw DdsError("dds: domain " + std::to_string(network.domain) + " is full: " + address +
+                 " has " + std::to_string(kParticipantsPerHost) +
+                 " participants, and others look for no more; take another domain for some, or "
+                 "discovery servers");
+}
+
 // What an event about this process calls it, beside its name.
 void set_process(fdds::DomainParticipantQos& qos) {
   auto& properties = qos.properties().properties();
@@ -261,6 +289,7 @@ Participant::Participant(const std::string& name, const NetworkOptions& network)
   fdds::DomainParticipantQos qos;
   qos.name(name);
   confine_to(network, qos);
+  check_can_be_found(network, qos);
   auto& discovery = qos.wire_protocol().builtin.discovery_config;
   discovery.initial_announcements.count = 20;
   discovery.initial_announcements.period = Duration_t(0, 50000000);

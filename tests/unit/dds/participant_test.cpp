@@ -20,8 +20,8 @@
 #include <utility>
 #include <vector>
 
-#include "tests/unit/dds/socket_table.h"
 #include "tests/unit/dds/numbered_rates.h"
+#include "tests/unit/dds/socket_table.h"
 #include "tests/unit/dds/test_domain.h"
 
 namespace zerodrift::dds {
@@ -74,6 +74,49 @@ TEST(ParticipantAbuse, WhatIsNotAnIPv4AddressIsNamed) {
 TEST(ParticipantAbuse, AnInterfaceThatThisMachineDoesNotHaveIsRefused) {
   // 192.0.2.0/24 is set aside for documentation (RFC 5737).
   EXPECT_EQ(refusal(105, {"192.0.2.1"}), "dds: no interface of this machine has address 192.0.2.1");
+}
+
+// The ports at which others look for participants of a computer are taken, but the last two.
+class AFullDomain : public testing::Test {
+ protected:
+  static constexpr std::uint32_t kDomain = 108;
+  static constexpr std::uint16_t kFirstPort = 7400 + 250 * kDomain + 10;
+  static constexpr std::uint16_t kPlaces = 40;
+
+  AFullDomain() {
+    for (std::uint16_t place = 0; place < kPlaces - 2; ++place) take(place);
+  }
+  ~AFullDomain() override {
+    for (const int socket : sockets_) ::close(socket);
+  }
+  void take(std::uint16_t place) {
+    sockaddr_in at{};
+    at.sin_family = AF_INET;
+    at.sin_port = htons(static_cast<std::uint16_t>(kFirstPort + 2 * place));
+    at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    sockets_.push_back(::socket(AF_INET, SOCK_DGRAM, 0));
+    ASSERT_EQ(::bind(sockets_.back(), reinterpret_cast<const sockaddr*>(&at), sizeof at), 0);
+  }
+  const TestDomain domain_{kDomain};
+
+ private:
+  std::vector<int> sockets_;
+};
+
+// Before: it started, and was found by nobody that had come as late.
+TEST_F(AFullDomain, RefusesOneThatNobodyWouldLookFor) {
+  take(kPlaces - 2);
+  take(kPlaces - 1);
+  EXPECT_EQ(refusal(kDomain),
+            "dds: domain 108 is full: 127.0.0.1 has 40 participants, and others look for no more; "
+            "take another domain for some, or discovery servers");
+}
+
+TEST_F(AFullDomain, TakesTheLastTwoPlacesAndTheyMeet) {
+  Participant one("one", domain_.network());
+  Participant other("other", domain_.network());
+  EXPECT_TRUE(eventually([&] { return one.acquaintance().peers == 1; }));
+  EXPECT_TRUE(eventually([&] { return other.acquaintance().peers == 1; }));
 }
 
 TEST(Loopback, DeliversEverySampleOnceAndInOrder) {
