@@ -54,4 +54,20 @@ std::string shortened(std::string_view text, std::size_t longest) {
   return line.substr(0, end).append(kEllipsis);
 }
 
+std::string wrapped(std::string_view text, std::size_t width) {
+  std::string lines;
+  std::size_t used = 0;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find(' ', begin), text.size());
+    const std::string_view word = text.substr(begin, end - begin);
+    const std::size_t length = character_count(word);
+    const bool fits = used + 1 + length <= width;
+    if (used > 0) lines += fits ? ' ' : '\n';
+    used = used > 0 && fits ? used + 1 + length : length;
+    lines += word;
+    begin = end + 1;
+  }
+  return lines;
+}
+
 }  // namespace zerodrift::report

@@ -23,4 +23,10 @@ using core::one_line;
 // The first characters of one_line(text), at most `longest` (>= 1); what was cut off shows as "…".
 [[nodiscard]] std::string shortened(std::string_view text, std::size_t longest);
 
+// Columns of a terminal that everything is set for.
+inline constexpr std::size_t kTextWidth = 80;
+
+// Lines of at most `width` characters, broken at blanks; a longer word has a line of its own.
+[[nodiscard]] std::string wrapped(std::string_view text, std::size_t width);
+
 }  // namespace zerodrift::report

@@ -39,10 +39,40 @@ std::string line(std::string_view lead, const Cells& cells, const std::vector<Co
   return text + '\n';
 }
 
-std::size_t total(const std::vector<std::size_t>& widths) {
-  std::size_t sum = kGap.size() * (widths.size() - 1);
-  for (const std::size_t width : widths) sum += width;
+// Width of the columns from `begin` to `end` beside each other.
+std::size_t total(const std::vector<std::size_t>& widths, std::size_t begin, std::size_t end) {
+  std::size_t sum = 0;
+  for (std::size_t i = begin; i < end; ++i) sum += widths[i] + (i > begin ? kGap.size() : 0);
   return sum;
+}
+
+// Columns that name a row: the first one, and what is set left behind it where that takes no more
+// than half a line.
+std::size_t naming_columns(const std::vector<Column>& columns,
+                           const std::vector<std::size_t>& widths) {
+  std::size_t count = 1;
+  while (count + 1 < columns.size() && columns[count].align == Align::kLeft &&
+         total(widths, 0, count + 1) <= kTextWidth / 2)
+    ++count;
+  return count;
+}
+
+// The first `naming` ones and those from `begin` to `end`.
+template <typename Item>
+std::vector<Item> part_of(const std::vector<Item>& all, std::size_t naming, std::size_t begin,
+                          std::size_t end) {
+  const auto at = [&](std::size_t i) { return all.begin() + static_cast<std::ptrdiff_t>(i); };
+  std::vector<Item> part(at(0), at(naming));
+  part.insert(part.end(), at(begin), at(end));
+  return part;
+}
+
+// Behind the last of the columns from `begin` that fit into the room; at least one does.
+std::size_t end_of_part(const std::vector<std::size_t>& widths, std::size_t begin,
+                        std::size_t room) {
+  std::size_t end = begin + 1;
+  while (end < widths.size() && total(widths, begin, end + 1) <= room) ++end;
+  return std::min(end, widths.size());
 }
 
 }  // namespace
@@ -71,13 +101,25 @@ std::string text_table(const Table& table) {
                                  [](const Row& row) { return row.highlighted; });
   const std::string_view plain = marks ? "  " : "";
   std::string text;
-  if (!table.caption.empty()) text += one_line(table.caption) + '\n';
-  text += line(plain, header, table.columns, widths);
-  text.append(plain).append(total(widths), '-').append("\n");
-  for (const Row& row : table.rows) {
-    text += line(row.highlighted ? "* " : plain, clean(row.cells), table.columns, widths);
-  }
-  if (!table.footnote.empty()) text += one_line(table.footnote) + '\n';
+  if (!table.caption.empty()) text += wrapped(one_line(table.caption), kTextWidth) + '\n';
+  const std::size_t naming = naming_columns(table.columns, widths);
+  const std::size_t taken = plain.size() + total(widths, 0, naming) + kGap.size();
+  const std::size_t room = kTextWidth - std::min(kTextWidth, taken);
+  std::size_t begin = naming;
+  do {
+    const std::size_t end = end_of_part(widths, begin, room);
+    if (begin > naming) text += '\n';
+    const auto columns = part_of(table.columns, naming, begin, end);
+    const auto part_widths = part_of(widths, naming, begin, end);
+    text += line(plain, part_of(header, naming, begin, end), columns, part_widths);
+    text.append(plain).append(total(part_widths, 0, part_widths.size()), '-').append("\n");
+    for (const Row& row : table.rows) {
+      text += line(row.highlighted ? "* " : plain, part_of(clean(row.cells), naming, begin, end),
+                   columns, part_widths);
+    }
+    begin = end;
+  } while (begin < widths.size());
+  if (!table.footnote.empty()) text += wrapped(one_line(table.footnote), kTextWidth) + '\n';
   return text;
 }
 

@@ -31,7 +31,9 @@ struct Table {
 [[nodiscard]] std::optional<std::string> validate(const Table& table);
 
 // Caption, header, rule and rows in aligned columns; a highlighted row begins with '*'; the
-// footnote below. Ends with a line end. Throws std::invalid_argument where validate() objects.
+// footnote below. What goes beyond kTextWidth follows in a part of its own, with the columns that
+// name the rows (the first, and left ones behind it) again. Ends with a line end. Throws
+// std::invalid_argument where validate() objects.
 [[nodiscard]] std::string text_table(const Table& table);
 
 }  // namespace zerodrift::report

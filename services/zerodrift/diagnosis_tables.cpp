@@ -58,7 +58,7 @@ std::string held_out_text(diagnosis::HeldOut kind) {
   switch (kind) {
     case diagnosis::HeldOut::kNothing: break;
     case diagnosis::HeldOut::kRecords: return "held out: the records for validation";
-    case diagnosis::HeldOut::kBlocks: return "held out: blocks of the record";
+    case diagnosis::HeldOut::kBlocks: return "held out: parts of the record";
   }
   return "held out: nothing";
 }

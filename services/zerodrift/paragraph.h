@@ -5,7 +5,7 @@
 
 namespace zerodrift::services {
 
-// A paragraph on standard output in lines of at most 110 bytes, broken at blanks.
+// A paragraph on standard output in lines of at most report::kTextWidth characters.
 void print_paragraph(const std::string& text);
 
 }  // namespace zerodrift::services

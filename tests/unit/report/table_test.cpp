@@ -4,7 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <random>
+#include <sstream>
 #include <stdexcept>
+#include <string>
+
+#include "common/report/plain_text.h"
 
 namespace zerodrift::report {
 namespace {
@@ -34,6 +39,40 @@ TEST(TextTable, WithoutHighlightedRowsHasNoRoomForMarks) {
             "a  b\n"
             "----\n"
             "1\n");
+}
+
+// Law: of every table, whatever its columns, the parts hold each column once, behind the first one,
+// in order, and no line is longer than the terminal unless two columns alone are.
+TEST(TextTable, WhatIsWiderThanATerminalGoesOnBelow) {
+  std::mt19937 random(7);
+  for (int round = 0; round < 200; ++round) {
+    Table table{.caption = std::string(60, 'c') + " " + std::string(40, 'd'),
+                .columns = {{"row", Align::kLeft}},
+                .rows = {{{"first"}, round % 2 == 0}},
+                .footnote = ""};
+    const std::size_t columns = 1 + random() % 14;
+    for (std::size_t i = 0; i < columns; ++i) {
+      table.columns.push_back({"n" + std::to_string(i) + std::string(random() % 20, 'x')});
+      table.rows[0].cells.push_back("v" + std::to_string(i) + std::string(random() % 20, 'y'));
+    }
+    std::istringstream lines(text_table(table));
+    std::string heads, cells;
+    for (std::string line; std::getline(lines, line);) {
+      EXPECT_LE(line.size(), kTextWidth);
+      std::istringstream words(line);
+      for (std::string word; words >> word;) {
+        if (word[0] == 'n') heads += word + ' ';
+        if (word[0] == 'v') cells += word + ' ';
+      }
+    }
+    std::string expected_heads, expected_cells;
+    for (std::size_t i = 1; i <= columns; ++i) {
+      expected_heads += table.columns[i].name + ' ';
+      expected_cells += table.rows[0].cells[i] + ' ';
+    }
+    EXPECT_EQ(heads, expected_heads);
+    EXPECT_EQ(cells, expected_cells);
+  }
 }
 
 TEST(TextTable, HostileCellsCantCommandTheTerminal) {
