@@ -77,7 +77,8 @@ std::vector<double> departures(std::span<const double> values, std::span<const d
 
 // Standard deviations beyond which samples are a population of their own. One law with heavy tails
 // (Laplace's, Student's) thins out: it has more samples just short of any limit than beyond it, and
-// more than normal noise explains. Infinite where nothing stands apart.
+// more than normal noise explains. What stands apart in more than one sample of twenty is the
+// noise's own form, as that of a coarse angle is. Infinite where nothing stands apart.
 double limit_of_spikes(const std::vector<double>& departure) {
   constexpr double kSurely = 2.0;  // standard deviations of a count
   constexpr double kLargestShare = 0.05;

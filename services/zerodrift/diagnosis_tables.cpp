@@ -57,7 +57,7 @@ std::string_view unit_of(std::string_view kind) {
 std::string held_out_text(diagnosis::HeldOut kind) {
   switch (kind) {
     case diagnosis::HeldOut::kNothing: break;
-    case diagnosis::HeldOut::kRecords: return "held out: the records for validation";
+    case diagnosis::HeldOut::kRecords: return "held out: other records";
     case diagnosis::HeldOut::kBlocks: return "held out: parts of the record";
   }
   return "held out: nothing";

@@ -197,9 +197,9 @@ TEST(DiagnosisTerminal, ASentenceThatNamesItsAxisIsNotLedInTwice) {
 TEST(DiagnosisTerminal, ShowsGapEffectsAndParametersInLinesThatFit) {
   const DiagnosisResult result = example_diagnosis();
   const std::string text = terminal_text(result);
-  for (const auto* part : {"held out: the records for validation", "2.00", "0.100", "shupe",
-                           "coil_lag (0.0200)", "coefficient_deg_h_min_per_degc", "0.030",
-                           "c1_deg_h_per_degc", "scale_factor, magnetic", "turn the table"})
+  for (const auto* part : {"held out: other records", "2.00", "0.100", "shupe", "coil_lag (0.0200)",
+                           "coefficient_deg_h_min_per_degc", "0.030", "c1_deg_h_per_degc",
+                           "scale_factor, magnetic", "turn the table"})
     EXPECT_TRUE(contains(text, part)) << part << " is not in:\n" << text;
   for (const auto& table : diagnosis_tables(result)) {
     const std::string lines = report::text_table(table);
