@@ -7,6 +7,7 @@
 #include <optional>
 #include <string_view>
 
+#include "common/core/one_line.h"
 #include "common/files/file_error.h"
 #include "common/record/column_map.h"
 #include "common/record/csv_cells.h"
@@ -211,13 +212,20 @@ bool is_possible(const std::string& map, const std::vector<std::string>& header)
   }
 }
 
+// Between the quotes of a command line that is shown to be copied: a file's names are anybody's.
+bool can_be_typed(const std::string& name) {
+  return core::is_one_line(name) && name.find('\'') == std::string::npos;
+}
+
 }  // namespace
 
 std::string guessed_columns(const std::vector<std::string>& header,
                             const std::vector<std::string>& first_row) {
   Guess guess;
-  for (std::size_t i = 0; i < header.size(); ++i)
+  for (std::size_t i = 0; i < header.size(); ++i) {
+    if (!can_be_typed(header[i])) continue;
     guess.add({header[i], words_of(header[i]), i < first_row.size() ? first_row[i] : ""});
+  }
   if (!guess.has_rate() || !is_possible(guess.map(), header)) return "";
   return "--columns '" + guess.map() + "'" + guess.assumptions();
 }

@@ -5,6 +5,8 @@
 #include <charconv>
 #include <system_error>
 
+#include "common/core/one_line.h"
+
 namespace zerodrift::record {
 namespace {
 
@@ -22,12 +24,7 @@ std::string_view trim(std::string_view text) noexcept {
 
 std::string printable(std::string_view text) {
   constexpr std::size_t kLongest = 60;
-  std::string shown{text.substr(0, kLongest)};
-  std::replace_if(
-      shown.begin(), shown.end(), [](char c) { return (c >= '\0' && c < ' ') || c == '\x7f'; },
-      '?');
-  if (text.size() > kLongest) shown += "...";
-  return shown;
+  return core::one_line(text, kLongest) + (text.size() > kLongest ? "..." : "");
 }
 
 std::optional<double> parse_number(std::string_view cell) noexcept {

@@ -11,6 +11,7 @@
 #include <random>
 
 #include "common/files/file_error.h"
+#include "common/record/column_guess.h"
 #include "common/record/record_reader.h"
 #include "common/record/record_writer.h"
 #include "tests/support/scratch_folder.h"
@@ -118,6 +119,16 @@ TEST_F(BadRecord, TwoColumnsOfOneChannel) {
             "a.csv: columns 'rate_x_deg_h' and 'rate_x_rad_s' are both rate_x; keep one, or choose "
             "by --columns; a guess, not used: --columns "
             "'time=time_s[s],rate_x=rate_x_deg_h[deg/h]'");
+}
+
+// What is guessed is copied to a command line, whoever wrote the file: its names command neither
+// the terminal nor the shell.
+TEST_F(BadRecord, AGuessHoldsNoNameThatCommandsATerminalOrAShell) {
+  for (const std::string evil : {"'; reboot; '", "\x1b[2J", "\x7f", "\x9b", "\xff"}) {
+    const std::string guess = guessed_columns({"t", "gyro_x" + evil, "gyro_z"}, {"1", "2", "3"});
+    EXPECT_EQ(guess.find("--columns 'time=t[s],rate_z=gyro_z[deg/s]'"), 0U) << guess;
+    EXPECT_EQ(guess.find(evil), std::string::npos) << guess;
+  }
 }
 
 TEST_F(BadRecord, UnknownUnitOfAKnownQuantity) {
