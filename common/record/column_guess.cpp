@@ -133,10 +133,11 @@ std::optional<core::Axis> rate_axis(std::string_view name) {
   return std::nullopt;
 }
 
+// It can stand between the quotes of a command line that is shown to be copied: a file's names are
+// anybody's.
 bool is_in_a_map(std::string_view header) {
-  return !header.empty() && std::none_of(header.begin(), header.end(), [](char c) {
-    return (c >= '\0' && c < ' ') || std::string_view{",*'\""}.find(c) != std::string_view::npos;
-  });
+  return !header.empty() && core::is_one_line(header) &&
+         header.find_first_of(",*'\"") == std::string_view::npos;
 }
 
 class Guess {
@@ -212,20 +213,13 @@ bool is_possible(const std::string& map, const std::vector<std::string>& header)
   }
 }
 
-// Between the quotes of a command line that is shown to be copied: a file's names are anybody's.
-bool can_be_typed(const std::string& name) {
-  return core::is_one_line(name) && name.find('\'') == std::string::npos;
-}
-
 }  // namespace
 
 std::string guessed_columns(const std::vector<std::string>& header,
                             const std::vector<std::string>& first_row) {
   Guess guess;
-  for (std::size_t i = 0; i < header.size(); ++i) {
-    if (!can_be_typed(header[i])) continue;
+  for (std::size_t i = 0; i < header.size(); ++i)
     guess.add({header[i], words_of(header[i]), i < first_row.size() ? first_row[i] : ""});
-  }
   if (!guess.has_rate() || !is_possible(guess.map(), header)) return "";
   return "--columns '" + guess.map() + "'" + guess.assumptions();
 }

@@ -95,7 +95,8 @@ std::string text_table(const Table& table) {
   for (const Column& column : table.columns) header.push_back(one_line(column.name));
   std::vector<std::size_t> widths(table.columns.size(), 0);
   widen(widths, header);
-  for (const Row& row : table.rows) widen(widths, clean(row.cells));
+  std::vector<Cells> rows;
+  for (const Row& row : table.rows) widen(widths, rows.emplace_back(clean(row.cells)));
 
   const bool marks = std::any_of(table.rows.begin(), table.rows.end(),
                                  [](const Row& row) { return row.highlighted; });
@@ -113,8 +114,8 @@ std::string text_table(const Table& table) {
     const auto part_widths = part_of(widths, naming, begin, end);
     text += line(plain, part_of(header, naming, begin, end), columns, part_widths);
     text.append(plain).append(total(part_widths, 0, part_widths.size()), '-').append("\n");
-    for (const Row& row : table.rows) {
-      text += line(row.highlighted ? "* " : plain, part_of(clean(row.cells), naming, begin, end),
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      text += line(table.rows[i].highlighted ? "* " : plain, part_of(rows[i], naming, begin, end),
                    columns, part_widths);
     }
     begin = end;
