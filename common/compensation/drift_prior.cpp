@@ -23,7 +23,8 @@ constexpr double kStepS = 1.0;
 static_assert(core::seconds(DriftPrior::kStep) == kStepS);
 
 // What temperatures and the time since power-on fulfil. (kLongRecord says how long a record must
-// be to find the effect, not what it reads. A free phase is another one after each start.)
+// be to find the effect, not what it reads. A free phase is another one after each start,
+// and what happened once is over.)
 constexpr bool is_at_hand(twin::Need need) {
   switch (need) {
     case twin::Need::kTemperature:
@@ -38,7 +39,7 @@ constexpr bool is_at_hand(twin::Need need) {
 bool takes_part(const twin::EffectDefinition& definition) {
   return definition.family == twin::Family::kDeterministic &&
          definition.contribution == twin::Contribution::kDrift &&
-         !definition.search.has_free_phase &&
+         !definition.search.has_free_phase && !definition.search.happens_once &&
          std::all_of(definition.needs.begin(), definition.needs.end(), is_at_hand);
 }
 

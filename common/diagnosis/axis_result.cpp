@@ -36,15 +36,17 @@ void copy_axis(const twin::Model& from, twin::Model& to, core::Axis axis) {
 
 void take(AxisDiagnosis& result, const Trial& trial, const RecordFaults& faults) {
   result.effects = trial.effects;
+  result.effects.insert(result.effects.end(), trial.events.begin(), trial.events.end());
   result.recalibrated = trial.recalibrated;
   result.unknown = trial.unknown;
   if (result.unknown && is_of_rounding(result.unknown->rms_radps, faults)) result.unknown.reset();
   result.could_have_seen = trial.could_have_seen;
   result.evidence = trial.evidence;
   if (result.unknown) {
-    const auto noise =
-        std::stable_partition(result.effects.begin(), result.effects.end(),
-                              [](const NamedEffect& effect) { return !is_noise(effect.name); });
+    const auto noise = std::stable_partition(
+        result.effects.begin(), result.effects.end(), [](const NamedEffect& effect) {
+          return !is_noise(effect.name) && !happens_once({.kind = effect.name});
+        });
     result.unknown->noise.assign(std::make_move_iterator(noise),
                                  std::make_move_iterator(result.effects.end()));
     result.effects.erase(noise, result.effects.end());
@@ -76,17 +78,32 @@ void take_back(AxisDiagnosis& result) {
     result.sentence += " The record has " + list_of(result.effects) + ".";
 }
 
-void doubt_consistency(AxisDiagnosis& result, const Comparison& held_out) {
+namespace {
+
+std::string differ(const std::string& who, double shape_radps, double noise_radps) {
+  return " But " + who + " from the twin by " + rounded(core::deg_h_from_radps(shape_radps)) +
+         " deg/h rms about their mean, where its noise makes " +
+         rounded(core::deg_h_from_radps(noise_radps)) + ": ";
+}
+
+}  // namespace
+
+void doubt_consistency(AxisDiagnosis& result, double left_rms_radps, const Comparison& held_out) {
+  if (result.verdict != Verdict::kConsistent) return;
   const double noise_radps = held_out.gap.noise_floor_rms_radps;
-  const bool agree = result.held_out_kind != HeldOut::kRecords ||
-                     !stands_out(held_out.shape_before_radps, noise_radps);
-  if (agree || result.verdict != Verdict::kConsistent) return;
+  if (stands_out(left_rms_radps, result.fit.noise_floor_rms_radps)) {
+    result.sentence += differ("the samples of this record differ", left_rms_radps,
+                              result.fit.noise_floor_rms_radps) +
+                       "another record of the same kind decides whether that was once.";
+  } else if (result.held_out_kind == HeldOut::kRecords &&
+             stands_out(held_out.shape_before_radps, noise_radps)) {
+    result.sentence +=
+        differ("the records for validation differ", held_out.shape_before_radps, noise_radps) +
+        "a diagnosis of them (--record) decides it.";
+  } else {
+    return;
+  }
   result.verdict = Verdict::kUndecidable;
-  result.sentence += " But the records for validation differ from the twin by " +
-                     rounded(core::deg_h_from_radps(held_out.shape_before_radps)) +
-                     " deg/h rms about their mean, where its noise makes " +
-                     rounded(core::deg_h_from_radps(noise_radps)) +
-                     ": a diagnosis of them (--record) decides it.";
 }
 
 }  // namespace zerodrift::diagnosis

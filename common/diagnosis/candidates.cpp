@@ -6,6 +6,7 @@
 
 #include "common/core/units.h"
 #include "common/diagnosis/rounded_text.h"
+#include "common/diagnosis/step_scan.h"
 #include "common/twin/effect_catalogue.h"
 #include "common/twin/power_on.h"
 
@@ -56,15 +57,17 @@ struct Grid {
 };
 
 Grid grid_of(const ParameterDefinition& parameter, const Playback& playback,
-             const std::vector<TemperaturePoint>& inputs, const Oscillations& oscillations) {
+             const std::vector<TemperaturePoint>& inputs, const Scans& scans) {
   constexpr double kArcsecPerRad = 3600.0 / core::kRadPerDeg;
   if (parameter.rule == SearchRule::kFrequency)
-    return {oscillations.lines.frequencies, oscillations.lines.looked_at};
+    return {scans.lines.frequencies, scans.lines.looked_at};
+  if (parameter.rule == SearchRule::kTime)
+    return {scans.steps.since_start_s, scans.steps.looked_at};
   if (parameter.rule == SearchRule::kAngle) {
-    return {inverse(oscillations.resets.frequencies, kArcsecPerRad), oscillations.resets.looked_at};
+    return {inverse(scans.resets.frequencies, kArcsecPerRad), scans.resets.looked_at};
   }
   if (parameter.rule == SearchRule::kPeriod && !inputs.empty()) {
-    const auto& fringes = oscillations.fringes[twin::index(inputs.front())];
+    const auto& fringes = scans.fringes[twin::index(inputs.front())];
     return {inverse(fringes.frequencies, 1.0), fringes.looked_at};
   }
   std::vector<double> values = parameter.rule == SearchRule::kThreshold && !inputs.empty()
@@ -115,18 +118,18 @@ std::vector<Variant> first_variants(const EffectDefinition& definition,
 }
 
 void add_variants(Candidate& candidate, const Playback& playback,
-                  const std::vector<TemperaturePoint>& inputs, const Oscillations& oscillations) {
-  auto variants = first_variants(*candidate.definition, inputs, oscillations.cycles);
+                  const std::vector<TemperaturePoint>& inputs, const Scans& scans) {
+  auto variants = first_variants(*candidate.definition, inputs, scans.cycles);
   double looked_at = 1.0;
   for (const ParameterDefinition& parameter : candidate.definition->parameters) {
     if (parameter.role != ParameterRole::kShape) continue;
     if (is_of_cycle(parameter.rule)) {
       looked_at *= parameter.rule == SearchRule::kCycleFrequency
-                       ? oscillations.lines.looked_at
+                       ? scans.lines.looked_at
                        : static_cast<double>(parameter.grid.size());
       continue;
     }
-    const Grid grid = grid_of(parameter, playback, inputs, oscillations);
+    const Grid grid = grid_of(parameter, playback, inputs, scans);
     looked_at *= grid.looked_at;
     std::vector<Variant> longer;
     for (const double value : grid.values) {
@@ -144,8 +147,8 @@ void add_variants(Candidate& candidate, const Playback& playback,
 using Choices = std::vector<std::vector<TemperaturePoint>>;
 
 void add_choices(Candidate& candidate, const Playback& playback, const Choices& choices,
-                 const Oscillations& oscillations) {
-  for (const auto& inputs : choices) add_variants(candidate, playback, inputs, oscillations);
+                 const Scans& scans) {
+  for (const auto& inputs : choices) add_variants(candidate, playback, inputs, scans);
   for (Variant& variant : candidate.variants)
     variant.log_prior -= std::log(static_cast<double>(choices.size()));
 }
@@ -198,12 +201,12 @@ std::optional<std::string> nothing_to_borrow(const EffectDefinition& definition,
 
 }  // namespace
 
-Oscillations find_oscillations(std::span<const double> weighted, const Playback& playback,
-                               core::Axis axis) {
+Scans scan_residual(std::span<const double> weighted, std::span<const double> variances,
+                    const Playback& playback, core::Axis axis) {
   constexpr std::size_t kPeaks = 6;
   constexpr double kShortestPeriodDegc = 0.5;
   constexpr double kLowestFringes = 1.5;  // below, a polynomial does as well
-  Oscillations found;
+  Scans found;
   found.lines = line_peaks(weighted, playback.interval_s(), kPeaks);
   std::vector<double> middle_s;
   for (const auto& in : playback.inputs())
@@ -228,6 +231,10 @@ Oscillations find_oscillations(std::span<const double> weighted, const Playback&
     turned += turn;
   }
   found.resets = angle_peaks(weighted, middle_rad, turn_rad, kPeaks);
+  const StepPlaces places = step_places(weighted.first(variances.size()), variances, kPeaks);
+  for (const std::size_t place : places.first_after)
+    found.steps.since_start_s.push_back(static_cast<double>(place) * playback.interval_s());
+  found.steps.looked_at = places.looked_at;
   return found;
 }
 
@@ -250,7 +257,7 @@ std::optional<Candidate> listed_candidate(const twin::EffectSpec& spec,
 }
 
 Candidates candidates(const MeasuredSeries& series, const Playback& playback,
-                      const twin::Model& model, core::Axis axis, const Oscillations& oscillations) {
+                      const twin::Model& model, core::Axis axis, const Scans& scans) {
   Candidates result;
   for (const EffectDefinition& definition : twin::effect_catalogue()) {
     if (!is_waveform(definition) || definition.search.is_constant) continue;
@@ -272,7 +279,7 @@ Candidates candidates(const MeasuredSeries& series, const Playback& playback,
                         .is_listed = listed != nullptr};
     const auto choices = listed != nullptr ? choices_of(*listed, definition, playback)
                                            : input_choices(playback, definition.inputs.size());
-    add_choices(candidate, playback, choices, oscillations);
+    add_choices(candidate, playback, choices, scans);
     if (!candidate.variants.empty()) result.testable.push_back(std::move(candidate));
   }
   for (const twin::EffectSpec& spec : model.effects) {

@@ -47,25 +47,34 @@ struct Candidates {
   std::vector<NotTestable> not_testable{};
 };
 
-// Where the residual oscillates: which frequencies and periods are worth a variant.
-struct Oscillations {
+// Times that are worth a variant.
+struct StepTimes {
+  std::vector<double> since_start_s{};
+  double looked_at = 1.0;
+};
+
+// Where the residual oscillates and where it steps: which frequencies, periods and times are worth
+// a variant.
+struct Scans {
   OscillationPeaks lines{};                    // Hz
   std::vector<Cycle> cycles{};                 // one or two at each of these
   twin::PerPoint<OscillationPeaks> fringes{};  // cycles per °C, of measured places
   OscillationPeaks resets{};                   // cycles per rad turned through
+  StepTimes steps{};
 };
 
-// `weighted`: residual of the axis divided by its noise covariance, 0 where it isn't valid.
-// O(samples * some thousand frequencies).
-[[nodiscard]] Oscillations find_oscillations(std::span<const double> weighted,
-                                             const Playback& playback, core::Axis axis);
+// `weighted`: residual of the axis divided by its noise covariance, 0 where it isn't valid;
+// `variances`: that covariance's eigenvalues in the cosine transform, of the record or its
+// beginning. O(samples * some thousand frequencies).
+[[nodiscard]] Scans scan_residual(std::span<const double> weighted,
+                                  std::span<const double> variances, const Playback& playback,
+                                  core::Axis axis);
 
 // Effects that the model lists for the axis with parameters are left out: they are refitted, not
 // named. Those listed without are among the candidates, but their needs are not stated a second
 // time. What an effect takes from another one of the model (T_ref, b') comes from there.
 [[nodiscard]] Candidates candidates(const MeasuredSeries& series, const Playback& playback,
-                                    const twin::Model& model, core::Axis axis,
-                                    const Oscillations& oscillations);
+                                    const twin::Model& model, core::Axis axis, const Scans& scans);
 
 // An effect that the model lists without coefficients, at the temperatures that it is listed with
 // if there are any. Nothing where the record can't test it or the search needs a scan for its

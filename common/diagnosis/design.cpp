@@ -33,8 +33,7 @@ class HeldApart {
       : question_(question),
         series_(series),
         playback_(series),
-        candidates_(
-            candidates(series, playback_, question.model, question.axis, offered_oscillations())),
+        candidates_(candidates(series, playback_, question.model, question.axis, offered_scans())),
         whitener_(noise_of(question, series)) {
     Columns known;
     for (auto& parameter : known_parameters(question.model, question.axis, playback_))

@@ -70,7 +70,7 @@ class AxisExamination {
         not_what_it_looks_like = refuted_finding(judged.trial, calibrated, split);
       aside += fall_back(judged, calibrated);
     }
-    if (calibrated.calibration.fitted.empty() && is_all_rounding(faults, measured, before)) {
+    if (calibrated.calibration.fitted.empty() && is_all_rounding(faults, measured)) {
       take_nothing(judged);
       aside.clear();
       not_what_it_looks_like.reset();
@@ -79,12 +79,13 @@ class AxisExamination {
       close_unknown(judged, split, calibrated.calibration.fitted);
     prefer_formula(judged, calibrated, split);
     const bool adopted = judged.acceptance == Acceptance::kAccepted;
-    const twin::Model& final_model = adopted ? judged.trial.repaired : model_;
+    const twin::Model final_model =
+        adopted ? judged.trial.repaired : with_events_of(judged.trial, model_);
     const Comparison held_out = compare_on(split.held_out, model_, final_model, axis_);
     result.held_out_kind = split.kind;
     result.acceptance = judged.acceptance;
     result.held_out = held_out.gap;
-    if (adopted) copy_axis(judged.trial.repaired, repaired, axis_);
+    if (adopted) copy_axis(without_events(judged.trial.repaired), repaired, axis_);
     judged.trial.recalibrated =
         merged(calibrated.calibration.trial.recalibrated, judged.trial.recalibrated);
     take(result, judged.trial, faults);
@@ -97,7 +98,11 @@ class AxisExamination {
     if (split.kind != HeldOut::kNothing) result.allan_log_distance = held_out.allan;
     conclude(result);
     result.sentence += aside;
-    if (calibrated.calibration.fitted.empty()) doubt_consistency(result, held_out);
+    result.sentence += about_events(result.effects);
+    if (calibrated.calibration.fitted.empty()) {
+      const double left = left_about_mean(measured, final_model, faults.sound);
+      doubt_consistency(result, is_of_rounding(left, faults) ? 0.0 : left, held_out);
+    }
     result.sentence += about_reach(split.share_out_of_reach);
     if (by_blocks) {
       result.sentence +=
@@ -181,9 +186,36 @@ class AxisExamination {
     if (judged.trial.refusal) return judged;
     judged.acceptance =
         judge(judged.trial,
-              compare_on(split.held_out, calibrated.proved(model_), judged.trial.repaired, axis_),
+              compare_on(split.held_out, with_events_of(judged.trial, calibrated.proved(model_)),
+                         judged.trial.repaired, axis_),
               split.kind);
+    const bool leaves_events = judged.acceptance == Acceptance::kReverted &&
+                               judged.trial.effects.empty() && !judged.trial.events.empty() &&
+                               !judged.trial.unknown;
+    if (leaves_events) take_events_alone(judged, calibrated);
     return judged;
+  }
+
+  // What happened in the record stands where new parameters beside it don't.
+  void take_events_alone(Judged& judged, const Calibrated& calibrated) const {
+    judged.acceptance = Acceptance::kNothingToProve;
+    judged.trial.recalibrated.clear();
+    judged.trial.repaired = with_events_of(judged.trial, calibrated.proved(model_));
+  }
+
+  // What happened in the record needs no proof by other data, and proves nothing else: it stands on
+  // both sides of a comparison.
+  [[nodiscard]] twin::Model with_events_of(const Trial& trial, twin::Model model) const {
+    for (const NamedEffect& event : trial.events) model.effects.push_back(spec_of(event, axis_));
+    return model;
+  }
+
+  // No repaired model says that it happens again.
+  [[nodiscard]] twin::Model without_events(twin::Model model) const {
+    const auto found = model.effects.begin() + static_cast<std::ptrdiff_t>(model_.effects.size());
+    model.effects.erase(std::remove_if(found, model.effects.end(), happens_once),
+                        model.effects.end());
+    return model;
   }
 
   // Other records that would not show what was found speak neither for nor against it.
@@ -207,7 +239,8 @@ class AxisExamination {
   // What was found may have moved the shapes and inputs of what was calibrated without it: then
   // both are found once more.
   void calibrate_beside_found(Calibrated& calibrated, Judged& judged, const Split& split) const {
-    const std::vector<NamedEffect> found = drift_of(judged.trial);
+    std::vector<NamedEffect> found = drift_of(judged.trial);
+    found.insert(found.end(), judged.trial.events.begin(), judged.trial.events.end());
     if (found.empty() || calibrated.calibration.fitted.empty()) return;
     const Lags lags = calibrated.calibration.lags;
     Calibrated again = calibrated_on(split, lags, found);
@@ -243,10 +276,11 @@ class AxisExamination {
 
   // What a trial found and could not prove leaves the calibration as it is. The sentence about it,
   // if there was a name.
-  static std::string fall_back(Judged& judged, const Calibrated& calibrated) {
+  std::string fall_back(Judged& judged, const Calibrated& calibrated) const {
     const bool stands = judged.acceptance != Acceptance::kReverted &&
                         judged.acceptance != Acceptance::kNothingToProve;
     if (stands) return {};
+    if (judged.acceptance == Acceptance::kReverted) judged.trial.events.clear();
     if (judged.acceptance == Acceptance::kNothingToProve) judged.acceptance = calibrated.acceptance;
     if (calibrated.acceptance != Acceptance::kAccepted) return {};
     std::string aside;
@@ -259,7 +293,7 @@ class AxisExamination {
     judged.trial.effects.clear();
     judged.trial.recalibrated.clear();
     judged.trial.log_evidence = 0.0;
-    judged.trial.repaired = calibrated.calibration.trial.repaired;
+    judged.trial.repaired = with_events_of(judged.trial, calibrated.calibration.trial.repaired);
     judged.acceptance = Acceptance::kAccepted;
     return aside;
   }
@@ -305,7 +339,10 @@ class AxisExamination {
     const twin::Model& without = stands ? judged.trial.repaired : model_;
     auto closed = proved_formula(beside(without, split, calibrated), split);
     if (!closed) return;
-    if (stands) closed->recalibrated = merged(judged.trial.recalibrated, closed->recalibrated);
+    if (stands) {
+      closed->recalibrated = merged(judged.trial.recalibrated, closed->recalibrated);
+      closed->events = std::move(judged.trial.events);
+    }
     take_formula(judged, *std::move(closed),
                  stands ? std::move(judged.trial.effects) : std::vector<NamedEffect>());
   }
@@ -365,11 +402,11 @@ class AxisExamination {
                                                              const Split& split) const {
     auto names = unknown_like(trial);
     if (names || trial.unknown || calibrated.acceptance == Acceptance::kReverted) return names;
-    const auto left = difference(measured_drift(series_, axis_),
-                                 playback_.drift(calibrated.proved(model_), axis_), split.fitted);
     const std::size_t block = intervals_in(kMeanS, series_.interval_s);
-    return unlike_other_parameters(trial, rms_of_block_means(left, split.fitted, block).about_mean,
-                                   expected_rms_of_block_means(trial.noise_dct_variances, block));
+    return unlike_other_parameters(
+        trial,
+        left_about_mean(measured_drift(series_, axis_), calibrated.proved(model_), split.fitted),
+        expected_rms_of_block_means(trial.noise_dct_variances, block));
   }
 
   void take_nothing(Judged& judged) const {
@@ -380,13 +417,17 @@ class AxisExamination {
     judged.trial.repaired = model_;
   }
 
+  [[nodiscard]] double left_about_mean(const std::vector<double>& measured,
+                                       const twin::Model& model,
+                                       const std::vector<std::uint8_t>& valid) const {
+    const auto left = difference(measured, playback_.drift(model, axis_), valid);
+    return rms_of_block_means(left, valid, intervals_in(kMeanS, series_.interval_s)).about_mean;
+  }
+
   // Whether all that the twin leaves, about its mean, could be the record's rounding.
-  bool is_all_rounding(const RecordFaults& faults, const std::vector<double>& measured,
-                       const std::vector<double>& before) const {
+  bool is_all_rounding(const RecordFaults& faults, const std::vector<double>& measured) const {
     if (!(faults.rounding_rms_radps > 0.0)) return false;
-    const auto left = difference(measured, before, faults.sound);
-    const std::size_t block = intervals_in(kMeanS, series_.interval_s);
-    return is_of_rounding(rms_of_block_means(left, faults.sound, block).about_mean, faults);
+    return is_of_rounding(left_about_mean(measured, model_, faults.sound), faults);
   }
 
   void describe(AxisDiagnosis& result, const Trial& trial, const std::vector<double>& measured,

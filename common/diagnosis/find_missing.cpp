@@ -102,13 +102,22 @@ class Searcher {
     return (g.chi_square - g.rank) * (1.0 - share) < share * explained_in_family(group, left_out);
   }
 
+  [[nodiscard]] bool may_be_of_an_input(const Evaluation& e, std::size_t group) const {
+    if (!problem_.groups[group].happens_once) return false;
+    for (std::size_t g = 0; g < problem_.groups.size(); ++g) {
+      if (problem_.groups[g].kind == CandidateKind::kGeneric && score(e, g) >= score(e, group))
+        return true;
+    }
+    return false;
+  }
+
   [[nodiscard]] std::size_t best_of(const Evaluation& e, CandidateKind kind,
                                     std::size_t left_out = kNone) const {
     std::size_t best = kNone;
     for (std::size_t g = 0; g < problem_.groups.size(); ++g) {
       if (problem_.groups[g].kind != kind || !std::isfinite(e.groups[g].log_evidence)) continue;
       if (best != kNone && score(e, g) <= score(e, best)) continue;
-      if (is_mismatch(e, g, left_out)) continue;
+      if (is_mismatch(e, g, left_out) || may_be_of_an_input(e, g)) continue;
       best = g;
     }
     return best;
@@ -269,7 +278,8 @@ class Searcher {
       if (problem_.groups[g].kind != CandidateKind::kNamed) continue;
       if (!(e.groups[g].log_evidence > 0.0)) continue;  // explains nothing
       // What couldn't have been chosen is no alternative either.
-      if (g != chosen_[place].group && is_mismatch(e, g, place)) continue;
+      const bool out = is_mismatch(e, g, place) || may_be_of_an_input(e, g);
+      if (g != chosen_[place].group && out) continue;
       nats[g] = score(e, g);
     }
     const std::vector<double> probability = probabilities(nats, best, options_);

@@ -23,10 +23,21 @@ bool has_free_phase(const twin::EffectSpec& effect) {
   return definition != nullptr && definition->search.has_free_phase;
 }
 
+// What a model says of the part's record.
+twin::Model in_record_of(const HeldOutPart& part, twin::Model model) {
+  if (!part.is_of_fitted_record) std::erase_if(model.effects, happens_once);
+  return model;
+}
+
 // Nobody can tell the phase that a line has in another record: its frequency has to be there.
 twin::Model without_free_phases(twin::Model model) {
   std::erase_if(model.effects, has_free_phase);
   return model;
+}
+
+std::vector<double> quiet_drift(const HeldOutPart& part, const twin::Model& model,
+                                core::Axis axis) {
+  return part.playback->drift(without_free_phases(in_record_of(part, model)), axis);
 }
 
 std::vector<double> added_lines_hz(const twin::Model& before, const twin::Model& after,
@@ -73,8 +84,8 @@ NatsOfPart nats_of(const HeldOutPart& part, const twin::Model& before, const twi
   const MeasuredSeries& series = *part.series;
   const auto measured = measured_drift(series, axis);
   const auto variances = model_noise(after, axis, series.interval_s, quick_length(series.size));
-  const auto quiet_before = part.playback->drift(without_free_phases(before), axis);
-  const auto quiet_after = part.playback->drift(without_free_phases(after), axis);
+  const auto quiet_before = quiet_drift(part, before, axis);
+  const auto quiet_after = quiet_drift(part, after, axis);
   const auto square = [&](const std::vector<double>& one, const std::vector<double>& other) {
     return weighted_square(difference(one, other, part.valid), part.valid, variances);
   };
@@ -90,6 +101,11 @@ NatsOfPart nats_of(const HeldOutPart& part, const twin::Model& before, const twi
 }
 
 }  // namespace
+
+bool happens_once(const twin::EffectSpec& effect) {
+  const auto* definition = twin::find_effect(effect.kind);
+  return definition != nullptr && definition->search.happens_once;
+}
 
 bool is_noise(const std::string& kind) {
   const auto* definition = twin::find_effect(kind);
@@ -162,7 +178,7 @@ Split split_in_blocks(const MeasuredSeries& series, const Playback& playback,
       if (!guarded) kept[i] = sound[i];
     }
   }
-  split.held_out.push_back({&series, &playback, std::move(kept)});
+  split.held_out.push_back({&series, &playback, std::move(kept), true});
   return can_judge(split.held_out.front()) ? split : Split{.fitted = sound};
 }
 
@@ -180,8 +196,8 @@ Comparison compare_on(const std::vector<HeldOutPart>& parts, const twin::Model& 
   for (const HeldOutPart& part : parts) {
     const MeasuredSeries& series = *part.series;
     const auto measured = measured_drift(series, axis);
-    const auto drift_before = part.playback->drift(before, axis);
-    const auto drift_after = part.playback->drift(after, axis);
+    const auto drift_before = part.playback->drift(in_record_of(part, before), axis);
+    const auto drift_after = part.playback->drift(in_record_of(part, after), axis);
     const std::size_t block = intervals_in(kMeanS, series.interval_s);
     const auto rms = [&](const std::vector<double>& drift) {
       return rms_of_block_means(difference(measured, drift, part.valid), part.valid, block);
@@ -193,8 +209,8 @@ Comparison compare_on(const std::vector<HeldOutPart>& parts, const twin::Model& 
     const AllanDistance distance = allan_distance(curves);
     const double w = static_cast<double>(series.size);
     const auto add = [w](double& sum, double value) { sum += w * value * value; };
-    const auto quiet_before = part.playback->drift(without_free_phases(before), axis);
-    const auto quiet_after = part.playback->drift(without_free_phases(after), axis);
+    const auto quiet_before = quiet_drift(part, before, axis);
+    const auto quiet_after = quiet_drift(part, after, axis);
     const BlockRms rms_before = rms(quiet_before);
     const BlockRms rms_after = rms(quiet_after);
     add(result.gap.before_rms_radps, rms_before.about_zero);
@@ -231,8 +247,8 @@ double likelier_by_nats(const std::vector<HeldOutPart>& parts, const twin::Model
   for (const HeldOutPart& part : parts) {
     nats += nats_of(part, base, one, axis).gain - nats_of(part, base, other, axis).gain;
     const MeasuredSeries& series = *part.series;
-    const auto left = difference(measured_drift(series, axis),
-                                 part.playback->drift(without_free_phases(base), axis), part.valid);
+    const auto left =
+        difference(measured_drift(series, axis), quiet_drift(part, base, axis), part.valid);
     const auto noise_of = [&](const twin::Model& model) {
       return model_noise(model, axis, series.interval_s, quick_length(series.size));
     };

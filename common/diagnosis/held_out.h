@@ -34,6 +34,7 @@ struct HeldOutPart {
   const MeasuredSeries* series;
   const Playback* playback;
   std::vector<std::uint8_t> valid;
+  bool is_of_fitted_record = false;  // what happened there once happened in this part, too
 };
 
 struct Split {
@@ -93,6 +94,8 @@ struct Comparison {
 // Allan curve is no figure to judge by, and any noise is likelier than none.
 [[nodiscard]] Acceptance judge(const Trial& trial, const Comparison& held_out, HeldOut kind);
 
+// Whether it belongs to the record that shows it (twin/effect.h).
+[[nodiscard]] bool happens_once(const twin::EffectSpec& effect);
 // Whether the catalogue has the effect as a noise.
 [[nodiscard]] bool is_noise(const std::string& kind);
 // Whether an effect, or a formula's label, moves the drift about its mean: neither a noise nor a

@@ -74,6 +74,7 @@ ShapeRange range_of(const ParameterDefinition& parameter, const Candidate& candi
     case twin::SearchRule::kPeriod: return {ShapeScale::kLogarithmic, lowest, highest, 1.02};
     case twin::SearchRule::kThreshold:
       return {ShapeScale::kLinear, lowest, highest, spacing_of(parameter.name, candidate)};
+    case twin::SearchRule::kTime: return {ShapeScale::kLinear, 0.0, duration_s, duration_s / 200.0};
     case twin::SearchRule::kLag: return {ShapeScale::kLinear, lowest, duration_s / 4.0, 60.0};
     case twin::SearchRule::kGrid: break;
   }
@@ -97,6 +98,7 @@ CandidateGroup group_of(const Candidate& candidate, const ShapeCode& code,
   CandidateGroup group;
   group.name = label_of(*candidate.definition);
   group.family = twin::input_family(*candidate.definition);
+  group.happens_once = candidate.definition->search.happens_once;
   for (const Variant& variant : candidate.variants)
     group.variants.push_back({code.encode(variant), variant.log_prior});
   group.ranges.push_back({});

@@ -155,7 +155,7 @@ double separation(const Experiment& experiment, const twin::Model& model, core::
   const Eigen::MatrixXd beside = whitener.matrix(known);
   double nearest = norm_beside(found, beside);
   if (nearest < kLeastSeparation) return nearest;
-  const Candidates all = candidates(series, playback, model, axis, offered_oscillations());
+  const Candidates all = candidates(series, playback, model, axis, offered_scans());
   for (const Columns& columns : rivals_of(rival, all, playback)) {
     const Eigen::MatrixXd of_rival = whitener.matrix(columns);
     Eigen::MatrixXd both(beside.rows(), beside.cols() + of_rival.cols());
@@ -200,7 +200,7 @@ std::string to_test_more(const twin::Model& model, core::Axis axis,
   for (const Experiment& experiment : menu()) {
     const MeasuredSeries series = simulate(experiment, model.thermal_plant);
     const Playback playback(series);
-    const Candidates all = candidates(series, playback, model, axis, offered_oscillations());
+    const Candidates all = candidates(series, playback, model, axis, offered_scans());
     std::vector<std::string> names;
     for (const NotTestable& effect : not_testable) {
       if (would_test(all, effect.name)) names.push_back(effect.name);

@@ -30,24 +30,24 @@ using twin::ParameterRole;
 
 namespace {
 
-// Where what the known effects alone leave of the residual oscillates, against its noise.
-Oscillations oscillations_of(const SearchProblem& problem, const TrialInput& input) {
+// Where what the known effects alone leave of the residual oscillates or steps, against its noise.
+Scans scans_of(const SearchProblem& problem, const TrialInput& input) {
   const auto noise = fit_noise_beside(problem, search_options(input.options));
   if (!noise) return {};
   std::vector<double> left(problem.series.begin(), problem.series.end());
   take_off_corrections(left, noise->corrections, problem);
   const std::size_t quick = quick_length(left.size());
-  auto weighted = divided_by_noise(
-      std::span(left).first(quick),
-      dct_variances(noise->noise_terms, noise->noise_squares, quick, input.series.interval_s));
+  const auto variances =
+      dct_variances(noise->noise_terms, noise->noise_squares, quick, input.series.interval_s);
+  auto weighted = divided_by_noise(std::span(left).first(quick), variances);
   weighted.resize(left.size(), 0.0);
-  return find_oscillations(weighted, input.playback, input.axis);
+  return scan_residual(weighted, variances, input.playback, input.axis);
 }
 
 Lineup line_up(const twin::Model& model, const TrialInput& input, const SearchProblem& problem,
                const std::vector<InputChannel>& channels, std::vector<NotTestable>& not_testable) {
   Candidates found =
-      candidates(input.series, input.playback, model, input.axis, oscillations_of(problem, input));
+      candidates(input.series, input.playback, model, input.axis, scans_of(problem, input));
   not_testable.insert(not_testable.end(), found.not_testable.begin(), found.not_testable.end());
   Lineup lineup;
   for (Candidate& candidate : found.testable) {
@@ -299,6 +299,8 @@ Trial repair(const TrialInput& input) {
     fit_alternatives(effect, place, report, problem, lineup, search_options(input.options));
     if (candidate.is_listed) {
       take_listed(trial, input.axis, candidate, effect);
+    } else if (candidate.definition->search.happens_once) {
+      trial.events.push_back(std::move(effect));
     } else {
       trial.effects.push_back(std::move(effect));
     }
@@ -319,6 +321,7 @@ Trial repair(const TrialInput& input) {
   recalibrate_bias(trial, input);
   tell_unfitted(trial, input);
   for (NamedEffect& effect : trial.effects) level(effect);
+  for (NamedEffect& event : trial.events) level(event);
   return trial;
 }
 

@@ -48,6 +48,9 @@ struct CandidateGroup {
   twin::InputFamily family = twin::InputFamily::kNone;
   // The simpler effect that this one has as a limit.
   std::optional<GroupId> parent{};
+  // Stands only where it explains more than a function of any input does: the rest of a form that
+  // differs, too, has edges where inputs have them.
+  bool happens_once = false;
   double log_prior = 0.0;
   std::vector<CandidateVariant> variants{};
   std::vector<ShapeRange> ranges{};  // one a shape parameter; empty: nothing is refined

@@ -74,7 +74,7 @@ std::vector<double> remainder_of(const SearchReport& report, const SearchProblem
 }
 
 void add_to_model(Trial& trial, const TrialInput& input) {
-  for (const NamedEffect& effect : trial.effects) {
+  const auto add = [&](const NamedEffect& effect) {
     twin::EffectSpec spec = spec_of(effect, input.axis);
     spec.standard_errors = effect.standard_errors;
     spec.origin = {.by = "diagnose",
@@ -82,7 +82,9 @@ void add_to_model(Trial& trial, const TrialInput& input) {
                    .date = input.options.date,
                    .evidence = "log Bayes factor " + rounded(effect.log_evidence)};
     trial.repaired.effects.push_back(std::move(spec));
-  }
+  };
+  std::for_each(trial.effects.begin(), trial.effects.end(), add);
+  std::for_each(trial.events.begin(), trial.events.end(), add);
 }
 
 }  // namespace zerodrift::diagnosis

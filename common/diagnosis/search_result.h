@@ -32,7 +32,7 @@ void take_off_corrections(std::vector<double>& left,
 [[nodiscard]] std::vector<double> remainder_of(const SearchReport& report,
                                                const SearchProblem& problem);
 
-// The trial's effects into its repaired model, with where they come from.
+// The trial's effects and events into its repaired model, with where they come from.
 void add_to_model(Trial& trial, const TrialInput& input);
 
 }  // namespace zerodrift::diagnosis

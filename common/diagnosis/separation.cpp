@@ -42,7 +42,7 @@ double norm_beside(const Eigen::VectorXd& waveform, const Eigen::MatrixXd& other
   return (waveform - fit).norm();
 }
 
-Oscillations offered_oscillations() {
+Scans offered_scans() {
   constexpr double kArcsecPerRad = 3600.0 / core::kRadPerDeg;
   const auto offered = [](twin::SearchRule rule, const auto& frequency_of) {
     OscillationPeaks peaks;
@@ -55,7 +55,7 @@ Oscillations offered_oscillations() {
     peaks.looked_at = static_cast<double>(peaks.frequencies.size());
     return peaks;
   };
-  Oscillations all;
+  Scans all;
   all.lines = offered(twin::SearchRule::kFrequency, [](double hz) { return hz; });
   for (const double hz : all.lines.frequencies) all.cycles.push_back({.frequency_hz = hz});
   all.fringes.fill(offered(twin::SearchRule::kPeriod, [](double degc) { return 1.0 / degc; }));

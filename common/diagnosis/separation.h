@@ -37,7 +37,7 @@ class Whitener {
 [[nodiscard]] double norm_beside(const Eigen::VectorXd& waveform, const Eigen::MatrixXd& others);
 
 // The periods and frequencies that the catalogue offers to a search, as if a record showed them.
-[[nodiscard]] Oscillations offered_oscillations();
+[[nodiscard]] Scans offered_scans();
 
 // Columns of one of the candidates at each of its variants; no more than enough to cover its
 // shapes. None where the experiment doesn't excite it.

@@ -45,6 +45,8 @@ struct TrialInput {
 struct Trial {
   twin::Model repaired;
   std::vector<NamedEffect> effects{};
+  // What happened once, in this record: in `repaired`, but nothing that other data could prove.
+  std::vector<NamedEffect> events{};
   std::vector<Recalibration> recalibrated{};
   std::optional<UnknownEffect> unknown{};
   std::vector<NotTestable> not_testable{};

@@ -97,6 +97,15 @@ std::string spoken_against(std::span<const std::string> refuted) {
   return " It looks like " + names + ", but held-out data speak against that.";
 }
 
+std::string about_events(const std::vector<NamedEffect>& effects) {
+  std::string text;
+  for (const NamedEffect& effect : effects) {
+    if (happens_once({.kind = effect.name}))
+      text += " " + effect.name + " happened once, in this record: no repaired model has it.";
+  }
+  return text;
+}
+
 std::string about_reach(double share_out_of_reach) {
   constexpr double kNearlyNone = 0.01;
   if (share_out_of_reach < kNearlyNone) return {};

@@ -25,6 +25,8 @@ namespace zerodrift::diagnosis {
 // Behind an answer: what held-out data did not confirm.
 [[nodiscard]] std::string spoken_against(std::span<const std::string> refuted);
 
+// Behind an answer: which of the effects are the record's own; empty for none.
+[[nodiscard]] std::string about_events(const std::vector<NamedEffect>& effects);
 // Behind an answer: what share of the other records judged nothing; empty for nearly none.
 [[nodiscard]] std::string about_reach(double share_out_of_reach);
 

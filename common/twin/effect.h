@@ -98,6 +98,7 @@ enum class SearchRule {
   kPeriod,     // °C: where it oscillates along the effect's temperature
   kAngle,      // arcsec: where it oscillates along the angle turned through
   kThreshold,  // °C: within the range of the effect's temperature
+  kTime,       // s since the start of the record: where the residual steps
 };
 
 struct ParameterDefinition {
@@ -187,6 +188,9 @@ struct SearchTraits {
   bool is_constant = false;
   // Its phase is another one in each record: what is proved elsewhere is its frequency.
   bool has_free_phase = false;
+  // Belongs to the record that shows it, not to the gyro: other records neither have it nor speak
+  // against it, and no repaired model has it.
+  bool happens_once = false;
   // A function of the inputs though Family::kRecordFault.
   bool follows_inputs = false;
   LocalFault fault = LocalFault::kNone;

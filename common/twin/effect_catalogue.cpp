@@ -35,6 +35,7 @@
   X(rate_ramp)                       \
   X(markov)                          \
   X(telegraph)                       \
+  X(bias_step)                       \
   X(line)                            \
   X(duty_cycle)                      \
   X(vibration_rectification)         \

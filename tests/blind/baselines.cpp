@@ -185,8 +185,9 @@ class AxisRegression {
     std::vector<double> weighted(series_.size, 0.0);
     for (Eigen::Index r = 0; r < rows(); ++r)
       weighted[rows_[static_cast<std::size_t>(r)]] = left(r) / variance;
-    const auto oscillations = diagnosis::find_oscillations(weighted, playback_, axis_);
-    candidates_ = diagnosis::candidates(series_, playback_, model_, axis_, oscillations);
+    const std::vector<double> white(series_.size, variance);
+    const auto scans = diagnosis::scan_residual(weighted, white, playback_, axis_);
+    candidates_ = diagnosis::candidates(series_, playback_, model_, axis_, scans);
     result.not_testable = candidates_.not_testable;
     const auto is_listed = [](const Candidate& candidate) { return candidate.is_listed; };
     std::copy_if(candidates_.testable.begin(), candidates_.testable.end(),

@@ -438,7 +438,7 @@ def size_all(names, specimen, scene, columns, levels, hard, rng):
     whitener = noise.Whitener(variance)
     known_basis = whitener.basis(columns)
     drawn = {name: effects.draw(name, rng, specimen.places) for name in names
-             if name in effects.WAVEFORMS or name in effects.UNKNOWNS}
+             if name in effects.WAVEFORMS or name in effects.UNKNOWNS or name in effects.EVENTS}
     if "share" in hard:
         drawn = {name: hardships.rough_form(effect, hard["share"], rng) for name, effect in drawn.items()}
     for effect in drawn.values():

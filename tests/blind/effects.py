@@ -156,6 +156,23 @@ def temperature_step(rng, places):
                   needs=place_columns(place))
 
 
+def bias_step(rng, places):
+    # stress in a splice that lets go: an edge, and a creep of up to a fifth of it afterwards, once in the gyro's life:
+    # in the first record that asks
+    at, creep, tau_s = rng.uniform(0.05, 0.95), rng.uniform(-0.2, 0.2), 60 * 10**rng.uniform(0, 1.3)
+    happened_in = []
+
+    def wave(scene, size):
+        happened_in[:] = happened_in or [scene]
+        n = len(scene.inputs)
+        since = np.arange(n) - at * n
+        if scene is not happened_in[0]:
+            return np.zeros(n)
+        return size * np.where(since >= 0, 1 - creep * np.exp(-np.maximum(since, 0) / tau_s), 0.0)
+
+    return Effect("bias_step", {"at": at, "creep": creep, "tau_s": tau_s}, wave, removable=False)
+
+
 def etalon_fringe(rng, places):
     # Airy transmission of a low-finesse cavity
     place = str(rng.choice(["coil", "coil_outer", "board"]))
@@ -496,6 +513,9 @@ UNKNOWNS = {f.__name__: f for f in [
     bump, two_bumps, threshold_and_power, humidity_creep, difference_squared, rate_magnitude, field_times_temperature,
     even_field, supply, tilt_product, after_vibration, current_times_gradient]}
 
+# What happens in one record and in no other; hidden by suites of their own.
+EVENTS = {f.__name__: f for f in [bias_step]}
+
 # Made in cases.py: spectra, the record's faults, a badly glued thermometer.
 STOCHASTIC = ["quantization", "bias_instability", "rate_random_walk", "markov", "angle_random_walk"]
 FAULTS = ["spikes", "saturation", "dropped_samples"]
@@ -504,4 +524,4 @@ HIDEABLE = sorted(list(WAVEFORMS) + STOCHASTIC + FAULTS + ["sensor_lag"])
 
 def draw(name, rng, places):
     """The effect of one gyro; `places` are the probes there are."""
-    return (WAVEFORMS.get(name) or UNKNOWNS[name])(rng, places)
+    return {**WAVEFORMS, **UNKNOWNS, **EVENTS}[name](rng, places)

@@ -10,9 +10,11 @@ import effects
 import hardships
 
 SEEDS = {"dev": range(1, 10_000), "fast": range(10_000, 20_000), "full": range(20_000, 1_000_000),
-         "hard_dev": range(1_000_000, 1_010_000), "hard": range(1_010_000, 2**31)}
+         "hard_dev": range(1_000_000, 1_010_000), "hard": range(1_010_000, 2**31), "events_dev": range(2**31, 2**31 + 10_000),
+         "events": range(2**31 + 10_000, 2**32)}
 SIZES = {"dev": (100, 100, 40, 60), "full": (100, 100, 40, 60), "fast": (8, 9, 3, 4)}  # null, single, double, unknown
 HARD_SIZES = (6, 8)  # null, single, of each hardship
+EVENTS_OF_EACH = 40
 RECALIBRATION_SHARE = 0.3  # of the null cases
 MODEL_NOISE_CASES = 3      # of the null cases of a large suite: white noise above what the model says
 
@@ -93,10 +95,17 @@ def hard_plan(rng):
     return cases
 
 
+def events_plan():
+    return [("single", [name], None) for name in effects.EVENTS for _ in range(EVENTS_OF_EACH)]
+
+
 def entries(suite, seed):
     """The cases in the suite's order, shuffled: (class, names, hardship or None) each."""
     rng = suite_rng(suite, seed)
-    cases = hard_plan(rng) if suite.startswith("hard") else plain_plan(rng, suite)
+    if suite.startswith("events"):
+        cases = events_plan()
+    else:
+        cases = hard_plan(rng) if suite.startswith("hard") else plain_plan(rng, suite)
     return [cases[i] for i in rng.permutation(len(cases))]
 
 

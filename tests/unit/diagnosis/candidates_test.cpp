@@ -38,9 +38,10 @@ TEST_F(CandidatesTest, EveryRegressorOfTheCatalogueIsOneUnlessTheModelHasIt) {
     const bool known = std::any_of(model.effects.begin(), model.effects.end(),
                                    [&](const auto& e) { return e.kind == definition.kind; });
     const bool regressor = definition.family == twin::Family::kDeterministic;
-    // Without a scan these four have nothing to try.
+    // Without a scan these five have nothing to try.
     const bool scanned = definition.kind == "line" || definition.kind == "duty_cycle" ||
-                         definition.kind == "etalon_fringe" || definition.kind == "modulator_reset";
+                         definition.kind == "etalon_fringe" ||
+                         definition.kind == "modulator_reset" || definition.kind == "bias_step";
     if (!regressor || known || scanned || definition.kind == "bias") continue;
     EXPECT_TRUE(has(found.testable, definition.kind)) << definition.kind;
   }
@@ -57,20 +58,20 @@ TEST_F(CandidatesTest, PriorsOfTheVariantsSumToOne) {
 }
 
 TEST_F(CandidatesTest, EachCycleIsLookedAtOnce) {
-  Oscillations oscillations;
-  oscillations.lines.frequencies = {1e-3};
-  oscillations.cycles = {{1e-3, 0.25, 0.5}, {1e-3, 0.4, 0.5}, {1e-3, 0.4, 0.75}};
+  Scans scans;
+  scans.lines.frequencies = {1e-3};
+  scans.cycles = {{1e-3, 0.25, 0.5}, {1e-3, 0.4, 0.5}, {1e-3, 0.4, 0.75}};
   const Candidates found =
-      candidates(*series_, *playback_, test::lab_model(), core::Axis::kX, oscillations);
+      candidates(*series_, *playback_, test::lab_model(), core::Axis::kX, scans);
   const auto cycle = std::find_if(
       found.testable.begin(), found.testable.end(),
       [](const Candidate& candidate) { return candidate.definition->kind == "duty_cycle"; });
   ASSERT_NE(cycle, found.testable.end());
-  ASSERT_EQ(cycle->variants.size(), oscillations.cycles.size());
+  ASSERT_EQ(cycle->variants.size(), scans.cycles.size());
   for (std::size_t i = 0; i < cycle->variants.size(); ++i) {
-    const twin::Parameters expected{{"frequency_hz", oscillations.cycles[i].frequency_hz},
-                                    {"duty", oscillations.cycles[i].duty},
-                                    {"phase_turns", oscillations.cycles[i].phase_turns}};
+    const twin::Parameters expected{{"frequency_hz", scans.cycles[i].frequency_hz},
+                                    {"duty", scans.cycles[i].duty},
+                                    {"phase_turns", scans.cycles[i].phase_turns}};
     EXPECT_EQ(cycle->variants[i].shapes, expected) << i;
   }
 }

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "common/core/units.h"
@@ -59,6 +60,94 @@ TEST(DiagnosisScenario, AHiddenEffectIsNamedAddedAndProved) {
   EXPECT_NEAR(added.parameters.at("x_deg_h_per_ut"), 1e-3, 5.0 * error);
   // Diagnosed again, the repaired model lacks nothing.
   EXPECT_TRUE(diagnosed(repaired, truth).effects.empty());
+}
+
+// Of what happened in one record only.
+twin::Model with_step(const twin::Model& model, double amplitude_deg_h, double at_s) {
+  return test::with(model, {.kind = "bias_step",
+                            .axis = kX,
+                            .parameters = {{"amplitude_deg_h", amplitude_deg_h}, {"at_s", at_s}}});
+}
+
+void expect_step(const AxisDiagnosis& axis, double amplitude_deg_h, double at_s, double within_s) {
+  const auto step =
+      std::find_if(axis.effects.begin(), axis.effects.end(),
+                   [](const NamedEffect& effect) { return effect.name == "bias_step"; });
+  ASSERT_NE(step, axis.effects.end()) << axis.sentence;
+  EXPECT_NEAR(step->parameters.at("at_s"), at_s, within_s);
+  EXPECT_NEAR(step->parameters.at("amplitude_deg_h"), amplitude_deg_h,
+              5.0 * step->standard_errors.at("amplitude_deg_h"));
+  EXPECT_NE(axis.sentence.find("bias_step happened once, in this record"), std::string::npos);
+}
+
+std::size_t steps_in(const twin::Model& model) {
+  return static_cast<std::size_t>(
+      std::count_if(model.effects.begin(), model.effects.end(),
+                    [](const twin::EffectSpec& spec) { return spec.kind == "bias_step"; }));
+}
+
+TEST(DiagnosisScenario, AStepOfTheBiasIsNamedWithItsTimeAndIsTheRecordsAlone) {
+  const twin::Model given = test::lab_model();
+  const twin::Profile profile = test::chamber_profile();
+  const MeasuredSeries other = test::simulated(given, profile, 12);
+  // Also where blocks of the record could not show it: in the first of them and in the last.
+  for (const double share : {0.08, 0.4, 0.93}) {
+    const double at_s = share * profile.duration_s;
+    const MeasuredSeries record = test::simulated(with_step(given, 0.12, at_s), profile, 11);
+    for (const bool validated : {true, false}) {
+      const Diagnosis diagnosis = validated ? diagnose(given, record, {other}, kOptions)
+                                            : diagnose(given, record, {}, kOptions);
+      SCOPED_TRACE(share);
+      expect_step(*diagnosis.axes[0], 0.12, at_s, 120.0);
+      EXPECT_EQ(diagnosis.axes[0]->effects.size(), 1U) << diagnosis.axes[0]->sentence;
+      EXPECT_LT(diagnosis.axes[0]->fit.after_rms_radps, diagnosis.axes[0]->fit.before_rms_radps);
+      EXPECT_EQ(steps_in(diagnosis.repaired), 0U);
+    }
+  }
+}
+
+TEST(DiagnosisScenario, AStepDoesNotHideWhatTheGyroLacks) {
+  const twin::Model given = test::lab_model();
+  const twin::Model truth =
+      test::with(given, {.kind = "magnetic", .axis = kX, .parameters = {{"x_deg_h_per_ut", 1e-3}}});
+  const twin::Profile profile = test::chamber_profile();
+  const double at_s = 0.6 * profile.duration_s;
+  const MeasuredSeries record = test::simulated(with_step(truth, -0.12, at_s), profile, 11);
+  const Diagnosis diagnosis =
+      diagnose(given, record, {test::simulated(truth, profile, 12)}, kOptions);
+  const AxisDiagnosis& axis = *diagnosis.axes[0];
+  expect_step(axis, -0.12, at_s, 120.0);
+  ASSERT_EQ(axis.effects.size(), 2U) << axis.sentence;
+  EXPECT_EQ(axis.effects[0].name, "magnetic");
+  EXPECT_EQ(axis.acceptance, Acceptance::kAccepted);
+  ASSERT_EQ(diagnosis.repaired.effects.size(), given.effects.size() + 1);
+  EXPECT_EQ(steps_in(diagnosis.repaired), 0U);
+}
+
+TEST(DiagnosisScenario, AShiftThatTakesLongIsNoStepAndARecordThatHasItIsNotConsistent) {
+  const twin::Model given = test::lab_model();
+  const twin::Profile profile = test::chamber_profile();
+  const MeasuredSeries other = test::simulated(given, profile, 12);
+  for (const double minutes : {30.0, 90.0}) {
+    MeasuredSeries record = test::simulated(given, profile, 11);
+    for (std::size_t i = 0; i < record.size; ++i) {
+      const double from_middle_s = record.time_s(i) - record.start_s - 0.5 * profile.duration_s;
+      record.rate_radps[0][i] +=
+          core::radps_from_deg_h(0.2 * std::tanh(2.2 * from_middle_s / (60.0 * minutes)));
+    }
+    const AxisDiagnosis axis = *diagnose(given, record, {other}, kOptions).axes[0];
+    EXPECT_NE(axis.verdict, Verdict::kConsistent) << axis.sentence;
+    for (const NamedEffect& effect : axis.effects) EXPECT_NE(effect.name, "bias_step") << minutes;
+  }
+}
+
+TEST(DiagnosisScenario, AStepTheModelListsIsKnown) {
+  const twin::Model truth =
+      with_step(test::lab_model(), 0.12, 0.4 * test::chamber_profile().duration_s);
+  const MeasuredSeries record = test::simulated(truth, test::chamber_profile(), 11);
+  const Diagnosis diagnosis = diagnose(truth, record, {}, kOptions);
+  EXPECT_EQ(diagnosis.axes[0]->verdict, Verdict::kConsistent) << diagnosis.axes[0]->sentence;
+  EXPECT_EQ(steps_in(diagnosis.repaired), 1U);
 }
 
 TEST(DiagnosisScenario, AClocksOffsetIsNamedSizedAndProved) {

@@ -217,6 +217,18 @@ TEST(TemperatureStepScenario, SwitchesAboveAndBelowWithItsWidth) {
   EXPECT_EQ(run_deg_h(spec, at_temperatures({23.9}), 1.0)[0], 0.0);
 }
 
+TEST(BiasStepScenario, ShiftsOnceAndStaysWithTheMeanOfItsInterval) {
+  const EffectSpec spec = effect("bias_step", {{"amplitude_deg_h", -0.3}, {"at_s", 2.25}});
+  std::vector<EffectInputs> record(5);
+  for (std::size_t i = 0; i < record.size(); ++i) {
+    record[i].sample = i;
+    record[i].time_s = static_cast<double>(i + 1);
+  }
+  const auto added = run_deg_h(spec, record, 1.0);
+  const std::vector<double> expected{0.0, 0.0, 0.75 * -0.3, -0.3, -0.3};
+  for (std::size_t i = 0; i < added.size(); ++i) EXPECT_NEAR(added[i], expected[i], 1e-15) << i;
+}
+
 TEST(ModulatorResetScenario, AveragesTheFringeOverEachInterval) {
   const double reset_rad = 5.0 * core::kRadPerDeg / 3600.0;
   const EffectSpec spec = effect(
