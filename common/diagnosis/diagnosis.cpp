@@ -23,6 +23,7 @@
 #include "common/diagnosis/refutation.h"
 #include "common/diagnosis/repair.h"
 #include "common/diagnosis/rounded_text.h"
+#include "common/diagnosis/split.h"
 #include "common/diagnosis/verdict.h"
 #include "common/twin/effect_catalogue.h"
 
@@ -48,7 +49,7 @@ class AxisExamination {
     const std::size_t a = core::index(axis_);
     const RecordFaults faults =
         find_record_faults(series_, axis_, difference(measured, before, series_.valid[a]));
-    Split split = held_out_parts(validation, faults.sound);
+    Split split = split_records(model_, {&series_, &playback_}, validation, faults.sound, axis_);
     Calibrated calibrated = calibrated_on(split, Lags::kAtDefault);
     Judged judged = attempt(calibrated, split, {});
     AxisDiagnosis result;
@@ -360,39 +361,6 @@ class AxisExamination {
         is_likelier(rival->repaired, stands ? judged.trial.repaired : known, known, split)) {
       take_formula(judged, *std::move(rival), {});
     }
-  }
-
-  // Whether the model lists effects whose coefficients come from this record alone.
-  [[nodiscard]] bool is_calibrated_here() const {
-    return std::any_of(model_.effects.begin(), model_.effects.end(),
-                       [&](const auto& spec) { return waits_for_coefficients(spec, axis_); });
-  }
-
-  Split held_out_parts(const std::vector<PlayedRecord>& validation,
-                       const std::vector<std::uint8_t>& sound) const {
-    constexpr double kLeastInReach = 0.2;
-    Split split{.kind = HeldOut::kRecords, .fitted = sound};
-    double left_out = 0.0;
-    double all = 0.0;
-    for (const PlayedRecord& record : validation) {
-      const MeasuredSeries& series = *record.series;
-      const auto residual =
-          difference(measured_drift(series, axis_), record.playback->drift(model_, axis_),
-                     series.valid[core::index(axis_)]);
-      HeldOutPart part{&series, record.playback, find_record_faults(series, axis_, residual).sound};
-      if (is_calibrated_here()) {
-        const auto size = static_cast<double>(series.size);
-        const auto elsewhere = static_cast<double>(keep_in_reach(part, series_, sound));
-        const bool too_few = size - elsewhere < kLeastInReach * size;
-        left_out += too_few ? size : elsewhere;
-        all += size;
-        if (too_few) continue;
-      }
-      if (can_judge(part)) split.held_out.push_back(std::move(part));
-    }
-    if (split.held_out.empty()) split = split_in_blocks(series_, playback_, sound);
-    if (all > 0.0) split.share_out_of_reach = left_out / all;
-    return split;
   }
 
   // What a trial suggested and held-out data speak against is something else all the same: names,
