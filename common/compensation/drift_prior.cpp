@@ -23,8 +23,8 @@ constexpr double kStepS = 1.0;
 static_assert(core::seconds(DriftPrior::kStep) == kStepS);
 
 // What temperatures and the time since power-on fulfil. (kLongRecord says how long a record must
-// be to find the effect, not what it reads. A free phase is another one after each start,
-// and what happened once is over.)
+// be to find the effect, not what it reads. A free phase is another one after each start, and
+// what happened once is over.)
 constexpr bool is_at_hand(twin::Need need) {
   switch (need) {
     case twin::Need::kTemperature:

@@ -16,7 +16,7 @@ namespace zerodrift::diagnosis {
 // An axis's own part of one model into another.
 void copy_axis(const twin::Model& from, twin::Model& to, core::Axis axis);
 
-// Noise that was found beside an unknown effect describes what that leaves.
+// Noise and events that were found beside an unknown effect describe what that leaves.
 void take(AxisDiagnosis& result, const Trial& trial, const RecordFaults& faults);
 
 // Mean squares of the effects' waveforms become shares of what they explain together.

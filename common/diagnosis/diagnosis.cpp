@@ -380,6 +380,7 @@ class AxisExamination {
   void take_nothing(Judged& judged) const {
     judged.acceptance = Acceptance::kNothingToProve;
     judged.trial.effects.clear();
+    judged.trial.events.clear();
     judged.trial.recalibrated.clear();
     judged.trial.unknown.reset();
     judged.trial.repaired = model_;

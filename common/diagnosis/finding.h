@@ -69,8 +69,8 @@ struct UnknownEffect {
   std::vector<double> rate_radps{};
   // The summands that stand for it in the repaired model, each proved: effects of kind "formula".
   std::vector<NamedEffect> formulas{};
-  // Kinds of noise that what it leaves looks like. The repaired model has them, but they are not
-  // named: the rest of a form that nobody knows looks the same.
+  // Kinds of noise, and what happened once, that what it leaves looks like. The repaired model has
+  // the noise, but they are not named: the rest of a form that nobody knows looks the same.
   std::vector<NamedEffect> noise{};
 };
 
