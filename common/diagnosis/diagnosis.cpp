@@ -155,15 +155,17 @@ class AxisExamination {
   // course, data that were kept back tell.
   [[nodiscard]] Judged attempt(const Calibrated& calibrated, const Split& split,
                                std::span<const std::string> refuted) const {
-    TrialInput input{calibrated.calibration.drift_alone,
-                     series_,
-                     playback_,
-                     axis_,
-                     split.fitted,
-                     options_,
-                     refuted,
-                     calibrated.calibration.fitted};
+    TrialInput input =
+        beside(calibrated.calibration.drift_alone, split, calibrated.calibration.fitted);
+    input.refuted = refuted;
     Judged judged = judged_trial(input, calibrated, split);
+    std::vector<std::string> doubtful(refuted.begin(), refuted.end());
+    if (judged.acceptance == Acceptance::kReverted && !judged.trial.events.empty()) {
+      // Beside what does not stand an event may be the rest of it.
+      for (const NamedEffect& event : judged.trial.events) doubtful.push_back(event.name);
+      input.refuted = doubtful;
+      judged = judged_trial(input, calibrated, split);
+    }
     if (!judged.trial.noise_could_be_effects || split.kind == HeldOut::kNothing) return judged;
     input.slow_noise = SlowNoise::kAsStated;
     Judged effects = judged_trial(input, calibrated, split);
@@ -190,18 +192,16 @@ class AxisExamination {
               compare_on(split.held_out, with_events_of(judged.trial, calibrated.proved(model_)),
                          judged.trial.repaired, axis_),
               split.kind);
-    const bool leaves_events = judged.acceptance == Acceptance::kReverted &&
-                               judged.trial.effects.empty() && !judged.trial.events.empty() &&
-                               !judged.trial.unknown;
-    if (leaves_events) take_events_alone(judged, calibrated);
+    const bool is_event_alone =
+        judged.trial.effects.empty() && !judged.trial.unknown && !judged.trial.events.empty();
+    if (is_event_alone &&
+        judged.acceptance ==
+            Acceptance::kReverted) {  // it stands where new parameters beside it don't
+      judged.acceptance = Acceptance::kNothingToProve;
+      judged.trial.recalibrated.clear();
+      judged.trial.repaired = with_events_of(judged.trial, model_);
+    }
     return judged;
-  }
-
-  // What happened in the record stands where new parameters beside it don't.
-  void take_events_alone(Judged& judged, const Calibrated& calibrated) const {
-    judged.acceptance = Acceptance::kNothingToProve;
-    judged.trial.recalibrated.clear();
-    judged.trial.repaired = with_events_of(judged.trial, calibrated.proved(model_));
   }
 
   // What happened in the record needs no proof by other data, and proves nothing else: it stands on
@@ -240,8 +240,7 @@ class AxisExamination {
   // What was found may have moved the shapes and inputs of what was calibrated without it: then
   // both are found once more.
   void calibrate_beside_found(Calibrated& calibrated, Judged& judged, const Split& split) const {
-    std::vector<NamedEffect> found = drift_of(judged.trial);
-    found.insert(found.end(), judged.trial.events.begin(), judged.trial.events.end());
+    const std::vector<NamedEffect> found = drift_of(judged.trial);
     if (found.empty() || calibrated.calibration.fitted.empty()) return;
     const Lags lags = calibrated.calibration.lags;
     Calibrated again = calibrated_on(split, lags, found);
@@ -277,11 +276,10 @@ class AxisExamination {
 
   // What a trial found and could not prove leaves the calibration as it is. The sentence about it,
   // if there was a name.
-  std::string fall_back(Judged& judged, const Calibrated& calibrated) const {
+  static std::string fall_back(Judged& judged, const Calibrated& calibrated) {
     const bool stands = judged.acceptance != Acceptance::kReverted &&
                         judged.acceptance != Acceptance::kNothingToProve;
     if (stands) return {};
-    if (judged.acceptance == Acceptance::kReverted) judged.trial.events.clear();
     if (judged.acceptance == Acceptance::kNothingToProve) judged.acceptance = calibrated.acceptance;
     if (calibrated.acceptance != Acceptance::kAccepted) return {};
     std::string aside;
@@ -294,7 +292,7 @@ class AxisExamination {
     judged.trial.effects.clear();
     judged.trial.recalibrated.clear();
     judged.trial.log_evidence = 0.0;
-    judged.trial.repaired = with_events_of(judged.trial, calibrated.calibration.trial.repaired);
+    judged.trial.repaired = calibrated.calibration.trial.repaired;
     judged.acceptance = Acceptance::kAccepted;
     return aside;
   }

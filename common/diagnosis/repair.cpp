@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "common/core/require.h"
+#include "common/diagnosis/calibration.h"
 #include "common/diagnosis/candidates.h"
 #include "common/diagnosis/generic_functions.h"
 #include "common/diagnosis/held_out.h"
@@ -44,6 +45,13 @@ Scans scans_of(const SearchProblem& problem, const TrialInput& input) {
   return scan_residual(weighted, variances, input.playback, input.axis);
 }
 
+// Whether coefficients come from this very record: they leave the rest of their forms in it.
+bool is_fitted_here(const TrialInput& input) {
+  return !input.calibrated.empty() ||
+         std::any_of(input.model.effects.begin(), input.model.effects.end(),
+                     [&](const auto& spec) { return waits_for_coefficients(spec, input.axis); });
+}
+
 Lineup line_up(const twin::Model& model, const TrialInput& input, const SearchProblem& problem,
                const std::vector<InputChannel>& channels, std::vector<NotTestable>& not_testable) {
   Candidates found =
@@ -53,7 +61,8 @@ Lineup line_up(const twin::Model& model, const TrialInput& input, const SearchPr
   for (Candidate& candidate : found.testable) {
     const bool refuted = std::find(input.refuted.begin(), input.refuted.end(),
                                    label_of(*candidate.definition)) != input.refuted.end();
-    if (!refuted) lineup.add(std::move(candidate));
+    const bool may_be_a_rest = candidate.definition->search.happens_once && is_fitted_here(input);
+    if (!refuted && !may_be_a_rest) lineup.add(std::move(candidate));
   }
   lineup.generic = generic_functions(channels, input.series.interval_s);
   return lineup;

@@ -141,6 +141,20 @@ TEST(DiagnosisScenario, AShiftThatTakesLongIsNoStepAndARecordThatHasItIsNotConsi
   }
 }
 
+// Coefficients that come from the record leave the rest of their forms in it.
+TEST(DiagnosisScenario, BesideCoefficientsOfTheRecordItselfNoStepIsNamed) {
+  twin::Model listed = test::lab_model();
+  for (twin::EffectSpec& effect : listed.effects) {
+    if (effect.kind == "shupe" && effect.axis == kX) effect.parameters.clear();
+  }
+  const twin::Profile profile = test::chamber_profile();
+  const MeasuredSeries record =
+      test::simulated(with_step(test::lab_model(), 0.12, 0.4 * profile.duration_s), profile, 11);
+  const AxisDiagnosis axis = *diagnose(listed, record, {}, kOptions).axes[0];
+  EXPECT_NE(axis.verdict, Verdict::kConsistent) << axis.sentence;
+  for (const NamedEffect& effect : axis.effects) EXPECT_NE(effect.name, "bias_step");
+}
+
 TEST(DiagnosisScenario, AStepTheModelListsIsKnown) {
   const twin::Model truth =
       with_step(test::lab_model(), 0.12, 0.4 * test::chamber_profile().duration_s);
