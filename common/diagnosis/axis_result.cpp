@@ -89,7 +89,6 @@ std::string differ(const std::string& who, double shape_radps, double noise_radp
 }  // namespace
 
 void doubt_consistency(AxisDiagnosis& result, double left_rms_radps, const Comparison& held_out) {
-  if (result.verdict != Verdict::kConsistent) return;
   const double noise_radps = held_out.gap.noise_floor_rms_radps;
   if (stands_out(left_rms_radps, result.fit.noise_floor_rms_radps)) {
     result.sentence += differ("the samples of this record differ", left_rms_radps,

@@ -25,10 +25,10 @@ void share_the_gap(AxisDiagnosis& result);
 // All but the record's own faults, which need no proof by another record.
 void take_back(AxisDiagnosis& result);
 
-// Where nothing was found, a record that differs from the model by far more than its noise makes
-// that undecidable: this one, of whose difference about its mean `left_rms_radps` is the size, or
-// those for validation. Not for a model whose coefficients come from the record itself, which may
-// not reach as far as theirs.
+// Of an axis in which nothing was found: a record that differs from the model by far more than its
+// noise makes that undecidable: this one, of whose difference about its mean `left_rms_radps` is
+// the size, or those for validation. Not for a model whose coefficients come from the record
+// itself, which may not reach as far as theirs.
 void doubt_consistency(AxisDiagnosis& result, double left_rms_radps, const Comparison& held_out);
 
 }  // namespace zerodrift::diagnosis

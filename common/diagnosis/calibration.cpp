@@ -301,6 +301,12 @@ class ListedFit {
   std::map<std::size_t, Base> places_;
 };
 
+bool waits_for_coefficients(const EffectSpec& spec, core::Axis axis) {
+  const EffectDefinition* definition = twin::find_effect(spec.kind);
+  return spec.axis == axis && spec.parameters.empty() && definition != nullptr &&
+         definition->family == twin::Family::kDeterministic && !definition->search.is_constant;
+}
+
 std::vector<std::size_t> waiting_in(const twin::Model& model, core::Axis axis) {
   std::vector<std::size_t> waiting;
   for (std::size_t i = 0; i < model.effects.size(); ++i) {
@@ -386,10 +392,8 @@ void finish(Calibration& calibration, const TrialInput& input) {
 
 }  // namespace
 
-bool waits_for_coefficients(const EffectSpec& spec, core::Axis axis) {
-  const EffectDefinition* definition = twin::find_effect(spec.kind);
-  return spec.axis == axis && spec.parameters.empty() && definition != nullptr &&
-         definition->family == twin::Family::kDeterministic && !definition->search.is_constant;
+bool lists_without_coefficients(const twin::Model& model, core::Axis axis) {
+  return !waiting_in(model, axis).empty();
 }
 
 Calibration calibrate(const TrialInput& input, Lags lags, std::span<const NamedEffect> beside) {

@@ -39,9 +39,9 @@ struct Calibration {
   bool has_free_lags = false;  // whether any lag could move
 };
 
-// Whether calibration gives this effect its coefficients: a drift that is listed without them, not
-// a constant, whose value any record gives.
-[[nodiscard]] bool waits_for_coefficients(const twin::EffectSpec& spec, core::Axis axis);
+// Whether calibration gives an effect of the axis its coefficients: a drift that is listed without
+// them, not a constant, whose value any record gives.
+[[nodiscard]] bool lists_without_coefficients(const twin::Model& model, core::Axis axis);
 
 // Nothing is recalibrated where nothing waits or the record says nothing. Some 0.3 s for 18 000
 // points and five effects.

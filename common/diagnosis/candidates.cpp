@@ -6,7 +6,6 @@
 
 #include "common/core/units.h"
 #include "common/diagnosis/rounded_text.h"
-#include "common/diagnosis/step_scan.h"
 #include "common/twin/effect_catalogue.h"
 #include "common/twin/power_on.h"
 
@@ -61,8 +60,12 @@ Grid grid_of(const ParameterDefinition& parameter, const Playback& playback,
   constexpr double kArcsecPerRad = 3600.0 / core::kRadPerDeg;
   if (parameter.rule == SearchRule::kFrequency)
     return {scans.lines.frequencies, scans.lines.looked_at};
-  if (parameter.rule == SearchRule::kTime)
-    return {scans.steps.since_start_s, scans.steps.looked_at};
+  if (parameter.rule == SearchRule::kTime) {
+    std::vector<double> times_s;
+    for (const std::size_t place : scans.steps.first_after)
+      times_s.push_back(static_cast<double>(place) * playback.interval_s());
+    return {std::move(times_s), scans.steps.looked_at};
+  }
   if (parameter.rule == SearchRule::kAngle) {
     return {inverse(scans.resets.frequencies, kArcsecPerRad), scans.resets.looked_at};
   }
@@ -231,10 +234,7 @@ Scans scan_residual(std::span<const double> weighted, std::span<const double> va
     turned += turn;
   }
   found.resets = angle_peaks(weighted, middle_rad, turn_rad, kPeaks);
-  const StepPlaces places = step_places(weighted.first(variances.size()), variances, kPeaks);
-  for (const std::size_t place : places.first_after)
-    found.steps.since_start_s.push_back(static_cast<double>(place) * playback.interval_s());
-  found.steps.looked_at = places.looked_at;
+  found.steps = step_places(weighted.first(variances.size()), variances, kPeaks);
   return found;
 }
 

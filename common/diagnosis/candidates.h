@@ -16,6 +16,7 @@
 #include "common/diagnosis/needs.h"
 #include "common/diagnosis/oscillation_scan.h"
 #include "common/diagnosis/playback.h"
+#include "common/diagnosis/step_scan.h"
 #include "common/twin/effect.h"
 #include "common/twin/effect_catalogue.h"
 #include "common/twin/model.h"
@@ -47,12 +48,6 @@ struct Candidates {
   std::vector<NotTestable> not_testable{};
 };
 
-// Times that are worth a variant.
-struct StepTimes {
-  std::vector<double> since_start_s{};
-  double looked_at = 1.0;
-};
-
 // Where the residual oscillates and where it steps: which frequencies, periods and times are worth
 // a variant.
 struct Scans {
@@ -60,7 +55,7 @@ struct Scans {
   std::vector<Cycle> cycles{};                 // one or two at each of these
   twin::PerPoint<OscillationPeaks> fringes{};  // cycles per °C, of measured places
   OscillationPeaks resets{};                   // cycles per rad turned through
-  StepTimes steps{};
+  StepPlaces steps{};                          // intervals since the record's start
 };
 
 // `weighted`: residual of the axis divided by its noise covariance, 0 where it isn't valid;

@@ -100,7 +100,7 @@ class AxisExamination {
     conclude(result);
     result.sentence += aside;
     result.sentence += about_events(result.effects);
-    if (calibrated.calibration.fitted.empty()) {
+    if (calibrated.calibration.fitted.empty() && result.verdict == Verdict::kConsistent) {
       const double left = left_about_mean(measured, final_model, faults.sound);
       doubt_consistency(result, is_of_rounding(left, faults) ? 0.0 : left, held_out);
     }
@@ -192,11 +192,11 @@ class AxisExamination {
               compare_on(split.held_out, with_events_of(judged.trial, calibrated.proved(model_)),
                          judged.trial.repaired, axis_),
               split.kind);
-    const bool is_event_alone =
-        judged.trial.effects.empty() && !judged.trial.unknown && !judged.trial.events.empty();
-    if (is_event_alone &&
-        judged.acceptance ==
-            Acceptance::kReverted) {  // it stands where new parameters beside it don't
+    const bool leaves_events = judged.acceptance == Acceptance::kReverted &&
+                               judged.trial.effects.empty() && !judged.trial.unknown &&
+                               !judged.trial.events.empty();
+    if (leaves_events) {
+      // They stand where new parameters beside them don't.
       judged.acceptance = Acceptance::kNothingToProve;
       judged.trial.recalibrated.clear();
       judged.trial.repaired = with_events_of(judged.trial, model_);

@@ -47,9 +47,7 @@ Scans scans_of(const SearchProblem& problem, const TrialInput& input) {
 
 // Whether coefficients come from this very record: they leave the rest of their forms in it.
 bool is_fitted_here(const TrialInput& input) {
-  return !input.calibrated.empty() ||
-         std::any_of(input.model.effects.begin(), input.model.effects.end(),
-                     [&](const auto& spec) { return waits_for_coefficients(spec, input.axis); });
+  return !input.calibrated.empty() || lists_without_coefficients(input.model, input.axis);
 }
 
 Lineup line_up(const twin::Model& model, const TrialInput& input, const SearchProblem& problem,

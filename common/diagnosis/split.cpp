@@ -1,23 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/diagnosis/split.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "common/diagnosis/calibration.h"
 #include "common/diagnosis/record_faults.h"
 
 namespace zerodrift::diagnosis {
-namespace {
-
-// Whether the model lists effects whose coefficients come from this record alone.
-bool is_calibrated_here(const twin::Model& model, core::Axis axis) {
-  return std::any_of(model.effects.begin(), model.effects.end(),
-                     [&](const auto& spec) { return waits_for_coefficients(spec, axis); });
-}
-
-}  // namespace
-
 Split split_records(const twin::Model& model, const PlayedRecord& record,
                     const std::vector<PlayedRecord>& validation,
                     const std::vector<std::uint8_t>& sound, core::Axis axis) {
@@ -31,7 +20,7 @@ Split split_records(const twin::Model& model, const PlayedRecord& record,
         difference(measured_drift(series, axis), other.playback->drift(model, axis),
                    series.valid[core::index(axis)]);
     HeldOutPart part{&series, other.playback, find_record_faults(series, axis, residual).sound};
-    if (is_calibrated_here(model, axis)) {
+    if (lists_without_coefficients(model, axis)) {
       const auto size = static_cast<double>(series.size);
       const auto elsewhere = static_cast<double>(keep_in_reach(part, *record.series, sound));
       const bool too_few = size - elsewhere < kLeastInReach * size;
