@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "common/core/units.h"
+#include "common/twin/b_spline.h"
 #include "common/twin/low_pass.h"
 
 namespace zerodrift::diagnosis {
@@ -13,7 +14,6 @@ namespace {
 
 constexpr int kSplineIntervals = 10;
 constexpr int kFineIntervals = 24;
-constexpr int kDegree = 3;
 
 // While the gyro was measured: the supply's step at switch-on is not a movement.
 bool moves(const std::vector<double>& values, const std::vector<std::uint8_t>& valid) {
@@ -33,7 +33,7 @@ std::vector<double> scaled_by(std::vector<double> values, double factor) {
   return values;
 }
 
-// Strictly increasing, the outer ones repeated for the degree.
+// Strictly increasing but for the outer ones.
 std::vector<double> knots_of(const std::vector<double>& values, int intervals, Knots spacing) {
   std::vector<double> sorted = values;
   std::sort(sorted.begin(), sorted.end());
@@ -48,38 +48,7 @@ std::vector<double> knots_of(const std::vector<double>& values, int intervals, K
     if (inner.empty() || knot > inner.back() + 1e-3 * span) inner.push_back(knot);
   }
   inner.back() = sorted.back();
-  std::vector<double> knots(kDegree, inner.front());
-  knots.insert(knots.end(), inner.begin(), inner.end());
-  knots.insert(knots.end(), kDegree, inner.back());
-  return knots;
-}
-
-// Values of the four B-splines that are not zero at x, the first of which has index `first`.
-struct LocalSplines {
-  std::size_t first;
-  std::array<double, kDegree + 1> values;
-};
-
-LocalSplines splines_at(const std::vector<double>& knots, double x) {
-  const std::size_t last_interval = knots.size() - kDegree - 2;
-  std::size_t j = kDegree;
-  while (j < last_interval && x >= knots[j + 1]) ++j;
-  LocalSplines local{j - kDegree, {1.0, 0.0, 0.0, 0.0}};
-  std::array<double, kDegree + 1> left{};
-  std::array<double, kDegree + 1> right{};
-  for (std::size_t d = 1; d <= kDegree; ++d) {  // de Boor's recurrence
-    left[d] = x - knots[j + 1 - d];
-    right[d] = knots[j + d] - x;
-    double saved = 0.0;
-    for (std::size_t r = 0; r < d; ++r) {
-      const double width = right[r + 1] + left[d - r];
-      const double share = width > 0.0 ? local.values[r] / width : 0.0;
-      local.values[r] = saved + right[r + 1] * share;
-      saved = left[d - r] * share;
-    }
-    local.values[d] = saved;
-  }
-  return local;
+  return twin::knots_around(inner);
 }
 
 std::vector<double> to_unit_range(const std::vector<double>& values) {
@@ -208,11 +177,12 @@ std::vector<InputChannel> moving_inputs(const MeasuredSeries& series, core::Axis
 std::vector<std::vector<double>> spline_basis(const std::vector<double>& values, int intervals,
                                               Knots spacing) {
   const std::vector<double> knots = knots_of(values, intervals, spacing);
-  const std::size_t count = knots.size() - kDegree - 1;
+  const std::size_t count = knots.size() - twin::kSplineDegree - 1;
   std::vector<std::vector<double>> basis(count, std::vector<double>(values.size(), 0.0));
   for (std::size_t i = 0; i < values.size(); ++i) {
-    const LocalSplines local = splines_at(knots, values[i]);
-    for (std::size_t d = 0; d <= kDegree; ++d) basis[local.first + d][i] = local.values[d];
+    const twin::LocalSplines local = twin::splines_at(knots, values[i]);
+    for (std::size_t d = 0; d < local.values.size(); ++d)
+      basis[local.first + d][i] = local.values[d];
   }
   return basis;
 }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "common/core/closest_name.h"
+#include "common/twin/formula_amplitudes.h"
 #include "common/twin/formula_units.h"
 
 namespace zerodrift::twin {
@@ -46,7 +47,8 @@ constexpr int kHighestUnitPower = 24;
 constexpr std::size_t kLongestName = 31;
 
 const std::vector<std::string>& functions() {
-  static const std::vector<std::string> kNames{"abs", "tanh", "exp", "rate", "lag", "play"};
+  static const std::vector<std::string> kNames{"abs", "tanh", "exp",   "rate",
+                                               "lag", "play", "spline"};
   return kNames;
 }
 
@@ -80,11 +82,11 @@ class Parser {
                                   " characters, at most " + std::to_string(Formula::kLongest) +
                                   " are taken");
     }
-    std::vector<Part> summands;
+    std::vector<FormulaSummand> summands;
     sum(0, &summands);
     skip_spaces();
     if (at_ < text_.size()) fail(at_, found() + ", expected an operator or the end");
-    find_amplitudes(summands);
+    find_amplitudes(formula_, summands);
     if (!reads_an_input_) fail(0, "the formula reads no input; valid: " + listed(formula_inputs()));
     return std::move(formula_);
   }
@@ -153,18 +155,18 @@ class Parser {
   }
 
   // Of the whole formula: also its summands.
-  Part sum(std::size_t depth, std::vector<Part>* summands = nullptr) {
+  Part sum(std::size_t depth, std::vector<FormulaSummand>* summands = nullptr) {
     if (depth > Formula::kDeepest) {
       fail(at_, "more than " + std::to_string(Formula::kDeepest) +
                     " parentheses, functions and signs in each other, which is the most taken");
     }
     Part result = product(depth);
-    if (summands != nullptr) summands->push_back(result);
+    if (summands != nullptr) summands->push_back({result.node, result.position});
     while (next() == '+' || next() == '-') {
       const std::size_t at = at_;
       const auto operation = text_[at_++] == '+' ? Operation::kAdd : Operation::kSubtract;
       const Part right = product(depth);
-      if (summands != nullptr) summands->push_back(right);
+      if (summands != nullptr) summands->push_back({right.node, right.position});
       result = binary(operation, result, right, at);
     }
     return result;
@@ -217,13 +219,18 @@ class Parser {
 
   Part number() {
     const std::size_t at = at_;
+    return make({.operation = Operation::kNumber, .number = number_value()}, at,
+                FormulaUnit::of_number());
+  }
+
+  double number_value() {
     double value = 0.0;
     const auto [end, error] =
         std::from_chars(text_.data() + at_, text_.data() + text_.size(), value);
     if (error != std::errc() || !(std::abs(value) <= kLargestNumber))
-      fail(at, "found a number beyond 1e12 or none, expected one like 18 or 2.5e-3");
+      fail(at_, "found a number beyond 1e12 or none, expected one like 18 or 2.5e-3");
     at_ = static_cast<std::size_t>(end - text_.data());
-    return make({.operation = Operation::kNumber, .number = value}, at, FormulaUnit::of_number());
+    return value;
   }
 
   [[nodiscard]] std::string name() {
@@ -278,8 +285,9 @@ class Parser {
         std::find_if(all.begin(), all.end(), [&](const auto& p) { return p.name == word; });
     const auto place = static_cast<std::size_t>(found - all.begin());
     if (found == all.end()) {
-      if (all.size() == Formula::kMostParameters) {
-        fail(at, "'" + word + "' is parameter " + std::to_string(all.size() + 1) + ", at most " +
+      const std::size_t others = all.size() - of_splines_;
+      if (others == Formula::kMostParameters) {
+        fail(at, "'" + word + "' is parameter " + std::to_string(others + 1) + ", at most " +
                      std::to_string(Formula::kMostParameters) + " are taken");
       }
       all.push_back({word});
@@ -299,6 +307,7 @@ class Parser {
       const auto operation = function == "lag" ? Operation::kLag : Operation::kPlay;
       return make({.operation = operation, .left = of.node, .right = constant.node}, at, of.unit);
     }
+    if (function == "spline") return spline_call(of, at);
     expect(')');
     if (function == "abs")
       return make({.operation = Operation::kAbs, .left = of.node}, at, of.unit);
@@ -325,6 +334,66 @@ class Parser {
     return make({.operation = Operation::kRate, .left = of.node}, at, of.unit.per_second());
   }
 
+  Part spline_call(const Part& of, std::size_t at) {
+    FormulaSpline spline{.first_parameter = formula_.parameters.size()};
+    expect(',');
+    spline.from = end_of_spline();
+    expect(',');
+    const std::size_t end = at_;
+    spline.to = end_of_spline();
+    if (!(spline.from < spline.to)) {
+      fail(end, "found a spline from " + number_text(spline.from) + " to " +
+                    number_text(spline.to) + ", expected an end above its begin");
+    }
+    while (takes(',')) {
+      coefficient_of_spline();
+      ++spline.count;
+    }
+    expect(')');
+    if (spline.count < Formula::kFewestOfSplines) {
+      fail(at,
+           "found a spline of " + std::to_string(spline.count) + " parameters, expected 3 or more");
+    }
+    formula_.splines.push_back(spline);
+    return make(
+        {.operation = Operation::kSpline, .which = formula_.splines.size() - 1, .left = of.node},
+        at, FormulaUnit::of_parameter());
+  }
+
+  double end_of_spline() {
+    const bool is_negative = takes('-');
+    const char c = next();
+    if (!is_digit(c) && c != '.') fail(at_, found() + ", expected a number: an end of the spline");
+    const double value = number_value();
+    return is_negative ? -value : value;
+  }
+
+  void coefficient_of_spline() {
+    const char c = next();
+    const std::size_t at = at_;
+    const std::string word = is_letter(c) ? name() : std::string();
+    if (!is_name_of_parameter(word)) {
+      at_ = at;
+      fail(at, found() + ", expected a parameter of the spline");
+    }
+    refuse_misspelt(word, at);
+    auto& all = formula_.parameters;
+    if (std::any_of(all.begin(), all.end(), [&](const auto& p) { return p.name == word; }))
+      fail(at, "found '" + word + "' once more, expected a parameter of the spline's own");
+    if (of_splines_ == Formula::kMostOfSplines) {
+      fail(at, "found more than " + std::to_string(Formula::kMostOfSplines) +
+                   " parameters of splines, which is the most taken");
+    }
+    ++of_splines_;
+    all.push_back({word, FormulaUse::kAmplitude});
+  }
+
+  [[nodiscard]] static bool is_name_of_parameter(const std::string& word) {
+    const auto& known = functions();
+    return !word.empty() && !input_called(word) &&
+           std::find(known.begin(), known.end(), word) == known.end();
+  }
+
   // How far a lag or a play reaches.
   Part constant_of(const std::string& function, const FormulaUnit& of) {
     const char c = next();
@@ -337,10 +406,7 @@ class Parser {
       return part;
     }
     const std::string word = is_letter(c) ? name() : std::string();
-    const auto& known = functions();
-    const bool is_parameter = !word.empty() && !input_called(word) &&
-                              std::find(known.begin(), known.end(), word) == known.end();
-    if (!is_parameter) {
+    if (!is_name_of_parameter(word)) {
       at_ = at;
       fail(at,
            found() + ", expected a number or a parameter as the second argument of " + function);
@@ -354,42 +420,10 @@ class Parser {
     return part;
   }
 
-  // The parameters that a product has as factors, by their nodes.
-  void factors_of(std::size_t node, std::vector<std::size_t>& parameters) const {
-    const FormulaNode& n = formula_.nodes[node];
-    if (n.operation == Operation::kParameter) parameters.push_back(node);
-    if (n.operation == Operation::kMultiply || n.operation == Operation::kDivide ||
-        n.operation == Operation::kNegate)
-      factors_of(n.left, parameters);
-    if (n.operation == Operation::kMultiply) factors_of(n.right, parameters);
-  }
-
-  [[nodiscard]] std::size_t uses_of(std::size_t parameter) const {
-    return static_cast<std::size_t>(
-        std::count_if(formula_.nodes.begin(), formula_.nodes.end(), [&](const FormulaNode& n) {
-          return n.operation == Operation::kParameter && n.which == parameter;
-        }));
-  }
-
-  void find_amplitudes(const std::vector<Part>& summands) {
-    for (const Part& summand : summands) {
-      std::vector<std::size_t> factors;
-      factors_of(summand.node, factors);
-      const auto own = std::find_if(factors.begin(), factors.end(), [this](std::size_t node) {
-        return uses_of(formula_.nodes[node].which) == 1;
-      });
-      if (own == factors.end()) {
-        fail(summand.position,
-             "found a summand without a parameter of its own as a factor, expected one as the k "
-             "of k * T_coil");
-      }
-      formula_.parameters[formula_.nodes[*own].which].use = FormulaUse::kAmplitude;
-    }
-  }
-
   std::string_view text_;
   std::size_t at_ = 0;
   Formula formula_;
+  std::size_t of_splines_ = 0;  // parameters
   bool reads_an_input_ = false;
 };
 

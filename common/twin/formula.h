@@ -7,7 +7,9 @@
 //   factor:  '-' factor | atom ('^' 1 to 6)?
 //   atom:    number | input | parameter | '(' sum ')' | abs(sum) | tanh(sum) | exp(sum)
 //            | rate(input) | lag(sum, constant) | play(sum, constant)
+//            | spline(sum, from, to, parameter, ...)
 //   constant: number | parameter
+//   from, to: '-'? number
 //
 // Inputs: T_chamber, T_case, T_coil_outer, T_coil_inner, T_board, T_coil (°C); B_x, B_y, B_z (uT);
 // a_x, a_y, a_z (m/s²); w_x, w_y, w_z (true rate, deg/s); vibration (g), source_current (mA),
@@ -16,12 +18,14 @@
 //
 // lag(x, tau): first-order lag of tau s, steady at the first step. rate(x): time derivative per s;
 // of a temperature the thermometer's, else the difference of two steps, 0 at the first. play(x, w):
-// backlash, moved by x as soon as it is w away from it.
+// backlash, moved by x as soon as it is w away from it. spline(x, a, b, k1, ..., kn): a curve over
+// x from a to b, 0 at a, kn at b, and outside as at the nearer end: the sum of k_i N_i(x), where
+// N_0 to N_n are the cubic B-splines over n - 2 equal intervals, 3 <= n <= 24 (b_spline.h).
 //
-// Each summand has one parameter as a factor that stands nowhere but as such a factor: the result
-// is linear in these amplitudes. Units: what is added has one unit, tanh and exp take none; a
-// number takes the unit beside it in a sum and has none in a product; a parameter has whichever is
-// missing.
+// Each summand has one parameter as a factor that stands nowhere but as such a factor, or one
+// spline, whose parameters stand nowhere else: the result is linear in these amplitudes. Units:
+// what is added has one unit, tanh and exp take none; a number takes the unit beside it in a sum
+// and has none in a product; a parameter has whichever is missing.
 #pragma once
 
 #include <cstddef>
@@ -57,12 +61,13 @@ enum class FormulaOperation : std::uint8_t {
   kRate,
   kLag,
   kPlay,
+  kSpline,
 };
 
 struct FormulaNode {
   FormulaOperation operation = FormulaOperation::kNumber;
   double number = 0.0;    // kNumber
-  std::size_t which = 0;  // kParameter, kInput: its place; kPower: the exponent
+  std::size_t which = 0;  // kParameter, kInput, kSpline: its place; kPower: the exponent
   std::size_t left = 0;   // operands: places of nodes before this one
   std::size_t right = 0;
 };
@@ -81,14 +86,24 @@ struct FormulaParameter {
   FormulaUse use = FormulaUse::kShape;
 };
 
+struct FormulaSpline {
+  double from = 0.0;  // < to
+  double to = 0.0;
+  std::size_t first_parameter = 0;  // the others follow it
+  std::size_t count = 0;
+};
+
 // Operands stand before what is made of them; the last node is the result.
 struct Formula {
-  static constexpr std::size_t kLongest = 200;  // characters
+  static constexpr std::size_t kLongest = 400;  // characters
   static constexpr std::size_t kMostNodes = 64;
   static constexpr std::size_t kDeepest = 16;
-  static constexpr std::size_t kMostParameters = 8;
+  static constexpr std::size_t kMostParameters = 8;  // beside those of splines
+  static constexpr std::size_t kFewestOfSplines = 3;
+  static constexpr std::size_t kMostOfSplines = 24;  // of all together
 
   std::vector<FormulaNode> nodes{};
+  std::vector<FormulaSpline> splines{};
   std::vector<FormulaParameter> parameters{};  // in the order of their first use
 };
 

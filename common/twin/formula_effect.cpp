@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/core/units.h"
+#include "common/twin/b_spline.h"
 #include "common/twin/effect_parts.h"
 #include "common/twin/formula.h"
 #include "common/twin/formula_units.h"
@@ -40,6 +41,40 @@ double power(double base, std::size_t exponent) noexcept {
   return result;
 }
 
+// FormulaSpline with its values.
+class Curve {
+ public:
+  Curve(const FormulaSpline& spline, const Formula& formula, const EffectContext& context)
+      : from_(spline.from), to_(spline.to), coefficients_{0.0} {
+    for (std::size_t i = 0; i < spline.count; ++i) {
+      coefficients_.push_back(
+          context.parameter(formula.parameters[spline.first_parameter + i].name));
+    }
+    const std::size_t intervals = coefficients_.size() - kSplineDegree;
+    std::vector<double> inner;
+    for (std::size_t i = 0; i < intervals; ++i) {
+      const double share = static_cast<double>(i) / static_cast<double>(intervals);
+      inner.push_back(from_ + (to_ - from_) * share);
+    }
+    inner.push_back(to_);
+    knots_ = knots_around(inner);
+  }
+
+  [[nodiscard]] double at(double x) const noexcept {
+    const LocalSplines local = splines_at(knots_, std::clamp(x, from_, to_));
+    double value = 0.0;
+    for (std::size_t d = 0; d < local.values.size(); ++d)
+      value += coefficients_[local.first + d] * local.values[d];
+    return value;
+  }
+
+ private:
+  double from_;
+  double to_;
+  std::vector<double> coefficients_;
+  std::vector<double> knots_;
+};
+
 // Where an input that is read isn't finite, so is the result, and states hold; else it is finite.
 class FormulaEffect final : public Effect {
  public:
@@ -50,6 +85,8 @@ class FormulaEffect final : public Effect {
       node.operation = FormulaOperation::kNumber;
       node.number = context.parameter(formula.parameters[node.which].name);
     }
+    for (const FormulaSpline& spline : formula.splines)
+      curves_.emplace_back(spline, formula, context);
     memories_.reserve(nodes_.size());
     for (const FormulaNode& node : nodes_) {
       const double tau_s =
@@ -102,6 +139,7 @@ class FormulaEffect final : public Effect {
       case FormulaOperation::kRate: return rate(node, memories_[i], inputs);
       case FormulaOperation::kLag: return memories_[i].lag.step(left);
       case FormulaOperation::kPlay: return play(memories_[i], left, right);
+      case FormulaOperation::kSpline: return curves_[node.which].at(left);
     }
     return 0.0;
   }
@@ -129,12 +167,13 @@ class FormulaEffect final : public Effect {
   std::vector<FormulaNode> nodes_;
   std::vector<double> values_;
   std::vector<Memory> memories_;
+  std::vector<Curve> curves_;
   double interval_s_;
 };
 
 std::string meaning_of(FormulaUse use) {
   switch (use) {
-    case FormulaUse::kAmplitude: return "factor of a summand";
+    case FormulaUse::kAmplitude: return "factor of a summand, or of its spline";
     case FormulaUse::kLag: return "time constant of a lag, s";
     case FormulaUse::kTemperatureWidth: return "width of a backlash, degC";
     case FormulaUse::kWidth: return "width of a backlash";

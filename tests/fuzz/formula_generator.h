@@ -23,7 +23,7 @@ class FormulaGenerator {
   }
 
  private:
-  static constexpr std::size_t kLongest = 400;
+  static constexpr std::size_t kLongest = 600;
   static constexpr int kDeepest = 20;
 
   // 0 once the bytes have ended.
@@ -40,13 +40,14 @@ class FormulaGenerator {
       case 0: return part(0);  // without an amplitude: mostly refused
       case 1: return "-" + own + " * " + part(0);
       case 2: return part(0) + " * " + own;
+      case 3: return spline(own) + (draw(2) == 0 ? "" : " * " + part(0));
       default: return own + " * " + part(0);
     }
   }
 
   std::string part(int depth) {
     if (depth > kDeepest) return input();
-    switch (draw(14)) {
+    switch (draw(15)) {
       case 0:
       case 1:
       case 2: return input();
@@ -60,9 +61,20 @@ class FormulaGenerator {
       case 10: return "play(" + part(depth + 1) + ", " + constant() + ")";
       case 11: return "rate(" + (draw(8) == 1 ? part(depth + 1) : input()) + ")";
       case 12: return "abs(" + part(depth + 1) + ")";
+      case 13: return draw(8) == 1 ? spline("q") : input();
       default:
         return (draw(2) == 0 ? "tanh(" : "exp(") + part(depth + 1) + " / " + constant() + ")";
     }
+  }
+
+  // Mostly one that is taken: of three or more parameters of its own.
+  std::string spline(const std::string& own) {
+    std::string text = "spline(" + part(kDeepest) + ", " + (draw(2) == 0 ? "-" : "") + number() +
+                       ", " + (draw(8) == 1 ? "-" : "") + number();
+    const std::size_t count = 2 + draw(5);
+    for (std::size_t i = 0; i < count; ++i) text += ", " + own + "_" + std::to_string(i);
+    if (draw(8) == 1) text += ", " + constant();
+    return text + ")";
   }
 
   std::string input() {

@@ -65,8 +65,16 @@ inline twin::Model model_with_states() {
        effect("gradient_rate", Axis::kX,
               {{"gradient_deg_h_min_per_degc", 0.5}, {"curvature_deg_h_min2_per_degc", 0.1}}),
        effect("hysteresis", Axis::kX, {{"a3_deg_h", 0.3}}),
-       formula("k * lag(T_coil_outer, tau) - j * play(T_coil, 2) + m * rate(time_on) * T_coil",
-               Axis::kX, {{"k", 0.1}, {"tau", 240.0}, {"j", 0.05}, {"m", 0.02}}),
+       formula("k * lag(T_coil_outer, tau) - j * play(T_coil, 2) + m * rate(time_on) * T_coil + "
+               "spline(lag(T_coil, 60), 15, 45, a, b, c)",
+               Axis::kX,
+               {{"k", 0.1},
+                {"tau", 240.0},
+                {"j", 0.05},
+                {"m", 0.02},
+                {"a", 0.1},
+                {"b", -0.2},
+                {"c", 0.1}}),
        effect("warm_up", Axis::kX, {{"amplitude_deg_h", -0.7}, {"tau_s", 900.0}}),
        effect("rate_ramp", Axis::kX, {{"ramp_deg_per_h2", 0.3}})});
 }

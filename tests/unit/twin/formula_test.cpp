@@ -108,6 +108,42 @@ TEST(FormulaScenario, APlayFollowsWhenItsWidthIsTakenUp) {
   }
 }
 
+// The recursion of Cox and de Boor as the book has it, over knots counted in intervals.
+double cox_de_boor(std::size_t i, std::size_t degree, const std::vector<double>& knots, double x) {
+  if (degree == 0) return knots[i] <= x && x < knots[i + 1] ? 1.0 : 0.0;
+  const auto share = [&](double from, double to, double at) {
+    return to > from ? (at - from) / (to - from) : 0.0;
+  };
+  return share(knots[i], knots[i + degree], x) * cox_de_boor(i, degree - 1, knots, x) +
+         (knots[i + degree + 1] > knots[i + 1] ? 1.0 - share(knots[i + 1], knots[i + degree + 1], x)
+                                               : 0.0) *
+             cox_de_boor(i + 1, degree - 1, knots, x);
+}
+
+TEST(FormulaScenario, ASplineIsTheSumOfItsBSplinesAndKeepsItsEnds) {
+  const std::vector<double> k{0.0, 1.5, -2.0, 0.25, 4.0, -1.0};  // the first is no parameter
+  const std::vector<double> knots{0, 0, 0, 0, 1, 2, 3, 3, 3, 3};
+  const auto effect =
+      make_effect(formula("spline(T_board, -10, 20, k1, k2, k3, k4, k5)",
+                          {{"k1", k[1]}, {"k2", k[2]}, {"k3", k[3]}, {"k4", k[4]}, {"k5", k[5]}}),
+                  1.0, NoiseStream(0, "none"));
+  EffectInputs inputs;
+  for (double t = -20.0; t < 30.0; t += 0.37) {
+    inputs.thermal.temperature_degc[index(TemperaturePoint::kBoard)] = t;
+    double wanted = t < -10.0 ? 0.0 : t >= 20.0 ? k.back() : 0.0;
+    for (std::size_t i = 0; i < k.size() && t >= -10.0 && t < 20.0; ++i)
+      wanted += k[i] * cox_de_boor(i, 3, knots, (t + 10.0) / 10.0);
+    ASSERT_NEAR(core::deg_h_from_radps(effect->step(inputs)), wanted, 1e-12) << t;
+  }
+}
+
+TEST(FormulaLaws, TheParametersOfASplineAreItsAmplitudes) {
+  const std::string text = "spline(T_coil, 0, 50, a, b, c) * lag(B_x, tau) + k * T_coil";
+  for (const char* parameter : {"a", "b", "c", "k"})
+    EXPECT_EQ(use_of(text, parameter), "amplitude");
+  EXPECT_EQ(use_of(text, "tau"), "lag");
+}
+
 TEST(FormulaScenario, TheRateOfAFieldIsTheDifferenceOfTwoSteps) {
   const auto effect =
       make_effect(formula("k * rate(B_y)", {{"k", 1.0}}), 0.5, NoiseStream(0, "none"));
@@ -150,7 +186,8 @@ TEST(FormulaAbuse, ARefusalNamesThePlaceWhatWasFoundAndWhatIsRight) {
             "at character 5: no input is called 'suply'; did you mean "
             "'supply'?");
   EXPECT_EQ(refusal("k * sin(T_coil)"),
-            "at character 5: no function is called 'sin'; valid: abs, tanh, exp, rate, lag, play");
+            "at character 5: no function is called 'sin'; valid: abs, tanh, exp, rate, lag, play, "
+            "spline");
   EXPECT_EQ(refusal("k * exp(T_coil)"),
             "at character 9: found degC in exp, expected none; a parameter as a factor or divisor "
             "takes it away");
@@ -179,8 +216,39 @@ TEST(FormulaAbuse, ARefusalNamesThePlaceWhatWasFoundAndWhatIsRight) {
   EXPECT_NE(refusal("").find("at character 1: found the end"), std::string::npos);
 }
 
+TEST(FormulaAbuse, ASplineThatIsNoneIsRefused) {
+  EXPECT_EQ(refusal("spline(T_coil, 0, 50, a, b)"),
+            "at character 1: found a spline of 2 parameters, expected 3 or more");
+  EXPECT_EQ(refusal("spline(T_coil, 50, -5, a, b, c)"),
+            "at character 19: found a spline from 50 to -5, expected an end above its begin");
+  EXPECT_EQ(refusal("spline(T_coil, t, 50, a, b, c)"),
+            "at character 16: found 't', expected a number: an end of the spline");
+  EXPECT_EQ(refusal("spline(T_coil, 0, 50, a, b, 3)"),
+            "at character 29: found '3', expected a parameter of the spline");
+  EXPECT_EQ(refusal("spline(T_coil, 0, 50, a, b, B_x)"),
+            "at character 29: found 'B', expected a parameter of the spline");
+  EXPECT_EQ(refusal("spline(T_coil, 0, 50, a, b, a)"),
+            "at character 29: found 'a' once more, expected a parameter of the spline's own");
+  EXPECT_EQ(refusal("spline(T_coil, 0, 50, a, b, c) * tanh(B_x / a)"),
+            "at character 1: found 'a' in a spline and elsewhere, expected it in the spline alone");
+  EXPECT_EQ(refusal("k * spline(T_coil, 0, 50, a, b, c)"),
+            "at character 1: found a spline beside another factor that is fitted, expected one of "
+            "them: the spline's parameters are its size");
+  for (const char* text :
+       {"k * tanh(spline(T_coil, 0, 50, a, b, c))", "spline(T_coil, 0, 50, a, b, c)^2 * k",
+        "k * T_coil / spline(T_coil, 0, 50, a, b, c)"}) {
+    EXPECT_EQ(refusal(text),
+              "at character 1: found a spline within a function or power, expected it as a factor "
+              "of a summand");
+  }
+  std::string many = "spline(T_coil, 0, 50";
+  for (int i = 0; i < 24; ++i) many += ", k" + std::to_string(i);
+  EXPECT_EQ(refusal(many + ")"), "taken");
+  EXPECT_NE(refusal(many + ", k24)").find("more than 24"), std::string::npos);
+}
+
 TEST(FormulaAbuse, WhatIsTooLongDeepOrManyIsRefused) {
-  EXPECT_NE(refusal(std::string(201, 'k')).find("201 characters"), std::string::npos);
+  EXPECT_NE(refusal(std::string(401, 'k')).find("401 characters"), std::string::npos);
   const std::string open(18, '(');
   const std::string close(18, ')');
   EXPECT_NE(refusal("k * " + open + "T_coil" + close).find("more than 16"), std::string::npos);
@@ -272,6 +340,7 @@ TEST(FormulaLaws, ASimulationAddsItToTheTrueDrift) {
 TEST(FormulaAbuse, WhateverTheGrammarGivesIsBoundedAndLinearInItsAmplitudes) {
   const auto record = excited_record(30, 1.0);
   std::size_t taken = 0;
+  std::size_t with_spline = 0;
   std::vector<std::uint8_t> choices(60);
   for (std::uint64_t n = 0; n < 20'000; ++n) {
     const NoiseStream stream(n, "formula");
@@ -285,6 +354,7 @@ TEST(FormulaAbuse, WhateverTheGrammarGivesIsBoundedAndLinearInItsAmplitudes) {
       continue;
     }
     ++taken;
+    if (!std::get<Formula>(parsed).splines.empty()) ++with_spline;
     Parameters once, twice, none;
     for (const FormulaParameter& p : std::get<Formula>(parsed).parameters) {
       const bool is_amplitude = p.use == FormulaUse::kAmplitude;
@@ -306,6 +376,7 @@ TEST(FormulaAbuse, WhateverTheGrammarGivesIsBoundedAndLinearInItsAmplitudes) {
     }
   }
   EXPECT_GT(taken, 5000U);
+  EXPECT_GT(with_spline, 300U);
 }
 
 }  // namespace
