@@ -330,13 +330,15 @@ class AxisExamination {
     judged = {std::move(trial), Acceptance::kAccepted};
   }
 
-  // What the catalogue doesn't know is described by a formula, beside what stands without it, where
-  // held-out data confirm one. Else all is left as it was.
+  // What the catalogue doesn't know is described by a formula, else by a curve, beside what stands
+  // without it, where held-out data confirm one. Else all is left as it was.
   void close_unknown(Judged& judged, const Split& split,
                      std::span<const std::size_t> calibrated) const {
     const bool stands = judged.acceptance == Acceptance::kAccepted;
     const twin::Model& without = stands ? judged.trial.repaired : model_;
-    auto closed = proved_formula(beside(without, split, calibrated), split);
+    const TrialInput input = beside(without, split, calibrated);
+    auto closed = proved_formula(input, split, Vocabulary::kTerms);
+    if (!closed) closed = proved_formula(input, split, Vocabulary::kCurves);
     if (!closed) return;
     if (stands) {
       closed->recalibrated = merged(judged.trial.recalibrated, closed->recalibrated);
@@ -354,7 +356,7 @@ class AxisExamination {
     const twin::Model& known = calibrated.proved(model_);
     const bool stands = judged.acceptance == Acceptance::kAccepted;
     const TrialInput input = beside(known, split, calibrated.calibration.fitted);
-    auto rival = proved_formula(input, split);
+    auto rival = proved_formula(input, split, Vocabulary::kTerms);
     if (rival && rival->log_evidence > (stands ? judged.trial.log_evidence : 0.0) &&
         is_likelier(rival->repaired, stands ? judged.trial.repaired : known, known, split)) {
       take_formula(judged, *std::move(rival), {});

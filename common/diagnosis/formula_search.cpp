@@ -2,6 +2,7 @@
 #include "common/diagnosis/formula_search.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -41,6 +42,10 @@ std::vector<std::vector<std::vector<double>>> catalogue_on(const Playback& coars
   return all;
 }
 
+// Of a curve: what a smooth function, one with a bend or two, and one of a bump here and there
+// need.
+constexpr std::array<std::size_t, 3> kCurveParameters{5, 11, 22};
+
 class FormulaSearch {
  public:
   explicit FormulaSearch(const TrialInput& input)
@@ -55,27 +60,41 @@ class FormulaSearch {
     if (!problem_.noise.known.empty()) problem_.noise.unlisted = UnlistedNoise::kExcluded;
   }
 
-  [[nodiscard]] std::optional<Trial> run() {
+  [[nodiscard]] std::optional<Trial> run(Vocabulary vocabulary) {
     if (operands_.empty() || problem_.reason_to_refuse(options_.least_valid_share))
       return std::nullopt;
+    lineup_.generic = generic_functions(channels_, input_.series.interval_s);
+    SearchReport report = vocabulary == Vocabulary::kTerms ? search_terms() : search_curves();
+    if (report.effects.empty()) return std::nullopt;
+    return trial_of(report, vocabulary);
+  }
+
+ private:
+  [[nodiscard]] SearchReport search_terms() {
+    SearchReport report;
     const std::optional<JointFit> noise = fit_noise_beside(problem_, options_);
-    if (!noise) return std::nullopt;
+    if (!noise) return report;
     TermScreen screen(question_of(*noise), operands_);
     const auto catalogue = catalogue_on(screen.playback(), input_);
-    lineup_.generic = generic_functions(channels_, input_.series.interval_s);
-    SearchReport report;
     for (int round = 0; round < kRounds; ++round) {
       if (!add_leaders(screen, catalogue)) break;
       report = search();
       if (report.outcome != SearchOutcome::kUnknown) break;
-      for (const FoundEffect& found : report.effects) screen.take_off(term_of(found));
+      for (const FoundEffect& found : report.effects) screen.take_off(terms_.at(place_of(found)));
       if (report.effects.empty()) screen.take_off(terms_.front());
     }
-    if (report.effects.empty()) return std::nullopt;
-    return trial_of(report);
+    return report;
   }
 
- private:
+  [[nodiscard]] SearchReport search_curves() {
+    SearchReport report = search();
+    for (int round = 0; round < kRounds && report.unknown; ++round) {
+      if (!add_curves(lineup_.generic_by(report.unknown->group)->depends_on)) break;
+      report = search();
+    }
+    return report;
+  }
+
   [[nodiscard]] ScreenQuestion question_of(const JointFit& noise) const {
     ScreenQuestion question{.series = residual_,
                             .valid = input_.valid,
@@ -98,21 +117,72 @@ class FormulaSearch {
       const Term& term = leaders[i].term;
       const bool is_new = std::find(terms_.begin(), terms_.end(), term) == terms_.end();
       if (said[i] > kMeansTheSame || !is_new) continue;
-      add(term);
+      std::vector<std::string> channels;
+      for (const Factor& factor : term.factors) add_channels(channels, operands_[factor.operand]);
+      add({written(term, operands_)}, std::move(channels), log_prior_of(term, operands_));
+      terms_.push_back(term);
       any = true;
     }
     return any;
   }
 
-  void add(const Term& term) {
-    const WrittenTerm text = written(term, operands_);
-    Candidate candidate{.definition = definition_of(text, input_.axis), .axis = input_.axis};
+  // Over each of these inputs, times the other one. Whether there is any that is new.
+  bool add_curves(const std::vector<std::string>& depends_on) {
+    const bool is_new =
+        std::none_of(reads_.begin(), reads_.end(), [&](const std::vector<std::string>& read) {
+          return std::is_permutation(read.begin(), read.end(), depends_on.begin(),
+                                     depends_on.end());
+        });
+    if (!is_new) return false;
+    std::vector<std::size_t> inputs;
+    for (const std::string& name : depends_on) {
+      const auto found =
+          std::find_if(operands_.begin(), operands_.end(), [&](const Operand& operand) {
+            return operand.channels == std::vector<std::string>{name};
+          });
+      if (found == operands_.end()) return false;
+      inputs.push_back(static_cast<std::size_t>(found - operands_.begin()));
+    }
+    const auto choices =
+        std::pow(static_cast<double>(operands_.size()), static_cast<double>(inputs.size())) *
+        static_cast<double>(kCurveParameters.size() * (1 + lags_looked_at_s().size()));
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+      Curve curve{.over = inputs[i]};
+      if (inputs.size() == 2) curve.by = inputs[1 - i];
+      for (const std::size_t count : kCurveParameters) {
+        curve.parameters = count;
+        curve.lag_s = 0.0;
+        add({written(curve, operands_)}, depends_on, -std::log(choices));
+        std::vector<WrittenTerm> lagged;
+        for (const double tau_s : lags_looked_at_s()) {
+          curve.lag_s = tau_s;
+          lagged.push_back(written(curve, operands_));
+        }
+        add(lagged, depends_on, -std::log(choices));
+      }
+    }
+    return true;
+  }
+
+  static void add_channels(std::vector<std::string>& channels, const Operand& operand) {
+    for (const std::string& channel : operand.channels) {
+      if (std::find(channels.begin(), channels.end(), channel) == channels.end())
+        channels.push_back(channel);
+    }
+  }
+
+  // One formula with each of these values.
+  void add(const std::vector<WrittenTerm>& texts, std::vector<std::string> channels,
+           double log_prior) {
+    Candidate candidate{.definition = definition_of(texts.front(), input_.axis),
+                        .axis = input_.axis};
     candidate.amplitudes = names_of(*candidate.definition, twin::ParameterRole::kAmplitude);
-    candidate.variants = {{.inputs = candidate.definition->inputs,
-                           .shapes = text.shapes,
-                           .log_prior = log_prior_of(term, operands_)}};
+    for (const WrittenTerm& text : texts) {
+      candidate.variants.push_back(
+          {.inputs = candidate.definition->inputs, .shapes = text.shapes, .log_prior = log_prior});
+    }
     lineup_.add(std::move(candidate));
-    terms_.push_back(term);
+    reads_.push_back(std::move(channels));
   }
 
   // Each formula pays for the grammar in place of a group among groups.
@@ -125,28 +195,30 @@ class FormulaSearch {
     return find_missing(problem_, options_);
   }
 
-  [[nodiscard]] const Term& term_of(const FoundEffect& found) const {
-    const Candidate* candidate = lineup_.named_by(found.group);
-    return terms_.at(static_cast<std::size_t>(candidate - lineup_.named.data()));
+  [[nodiscard]] std::size_t place_of(const FoundEffect& found) const {
+    return static_cast<std::size_t>(lineup_.named_by(found.group) - lineup_.named.data());
   }
 
-  [[nodiscard]] Trial trial_of(SearchReport& report) const {
+  [[nodiscard]] Trial trial_of(SearchReport& report, Vocabulary vocabulary) const {
     const std::optional<FoundEffect> rest = std::exchange(report.unknown, std::nullopt);
     free_calibrated(report, known_, input_.model, input_);
     refit_amplitudes(report, problem_, options_);
     Trial trial{.repaired = input_.model};
     std::vector<std::string> depends_on;
+    std::vector<std::string> words;
     std::vector<double> waveform(residual_.size(), 0.0);
     for (const FoundEffect& found : report.effects) {
       trial.effects.push_back(lineup_.effect_of(found));
       trial.effects.back().share_of_gap = found.rms * found.rms;
       trial.log_evidence += found.log_evidence;
       for (std::size_t i = 0; i < waveform.size(); ++i) waveform[i] += found.waveform[i];
-      for (const Factor& factor : term_of(found).factors) {
-        for (const std::string& channel : operands_[factor.operand].channels) {
-          if (std::find(depends_on.begin(), depends_on.end(), channel) == depends_on.end())
-            depends_on.push_back(channel);
-        }
+      const std::vector<std::string>& reads = reads_.at(place_of(found));
+      words.push_back(vocabulary == Vocabulary::kTerms
+                          ? trial.effects.back().formula
+                          : dependence_in_words(reads, found.waveform, channels_));
+      for (const std::string& channel : reads) {
+        if (std::find(depends_on.begin(), depends_on.end(), channel) == depends_on.end())
+          depends_on.push_back(channel);
       }
     }
     trial.recalibrated = recalibrate(trial.repaired, known_, report.corrections);
@@ -155,6 +227,7 @@ class FormulaSearch {
                                               input_.series.size, input_.series.interval_s);
     recalibrate_bias(trial, input_);
     trial.unknown = unknown_as_formulas(trial.effects, std::move(depends_on), waveform, channels_);
+    trial.unknown->description = joined(words);
     if (rest) {
       trial.unknown->description +=
           ", and a rest that depends on " + joined(lineup_.generic_by(rest->group)->depends_on);
@@ -169,14 +242,15 @@ class FormulaSearch {
   SearchProblem problem_;
   std::vector<InputChannel> channels_;
   std::vector<Operand> operands_;
-  std::vector<Term> terms_;  // as the lineup's candidates
   Lineup lineup_;
+  std::vector<std::vector<std::string>> reads_;  // channels of each of the lineup's candidates
+  std::vector<Term> terms_;                      // the same, where terms are searched
 };
 
 }  // namespace
 
-std::optional<Trial> explain_by_formula(const TrialInput& input) {
-  return FormulaSearch(input).run();
+std::optional<Trial> explain_by_formula(const TrialInput& input, Vocabulary vocabulary) {
+  return FormulaSearch(input).run(vocabulary);
 }
 
 }  // namespace zerodrift::diagnosis

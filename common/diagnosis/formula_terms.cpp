@@ -121,24 +121,15 @@ class Writer {
     const std::string inner = centred(operand, factor.centre);
     const std::string u = in_parentheses(inner);
     switch (factor.form) {
-      case Form::kPlain:
-        return u;
-      case Form::kSquare:
-        return u + "^2";
-      case Form::kCube:
-        return u + "^3";
-      case Form::kMagnitude:
-        return "abs(" + inner + ")";
-      case Form::kTanh:
-        return "tanh(" + u + " / " + parameter("width", factor.width) + ")";
-      case Form::kBump:
-        return "exp(-(" + u + " / " + parameter("width", factor.width) + ")^2)";
-      case Form::kExp:
-        return "exp(" + u + " / " + parameter("width", factor.width) + ")";
-      case Form::kLag:
-        return "lag(" + inner + ", " + parameter("tau", factor.width) + ")";
-      case Form::kPlay:
-        return "play(" + inner + ", " + parameter("backlash", factor.width) + ")";
+      case Form::kPlain: return u;
+      case Form::kSquare: return u + "^2";
+      case Form::kCube: return u + "^3";
+      case Form::kMagnitude: return "abs(" + inner + ")";
+      case Form::kTanh: return "tanh(" + u + " / " + parameter("width", factor.width) + ")";
+      case Form::kBump: return "exp(-(" + u + " / " + parameter("width", factor.width) + ")^2)";
+      case Form::kExp: return "exp(" + u + " / " + parameter("width", factor.width) + ")";
+      case Form::kLag: return "lag(" + inner + ", " + parameter("tau", factor.width) + ")";
+      case Form::kPlay: return "play(" + inner + ", " + parameter("backlash", factor.width) + ")";
     }
     return {};
   }
@@ -158,6 +149,14 @@ class Writer {
   std::map<std::string, int> counts_;
   twin::Parameters values_;
 };
+
+// So many that the ends of a range keep their places in it.
+int digits_of_ends(const Operand& operand) {
+  constexpr int kOfTheRange = 4;
+  const double largest = std::max(std::abs(operand.lowest), std::abs(operand.highest));
+  const double ratio = largest / (operand.highest - operand.lowest);
+  return kOfTheRange + std::max(1, static_cast<int>(std::ceil(std::log10(ratio))));
+}
 
 }  // namespace
 
@@ -257,6 +256,24 @@ WrittenTerm written(const Term& term, std::span<const Operand> operands) {
   }
   if (term.lag_s > 0.0) product = writer.lagged(product, term.lag_s);
   return {"k * " + product, writer.take()};
+}
+
+WrittenTerm written(const Curve& curve, std::span<const Operand> operands) {
+  const Operand& over = operands[curve.over];
+  const int digits = digits_of_ends(over);
+  Writer writer;
+  std::string spline = "spline(" +
+                       (curve.lag_s > 0.0 ? writer.lagged(over.text, curve.lag_s) : over.text) +
+                       ", " + rounded(over.lowest, digits) + ", " + rounded(over.highest, digits);
+  for (std::size_t i = 1; i <= curve.parameters; ++i) {
+    const bool is_padded = i < 10 && curve.parameters >= 10;  // lists sort names as text
+    spline += std::string(is_padded ? ", k0" : ", k") + std::to_string(i);
+  }
+  spline += ")";
+  if (!curve.by) return {std::move(spline), writer.take()};
+  const Operand& by = operands[*curve.by];
+  const std::string factor = in_parentheses(centred(by, by.has_zero ? 0.0 : by.middle()));
+  return {spline + " * " + factor + " + k * " + factor, writer.take()};
 }
 
 twin::DefinitionPtr definition_of(const WrittenTerm& term, core::Axis axis) {

@@ -14,6 +14,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -89,6 +90,17 @@ struct WrittenTerm {
   twin::Parameters shapes{};
 };
 [[nodiscard]] WrittenTerm written(const Term& term, std::span<const Operand> operands);
+
+// A curve over an operand or its lag, times another one or not, as text of the grammar: "spline(
+// T_coil, 12.31, 47.6, k1, ...)", "spline(lag(T_coil, tau), ...) * B_x + k * B_x", since a curve
+// begins at 0.
+struct Curve {
+  std::size_t over = 0;
+  std::optional<std::size_t> by{};
+  double lag_s = 0.0;  // 0: none
+  std::size_t parameters = 0;
+};
+[[nodiscard]] WrittenTerm written(const Curve& curve, std::span<const Operand> operands);
 
 // The effect that a term is, of the twin's own evaluator.
 [[nodiscard]] twin::DefinitionPtr definition_of(const WrittenTerm& term, core::Axis axis);

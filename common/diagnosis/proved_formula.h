@@ -4,6 +4,7 @@
 
 #include <optional>
 
+#include "common/diagnosis/formula_search.h"
 #include "common/diagnosis/held_out.h"
 #include "common/diagnosis/trial.h"
 
@@ -12,6 +13,7 @@ namespace zerodrift::diagnosis {
 // Beside `input.model`, by explain_by_formula() (formula_search.h), whose cost it has. Nothing
 // where nothing was kept back, no formula has the evidence, or what was kept back speaks against
 // it.
-[[nodiscard]] std::optional<Trial> proved_formula(const TrialInput& input, const Split& split);
+[[nodiscard]] std::optional<Trial> proved_formula(const TrialInput& input, const Split& split,
+                                                  Vocabulary vocabulary);
 
 }  // namespace zerodrift::diagnosis

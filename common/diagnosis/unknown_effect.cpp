@@ -22,10 +22,15 @@ std::string shape_in_words(const std::vector<double>& input, const std::vector<d
   return (inside ? "bump at " : "grows towards ") + place;
 }
 
+struct Table {
+  std::vector<double> input{};
+  std::vector<double> rate_radps{};
+};
+
 // Mean of the waveform over quantile bins of the channel.
-void tabulate(UnknownEffect& unknown, const InputChannel& channel,
-              const std::vector<double>& waveform) {
+Table tabulated(const InputChannel& channel, const std::vector<double>& waveform) {
   constexpr std::size_t kBins = 24;
+  Table table;
   std::vector<std::size_t> order(channel.values.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
@@ -41,27 +46,47 @@ void tabulate(UnknownEffect& unknown, const InputChannel& channel,
       y += waveform[order[i]];
     }
     const auto count = static_cast<double>(end - begin);
-    unknown.input.push_back(x / count);
-    unknown.rate_radps.push_back(y / count);
+    table.input.push_back(x / count);
+    table.rate_radps.push_back(y / count);
+  }
+  return table;
+}
+
+// Over the first input.
+void tabulate(UnknownEffect& unknown, const std::vector<InputChannel>& channels,
+              const std::vector<double>& waveform) {
+  for (const InputChannel& channel : channels) {
+    if (channel.name != unknown.depends_on.front()) continue;
+    Table table = tabulated(channel, waveform);
+    unknown.input = std::move(table.input);
+    unknown.rate_radps = std::move(table.rate_radps);
   }
 }
 
 }  // namespace
+
+std::string dependence_in_words(const std::vector<std::string>& depends_on,
+                                const std::vector<double>& waveform,
+                                const std::vector<InputChannel>& channels) {
+  const auto channel = std::find_if(channels.begin(), channels.end(), [&](const InputChannel& c) {
+    return c.name == depends_on.front();
+  });
+  if (depends_on.size() > 1 || channel == channels.end()) {
+    std::string text = "something that depends on " + depends_on.front();
+    for (std::size_t i = 1; i < depends_on.size(); ++i) text += ", " + depends_on[i];
+    return text;
+  }
+  const Table table = tabulated(*channel, waveform);
+  return shape_in_words(table.input, table.rate_radps, *channel);
+}
 
 UnknownEffect unknown_effect(const FittedEffect& found, const GenericFunction& function,
                              const std::vector<InputChannel>& channels) {
   UnknownEffect unknown;
   unknown.rms_radps = found.rms;
   unknown.depends_on = function.depends_on;
-  unknown.description = "something that depends on " + function.depends_on.front();
-  for (std::size_t i = 1; i < function.depends_on.size(); ++i)
-    unknown.description += ", " + function.depends_on[i];
-  for (const InputChannel& channel : channels) {
-    if (channel.name != unknown.depends_on.front()) continue;
-    tabulate(unknown, channel, found.waveform);
-    if (unknown.depends_on.size() == 1)
-      unknown.description = shape_in_words(unknown.input, unknown.rate_radps, channel);
-  }
+  unknown.description = dependence_in_words(function.depends_on, found.waveform, channels);
+  tabulate(unknown, channels, found.waveform);
   return unknown;
 }
 
@@ -70,16 +95,11 @@ UnknownEffect unknown_as_formulas(std::vector<NamedEffect> formulas,
                                   const std::vector<double>& waveform,
                                   const std::vector<InputChannel>& channels) {
   UnknownEffect unknown;
-  std::vector<std::string> texts;
-  for (const NamedEffect& summand : formulas) texts.push_back(summand.formula);
-  unknown.description = joined(texts);
   double squares = 0.0;
   for (const double w : waveform) squares += w * w;
   unknown.rms_radps = std::sqrt(squares / static_cast<double>(waveform.size()));
-  for (const InputChannel& channel : channels) {
-    if (channel.name == depends_on.front()) tabulate(unknown, channel, waveform);
-  }
   unknown.depends_on = std::move(depends_on);
+  tabulate(unknown, channels, waveform);
   unknown.formulas = std::move(formulas);
   return unknown;
 }

@@ -16,8 +16,13 @@ namespace zerodrift::diagnosis {
                                            const GenericFunction& function,
                                            const std::vector<InputChannel>& channels);
 
-// The same of formulas: `waveform` is what they add together, about its mean, and `depends_on` what
-// they read, by the channels' names.
+// "bump at 24 °C in temperature_coil", "something that depends on rate, supply".
+[[nodiscard]] std::string dependence_in_words(const std::vector<std::string>& depends_on,
+                                              const std::vector<double>& waveform,
+                                              const std::vector<InputChannel>& channels);
+
+// What formulas say, but for its description: `waveform` is what they add together, about its mean,
+// and `depends_on` what they read, by the channels' names.
 [[nodiscard]] UnknownEffect unknown_as_formulas(std::vector<NamedEffect> formulas,
                                                 std::vector<std::string> depends_on,
                                                 const std::vector<double>& waveform,

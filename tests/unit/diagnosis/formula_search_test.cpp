@@ -83,6 +83,15 @@ std::vector<double> even_in_a_temperature_difference(const MeasuredSeries& s) {
               [&](std::size_t i) { return 0.05 * (std::cosh((outer[i] - inner[i]) / 2.0) - 1.0); });
 }
 
+// Hills that get narrower: no term of two factors says it, nor two of them.
+std::vector<double> hills_of_a_temperature(const MeasuredSeries& s) {
+  const auto& board = probe(s, "board");
+  return each(s, [&](std::size_t i) {
+    const double u = std::max(board[i], 0.0) / 17.0;
+    return 0.08 * std::sin(u * u * u);
+  });
+}
+
 struct Case {
   const char* name;
   Truth truth;
@@ -171,6 +180,35 @@ TEST(FormulaSearchScenario, ANameGivesWayToAFormulaThatIsLikelierInBothRecords) 
   const double before = rms_left(given, third);
   EXPECT_GT((before - rms_left(diagnosis.repaired, third)) / (before - perfect), 0.7)
       << axis.sentence;
+}
+
+// Rule: what no formula says stands in the repaired model as a curve, which other records prove.
+TEST(FormulaSearchScenario, WhatNoTermSaysBecomesACurveThatClosesTheGapOnAThirdRecord) {
+  const twin::Model given = test::lab_model();
+  constexpr std::uint64_t kSeed = 401;
+  MeasuredSeries record = test::simulated(given, test::chamber_profile(), kSeed);
+  MeasuredSeries other = test::simulated(given, test::chamber_profile(), kSeed + 1);
+  MeasuredSeries third = test::simulated(given, test::chamber_profile(), kSeed + 2);
+  const double perfect = rms_left(given, third);
+  for (MeasuredSeries* series : {&record, &other, &third}) hide(*series, hills_of_a_temperature);
+  const Diagnosis diagnosis = diagnose(given, record, {other}, kOptions);
+  const AxisDiagnosis& axis = *diagnosis.axes[0];
+  ASSERT_TRUE(axis.unknown.has_value()) << axis.sentence;
+  ASSERT_EQ(axis.unknown->formulas.size(), 1U) << axis.sentence;
+  const NamedEffect& curve = axis.unknown->formulas.front();
+  EXPECT_EQ(curve.formula.find("spline("), 0U) << curve.formula;
+  EXPECT_EQ(curve.standard_errors.size(), curve.parameters.size());
+  EXPECT_EQ(axis.unknown->depends_on, std::vector<std::string>{"temperature_board"});
+  EXPECT_NE(axis.sentence.find("in temperature_board. The repaired model has it as a formula."),
+            std::string::npos)
+      << axis.sentence;
+  const double before = rms_left(given, third);
+  EXPECT_GT((before - rms_left(diagnosis.repaired, third)) / (before - perfect), 0.7)
+      << axis.sentence;
+  const twin::Model read = config::model_from_proto(config::to_proto(diagnosis.repaired));
+  const AxisDiagnosis again = *diagnose(read, record, {other}, kOptions).axes[0];
+  EXPECT_FALSE(again.unknown.has_value()) << again.sentence;
+  EXPECT_TRUE(again.effects.empty()) << again.sentence;
 }
 
 TEST(FormulaSearchScenario, WhatAnotherRecordSpeaksAgainstGetsNoFormula) {

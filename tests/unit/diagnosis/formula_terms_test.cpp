@@ -107,6 +107,40 @@ TEST(FormulaTermScenario, IsWrittenAsAnEngineerWould) {
             "k * lag(lag(T_coil + 3, tau) * (T_coil_outer - T_coil_inner)^2, tau2)");
 }
 
+TEST(FormulaTermScenario, ACurveIsWrittenWithTheRangeItWasSeenOver) {
+  const std::vector<Operand> of = {
+      {.text = "T_board", .lowest = -3.25, .highest = 48.123456},
+      {.text = "B_x", .has_zero = true},
+      {.text = "supply", .has_zero = false, .lowest = 4.0, .highest = 6.0}};
+  EXPECT_EQ(written({.over = 0, .parameters = 3}, of).formula,
+            "spline(T_board, -3.25, 48.123, k1, k2, k3)");
+  const WrittenTerm lagged = written({.over = 0, .by = 1, .lag_s = 60.0, .parameters = 3}, of);
+  EXPECT_EQ(lagged.formula, "spline(lag(T_board, tau), -3.25, 48.123, k1, k2, k3) * B_x + k * B_x");
+  EXPECT_EQ(lagged.shapes, (twin::Parameters{{"tau", 60.0}}));
+  EXPECT_EQ(written({.over = 0, .by = 2, .parameters = 3}, of).formula,
+            "spline(T_board, -3.25, 48.123, k1, k2, k3) * (supply - 5) + k * (supply - 5)");
+  EXPECT_NE(written({.over = 0, .parameters = 11}, of).formula.find("k09, k10"), std::string::npos);
+}
+
+// Whatever an input's values, and the longest that there is.
+TEST(FormulaTermAbuse, EveryCurveIsReadAgain) {
+  for (const double middle : {0.0, 1e-9, -5.0, 99.99991, 1e6}) {
+    for (const double half : {1e-8, 3e-5, 0.7, 1e4}) {
+      const double least = 1e-9 * (std::abs(middle) + half);
+      std::vector<Operand> of = {{.text = "rate(T_coil_outer)", .has_zero = false},
+                                 {.text = "rate(T_coil_inner)", .has_zero = false}};
+      for (Operand& operand : of) {
+        operand.lowest = middle - std::max(half, least);
+        operand.highest = middle + std::max(half, least);
+      }
+      for (const std::size_t count : {3U, 22U}) {
+        const Curve curve{.over = 0, .by = 1, .lag_s = 60.0, .parameters = count};
+        EXPECT_NE(definition_of(written(curve, of), kX), nullptr) << middle << " " << half;
+      }
+    }
+  }
+}
+
 TEST(FormulaTermScenario, OperandsAreWhatMovesWhileTheAxisIsMeasured) {
   const MeasuredSeries record = test::simulated(test::lab_model(), test::chamber_profile(), 3);
   const Playback playback(record);
