@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "common/diagnosis/candidates.h"
 #include "common/diagnosis/experiment_plan.h"
 #include "common/diagnosis/gap.h"
+#include "common/diagnosis/held_out.h"
 #include "common/diagnosis/known_effects.h"
 #include "common/diagnosis/playback.h"
 #include "common/diagnosis/rounded_text.h"
@@ -142,8 +144,10 @@ Columns waveform_of(const NamedEffect& effect, const Playback& playback, core::A
   return {playback.run(*definition, context_of(spec_of(effect, axis), *definition, kIntervalS))};
 }
 
+// Of the effect as found from the rival in any size, or from nothing.
 double separation(const Experiment& experiment, const twin::Model& model, core::Axis axis,
-                  const NamedEffect& effect, const std::string& rival, Whitener& whitener) {
+                  const NamedEffect& effect, const std::optional<std::string>& rival,
+                  Whitener& whitener) {
   const MeasuredSeries series = simulate(experiment, model.thermal_plant);
   const Playback playback(series);
   const Columns waveform = waveform_of(effect, playback, axis);
@@ -154,9 +158,9 @@ double separation(const Experiment& experiment, const twin::Model& model, core::
     known.push_back(std::move(parameter.column.values));
   const Eigen::MatrixXd beside = whitener.matrix(known);
   double nearest = norm_beside(found, beside);
-  if (nearest < kLeastSeparation) return nearest;
+  if (nearest < kLeastSeparation || !rival) return nearest;
   const Candidates all = candidates(series, playback, model, axis, offered_scans());
-  for (const Columns& columns : rivals_of(rival, all, playback)) {
+  for (const Columns& columns : rivals_of(*rival, all, playback)) {
     const Eigen::MatrixXd of_rival = whitener.matrix(columns);
     Eigen::MatrixXd both(beside.rows(), beside.cols() + of_rival.cols());
     both << beside, of_rival;
@@ -165,9 +169,25 @@ double separation(const Experiment& experiment, const twin::Model& model, core::
   return nearest;
 }
 
+// What another record shows of an effect and its rival, of which an event does not come again.
+struct ShownAgain {
+  NamedEffect effect;
+  std::optional<std::string> rival{};
+  std::string event{};
+};
+
+ShownAgain shown_again(const NamedEffect& effect, core::Axis axis) {
+  const Alternative& other = effect.alternatives.front();
+  const NamedEffect rival{
+      .name = other.name, .inputs = other.inputs, .parameters = other.parameters};
+  if (happens_once(spec_of(effect, axis))) return {.effect = rival, .event = effect.name};
+  if (happens_once(spec_of(rival, axis))) return {.effect = effect, .event = rival.name};
+  return {.effect = effect, .rival = rival.name};
+}
+
 std::string to_separate(const twin::Model& model, core::Axis axis, const NamedEffect& effect) {
-  const std::string& rival = effect.alternatives.front().name;
-  if (!can_be_run(effect.name) || !can_be_run(rival)) return {};
+  const ShownAgain shown = shown_again(effect, axis);
+  if (!can_be_run(shown.effect.name) || (shown.rival && !can_be_run(*shown.rival))) return {};
   auto noise =
       model_noise(model, axis, kIntervalS, static_cast<std::size_t>(kDurationS / kIntervalS));
   if (!(*std::max_element(noise.begin(), noise.end()) > 0.0)) return {};  // no unit to count in
@@ -176,15 +196,19 @@ std::string to_separate(const twin::Model& model, core::Axis axis, const NamedEf
   std::size_t best = 0;
   double largest = -1.0;
   for (std::size_t i = 0; i < experiments.size(); ++i) {
-    const double d = separation(experiments[i], model, axis, effect, rival, whitener);
+    const double d = separation(experiments[i], model, axis, shown.effect, shown.rival, whitener);
     if (d > largest) {
       largest = d;
       best = i;
     }
   }
   if (!(largest >= kLeastSeparation)) return {};
-  return "To tell " + effect.name + " from " + rival + ": " + experiments[best].name +
-         " (they would be " + rounded(largest, 2) + " standard errors apart).";
+  const std::string size = rounded(largest, 2) + " standard errors";
+  const std::string why = shown.rival ? "they would be " + size + " apart"
+                                      : shown.effect.name + " would stand out by " + size + ", " +
+                                            shown.event + " does not come again";
+  return "To tell " + effect.name + " from " + effect.alternatives.front().name + ": " +
+         experiments[best].name + " (" + why + ").";
 }
 
 bool would_test(const Candidates& of_experiment, const std::string& name) {

@@ -223,6 +223,32 @@ TEST(OpenQuestions, WhatElseWasFoundIsKnownAndWhatCanNotBeRunIsLeftOut) {
   EXPECT_EQ(questions[0].model.effects.size(), plain_model().effects.size() + 1);
 }
 
+// Rule: another record has no event of this one, so there it stands for nothing.
+TEST(OpenQuestions, AnEventDoesNotComeAgain) {
+  const NamedEffect slope =
+      effect("bias_temperature", {{"reference_degc", 25.0}, {"c1_deg_h_per_degc", 0.01}});
+  NamedEffect step = effect("bias_step", {{"amplitude_deg_h", 0.1}, {"at_s", 4000.0}});
+  EXPECT_TRUE(open_questions(plain_model(), kX, {slope, step}, {}).empty());
+  NamedEffect other = slope;
+  other.alternatives = {
+      {.name = "rate_ramp", .probability = 0.5, .parameters = {{"ramp_deg_per_h2", 0.1}}}};
+  const Question beside = open_questions(plain_model(), kX, {other, step}, {}).front();
+  EXPECT_EQ(beside.model.effects.size(), plain_model().effects.size());
+  step.alternatives = {{.name = slope.name, .probability = 0.5, .parameters = slope.parameters}};
+  const std::vector<Question> questions = open_questions(plain_model(), kX, {step}, {step});
+  ASSERT_EQ(questions.size(), 2U);
+  for (const Question& question : questions) {
+    ASSERT_EQ(question.explanations.size(), 2U);
+    EXPECT_EQ(std::count_if(question.explanations.begin(), question.explanations.end(),
+                            [](const Explanation& e) { return e.is_nothing(); }),
+              1);
+  }
+  EXPECT_NEAR(questions.back().explanations.front().probability, 0.75, 1e-12);
+  const Judgement judged =
+      judge_profile(questions, profile_of(experiment_menu(laboratory())[2], laboratory()));
+  EXPECT_LT(judged.entropy_nats, 2.0 * std::log(2.0));
+}
+
 TEST(DesignAbuse, AModelWithoutNoiseIsRefused) {
   twin::Model quiet = plain_model();
   for (const char* kind : {"angle_random_walk", "bias_instability", "rate_random_walk"})

@@ -140,6 +140,32 @@ std::vector<Confusion> confusions() {
           {named("scale_factor", {{"error_ppm", 5.0}}, "misalignment"), "rate table"}};
 }
 
+// Rule: an event does not come again: what shows or doesn't is the other name.
+TEST(NextExperimentScenario, AnEventIsToldFromWhatWouldComeAgain) {
+  NamedEffect step = named("bias_step", {{"amplitude_deg_h", 0.1}, {"at_s", 4000.0}}, "");
+  NamedEffect slope =
+      named("bias_temperature", {{"reference_degc", 25.0}, {"c1_deg_h_per_degc", 0.01}}, "");
+  const auto as_alternative = [](const NamedEffect& effect) {
+    return Alternative{.name = effect.name,
+                       .probability = 0.3,
+                       .inputs = effect.inputs,
+                       .parameters = effect.parameters};
+  };
+  NamedEffect event_first = step;
+  event_first.alternatives = {as_alternative(slope)};
+  NamedEffect event_last = slope;
+  event_last.alternatives = {as_alternative(step)};
+  for (const NamedEffect& effect : {event_first, event_last}) {
+    const std::string text = answer(effect);
+    EXPECT_EQ(text.find("To tell " + effect.name + " from " + effect.alternatives.front().name), 0U)
+        << text;
+    EXPECT_NE(text.find("(bias_temperature would stand out by "), std::string::npos) << text;
+    EXPECT_NE(text.find("bias_step does not come again)"), std::string::npos) << text;
+    EXPECT_EQ(menu_entries_in(text), 1) << text;
+    EXPECT_NE(text.find("ramps"), std::string::npos) << text;
+  }
+}
+
 TEST(NextExperimentScenario, ConfusedEffectsAreFartherApartInWhatIsProposedThanInTheRecord) {
   const twin::Model model = plain_model();
   const MeasuredSeries record = poor_record();
