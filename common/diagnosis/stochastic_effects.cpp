@@ -162,6 +162,11 @@ NamedEffect named(const Addition& addition, const std::vector<Addition>& rivals,
   return effect;
 }
 
+// Whether a model file may say it.
+bool is_within_limits(const std::string& kind, const twin::Parameters& parameters) {
+  return !EffectSpec{.kind = kind, .parameters = parameters}.find_problem();
+}
+
 struct TwoLevels {
   SwitchingFit fit;
   double nats = 0.0;  // over a first-order noise of the same spectrum, priors included
@@ -250,6 +255,7 @@ std::optional<Recalibration> fitted_from_nothing(const Likelihoods& likelihoods,
     return std::nullopt;
   }
   const double to = value_in_file(definition, fit.squares[which], share);
+  if (!is_within_limits(definition.kind, {{definition.spectrum.scale, to}})) return std::nullopt;
   return Recalibration{definition.kind, definition.spectrum.scale, 0.0, to,
                        to * relative_error(likelihoods, free, fit, which)};
 }
@@ -278,6 +284,7 @@ std::vector<Recalibration> wrong_coefficients(const NoiseQuestion& question,
     if (lost < kNatsToBeWrong) continue;
     const double from = value_in_file(definition, listed[i].noise.square, share);
     const double to = value_in_file(definition, free.squares[i], share);
+    if (!is_within_limits(spec.kind, {{definition.spectrum.scale, to}})) continue;
     wrong.push_back({spec.kind, definition.spectrum.scale, from, to,
                      std::abs(to - from) / std::sqrt(2.0 * lost)});
   }
@@ -403,6 +410,7 @@ NoiseFindings examine_noise(const NoiseQuestion& question, const SearchOptions& 
     NamedEffect effect = named(rivals.front(), rivals, share, options);
     if (rivals.front().term.kind == NoiseKind::kMarkov)
       consider_two_levels(effect, question, rivals.front());
+    if (!is_within_limits(effect.name, effect.parameters)) break;
     findings.effects.push_back(std::move(effect));
     best = rivals.front().hypothesis;
     present.push_back({rivals.front().term, best.squares.back(), kAnyValue});
@@ -414,7 +422,7 @@ NoiseFindings examine_noise(const NoiseQuestion& question, const SearchOptions& 
   const bool took_from_file = trusts_file && !findings.effects.empty();
   if (!took_from_file && !has_levels_or_markov && findings.effects.size() < options.max_effects) {
     auto levels = levels_in_what_waits(question, likelihoods, listed, present, threshold, options);
-    if (levels) {
+    if (levels && is_within_limits(levels->effect.name, levels->effect.parameters)) {
       findings.effects.push_back(std::move(levels->effect));
       best = std::move(levels->hypothesis);
       present.push_back(levels->noise);

@@ -494,6 +494,23 @@ TEST(StochasticEffectsAbuse, WithoutAnyNoiseInTheModelTheRecordsOwnIsFound) {
   EXPECT_TRUE(found.effects.empty()) << names(found);
 }
 
+// Rule: what no model file may say is neither named nor written.
+TEST(StochasticEffectsAbuse, CoefficientsStayWithinWhatAModelMayHave) {
+  for (const double factor : {1e-16, 1e-9, 1e9, 1e16}) {
+    for (const Missing& missing : missing_kinds()) {
+      Series series = noise_of(model_of({white(), missing.planted}), 5);
+      for (double& value : series) value *= factor;
+      for (const bool has_coefficient : {true, false}) {
+        twin::Model model = model_of({has_coefficient ? white() : spec("angle_random_walk", {})});
+        const NoiseFindings found = examined(series, model);
+        adopt_noise(model, kX, found, {});
+        EXPECT_EQ(model.validate().value_or("valid"), "valid")
+            << missing.name << ' ' << factor << ": " << names(found);
+      }
+    }
+  }
+}
+
 TEST(StochasticEffectsAbuse, ARecordThatStandsStillHasNoNoiseToName) {
   EXPECT_TRUE(examined(Series(kPoints, 0.0), model_of({white()})).effects.empty());
 }
