@@ -2,7 +2,10 @@
 #include "services/console/gateway.h"
 
 #include <algorithm>
+#include <charconv>
 #include <limits>
+#include <optional>
+#include <string_view>
 #include <utility>
 
 #include "common/core/mode.h"
@@ -52,6 +55,17 @@ thermal::TemperatureTrackOptions track_options() {
 
 std::uint32_t key(std::uint32_t axis, std::uint32_t stream) {
   return 1 + axis * 4 + stream;
+}
+
+// "gyro_publisher:7" tells of gyro 7.
+std::optional<std::uint32_t> gyro_told_of(std::string_view service) {
+  const std::size_t colon = service.find(':');
+  if (colon == std::string_view::npos) return std::nullopt;
+  const std::string_view part = service.substr(colon + 1);
+  std::uint32_t id = 0;
+  const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), id);
+  const bool is_id = error == std::errc() && end == part.data() + part.size() && id > 0;
+  return is_id ? std::optional(id) : std::nullopt;
 }
 
 }  // namespace
@@ -189,6 +203,8 @@ void Gateway::take(const msg::ServiceStatus& status, const WriterId& writer, std
   status_keys_.try_emplace(name, static_cast<std::uint32_t>(status_keys_.size() + 1));
   services_of_[writer].insert(name);
   *newest = std::move(said);
+  // One that never gave a sample is a gyro too.
+  if (const auto id = gyro_told_of(name)) gyro(*id);
   publish_status(name, unix_ns);
 }
 

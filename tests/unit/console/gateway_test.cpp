@@ -41,6 +41,19 @@ TEST_F(GatewayOfOne, ChannelsAreThoseOfTheContract) {
   EXPECT_EQ(client_.channels.size(), 11U);
 }
 
+// Before: a gyro of which no sample ever came was nowhere on the page.
+TEST_F(GatewayOfOne, AGyroThatOnlyAServiceTellsOfHasItsChannels) {
+  for (const char* service : {"gyro_publisher:7", "gyro_publisher", "gateway:latency", "a:", "b:8x",
+                              "c:-1", "d:4294967296", "e:0", "compensation/2:7"}) {
+    msg::ServiceStatus status;
+    status.service(service);
+    gateway_.take(status, {}, kNow);
+  }
+  EXPECT_TRUE(client_.channels.contains("/gyro_7/samples"));
+  EXPECT_EQ(client_.channels.size(), 11U);
+  EXPECT_TRUE(gateway_.gyro_figures().empty()) << "metrics count samples";
+}
+
 TEST_F(GatewayOfOne, NothingIsSentThatNobodyAskedFor) {
   for (int i = 0; i < 3000; ++i) sample(i, static_cast<std::uint64_t>(i));
   gateway_.flush(kNow);

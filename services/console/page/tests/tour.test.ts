@@ -81,8 +81,10 @@ const WAITS = 'rates wait for temperatures; is thermal_publisher running?';
 const TOUR: Row[] = [
   { situation: 'healthy', known: {}, ...HEADLINE },
 
-  { situation: 'start: nothing runs yet', known: { live: undefined, fleet: [], services: [] },
+  { situation: 'start: nothing runs yet', gyro: 0, known: { live: undefined, fleet: [], services: [] },
     ...NOTHING, data: '✕ No gyro: the gateway receives no compensated_rate in its domain' },
+  { situation: 'start: services run, no sample came', known: { live: undefined, fleet: [] },
+    ...NOTHING, data: '✕ No sample yet: services tell of this gyro; no compensated_rate of it came' },
   { situation: 'start: the page connects', known: { link: 'connecting', live: undefined, fleet: [], services: [] },
     ...NOTHING, data: '· Connecting: tries again by itself' },
   { situation: 'start: first samples', known: axes(passing('no_estimate_yet', 'passthrough')), data: GOOD,

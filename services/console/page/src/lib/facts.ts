@@ -49,6 +49,7 @@ export function factsOf(known: Known, gyro: number): Facts {
   const losses = known.losses.get(gyro);
   return {
     link: known.link,
+    known: gyro !== 0,
     present: newest !== undefined,
     ageS: live ? Math.max(0, nowMs - live.arrivedMs) / 1000 : summary ? ageS(summary, nowMs) : NaN,
     sampleIntervalS: newest?.sampleIntervalS ?? NaN,

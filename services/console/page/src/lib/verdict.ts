@@ -118,6 +118,7 @@ export interface Cause {
 
 export interface Facts {
   link: Link;
+  known: boolean; // services tell of this gyro
   present: boolean; // a gyro's samples came at least once
   ageS: number; // since the newest sample came
   sampleIntervalS: number;
@@ -312,6 +313,7 @@ function absent(facts: Facts): Statement {
   if (facts.link === 'connecting') return { tone: 'idle', text: 'Connecting', detail: retries };
   if (facts.link === 'gone') return { tone: 'bad', text: 'Gateway gone', detail: retries };
   if (facts.causes.length > 0) return { tone: 'bad', text: 'No sample yet', detail: causeText(facts) };
+  if (facts.known) return { tone: 'bad', text: 'No sample yet', detail: 'services tell of this gyro; no compensated_rate of it came' };
   return { tone: 'bad', text: 'No gyro', detail: 'the gateway receives no compensated_rate in its domain' };
 }
 
