@@ -12,14 +12,37 @@
 namespace zerodrift::diagnosis {
 namespace {
 
+// Where the curve bends: the largest of each stretch that reaches half of the largest of all.
+std::vector<std::size_t> bends_of(const std::vector<double>& rate, double largest) {
+  constexpr double kCounts = 0.5;
+  std::vector<std::size_t> bends;
+  double sign = 0.0;
+  for (std::size_t i = 0; i < rate.size(); ++i) {
+    const bool counts = std::abs(rate[i]) >= kCounts * largest;
+    const double here = counts ? std::copysign(1.0, rate[i]) : 0.0;
+    if (counts && here != sign) {
+      bends.push_back(i);
+    } else if (counts && std::abs(rate[i]) > std::abs(rate[bends.back()])) {
+      bends.back() = i;
+    }
+    sign = here;
+  }
+  return bends;
+}
+
 std::string shape_in_words(const std::vector<double>& input, const std::vector<double>& rate,
                            const InputChannel& channel) {
   const auto largest = std::max_element(
       rate.begin(), rate.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
-  const double at = input[static_cast<std::size_t>(largest - rate.begin())];
-  const bool inside = largest != rate.begin() && largest + 1 != rate.end();
-  const std::string place = rounded(at) + " " + channel.unit + " in " + channel.name;
-  return (inside ? "bump at " : "grows towards ") + place;
+  const auto place = static_cast<std::size_t>(largest - rate.begin());
+  const std::string where = " " + channel.unit + " in " + channel.name;
+  const auto is_inside = [&](std::size_t i) { return i > 0 && i + 1 < rate.size(); };
+  if (!is_inside(place)) return "grows towards " + rounded(input[place]) + where;
+  std::vector<std::string> places;
+  for (const std::size_t bend : bends_of(rate, std::abs(*largest))) {
+    if (is_inside(bend)) places.push_back(rounded(input[bend]));
+  }
+  return (places.size() > 1 ? "bumps at " : "bump at ") + joined(places) + where;
 }
 
 struct Table {
