@@ -53,7 +53,7 @@ std::vector<std::string> look_alikes(const Question& question) {
   for (const Explanation& explanation : question.explanations) {
     for (const twin::EffectDefinition& other : twin::effect_catalogue()) {
       const auto* own = twin::find_effect(explanation.effect.name);
-      if (own == nullptr || !is_waveform(other)) continue;
+      if (own == nullptr || !is_waveform(other) || other.search.happens_once) continue;
       if (has(own->confused_with, other.kind) || has(other.confused_with, own->kind))
         names.insert(other.kind);
     }

@@ -351,8 +351,8 @@ class Parser {
     }
     expect(')');
     if (spline.count < Formula::kFewestOfSplines) {
-      fail(at,
-           "found a spline of " + std::to_string(spline.count) + " parameters, expected 3 or more");
+      fail(at, "found a spline of " + std::to_string(spline.count) + " parameters, expected " +
+                   std::to_string(Formula::kFewestOfSplines) + " or more");
     }
     formula_.splines.push_back(spline);
     return make(

@@ -238,6 +238,8 @@ TEST(OpenQuestions, AnEventDoesNotComeAgain) {
   const std::vector<Question> questions = open_questions(plain_model(), kX, {step}, {step});
   ASSERT_EQ(questions.size(), 2U);
   for (const Question& question : questions) {
+    const auto& alike = question.look_alikes;
+    EXPECT_EQ(std::count(alike.begin(), alike.end(), "bias_step"), 0);
     ASSERT_EQ(question.explanations.size(), 2U);
     EXPECT_EQ(std::count_if(question.explanations.begin(), question.explanations.end(),
                             [](const Explanation& e) { return e.is_nothing(); }),
