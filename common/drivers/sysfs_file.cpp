@@ -9,6 +9,8 @@
 #include <fstream>
 #include <system_error>
 
+#include "common/core/one_line.h"
+
 namespace zerodrift::drivers {
 namespace {
 
@@ -56,13 +58,9 @@ std::string_view trim(std::string_view text) {
   return text.substr(first, text.find_last_not_of(kSpace) - first + 1);
 }
 
-std::string printable(std::string_view text) {
+std::string found_text(std::string_view text) {
   constexpr std::size_t kLongestShown = 60;
-  std::string shown{text.substr(0, kLongestShown)};
-  std::replace_if(
-      shown.begin(), shown.end(), [](char c) { return (c >= '\0' && c < ' ') || c == '\x7f'; },
-      '?');
-  return shown;
+  return "found '" + core::one_line(trim(text), kLongestShown) + "'";
 }
 
 std::optional<double> parse_number(std::string_view text) {
@@ -95,7 +93,7 @@ FileValue read_number(const fs::path& path) {
   const std::optional<std::string> text = read_text(path);
   if (!text) return cannot_read(path);
   const std::optional<double> number = parse_number(*text);
-  if (!number) return no_value(path, "found '" + printable(trim(*text)) + "', expected a number");
+  if (!number) return no_value(path, found_text(*text) + ", expected a number");
   return {number, {}};
 }
 

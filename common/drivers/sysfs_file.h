@@ -23,7 +23,8 @@ struct FileValue {
 [[nodiscard]] FileValue cannot_read(const std::filesystem::path& path);  // by errno
 
 [[nodiscard]] std::string_view trim(std::string_view text);
-[[nodiscard]] std::string printable(std::string_view text);
+// "found 'warm'": what stood there, safe to print, at most 60 bytes.
+[[nodiscard]] std::string found_text(std::string_view text);
 [[nodiscard]] std::optional<double> parse_number(std::string_view text);
 
 [[nodiscard]] FileValue read_number(const std::filesystem::path& path);

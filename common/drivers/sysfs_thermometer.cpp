@@ -27,7 +27,7 @@ FileValue read_w1_slave(const fs::path& path) {
   const std::size_t at = text->find("t=");
   const std::optional<double> number =
       at == std::string::npos ? std::nullopt : parse_number(text->substr(at + 2));
-  if (!number) return no_value(path, "found '" + printable(trim(*text)) + "', expected t=<m°C>");
+  if (!number) return no_value(path, found_text(*text) + ", expected t=<m°C>");
   return {number, {}};
 }
 

@@ -102,7 +102,7 @@ TEST_F(SysfsThermometers, RefusedAtStartWithOneLine) {
   EXPECT_EQ(refusal(write("b/w1_slave", "ff : crc=57 NO\nff t=85000\n")),
             "b/w1_slave: the 1-wire CRC does not say YES");
   EXPECT_EQ(refusal(write("c/w1_slave", "ff : crc=57 YES\nff\n")),
-            "c/w1_slave: found 'ff : crc=57 YES?ff', expected t=<m°C>");
+            "c/w1_slave: found 'ff : crc=57 YES ff', expected t=<m°C>");
   EXPECT_EQ(refusal(write("d/fan1_input", "1")),
             "d/fan1_input: no thermometer file; expected temp*_input, in_temp*_input, "
             "in_temp*_raw, temperature or w1_slave");
