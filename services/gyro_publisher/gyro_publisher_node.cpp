@@ -213,7 +213,8 @@ service::Status GyroPublisherNode::status() const {
                     {"samples_refused", "1", static_cast<double>(rates_.refused())},
                     finished};
   status.summary = core::counted(published, "sample") + " published";
-  status.parts = {{.name = std::to_string(gyro_id_), .metrics = {finished}}};
+  status.parts = {
+      {.name = std::to_string(gyro_id_), .metrics = {finished}, .summary = status.summary}};
   status.flow = {.topic = dds::kAngularRate.name,
                  .end = dds::Direction::kWriter,
                  .samples = published,

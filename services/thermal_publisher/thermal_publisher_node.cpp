@@ -206,7 +206,7 @@ service::Status ThermalPublisherNode::status() const {
   status.state = published > 0 ? service::State::kRunning : service::State::kWaiting;
   status.metrics = {{"readings_published", "1", static_cast<double>(published)}};
   status.summary = core::counted(published, "reading") + " published";
-  status.parts = {{.name = std::to_string(gyro_id_)}};
+  status.parts = {{.name = std::to_string(gyro_id_), .summary = status.summary}};
   const bool has_environment_alone = environment_ && thermometers_.empty();
   status.flow = {.topic = has_environment_alone ? dds::kEnvironment.name : dds::kTemperature.name,
                  .end = dds::Direction::kWriter,
