@@ -118,7 +118,8 @@ class FormulaSearch {
       const bool is_new = std::find(terms_.begin(), terms_.end(), term) == terms_.end();
       if (said[i] > kMeansTheSame || !is_new) continue;
       std::vector<std::string> channels;
-      for (const Factor& factor : term.factors) add_channels(channels, operands_[factor.operand]);
+      for (const Factor& factor : term.factors)
+        add_new(channels, operands_[factor.operand].channels);
       add({written(term, operands_)}, std::move(channels), log_prior_of(term, operands_));
       terms_.push_back(term);
       any = true;
@@ -164,8 +165,8 @@ class FormulaSearch {
     return true;
   }
 
-  static void add_channels(std::vector<std::string>& channels, const Operand& operand) {
-    for (const std::string& channel : operand.channels) {
+  static void add_new(std::vector<std::string>& channels, const std::vector<std::string>& others) {
+    for (const std::string& channel : others) {
       if (std::find(channels.begin(), channels.end(), channel) == channels.end())
         channels.push_back(channel);
     }
@@ -216,22 +217,20 @@ class FormulaSearch {
       words.push_back(vocabulary == Vocabulary::kTerms
                           ? trial.effects.back().formula
                           : dependence_in_words(reads, found.waveform, channels_));
-      for (const std::string& channel : reads) {
-        if (std::find(depends_on.begin(), depends_on.end(), channel) == depends_on.end())
-          depends_on.push_back(channel);
-      }
+      add_new(depends_on, reads);
     }
     trial.recalibrated = recalibrate(trial.repaired, known_, report.corrections);
     add_to_model(trial, input_);
     trial.noise_dct_variances = dct_variances(report.noise_terms, report.noise_squares,
                                               input_.series.size, input_.series.interval_s);
     recalibrate_bias(trial, input_);
-    trial.unknown = unknown_as_formulas(trial.effects, std::move(depends_on), waveform, channels_);
-    trial.unknown->description = joined(words);
+    std::string description = joined(words);
     if (rest) {
-      trial.unknown->description +=
+      description +=
           ", and a rest that depends on " + joined(lineup_.generic_by(rest->group)->depends_on);
     }
+    trial.unknown = unknown_as_formulas(std::move(description), trial.effects,
+                                        std::move(depends_on), waveform, channels_);
     return trial;
   }
 

@@ -113,11 +113,12 @@ UnknownEffect unknown_effect(const FittedEffect& found, const GenericFunction& f
   return unknown;
 }
 
-UnknownEffect unknown_as_formulas(std::vector<NamedEffect> formulas,
+UnknownEffect unknown_as_formulas(std::string description, std::vector<NamedEffect> formulas,
                                   std::vector<std::string> depends_on,
                                   const std::vector<double>& waveform,
                                   const std::vector<InputChannel>& channels) {
   UnknownEffect unknown;
+  unknown.description = std::move(description);
   double squares = 0.0;
   for (const double w : waveform) squares += w * w;
   unknown.rms_radps = std::sqrt(squares / static_cast<double>(waveform.size()));

@@ -21,9 +21,10 @@ namespace zerodrift::diagnosis {
                                               const std::vector<double>& waveform,
                                               const std::vector<InputChannel>& channels);
 
-// What formulas say, but for its description: `waveform` is what they add together, about its mean,
-// and `depends_on` what they read, by the channels' names.
-[[nodiscard]] UnknownEffect unknown_as_formulas(std::vector<NamedEffect> formulas,
+// What formulas say: `waveform` is what they add together, about its mean, and `depends_on` what
+// they read, by the channels' names.
+[[nodiscard]] UnknownEffect unknown_as_formulas(std::string description,
+                                                std::vector<NamedEffect> formulas,
                                                 std::vector<std::string> depends_on,
                                                 const std::vector<double>& waveform,
                                                 const std::vector<InputChannel>& channels);

@@ -369,14 +369,9 @@ class Parser {
   }
 
   void coefficient_of_spline() {
-    const char c = next();
+    skip_spaces();
     const std::size_t at = at_;
-    const std::string word = is_letter(c) ? name() : std::string();
-    if (!is_name_of_parameter(word)) {
-      at_ = at;
-      fail(at, found() + ", expected a parameter of the spline");
-    }
-    refuse_misspelt(word, at);
+    const std::string word = name_of_parameter("a parameter of the spline");
     auto& all = formula_.parameters;
     if (std::any_of(all.begin(), all.end(), [&](const auto& p) { return p.name == word; }))
       fail(at, "found '" + word + "' once more, expected a parameter of the spline's own");
@@ -388,10 +383,20 @@ class Parser {
     all.push_back({word, FormulaUse::kAmplitude});
   }
 
-  [[nodiscard]] static bool is_name_of_parameter(const std::string& word) {
+  // Where nothing but a parameter may stand, or what `expected` says beside it.
+  [[nodiscard]] std::string name_of_parameter(const std::string& expected) {
+    const char c = next();
+    const std::size_t at = at_;
+    std::string word = is_letter(c) ? name() : std::string();
     const auto& known = functions();
-    return !word.empty() && !input_called(word) &&
-           std::find(known.begin(), known.end(), word) == known.end();
+    const bool is_parameter = !word.empty() && !input_called(word) &&
+                              std::find(known.begin(), known.end(), word) == known.end();
+    if (!is_parameter) {
+      at_ = at;
+      fail(at, found() + ", expected " + expected);
+    }
+    refuse_misspelt(word, at);
+    return word;
   }
 
   // How far a lag or a play reaches.
@@ -405,13 +410,8 @@ class Parser {
         fail(at, "found a lag of " + number_text(value) + " s, expected at most 1e5 s");
       return part;
     }
-    const std::string word = is_letter(c) ? name() : std::string();
-    if (!is_name_of_parameter(word)) {
-      at_ = at;
-      fail(at,
-           found() + ", expected a number or a parameter as the second argument of " + function);
-    }
-    refuse_misspelt(word, at);
+    const std::string word =
+        name_of_parameter("a number or a parameter as the second argument of " + function);
     const Part part = of_parameter(word, at);
     auto& use = formula_.parameters[formula_.nodes[part.node].which].use;
     use = function == "lag"     ? FormulaUse::kLag

@@ -112,6 +112,30 @@ double rms_left(const twin::Model& model, const MeasuredSeries& series) {
   return rms_of_block_means(left, series.valid[0], 60).about_mean;
 }
 
+// Three records of one gyro in which the same is hidden. The gap is counted from what a twin that
+// knows the truth leaves, on the third, which neither search nor proof has seen.
+struct HiddenRecords {
+  HiddenRecords(const twin::Model& gyro, const Truth& truth, std::uint64_t seed)
+      : given(gyro),
+        record(test::simulated(gyro, test::chamber_profile(), seed)),
+        other(test::simulated(gyro, test::chamber_profile(), seed + 1)),
+        third(test::simulated(gyro, test::chamber_profile(), seed + 2)),
+        perfect(rms_left(gyro, third)) {
+    for (MeasuredSeries* series : {&record, &other, &third}) hide(*series, truth);
+  }
+
+  [[nodiscard]] double gap_closed(const twin::Model& repaired) const {
+    const double before = rms_left(given, third);
+    return (before - rms_left(repaired, third)) / (before - perfect);
+  }
+
+  twin::Model given;
+  MeasuredSeries record;
+  MeasuredSeries other;
+  MeasuredSeries third;
+  double perfect;
+};
+
 class HiddenFormula : public testing::TestWithParam<std::tuple<int, std::uint64_t>> {
  protected:
   static Case chosen() {
@@ -125,20 +149,13 @@ class HiddenFormula : public testing::TestWithParam<std::tuple<int, std::uint64_
   }
 };
 
-// The gap is counted from what a twin that knows the truth leaves, on a third record, which neither
-// search nor proof has seen.
 TEST_P(HiddenFormula, IsFoundProvedAndClosesTheGapOnAThirdRecord) {
   const Case hidden = chosen();
   const std::uint64_t seed = std::get<1>(GetParam());
   SCOPED_TRACE(std::string(hidden.name) + ", seed " + std::to_string(seed));
   const twin::Model given = test::lab_model();
-  const twin::Profile profile = test::chamber_profile();
-  MeasuredSeries record = test::simulated(given, profile, seed);
-  MeasuredSeries other = test::simulated(given, profile, seed + 1);
-  MeasuredSeries third = test::simulated(given, profile, seed + 2);
-  const double perfect = rms_left(given, third);
-  for (MeasuredSeries* series : {&record, &other, &third}) hide(*series, hidden.truth);
-  const Diagnosis diagnosis = diagnose(given, record, {other}, kOptions);
+  const HiddenRecords records(given, hidden.truth, seed);
+  const Diagnosis diagnosis = diagnose(given, records.record, {records.other}, kOptions);
   const AxisDiagnosis& axis = *diagnosis.axes[0];
   EXPECT_EQ(axis.verdict, Verdict::kUnknownEffect) << axis.sentence;
   ASSERT_TRUE(axis.unknown.has_value()) << axis.sentence;
@@ -151,10 +168,9 @@ TEST_P(HiddenFormula, IsFoundProvedAndClosesTheGapOnAThirdRecord) {
     EXPECT_NE(std::find(read.begin(), read.end(), input), read.end()) << axis.sentence;
   }
   ASSERT_FALSE(diagnosis.repaired.validate().has_value()) << *diagnosis.repaired.validate();
-  const double before = rms_left(given, third);
-  const double after = rms_left(diagnosis.repaired, third);
-  EXPECT_GT((before - after) / (before - perfect), 0.7) << axis.sentence;
-  RecordProperty("gap_closed", std::to_string((before - after) / (before - perfect)));
+  const double closed = records.gap_closed(diagnosis.repaired);
+  EXPECT_GT(closed, 0.7) << axis.sentence;
+  RecordProperty("gap_closed", std::to_string(closed));
 }
 
 INSTANTIATE_TEST_SUITE_P(Diagnosis, HiddenFormula,
@@ -165,33 +181,20 @@ INSTANTIATE_TEST_SUITE_P(Diagnosis, HiddenFormula,
 // `shupe_temperature` was the name, and made the gap on held-out data larger.
 TEST(FormulaSearchScenario, ANameGivesWayToAFormulaThatIsLikelierInBothRecords) {
   const twin::Model given = test::lab_model();
-  constexpr std::uint64_t kSeed = 201;
-  MeasuredSeries record = test::simulated(given, test::chamber_profile(), kSeed);
-  MeasuredSeries other = test::simulated(given, test::chamber_profile(), kSeed + 1);
-  MeasuredSeries third = test::simulated(given, test::chamber_profile(), kSeed + 2);
-  const double perfect = rms_left(given, third);
-  for (MeasuredSeries* series : {&record, &other, &third})
-    hide(*series, even_in_a_temperature_difference);
-  const Diagnosis diagnosis = diagnose(given, record, {other}, kOptions);
+  const HiddenRecords records(given, even_in_a_temperature_difference, 201);
+  const Diagnosis diagnosis = diagnose(given, records.record, {records.other}, kOptions);
   const AxisDiagnosis& axis = *diagnosis.axes[0];
   EXPECT_TRUE(axis.effects.empty()) << axis.sentence;
   ASSERT_TRUE(axis.unknown.has_value()) << axis.sentence;
   EXPECT_FALSE(axis.unknown->formulas.empty()) << axis.sentence;
-  const double before = rms_left(given, third);
-  EXPECT_GT((before - rms_left(diagnosis.repaired, third)) / (before - perfect), 0.7)
-      << axis.sentence;
+  EXPECT_GT(records.gap_closed(diagnosis.repaired), 0.7) << axis.sentence;
 }
 
 // Rule: what no formula says stands in the repaired model as a curve, which other records prove.
 TEST(FormulaSearchScenario, WhatNoTermSaysBecomesACurveThatClosesTheGapOnAThirdRecord) {
   const twin::Model given = test::lab_model();
-  constexpr std::uint64_t kSeed = 401;
-  MeasuredSeries record = test::simulated(given, test::chamber_profile(), kSeed);
-  MeasuredSeries other = test::simulated(given, test::chamber_profile(), kSeed + 1);
-  MeasuredSeries third = test::simulated(given, test::chamber_profile(), kSeed + 2);
-  const double perfect = rms_left(given, third);
-  for (MeasuredSeries* series : {&record, &other, &third}) hide(*series, hills_of_a_temperature);
-  const Diagnosis diagnosis = diagnose(given, record, {other}, kOptions);
+  const HiddenRecords records(given, hills_of_a_temperature, 401);
+  const Diagnosis diagnosis = diagnose(given, records.record, {records.other}, kOptions);
   const AxisDiagnosis& axis = *diagnosis.axes[0];
   ASSERT_TRUE(axis.unknown.has_value()) << axis.sentence;
   ASSERT_EQ(axis.unknown->formulas.size(), 1U) << axis.sentence;
@@ -202,11 +205,9 @@ TEST(FormulaSearchScenario, WhatNoTermSaysBecomesACurveThatClosesTheGapOnAThirdR
   EXPECT_NE(axis.sentence.find("in temperature_board. The repaired model has it as a formula."),
             std::string::npos)
       << axis.sentence;
-  const double before = rms_left(given, third);
-  EXPECT_GT((before - rms_left(diagnosis.repaired, third)) / (before - perfect), 0.7)
-      << axis.sentence;
+  EXPECT_GT(records.gap_closed(diagnosis.repaired), 0.7) << axis.sentence;
   const twin::Model read = config::model_from_proto(config::to_proto(diagnosis.repaired));
-  const AxisDiagnosis again = *diagnose(read, record, {other}, kOptions).axes[0];
+  const AxisDiagnosis again = *diagnose(read, records.record, {records.other}, kOptions).axes[0];
   EXPECT_FALSE(again.unknown.has_value()) << again.sentence;
   EXPECT_TRUE(again.effects.empty()) << again.sentence;
 }
