@@ -128,6 +128,9 @@ enum class Departure : std::uint8_t {
   kLeft     // it was deleted, or its process gave no sign for the participants' lease
 };
 
+// A reader that a writer met: what is written from now on comes to it. The discovery thread.
+using OnMet = std::function<void(const eprosima::fastrtps::rtps::GUID_t& reader)>;
+
 eprosima::fastdds::dds::DataWriterQos writer_qos(const TopicSpec& spec);
 eprosima::fastdds::dds::DataReaderQos reader_qos(const TopicSpec& spec);
 
@@ -157,16 +160,21 @@ constexpr std::uint32_t gyro_of([[maybe_unused]] const Message& message) noexcep
 // Counts matches and passes on what went wrong; no sample passes here.
 class WriterListener : public eprosima::fastdds::dds::DataWriterListener {
  public:
-  WriterListener(Discovery& discovery, const TopicSpec& spec, EndpointObserver observer)
-      : discovery_(discovery), endpoint_(spec, Direction::kWriter, std::move(observer)) {
+  WriterListener(Discovery& discovery, const TopicSpec& spec, EndpointObserver observer,
+                 OnMet on_met)
+      : discovery_(discovery),
+        endpoint_(spec, Direction::kWriter, std::move(observer)),
+        on_met_(std::move(on_met)) {
     discovery_.enter(endpoint_);
   }
   ~WriterListener() override { discovery_.leave(endpoint_); }
   void on_publication_matched(
       eprosima::fastdds::dds::DataWriter*,
       const eprosima::fastdds::dds::PublicationMatchedStatus& status) override {
-    if (is_foreign(status.last_subscription_handle)) foreign_.store(true);
+    const auto reader = eprosima::fastrtps::rtps::iHandle2GUID(status.last_subscription_handle);
+    if (is_foreign(reader)) foreign_.store(true);
     matched_.store(status.current_count, std::memory_order_release);
+    if (on_met_ && status.current_count_change > 0) on_met_(reader);
   }
   void on_offered_incompatible_qos(
       eprosima::fastdds::dds::DataWriter*,
@@ -182,14 +190,14 @@ class WriterListener : public eprosima::fastdds::dds::DataWriterListener {
 
  private:
   // Of another vendor's middleware: the first two bytes of a GUID name it (RTPS 2.2, 9.3.1.5).
-  static bool is_foreign(const eprosima::fastdds::dds::InstanceHandle_t& handle) {
-    const eprosima::fastrtps::rtps::GUID_t guid = eprosima::fastrtps::rtps::iHandle2GUID(handle);
+  static bool is_foreign(const eprosima::fastrtps::rtps::GUID_t& guid) {
     return guid.guidPrefix.value[0] != eprosima::fastrtps::rtps::c_VendorId_eProsima[0] ||
            guid.guidPrefix.value[1] != eprosima::fastrtps::rtps::c_VendorId_eProsima[1];
   }
 
   Discovery& discovery_;
   Endpoint endpoint_;
+  OnMet on_met_;
   std::atomic<int> matched_{0};
   std::atomic<bool> foreign_{false};
 };
@@ -239,13 +247,14 @@ template <typename Message>
 class Writer {
  public:
   explicit Writer(Participant& participant, EndpointObserver observer = {},
-                  const Partitions& partitions = {})
-      : Writer(participant, TopicOf<Message>::kSpec, std::move(observer), partitions) {}
+                  const Partitions& partitions = {}, OnMet on_met = {})
+      : Writer(participant, TopicOf<Message>::kSpec, std::move(observer), partitions,
+               std::move(on_met)) {}
   // On a topic whose name the user chose. The spec is the caller's and outlives the writer.
   Writer(Participant& participant, const TopicSpec& spec, EndpointObserver observer,
-         const Partitions& partitions = {})
+         const Partitions& partitions = {}, OnMet on_met = {})
       : publisher_(participant.publisher(partitions)),
-        listener_(participant.discovery_, spec, std::move(observer)) {
+        listener_(participant.discovery_, spec, std::move(observer), std::move(on_met)) {
     writer_ = participant.make_writer(
         *publisher_, spec, eprosima::fastdds::dds::TypeSupport(new CheckedTypeSupport<Message>),
         listener_);

@@ -25,7 +25,8 @@ RateReplay::RateReplay(service::Host& host, std::uint32_t gyro_id, const std::st
       gyro_id_(gyro_id),
       pacer_(host.participant(), gyro_id, std::move(wait_for)),
       clock_(service::parse_speed(speed)),
-      writer_(host.participant(), host.observer()),
+      writer_(host.participant(), host.observer(), {},
+              [this](const auto& reader) { pacer_.note_reader(reader); }),
       reference_writer_(host.participant(), host.observer()) {}
 
 void RateReplay::publish(const GyroSource& source, const std::atomic<bool>& stopping,

@@ -29,7 +29,7 @@ using std::chrono_literals::operator""s;
 constexpr std::uint32_t kDomain = 106;
 constexpr std::uint32_t kGyro = 7;
 constexpr std::uint64_t kFirst = 1000;
-constexpr std::uint64_t kWindow = ReplayPacer::kWindow;
+constexpr std::uint64_t kWindow = ReplayCredit::kWindow;
 constexpr auto kAtOnce = 0ms;
 constexpr auto kAWhile = 50ms;
 
@@ -252,6 +252,88 @@ TEST_F(PacingOne, AConsumerThatComesAgainStandsWhereTheReplayIs) {
   Consumer second_life(domain_, "one");
   announced(second_life, "");
   EXPECT_EQ(send_all_there_is_room_for(later + 1), later + kWindow);
+}
+
+// Who comes again says so before its reader of the rates is met, and a whole window may go out in
+// between.
+TEST_F(PacingOne, WhatWasSentBeforeAReaderWasMetIsNotWaitedFor) {
+  std::atomic<bool> is_heard{false};
+  eprosima::fastrtps::rtps::GUID_t reader_of_one;
+  dds::Reader<msg::ReplayProgress> ear(
+      publisher_, [&](const msg::ReplayProgress&, const dds::SampleOrigin& origin) {
+        if (!is_heard) reader_of_one.guidPrefix = origin.writer.guidPrefix;
+        is_heard = true;
+      });
+  ASSERT_TRUE(pacer_.wait_for_room(kFirst, kFirst, kAtOnce)) << "nobody is there to wait for";
+  Consumer one(domain_, "one");
+  announced(one, "");
+  ASSERT_TRUE(eventually([&] { return is_heard.load(); }));
+  const std::uint64_t sent = send_all_there_is_room_for(kFirst + 1);
+  ASSERT_EQ(sent, kFirst + kWindow);
+  pacer_.note_reader(eprosima::fastrtps::rtps::GUID_t{});
+  EXPECT_FALSE(pacer_.wait_for_room(sent + 1, kFirst, kAtOnce)) << "a reader of somebody else";
+  pacer_.note_reader(reader_of_one);
+  EXPECT_EQ(send_all_there_is_room_for(sent + 1), sent + kWindow);
+  ASSERT_TRUE(room_after(one, sent + 1, sent + kWindow + 1)) << "it takes what comes";
+  pacer_.note_reader(reader_of_one);
+  EXPECT_FALSE(pacer_.wait_for_room(sent + kWindow + 2, kFirst, kAtOnce)) << "it has taken some";
+}
+
+// Rule: what was sent while the compensation was not there never comes to the monitor behind it,
+// whether or not that one had taken all that the compensation took.
+class PacingBehind : public Pacing, public testing::WithParamInterface<std::uint64_t> {};
+INSTANTIATE_TEST_SUITE_P(Samples, PacingBehind, testing::Values(0U, 1U, 100U));
+
+TEST_P(PacingBehind, OneThatCameAgainNobodyIsWaitedForWithWhatThatOneMissed) {
+  auto one = std::make_unique<Consumer>(domain_, "one");
+  Consumer two(domain_, "two");
+  announced(*one, "two");
+  announced(two, "");
+  const std::uint64_t taken = send_all_there_is_room_for(kFirst);
+  std::uint64_t newest = taken;
+  ASSERT_TRUE(eventually([&] {
+    one->reporter().report(kGyro, taken, core::SensorTime{0});
+    two.reporter().report(kGyro, taken - GetParam(), core::SensorTime{0});
+    newest = send_all_there_is_room_for(newest + 1);
+    return newest == taken - GetParam() + kWindow;
+  }));
+  one.reset();
+  ASSERT_TRUE(eventually([&] { return pacer_.missing_consumers() == "one"; }));
+  EXPECT_FALSE(pacer_.wait_for_room(newest + 1, kFirst, kAWhile)) << "nobody takes";
+
+  Consumer again(domain_, "one");
+  announced(again, "");
+  EXPECT_EQ(send_all_there_is_room_for(newest + 1), newest + kWindow);
+  EXPECT_TRUE(eventually([&] {
+    again.reporter().report(kGyro, newest + kWindow, core::SensorTime{0});
+    two.reporter().report(kGyro, newest + kWindow, core::SensorTime{0});
+    return pacer_.wait_for_all(newest + kWindow, kFirst, kAtOnce);
+  }));
+}
+
+// ... and where its first answers went out before the monitor met it, those neither.
+TEST_F(Pacing, WhoTookNothingSinceAnotherCameAgainJoinsOnceThatOneTookAll) {
+  auto one = std::make_unique<Consumer>(domain_, "one");
+  Consumer two(domain_, "two");
+  announced(*one, "two");
+  announced(two, "");
+  ASSERT_TRUE(pacer_.wait_for_room(kFirst, kFirst, kAtOnce));
+  ASSERT_TRUE(eventually([&] {
+    one->reporter().report(kGyro, kFirst, core::SensorTime{0});
+    two.reporter().report(kGyro, kFirst, core::SensorTime{0});
+    return pacer_.wait_for_all(kFirst, kFirst, kAtOnce);
+  }));
+  one.reset();
+  ASSERT_TRUE(eventually([&] { return pacer_.missing_consumers() == "one"; }));
+  Consumer again(domain_, "one");
+  announced(again, "");
+  const std::uint64_t newest = send_all_there_is_room_for(kFirst + 1);
+  EXPECT_EQ(pacer_.let_unconnected_join(kFirst), "");
+  EXPECT_TRUE(eventually([&] {
+    again.reporter().report(kGyro, newest, core::SensorTime{0});
+    return pacer_.let_unconnected_join(kFirst) == "two";
+  }));
+  EXPECT_TRUE(pacer_.wait_for_room(newest + 1, kFirst, kAtOnce));
 }
 
 // Rule: a consumer that stands still, here for one and a half times the topic's lease, would lose
