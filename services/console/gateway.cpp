@@ -2,7 +2,6 @@
 #include "services/console/gateway.h"
 
 #include <algorithm>
-#include <charconv>
 #include <limits>
 #include <optional>
 #include <string_view>
@@ -55,17 +54,6 @@ thermal::TemperatureTrackOptions track_options() {
 
 std::uint32_t key(std::uint32_t axis, std::uint32_t stream) {
   return 1 + axis * 4 + stream;
-}
-
-// "gyro_publisher:7" tells of gyro 7.
-std::optional<std::uint32_t> gyro_told_of(std::string_view service) {
-  const std::size_t colon = service.find(':');
-  if (colon == std::string_view::npos) return std::nullopt;
-  const std::string_view part = service.substr(colon + 1);
-  std::uint32_t id = 0;
-  const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), id);
-  const bool is_id = error == std::errc() && end == part.data() + part.size() && id > 0;
-  return is_id ? std::optional(id) : std::nullopt;
 }
 
 }  // namespace

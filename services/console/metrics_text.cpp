@@ -80,18 +80,16 @@ std::optional<double> bound_s(std::string_view text) {
   return std::nullopt;
 }
 
-// A status "name:part" is service "name" with the part "latency", a gyro's number or another one.
-bool is_part(const std::string& service) {
-  return service.find(':') != std::string::npos;
-}
-
 MetricLabels labels_of(const std::string& service) {
   const std::size_t colon = service.find(':');
   MetricLabels labels{{"service", service.substr(0, colon)}};
-  if (colon == std::string::npos) return labels;
+  if (!is_part(service)) return labels;
   const std::string part = service.substr(colon + 1);
-  const bool is_gyro = !part.empty() && part.find_first_not_of("0123456789") == std::string::npos;
-  if (part != service::kLatencyPart) labels[is_gyro ? "gyro" : "part"] = part;
+  if (const auto gyro = gyro_told_of(service)) {
+    labels["gyro"] = std::to_string(*gyro);
+  } else if (part != service::kLatencyPart) {
+    labels["part"] = part;
+  }
   return labels;
 }
 

@@ -214,6 +214,19 @@ TEST_F(Metrics, AllanCoefficientsOfBothStreams) {
   }));
 }
 
+// As the gateway, to whom these are no gyros.
+TEST_F(Metrics, APartIsAGyroOnlyWhereItIsTheNumberOfOne) {
+  for (const char* part : {"7", "0", "007", "4294967295", "4294967296", "7a", "-7", "+7", ""})
+    add(status(std::string("publisher:") + part, {{"samples", "1", 1.0}}));
+  const Values all = values();
+  std::set<std::string> of_gyros;
+  for (const auto& [name, value] : all)
+    if (name.find("gyro=") != std::string::npos) of_gyros.insert(name);
+  EXPECT_EQ(of_gyros, (std::set<std::string>{
+                          R"(zerodrift_samples_total{gyro="4294967295",service="publisher"})",
+                          R"(zerodrift_samples_total{gyro="7",service="publisher"})"}));
+}
+
 TEST_F(Metrics, NamesAndTextsOfAnySortKeepTheFormat) {
   add(status("a\"b\\c\nd:e{}", {{"samples", "1", 1.0},
                                 {"samples", "1", 2.0},  // twice
