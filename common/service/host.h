@@ -51,7 +51,7 @@ struct StatusPart {
 struct Status {
   State state = State::kRunning;
   std::string summary;
-  std::vector<Metric> metrics;
+  std::vector<Metric> metrics{};
   std::vector<StatusPart> parts{};
   std::optional<Flow> flow{};
 };

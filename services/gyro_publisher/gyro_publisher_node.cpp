@@ -204,26 +204,27 @@ void GyroPublisherNode::publish_ros2() {
   }
 }
 
+// The counts stand in the gyro's part: publishers of several gyros share the service's name.
 service::Status GyroPublisherNode::status() const {
   const std::uint64_t published = rates_.published();
-  const service::Metric finished{"finished", "1", rates_.finished() ? 1.0 : 0.0};
   service::Status status;
   status.state = published > 0 ? service::State::kRunning : service::State::kWaiting;
-  status.metrics = {{"samples_published", "1", static_cast<double>(published)},
-                    {"samples_refused", "1", static_cast<double>(rates_.refused())},
-                    finished};
   status.summary = core::counted(published, "sample") + " published";
-  status.parts = {
-      {.name = std::to_string(gyro_id_), .metrics = {finished}, .summary = status.summary}};
   status.flow = {.topic = dds::kAngularRate.name,
                  .end = dds::Direction::kWriter,
                  .samples = published,
                  .paced = !serial_ && !ros2_ && !options_.free_running};
+  service::StatusPart& of_gyro = status.parts.emplace_back();
+  of_gyro.name = std::to_string(gyro_id_);
+  of_gyro.summary = status.summary;
+  of_gyro.metrics = {{"samples_published", "1", static_cast<double>(published)},
+                     {"samples_refused", "1", static_cast<double>(rates_.refused())},
+                     {"finished", "1", rates_.finished() ? 1.0 : 0.0}};
   if (!ros2_) return status;
   const replay::RosTopicWatch& watch = ros2_->watch();
-  status.metrics.push_back({"ros2_messages", "1", static_cast<double>(watch.received())});
-  status.metrics.push_back({"ros2_messages_missing", "1", static_cast<double>(watch.missing())});
-  status.metrics.push_back({"ros2_stamps_missing", "1", static_cast<double>(watch.unstamped())});
+  of_gyro.metrics.push_back({"ros2_messages", "1", static_cast<double>(watch.received())});
+  of_gyro.metrics.push_back({"ros2_messages_missing", "1", static_cast<double>(watch.missing())});
+  of_gyro.metrics.push_back({"ros2_stamps_missing", "1", static_cast<double>(watch.unstamped())});
   if (ros2_participant_->is_hosts()) {
     status.flow->topic = ros2_->topic();
     status.flow->end = dds::Direction::kReader;

@@ -204,9 +204,11 @@ service::Status ThermalPublisherNode::status() const {
   const std::uint64_t published = temperatures_.published();
   service::Status status;
   status.state = published > 0 ? service::State::kRunning : service::State::kWaiting;
-  status.metrics = {{"readings_published", "1", static_cast<double>(published)}};
   status.summary = core::counted(published, "reading") + " published";
-  status.parts = {{.name = std::to_string(gyro_id_), .summary = status.summary}};
+  service::StatusPart& of_gyro = status.parts.emplace_back();  // as the gyro's publisher
+  of_gyro.name = std::to_string(gyro_id_);
+  of_gyro.summary = status.summary;
+  of_gyro.metrics = {{"readings_published", "1", static_cast<double>(published)}};
   const bool has_environment_alone = environment_ && thermometers_.empty();
   status.flow = {.topic = has_environment_alone ? dds::kEnvironment.name : dds::kTemperature.name,
                  .end = dds::Direction::kWriter,
@@ -222,9 +224,9 @@ service::Status ThermalPublisherNode::status() const {
     missing += static_cast<double>(source->watch().missing());
     unstamped += static_cast<double>(source->watch().unstamped());
   }
-  status.metrics.push_back({"ros2_messages", "1", received});
-  status.metrics.push_back({"ros2_messages_missing", "1", missing});
-  status.metrics.push_back({"ros2_stamps_missing", "1", unstamped});
+  of_gyro.metrics.push_back({"ros2_messages", "1", received});
+  of_gyro.metrics.push_back({"ros2_messages_missing", "1", missing});
+  of_gyro.metrics.push_back({"ros2_stamps_missing", "1", unstamped});
   if (ros2_participant_->is_hosts()) {
     status.flow->topic = ros2_.front()->topic();
     status.flow->end = dds::Direction::kReader;

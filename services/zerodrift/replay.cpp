@@ -98,15 +98,15 @@ class Replay {
 
   service::Status status() const {
     const std::uint64_t published = rates_.published();
-    const service::Metric finished{"finished", "1", rates_.finished() ? 1.0 : 0.0};
     const std::string summary = core::counted(published, "sample") + " replayed";
-    return {
-        .state = published > 0 ? service::State::kRunning : service::State::kWaiting,
-        .summary = summary,
-        .metrics = {{"samples_published", "1", static_cast<double>(published)},
-                    {"readings_published", "1", static_cast<double>(temperatures_.published())},
-                    finished},
-        .parts = {{.name = std::to_string(gyro_id_), .metrics = {finished}, .summary = summary}}};
+    return {.state = published > 0 ? service::State::kRunning : service::State::kWaiting,
+            .summary = summary,
+            .parts = {{.name = std::to_string(gyro_id_),
+                       .metrics = {{"samples_published", "1", static_cast<double>(published)},
+                                   {"readings_published", "1",
+                                    static_cast<double>(temperatures_.published())},
+                                   {"finished", "1", rates_.finished() ? 1.0 : 0.0}},
+                       .summary = summary}}};
   }
 
   std::uint32_t gyro_id_;

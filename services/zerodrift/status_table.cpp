@@ -8,6 +8,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "common/core/mode.h"
 #include "common/core/units.h"
@@ -26,7 +27,9 @@ constexpr std::size_t kMostMetrics = 512;  // of a service
 constexpr double kUnknown = -1.0;
 constexpr double kMinute = 60.0;
 
-const std::string kPart = "compensation:";  // see service::StatusPart
+// See service::StatusPart.
+const std::string kPart = "compensation:";
+constexpr std::array<std::string_view, 2> kPublisherParts{"gyro_publisher:", "replay:"};
 
 std::string known(const char* format, double value) {
   return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : "-";
@@ -112,7 +115,7 @@ bool StatusBoard::has(const std::string& service) {
 
 bool StatusBoard::finished() {
   const std::lock_guard lock(mutex_);
-  return metric("gyro_publisher", "finished", 0.0) > 0.0 && all_answered();
+  return all_sources_ended() && all_answered();
 }
 
 double StatusBoard::answered() {
@@ -126,9 +129,29 @@ double StatusBoard::sensor_time_s() {
   return known.empty() ? 0.0 : metric(part(known.front()), "sensor_time", 0.0);
 }
 
+std::vector<double> StatusBoard::of_publishers(const std::string& name, double otherwise) const {
+  std::vector<double> values;
+  for (const auto& [service, metrics] : services_.entries()) {
+    const bool is_publisher =
+        std::any_of(kPublisherParts.begin(), kPublisherParts.end(),
+                    [&](std::string_view of_gyro) { return service.starts_with(of_gyro); });
+    if (is_publisher) values.push_back(metric(service, name, otherwise));
+  }
+  return values;
+}
+
+double StatusBoard::published() const {
+  const std::vector<double> each = of_publishers("samples_published", 0.0);
+  return std::accumulate(each.begin(), each.end(), 0.0);
+}
+
+bool StatusBoard::all_sources_ended() const {
+  const std::vector<double> each = of_publishers("finished", 0.0);
+  return !each.empty() && std::find(each.begin(), each.end(), 0.0) == each.end();
+}
+
 bool StatusBoard::all_answered() const {
-  const double published = metric("gyro_publisher", "samples_published", kUnknown);
-  return published > 0.0 && metric("compensation", "samples_out", kUnknown) == published;
+  return published() > 0.0 && metric("compensation", "samples_out", kUnknown) == published();
 }
 
 bool StatusBoard::nothing_lost() {
@@ -254,7 +277,7 @@ std::string StatusBoard::totals() const {
   return fmt::format(
       "samples: published {:.0f}  in {:.0f}  out {:.0f}  monitored {:.0f}\n"
       "         missing {:.0f}  duplicates {:.0f}  rejected {:.0f}\n",
-      metric("gyro_publisher", "samples_published", 0.0), metric("compensation", "samples_in", 0.0),
+      published(), metric("compensation", "samples_in", 0.0),
       metric("compensation", "samples_out", 0.0), metric("allan_monitor", "samples", 0.0),
       metric("compensation", "missing", 0.0), metric("compensation", "duplicates", 0.0),
       metric("compensation", "rejected", 0.0));
@@ -306,7 +329,7 @@ std::string StatusBoard::summary() {
   }
   if (complete)
     return text + "every raw sample was answered exactly once and reached the monitor\n";
-  if (metric("gyro_publisher", "finished", 0.0) == 0.0) {
+  if (!all_sources_ended()) {
     return text + "stopped before the source's end; the counts are the services' last reports\n";
   }
   return text + "samples are missing: published, in, out and monitored differ\n";

@@ -70,6 +70,10 @@ class StatusBoard {
   [[nodiscard]] std::string gyro_json(std::uint32_t gyro) const;
   [[nodiscard]] std::string hop_row(const Hop& hop) const;
   [[nodiscard]] std::string hops() const;
+  // A member of each gyro's publisher, of whose parts they are.
+  [[nodiscard]] std::vector<double> of_publishers(const std::string& name, double otherwise) const;
+  [[nodiscard]] double published() const;  // of all gyros, as the compensation counts them
+  [[nodiscard]] bool all_sources_ended() const;
   [[nodiscard]] bool all_answered() const;
 
   std::mutex mutex_;

@@ -44,7 +44,7 @@ std::string StatusBoard::json() {
   const std::lock_guard lock(mutex_);
   Json json{{"gyros", Json::array()}};
   for (const std::uint32_t gyro : gyros()) json["gyros"].push_back(Json::parse(gyro_json(gyro)));
-  json["samples"] = {{"published", metric("gyro_publisher", "samples_published", kNaN)},
+  json["samples"] = {{"published", of_publishers("finished", 0.0).empty() ? kNaN : published()},
                      {"in", metric("compensation", "samples_in", kNaN)},
                      {"out", metric("compensation", "samples_out", kNaN)},
                      {"monitored", metric("allan_monitor", "samples", kNaN)},

@@ -148,6 +148,8 @@ TEST(LiveRun, OfTwoGyrosThroughOneServiceEqualsTheOfflineRunOfEach) {
         &system.start("zerodrift", {"record", "--gyro-id", std::to_string(gyro), "--out",
                                     name(gyro, "live"), "--samples", std::to_string(kEach)}));
   }
+  ChildProcess& status =
+      system.start("zerodrift", {"ctl", "status", "--follow", "--until-finished"});
   system.start("compensation", {"--await-subscribers", "3"});
   for (const int gyro : {1, 2}) {
     const std::string id = std::to_string(gyro);
@@ -163,6 +165,11 @@ TEST(LiveRun, OfTwoGyrosThroughOneServiceEqualsTheOfflineRunOfEach) {
     expect_every_sample_once(name(gyro, "live"), kEach);
   }
   EXPECT_NE(first_difference(name(1, "live"), name(2, "live")), "") << "the gyros must differ";
+  // What is followed are both, and both to their ends.
+  EXPECT_EQ(status.wait(std::chrono::seconds(10)), 0);
+  EXPECT_NE(status.out().find("published 40000  in 40000  out 40000  monitored 40000"),
+            std::string::npos)
+      << status.out();
 }
 
 }  // namespace

@@ -91,7 +91,7 @@ TEST(QosEvents, AReplayWaitsForAConsumerThatStandsStillAndLetsGoOfOneThatLeaves)
   Arguments gyro = source;
   gyro.insert(gyro.end(), {"--speed", "max", "--wait-for", "compensation"});
   ChildProcess& publisher = system.start("gyro_publisher", gyro);
-  const auto published = [&] { return metric(statuses, "gyro_publisher", "samples_published"); };
+  const auto published = [&] { return metric(statuses, "gyro_publisher:1", "samples_published"); };
   ASSERT_TRUE(eventually([&] { return published() > 1000.0; }));
   const auto taken = [&] { return metric(statuses, "compensation", "samples_out"); };
   compensation.send(SIGSTOP);

@@ -143,7 +143,7 @@ TEST(Ros2Input, EverySampleOfANodeOfAnotherVendorArrivesToTheBitAndItsSilenceIsT
 
   EXPECT_TRUE(node.running()) << "it is there, and says nothing";
   EXPECT_TRUE(eventually([&] { return told(events, "input_stale", "rt/imu/data_raw"); }));
-  EXPECT_EQ(metric(statuses, "gyro_publisher", "ros2_messages_missing"), 0.0);
+  EXPECT_EQ(metric(statuses, "gyro_publisher:3", "ros2_messages_missing"), 0.0);
 }
 
 TEST(Ros2Input, ANodeInADomainOfItsOwnIsHeardThere) {

@@ -137,8 +137,8 @@ TEST(Stop, PublishersThatSleepThroughAPauseOfTheRecordEndWhenTold) {
                          "--speed",  "1",      "--wait-for", ""};
   ChildProcess& gyro = system.start("gyro_publisher", source);
   ChildProcess& thermal = system.start("thermal_publisher", source);
-  ASSERT_TRUE(count_reaches(statuses, "gyro_publisher", "samples_published", 2));
-  ASSERT_TRUE(count_reaches(statuses, "thermal_publisher", "readings_published", 2));
+  ASSERT_TRUE(count_reaches(statuses, "gyro_publisher:1", "samples_published", 2));
+  ASSERT_TRUE(count_reaches(statuses, "thermal_publisher:1", "readings_published", 2));
   gyro.send(SIGTERM);
   thermal.send(SIGTERM);
   EXPECT_EQ(gyro.wait(kStopsWithin), 0);

@@ -62,7 +62,7 @@ class StatusTable : public testing::Test {
 
   void say_all() {
     ASSERT_TRUE(eventually([&] { return status_.matched() > 0 && reports_.matched() > 0; }));
-    say("gyro_publisher", {{"samples_published", 86'400'000}});
+    say("gyro_publisher:1", {{"samples_published", 86'400'000}});
     Figures compensation = latencies("arrival", 27.26);
     const Figures counts{{"samples_in", 86'400'000},
                          {"samples_out", 86'400'000},
@@ -94,6 +94,39 @@ class StatusTable : public testing::Test {
   dds::Participant ctl_{"ctl", domain_.network()};
   StatusBoard board_{ctl_};
 };
+
+// Publishers of several gyros share a name; the compensation counts the samples of all.
+TEST_F(StatusTable, CountsTheSamplesOfAllGyrosThatArePublished) {
+  ASSERT_TRUE(eventually([&] { return status_.matched() > 0; }));
+  const auto publisher = [](double published, bool is_at_the_end) {
+    return Figures{{"samples_published", published}, {"finished", is_at_the_end ? 1.0 : 0.0}};
+  };
+  const auto compensation = [](double out) {
+    return Figures{{"samples_in", out}, {"samples_out", out}, {"missing", 0}, {"unwritten", 0}};
+  };
+  const auto is_heard = [&](const std::string& totals) {
+    return eventually([&] { return line_with("published").find(totals) != std::string::npos; });
+  };
+  say("gyro_publisher:1", publisher(600, true));
+  say("gyro_publisher:2", publisher(300, false));
+  say("gyro_publisher", {});
+  say("compensation", compensation(600));
+  say("allan_monitor", {{"samples", 600}});
+  EXPECT_TRUE(is_heard("published 900  in 600  out 600"));
+  EXPECT_FALSE(board_.finished()) << "one has come to its end, the other has not";
+  EXPECT_FALSE(board_.nothing_lost());
+  say("gyro_publisher:2", publisher(400, true));
+  say("compensation", compensation(1000));
+  EXPECT_TRUE(is_heard("published 1000  in 1000  out 1000"));
+  EXPECT_TRUE(board_.finished());
+  EXPECT_FALSE(board_.nothing_lost()) << "the monitor has 600";
+  say("allan_monitor", {{"samples", 1000}});
+  EXPECT_TRUE(is_heard("monitored 1000"));
+  EXPECT_TRUE(board_.nothing_lost());
+  say("replay:3", publisher(5, false));
+  EXPECT_TRUE(is_heard("published 1005"));
+  EXPECT_FALSE(board_.finished());
+}
 
 TEST_F(StatusTable, FitsATerminalOfEightyColumns) {
   say_all();
