@@ -27,9 +27,11 @@ constexpr std::size_t kMostMetrics = 512;  // of a service
 constexpr double kUnknown = -1.0;
 constexpr double kMinute = 60.0;
 
-// See service::StatusPart.
-const std::string kPart = "compensation:";
-constexpr std::array<std::string_view, 2> kPublisherParts{"gyro_publisher:", "replay:"};
+const std::string kPart = "compensation:";  // see service::StatusPart
+
+bool is_publisher_of_a_gyro(std::string_view service) {
+  return service.starts_with("gyro_publisher:") || service.starts_with("replay:");
+}
 
 std::string known(const char* format, double value) {
   return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : "-";
@@ -132,10 +134,7 @@ double StatusBoard::sensor_time_s() {
 std::vector<double> StatusBoard::of_publishers(const std::string& name, double otherwise) const {
   std::vector<double> values;
   for (const auto& [service, metrics] : services_.entries()) {
-    const bool is_publisher =
-        std::any_of(kPublisherParts.begin(), kPublisherParts.end(),
-                    [&](std::string_view of_gyro) { return service.starts_with(of_gyro); });
-    if (is_publisher) values.push_back(metric(service, name, otherwise));
+    if (is_publisher_of_a_gyro(service)) values.push_back(metric(service, name, otherwise));
   }
   return values;
 }
