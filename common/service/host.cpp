@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <charconv>
 #include <memory>
 #include <mutex>
 #include <stdexcept>
@@ -80,6 +81,19 @@ const char* endpoint_code(dds::EndpointEvent::Kind kind) {
 }
 
 }  // namespace
+
+bool is_part(std::string_view service) {
+  return service.find(':') != std::string_view::npos;
+}
+
+std::optional<std::uint32_t> gyro_told_of(std::string_view service) {
+  if (!is_part(service)) return std::nullopt;
+  const std::string_view part = service.substr(service.find(':') + 1);
+  std::uint32_t id = 0;
+  const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), id);
+  const bool is_id = error == std::errc() && end == part.data() + part.size() && id > 0;
+  return is_id ? std::optional(id) : std::nullopt;
+}
 
 const char* state_name(State state) noexcept {
   switch (state) {

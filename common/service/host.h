@@ -48,6 +48,12 @@ struct StatusPart {
   std::string summary{};
 };
 
+// A status "name:part" is of service "name" with the part "latency", a gyro's number or another
+// one.
+bool is_part(std::string_view service);
+// "gyro_publisher:7" tells of gyro 7; none: of no gyro.
+std::optional<std::uint32_t> gyro_told_of(std::string_view service);
+
 struct Status {
   State state = State::kRunning;
   std::string summary;

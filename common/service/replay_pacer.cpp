@@ -18,7 +18,6 @@ ReplayPacer::ReplayPacer(dds::Participant& participant, std::uint32_t gyro_id,
                          std::vector<std::string> wait_for)
     : gyro_id_(gyro_id),
       credit_(std::move(wait_for)),
-      anybody_to_wait_for_(credit_.anybody_to_wait_for()),
       reader_(
           participant,
           [this](const msg::ReplayProgress& progress, const dds::SampleOrigin& origin) {

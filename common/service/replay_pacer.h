@@ -52,7 +52,7 @@ class ReplayPacer {
   // Until somebody needs temperatures up to `time`.
   bool wait_until_needed(core::SensorTime time, std::chrono::milliseconds at_most);
 
-  [[nodiscard]] bool anybody_to_wait_for() const noexcept { return anybody_to_wait_for_; }
+  [[nodiscard]] bool anybody_to_wait_for() const noexcept { return credit_.anybody_to_wait_for(); }
   // Names of the consumers that have not announced themselves, comma-separated.
   [[nodiscard]] std::string missing_consumers();
 
@@ -75,7 +75,6 @@ class ReplayPacer {
   std::mutex mutex_;
   std::condition_variable changed_;
   ReplayCredit credit_;
-  bool anybody_to_wait_for_;
   dds::Reader<msg::ReplayProgress> reader_;
 };
 

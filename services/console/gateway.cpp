@@ -192,7 +192,7 @@ void Gateway::take(const msg::ServiceStatus& status, const WriterId& writer, std
   services_of_[writer].insert(name);
   *newest = std::move(said);
   // One that never gave a sample is a gyro too.
-  if (const auto id = gyro_told_of(name)) gyro(*id);
+  if (const auto id = service::gyro_told_of(name)) gyro(*id);
   publish_status(name, unix_ns);
 }
 

@@ -80,12 +80,12 @@ std::optional<double> bound_s(std::string_view text) {
   return std::nullopt;
 }
 
-MetricLabels labels_of(const std::string& service) {
-  const std::size_t colon = service.find(':');
-  MetricLabels labels{{"service", service.substr(0, colon)}};
-  if (!is_part(service)) return labels;
-  const std::string part = service.substr(colon + 1);
-  if (const auto gyro = gyro_told_of(service)) {
+MetricLabels labels_of(const std::string& name) {
+  const std::size_t colon = name.find(':');
+  MetricLabels labels{{"service", name.substr(0, colon)}};
+  if (!service::is_part(name)) return labels;
+  const std::string part = name.substr(colon + 1);
+  if (const auto gyro = service::gyro_told_of(name)) {
     labels["gyro"] = std::to_string(*gyro);
   } else if (part != service::kLatencyPart) {
     labels["part"] = part;
@@ -172,12 +172,12 @@ std::size_t add_service(Families& families, const telemetry::ServiceStatus& stat
   const MetricLabels labels = labels_of(status.service());
   // Who ended in order is nobody's concern: its series end, as Prometheus' own targets' do.
   if (ended_in_order(status)) {
-    if (!is_part(status.service()))
+    if (!service::is_part(status.service()))
       families.add(metric::kServiceEnded, labels,
                    static_cast<double>(time_ns(status.timestamp())) / kNsPerS);
     return 0;
   }
-  if (!is_part(status.service())) {
+  if (!service::is_part(status.service())) {
     families.add(metric::kServiceUp, labels, status.alive() ? 1.0 : 0.0);
     families.add(metric::kServiceUptime, labels, status.uptime_s());
   }

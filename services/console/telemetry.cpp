@@ -2,7 +2,6 @@
 #include "services/console/telemetry.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <string_view>
@@ -279,19 +278,6 @@ telemetry::ServiceStatus to_telemetry(const msg::ServiceStatus& status, std::int
   }
   out.set_alive(status.state() != static_cast<std::uint32_t>(service::State::kStopping));
   return out;
-}
-
-bool is_part(std::string_view service) {
-  return service.find(':') != std::string_view::npos;
-}
-
-std::optional<std::uint32_t> gyro_told_of(std::string_view service) {
-  if (!is_part(service)) return std::nullopt;
-  const std::string_view part = service.substr(service.find(':') + 1);
-  std::uint32_t id = 0;
-  const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), id);
-  const bool is_id = error == std::errc() && end == part.data() + part.size() && id > 0;
-  return is_id ? std::optional(id) : std::nullopt;
 }
 
 bool ended_in_order(const telemetry::ServiceStatus& status) {

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <string_view>
 
@@ -37,11 +36,6 @@ telemetry::AllanReport to_telemetry(const msg::AllanReport& report);
 telemetry::NavigationState to_telemetry(const msg::NavigationState& state);
 telemetry::TwinReport to_telemetry(const msg::TwinReport& report);
 telemetry::ServiceStatus to_telemetry(const msg::ServiceStatus& status, std::int64_t unix_ns);
-// A status "name:part" is of service "name" with the part "latency", a gyro's number or another
-// one.
-bool is_part(std::string_view service);
-// "gyro_publisher:7" tells of gyro 7; none: of no gyro.
-std::optional<std::uint32_t> gyro_told_of(std::string_view service);
 bool ended_in_order(const telemetry::ServiceStatus& status);
 telemetry::Event to_telemetry(const msg::Event& event);
 telemetry::Endpoint to_telemetry(const dds::RemoteEndpoint& endpoint);

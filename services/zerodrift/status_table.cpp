@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -13,6 +12,7 @@
 #include "common/core/mode.h"
 #include "common/core/units.h"
 #include "common/report/numbers.h"
+#include "common/service/host.h"
 
 namespace zerodrift::services {
 
@@ -150,7 +150,8 @@ bool StatusBoard::all_sources_ended() const {
 }
 
 bool StatusBoard::all_answered() const {
-  return published() > 0.0 && metric("compensation", "samples_out", kUnknown) == published();
+  const double all = published();
+  return all > 0.0 && metric("compensation", "samples_out", kUnknown) == all;
 }
 
 bool StatusBoard::nothing_lost() {
@@ -164,11 +165,8 @@ bool StatusBoard::nothing_lost() {
 std::vector<std::uint32_t> StatusBoard::gyros() const {
   std::vector<std::uint32_t> ids;
   for (const auto& [name, service] : services_.entries()) {
-    if (name.rfind(kPart, 0) != 0) continue;
-    std::uint32_t id = 0;
-    const char* end = name.data() + name.size();
-    const auto read = std::from_chars(name.data() + kPart.size(), end, id);
-    if (read.ec == std::errc{} && read.ptr == end) ids.push_back(id);
+    if (!name.starts_with(kPart)) continue;
+    if (const auto id = service::gyro_told_of(name)) ids.push_back(*id);
   }
   std::sort(ids.begin(), ids.end());
   return ids;

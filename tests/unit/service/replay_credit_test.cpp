@@ -62,7 +62,6 @@ class Process {
     return taken;
   }
   [[nodiscard]] std::uint64_t taken() const { return taken_; }
-  [[nodiscard]] bool has_nothing_to_do() const { return !is_alive || waiting_.empty(); }
 
   bool is_alive = true;
   bool is_connected = false;  // for a compensation to the rates, for the monitor see World
