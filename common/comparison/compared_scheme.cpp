@@ -181,10 +181,14 @@ std::unique_ptr<regression::DriftScheme> make_compared_scheme(
     }
     return baseline.make(scheme);
   }
-  std::string known;
-  for (const auto other : kSchemeNames) known += (known.empty() ? "" : ", ") + std::string(other);
   throw std::invalid_argument("scheme: found '" + std::string(name) + "', expected one of " +
-                              known);
+                              listed_schemes());
+}
+
+std::string listed_schemes() {
+  std::string listed;
+  for (const auto name : kSchemeNames) listed += (listed.empty() ? "" : ", ") + std::string(name);
+  return listed;
 }
 
 }  // namespace zerodrift::comparison

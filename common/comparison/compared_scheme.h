@@ -5,6 +5,7 @@
 
 #include <array>
 #include <memory>
+#include <string>
 #include <string_view>
 
 #include "common/compensation/options.h"
@@ -16,6 +17,8 @@ namespace zerodrift::comparison {
 inline constexpr auto kSchemeNames = std::to_array<std::string_view>(
     {"none", "persistence", "polynomial", "rbf", "svr", "krls-t", "online-svr", "stack",
      "random-walk", "trend", "linear", "cubic", "lagged", "shupe"});
+// Of all of them, for people: "none, persistence, ...".
+[[nodiscard]] std::string listed_schemes();
 
 // A new scheme. `initial` says when the schemes of batch training (rbf, svr) are trained. Throws
 // std::invalid_argument with one line: an unknown name, or a scheme whose features are missing.

@@ -9,8 +9,10 @@
 #include <cstdlib>
 #include <exception>
 #include <map>
+#include <memory>
 #include <new>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -20,6 +22,7 @@
 
 #include "common/core/closest_name.h"
 #include "common/core/one_line.h"
+#include "common/core/wrapped_text.h"
 #include "common/service/line_writer.h"
 #include "common/service/one_of.h"
 #include "common/service/stop_signals.h"
@@ -163,11 +166,36 @@ int parse_and_run(CLI::App& app, int argc, char** argv, const std::function<int(
   }
 }
 
+// CLI11 sets what an option is in a column of its own and leaves its lines as long as they are.
+class HelpOfATerminal : public CLI::Formatter {
+ public:
+  std::string make_help(const CLI::App* app, std::string name,
+                        CLI::AppFormatMode mode) const override {
+    std::istringstream lines(CLI::Formatter::make_help(app, std::move(name), mode));
+    std::string text;
+    for (std::string line; std::getline(lines, line);) {
+      const std::size_t indent = line.starts_with(' ') ? get_column_width() : 0;
+      text += core::wrapped(line, core::kTextWidth, indent) + '\n';
+    }
+    return text;
+  }
+
+ protected:
+  // "UINT in [0 - 232]", not "UINT:INT in [0 - 232]".
+  std::string make_option_opts(const CLI::Option* option) const override {
+    std::string text = CLI::Formatter::make_option_opts(option);
+    for (const char* kind : {":FLOAT in [", ":INT in [", ":UINT in ["})
+      text = CLI::detail::find_and_replace(text, kind, " in [");
+    return text;
+  }
+};
+
 // Of each command too: what a script asks it of is what the script calls.
-void answer_version(CLI::App& app, const char* version) {
+void prepare(CLI::App& app, const char* version) {
+  app.formatter(std::make_shared<HelpOfATerminal>());
   app.set_version_flag("--version", version, "Print version, commit and build");
   for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
-    answer_version(*command, version);
+    prepare(*command, version);
 }
 
 std::terminate_handler without_a_reason = nullptr;
@@ -206,7 +234,7 @@ Refusal refusal_of(const std::exception& error) noexcept {
 
 int run_version(const char* version, CLI::App& app, int argc, char** argv,
                 const std::function<int()>& body) {
-  answer_version(app, version);
+  prepare(app, version);
   without_a_reason = std::set_terminate(end_without_resources);
   take_signals();
   const int exit_code = parse_and_run(app, argc, argv, body);

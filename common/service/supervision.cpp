@@ -17,7 +17,8 @@
 namespace zerodrift::service {
 
 void add_supervision_options(CLI::App& app, Supervision& supervision) {
-  const auto positive = CLI::Range(0.001, std::numeric_limits<double>::max());
+  auto positive = CLI::Range(0.001, std::numeric_limits<double>::max());
+  positive.description("");
   app.add_option("--peer-within", supervision.peer_within_s,
                  "end with exit code 1 if nobody is at the other end after so long")
       ->transform(in_seconds())

@@ -115,11 +115,13 @@ void add_compare(CLI::App& app, Run& run, const Invocation& made_by) {
       ->check(CLI::PositiveNumber);
   add_reading(*command, request.record);
   command->add_option("--config", options->config, "YAML or JSON file (docs/configuration.md)");
-  command->add_option("--schemes", request.schemes, "which to compare")
+  command
+      ->add_option("--schemes", request.schemes,
+                   "which to compare: " + comparison::listed_schemes())
       ->delimiter(',')
+      ->option_text("NAME,... [all]")
       ->check(CLI::IsMember(std::vector<std::string>(comparison::kSchemeNames.begin(),
-                                                     comparison::kSchemeNames.end())))
-      ->capture_default_str();
+                                                     comparison::kSchemeNames.end())));
   service::show_default_in(
       "s", command->add_option("--delays", request.delays_s, "ages of the newest label to judge at")
                ->delimiter(',')

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/core/wrapped_text.h"
 #include "tests/cli/command_line.h"
 
 namespace zerodrift::cli_test {
@@ -63,6 +64,18 @@ TEST_F(Help, IsTextAlone) {
                              [](unsigned char c) { return (c < ' ' && c != '\n') || c == 127; }))
         << name_of(command) << '\n'
         << help;
+  }
+}
+
+TEST_F(Help, FitsEightyColumns) {
+  for (const auto& [command, help] : every_help()) {
+    std::istringstream lines(help);
+    for (std::string line; std::getline(lines, line);) {
+      // A word that can't be broken has a line of its own.
+      const bool is_one_word = line.find(' ', line.find_first_not_of(' ')) == std::string::npos;
+      EXPECT_TRUE(core::character_count(line) <= core::kTextWidth || is_one_word)
+          << name_of(command) << ": " << line;
+    }
   }
 }
 

@@ -101,17 +101,25 @@ get() {  # PATH: into head and body
   sed '/^\r$/,$d' answer | tr -d '\r' > headers && sed '1,/^\r$/d' answer > body
 }
 has_head() { grep -qxi -- "$1" headers || { cat headers; return 1; }; }
-# As the console serves them: each page of the index, with the page's own headers, and nothing beside them.
+# As the console serves them: each page of the index, what each of them links to, with the page's own headers, and nothing beside them.
 serves_documents() {
-  local file path
+  local file name path
   get /docs && has_head 'Location: /docs/' || return 1
   get /docs/ && has_head 'Content-Security-Policy: default-src .*' && cp body index || return 1
   for file in "$source"/docs/*.md "$source/deploy/OPERATIONS.md"; do
     [ "${file##*/}" != README.md ] || continue
-    grep -q "href=\"${file##*/}\"" index || { echo "${file##*/} isn't in the index"; return 1; }
-    get "/docs/${file##*/}" && has_head 'Content-Type: text/plain; charset=utf-8' && diff body "$file" || return 1
+    name=$(basename "${file,,}" .md).html
+    grep -q "href=\"$name\"" index || { echo "$name isn't in the index"; return 1; }
+    get "/docs/$name" && has_head 'Content-Type: text/html; charset=utf-8' && cp body "page_$name" || return 1
+    grep -qF "$(sed -n '1s/^# *//p' "$file" | cut -d '`' -f 1)" "page_$name" || { echo "$name lacks the title of $file"; return 1; }
   done
-  for path in /docs/../../config/paper.yaml /docs/..%2f..%2fconfig/paper.yaml /docs/README.md.. /docs//etc/passwd; do
+  grep -ohE '(href|src)="[a-z][^":]*"' index page_* | cut -d '"' -f 2 | sort -u > linked
+  [ "$(wc -l < linked)" -gt 25 ] || { echo "few links:"; cat linked; return 1; }
+  while IFS='#' read -r name path; do
+    get "/docs/$name" && has_head 'HTTP/1.1 200 OK' || { echo "$name is linked to"; return 1; }
+    [ -z "$path" ] || grep -q "id=\"$path\"" body || { echo "$name has no #$path"; return 1; }
+  done < linked
+  for path in /docs/../../config/paper.yaml /docs/..%2f..%2fconfig/paper.yaml /docs/index.html.. /docs//etc/passwd; do
     get "$path" && grep -q '^HTTP/1.1 40[04] ' headers || { echo "$path"; cat headers; return 1; }
   done
 }

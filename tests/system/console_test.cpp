@@ -201,6 +201,8 @@ TEST(Console, SamplesStateAndCommandsReachAClientAndOneThatComesLate) {
   const auto row = late.next_as<telemetry::History>("/gyro_1/history");
   ASSERT_TRUE(row);
   EXPECT_EQ(row->sensor_time_ns_size(), 1);
+  late.subscribe("/gyro_1/coverage");
+  EXPECT_TRUE(late.next_as<telemetry::ThermalCoverage>("/gyro_1/coverage"));
   // A service that is killed is said to be gone.
   run.compensation->send(SIGKILL);
   bool said = false;
@@ -311,7 +313,7 @@ TEST(Console, HealthAndMetricsTellOfTheSystem) {
   const auto page = run.get("/");
   EXPECT_NE(page.head.find("Content-Security-Policy: default-src 'self'"), std::string::npos);
   EXPECT_NE(page.head.find("X-Content-Type-Options: nosniff"), std::string::npos);
-  for (const char* path : {"/docs/", "/docs/glossary.md"}) {
+  for (const char* path : {"/docs/", "/docs/glossary.html"}) {
     const auto document = run.get(path);
     EXPECT_EQ(document.status, 200U) << path;
     EXPECT_NE(document.head.find("Content-Security-Policy: default-src 'self'"), std::string::npos);

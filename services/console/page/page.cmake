@@ -40,12 +40,12 @@ add_custom_command(
   VERBATIM)
 
 # After the page, which begins with an empty folder.
-file(GLOB page_documents CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/docs/*.md)
+file(GLOB page_documents CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/docs/*.md ${PROJECT_SOURCE_DIR}/docs/pictures/*)
 add_custom_command(
   OUTPUT ${page_work}/docs.stamp
-  COMMAND ${ZERODRIFT_NODE} ${page_dir}/scripts/docs.mjs ${PROJECT_SOURCE_DIR}/docs ${ZERODRIFT_CONSOLE_PAGE_DIR}/docs
+  COMMAND ${ZERODRIFT_NODE} ${page_work}/scripts/docs.mjs ${PROJECT_SOURCE_DIR}/docs ${ZERODRIFT_CONSOLE_PAGE_DIR}/docs
   COMMAND ${CMAKE_COMMAND} -E touch ${page_work}/docs.stamp
-  DEPENDS ${page_work}/page.stamp ${page_dir}/scripts/docs.mjs ${page_documents} ${PROJECT_SOURCE_DIR}/deploy/OPERATIONS.md
+  DEPENDS ${page_work}/page.stamp ${page_documents} ${PROJECT_SOURCE_DIR}/deploy/OPERATIONS.md
   COMMENT "Console page: documents"
   VERBATIM)
 
