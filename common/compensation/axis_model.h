@@ -6,6 +6,7 @@
 
 #include "common/compensation/drift_forecast.h"
 #include "common/compensation/label_builder.h"
+#include "common/compensation/thermal_coverage.h"
 #include "common/core/state_archive.h"
 #include "common/experts/stack_forecast.h"
 
@@ -39,6 +40,7 @@ struct AxisModel : SvrModel {
   using SvrModel::SvrModel;
 
   experts::StackForecast stack{};  // knows nothing where the scheme isn't the stack
+  ThermalCoverage coverage{};      // of all labels that had a temperature
 };
 
 // The SVR's forecast, of drift_forecast.h, as the stack takes it.

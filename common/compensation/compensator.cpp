@@ -388,6 +388,11 @@ std::size_t Compensator::support_vectors(core::Axis axis) const noexcept {
   return model && model->drift.trained ? model->drift.predictor.support_size() : 0;
 }
 
+const ThermalCoverage* Compensator::coverage(core::Axis axis) const noexcept {
+  const AxisModel* model = active_model(axis);
+  return model == nullptr ? nullptr : &model->coverage;
+}
+
 std::optional<StackState> Compensator::stack_state(core::Axis axis) const noexcept {
   const AxisModel* model = active_model(axis);
   if (model == nullptr || !model->stack.knows()) return std::nullopt;

@@ -176,6 +176,8 @@ class Compensator {  // More members than other classes: one for each stage on a
     return temperatures_.first_rate_degc_per_s();
   }
   [[nodiscard]] std::size_t support_vectors(core::Axis axis) const noexcept;
+  // Where the model in force has learned; null where there is none.
+  [[nodiscard]] const ThermalCoverage* coverage(core::Axis axis) const noexcept;
   // Of the axis's experts at the present age of its newest label; nothing where the stack isn't the
   // scheme or knows nothing yet.
   [[nodiscard]] std::optional<StackState> stack_state(core::Axis axis) const noexcept;

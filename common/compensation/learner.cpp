@@ -26,6 +26,7 @@ constexpr int kRelearnRounds = 64;  // of all samples together, at another kerne
 constexpr double kSmallestScaleRadps =
     1e-10;  // 2e-5 deg/h: keeps a noise-free record from dividing by zero
 constexpr double kStationaryMinuteS = 60.0;
+constexpr double kSecondsPerMinute = 60.0;
 constexpr std::size_t kLabelsInAMinute = 64;
 constexpr double kShortestHorizonS = 8.0;  // of labels of 5 s, learned 6 s after their end
 constexpr double kHorizonInLabels = 1.6;
@@ -74,6 +75,7 @@ AxisLearner::AxisLearner(const CompensationOptions& options, std::size_t dimensi
              dimension, options.model.capacity) {
   initial_.reserve(initial_labels_);
   if (options.scheme == Scheme::kStack) stack_.emplace(dimension, options.model.capacity);
+  if (!options.probes().empty()) scales_.emplace(options);
 }
 
 void AxisLearner::learn(const AxisLabel& label) noexcept {
@@ -94,6 +96,10 @@ void AxisLearner::learn(const AxisLabel& label) noexcept {
       initial_.push_back(label);
       if (initial_.size() == initial_labels_) begin();
     }
+  }
+  if (label.features && scales_) {
+    coverage_.note(label.thermal.temperature * scales_->temperature_degc,
+                   label.thermal.rate * scales_->rate_degc_per_s * kSecondsPerMinute);
   }
   hold(label, slot);
   update_model();
@@ -234,6 +240,7 @@ void AxisLearner::write(AxisModel& model) const noexcept {
   model.drift = model_;
   model.trust = judge_.trust();
   if (stack_) model.stack = stack_->forecast();
+  model.coverage = coverage_;
 }
 
 void AxisLearner::reset() noexcept {
@@ -250,6 +257,7 @@ void AxisLearner::reset() noexcept {
   next_selection_ = kFirstSelection;
   judge_.reset();
   if (stack_) stack_->reset();
+  coverage_.reset();
 }
 
 // ------------------------------------------------------------------------------------------- state
@@ -265,7 +273,7 @@ void AxisLearner::choose(const ChosenKernel& chosen) {
 
 void AxisLearner::carry(core::StateArchive& archive) {
   archive.list(initial_, initial_labels_);
-  archive(svr_, labels_, next_selection_, minute_, judge_);
+  archive(svr_, labels_, next_selection_, minute_, judge_, coverage_);
   model_.carry_level(archive);
   require_sense(archive);
   if (stack_) archive(*stack_);

@@ -21,6 +21,8 @@
 #include "common/compensation/drift_forecast.h"
 #include "common/compensation/label_builder.h"
 #include "common/compensation/options.h"
+#include "common/compensation/temperature_inputs.h"
+#include "common/compensation/thermal_coverage.h"
 #include "common/core/ring_buffer.h"
 #include "common/core/spsc_queue.h"
 #include "common/core/state_archive.h"
@@ -85,11 +87,13 @@ class AxisLearner {
   core::RingBuffer<HeldLabel> minute_;
   DriftModel model_;
   ForecastJudge judge_;
-  std::optional<AxisStack> stack_;  // where it is the scheme
+  std::optional<AxisStack> stack_;       // where it is the scheme
+  std::optional<ThermalScales> scales_;  // where there is a thermometer
+  ThermalCoverage coverage_;
 };
 
 // The layout of LearnerState::bytes; another number for every change of what a learner carries.
-inline constexpr std::uint32_t kLearnerLayout = 4;
+inline constexpr std::uint32_t kLearnerLayout = 5;
 
 // What a learner knows: what a checkpoint holds. What follows from the options alone is not in it.
 struct LearnerState {

@@ -16,22 +16,27 @@ constexpr double kMovedDegc = 1.0;      // a probe counts as moving past this
 constexpr double kMarginS = 60.0;       // of a track beyond the longest lag
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
+auto first_feature(const CompensationOptions& options, thermal::FeatureKind kind) {
+  return std::find_if(options.features.begin(), options.features.end(),
+                      [&](const auto& feature) { return feature.kind == kind; });
+}
+
+double scale_of(const CompensationOptions& options, thermal::FeatureKind kind) {
+  const auto found = first_feature(options, kind);
+  const auto scale = found == options.features.end() ? std::nullopt : found->scale;
+  return scale.value_or(thermal::default_scale(kind));
+}
+
 }  // namespace
 
+ThermalScales::ThermalScales(const CompensationOptions& options)
+    : temperature_degc(scale_of(options, thermal::FeatureKind::kTemperature)),
+      rate_degc_per_s(scale_of(options, thermal::FeatureKind::kTemperatureRate)) {}
+
 TemperatureInputs::Basis::Basis(const CompensationOptions& options,
-                                const std::vector<std::string>& probes) {
-  const auto first = [&](thermal::FeatureKind kind) {
-    return std::find_if(options.features.begin(), options.features.end(),
-                        [&](const auto& feature) { return feature.kind == kind; });
-  };
-  const auto scale_of = [&](thermal::FeatureKind kind) {
-    const auto found = first(kind);
-    const auto scale = found == options.features.end() ? std::nullopt : found->scale;
-    return scale.value_or(thermal::default_scale(kind));
-  };
-  temperature_scale_degc = scale_of(thermal::FeatureKind::kTemperature);
-  rate_scale_degc_per_s = scale_of(thermal::FeatureKind::kTemperatureRate);
-  const auto temperature = first(thermal::FeatureKind::kTemperature);
+                                const std::vector<std::string>& probes)
+    : scales(options) {
+  const auto temperature = first_feature(options, thermal::FeatureKind::kTemperature);
   if (probes.empty()) return;
   probe = 0;
   if (temperature == options.features.end()) return;
@@ -98,8 +103,8 @@ bool TemperatureInputs::take_for(core::SensorTime rate_time) noexcept {
     has_new = true;
     if (reading->probe != basis_.probe) continue;
     thermal_.advance(core::seconds(reading->time),
-                     reading->temperature_degc / basis_.temperature_scale_degc,
-                     track.rate_degc_per_s().value_or(0.0) / basis_.rate_scale_degc_per_s);
+                     reading->temperature_degc / basis_.scales.temperature_degc,
+                     track.rate_degc_per_s().value_or(0.0) / basis_.scales.rate_degc_per_s);
   }
   return has_new;
 }

@@ -25,6 +25,15 @@
 
 namespace zerodrift::compensation {
 
+// What the experts' thermal basis counts temperatures and rates in: as the features that the
+// regression has, of the first temperature and of the first rate.
+struct ThermalScales {
+  explicit ThermalScales(const CompensationOptions& options);
+
+  double temperature_degc = 1.0;
+  double rate_degc_per_s = 1.0;
+};
+
 class TemperatureInputs {
  public:
   // `longest_lag_s`: how far back a track must reach.
@@ -86,14 +95,12 @@ class TemperatureInputs {
   }
 
  private:
-  // Which reading the experts' thermal basis follows, and its scales: as the features that the
-  // regression has, of the first temperature and of the first rate.
+  // Which reading the experts' thermal basis follows, and its scales.
   struct Basis {
     Basis(const CompensationOptions& options, const std::vector<std::string>& probes);
 
     std::optional<std::size_t> probe{};
-    double temperature_scale_degc = 1.0;
-    double rate_scale_degc_per_s = 1.0;
+    ThermalScales scales;
   };
 
   // A probe has stood still for long while another moved.

@@ -19,6 +19,7 @@
 #include "idl/dds/ros2_sensorsPubSubTypes.h"
 #include "idl/dds/servicePubSubTypes.h"
 #include "idl/dds/temperaturePubSubTypes.h"
+#include "idl/dds/thermal_coveragePubSubTypes.h"
 #include "idl/dds/twin_reportPubSubTypes.h"
 
 namespace zerodrift::dds {
@@ -81,6 +82,7 @@ inline constexpr TopicSpec kCheckpoint{"checkpoint", "zerodrift::msg::Checkpoint
 inline constexpr TopicSpec kNavigation{"navigation", "zerodrift::msg::NavigationState", 1, 384, Reliability::kReliable, Durability::kVolatile, Ownership::kShared, 20ms, 0ms};
 inline constexpr TopicSpec kTwinReport{"twin_report", "zerodrift::msg::TwinReport", 1, 384, Reliability::kReliable, Durability::kTransientLocal, Ownership::kShared, 20ms, 0ms};
 inline constexpr TopicSpec kEnvironment{"environment", "zerodrift::msg::Environment", kSampleDepth, 128, Reliability::kReliable, Durability::kTransientLocal, Ownership::kShared, 5ms, 0ms};
+inline constexpr TopicSpec kThermalCoverage{"thermal_coverage", "zerodrift::msg::ThermalCoverage", 1, 128, Reliability::kReliable, Durability::kTransientLocal, Ownership::kShared, 20ms, 0ms};
 // clang-format on
 
 // What ROS 2 nodes subscribe to (ros2_imu.h). Not of our own interface, so not among the above; the
@@ -146,6 +148,7 @@ template <> struct TopicOf<msg::CheckpointPart> : Binding<msg::CheckpointPartPub
 template <> struct TopicOf<msg::NavigationState> : Binding<msg::NavigationStatePubSubType, kNavigation> {};
 template <> struct TopicOf<msg::TwinReport> : Binding<msg::TwinReportPubSubType, kTwinReport> {};
 template <> struct TopicOf<msg::Environment> : Binding<msg::EnvironmentPubSubType, kEnvironment> {};
+template <> struct TopicOf<msg::ThermalCoverage> : Binding<msg::ThermalCoveragePubSubType, kThermalCoverage> {};
 template <> struct TopicOf<sensor_msgs::msg::dds_::Imu_> : Binding<sensor_msgs::msg::dds_::Imu_PubSubType, kRos2Imu> {};
 template <> struct TopicOf<sensor_msgs::msg::dds_::Temperature_> : Binding<sensor_msgs::msg::dds_::Temperature_PubSubType, kRos2TemperatureInput> {};
 template <> struct TopicOf<diagnostic_msgs::msg::dds_::DiagnosticArray_> : Binding<diagnostic_msgs::msg::dds_::DiagnosticArray_PubSubType, kRos2Diagnostics> {};
@@ -156,7 +159,7 @@ using AllMessages =
     std::tuple<msg::AngularRate, msg::Temperature, msg::RateReference, msg::CompensatedRate,
                msg::AllanReport, msg::ServiceStatus, msg::Event, msg::Command, msg::CommandReply,
                msg::ReplayProgress, msg::CheckpointPart, msg::NavigationState, msg::TwinReport,
-               msg::Environment>;
+               msg::Environment, msg::ThermalCoverage>;
 inline constexpr auto kAllTopics =
     []<typename... Message>(std::type_identity<std::tuple<Message...>>) {
       return std::array{TopicOf<Message>::kSpec...};

@@ -22,7 +22,7 @@ writes() {
   case $1 in
     gyro_publisher) echo angular_rate rate_reference temperature command_reply ;; # a serial gyro has a thermometer
     thermal_publisher) echo temperature environment replay_progress ;;
-    compensation) echo compensated_rate command_reply replay_progress checkpoint 'rt/*' ;; # --ros2-imu
+    compensation) echo compensated_rate thermal_coverage command_reply replay_progress checkpoint 'rt/*' ;; # --ros2-imu
     allan_monitor) echo allan_report replay_progress ;;
     console) echo command ;;
     navigation_filter) echo navigation rate_reference replay_progress ;;
@@ -36,8 +36,8 @@ reads() {
     compensation) echo angular_rate temperature rate_reference compensated_rate command checkpoint replay_progress ;; # a standby follows the primary
     allan_monitor) echo compensated_rate ;;
     navigation_filter) echo compensated_rate rate_reference ;;
-    console) echo temperature rate_reference compensated_rate allan_report command_reply navigation twin_report ;;
-    zerodrift) echo angular_rate temperature environment rate_reference compensated_rate allan_report command command_reply replay_progress checkpoint navigation twin_report ;; # record takes all
+    console) echo temperature rate_reference compensated_rate thermal_coverage allan_report command_reply navigation twin_report ;;
+    zerodrift) echo angular_rate temperature environment rate_reference compensated_rate allan_report command command_reply replay_progress checkpoint navigation twin_report thermal_coverage ;; # record takes all
   esac
 }
 

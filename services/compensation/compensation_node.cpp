@@ -47,7 +47,8 @@ CompensationNode::CompensationNode(const CompensationNodeOptions& options)
       rate_reader_(
           host_.participant(),
           [this](const msg::AngularRate& m, const dds::SampleOrigin& o) { on_rate(m, o); },
-          host_.observer(), [this](const auto& writer, auto how) { note_departure(writer, how); }) {
+          host_.observer(), [this](const auto& writer, auto how) { note_departure(writer, how); }),
+      coverage_(host_, options.max_gyros) {
   // A configuration that cannot work is found here, not with the first sample.
   compensation::Compensator check(options_.compensation);
   report_prior();
@@ -181,6 +182,7 @@ void CompensationNode::tick() {
   progress_.announce();
   make_writers();
   report_to_ros2();
+  report_coverage();
   const std::int64_t now = service::monotonic_ns();
   const std::lock_guard lock(data_mutex_);
   take_departures(now);
@@ -231,6 +233,14 @@ void CompensationNode::report_to_ros2() {
     for (const auto& [id, source] : gyros_.entries()) ros2_diagnostics_->look_at(source, now);
   }
   ros2_diagnostics_->publish(now);
+}
+
+void CompensationNode::report_coverage() {
+  {
+    const std::lock_guard lock(data_mutex_);
+    for (const auto& [id, source] : gyros_.entries()) coverage_.look_at(source);
+  }
+  coverage_.publish();
 }
 
 void CompensationNode::report_strangers() {

@@ -30,6 +30,7 @@
 #include "common/service/hop_latency.h"
 #include "common/service/host.h"
 #include "common/service/replay_pacer.h"
+#include "services/compensation/coverage_reports.h"
 #include "services/compensation/gyro.h"
 #include "services/compensation/learner_thread.h"
 #include "services/compensation/ros2_diagnostics.h"
@@ -50,7 +51,7 @@ struct CompensationNodeOptions {
   std::map<std::uint32_t, dds::RosImuOptions> ros2_imu{};  // by gyro id
 };
 
-// More members than other classes: it wires seven topics to the gyros, the learner and the
+// More members than other classes: it wires eight topics to the gyros, the learner and the
 // requests.
 class CompensationNode {
  public:
@@ -98,6 +99,7 @@ class CompensationNode {
   std::unique_ptr<dds::RosImuWriter> make_ros2_writer(std::uint32_t gyro_id);
   void report_strangers();
   void report_to_ros2();
+  void report_coverage();
 
   // status.cpp
   struct Seen;  // of one gyro, as plain values
@@ -187,6 +189,7 @@ class CompensationNode {
   std::optional<dds::Reader<msg::CheckpointPart>> checkpoint_reader_;
   std::optional<PeerReader> peer_reader_;
   std::optional<Ros2Diagnostics> ros2_diagnostics_;  // with ROS 2's topics
+  CoverageReports coverage_;
 };
 
 }  // namespace zerodrift::services

@@ -47,6 +47,7 @@ Arrivals::Arrivals(service::Host& host)
       allan_(host, kMessagesWait),
       navigation_(host, kMessagesWait),
       twins_(host, kMessagesWait),
+      coverage_(host, kMessagesWait),
       events_(host, kMessagesWait) {}
 
 void Arrivals::drain_into(Gateway& gateway) {
@@ -64,6 +65,7 @@ void Arrivals::drain_into(Gateway& gateway) {
   for (const auto& message : allan_.waiting.take()) gateway.take(message, unix_ns);
   for (const auto& message : navigation_.waiting.take()) gateway.take(message, unix_ns);
   for (const auto& message : twins_.waiting.take()) gateway.take(message, unix_ns);
+  for (const auto& message : coverage_.waiting.take()) gateway.take(message, unix_ns);
   for (const auto& one : statuses_.take()) {
     if (one.is_gone) {
       gateway.take_gone(one.writer, unix_ns);
@@ -77,7 +79,7 @@ void Arrivals::drain_into(Gateway& gateway) {
 std::uint64_t Arrivals::overflow() const {
   return sample_overflow_ + references_.waiting.overflow() + temperatures_.waiting.overflow() +
          allan_.waiting.overflow() + navigation_.waiting.overflow() + twins_.waiting.overflow() +
-         statuses_.overflow() + events_.waiting.overflow();
+         coverage_.waiting.overflow() + statuses_.overflow() + events_.waiting.overflow();
 }
 
 }  // namespace zerodrift::services

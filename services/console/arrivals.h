@@ -53,6 +53,7 @@ class Arrivals {
   Topic<msg::AllanReport> allan_;
   Topic<msg::NavigationState> navigation_;
   Topic<msg::TwinReport> twins_;
+  Topic<msg::ThermalCoverage> coverage_;
   Topic<msg::Event> events_;
 };
 

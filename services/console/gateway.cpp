@@ -89,7 +89,8 @@ void Gateway::add_channels(Gyro& gyro) {
       .temperature = hub_.add_channel(of + "temperature", schema<telemetry::Temperature>()),
       .allan = hub_.add_channel(of + "allan", schema<telemetry::AllanReport>()),
       .navigation = hub_.add_channel(of + "navigation", schema<telemetry::NavigationState>()),
-      .twin = hub_.add_channel(of + "twin", schema<telemetry::TwinReport>())};
+      .twin = hub_.add_channel(of + "twin", schema<telemetry::TwinReport>()),
+      .coverage = hub_.add_channel(of + "coverage", schema<telemetry::ThermalCoverage>())};
 }
 
 // ---------------------------------------- what arrives
@@ -178,6 +179,14 @@ void Gateway::take(const msg::TwinReport& report, std::int64_t unix_ns) {
     hub_.publish(from->channels.twin, state_delivery(unix_ns, key(report.axis(), 0)),
                  encoded(kept));
   }
+}
+
+void Gateway::take(const msg::ThermalCoverage& coverage, std::int64_t unix_ns) {
+  Gyro* from = gyro(coverage.gyro_id());
+  if (from == nullptr) return;
+  from->coverage = to_telemetry(coverage);
+  if (hub_.has_subscriber(from->channels.coverage))
+    hub_.publish(from->channels.coverage, state_delivery(unix_ns), encoded(*from->coverage));
 }
 
 void Gateway::take(const msg::ServiceStatus& status, const WriterId& writer, std::int64_t unix_ns) {
@@ -308,6 +317,9 @@ void Gateway::subscribed(foxglove::ClientId client, foxglove::ChannelId channel)
           hub_.publish_to(client, channel, state_delivery(report.wall_time_ns(), key(axis, 0)),
                           encoded(report));
       }
+    } else if (channel == gyro.channels.coverage) {
+      if (gyro.coverage)
+        hub_.publish_to(client, channel, state_delivery(unix_ns), encoded(*gyro.coverage));
     } else if (channel == gyro.channels.samples || channel == gyro.channels.rate) {
       is_watched_ = true;
     }

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <tuple>
@@ -45,6 +46,7 @@ class Gateway {
   void take(const msg::AllanReport& report, std::int64_t unix_ns);
   void take(const msg::NavigationState& state, std::int64_t unix_ns);
   void take(const msg::TwinReport& report, std::int64_t unix_ns);
+  void take(const msg::ThermalCoverage& coverage, std::int64_t unix_ns);
   void take(const msg::ServiceStatus& status, const WriterId& writer, std::int64_t unix_ns);
   void take_gone(const WriterId& writer, std::int64_t unix_ns);  // of a service_status
   void take(const msg::Event& event, std::int64_t unix_ns);
@@ -83,7 +85,7 @@ class Gateway {
  private:
   struct Channels {
     foxglove::ChannelId rate = 0, samples = 0, history = 0, temperature = 0, allan = 0,
-                        navigation = 0, twin = 0;
+                        navigation = 0, twin = 0, coverage = 0;
   };
   struct Gyro {
     Gyro(std::uint32_t gyro_id, const HistoryOptions& options)
@@ -99,6 +101,7 @@ class Gateway {
     std::uint64_t next_sequence = 0;   // 0: none came
     service::ArrivalClocks arrival{};  // of the newest
     msg::CompensatedRate newest{};
+    std::optional<telemetry::ThermalCoverage> coverage{};
   };
   Gyro* gyro(std::uint32_t id);  // null: more than are kept
   void add_channels(Gyro& gyro);

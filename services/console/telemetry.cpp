@@ -2,11 +2,13 @@
 #include "services/console/telemetry.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <string_view>
 
 #include "common/allan/noise_units.h"
+#include "common/compensation/thermal_coverage.h"
 #include "common/core/mode.h"
 #include "common/core/one_line.h"
 #include "common/core/units.h"
@@ -258,6 +260,25 @@ telemetry::TwinReport to_telemetry(const msg::TwinReport& report) {
     out.add_input_value(point.input());
   }
   out.set_wall_time_ns(report.wall_time_ns());
+  return out;
+}
+
+telemetry::ThermalCoverage to_telemetry(const msg::ThermalCoverage& coverage) {
+  using Grid = compensation::ThermalCoverage;
+  telemetry::ThermalCoverage out;
+  out.set_gyro_id(coverage.gyro_id());
+  out.set_model_epoch(coverage.model_epoch());
+  out.set_step_degc(Grid::kStepDegc);
+  for (const double edge : Grid::kRateEdgesDegcPerMin) out.add_rate_edges_degc_per_min(edge);
+  for (std::size_t i = 0; i < coverage.labels_x().size(); ++i) {
+    const std::array labels{coverage.labels_x()[i], coverage.labels_y()[i], coverage.labels_z()[i]};
+    if (labels == decltype(labels){}) continue;
+    auto& cell = *out.add_cells();
+    cell.set_from_degc(Grid::kLowestDegc +
+                       Grid::kStepDegc * static_cast<double>(i % Grid::kTemperatures));
+    cell.set_rate(static_cast<std::uint32_t>(i / Grid::kTemperatures));
+    for (const std::uint32_t of_axis : labels) cell.add_labels(of_axis);
+  }
   return out;
 }
 

@@ -35,6 +35,7 @@ void set_newest(const msg::CompensatedRate& sample, const service::ArrivalClocks
 telemetry::AllanReport to_telemetry(const msg::AllanReport& report);
 telemetry::NavigationState to_telemetry(const msg::NavigationState& state);
 telemetry::TwinReport to_telemetry(const msg::TwinReport& report);
+telemetry::ThermalCoverage to_telemetry(const msg::ThermalCoverage& coverage);
 telemetry::ServiceStatus to_telemetry(const msg::ServiceStatus& status, std::int64_t unix_ns);
 bool ended_in_order(const telemetry::ServiceStatus& status);
 telemetry::Event to_telemetry(const msg::Event& event);

@@ -96,6 +96,14 @@ describe('the console on a simulation at ten times real time', () => {
     await page.keyboard.press('1');
   });
 
+  test('a map says at which temperatures was learned, and what is known of where it is now', async () => {
+    await until(page, 'coverage-now', (t) => /^Now [−\d.]+ °C and (cooling|steady|warming)/.test(t), 90_000);
+    await until(page, 'coverage', (t) => /warming fast[\d\s]*warming[\d\s]*steady[\d\s]*cooling[\d\s]*cooling fast/.test(t));
+    const labels = await part(page, 'coverage').locator('td').allTextContents();
+    assert.ok(labels.some((text) => /^\d+k?$/.test(text)), `no label in ${labels}`);
+    assert.equal(await part(page, 'coverage').locator('td.here').count(), 1);
+  });
+
   test('freeze, learn and checkpoint go to the service, come back, and are in the event log', async () => {
     const command = async (title, answer) => {
       await page.keyboard.press('c');

@@ -315,6 +315,11 @@ void dds_seeds() {
   environment.measured(0x1ff);
   environment.supply_v(5.0);
   dds_seed(13, "environment", environment);
+  msg::ThermalCoverage coverage;
+  coverage.gyro_id(1);
+  coverage.model_epoch(3);
+  coverage.labels_x()[100] = 7;
+  dds_seed(14, "thermal_coverage", coverage);
 }
 
 // ---------------------------------------- serial frames

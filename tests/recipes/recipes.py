@@ -151,7 +151,7 @@ def add_topic(copy):
                 "Reliability::kReliable, Durability::kVolatile, Ownership::kShared, 20ms, 0ms};\n")
     copy.before(topics, "template <> struct TopicOf<msg::TwinReport>",
                 "template <> struct TopicOf<msg::Orientation> : Binding<msg::OrientationPubSubType, kOrientation> {};\n")
-    copy.before(topics, "msg::Environment>;\n", "msg::Orientation, ")
+    copy.before(topics, "msg::ThermalCoverage>;\n", "msg::Orientation, ")
     copy.before("ARCHITECTURE.md", "| environment |", "| orientation | reliable | 1 | volatile | shared | 20 | 0 | 0 | 0 |\n")
 
 

@@ -33,12 +33,12 @@ class GatewayOfOne : public testing::Test {
 
 TEST_F(GatewayOfOne, ChannelsAreThoseOfTheContract) {
   sample(0, 1);
-  for (const char* name :
-       {"compensated_rate", "samples", "history", "temperature", "allan", "navigation", "twin"})
+  for (const char* name : {"compensated_rate", "samples", "history", "temperature", "allan",
+                           "navigation", "twin", "coverage"})
     EXPECT_TRUE(client_.channels.contains(std::string("/gyro_1/") + name)) << name;
   for (const char* name : {"/service_status", "/event", "/gateway", "/fleet"})
     EXPECT_TRUE(client_.channels.contains(name)) << name;
-  EXPECT_EQ(client_.channels.size(), 11U);
+  EXPECT_EQ(client_.channels.size(), 12U);
 }
 
 // Before: a gyro of which no sample ever came was nowhere on the page.
@@ -50,7 +50,7 @@ TEST_F(GatewayOfOne, AGyroThatOnlyAServiceTellsOfHasItsChannels) {
     gateway_.take(status, {}, kNow);
   }
   EXPECT_TRUE(client_.channels.contains("/gyro_7/samples"));
-  EXPECT_EQ(client_.channels.size(), 11U);
+  EXPECT_EQ(client_.channels.size(), 12U);
   EXPECT_TRUE(gateway_.gyro_figures().empty()) << "metrics count samples";
 }
 
@@ -128,6 +128,10 @@ TEST_F(GatewayOfOne, ALateClientHearsTheNewestOfEach) {
     twin.verdict("consistent");
     twin.wall_time_ns(static_cast<std::int64_t>(value));
     gateway_.take(twin, kNow);
+    msg::ThermalCoverage coverage;
+    coverage.gyro_id(1);
+    coverage.model_epoch(static_cast<std::uint64_t>(value));
+    gateway_.take(coverage, kNow);
     msg::ServiceStatus status;
     status.service("compensation");
     status.uptime_ms(static_cast<std::uint64_t>(value) * 1000);
@@ -137,6 +141,8 @@ TEST_F(GatewayOfOne, ALateClientHearsTheNewestOfEach) {
   EXPECT_EQ(client_.take<telemetry::AllanReport>().at(0).window_s(), 2.0);
   subscribe("/gyro_1/twin");
   EXPECT_EQ(client_.take<telemetry::TwinReport>().at(0).wall_time_ns(), 2);
+  subscribe("/gyro_1/coverage");
+  EXPECT_EQ(client_.take<telemetry::ThermalCoverage>().at(0).model_epoch(), 2U);
   subscribe("/service_status");
   const auto statuses = client_.take<telemetry::ServiceStatus>();
   ASSERT_EQ(statuses.size(), 1U);

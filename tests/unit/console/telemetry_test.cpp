@@ -63,6 +63,23 @@ TEST(Telemetry, ATwinReportKeepsItsCandidatesAndTheInputOfEachPoint) {
   EXPECT_EQ(out.input_value(1), -50.0);
 }
 
+TEST(Telemetry, OfTheTemperaturesLearnedThoseWithLabelsAreSaid) {
+  msg::ThermalCoverage coverage;
+  coverage.labels_x()[2 * 36 + 16] = 7;
+  coverage.labels_z()[2 * 36 + 16] = 9;
+  coverage.labels_y()[0] = 1;
+  const auto out = to_telemetry(coverage);
+  ASSERT_EQ(out.cells_size(), 2);
+  EXPECT_EQ(out.cells(0).from_degc(), -60.0);
+  EXPECT_EQ(out.cells(0).rate(), 0U);
+  EXPECT_EQ(out.cells(1).from_degc(), 20.0);
+  EXPECT_EQ(out.cells(1).rate(), 2U);
+  ASSERT_EQ(out.cells(1).labels_size(), 3);
+  EXPECT_EQ(out.cells(1).labels(0), 7U);
+  EXPECT_EQ(out.cells(1).labels(1), 0U);
+  EXPECT_EQ(out.cells(1).labels(2), 9U);
+}
+
 TEST(Telemetry, TimeBeforeTheEpochHasNanosecondsFromItsSecondOn) {
   google::protobuf::Timestamp time;
   set_time(time, -1);

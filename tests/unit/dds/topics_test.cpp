@@ -114,8 +114,9 @@ TEST(Topics, AreEverybodysWhoWrites) {
 }
 
 TEST(Topics, KeepThePresentStateForLateJoiners) {
-  const std::set<std::string_view> state{kTemperature.name, kAllanReport.name, kServiceStatus.name,
-                                         kEvent.name,       kTwinReport.name,  kEnvironment.name};
+  const std::set<std::string_view> state{
+      kTemperature.name, kAllanReport.name, kServiceStatus.name,  kEvent.name,
+      kTwinReport.name,  kEnvironment.name, kThermalCoverage.name};
   for (const TopicSpec& spec : kAllTopics) {
     EXPECT_EQ(spec.durability == Durability::kTransientLocal, state.contains(spec.name))
         << spec.name;

@@ -11,6 +11,7 @@ import {
   NavigationStateSchema,
   RateComparison_Obstacle,
   ServiceStatusSchema,
+  ThermalCoverageSchema,
   TwinReportSchema,
   type AllanPoint,
   type AxisState,
@@ -20,7 +21,7 @@ import {
 } from './generated/telemetry_pb.ts';
 import type { HistoryColumns, SampleColumns } from './lib/gyro_store.ts';
 import type { Comparison, Obstacle } from './lib/comparison.ts';
-import type { AxisLive, GyroSummary, PlainAllan, PlainAllanPoint, PlainEvent, PlainGateway, PlainNavigation, PlainStatus, PlainTwin } from './lib/messages.ts';
+import type { AxisLive, GyroSummary, PlainAllan, PlainAllanPoint, PlainCoverage, PlainEvent, PlainGateway, PlainNavigation, PlainStatus, PlainTwin } from './lib/messages.ts';
 
 const milliseconds = (stamp: Timestamp | undefined) => (stamp ? Number(stamp.seconds) * 1e3 + stamp.nanos * 1e-6 : NaN);
 const nanoseconds = (stamp: Timestamp | undefined) => (stamp ? stamp.seconds * 1_000_000_000n + BigInt(stamp.nanos) : 0n);
@@ -193,6 +194,16 @@ export function decodeTwin(payload: Uint8Array): PlainTwin {
     twin: Float64Array.from(t.twinDegH),
     repaired: Float64Array.from(t.repairedDegH),
     inputValue: Float64Array.from(t.inputValue),
+  };
+}
+
+export function decodeCoverage(payload: Uint8Array): PlainCoverage {
+  const c = fromBinary(ThermalCoverageSchema, payload);
+  return {
+    gyro: c.gyroId,
+    step: c.stepDegc,
+    edges: c.rateEdgesDegcPerMin,
+    cells: c.cells.map(({ fromDegc, rate, labels }) => ({ from: fromDegc, rate, labels })),
   };
 }
 

@@ -10,8 +10,10 @@ import type {
   Live,
   Outcome,
   PlainAllan,
+  PlainCoverage,
   PlainEvent,
   PlainGateway,
+  PlainMetric,
   PlainNavigation,
   PlainStatus,
   PlainTwin,
@@ -54,6 +56,7 @@ export class ConsoleState {
   private seen = $state.raw(NOTHING_SEEN);
   allan = $state.raw<Record<string, PlainAllan>>({});
   twins = $state.raw<Record<string, PlainTwin>>({});
+  coverages = $state.raw<Record<number, PlainCoverage>>({});
   navigation = $state.raw<Record<string, PlainNavigation>>({});
   gateway = $state.raw<PlainGateway | undefined>();
   attitude = $state.raw<AttitudeSeries | undefined>();
@@ -133,6 +136,9 @@ export class ConsoleState {
         break;
       case 'twin':
         this.twins = { ...this.twins, [`${message.report.gyro}/${message.report.axis}`]: message.report };
+        break;
+      case 'coverage':
+        this.coverages = { ...this.coverages, [message.coverage.gyro]: message.coverage };
         break;
       case 'navigation':
         this.navigation = { ...this.navigation, [`${message.state.gyro}/${message.state.stream}`]: message.state };
@@ -219,10 +225,20 @@ export class ConsoleState {
   }
 
   /** Who makes the forecast of an axis; empty where the compensation doesn't say. */
-  shares(axis: number): string {
+  /** What the compensation that answers says of the chosen gyro. */
+  private answering(): PlainMetric[] {
     const instance = this.live?.instance ?? 0;
     const service = `compensation${instance > 0 ? `/${instance}` : ''}:${this.selected}`;
-    return sharesText(this.services.find((s) => s.service === service)?.metrics ?? [], axis);
+    return this.services.find((s) => s.service === service)?.metrics ?? [];
+  }
+
+  shares(axis: number): string {
+    return sharesText(this.answering(), axis);
+  }
+
+  temperatureNow(): { degc: number; degcPerMin: number } {
+    const value = (name: string) => this.answering().find((m) => m.name === name)?.value ?? NaN;
+    return { degc: value('temperature'), degcPerMin: value('temperature_rate') };
   }
 
   report(axis: number, stream: number): PlainAllan | undefined {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Socket and rings, off the page's thread. Connects again by itself; what came before is kept.
 import { create, fromBinary, toBinary, type DescMessage, type MessageShape } from '@bufbuild/protobuf';
-import { axisLive, decodeAllan, decodeEvent, decodeFleet, decodeGateway, decodeHistory, decodeNavigation, decodeStatus, decodeTwin, sampleColumns } from './decode.ts';
+import { axisLive, decodeAllan, decodeCoverage, decodeEvent, decodeFleet, decodeGateway, decodeHistory, decodeNavigation, decodeStatus, decodeTwin, sampleColumns } from './decode.ts';
 import { CommandReplySchema, CommandSchema, SampleBatchSchema, type SampleBatch } from './generated/telemetry_pb.ts';
 import {
   SUBPROTOCOLS,
@@ -26,7 +26,7 @@ const QUIET_ROUNDS = 3; // the gateway speaks once a second
 const COMMAND_WITHIN_MS = 15_000;
 const LATENCY_WINDOW = 512;
 const MOST_STORES = 2; // besides the selected gyro's; about 30 MB each
-const WANTED = new Set(['samples', 'history', 'allan', 'navigation', 'twin']);
+const WANTED = new Set(['samples', 'history', 'allan', 'navigation', 'twin', 'coverage']);
 const GLOBAL = new Set(['/service_status', '/event', '/gateway', '/fleet']);
 
 const post = (message: FromWorker, transfer: Transferable[] = []) => self.postMessage(message, { transfer });
@@ -171,6 +171,7 @@ const HANDLERS: Record<string, Handler> = {
   allan: (payload) => post({ type: 'allan', report: decodeAllan(payload) }),
   navigation: onNavigation,
   twin: (payload) => post({ type: 'twin', report: decodeTwin(payload) }),
+  coverage: (payload) => post({ type: 'coverage', coverage: decodeCoverage(payload) }),
   '/service_status': onStatus,
   '/event': onEvent,
   '/fleet': onFleet,

@@ -114,6 +114,13 @@ export interface PlainAllan {
   rollingBlockStd: number;
 }
 
+export interface PlainCoverage {
+  gyro: number;
+  step: number; // degC
+  edges: number[]; // degC/min, ascending
+  cells: { from: number; rate: number; labels: number[] }[]; // degC; edges that lie below; by axis
+}
+
 export interface PlainTwin {
   gyro: number;
   axis: number;
@@ -243,6 +250,7 @@ export type FromWorker =
   | { type: 'events'; events: PlainEvent[] }
   | { type: 'allan'; report: PlainAllan }
   | { type: 'twin'; report: PlainTwin }
+  | { type: 'coverage'; coverage: PlainCoverage }
   | { type: 'navigation'; state: PlainNavigation }
   | { type: 'gateway'; gateway: PlainGateway }
   | { type: 'notice'; severity: number; text: string }
