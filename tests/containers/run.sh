@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Builds the image as it is deployed, or from what is built already, runs the compose files and asserts what a subscriber gets, with processes killed, paused and
 # stopped; judges image, scripts and files. Needs root on Debian 12; starts an engine of its own and ends it.
-#   tests/containers/run.sh [--only image|lint|one_computer|two_computers|shared_memory|units]... [--from-build DIR | --image IMAGE.tar]
+#   tests/containers/run.sh [--only image|lint|one_computer|two_computers|shared_memory|units|bare]... [--from-build DIR | --image IMAGE.tar]
 #                           [--keep DIR]
 # --from-build takes the programs and the page that lie in DIR, a release build on Debian 12 as the image's own is: all but the image's
 # two building stages is tested. --image takes an image that `docker save` wrote. --keep leaves recordings and logs in DIR. Exit code 0: all passed, or no engine can start here, which
@@ -35,6 +35,7 @@ wanted() { [ -z "$only" ] || [[ " $only " == *" $1 "* ]]; }
 . "$here/image.sh"
 . "$here/lint.sh"
 . "$here/flow.sh"
+. "$here/bare.sh"
 
 # Its lines are checks of their own.
 run_units() {
@@ -113,5 +114,7 @@ if wanted units; then
     skip "units: tests/containers/units.sh is not there"
   fi
 fi
+# A quarter of an hour, like the image from nothing: by hand.
+if wanted bare && [ -z "$from_build$given_image" ]; then bare; fi
 echo "took $(since "$began") s"
 tally
