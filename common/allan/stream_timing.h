@@ -37,7 +37,7 @@ struct Placement {
 class StreamTiming {
  public:
   static constexpr double kShortestIntervalS = 1e-4;
-  static constexpr double kLongestIntervalS = 100.0;
+  static constexpr double kLongestIntervalS = 1800.0;  // as records may have
   static constexpr int kToBelieve = 32;  // samples in a row; two such blocks for a new rate
 
   // O(1), no allocation.

@@ -85,6 +85,10 @@ class Participant {
   [[nodiscard]] std::size_t counterparts(std::string_view topic, Direction ours) {
     return discovery_.counterparts(topic, ours);
   }
+  // The writer is one of this participant's. Any thread.
+  [[nodiscard]] bool is_own(const eprosima::fastrtps::rtps::GUID_t& writer) const {
+    return writer.guidPrefix == participant_->guid().guidPrefix;
+  }
   // How far discovery has come. Any thread.
   [[nodiscard]] Acquaintance acquaintance() { return discovery_.acquaintance(); }
 

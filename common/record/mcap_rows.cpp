@@ -165,13 +165,7 @@ void McapRows::fill(core::SensorTime time) {
   for (std::size_t i = 0; i < core::kAxisCount; ++i) {
     if (info_.has_reference[i]) row_.reference_radps[i] = kNotMeasured;
   }
-  if (streams_->rates.head()->time == time) {
-    recorded_.rate = streams_->rates.take();
-    if (rates_++ == 0) recorded_.rate->interval_s = info_.first_interval_s;
-    for (std::size_t i = 0; i < core::kAxisCount; ++i) {
-      if (recorded_.rate->valid[i]) row_.rate_radps[i] = recorded_.rate->rate_radps[i];
-    }
-  }
+  if (streams_->rates.head()->time == time) take_rate();
   const auto& reference = streams_->references.head();
   if (reference && reference->time == time) {
     recorded_.reference = streams_->references.take();
@@ -194,6 +188,23 @@ void McapRows::fill(core::SensorTime time) {
     if (!probe.head() || probe.head()->time != time) continue;
     reading = probe.take();
     if (reading->measured) row_.temperature_degc[i] = reading->temperature_degc;
+  }
+}
+
+void McapRows::take_rate() {
+  recorded_.rate = streams_->rates.take();
+  core::AngularRateSample& rate = *recorded_.rate;
+  if (rates_++ == 0) rate.interval_s = info_.first_interval_s;
+  const auto number = numbers_.number(rate);
+  if (!number) {
+    throw files::FileError(info_.path.string() + ": " + messages_->rates_name() +
+                           ", sequence number " + std::to_string(rate.sequence) +
+                           ": numbers go on from two samples in turn; two publishers of one gyro "
+                           "at once can't be told apart in a recording");
+  }
+  rate.sequence = *number;
+  for (std::size_t i = 0; i < core::kAxisCount; ++i) {
+    if (rate.valid[i]) row_.rate_radps[i] = rate.rate_radps[i];
   }
 }
 
@@ -232,6 +243,11 @@ std::vector<std::string> McapRows::take_warnings() {
     reported_missed_ = true;
     for (const auto& line : messages_->left_out())
       news.push_back(info_.path.string() + ": " + line);
+    if (numbers_.later_runs() > 0) {
+      news.push_back(info_.path.string() + ": the gyro's publisher was started again (" +
+                     std::to_string(numbers_.later_runs()) +
+                     "x) and counted from the beginning; its samples are numbered on");
+    }
   }
   return news;
 }

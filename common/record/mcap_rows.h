@@ -13,6 +13,7 @@
 
 #include "common/record/record_reader.h"
 #include "common/record/recorded_messages.h"
+#include "common/record/run_numbers.h"
 
 namespace zerodrift::record {
 
@@ -37,6 +38,7 @@ class McapRows {
   void look_ahead();
   void name_columns();
   void fill(core::SensorTime time);
+  void take_rate();
   [[nodiscard]] bool is_in_order(core::SensorTime time);
 
   McapFiles files_;
@@ -49,6 +51,7 @@ class McapRows {
   std::optional<core::SensorTime> previous_time_;
   std::uint64_t rows_ = 0;
   std::uint64_t rates_ = 0;
+  RunNumbers numbers_;
   std::uint64_t rows_out_of_order_ = 0;
   std::uint64_t left_out_ = 0;                  // readings and references whose time went back
   std::vector<std::size_t> reported_findings_;  // by file

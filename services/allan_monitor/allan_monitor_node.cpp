@@ -38,6 +38,18 @@ allan::StreamStatisticsOptions stream_options(const AllanMonitorOptions& options
   return result;
 }
 
+// At every spacing that samples may have, so that the first one finds nothing wrong.
+const AllanMonitorOptions& checked(const AllanMonitorOptions& options) {
+  for (const double interval_s :
+       {allan::StreamTiming::kShortestIntervalS, allan::StreamTiming::kLongestIntervalS}) {
+    if (const auto error = stream_options(options, interval_s).validate()) {
+      throw std::invalid_argument("--window, --longest-tau: of samples " +
+                                  fmt::format("{:.6g} s apart ", interval_s) + *error);
+    }
+  }
+  return options;
+}
+
 std::string code_of(const char* what, core::Axis axis) {
   return std::string(what) + "_" + std::string(core::name(axis));
 }
@@ -45,7 +57,7 @@ std::string code_of(const char* what, core::Axis axis) {
 }  // namespace
 
 AllanMonitorNode::AllanMonitorNode(const AllanMonitorOptions& options)
-    : options_(options),
+    : options_(checked(options)),
       host_("allan_monitor", options.network, options.supervision),
       gyros_(options.max_gyros),
       stranger_paces_(kMostStrangers),
@@ -339,7 +351,7 @@ void AllanMonitorNode::report_stream(Watch& watch) {
       counts.duplicates, watch.duplicates);
   report_counted(watch, "interval_refused",
                  who + fmt::format("{} sample(s) with an interval that is neither the stream's "
-                                   "{:.6g} s nor from 0.0001 to 100 s; left out",
+                                   "{:.6g} s nor from 0.0001 to 1800 s; left out",
                                    counts.refused, now.interval_s),
                  counts.refused, watch.refused);
   report_counted(watch, "time_restarted",

@@ -48,7 +48,8 @@ CompensationNode::CompensationNode(const CompensationNodeOptions& options)
           host_.participant(),
           [this](const msg::AngularRate& m, const dds::SampleOrigin& o) { on_rate(m, o); },
           host_.observer(), [this](const auto& writer, auto how) { note_departure(writer, how); }),
-      coverage_(host_, options.max_gyros) {
+      coverage_(host_, options.max_gyros),
+      rivals_(host_, options.redundant) {
   // A configuration that cannot work is found here, not with the first sample.
   compensation::Compensator check(options_.compensation);
   report_prior();

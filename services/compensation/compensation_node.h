@@ -33,6 +33,7 @@
 #include "services/compensation/coverage_reports.h"
 #include "services/compensation/gyro.h"
 #include "services/compensation/learner_thread.h"
+#include "services/compensation/rival_watch.h"
 #include "services/compensation/ros2_diagnostics.h"
 
 namespace zerodrift::services {
@@ -190,6 +191,7 @@ class CompensationNode {
   std::optional<PeerReader> peer_reader_;
   std::optional<Ros2Diagnostics> ros2_diagnostics_;  // with ROS 2's topics
   CoverageReports coverage_;
+  RivalWatch rivals_;
 };
 
 }  // namespace zerodrift::services

@@ -101,6 +101,10 @@ service::Status CompensationNode::status() {
   service::Status status;
   status.state = all.empty() ? service::State::kWaiting : service::State::kRunning;
   status.summary = core::counted(all.size(), "gyro");
+  if (rivals_.has_rival()) {
+    status.state = service::State::kDegraded;
+    status.summary += "; another compensation answers the same";
+  }
   status.parts.push_back(service::latency_part(hops));
   compensation::CompensatorCounts sum;
   std::uint64_t rejected = 0;

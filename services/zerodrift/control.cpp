@@ -56,16 +56,42 @@ int show_once(const ControlOptions& options) {
   return service::kExitDone;
 }
 
+// Whether a run that is followed has come to its end: nothing was lost, or what was lost is not on
+// its way any more, since all sources have ended and no count has moved for a while.
+class EndOfRun {
+ public:
+  explicit EndOfRun(StatusBoard& board) : board_(board) {}
+
+  bool has_come() {
+    if (board_.finished() && board_.nothing_lost()) return true;
+    const StatusBoard::Counts counts = board_.counts();
+    const auto now = std::chrono::steady_clock::now();
+    if (!counts.sources_ended || counts != counts_) moved_ = now;
+    counts_ = counts;
+    return now - moved_ >= kRest;
+  }
+
+ private:
+  // Services report four times a second; a loaded computer may keep one from it for seconds.
+  static constexpr std::chrono::seconds kRest{10};
+
+  StatusBoard& board_;
+  StatusBoard::Counts counts_{};
+  std::chrono::steady_clock::time_point moved_{};
+};
+
 int follow(const ControlOptions& options) {
   dds::Participant participant("zerodrift_ctl", options.network);
   StatusBoard board(participant);
   const bool terminal = isatty(STDOUT_FILENO) != 0 && !options.json;
   const auto redraw = terminal ? 500ms : 5000ms;
+  EndOfRun end(board);
   bool stopped = false;
-  while (!stopped && !(options.until_finished && board.finished() && board.nothing_lost())) {
-    for (auto waited = 0ms; waited < redraw && !stopped; waited += 250ms) {
+  bool ended = false;
+  while (!stopped && !ended) {
+    for (auto waited = 0ms; waited < redraw && !stopped && !ended; waited += 250ms) {
       stopped = service::wait_for_stop(250ms);
-      if (options.until_finished && board.finished() && board.nothing_lost()) break;
+      ended = options.until_finished && end.has_come();
     }
     const std::string table = options.json ? board.json() : board.table();
     if (terminal) std::fputs("\033[H\033[J", stdout);

@@ -120,6 +120,14 @@ bool StatusBoard::finished() {
   return all_sources_ended() && all_answered();
 }
 
+StatusBoard::Counts StatusBoard::counts() {
+  const std::lock_guard lock(mutex_);
+  return {.sources_ended = all_sources_ended(),
+          .published = published(),
+          .answered = metric("compensation", "samples_out", 0.0),
+          .monitored = metric("allan_monitor", "samples", 0.0)};
+}
+
 double StatusBoard::answered() {
   const std::lock_guard lock(mutex_);
   return metric("compensation", "samples_out", 0.0);

@@ -29,6 +29,15 @@ class StatusBoard {
   [[nodiscard]] std::string summary();
   // True once the gyro publisher has published its source to the end.
   [[nodiscard]] bool finished();
+  // What moves until a run is over.
+  struct Counts {
+    bool sources_ended = false;  // all
+    double published = 0.0;
+    double answered = 0.0;
+    double monitored = 0.0;
+    bool operator==(const Counts&) const = default;
+  };
+  [[nodiscard]] Counts counts();
   // True if each published sample was answered exactly once and seen by the monitor.
   [[nodiscard]] bool nothing_lost();
   [[nodiscard]] double answered();  // samples

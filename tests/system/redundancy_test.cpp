@@ -107,6 +107,68 @@ TEST(Redundancy, CommandsToOneThatDoesNotLeadAreRefused) {
   EXPECT_EQ(system.control({"freeze"}).exit_code, 0);
 }
 
+// Before: a subscriber got a mixture of both, and nobody said why.
+TEST(Redundancy, TwoThatWereToldNothingOfEachOtherSaySo) {
+  SystemUnderTest system(Domain::kStandbyCommand);
+  dds::Participant participant("test", system.network());
+  Collector<msg::Event> events(participant);
+  Collector<msg::ServiceStatus> statuses(participant);
+  system.start("compensation", {});
+  ChildProcess& second = system.start("compensation", {"--instance", "3"});
+  EXPECT_TRUE(eventually([&] {
+    return told(events, "second_compensation", "compensation (host") &&
+           told(events, "second_compensation", "compensation/3 (host");
+  }));
+  const auto is_degraded = [&] {
+    bool is = false;
+    statuses.for_each([&](const msg::ServiceStatus& status) {
+      if (std::string(status.service().c_str()) == "compensation") is = status.state() == 3;
+    });
+    return is;
+  };
+  EXPECT_TRUE(eventually([&] { return is_degraded(); }));
+  second.send(SIGTERM);
+  EXPECT_TRUE(eventually([&] { return !is_degraded(); })) << "the other has left";
+}
+
+// Whoever is started again in the place of one that ended, in order or not, is its only one; so are
+// instances that know of each other.
+TEST(Redundancy, NobodyIsTakenForARivalWhoIsNone) {
+  SystemUnderTest system(Domain::kStandbyCommand);
+  dds::Participant participant("test", system.network());
+  Collector<msg::Event> events(participant);
+  Collector<msg::ServiceStatus> statuses(participant);
+  // For three seconds.
+  const auto speaks = [&](const std::string& service) {
+    const std::size_t from = statuses.size();
+    return eventually([&] {
+      int spoke = 0;
+      for (std::size_t i = from; i < statuses.size(); ++i) {
+        const auto next = statuses.first(
+            [&](const msg::ServiceStatus& status) { return service == status.service().c_str(); },
+            i);
+        if (!next) break;
+        i = *next;
+        ++spoke;
+      }
+      return spoke > 12;
+    });
+  };
+  ChildProcess* alone = &system.start("compensation", {});
+  for (const int signal : {SIGTERM, SIGKILL}) {
+    ASSERT_TRUE(speaks("compensation"));
+    alone->send(signal);
+    alone = &system.start("compensation", {});
+  }
+  ASSERT_TRUE(speaks("compensation"));
+  alone->send(SIGTERM);
+  alone->wait(std::chrono::seconds(10));
+  start_instance(system, 0);
+  start_instance(system, 1);
+  ASSERT_TRUE(speaks("compensation") && speaks("compensation/1"));
+  EXPECT_FALSE(told(events, "second_compensation", ""));
+}
+
 // A replay keeps pace with both, so that the slower one loses no input and answers the same.
 TEST(Redundancy, OfAReplayAtFullSpeedBothAnswerEverySampleTheSame) {
   SystemUnderTest system(Domain::kRedundantReplay);

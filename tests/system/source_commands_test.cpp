@@ -16,18 +16,18 @@ namespace {
 
 using namespace std::chrono_literals;
 
+constexpr int kLongestS = 3600;      // of sensor time
 constexpr double kStepDegH = 500.0;  // a thousand times what the simulated gyro does by itself
 
 class SourceCommands : public ::testing::Test {
  protected:
   SourceCommands() {
-    Arguments source{"--source", "simulation", "--speed", "20"};
-    const Simulation simulation{.profile = write_ramp_profile(system_, 3600)};
-    for (const auto& argument : simulation.arguments()) source.push_back(argument);
+    const Arguments source =
+        Arguments{"--source", "simulation", "--speed", "20"} +
+        Simulation{.profile = write_ramp_profile(system_, kLongestS)}.arguments();
     system_.start("compensation", {"--await-subscribers", "1"});
     system_.start("thermal_publisher", source);
-    source.insert(source.end(), {"--rate", "100"});
-    system_.start("gyro_publisher", source);
+    system_.start("gyro_publisher", source + Arguments{"--rate", "100"});
   }
 
   bool grows(std::size_t by = 100) {
@@ -75,6 +75,19 @@ TEST_F(SourceCommands, AGapLosesItsSamplesAndNoOthers) {
   EXPECT_TRUE(eventually([&] { return widest() > 1; }));
   EXPECT_EQ(widest(), 501U);  // 5 s at 100 Hz
   ASSERT_TRUE(grows());
+}
+
+// Before: whoever followed a run in which a sample was missing waited for it for good.
+TEST_F(SourceCommands, ARunWithAGapIsFollowedToItsEndAndFailsThere) {
+  system_.start("allan_monitor", {});
+  ASSERT_TRUE(grows());
+  ASSERT_EQ(system_.control({"inject", "gap:xyz:0:5"}).exit_code, 0);
+  ASSERT_EQ(system_.control({"replay", "speed max"}).exit_code, 0);
+  const Finished followed = system_.control({"status", "--follow", "--until-finished"});
+  EXPECT_EQ(followed.exit_code, 1) << followed.err;
+  EXPECT_TRUE(
+      followed.out.ends_with("samples are missing: published, in, out and monitored differ\n"))
+      << followed.out;
 }
 
 TEST_F(SourceCommands, APausedReplayGoesOnWhereItWas) {

@@ -101,6 +101,15 @@ TEST(StreamTimingAbuse, AStampAtTheEndOfTimeDoesNotEndTheStream) {
   EXPECT_EQ(last.arrival, Arrival::kTimeRestarted);
 }
 
+// Records have up to half an hour from one sample to the next.
+TEST(StreamTiming, TakesEverySpacingThatARecordMayHave) {
+  for (const double interval_s : {1e-4, 0.005, 1.0, 100.0, 300.0, 1800.0}) {
+    StreamTiming timing;
+    EXPECT_EQ(timing.place(from_seconds(interval_s), interval_s).arrival, Arrival::kFirst);
+    EXPECT_EQ(timing.place(from_seconds(2.0 * interval_s), interval_s).arrival, Arrival::kNext);
+  }
+}
+
 TEST(StreamTiming, AnotherRateIsANewStreamAfterAtMostThreeBlocks) {
   for (const double rate_hz : {50.0, 100.0, 190.0, 220.0, 400.0}) {
     SCOPED_TRACE(rate_hz);
@@ -133,7 +142,7 @@ TEST(StreamTiming, ASampleOfAnotherIntervalIsLeftOutAndTheStreamStays) {
 TEST(StreamTimingAbuse, AFirstIntervalThatIsNoneIsRefused) {
   StreamTiming timing;
   for (const double bad :
-       {0.0, -0.005, 1e-300, 9e-5, 101.0, 1e300, std::numeric_limits<double>::quiet_NaN(),
+       {0.0, -0.005, 1e-300, 9e-5, 2000.0, 1e300, std::numeric_limits<double>::quiet_NaN(),
         std::numeric_limits<double>::infinity()}) {
     EXPECT_EQ(timing.place(from_seconds(1.0), bad).arrival, Arrival::kRefused) << bad;
   }

@@ -65,6 +65,38 @@ TEST_F(McapRecord, RowsAreTheTimesAtWhichSomethingWasMeasured) {
   EXPECT_EQ(reader.warnings(), std::vector<std::string>{});
 }
 
+// Before: what came after a restart of the publisher was dropped as repeats, without a word.
+TEST_F(McapRecord, ARestartOfThePublisherIsAGapInTheRecord) {
+  Recording recording;
+  std::uint64_t k = 0;
+  for (const std::uint64_t length : {200U, 50U, 120U}) {
+    for (std::uint64_t own = 0; own < length; ++own)
+      recording.add(1, rate_at(1.0 + 0.01 * static_cast<double>(k++), own));
+  }
+  RecordReader reader(recording.write_to(path("a.mcap")));
+  std::uint64_t expected = 0;
+  while (const RecordRow* row = reader.next())
+    EXPECT_EQ(to_angular_rate(*row).sequence, expected++);
+  EXPECT_EQ(expected, k);
+  ASSERT_EQ(reader.warnings().size(), 1U);
+  EXPECT_NE(reader.warnings()[0].find("was started again (2x)"), std::string::npos);
+}
+
+TEST_F(McapRecord, TwoPublishersOfAGyroAtOnceAreRefused) {
+  Recording recording;
+  for (std::uint64_t k = 0; k < 500; ++k) {
+    const double time_s = 1.0 + 0.01 * static_cast<double>(k);
+    recording.add(1, rate_at(time_s, k));
+    if (k >= 300) recording.add(1, rate_at(time_s + 0.005, k - 300));
+  }
+  RecordReader reader(recording.write_to(path("a.mcap")));
+  const auto read_all = [&] {
+    while (reader.next() != nullptr) {
+    }
+  };
+  EXPECT_THROW(read_all(), files::FileError);
+}
+
 TEST_F(McapRecord, TheEnvironmentHasTheColumnsOfAllItsPublishers) {
   Recording recording;
   core::EnvironmentSample vibration;

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// The numbers of a recorded gyro's samples over all runs of its publisher. One that is started
+// again counts from the beginning, in later time; what had been answered live would be taken for
+// repeats.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+
+#include "common/core/samples.h"
+
+namespace zerodrift::record {
+
+class RunNumbers {
+ public:
+  // The sample's number, in the order of their arrival: its own in the first run, and such as go on
+  // from the newest in later ones. A late sample has an earlier number and an earlier time; where
+  // its stamp is wrong, its number is at least near. Nothing: numbers go on where an earlier run
+  // ended, so two publishers spoke at once. O(1).
+  [[nodiscard]] std::optional<std::uint64_t> number(
+      const core::AngularRateSample& sample) noexcept {
+    const std::uint64_t own = sample.sequence;
+    if (!newest_) {
+      newest_ = own;
+      latest_ = sample.time;
+      return own;
+    }
+    const bool is_far_back = own < *newest_ && (*newest_ - own > kFarthest || own <= kFirst);
+    const bool begins_anew = is_far_back && sample.time > latest_;
+    latest_ = std::max(latest_, sample.time);
+    if (begins_anew) {
+      left_at_ = newest_;
+      ahead_ += *newest_ + 1 - own;  // modulo 2^64, as the sum below
+      ++later_runs_;
+      newest_ = own;
+    } else if (own > *newest_) {
+      const bool has_jumped = own - *newest_ > kFarthest;
+      if (left_at_ && has_jumped && own > *left_at_ && own - *left_at_ <= kFarthest)
+        return std::nullopt;
+      newest_ = own;
+    }
+    return own + ahead_;
+  }
+  [[nodiscard]] std::uint64_t later_runs() const noexcept { return later_runs_; }
+
+ private:
+  static constexpr std::uint64_t kFarthest = 64;  // that samples come late, or are lost in a row
+  static constexpr std::uint64_t kFirst = 1;      // publishers count from 0, or from 1
+
+  std::optional<std::uint64_t> newest_{};  // own number
+  core::SensorTime latest_{};
+  std::optional<std::uint64_t> left_at_{};  // where the run before ended
+  std::uint64_t ahead_ = 0;                 // of the present run's own numbers
+  std::uint64_t later_runs_ = 0;
+};
+
+}  // namespace zerodrift::record
