@@ -2,6 +2,8 @@
 #include "common/mcap/log_file.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -10,7 +12,6 @@
 #include <utility>
 
 #include "common/files/unfinished_file.h"
-#include "common/mcap/mcap_error.h"
 
 namespace zerodrift::mcap {
 namespace {
@@ -30,6 +31,38 @@ fs::path move_aside(const fs::path& active, const fs::path& target) {
   return free;
 }
 
+// Its lock goes with whoever writes a file, however that ends. A file system without locks has
+// none that is held.
+bool is_locked_by_another(int fd) {
+  return ::flock(fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+}
+
+// What is open and what has the name are one file.
+bool has_name(int fd, const fs::path& name) {
+  struct stat opened {};
+  struct stat named {};
+  return ::fstat(fd, &opened) == 0 && ::lstat(name.c_str(), &named) == 0 &&
+         opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
+}
+
+bool is_new_file(int fd) {
+  struct stat opened {};
+  return ::fstat(fd, &opened) == 0 && S_ISREG(opened.st_mode) && opened.st_size == 0 &&
+         (::fcntl(fd, F_GETFL) & O_ACCMODE) == O_WRONLY;
+}
+
+// Without waiting for the other end of a pipe, and through no link. What may not be written may
+// still be asked for its lock.
+int open_active(const fs::path& active) {
+  constexpr int kHow = O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC;
+  const int fd = ::open(active.c_str(), O_WRONLY | O_CREAT | kHow, 0666);
+  if (fd >= 0) return fd;
+  const int error = errno;
+  const int readable = ::open(active.c_str(), O_RDONLY | kHow);
+  errno = error;
+  return readable;
+}
+
 }  // namespace
 
 LogFile::LogFile(fs::path target) : target_(std::move(target)), active_(target_) {
@@ -37,12 +70,33 @@ LogFile::LogFile(fs::path target) : target_(std::move(target)), active_(target_)
   std::error_code error;
   if (fs::exists(target_, error) && !fs::is_regular_file(target_, error))
     throw McapError(target_.string() + ": is there and no regular file");
-  for (;;) {
-    fd_ = ::open(active_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    if (fd_ >= 0) return;
-    if (errno != EEXIST) refuse(target_, "cannot create a file in its folder", errno);
-    moved_aside_ = move_aside(active_, target_);
+  // A file that is there for a moment only, or is renamed meanwhile, is looked at again.
+  while (fd_ < 0) take_name();
+}
+
+// A new file is one that was empty and is locked: so nobody sees it as left before it is.
+void LogFile::take_name() {
+  std::error_code error;
+  const int fd = open_active(active_);
+  const int why = errno;
+  if (fd < 0 && !fs::exists(fs::symlink_status(active_, error)))
+    refuse(target_, "cannot create a file in its folder", why);
+  if (fd >= 0 && is_locked_by_another(fd)) {
+    ::close(fd);
+    throw FileInUse(active_.string() +
+                    ": another process is writing it, expected a name that nobody writes");
   }
+  if (fd >= 0 && has_name(fd, active_) && is_new_file(fd)) {
+    fd_ = fd;
+    return;
+  }
+  try {
+    if (fd < 0 || has_name(fd, active_)) moved_aside_ = move_aside(active_, target_);
+  } catch (...) {
+    if (fd >= 0) ::close(fd);
+    throw;
+  }
+  if (fd >= 0) ::close(fd);
 }
 
 LogFile::~LogFile() {
@@ -73,9 +127,12 @@ void LogFile::sync() {
 
 void LogFile::commit() {
   if (::fsync(fd_) != 0) refuse(active_, "fsync fails", errno);
-  if (::close(std::exchange(fd_, -1)) != 0) refuse(active_, "closing fails", errno);
+  if (!has_name(fd_, active_))
+    throw McapError(active_.string() + ": was moved or replaced while it was being written");
+  // While it is locked: until it has its name it is nobody else's.
   if (::rename(active_.c_str(), target_.c_str()) != 0)
     refuse(target_, "cannot take this name", errno);
+  if (::close(std::exchange(fd_, -1)) != 0) refuse(target_, "closing fails", errno);
   const fs::path folder = target_.has_parent_path() ? target_.parent_path() : ".";
   const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (fd < 0) return;

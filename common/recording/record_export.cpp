@@ -144,8 +144,9 @@ ExportResult import_record(const ExportRequest& request, const record::WriteShar
   file_options.metadata = {{"from", std::filesystem::path(request.from.file).filename().string()},
                            {"log_time", "sensor time, where it is above 0"},
                            {"publish_time", "sensor time, where it is above 0"}};
-  files::UnfinishedFile unfinished(request.to.string() + ".active");  // of what follows
   RecordFile file(std::move(file_options));
+  // Only once it is this one's: what another is writing under the name stays.
+  files::UnfinishedFile unfinished(request.to.string() + ".active");
   std::uint64_t bytes = 0;  // of payloads
   const auto put = [&](const dds::TopicSpec& spec, std::uint64_t sequence, core::SensorTime time,
                        std::string_view part, const std::string& payload) {

@@ -75,8 +75,22 @@ fs::path RecordFile::next_path() {
   }
 }
 
+// A name that another recording took meanwhile is passed over, but not by the first file of one
+// that begins at once: that is better refused.
+std::unique_ptr<mcap::LogFile> RecordFile::next_file() {
+  const bool may_pass = options_.is_numbered &&
+                        (options_.opening == Opening::kWithTheFirstMessage || !files_.empty());
+  for (;;) {
+    try {
+      return std::make_unique<mcap::LogFile>(next_path());
+    } catch (const mcap::FileInUse&) {
+      if (!may_pass) throw;
+    }
+  }
+}
+
 void RecordFile::open(std::int64_t now_ns) {
-  auto file = std::make_unique<mcap::LogFile>(next_path());
+  auto file = next_file();
   if (moved_aside_.empty()) moved_aside_ = file->moved_aside();
   auto* sink = file.get();
   auto writer = std::make_unique<mcap::Writer>(

@@ -72,6 +72,7 @@ class RecordFile {
   void open(std::int64_t now_ns);
   void finish_open(const mcap::Pairs& more);
   [[nodiscard]] std::filesystem::path next_path();
+  [[nodiscard]] std::unique_ptr<mcap::LogFile> next_file();
   // Channels are of a topic, gyro and probe. Of more than kMostChannels those that come later share
   // one of their topic, whose metadata names neither, as in files of others.
   static constexpr std::size_t kMostChannels = 4096;

@@ -138,6 +138,9 @@ enum class Domain : std::uint32_t {
   kSysfsEnvironment,
   kEnvironment,
   kDiagnoseLiveDense,
+  kRecordingShared,
+  kRecordingCsvLoss,
+  kRecordingPace,
 };
 
 static_assert(static_cast<std::uint32_t>(Domain::kConsole) <= 100);

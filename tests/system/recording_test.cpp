@@ -334,6 +334,33 @@ TEST(Recording, OfAKilledRecorderIsReadableAndNotLostToTheNextOne) {
             messages_of(info, "angular_rate"));
 }
 
+// A second recorder, or an export, with the name of a recording under way: one line, and the
+// recording has all that it would have had.
+TEST(Recording, UnderWayIsNotTakenByAnotherOfItsName) {
+  SystemUnderTest system(Domain::kRecordingShared);
+  const fs::path out = system.path("run.mcap");
+  ChildProcess& first = system.start("zerodrift", {"record", "--out", out});
+  ASSERT_TRUE(eventually([&] { return first.out().find("recording to") != std::string::npos; }));
+  Publisher publisher(system.network());
+  ASSERT_TRUE(eventually([&] { return publisher.is_received(); }));
+  publisher.rates_for(500ms);
+  write(system.path("rates.csv"), "time_s,rate_x_deg_h\n0,1\n1,2\n");
+  for (const Arguments& second : {Arguments{"record", "--out", out},
+                                  Arguments{"export", system.path("rates.csv"), "--out", out}}) {
+    const Finished done = system.run("zerodrift", second);
+    EXPECT_EQ(done.exit_code, 2) << done.out;
+    EXPECT_NE(done.err.find("run.mcap.active: another process is writing it"), std::string::npos)
+        << done.err;
+    EXPECT_TRUE(fs::exists(out.string() + ".active"));
+  }
+  publisher.rates_for(500ms);
+  publisher.wait_until_received();
+  first.send(SIGTERM);
+  EXPECT_EQ(first.wait(5s), 0) << first.out() << first.err();
+  EXPECT_EQ(recordings_in(system.path(""), "run").size(), 1U);
+  EXPECT_EQ(messages_of(info_of(system, out), "angular_rate"), publisher.sent());
+}
+
 // A file may not grow beyond 256 kB here, as on a disk that is full: the recorder says so, goes on
 // trying and ends with "no"; what is in the file stays readable.
 TEST(Recording, OntoAFullDiskSaysSoAndKeepsWhatIsThere) {
