@@ -95,6 +95,7 @@ void Writer::write(const Message& message) {
   widen(chunk_start_ns_, chunk_end_ns_, is_first_of_chunk);
   widen(statistics_.start_ns, statistics_.end_ns, statistics_.messages == 0);
   ++statistics_.messages;
+  ++chunk_messages_;
   ++messages_[message.channel_id - 1U];
   if (chunk_.size() >= options_.chunk_bytes) flush();
 }
@@ -131,6 +132,7 @@ void Writer::flush() {
   put(record_);
   chunks_.push_back(std::move(written));
   chunk_.clear();
+  chunk_messages_ = 0;
   for (auto& entries : entries_) entries.clear();
 }
 

@@ -56,6 +56,8 @@ class Writer {
 
   [[nodiscard]] std::uint64_t bytes() const noexcept { return offset_; }
   [[nodiscard]] std::size_t open_chunk_bytes() const noexcept { return chunk_.size(); }
+  // Of those in the statistics, how many no sink has taken yet.
+  [[nodiscard]] std::uint64_t open_chunk_messages() const noexcept { return chunk_messages_; }
   [[nodiscard]] const Statistics& statistics() const noexcept { return statistics_; }
 
  private:
@@ -85,6 +87,7 @@ class Writer {
   Statistics statistics_{};
 
   std::string chunk_;  // open, uncompressed
+  std::uint64_t chunk_messages_ = 0;
   std::uint64_t chunk_start_ns_ = 0;
   std::uint64_t chunk_end_ns_ = 0;
   // Of the open chunk, by channel: log time and offset of each message.

@@ -18,8 +18,7 @@ constexpr std::int64_t kRetryEveryNs = kSecondNs;     // a disk that refused
 }  // namespace
 
 DiskWriter::DiskWriter(const DiskWriterOptions& options,
-                       std::function<void(const std::string&)> report_refusal,
-                       std::function<mcap::Pairs()> describe)
+                       std::function<void(const std::string&)> report_refusal, Describe describe)
     : options_(options),
       report_refusal_(std::move(report_refusal)),
       describe_(std::move(describe)),
@@ -45,10 +44,12 @@ void DiskWriter::write(const MessageBatch& batch) {
 
 void DiskWriter::write(const QueuedMessage& message) {
   if (message.role == MessageRole::kTrigger) return;
+  ++taken_;
   if (is_refused_) {  // the open chunk waits for the disk; it must not grow without end
-    ++unwritten_;
+    count();
     return;
   }
+  if (file_.was_cut()) refused_before_ = unwritten_;
   const std::int64_t now_ns = service::monotonic_ns();
   queue_delay_.record_between(message.arrival_ns, now_ns);
   guarded([&] {
@@ -60,8 +61,12 @@ void DiskWriter::write(const QueuedMessage& message) {
     }
     if (file_.is_due_to_split(message.arrival_ns)) finish_file();
   });
+}
+
+void DiskWriter::count() noexcept {
   bytes_ = file_.bytes();
   messages_ = file_.messages();
+  unwritten_ = taken_ - file_.messages() - file_.waiting();
 }
 
 void DiskWriter::watch_for_trigger(MessageBatch& batch, std::int64_t now_ns) {
@@ -99,7 +104,6 @@ void DiskWriter::look_after_disk(std::int64_t now_ns) {
       chunk_delay_.record_between(now_ns, service::monotonic_ns());
       is_refused_ = false;
     });
-    bytes_ = file_.bytes();
   }
 }
 
@@ -112,10 +116,13 @@ void DiskWriter::guarded(const std::function<void()>& action) {
     retry_ns_ = service::monotonic_ns() + kRetryEveryNs;
     report_refusal_(error.what());
   }
+  count();
 }
 
 void DiskWriter::finish_file() {
-  mcap::Pairs more = describe_();
+  if (!file_.is_open()) return;
+  count();
+  mcap::Pairs more = describe_(unwritten_ - refused_before_);
   const auto us = [](std::int64_t ns) { return std::to_string(ns / 1000); };
   more.emplace_back("queue_delay_p99_us", us(queue_delay_.percentile_ns(0.99)));
   more.emplace_back("queue_delay_max_us", us(queue_delay_.max_ns()));
@@ -126,6 +133,7 @@ void DiskWriter::finish_file() {
     if (pre_trigger_.is_shortened()) more.emplace_back("pre_trigger_shortened", "yes");
   }
   file_.finish(more);
+  refused_before_ = unwritten_;
 }
 
 }  // namespace zerodrift::recording

@@ -28,12 +28,15 @@ struct DiskWriterOptions {
 // One thread, but for what is said to be any thread's.
 class DiskWriter {
  public:
-  // `report_refusal` is given a line where the disk refuses; `describe` says what belongs to a
-  // file's metadata beside the disk's own figures when it ends. Both are called by the writer's
+  // What belongs to a file's metadata beside the disk's own figures when it ends; `refused`: how
+  // many messages the disk refused since the file before ended, or, where that was cut and tells of
+  // itself that it lacks something, since this one began.
+  using Describe = std::function<mcap::Pairs(std::uint64_t refused)>;
+
+  // `report_refusal` is given a line where the disk refuses. Both are called by the writer's
   // thread. Throws as RecordFile.
   DiskWriter(const DiskWriterOptions& options,
-             std::function<void(const std::string&)> report_refusal,
-             std::function<mcap::Pairs()> describe);
+             std::function<void(const std::string&)> report_refusal, Describe describe);
 
   // `now_ns` is of the monotonic clock. The batch may be emptied.
   void take(MessageBatch& batch, std::int64_t now_ns);
@@ -46,6 +49,7 @@ class DiskWriter {
 
   // Any thread.
   [[nodiscard]] bool has_failed() const noexcept { return failed_; }
+  // Neither in a file nor waiting for it, and those that are in a file; after finish() none waits.
   [[nodiscard]] std::uint64_t unwritten() const noexcept { return unwritten_; }
   [[nodiscard]] std::uint64_t messages() const noexcept { return messages_; }
   [[nodiscard]] std::uint64_t bytes() const noexcept { return bytes_; }
@@ -64,16 +68,19 @@ class DiskWriter {
   void watch_for_trigger(MessageBatch& batch, std::int64_t now_ns);
   void guarded(const std::function<void()>& action);
   void finish_file();
+  void count() noexcept;
 
   DiskWriterOptions options_;
   std::function<void(const std::string&)> report_refusal_;
-  std::function<mcap::Pairs()> describe_;
+  Describe describe_;
   RecordFile file_;
   PreTrigger pre_trigger_;
   bool is_triggered_ = false;
   std::uint64_t triggers_ = 0;
   std::int64_t recorded_until_ns_ = 0;
-  bool is_refused_ = false;  // by the disk; tried again
+  std::uint64_t taken_ = 0;           // messages
+  std::uint64_t refused_before_ = 0;  // of unwritten(), those that the next file doesn't tell of
+  bool is_refused_ = false;           // by the disk; tried again
   std::int64_t retry_ns_ = 0;
   std::int64_t flushed_ns_ = 0;
   std::int64_t synced_ns_ = 0;

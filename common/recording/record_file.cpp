@@ -66,9 +66,9 @@ RecordFile::Attached RecordFile::read(const fs::path& file, const std::string& n
 
 fs::path RecordFile::next_path() {
   if (!options_.is_numbered) return options_.out;
-  for (;;) {
+  for (;; ++number_) {
     char number[16];
-    std::snprintf(number, sizeof number, "_%04u", ++number_);
+    std::snprintf(number, sizeof number, "_%04u", number_);
     fs::path path = files::beside(
         options_.out, options_.out.stem().string() + number + options_.out.extension().string());
     if (!fs::exists(path)) return path;
@@ -85,6 +85,7 @@ std::unique_ptr<mcap::LogFile> RecordFile::next_file() {
       return std::make_unique<mcap::LogFile>(next_path());
     } catch (const mcap::FileInUse&) {
       if (!may_pass) throw;
+      ++number_;
     }
   }
 }
@@ -99,6 +100,8 @@ void RecordFile::open(std::int64_t now_ns) {
   files_.back() += ".active";
   file_ = std::move(file);
   writer_ = std::move(writer);
+  was_cut_ = false;
+  ++number_;
   channels_.clear();
   schemas_.clear();
   first_arrival_ns_.reset();
@@ -161,7 +164,6 @@ void RecordFile::write(const QueuedMessage& message) {
   if (!first_arrival_ns_) first_arrival_ns_ = message.arrival_ns;
   newest_ns_ = message.log_ns;
   const std::uint16_t channel = channel_of(message);
-  ++messages_;
   writer_->write({.channel_id = channel,
                   .sequence = static_cast<std::uint32_t>(message.sequence),
                   .log_time_ns = stamp(message.log_ns),
@@ -189,21 +191,32 @@ std::uint64_t RecordFile::bytes() const noexcept {
   return bytes_before_ + (is_open() ? writer_->bytes() : 0);
 }
 
+std::uint64_t RecordFile::messages() const noexcept {
+  return messages_before_ + (is_open() ? writer_->statistics().messages - waiting() : 0);
+}
+
+std::uint64_t RecordFile::waiting() const noexcept {
+  return is_open() ? writer_->open_chunk_messages() : 0;
+}
+
+void RecordFile::close() noexcept {
+  bytes_before_ = bytes();
+  messages_before_ = messages();
+  writer_.reset();
+  file_.reset();
+}
+
 void RecordFile::finish(const mcap::Pairs& more) {
   if (!is_open()) return;
   try {
     finish_open(more);
     files_.back() = file_->target();
   } catch (...) {
-    // Nothing may follow half a summary.
-    bytes_before_ += writer_->bytes();
-    writer_.reset();
-    file_.reset();
+    close();  // nothing may follow half a summary
+    was_cut_ = true;
     throw;
   }
-  bytes_before_ += writer_->bytes();
-  writer_.reset();
-  file_.reset();
+  close();
 }
 
 void RecordFile::finish_open(const mcap::Pairs& more) {

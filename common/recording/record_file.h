@@ -46,16 +46,21 @@ class RecordFile {
   enum class Durability : std::uint8_t { kProcess, kMedium };
   void flush(Durability durability);
   // Ends the open file, if there is one. `more`: metadata that is known only now. Where the disk
-  // refuses, the file is left as .active, readable as far as it goes, and the next message begins
-  // another.
+  // refuses, the file is left as .active, readable as far as it goes, what it still waited for is
+  // lost, and the next message begins another.
   void finish(const mcap::Pairs& more);
 
   [[nodiscard]] bool is_open() const noexcept { return writer_ != nullptr; }
   // `arrival_ns`: of the newest message.
   [[nodiscard]] bool is_due_to_split(std::int64_t arrival_ns) const noexcept;
-  [[nodiscard]] std::uint64_t messages() const noexcept { return messages_; }
+  // Of all files: those that the operating system has, and those in the open chunk. Of what
+  // write() was given, the rest is lost.
+  [[nodiscard]] std::uint64_t messages() const noexcept;
+  [[nodiscard]] std::uint64_t waiting() const noexcept;
   // Of all files.
   [[nodiscard]] std::uint64_t bytes() const noexcept;
+  // Nothing is open, and the newest file could not be finished.
+  [[nodiscard]] bool was_cut() const noexcept { return was_cut_; }
   // By the names they have now: .active those that are open or could not be finished.
   [[nodiscard]] const std::vector<std::filesystem::path>& files() const noexcept { return files_; }
   // What an earlier recording left was moved to; empty: nothing was.
@@ -71,6 +76,7 @@ class RecordFile {
 
   void open(std::int64_t now_ns);
   void finish_open(const mcap::Pairs& more);
+  void close() noexcept;
   [[nodiscard]] std::filesystem::path next_path();
   [[nodiscard]] std::unique_ptr<mcap::LogFile> next_file();
   // Channels are of a topic, gyro and probe. Of more than kMostChannels those that come later share
@@ -90,9 +96,10 @@ class RecordFile {
   std::map<std::filesystem::path, std::filesystem::file_time_type> checkpoints_reported_;
   std::optional<std::int64_t> first_arrival_ns_;  // in the open file
   std::int64_t newest_ns_ = 0;                    // Unix time
-  std::uint64_t messages_ = 0;
+  std::uint64_t messages_before_ = 0;             // in files that are over
   std::uint64_t bytes_before_ = 0;
-  std::uint32_t number_ = 0;
+  bool was_cut_ = false;
+  std::uint32_t number_ = 1;  // of the next file, where nothing has its name
   std::vector<std::filesystem::path> files_;
   std::filesystem::path moved_aside_;
 };

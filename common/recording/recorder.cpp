@@ -50,7 +50,7 @@ class McapRecorder {
       : options_(options),
         disk_(
             options.disk, [this](const std::string& why) { report_refusal(why); },
-            [this] { return description(); }),
+            [this](std::uint64_t refused) { return description(refused); }),
         queue_(options.queue_bytes),
         host_("recorder", options.network),
         participant_("recorder_data", options.network),
@@ -185,15 +185,22 @@ class McapRecorder {
                  .sensor_time_ns = 0});
   }
 
-  // For a file that ends.
-  [[nodiscard]] mcap::Pairs description() const {
-    mcap::Pairs more{{"messages_lost", std::to_string(lost())}};
+  // For a file that ends: what was lost since the one before it did.
+  [[nodiscard]] mcap::Pairs description(std::uint64_t refused_by_disk) {
+    std::uint64_t lost = refused_by_disk;
+    mcap::Pairs of_topics;
     for (std::size_t i = 0; i < dds::kAllTopics.size(); ++i) {
-      if (const std::uint64_t count = queue_.dropped(i) + arrivals_[i].missing(); count > 0) {
-        more.emplace_back("messages_lost/" + std::string(dds::kAllTopics[i].name),
-                          std::to_string(count));
-      }
+      // A hole may be filled later, so the sum may shrink.
+      const std::uint64_t before = lost_before_[i];
+      lost_before_[i] = std::max(before, queue_.dropped(i) + arrivals_[i].missing());
+      const std::uint64_t count = lost_before_[i] - before;
+      if (count == 0) continue;
+      lost += count;
+      of_topics.emplace_back("messages_lost/" + std::string(dds::kAllTopics[i].name),
+                             std::to_string(count));
     }
+    mcap::Pairs more{{"messages_lost", std::to_string(lost)}};
+    more.insert(more.end(), of_topics.begin(), of_topics.end());
     more.emplace_back("queue_peak_bytes", std::to_string(queue_.peak_bytes()));
     return more;
   }
@@ -326,7 +333,7 @@ class McapRecorder {
   struct Progress {
     std::uint64_t newest = 0;
     core::SensorTime time{core::kNever};  // of the newest
-    bool is_answered = false;  // by compensated_rate, which then counts
+    bool is_answered = false;             // by compensated_rate, which then counts
   };
 
   McapRecordOptions options_;
@@ -338,6 +345,7 @@ class McapRecorder {
   service::Host host_;
   dds::Participant participant_;
   std::array<ArrivalCount, dds::kAllTopics.size()> arrivals_;
+  std::array<std::uint64_t, dds::kAllTopics.size()> lost_before_{};  // the open file
   std::mutex progress_mutex_;
   std::unique_ptr<service::ReplayProgressReporter> progress_;
   bool has_begun_ = false;
