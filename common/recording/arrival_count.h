@@ -12,6 +12,9 @@
 
 namespace zerodrift::recording {
 
+inline constexpr const char* kDidNotArrive =
+    "messages did not arrive; a replay keeps pace with `--wait-for recorder`";
+
 // One topic. Any thread.
 class ArrivalCount {
  public:
@@ -49,10 +52,9 @@ class ArrivalCount {
     if (known == nullptr) return;
     Run& run = *known;
     if (run.count == 0 || run.id != answer.run_id) {
-      if (run.count > 0) holes_before_ += run.holes();
       // What its writer had said before is of this run, too.
       run = {answer.run_id, answer.sequence - std::min(unreceived, answer.sequence),
-             answer.sequence, 0};
+             answer.sequence, 0, run.holes()};
     }
     run.first = std::min(run.first, answer.sequence);
     run.newest = std::max(run.newest, answer.sequence);
@@ -63,9 +65,15 @@ class ArrivalCount {
   [[nodiscard]] std::uint64_t missing() const {
     const std::lock_guard lock(mutex_);
     if (runs_.entries().empty()) return unreceived_;  // no topic of answers
-    std::uint64_t holes = holes_before_;
+    std::uint64_t holes = 0;
     for (const auto& [gyro_id, run] : runs_.entries()) holes += run.holes();
     return std::min(unreceived_, holes);
+  }
+  // Of the answers for one gyro.
+  [[nodiscard]] std::uint64_t missing_of(std::uint32_t gyro_id) const {
+    const std::lock_guard lock(mutex_);
+    const auto run = runs_.entries().find(gyro_id);
+    return run == runs_.entries().end() ? 0 : std::min(unreceived_, run->second.holes());
   }
 
  private:
@@ -75,9 +83,10 @@ class ArrivalCount {
     std::uint64_t first = 0;
     std::uint64_t newest = 0;
     std::uint64_t count = 0;
+    std::uint64_t holes_before = 0;  // in runs of this gyro that are over
     [[nodiscard]] std::uint64_t holes() const noexcept {
-      const std::uint64_t span = newest - first + 1;
-      return span > count ? span - count : 0;
+      const std::uint64_t span = count == 0 ? 0 : newest - first + 1;
+      return holes_before + (span > count ? span - count : 0);
     }
   };
 
@@ -97,7 +106,6 @@ class ArrivalCount {
   std::uint64_t unreceived_ = 0;                              // by the writers' numbers
   core::BoundedTable<Writer, std::uint64_t> newest_{65'536};  // 5 MB; of more nothing is missed
   core::BoundedTable<std::uint32_t, Run> runs_{4096};
-  std::uint64_t holes_before_ = 0;  // of runs that are over
 };
 
 }  // namespace zerodrift::recording

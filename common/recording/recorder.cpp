@@ -250,13 +250,12 @@ class McapRecorder {
     reported_dropped_ = dropped;
     // A hole may be filled by another instance's answers, so the sum may shrink.
     const std::uint64_t missed = std::max(not_arrived(), reported_missed_);
-    host_.raise_counted(
-        {.code = "recording_incomplete",
-         .severity = service::Severity::kWarning,
-         .text = "messages did not arrive; a replay keeps pace with `--wait-for recorder`",
-         .gyro_id = 0,
-         .sensor_time_ns = 0},
-        missed - reported_missed_);
+    host_.raise_counted({.code = "recording_incomplete",
+                         .severity = service::Severity::kWarning,
+                         .text = kDidNotArrive,
+                         .gyro_id = 0,
+                         .sensor_time_ns = 0},
+                        missed - reported_missed_);
     reported_missed_ = missed;
   }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // zerodrift record: the live compensated topic as a CSV record, or all topics as an MCAP file.
+#include <algorithm>
 #include <atomic>
 #include <cstdio>
 #include <filesystem>
@@ -10,11 +11,15 @@
 
 #include "common/core/counted.h"
 #include "common/dds/conversions.h"
+#include "common/dds/raw_reader.h"
 #include "common/files/atomic_file.h"
+#include "common/recording/arrival_count.h"
 #include "common/recording/compensated_csv.h"
+#include "common/recording/discovery_complete.h"
 #include "common/recording/recorder.h"
 #include "common/service/host.h"
 #include "common/service/main.h"
+#include "common/service/monotonic_clock.h"
 #include "common/service/replay_pacer.h"
 #include "common/service/time_option.h"
 #include "services/zerodrift/commands.h"
@@ -40,8 +45,13 @@ class Recorder {
         progress_(host_.participant(), "recorder"),
         reader_(
             host_.participant(),
-            [this](const msg::CompensatedRate& m, const dds::SampleOrigin&) { take(m); },
-            host_.observer()) {}
+            [this](const msg::CompensatedRate& message, dds::Bytes, const dds::WireOrigin& origin) {
+              take(message, origin);
+            },
+            host_.observer(),
+            [this](const recording::ArrivalCount::Writer& writer) {
+              arrivals_.note_matched(writer);
+            }) {}
 
   int run() {
     host_.run([this] { return status(); }, [this] { tick(); }, [this] { end_if_stalled(); });
@@ -54,10 +64,14 @@ class Recorder {
                    kept.empty() ? "nothing is kept"
                                 : ("what was written before is in " + kept.string()).c_str());
     } else {
-      std::printf("%s: %llu samples\n", options_.out.c_str(),
+      std::printf("%s: %llu samples", options_.out.c_str(),
                   static_cast<unsigned long long>(taken_.load()));
+      if (lost() > 0)
+        std::printf(", %llu lost: they did not arrive", static_cast<unsigned long long>(lost()));
+      std::printf("\n");
     }
-    const bool complete = !failure_ && (options_.samples == 0 || taken_ >= options_.samples);
+    const bool complete =
+        !failure_ && lost() == 0 && (options_.samples == 0 || taken_ >= options_.samples);
     const int exit_code = complete ? service::kExitDone : service::kExitNo;
     service::end_within(service::kStopWithin, exit_code);
     return exit_code;
@@ -84,10 +98,14 @@ class Recorder {
     }
   }
 
-  void take(const msg::CompensatedRate& message) {
-    if (message.gyro_id() != options_.gyro_id) return;
+  void take(const msg::CompensatedRate& message, const dds::WireOrigin& origin) {
     const std::lock_guard lock(mutex_);
+    // What comes from then on is not asked for.
     if (done_ || failure_ || (options_.samples > 0 && taken_ == options_.samples)) return;
+    arrivals_.note_answer(
+        origin.writer, origin.number,
+        {message.gyro_id(), message.run_id(), message.sequence_number(), origin.is_repeat});
+    if (origin.is_repeat || message.gyro_id() != options_.gyro_id) return;
     const auto sample = dds::from_message(message);
     guarded([&] { csv_.write(sample); });
     if (failure_) return;
@@ -110,12 +128,29 @@ class Recorder {
   void tick() {
     progress_.announce();
     if (taken_ > 0) report();
+    if (!has_begun_ && discovery_.note(host_.participant().acquaintance(), reader_.matched(),
+                                       service::monotonic_ns())) {
+      arrivals_.begin();
+      has_begun_ = true;
+    }
+    // A hole may be filled by another instance's answers, so the count may shrink.
+    const std::uint64_t lost_now = std::max(lost(), reported_lost_);
+    host_.raise_counted({.code = "recording_incomplete",
+                         .severity = service::Severity::kWarning,
+                         .text = recording::kDidNotArrive,
+                         .gyro_id = options_.gyro_id,
+                         .sensor_time_ns = 0},
+                        lost_now - reported_lost_);
+    reported_lost_ = lost_now;
   }
+
+  [[nodiscard]] std::uint64_t lost() const { return arrivals_.missing_of(options_.gyro_id); }
 
   service::Status status() {
     return {.state = taken_ > 0 ? service::State::kRunning : service::State::kWaiting,
             .summary = core::counted(taken_, "sample") + " recorded",
-            .metrics = {{"samples", "1", static_cast<double>(taken_)}}};
+            .metrics = {{"samples", "1", static_cast<double>(taken_)},
+                        {"messages_lost", "1", static_cast<double>(lost())}}};
   }
 
   RecordOptions options_;
@@ -125,9 +160,13 @@ class Recorder {
   std::atomic<std::uint64_t> newest_{0};
   bool done_ = false;
   std::optional<std::string> failure_;  // of the disk
+  recording::ArrivalCount arrivals_;
+  recording::DiscoveryComplete discovery_;  // these three: of the status thread
+  bool has_begun_ = false;
+  std::uint64_t reported_lost_ = 0;
   service::Host host_;
   service::ReplayProgressReporter progress_;
-  dds::Reader<msg::CompensatedRate> reader_;
+  dds::RawReader<msg::CompensatedRate> reader_;
 };
 
 // The options of the command line; those of MCAP files alone are kept as they are used.

@@ -280,6 +280,52 @@ TEST(Recording, SaysToTheMessageWhatIsMissing) {
       << recorder.out();
 }
 
+// The same as CSV, of one gyro of two: what it says is what is missing among the numbers in it.
+TEST(Recording, AsCsvSaysToTheSampleWhatIsMissing) {
+  SystemUnderTest system(Domain::kRecordingCsvLoss);
+  const fs::path out = system.path("run.csv");
+  dds::Participant participant("publisher", system.network());
+  dds::Writer<msg::CompensatedRate> answers(participant);
+  std::uint64_t sequence = 0;
+  const auto answer = [&] {
+    for (const std::uint32_t gyro_id : {1U, 2U}) {
+      msg::CompensatedRate message;
+      message.gyro_id(gyro_id);
+      message.run_id(7);
+      message.sequence_number(sequence);
+      message.sensor_time_ns(static_cast<std::int64_t>(sequence) * 1'000'000);
+      EXPECT_TRUE(answers.write(message));
+    }
+    ++sequence;
+  };
+  answer();  // what was before it came is nobody's loss
+  ChildProcess& recorder = system.start("zerodrift", {"record", "--out", out});
+  ASSERT_TRUE(eventually([&] { return answers.matched() > 0; }));
+  for (int i = 0; i < 100; ++i) answer();
+  EXPECT_TRUE(answers.wait_until_received(10s));
+  recorder.send(SIGSTOP);
+  for (int i = 0; i < 20000; ++i) answer();
+  recorder.send(SIGCONT);
+  for (int i = 0; i < 100; ++i) {
+    answer();
+    std::this_thread::sleep_for(10ms);
+  }
+  EXPECT_TRUE(answers.wait_until_received(10s));
+  recorder.send(SIGTERM);
+  EXPECT_EQ(recorder.wait(10s), 1) << recorder.out() << recorder.err();
+  const Table table = read_table(out);
+  const std::size_t column = table.column("sequence");
+  const auto first = std::stoull(table.rows.front()[column]);
+  const auto last = std::stoull(table.rows.back()[column]);
+  EXPECT_EQ(last, sequence - 1);
+  const std::uint64_t lost = last - first + 1 - table.rows.size();
+  EXPECT_GE(lost, 100U) << "nothing was lost, so nothing was tried";
+  EXPECT_NE(recorder.out().find("run.csv: " + std::to_string(table.rows.size()) + " samples, " +
+                                std::to_string(lost) + " lost: they did not arrive"),
+            std::string::npos)
+      << recorder.out() << lost;
+}
+
 TEST(Recording, IsSplitWithoutLosingASample) {
   SystemUnderTest system(Domain::kRecordingSplit);
   ChildProcess& recorder =

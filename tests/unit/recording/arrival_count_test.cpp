@@ -53,6 +53,28 @@ TEST(ArrivalCountLaws, WhatAnotherInstanceWroteIsNotMissing) {
   EXPECT_EQ(answers.arrivals.missing(), 3U);
 }
 
+// Law: of several gyros that one instance answers each has its own count, over all its runs, and
+// together they are all that is missing.
+TEST(ArrivalCountLaws, EachGyroIsCountedApart) {
+  ArrivalCount arrivals;
+  arrivals.begin();
+  std::uint64_t number = 0;
+  for (std::uint64_t run = 1; run <= 3; ++run) {
+    for (std::uint64_t sequence = 0; sequence < 50; ++sequence) {
+      for (std::uint32_t gyro = 1; gyro <= 3; ++gyro) {
+        ++number;
+        const bool arrives = sequence % 10 >= gyro;  // gyro n lacks n of ten
+        if (arrives || sequence == 0)
+          arrivals.note_answer(writer_of(1), number, {gyro, run, sequence, false});
+      }
+    }
+  }
+  for (std::uint32_t gyro = 1; gyro <= 3; ++gyro)
+    EXPECT_EQ(arrivals.missing_of(gyro), 3 * (5 * gyro - 1)) << gyro;
+  EXPECT_EQ(arrivals.missing_of(4), 0U);
+  EXPECT_EQ(arrivals.missing(), 3U * (5 * 6 - 3));
+}
+
 TEST(ArrivalCountLaws, MadeUpGyrosTakeNoKnownOnesPlace) {
   ArrivalCount arrivals;
   arrivals.begin();
