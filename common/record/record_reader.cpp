@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/integer_time.h"
 #include "common/core/median.h"
 #include "common/files/file_error.h"
 #include "common/record/bag_files.h"
@@ -16,9 +17,6 @@ namespace zerodrift::record {
 namespace {
 
 constexpr std::uint64_t kRowsForPeriod = 101;
-
-// Beyond this a nanosecond count doesn't fit 64 bits.
-constexpr double kLargestTimeS = 9.2e9;
 
 // -0.0 + 0.0 is +0.0: an offset of zero is left out so that a value in its default unit keeps its
 // bits.
@@ -248,7 +246,11 @@ const RecordRow* RecordReader::next_of_csv() {
 
 void RecordReader::decode(std::string_view line) {
   row_.index = rows_read_;
-  if (layout_.time_is_row_number) row_.time = scaled_time(static_cast<double>(rows_read_), nullptr);
+  if (layout_.time_is_row_number) {
+    const auto time = scaled_time(static_cast<double>(rows_read_));
+    if (!time) refuse_time("row " + std::to_string(rows_read_), nullptr);
+    row_.time = *time;
+  }
   decode_cells(line);
   check_order_and_set_interval();
 }
@@ -295,7 +297,10 @@ std::string_view RecordReader::as_point(std::string_view cell) {
 }
 
 core::SensorTime RecordReader::decode_time(std::string_view cell, const BoundColumn& column) {
-  if (const auto time = exact_time(cell)) return *time;
+  if (const auto time = exact_time(cell)) {
+    if (core::is_usable(*time)) return *time;
+    refuse_time(printable(cell), &column);
+  }
   const std::optional<double> number =
       layout_.time.is_date ? std::nullopt : parse_number(as_point(cell));
   if (!number || !std::isfinite(*number)) {
@@ -306,7 +311,9 @@ core::SensorTime RecordReader::decode_time(std::string_view cell, const BoundCol
                                  ? "; a date has the unit iso8601" + (rows_read_ == 0 ? guess_ : "")
                                  : ""));
   }
-  return scaled_time(*number, &column);
+  const auto time = scaled_time(*number);
+  if (!time) refuse_time(printable(cell), &column);
+  return *time;
 }
 
 // Without a double in between.
@@ -316,14 +323,12 @@ std::optional<core::SensorTime> RecordReader::exact_time(std::string_view cell) 
   return parse_decimal_time(as_point(cell), layout_.time.nanosecond_exponent);
 }
 
-core::SensorTime RecordReader::scaled_time(double count, const BoundColumn* column) const {
+// Nullopt beyond the usable times.
+std::optional<core::SensorTime> RecordReader::scaled_time(double count) const {
   const double time_s = count * layout_.time.factor * layout_.time.unit_s;
-  if (!(std::abs(time_s) < kLargestTimeS)) {
-    refuse_row(
-        column,
-        "a time beyond ±292 years, which integer nanoseconds can't hold; is the unit right?");
-  }
-  return core::from_seconds(time_s);
+  if (!(std::abs(time_s) <= core::seconds(core::kLatestUsableTime))) return std::nullopt;
+  const core::SensorTime time = core::from_seconds(time_s);
+  return core::is_usable(time) ? std::optional(time) : std::nullopt;
 }
 
 void RecordReader::check_order_and_set_interval() {
@@ -339,6 +344,14 @@ void RecordReader::check_order_and_set_interval() {
                             " s); a record's time strictly increases");
   }
   ++rows_out_of_order_;
+}
+
+void RecordReader::refuse_time(const std::string& found, const BoundColumn* column) const {
+  refuse_row(column, "found '" + found + "', " +
+                         (layout_.time.is_date
+                              ? "expected a date from 1896-12-07 to 2043-01-25"
+                              : "expected a time within ±2305843009 s (73 years): seconds from the "
+                                "record's start, or since 1970; is the unit right?"));
 }
 
 void RecordReader::refuse_row(const BoundColumn* column, const std::string& why) const {

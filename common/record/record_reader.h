@@ -158,9 +158,10 @@ class RecordReader {
   [[nodiscard]] std::string_view as_point(std::string_view cell);
   [[nodiscard]] core::SensorTime decode_time(std::string_view cell, const BoundColumn& column);
   [[nodiscard]] std::optional<core::SensorTime> exact_time(std::string_view cell);
-  [[nodiscard]] core::SensorTime scaled_time(double count, const BoundColumn* column) const;
+  [[nodiscard]] std::optional<core::SensorTime> scaled_time(double count) const;
   void check_order_and_set_interval();
 
+  [[noreturn]] void refuse_time(const std::string& found, const BoundColumn* column) const;
   [[noreturn]] void refuse_row(const BoundColumn* column, const std::string& why) const;
 
   [[nodiscard]] const RecordRow* next_of_csv();

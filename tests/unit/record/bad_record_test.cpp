@@ -165,10 +165,35 @@ TEST_F(BadRecord, WordInTheTimeCell) {
             "a.csv:2: column 'time_s': found 'nan', expected a time: every row needs one");
 }
 
-TEST_F(BadRecord, TimeThatNanosecondsCannotHold) {
-  EXPECT_EQ(outcome_of("time_s\n1e12\n"),
-            "a.csv:2: column 'time_s': a time beyond ±292 years, which integer nanoseconds can't "
-            "hold; is the unit right?");
+// Beyond 2^61 ns sums and differences of two times overflow, and no sample would be compensated:
+// seconds since 1904, as LabVIEW counts them, are beyond it.
+TEST_F(BadRecord, ATimeBeyondTheUsableOnesInEveryUnitIsRefused) {
+  const std::string bound =
+      ", expected a time within ±2305843009 s (73 years): seconds from the record's start, or "
+      "since "
+      "1970; is the unit right?";
+  for (const char* time : {"3850000000.000", "2305843009.213693953", "-2305843010", "1e12", "-4e9",
+                           "9223372036.854775808", "99999999999999999999"}) {
+    EXPECT_EQ(outcome_of("time_s\n" + std::string(time) + "\n"),
+              "a.csv:2: column 'time_s': found '" + std::string(time) + "'" + bound);
+  }
+  EXPECT_EQ(outcome_of("t\n2305843009213693953\n", "time=t[ns]"),
+            "a.csv:2: column 't': found '2305843009213693953'" + bound);
+  EXPECT_EQ(outcome_of("t\n3850000000000\n", "time=t[ms]"),
+            "a.csv:2: column 't': found '3850000000000'" + bound);
+  EXPECT_EQ(outcome_of("t\n2\n", "time=t*2e9[s]"), "a.csv:2: column 't': found '2'" + bound);
+  EXPECT_EQ(outcome_of("x\n1\n2\n3\n", "time=row*2e9[s]"), "a.csv:4: found 'row 2'" + bound);
+  for (const std::string date : {"2043-01-26T00:00:00Z", "1896-12-06T00:00:00Z"}) {
+    EXPECT_EQ(
+        outcome_of("t\n" + date + "\n", "time=t[iso8601]"),
+        "a.csv:2: column 't': found '" + date + "', expected a date from 1896-12-07 to 2043-01-25");
+  }
+}
+
+TEST_F(BadRecord, TheLastUsableTimesAreTaken) {
+  EXPECT_EQ(outcome_of("time_s\n-2305843009.213693952\n0\n2305843009.213693952\n"), "3 rows");
+  EXPECT_EQ(outcome_of("t\n1896-12-07T00:00:00Z\n2043-01-25T23:59:59+00:10\n", "time=t[iso8601]"),
+            "2 rows");
 }
 
 TEST_F(BadRecord, WrongCellCount) {
