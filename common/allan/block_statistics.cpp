@@ -46,7 +46,8 @@ BlockStatistics::BlockStatistics(const BlockStatisticsOptions& options)
           static_cast<std::uint64_t>(std::llround(options.block_s / options.sample_interval_s))),
       means_(
           static_cast<std::size_t>(std::ceil(options.window_s / options.block_s * (1.0 - 1e-12))),
-          kAbsent) {}
+          kAbsent),
+      last_mean_(kAbsent) {}
 
 void BlockStatistics::add(double value) noexcept {
   if (!std::isfinite(value)) {
@@ -65,30 +66,38 @@ void BlockStatistics::gap(std::uint64_t missing_samples) noexcept {
   const std::uint64_t left_over = wraps ? position_ - block_samples_ : position_;
   if (wraps) ++blocks;
   if (blocks == 0) return;
-  // One more than the window holds empties it; the open block, incomplete, closes first.
+  // One more than the window holds empties it; the open block closes first.
   for (std::uint64_t i = std::min<std::uint64_t>(blocks, means_.size() + 1); i > 0; --i)
     close_block();
   position_ = left_over;
 }
 
 void BlockStatistics::close_block() noexcept {
-  const bool complete = valid_ == block_samples_;
-  const double mean = complete ? sum_ / static_cast<double>(block_samples_) : kAbsent;
+  const bool counts =
+      static_cast<double>(valid_) >= kShareOfBlock * static_cast<double>(block_samples_);
+  const double mean = counts ? sum_ / static_cast<double>(valid_) : kAbsent;
   means_[next_] = mean;
   next_ = next_ + 1 == means_.size() ? 0 : next_ + 1;
-  if (complete) {
+  if (counts) {
     ++blocks_;
     const double before = mean - mean_;
     mean_ += before / static_cast<double>(blocks_);
     squares_ += before * (mean - mean_);
   }
+  if (counts && !std::isnan(last_mean_)) {
+    ++steps_;
+    step_squares_ += (mean - last_mean_) * (mean - last_mean_);
+  }
+  last_mean_ = mean;
   sum_ = 0.0;
   valid_ = position_ = 0;
 }
 
 BlockMoments BlockStatistics::moments(Span span) const noexcept {
   if (span == Span::kRolling) return rolling_moments();
-  return {blocks_, mean_, standard_deviation(squares_, blocks_)};
+  const double step_rms =
+      steps_ == 0 ? 0.0 : std::sqrt(step_squares_ / static_cast<double>(steps_));
+  return {blocks_, mean_, standard_deviation(squares_, blocks_), step_rms};
 }
 
 BlockMoments BlockStatistics::rolling_moments() const noexcept {

@@ -38,6 +38,11 @@ std::size_t split_of(const std::vector<double>& steps_s, double before_s, double
 
 }  // namespace
 
+std::uint64_t missing_between(double step_s, double period_s) noexcept {
+  if (!(step_s > kLongestRegularStep * period_s)) return 0;
+  return static_cast<std::uint64_t>(std::min(std::round(step_s / period_s), kMostMissing)) - 1;
+}
+
 SampleClock::SampleClock(double nominal_period_s) : nominal_s_(nominal_period_s) {
   core::require(nominal_period_s > 0.0, "a sample clock has a period above 0");
   recent_s_.reserve(2 * kBlock);
@@ -58,8 +63,7 @@ std::uint64_t SampleClock::add(double step_s) {
   }
   ++gaps_;
   longest_gap_s_ = std::max(longest_gap_s_, step_s);
-  const double periods = std::min(std::round(step_s / nominal_s_), kMostMissing);
-  const auto missing = static_cast<std::uint64_t>(periods) - 1;
+  const std::uint64_t missing = missing_between(step_s, nominal_s_);
   missing_ += missing;
   return missing;
 }

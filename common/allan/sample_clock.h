@@ -16,12 +16,16 @@ struct PeriodChange {
   double after_s = 0.0;
 };
 
+// How many samples are missing between two that are `step_s` apart: a step of more than 1.5 periods
+// is a gap.
+[[nodiscard]] std::uint64_t missing_between(double step_s, double period_s) noexcept;
+
 class SampleClock {
  public:
   explicit SampleClock(double nominal_period_s);
 
-  // Time from the sample before to this one. Answers how many samples are missing between them: a
-  // step of more than 1.5 periods is a gap. O(1) amortised.
+  // Time from the sample before to this one. Answers how many samples are missing between them, by
+  // the nominal period. O(1) amortised.
   std::uint64_t add(double step_s);
 
   // A median of 256 steps, or of the last 32 at the end of the record, that is off the nominal

@@ -50,6 +50,7 @@ StreamReport ResidualStream::report() const {
   options.fitted[allan::index(allan::NoiseTerm::kRateRamp)] = true;
   out.coefficients = allan::fit_coefficients(out.allan, options);
   out.slopes = allan::read_slopes(out.allan);
+  out.block_s = minutes_.block_s();
   out.minute_means = minutes_.moments(allan::Span::kSinceStart);
   return out;
 }

@@ -20,7 +20,8 @@ struct StreamReport {
   std::vector<allan::AllanPoint> allan;
   allan::CoefficientReport coefficients;              // N, B, K and the ramp R, with intervals
   allan::PerNoiseTerm<std::optional<double>> slopes;  // read off as the paper may have done
-  allan::BlockMoments minute_means;                   // of the 60 s means
+  double block_s = 0.0;                               // a minute, in whole samples
+  allan::BlockMoments minute_means;                   // of the means over so long
 };
 
 class ResidualStream {

@@ -45,6 +45,11 @@ std::vector<std::string> allan_cells(const comparison::StreamReport& stream) {
       coefficient(stream.coefficients[NoiseTerm::kRateRandomWalk], allan::kDegPerHourPerRootHour)};
 }
 
+// "60 s std"; of another length where a minute is no whole number of samples.
+std::string means_title(const comparison::StreamReport& stream) {
+  return significant(stream.block_s, 2) + " s std";
+}
+
 const SchemeOutcome* smallest_rmse(const ProtocolOutcome& protocol) {
   const SchemeOutcome* best = nullptr;
   for (const SchemeOutcome& scheme : protocol.schemes) {
@@ -59,11 +64,12 @@ report::Table protocol_table(const AxisComparison& axis, const ProtocolOutcome& 
   table.caption = axis_name(axis) + ", " + protocol.protocol.name + ": residual of " +
                   std::to_string(protocol.schemes.front().statistics.points) + " labels of " +
                   significant(label_s(axis), 2) + " s, deg/h";
-  table.columns = {
-      {"scheme", Align::kLeft},       {"mean", Align::kRight},     {"std", Align::kRight},
-      {"MAE", Align::kRight},         {"RMSE", Align::kRight},     {"60 s std", Align::kRight},
-      {"95 % holds", Align::kRight},  {"N deg/√h", Align::kRight}, {"B deg/h", Align::kRight},
-      {"K deg/h^1.5", Align::kRight}, {"us/label", Align::kRight}};
+  table.columns = {{"scheme", Align::kLeft},      {"mean", Align::kRight},
+                   {"std", Align::kRight},        {"MAE", Align::kRight},
+                   {"RMSE", Align::kRight},       {means_title(protocol.raw), Align::kRight},
+                   {"95 % holds", Align::kRight}, {"N deg/√h", Align::kRight},
+                   {"B deg/h", Align::kRight},    {"K deg/h^1.5", Align::kRight},
+                   {"us/label", Align::kRight}};
   const SchemeOutcome* best = smallest_rmse(protocol);
   const auto add = [&](std::vector<std::string> cells, const comparison::StreamReport& stream,
                        std::string time, bool highlighted) {
@@ -262,7 +268,10 @@ std::vector<std::string> notes(const ComparisonResult& result) {
       "judgement on all before it. *, or a marked row: smallest RMSE. 95 % holds: share of the "
       "judged labels within the interval stated for them, by stack and online-svr the one that the "
       "service sends out, by the others one that their own past errors make; n/a: none is stated. "
-      "60 s std: of the means of whole minutes. N, B and K: of every sample of the judged labels "
+      "60 s std: of the means over a minute, of which four fifths of the samples are judged; over "
+      "as "
+      "many seconds as it says where a minute is no whole number of samples. N, B and K: of every "
+      "sample of the judged labels "
       "less its "
       "prediction, fitted to the overlapping Allan deviation together with a ramp; <: not seen, "
       "and at 95 % confidence below. B is the floor within minutes and knows nothing of slow "

@@ -10,6 +10,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "common/allan/sample_clock.h"
 #include "common/evaluation/model_use.h"
 #include "common/evaluation/offline_run.h"
 #include "common/measurement/doubts_json.h"
@@ -275,10 +276,8 @@ class Streams {
       newest_degc_ = row.temperature_degc[*probe];
     if (!record::brings_rate(row)) return;
     std::uint64_t missing = 0;
-    if (previous_) {
-      const double steps = core::seconds(row.time - *previous_) / period_s_;
-      if (steps > 1.5) missing = static_cast<std::uint64_t>(std::llround(steps)) - 1;
-    }
+    if (previous_)
+      missing = allan::missing_between(core::seconds(row.time - *previous_), period_s_);
     previous_ = row.time;
     if (temperature_) temperature_->add(newest_degc_);
     const core::PerAxis<double> rate_radps = mounting_.rate_radps_b(row.rate_radps);

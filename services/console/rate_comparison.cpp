@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "common/allan/block_statistics.h"
 #include "common/core/mode.h"
 
 namespace zerodrift::services {
@@ -15,7 +16,6 @@ using Result = telemetry::RateComparison;
 
 namespace {
 
-constexpr double kShareOfBlock = 0.8;  // that must be filled for a block to count
 constexpr std::size_t kFewestBlocks = 3;
 // A block in which the raw rate moves so much more than in the quietest one holds motion, no drift.
 constexpr double kMotionRatio = 5.0;
@@ -38,7 +38,7 @@ Result obstacle(Result::Obstacle why) {
 }  // namespace
 
 bool RateComparison::Block::is_filled() const {
-  return rows >= kShareOfBlock * static_cast<double>(kBlockS);
+  return rows >= allan::kShareOfBlock * static_cast<double>(kBlockS);
 }
 
 double RateComparison::Block::within() const {

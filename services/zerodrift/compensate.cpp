@@ -10,12 +10,14 @@
 #include <vector>
 
 #include "common/allan/block_statistics.h"
+#include "common/allan/sample_clock.h"
 #include "common/checkpoint/checkpoint_file.h"
 #include "common/compensation/compensator.h"
 #include "common/compensation/drift_prior.h"
 #include "common/compensation/input_faults.h"
 #include "common/compensation/option_keys.h"
 #include "common/config/compensation_config.h"
+#include "common/core/integer_time.h"
 #include "common/core/units.h"
 #include "common/evaluation/model_use.h"
 #include "common/evaluation/offline_run.h"
@@ -51,13 +53,16 @@ std::string figure_deg_h(double rate_radps) {
 }
 
 // Means over a minute, raw and compensated, from when an axis is first compensated; and what
-// holding the mean of the last minute would have left.
+// holding the mean of the last minute would have left. By the time stamps: what is missing between
+// two samples is missing in its minute.
 class Summary {
  public:
-  explicit Summary(double interval_s) {
-    const allan::BlockStatisticsOptions options{.sample_interval_s = interval_s,
-                                                .block_s = std::max(60.0, interval_s),
-                                                .window_s = std::max(60.0, interval_s)};
+  explicit Summary(const record::RecordInfo& info)
+      : interval_s_(info.sample_period_s > 0.0 ? info.sample_period_s : 1.0),
+        has_rate_(info.has_rate) {
+    const allan::BlockStatisticsOptions options{.sample_interval_s = interval_s_,
+                                                .block_s = std::max(60.0, interval_s_),
+                                                .window_s = std::max(60.0, interval_s_)};
     for (auto& axis : axes_) {
       axis.raw.emplace(options);
       axis.compensated.emplace(options);
@@ -66,15 +71,23 @@ class Summary {
 
   void add(const core::CompensatedSample& sample) {
     use_.add(sample);
+    const core::SensorTime time = sample.raw.time;
+    const std::uint64_t missing =
+        last_ ? allan::missing_between(core::seconds(core::saturating_difference(time, *last_)),
+                                       interval_s_)
+              : 0;
+    last_ = std::max(time, last_.value_or(time));
     for (const auto a : core::kAxes) {
       const std::size_t i = core::index(a);
       Axis& axis = axes_[i];
+      if (axis.compensating) {
+        axis.raw->gap(missing);
+        axis.compensated->gap(missing);
+      }
       axis.compensating = axis.compensating || sample.mode[i] != core::Mode::kPassthrough;
       if (!axis.compensating) continue;
-      const std::uint64_t blocks = axis.raw->moments(allan::Span::kSinceStart).blocks;
       axis.raw->add(sample.raw.valid[i] ? sample.raw.rate_radps[i] : kNone);
       axis.compensated->add(sample.raw.valid[i] ? sample.rate_radps[i] : kNone);
-      if (axis.raw->moments(allan::Span::kSinceStart).blocks != blocks) note_block(axis);
     }
   }
 
@@ -82,31 +95,20 @@ class Summary {
 
   // A spread takes two minutes: of less there is no table.
   void print() const {
-    if (std::none_of(core::kAxes.begin(), core::kAxes.end(),
-                     [&](core::Axis axis) { return has_spread(axis); })) {
-      std::printf("no table: fewer than two whole minutes were compensated on any axis\n");
-      return;
+    if (std::any_of(core::kAxes.begin(), core::kAxes.end(),
+                    [&](core::Axis axis) { return has_spread(axis); })) {
+      print_table();
+    } else {
+      std::printf("no table: no axis has a spread\n");
     }
-    std::printf(
-        "standard deviation of 60 s means, deg/h\n"
-        "axis       raw  compensated  persistence  raw/compensated  on model\n");
     for (const auto a : core::kAxes) {
-      const Axis& axis = axes_[core::index(a)];
-      if (!has_spread(a)) continue;
-      const double raw = axis.raw->moments(allan::Span::kSinceStart).standard_deviation;
-      const double left = axis.compensated->moments(allan::Span::kSinceStart).standard_deviation;
-      const double held =
-          axis.steps > 0 ? std::sqrt(axis.step_squares / static_cast<double>(axis.steps)) : 0.0;
-      const std::string ratio = use_.came_into_force(a) && left > 0.0
-                                    ? report::significant(raw / left, 3)
-                                    : "not comparable";
-      std::printf("%-4s %9s %12s %12s %16s %7.1f %%\n", std::string(core::name(a)).c_str(),
-                  figure_deg_h(raw).c_str(), figure_deg_h(left).c_str(), figure_deg_h(held).c_str(),
-                  ratio.c_str(), 100.0 * use_.learned_share(a));
+      if (!has_rate_[core::index(a)] || has_spread(a)) continue;
+      std::printf(
+          "%s: no spread, which takes two blocks of %s s, compensated and with 80 %% of their\n"
+          "samples each: found %llu\n",
+          std::string(core::name(a)).c_str(), block_text().c_str(),
+          static_cast<unsigned long long>(raw_of(a).blocks));
     }
-    std::printf(
-        "persistence: the minute's mean held over the next minute. Each sample was\n"
-        "compensated before any label that contains it was learned (test-then-train).\n");
   }
 
  private:
@@ -114,27 +116,47 @@ class Summary {
     std::optional<allan::BlockStatistics> raw;
     std::optional<allan::BlockStatistics> compensated;
     bool compensating = false;
-    std::optional<double> last_mean;
-    double step_squares = 0.0;
-    std::uint64_t steps = 0;
   };
 
+  [[nodiscard]] allan::BlockMoments raw_of(core::Axis axis) const {
+    return axes_[core::index(axis)].raw->moments(allan::Span::kSinceStart);
+  }
   [[nodiscard]] bool has_spread(core::Axis axis) const {
-    return use_.is_measured(axis) &&
-           axes_[core::index(axis)].raw->moments(allan::Span::kSinceStart).blocks >= 2;
+    return has_rate_[core::index(axis)] && raw_of(axis).blocks >= 2;
+  }
+  // A minute, in whole samples.
+  [[nodiscard]] std::string block_text() const {
+    return report::significant(axes_.front().raw->block_s(), 2);
   }
 
-  // The window holds one block: its rolling mean is that block's.
-  static void note_block(Axis& axis) {
-    const double mean = axis.raw->moments(allan::Span::kRolling).mean;
-    if (axis.last_mean) {
-      axis.step_squares += (mean - *axis.last_mean) * (mean - *axis.last_mean);
-      ++axis.steps;
+  void print_table() const {
+    std::printf(
+        "standard deviation of %s s means, deg/h\n"
+        "axis       raw  compensated  persistence  raw/compensated  on model\n",
+        block_text().c_str());
+    for (const auto a : core::kAxes) {
+      if (!has_spread(a)) continue;
+      const allan::BlockMoments raw = raw_of(a);
+      const double left =
+          axes_[core::index(a)].compensated->moments(allan::Span::kSinceStart).standard_deviation;
+      const std::string ratio = use_.came_into_force(a) && left > 0.0
+                                    ? report::significant(raw.standard_deviation / left, 3)
+                                    : "not comparable";
+      std::printf("%-4s %9s %12s %12s %16s %7.1f %%\n", std::string(core::name(a)).c_str(),
+                  figure_deg_h(raw.standard_deviation).c_str(), figure_deg_h(left).c_str(),
+                  figure_deg_h(raw.step_rms).c_str(), ratio.c_str(), 100.0 * use_.learned_share(a));
     }
-    axis.last_mean = mean;
+    const std::string block = block_text() == "60" ? "minute" : "block of " + block_text() + " s";
+    std::printf(
+        "persistence: the mean of a %s held over the next %s. Each sample was\n"
+        "compensated before any label that contains it was learned (test-then-train).\n",
+        block.c_str(), block_text() == "60" ? "minute" : "one");
   }
 
+  double interval_s_;
+  core::PerAxis<bool> has_rate_;
   core::PerAxis<Axis> axes_;
+  std::optional<core::SensorTime> last_;  // the latest
   evaluation::ModelUse use_;
 };
 
@@ -243,7 +265,7 @@ int compensate(const CompensateOptions& options) {
   }
   std::optional<recording::CompensatedCsv> csv;
   if (!options.out.empty()) csv.emplace(options.out);
-  Summary summary(offline.info().sample_period_s > 0.0 ? offline.info().sample_period_s : 1.0);
+  Summary summary(offline.info());
   const std::uint64_t samples = answer_all(offline, !missing.empty(), options, summary, csv);
   for (const auto& line : offline.warnings()) std::fprintf(stderr, "%s\n", line.c_str());
   for (const auto& line : compensation::input_faults(offline.compensator()))

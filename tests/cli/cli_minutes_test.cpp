@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+// What `compensate` and `compare` call means over so many seconds are that: by the time stamps,
+// whatever is missing in between, and with a line wherever there are none.
+#include <cmath>
+#include <functional>
+#include <string>
+
+#include "tests/cli/command_line.h"
+
+namespace zerodrift::cli_test {
+namespace {
+
+using Row = std::function<std::string(int k, const std::string& x, const std::string& z)>;
+
+// Of `samples` rows, the k-th at interval_s * k: a drift that follows the temperature and a fixed
+// pattern for noise; `row` gives what stands between time and temperature, "" where there is no
+// row.
+std::string record_of(int samples, double interval_s, const Row& row) {
+  std::string text = "time_s,rate_x_rad_s,rate_z_rad_s,temperature_coil_degC\n";
+  for (int k = 0; k < samples; ++k) {
+    const double time_s = interval_s * k;
+    const double temperature_degc = 20.0 + 10.0 * std::sin(2e-3 * time_s);
+    char x[32];
+    char z[32];
+    std::snprintf(x, sizeof x, "%.9e", 1e-6 * temperature_degc + 1e-7 * std::sin(1.7 * k * k));
+    std::snprintf(z, sizeof z, "%.9e", 2e-6 * temperature_degc + 1e-7 * std::cos(1.3 * k * k));
+    const std::string cells = row(k, x, z);
+    if (cells.empty()) continue;
+    char line[128];
+    std::snprintf(line, sizeof line, "%.3f,%s,%.4f\n", time_s, cells.c_str(), temperature_degc);
+    text += line;
+  }
+  return text;
+}
+
+std::string both(int, const std::string& x, const std::string& z) {
+  return x + "," + z;
+}
+
+class Minutes : public CommandLine {
+ protected:
+  std::string compensated(const std::string& record) {
+    system_test::write(path("r.csv"), record);
+    const Finished done = run({"compensate", "--record", "@r.csv"});
+    EXPECT_EQ(done.exit_code, 0) << done.err;
+    return done.out;
+  }
+  static bool has_row(const std::string& out, const std::string& axis) {
+    return out.find("\n" + axis + "   ") != std::string::npos;
+  }
+};
+
+TEST_F(Minutes, TheHeadingSaysHowLongTheMeansAre) {
+  const std::pair<double, std::string> cases[] = {
+      {1.0, "60"}, {7.0, "63"}, {40.0, "80"}, {45.0, "45"}, {300.0, "300"}};
+  for (const auto& [interval_s, block] : cases) {
+    SCOPED_TRACE(interval_s);
+    const std::string out = compensated(record_of(1200, interval_s, both));
+    EXPECT_NE(out.find("standard deviation of " + block + " s means"), std::string::npos) << out;
+    const Finished compared = run({"compare", "--record", "@r.csv", "--schemes", "none,stack"});
+    EXPECT_EQ(compared.exit_code, 0) << compared.err;
+    EXPECT_NE(compared.out.find(" " + block + " s std"), std::string::npos) << compared.out;
+  }
+}
+
+// Half a minute every ten holds no minute, however the samples are counted.
+TEST_F(Minutes, BurstsFarApartMakeNoMinutes) {
+  const std::string out =
+      compensated(record_of(12000, 1.0, [](int k, const auto& x, const auto& z) {
+        return k % 600 < 30 ? x + "," + z : "";
+      }));
+  EXPECT_NE(out.find("\nno table: "), std::string::npos) << out;
+  EXPECT_EQ(out.find("persistence"), std::string::npos) << out;
+  for (const std::string axis : {"x", "z"})
+    EXPECT_NE(out.find("\n" + axis + ": no spread, which takes two blocks of 60 s"),
+              std::string::npos)
+        << out;
+}
+
+// One in so many is lost: the same table, within what fewer samples make, whether the row is gone
+// or its cells are blank.
+TEST_F(Minutes, LostSamplesTakeNoResultAway) {
+  const std::string blank =
+      compensated(record_of(6000, 1.0, [](int k, const auto& x, const auto& z) {
+        return k % 50 == 7 ? "," : x + "," + z;
+      }));
+  const std::string dropped =
+      compensated(record_of(6000, 1.0, [](int k, const auto& x, const auto& z) {
+        return k % 50 == 7 ? "" : x + "," + z;
+      }));
+  for (const std::string& out : {blank, dropped}) {
+    EXPECT_TRUE(has_row(out, "x") && has_row(out, "z")) << out;
+    EXPECT_EQ(out.find("no table"), std::string::npos) << out;
+    EXPECT_EQ(out.find("no spread"), std::string::npos) << out;
+  }
+  const Finished compared = run({"compare", "--record", "@r.csv", "--schemes", "none,stack"});
+  EXPECT_EQ(compared.exit_code, 0) << compared.err;
+  // "none (before)": mean, std, MAE, RMSE, std of the minutes.
+  const std::size_t row = compared.out.find("none (before)");
+  ASSERT_NE(row, std::string::npos) << compared.out;
+  char figures[5][16] = {};
+  ASSERT_EQ(std::sscanf(compared.out.c_str() + row + 13, "%15s %15s %15s %15s %15s", figures[0],
+                        figures[1], figures[2], figures[3], figures[4]),
+            5);
+  EXPECT_NE(std::string(figures[4]), "n/a") << compared.out;
+}
+
+TEST_F(Minutes, AnAxisWithoutARowHasALineThatSaysWhatIsLacking) {
+  const std::string out = compensated(record_of(6000, 1.0, [](int k, const auto& x, const auto& z) {
+    return (k % 3 == 0 ? "" : x) + "," + z;
+  }));
+  EXPECT_TRUE(has_row(out, "z")) << out;
+  EXPECT_FALSE(has_row(out, "x")) << out;
+  EXPECT_NE(out.find("\nx: no spread, which takes two blocks of 60 s, compensated and with 80 % of "
+                     "their\nsamples each: found 0\n"),
+            std::string::npos)
+      << out;
+  EXPECT_EQ(out.find("\ny: "), std::string::npos) << out;
+}
+
+}  // namespace
+}  // namespace zerodrift::cli_test
