@@ -43,7 +43,7 @@ void DiskWriter::write(const MessageBatch& batch) {
 }
 
 void DiskWriter::write(const QueuedMessage& message) {
-  if (message.role == MessageRole::kTrigger) return;
+  if (!is_recorded(message.role)) return;
   ++taken_;
   if (is_refused_) {  // the open chunk waits for the disk; it must not grow without end
     count();

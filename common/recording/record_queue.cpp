@@ -71,13 +71,14 @@ void RecordQueue::push(const QueuedMessage& message) {
     const std::lock_guard lock(mutex_);
     const std::size_t before = filling_.bytes();
     if (closed_ || before + size > most_bytes_) {
-      if (!closed_) dropped_[message.topic].fetch_add(1, std::memory_order_relaxed);
+      if (!closed_ && is_recorded(message.role))
+        dropped_[message.topic].fetch_add(1, std::memory_order_relaxed);
       return;
     }
     filling_.append(message);
-    if (message.role == MessageRole::kPaced) ++paced_;
+    if (is_paced(message.role)) ++paced_;
     notify = (before < kWorthWhileBytes && filling_.bytes() >= kWorthWhileBytes) ||
-             (message.role == MessageRole::kPaced && paced_ == kWorthWhilePaced);
+             (is_paced(message.role) && paced_ == kWorthWhilePaced);
     if (filling_.bytes() > peak_bytes()) peak_.store(filling_.bytes(), std::memory_order_relaxed);
   }
   if (notify) worth_while_.notify_one();

@@ -20,9 +20,17 @@ namespace zerodrift::recording {
 // What else a message is to the recorder.
 enum class MessageRole : std::uint32_t {
   kPlain,
-  kPaced,    // of a replay or simulation, whose source waits until it was taken
-  kTrigger,  // no message: something happened that recordings with a pre-trigger buffer wait for
+  kPaced,      // of a replay or simulation, whose source waits until it was taken
+  kPacedOnly,  // of one as well, but not recorded: without its payload
+  kTrigger,    // no message: something happened that recordings with a pre-trigger buffer wait for
 };
+
+constexpr bool is_paced(MessageRole role) noexcept {
+  return role == MessageRole::kPaced || role == MessageRole::kPacedOnly;
+}
+constexpr bool is_recorded(MessageRole role) noexcept {
+  return role == MessageRole::kPlain || role == MessageRole::kPaced;
+}
 
 struct QueuedMessage {
   std::uint32_t topic = 0;    // index into dds::kAllTopics
@@ -60,8 +68,8 @@ class RecordQueue {
   explicit RecordQueue(std::size_t most_bytes) : most_bytes_(most_bytes) {}
 
   // Any thread; waits for nobody but another push() and the exchange of two pointers in take().
-  // What finds no room is dropped and counted. Takes memory only until the queue was once as full
-  // as it gets.
+  // What finds no room is dropped and, where it is to be recorded, counted. Takes memory only until
+  // the queue was once as full as it gets.
   void push(const QueuedMessage& message);
   // The writer's: waits until something is worth while, `at_most` at longest; what came meanwhile
   // is in `batch` then. False once the queue is closed and empty.

@@ -44,6 +44,12 @@ bool records(const McapRecordOptions& options, std::string_view topic) {
   return wanted.empty() || std::find(wanted.begin(), wanted.end(), topic) != wanted.end();
 }
 
+// A replay waits for who is named, whatever of it is recorded: without rates or answers of it in
+// the file the rates are heard for that alone.
+bool hears_rates_for_pace(const McapRecordOptions& options) {
+  return !records(options, dds::kAngularRate.name) && !records(options, dds::kCompensatedRate.name);
+}
+
 class McapRecorder {
  public:
   explicit McapRecorder(const McapRecordOptions& options)
@@ -99,11 +105,15 @@ class McapRecorder {
   template <typename Message>
   void listen_to() {
     const std::string_view name = dds::TopicOf<Message>::kSpec.name;
-    if (!records(options_, name)) return;
+    const bool is_recorded = records(options_, name);
+    const bool is_for_pace =
+        std::is_same_v<Message, msg::AngularRate> && hears_rates_for_pace(options_);
+    if (!is_recorded && !is_for_pace) return;
     auto reader = std::make_shared<dds::RawReader<Message>>(
         participant_,
-        [this](const Message& message, dds::Bytes payload, const dds::WireOrigin& origin) {
-          take(message, payload, origin);
+        [this, is_recorded](const Message& message, dds::Bytes payload,
+                            const dds::WireOrigin& origin) {
+          is_recorded ? take(message, payload, origin) : keep_pace(message);
         },
         host_.observer(),
         [this](const ArrivalCount::Writer& writer) {
@@ -124,7 +134,8 @@ class McapRecorder {
                          .role = pace_of(message),
                          .payload = {payload.data(), payload.size()}};
     if constexpr (requires { message.gyro_id(); }) queued.gyro_id = message.gyro_id();
-    if (options_.gyro_id != 0 && queued.gyro_id != 0 && queued.gyro_id != options_.gyro_id) return;
+    if (options_.gyro_id != 0 && queued.gyro_id != 0 && queued.gyro_id != options_.gyro_id)
+      return keep_pace(message);
     if constexpr (requires { message.sequence_number(); })
       queued.sequence = message.sequence_number();
     // An epoch before 1970 doesn't fit MCAP's unsigned time; the payload has it all the same.
@@ -136,6 +147,23 @@ class McapRecorder {
     queue_.push(queued);
     if constexpr (std::is_same_v<Message, msg::CompensatedRate>) {
       if (++compensated_ == options_.samples) service::request_stop();
+    }
+  }
+
+  // With a message that is not recorded, behind those that are.
+  template <typename Message>
+  void keep_pace(const Message& message) {
+    if constexpr (requires {
+                    message.sensor_time_ns();
+                    message.sequence_number();
+                  }) {
+      if (pace_of(message) != MessageRole::kPaced) return;
+      queue_.push({.topic = topic_index<Message>(),
+                   .gyro_id = message.gyro_id(),
+                   .sequence = message.sequence_number(),
+                   .arrival_ns = service::monotonic_ns(),
+                   .publish_ns = message.sensor_time_ns(),
+                   .role = MessageRole::kPacedOnly});
     }
   }
 
@@ -210,7 +238,7 @@ class McapRecorder {
   void note_progress(const MessageBatch& batch) {
     std::size_t position = 0;
     for (QueuedMessage message; batch.next(position, message);) {
-      if (message.role != MessageRole::kPaced) continue;
+      if (!is_paced(message.role)) continue;
       Progress* known = progress_of_.find_or_make(message.gyro_id);
       if (known == nullptr) continue;
       Progress& gyro = *known;
@@ -280,7 +308,9 @@ class McapRecorder {
       std::printf("recording to %s\n", options_.disk.file.out.c_str());
       std::fflush(stdout);
     }
-    if (rates > 0 || !records(options_, dds::kAllTopics[kRateTopic].name))
+    const bool hears_rates =
+        records(options_, dds::kAngularRate.name) || hears_rates_for_pace(options_);
+    if (rates > 0 || !hears_rates)
       progress_ = std::make_unique<service::ReplayProgressReporter>(host_.participant(), kConsumer);
   }
 

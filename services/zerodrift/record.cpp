@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "common/core/bounded_table.h"
 #include "common/core/counted.h"
 #include "common/dds/conversions.h"
 #include "common/dds/raw_reader.h"
@@ -105,13 +106,13 @@ class Recorder {
     arrivals_.note_answer(
         origin.writer, origin.number,
         {message.gyro_id(), message.run_id(), message.sequence_number(), origin.is_repeat});
-    if (origin.is_repeat || message.gyro_id() != options_.gyro_id) return;
+    if (origin.is_repeat) return;
     const auto sample = dds::from_message(message);
+    if (message.gyro_id() != options_.gyro_id) return note_progress(message.gyro_id(), sample.raw);
     guarded([&] { csv_.write(sample); });
     if (failure_) return;
-    newest_ = sample.raw.sequence;
     ++taken_;
-    if (core::is_paced_by_consumers(sample.raw.clock) && taken_ % kReportEvery == 0) report();
+    note_progress(options_.gyro_id, sample.raw);
     if (taken_ == options_.samples) service::request_stop();
   }
 
@@ -123,11 +124,26 @@ class Recorder {
       service::end_within(service::kStopWithin, service::kExitNo);
   }
 
-  void report() { progress_.report(options_.gyro_id, newest_, core::kNever); }
+  // A replay waits for who is named, whichever gyro's is recorded.
+  void note_progress(std::uint32_t gyro_id, const core::AngularRateSample& sample) {
+    if (!core::is_paced_by_consumers(sample.clock)) return;
+    const std::lock_guard lock(progress_mutex_);
+    Progress* known = progress_of_.find_or_make(gyro_id);
+    if (known == nullptr) return;
+    known->newest = sample.sequence;
+    if (++known->samples % kReportEvery == 0)
+      progress_.report(gyro_id, known->newest, core::kNever);
+  }
+
+  void report_progress() {
+    const std::lock_guard lock(progress_mutex_);
+    for (const auto& [gyro_id, known] : progress_of_.entries())
+      progress_.report(gyro_id, known.newest, core::kNever);
+  }
 
   void tick() {
     progress_.announce();
-    if (taken_ > 0) report();
+    report_progress();
     if (!has_begun_ && discovery_.note(host_.participant().acquaintance(), reader_.matched(),
                                        service::monotonic_ns())) {
       arrivals_.begin();
@@ -153,11 +169,15 @@ class Recorder {
                         {"messages_lost", "1", static_cast<double>(lost())}}};
   }
 
+  struct Progress {
+    std::uint64_t newest = 0;
+    std::uint64_t samples = 0;
+  };
+
   RecordOptions options_;
   std::mutex mutex_;
   recording::CompensatedCsv csv_;
   std::atomic<std::uint64_t> taken_{0};  // read without the mutex, which a stalled pipe holds up
-  std::atomic<std::uint64_t> newest_{0};
   bool done_ = false;
   std::optional<std::string> failure_;  // of the disk
   recording::ArrivalCount arrivals_;
@@ -165,6 +185,8 @@ class Recorder {
   bool has_begun_ = false;
   std::uint64_t reported_lost_ = 0;
   service::Host host_;
+  std::mutex progress_mutex_;
+  core::BoundedTable<std::uint32_t, Progress> progress_of_{256};  // by gyro
   service::ReplayProgressReporter progress_;
   dds::RawReader<msg::CompensatedRate> reader_;
 };

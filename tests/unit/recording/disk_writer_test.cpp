@@ -67,6 +67,8 @@ TEST_F(DiskWriterLaws, WhatComesIsInTheFileInItsOrder) {
   for (std::int64_t s = 1; s <= 5; ++s) {
     MessageBatch batch = batch_at(s);
     disk.take(batch, s * kSecondNs);
+    MessageBatch not_recorded = batch_at(s, MessageRole::kPacedOnly);
+    disk.take(not_recorded, s * kSecondNs);
     disk.look_after_disk(s * kSecondNs);
   }
   disk.finish();

@@ -60,14 +60,16 @@ TEST(RecordQueueLaws, IsOverOnceItIsClosedAndEmpty) {
 
 // A replay waits for its recorder, so the recorder must not wait for more of the replay.
 TEST(RecordQueueLaws, DoesNotWaitForMoreOfAPacedSource) {
-  RecordQueue queue(1 << 20);
-  for (std::uint64_t i = 0; i < 64; ++i) {
-    auto message = message_of(0, i, "");
-    message.role = MessageRole::kPaced;
-    queue.push(message);
+  for (const MessageRole role : {MessageRole::kPaced, MessageRole::kPacedOnly}) {
+    RecordQueue queue(1 << 20);
+    for (std::uint64_t i = 0; i < 64; ++i) {
+      auto message = message_of(0, i, "");
+      message.role = role;
+      queue.push(message);
+    }
+    MessageBatch batch;
+    EXPECT_TRUE(queue.take(batch, 1h));
   }
-  MessageBatch batch;
-  EXPECT_TRUE(queue.take(batch, 1h));
 }
 
 TEST(RecordQueueAbuse, WhatFindsNoRoomIsDroppedAndCountedByTopic) {
@@ -82,6 +84,16 @@ TEST(RecordQueueAbuse, WhatFindsNoRoomIsDroppedAndCountedByTopic) {
   ASSERT_TRUE(queue.take(batch, 0ms));
   queue.push(message_of(1, 5, payload));
   EXPECT_EQ(queue.dropped(1), 5U) << "there is room again";
+}
+
+TEST(RecordQueueAbuse, WhatIsNotRecordedIsNoLossWhereItFindsNoRoom) {
+  RecordQueue queue(100);
+  for (const MessageRole role : {MessageRole::kPacedOnly, MessageRole::kTrigger}) {
+    auto message = message_of(0, 0, std::string(300, 'x'));
+    message.role = role;
+    queue.push(message);
+  }
+  EXPECT_EQ(queue.dropped(), 0U);
 }
 
 TEST(RecordQueueLaws, OfSeveralThreadsNothingGoesByUncounted) {
