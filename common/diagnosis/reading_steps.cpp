@@ -9,8 +9,8 @@ namespace zerodrift::diagnosis {
 namespace {
 
 constexpr double kMostDigits = 1e12;
-// Of a step: what is left of a reading's conversion into the unit it was written in.
-constexpr double kTolerance = 1e-3;
+// Of a reading: what its conversion into SI and back leaves, with a margin of ten.
+constexpr double kConversion = 1e-14;
 constexpr std::uint32_t kReadingsForDivisor = 20;
 
 double power_of_ten(int exponent) {
@@ -33,7 +33,7 @@ void ReadingSteps::add(double value) {
   decade.last = size;
   ++decade.readings;
   double steps = size * power_of_ten(decade.decimals);
-  while (std::abs(steps - std::round(steps)) > kTolerance || std::round(steps) == 0.0) {
+  while (std::abs(steps - std::round(steps)) > kConversion * steps) {
     ++decade.decimals;
     decade.divisor *= 10;
     steps = size * power_of_ten(decade.decimals);

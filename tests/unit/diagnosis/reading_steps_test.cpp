@@ -56,5 +56,39 @@ TEST(ReadingSteps, OfWhatWasNotRoundedIsNone) {
   for (const double value : {0.1, 1.0, 2.0}) EXPECT_EQ(steps.step_at(value), 0.0);
 }
 
+// A table that turns at `held`, with noise, both in a column of `unit`: read as it is, and written
+// with so many decimals that noise carries it over twenty steps.
+void expect_only_what_was_rounded(double unit, double held, double noise, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal(held, noise);
+  const int decimals = static_cast<int>(std::ceil(std::log10(20.0 / noise)));
+  ReadingSteps exact(unit);
+  ReadingSteps rounded(unit);
+  for (int i = 0; i < 2000; ++i) {
+    const double rate = normal(random);
+    exact.add(rate * unit);
+    rounded.add(test::written(rate, test::Decimals{decimals}) * unit);
+  }
+  const double step = std::pow(10.0, -decimals) * unit;
+  for (const double at : {held - noise, held + noise}) {
+    EXPECT_EQ(exact.step_at(at * unit), 0.0) << held << " with " << noise << " in " << unit;
+    EXPECT_NEAR(rounded.step_at(at * unit), step, 1e-9 * step)
+        << held << " with " << noise << " in " << unit;
+  }
+}
+
+// Before: whatever differs by less than a thousandth from a power of ten was one step of it.
+TEST(ReadingSteps, OfARateHeldNearARoundOneAreThoseOfItsDigits) {
+  const double per_degree_a_second = 3600.0 * kUnit;
+  std::uint64_t seed = 5;
+  for (const double unit :
+       {kUnit, per_degree_a_second, 1e-3 * per_degree_a_second, 1.0, 1e-3, 1e-6}) {
+    for (const double held : {0.1, 1.0, 10.0, 100.0, 1e5, 3.0, 20.0, 314.0}) {
+      for (const double of_it : {1e-6, 1e-5, 1e-4, 1e-3})
+        expect_only_what_was_rounded(unit, held, of_it * held, seed++);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace zerodrift::diagnosis
