@@ -304,7 +304,7 @@ TEST(Recording, AsCsvSaysToTheSampleWhatIsMissing) {
   for (int i = 0; i < 100; ++i) answer();
   EXPECT_TRUE(answers.wait_until_received(10s));
   recorder.send(SIGSTOP);
-  for (int i = 0; i < 20000; ++i) answer();
+  for (int i = 0; i < 8000; ++i) answer();
   recorder.send(SIGCONT);
   for (int i = 0; i < 100; ++i) {
     answer();
