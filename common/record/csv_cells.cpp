@@ -27,6 +27,12 @@ std::string printable(std::string_view text) {
   return core::one_line(text, kLongest) + (text.size() > kLongest ? "..." : "");
 }
 
+std::vector<std::string> one_line_each(const std::vector<std::string>& names) {
+  std::vector<std::string> lines;
+  for (const std::string& name : names) lines.push_back(core::one_line(name));
+  return lines;
+}
+
 std::optional<double> parse_number(std::string_view cell) noexcept {
   if (cell.starts_with('+') && !cell.starts_with("+-")) cell.remove_prefix(1);
   double value = 0.0;

@@ -18,6 +18,9 @@ namespace zerodrift::record {
 // The text as it may stand in an error line: one line, printable, cut to 60 characters.
 [[nodiscard]] std::string printable(std::string_view text);
 
+// Names that anybody may have written, as they may go out.
+[[nodiscard]] std::vector<std::string> one_line_each(const std::vector<std::string>& names);
+
 // A whole cell as a number: decimal or exponent notation, a leading '+', "nan", "inf". Correctly
 // rounded.
 [[nodiscard]] std::optional<double> parse_number(std::string_view cell) noexcept;

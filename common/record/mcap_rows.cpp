@@ -7,6 +7,7 @@
 #include "common/files/file_error.h"
 #include "common/mcap/mcap_error.h"
 #include "common/record/bag_files.h"
+#include "common/record/csv_cells.h"
 #include "common/record/decimal_time.h"
 
 namespace zerodrift::record {
@@ -49,6 +50,7 @@ McapRows::McapRows(const std::filesystem::path& path, const RecordOptions& optio
     open_files(path);
     messages_ = find_messages(files_, path.string(), options);
     messages_->describe(info_);
+    info_.probes = one_line_each(info_.probes);
     look_ahead();
     streams_.emplace(messages_->open());
   } catch (const mcap::McapError& error) {

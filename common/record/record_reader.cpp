@@ -159,8 +159,10 @@ void RecordReader::note_metadata(std::string_view comment) {
 }
 
 void RecordReader::describe_layout() {
-  info_.probes = layout_.probes;
-  info_.extra_columns = layout_.extra;
+  // From here on they go out, to terminals too; a column is chosen by its name as it stands.
+  info_.columns = one_line_each(info_.columns);
+  info_.probes = one_line_each(layout_.probes);
+  info_.extra_columns = one_line_each(layout_.extra);
   for (const BoundColumn& column : layout_.columns) {
     if (column.role != ColumnRole::kValue) continue;
     const std::size_t axis = core::index(column.channel.axis);

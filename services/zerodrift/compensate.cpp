@@ -18,6 +18,7 @@
 #include "common/compensation/option_keys.h"
 #include "common/config/compensation_config.h"
 #include "common/core/integer_time.h"
+#include "common/core/one_line.h"
 #include "common/core/units.h"
 #include "common/evaluation/model_use.h"
 #include "common/evaluation/offline_run.h"
@@ -261,7 +262,7 @@ int compensate(const CompensateOptions& options) {
     std::fprintf(stderr,
                  "%s: has no temperature of probe '%s', which a feature needs; the model will "
                  "not be used\n",
-                 options.record.file.c_str(), probe.c_str());
+                 options.record.file.c_str(), core::one_line(probe).c_str());
   }
   std::optional<recording::CompensatedCsv> csv;
   if (!options.out.empty()) csv.emplace(options.out);

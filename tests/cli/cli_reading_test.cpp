@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // How a record is read is asked for alike by every command that reads one: by which columns, which
 // gyro of several, which topics of a bag.
+#include <sstream>
 #include <string>
 #include <vector>
 
+#include "common/core/one_line.h"
 #include "tests/cli/command_line.h"
 
 namespace zerodrift::cli_test {
@@ -82,6 +84,37 @@ TEST_F(Reading, ARecordWithoutARateIsRefusedWithAGuessByEveryCommandThatNeedsOne
   EXPECT_EQ(asked.exit_code, 0) << asked.err;
   EXPECT_NE(asked.out.find("rate axes none"), std::string::npos) << asked.out;
   EXPECT_NE(asked.out.find("rate_x=wx_deg_h[deg/h]"), std::string::npos) << asked.out;
+}
+
+// A terminal obeys control characters, and some turn the direction of writing: whoever wrote the
+// file commands nobody's terminal, in whichever of its names they stand.
+TEST_F(Reading, NoNameOfAColumnCommandsTheTerminalInAnyCommand) {
+  auto all = commands();
+  all.push_back({"info", "--record"});
+  for (const std::string evil : {"\x1b[31m", "\xe2\x80\xae", "\xc2\x9b", "\x7f", "\xff"}) {
+    std::string text =
+        "time_s,rate_x_deg_h,temperature_" + evil + "_degC,temperature_coil_degC," + evil + "\n";
+    for (int i = 0; i < 1500; ++i)
+      text += std::to_string(i) + "," + std::to_string(i % 7) + ",2" + std::to_string(i % 10) +
+              ",20." + std::to_string(i % 9) + ",1\n";
+    system_test::write(path("r.csv"), text);
+    ASSERT_EQ(run({"export", "@r.csv", "--out", "@r.mcap"}).exit_code, 0);
+    system_test::write(path("c.yaml"), "features: [{kind: temperature, probe: \"no\\e[31m\"}]\n");
+    for (const std::string record : {"@r.csv", "@r.mcap"}) {
+      for (Arguments command : all) {
+        if (command[0] == "export") continue;
+        SCOPED_TRACE(command[0] + " " + record);
+        for (const bool configured : {false, true}) {
+          if (configured && command[0] == "compensate")
+            command.insert(command.begin() + 1, {"--config", "@c.yaml"});
+          const Finished done = run_on(command, {record});
+          std::istringstream lines(done.out + done.err);
+          for (std::string line; std::getline(lines, line);)
+            EXPECT_TRUE(core::is_one_line(line)) << line;
+        }
+      }
+    }
+  }
 }
 
 TEST_F(Reading, WhatIsGuessedIsTakenWhereItIsPasted) {
