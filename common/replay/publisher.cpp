@@ -32,7 +32,7 @@ void add_options(CLI::App& app, PublisherOptions& options, const std::string& of
                  "probe coil without a name")
       ->allow_extra_args(false);
   app.add_option("--duration", options.duration_s, "simulation, record: stop after so long")
-      ->transform(service::in_seconds());
+      ->transform(service::in_seconds_above_0());
   app.add_option("--speed", options.speed, "simulation, record: times real time: 60, 60x, or max")
       ->capture_default_str();
   app.add_option("--wait-for", options.wait_for,

@@ -12,16 +12,13 @@ int main(int argc, char** argv) {
   service::add_network_options(app, options.network);
   service::add_supervision_options(app, options.supervision);
   service::show_default_in("s", app.add_option("--window", options.window_s, "rolling window")
-                                    ->transform(service::in_seconds())
-                                    ->check(CLI::PositiveNumber));
+                                    ->transform(service::in_seconds_above_0()));
   service::show_default_in(
       "s", app.add_option("--longest-tau", options.longest_tau_s, "longest cluster time")
-               ->transform(service::in_seconds())
-               ->check(CLI::PositiveNumber));
+               ->transform(service::in_seconds_above_0()));
   service::show_default_in("s",
                            app.add_option("--period", options.period_s, "time between two reports")
-                               ->transform(service::in_seconds())
-                               ->check(CLI::PositiveNumber));
+                               ->transform(service::in_seconds_above_0()));
   app.add_option("--max-gyros", options.max_gyros, "gyros watched at most")
       ->check(CLI::Range(1, 128))
       ->capture_default_str();

@@ -49,8 +49,7 @@ void add_options(CLI::App& app, ThermalPublisherOptions& options) {
   service::show_default_in(
       "Hz", app.add_option("--rate", options.sysfs_rate_hz,
                            "sysfs: readings a second; ros2: how many are expected, to tell silence")
-                ->transform(service::in_hertz())
-                ->check(CLI::PositiveNumber));
+                ->transform(service::in_hertz()));
   replay::add_options(app, options.ros2);
 }
 

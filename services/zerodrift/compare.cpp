@@ -111,8 +111,7 @@ void add_compare(CLI::App& app, Run& run, const Invocation& made_by) {
       ->capture_default_str();
   command->add_option("--rate", seeds.rate_hz, "sample rate; the model's nominal rate without")
       ->needs(model)
-      ->transform(service::in_hertz())
-      ->check(CLI::PositiveNumber);
+      ->transform(service::in_hertz());
   add_reading(*command, request.record);
   command->add_option("--config", options->config, "YAML or JSON file (docs/configuration.md)");
   command

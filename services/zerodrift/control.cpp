@@ -188,7 +188,7 @@ void add_control(CLI::App& app, Run& run) {
   service::add_network_options(*status, options->network);
   service::show_default_in(
       "s", status->add_option("--wait", options->wait_s, "how long to wait for the services")
-               ->transform(service::in_seconds()));
+               ->transform(service::in_seconds_from_0()));
   status->add_flag("--follow", options->follow, "keep showing until Ctrl-C");
   status->add_flag(
       "--until-finished", options->until_finished,
@@ -238,7 +238,7 @@ void add_control(CLI::App& app, Run& run) {
         ->default_str(addressee);
     service::show_default_in(
         "s", command->add_option("--wait", options->wait_s, "how long to wait for the answer")
-                 ->transform(service::in_seconds()));
+                 ->transform(service::in_seconds_from_0()));
     command->add_flag("--json", options->json, "the answer as JSON");
     command->callback([options, name = std::string(name), addressee, of_prior, &run] {
       options->command = name;

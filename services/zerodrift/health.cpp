@@ -49,8 +49,7 @@ void add_health(CLI::App& app, Run& run) {
       ->required();
   service::show_default_in(
       "s", command->add_option("--max-age", options->at_most_s, "older means that it hangs")
-               ->transform(service::in_seconds())
-               ->check(CLI::PositiveNumber));
+               ->transform(service::in_seconds_above_0()));
   command->add_flag("--alive", options->alive_is_enough,
                     "degraded is well: to start it again would not help");
   command->callback([options, &run] { run = [options] { return check(*options); }; });

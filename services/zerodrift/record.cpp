@@ -246,8 +246,7 @@ void add_mcap_options(CLI::App& command, RecordArguments& arguments) {
       command
           .add_option("--duration", mcap.duration_s,
                       ".mcap: stop so long after \"recording to ...\"")
-          ->transform(service::in_seconds())
-          ->check(CLI::PositiveNumber),
+          ->transform(service::in_seconds_above_0()),
       add_compression(command, mcap.disk.file.writer.compression),
       command.add_option("--chunk-size", arguments.chunk_kb, ".mcap: kB of a chunk, uncompressed")
           ->check(CLI::Range(1.0, 65536.0))

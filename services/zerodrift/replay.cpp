@@ -131,11 +131,9 @@ void add_replay(CLI::App& app, Run& run) {
   command->add_option("--speed", options->speed, "times real time: 60, 60x, or max")
       ->capture_default_str();
   command->add_option("--from", options->source.from_s, "begin so long after the first rate")
-      ->transform(service::in_seconds())
-      ->check(CLI::NonNegativeNumber);
+      ->transform(service::in_seconds_from_0());
   command->add_option("--to", options->source.to_s, "end so long after the first rate")
-      ->transform(service::in_seconds())
-      ->check(CLI::PositiveNumber);
+      ->transform(service::in_seconds_above_0());
   command
       ->add_option("--as-gyro-id", options->as_gyro_id,
                    "publish under this id; without, the recorded one, 1 of a CSV record")

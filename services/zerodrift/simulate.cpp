@@ -50,8 +50,7 @@ void add_simulate(CLI::App& app, Run& run) {
   command->add_option("--model", options->model, "the twin's model file")->required();
   command->add_option("--profile", options->profile, "what the experiment does")->required();
   command->add_option("--duration", options->duration_s, "how long; the profile's without")
-      ->transform(service::in_seconds())
-      ->check(CLI::PositiveNumber);
+      ->transform(service::in_seconds_above_0());
   command->add_option("--rate", options->rate_hz, "sample rate; the model's nominal rate without")
       ->transform(service::in_hertz());
   command->add_option("--seed", options->seed, "seed of all noise")->capture_default_str();

@@ -141,5 +141,40 @@ INSTANTIATE_TEST_SUITE_P(
                 "zerodrift: unknown option '--colour' (--help lists them)"}),
     [](const auto& info) { return info.param.name; });
 
+// A duration or rate that isn't one would be left aside in silence, and more done than was asked.
+TEST_F(CommandLine, NoDurationOrRateOfZeroOrLessOrBeyondMeasureIsTakenByAnyCommand) {
+  const std::string model = std::string(ZERODRIFT_SOURCE_DIR) + "/config/models/lab_fog.yaml";
+  const std::string profile = std::string(ZERODRIFT_SOURCE_DIR) + "/config/profiles/";
+  const Arguments simulate{"simulate", "--model", model, "--profile", profile + "turns.yaml",
+                           "--out",    "@o.csv"};
+  const Arguments publish{"gyro-publisher", "--domain", "119"};
+  const Arguments replay{"replay", "--domain", "119", "--record", "@r.csv"};
+  const std::vector<std::pair<Arguments, std::string>> options{
+      {simulate, "--rate"},
+      {simulate, "--duration"},
+      {publish, "--rate"},
+      {publish, "--duration"},
+      {publish, "--frame-rate"},
+      {replay, "--to"},
+      {{"thermal-publisher", "--domain", "119"}, "--duration"},
+      {{"thermal-publisher", "--domain", "119"}, "--rate"},
+      {{"record", "--domain", "119", "--out", "@o.mcap"}, "--duration"},
+      {{"compare", "--model", model, "--profile", profile + "turns.yaml"}, "--rate"}};
+  for (const auto& [command, option] : options) {
+    for (const std::string value : {"0", "-5", "1e300", "nan"}) {
+      SCOPED_TRACE(command[0] + " " + option + " " + value);
+      Arguments all = command;
+      all.push_back(option + "=" + value);
+      const Finished done = run(all);
+      EXPECT_EQ(done.exit_code, 2) << done.out;
+      EXPECT_NE(done.err.find(option + ": found '" + value + "', expected a "), std::string::npos)
+          << done.err;
+    }
+  }
+  Arguments from = replay;
+  from.push_back("--from=1e300");
+  EXPECT_EQ(run(from).exit_code, 2);
+}
+
 }  // namespace
 }  // namespace zerodrift::cli_test

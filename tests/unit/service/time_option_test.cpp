@@ -57,6 +57,30 @@ TEST(TimeOption, WritesLargeTimesWithoutAnExponent) {
   EXPECT_THROW(app.parse("--period 200ms"), CLI::ParseError);
 }
 
+// What is silently left aside would be taken for done: no duration of -5 s is "to the end".
+TEST(TimeOption, ADurationIsAboveZeroAndBounded) {
+  CLI::App app;
+  double value_s = 0.0;
+  double wait_s = 1.0;
+  app.add_option("--duration", value_s)->transform(in_seconds_above_0());
+  app.add_option("--wait", wait_s)->transform(in_seconds_from_0());
+  for (const char* text : {"0", "-5", "-5min", "1e300", "1e9d", "nan", "inf", "1e9h", "", "x"})
+    EXPECT_THROW(app.parse("--duration=\"" + std::string(text) + "\""), CLI::Error) << text;
+  for (const char* text : {"-5", "1e300", "nan", "x"})
+    EXPECT_THROW(app.parse("--wait=\"" + std::string(text) + "\""), CLI::Error) << text;
+  app.parse("--duration=5min --wait=0");
+  EXPECT_EQ(value_s, 300.0);
+  EXPECT_EQ(wait_s, 0.0);
+}
+
+TEST(RateOption, IsAboveZeroAndBounded) {
+  CLI::App app;
+  double rate_hz = 0.0;
+  app.add_option("--rate", rate_hz)->transform(in_hertz());
+  for (const char* text : {"0", "-1", "-1kHz", "1e300", "nan", "inf", "1e9kHz"})
+    EXPECT_THROW(app.parse("--rate=\"" + std::string(text) + "\""), CLI::Error) << text;
+}
+
 TEST(RateOption, TakesHertzAndShowsItsDefaultWithTheUnit) {
   CLI::App app;
   double rate_hz = 200.0;
