@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "common/core/units.h"
 #include "common/diagnosis/candidates.h"
 #include "common/diagnosis/find_missing.h"
 #include "common/diagnosis/formula_terms.h"
@@ -40,6 +41,31 @@ std::vector<std::vector<std::vector<double>>> catalogue_on(const Playback& coars
     }
   }
   return all;
+}
+
+// A term that is linear in what it reads has its centre from nowhere: it is the bias'. Over what is
+// fitted its mean is 0, so that the bias stays what it was.
+Term beside_the_bias(Term term, std::span<const Operand> operands, const TrialInput& input) {
+  Factor& factor = term.factors.front();
+  const bool is_linear =
+      factor.form == Form::kPlain || factor.form == Form::kLag || factor.form == Form::kPlay;
+  if (term.factors.size() != 1 || !is_linear || operands[factor.operand].has_zero) return term;
+  factor.centre = 0.0;
+  const WrittenTerm text = written(term, operands);
+  const twin::DefinitionPtr definition = definition_of(text, input.axis);
+  twin::EffectContext context =
+      default_context(*definition, input.axis, input.playback.interval_s());
+  for (const auto& [name, value] : text.shapes) context.parameters[name] = value;
+  const auto amplitudes = names_of(*definition, twin::ParameterRole::kAmplitude);
+  const auto added = column_of(input.playback, *definition, context, amplitudes.front());
+  double sum = 0.0, count = 0.0;
+  for (std::size_t i = 0; i < added.size(); ++i) {
+    if (input.valid[i] == 0) continue;
+    sum += added[i];
+    count += 1.0;
+  }
+  factor.centre = core::deg_h_from_radps(sum / count);
+  return term;
 }
 
 // Of a curve: what a smooth function, one with a bend or two, and one of a bump here and there
@@ -114,7 +140,7 @@ class FormulaSearch {
     const std::vector<ScreenedTerm> leaders = screen.best(kLeaders);
     const std::vector<double> said = screen.shares_explained_by(catalogue, leaders);
     for (std::size_t i = 0; i < leaders.size(); ++i) {
-      const Term& term = leaders[i].term;
+      const Term term = beside_the_bias(leaders[i].term, operands_, input_);
       const bool is_new = std::find(terms_.begin(), terms_.end(), term) == terms_.end();
       if (said[i] > kMeansTheSame || !is_new) continue;
       std::vector<std::string> channels;

@@ -108,10 +108,18 @@ std::string in_parentheses(const std::string& text) {
   return text.find(' ') == std::string::npos ? text : "(" + text + ")";
 }
 
+// So many that a value keeps its place in the range to some thousandths.
+int digits_of_places(const Operand& operand) {
+  constexpr int kOfTheRange = 3;
+  const double largest = std::max(std::abs(operand.lowest), std::abs(operand.highest));
+  const double ratio = largest / (operand.highest - operand.lowest);
+  return kOfTheRange + std::max(1, static_cast<int>(std::ceil(std::log10(ratio))));
+}
+
 std::string centred(const Operand& operand, double centre) {
-  constexpr int kDigits = 4;
   if (centre == 0.0) return operand.text;
-  return operand.text + (centre > 0.0 ? " - " : " + ") + rounded(std::abs(centre), kDigits);
+  return operand.text + (centre > 0.0 ? " - " : " + ") +
+         rounded(std::abs(centre), digits_of_places(operand));
 }
 
 // Writes factors one after the other; parameters of one kind are numbered from the second on.
@@ -149,14 +157,6 @@ class Writer {
   std::map<std::string, int> counts_;
   twin::Parameters values_;
 };
-
-// So many that the ends of a range keep their places in it.
-int digits_of_ends(const Operand& operand) {
-  constexpr int kOfTheRange = 4;
-  const double largest = std::max(std::abs(operand.lowest), std::abs(operand.highest));
-  const double ratio = largest / (operand.highest - operand.lowest);
-  return kOfTheRange + std::max(1, static_cast<int>(std::ceil(std::log10(ratio))));
-}
 
 }  // namespace
 
@@ -260,7 +260,7 @@ WrittenTerm written(const Term& term, std::span<const Operand> operands) {
 
 WrittenTerm written(const Curve& curve, std::span<const Operand> operands) {
   const Operand& over = operands[curve.over];
-  const int digits = digits_of_ends(over);
+  const int digits = digits_of_places(over) + 1;
   Writer writer;
   std::string spline = "spline(" +
                        (curve.lag_s > 0.0 ? writer.lagged(over.text, curve.lag_s) : over.text) +

@@ -84,7 +84,7 @@ struct Term {
 [[nodiscard]] double log_prior_of(const Term& term, std::span<const Operand> operands);
 
 // "k * tanh((T_board - 20.3) / width) * B_x", with the values of `width` and what else is no number
-// in it. Centres have four digits.
+// in it. Centres have four digits, or more where the operand moves by less than a tenth of itself.
 struct WrittenTerm {
   std::string formula;
   twin::Parameters shapes{};

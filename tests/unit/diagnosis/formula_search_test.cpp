@@ -190,6 +190,58 @@ TEST(FormulaSearchScenario, ANameGivesWayToAFormulaThatIsLikelierInBothRecords) 
   EXPECT_GT(records.gap_closed(diagnosis.repaired), 0.7) << axis.sentence;
 }
 
+// A supply that wanders about another voltage in each record, and drives nothing when it has 5.4 V.
+void give_supply(MeasuredSeries& series, double mean_v, double slow) {
+  for (std::size_t i = 0; i < series.size; ++i) {
+    const double hours = series.time_s(i) / core::kSecondsPerHour;
+    series.supply_v.resize(series.size);
+    series.supply_v[i] = mean_v + 0.2 * std::sin(5.0 * slow * hours) + 0.1 * std::sin(14.0 * hours);
+  }
+}
+
+// Law: where a term's centre is only another bias, the bias stays what it was. Before: a centre at
+// an end of what the record had, and a bias for it that nobody fitted.
+TEST(FormulaSearchLaws, ATermThatIsLinearHidesNoBias) {
+  for (const double behind_s : {0.0, 600.0}) {
+    const Truth truth = [behind_s](const MeasuredSeries& s) {
+      double behind = s.supply_v.front();
+      return each(s, [&](std::size_t i) {
+        behind += (s.supply_v[i] - behind) *
+                  (behind_s > 0.0 ? -std::expm1(-s.interval_s / behind_s) : 1.0);
+        return 0.2 * (behind - 5.4);
+      });
+    };
+    const twin::Model given = test::lab_model();
+    MeasuredSeries record = test::simulated(given, test::chamber_profile(), 101);
+    MeasuredSeries other = test::simulated(given, test::chamber_profile(), 102);
+    give_supply(record, 5.43, 1.0);
+    give_supply(other, 5.42, 0.7);
+    hide(record, truth);
+    hide(other, truth);
+    const Diagnosis diagnosis = diagnose(given, record, {other}, kOptions);
+    const AxisDiagnosis& axis = *diagnosis.axes[0];
+    ASSERT_TRUE(axis.unknown.has_value()) << axis.sentence;
+    ASSERT_FALSE(axis.unknown->formulas.empty()) << axis.sentence;
+    EXPECT_TRUE(axis.recalibrated.empty()) << axis.sentence;
+    EXPECT_LT(axis.fit.after_rms_radps, axis.fit.before_rms_radps) << axis.sentence;
+    EXPECT_LT(axis.held_out.after_rms_radps, axis.held_out.before_rms_radps) << axis.sentence;
+    const auto mean = [&](const twin::Model& model) {
+      const Playback playback(record);
+      const auto drift = playback.drift(model, kX);
+      double sum = 0.0, count = 0.0;
+      for (std::size_t i = 0; i < drift.size(); ++i) {
+        if (record.valid[0][i] == 0) continue;
+        sum += drift[i];
+        count += 1.0;
+      }
+      return sum / count;
+    };
+    // Half a digit of the centre is 5e-4 V, times .2 deg/h per V.
+    EXPECT_NEAR(mean(diagnosis.repaired), mean(given), core::radps_from_deg_h(2e-4))
+        << axis.sentence;
+  }
+}
+
 // Rule: what no formula says stands in the repaired model as a curve, which other records prove.
 TEST(FormulaSearchScenario, WhatNoTermSaysBecomesACurveThatClosesTheGapOnAThirdRecord) {
   const twin::Model given = test::lab_model();
