@@ -63,9 +63,10 @@ class AxisExamination {
     prefer_lags(calibrated, judged, split);
     calibrate_beside_found(calibrated, judged, split);
     std::vector<std::string> refuted;
+    std::optional<UnknownEffect> not_what_it_looks_like = unknown_like(judged.trial);
     const bool tried_again = try_without_refuted(refuted, calibrated, split, judged);
     std::string aside = tried_again ? spoken_against(refuted) : "";
-    std::optional<UnknownEffect> not_what_it_looks_like;
+    if (!tried_again || answers(judged.trial)) not_what_it_looks_like.reset();
     if (!tried_again) {
       if (judged.acceptance == Acceptance::kReverted)
         not_what_it_looks_like = refuted_finding(judged.trial, calibrated, split);

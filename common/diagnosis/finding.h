@@ -63,7 +63,7 @@ struct Recalibration {
 struct UnknownEffect {
   std::string description;  // "bump at 24 °C in temperature_coil"; its formulas where it has any
   std::vector<std::string> depends_on{};  // empty of what looks like effects that were refuted
-  double rms_radps = 0.0;
+  double rms_radps = 0.0;                 // NaN of what looks like noise
   // Its shape: the unexplained rate as a function of the first input. Empty where it has none.
   std::vector<double> input{};
   std::vector<double> rate_radps{};

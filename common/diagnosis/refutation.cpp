@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "common/diagnosis/gap.h"
@@ -89,14 +90,23 @@ std::vector<std::string> all_drift_labels() {
   return labels;
 }
 
+bool answers(const Trial& trial) {
+  return !trial.effects.empty() || !trial.events.empty() || trial.unknown ||
+         std::any_of(trial.recalibrated.begin(), trial.recalibrated.end(),
+                     [](const Recalibration& change) { return has_shape(change.name); });
+}
+
 std::optional<UnknownEffect> unknown_like(const Trial& trial) {
-  const std::vector<NamedEffect> effects = drift_of(trial);
+  std::vector<NamedEffect> effects = drift_of(trial);
+  const bool is_noise_alone = effects.empty();
+  if (is_noise_alone) effects = trial.effects;
   if (effects.empty()) return std::nullopt;
   UnknownEffect unknown{.description = "on this record it looks like " + list_of(effects) +
                                        ", which held-out data speak against"};
   double squares = 0.0;
   for (const NamedEffect& effect : effects) squares += effect.share_of_gap;
-  unknown.rms_radps = std::sqrt(squares);
+  unknown.rms_radps =
+      is_noise_alone ? std::numeric_limits<double>::quiet_NaN() : std::sqrt(squares);
   return unknown;
 }
 

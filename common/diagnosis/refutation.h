@@ -40,8 +40,12 @@ namespace zerodrift::diagnosis {
 // Of the catalogue, in its order: with none of them noise alone can be named.
 [[nodiscard]] std::vector<std::string> all_drift_labels();
 
-// What is significant in the record and was named, and is not that by held-out data. Nothing where
-// a trial named noise alone.
+// Whether a trial says what a record suggests: a name, something unknown or other parameters of
+// what the model lists. Another bias or another size of the noise says nothing of a shape.
+[[nodiscard]] bool answers(const Trial& trial);
+
+// What is significant in the record and was named, and is not that by held-out data; noise beside
+// nothing else alone. Nothing where a trial named nothing.
 [[nodiscard]] std::optional<UnknownEffect> unknown_like(const Trial& trial);
 
 // The same of a trial that gave the model other parameters alone, where what the model leaves of

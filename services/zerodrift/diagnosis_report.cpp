@@ -44,6 +44,12 @@ std::string outcome_text(const AxisDiagnosis& axis) {
   return "Nothing was changed, so there was nothing to prove.";
 }
 
+// The end of what is said of it; noise has none.
+std::string with_rms(const diagnosis::UnknownEffect& unknown, const std::string& lead) {
+  if (!std::isfinite(unknown.rms_radps)) return ".";
+  return "; " + lead + in_deg_per_hour(unknown.rms_radps) + " deg/h.";
+}
+
 std::string left_out(const AxisDiagnosis& axis) {
   const std::string count = std::to_string(axis.samples_left_out);
   return axis.samples_left_out == 1 ? count + " wild sample that stands alone was left out."
@@ -161,7 +167,7 @@ void add_unknown(report::Document& page, const Diagnosed& axis) {
   page.blocks.emplace_back(report::Paragraph{
       unknown.description +
       (unknown.depends_on.empty() ? "" : ". It depends on " + joined(unknown.depends_on)) +
-      "; its RMS over the record is " + in_deg_per_hour(unknown.rms_radps) + " deg/h."});
+      with_rms(unknown, "its RMS over the record is ")});
   for (const auto& summand : unknown.formulas) {
     page.blocks.emplace_back(
         report::Paragraph{"In deg/h: " + formula_text(summand) +
@@ -285,7 +291,7 @@ std::vector<std::string> diagnosis_notes(const DiagnosisResult& result) {
       notes.push_back(lead + outcome_text(axis.of));
     if (axis.of.unknown) {
       notes.push_back(lead + "unknown to the catalogue: " + axis.of.unknown->description +
-                      "; RMS " + in_deg_per_hour(axis.of.unknown->rms_radps) + " deg/h.");
+                      with_rms(*axis.of.unknown, "RMS "));
       for (const auto& summand : axis.of.unknown->formulas)
         notes.push_back(lead + "in deg/h, " + formula_text(summand) + ".");
     }

@@ -15,13 +15,7 @@ namespace {
 constexpr core::Axis kX = core::Axis::kX;
 const DiagnosisOptions kOptions{.record = "simulated", .date = "2026-01-01"};
 
-twin::Model kinds_of(twin::Model model) {
-  for (twin::EffectSpec& effect : model.effects) {
-    effect.parameters.clear();
-    effect.standard_errors.clear();
-  }
-  return model;
-}
+using test::kinds_of;
 
 const twin::EffectSpec& effect_in(const twin::Model& model, const std::string& kind) {
   return *std::find_if(model.effects.begin(), model.effects.end(),

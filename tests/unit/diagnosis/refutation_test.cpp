@@ -73,8 +73,29 @@ TEST(Refutation, LeavesSomethingUnknownThatLooksLikeTheNames) {
             "on this record it looks like magnetic (or line) and shupe, which held-out data speak "
             "against");
   EXPECT_NEAR(unknown->rms_radps, 5e-9, 1e-15);
-  trial.effects = {{.name = "markov"}};
+  trial.effects.clear();
   EXPECT_FALSE(unknown_like(trial));
+}
+
+TEST(Refutation, LeavesSomethingUnknownThatLooksLikeNoiseWhereNoiseAloneWasNamed) {
+  Trial trial;
+  trial.effects = {{.name = "markov", .share_of_gap = 1.0}};
+  const auto unknown = unknown_like(trial);
+  ASSERT_TRUE(unknown);
+  EXPECT_EQ(unknown->description,
+            "on this record it looks like markov, which held-out data speak against");
+  EXPECT_TRUE(std::isnan(unknown->rms_radps));
+}
+
+TEST(Refutation, IsAnsweredByNamesAndShapesAndNotByABiasOrItsNoise) {
+  Trial trial;
+  trial.recalibrated = {{.name = "bias"}, {.name = "angle_random_walk"}};
+  EXPECT_FALSE(answers(trial));
+  trial.recalibrated.push_back({.name = "shupe"});
+  EXPECT_TRUE(answers(trial));
+  trial.recalibrated.clear();
+  trial.effects = {{.name = "markov"}};
+  EXPECT_TRUE(answers(trial));
 }
 
 // Nobody turned a field on over the record that was kept back: it says nothing of a sensitivity to
@@ -98,22 +119,32 @@ TEST(DiagnosisScenario, ARecordThatWouldNotShowAnEffectDoesNotSpeakAgainstIt) {
 
 // Law: what is significant in a record and is not in the one that was kept back is neither "nothing
 // is missing" nor an effect of that name.
-TEST(DiagnosisScenario, WhatIsInOneRecordAloneIsNeitherNamedNorNothing) {
-  const twin::Model given = test::lab_model();
-  const MeasuredSeries other = test::simulated(given, test::chamber_profile(), 12);
+void expect_what_is_in_one_record_alone_to_be_unknown(const twin::Model& given) {
+  const twin::Model truth = test::lab_model();
+  const MeasuredSeries other = test::simulated(truth, test::chamber_profile(), 12);
   const std::vector<twin::EffectSpec> hidden{
       field(),
+      {.kind = "noise_temperature", .axis = kX, .parameters = {{"growth_per_degc", 0.04}}},
       {.kind = "hysteresis", .axis = kX, .parameters = {{"a3_deg_h", 0.2}}},
       {.kind = "warm_up",
        .axis = kX,
        .parameters = {{"amplitude_deg_h", 0.3}, {"tau_s", 1800.0}, {"exponent", 1.0}}}};
   for (const twin::EffectSpec& effect : hidden) {
     const MeasuredSeries record =
-        test::simulated(test::with(given, effect), test::chamber_profile(), 11);
+        test::simulated(test::with(truth, effect), test::chamber_profile(), 11);
     const AxisDiagnosis axis = *diagnose(given, record, {other}, kOptions).axes[0];
     EXPECT_EQ(axis.verdict, Verdict::kUnknownEffect) << effect.kind << ": " << axis.sentence;
     EXPECT_TRUE(axis.effects.empty()) << effect.kind << ": " << axis.sentence;
   }
+}
+
+TEST(DiagnosisScenario, WhatIsInOneRecordAloneIsNeitherNamedNorNothing) {
+  expect_what_is_in_one_record_alone_to_be_unknown(test::lab_model());
+}
+
+// Before: "No effect is missing", as a bias and the noise's size were fitted beside it.
+TEST(DiagnosisScenario, WhatIsInOneRecordAloneIsNotNothingBesideKindsAlone) {
+  expect_what_is_in_one_record_alone_to_be_unknown(test::kinds_of(test::lab_model()));
 }
 
 // Law: what fits one record with other parameters, and not the next one, is no consistency.

@@ -37,6 +37,15 @@ inline twin::Model without(twin::Model model, const std::string& kind) {
   return model;
 }
 
+// What it lists, without coefficients.
+inline twin::Model kinds_of(twin::Model model) {
+  for (twin::EffectSpec& effect : model.effects) {
+    effect.parameters.clear();
+    effect.standard_errors.clear();
+  }
+  return model;
+}
+
 inline MeasuredSeries simulated(const twin::Model& model, const twin::Profile& profile,
                                 std::uint64_t seed) {
   return simulated_series(model, profile, core::Axis::kX, seed);
