@@ -22,7 +22,6 @@
 #include "common/diagnosis/records_of_axis.h"
 #include "common/diagnosis/refutation.h"
 #include "common/diagnosis/repair.h"
-#include "common/diagnosis/rounded_text.h"
 #include "common/diagnosis/split.h"
 #include "common/diagnosis/verdict.h"
 #include "common/twin/effect_catalogue.h"
@@ -90,6 +89,7 @@ class AxisExamination {
     if (adopted) copy_axis(without_events(judged.trial.repaired), repaired, axis_);
     judged.trial.recalibrated =
         merged(calibrated.calibration.trial.recalibrated, judged.trial.recalibrated);
+    if (adopted) keep_what_stands(judged.trial.recalibrated, final_model, axis_);
     take(result, judged.trial, faults);
     if (not_what_it_looks_like && !result.unknown &&
         !is_of_rounding(not_what_it_looks_like->rms_radps, faults)) {

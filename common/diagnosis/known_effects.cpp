@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "common/core/require.h"
 #include "common/core/units.h"
@@ -141,6 +142,29 @@ std::vector<Recalibration> merged(std::vector<Recalibration> first,
     same->standard_error = change.standard_error;
   }
   return first;
+}
+
+void keep_what_stands(std::vector<Recalibration>& changes, const twin::Model& model,
+                      core::Axis axis) {
+  std::erase_if(changes, [&](Recalibration& change) {
+    const auto has_it = [&](const EffectSpec& spec) {
+      return spec.axis == axis && label_of(spec) == change.name &&
+             spec.parameters.contains(change.parameter);
+    };
+    const auto has_this_value = [&](const EffectSpec& spec) {
+      return has_it(spec) && spec.parameters.at(change.parameter) == change.to;
+    };
+    const auto& all = model.effects;
+    if (std::any_of(all.begin(), all.end(), has_this_value)) return false;
+    const auto spec = std::find_if(all.begin(), all.end(), has_it);
+    if (spec == all.end()) return true;
+    change.to = spec->parameters.at(change.parameter);
+    const auto error = spec->standard_errors.find(change.parameter);
+    change.standard_error = error == spec->standard_errors.end()
+                                ? std::numeric_limits<double>::quiet_NaN()
+                                : error->second;
+    return false;
+  });
 }
 
 }  // namespace zerodrift::diagnosis

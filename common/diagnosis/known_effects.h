@@ -45,4 +45,9 @@ Recalibration shift_bias(twin::Model& model, core::Axis axis, double by_radps);
 [[nodiscard]] std::vector<Recalibration> merged(std::vector<Recalibration> first,
                                                 const std::vector<Recalibration>& later);
 
+// Of what was changed on the way only what the model has in the end, with its value there: a noise
+// that wandered in the place of what was found later may be gone.
+void keep_what_stands(std::vector<Recalibration>& changes, const twin::Model& model,
+                      core::Axis axis);
+
 }  // namespace zerodrift::diagnosis

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "common/diagnosis/diagnosis.h"
+#include "common/diagnosis/known_effects.h"
 #include "common/twin/effect_catalogue.h"
 #include "tests/unit/diagnosis/simulated_series.h"
 
@@ -37,6 +38,31 @@ Answer answer(const twin::Model& given, const twin::Model& truth, const twin::Mo
 
 Answer answer(const twin::Model& given, const twin::Model& truth) {
   return answer(given, truth, truth);
+}
+
+// Law: new parameters are told as the repaired model has them. Before: a slow noise that stood in
+// the place of what was found later, and that the model no longer has.
+TEST(CalibrationLaws, OnlyWhatTheModelHasInTheEndIsToldAsChanged) {
+  twin::Model model;
+  model.effects = {{.kind = "bias", .axis = kX, .parameters = {{"bias_deg_h", 2.0}}},
+                   {.kind = "shupe",
+                    .axis = kX,
+                    .parameters = {{"coefficient_deg_h_min_per_degc", 0.9}},
+                    .standard_errors = {{"coefficient_deg_h_min_per_degc", 0.1}}},
+                   {.kind = "rate_random_walk", .axis = kX},
+                   {.kind = "rate_random_walk",
+                    .axis = core::Axis::kY,
+                    .parameters = {{"coefficient_deg_per_h_1_5", 0.2}}}};
+  std::vector<Recalibration> changes{
+      {"bias", "bias_deg_h", 0.0, 2.0, 0.3},
+      {"shupe", "coefficient_deg_h_min_per_degc", 0.0, 0.7, 0.2},
+      {"rate_random_walk", "coefficient_deg_per_h_1_5", 0.0, 0.2, 0.1}};
+  keep_what_stands(changes, model, kX);
+  ASSERT_EQ(changes.size(), 2U);
+  EXPECT_EQ(changes[0].to, 2.0);
+  EXPECT_EQ(changes[0].standard_error, 0.3);
+  EXPECT_EQ(changes[1].to, 0.9);
+  EXPECT_EQ(changes[1].standard_error, 0.1);
 }
 
 // Within five of its own standard errors.
