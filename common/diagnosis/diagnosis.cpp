@@ -105,7 +105,7 @@ class AxisExamination {
       const double left = left_about_mean(measured, final_model, faults.sound);
       doubt_consistency(result, is_of_rounding(left, faults) ? 0.0 : left, held_out);
     }
-    result.sentence += about_reach(split.share_out_of_reach);
+    result.sentence += about_reach(split.share_out_of_reach, split.kind);
     if (by_blocks) {
       result.sentence +=
           " The other records would not show what is found here: blocks of this one were kept back "

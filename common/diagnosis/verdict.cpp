@@ -16,7 +16,8 @@ constexpr double kShortestRecordS = 600.0;
 constexpr std::size_t kFewestIntervals = 60;
 
 // What makes the gap smaller beside the effects that were missing is not credited to them. Noise,
-// and what begins anew with another phase in each record, leaves it as it was.
+// what begins anew with another phase in each record and what means of a minute don't show leave it
+// as it was.
 std::string about_the_gap(const AxisDiagnosis& axis) {
   const bool on_record = axis.held_out_kind == HeldOut::kNothing;
   const Gap& gap = on_record ? axis.fit : axis.held_out;
@@ -25,7 +26,8 @@ std::string about_the_gap(const AxisDiagnosis& axis) {
   const std::string where = on_record ? "the record" : "held-out data";
   if (before == after) {
     return " The gap on " + where + " stays at " + after +
-           " deg/h rms: what was found takes another course in each record.";
+           " deg/h rms: what was found takes another course in each record, or is too fast for "
+           "means of a minute.";
   }
   if (gap.after_rms_radps > gap.before_rms_radps) {
     return " About its mean, which is another one in each record, the gap on " + where +
@@ -106,9 +108,14 @@ std::string about_events(const std::vector<NamedEffect>& effects) {
   return text;
 }
 
-std::string about_reach(double share_out_of_reach) {
+std::string about_reach(double share_out_of_reach, HeldOut judge) {
   constexpr double kNearlyNone = 0.01;
   if (share_out_of_reach < kNearlyNone) return {};
+  if (judge == HeldOut::kBlocks) {
+    return " The coefficients come from this record, and those for validation are at temperatures "
+           "that it did not reach: they judge nothing, and parts of this record were kept back in "
+           "their place.";
+  }
   return " The coefficients come from this record: " + in_percent(share_out_of_reach) +
          " of the records for validation, at temperatures that it did not reach, judge nothing.";
 }

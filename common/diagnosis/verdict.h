@@ -27,8 +27,9 @@ namespace zerodrift::diagnosis {
 
 // Behind an answer: which of the effects are the record's own; empty for none.
 [[nodiscard]] std::string about_events(const std::vector<NamedEffect>& effects);
-// Behind an answer: what share of the other records judged nothing; empty for nearly none.
-[[nodiscard]] std::string about_reach(double share_out_of_reach);
+// Behind an answer: what share of the other records judged nothing, all of them where parts of the
+// record did in their place; empty for nearly none.
+[[nodiscard]] std::string about_reach(double share_out_of_reach, HeldOut judge);
 
 // Why a record is too short to be diagnosed, or nothing.
 [[nodiscard]] std::optional<std::string> why_too_short(const MeasuredSeries& series);

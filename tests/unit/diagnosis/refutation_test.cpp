@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "common/diagnosis/diagnosis.h"
+#include "common/diagnosis/verdict.h"
 #include "tests/unit/diagnosis/simulated_series.h"
 
 namespace zerodrift::diagnosis {
@@ -35,6 +36,15 @@ TEST(Refutation, OfOtherParametersCountsWhereMoreIsLeftThanNoise) {
   EXPECT_FALSE(unlike_other_parameters(trial, 5e-9, 0.0));
   trial.recalibrated = {{.name = "bias"}, {.name = "rate_random_walk"}};
   EXPECT_FALSE(unlike_other_parameters(trial, 5e-9, 2e-9));
+}
+
+// Before: "100 % of the records judge nothing", and then that data of no part had agreed.
+TEST(Verdict, SaysWhoJudgedWhereTheOtherRecordsCouldNot) {
+  EXPECT_EQ(about_reach(0.001, HeldOut::kRecords), "");
+  EXPECT_NE(about_reach(0.3, HeldOut::kRecords).find("30 % of the records"), std::string::npos);
+  const std::string none = about_reach(1.0, HeldOut::kBlocks);
+  EXPECT_EQ(none.find('%'), std::string::npos) << none;
+  EXPECT_NE(none.find("parts of this record were kept back in their place"), std::string::npos);
 }
 
 // A trial that named both, and the names that a record of `truth` refutes.
