@@ -128,7 +128,9 @@ TEST_F(Help, ARateIsTakenWithItsUnit) {
   const Finished refused = run({"simulate", "--model", model, "--profile", "@profile.yaml",
                                 "--rate", "10s", "--out", "@again.csv"});
   EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_NE(refused.err.find("found '10s', expected a rate as 20, 20Hz or 1kHz"), std::string::npos)
+  EXPECT_NE(
+      refused.err.find("found '10s', expected a rate above 0 and up to 1 MHz, as 20, 20Hz or 1kHz"),
+      std::string::npos)
       << refused.err;
 }
 

@@ -216,7 +216,7 @@ TEST(CalibrationScenario, WhatAnotherRecordSaysElsewhereIsNoJudge) {
   ASSERT_EQ(axis.effects.size(), 1U) << axis.sentence;
   EXPECT_EQ(axis.effects[0].name, "magnetic");
   EXPECT_FALSE(axis.unknown) << axis.sentence;
-  EXPECT_NE(axis.sentence.find("at temperatures that it did not reach, judge nothing"),
+  EXPECT_NE(axis.sentence.find("at temperatures that it did not reach: they judge nothing"),
             std::string::npos)
       << axis.sentence;
 }

@@ -98,7 +98,7 @@ TEST(RateOption, TakesHertzAndShowsItsDefaultWithTheUnit) {
     FAIL() << "a time is no rate";
   } catch (const CLI::ParseError& error) {
     EXPECT_EQ(std::string(error.what()),
-              "--rate: found '20s', expected a rate as 20, 20Hz or 1kHz");
+              "--rate: found '20s', expected a rate above 0 and up to 1 MHz, as 20, 20Hz or 1kHz");
   }
 }
 
