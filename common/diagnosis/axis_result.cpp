@@ -2,6 +2,7 @@
 #include "common/diagnosis/axis_result.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <string>
 
@@ -25,6 +26,13 @@ bool is_record_fault(const std::string& kind) {
 bool is_of_rounding(double rms_radps, const RecordFaults& faults) {
   constexpr double kWithin = 1.5;
   return rms_radps <= kWithin * faults.rounding_rms_radps;
+}
+
+bool tells(const std::optional<UnknownEffect>& refuted, bool an_input_moves,
+           const RecordFaults& faults) {
+  if (!refuted) return false;
+  if (std::isnan(refuted->rms_radps)) return an_input_moves;
+  return !is_of_rounding(refuted->rms_radps, faults);
 }
 
 void copy_axis(const twin::Model& from, twin::Model& to, core::Axis axis) {

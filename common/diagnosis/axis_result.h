@@ -3,6 +3,8 @@
 // the gap, what is taken back, and where "nothing is missing" would say too much.
 #pragma once
 
+#include <optional>
+
 #include "common/diagnosis/finding.h"
 #include "common/diagnosis/held_out.h"
 #include "common/diagnosis/record_faults.h"
@@ -12,6 +14,11 @@ namespace zerodrift::diagnosis {
 
 // What is no larger than the errors by rounding that the record is known to have is theirs.
 [[nodiscard]] bool is_of_rounding(double rms_radps, const RecordFaults& faults);
+// What held-out data refuted, if anything, says something: it is larger than the record's own
+// rounding, or, of what looked like noise, the record has an input that moves: without one it shows
+// noise alone.
+[[nodiscard]] bool tells(const std::optional<UnknownEffect>& refuted, bool an_input_moves,
+                         const RecordFaults& faults);
 
 // An axis's own part of one model into another.
 void copy_axis(const twin::Model& from, twin::Model& to, core::Axis axis);

@@ -91,8 +91,8 @@ class AxisExamination {
         merged(calibrated.calibration.trial.recalibrated, judged.trial.recalibrated);
     if (adopted) keep_what_stands(judged.trial.recalibrated, final_model, axis_);
     take(result, judged.trial, faults);
-    if (not_what_it_looks_like && !result.unknown &&
-        !is_of_rounding(not_what_it_looks_like->rms_radps, faults)) {
+    const bool moves = an_input_moves(series_, playback_, axis_);
+    if (!result.unknown && tells(not_what_it_looks_like, moves, faults)) {
       result.unknown = std::move(not_what_it_looks_like);
       aside.clear();
     }

@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "common/core/one_line.h"
 #include "common/dds/conversions.h"
 #include "common/dds/raw_reader.h"
 #include "common/files/atomic_file.h"
 #include "common/files/file_error.h"
+#include "common/mcap/log_file.h"
 #include "common/mcap/mcap_error.h"
 #include "common/mcap/mcap_reader.h"
 #include "common/record/record_reader.h"
@@ -144,9 +146,15 @@ ExportResult import_record(const ExportRequest& request, const record::WriteShar
   file_options.metadata = {{"from", std::filesystem::path(request.from.file).filename().string()},
                            {"log_time", "sensor time, where it is above 0"},
                            {"publish_time", "sensor time, where it is above 0"}};
-  RecordFile file(std::move(file_options));
-  // Only once it is this one's: what another is writing under the name stays.
   files::UnfinishedFile unfinished(request.to.string() + ".active");
+  std::optional<RecordFile> opened;
+  try {
+    opened.emplace(std::move(file_options));
+  } catch (const mcap::FileInUse&) {
+    unfinished.keep();  // it is another's, who is writing it
+    throw;
+  }
+  RecordFile& file = *opened;
   std::uint64_t bytes = 0;  // of payloads
   const auto put = [&](const dds::TopicSpec& spec, std::uint64_t sequence, core::SensorTime time,
                        std::string_view part, const std::string& payload) {
