@@ -23,7 +23,7 @@ class ThermalCoverage {
   // Between cooling fast, cooling, steady, warming and warming fast.
   static constexpr std::array<double, 4> kRateEdgesDegcPerMin{-0.5, -0.05, 0.05, 0.5};
   static constexpr std::size_t kRates = kRateEdgesDegcPerMin.size() + 1;
-  // Labels by cell: those of the slowest rate first, each by temperature.
+  // Labels by cell: those of the fastest cooling first, each row by temperature.
   using Labels = std::array<std::uint32_t, kRates * kTemperatures>;
 
   [[nodiscard]] static std::size_t cell_of(double degc, double degc_per_min) noexcept {

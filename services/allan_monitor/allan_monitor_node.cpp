@@ -349,11 +349,13 @@ void AllanMonitorNode::report_stream(Watch& watch) {
       watch, "duplicate_time",
       who + fmt::format("{} sample(s) with a time that was there; left out", counts.duplicates),
       counts.duplicates, watch.duplicates);
-  report_counted(watch, "interval_refused",
-                 who + fmt::format("{} sample(s) with an interval that is neither the stream's "
-                                   "{:.6g} s nor from 0.0001 to 1800 s; left out",
-                                   counts.refused, now.interval_s),
-                 counts.refused, watch.refused);
+  report_counted(
+      watch, "interval_refused",
+      who + fmt::format("{} sample(s) with an interval that is neither the stream's "
+                        "{:.6g} s nor from {:.6g} to {:.6g} s; left out",
+                        counts.refused, now.interval_s, allan::StreamTiming::kShortestIntervalS,
+                        allan::StreamTiming::kLongestIntervalS),
+      counts.refused, watch.refused);
   report_counted(watch, "time_restarted",
                  who + "sensor time began anew; the stream goes on after a gap",
                  counts.time_restarts, watch.time_restarts);

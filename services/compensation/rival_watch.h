@@ -29,7 +29,8 @@ class RivalWatch {
     int spoke = 0;
     bool is_reported = false;
   };
-  // Statuses, four a second: one that is being replaced says within two that it is stopping.
+  // Statuses that it has to speak, four a second: one that is being replaced gives two at most
+  // before it says that it is stopping.
   static constexpr int kStays = 5;
 
   void note(const msg::ServiceStatus& status, const Guid& writer);

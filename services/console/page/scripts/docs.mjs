@@ -53,7 +53,7 @@ function rendered(source) {
 }
 
 for (const [source, page] of pages) {
-  const title = /^# (.+)$/m.exec(readFileSync(source, 'utf8'))?.[1] .replaceAll('`', '') ?? basename(source, '.md');
+  const title = /^# (.+)$/m.exec(readFileSync(source, 'utf8'))?.[1].replaceAll('`', '') ?? basename(source, '.md');
   const ways = page === 'index.html' ? '' : '<a href="./">Documents</a> ';
   writeFileSync(
     join(out, page),
