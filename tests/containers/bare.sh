@@ -6,10 +6,7 @@
 readonly first_sample_budget_s=300   # on two cores
 
 bare() {
-  [ -d "$work/context/deploy" ] || make_context
-  docker_cli run --detach --rm --name bare --workdir /zerodrift "$base_image" sleep infinity > /dev/null || return 1
-  docker_cli cp -q "$work/context/." bare:/zerodrift || return 1
-  check "the checkout's files are in a bare Debian $release" is_bare
+  check "the checkout's files are in a bare Debian $release" bare_is_made
   check "the main job ends well there" bare_runs_the_main_job
   # A figure: it depends on the machine and on the way to the packages.
   echo "     the first compensated sample came after $(first_sample_s) s (goal $first_sample_budget_s s on two cores)"
@@ -21,7 +18,10 @@ bare() {
 in_bare() { docker_cli exec bare "$@"; }
 
 # No compiler and no library of ours: what is found later was installed by the two commands.
-is_bare() {
+bare_is_made() {
+  [ -d "$work/context/deploy" ] || make_context
+  docker_cli run --detach --rm --name bare --workdir /zerodrift "$base_image" sleep infinity > /dev/null || return 1
+  docker_cli cp "$work/context/." bare:/zerodrift || return 1
   # shellcheck disable=SC2016  # expanded in the container
   in_bare sh -c 'for tool in g++ cmake ninja protoc fastddsgen java node python3 gnuplot zerodrift; do
       ! command -v "$tool" || exit 1
