@@ -18,6 +18,8 @@ using thermal::RateMethod;
 
 constexpr double kDegH = core::radps_from_deg_h(1.0);
 constexpr OptionRange kAbove0{.low = 0.0, .above_low = true};
+constexpr OptionRange kDuration{.low = 0.0, .high = 1e6, .above_low = true};  // in s
+constexpr OptionRange kAnyDrift{.low = -1e6, .high = 1e6};                    // deg/h
 
 // Names of an enum's values as the file has them, in the order of `values`.
 template <typename Value, std::size_t N>
@@ -200,7 +202,7 @@ void describe_learning(LearningOptions& learning, OptionVisitor& visitor) {
        Decides::kModel,
        "A label is the mean over this long, stationary or against a reference; 0: 5 s, or nine "
        "tenths of the samples' spacing where that is longer.",
-       {.low = 0.0}},
+       {0.0, 1e6}},
       learning.label_interval_s);
   number_of_all(visitor,
                 {"learning.confirm_s",
@@ -209,7 +211,7 @@ void describe_learning(LearningOptions& learning, OptionVisitor& visitor) {
                  {0.0, 600.0}},
                 learning.confirm_s, learning.rest.dwell_s);
   visitor.number({"learning.handover_s", Decides::kAnswers,
-                  "Sensor time after which a learned model takes effect.", kAbove0},
+                  "Sensor time after which a learned model takes effect.", kDuration},
                  learning.handover_s);
   visitor.number({"learning.max_drift_deg_h", Decides::kAnswers,
                   "Without a reference, a larger level is taken for motion.", kAbove0, kDegH},
@@ -351,12 +353,10 @@ void describe(CompensationOptions& options, OptionVisitor& visitor) {
   describe_earth_rate(options.earth_rate, visitor);
   visitor.section("factory_polynomial", "Drift by temperature as the factory measured it.");
   for (const auto axis : core::kAxes) {
-    visitor.numbers({"factory_polynomial." + std::string(core::name(axis)) + "_deg_h",
-                     Decides::kAnswers,
-                     "Coefficients of 1, T, T², ... with T in °C.",
-                     {},
-                     kDegH},
-                    options.factory_polynomial_radps[core::index(axis)]);
+    visitor.numbers(
+        {"factory_polynomial." + std::string(core::name(axis)) + "_deg_h", Decides::kAnswers,
+         "Coefficients of 1, T, T², ... with T in °C.", kAnyDrift, kDegH},
+        options.factory_polynomial_radps[core::index(axis)]);
   }
   describe_reference(options.reference, visitor);
   describe_mounting(options.mounting, visitor);
@@ -370,11 +370,11 @@ void describe(CompensationOptions& options, OptionVisitor& visitor) {
       {"temperature_stale_s", Decides::kAnswers,
        "With an older temperature the model is not used; where samples are more than 5 s "
        "apart, one older than 2.5 spacings.",
-       kAbove0},
+       kDuration},
       options.temperature_stale_s);
   visitor.number(
       {"probe_stuck_s", Decides::kAnswers,
-       "A probe unchanged to the bit for this long while others move is not used.", kAbove0},
+       "A probe unchanged to the bit for this long while others move is not used.", kDuration},
       options.probe_stuck_s);
   visitor.texts(
       {"probes", Decides::kAnswers, "Thermometers also listened to, for a model adopted later."},

@@ -33,7 +33,7 @@ struct OptionRange {
   [[nodiscard]] bool contains(double value) const noexcept {
     return std::isfinite(value) && (above_low ? value > low : value >= low) && value <= high;
   }
-  // "0.1 to 100", "a number above 0"; empty where every finite number is allowed.
+  // "0.1 to 100", "a number above 0, at most 10"; empty where every finite number is allowed.
   [[nodiscard]] std::string text() const;
 };
 

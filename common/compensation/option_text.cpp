@@ -45,6 +45,9 @@ class RangeCheck : public OptionTextVisitor {
   void count(const OptionKey& key, std::size_t& value) override {
     check(key, static_cast<double>(value));
   }
+  void numbers(const OptionKey& key, std::vector<double>& values) override {
+    for (const double value : values) check(key, value / key.si_per_unit);
+  }
 
  private:
   void see(const OptionKey&, const std::string&) override {}
@@ -92,9 +95,10 @@ void OptionTextVisitor::model(const OptionKey& key, std::optional<twin::Model>& 
 }
 
 std::string OptionRange::text() const {
-  if (std::isfinite(low) && std::isfinite(high)) return short_text(low) + " to " + short_text(high);
   if (!std::isfinite(low)) return "";
-  return (above_low ? "a number above " : "a number from ") + short_text(low);
+  if (std::isfinite(high) && !above_low) return short_text(low) + " to " + short_text(high);
+  const std::string from = (above_low ? "a number above " : "a number from ") + short_text(low);
+  return std::isfinite(high) ? from + ", at most " + short_text(high) : from;
 }
 
 std::string exact_text(double value) {

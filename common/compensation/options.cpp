@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "common/compensation/drift_prior.h"
 #include "common/compensation/option_keys.h"
@@ -32,6 +33,17 @@ std::optional<std::string> find_contradiction(const ModelOptions& model) {
     return std::nullopt;
   return "svr.offset: found " + short_text(kernel.offset) + ", expected 0 to " +
          short_text(std::pow(largest, 1.0 / kernel.degree));
+}
+
+// What the features' builder refuses of their scales, lags and probes.
+std::optional<std::string> find_wrong_features(const CompensationOptions& options) {
+  try {
+    static_cast<void>(
+        thermal::FeatureBuilder({options.features, options.temperature_stale_s}, options.probes()));
+  } catch (const std::invalid_argument& refusal) {
+    return refusal.what();
+  }
+  return std::nullopt;
 }
 
 std::optional<std::string> find_wrong_references(const CompensationOptions& options) {
@@ -64,6 +76,7 @@ CompensationOptions::CompensationOptions() {
 std::optional<std::string> CompensationOptions::validate() const {
   if (auto line = find_out_of_range(*this)) return line;
   if (auto line = find_contradiction(model)) return line;
+  if (auto line = find_wrong_features(*this)) return line;
   if (auto line = Mounting::find_wrong(mounting)) return line;
   if (auto line = find_wrong_references(*this)) return line;
   if (prior) {

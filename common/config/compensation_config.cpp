@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <system_error>
 
@@ -39,15 +38,6 @@ void resolve_earth_rate(const YamlDocument& file, compensation::EarthRateOptions
       navigation::earth_rate_radps_b(*earth.latitude_deg * core::kRadPerDeg, attitude);
 }
 
-void check(const YamlDocument& file, const CompensationOptions& options) {
-  if (const auto line = options.validate()) throw error_of(file, *line);
-  try {
-    const thermal::FeatureBuilder builder({.features = options.features}, options.probes());
-  } catch (const std::invalid_argument& problem) {
-    throw error_of(file, problem.what());
-  }
-}
-
 }  // namespace
 
 CompensationOptions load_compensation(const std::filesystem::path& path) {
@@ -59,7 +49,7 @@ CompensationOptions load_compensation(const std::filesystem::path& path) {
   compensation::describe(options, reader);
   reader.refuse_unknown();
   resolve_earth_rate(file, options.earth_rate);
-  check(file, options);
+  if (const auto line = options.validate()) throw error_of(file, *line);
   return options;
 }
 

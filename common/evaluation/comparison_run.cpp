@@ -114,7 +114,7 @@ void check(const ComparisonRequest& request) {
   }
 }
 
-// What the first reading of a record gives.
+// What the first reading of a record gives; times of points count from its first row.
 struct Labels {
   core::PerAxis<std::vector<LabelledPoint>> points;
   std::uint64_t samples = 0;
@@ -134,6 +134,7 @@ Labels read_labels(const ComparisonRequest& request, const Share& show) {
   Labels labels;
   labels.options = request.options.for_samples_every(offline.info().first_interval_s);
   labels.info = offline.info();
+  const core::SensorTime first = labels.info.first_time;
   if (const auto missing = missing_probes(options, labels.info); !missing.empty()) {
     throw std::invalid_argument(request.record.file + ": found no temperature of probe '" +
                                 missing.front() + "', expected a column temperature_" +
@@ -149,7 +150,7 @@ Labels read_labels(const ComparisonRequest& request, const Share& show) {
     if (label == nullptr) return;
     for (std::size_t i = 0; i < core::kAxisCount; ++i) {
       if (!label->valid[i] || !label->features_ready[i]) continue;
-      labels.points[i].push_back({label->begin, label->end, label->drift_radps[i],
+      labels.points[i].push_back({label->begin - first, label->end - first, label->drift_radps[i],
                                   label->variance_radps2[i], label->features[i]});
     }
   });
@@ -250,6 +251,7 @@ class Streams {
   Streams(ComparisonResult& result, const Labels& labels, bool as_the_paper)
       : result_(result),
         mounting_(labels.options.mounting),
+        first_time_(labels.info.first_time),
         period_s_(labels.info.sample_period_s) {
     const double duration_s = period_s_ * static_cast<double>(labels.samples);
     if (as_the_paper) temperature_.emplace(period_s_, duration_s);
@@ -284,7 +286,7 @@ class Streams {
     for (std::size_t a = 0; a < axes_.size(); ++a) {
       const std::size_t i = core::index(result_.axes[a].axis);
       const double drift = rate_radps[i] - row.reference_radps[i];
-      const auto point = axes_[a].finder.find(row.time);
+      const auto point = axes_[a].finder.find(row.time - first_time_);
       for (auto& stream : axes_[a].streams) stream.add(point, drift, missing);
       if (axes_[a].prepared) axes_[a].prepared->add(drift);
     }
@@ -317,6 +319,7 @@ class Streams {
 
   ComparisonResult& result_;
   compensation::Mounting mounting_;
+  core::SensorTime first_time_;
   double period_s_;
   std::optional<core::SensorTime> previous_;
   double newest_degc_ = std::numeric_limits<double>::quiet_NaN();

@@ -11,7 +11,8 @@ namespace zerodrift::thermal {
 namespace {
 
 constexpr double kSecondsPerMinute = 60.0;
-constexpr double kMaxLagS = 1e6;
+constexpr double kMaxAgeS = 1e6;
+constexpr double kMaxLagS = 9e5;  // of a history of 1e6 s, beyond a margin
 
 bool needs_probe(FeatureKind kind) {
   return kind != FeatureKind::kPulseMean && kind != FeatureKind::kPulseRate;
@@ -52,7 +53,7 @@ double checked_scale(std::size_t feature, const FeatureSpec& spec) {
 double checked_lag_s(std::size_t feature, const FeatureSpec& spec) {
   if (spec.kind != FeatureKind::kLaggedTemperature) return 0.0;
   if (!(spec.lag_s > 0.0 && spec.lag_s <= kMaxLagS)) {
-    refuse(feature, "lag_s is " + std::to_string(spec.lag_s) + ", must be above 0 and at most 1e6");
+    refuse(feature, "lag_s is " + std::to_string(spec.lag_s) + ", must be above 0 and at most 9e5");
   }
   return spec.lag_s;
 }
@@ -103,7 +104,7 @@ FeatureBuilder::FeatureBuilder(const FeatureBuilderOptions& options,
     throw std::invalid_argument("features has " + std::to_string(options.features.size()) +
                                 " entries, must have 1 to " + std::to_string(kMaxFeatures));
   }
-  if (!(options.max_temperature_age_s > 0.0 && options.max_temperature_age_s <= kMaxLagS)) {
+  if (!(options.max_temperature_age_s > 0.0 && options.max_temperature_age_s <= kMaxAgeS)) {
     throw std::invalid_argument("max_temperature_age_s is " +
                                 std::to_string(options.max_temperature_age_s) +
                                 ", must be above 0 and at most 1e6");

@@ -127,8 +127,8 @@ void add_compare(CLI::App& app, Run& run, const Invocation& made_by) {
                ->transform(service::in_seconds()));
   command
       ->add_option("--train-until", options->train_until,
-                   "record time from which models are frozen; without, the last leg of the "
-                   "temperature is kept unseen")
+                   "time after the record's first row from which models are frozen; without, the "
+                   "last leg of the temperature is kept unseen")
       ->transform(service::in_seconds());
   command->add_option("--json", options->report.json, "file for all figures");
   command->add_option("--html", options->report.html, "file for a report with pictures");

@@ -27,14 +27,14 @@ constexpr std::size_t kWidestLine = 130;
 // One axis at 1 Hz, of every minute the first seconds: a drift that follows the temperature, and a
 // fixed pattern for noise.
 std::string small_record(int seconds, const std::string& probe = "temperature_coil_degC",
-                         int of_a_minute = 60) {
+                         int of_a_minute = 60, int first_s = 0) {
   std::string record = "time_s,rate_z_rad_s," + probe + "\n";
   for (int t = 0; t < seconds; ++t) {
     if (t % 60 >= of_a_minute) continue;
     const double temperature = 20.0 + 10.0 * std::sin(t / 900.0);
     const double rate = 1e-6 * temperature + 1e-7 * std::sin(1.7 * t * t);
     char row[96];
-    std::snprintf(row, sizeof row, "%d,%.9e,%.4f\n", t, rate, temperature);
+    std::snprintf(row, sizeof row, "%d,%.9e,%.4f\n", first_s + t, rate, temperature);
     record += row;
   }
   return record;
@@ -139,6 +139,23 @@ TEST(Compare, TheSameRecordGivesTheSameJsonButForTheTimes) {
   drop_times(a);
   drop_times(b);
   EXPECT_EQ(a.dump(), b.dump());
+}
+
+TEST(Compare, ADateOfTheFirstRowChangesNoFigure) {
+  SystemUnderTest system(Domain::kCompare);
+  std::vector<Json> told;
+  for (const int first_s : {0, 1'700'000'000}) {
+    write(system.path("r.csv"), small_record(1800, "temperature_coil_degC", 60, first_s));
+    const Finished end =
+        compare(system, system.path("r.csv"),
+                {"--train-until", "20min", "--json", system.path("r.json"), "--schemes",
+                 "persistence,polynomial,online-svr,stack,trend,lagged"});
+    ASSERT_EQ(end.exit_code, 0) << end.err;
+    EXPECT_NE(end.out.find("frozen at 1200 s"), std::string::npos) << end.out;
+    told.push_back(json_of(system.path("r.json")));
+    drop_times(told.back());
+  }
+  EXPECT_EQ(told[0].dump(), told[1].dump());
 }
 
 TEST(Compare, WhatCannotBeJudgedIsLeftOutAndTold) {

@@ -4,12 +4,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "common/compensation/compensator.h"
 #include "common/compensation/option_keys.h"
+#include "tests/unit/compensation/synthetic_gyro.h"
 
 namespace zerodrift::compensation {
 namespace {
@@ -63,6 +66,63 @@ TEST(CompensationOptions, AWrongValueIsRefusedByItsKey) {
     EXPECT_EQ(line->substr(0, key.size()), key);
     EXPECT_THROW(Compensator{options}, std::invalid_argument) << key;
   }
+}
+
+// Sets the number that it sees as its `index`-th to a value in SI.
+class SetOneNumber : public OptionTextVisitor {
+ public:
+  SetOneNumber(std::size_t index, double value) : index_(index), value_(value) {}
+  std::string key;  // of that number; empty where there are not so many
+
+  void number(const OptionKey& own, double& value) override {
+    if (is_it(own)) value = value_ * own.si_per_unit;
+  }
+  void number(const OptionKey& own, std::optional<double>& value) override {
+    if (is_it(own)) value = value_ * own.si_per_unit;
+  }
+  void numbers(const OptionKey& own, std::vector<double>& values) override {
+    if (own.only_if_given || !is_it(own)) return;
+    values = {0.0, value_ * own.si_per_unit};
+  }
+
+ private:
+  void see(const OptionKey&, const std::string&) override {}
+  bool is_it(const OptionKey& own) {
+    if (own.internal || own.refused || seen_++ != index_) return false;
+    key = own.name;
+    return true;
+  }
+  std::size_t index_;
+  double value_;
+  std::size_t seen_ = 0;
+};
+
+// Rule: what validate() takes, a compensator takes, and answers a sample with a number: so what
+// `config show` shows is what the service starts with.
+TEST(CompensationOptions, WhatIsValidMakesACompensatorThatAnswers) {
+  const testing::Record record = testing::make_record({.rate_hz = 5.0, .duration_s = 60.0});
+  std::size_t taken = 0;
+  for (const double value :
+       {-1e300, -1e9, -1.0, -1e-300, 0.0, 1e-300, 1e-9, 0.3, 1.0, 1e6, 1e9, 1e12, 1e300}) {
+    for (std::size_t index = 0;; ++index) {
+      CompensationOptions options;
+      options.features.push_back({.kind = thermal::FeatureKind::kLaggedTemperature,
+                                  .probe = "coil",
+                                  .lag_s = 60.0,
+                                  .scale = 10.0});
+      SetOneNumber set(index, value);
+      describe(options, set);
+      if (set.key.empty()) break;
+      if (options.validate()) continue;
+      ++taken;
+      SCOPED_TRACE(set.key + ": " + exact_text(value));
+      std::optional<Compensator> compensator;
+      ASSERT_NO_THROW(compensator.emplace(options));
+      for (const auto& answer : testing::run(*compensator, record))
+        ASSERT_TRUE(std::isfinite(answer.rate_radps[0])) << core::seconds(answer.raw.time);
+    }
+  }
+  EXPECT_GT(taken, 100U);
 }
 
 // Rule: probes are named once, in order of first use, both sides of a difference included.
