@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "common/allan/confidence.h"
+#include "common/core/samples.h"
 
 namespace zerodrift::allan {
 namespace {
@@ -287,7 +288,7 @@ SeriesAnalysis::SeriesAnalysis(const SeriesOptions& options) : options_(checked(
 }
 
 void SeriesAnalysis::add(double rate_radps) {
-  if (!std::isfinite(rate_radps)) {
+  if (!core::is_rate(rate_radps)) {
     gap(1);
     return;
   }

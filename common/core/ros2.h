@@ -53,7 +53,7 @@ struct RosTemperature {
   for (std::size_t i = 0; i < kAxisCount; ++i) {
     const bool declared_absent =
         imu.rate_radps[i] == 0.0 && imu.covariance_radps2[4 * i] == kRosNotMeasuredVariance;
-    measured[i] = std::isfinite(imu.rate_radps[i]) && !declared_absent;
+    measured[i] = is_rate(imu.rate_radps[i]) && !declared_absent;
   }
   return measured;
 }

@@ -30,7 +30,13 @@ constexpr bool is_paced_by_consumers(ClockSource source) {
   return source == ClockSource::kReplay || source == ClockSource::kSimulation;
 }
 
-// One reading of a three-axis gyro, body frame. An axis that was not measured, is not finite or is
+// Whether a number can be the rate of a gyro at all: finite, and within 1e6 rad/s. Loggers write
+// numbers as 1e38 for what they don't have, whose square or sum no statistics survive.
+[[nodiscard]] inline bool is_rate(double rate_radps) noexcept {
+  return std::abs(rate_radps) <= 1e6;
+}
+
+// One reading of a three-axis gyro, body frame. An axis that was not measured, is no rate or is
 // known to be bad has valid = false; its rate then carries what came in (NaN where nothing did).
 struct AngularRateSample {
   std::uint64_t sequence = 0;    // counts up by one a sample at the source

@@ -27,7 +27,7 @@ std::uint32_t validity_bits(const core::PerAxis<bool>& valid,
 void read_validity(std::uint32_t bits, core::AngularRateSample& sample) noexcept {
   for (const auto axis : kAxes) {
     const auto i = static_cast<std::uint32_t>(index(axis));
-    sample.valid[i] = (bits >> i & 1U) != 0 && std::isfinite(sample.rate_radps[i]);
+    sample.valid[i] = (bits >> i & 1U) != 0 && core::is_rate(sample.rate_radps[i]);
     sample.clipped[i] = (bits >> (kClippedShift + i) & 1U) != 0;
   }
 }
@@ -153,7 +153,7 @@ core::RateReferenceSample from_message(const msg::RateReference& message) noexce
     const std::size_t i = index(axis);
     sample.rate_radps[i] = message.rate_radps()[i];
     sample.variance[i] = message.variance_radps2()[i];
-    sample.valid[i] = (message.validity() >> i & 1U) != 0 && std::isfinite(sample.rate_radps[i]) &&
+    sample.valid[i] = (message.validity() >> i & 1U) != 0 && core::is_rate(sample.rate_radps[i]) &&
                       std::isfinite(sample.variance[i]) && sample.variance[i] >= 0.0;
   }
   return sample;

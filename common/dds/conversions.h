@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Between the domain types of common/ and the generated message types, which end here. Every value
-// is carried bit for bit; a value that is not finite makes its axis invalid and is never learned
-// from.
+// is carried bit for bit; a value that can be no rate (core::is_rate) makes its axis invalid and is
+// never learned from.
 #pragma once
 
 #include <cstdint>

@@ -41,7 +41,7 @@ std::optional<OfGyro<core::AngularRateSample>> decode_angular_rate(
   reader.take<std::int64_t>();   // publish time
   if (!reader.good()) return std::nullopt;
   for (std::size_t i = 0; i < core::kAxisCount; ++i) {
-    sample.valid[i] = (validity >> i & 1U) != 0 && std::isfinite(sample.rate_radps[i]);
+    sample.valid[i] = (validity >> i & 1U) != 0 && core::is_rate(sample.rate_radps[i]);
     sample.clipped[i] = (validity >> (kClippedShift + i) & 1U) != 0;
   }
   return of;
@@ -99,7 +99,7 @@ std::optional<OfGyro<core::RateReferenceSample>> decode_rate_reference(
   reader.take<std::uint32_t>();  // clock source
   if (!reader.good()) return std::nullopt;
   for (std::size_t i = 0; i < core::kAxisCount; ++i) {
-    sample.valid[i] = (validity >> i & 1U) != 0 && std::isfinite(sample.rate_radps[i]) &&
+    sample.valid[i] = (validity >> i & 1U) != 0 && core::is_rate(sample.rate_radps[i]) &&
                       std::isfinite(sample.variance[i]) && sample.variance[i] >= 0.0;
   }
   return of;

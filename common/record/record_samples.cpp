@@ -22,7 +22,7 @@ core::AngularRateSample to_angular_rate(const RecordRow& row) noexcept {
   sample.interval_s = row.interval_s;
   sample.rate_radps = row.rate_radps;
   for (std::size_t i = 0; i < core::kAxisCount; ++i)
-    sample.valid[i] = std::isfinite(row.rate_radps[i]);
+    sample.valid[i] = core::is_rate(row.rate_radps[i]);
   sample.clock = core::ClockSource::kReplay;
   return sample;
 }
@@ -66,7 +66,7 @@ std::optional<core::RateReferenceSample> to_rate_reference(const RecordRow& row,
   sample.rate_radps = row.reference_radps;
   sample.variance.fill(variance_radps2);
   for (std::size_t i = 0; i < core::kAxisCount; ++i)
-    sample.valid[i] = std::isfinite(row.reference_radps[i]);
+    sample.valid[i] = core::is_rate(row.reference_radps[i]);
   sample.kind = core::ReferenceKind::kRecord;
   return sample;
 }

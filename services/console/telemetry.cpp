@@ -88,7 +88,7 @@ double sigma_deg_h(double variance_radps2) {
 }
 
 bool is_valid(const msg::CompensatedRate& sample, std::size_t axis) {
-  return (sample.validity() >> axis & 1U) != 0 && std::isfinite(sample.rate_radps()[axis]);
+  return (sample.validity() >> axis & 1U) != 0 && core::is_rate(sample.rate_radps()[axis]);
 }
 
 double raw_deg_h(const msg::CompensatedRate& sample, std::size_t axis) {

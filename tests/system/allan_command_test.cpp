@@ -305,6 +305,24 @@ TEST(AllanCommandFaults, SpikesAreToldAndStayInTheFigures) {
   EXPECT_LT(deviation(clean.raw.at("oadev"), 0.01), 1.1 * kSigma);
 }
 
+// What loggers write for nothing, and what overflows: as finite as any number, but no rate.
+TEST(AllanCommandFaults, AReadingThatCanBeNoRateIsAGapThatIsTold) {
+  for (const double absurd : {9.96921e36, -1e300, 1e308}) {
+    SystemUnderTest system(Domain::kAllanCommand);
+    const auto found = analysed(system,
+                                record(20000,
+                                       [&](std::vector<Sample>& all) {
+                                         all[5000].rate_radps = absurd;
+                                         all[5001].rate_radps = absurd;
+                                       }),
+                                {"--html", system.path("page.html")});
+    EXPECT_NE(found.end.out.find("2 of 20000 readings"), std::string::npos) << found.end.out;
+    EXPECT_EQ(found.raw.at("missing_samples"), 2);
+    EXPECT_TRUE(content(system.path("page.html")).ends_with("</html>\n"));
+    for (const double tau_s : {0.01, 0.16, 1.28}) expect_white(found.raw, tau_s, 0.05);
+  }
+}
+
 TEST(AllanCommandFaults, AStuckSensorIsTold) {
   SystemUnderTest system(Domain::kAllanCommand);
   const auto found = analysed(system, record(20000, [](std::vector<Sample>& all) {

@@ -67,6 +67,7 @@ TEST(AngularRateConversion, ReturnsEveryFieldBitForBit) {
     EXPECT_EQ(back.clock, sample.clock);
     expect_same_bits(back.interval_s, sample.interval_s);
     expect_same_bits_each(back.rate_radps, sample.rate_radps);
+    sample.valid.fill(core::is_rate(value));
     EXPECT_EQ(back.valid, sample.valid);
     EXPECT_EQ(back.clipped, sample.clipped);
   }
@@ -97,8 +98,8 @@ TEST(AngularRateConversion, GivesGyroStampAndDeltaAngle) {
   }
 }
 
-TEST(AngularRateConversion, MakesOnlyTheAxisThatIsNotFiniteInvalid) {
-  for (const double bad : {kNaN, kInfinity, -kInfinity}) {
+TEST(AngularRateConversion, MakesOnlyTheAxisThatCanBeNoRateInvalid) {
+  for (const double bad : {kNaN, kInfinity, -kInfinity, 1e308, -1e300, 9.97e36, 1.1e6}) {
     for (std::size_t axis = 0; axis < core::kAxisCount; ++axis) {
       AngularRateSample sample = rate_sample();
       sample.rate_radps[axis] = bad;
@@ -237,7 +238,7 @@ TEST(RateReferenceConversion, ReturnsEveryFieldBitForBit) {
 }
 
 TEST(RateReferenceConversion, MakesAnAxisInvalidWhoseRateOrVarianceIsUnusable) {
-  for (const double bad : {kNaN, kInfinity, -kInfinity}) {
+  for (const double bad : {kNaN, kInfinity, -kInfinity, 1e308, -1e300, 1.1e6}) {
     RateReferenceSample sample = reference_sample();
     sample.rate_radps[1] = bad;
     EXPECT_EQ(from_message(to_message(sample, 1)).valid, (PerAxis<bool>{true, false, true}));
