@@ -233,6 +233,13 @@ std::string StatusBoard::modes(std::uint32_t gyro) const {
   return text;
 }
 
+// What the blocks of the monitor's means are: longer than a minute where samples are rare.
+std::string StatusBoard::means_of(std::uint32_t gyro) const {
+  const auto report = reports_.entries().lower_bound({gyro, 0, 0});
+  if (report == reports_.entries().end() || std::get<0>(report->first) != gyro) return "means";
+  return fmt::format("{:.3g} s means", report->second.since_start_blocks().block_s());
+}
+
 // Which cluster time the Allan columns hold: the grid's nearest to a minute.
 std::string StatusBoard::minute_heading(std::uint32_t gyro) const {
   const auto report = reports_.entries().lower_bound({gyro, 0, 0});
@@ -246,10 +253,10 @@ std::string StatusBoard::gyro_table(std::uint32_t gyro) const {
   const std::string of = part(gyro);
   std::string text = fmt::format(
       "gyro {}   sensor time {:.1f} s   labels {:.0f}   model epoch {:.0f}\n"
-      "temperature {} degC, {} degC/min; deg/h, std of 60 s means:\n",
+      "temperature {} degC, {} degC/min; deg/h, std of {}:\n",
       gyro, metric(of, "sensor_time", 0.0), metric(of, "labels", 0.0),
       metric(of, "model_epoch", 0.0), known("{:.3f}", metric(of, "temperature", kNone)),
-      known("{:+.4f}", metric(of, "temperature_rate", kNone)));
+      known("{:+.4f}", metric(of, "temperature_rate", kNone)), means_of(gyro));
   text += fmt::format(kRow, "axis", "raw std", "comp std", "ratio", "persistence",
                       minute_heading(gyro), "comp", "drift");
   for (const auto axis : core::kAxes) text += axis_row(gyro, axis);

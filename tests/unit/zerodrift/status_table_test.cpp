@@ -134,6 +134,7 @@ TEST_F(StatusTable, FitsATerminalOfEightyColumns) {
   report.gyro_id() = 1;
   report.since_start_blocks().blocks() = 1000;
   report.since_start_blocks().std_radps() = 0.0123456;
+  report.since_start_blocks().block_s() = 300.0;
   msg::AllanPoint point;
   point.tau_s() = 64.0;
   point.deviation_radps() = 0.0123456;
@@ -142,7 +143,9 @@ TEST_F(StatusTable, FitsATerminalOfEightyColumns) {
     report.stream() = stream;
     ASSERT_TRUE(reports_.write(report));
   }
+  EXPECT_EQ(line_with("60 s means"), "");
   ASSERT_TRUE(eventually([&] { return !line_with("ADEV 64 s").empty(); }));
+  EXPECT_NE(line_with("std of 300 s means"), "");
   std::istringstream lines(board_.table() + board_.summary());
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
 }
