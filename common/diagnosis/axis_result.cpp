@@ -7,6 +7,8 @@
 #include <string>
 
 #include "common/core/units.h"
+#include "common/diagnosis/curves.h"
+#include "common/diagnosis/disagreement.h"
 #include "common/diagnosis/gap.h"
 #include "common/diagnosis/rounded_text.h"
 #include "common/diagnosis/verdict.h"
@@ -19,6 +21,19 @@ bool is_record_fault(const std::string& kind) {
   const auto* definition = twin::find_effect(kind);
   return definition != nullptr && definition->family == twin::Family::kRecordFault &&
          !is_waveform(*definition);
+}
+
+// Mean squares of the effects' waveforms become shares of what they explain together.
+void share_the_gap(AxisDiagnosis& result) {
+  const double explained = result.fit.before_rms_radps * result.fit.before_rms_radps -
+                           result.fit.after_rms_radps * result.fit.after_rms_radps;
+  const auto to_share = [&](NamedEffect& effect) {
+    effect.share_of_gap =
+        explained > 0.0 ? std::clamp(effect.share_of_gap / explained, 0.0, 1.0) : 0.0;
+  };
+  std::for_each(result.effects.begin(), result.effects.end(), to_share);
+  if (!result.unknown) return;
+  std::for_each(result.unknown->formulas.begin(), result.unknown->formulas.end(), to_share);
 }
 
 }  // namespace
@@ -35,10 +50,11 @@ bool tells(const std::optional<UnknownEffect>& refuted, bool an_input_moves,
   return !is_of_rounding(refuted->rms_radps, faults);
 }
 
-void copy_axis(const twin::Model& from, twin::Model& to, core::Axis axis) {
+void copy_repaired(const twin::Model& from, std::size_t given, twin::Model& to, core::Axis axis) {
   std::erase_if(to.effects, [axis](const twin::EffectSpec& e) { return e.axis == axis; });
-  for (const twin::EffectSpec& effect : from.effects) {
-    if (effect.axis == axis) to.effects.push_back(effect);
+  for (std::size_t i = 0; i < from.effects.size(); ++i) {
+    const twin::EffectSpec& effect = from.effects[i];
+    if (effect.axis == axis && (i < given || !happens_once(effect))) to.effects.push_back(effect);
   }
 }
 
@@ -62,16 +78,36 @@ void take(AxisDiagnosis& result, const Trial& trial, const RecordFaults& faults)
   result.effects.insert(result.effects.end(), faults.effects.begin(), faults.effects.end());
 }
 
-void share_the_gap(AxisDiagnosis& result) {
-  const double explained = result.fit.before_rms_radps * result.fit.before_rms_radps -
-                           result.fit.after_rms_radps * result.fit.after_rms_radps;
-  const auto to_share = [&](NamedEffect& effect) {
-    effect.share_of_gap =
-        explained > 0.0 ? std::clamp(effect.share_of_gap / explained, 0.0, 1.0) : 0.0;
+void describe(AxisDiagnosis& result, const ModelsOnRecord& models, const Trial& trial) {
+  const MeasuredSeries& series = *models.record.series;
+  const auto measured = measured_drift(series, models.axis);
+  const auto before = models.record.playback->drift(models.given, models.axis);
+  const auto after = models.record.playback->drift(models.final_one, models.axis);
+  const std::size_t block = intervals_in(kMeanS, series.interval_s);
+  const auto residual = difference(measured, before, models.sound);
+  const auto left = difference(measured, after, models.sound);
+  result.fit = {rms_of_block_means(residual, models.sound, block).about_zero,
+                rms_of_block_means(left, models.sound, block).about_zero,
+                expected_rms_of_block_means(trial.noise_dct_variances, block)};
+  share_the_gap(result);
+  const auto noise_of = [&](const twin::Model& model) {
+    return model_noise(model, models.axis, series.interval_s, series.size);
   };
-  std::for_each(result.effects.begin(), result.effects.end(), to_share);
-  if (!result.unknown) return;
-  std::for_each(result.unknown->formulas.begin(), result.unknown->formulas.end(), to_share);
+  result.allan =
+      allan_curves(measured, models.sound, series.interval_s, {before, noise_of(models.given)},
+                   {after, noise_of(models.final_one)});
+  result.allan_log_distance = allan_distance(result.allan);
+  const auto channels = moving_inputs(series, models.axis);
+  result.where =
+      locate({residual, models.sound, trial.noise_dct_variances, series.interval_s}, channels);
+  const auto taus =
+      locate_cluster_times(result.allan, series.interval_s * static_cast<double>(series.size));
+  result.where.insert(result.where.end(), taus.begin(), taus.end());
+  result.waveforms = waveforms_of(series, measured, models.sound, before, after);
+  std::vector<double> explained(after.size());
+  for (std::size_t i = 0; i < after.size(); ++i) explained[i] = after[i] - before[i];
+  result.residual =
+      residual_against_input(result, series, models.axis, residual, explained, models.sound);
 }
 
 void take_back(AxisDiagnosis& result) {

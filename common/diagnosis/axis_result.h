@@ -3,12 +3,18 @@
 // the gap, what is taken back, and where "nothing is missing" would say too much.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <optional>
+#include <vector>
 
+#include "common/core/axis.h"
 #include "common/diagnosis/finding.h"
 #include "common/diagnosis/held_out.h"
 #include "common/diagnosis/record_faults.h"
+#include "common/diagnosis/records_of_axis.h"
 #include "common/diagnosis/trial.h"
+#include "common/twin/model.h"
 
 namespace zerodrift::diagnosis {
 
@@ -20,14 +26,25 @@ namespace zerodrift::diagnosis {
 [[nodiscard]] bool tells(const std::optional<UnknownEffect>& refuted, bool an_input_moves,
                          const RecordFaults& faults);
 
-// An axis's own part of one model into another.
-void copy_axis(const twin::Model& from, twin::Model& to, core::Axis axis);
+// An axis's own part of one model into another, less the events that were added to the first
+// `given` effects: no repaired model says that they happen again.
+void copy_repaired(const twin::Model& from, std::size_t given, twin::Model& to, core::Axis axis);
 
 // Noise and events that were found beside an unknown effect describe what that leaves.
 void take(AxisDiagnosis& result, const Trial& trial, const RecordFaults& faults);
 
-// Mean squares of the effects' waveforms become shares of what they explain together.
-void share_the_gap(AxisDiagnosis& result);
+// One axis of a record, the model as it was given and as it is in the end.
+struct ModelsOnRecord {
+  const twin::Model& given;
+  const twin::Model& final_one;
+  PlayedRecord record;
+  core::Axis axis;
+  const std::vector<std::uint8_t>& sound;  // samples without a fault
+};
+
+// Curves and figures of the record beside both models, and where they disagree. The shares of the
+// gap are those of the effects' waveforms in what they explain together.
+void describe(AxisDiagnosis& result, const ModelsOnRecord& models, const Trial& trial);
 
 // All but the record's own faults, which need no proof by another record.
 void take_back(AxisDiagnosis& result);

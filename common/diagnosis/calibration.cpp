@@ -419,6 +419,9 @@ Calibration calibrate(const TrialInput& input, Lags lags, std::span<const NamedE
   for (KnownParameter& found : free_columns_of(beside, input)) known.push_back(std::move(found));
   const double duration_s = input.series.interval_s * static_cast<double>(input.series.size);
   SearchProblem problem = problem_of(residual, known, input.model, input);
+  // As if nothing wandered but what the model states.
+  if (input.slow_noise == SlowNoise::kAsStated && !problem.noise.known.empty())
+    problem.noise.unlisted = UnlistedNoise::kExcluded;
   problem.groups = lineup.groups(input.series, input.playback);
   for (std::size_t g = 0; g < problem.groups.size(); ++g) {
     const auto places = lags_of(*lineup.named[g].definition);

@@ -9,8 +9,6 @@
 #include "common/diagnosis/axis_result.h"
 #include "common/diagnosis/calibration.h"
 #include "common/diagnosis/candidates.h"
-#include "common/diagnosis/curves.h"
-#include "common/diagnosis/disagreement.h"
 #include "common/diagnosis/gap.h"
 #include "common/diagnosis/held_out.h"
 #include "common/diagnosis/known_effects.h"
@@ -59,6 +57,7 @@ class AxisExamination {
                                   what_would_decide(model_, series_, playback_, axis_));
     }
     const bool by_blocks = prefer_blocks(split, calibrated, judged, faults.sound);
+    prefer_what_is_listed(calibrated, judged, split);
     prefer_lags(calibrated, judged, split);
     calibrate_beside_found(calibrated, judged, split);
     std::vector<std::string> refuted;
@@ -86,7 +85,7 @@ class AxisExamination {
     result.held_out_kind = split.kind;
     result.acceptance = judged.acceptance;
     result.held_out = held_out.gap;
-    if (adopted) copy_axis(without_events(judged.trial.repaired), repaired, axis_);
+    if (adopted) copy_repaired(judged.trial.repaired, model_.effects.size(), repaired, axis_);
     judged.trial.recalibrated =
         merged(calibrated.calibration.trial.recalibrated, judged.trial.recalibrated);
     if (adopted) keep_what_stands(judged.trial.recalibrated, final_model, axis_);
@@ -96,7 +95,8 @@ class AxisExamination {
       result.unknown = std::move(not_what_it_looks_like);
       aside.clear();
     }
-    describe(result, judged.trial, measured, before, final_model, faults.sound);
+    describe(result, {model_, final_model, {&series_, &playback_}, axis_, faults.sound},
+             judged.trial);
     if (split.kind != HeldOut::kNothing) result.allan_log_distance = held_out.allan;
     conclude(result);
     result.sentence += aside;
@@ -118,6 +118,7 @@ class AxisExamination {
   // What the model lists without coefficients, with those of this record.
   struct Calibrated {
     Calibration calibration;
+    SlowNoise slow_noise = SlowNoise::kFree;
     Acceptance acceptance = Acceptance::kNothingToProve;
 
     [[nodiscard]] const twin::Model& proved(const twin::Model& given) const {
@@ -131,21 +132,26 @@ class AxisExamination {
   };
 
   [[nodiscard]] Calibrated calibrated_on(const Split& split, Lags lags,
-                                         std::span<const NamedEffect> beside = {}) const {
-    Calibrated calibrated = calibrated_without({}, split, lags, beside);
+                                         std::span<const NamedEffect> beside = {},
+                                         SlowNoise slow_noise = SlowNoise::kFree) const {
+    Calibrated calibrated = calibrated_without({}, split, lags, beside, slow_noise);
     if (calibrated.acceptance != Acceptance::kReverted) return calibrated;
     const std::vector<std::string> refuted =
         refuted_kinds(model_, calibrated.calibration, split, axis_);
     if (refuted.empty()) return calibrated;
-    Calibrated others = calibrated_without(refuted, split, lags, beside);
+    Calibrated others = calibrated_without(refuted, split, lags, beside, slow_noise);
     return others.acceptance == Acceptance::kAccepted ? others : calibrated;
   }
 
   [[nodiscard]] Calibrated calibrated_without(std::span<const std::string> refuted,
                                               const Split& split, Lags lags,
-                                              std::span<const NamedEffect> beside) const {
-    Calibrated result{calibrate(
-        {model_, series_, playback_, axis_, split.fitted, options_, refuted}, lags, beside)};
+                                              std::span<const NamedEffect> beside,
+                                              SlowNoise slow_noise) const {
+    Calibrated result{
+        calibrate(
+            {model_, series_, playback_, axis_, split.fitted, options_, refuted, {}, slow_noise},
+            lags, beside),
+        slow_noise};
     const Trial& trial = result.calibration.trial;
     result.acceptance =
         judge(trial, compare_on(split.held_out, model_, trial.repaired, axis_), split.kind);
@@ -212,14 +218,6 @@ class AxisExamination {
     return model;
   }
 
-  // No repaired model says that it happens again.
-  [[nodiscard]] twin::Model without_events(twin::Model model) const {
-    const auto found = model.effects.begin() + static_cast<std::ptrdiff_t>(model_.effects.size());
-    model.effects.erase(std::remove_if(found, model.effects.end(), happens_once),
-                        model.effects.end());
-    return model;
-  }
-
   // Other records that would not show what was found speak neither for nor against it.
   bool prefer_blocks(Split& split, Calibrated& calibrated, Judged& judged,
                      const std::vector<std::uint8_t>& sound) const {
@@ -244,7 +242,7 @@ class AxisExamination {
     const std::vector<NamedEffect> found = drift_of(judged.trial);
     if (found.empty() || calibrated.calibration.fitted.empty()) return;
     const Lags lags = calibrated.calibration.lags;
-    Calibrated again = calibrated_on(split, lags, found);
+    Calibrated again = calibrated_on(split, lags, found, calibrated.slow_noise);
     if (again.acceptance == Acceptance::kReverted ||
         same_shapes(again.calibration, calibrated.calibration)) {
       return;
@@ -261,11 +259,37 @@ class AxisExamination {
     judged = std::move(second);
   }
 
+  // Slow noise of no stated size takes the course of what the model lists: it is looked for as if
+  // nothing wandered, and stays where data that were kept back are likelier with it and no more
+  // seems to be missing than without it.
+  void prefer_what_is_listed(Calibrated& calibrated, Judged& judged, const Split& split) const {
+    if (split.kind == HeldOut::kNothing ||
+        !lists_without_coefficients(calibrated.calibration.drift_alone, axis_))
+      return;
+    Calibrated held = calibrated_on(split, calibrated.calibration.lags, {}, SlowNoise::kAsStated);
+    if (held.acceptance != Acceptance::kAccepted ||
+        held.calibration.fitted.size() <= calibrated.calibration.fitted.size())
+      return;
+    Judged rival = attempt(held, split, {});
+    if (rival.trial.refusal || rival.acceptance == Acceptance::kReverted) return;
+    const auto missing = [](const Trial& trial) {
+      return drift_of(trial).size() + (trial.unknown ? 1U : 0U);
+    };
+    if (missing(rival.trial) > std::max<std::size_t>(1, missing(judged.trial))) return;
+    const auto final_of = [&](const Judged& j, const Calibrated& c) -> const twin::Model& {
+      return j.acceptance == Acceptance::kAccepted ? j.trial.repaired : c.proved(model_);
+    };
+    if (!is_likelier(final_of(rival, held), final_of(judged, calibrated), model_, split)) return;
+    calibrated = std::move(held);
+    judged = std::move(rival);
+  }
+
   // Lags of what the model lists rival what seems to be missing: they win where they explain as
-  // much.
+  // much. As if nothing wandered any lag would explain something.
   void prefer_lags(Calibrated& calibrated, Judged& judged, const Split& split) const {
     const bool finds = !judged.trial.effects.empty() || judged.trial.unknown;
     if (!finds || !calibrated.calibration.has_free_lags) return;
+    if (calibrated.slow_noise == SlowNoise::kAsStated) return;
     Calibrated lagged = calibrated_on(split, Lags::kFree);
     const double gain = lagged.calibration.score - calibrated.calibration.score;
     if (lagged.acceptance == Acceptance::kReverted || !(gain > kLeastGainOfLagsNats)) return;
@@ -398,33 +422,6 @@ class AxisExamination {
   bool is_all_rounding(const RecordFaults& faults, const std::vector<double>& measured) const {
     if (!(faults.rounding_rms_radps > 0.0)) return false;
     return is_of_rounding(left_about_mean(measured, model_, faults.sound), faults);
-  }
-
-  void describe(AxisDiagnosis& result, const Trial& trial, const std::vector<double>& measured,
-                const std::vector<double>& before, const twin::Model& final_model,
-                const std::vector<std::uint8_t>& sound) const {
-    const auto after = playback_.drift(final_model, axis_);
-    const std::size_t block = intervals_in(kMeanS, series_.interval_s);
-    const auto residual = difference(measured, before, sound);
-    result.fit = {rms_of_block_means(residual, sound, block).about_zero,
-                  rms_of_block_means(difference(measured, after, sound), sound, block).about_zero,
-                  expected_rms_of_block_means(trial.noise_dct_variances, block)};
-    share_the_gap(result);
-    const auto noise_before = model_noise(model_, axis_, series_.interval_s, series_.size);
-    const auto noise_after = model_noise(final_model, axis_, series_.interval_s, series_.size);
-    result.allan = allan_curves(measured, sound, series_.interval_s, {before, noise_before},
-                                {after, noise_after});
-    result.allan_log_distance = allan_distance(result.allan);
-    const auto channels = moving_inputs(series_, axis_);
-    result.where =
-        locate({residual, sound, trial.noise_dct_variances, series_.interval_s}, channels);
-    const auto taus =
-        locate_cluster_times(result.allan, series_.interval_s * static_cast<double>(series_.size));
-    result.where.insert(result.where.end(), taus.begin(), taus.end());
-    result.waveforms = waveforms_of(series_, measured, sound, before, after);
-    std::vector<double> explained(after.size());
-    for (std::size_t i = 0; i < after.size(); ++i) explained[i] = after[i] - before[i];
-    result.residual = residual_against_input(result, series_, axis_, residual, explained, sound);
   }
 
   void conclude(AxisDiagnosis& result) const {

@@ -169,7 +169,8 @@ bool is_within_limits(const std::string& kind, const twin::Parameters& parameter
 
 struct TwoLevels {
   SwitchingFit fit;
-  double nats = 0.0;  // over a first-order noise of the same spectrum, priors included
+  double nats = 0.0;    // over a first-order noise of the same spectrum, priors included
+  double dwells = 0.0;  // expected in the record
 
   [[nodiscard]] twin::Parameters parameters() const {
     return noise_effect(twin::NoiseLaw::kTwoLevel)
@@ -190,8 +191,22 @@ TwoLevels two_levels_like(const NoiseQuestion& question, const Addition& markov)
   const double dwells = std::max(1.0, 2.0 * duration_s / (switching.up_s + switching.down_s));
   constexpr double kPriorNats = -1.5;  // a Markov noise is the commoner one
   // Two levels have a parameter more.
-  return {switching, kPriorNats + switching.log_likelihood - wandering.log_likelihood -
-                         0.5 * std::log(dwells)};
+  return {switching,
+          kPriorNats + switching.log_likelihood - wandering.log_likelihood - 0.5 * std::log(dwells),
+          dwells};
+}
+
+// Levels that hold for about the whole record may be one step of the bias as well.
+void level_with_a_step(NamedEffect& effect, const TwoLevels& levels) {
+  constexpr double kFewestDwells = 4.0;
+  if (levels.dwells >= kFewestDwells) return;
+  const auto all = twin::effect_catalogue();
+  const auto step = std::find_if(all.begin(), all.end(), [](const twin::EffectDefinition& d) {
+    return d.search.happens_once;
+  });
+  if (step == all.end()) return;
+  effect.probability *= 0.5;
+  effect.alternatives.insert(effect.alternatives.begin(), {step->kind, effect.probability});
 }
 
 // Turns a first-order noise into one of two levels where that is likelier.
@@ -214,6 +229,7 @@ void consider_two_levels(NamedEffect& effect, const NoiseQuestion& question,
   effect.name = two_levels.kind;
   effect.probability *= probability;
   effect.parameters = levels.parameters();
+  level_with_a_step(effect, levels);
 }
 
 std::vector<KnownNoise> free_noise(const std::vector<ListedNoise>& listed) {
@@ -375,6 +391,7 @@ std::optional<HiddenLevels> levels_in_what_waits(const NoiseQuestion& question,
   found.effect.parameters = levels.parameters();
   found.effect.log_evidence = levels.nats;
   found.effect.probability = probabilities(nats, levels.nats, options).front();
+  level_with_a_step(found.effect, levels);
   found.noise = {markov.term, markov.hypothesis.squares.back(), kAnyValue};
   std::vector<KnownNoise> with = present;
   with.push_back(found.noise);
@@ -428,11 +445,11 @@ NoiseFindings examine_noise(const NoiseQuestion& question, const SearchOptions& 
       present.push_back(levels->noise);
     }
   }
-  if (!trusts_file || findings.effects.empty()) {
-    const std::vector<KnownNoise> extra(
-        present.begin() + static_cast<std::ptrdiff_t>(listed.size()), present.end());
-    findings.recalibrated = wrong_coefficients(question, likelihoods, listed, extra, best);
-  }
+  const std::vector<KnownNoise> extra(present.begin() + static_cast<std::ptrdiff_t>(listed.size()),
+                                      present.end());
+  findings.recalibrated = wrong_coefficients(question, likelihoods, listed, extra, best);
+  if (took_from_file)  // what the file states stands, what it only lists gets its value
+    std::erase_if(findings.recalibrated, [](const Recalibration& r) { return r.from != 0.0; });
   findings.terms = best.terms;
   findings.squares = best.squares;
   for (std::size_t t = 0; t < findings.terms.size(); ++t)

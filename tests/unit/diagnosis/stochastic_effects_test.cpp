@@ -417,6 +417,45 @@ TEST(StochasticEffectsScenario, ATelegraphIsToldBesideSlowNoiseListedWithoutAVal
   }
 }
 
+// Else a repaired model makes far less noise than the record has.
+TEST(StochasticEffectsScenario, WhatIsListedWithoutAValueGetsOneBesideLevels) {
+  const twin::Model listed = model_of(
+      {spec("angle_random_walk", {}), spec("bias_instability", {}), spec("rate_random_walk", {})});
+  int named = 0;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const auto found =
+        examined(noise_of(model_of({white(), walk(0.01), telegraph(0.2, 300.0)}), seed), listed);
+    named += names_telegraph(found) ? 1 : 0;
+    const auto& changes = found.recalibrated;
+    const auto white_noise = std::find_if(changes.begin(), changes.end(), [](const auto& change) {
+      return change.name == "angle_random_walk";
+    });
+    ASSERT_NE(white_noise, changes.end()) << seed << ' ' << names(found);
+    EXPECT_NEAR(white_noise->to / kN, 1.0, 0.15) << seed;
+  }
+  EXPECT_GE(named, 3);
+}
+
+// A bias that was one and then another is two levels; how often it switches one change doesn't say.
+TEST(StochasticEffectsScenario, OneChangeMayBeAStepAsWellAsATelegraph) {
+  int named = 0;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    Series series = noise_of(model_of({white(), walk(0.01)}), seed);
+    for (std::size_t i = 2 * kPoints / 5; i < kPoints; ++i)
+      series[i] += core::radps_from_deg_h(0.3);
+    const auto found =
+        examined(series, model_of({spec("angle_random_walk", {}), spec("rate_random_walk", {})}));
+    if (!names_telegraph(found)) continue;
+    ++named;
+    const NamedEffect& effect = found.effects.front();
+    ASSERT_FALSE(effect.alternatives.empty()) << seed;
+    EXPECT_EQ(effect.alternatives.front().name, "bias_step");
+    EXPECT_EQ(effect.alternatives.front().probability, effect.probability);
+    EXPECT_LE(effect.probability, 0.5);
+  }
+  EXPECT_GE(named, 2);
+}
+
 TEST(StochasticEffectsScenario, AMarkovNoiseOfChangingStrengthIsNoTelegraph) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     Series slow = noise_of(model_of({markov(0.1, 100.0)}), seed, 9000);
