@@ -19,6 +19,7 @@ using thermal::RateMethod;
 constexpr double kDegH = core::radps_from_deg_h(1.0);
 constexpr OptionRange kAbove0{.low = 0.0, .above_low = true};
 constexpr OptionRange kDuration{.low = 0.0, .high = 1e6, .above_low = true};  // in s
+constexpr double kLongestWindowS = 14400.0;                                   // of a slope
 constexpr OptionRange kAnyDrift{.low = -1e6, .high = 1e6};                    // deg/h
 
 // Names of an enum's values as the file has them, in the order of `values`.
@@ -120,12 +121,14 @@ void describe_temperature_rate(thermal::TemperatureTrackOptions& track, OptionVi
                   Decides::kModel,
                   "Readings of this long make one estimate; where samples are more than 5 s apart, "
                   "at least 8 of them.",
-                  {.low = 1.0, .high = 14400.0}},
+                  {.low = 1.0, .high = kLongestWindowS}},
                  track.local_polynomial.window_s);
   auto& mean = track.sliding_mean;
   if (track.local_polynomial.window_s != before_s) {
-    mean.window_samples =
-        static_cast<std::size_t>(track.local_polynomial.window_s * mean.sample_rate_hz);
+    // Seen before its range is checked: beyond it there is no such count.
+    const double window_s =
+        std::min(kLongestWindowS, std::max(1.0, track.local_polynomial.window_s));
+    mean.window_samples = static_cast<std::size_t>(window_s * mean.sample_rate_hz);
   }
   auto& polynomial = track.local_polynomial;
   visitor.count(internal("temperature_rate.window_samples", Decides::kModel), mean.window_samples);
