@@ -80,8 +80,8 @@ void take(AxisDiagnosis& result, const Trial& trial, const RecordFaults& faults)
 
 void describe(AxisDiagnosis& result, const ModelsOnRecord& models, const Trial& trial) {
   const MeasuredSeries& series = *models.record.series;
-  const auto measured = measured_drift(series, models.axis);
-  const auto before = models.record.playback->drift(models.given, models.axis);
+  const std::vector<double>& measured = models.measured;
+  const std::vector<double>& before = models.before;
   const auto after = models.record.playback->drift(models.final_one, models.axis);
   const std::size_t block = intervals_in(kMeanS, series.interval_s);
   const auto residual = difference(measured, before, models.sound);

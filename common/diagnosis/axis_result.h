@@ -40,6 +40,8 @@ struct ModelsOnRecord {
   PlayedRecord record;
   core::Axis axis;
   const std::vector<std::uint8_t>& sound;  // samples without a fault
+  const std::vector<double>& measured;     // drift, rad/s
+  const std::vector<double>& before;       // the given model's
 };
 
 // Curves and figures of the record beside both models, and where they disagree. The shares of the

@@ -95,7 +95,8 @@ class AxisExamination {
       result.unknown = std::move(not_what_it_looks_like);
       aside.clear();
     }
-    describe(result, {model_, final_model, {&series_, &playback_}, axis_, faults.sound},
+    describe(result,
+             {model_, final_model, {&series_, &playback_}, axis_, faults.sound, measured, before},
              judged.trial);
     if (split.kind != HeldOut::kNothing) result.allan_log_distance = held_out.allan;
     conclude(result);
@@ -259,6 +260,11 @@ class AxisExamination {
     judged = std::move(second);
   }
 
+  // What stands in the end if nothing else is found.
+  [[nodiscard]] const twin::Model& final_of(const Judged& j, const Calibrated& c) const {
+    return j.acceptance == Acceptance::kAccepted ? j.trial.repaired : c.proved(model_);
+  }
+
   // Slow noise of no stated size takes the course of what the model lists: it is looked for as if
   // nothing wandered, and stays where data that were kept back are likelier with it and no more
   // seems to be missing than without it.
@@ -276,9 +282,6 @@ class AxisExamination {
       return drift_of(trial).size() + (trial.unknown ? 1U : 0U);
     };
     if (missing(rival.trial) > std::max<std::size_t>(1, missing(judged.trial))) return;
-    const auto final_of = [&](const Judged& j, const Calibrated& c) -> const twin::Model& {
-      return j.acceptance == Acceptance::kAccepted ? j.trial.repaired : c.proved(model_);
-    };
     if (!is_likelier(final_of(rival, held), final_of(judged, calibrated), model_, split)) return;
     calibrated = std::move(held);
     judged = std::move(rival);
@@ -383,7 +386,7 @@ class AxisExamination {
     const TrialInput input = beside(known, split, calibrated.calibration.fitted);
     auto rival = proved_formula(input, split, Vocabulary::kTerms);
     if (rival && rival->log_evidence > (stands ? judged.trial.log_evidence : 0.0) &&
-        is_likelier(rival->repaired, stands ? judged.trial.repaired : known, known, split)) {
+        is_likelier(rival->repaired, final_of(judged, calibrated), known, split)) {
       take_formula(judged, *std::move(rival), {});
     }
   }

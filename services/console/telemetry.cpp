@@ -11,6 +11,7 @@
 #include "common/compensation/thermal_coverage.h"
 #include "common/core/mode.h"
 #include "common/core/one_line.h"
+#include "common/core/samples.h"
 #include "common/core/units.h"
 
 namespace zerodrift::services {

@@ -233,18 +233,24 @@ std::string StatusBoard::modes(std::uint32_t gyro) const {
   return text;
 }
 
+// Of any axis and stream, which have the same grid and blocks; null where nothing was reported.
+const msg::AllanReport* StatusBoard::first_report(std::uint32_t gyro) const {
+  const auto report = reports_.entries().lower_bound({gyro, 0, 0});
+  const bool is_of_gyro = report != reports_.entries().end() && std::get<0>(report->first) == gyro;
+  return is_of_gyro ? &report->second : nullptr;
+}
+
 // What the blocks of the monitor's means are: longer than a minute where samples are rare.
 std::string StatusBoard::means_of(std::uint32_t gyro) const {
-  const auto report = reports_.entries().lower_bound({gyro, 0, 0});
-  if (report == reports_.entries().end() || std::get<0>(report->first) != gyro) return "means";
-  return fmt::format("{:.3g} s means", report->second.since_start_blocks().block_s());
+  const msg::AllanReport* report = first_report(gyro);
+  if (report == nullptr) return "means";
+  return fmt::format("{:.3g} s means", report->since_start_blocks().block_s());
 }
 
 // Which cluster time the Allan columns hold: the grid's nearest to a minute.
 std::string StatusBoard::minute_heading(std::uint32_t gyro) const {
-  const auto report = reports_.entries().lower_bound({gyro, 0, 0});
-  if (report == reports_.entries().end() || std::get<0>(report->first) != gyro) return "ADEV raw";
-  const msg::AllanPoint* point = minute_point(report->second);
+  const msg::AllanReport* report = first_report(gyro);
+  const msg::AllanPoint* point = report == nullptr ? nullptr : minute_point(*report);
   return point == nullptr ? "ADEV raw" : fmt::format("ADEV {:.0f} s", point->tau_s());
 }
 

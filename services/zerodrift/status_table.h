@@ -55,6 +55,7 @@ class StatusBoard {
                               double otherwise) const;
   // Ids of the gyros that compensation speaks of, in ascending order.
   [[nodiscard]] std::vector<std::uint32_t> gyros() const;
+  [[nodiscard]] const msg::AllanReport* first_report(std::uint32_t gyro) const;
   [[nodiscard]] std::string means_of(std::uint32_t gyro) const;
   [[nodiscard]] std::string minute_heading(std::uint32_t gyro) const;
   [[nodiscard]] std::string gyro_table(std::uint32_t gyro) const;
