@@ -470,24 +470,24 @@ AxisDiagnosis diagnose_axis(const twin::Model& model, const PlayedRecord& record
 
 }  // namespace
 
-Diagnosis diagnose(const twin::Model& model, const MeasuredSeries& series,
+Diagnosis diagnose(const twin::Model& model, const MeasuredSeries& record,
                    const std::vector<MeasuredSeries>& validation, const DiagnosisOptions& options) {
   if (const auto wrong = options.validate()) throw std::invalid_argument(*wrong);
   if (const auto wrong = model.validate()) throw std::invalid_argument("model: " + *wrong);
   Diagnosis diagnosis{.repaired = model};
-  const Playback playback(series);
+  const OwnRecord own(without_lags(record, model));
+  const auto& [series, playback] = own;
   const std::optional<std::string> too_short = why_too_short(series);
-  std::list<Playback> playbacks;
+  std::list<OwnRecord> others;
   std::vector<PlayedRecord> held_out;
-  for (const MeasuredSeries& record : validation)
-    held_out.push_back({&record, &playbacks.emplace_back(record)});
+  for (const MeasuredSeries& other : validation)
+    held_out.push_back(others.emplace_back(without_lags(other, model)).played());
   for (const core::Axis axis : core::kAxes) {
     if (!has_axis(series, axis)) continue;
     AxisDiagnosis result =
         too_short
             ? can_not_be_diagnosed({}, *too_short, what_would_decide(model, series, playback, axis))
-            : diagnose_axis(model, {&series, &playback}, held_out, axis, options,
-                            diagnosis.repaired);
+            : diagnose_axis(model, own.played(), held_out, axis, options, diagnosis.repaired);
     diagnosis.verdict = std::max(diagnosis.verdict, result.verdict);
     diagnosis.axes[core::index(axis)] = std::move(result);
   }

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/diagnosis/measured_series.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <utility>
+
+#include "common/diagnosis/temperature_course.h"
 
 namespace zerodrift::diagnosis {
 namespace {
@@ -22,59 +24,6 @@ constexpr std::size_t kVibration = 12;
 constexpr std::size_t kCurrent = 13;
 constexpr std::size_t kSupply = 14;
 constexpr std::size_t kProbes = 15;
-
-// Straight lines over the holes (NaN), ends held. Empty where nothing was measured.
-std::vector<double> bridged(std::vector<double> values) {
-  std::optional<std::size_t> last;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (std::isnan(values[i])) continue;
-    for (std::size_t j = last ? *last + 1 : 0; j < i; ++j) {
-      const double share =
-          last ? static_cast<double>(j - *last) / static_cast<double>(i - *last) : 1.0;
-      values[j] = last ? values[*last] + share * (values[i] - values[*last]) : values[i];
-    }
-    last = i;
-  }
-  if (!last) return {};
-  std::fill(values.begin() + static_cast<std::ptrdiff_t>(*last), values.end(), values[*last]);
-  return values;
-}
-
-struct LocalFit {
-  double value;
-  double slope;  // per interval
-};
-
-// Quadratic through the readings within `half` intervals of `centre`; a straight line or their mean
-// where there are too few. Nothing beyond the readings: an outage is bridged, not extrapolated
-// into.
-std::optional<LocalFit> local_fit(const std::vector<double>& values, std::size_t centre,
-                                  std::size_t half) {
-  const std::size_t begin = centre > half ? centre - half : 0;
-  const std::size_t end = std::min(centre + half + 1, values.size());
-  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  int readings = 0;
-  bool before = false;
-  bool after = false;
-  for (std::size_t i = begin; i < end; ++i) {
-    if (std::isnan(values[i])) continue;
-    before = before || i <= centre;
-    after = after || i >= centre;
-    const double x =
-        (static_cast<double>(i) - static_cast<double>(centre)) / static_cast<double>(half);
-    const Eigen::Vector3d row(1.0, x, x * x);
-    normal += row * row.transpose();
-    right += row * values[i];
-    ++readings;
-  }
-  if (!before || !after) return std::nullopt;
-  const Eigen::Index terms = readings >= 8 ? 3 : readings >= 2 ? 2 : 1;
-  const Eigen::VectorXd c =
-      normal.topLeftCorner(terms, terms).ldlt().solve(right.head(terms)).eval();
-  if (!c.allFinite()) return std::nullopt;
-  return LocalFit{c(0), terms > 1 ? c(1) / static_cast<double>(half) : 0.0};
-}
 
 }  // namespace
 
@@ -201,18 +150,10 @@ ProbeSeries SeriesBuilder::smoothed(const Channel& channel, const std::string& n
   const double spacing_s =
       interval_s_ * static_cast<double>(channel.size()) / static_cast<double>(readings);
   probe.half_window_s = std::max(options_.temperature_half_window_s, kReadingsEachSide * spacing_s);
-  const auto half =
-      static_cast<std::size_t>(std::max(1.0, std::round(probe.half_window_s / interval_s_)));
-  std::vector<double> value(means.size(), kNone);
-  std::vector<double> slope(means.size(), kNone);
-  for (std::size_t i = 0; i < means.size(); ++i) {
-    const auto fit = local_fit(means, i, half);
-    if (!fit) continue;
-    value[i] = fit->value;
-    slope[i] = fit->slope / interval_s_;
-  }
-  probe.temperature_degc = bridged(std::move(value));
-  probe.rate_degc_per_s = bridged(std::move(slope));
+  TemperatureCourse course = temperature_course(means, interval_s_, probe.half_window_s);
+  probe.temperature_degc = std::move(course.degc);
+  probe.rate_degc_per_s = std::move(course.degc_per_s);
+  probe.curvature_degc_per_s2 = std::move(course.degc_per_s2);
   return probe;
 }
 
@@ -296,6 +237,20 @@ MeasuredSeries SeriesBuilder::finish() {
   return series;
 }
 
+MeasuredSeries without_lags(MeasuredSeries series, const twin::Model& model) {
+  for (const twin::ProbeSpec& spec : model.probes) {
+    const auto probe =
+        std::find_if(series.probes.begin(), series.probes.end(),
+                     [&](const ProbeSeries& other) { return other.name == spec.name; });
+    if (probe == series.probes.end() || !(spec.lag_s > 0.0)) continue;
+    for (std::size_t i = 0; i < probe->curvature_degc_per_s2.size(); ++i) {
+      probe->temperature_degc[i] += spec.lag_s * probe->rate_degc_per_s[i];
+      probe->rate_degc_per_s[i] += spec.lag_s * probe->curvature_degc_per_s2[i];
+    }
+  }
+  return series;
+}
+
 MeasuredSeries part_of(const MeasuredSeries& series, std::size_t begin, std::size_t end) {
   MeasuredSeries part = series;
   const auto cut = [&](auto& channel) {
@@ -314,6 +269,7 @@ MeasuredSeries part_of(const MeasuredSeries& series, std::size_t begin, std::siz
   for (ProbeSeries& probe : part.probes) {
     cut(probe.temperature_degc);
     cut(probe.rate_degc_per_s);
+    cut(probe.curvature_degc_per_s2);
   }
   for (auto* channel :
        {&part.vibration_g, &part.source_current_ma, &part.supply_v, &part.since_power_on_s})

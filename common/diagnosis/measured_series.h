@@ -14,6 +14,7 @@
 #include "common/core/axis.h"
 #include "common/core/units.h"
 #include "common/diagnosis/reading_steps.h"
+#include "common/twin/model.h"
 
 namespace zerodrift::diagnosis {
 
@@ -30,12 +31,12 @@ struct MeasuredRow {
   double supply_v = 0.0;
 };
 
-// One thermometer on the grid, by a local quadratic least-squares fit (Savitzky & Golay 1964) over
-// +- half_window_s around each instant: no lag, since a diagnosis may look ahead.
+// One thermometer on the grid, by local fits over +- half_window_s at most (temperature_course.h).
 struct ProbeSeries {
   std::string name;
   std::vector<double> temperature_degc{};
   std::vector<double> rate_degc_per_s{};
+  std::vector<double> curvature_degc_per_s2{};
   double half_window_s = 0.0;
 };
 
@@ -133,6 +134,11 @@ class SeriesBuilder {
   core::PerAxis<ReadingSteps> rate_steps_{};
   core::PerAxis<ReadingSteps> reference_steps_{};
 };
+
+// The temperatures where the model's thermometers are: a first-order lag tau that the model states
+// of them is taken off, T = y + tau dy/dt. Else what a quick ramp does is the lag's, and looks like
+// effects of the rate's change.
+[[nodiscard]] MeasuredSeries without_lags(MeasuredSeries series, const twin::Model& model);
 
 // The intervals from `begin` to before `end` as a record of their own: as much of every channel.
 [[nodiscard]] MeasuredSeries part_of(const MeasuredSeries& series, std::size_t begin,

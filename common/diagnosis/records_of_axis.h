@@ -19,6 +19,18 @@ struct PlayedRecord {
   const Playback* playback;
 };
 
+// The same with what it points to.
+struct OwnRecord {
+  explicit OwnRecord(MeasuredSeries own) : series(std::move(own)), playback(series) {}
+  OwnRecord(const OwnRecord&) = delete;
+  OwnRecord& operator=(const OwnRecord&) = delete;
+
+  [[nodiscard]] PlayedRecord played() const { return {&series, &playback}; }
+
+  MeasuredSeries series;
+  Playback playback;
+};
+
 // Records as one axis can be judged on them: of those in which it turns without a reference the
 // longest stretch at rest.
 class RecordsOfAxis {
@@ -32,20 +44,12 @@ class RecordsOfAxis {
     if (!motion) return record;
     MeasuredSeries part = part_at_rest(*record.series, *motion);
     if (why_too_short(part)) return std::nullopt;
-    Own& own = own_.emplace_back(std::move(part));
-    return PlayedRecord{&own.series, &own.playback};
+    return own_.emplace_back(std::move(part)).played();
   }
 
  private:
-  struct Own {
-    explicit Own(MeasuredSeries part) : series(std::move(part)), playback(series) {}
-
-    MeasuredSeries series;
-    Playback playback;
-  };
-
   core::Axis axis_;
-  std::list<Own> own_;  // what is added moves nothing
+  std::list<OwnRecord> own_;  // what is added moves nothing
 };
 
 }  // namespace zerodrift::diagnosis

@@ -42,6 +42,31 @@ TEST(DiagnosisScenario, ACompleteModelIsConsistentAndStaysAsItIs) {
     EXPECT_EQ(repaired.effects[i].parameters, model.effects[i].parameters);
 }
 
+// Tens of degrees within a minute at a light unit: a thermometer's lag and the width of a window
+// are a good part of what it reads then, and neither is an effect of the gyro.
+TEST(DiagnosisScenario, WhatQuickStepsDoToThermometersIsNoEffect) {
+  twin::Model model = test::lab_model();
+  model.thermal_plant.case_capacity_j_per_k = 60.0;
+  model.thermal_plant.coil_outer_capacity_j_per_k = 30.0;
+  model.thermal_plant.coil_inner_capacity_j_per_k = 60.0;
+  twin::Profile steps;
+  steps.duration_s = 14400.0;
+  steps.initial_temperature_degc = 20.0;
+  double from_degc = steps.initial_temperature_degc;
+  double time_s = 600.0;
+  for (const double to_degc : {60.0, -10.0, 35.0, 5.0, 50.0, 20.0}) {
+    steps.chamber.push_back({time_s, from_degc});
+    steps.chamber.push_back({time_s + 60.0, to_degc});
+    from_degc = to_degc;
+    time_s += 2300.0;
+  }
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+    const AxisDiagnosis axis =
+        *diagnose(model, test::simulated(model, steps, seed), {}, kOptions).axes[0];
+    EXPECT_EQ(axis.verdict, Verdict::kConsistent) << seed << ' ' << axis.sentence;
+  }
+}
+
 TEST(DiagnosisScenario, AHiddenEffectIsNamedAddedAndProved) {
   const twin::Model given = test::lab_model();
   const twin::Model truth =

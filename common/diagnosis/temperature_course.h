@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// The course of a temperature from its readings: how warm, how fast it changes and how that does.
+#pragma once
+
+#include <vector>
+
+namespace zerodrift::diagnosis {
+
+// Straight lines over the holes (NaN), ends held. Empty where nothing was measured.
+[[nodiscard]] std::vector<double> bridged(std::vector<double> values);
+
+// At each place of the readings' grid; empty where nothing was measured. Holes are bridged by
+// straight lines, ends held.
+struct TemperatureCourse {
+  std::vector<double> degc{};
+  std::vector<double> degc_per_s{};
+  std::vector<double> degc_per_s2{};
+};
+
+// Local polynomials by least squares (Savitzky & Golay 1964) around each instant: no lag, since who
+// has a record may look ahead. A quadratic over +- `half_window_s`; where its slope differs from
+// that of a quartic over 1/sqrt(2) of the window by more than the errors of both, the quartic: a
+// quadratic smears the edge of a quick ramp, and the quartic is the noisier by a factor of four
+// where nothing is quick. `readings_degc`: one an interval, NaN where there is none. O(readings
+// window).
+[[nodiscard]] TemperatureCourse temperature_course(const std::vector<double>& readings_degc,
+                                                   double interval_s, double half_window_s);
+
+}  // namespace zerodrift::diagnosis

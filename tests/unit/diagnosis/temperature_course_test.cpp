@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common/diagnosis/temperature_course.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstddef>
+#include <functional>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include "common/diagnosis/measured_series.h"
+
+namespace zerodrift::diagnosis {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kHalfS = 45.0;
+constexpr double kPerMinute = 1.0 / 60.0;
+
+using Course = std::function<double(double time_s)>;
+
+struct Reading {
+  double noise_degc = 0.005;
+  double step_degc = 0.01;
+  std::uint64_t seed = 1;
+};
+
+std::vector<double> readings(const Course& course, std::size_t seconds, const Reading& of) {
+  std::mt19937_64 random(of.seed);
+  std::normal_distribution<double> noise(0.0, of.noise_degc);
+  std::vector<double> values;
+  for (std::size_t i = 0; i < seconds; ++i) {
+    const double value = course(static_cast<double>(i)) + noise(random);
+    values.push_back(of.step_degc > 0.0 ? std::round(value / of.step_degc) * of.step_degc : value);
+  }
+  return values;
+}
+
+double slope_at(const Course& course, double time_s) {
+  return 0.5 * (course(time_s + 1.0) - course(time_s - 1.0));
+}
+
+// The slope over the longest window alone.
+double in_one_window(const std::vector<double>& values, std::size_t centre) {
+  const auto half = static_cast<std::ptrdiff_t>(kHalfS);
+  double sum = 0.0, squares = 0.0;
+  for (std::ptrdiff_t k = -half; k <= half; ++k) {
+    const double offset = static_cast<double>(k);
+    sum += offset * values[static_cast<std::size_t>(static_cast<std::ptrdiff_t>(centre) + k)];
+    squares += offset * offset;
+  }
+  return sum / squares;
+}
+
+struct Errors {  // root mean squares, degC/s
+  double chosen = 0.0;
+  double one_window = 0.0;
+};
+
+Errors errors_of(const Course& course, std::size_t seconds, const Reading& of, std::size_t begin,
+                 std::size_t end) {
+  const auto values = readings(course, seconds, of);
+  const TemperatureCourse found = temperature_course(values, 1.0, kHalfS);
+  Errors errors;
+  for (std::size_t i = begin; i < end; ++i) {
+    const double truth = slope_at(course, static_cast<double>(i));
+    errors.chosen += std::pow(found.degc_per_s[i] - truth, 2);
+    errors.one_window += std::pow(in_one_window(values, i) - truth, 2);
+  }
+  const auto count = static_cast<double>(end - begin);
+  return {std::sqrt(errors.chosen / count), std::sqrt(errors.one_window / count)};
+}
+
+// Law: what is a quadratic is returned as it is, at the ends too.
+TEST(TemperatureCourse, AQuadraticComesBack) {
+  std::vector<double> values;
+  const auto course = [](double t) { return 20.0 + 0.01 * t - 2e-5 * t * t; };
+  for (int i = 0; i < 600; ++i) values.push_back(course(i));
+  const TemperatureCourse found = temperature_course(values, 1.0, kHalfS);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const auto t = static_cast<double>(i);
+    EXPECT_NEAR(found.degc[i], course(t), 1e-9) << i;
+    EXPECT_NEAR(found.degc_per_s[i], 0.01 - 4e-5 * t, 1e-9) << i;
+    EXPECT_NEAR(found.degc_per_s2[i], -4e-5, 1e-9) << i;
+  }
+}
+
+// A ramp that begins within seconds, as the outer layers of a coil see a chamber's: a window of a
+// minute and a half smears its edge.
+TEST(TemperatureCourse, AnEdgeIsNotSmeared) {
+  const Course edge = [](double t) {
+    const double since = t - 300.0;
+    if (since < 0.0) return 20.0;
+    return 20.0 + 5.0 * kPerMinute * (since - 20.0 * (1.0 - std::exp(-since / 20.0)));
+  };
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const Errors e = errors_of(edge, 900, {.seed = seed}, 255, 400);
+    EXPECT_LT(e.chosen, 0.35 * e.one_window) << seed;
+  }
+}
+
+// Where nothing turns quickly the long window's answer stands, whatever the thermometer.
+TEST(TemperatureCourse, ASlowCourseIsNoNoisierForIt) {
+  const Course slow = [](double t) { return 20.0 + 3.0 * std::sin(t / 3000.0); };
+  for (const Reading& of : {Reading{}, Reading{0.02, 0.0}, Reading{0.02, 0.0625},
+                            Reading{0.0, 0.0625}, Reading{0.1, 0.01}}) {
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+      Reading own = of;
+      own.seed = seed;
+      const Errors e = errors_of(slow, 4000, own, 100, 3900);
+      EXPECT_LT(e.chosen, 1.25 * e.one_window)
+          << of.noise_degc << ' ' << of.step_degc << ' ' << seed;
+    }
+  }
+}
+
+TEST(TemperatureCourse, HolesAreBridgedAndEndsHeld) {
+  std::vector<double> values(600, kNone);
+  for (std::size_t i = 100; i < 500; ++i) {
+    if (i < 250 || i >= 350) values[i] = 20.0 + 0.01 * static_cast<double>(i);
+  }
+  const TemperatureCourse found = temperature_course(values, 1.0, kHalfS);
+  ASSERT_EQ(found.degc.size(), values.size());
+  EXPECT_NEAR(found.degc[0], 21.0, 1e-9);
+  EXPECT_NEAR(found.degc[300], 23.0, 1e-9);
+  EXPECT_NEAR(found.degc_per_s[300], 0.01, 1e-9);
+  EXPECT_NEAR(found.degc[599], 24.99, 1e-9);
+}
+
+TEST(TemperatureCourse, OfAlmostNothingItSaysNoMoreThanThat) {
+  EXPECT_TRUE(temperature_course(std::vector<double>(50, kNone), 1.0, kHalfS).degc.empty());
+  std::vector<double> one(50, kNone);
+  one[20] = 25.0;
+  const TemperatureCourse found = temperature_course(one, 1.0, kHalfS);
+  ASSERT_EQ(found.degc.size(), 50U);
+  EXPECT_EQ(found.degc[0], 25.0);
+  EXPECT_EQ(found.degc_per_s[49], 0.0);
+}
+
+// A first-order lag follows T as dy/dt = (T - y) / tau.
+TEST(TemperatureCourse, AStatedLagIsTakenOff) {
+  constexpr double kLagS = 5.0;
+  const auto truth = [](double t) { return 20.0 + 10.0 * std::sin(t / 120.0); };
+  MeasuredSeries series;
+  std::vector<double> lagged;
+  double y = truth(0.0);
+  for (int i = 0; i < 1200; ++i) {
+    for (int k = 0; k < 100; ++k) y += 0.01 / kLagS * (truth(i - 1.0 + 0.01 * k) - y);
+    lagged.push_back(y);
+  }
+  TemperatureCourse course = temperature_course(lagged, 1.0, kHalfS);
+  series.probes.push_back({.name = "coil",
+                           .temperature_degc = course.degc,
+                           .rate_degc_per_s = course.degc_per_s,
+                           .curvature_degc_per_s2 = course.degc_per_s2});
+  twin::Model model;
+  model.probes.push_back({.name = "coil", .lag_s = kLagS});
+  model.probes.push_back({.name = "board", .lag_s = 2.0});
+  const MeasuredSeries found = without_lags(series, model);
+  double as_read = 0.0, left = 0.0, rate_as_read = 0.0, rate_left = 0.0;
+  for (std::size_t i = 100; i < 1100; ++i) {
+    const auto t = static_cast<double>(i);
+    as_read = std::max(as_read, std::abs(series.probes[0].temperature_degc[i] - truth(t)));
+    left = std::max(left, std::abs(found.probes[0].temperature_degc[i] - truth(t)));
+    const double rate = slope_at(truth, t);
+    rate_as_read = std::max(rate_as_read, std::abs(series.probes[0].rate_degc_per_s[i] - rate));
+    rate_left = std::max(rate_left, std::abs(found.probes[0].rate_degc_per_s[i] - rate));
+  }
+  EXPECT_GT(as_read, 0.35);
+  EXPECT_LT(left, 0.1 * as_read);
+  EXPECT_LT(rate_left, 0.4 * rate_as_read);
+  model.probes.front().lag_s = 0.0;
+  EXPECT_EQ(without_lags(series, model).probes[0].temperature_degc,
+            series.probes[0].temperature_degc);
+}
+
+}  // namespace
+}  // namespace zerodrift::diagnosis
