@@ -239,8 +239,12 @@ ColumnEvidence column_evidence(const ProjectedColumns& columns, const EvidenceOp
   const Eigen::Index q = columns.products.size();
   ColumnEvidence evidence;
   // Cholesky in the order given; a column that the model and the columns before it explain is left
-  // out.
+  // out. So is one whose rest is what large parts of them leave of each other: what is found there
+  // is rounding (products are sums of single precision). Each may keep its share of the one
+  // before, and a dozen after another none.
+  constexpr double kCancelled = 1e-6;  // of the largest part's square norm
   Eigen::MatrixXd factor = Eigen::MatrixXd::Zero(q, q);
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(q, q);
   Eigen::VectorXd reduced(q);
   std::vector<Eigen::Index> kept;
   for (Eigen::Index j = 0; j < q; ++j) {
@@ -258,8 +262,18 @@ ColumnEvidence column_evidence(const ProjectedColumns& columns, const EvidenceOp
       product -= factor(r, i) * reduced(i);
     }
     if (!(square > options.smallest_kept_share * full)) continue;
+    // The combination that is left: this column less so much of each before.
+    inverse(r, r) = 1.0;
+    inverse.row(r).head(r) = -factor.row(r).head(r) * inverse.topLeftCorner(r, r);
+    double largest = full;
+    for (Eigen::Index i = 0; i < r; ++i) {
+      const double part = inverse(r, i) * inverse(r, i);
+      largest = std::max(largest, part * columns.unprojected(kept[static_cast<std::size_t>(i)]));
+    }
+    if (!(square > kCancelled * largest)) continue;
     factor(r, r) = std::sqrt(square);
     reduced(r) = product / factor(r, r);
+    inverse.row(r).head(r + 1) /= factor(r, r);
     kept.push_back(j);
   }
   evidence.rank = static_cast<int>(kept.size());
@@ -272,11 +286,9 @@ ColumnEvidence column_evidence(const ProjectedColumns& columns, const EvidenceOp
   evidence.amplitudes = Eigen::VectorXd::Zero(q);
   evidence.covariance = Eigen::MatrixXd::Zero(q, q);
   if (rank == 0) return evidence;
-  const Eigen::MatrixXd inverse = factor.topLeftCorner(rank, rank)
-                                      .triangularView<Eigen::Lower>()
-                                      .solve(Eigen::MatrixXd::Identity(rank, rank));
-  const Eigen::VectorXd amplitudes = inverse.transpose() * reduced.head(rank);
-  const Eigen::MatrixXd covariance = inverse.transpose() * inverse;
+  const auto lower = inverse.topLeftCorner(rank, rank);
+  const Eigen::VectorXd amplitudes = lower.transpose() * reduced.head(rank);
+  const Eigen::MatrixXd covariance = lower.transpose() * lower;
   for (Eigen::Index i = 0; i < rank; ++i) {
     const Eigen::Index to = kept[static_cast<std::size_t>(i)];
     evidence.amplitudes(to) = amplitudes(i);

@@ -7,9 +7,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <random>
 #include <vector>
 
+#include "common/diagnosis/generic_functions.h"
 #include "common/diagnosis/search_board.h"
 #include "tests/unit/diagnosis/search_record.h"
 
@@ -144,6 +146,60 @@ TEST(EvidenceLaws, ADependentColumnAddsNothing) {
   EXPECT_DOUBLE_EQ(e.chi_square, 9.0);
   EXPECT_DOUBLE_EQ(e.amplitudes(0), 1.5);
   EXPECT_DOUBLE_EQ(e.amplitudes(1), 0.0);
+}
+
+// White noise and a random walk beside the first four powers of a temperature, as a model has them,
+// and splines of it, which the powers nearly span.
+double chi_square_of_splines(double period_s, int intervals, double walk, std::uint64_t seed) {
+  constexpr std::size_t kSamples = 4000;
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> noise;
+  Series temperature(kSamples);
+  for (std::size_t i = 0; i < kSamples; ++i) {
+    const double turns = static_cast<double>(i) / period_s;
+    temperature[i] = std::sin(2.0 * std::numbers::pi * turns) + 3e-3 * noise(random);
+  }
+  SearchProblem problem;
+  for (int power = 1; power <= 4; ++power) {
+    Series column(kSamples);
+    std::transform(temperature.begin(), temperature.end(), column.begin(),
+                   [&](double x) { return std::pow(x, power); });
+    problem.known.push_back({"power", std::move(column)});
+  }
+  problem.noise.known = {{{NoiseKind::kWhite, 0.0}, 1.0, 0.1},
+                         {{NoiseKind::kRandomWalk, 0.0}, walk * walk, 0.1}};
+  problem.noise.unlisted = UnlistedNoise::kExcluded;
+  CandidateGroup group;
+  group.name = "splines";
+  group.variants = {{}};
+  group.columns = [&](const std::vector<double>&) {
+    return spline_basis(temperature, intervals, Knots::kUniform);
+  };
+  problem.groups.push_back(std::move(group));
+  const std::vector<std::uint8_t> valid(kSamples, 1);
+  const Series series = test::coloured_noise(kSamples, 1.0, {1.0, 0.0, walk}, seed);
+  problem.valid = valid;
+  problem.series = series;
+  const SearchOptions options;
+  const Board board(problem, options);
+  return board.evaluate(board.known(), {}, {}).groups[0].chi_square;
+}
+
+// What is left of the last splines beside the others is what large parts leave of each other, and
+// its share in a record without any function of the temperature was up to 7000.
+TEST(EvidenceLaws, WhatIsLeftOfNothingIsNoEvidence) {
+  for (const double period_s : {3000.0, 5000.0, 10000.0, 16000.0, 24000.0}) {
+    for (const int intervals : {8, 24, 28, 32}) {
+      const double most = intervals + 3.0;  // columns
+      for (const double walk : {1e-2, 3e-2, 1e-1}) {
+        for (const std::uint64_t seed : {1U, 2U}) {
+          EXPECT_LT(chi_square_of_splines(period_s, intervals, walk, seed),
+                    most + 5.0 * std::sqrt(2.0 * most))
+              << period_s << ' ' << intervals << ' ' << walk << ' ' << seed;
+        }
+      }
+    }
+  }
 }
 
 TEST(EvidenceLaws, TheAverageBayesFactorUnderNoiseIsOne) {
