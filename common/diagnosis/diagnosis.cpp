@@ -99,7 +99,7 @@ class AxisExamination {
              {model_, final_model, {&series_, &playback_}, axis_, faults.sound, measured, before},
              judged.trial);
     if (split.kind != HeldOut::kNothing) result.allan_log_distance = held_out.allan;
-    conclude(result);
+    conclude(result, moves);
     result.sentence += aside;
     result.sentence += about_events(result.effects);
     if (calibrated.calibration.fitted.empty() && result.verdict == Verdict::kConsistent) {
@@ -107,11 +107,7 @@ class AxisExamination {
       doubt_consistency(result, is_of_rounding(left, faults) ? 0.0 : left, held_out);
     }
     result.sentence += about_reach(split.share_out_of_reach, split.kind);
-    if (by_blocks) {
-      result.sentence +=
-          " The other records would not show what is found here: blocks of this one were kept back "
-          "in their place.";
-    }
+    if (by_blocks) result.sentence += about_blocks();
     return result;
   }
 
@@ -332,7 +328,8 @@ class AxisExamination {
   bool try_without_refuted(std::vector<std::string>& refuted, const Calibrated& calibrated,
                            const Split& split, Judged& judged) const {
     if (judged.acceptance != Acceptance::kReverted || judged.trial.unknown) return false;
-    refuted = refuted_names(calibrated.calibration.drift_alone, judged.trial, split, axis_);
+    const twin::Model& known = calibrated.calibration.drift_alone;
+    refuted = refuted_names(known, judged.trial, split, axis_);
     if (refuted.empty()) return false;
     Judged second = attempt(calibrated, split, refuted);
     if (second.acceptance != Acceptance::kAccepted && !second.trial.unknown) {
@@ -340,6 +337,8 @@ class AxisExamination {
       const bool is_noise_alone = second.acceptance == Acceptance::kAccepted &&
                                   !second.trial.effects.empty() && !second.trial.unknown;
       if (!is_noise_alone) return false;
+    } else if (!outweighs(second.trial, judged.trial, known, split, axis_)) {
+      return false;
     }
     second.trial.evidence = judged.trial.evidence;
     judged = std::move(second);
@@ -423,18 +422,18 @@ class AxisExamination {
 
   // Whether all that the twin leaves, about its mean, could be the record's rounding.
   bool is_all_rounding(const RecordFaults& faults, const std::vector<double>& measured) const {
-    if (!(faults.rounding_rms_radps > 0.0)) return false;
-    return is_of_rounding(left_about_mean(measured, model_, faults.sound), faults);
+    return faults.rounding_rms_radps > 0.0 &&
+           is_of_rounding(left_about_mean(measured, model_, faults.sound), faults);
   }
 
-  void conclude(AxisDiagnosis& result) const {
+  void conclude(AxisDiagnosis& result, bool an_input_moves) const {
     result.verdict = verdict_of(result);
     result.sentence = sentence_of(result);
     result.next_experiment = next_experiment(model_, axis_, result);
     const bool stands = result.acceptance == Acceptance::kNothingToProve ||
                         result.acceptance == Acceptance::kAccepted;
     if (!stands) take_back(result);
-    if (result.verdict != Verdict::kConsistent || an_input_moves(series_, playback_, axis_)) return;
+    if (result.verdict != Verdict::kConsistent || an_input_moves) return;
     result.verdict = Verdict::kUndecidable;
     result.sentence = (stands ? "" : result.sentence + " ") +
                       "No input of this record moves: beside noise and drift with time nothing "

@@ -62,6 +62,14 @@ std::vector<std::string> refuted_names(const twin::Model& known, const Trial& tr
   return refuted.empty() ? all : refuted;
 }
 
+bool outweighs(const Trial& second, const Trial& first, const twin::Model& known,
+               const Split& split, core::Axis axis) {
+  return second.unknown ||
+         second.log_evidence +
+                 likelier_by_nats(split.held_out, known, second.repaired, first.repaired, axis) >=
+             first.log_evidence;
+}
+
 bool each_is_clear(const twin::Model& known, const Trial& trial, const Split& split,
                    core::Axis axis) {
   const std::vector<NamedEffect> effects = drift_of(trial);

@@ -27,6 +27,12 @@ namespace zerodrift::diagnosis {
 [[nodiscard]] std::vector<std::string> refuted_names(const twin::Model& known, const Trial& trial,
                                                      const Split& split, core::Axis axis);
 
+// Whether something unknown, or the names that were found without what held-out data speak against,
+// are likelier than the first ones by the record and held-out data together: what the record speaks
+// against more than those against the first is no answer. Both were made from `known`.
+[[nodiscard]] bool outweighs(const Trial& second, const Trial& first, const twin::Model& known,
+                             const Split& split, core::Axis axis);
+
 // Whether each effect that a trial named beside `known`, noise apart, makes held-out data clearly
 // likelier beside the others (kClearNats). A comparison each.
 [[nodiscard]] bool each_is_clear(const twin::Model& known, const Trial& trial, const Split& split,

@@ -120,6 +120,11 @@ std::string about_reach(double share_out_of_reach, HeldOut judge) {
          " of the records for validation, at temperatures that it did not reach, judge nothing.";
 }
 
+std::string about_blocks() {
+  return " The other records would not show what is found here: blocks of this one were kept back "
+         "in their place.";
+}
+
 std::string sentence_of(const AxisDiagnosis& axis) {
   std::string text;
   const std::string suggested =

@@ -30,6 +30,8 @@ namespace zerodrift::diagnosis {
 // Behind an answer: what share of the other records judged nothing, all of them where parts of the
 // record did in their place; empty for nearly none.
 [[nodiscard]] std::string about_reach(double share_out_of_reach, HeldOut judge);
+// Behind an answer: that blocks of the record judge, since the others would show nothing.
+[[nodiscard]] std::string about_blocks();
 
 // Why a record is too short to be diagnosed, or nothing.
 [[nodiscard]] std::optional<std::string> why_too_short(const MeasuredSeries& series);

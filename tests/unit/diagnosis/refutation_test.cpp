@@ -72,6 +72,28 @@ TEST(Refutation, OfAllNamesWhereHeldOutDataSpeakAgainstNoneOfThemAlone) {
   EXPECT_EQ(refuted_on(both), (Names{"magnetic", "acceleration_sensitivity"}));
 }
 
+// What the record says against a second answer counts as much as what held-out data say for it.
+TEST(Refutation, LetsAnotherAnswerStandThatIsLikelierByAllData) {
+  const twin::Model known = test::lab_model();
+  const MeasuredSeries series =
+      test::simulated(test::with(known, tilt()), test::chamber_profile(), 12);
+  const Playback playback(series);
+  Split split{.kind = HeldOut::kRecords};
+  split.held_out.push_back({&series, &playback, series.valid[0]});
+  Trial first{.repaired = test::with(known, field())};
+  Trial second{.repaired = test::with(known, tilt())};
+  const double for_it =
+      likelier_by_nats(split.held_out, known, second.repaired, first.repaired, kX);
+  ASSERT_GT(for_it, 10.0);
+  second.log_evidence = 20.0;
+  first.log_evidence = 20.0 + 0.9 * for_it;
+  EXPECT_TRUE(outweighs(second, first, known, split, kX));
+  first.log_evidence = 20.0 + 1.1 * for_it;
+  EXPECT_FALSE(outweighs(second, first, known, split, kX));
+  second.unknown = UnknownEffect{};
+  EXPECT_TRUE(outweighs(second, first, known, split, kX));
+}
+
 TEST(Refutation, LeavesSomethingUnknownThatLooksLikeTheNames) {
   Trial trial;
   trial.effects = {{.name = "magnetic", .alternatives = {{.name = "line"}}, .share_of_gap = 9e-18},
