@@ -67,9 +67,11 @@ void take(AxisDiagnosis& result, const Trial& trial, const RecordFaults& faults)
   result.could_have_seen = trial.could_have_seen;
   result.evidence = trial.evidence;
   if (result.unknown) {
+    constexpr double kOneAlone = 0.9;  // its probability: no other is nearly as likely
     const auto noise = std::stable_partition(
         result.effects.begin(), result.effects.end(), [](const NamedEffect& effect) {
-          return !is_noise(effect.name) && !happens_once({.kind = effect.name});
+          return !is_noise(effect.name) && !happens_once({.kind = effect.name}) &&
+                 effect.probability > kOneAlone;
         });
     result.unknown->noise.assign(std::make_move_iterator(noise),
                                  std::make_move_iterator(result.effects.end()));

@@ -69,8 +69,9 @@ struct UnknownEffect {
   std::vector<double> rate_radps{};
   // The summands that stand for it in the repaired model, each proved: effects of kind "formula".
   std::vector<NamedEffect> formulas{};
-  // Kinds of noise, and what happened once, that what it leaves looks like. The repaired model has
-  // the noise, but they are not named: the rest of a form that nobody knows looks the same.
+  // Kinds of noise, what happened once, and what may be one effect or another, that what it leaves
+  // looks like. The repaired model has all but what happened once, and they are not named: the rest
+  // of a form that nobody knows looks the same.
   std::vector<NamedEffect> noise{};
 };
 
