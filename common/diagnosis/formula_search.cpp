@@ -249,6 +249,7 @@ class FormulaSearch {
     add_to_model(trial, input_);
     trial.noise_dct_variances = dct_variances(report.noise_terms, report.noise_squares,
                                               input_.series.size, input_.series.interval_s);
+    keep_mean(trial, input_);
     recalibrate_bias(trial, input_);
     std::string description = joined(words);
     if (rest) {

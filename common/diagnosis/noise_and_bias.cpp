@@ -33,6 +33,12 @@ bool waits_for_bias(const twin::Model& model, core::Axis axis) {
   });
 }
 
+double mean_left_by(const twin::Model& model, const TrialInput& input) {
+  return mean_of(difference(measured_drift(input.series, input.axis),
+                            input.playback.drift(model, input.axis), input.valid),
+                 input.valid);
+}
+
 }  // namespace
 
 NoiseFindings noise_of(std::span<const double> remainder, const TrialInput& input,
@@ -58,12 +64,17 @@ void take_noise(Trial& trial, const TrialInput& input, const NoiseFindings& nois
                             noise.recalibrated.end());
 }
 
+void keep_mean(Trial& trial, const TrialInput& input) {
+  const double before_radps = mean_left_by(input.model, input);
+  const double mean_radps = mean_left_by(trial.repaired, input);
+  if (std::abs(mean_radps) <= std::abs(before_radps)) return;
+  trial.recalibrated.push_back(shift_bias(trial.repaired, input.axis, mean_radps - before_radps));
+}
+
 void recalibrate_bias(Trial& trial, const TrialInput& input) {
   constexpr double kSigmas = 3.0;
   constexpr double kMeanS = 60.0;
-  const auto left = difference(measured_drift(input.series, input.axis),
-                               input.playback.drift(trial.repaired, input.axis), input.valid);
-  const double mean_radps = mean_of(left, input.valid);
+  const double mean_radps = mean_left_by(trial.repaired, input);
   const auto block = static_cast<std::size_t>(std::max(1.0, kMeanS / input.series.interval_s));
   const double slow = expected_rms_of_block_means(trial.noise_dct_variances, block);
   const bool waits = waits_for_bias(trial.repaired, input.axis);

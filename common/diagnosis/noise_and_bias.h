@@ -18,6 +18,10 @@ namespace zerodrift::diagnosis {
 // Into the trial's repaired model, and reported.
 void take_noise(Trial& trial, const TrialInput& input, const NoiseFindings& noise);
 
+// A form that was searched for has no zero of its own: where the record's mean is further off with
+// it than with the model that it was added to, the bias takes up the difference.
+void keep_mean(Trial& trial, const TrialInput& input);
+
 // The bias takes up the mean that the repaired model's drift leaves where it is more than the
 // trial's slow noise makes of a mean, or where the model has no bias to speak of yet.
 void recalibrate_bias(Trial& trial, const TrialInput& input);

@@ -13,6 +13,7 @@
 #include "common/core/units.h"
 #include "common/diagnosis/diagnosis.h"
 #include "common/diagnosis/gap.h"
+#include "common/diagnosis/noise_and_bias.h"
 #include "common/diagnosis/playback.h"
 #include "common/diagnosis/trial.h"
 #include "tests/unit/diagnosis/simulated_series.h"
@@ -201,6 +202,41 @@ void give_supply(MeasuredSeries& series, double mean_v, double slow) {
 
 // Law: where a term's centre is only another bias, the bias stays what it was. Before: a centre at
 // an end of what the record had, and a bias for it that nobody fitted.
+// An exponential that is nearly straight or a bump that is nearly flat over the record: how far
+// from 0 it is there nobody knows.
+TEST(FormulaSearchLaws, AFormMovesNoRecordFurtherFromItsMean) {
+  const twin::Model given = test::lab_model();
+  const auto with_field = [&](double deg_h) {
+    return test::with(given,
+                      {.kind = "magnetic", .axis = kX, .parameters = {{"x_deg_h_per_ut", deg_h}}});
+  };
+  MeasuredSeries record = test::simulated(with_field(1e-3), test::chamber_profile(), 41);
+  for (double& field : record.magnetic_ut[0]) field += 100.0;  // all of it one that no effect has
+  const Playback playback(record);
+  const TrialInput input{given, record, playback, kX, record.valid[0], kOptions};
+  const auto bias_of = [](const twin::Model& model) {
+    for (const twin::EffectSpec& effect : model.effects) {
+      if (effect.kind == "bias") return effect.parameters.at("bias_deg_h");
+    }
+    return 0.0;
+  };
+  Trial far{.repaired = with_field(1e-3)};
+  keep_mean(far, input);
+  EXPECT_NEAR(bias_of(far.repaired) - bias_of(given), -0.12, 1e-9);  // 20 uT by blocks
+  ASSERT_EQ(far.recalibrated.size(), 1U);
+  EXPECT_EQ(far.recalibrated.front().name, "bias");
+  const twin::Model stays = far.repaired;
+  keep_mean(far, input);
+  EXPECT_NEAR(bias_of(far.repaired), bias_of(stays), 1e-9);
+  // What brings the mean closer has a zero of its own.
+  for (std::size_t i = 0; i < record.size; ++i)
+    record.rate_radps[0][i] += core::radps_from_deg_h(0.1);
+  Trial near{.repaired = with_field(1e-3)};
+  keep_mean(near, input);
+  EXPECT_EQ(bias_of(near.repaired), bias_of(given));
+  EXPECT_TRUE(near.recalibrated.empty());
+}
+
 TEST(FormulaSearchLaws, ATermThatIsLinearHidesNoBias) {
   for (const double behind_s : {0.0, 600.0}) {
     const Truth truth = [behind_s](const MeasuredSeries& s) {
@@ -321,11 +357,13 @@ TEST(FormulaSearchLaws, EqualInputGivesEqualFormulas) {
 }
 
 // Diagnosed again, the repaired model lacks nothing: the formula is an effect as any other.
+// Law: where what was found is all that is missing, the repaired model is consistent. (Of a form
+// that the search has no words for, a rest may be found.)
 TEST(FormulaSearchScenario, ARepairedModelIsReadAgainAndConsistent) {
   const twin::Model given = test::lab_model();
   MeasuredSeries record = test::simulated(given, test::chamber_profile(), 41);
   MeasuredSeries other = test::simulated(given, test::chamber_profile(), 42);
-  for (MeasuredSeries* series : {&record, &other}) hide(*series, lagged_temperature_times_field);
+  for (MeasuredSeries* series : {&record, &other}) hide(*series, field_squared);
   const Diagnosis first = diagnose(given, record, {other}, kOptions);
   ASSERT_EQ(first.axes[0]->acceptance, Acceptance::kAccepted) << first.axes[0]->sentence;
   const twin::Model read = config::model_from_proto(config::to_proto(first.repaired));
