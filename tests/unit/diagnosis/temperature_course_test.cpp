@@ -29,10 +29,10 @@ struct Reading {
 
 std::vector<double> readings(const Course& course, std::size_t seconds, const Reading& of) {
   std::mt19937_64 random(of.seed);
-  std::normal_distribution<double> noise(0.0, of.noise_degc);
+  std::normal_distribution<double> normal;
   std::vector<double> values;
   for (std::size_t i = 0; i < seconds; ++i) {
-    const double value = course(static_cast<double>(i)) + noise(random);
+    const double value = course(static_cast<double>(i)) + of.noise_degc * normal(random);
     values.push_back(of.step_degc > 0.0 ? std::round(value / of.step_degc) * of.step_degc : value);
   }
   return values;
