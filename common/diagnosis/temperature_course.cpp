@@ -16,6 +16,7 @@ namespace zerodrift::diagnosis {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
 // In units of an interval.
 struct LocalFit {
   double value = kNone;
@@ -90,8 +91,8 @@ struct ReadingErrors {
       noise_degc = median_of(std::move(second)) / kMedianOfNormal / std::sqrt(6.0);
   }
 
-  // Of a slope over +- `half` intervals, per interval: what noise makes of it, two
-  // standard deviations, or what the steps do.
+  // Of a slope over +- `half` intervals, per interval: what noise makes of it, two standard
+  // deviations, or what the steps do.
   [[nodiscard]] double of_slope(const LocalFit& fit, std::size_t half) const {
     const double width = static_cast<double>(half);
     const double in_the_middle = 1.0 / std::sqrt(width * width * fit.readings / 3.0);

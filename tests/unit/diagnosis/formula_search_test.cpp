@@ -200,8 +200,6 @@ void give_supply(MeasuredSeries& series, double mean_v, double slow) {
   }
 }
 
-// Law: where a term's centre is only another bias, the bias stays what it was. Before: a centre at
-// an end of what the record had, and a bias for it that nobody fitted.
 // An exponential that is nearly straight or a bump that is nearly flat over the record: how far
 // from 0 it is there nobody knows.
 TEST(FormulaSearchLaws, AFormMovesNoRecordFurtherFromItsMean) {
@@ -237,6 +235,8 @@ TEST(FormulaSearchLaws, AFormMovesNoRecordFurtherFromItsMean) {
   EXPECT_TRUE(near.recalibrated.empty());
 }
 
+// Law: where a term's centre is only another bias, the bias stays what it was. Before: a centre at
+// an end of what the record had, and a bias for it that nobody fitted.
 TEST(FormulaSearchLaws, ATermThatIsLinearHidesNoBias) {
   for (const double behind_s : {0.0, 600.0}) {
     const Truth truth = [behind_s](const MeasuredSeries& s) {
@@ -356,9 +356,9 @@ TEST(FormulaSearchLaws, EqualInputGivesEqualFormulas) {
   EXPECT_EQ(a.axes[0]->held_out.after_rms_radps, b.axes[0]->held_out.after_rms_radps);
 }
 
-// Diagnosed again, the repaired model lacks nothing: the formula is an effect as any other.
-// Law: where what was found is all that is missing, the repaired model is consistent. (Of a form
-// that the search has no words for, a rest may be found.)
+// Diagnosed again, the repaired model lacks nothing where what was found is all that is missing:
+// the formula is an effect as any other. (Of a form that the search has no words for, a rest may be
+// found.)
 TEST(FormulaSearchScenario, ARepairedModelIsReadAgainAndConsistent) {
   const twin::Model given = test::lab_model();
   MeasuredSeries record = test::simulated(given, test::chamber_profile(), 41);
