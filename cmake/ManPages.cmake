@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Manual pages (section 1), made of the programs' own help when they are built.
 find_program(HELP2MAN help2man REQUIRED)
-set(programs zerodrift compensation gyro_publisher thermal_publisher allan_monitor navigation_filter console discovery_server)
+set(programs zerodrift compensation gyro_publisher thermal_publisher allan_monitor navigation_filter ctl console discovery_server)
 set(folder ${PROJECT_BINARY_DIR}/man/man1)
 add_custom_command(
   OUTPUT ${folder}/zerodrift.1.gz

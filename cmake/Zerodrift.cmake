@@ -23,7 +23,7 @@ endif()
 
 # What nothing calls is left out of the programs, of the image's too.
 add_compile_options($<$<CONFIG:Release>:-ffunction-sections> $<$<CONFIG:Release>:-fdata-sections>)
-add_link_options($<$<CONFIG:Release>:LINKER:--gc-sections>)
+add_link_options($<$<CONFIG:Release>:LINKER:--gc-sections,-z,pack-relative-relocs>)
 
 find_package(Threads REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)

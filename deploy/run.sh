@@ -3,7 +3,8 @@
 # The main job: installs, builds, starts publishers, compensation and monitor, shows a live table, ends with a summary.
 #   deploy/run.sh [--record FILE [--columns MAP]] [--speed 60x|max] [--duration TIME] [--config FILE] [--domain N]
 #                 [--console PORT|off]
-# The console is at http://127.0.0.1:8765 meanwhile.
+# The console is at http://127.0.0.1:8765 meanwhile. The first time, the run begins as soon as what it needs is built; the other
+# programs are built beside it, and the script ends when both have.
 # Without --domain: that of ZERODRIFT_DOMAIN, else 0.
 # Without a record: the paper's chamber experiment in simulation, 200 Hz, at 60 times real time.
 # Exit code 0: every sample was answered exactly once; 1: not; 2: wrong usage or bad input. Ctrl-C stops everything.
@@ -11,7 +12,7 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=${ZERODRIFT_BUILD_DIR:-$root/build/release}
 
-usage() { sed -n '3,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; }
+usage() { sed -n '3,10s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; }
 record= columns= speed= duration= config= domain=${ZERODRIFT_DOMAIN:-0} console=8765
 while [ $# -gt 0 ]; do
   case "$1" in
@@ -30,8 +31,10 @@ if ! [[ $domain =~ ^[0-9]{1,3}$ ]] || [ "$((10#$domain))" -gt 232 ]; then
 fi
 
 mkdir -p "$build"
-"$root/deploy/setup.sh" services
 bin=$build/bin
+first_time=
+[ -x "$bin/zerodrift" ] || [ -n "$record" ] || first_time=yes   # a record is looked at by `zerodrift` before anything starts
+"$root/deploy/setup.sh" ${first_time:+run}
 logs=$(mktemp -d "${TMPDIR:-/tmp}/zerodrift.XXXXXX")
 network=(--domain "$domain")
 
@@ -39,6 +42,7 @@ pids=()
 stop_all() {
   trap '' INT TERM
   [ ${#pids[@]} -eq 0 ] || kill -TERM "${pids[@]}" ${console_pid:-} 2>/dev/null || true
+  [ -z "${build_pid:-}" ] || kill -TERM -- "-$build_pid" 2>/dev/null || true   # a session of its own, with its compilers
   for _ in $(seq 20); do
     [ -n "$(jobs -pr)" ] || break
     sleep 0.1
@@ -87,9 +91,19 @@ if [ -n "${console_pid:-}" ]; then
   if kill -0 "$console_pid" 2>/dev/null; then echo "console: http://127.0.0.1:$console"; else cat "$logs/console.log" >&2; fi
 fi
 
-"$bin/zerodrift" ctl status --follow --until-finished "${network[@]}" &
+if [ -n "$first_time" ]; then
+  setsid nice -n 19 "$root/deploy/setup.sh" > "$logs/build.log" 2>&1 &
+  build_pid=$!
+fi
+
+"$bin/ctl" status --follow --until-finished "${network[@]}" &
 table=$!
 status=0
 wait "$table" || status=$?
+if [ -n "$first_time" ]; then
+  echo "run: building the other programs; \`tail -f $logs/build.log\` shows how far that is"
+  wait "$build_pid" || { tail -20 "$logs/build.log" >&2; exit 2; }
+  tail -1 "$logs/build.log"
+fi
 echo "logs: $logs"
 exit "$status"

@@ -2,18 +2,19 @@
 # SPDX-License-Identifier: Apache-2.0
 # Installs what deploy/packages.txt lists and this machine lacks (Debian 12), configures, builds, and links `zerodrift` into
 # /usr/local/bin (link.sh).
-#   deploy/setup.sh [services|all|fuzz|containers]     default: services, without tests
+#   deploy/setup.sh [run|services|all|fuzz|containers]     default: services, without tests
+# run: what a run in simulation needs, which takes the compiler half as long as all services.
 # fuzz, containers: the packages of tests/fuzz/run.sh and of tests/containers/run.sh, no build.
 # ZERODRIFT_BUILD_DIR names the build folder (default: build/release).
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 what=${1:-services}
 case $what in
-  services) sections='build' ;;
+  run|services) sections='build' ;;
   all) sections='build tests' ;;
   fuzz) sections='build tests fuzz' ;;
   containers) sections='containers' ;;
-  *) echo "setup: found '$what', expected services, all, fuzz or containers" >&2; exit 2 ;;
+  *) echo "setup: found '$what', expected run, services, all, fuzz or containers" >&2; exit 2 ;;
 esac
 build=${ZERODRIFT_BUILD_DIR:-$root/build/release}
 
@@ -45,10 +46,11 @@ mkdir -p "$build"
 jobs=$(nproc)
 # PATH begins with Debian's own tools, so that the compiler is the one that was installed above.
 export PATH=/usr/bin:$PATH
-targets=(compensation gyro_publisher thermal_publisher allan_monitor navigation_filter console console_page discovery_server zerodrift man_pages)
+targets=(compensation gyro_publisher thermal_publisher allan_monitor ctl console console_page)
+[ "$what" = run ] || targets+=(navigation_filter discovery_server zerodrift man_pages)
 tests=OFF  # their packages are not there
 if [ "$what" = all ]; then targets=(all) tests=ON; fi
 cmake -G Ninja -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DZERODRIFT_BUILD_TESTS=$tests -DZERODRIFT_UNITY=ON \
   > "$build/configure.log" 2>&1 || { cat "$build/configure.log" >&2; exit 2; }
 cmake --build "$build" -j "$jobs" --target "${targets[@]}"
-"$root/deploy/link.sh" "$build/bin/zerodrift"
+[ "$what" = run ] || "$root/deploy/link.sh" "$build/bin/zerodrift"

@@ -34,7 +34,7 @@ part_of_ci() {
 # the laws run as well; and states that are written over, which the fuzzers do under the same sanitizers.
 left_to_the_whole_run='*Scenario*:*Promise*:*Evidence*:*Oracle*:*Soak*:*Settling*:*RestoredAtAnyCut*:NoiseWatchLaws.*:StateAbuse.*'
 
-services=(compensation gyro_publisher thermal_publisher allan_monitor navigation_filter console discovery_server zerodrift)
+services=(compensation gyro_publisher thermal_publisher allan_monitor navigation_filter ctl console discovery_server zerodrift)
 case $kind in
   address)
     targets=(all)

@@ -4,16 +4,16 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include "common/allan/confidence.h"
+#include "common/core/not_known.h"
 #include "common/core/samples.h"
 
 namespace zerodrift::allan {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+using core::kNaN;
 constexpr double kFewestDegreesOfFreedom = 2.0;
 constexpr std::uint64_t kMissingShare = 10;  // at most one in so many samples of a cluster
 constexpr double kLongestCascadeTauS = 1e5;

@@ -3,8 +3,8 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
 
+#include "common/core/not_known.h"
 #include "common/core/units.h"
 
 namespace zerodrift::comparison {
@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kTemperatureScaleDegc = 10.0;
 constexpr double kMinuteS = 60.0;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+using core::kNaN;
 
 constexpr std::array<PaperFigures, 4> kPaperFigures{
     PaperFigures{"none", 0.3082, 1.1204, kNaN, kNaN, kNaN, 9.33e-4, 1.57e-2, 4.49e-2},

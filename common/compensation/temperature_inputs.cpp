@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "common/core/integer_time.h"
+#include "common/core/not_known.h"
 #include "common/core/plausible.h"
 
 namespace zerodrift::compensation {
@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kWaiting = 4096;  // of each probe
 constexpr double kMovedDegc = 1.0;      // a probe counts as moving past this
 constexpr double kMarginS = 60.0;       // of a track beyond the longest lag
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+using core::kNaN;
 
 auto first_feature(const CompensationOptions& options, thermal::FeatureKind kind) {
   return std::find_if(options.features.begin(), options.features.end(),

@@ -11,6 +11,7 @@ namespace zerodrift::core {
 
 using SensorTime = std::chrono::nanoseconds;
 
+inline constexpr std::int64_t kNsPerS = 1'000'000'000;
 inline constexpr SensorTime kNever = SensorTime::min();
 
 constexpr double seconds(SensorTime time) {

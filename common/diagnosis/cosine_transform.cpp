@@ -24,6 +24,19 @@ std::size_t largest_prime_factor(std::size_t n) {
   return std::max(largest, n);
 }
 
+// The shortest length from `least` on that has no prime factor above 5.
+std::size_t smooth_length(std::size_t least) {
+  std::size_t shortest = std::bit_ceil(least);
+  for (std::size_t five = 1; five < shortest; five *= 5) {
+    for (std::size_t odd = five; odd < shortest; odd *= 3) {
+      std::size_t length = odd;
+      while (length < least) length *= 2;
+      shortest = std::min(shortest, length);
+    }
+  }
+  return shortest;
+}
+
 }  // namespace
 
 double laplacian_eigenvalue(std::size_t k, std::size_t n) noexcept {
@@ -44,7 +57,7 @@ CosineTransform::CosineTransform(std::size_t length)
 }
 
 void CosineTransform::prepare_bluestein() {
-  convolution_length_ = std::bit_ceil(2 * length_ - 1);
+  convolution_length_ = smooth_length(2 * length_ - 1);
   chirp_.resize(length_);
   padded_.assign(convolution_length_, Complex{});
   padded_spectrum_.resize(convolution_length_);

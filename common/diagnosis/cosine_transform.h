@@ -23,7 +23,7 @@ namespace zerodrift::diagnosis {
 
 // A plan for one length. Any length: Makhoul's permutation (1980, IEEE ASSP 28, 27) and one complex
 // Fourier transform for two columns; lengths with a prime factor above 50 go through Bluestein's
-// convolution. O(n log n), about 0.3 ms a column at n = 18000.
+// convolution, at four times the price. O(n log n), 0.2 ms a column at n = 18000.
 class CosineTransform {
  public:
   explicit CosineTransform(std::size_t length);

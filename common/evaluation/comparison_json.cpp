@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <limits>
 
 #include "common/allan/noise_units.h"
 #include "common/evaluation/comparison_figures.h"
@@ -9,12 +8,14 @@
 #include "common/measurement/doubts_json.h"
 #include "common/report/json_object.h"
 
+#include "common/core/not_known.h"
+
 namespace zerodrift::evaluation {
 namespace {
 
 using core::deg_h_from_radps;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+using core::kNaN;
 
 nlohmann::ordered_json json_of(const comparison::StreamReport& stream) {
   using allan::NoiseTerm;

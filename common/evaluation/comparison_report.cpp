@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "common/allan/noise_units.h"
+#include "common/core/not_known.h"
 #include "common/core/units.h"
 #include "common/evaluation/comparison_figures.h"
 #include "common/evaluation/comparison_verdict.h"
@@ -19,7 +19,7 @@ using report::Align;
 using report::significant;
 
 constexpr int kDigits = 3;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+using core::kNaN;
 
 std::string deg_h(double radps) {
   return significant(deg_h_from_radps(radps), kDigits);

@@ -9,6 +9,7 @@
 #include <set>
 #include <utility>
 
+#include "common/core/not_known.h"
 #include "common/evaluation/comparison_figures.h"
 #include "common/report/numbers.h"
 
@@ -18,7 +19,7 @@ namespace {
 using report::significant;
 
 constexpr int kDigits = 3;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+using core::kNaN;
 // Figures that differ by less print alike.
 constexpr double kEqual = 1.005;
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 
+#include "common/core/not_known.h"
 #include "common/core/units.h"
 #include "common/report/json_object.h"
 #include "common/report/numbers.h"
@@ -18,7 +18,7 @@ using navigation::StreamErrors;
 using report::significant;
 
 constexpr int kDigits = 3;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+using core::kNaN;
 constexpr double kEqual = 1.05;         // errors whose ratio is nearer to 1 are called equal
 constexpr double kExpectedSigma = 2.0;  // of the filters: an error within has noise as a cause
 

@@ -12,6 +12,7 @@
 
 #include "common/core/counted.h"
 #include "common/core/one_line.h"
+#include "common/core/time.h"
 #include "common/foxglove/schema.h"
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
@@ -31,7 +32,7 @@ constexpr auto kTickAlone = 250ms;
 constexpr std::size_t kMostEndpoints = 512;  // reported by /gateway
 constexpr int kMostOpenCalls = 8;            // of a client
 constexpr auto kAnswerWithin = 5000ms;
-constexpr std::int64_t kNsPerS = 1'000'000'000;
+using core::kNsPerS;
 constexpr std::int64_t kHostAliveNs = 2 * kNsPerS;  // eight of its rounds
 constexpr const char* kContentSecurity =
     "default-src 'self'; connect-src 'self' ws: wss:; img-src 'self' data:; object-src 'none'; "

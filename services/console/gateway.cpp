@@ -2,12 +2,12 @@
 #include "services/console/gateway.h"
 
 #include <algorithm>
-#include <limits>
 #include <optional>
 #include <string_view>
 #include <utility>
 
 #include "common/core/mode.h"
+#include "common/core/not_known.h"
 #include "common/core/one_line.h"
 #include "common/dds/conversions.h"
 #include "common/foxglove/schema.h"
@@ -24,7 +24,7 @@ constexpr std::size_t kEventsKept = 256;
 constexpr std::size_t kRowsWaitBelowBytes = 1 << 20;  // a backlog is sent to who keeps up
 constexpr std::int64_t kRestartNs = 10'000'000'000;   // a thermometer's clock that goes back so far
 constexpr std::uint32_t kCompensated = 1;             // stream of an AllanReport
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+using core::kNaN;
 
 template <typename Message>
 web::Body encoded(const Message& message) {

@@ -3,20 +3,21 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "common/core/not_known.h"
 #include "common/core/samples.h"
+#include "common/core/time.h"
 #include "common/core/units.h"
 #include "services/console/telemetry.h"
 
 namespace zerodrift::services {
 namespace {
 
-constexpr std::int64_t kNsPerS = 1'000'000'000;
+using core::kNsPerS;
 constexpr std::int64_t kReadingHoldsNs = 60 * kNsPerS;
 constexpr std::size_t kReadingsKept = 4096;  // of a probe, ahead of the samples
 constexpr int kBeginsAnewAfter = 3;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+using core::kNaN;
 
 // Seconds before zero are seconds too.
 std::int64_t second_of(std::int64_t time_ns) {

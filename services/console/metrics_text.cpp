@@ -26,7 +26,6 @@ using prometheus::ClientMetric;
 using prometheus::MetricFamily;
 using prometheus::MetricType;
 
-constexpr double kNsPerS = 1e9;
 constexpr std::array<const char*, 3> kAxes{"x", "y", "z"};
 constexpr std::array<const char*, 2> kStreams{"raw", "compensated"};
 
@@ -174,7 +173,7 @@ std::size_t add_service(Families& families, const telemetry::ServiceStatus& stat
   if (ended_in_order(status)) {
     if (!service::is_part(status.service()))
       families.add(metric::kServiceEnded, labels,
-                   static_cast<double>(time_ns(status.timestamp())) / kNsPerS);
+                   static_cast<double>(time_ns(status.timestamp())) / 1e9);
     return 0;
   }
   if (!service::is_part(status.service())) {
@@ -198,7 +197,7 @@ void add_gyro(Families& families, std::uint32_t id, const Gateway::GyroFigures& 
   families.add(metric::kConsoleSamples, of, static_cast<double>(figures.samples));
   families.add(metric::kConsoleSamplesMissing, of, static_cast<double>(figures.missing));
   families.add(metric::kLastSampleAge, of,
-               std::max(0.0, static_cast<double>(unix_ns - figures.newest_unix_ns) / kNsPerS));
+               std::max(0.0, static_cast<double>(unix_ns - figures.newest_unix_ns) / 1e9));
   const auto& newest = figures.newest;
   const std::array<double, 3> drift{newest.drift_deg_h().x(), newest.drift_deg_h().y(),
                                     newest.drift_deg_h().z()};

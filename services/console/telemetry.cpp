@@ -4,14 +4,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <string_view>
 
 #include "common/allan/noise_units.h"
 #include "common/compensation/thermal_coverage.h"
 #include "common/core/mode.h"
+#include "common/core/not_known.h"
 #include "common/core/one_line.h"
 #include "common/core/samples.h"
+#include "common/core/time.h"
 #include "common/core/units.h"
 
 namespace zerodrift::services {
@@ -20,8 +21,8 @@ using core::deg_h_from_radps;
 
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr std::int64_t kNsPerS = 1'000'000'000;
+using core::kNaN;
+using core::kNsPerS;
 constexpr std::int64_t kLongestWayNs = 60 * kNsPerS;  // a replay's sample may wait
 constexpr double kSecondsPerMinute = 60.0;
 constexpr double kArcsecPerRad = 3600.0 / core::kRadPerDeg;

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <limits>
 
 #include "common/measurement/doubts_json.h"
 #include "common/report/json_object.h"
 #include "services/zerodrift/allan_report.h"
 #include "services/zerodrift/allan_units.h"
+
+#include "common/core/not_known.h"
 
 namespace zerodrift::services {
 namespace {
@@ -15,7 +16,7 @@ using allan::NoiseTerm;
 using allan::Statistic;
 using nlohmann::ordered_json;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+using core::kNaN;
 
 std::string statistic_key(Statistic statistic) {
   return std::string(allan::name(statistic));

@@ -5,11 +5,11 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include "common/allan/sample_clock.h"
 #include "common/core/median.h"
+#include "common/core/not_known.h"
 #include "common/core/units.h"
 #include "common/record/csv_cells.h"
 #include "common/record/record_reader.h"
@@ -25,7 +25,7 @@ using record::RecordReader;
 using record::RecordRow;
 using report::significant;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+using core::kNaN;
 constexpr std::size_t kStepsForPeriod = 100;
 constexpr std::uint64_t kMostRowsForPeriod = 100'000;
 constexpr std::uint64_t kLookEvery = 1 << 16;  // rows, for the progress

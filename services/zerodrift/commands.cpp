@@ -17,7 +17,6 @@ void add_commands(CLI::App& app, Run& run, const Invocation& made_by) {
   add_replay(app, run);
   add_info(app, run, made_by);
   add_export(app, run);
-  add_control(app, run);
   add_config(app, run);
   add_health(app, run);
 }

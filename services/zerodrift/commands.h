@@ -28,7 +28,6 @@ void add_record(CLI::App& app, Run& run);
 void add_replay(CLI::App& app, Run& run);
 void add_info(CLI::App& app, Run& run, const Invocation& made_by);
 void add_export(CLI::App& app, Run& run);
-void add_control(CLI::App& app, Run& run);
 void add_config(CLI::App& app, Run& run);
 void add_health(CLI::App& app, Run& run);
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
-#include <limits>
 #include <map>
 #include <optional>
 
+#include "common/core/not_known.h"
 #include "common/core/units.h"
 #include "common/measurement/doubts_json.h"
 #include "services/zerodrift/diagnosis_report.h"
@@ -17,7 +17,7 @@ using diagnosis::AxisDiagnosis;
 using diagnosis::Gap;
 using Json = nlohmann::ordered_json;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+using core::kNaN;
 
 std::string key_of(diagnosis::HeldOut kind) {
   switch (kind) {

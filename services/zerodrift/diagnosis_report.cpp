@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
+#include "common/core/not_known.h"
 #include "common/core/units.h"
 #include "common/report/numbers.h"
 #include "common/twin/effect_catalogue.h"
@@ -19,7 +19,7 @@ using core::deg_h_from_radps;
 using diagnosis::AxisDiagnosis;
 using report::significant;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+using core::kNaN;
 
 // --------------------------------------------------------------------------------- sentences
 

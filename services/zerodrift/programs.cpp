@@ -13,12 +13,13 @@
 namespace zerodrift::services {
 namespace {
 
-constexpr std::array<Program, 8> kPrograms{{
+constexpr std::array<Program, 9> kPrograms{{
     {"compensation", "compensation", "takes the drift off, live"},
     {"gyro-publisher", "gyro_publisher", "rates of a gyro, a record or a simulation onto DDS"},
     {"thermal-publisher", "thermal_publisher", "temperatures and environment onto DDS"},
     {"allan-monitor", "allan_monitor", "rolling Allan statistics, raw beside compensated"},
     {"navigation-filter", "navigation_filter", "attitude; tells the compensation about rest"},
+    {"ctl", "ctl", "looks at the running system, or commands it"},
     {"console", "console", "the page at http://127.0.0.1:8765, Foxglove, Prometheus"},
     {"discovery-server", "discovery_server", "for networks without multicast"},
     {"bench", "zerodrift_bench", "what all that costs; built with the tests"},

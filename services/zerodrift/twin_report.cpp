@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <limits>
 #include <string>
 #include <utility>
 
+#include "common/core/not_known.h"
 #include "common/report/plain_text.h"
 #include "services/zerodrift/diagnosis_event.h"
 
@@ -21,7 +21,7 @@ constexpr std::size_t kMostPoints = 720;
 constexpr std::size_t kMostEffects = 16;
 constexpr std::size_t kLongestText = 255;
 constexpr std::size_t kLongestName = 96;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+using core::kNaN;
 constexpr std::size_t kLongestEffect = 48;
 constexpr std::size_t kMostAlternatives = 8;
 constexpr auto kSubscriberWithin = 5000ms;

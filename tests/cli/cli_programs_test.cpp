@@ -17,8 +17,8 @@ const fs::path kBin = ZERODRIFT_BIN_DIR;
 const std::vector<std::pair<std::string, std::string>> kPrograms{
     {"compensation", "compensation"},           {"gyro-publisher", "gyro_publisher"},
     {"thermal-publisher", "thermal_publisher"}, {"allan-monitor", "allan_monitor"},
-    {"navigation-filter", "navigation_filter"}, {"console", "console"},
-    {"discovery-server", "discovery_server"}};
+    {"navigation-filter", "navigation_filter"}, {"ctl", "ctl"},
+    {"console", "console"},                     {"discovery-server", "discovery_server"}};
 
 class Programs : public CommandLine {
  protected:

@@ -87,7 +87,9 @@ TEST(ModelExchange, AFullJobQueueRefuses) {
   ModelExchange exchange(small_options());
   for (std::uint64_t n = 1; n <= 64; ++n) ASSERT_TRUE(exchange.submit(job(n, label(0.0, 0.0))));
   EXPECT_FALSE(exchange.submit(job(65, label(0.0, 0.0))));
-  EXPECT_EQ(exchange.next_job()->number, 1U);
+  const auto* const first = exchange.next_job();
+  ASSERT_NE(first, nullptr);
+  EXPECT_EQ(first->number, 1U);
 }
 
 // Rule: without a free snapshot the learner does nothing and loses no job; it goes on once the data
@@ -100,7 +102,9 @@ TEST(ModelExchange, WithoutAFreeSnapshotTheLearnerWaitsAndLosesNothing) {
   int made = 0;
   while (learner.run_one()) ++made;
   EXPECT_EQ(made, 4);
-  EXPECT_EQ(exchange.next_job()->number, 5U);
+  const auto* const next = exchange.next_job();
+  ASSERT_NE(next, nullptr);
+  EXPECT_EQ(next->number, 5U);
   exchange.activate_next();
   EXPECT_FALSE(learner.run_one());  // the one activated is in use
   exchange.activate_next();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// zerodrift ctl: looks at the running system and gives it commands.
+#include "services/control/control.h"
+
 #include <unistd.h>
 
 #include <chrono>
@@ -17,8 +18,7 @@
 #include "common/service/host.h"
 #include "common/service/main.h"
 #include "common/service/time_option.h"
-#include "services/zerodrift/commands.h"
-#include "services/zerodrift/status_table.h"
+#include "services/control/status_table.h"
 
 namespace zerodrift::services {
 namespace {
@@ -129,7 +129,7 @@ std::string prior_argument(const ControlOptions& options) {
   if (options.gyro_id != 0) argument = std::to_string(options.gyro_id) + ':';
   if (options.model.empty()) return argument;
   if (const auto problem = files::problem_of_name(options.model)) {
-    throw std::invalid_argument("ctl " + options.command + ": --model: " + *problem +
+    throw std::invalid_argument(options.command + ": --model: " + *problem +
                                 "; copy the file into the folder that the service was given as "
                                 "--model-dir, and name it");
   }
@@ -153,7 +153,7 @@ int show(const ControlOptions& options, const service::CommandAnswer& answer) {
                  options.command.c_str(), options.service.c_str(), options.network.domain,
                  options.wait_s);
   } else if (answer.outcome == Outcome::kNotSent) {
-    throw std::invalid_argument("ctl " + options.command + ": " + answer.text);
+    throw std::invalid_argument(options.command + ": " + answer.text);
   } else {
     std::printf("%s: %s\n", options.service.c_str(), answer.text.c_str());
   }
@@ -179,12 +179,11 @@ int send(const ControlOptions& options) {
 
 }  // namespace
 
-void add_control(CLI::App& app, Run& run) {
-  auto* control = app.add_subcommand("ctl", "look at the running system, or command it");
-  control->require_subcommand(1);
+void add_control(CLI::App& app, std::function<int()>& run) {
+  app.require_subcommand(1);
   auto options = std::make_shared<ControlOptions>();
 
-  auto* status = control->add_subcommand("status", "what every axis does, and why");
+  auto* status = app.add_subcommand("status", "what every axis does, and why");
   service::add_network_options(*status, options->network);
   service::show_default_in(
       "s", status->add_option("--wait", options->wait_s, "how long to wait for the services")
@@ -207,7 +206,7 @@ void add_control(CLI::App& app, Run& run) {
         std::pair{"revert", "go back to the prior before, and to what was learned with it"},
         std::pair{"inject", "disturb the samples of a simulation or record at their publisher"},
         std::pair{"replay", "pause, resume or pace a simulation or record"}}) {
-    auto* command = control->add_subcommand(name, help);
+    auto* command = app.add_subcommand(name, help);
     if (takes_name(name)) {
       command->add_option("name", options->argument, "name of the checkpoint; default latest");
     }

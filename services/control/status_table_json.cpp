@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 
 #include "common/core/mode.h"
+#include "common/core/not_known.h"
 #include "common/core/units.h"
-#include "services/zerodrift/status_table.h"
+#include "services/control/status_table.h"
 
 namespace zerodrift::services {
 
@@ -18,7 +18,7 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+using core::kNaN;
 
 // NaN is written as null.
 double spread_deg_h(const msg::AllanReport* report) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What `ctl status` shows of services that said these figures.
-#include "services/zerodrift/status_table.h"
+#include "services/control/status_table.h"
 
 #include <gtest/gtest.h>
 

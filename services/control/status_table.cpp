@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/zerodrift/status_table.h"
+#include "services/control/status_table.h"
 
 #include <fmt/format.h>
 
