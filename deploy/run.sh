@@ -4,7 +4,7 @@
 #   deploy/run.sh [--record FILE [--columns MAP]] [--speed 60x|max] [--duration TIME] [--config FILE] [--domain N]
 #                 [--console PORT|off]
 # The console is at http://127.0.0.1:8765 meanwhile. The first time, the run begins as soon as what it needs is built; the other
-# programs are built beside it, and the script ends when both have.
+# programs, the console too, are built beside it, and the script ends when they are there.
 # Without --domain: that of ZERODRIFT_DOMAIN, else 0.
 # Without a record: the paper's chamber experiment in simulation, 200 Hz, at 60 times real time.
 # Exit code 0: every sample was answered exactly once; 1: not; 2: wrong usage or bad input. Ctrl-C stops everything.
@@ -73,10 +73,12 @@ fi
 [ -z "$duration" ] || source+=(--duration "$duration")
 
 # Not needed for the job: where it can't start (its port is taken), its line says why and the rest goes on.
-if [ "$console" != off ]; then
+start_console() {
+  [ "$console" != off ] || return 0
   "$bin/console" "${network[@]}" --listen "127.0.0.1:$console" > "$logs/console.log" 2>&1 &
   console_pid=$!
-fi
+}
+[ -n "$first_time" ] || start_console
 start allan_monitor "$bin/allan_monitor" "${network[@]}"
 start compensation "$bin/compensation" "${network[@]}" --await-subscribers 1 ${config:+--config "$config"}
 start thermal_publisher "$bin/thermal_publisher" "${network[@]}" "${source[@]}" --speed "$speed"
@@ -92,18 +94,29 @@ if [ -n "${console_pid:-}" ]; then
 fi
 
 if [ -n "$first_time" ]; then
+  [ "$console" = off ] || echo "console: http://127.0.0.1:$console once it is built, which takes some minutes more"
   setsid nice -n 19 "$root/deploy/setup.sh" > "$logs/build.log" 2>&1 &
   build_pid=$!
 fi
 
 "$bin/ctl" status --follow --until-finished "${network[@]}" &
 table=$!
+built() {   # EXIT_CODE
+  build_pid=
+  [ "$1" -eq 0 ] || { tail -20 "$logs/build.log" >&2; exit 2; }
+}
 status=0
-wait "$table" || status=$?
-if [ -n "$first_time" ]; then
+wait -n -p ended "$table" ${build_pid:-} || status=$?
+if [ "$ended" != "$table" ]; then
+  built "$status"
+  start_console
+  status=0
+  wait "$table" || status=$?
+elif [ -n "${build_pid:-}" ]; then
   echo "run: building the other programs; \`tail -f $logs/build.log\` shows how far that is"
-  wait "$build_pid" || { tail -20 "$logs/build.log" >&2; exit 2; }
-  tail -1 "$logs/build.log"
+  code=0; wait "$build_pid" || code=$?
+  built "$code"
 fi
+[ -z "$first_time" ] || tail -1 "$logs/build.log"
 echo "logs: $logs"
 exit "$status"

@@ -46,8 +46,8 @@ mkdir -p "$build"
 jobs=$(nproc)
 # PATH begins with Debian's own tools, so that the compiler is the one that was installed above.
 export PATH=/usr/bin:$PATH
-targets=(compensation gyro_publisher thermal_publisher allan_monitor ctl console console_page)
-[ "$what" = run ] || targets+=(navigation_filter discovery_server zerodrift man_pages)
+targets=(compensation gyro_publisher thermal_publisher allan_monitor ctl)
+[ "$what" = run ] || targets+=(navigation_filter console console_page discovery_server zerodrift man_pages)
 tests=OFF  # their packages are not there
 if [ "$what" = all ]; then targets=(all) tests=ON; fi
 cmake -G Ninja -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DZERODRIFT_BUILD_TESTS=$tests -DZERODRIFT_UNITY=ON \

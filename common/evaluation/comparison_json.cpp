@@ -2,13 +2,12 @@
 #include <algorithm>
 
 #include "common/allan/noise_units.h"
+#include "common/core/not_known.h"
 #include "common/evaluation/comparison_figures.h"
 #include "common/evaluation/comparison_report.h"
 #include "common/evaluation/comparison_verdict.h"
 #include "common/measurement/doubts_json.h"
 #include "common/report/json_object.h"
-
-#include "common/core/not_known.h"
 
 namespace zerodrift::evaluation {
 namespace {

@@ -15,7 +15,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kPatience = 5000ms;  // until a line says who is waited for
-constexpr auto kStopCheck = 100ms;
+using service::kStopCheck;
 
 }  // namespace
 

@@ -12,7 +12,7 @@ constexpr double kPatienceS = 5.0;  // until a line says who is waited for
 
 }  // namespace
 
-void add_options(CLI::App& app, RosOptions& options) {
+void add_ros2_options(CLI::App& app, RosOptions& options) {
   app.add_option("--ros2-domain", options.domain,
                  "ros2: ROS_DOMAIN_ID of the nodes, if it isn't --domain")
       ->check(CLI::Range(0U, 232U));

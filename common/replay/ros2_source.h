@@ -26,7 +26,7 @@ struct RosOptions {
   std::optional<std::uint32_t> domain{};  // ROS_DOMAIN_ID; none: that of all other topics
 };
 
-void add_options(CLI::App& app, RosOptions& options);
+void add_ros2_options(CLI::App& app, RosOptions& options);
 
 // For --source: one of `kinds` by its name, or "ros2:<topic>", which is kinds' "ros2".
 template <typename Kind>

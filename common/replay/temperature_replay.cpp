@@ -15,7 +15,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kStopCheck = 100ms;
+using service::kStopCheck;
 constexpr core::SensorTime kAhead = 10s;  // of what is needed, so that rates never wait for long
 constexpr core::SensorTime kLongestPause = 5s;  // of a probe, until it is said that nothing came
 constexpr core::SensorTime kAfterTheEnd = 1h;   // beyond any rate sample of the record

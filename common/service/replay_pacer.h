@@ -26,6 +26,9 @@
 
 namespace zerodrift::service {
 
+// For those who wait: how often they look whether to stop.
+inline constexpr std::chrono::milliseconds kStopCheck{100};
+
 class ReplayPacer {
  public:
   // Waits for the consumers named in `wait_for`, e.g. {"compensation", "allan_monitor"}; none:

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <future>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -177,9 +178,7 @@ int send(const ControlOptions& options) {
   return show(options, answer.get());
 }
 
-}  // namespace
-
-void add_control(CLI::App& app, std::function<int()>& run) {
+void add_commands(CLI::App& app, std::function<int()>& run) {
   app.require_subcommand(1);
   auto options = std::make_shared<ControlOptions>();
 
@@ -248,6 +247,15 @@ void add_control(CLI::App& app, std::function<int()>& run) {
       };
     });
   }
+}
+
+}  // namespace
+
+int control(const char* version, int argc, char** argv) {
+  CLI::App app("Looks at the running system, or commands it.", "ctl");
+  std::function<int()> run;
+  add_commands(app, run);
+  return service::run_version(version, app, argc, argv, [&] { return run(); });
 }
 
 }  // namespace zerodrift::services

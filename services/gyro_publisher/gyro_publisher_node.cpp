@@ -54,7 +54,7 @@ void add_options(CLI::App& app, GyroPublisherOptions& options) {
                 ->transform(service::in_hertz()));
   app.add_option("--rotation", options.serial.rotation, "serial: what the gyro sends")
       ->transform(service::one_of(formats));
-  replay::add_options(app, options.ros2);
+  replay::add_ros2_options(app, options.ros2);
 }
 
 GyroPublisherNode::GyroPublisherNode(const GyroPublisherOptions& options)

@@ -50,7 +50,7 @@ void add_options(CLI::App& app, ThermalPublisherOptions& options) {
       "Hz", app.add_option("--rate", options.sysfs_rate_hz,
                            "sysfs: readings a second; ros2: how many are expected, to tell silence")
                 ->transform(service::in_hertz()));
-  replay::add_options(app, options.ros2);
+  replay::add_ros2_options(app, options.ros2);
 }
 
 ThermalPublisherNode::ThermalPublisherNode(const ThermalPublisherOptions& options)

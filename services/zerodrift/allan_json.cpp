@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 
+#include "common/core/not_known.h"
 #include "common/measurement/doubts_json.h"
 #include "common/report/json_object.h"
 #include "services/zerodrift/allan_report.h"
 #include "services/zerodrift/allan_units.h"
-
-#include "common/core/not_known.h"
 
 namespace zerodrift::services {
 namespace {

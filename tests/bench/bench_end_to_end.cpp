@@ -14,8 +14,8 @@
 
 #include "common/service/host.h"
 #include "common/service/main.h"
-#include "services/zerodrift/progress_bar.h"
 #include "services/control/status_table.h"
+#include "services/zerodrift/progress_bar.h"
 #include "tests/bench/bench_latency.h"
 #include "tests/bench/bench_process.h"
 #include "tests/bench/gyro_fleet.h"

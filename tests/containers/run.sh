@@ -16,7 +16,7 @@ image=zerodrift:test
 domain=${ZERODRIFT_TEST_DOMAIN:-10}
 console_port=8798
 revision=$(git -C "$root" rev-parse --short HEAD 2>/dev/null || echo unknown)
-programs=(gyro_publisher thermal_publisher compensation allan_monitor navigation_filter console discovery_server zerodrift)
+programs=(gyro_publisher thermal_publisher compensation allan_monitor navigation_filter ctl console discovery_server zerodrift)
 only='' given_image='' from_build='' keep=''
 while [ $# -gt 0 ]; do
   case $1 in

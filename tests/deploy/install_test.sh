@@ -22,6 +22,7 @@ programs='zerodrift
 zerodrift-allan-monitor
 zerodrift-compensation
 zerodrift-console
+zerodrift-ctl
 zerodrift-discovery-server
 zerodrift-gyro-publisher
 zerodrift-navigation-filter
@@ -79,7 +80,7 @@ simulates() {
 helps() {
   local command
   for command in $(sed -n 's/^zerodrift-//p' <<< "$programs"); do
-    "$prefix/bin/zerodrift" "$command" --help | grep -q -- --domain || { echo "$command"; return 1; }
+    "$prefix/bin/zerodrift" "$command" --help | grep -q -- --version || { echo "$command"; return 1; }
   done
 }
 serves_page() {
