@@ -25,7 +25,7 @@ fi
 part_of_ci() {
   local folder
   for folder in "$root"/tests/unit/*; do
-    case ${folder##*/} in dds|service|replay|console|zerodrift|comparison|diagnosis|report) continue ;; esac
+    case ${folder##*/} in dds|service|replay|console|control|zerodrift|comparison|diagnosis|report) continue ;; esac
     sed -n 's/^zerodrift_test(\([a-z0-9_]*\) LABEL .*/\1/p' "$folder/CMakeLists.txt"
   done
 }
