@@ -42,7 +42,7 @@ pids=()
 stop_all() {
   trap '' INT TERM
   [ ${#pids[@]} -eq 0 ] || kill -TERM "${pids[@]}" ${console_pid:-} 2>/dev/null || true
-  [ -z "${build_pid:-}" ] || kill -TERM -- "-$build_pid" 2>/dev/null || true   # a session of its own, with its compilers
+  [ -z "${build_pid:-}" ] || kill -TERM -- "-$build_pid" 2>/dev/null || true
   for _ in $(seq 20); do
     [ -n "$(jobs -pr)" ] || break
     sleep 0.1
@@ -95,8 +95,11 @@ fi
 
 if [ -n "$first_time" ]; then
   [ "$console" = off ] || echo "console: http://127.0.0.1:$console once it is built, which takes some minutes more"
-  setsid nice -n 19 "$root/deploy/setup.sh" > "$logs/build.log" 2>&1 &
+  # A group of its own, to be stopped with its compilers; of another session the kernel would not heed `nice`.
+  set -m
+  nice -n 19 "$root/deploy/setup.sh" > "$logs/build.log" 2>&1 &
   build_pid=$!
+  set +m
 fi
 
 "$bin/ctl" status --follow --until-finished "${network[@]}" &

@@ -4,7 +4,8 @@
 # BUILD_DIR where it would have built them. A line each: PASS or FAIL; exit code 1: something failed.
 set -uo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
-readonly built=$1/bin domain=229  # beyond those of tests/system/domains.h
+readonly domain=229  # beyond those of tests/system/domains.h
+built=$(cd "$1/bin" && pwd) || exit 2
 work=$(mktemp -d "${TMPDIR:-/tmp}/zerodrift_first_run.XXXXXX")
 trap '[ ! -s "$work/compiler" ] || kill "$(cat "$work/compiler")" 2>/dev/null; rm -rf "$work"' EXIT
 failed=0
