@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/core/time.h"
 #include "common/service/hop_latency.h"
 #include "services/console/metric_catalogue.h"
 #include "services/console/telemetry.h"
@@ -173,7 +174,7 @@ std::size_t add_service(Families& families, const telemetry::ServiceStatus& stat
   if (ended_in_order(status)) {
     if (!service::is_part(status.service()))
       families.add(metric::kServiceEnded, labels,
-                   static_cast<double>(time_ns(status.timestamp())) / 1e9);
+                   static_cast<double>(time_ns(status.timestamp())) / core::kNsPerS);
     return 0;
   }
   if (!service::is_part(status.service())) {
@@ -196,8 +197,9 @@ void add_gyro(Families& families, std::uint32_t id, const Gateway::GyroFigures& 
   const MetricLabels of{{"gyro", std::to_string(id)}};
   families.add(metric::kConsoleSamples, of, static_cast<double>(figures.samples));
   families.add(metric::kConsoleSamplesMissing, of, static_cast<double>(figures.missing));
-  families.add(metric::kLastSampleAge, of,
-               std::max(0.0, static_cast<double>(unix_ns - figures.newest_unix_ns) / 1e9));
+  families.add(
+      metric::kLastSampleAge, of,
+      std::max(0.0, static_cast<double>(unix_ns - figures.newest_unix_ns) / core::kNsPerS));
   const auto& newest = figures.newest;
   const std::array<double, 3> drift{newest.drift_deg_h().x(), newest.drift_deg_h().y(),
                                     newest.drift_deg_h().z()};

@@ -10,6 +10,7 @@
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
 #include "common/service/one_of.h"
+#include "common/service/replay_pacer.h"
 #include "common/service/sensor_clock.h"
 #include "common/service/time_option.h"
 
@@ -20,7 +21,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-constexpr auto kStopCheck = 100ms;
+using service::kStopCheck;
 constexpr auto kReopenEvery = 1000ms;
 
 }  // namespace

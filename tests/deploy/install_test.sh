@@ -80,7 +80,9 @@ simulates() {
 helps() {
   local command
   for command in $(sed -n 's/^zerodrift-//p' <<< "$programs"); do
-    "$prefix/bin/zerodrift" "$command" --help | grep -q -- --version || { echo "$command"; return 1; }
+    [ "$command" != ctl ] || command='ctl status'
+    # shellcheck disable=SC2086  # a command may be two words
+    "$prefix/bin/zerodrift" $command --help | grep -q -- --domain || { echo "$command"; return 1; }
   done
 }
 serves_page() {
