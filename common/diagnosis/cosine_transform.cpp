@@ -24,7 +24,8 @@ std::size_t largest_prime_factor(std::size_t n) {
   return std::max(largest, n);
 }
 
-// The shortest length from `least` on that has no prime factor above 5.
+}  // namespace
+
 std::size_t smooth_length(std::size_t least) {
   std::size_t shortest = std::bit_ceil(least);
   for (std::size_t five = 1; five < shortest; five *= 5) {
@@ -36,8 +37,6 @@ std::size_t smooth_length(std::size_t least) {
   }
   return shortest;
 }
-
-}  // namespace
 
 double laplacian_eigenvalue(std::size_t k, std::size_t n) noexcept {
   const double s =

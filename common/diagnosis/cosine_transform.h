@@ -21,6 +21,10 @@ namespace zerodrift::diagnosis {
 // differences.
 [[nodiscard]] double laplacian_eigenvalue(std::size_t k, std::size_t n) noexcept;
 
+// The shortest length from `least` on that has no prime factor above 5: Fourier transforms of such
+// are quick.
+[[nodiscard]] std::size_t smooth_length(std::size_t least);
+
 // A plan for one length. Any length: Makhoul's permutation (1980, IEEE ASSP 28, 27) and one complex
 // Fourier transform for two columns; lengths with a prime factor above 50 go through Bluestein's
 // convolution, at four times the price. O(n log n), 0.2 ms a column at n = 18000.

@@ -19,8 +19,8 @@ double mean_of(std::span<const double> values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-bool all_finite(std::span<const double> values) {
-  return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+Eigen::Map<Eigen::ArrayXd> array_of(std::vector<double>& values) {
+  return {values.data(), static_cast<Eigen::Index>(values.size())};
 }
 
 // Averages log BF(s) over the range of scales; the grid is fine enough for a factor smooth in log
@@ -131,7 +131,7 @@ std::optional<std::vector<SpectralColumn>> ColumnTransform::columns(
   constexpr double kConstant = 1e-10;  // of the largest value: what rounding leaves of a constant
   std::vector<SpectralColumn> result;
   for (std::vector<double>& v : values) {
-    if (v.size() != bands_.samples() || !all_finite(v)) return std::nullopt;
+    if (v.size() != bands_.samples() || !array_of(v).allFinite()) return std::nullopt;
     gaps_.apply(v);
   }
   for (std::size_t i = 0; i < values.size(); i += 2) {
@@ -145,16 +145,16 @@ std::optional<std::vector<SpectralColumn>> ColumnTransform::columns(
         largest[1] = largest[0];
         break;
       }
-      const double mean = mean_of(v);
-      double peak = 0.0;
-      double spread = 0.0;
-      for (double& x : v) {
-        peak = std::max(peak, std::abs(x));
-        x -= mean;
-        spread = std::max(spread, std::abs(x));
-      }
+      auto column = array_of(v);
+      const double peak = column.abs().maxCoeff();
+      column -= mean_of(v);
+      const double spread = column.abs().maxCoeff();
       largest[j] = spread > kConstant * peak ? spread : 0.0;
-      for (double& x : v) x = largest[j] > 0.0 ? x / largest[j] : 0.0;
+      if (largest[j] > 0.0) {
+        column /= largest[j];
+      } else {
+        column.setZero();
+      }
     }
     transform_.forward(values[i], values[second], cosine[0], cosine[1]);
     for (std::size_t j = 0; j < (second == i ? 1u : 2u); ++j) {

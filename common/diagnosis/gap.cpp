@@ -136,12 +136,12 @@ std::vector<double> model_noise(const twin::Model& model, core::Axis axis, doubl
     const twin::EffectDefinition* definition = twin::find_effect(spec.kind);
     if (definition == nullptr || spec.axis != axis || spec.parameters.empty()) continue;
     if (definition->family != twin::Family::kStochastic || !definition->spectrum.density) continue;
-    const auto parameters = twin::complete_parameters(*definition, spec.parameters);
+    const twin::Density density = definition->spectrum.density(
+        twin::complete_parameters(*definition, spec.parameters), interval_s);
     for (std::size_t k = 1; k < size; ++k) {
       const double frequency_hz =
           static_cast<double>(k) / (2.0 * static_cast<double>(size) * interval_s);
-      variances[k] +=
-          definition->spectrum.density(parameters, frequency_hz, interval_s) / (2.0 * interval_s);
+      variances[k] += density(frequency_hz) / (2.0 * interval_s);
     }
   }
   return variances;

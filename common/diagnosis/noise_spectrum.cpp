@@ -214,21 +214,24 @@ std::string_view name(NoiseKind kind) noexcept {
   return "";
 }
 
-double unit_spectrum(const NoiseTerm& term, double eigenvalue, double interval_s) noexcept {
-  switch (term.kind) {
+UnitSpectrum::UnitSpectrum(const NoiseTerm& term, double interval_s) noexcept
+    : kind_(term.kind),
+      interval_s_(interval_s),
+      memory_(kind_ == NoiseKind::kMarkov ? std::exp(-interval_s / term.correlation_s) : 0.0),
+      forgets_(kind_ == NoiseKind::kMarkov ? -std::expm1(-interval_s / term.correlation_s) : 1.0) {}
+
+double UnitSpectrum::operator()(double eigenvalue) const noexcept {
+  switch (kind_) {
     case NoiseKind::kWhite:
-      return 1.0 / interval_s;
+      return 1.0 / interval_s_;
     case NoiseKind::kFlicker:
       return 1.0 / std::sqrt(eigenvalue);
     case NoiseKind::kRandomWalk:
-      return interval_s / eigenvalue;
+      return interval_s_ / eigenvalue;
     case NoiseKind::kQuantization:
-      return eigenvalue / (interval_s * interval_s);
-    case NoiseKind::kMarkov: {
-      const double memory = std::exp(-interval_s / term.correlation_s);
-      const double forgets = -std::expm1(-interval_s / term.correlation_s);
-      return forgets * (1.0 + memory) / (forgets * forgets + memory * eigenvalue);
-    }
+      return eigenvalue / (interval_s_ * interval_s_);
+    case NoiseKind::kMarkov:
+      return forgets_ * (1.0 + memory_) / (forgets_ * forgets_ + memory_ * eigenvalue);
   }
   assert(false && "no such noise");
   return 0.0;
@@ -279,6 +282,8 @@ SpectralBands::SpectralBands(std::size_t samples, std::size_t single_coefficient
     k = std::min(std::max(next, k + 1), samples);
   }
   first_.push_back(samples);
+  eigenvalues_.resize(samples);
+  for (std::size_t i = 0; i < samples; ++i) eigenvalues_[i] = laplacian_eigenvalue(i, samples);
 }
 
 NoiseDictionary::NoiseDictionary(const SpectralBands& bands, double interval_s,
@@ -295,12 +300,11 @@ NoiseDictionary::NoiseDictionary(const SpectralBands& bands, double interval_s,
   const auto terms = static_cast<Eigen::Index>(terms_.size());
   spectra_.setZero(bands.rows(), terms);
   for (Eigen::Index m = 0; m < terms; ++m) {
+    const UnitSpectrum spectrum(terms_[static_cast<std::size_t>(m)], interval_s);
     for (Eigen::Index row = 0; row < bands.rows(); ++row) {
       double sum = 0.0;
-      for (std::size_t k = bands.first(row); k < bands.first(row + 1); ++k) {
-        sum += unit_spectrum(terms_[static_cast<std::size_t>(m)],
-                             laplacian_eigenvalue(k, bands.samples()), interval_s);
-      }
+      for (std::size_t k = bands.first(row); k < bands.first(row + 1); ++k)
+        sum += spectrum(bands.eigenvalue(k));
       spectra_(row, m) = sum / bands.count(row);
     }
   }

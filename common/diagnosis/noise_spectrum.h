@@ -31,8 +31,22 @@ struct NoiseTerm {
 };
 
 // Variance of a coefficient of the given eigenvalue for a squared noise coefficient of 1.
-[[nodiscard]] double unit_spectrum(const NoiseTerm& term, double eigenvalue,
-                                   double interval_s) noexcept;
+class UnitSpectrum {
+ public:
+  UnitSpectrum(const NoiseTerm& term, double interval_s) noexcept;
+
+  [[nodiscard]] double operator()(double eigenvalue) const noexcept;
+
+ private:
+  NoiseKind kind_;
+  double interval_s_;
+  double memory_;   // Markov: from sample to sample
+  double forgets_;  // 1 - memory
+};
+[[nodiscard]] inline double unit_spectrum(const NoiseTerm& term, double eigenvalue,
+                                          double interval_s) noexcept {
+  return UnitSpectrum(term, interval_s)(eigenvalue);
+}
 
 // White, flicker, random walk, quantisation, and Markov at correlation times a factor of four apart
 // from ten samples to an eighth of the record.
@@ -76,11 +90,14 @@ class SpectralBands {
   [[nodiscard]] double count(Eigen::Index row) const {
     return static_cast<double>(first(row + 1) - first(row));
   }
+  // laplacian_eigenvalue() of coefficient k.
+  [[nodiscard]] double eigenvalue(std::size_t k) const { return eigenvalues_[k]; }
 
  private:
   std::size_t samples_;
   Eigen::Index singles_;
   std::vector<std::size_t> first_;
+  std::vector<double> eigenvalues_;
 };
 
 // Columns of a regression and the series in the cosine domain. Singles are rows; a bin is the

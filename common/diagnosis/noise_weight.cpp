@@ -18,11 +18,12 @@ std::vector<double> dct_variances(std::span<const NoiseTerm> terms, std::span<co
                                   std::size_t size, double interval_s) {
   core::require(terms.size() == squares.size(), "each noise term has its square");
   std::vector<double> variances(size, 0.0);
+  std::vector<double> eigenvalues(size);
+  for (std::size_t k = 1; k < size; ++k) eigenvalues[k] = laplacian_eigenvalue(k, size);
   for (std::size_t t = 0; t < terms.size(); ++t) {
     if (squares[t] == 0.0) continue;
-    for (std::size_t k = 1; k < size; ++k)
-      variances[k] +=
-          squares[t] * unit_spectrum(terms[t], laplacian_eigenvalue(k, size), interval_s);
+    const UnitSpectrum spectrum(terms[t], interval_s);
+    for (std::size_t k = 1; k < size; ++k) variances[k] += squares[t] * spectrum(eigenvalues[k]);
   }
   return variances;
 }

@@ -11,13 +11,14 @@
 #include <unsupported/Eigen/FFT>
 #include <utility>
 
+#include "common/diagnosis/cosine_transform.h"
 #include "common/diagnosis/median.h"
 
 namespace zerodrift::diagnosis {
 namespace {
 
 constexpr double kBinsPerCycle = 4.0;
-constexpr double kStepsPerCycle = 2.0;  // frequency steps within one resolution cell
+constexpr std::size_t kStepsPerCycle = 2;  // frequency steps within one resolution cell
 
 using Complex = std::complex<double>;
 
@@ -75,8 +76,8 @@ Periodogram scan_power(std::span<const double> weighted, std::span<const double>
   const double cycles = highest * range;
   if (!(cycles > scan.lowest_cycles)) return result;
   const auto bins = static_cast<std::size_t>(std::ceil(cycles * kBinsPerCycle));
-  std::size_t padded = 1;
-  while (padded < static_cast<std::size_t>(kStepsPerCycle) * bins) padded *= 2;
+  // Real ones are quickest at multiples of four.
+  const std::size_t padded = 4 * smooth_length((kStepsPerCycle * bins + 3) / 4);
   std::vector<double> binned(padded, 0.0);
   const double per_unit = static_cast<double>(bins - 1) / range;
   for (std::size_t i = 0; i < weighted.size(); ++i)

@@ -20,6 +20,7 @@
 #include "common/diagnosis/noise_weight.h"
 #include "common/diagnosis/search_result.h"
 #include "common/diagnosis/stochastic_effects.h"
+#include "common/diagnosis/thinning.h"
 #include "common/diagnosis/unknown_effect.h"
 #include "common/twin/effect_catalogue.h"
 
@@ -31,18 +32,24 @@ using twin::ParameterRole;
 
 namespace {
 
-// Where what the known effects alone leave of the residual oscillates or steps, against its noise.
-Scans scans_of(const SearchProblem& problem, const TrialInput& input) {
+// What the known effects alone leave of the residual, over its noise.
+struct WeightedResidual {
+  std::vector<double> weighted{};
+  std::vector<double> variances{};
+};
+
+std::optional<WeightedResidual> weighted_residual(const SearchProblem& problem,
+                                                  const TrialInput& input) {
   const auto noise = fit_noise_beside(problem, search_options(input.options));
-  if (!noise) return {};
+  if (!noise) return std::nullopt;
   std::vector<double> left(problem.series.begin(), problem.series.end());
   take_off_corrections(left, noise->corrections, problem);
   const std::size_t quick = quick_length(left.size());
-  const auto variances =
-      dct_variances(noise->noise_terms, noise->noise_squares, quick, input.series.interval_s);
-  auto weighted = divided_by_noise(std::span(left).first(quick), variances);
-  weighted.resize(left.size(), 0.0);
-  return scan_residual(weighted, variances, input.playback, input.axis);
+  WeightedResidual residual{.variances = dct_variances(noise->noise_terms, noise->noise_squares,
+                                                       quick, input.series.interval_s)};
+  residual.weighted = divided_by_noise(std::span(left).first(quick), residual.variances);
+  residual.weighted.resize(left.size(), 0.0);
+  return residual;
 }
 
 // Whether coefficients come from this very record: they leave the rest of their forms in it.
@@ -52,8 +59,12 @@ bool is_fitted_here(const TrialInput& input) {
 
 Lineup line_up(const twin::Model& model, const TrialInput& input, const SearchProblem& problem,
                const std::vector<InputChannel>& channels, std::vector<NotTestable>& not_testable) {
-  Candidates found =
-      candidates(input.series, input.playback, model, input.axis, scans_of(problem, input));
+  const auto residual = weighted_residual(problem, input);
+  const Scans scans =
+      residual ? scan_residual(residual->weighted, residual->variances, input.playback, input.axis)
+               : Scans{};
+  Candidates found = candidates(input.series, input.playback, model, input.axis, scans);
+  if (residual) thin_out(found.testable, input.playback, residual->weighted, residual->variances);
   not_testable.insert(not_testable.end(), found.not_testable.begin(), found.not_testable.end());
   Lineup lineup;
   for (Candidate& candidate : found.testable) {

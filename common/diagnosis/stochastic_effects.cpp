@@ -35,25 +35,23 @@ struct Hypothesis {
 class Likelihoods {
  public:
   Likelihoods(const NoiseQuestion& question, const SearchOptions& options)
-      : question_(question), options_(options) {}
+      : Likelihoods(question.problem.interval_s, options.noise_fit,
+                    Board(without_groups(question.problem), options)) {}
 
   [[nodiscard]] Hypothesis of(const std::vector<KnownNoise>& known) const {
-    const SearchProblem problem = with_noise(known);
-    const Board board(problem, options_);
-    const NoiseFit fit = board.fit(board.known());
+    const NoiseDictionary dictionary = dictionary_of(known);
+    const NoiseFit fit = fit_noise(rows_, dictionary, options_);
     return {fit.log_likelihood,
-            board.dictionary().terms(),
+            dictionary.terms(),
             {fit.squares.data(), fit.squares.data() + fit.squares.size()}};
   }
 
   // Log likelihood of these squares.
   [[nodiscard]] double at(const std::vector<KnownNoise>& known,
                           const std::vector<double>& squares) const {
-    const SearchProblem problem = with_noise(known);
-    const Board board(problem, options_);
     const Eigen::Map<const Eigen::VectorXd> values(squares.data(),
                                                    static_cast<Eigen::Index>(squares.size()));
-    return restricted_log_likelihood(board.rows(board.known()), board.dictionary(), values);
+    return restricted_log_likelihood(rows_, dictionary_of(known), values);
   }
 
   // What holding the first `held` terms at their values costs, nats: the likelihood that the free
@@ -68,15 +66,25 @@ class Likelihoods {
   }
 
  private:
-  [[nodiscard]] SearchProblem with_noise(const std::vector<KnownNoise>& known) const {
-    SearchProblem problem = question_.problem;
+  Likelihoods(double interval_s, const NoiseFitOptions& options, const Board& board)
+      : interval_s_(interval_s),
+        options_(options),
+        bands_(board.bands()),
+        rows_(board.rows(board.known())) {}
+
+  static SearchProblem without_groups(SearchProblem problem) {
     problem.groups.clear();
-    problem.noise = {known, UnlistedNoise::kExcluded};
     return problem;
   }
 
-  const NoiseQuestion& question_;
-  const SearchOptions& options_;
+  [[nodiscard]] NoiseDictionary dictionary_of(const std::vector<KnownNoise>& known) const {
+    return {bands_, interval_s_, {known, UnlistedNoise::kExcluded}};
+  }
+
+  double interval_s_;
+  const NoiseFitOptions& options_;
+  SpectralBands bands_;
+  RowSystem rows_;  // of the series and the known columns
 };
 
 // Variance of the valid samples; 0 where they stand still.

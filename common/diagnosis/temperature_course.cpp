@@ -26,48 +26,100 @@ struct LocalFit {
   double slope_error = 0.0;  // of readings with an error of 1
 };
 
-// A polynomial through the readings within `half` intervals of `centre`, with fewer terms where
+// A polynomial through the readings within `half` intervals of a place, with fewer terms where
 // there are too few readings. Nothing beyond the readings: an outage is bridged, not extrapolated
 // into.
 template <int kTerms>
-std::optional<LocalFit> local_fit(const std::vector<double>& values, std::size_t centre,
-                                  std::size_t half) {
-  const std::size_t begin = centre > half ? centre - half : 0;
-  const std::size_t end = std::min(centre + half + 1, values.size());
+class LocalPolynomial {
+ public:
+  explicit LocalPolynomial(std::size_t half) : half_(half), rows_(kTerms, 2 * half + 1) {
+    for (Eigen::Index i = 0; i < rows_.cols(); ++i) {
+      const double x = (static_cast<double>(i) - static_cast<double>(half)) / width();
+      rows_(0, i) = 1.0;
+      for (int term = 1; term < kTerms; ++term) rows_(term, i) = x * rows_(term - 1, i);
+    }
+    for (Eigen::Index i = 0; i < rows_.cols(); ++i)
+      all_.normal += rows_.col(i) * rows_.col(i).transpose();
+    all_.readings = static_cast<int>(rows_.cols());
+    if (all_.readings >= kEnough) of_all_ = solver_of(all_);
+  }
+
+  [[nodiscard]] std::optional<LocalFit> at(const std::vector<double>& values,
+                                           std::size_t centre) const {
+    const std::size_t begin = centre > half_ ? centre - half_ : 0;
+    const std::size_t end = std::min(centre + half_ + 1, values.size());
+    const auto row = [&](std::size_t i) {
+      return rows_.col(static_cast<Eigen::Index>(i + half_ - centre));
+    };
+    Terms right = Terms::Zero();
+    int readings = 0;
+    bool before = false;
+    bool after = false;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (std::isnan(values[i])) continue;
+      before = before || i <= centre;
+      after = after || i >= centre;
+      right += row(i) * values[i];
+      ++readings;
+    }
+    if (!before || !after) return std::nullopt;
+    if (readings == all_.readings && of_all_) return fitted(*of_all_, right);
+    Window window{.readings = readings};
+    for (std::size_t i = begin; i < end; ++i) {
+      if (!std::isnan(values[i])) window.normal += row(i) * row(i).transpose();
+    }
+    return fitted(solver_of(window), right);
+  }
+
+ private:
   using Terms = Eigen::Matrix<double, kTerms, 1>;
-  Eigen::Matrix<double, kTerms, kTerms> normal = Eigen::Matrix<double, kTerms, kTerms>::Zero();
-  Terms right = Terms::Zero();
-  int readings = 0;
-  bool before = false;
-  bool after = false;
-  for (std::size_t i = begin; i < end; ++i) {
-    if (std::isnan(values[i])) continue;
-    before = before || i <= centre;
-    after = after || i >= centre;
-    const double x =
-        (static_cast<double>(i) - static_cast<double>(centre)) / static_cast<double>(half);
-    Terms row = Terms::Ones();
-    for (int term = 1; term < kTerms; ++term) row(term) = x * row(term - 1);
-    normal += row * row.transpose();
-    right += row * values[i];
-    ++readings;
+  static constexpr int kEnough = 3 * kTerms - 1;  // readings for all terms
+
+  struct Window {
+    Eigen::Matrix<double, kTerms, kTerms> normal = Eigen::Matrix<double, kTerms, kTerms>::Zero();
+    int readings = 0;
+  };
+
+  // What doesn't depend on the values.
+  struct Solver {
+    Eigen::LDLT<Eigen::MatrixXd> factor;
+    Eigen::Index terms = 1;
+    double readings = 0.0;
+    double slope_error = 0.0;
+  };
+
+  [[nodiscard]] double width() const { return static_cast<double>(half_); }
+
+  [[nodiscard]] Solver solver_of(const Window& window) const {
+    Solver solver;
+    solver.readings = window.readings;
+    solver.terms = window.readings >= kEnough ? kTerms : window.readings >= 2 ? 2 : 1;
+    solver.factor.compute(window.normal.topLeftCorner(solver.terms, solver.terms));
+    if (solver.terms > 1) {
+      const Eigen::VectorXd unit = Eigen::VectorXd::Unit(solver.terms, 1);
+      solver.slope_error = std::sqrt(std::max(0.0, solver.factor.solve(unit)(1))) / width();
+    }
+    return solver;
   }
-  if (!before || !after) return std::nullopt;
-  const Eigen::Index terms = readings >= 3 * kTerms - 1 ? kTerms : readings >= 2 ? 2 : 1;
-  const auto factor = normal.topLeftCorner(terms, terms).ldlt();
-  const Eigen::VectorXd c = factor.solve(right.head(terms)).eval();
-  if (!c.allFinite()) return std::nullopt;
-  const double width = static_cast<double>(half);
-  LocalFit fit{.value = c(0), .slope = 0.0, .curvature = 0.0};
-  fit.readings = static_cast<double>(readings);
-  if (terms > 1) {
-    fit.slope = c(1) / width;
-    const Eigen::VectorXd unit = Eigen::VectorXd::Unit(terms, 1);
-    fit.slope_error = std::sqrt(std::max(0.0, factor.solve(unit)(1))) / width;
+
+  [[nodiscard]] std::optional<LocalFit> fitted(const Solver& solver, const Terms& right) const {
+    const Eigen::VectorXd c = solver.factor.solve(right.head(solver.terms)).eval();
+    if (!c.allFinite()) return std::nullopt;
+    LocalFit fit{.value = c(0),
+                 .slope = 0.0,
+                 .curvature = 0.0,
+                 .readings = solver.readings,
+                 .slope_error = solver.slope_error};
+    if (solver.terms > 1) fit.slope = c(1) / width();
+    if (solver.terms > 2) fit.curvature = 2.0 * c(2) / (width() * width());
+    return fit;
   }
-  if (terms > 2) fit.curvature = 2.0 * c(2) / (width * width);
-  return fit;
-}
+
+  std::size_t half_;
+  Eigen::Matrix<double, kTerms, Eigen::Dynamic> rows_;  // powers of the distance, one a place
+  Window all_;                                          // of readings everywhere
+  std::optional<Solver> of_all_;
+};
 
 // Of the readings, from their differences in the order of time.
 struct ReadingErrors {
@@ -102,17 +154,34 @@ struct ReadingErrors {
 };
 
 // The quartic where the two slopes differ by more than their errors.
-LocalFit chosen_fit(const std::vector<double>& values, std::size_t centre, std::size_t half,
-                    const ReadingErrors& errors) {
-  const auto usual = local_fit<3>(values, centre, half);
-  if (!usual) return {};
-  const double shorter_half = static_cast<double>(half) / std::numbers::sqrt2;
-  const auto shorter = static_cast<std::size_t>(std::max(1.0, std::round(shorter_half)));
-  const auto quick = local_fit<5>(values, centre, shorter);
-  if (!quick) return *usual;
-  const double error = errors.of_slope(*usual, half) + errors.of_slope(*quick, shorter);
-  return std::abs(quick->slope - usual->slope) > error ? *quick : *usual;
-}
+class ChosenFit {
+ public:
+  ChosenFit(const std::vector<double>& values, std::size_t half)
+      : values_(values),
+        errors_(values),
+        half_(half),
+        shorter_(static_cast<std::size_t>(
+            std::max(1.0, std::round(static_cast<double>(half) / std::numbers::sqrt2)))),
+        quadratic_(half_),
+        quartic_(shorter_) {}
+
+  [[nodiscard]] LocalFit at(std::size_t centre) const {
+    const auto usual = quadratic_.at(values_, centre);
+    if (!usual) return {};
+    const auto quick = quartic_.at(values_, centre);
+    if (!quick) return *usual;
+    const double error = errors_.of_slope(*usual, half_) + errors_.of_slope(*quick, shorter_);
+    return std::abs(quick->slope - usual->slope) > error ? *quick : *usual;
+  }
+
+ private:
+  const std::vector<double>& values_;
+  ReadingErrors errors_;
+  std::size_t half_;
+  std::size_t shorter_;
+  LocalPolynomial<3> quadratic_;
+  LocalPolynomial<5> quartic_;
+};
 
 }  // namespace
 
@@ -135,10 +204,10 @@ std::vector<double> bridged(std::vector<double> values) {
 TemperatureCourse temperature_course(const std::vector<double>& readings_degc, double interval_s,
                                      double half_window_s) {
   const auto half = static_cast<std::size_t>(std::max(1.0, std::round(half_window_s / interval_s)));
-  const ReadingErrors errors(readings_degc);
+  const ChosenFit fits(readings_degc, half);
   TemperatureCourse course;
   for (std::size_t i = 0; i < readings_degc.size(); ++i) {
-    const LocalFit fit = chosen_fit(readings_degc, i, half, errors);
+    const LocalFit fit = fits.at(i);
     course.degc.push_back(fit.value);
     course.degc_per_s.push_back(fit.slope / interval_s);
     course.degc_per_s2.push_back(fit.curvature / (interval_s * interval_s));

@@ -159,15 +159,17 @@ struct TwoLevels {
   double down_s = 0.0;
 };
 
+// One-sided power spectral density of the rate, (rad/s)²/Hz, at 0 < frequency_hz <=
+// 1/(2 interval_s); its integral up to there is the variance where that exists.
+using Density = std::function<double(double frequency_hz)>;
+
 // A stochastic effect's spectrum.
 struct Spectrum {
   // The parameter whose square the density is proportional to.
   std::string scale;
-  // One-sided power spectral density of the rate, (rad/s)²/Hz, of the series that the effect makes
-  // at this interval, at 0 < frequency_hz <= 1/(2 interval_s); its integral up to there is the
-  // variance where that exists. `parameters` is complete (see complete_parameters()).
-  std::function<double(const Parameters& parameters, double frequency_hz, double interval_s)>
-      density;
+  // Of the series that the effect makes at this interval. `parameters` is complete (see
+  // complete_parameters()).
+  std::function<Density(const Parameters& parameters, double interval_s)> density;
   NoiseLaw law = NoiseLaw::kNone;
   double si_per_unit = 0.0;  // of the scale, as the law has it
   // kFirstOrder and kTwoLevel: from complete parameters. Then the parameters that mean it, each of

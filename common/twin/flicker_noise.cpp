@@ -35,15 +35,19 @@ double level_variance(const FlickerNoiseOptions& options) noexcept {
 
 }  // namespace
 
-double flicker_density(const FlickerNoiseOptions& options, double frequency_hz,
-                       double interval_s) noexcept {
-  double sum = 0.0;
-  double correlation_s = options.shortest_correlation_s;
-  for (;; correlation_s *= 2.0) {
-    sum += first_order_density(1.0, correlation_s, frequency_hz, interval_s);
+FlickerDensity::FlickerDensity(const FlickerNoiseOptions& options, double interval_s)
+    : interval_s_(interval_s), level_variance_(level_variance(options)) {
+  for (double correlation_s = options.shortest_correlation_s;; correlation_s *= 2.0) {
+    levels_.emplace_back(1.0, correlation_s, interval_s);
     if (correlation_s >= options.longest_correlation_s) break;
   }
-  return level_variance(options) * sum;
+}
+
+double FlickerDensity::operator()(double frequency_hz) const noexcept {
+  const double sine = half_angle(frequency_hz, interval_s_);
+  double sum = 0.0;
+  for (const FirstOrderDensity& level : levels_) sum += level.at(sine);
+  return level_variance_ * sum;
 }
 
 FlickerNoise::FlickerNoise(const FlickerNoiseOptions& options, double interval_s,

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/twin/random.h"
+#include "common/twin/spectrum.h"
 
 namespace zerodrift::twin {
 
@@ -19,8 +20,17 @@ struct FlickerNoiseOptions {
 // One-sided power spectral density of FlickerNoise at this interval, in its unit squared per Hz:
 // within 2 % of B²/(pi f) for 1/f from 150 times the shortest (or 250 times interval_s, where that
 // is longer) to 1/4 of the longest correlation time.
-[[nodiscard]] double flicker_density(const FlickerNoiseOptions& options, double frequency_hz,
-                                     double interval_s) noexcept;
+class FlickerDensity {
+ public:
+  FlickerDensity(const FlickerNoiseOptions& options, double interval_s);
+
+  double operator()(double frequency_hz) const noexcept;
+
+ private:
+  double interval_s_;
+  double level_variance_;
+  std::vector<FirstOrderDensity> levels_;  // of unit variance
+};
 
 // Flicker of bias instability B has the one-sided spectrum B²/(pi f) and the flat Allan variance
 // (2 ln2/pi) B² (IEEE Std 952-1997, Annex C). A Markov process of variance s² and correlation time

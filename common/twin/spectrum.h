@@ -9,6 +9,11 @@
 
 namespace zerodrift::twin {
 
+// sin(pi f dt).
+inline double half_angle(double frequency_hz, double interval_s) noexcept {
+  return std::sin(std::numbers::pi * frequency_hz * interval_s);
+}
+
 // White, of this variance.
 inline double white_density(double variance, double interval_s) noexcept {
   return 2.0 * variance * interval_s;
@@ -16,13 +21,27 @@ inline double white_density(double variance, double interval_s) noexcept {
 
 // First-order Markov: a series of this variance whose correlation falls by exp(-interval_s/tau)
 // from sample to sample. Far below 1/interval_s it is 4 variance tau/(1 + (2 pi f tau)²).
-inline double first_order_density(double variance, double tau_s, double frequency_hz,
-                                  double interval_s) noexcept {
-  const double memory = std::exp(-interval_s / tau_s);
-  const double lost = -std::expm1(-interval_s / tau_s);
-  const double half_angle = std::sin(std::numbers::pi * frequency_hz * interval_s);
-  return white_density(variance * lost * (1.0 + memory), interval_s) /
-         (lost * lost + 4.0 * memory * half_angle * half_angle);
-}
+class FirstOrderDensity {
+ public:
+  FirstOrderDensity(double variance, double tau_s, double interval_s) noexcept
+      : interval_s_(interval_s),
+        memory_(std::exp(-interval_s / tau_s)),
+        lost_(-std::expm1(-interval_s / tau_s)),
+        white_(white_density(variance * lost_ * (1.0 + memory_), interval_s)) {}
+
+  double operator()(double frequency_hz) const noexcept {
+    return at(half_angle(frequency_hz, interval_s_));
+  }
+  // At sin(pi frequency_hz interval_s).
+  [[nodiscard]] double at(double half_angle) const noexcept {
+    return white_ / (lost_ * lost_ + 4.0 * memory_ * half_angle * half_angle);
+  }
+
+ private:
+  double interval_s_;
+  double memory_;
+  double lost_;
+  double white_;
+};
 
 }  // namespace zerodrift::twin

@@ -15,8 +15,8 @@ FlickerNoiseOptions options_of(const Parameters& parameters) {
 }
 
 // B²/(pi f) between the ends of the range.
-double density(const Parameters& parameters, double frequency_hz, double interval_s) {
-  return flicker_density(options_of(parameters), frequency_hz, interval_s);
+Density density(const Parameters& parameters, double interval_s) {
+  return FlickerDensity(options_of(parameters), interval_s);
 }
 
 class BiasInstability final : public Effect {

@@ -11,10 +11,9 @@
 namespace zerodrift::twin::effects {
 namespace {
 
-double density(const Parameters& parameters, double frequency_hz, double interval_s) {
+Density density(const Parameters& parameters, double interval_s) {
   const double sigma_radps = core::radps_from_deg_h(parameters.at("sigma_deg_h"));
-  return first_order_density(sigma_radps * sigma_radps, parameters.at("tau_s"), frequency_hz,
-                             interval_s);
+  return FirstOrderDensity(sigma_radps * sigma_radps, parameters.at("tau_s"), interval_s);
 }
 
 FirstOrder first_order(const Parameters& parameters) {

@@ -4,10 +4,10 @@
 //     rate = (round(theta_k / q) - round(theta_(k-1) / q)) q / dt
 // Allan variance 3 Q²/tau² with Q = q/sqrt(12). Default: 0.1 arcsec a count.
 #include <cmath>
-#include <numbers>
 
 #include "common/core/units.h"
 #include "common/twin/effect_parts.h"
+#include "common/twin/spectrum.h"
 
 namespace zerodrift::twin::effects {
 namespace {
@@ -38,10 +38,12 @@ class Quantization final : public Effect {
 
 // The difference of white rounding errors of variance q²/12:
 //     8 (q²/12) sin²(pi f dt)/dt, far below 1/dt the 2 Q² dt (2 pi f)² of IEEE Std 952
-double density(const Parameters& parameters, double frequency_hz, double interval_s) {
+Density density(const Parameters& parameters, double interval_s) {
   const double step_rad = parameters.at("step_arcsec") * kRadPerArcsec;
-  const double half_angle = std::sin(std::numbers::pi * frequency_hz * interval_s);
-  return 8.0 / 12.0 * step_rad * step_rad * half_angle * half_angle / interval_s;
+  return [step_rad, interval_s](double frequency_hz) {
+    const double sine = half_angle(frequency_hz, interval_s);
+    return 8.0 / 12.0 * step_rad * step_rad * sine * sine / interval_s;
+  };
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 // Random walk of the rate, from 0 at the first sample. Allan variance K² tau/3.
 // Default: 0.05 deg/h^1.5.
 #include <cmath>
-#include <numbers>
 
 #include "common/core/units.h"
 #include "common/twin/effect_parts.h"
@@ -17,9 +16,11 @@ double step_radps(const Parameters& parameters, double interval_s) {
 }
 
 // Of the sum of white steps: 2 K²/(2 pi f)² far below 1/dt.
-double density(const Parameters& parameters, double frequency_hz, double interval_s) {
-  const double increment = 2.0 * std::sin(std::numbers::pi * frequency_hz * interval_s);
-  return white_density(std::pow(step_radps(parameters, interval_s) / increment, 2.0), interval_s);
+Density density(const Parameters& parameters, double interval_s) {
+  return [step = step_radps(parameters, interval_s), interval_s](double frequency_hz) {
+    const double increment = 2.0 * half_angle(frequency_hz, interval_s);
+    return white_density(std::pow(step / increment, 2.0), interval_s);
+  };
 }
 
 class RateRandomWalk final : public Effect {

@@ -26,12 +26,12 @@ Switching switching_of(const Parameters& parameters) {
 }
 
 // That of a Markov process of the same variance and correlation.
-double density(const Parameters& parameters, double frequency_hz, double interval_s) {
+Density density(const Parameters& parameters, double interval_s) {
   const Switching switching = switching_of(parameters);
   const double amplitude_radps = core::radps_from_deg_h(parameters.at("amplitude_deg_h"));
   const double variance =
       amplitude_radps * amplitude_radps * switching.share_up * (1.0 - switching.share_up);
-  return first_order_density(variance, switching.tau_s, frequency_hz, interval_s);
+  return FirstOrderDensity(variance, switching.tau_s, interval_s);
 }
 
 FirstOrder first_order(const Parameters& parameters) {

@@ -17,9 +17,9 @@ inline double white_deviation_radps(const Parameters& parameters, double interva
 
 // Its spectrum, 2 N²; N where nothing makes it grow.
 inline Spectrum white_spectrum() {
-  const auto density = [](const Parameters& parameters, double /*frequency_hz*/,
-                          double interval_s) {
-    return white_density(std::pow(white_deviation_radps(parameters, interval_s), 2.0), interval_s);
+  const auto density = [](const Parameters& parameters, double interval_s) -> Density {
+    const double variance = std::pow(white_deviation_radps(parameters, interval_s), 2.0);
+    return [level = white_density(variance, interval_s)](double /*frequency_hz*/) { return level; };
   };
   return {"coefficient_deg_per_sqrt_h", density, NoiseLaw::kWhite, core::kRadPerDeg / 60.0};
 }

@@ -39,6 +39,37 @@ TEST(OscillationScanScenario, FindsFringesAlongATemperatureThatGoesUpAndDown) {
   EXPECT_NEAR(peaks.frequencies.front(), 1.0 / 3.7, 1.0 / 320.0);
 }
 
+// Whatever its frequency is to the steps: a scan that fell by half between two of them would rank
+// by chance.
+TEST(OscillationScanLaws, ASignalBetweenTwoStepsCountsNearlyAsMuch) {
+  constexpr int kSeeds = 20;
+  for (const std::size_t size : {10'000U, 8192U, 6007U}) {
+    std::vector<double> phase(size);
+    std::iota(phase.begin(), phase.end(), 0.0);
+    const double cell = 1.0 / static_cast<double>(size - 1);
+    double least = std::numeric_limits<double>::infinity();
+    double most = 0.0;
+    for (int eighth = 0; eighth < 8; ++eighth) {
+      const double frequency = (321.0 + eighth / 8.0) * cell;
+      double mean = 0.0;
+      for (int seed = 0; seed < kSeeds; ++seed) {
+        auto series = white(size, 100 + static_cast<std::uint64_t>(seed));
+        for (std::size_t i = 0; i < size; ++i)
+          series[i] += 0.3 * std::cos(kTurn * frequency * phase[i] + seed);
+        const auto peaks = oscillation_peaks(series, phase, {.highest_frequency = 0.25});
+        ASSERT_FALSE(peaks.frequencies.empty());
+        EXPECT_NEAR(peaks.frequencies.front(), frequency, 0.6 * cell) << size << ' ' << eighth;
+        mean += peaks.ratios.front() / kSeeds;
+      }
+      least = std::min(least, mean);
+      most = std::max(most, mean);
+    }
+    // sinc²(1/4) = .81 in the middle of two steps, sinc²(1/2) = .41 if they were twice as wide;
+    // means are good to 3 %.
+    EXPECT_GT(least, 0.65 * most) << size;
+  }
+}
+
 TEST(OscillationScanScenario, FindsALineInTime) {
   constexpr std::size_t kSize = 10'000;
   auto series = white(kSize, 2);

@@ -158,10 +158,10 @@ TEST_P(EveryEffectLaws, StochasticOnesAndOnlyTheyHaveASpectrum) {
   if (!spectrum.density) return;
   Parameters parameters = complete_parameters(definition(), {});
   ASSERT_EQ(parameters.count(spectrum.scale), 1U);
-  const double density = spectrum.density(parameters, 0.01, 1.0);
+  const double density = spectrum.density(parameters, 1.0)(0.01);
   parameters[spectrum.scale] *= 3.0;
   // Two products and a quotient: a few units in the last place.
-  EXPECT_NEAR(spectrum.density(parameters, 0.01, 1.0) / density, 9.0, 1e-13);
+  EXPECT_NEAR(spectrum.density(parameters, 1.0)(0.01) / density, 9.0, 1e-13);
 }
 
 TEST_P(EveryEffectLaws, ContributionsAddUpAsAmplitudesDo) {

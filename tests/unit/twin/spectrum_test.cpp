@@ -21,11 +21,9 @@ using std::numbers::pi;
 
 const Parameters kDefaults{};
 
-double density(const std::string& kind, const Parameters& given, double frequency_hz,
-               double interval_s) {
+Density density_of(const std::string& kind, const Parameters& given, double interval_s) {
   const EffectDefinition& definition = *find_effect(kind);
-  return definition.spectrum.density(complete_parameters(definition, given), frequency_hz,
-                                     interval_s);
+  return definition.spectrum.density(complete_parameters(definition, given), interval_s);
 }
 
 // Allan variance at a cluster of m samples of a series with this density, by
@@ -35,12 +33,13 @@ double density(const std::string& kind, const Parameters& given, double frequenc
 double allan_variance(const std::string& kind, const Parameters& given, int m, double interval_s,
                       int points = 1 << 14) {
   const double step_hz = 0.5 / interval_s / points;
+  const Density density = density_of(kind, given, interval_s);
   double sum = 0.0;
   for (int i = 0; i < points; ++i) {
     const double frequency_hz = (i + 0.5) * step_hz;
     const double x = pi * frequency_hz * interval_s;
     const double transfer = 2.0 * std::pow(std::sin(m * x), 4.0) / std::pow(m * std::sin(x), 2.0);
-    sum += density(kind, given, frequency_hz, interval_s) * transfer;
+    sum += density(frequency_hz) * transfer;
   }
   return sum * step_hz;
 }
@@ -95,10 +94,11 @@ TEST(SpectrumLaws, BiasInstabilityIsFlickerOfItsCoefficient) {
   EXPECT_NEAR(found / (2.0 * std::numbers::ln2 / pi * b * b), 1.0, 0.04);
   const FlickerNoiseOptions options{.bias_instability = 1.0};
   for (const double interval_s : {0.005, 1.0}) {
+    const FlickerDensity density(options, interval_s);
     const double shortest_s = std::max(150.0 * options.shortest_correlation_s, 250.0 * interval_s);
     for (double period_s = shortest_s; period_s < options.longest_correlation_s / 4.0;
          period_s *= 1.3) {
-      EXPECT_NEAR(flicker_density(options, 1.0 / period_s, interval_s) * pi / period_s, 1.0, 0.02)
+      EXPECT_NEAR(density(1.0 / period_s) * pi / period_s, 1.0, 0.02)
           << period_s << " s at an interval of " << interval_s << " s";
     }
   }
@@ -164,6 +164,7 @@ TEST_P(StochasticEffects, MakeSeriesOfTheirSpectrum) {
     series.push_back(effect->step(inputs));
   }
   const auto found = periodogram(series, kInterval);
+  const Density density = density_of(GetParam(), kDefaults, kInterval);
   // Octaves from 2048 bins of 7.6e-6 Hz up. Each bin's relative deviation is 1 and a Hann window
   // leaves about half of them independent: √(2/2048) = 3 %, less above; 5 sigma.
   for (std::size_t first = 2048; first <= 32768; first *= 2) {
@@ -172,7 +173,7 @@ TEST_P(StochasticEffects, MakeSeriesOfTheirSpectrum) {
     for (std::size_t k = first; k < end; ++k) {
       const double frequency_hz =
           static_cast<double>(k + 1) / (static_cast<double>(kSamples) * kInterval);
-      ratio += found[k] / density(GetParam(), kDefaults, frequency_hz, kInterval);
+      ratio += found[k] / density(frequency_hz);
     }
     const double n = static_cast<double>(end - first);
     EXPECT_NEAR(ratio / n, 1.0, 5.0 * std::sqrt(2.0 / n)) << "from bin " << first;
