@@ -32,16 +32,17 @@ struct LocalFit {
 template <int kTerms>
 class LocalPolynomial {
  public:
-  explicit LocalPolynomial(std::size_t half) : half_(half), rows_(kTerms, 2 * half + 1) {
+  LocalPolynomial(std::size_t half, std::size_t size)
+      : half_(half), reach_(std::min(half, size)), rows_(kTerms, 2 * reach_ + 1) {
     for (Eigen::Index i = 0; i < rows_.cols(); ++i) {
-      const double x = (static_cast<double>(i) - static_cast<double>(half)) / width();
+      const double x = (static_cast<double>(i) - static_cast<double>(reach_)) / width();
       rows_(0, i) = 1.0;
       for (int term = 1; term < kTerms; ++term) rows_(term, i) = x * rows_(term - 1, i);
     }
+    Window all{.readings = static_cast<int>(rows_.cols())};
     for (Eigen::Index i = 0; i < rows_.cols(); ++i)
-      all_.normal += rows_.col(i) * rows_.col(i).transpose();
-    all_.readings = static_cast<int>(rows_.cols());
-    if (all_.readings >= kEnough) of_all_ = solver_of(all_);
+      all.normal += rows_.col(i) * rows_.col(i).transpose();
+    of_all_ = solver_of(all);
   }
 
   [[nodiscard]] std::optional<LocalFit> at(const std::vector<double>& values,
@@ -49,7 +50,7 @@ class LocalPolynomial {
     const std::size_t begin = centre > half_ ? centre - half_ : 0;
     const std::size_t end = std::min(centre + half_ + 1, values.size());
     const auto row = [&](std::size_t i) {
-      return rows_.col(static_cast<Eigen::Index>(i + half_ - centre));
+      return rows_.col(static_cast<Eigen::Index>(i + reach_ - centre));
     };
     Terms right = Terms::Zero();
     int readings = 0;
@@ -63,7 +64,7 @@ class LocalPolynomial {
       ++readings;
     }
     if (!before || !after) return std::nullopt;
-    if (readings == all_.readings && of_all_) return fitted(*of_all_, right);
+    if (readings == static_cast<int>(rows_.cols())) return fitted(of_all_, right);
     Window window{.readings = readings};
     for (std::size_t i = begin; i < end; ++i) {
       if (!std::isnan(values[i])) window.normal += row(i) * row(i).transpose();
@@ -116,9 +117,9 @@ class LocalPolynomial {
   }
 
   std::size_t half_;
+  std::size_t reach_;                                   // of that, within a series
   Eigen::Matrix<double, kTerms, Eigen::Dynamic> rows_;  // powers of the distance, one a place
-  Window all_;                                          // of readings everywhere
-  std::optional<Solver> of_all_;
+  Solver of_all_;                                       // of readings everywhere
 };
 
 // Of the readings, from their differences in the order of time.
@@ -162,8 +163,8 @@ class ChosenFit {
         half_(half),
         shorter_(static_cast<std::size_t>(
             std::max(1.0, std::round(static_cast<double>(half) / std::numbers::sqrt2)))),
-        quadratic_(half_),
-        quartic_(shorter_) {}
+        quadratic_(half_, values.size()),
+        quartic_(shorter_, values.size()) {}
 
   [[nodiscard]] LocalFit at(std::size_t centre) const {
     const auto usual = quadratic_.at(values_, centre);
