@@ -16,6 +16,8 @@ namespace zerodrift::diagnosis {
 namespace {
 
 constexpr std::size_t kMostBlocks = 2000;
+// Several, since what else is missing may make another one look best.
+constexpr std::size_t kKeptOfAPlace = 3;
 
 // The residual and its noise on blocks of the record.
 class Coarse {
@@ -96,29 +98,38 @@ std::optional<std::string> threshold_of(const Candidate& candidate) {
   return std::nullopt;
 }
 
+// Of variants at one place, likeliest first: the log prior that the first ones have when they stand
+// for all.
+void keep_best(const std::vector<std::size_t>& order, std::span<const double> gains,
+               const Candidate& candidate, std::vector<Variant>& kept) {
+  const std::size_t count = std::min(kKeptOfAPlace, order.size());
+  double all = 0.0;
+  double of_kept = 0.0;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const double share = std::exp(gains[order[i]] - gains[order.front()]);
+    all += share;
+    if (i < count) of_kept += share;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    kept.push_back(candidate.variants[order[i]]);
+    kept.back().log_prior += std::log(all / of_kept);
+  }
+}
+
 void thin_out(Candidate& candidate, const std::string& threshold, Coarse& coarse) {
-  struct Kept {
-    std::size_t variant = 0;
-    double share = 1.0;  // of all that it stands for, over its own
-  };
   const std::vector<double> gains = coarse.gains(candidate);
-  std::map<std::pair<std::vector<twin::TemperaturePoint>, double>, Kept> kept;
+  std::map<std::pair<std::vector<twin::TemperaturePoint>, double>, std::vector<std::size_t>> places;
   for (std::size_t i = 0; i < gains.size(); ++i) {
     const Variant& variant = candidate.variants[i];
-    const auto [place, is_first] =
-        kept.try_emplace({variant.inputs, variant.shapes.at(threshold)}, Kept{i});
-    if (is_first) continue;
-    Kept& best = place->second;
-    const double more = gains[i] - gains[best.variant];
-    best.share = more > 0.0 ? 1.0 + best.share * std::exp(-more) : best.share + std::exp(more);
-    if (more > 0.0) best.variant = i;
+    places[{variant.inputs, variant.shapes.at(threshold)}].push_back(i);
   }
-  std::vector<Variant> variants;
-  for (const auto& [of, best] : kept) {
-    variants.push_back(std::move(candidate.variants[best.variant]));
-    variants.back().log_prior += std::log(best.share);
+  std::vector<Variant> kept;
+  for (auto& [place, order] : places) {
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return gains[a] > gains[b]; });
+    keep_best(order, gains, candidate, kept);
   }
-  candidate.variants = std::move(variants);
+  candidate.variants = std::move(kept);
 }
 
 }  // namespace

@@ -12,9 +12,9 @@
 namespace zerodrift::diagnosis {
 
 // Keeps, of the variants with a threshold (twin::SearchRule::kThreshold) that share it and the
-// inputs, the one that explains most of the residual: (s' C^-1 r)² / (s' C^-1 s) on means over
-// blocks, at most 2000 of them. It is given the prior of all that it stands for, as far as they
-// explain the residual as well. Candidates without such a shape stay as they are. `weighted`:
+// inputs, the three that explain most of the residual: (s' C^-1 r)² / (s' C^-1 s) on means over
+// blocks, at most 2000 of them. They are given the prior of all that they stand for, as far as
+// those explain the residual as well. Candidates without such a shape stay as they are. `weighted`:
 // C^-1 r; `variances`: eigenvalues of C in the cosine transform, of the record or its beginning.
 // O(variants * 2000).
 void thin_out(std::vector<Candidate>& candidates, const Playback& playback,
