@@ -9,11 +9,7 @@ example=$root/examples/noise_of_a_gyro
 work=$(mktemp -d "${TMPDIR:-/tmp}/zerodrift_development.XXXXXX")
 trap 'rm -rf "$work"' EXIT
 prefix=$work/opt
-failed=0
-check() {  # TITLE COMMAND...: shows what it wrote where it failed
-  local title=$1; shift
-  if "$@" > "$work/output" 2>&1; then echo "PASS: $title"; else echo "FAIL: $title"; sed 's/^/  /' "$work/output" | head -20; failed=1; fi
-}
+. "$(dirname "${BASH_SOURCE[0]}")/checks.sh"
 # Nothing of the checkout is seen: it is built from a copy, and the installation is moved after it was made.
 installs() {
   cmake --install "$build" --component development --prefix "$work/made" && mv "$work/made" "$prefix" && cp -r "$example" "$work/example" &&

@@ -8,11 +8,7 @@ readonly domain=229  # beyond those of tests/system/domains.h
 built=$(cd "$1/bin" && pwd) || exit 2
 work=$(mktemp -d "${TMPDIR:-/tmp}/zerodrift_first_run.XXXXXX")
 trap '[ ! -s "$work/compiler" ] || kill "$(cat "$work/compiler")" 2>/dev/null; rm -rf "$work"' EXIT
-failed=0
-check() {  # TITLE COMMAND...
-  local title=$1; shift
-  if "$@" > "$work/output" 2>&1; then echo "PASS: $title"; else echo "FAIL: $title"; cat "$work/output" "$work/said"; failed=1; fi
-}
+. "$(dirname "${BASH_SOURCE[0]}")/checks.sh"
 # The second step of the set-up does REST.
 checkout() {  # REST
   rm -rf "$work/checkout"

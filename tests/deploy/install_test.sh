@@ -12,11 +12,7 @@ port=18766
 console=
 finish() { [ -z "$console" ] || kill "$console" 2>/dev/null; wait; rm -rf "$work"; }
 trap finish EXIT
-failed=0
-check() {  # TITLE COMMAND...: shows what it wrote where it failed
-  local title=$1; shift
-  if "$@" > "$work/output" 2>&1; then echo "PASS: $title"; else echo "FAIL: $title"; sed 's/^/  /' "$work/output" | head -20; failed=1; fi
-}
+. "$(dirname "${BASH_SOURCE[0]}")/checks.sh"
 cd "$work" || exit 2
 programs='zerodrift
 zerodrift-allan-monitor

@@ -5,11 +5,7 @@ set -uo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 work=$(mktemp -d "${TMPDIR:-/tmp}/zerodrift_link.XXXXXX")
 trap 'chmod 755 "$work"/*; rm -rf "$work"' EXIT
-failed=0
-check() {  # TITLE COMMAND...
-  local title=$1; shift
-  if "$@" > "$work/output" 2>&1; then echo "PASS: $title"; else echo "FAIL: $title"; cat "$work/output" "$work/said"; failed=1; fi
-}
+. "$(dirname "${BASH_SOURCE[0]}")/checks.sh"
 build() { mkdir -p "$work/$1/bin"; touch "$work/$1/CMakeCache.txt"; printf '#!/bin/sh\necho %s\n' "$1" > "$work/$1/bin/zerodrift"; chmod 755 "$work/$1/bin/zerodrift"; }
 link() { ZERODRIFT_LINK_DIR=$work/folder "$root/deploy/link.sh" "$work/$1/bin/zerodrift" > "$work/said" 2>&1; }
 is_linked() { link "$1" && [ "$("$work/folder/zerodrift")" = "$1" ] && [ "$(cat "$work/said")" = "setup: zerodrift is $work/folder/zerodrift" ]; }

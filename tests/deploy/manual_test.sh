@@ -7,11 +7,7 @@ export LC_ALL=C
 build=$1
 work=$(mktemp -d "${TMPDIR:-/tmp}/zerodrift_manual.XXXXXX")
 trap 'rm -rf "$work"' EXIT
-failed=0
-check() {  # TITLE COMMAND...: shows what it wrote where it failed
-  local title=$1; shift
-  if "$@" > "$work/output" 2>&1; then echo "PASS: $title"; else echo "FAIL: $title"; sed 's/^/  /' "$work/output" | head -20; failed=1; fi
-}
+. "$(dirname "${BASH_SOURCE[0]}")/checks.sh"
 help_of() { if [ "$1" = zerodrift ]; then "$build/bin/zerodrift" --help; else "$build/bin/zerodrift" "${1#zerodrift-}" --help; fi; }
 pages() { (cd "$build/man/man1" && printf "%s\n" *.1.gz | sed "s/\.1\.gz\$//" | sort); }
 # As `zerodrift --help` lists them, but the bench, which isn't installed.

@@ -6,11 +6,7 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 build=$1 cpack=$2
 work=$(mktemp -d "${TMPDIR:-/tmp}/zerodrift_package.XXXXXX")
 trap 'rm -rf "$work"' EXIT
-failed=0
-check() {  # TITLE COMMAND...: shows what it wrote where it failed
-  local title=$1; shift
-  if "$@" > "$work/output" 2>&1; then echo "PASS: $title"; else echo "FAIL: $title"; sed 's/^/  /' "$work/output" | head -20; failed=1; fi
-}
+. "$(dirname "${BASH_SOURCE[0]}")/checks.sh"
 make() { (cd "$build" && "$cpack" -B "$work/made") && mv "$work"/made/zerodrift_*_"$(dpkg --print-architecture)".deb "$work/zerodrift.deb"; }
 field() { dpkg-deb -f "$work/zerodrift.deb" "$1"; }
 # Its files are those that are installed, all of root.
