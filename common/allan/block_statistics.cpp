@@ -3,15 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
+
+#include "common/core/not_known.h"
 
 namespace zerodrift::allan {
 namespace {
 
 constexpr double kMaxBlocks = 1e6;
 constexpr double kMaxBlockSamples = 1e12;
-constexpr double kAbsent = std::numeric_limits<double>::quiet_NaN();
 
 const BlockStatisticsOptions& checked(const BlockStatisticsOptions& options) {
   if (const auto error = options.validate()) throw std::invalid_argument(*error);
@@ -46,8 +46,8 @@ BlockStatistics::BlockStatistics(const BlockStatisticsOptions& options)
           static_cast<std::uint64_t>(std::llround(options.block_s / options.sample_interval_s))),
       means_(
           static_cast<std::size_t>(std::ceil(options.window_s / options.block_s * (1.0 - 1e-12))),
-          kAbsent),
-      last_mean_(kAbsent) {}
+          core::kNaN),
+      last_mean_(core::kNaN) {}
 
 void BlockStatistics::add(double value) noexcept {
   if (!std::isfinite(value)) {
@@ -75,7 +75,7 @@ void BlockStatistics::gap(std::uint64_t missing_samples) noexcept {
 void BlockStatistics::close_block() noexcept {
   const bool counts =
       static_cast<double>(valid_) >= kShareOfBlock * static_cast<double>(block_samples_);
-  const double mean = counts ? sum_ / static_cast<double>(valid_) : kAbsent;
+  const double mean = counts ? sum_ / static_cast<double>(valid_) : core::kNaN;
   means_[next_] = mean;
   next_ = next_ + 1 == means_.size() ? 0 : next_ + 1;
   if (counts) {

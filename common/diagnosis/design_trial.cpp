@@ -2,9 +2,9 @@
 #include "common/diagnosis/design_trial.h"
 
 #include <algorithm>
-#include <limits>
 #include <optional>
 
+#include "common/core/not_known.h"
 #include "common/core/time.h"
 #include "common/core/units.h"
 #include "common/diagnosis/candidates.h"
@@ -14,8 +14,6 @@
 namespace zerodrift::diagnosis {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-
 // A thermometer's newest reading until a time; NaN where there is no new one.
 class Thermometer {
  public:
@@ -24,7 +22,7 @@ class Thermometer {
       : simulation_(model, profile, seed, probe), next_(simulation_.next()) {}
 
   double at(core::SensorTime time) {
-    double reading = kNone;
+    double reading = core::kNaN;
     while (next_ && next_->time <= time) {
       reading = next_->temperature_degc;
       next_ = simulation_.next();
@@ -98,7 +96,7 @@ MeasuredSeries simulated_series(const twin::Model& model, const twin::Profile& p
       readings[p] = thermometers[p].at(sample->time);
     const twin::EffectInputs& in = gyro.inputs();
     MeasuredRow row{.time_s = core::seconds(sample->time), .temperature_degc = readings};
-    row.rate_radps = {kNone, kNone, kNone};
+    row.rate_radps = {core::kNaN, core::kNaN, core::kNaN};
     if (sample->valid[a]) row.rate_radps[a] = sample->rate_radps[a];
     row.reference_radps = gyro.true_rate_radps();
     row.magnetic_ut = in.magnetic_ut;

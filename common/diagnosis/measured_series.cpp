@@ -3,16 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <utility>
 
+#include "common/core/not_known.h"
 #include "common/diagnosis/temperature_course.h"
 
 namespace zerodrift::diagnosis {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr std::uint32_t kSamplesForVariance = 4;
 
 // Places of the channels.
@@ -53,11 +52,11 @@ void SeriesBuilder::Mean::add(double value) {
 }
 
 double SeriesBuilder::Mean::mean() const {
-  return count == 0 ? kNone : first + sum / count;
+  return count == 0 ? core::kNaN : first + sum / count;
 }
 
 double SeriesBuilder::Mean::variance() const {
-  if (count < 2) return kNone;
+  if (count < 2) return core::kNaN;
   return std::max(0.0, (squares - sum * sum / count) / (count - 1));
 }
 
@@ -164,7 +163,7 @@ void SeriesBuilder::take_axis(MeasuredSeries& series, std::size_t axis) const {
               : 1;
   std::vector<double> values(cells_, 0.0);
   std::vector<std::uint8_t> valid(cells_, 0);
-  std::vector<double> variances(cells_, kNone);
+  std::vector<double> variances(cells_, core::kNaN);
   bool measured = false;
   bool many = blocks_;
   for (std::size_t i = 0; i < cells_; ++i) {

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/core/not_known.h"
 #include "common/core/require.h"
 #include "common/core/units.h"
 #include "common/diagnosis/median.h"
@@ -27,7 +28,6 @@ constexpr std::size_t kRanges = 12;
 constexpr std::size_t kFewestInRange = 30;
 constexpr double kVarianceOfLogSquare = 4.0 * 1.362;  // times 1/n, of a median absolute deviation
 constexpr double kKinds = 5.0;
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();  // a standard error
 
 // An input with the name of the place, where it is a temperature.
 struct Follower {
@@ -310,7 +310,7 @@ void take_growing_noise(Trial& trial, std::span<const double> remainder, const T
     waiting->parameters = found->effect.parameters;
     waiting->inputs = found->effect.inputs;
     for (const auto& [name, value] : found->effect.parameters)
-      trial.recalibrated.push_back({kind, name, 0.0, value, kUnknown});
+      trial.recalibrated.push_back({kind, name, 0.0, value, core::kNaN});
   } else {
     trial.repaired.effects.push_back({.kind = kind,
                                       .axis = input.axis,

@@ -5,23 +5,21 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <numbers>
 #include <optional>
 #include <utility>
 
+#include "common/core/not_known.h"
 #include "common/diagnosis/median.h"
 
 namespace zerodrift::diagnosis {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-
 // In units of an interval.
 struct LocalFit {
-  double value = kNone;
-  double slope = kNone;
-  double curvature = kNone;
+  double value = core::kNaN;
+  double slope = core::kNaN;
+  double curvature = core::kNaN;
   double readings = 0.0;
   double slope_error = 0.0;  // of readings with an error of 1
 };
@@ -129,7 +127,7 @@ struct ReadingErrors {
 
   explicit ReadingErrors(const std::vector<double>& values) {
     std::vector<double> first, second;  // sizes of differences
-    double before = kNone, step_before = kNone;
+    double before = core::kNaN, step_before = core::kNaN;
     for (const double value : values) {
       if (std::isnan(value)) continue;
       const double step = value - before;

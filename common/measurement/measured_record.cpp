@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <optional>
 #include <stdexcept>
 
+#include "common/core/not_known.h"
 #include "common/core/units.h"
 #include "common/measurement/probe_order.h"
 #include "common/record/record_reader.h"
@@ -23,8 +23,7 @@ using record::BoundColumn;
 using record::Quantity;
 using report::significant;
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr core::PerAxis<double> kNoAxis{kNone, kNone, kNone};
+constexpr core::PerAxis<double> kNoAxis{core::kNaN, core::kNaN, core::kNaN};
 constexpr double kLongestPeriodS = 60.0;
 // Below it slow effects and slow noise look alike.
 constexpr double kShortS = 1800.0;
@@ -43,7 +42,7 @@ class StepNoise {
     last_ = value;
   }
   [[nodiscard]] double standard_deviation() const {
-    if (readings_ < 2) return kNone;
+    if (readings_ < 2) return core::kNaN;
     return 0.5 * sum_ / static_cast<double>(readings_ - 1) / std::numbers::inv_sqrtpi;
   }
 

@@ -4,10 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 #include "common/core/counted.h"
+#include "common/core/not_known.h"
 #include "common/dds/conversions.h"
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
@@ -26,8 +26,7 @@ namespace {
 
 constexpr std::size_t kMostStrangers = 1024;        // whose replays are paced all the same
 constexpr std::int64_t kRepeatNs = 10'000'000'000;  // between two events of what keeps happening
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr double kMicro = 1e-3;  // of a nanosecond count
+constexpr double kMicro = 1e-3;                     // of a nanosecond count
 
 allan::StreamStatisticsOptions stream_options(const AllanMonitorOptions& options,
                                               double interval_s) {
@@ -153,8 +152,8 @@ void AllanMonitorNode::feed(Gyro& source, const core::CompensatedSample& sample,
     }
     statistics.raw->gap(missing);
     statistics.compensated->gap(missing);
-    statistics.raw->add(valid ? sample.raw.rate_radps[i] : kNone);
-    statistics.compensated->add(valid ? sample.rate_radps[i] : kNone);
+    statistics.raw->add(valid ? sample.raw.rate_radps[i] : core::kNaN);
+    statistics.compensated->add(valid ? sample.rate_radps[i] : core::kNaN);
   }
 }
 

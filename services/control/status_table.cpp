@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "common/core/mode.h"
+#include "common/core/not_known.h"
 #include "common/core/units.h"
 #include "common/report/numbers.h"
 #include "common/service/host.h"
@@ -255,14 +255,13 @@ std::string StatusBoard::minute_heading(std::uint32_t gyro) const {
 }
 
 std::string StatusBoard::gyro_table(std::uint32_t gyro) const {
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   const std::string of = part(gyro);
   std::string text = fmt::format(
       "gyro {}   sensor time {:.1f} s   labels {:.0f}   model epoch {:.0f}\n"
       "temperature {} degC, {} degC/min; deg/h, std of {}:\n",
       gyro, metric(of, "sensor_time", 0.0), metric(of, "labels", 0.0),
-      metric(of, "model_epoch", 0.0), known("{:.3f}", metric(of, "temperature", kNone)),
-      known("{:+.4f}", metric(of, "temperature_rate", kNone)), means_of(gyro));
+      metric(of, "model_epoch", 0.0), known("{:.3f}", metric(of, "temperature", core::kNaN)),
+      known("{:+.4f}", metric(of, "temperature_rate", core::kNaN)), means_of(gyro));
   text += fmt::format(kRow, "axis", "raw std", "comp std", "ratio", "persistence",
                       minute_heading(gyro), "comp", "drift");
   for (const auto axis : core::kAxes) text += axis_row(gyro, axis);

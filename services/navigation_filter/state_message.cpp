@@ -2,15 +2,14 @@
 #include "services/navigation_filter/state_message.h"
 
 #include <cmath>
-#include <limits>
+
+#include "common/core/not_known.h"
 
 namespace zerodrift::services {
 
 using navigation::Stream;
 
 namespace {
-
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 void fill_filter(const navigation::GyroNavigation& navigation, Stream stream,
                  navigation::BodyFrame frame, msg::NavigationState& message) {
@@ -25,8 +24,8 @@ void fill_filter(const navigation::GyroNavigation& navigation, Stream stream,
   message.updates(navigation.counts(stream).updates);
   message.rejected(navigation.counts(stream).rejected);
   const navigation::StreamErrors& errors = navigation.errors(stream);
-  message.heading_error_rad(errors.samples > 0 ? errors.heading_now : kNone);
-  message.attitude_error_rad(errors.samples > 0 ? errors.angle_now : kNone);
+  message.heading_error_rad(errors.samples > 0 ? errors.heading_now : core::kNaN);
+  message.attitude_error_rad(errors.samples > 0 ? errors.angle_now : core::kNaN);
 }
 
 }  // namespace

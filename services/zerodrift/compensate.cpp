@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,6 +17,7 @@
 #include "common/compensation/option_keys.h"
 #include "common/config/compensation_config.h"
 #include "common/core/integer_time.h"
+#include "common/core/not_known.h"
 #include "common/core/one_line.h"
 #include "common/core/units.h"
 #include "common/evaluation/model_use.h"
@@ -35,8 +35,6 @@
 
 namespace zerodrift::services {
 namespace {
-
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 struct CompensateOptions {
   record::RecordInput record;
@@ -87,8 +85,8 @@ class Summary {
       }
       axis.compensating = axis.compensating || sample.mode[i] != core::Mode::kPassthrough;
       if (!axis.compensating) continue;
-      axis.raw->add(sample.raw.valid[i] ? sample.raw.rate_radps[i] : kNone);
-      axis.compensated->add(sample.raw.valid[i] ? sample.rate_radps[i] : kNone);
+      axis.raw->add(sample.raw.valid[i] ? sample.raw.rate_radps[i] : core::kNaN);
+      axis.compensated->add(sample.raw.valid[i] ? sample.rate_radps[i] : core::kNaN);
     }
   }
 
