@@ -163,7 +163,8 @@ describe('the console on a simulation at ten times real time', () => {
     await page.mouse.move(box.x + box.width * 0.6, box.y + 20, { steps: 5 });
     await page.mouse.up();
     await until(page, 'pause', (t) => /Follow/.test(t));
-    assert.ok(Number(await part(page, 'span').inputValue()) < 200, 'a third of the window');
+    const span = Number(await part(page, 'span').inputValue());
+    assert.ok(span < 200, `a third of the window is ${span} s`);
     await over.dblclick();
     await until(page, 'pause', (t) => /Pause/.test(t));
   });
