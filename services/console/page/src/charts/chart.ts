@@ -215,6 +215,9 @@ function drawTags(u: uPlot, traces: (Trace | 'edge')[]): void {
   ctx.restore();
 }
 
+/** Charts share the cursor, and no drag: what one marks would be stretched by another that shows an older window. */
+const isOfCursor = (type: string): boolean => type === 'mousemove' || type === 'mouseleave';
+
 export class Chart {
   readonly plot: uPlot;
   private readonly options: ChartOptions;
@@ -234,7 +237,7 @@ export class Chart {
       axes: [options.x === 'time' ? timeAxis() : valueAxis(options.x === 'log', 'x'), valueAxis(options.y === 'log', 'y')],
       series: [{}, ...options.traces.map(series)],
       cursor: {
-        sync: options.syncKey ? { key: options.syncKey, setSeries: false } : undefined,
+        sync: options.syncKey ? { key: options.syncKey, setSeries: false, filters: { pub: isOfCursor, sub: isOfCursor } } : undefined,
         drag: { x: options.onSelect !== undefined, y: false, setScale: false },
         points: { size: 5 },
         bind: { dblclick: () => null }, // what resets is the window, not one chart
@@ -244,8 +247,8 @@ export class Chart {
         setSelect: [
           (u) => {
             if (u.select.width < 4 || !options.onSelect) return;
-            const from = u.posToVal(u.select.left, 'x');
-            const to = u.posToVal(u.select.left + u.select.width, 'x');
+            const from = u.posToVal(Math.max(0, u.select.left), 'x');
+            const to = u.posToVal(Math.min(u.over.clientWidth, u.select.left + u.select.width), 'x');
             u.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
             options.onSelect(from, to);
           },
@@ -260,6 +263,9 @@ export class Chart {
       },
     };
     this.plot = new uPlot(opts, [[], ...options.traces.map(() => [])], target);
+    // A drag that strays above or below the chart goes on where the mouse is; uPlot alone would mark all up to the chart's end.
+    const { over } = this.plot;
+    if (options.onSelect) over.addEventListener('pointerdown', (e) => over.setPointerCapture(e.pointerId));
   }
 
   /** `columns`: x, then one for each trace. */
