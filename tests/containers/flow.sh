@@ -5,8 +5,11 @@
 
 readonly gyro_rate_hz=200
 # Goals on a quiet machine: data flow again within 3 s, the first sample within 10 s, a stop within 2 s. Tests don't time: what is
-# judged is twice that, what was seen is printed.
+# judged is twice that, what was seen is printed. So with samples: none missing and none doubled is judged by their numbers; a simulation
+# that was held up goes on from there (common/service/replay_clock.h), so that how many there were says how busy the machine was. Half
+# of them says that samples flowed.
 readonly restart_limit_s=6 start_limit_s=20 stop_limit_s=4
+half_of_s() { echo $(($1 * gyro_rate_hz / 2)); }  # SECONDS: half the samples that a gyro sends in them
 
 samples() { python3 "$here/samples.py" "$@"; }
 
@@ -108,14 +111,13 @@ undisturbed() {
   begin=$(now)
   sleep 10
   end=$(now)
-  sleep 0.5
   check "$1: 10 s at $gyro_rate_hz Hz, ${3:-every raw sample answered} exactly once" \
-    samples exact "$work/recordings/$2.mcap" --from "$begin" --to "$end" --at-least $((10 * gyro_rate_hz * 98 / 100))
+    samples exact "$work/recordings/$2.mcap" --from "$begin" --to "$end" --at-least "$(half_of_s 10)"
 }
 
 # nothing_lost TITLE RECORDING SINCE SECONDS [ARGUMENT...]: of what was sent from then on, for at least so many seconds.
 nothing_lost() {
-  check "$1" samples exact "$work/recordings/$2.mcap" --from "$3" --to "$(now)" --at-least $(($4 * gyro_rate_hz * 95 / 100)) "${@:5}"
+  check "$1" samples exact "$work/recordings/$2.mcap" --from "$3" --to "$(now)" --at-least "$(half_of_s "$4")" "${@:5}"
 }
 
 down() { compose "$@" down --volumes --remove-orphans --timeout 5 >/dev/null 2>&1; }
@@ -145,7 +147,7 @@ one_computer() {
       gyro_publisher) check "one computer: $service killed, only its own samples missing" \
           samples exact "$work/recordings/one.mcap" --from "$mark" --to "$end" --lost-with-gyro ;;
       *) check "one computer: $service killed, no sample missing or doubled downstream" \
-          samples exact "$work/recordings/one.mcap" --from "$mark" --to "$end" --at-least $((4 * gyro_rate_hz * 95 / 100)) ;;
+          samples exact "$work/recordings/one.mcap" --from "$mark" --to "$end" --at-least "$(half_of_s 4)" ;;
     esac
   done
 
@@ -235,7 +237,7 @@ two_computers() {
   check "two computers: publisher, then server A crashed, publisher back: data flow within $restart_limit_s s" \
     samples gap "$work/recordings/two.mcap" --from "$begin" --to "$end" --at-most "$restart_limit_s"
   check "two computers: and every raw sample is answered exactly once" \
-    samples exact "$work/recordings/two.mcap" --from "$begin" --to "$end" --lost-with-gyro --at-least $((4 * gyro_rate_hz))
+    samples exact "$work/recordings/two.mcap" --from "$begin" --to "$end" --lost-with-gyro --at-least "$(half_of_s 4)"
   stop_record two
   record_options=()
   check "two computers: each service of A stops within $stop_limit_s s with exit code 0" stops_of_computer a

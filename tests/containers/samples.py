@@ -8,17 +8,20 @@
         in between; sequence numbers that begin anew are a publisher that began anew
     samples.py gap FILE --from T --to T --at-most S     longest silence of compensated_rate
 
-Times are seconds since 1970, as `date +%s.%N` gives them. One line of figures; exit code 1: the answer is no. Recordings as
-`zerodrift record --compression none` writes them: MCAP (https://mcap.dev/spec), messages in CDR.
+Times are seconds since 1970, as `date +%s.%N` gives them. One line of figures; exit code 1: the answer is no. A recording that is
+still being written is waited for until both topics are past the end of the time. Recordings as `zerodrift record --compression none`
+writes them: MCAP (https://mcap.dev/spec), messages in CDR.
 """
 import argparse
 import os
 import struct
 import sys
+import time
 from collections import Counter
 
 CHANNEL, MESSAGE, CHUNK = 0x04, 0x05, 0x06
 CDR_HEADER = 4
+STILL_S = 20  # a recording that doesn't get on for so long doesn't get on any more
 SEQUENCE_AT = CDR_HEADER + 8  # behind gyro_id and validity, in both types (idl/dds)
 
 
@@ -61,6 +64,21 @@ def read(path):
     return samples
 
 
+def is_past(samples, end):
+    return all(stream and stream[-1][0] > end for stream in samples.values())
+
+
+def read_past(path, end):
+    """As read(), once the recording is past `end`; as it is where it ended before, or doesn't get on."""
+    given_up = time.monotonic() + STILL_S
+    while True:
+        is_written = not os.path.exists(path)  # looked at first: what is read then is the whole
+        samples = read(path)
+        if not is_written or is_past(samples, end) or time.monotonic() > given_up:
+            return samples
+        time.sleep(0.1)
+
+
 def runs(stream):
     """Splits where the source began anew: where a sequence number falls far back, not by one late sample."""
     of_all, last = [[]], None
@@ -92,7 +110,10 @@ def exact(samples, begin, end, at_least, lost_with_gyro):
         if wanted:
             never_sent += max(wanted) - min(wanted) + 1 - len(wanted)
             unheard += sum(1 for s in answer_times if min(wanted) <= s <= max(wanted) and s not in raw_times)
-    line = f"{raw_count} raw, {missing} unanswered, {doubled} doubled, {never_sent} raw missing, {len(raw_runs)} run(s) of the publisher"
+    heard = [arrival for arrival, _ in samples["angular_rate"] if begin <= arrival <= end]
+    silence = max((b - a for a, b in zip(heard, heard[1:])), default=0.0)
+    line = (f"{raw_count} raw, longest silence {silence:.3f} s, {missing} unanswered, {doubled} doubled, {never_sent} raw missing, "
+            f"{len(raw_runs)} run(s) of the publisher")
     good = not missing and not doubled and raw_count >= at_least and (lost_with_gyro or not never_sent) and not unheard
     return good, line
 
@@ -108,7 +129,7 @@ def main():
     parser.add_argument("--at-most", type=float)
     parser.add_argument("--lost-with-gyro", action="store_true")
     options = parser.parse_args()
-    samples = read(options.file)
+    samples = read(options.file) if options.end == float("inf") else read_past(options.file, options.end)
     arrivals = [arrival for arrival, _ in samples["compensated_rate"]]
     if options.question == "first":
         if not arrivals:
