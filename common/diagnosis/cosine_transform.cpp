@@ -26,7 +26,7 @@ std::size_t largest_prime_factor(std::size_t n) {
 
 }  // namespace
 
-std::size_t smooth_length(std::size_t least) {
+std::size_t smooth_length_from(std::size_t least) {
   std::size_t shortest = std::bit_ceil(least);
   for (std::size_t five = 1; five < shortest; five *= 5) {
     for (std::size_t odd = five; odd < shortest; odd *= 3) {
@@ -36,6 +36,17 @@ std::size_t smooth_length(std::size_t least) {
     }
   }
   return shortest;
+}
+
+std::size_t smooth_length_up_to(std::size_t most) {
+  for (std::size_t length = most; length > 0; --length) {
+    std::size_t rest = length;
+    for (const std::size_t prime : {2U, 3U, 5U}) {
+      while (rest % prime == 0) rest /= prime;
+    }
+    if (rest == 1) return length;
+  }
+  return 0;
 }
 
 double laplacian_eigenvalue(std::size_t k, std::size_t n) noexcept {
@@ -56,7 +67,7 @@ CosineTransform::CosineTransform(std::size_t length)
 }
 
 void CosineTransform::prepare_bluestein() {
-  convolution_length_ = smooth_length(2 * length_ - 1);
+  convolution_length_ = smooth_length_from(2 * length_ - 1);
   chirp_.resize(length_);
   padded_.assign(convolution_length_, Complex{});
   padded_spectrum_.resize(convolution_length_);

@@ -21,9 +21,10 @@ namespace zerodrift::diagnosis {
 // differences.
 [[nodiscard]] double laplacian_eigenvalue(std::size_t k, std::size_t n) noexcept;
 
-// The shortest length from `least` on that has no prime factor above 5: Fourier transforms of such
-// are quick.
-[[nodiscard]] std::size_t smooth_length(std::size_t least);
+// Lengths without a prime factor above 5, of which Fourier transforms are quick: the shortest from
+// `least` on, and the longest up to `most`.
+[[nodiscard]] std::size_t smooth_length_from(std::size_t least);
+[[nodiscard]] std::size_t smooth_length_up_to(std::size_t most);
 
 // A plan for one length. Any length: Makhoul's permutation (1980, IEEE ASSP 28, 27) and one complex
 // Fourier transform for two columns; lengths with a prime factor above 50 go through Bluestein's

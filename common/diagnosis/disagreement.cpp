@@ -171,7 +171,7 @@ std::vector<Range> significant(std::vector<Range> ranges, double significance) {
 
 std::vector<Disagreement> locate(const ResidualView& view,
                                  const std::vector<InputChannel>& channels, double significance) {
-  const std::size_t n = quick_length(view.residual_radps.size());
+  const std::size_t n = smooth_length_up_to(view.residual_radps.size());
   if (n < 2 * kRanges || view.dct_variances.empty()) return {};
   CosineTransform transform(n);
   // Variances of the shortened series, read off at equal frequencies.

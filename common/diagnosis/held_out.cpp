@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "common/diagnosis/cosine_transform.h"
 #include "common/diagnosis/gap.h"
 #include "common/diagnosis/noise_weight.h"
 #include "common/twin/effect_catalogue.h"
@@ -83,7 +84,8 @@ NatsOfPart nats_of(const HeldOutPart& part, const twin::Model& before, const twi
                    core::Axis axis) {
   const MeasuredSeries& series = *part.series;
   const auto measured = measured_drift(series, axis);
-  const auto variances = model_noise(after, axis, series.interval_s, quick_length(series.size));
+  const auto variances =
+      model_noise(after, axis, series.interval_s, smooth_length_up_to(series.size));
   const auto quiet_before = quiet_drift(part, before, axis);
   const auto quiet_after = quiet_drift(part, after, axis);
   const auto square = [&](const std::vector<double>& one, const std::vector<double>& other) {
@@ -222,7 +224,7 @@ Comparison compare_on(const std::vector<HeldOutPart>& parts, const twin::Model& 
     result.gain_nats += nats.gain;
     result.expected_gain_nats += nats.expected_gain;
     const auto noise_nats_of = [&](const twin::Model& model) {
-      return model_noise(model, axis, series.interval_s, quick_length(series.size));
+      return model_noise(model, axis, series.interval_s, smooth_length_up_to(series.size));
     };
     result.noise_gain_nats +=
         noise_gain_nats(difference(measured, quiet_after, part.valid), part.valid,
@@ -250,7 +252,7 @@ double likelier_by_nats(const std::vector<HeldOutPart>& parts, const twin::Model
     const auto left =
         difference(measured_drift(series, axis), quiet_drift(part, base, axis), part.valid);
     const auto noise_of = [&](const twin::Model& model) {
-      return model_noise(model, axis, series.interval_s, quick_length(series.size));
+      return model_noise(model, axis, series.interval_s, smooth_length_up_to(series.size));
     };
     nats += noise_gain_nats(left, part.valid, noise_of(other), noise_of(one));
   }

@@ -115,15 +115,4 @@ double line_gain_nats(std::vector<double> series, std::span<const std::uint8_t> 
   return 0.5 * products.dot(gram.inverse() * products);
 }
 
-std::size_t quick_length(std::size_t n) {
-  for (std::size_t length = n; length > 0; --length) {
-    std::size_t rest = length;
-    for (const std::size_t prime : {2U, 3U, 5U}) {
-      while (rest % prime == 0) rest /= prime;
-    }
-    if (rest == 1) return length;
-  }
-  return 0;
-}
-
 }  // namespace zerodrift::diagnosis

@@ -43,7 +43,4 @@ void centre(std::vector<double>& values, std::span<const std::uint8_t> valid);
                                     std::span<const double> variances, double frequency_hz,
                                     double interval_s);
 
-// Largest length up to n whose only prime factors are 2, 3 and 5.
-[[nodiscard]] std::size_t quick_length(std::size_t n);
-
 }  // namespace zerodrift::diagnosis

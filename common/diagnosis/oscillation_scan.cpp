@@ -77,7 +77,7 @@ Periodogram scan_power(std::span<const double> weighted, std::span<const double>
   if (!(cycles > scan.lowest_cycles)) return result;
   const auto bins = static_cast<std::size_t>(std::ceil(cycles * kBinsPerCycle));
   // Real ones are quickest at multiples of four.
-  const std::size_t padded = 4 * smooth_length((kStepsPerCycle * bins + 3) / 4);
+  const std::size_t padded = 4 * smooth_length_from((kStepsPerCycle * bins + 3) / 4);
   std::vector<double> binned(padded, 0.0);
   const double per_unit = static_cast<double>(bins - 1) / range;
   for (std::size_t i = 0; i < weighted.size(); ++i)

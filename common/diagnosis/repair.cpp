@@ -9,6 +9,7 @@
 #include "common/core/require.h"
 #include "common/diagnosis/calibration.h"
 #include "common/diagnosis/candidates.h"
+#include "common/diagnosis/cosine_transform.h"
 #include "common/diagnosis/generic_functions.h"
 #include "common/diagnosis/held_out.h"
 #include "common/diagnosis/joint_fit.h"
@@ -44,7 +45,7 @@ std::optional<WeightedResidual> weighted_residual(const SearchProblem& problem,
   if (!noise) return std::nullopt;
   std::vector<double> left(problem.series.begin(), problem.series.end());
   take_off_corrections(left, noise->corrections, problem);
-  const std::size_t quick = quick_length(left.size());
+  const std::size_t quick = smooth_length_up_to(left.size());
   WeightedResidual residual{.variances = dct_variances(noise->noise_terms, noise->noise_squares,
                                                        quick, input.series.interval_s)};
   residual.weighted = divided_by_noise(std::span(left).first(quick), residual.variances);
@@ -96,8 +97,9 @@ void fit_size(NamedEffect& effect, const Candidate& candidate, double factor,
   constexpr int kSteps = 60;
   const auto shapes = names_of(*candidate.definition, ParameterRole::kShape);
   if (!candidate.amplitudes.empty() || shapes.size() != 1) return;
-  const auto variances = dct_variances(report.noise_terms, report.noise_squares,
-                                       quick_length(without.size()), input.series.interval_s);
+  const auto variances =
+      dct_variances(report.noise_terms, report.noise_squares, smooth_length_up_to(without.size()),
+                    input.series.interval_s);
   const ParameterDefinition& parameter = *std::find_if(
       candidate.definition->parameters.begin(), candidate.definition->parameters.end(),
       [&](const ParameterDefinition& p) { return p.name == shapes.front(); });

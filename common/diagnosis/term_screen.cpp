@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "common/core/require.h"
+#include "common/diagnosis/cosine_transform.h"
 #include "common/diagnosis/evidence.h"
 #include "common/diagnosis/noise_weight.h"
 
@@ -108,7 +109,7 @@ class TermScreen::Work {
         axis_(question.axis),
         block_(block_of(question.series.size())),
         playback_(question.playback.averaged(block_)),
-        size_(quick_length(playback_.inputs().size())),
+        size_(smooth_length_up_to(playback_.inputs().size())),
         averaged_(means_of_valid(question.series, question.valid, block_, size_)),
         transform_(SpectralBands(size_, std::min(kCoefficients, size_ - 1)), averaged_.valid) {
     const auto singles = transform_.bands().singles();

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "common/diagnosis/cosine_transform.h"
-#include "common/diagnosis/noise_weight.h"
 
 namespace zerodrift::diagnosis {
 namespace {
@@ -25,7 +24,7 @@ class Coarse {
   Coarse(const Playback& playback, std::span<const double> weighted,
          std::span<const double> variances)
       : block_((variances.size() + kMostBlocks - 1) / kMostBlocks),
-        count_(quick_length(variances.size() / block_)),
+        count_(smooth_length_up_to(variances.size() / block_)),
         playback_(playback.averaged(block_)),
         weighted_(static_cast<Eigen::Index>(count_)),
         inverse_variance_(Eigen::VectorXd::Zero(static_cast<Eigen::Index>(count_))),

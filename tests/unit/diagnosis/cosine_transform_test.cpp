@@ -85,5 +85,22 @@ TEST(CosineTransform, ARampFallsOffAsTheSquareOfTheIndexAndAConstantIsOneCoeffic
   EXPECT_LT(flat.tail(kN - 1).cwiseAbs().maxCoeff(), 1e-11);
 }
 
+TEST(SmoothLength, HasSmallPrimesOnlyAndNoneIsNearer) {
+  const auto is_smooth = [](std::size_t length) {
+    for (const std::size_t prime : {2U, 3U, 5U}) {
+      while (length % prime == 0) length /= prime;
+    }
+    return length == 1;
+  };
+  for (const std::size_t n : {1U, 7U, 97U, 17'989U, 18'000U, 35'953U}) {
+    const std::size_t below = smooth_length_up_to(n);
+    const std::size_t above = smooth_length_from(n);
+    ASSERT_LE(below, n);
+    ASSERT_GE(above, n);
+    for (std::size_t length = below; length <= above; ++length)
+      EXPECT_EQ(is_smooth(length), length == below || length == above) << length;
+  }
+}
+
 }  // namespace
 }  // namespace zerodrift::diagnosis

@@ -89,18 +89,5 @@ TEST(NoiseWeight, TheRightNoiseIsLikelierAndNoNoiseSaysNothing) {
   EXPECT_EQ(noise_gain_nats(series, valid, std::vector<double>(kSize, 0.0), right), 0.0);
 }
 
-TEST(NoiseWeight, QuickLengthsHaveSmallPrimesOnly) {
-  EXPECT_EQ(quick_length(18'000), 18'000U);
-  for (const std::size_t n : {7U, 97U, 17'989U}) {
-    std::size_t rest = quick_length(n);
-    EXPECT_LE(rest, n);
-    EXPECT_GE(static_cast<double>(rest), 0.8 * static_cast<double>(n));
-    for (const std::size_t prime : {2U, 3U, 5U}) {
-      while (rest % prime == 0) rest /= prime;
-    }
-    EXPECT_EQ(rest, 1U);
-  }
-}
-
 }  // namespace
 }  // namespace zerodrift::diagnosis

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/diagnosis/cosine_transform.h"
 #include "common/diagnosis/noise_weight.h"
 #include "common/twin/effect_catalogue.h"
 #include "tests/unit/diagnosis/simulated_series.h"
@@ -49,7 +50,7 @@ class ThinningTest : public testing::Test {
   // White noise of 1e-7 rad/s beside an effect of `deg_h` at this variant.
   static std::vector<Candidate> thinned(const Variant& truth, double deg_h, std::uint64_t seed) {
     constexpr double kSigma = 1e-7;
-    const std::size_t quick = quick_length(series_->size);
+    const std::size_t quick = smooth_length_up_to(series_->size);
     std::mt19937_64 random(seed);
     std::normal_distribution<double> noise(0.0, kSigma);
     auto residual = columns_of(*playback_, relay(),
