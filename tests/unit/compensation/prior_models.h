@@ -64,7 +64,7 @@ inline twin::Model model_with_states() {
        effect("gradient", Axis::kX, {{"coefficient_deg_h_per_degc", 0.2}}),
        effect("gradient_rate", Axis::kX,
               {{"gradient_deg_h_min_per_degc", 0.5}, {"curvature_deg_h_min2_per_degc", 0.1}}),
-       effect("hysteresis", Axis::kX, {{"a3_deg_h", 0.3}}),
+       effect("hysteresis", Axis::kX, {{"k1_deg_h_per_degc", 0.08}}),
        formula("k * lag(T_coil_outer, tau) - j * play(T_coil, 2) + m * rate(time_on) * T_coil + "
                "spline(lag(T_coil, 60), 15, 45, a, b, c)",
                Axis::kX,

@@ -2,10 +2,15 @@
 // Single effects on inputs for which what they add is known in closed form. Rates in deg/h.
 #include <gtest/gtest.h>
 
+#include <Eigen/Core>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <initializer_list>
 #include <numbers>
+#include <random>
+#include <string>
 #include <vector>
 
 #include "common/core/units.h"
@@ -173,21 +178,39 @@ TEST(GradientRateScenario, GivesTheRateOfTheGradientAndTheChangeOfTheTemperature
   EXPECT_NEAR(curvature.back(), 5.0 * kAcceleration * 3600.0, 1e-12);
 }
 
-TEST(HysteresisScenario, OneOperatorStopsAtItsThresholdEitherWay) {
-  // Threshold of operator 2: 2 * 0.5 = 1 °C.
-  const EffectSpec spec = effect("hysteresis", {{"a2_deg_h", 0.3}, {"a3_deg_h", 0.0}});
-  const auto added =
-      run_deg_h(spec, at_temperatures({20.0, 20.4, 21.0, 25.0, 24.5, 23.0, 10.0, 11.0}), 1.0);
-  const std::vector<double> expected{0.0, 0.12, 0.3, 0.3, 0.15, -0.3, -0.3, 0.0};
-  for (std::size_t i = 0; i < added.size(); ++i) EXPECT_NEAR(added[i], expected[i], 1e-14) << i;
+// Nine play operators of thresholds 4 °C * 2^(i/2), i from -4 to 4, one after the other.
+TEST(HysteresisScenario, IsTheSumOfItsOperatorsOverTheTwoBranches) {
+  const auto g = [](double x) { return 0.02 * x - 0.003 * x * x + 0.0004 * x * x * x; };
+  // From 10 °C up to 50 °C every operator is drawn along; on the way from there down to 30 °C the
+  // wide ones stand still.
+  double up = 0.0;
+  double down = 0.0;
+  double weights = 0.0;
+  for (int i = -4; i <= 4; ++i) {
+    const double r = 4.0 * std::pow(2.0, 0.5 * i);
+    const double weight = r * std::exp(-r / 4.0);
+    weights += weight;
+    up += weight * g(35.0 - r);
+    down += weight * g(std::min(35.0 - r, 15.0 + r));
+  }
+  for (const double share : {0.0, 1.0}) {
+    const auto added = run_deg_h(effect("hysteresis", {{"k1_deg_h_per_degc", 0.02},
+                                                       {"k2_deg_h_per_degc2", -0.003},
+                                                       {"k3_deg_h_per_degc3", 0.0004},
+                                                       {"reference_degc", 15.0},
+                                                       {"typical_threshold_degc", 4.0},
+                                                       {"anhysteretic_share", share}}),
+                                 at_temperatures({10.0, 50.0, 30.0}), 1.0);
+    EXPECT_NEAR(added[0], share * g(-5.0), 1e-15);
+    EXPECT_NEAR(added[1], up / weights - (1.0 - share) * g(35.0), 1e-12);
+    EXPECT_NEAR(added[2], down / weights - (1.0 - share) * g(15.0), 1e-12);
+  }
 }
 
 TEST(HysteresisScenario, TheLoopIsOpenAndDoesNotDependOnTheRate) {
-  const EffectSpec spec = effect("hysteresis", {{"a1_deg_h", 0.01},
-                                                {"a2_deg_h", 0.02},
-                                                {"a3_deg_h", 0.03},
-                                                {"a4_deg_h", 0.04},
-                                                {"a5_deg_h", 0.05}});
+  const EffectSpec spec = effect("hysteresis", {{"k1_deg_h_per_degc", 0.01},
+                                                {"k2_deg_h_per_degc2", 0.001},
+                                                {"k3_deg_h_per_degc3", -0.0001}});
   const auto cycle = [](int steps) {  // two cycles between 0 and 20 °C, `steps` a leg
     std::vector<double> temperatures;
     for (int i = 0; i <= 4 * steps; ++i) {
@@ -199,9 +222,57 @@ TEST(HysteresisScenario, TheLoopIsOpenAndDoesNotDependOnTheRate) {
   const auto fast = run_deg_h(spec, at_temperatures(cycle(40)), 1.0);
   const auto slow = run_deg_h(spec, at_temperatures(cycle(160)), 1.0);
   for (std::size_t i = 0; i < fast.size(); ++i) ASSERT_NEAR(fast[i], slow[4 * i], 1e-13) << i;
-  // At 10 °C of the second cycle, up against down: operators 1 to 4 (thresholds up to 4 °C) have
-  // turned by 2 a_i, the fifth (8 °C) stands at E = -8 + 10 up and 8 - 10 down.
-  EXPECT_NEAR(fast[100] - fast[140], 2.0 * (0.01 + 0.02 + 0.03 + 0.04) + 0.05 * 4.0 / 8.0, 1e-13);
+  EXPECT_GT(std::abs(fast[100] - fast[140]), 0.01);  // 10 °C, up against down
+  EXPECT_NEAR(fast[80], fast[160], 1e-13);           // 0 °C again: closed
+}
+
+// What the powers are for: relays at temperatures that only a part of the range has. With k1 alone
+// the operators are the same at all temperatures.
+TEST(HysteresisScenario, FollowsRelaysOfOnePartOfTheRange) {
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> normal;
+  std::vector<double> temperatures;
+  for (const double level : {20.0, 55.0, -5.0, 40.0, 10.0, 50.0, 25.0, 0.0, 30.0}) {
+    const double from = temperatures.empty() ? level : temperatures.back();
+    for (int i = 1; i <= 100; ++i) temperatures.push_back(from + (level - from) * i / 100.0);
+  }
+  constexpr int kRelays = 400;
+  Eigen::VectorXd wave = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(temperatures.size()));
+  for (int relay = 0; relay < kRelays; ++relay) {
+    const double centre = 22.0 + 8.0 * normal(random);
+    const double half_width = std::abs(7.0 * normal(random));
+    double state = temperatures.front() > centre ? 1.0 : -1.0;
+    for (Eigen::Index k = 0; k < wave.size(); ++k) {
+      const double t = temperatures[static_cast<std::size_t>(k)];
+      if (t > centre + half_width) state = 1.0;
+      if (t < centre - half_width) state = -1.0;
+      wave(k) += state / kRelays;
+    }
+  }
+  const auto column = [&](const std::string& amplitude) {
+    twin::Parameters parameters{{"k1_deg_h_per_degc", 0.0}, {"typical_threshold_degc", 6.0}};
+    parameters[amplitude] = 1.0;
+    const auto added =
+        run_deg_h(effect("hysteresis", parameters), at_temperatures(temperatures), 1.0);
+    return Eigen::VectorXd(
+        Eigen::Map<const Eigen::VectorXd>(added.data(), static_cast<Eigen::Index>(added.size())));
+  };
+  const auto left_by = [&](std::initializer_list<std::string> amplitudes) {
+    Eigen::MatrixXd columns(wave.size(), 4);
+    for (Eigen::Index k = 0; k < wave.size(); ++k) {
+      const double d = (temperatures[static_cast<std::size_t>(k)] - 25.0) / 30.0;
+      columns.row(k) << 1.0, d, d * d, d * d * d;
+    }
+    const double without =
+        (wave - columns * columns.colPivHouseholderQr().solve(wave)).squaredNorm();
+    for (const std::string& amplitude : amplitudes) {
+      columns.conservativeResize(Eigen::NoChange, columns.cols() + 1);
+      columns.rightCols(1) = column(amplitude).normalized();
+    }
+    return (wave - columns * columns.colPivHouseholderQr().solve(wave)).squaredNorm() / without;
+  };
+  EXPECT_GT(left_by({"k1_deg_h_per_degc"}), 0.15);
+  EXPECT_LT(left_by({"k1_deg_h_per_degc", "k2_deg_h_per_degc2", "k3_deg_h_per_degc3"}), 0.05);
 }
 
 TEST(TemperatureStepScenario, SwitchesAboveAndBelowWithItsWidth) {
