@@ -196,6 +196,10 @@ class AxisExamination {
               compare_on(split.held_out, with_events_of(judged.trial, calibrated.proved(model_)),
                          judged.trial.repaired, axis_),
               split.kind);
+    // Beside a name other coefficients come out of the record, which may be what is better.
+    if (judged.acceptance == Acceptance::kAccepted && !calibrated.calibration.fitted.empty() &&
+        !names_spoken_against(input.model, judged.trial, split, axis_).empty())
+      judged.acceptance = Acceptance::kReverted;
     const bool leaves_events = judged.acceptance == Acceptance::kReverted &&
                                judged.trial.effects.empty() && !judged.trial.unknown &&
                                !judged.trial.events.empty();

@@ -48,18 +48,25 @@ std::vector<std::string> refuted_kinds(const twin::Model& given, const Calibrati
   return kinds;
 }
 
-std::vector<std::string> refuted_names(const twin::Model& known, const Trial& trial,
-                                       const Split& split, core::Axis axis) {
-  std::vector<std::string> all;
-  std::vector<std::string> refuted;
+std::vector<std::string> names_spoken_against(const twin::Model& known, const Trial& trial,
+                                              const Split& split, core::Axis axis) {
+  std::vector<std::string> names;
   for (const NamedEffect& effect : drift_of(trial)) {
     const std::string label = twin::label_of(effect.name, effect.formula);
     const twin::Model others = without(label, trial.repaired, known.effects.size());
     const Comparison with = compare_on(split.held_out, others, trial.repaired, axis);
-    if (with.gain_nats < 0.0 && tells_apart(with)) refuted.push_back(label);
-    all.push_back(label);
+    if (with.gain_nats < 0.0 && tells_apart(with)) names.push_back(label);
   }
-  return refuted.empty() ? all : refuted;
+  return names;
+}
+
+std::vector<std::string> refuted_names(const twin::Model& known, const Trial& trial,
+                                       const Split& split, core::Axis axis) {
+  std::vector<std::string> refuted = names_spoken_against(known, trial, split, axis);
+  if (!refuted.empty()) return refuted;
+  for (const NamedEffect& effect : drift_of(trial))
+    refuted.push_back(twin::label_of(effect.name, effect.formula));
+  return refuted;
 }
 
 bool outweighs(const Trial& second, const Trial& first, const twin::Model& known,

@@ -21,9 +21,15 @@ namespace zerodrift::diagnosis {
                                                      const Calibration& calibration,
                                                      const Split& split, core::Axis axis);
 
-// Of the effects that a trial named beside `known`, which as a whole held-out data speak against,
-// those that make them less likely beside the others and could have been seen there, by their
-// labels; all, where that is true of none alone. Noise is not among them. A comparison each.
+// Of the effects that a trial named beside `known`, those that make held-out data less likely
+// beside the others and could have been seen there, by their labels. Noise is not among them. A
+// comparison each.
+[[nodiscard]] std::vector<std::string> names_spoken_against(const twin::Model& known,
+                                                            const Trial& trial, const Split& split,
+                                                            core::Axis axis);
+
+// The same of a trial that held-out data speak against as a whole: all, where that is true of none
+// alone.
 [[nodiscard]] std::vector<std::string> refuted_names(const twin::Model& known, const Trial& trial,
                                                      const Split& split, core::Axis axis);
 

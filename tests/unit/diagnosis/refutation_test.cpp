@@ -157,7 +157,7 @@ void expect_what_is_in_one_record_alone_to_be_unknown(const twin::Model& given) 
   const std::vector<twin::EffectSpec> hidden{
       field(),
       {.kind = "noise_temperature", .axis = kX, .parameters = {{"growth_per_degc", 0.04}}},
-      {.kind = "hysteresis", .axis = kX, .parameters = {{"k1_deg_h_per_degc", 0.05}}},
+      {.kind = "hysteresis", .axis = kX, .parameters = {{"k1_deg_h_per_degc", -0.05}}},
       {.kind = "warm_up",
        .axis = kX,
        .parameters = {{"amplitude_deg_h", 0.3}, {"tau_s", 1800.0}, {"exponent", 1.0}}}};
