@@ -93,24 +93,25 @@ class Hysteresis final : public Effect {
 }  // namespace
 
 EffectDefinition hysteresis() {
-  return {.equation =
-              "sum of w_i (g(D) - g(D - E_i)), g(x) = k1 x + k2 x^2 + k3 x^3, E_i stop operators "
-              "of D with thresholds r_i, w_i ~ r_i exp(-r_i/r), D = LP_lag(T) - T_ref",
-          .source =
-              "Brokate & Sprekels, Hysteresis and Phase Transitions (1996), "
-              "Prandtl-Ishlinskii; Kuhnen, Eur. J. Control 9 (2003) 407",
-          .parameters = {reference_parameter(),
-                         {"k1_deg_h_per_degc", "of relays at any temperature", 0.0125},
-                         {"k2_deg_h_per_degc2", "how they thicken with temperature", 0.0},
-                         {"k3_deg_h_per_degc3", "how they thin out on either side", 0.0},
-                         shape("typical_threshold_degc", "r", 4.0, {1e-3, 100.0}, {1.5, 4.0, 10.0}),
-                         shape("anhysteretic_share", "s, of what depends on the temperature alone",
-                               0.0, {0.0, 1.0}, {0.0, 1.0}),
-                         lag_parameter()},
-          .inputs = {TemperaturePoint::kCoil},
-          .needs = {Need::kTemperature, Need::kTemperatureCycles},
-          .confused_with = {"shupe", "coil_lag", "warm_up"},
-          .make = make<Hysteresis>};
+  return {
+      .equation =
+          "sum of w_i g(P_i) - (1 - s) g(D), g(x) = k1 x + k2 x^2 + k3 x^3, P_i play operators of "
+          "D with thresholds r_i, w_i ~ r_i exp(-r_i/r), D = LP_lag(T) - T_ref",
+      .source =
+          "Brokate & Sprekels, Hysteresis and Phase Transitions (1996), "
+          "Prandtl-Ishlinskii; Kuhnen, Eur. J. Control 9 (2003) 407",
+      .parameters = {reference_parameter(),
+                     {"k1_deg_h_per_degc", "of relays at any temperature", 0.0125},
+                     {"k2_deg_h_per_degc2", "how they thicken with temperature", 0.0},
+                     {"k3_deg_h_per_degc3", "how they thin out on either side", 0.0},
+                     shape("typical_threshold_degc", "r", 4.0, {1e-3, 100.0}, {1.5, 4.0, 10.0}),
+                     shape("anhysteretic_share", "s, of what depends on the temperature alone", 0.0,
+                           {0.0, 1.0}, {0.0, 1.0}),
+                     lag_parameter()},
+      .inputs = {TemperaturePoint::kCoil},
+      .needs = {Need::kTemperature, Need::kTemperatureCycles},
+      .confused_with = {"shupe", "coil_lag", "warm_up"},
+      .make = make<Hysteresis>};
 }
 
 }  // namespace zerodrift::twin::effects
