@@ -30,10 +30,6 @@ namespace {
 // Less is not worth a second search.
 constexpr double kLeastGainOfLagsNats = 5.0;
 
-bool has_axis(const MeasuredSeries& series, core::Axis axis) {
-  return !series.rate_radps[core::index(axis)].empty();
-}
-
 class AxisExamination {
  public:
   AxisExamination(const twin::Model& model, const MeasuredSeries& series, const Playback& playback,
@@ -462,7 +458,7 @@ AxisDiagnosis diagnose_axis(const twin::Model& model, const PlayedRecord& record
   std::vector<PlayedRecord> held_out;
   for (const PlayedRecord& other : validation) {
     std::optional<UnreferencedMotion> of_other;
-    if (!has_axis(*other.series, axis)) continue;
+    if (!other.series->has(axis)) continue;
     if (const auto part = records.judged(other, of_other)) held_out.push_back(*part);
   }
   AxisDiagnosis result = AxisExamination(model, *judged->series, *judged->playback, axis, options)
@@ -486,7 +482,7 @@ Diagnosis diagnose(const twin::Model& model, const MeasuredSeries& record,
   for (const MeasuredSeries& other : validation)
     held_out.push_back(others.emplace_back(without_lags(other, model)).played());
   for (const core::Axis axis : core::kAxes) {
-    if (!has_axis(series, axis)) continue;
+    if (!series.has(axis)) continue;
     AxisDiagnosis result =
         too_short
             ? can_not_be_diagnosed({}, *too_short, what_would_decide(model, series, playback, axis))

@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "common/core/not_known.h"
+
 namespace zerodrift::diagnosis {
 
 enum class Verdict {
@@ -57,7 +59,7 @@ struct Recalibration {
   std::string parameter{};
   double from = 0.0;
   double to = 0.0;
-  double standard_error = 0.0;  // NaN: not known
+  double standard_error = core::kNaN;  // NaN: not known
 };
 
 struct UnknownEffect {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "common/core/not_known.h"
 #include "common/core/require.h"
 #include "common/core/units.h"
 #include "common/diagnosis/candidates.h"
@@ -125,7 +126,9 @@ Recalibration shift_bias(twin::Model& model, core::Axis axis, double by_radps) {
   const auto given = spec->parameters.find(parameter);
   const double to = (given == spec->parameters.end() ? 0.0 : given->second) + by_deg_h;
   spec->parameters[parameter] = to;
-  return {spec->kind, parameter, to - core::deg_h_from_radps(by_radps), to};
+  const auto error = spec->standard_errors.find(parameter);
+  return {spec->kind, parameter, to - core::deg_h_from_radps(by_radps), to,
+          error == spec->standard_errors.end() ? core::kNaN : error->second};
 }
 
 std::vector<Recalibration> merged(std::vector<Recalibration> first,
@@ -160,9 +163,7 @@ void keep_what_stands(std::vector<Recalibration>& changes, const twin::Model& mo
     if (spec == all.end()) return true;
     change.to = spec->parameters.at(change.parameter);
     const auto error = spec->standard_errors.find(change.parameter);
-    change.standard_error = error == spec->standard_errors.end()
-                                ? std::numeric_limits<double>::quiet_NaN()
-                                : error->second;
+    change.standard_error = error == spec->standard_errors.end() ? core::kNaN : error->second;
     return false;
   });
 }

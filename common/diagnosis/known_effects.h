@@ -38,7 +38,7 @@ struct KnownParameter {
     const std::vector<CorrectionFinding>& corrections);
 
 // Adds to the axis's constant effect, which is added to the list where the model has none; tells
-// from what to what, without a standard error.
+// from what to what, with the standard error that it had.
 Recalibration shift_bias(twin::Model& model, core::Axis axis, double by_radps);
 
 // Of a parameter that was found twice the later value counts.

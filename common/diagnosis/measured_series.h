@@ -69,6 +69,9 @@ struct MeasuredSeries {
   std::uint64_t rows = 0;
   std::uint64_t missing_samples = 0;  // the grid expected, from the median period
 
+  [[nodiscard]] bool has(core::Axis axis) const {
+    return !rate_radps[core::index(axis)].empty();
+  }
   [[nodiscard]] double time_s(std::size_t i) const {
     return start_s + static_cast<double>(i) * interval_s;
   }

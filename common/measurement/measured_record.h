@@ -35,9 +35,7 @@ struct MeasuredRecord {
   [[nodiscard]] double duration_s() const {
     return series.interval_s * static_cast<double>(series.size);
   }
-  [[nodiscard]] bool has(core::Axis axis) const {
-    return !series.rate_radps[core::index(axis)].empty();
-  }
+  [[nodiscard]] bool has(core::Axis axis) const { return series.has(axis); }
 };
 
 // What the rows of a record, or of what was received live, are to be taken for.

@@ -466,7 +466,7 @@ void prove(diagnosis::AxisDiagnosis& result, const std::vector<MeasuredSeries>& 
   double records = 0.0;
   const auto add_square = [](double& sum, double value) { sum += value * value; };
   for (std::size_t i = 0; i < validation.size(); ++i) {
-    if (validation[i].rate_radps[core::index(axis)].empty()) continue;
+    if (!validation[i].has(axis)) continue;
     const auto gap = gap_on(validation[i], playbacks[i], before, after, axis);
     const auto distance = allan_on(validation[i], playbacks[i], before, after, axis);
     add_square(result.held_out.before_rms_radps, gap.before_rms_radps);
@@ -517,7 +517,7 @@ diagnosis::Diagnosis diagnose_by(const BaselineOptions& options, const twin::Mod
   std::vector<Playback> playbacks;
   for (const MeasuredSeries& record : validation) playbacks.emplace_back(record);
   for (const core::Axis axis : core::kAxes) {
-    if (series.rate_radps[core::index(axis)].empty()) continue;
+    if (!series.has(axis)) continue;
     auto result = AxisRegression(options, model, series, playback, axis).run(diagnosis.repaired);
     result.fit = gap_on(series, playback, model, diagnosis.repaired, axis);
     result.allan_log_distance = allan_on(series, playback, model, diagnosis.repaired, axis);

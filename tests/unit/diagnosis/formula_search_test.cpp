@@ -223,9 +223,18 @@ TEST(FormulaSearchLaws, AFormMovesNoRecordFurtherFromItsMean) {
   EXPECT_NEAR(bias_of(far.repaired) - bias_of(given), -0.12, 1e-9);  // 20 uT by blocks
   ASSERT_EQ(far.recalibrated.size(), 1U);
   EXPECT_EQ(far.recalibrated.front().name, "bias");
+  EXPECT_TRUE(std::isnan(far.recalibrated.front().standard_error));  // the model states none
   const twin::Model stays = far.repaired;
   keep_mean(far, input);
   EXPECT_NEAR(bias_of(far.repaired), bias_of(stays), 1e-9);
+  // A bias that is moved is as uncertain as it was.
+  Trial stated{.repaired = with_field(1e-3)};
+  for (twin::EffectSpec& effect : stated.repaired.effects) {
+    if (effect.kind == "bias") effect.standard_errors["bias_deg_h"] = 0.02;
+  }
+  keep_mean(stated, input);
+  ASSERT_EQ(stated.recalibrated.size(), 1U);
+  EXPECT_EQ(stated.recalibrated.front().standard_error, 0.02);
   // What brings the mean closer has a zero of its own.
   for (std::size_t i = 0; i < record.size; ++i)
     record.rate_radps[0][i] += core::radps_from_deg_h(0.1);
