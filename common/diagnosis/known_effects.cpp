@@ -25,9 +25,10 @@ constexpr double kExpectedShareOfAmplitude = 0.5;
 constexpr double kExpectedShareOfShape = 0.3;
 constexpr double kDifferenceShare = 0.02;  // step of the difference columns
 
+// NaN where the model states none.
 double standard_error_of(const EffectSpec& spec, const std::string& parameter) {
   const auto found = spec.standard_errors.find(parameter);
-  return found == spec.standard_errors.end() ? 0.0 : found->second;
+  return found == spec.standard_errors.end() ? core::kNaN : found->second;
 }
 
 // (f(p + h) - f(p - h)) / 2h.
@@ -74,8 +75,8 @@ std::vector<KnownParameter> known_parameters(const twin::Model& model, core::Axi
       if (!amplitude && !is_fitted_shape(parameter, spec)) continue;
       const double value = complete.at(parameter.name);
       const double share = amplitude ? kExpectedShareOfAmplitude : kExpectedShareOfShape;
-      double expected = std::max(kExpectedErrors * standard_error_of(spec, parameter.name),
-                                 share * std::abs(value));
+      double expected = std::fmax(kExpectedErrors * standard_error_of(spec, parameter.name),
+                                  share * std::abs(value));  // no NaN
       if (expected == 0.0) expected = std::numeric_limits<double>::infinity();
       known.push_back(
           {i,
@@ -126,9 +127,8 @@ Recalibration shift_bias(twin::Model& model, core::Axis axis, double by_radps) {
   const auto given = spec->parameters.find(parameter);
   const double to = (given == spec->parameters.end() ? 0.0 : given->second) + by_deg_h;
   spec->parameters[parameter] = to;
-  const auto error = spec->standard_errors.find(parameter);
   return {spec->kind, parameter, to - core::deg_h_from_radps(by_radps), to,
-          error == spec->standard_errors.end() ? core::kNaN : error->second};
+          standard_error_of(*spec, parameter)};
 }
 
 std::vector<Recalibration> merged(std::vector<Recalibration> first,
@@ -162,8 +162,7 @@ void keep_what_stands(std::vector<Recalibration>& changes, const twin::Model& mo
     const auto spec = std::find_if(all.begin(), all.end(), has_it);
     if (spec == all.end()) return true;
     change.to = spec->parameters.at(change.parameter);
-    const auto error = spec->standard_errors.find(change.parameter);
-    change.standard_error = error == spec->standard_errors.end() ? core::kNaN : error->second;
+    change.standard_error = standard_error_of(*spec, change.parameter);
     return false;
   });
 }

@@ -9,11 +9,10 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
-#include <random>
-#include <vector>
 
 #include "common/core/units.h"
 #include "common/twin/effect_catalogue.h"
+#include "tests/support/relays.h"
 #include "tests/unit/diagnosis/simulated_series.h"
 
 namespace zerodrift::diagnosis {
@@ -90,27 +89,6 @@ TEST(DiagnosisScenario, AHiddenEffectIsNamedAddedAndProved) {
   EXPECT_TRUE(diagnosed(repaired, truth).effects.empty());
 }
 
-// Relays of many widths around one temperature of a probe, deg/h: nothing of the twin's.
-std::vector<double> relays_deg_h(const std::vector<double>& temperature_degc, double centre_degc,
-                                 double spread_degc, double width_degc, double size_deg_h,
-                                 std::uint64_t seed) {
-  constexpr int kRelays = 300;
-  std::mt19937_64 random(seed);
-  std::normal_distribution<double> normal;
-  std::vector<double> sum(temperature_degc.size(), 0.0);
-  for (int relay = 0; relay < kRelays; ++relay) {
-    const double at = centre_degc + spread_degc * normal(random);
-    const double half_width = std::abs(width_degc * normal(random));
-    double state = temperature_degc.front() > at ? 1.0 : -1.0;
-    for (std::size_t i = 0; i < sum.size(); ++i) {
-      if (temperature_degc[i] > at + half_width) state = 1.0;
-      if (temperature_degc[i] < at - half_width) state = -1.0;
-      sum[i] += size_deg_h * state / kRelays;
-    }
-  }
-  return sum;
-}
-
 // What operators that are the same at all temperatures leave of such a course is a lag's, a walk's
 // or nobody's.
 TEST(DiagnosisScenario, RelaysOfAPartOfTheRangeAreHysteresis) {
@@ -118,10 +96,11 @@ TEST(DiagnosisScenario, RelaysOfAPartOfTheRangeAreHysteresis) {
   for (const int draw : {1, 2, 3}) {
     const auto hidden = [&](std::uint64_t seed) {
       MeasuredSeries series = test::simulated(model, test::chamber_profile(), seed);
-      const auto added = relays_deg_h(series.probes[1].temperature_degc, 15.0 + 5.0 * draw, 5.0,
-                                      4.0 + 2.0 * draw, 0.2, static_cast<std::uint64_t>(draw));
+      const auto added =
+          zerodrift::test::relays(300, series.probes[1].temperature_degc, 15.0 + 5.0 * draw, 5.0,
+                                  4.0 + 2.0 * draw, static_cast<std::uint64_t>(draw));
       for (std::size_t i = 0; i < added.size(); ++i)
-        series.rate_radps[0][i] += core::radps_from_deg_h(added[i]);
+        series.rate_radps[0][i] += core::radps_from_deg_h(0.2 * added[i]);
       return series;
     };
     const AxisDiagnosis axis = *diagnose(model, hidden(11), {hidden(12)}, kOptions).axes[0];

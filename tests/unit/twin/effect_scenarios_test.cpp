@@ -9,11 +9,11 @@
 #include <functional>
 #include <initializer_list>
 #include <numbers>
-#include <random>
 #include <string>
 #include <vector>
 
 #include "common/core/units.h"
+#include "tests/support/relays.h"
 #include "tests/unit/twin/examples.h"
 #include "tests/unit/twin/excited_inputs.h"
 
@@ -229,33 +229,21 @@ TEST(HysteresisScenario, TheLoopIsOpenAndDoesNotDependOnTheRate) {
 // What the powers are for: relays at temperatures that only a part of the range has. With k1 alone
 // the operators are the same at all temperatures.
 TEST(HysteresisScenario, FollowsRelaysOfOnePartOfTheRange) {
-  std::mt19937_64 random(7);
-  std::normal_distribution<double> normal;
   std::vector<double> temperatures;
   for (const double level : {20.0, 55.0, -5.0, 40.0, 10.0, 50.0, 25.0, 0.0, 30.0}) {
     const double from = temperatures.empty() ? level : temperatures.back();
     for (int i = 1; i <= 100; ++i) temperatures.push_back(from + (level - from) * i / 100.0);
   }
-  constexpr int kRelays = 400;
-  Eigen::VectorXd wave = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(temperatures.size()));
-  for (int relay = 0; relay < kRelays; ++relay) {
-    const double centre = 22.0 + 8.0 * normal(random);
-    const double half_width = std::abs(7.0 * normal(random));
-    double state = temperatures.front() > centre ? 1.0 : -1.0;
-    for (Eigen::Index k = 0; k < wave.size(); ++k) {
-      const double t = temperatures[static_cast<std::size_t>(k)];
-      if (t > centre + half_width) state = 1.0;
-      if (t < centre - half_width) state = -1.0;
-      wave(k) += state / kRelays;
-    }
-  }
+  const auto vector_of = [](const std::vector<double>& values) {
+    return Eigen::VectorXd(
+        Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size())));
+  };
+  const Eigen::VectorXd wave = vector_of(test::relays(400, temperatures, 22.0, 8.0, 7.0, 7));
   const auto column = [&](const std::string& amplitude) {
     twin::Parameters parameters{{"k1_deg_h_per_degc", 0.0}, {"typical_threshold_degc", 6.0}};
     parameters[amplitude] = 1.0;
-    const auto added =
-        run_deg_h(effect("hysteresis", parameters), at_temperatures(temperatures), 1.0);
-    return Eigen::VectorXd(
-        Eigen::Map<const Eigen::VectorXd>(added.data(), static_cast<Eigen::Index>(added.size())));
+    return vector_of(
+        run_deg_h(effect("hysteresis", parameters), at_temperatures(temperatures), 1.0));
   };
   const auto left_by = [&](std::initializer_list<std::string> amplitudes) {
     Eigen::MatrixXd columns(wave.size(), 4);
