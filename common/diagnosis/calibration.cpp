@@ -101,7 +101,7 @@ class ListedFit {
   [[nodiscard]] std::size_t groups() const { return board_.group_count(); }
 
   [[nodiscard]] bool is_testable(std::size_t variant) const {
-    return board_.variant(variant).testability == Testability::kTestable;
+    return board_.variant(variant).testability() == Testability::kTestable;
   }
 
   // The most evident one first; all effects with the same choice of inputs, of their first and of

@@ -140,11 +140,10 @@ class AxisExamination {
                                               const Split& split, Lags lags,
                                               std::span<const NamedEffect> beside,
                                               SlowNoise slow_noise) const {
-    Calibrated result{
-        calibrate(
-            {model_, series_, playback_, axis_, split.fitted, options_, refuted, {}, slow_noise},
-            lags, beside),
-        slow_noise};
+    TrialInput input = AxisExamination::beside(model_, split, {});
+    input.refuted = refuted;
+    input.slow_noise = slow_noise;
+    Calibrated result{calibrate(input, lags, beside), slow_noise};
     const Trial& trial = result.calibration.trial;
     result.acceptance =
         judge(trial, compare_on(split.held_out, model_, trial.repaired, axis_), split.kind);
@@ -347,7 +346,7 @@ class AxisExamination {
 
   [[nodiscard]] TrialInput beside(const twin::Model& known, const Split& split,
                                   std::span<const std::size_t> calibrated) const {
-    return {known, series_, playback_, axis_, split.fitted, options_, {}, calibrated};
+    return {known, series_, playback_, axis_, split.fitted, options_, {}, calibrated, &columns_};
   }
 
   static void take_formula(Judged& judged, Trial trial, std::vector<NamedEffect> with) {
@@ -446,6 +445,7 @@ class AxisExamination {
   const Playback& playback_;
   core::Axis axis_;
   const DiagnosisOptions& options_;
+  mutable ColumnMemory columns_;  // of the searches, which come one after the other
 };
 
 AxisDiagnosis diagnose_axis(const twin::Model& model, const PlayedRecord& record,

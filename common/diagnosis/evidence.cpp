@@ -126,12 +126,16 @@ SpectralColumn ColumnTransform::split(const Eigen::VectorXd& cosine) const {
   return column;
 }
 
-std::optional<std::vector<SpectralColumn>> ColumnTransform::columns(
-    std::vector<std::vector<double>> values) {
+bool ColumnTransform::takes(std::span<const double> values) const {
+  return values.size() == bands_.samples() &&
+         std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
+}
+
+std::vector<SpectralColumn> ColumnTransform::columns(std::vector<std::vector<double>> values) {
   constexpr double kConstant = 1e-10;  // of the largest value: what rounding leaves of a constant
   std::vector<SpectralColumn> result;
   for (std::vector<double>& v : values) {
-    if (v.size() != bands_.samples() || !array_of(v).allFinite()) return std::nullopt;
+    core::require(takes(v), "columns are finite and as long as the series");
     gaps_.apply(v);
   }
   for (std::size_t i = 0; i < values.size(); i += 2) {

@@ -73,9 +73,11 @@ class ColumnTransform {
 
   [[nodiscard]] const SpectralBands& bands() const noexcept { return bands_; }
   [[nodiscard]] double coefficient_weight() const noexcept { return weight_; }
-  // Empty where a value is not finite or a length is wrong.
-  [[nodiscard]] std::optional<std::vector<SpectralColumn>> columns(
-      std::vector<std::vector<double>> values);
+  // As long as the series, and all of it finite.
+  [[nodiscard]] bool takes(std::span<const double> values) const;
+  // Two at a time, so that many at once cost half. Throws std::logic_error for one that it doesn't
+  // take.
+  [[nodiscard]] std::vector<SpectralColumn> columns(std::vector<std::vector<double>> values);
   // The series itself: not scaled (norm is 1), missing values may be anything.
   [[nodiscard]] SpectralColumn series(std::span<const double> values,
                                       std::span<const std::uint8_t> valid);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <stdexcept>
 #include <utility>
@@ -28,8 +29,8 @@ struct Chosen {
 
 class Searcher {
  public:
-  Searcher(const SearchProblem& problem, const SearchOptions& options)
-      : problem_(problem), options_(options), board_(problem, options) {
+  Searcher(const SearchProblem& problem, const SearchOptions& options, ColumnMemory* memory)
+      : problem_(problem), options_(options), board_(problem, options, memory) {
     const std::size_t groups = std::max<std::size_t>(problem.groups.size(), 1);
     threshold_ = std::log(static_cast<double>(groups) / options.false_alarm);
   }
@@ -73,9 +74,14 @@ class Searcher {
     return groups;
   }
 
-  // Everything beside the chosen ones but one.
-  [[nodiscard]] Evaluation evaluate(std::size_t left_out = kNone) const {
-    return board_.evaluate(base_without(left_out), chosen_groups(left_out), first_.null.squares);
+  // Everything beside the chosen ones but one. What was asked before, with shapes as they are now,
+  // isn't evaluated again.
+  [[nodiscard]] Evaluation evaluate(std::size_t left_out = kNone) {
+    const Question question{base_without(left_out), chosen_groups(left_out)};
+    const auto before = evaluations_.find(question);
+    if (before != evaluations_.end()) return before->second;
+    const Evaluation e = board_.evaluate(question.first, question.second, first_.null.squares);
+    return evaluations_.emplace(question, e).first->second;
   }
 
   [[nodiscard]] double score(const Evaluation& e, std::size_t group) const {
@@ -150,6 +156,7 @@ class Searcher {
     std::stable_sort(order.begin(), order.end(),
                      [&](std::size_t a, std::size_t b) { return score(e, a) > score(e, b); });
     order.resize(std::min(order.size(), options_.refined_groups));
+    if (!order.empty()) evaluations_.clear();
     for (const std::size_t g : order) {
       const std::size_t variant = e.groups[g].best_variant;
       board_.refine(variant, base, e.noises[e.variants[variant].noise]);
@@ -366,9 +373,12 @@ class Searcher {
     return place;
   }
 
+  using Question = std::pair<Base, std::vector<std::size_t>>;  // beside what, without which groups
+
   const SearchProblem& problem_;
   const SearchOptions& options_;
   Board board_;
+  std::map<Question, Evaluation> evaluations_;
   double threshold_ = 0.0;
   Evaluation first_;      // beside the known columns
   Evaluation remainder_;  // beside all chosen
@@ -391,7 +401,8 @@ std::string_view name(SearchOutcome outcome) noexcept {
   return "";
 }
 
-SearchReport find_missing(const SearchProblem& problem, const SearchOptions& options) {
+SearchReport find_missing(const SearchProblem& problem, const SearchOptions& options,
+                          ColumnMemory* memory) {
   if (const auto error = options.validate()) throw std::invalid_argument(*error);
   problem.check();
   if (auto reason = problem.reason_to_refuse(options.least_valid_share)) {
@@ -399,7 +410,7 @@ SearchReport find_missing(const SearchProblem& problem, const SearchOptions& opt
     report.reason = std::move(*reason);
     return report;
   }
-  return Searcher(problem, options).run();
+  return Searcher(problem, options, memory).run();
 }
 
 }  // namespace zerodrift::diagnosis

@@ -21,6 +21,7 @@
 #include <string_view>
 #include <vector>
 
+#include "common/diagnosis/column_memory.h"
 #include "common/diagnosis/group_findings.h"
 #include "common/diagnosis/joint_fit.h"
 #include "common/diagnosis/search_problem.h"
@@ -70,6 +71,7 @@ struct SearchReport {
 // exception. About 1 s for 18000 points and 800 columns on one core; memory 4 bytes a point and
 // column.
 [[nodiscard]] SearchReport find_missing(const SearchProblem& problem,
-                                        const SearchOptions& options = {});
+                                        const SearchOptions& options = {},
+                                        ColumnMemory* memory = nullptr);
 
 }  // namespace zerodrift::diagnosis

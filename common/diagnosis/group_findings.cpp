@@ -12,7 +12,7 @@ namespace {
 Testability testability_of(std::size_t group, const Board& board, const Evaluation& first) {
   Testability best = Testability::kUnusable;
   for (const std::size_t i : board.members(group)) {
-    Testability t = board.variant(i).testability;
+    Testability t = board.variant(i).testability();
     if (t == Testability::kTestable && !std::isfinite(first.variants[i].log_evidence)) {
       t = Testability::kCollinear;
     }
@@ -40,7 +40,7 @@ std::string nearest_known(std::size_t group, const Board& board, const Evaluatio
   const auto p = static_cast<Eigen::Index>(board.known().size());
   for (const std::size_t i : board.members(group)) {
     const BoardVariant& v = board.variant(i);
-    if (v.testability != Testability::kTestable) continue;
+    if (v.testability() != Testability::kTestable) continue;
     const Eigen::MatrixXd gram = weighted_gram(board.rows(board.known(), &v),
                                                board.dictionary().spectra() * first.null.squares);
     for (Eigen::Index j = 0; j < p; ++j) {
@@ -56,10 +56,10 @@ std::string nearest_known(std::size_t group, const Board& board, const Evaluatio
 double square_of_unit_rms(const ProjectedColumns& projected, const BoardVariant& v,
                           const Board& board, std::size_t samples) {
   constexpr double kRidge = 1e-9;  // columns may depend on each other
-  Eigen::MatrixXd plain = v.plain_gram;
+  Eigen::MatrixXd plain = v.made->plain_gram;
   plain.diagonal().array() += kRidge;
   const double mean = Eigen::LLT<Eigen::MatrixXd>(plain).solve(projected.gram).trace() /
-                      static_cast<double>(v.columns.size());
+                      static_cast<double>(v.columns().size());
   return mean * static_cast<double>(samples) * board.coefficient_weight();
 }
 
@@ -85,7 +85,7 @@ GroupFinding group_finding(std::size_t group, const SearchProblem& problem,
   const ColumnEvidence e = column_evidence(
       board.project(board.known(), {score.best_variant}, spectrum).front(), options.evidence);
   const double power =
-      e.amplitudes.dot(best.plain_gram * e.amplitudes) / board.coefficient_weight();
+      e.amplitudes.dot(best.made->plain_gram * e.amplitudes) / board.coefficient_weight();
   f.rms = std::sqrt(std::max(power, 0.0) / static_cast<double>(problem.series.size()));
   return f;
 }
@@ -97,7 +97,7 @@ void add_power(GroupFinding& finding, const SearchProblem& problem, const Search
       static_cast<std::size_t>(&problem.group(finding.group) - problem.groups.data());
   std::vector<std::size_t> variants;
   for (const std::size_t i : board.members(group)) {
-    if (board.variant(i).testability == Testability::kTestable) variants.push_back(i);
+    if (board.variant(i).testability() == Testability::kTestable) variants.push_back(i);
   }
   const auto projected = board.project(base, variants, spectrum);
   std::vector<std::pair<double, std::size_t>> squares;  // d² of unit RMS, variant
@@ -111,10 +111,10 @@ void add_power(GroupFinding& finding, const SearchProblem& problem, const Search
   const auto [square, variant] = squares[squares.size() / 2];
   finding.smallest_rms = options.power_separation / std::sqrt(square);
   const BoardVariant& v = board.variant(variant);
-  if (v.columns.size() != 1) return;
+  if (v.columns().size() != 1) return;
   finding.smallest_amplitude = finding.smallest_rms *
                                std::sqrt(static_cast<double>(problem.series.size())) /
-                               v.columns.front().norm;
+                               v.columns().front().norm;
 }
 
 }  // namespace zerodrift::diagnosis

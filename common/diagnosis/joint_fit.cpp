@@ -47,7 +47,7 @@ FittedEffect fitted_effect(const SearchProblem& problem, const Board& board, std
   for (std::size_t j = 0; j < places.size(); ++j) {
     const auto at = std::find(base.begin(), base.end(), places[j]);
     if (at == base.end()) continue;
-    to_columns(static_cast<Eigen::Index>(v.which[j]), at - base.begin()) =
+    to_columns(static_cast<Eigen::Index>(v.made->which[j]), at - base.begin()) =
         1.0 / board.active(*at).norm;
   }
   const Eigen::VectorXd amplitudes = to_columns * joint.values;
@@ -110,7 +110,7 @@ std::optional<JointFit> fit_jointly(const SearchProblem& problem,
   Base base = board.known();
   std::vector<Base> places;
   for (std::size_t i = 0; i < chosen.size(); ++i) {
-    if (board.variant(i).testability != Testability::kTestable) return std::nullopt;
+    if (board.variant(i).testability() != Testability::kTestable) return std::nullopt;
     places.push_back(board.activate(i));
     base.insert(base.end(), places.back().begin(), places.back().end());
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <sstream>
 
 #include "common/core/units.h"
 #include "common/twin/effect_catalogue.h"
@@ -93,10 +94,23 @@ std::string name_of(const GenericFunction& function) {
   return name + ")";
 }
 
+// All that makes its columns but the record and the shape.
+std::string identity_of(const Candidate& candidate, const ShapeCode& code) {
+  std::ostringstream text;
+  text << std::hexfloat << label_of(*candidate.definition);
+  for (const auto& [name, value] : candidate.conventions) text << ' ' << name << '=' << value;
+  for (const auto& choice : code.choices) {
+    text << " of";
+    for (const twin::TemperaturePoint point : choice) text << ' ' << twin::name(point);
+  }
+  return text.str();
+}
+
 CandidateGroup group_of(const Candidate& candidate, const ShapeCode& code,
                         const MeasuredSeries& series, const Playback& playback) {
   CandidateGroup group;
   group.name = label_of(*candidate.definition);
+  group.identity = identity_of(candidate, code);
   group.family = twin::input_family(*candidate.definition);
   group.happens_once = candidate.definition->search.happens_once;
   for (const Variant& variant : candidate.variants)
@@ -117,6 +131,7 @@ CandidateGroup group_of(const Candidate& candidate, const ShapeCode& code,
 CandidateGroup group_of(const GenericFunction& function) {
   CandidateGroup group;
   group.name = name_of(function);
+  group.identity = group.name;
   group.kind = CandidateKind::kGeneric;
   group.family = function.family;
   for (std::size_t i = 0; i < function.resolutions.size(); ++i)

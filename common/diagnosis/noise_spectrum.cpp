@@ -23,33 +23,33 @@ bool is_same(const NoiseTerm& a, const NoiseTerm& b) {
 struct Solved {
   double log_likelihood = -std::numeric_limits<double>::infinity();  // without the noise's prior
   Eigen::VectorXd amplitudes;
-  Eigen::MatrixXd inverse;  // A^-1
+  Eigen::VectorXd scale;
+  Eigen::LLT<Eigen::MatrixXd> factor;  // of diag(scale) A diag(scale)
+
+  [[nodiscard]] Eigen::MatrixXd inverse() const {  // A^-1
+    const Eigen::Index p = scale.size();
+    return scale.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(p, p)) * scale.asDiagonal();
+  }
 };
 
-enum class Wanted : std::uint8_t { kLikelihood, kInverseToo };
-
-Solved solve(const RowSystem& rows, const Eigen::VectorXd& spectrum, Wanted wanted) {
+Solved solve(const RowSystem& rows, const Eigen::VectorXd& spectrum) {
   const Eigen::Index p = rows.columns();
   const Eigen::MatrixXd gram = weighted_gram(rows, spectrum);
-  Solved solved;
+  Solved solved{};
   double quadratic = gram(p, p);
   double log_determinant = 0.0;
   if (p > 0) {
     Eigen::MatrixXd a = gram.topLeftCorner(p, p);
     a.diagonal() += rows.ridge;
-    const Eigen::VectorXd scale = a.diagonal().cwiseSqrt().cwiseInverse();
-    const Eigen::LLT<Eigen::MatrixXd> factor(scale.asDiagonal() * a * scale.asDiagonal());
-    if (factor.info() != Eigen::Success) return solved;
-    const Eigen::VectorXd rhs = scale.cwiseProduct(gram.col(p).head(p));
-    const Eigen::VectorXd solution = factor.solve(rhs);
-    solved.amplitudes = scale.cwiseProduct(solution);
+    solved.scale = a.diagonal().cwiseSqrt().cwiseInverse();
+    solved.factor.compute(solved.scale.asDiagonal() * a * solved.scale.asDiagonal());
+    if (solved.factor.info() != Eigen::Success) return solved;
+    const Eigen::VectorXd rhs = solved.scale.cwiseProduct(gram.col(p).head(p));
+    const Eigen::VectorXd solution = solved.factor.solve(rhs);
+    solved.amplitudes = solved.scale.cwiseProduct(solution);
     quadratic -= rhs.dot(solution);
-    const Eigen::MatrixXd& l = factor.matrixLLT();
-    log_determinant = 2.0 * (l.diagonal().array().log().sum() - scale.array().log().sum());
-    if (wanted == Wanted::kInverseToo) {
-      solved.inverse =
-          scale.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(p, p)) * scale.asDiagonal();
-    }
+    const Eigen::MatrixXd& l = solved.factor.matrixLLT();
+    log_determinant = 2.0 * (l.diagonal().array().log().sum() - solved.scale.array().log().sum());
   }
   const double log_spectrum = rows.counts.dot(spectrum.array().log().matrix());
   solved.log_likelihood = -0.5 * (log_spectrum + log_determinant + quadratic);
@@ -78,11 +78,12 @@ Residual residual(const RowSystem& rows, const Eigen::VectorXd& spectrum, const 
   }
   if (p > 0) {
     const auto x = rows.singles.leftCols(p);
-    const Eigen::MatrixXd gain = x * solved.inverse;
+    const Eigen::MatrixXd inverse = solved.inverse();
+    const Eigen::MatrixXd gain = x * inverse;
     r.leverage.head(singles) = gain.cwiseProduct(x).rowwise().sum();
     if (bins > 0) {
       Eigen::MatrixXd padded = Eigen::MatrixXd::Zero(p + 1, p + 1);
-      padded.topLeftCorner(p, p) = solved.inverse;
+      padded.topLeftCorner(p, p) = inverse;
       r.leverage.tail(bins) =
           rows.products * Eigen::Map<const Eigen::VectorXd>(padded.data(), padded.size());
     }
@@ -104,12 +105,21 @@ double prior_log_density(const NoiseDictionary& dictionary, const Eigen::VectorX
   return sum;
 }
 
-double penalised(const RowSystem& rows, const NoiseDictionary& dictionary,
-                 const Eigen::VectorXd& squares) {
-  const Eigen::VectorXd spectrum = dictionary.spectra() * squares;
-  if (!(spectrum.minCoeff() > 0.0)) return -std::numeric_limits<double>::infinity();
-  return solve(rows, spectrum, Wanted::kLikelihood).log_likelihood +
-         prior_log_density(dictionary, squares);
+// The regression at squares of the dictionary's terms, and what it is worth with their prior.
+struct Point {
+  Eigen::VectorXd squares;
+  Eigen::VectorXd spectrum;
+  Solved solved{};
+  double penalised = -std::numeric_limits<double>::infinity();
+};
+
+Point point_at(const RowSystem& rows, const NoiseDictionary& dictionary,
+               const Eigen::VectorXd& squares) {
+  Point point{.squares = squares, .spectrum = dictionary.spectra() * squares};
+  if (!(point.spectrum.minCoeff() > 0.0)) return point;
+  point.solved = solve(rows, point.spectrum);
+  point.penalised = point.solved.log_likelihood + prior_log_density(dictionary, squares);
+  return point;
 }
 
 // Gradient split into what pulls a square up and what pulls it down, and the Fisher information.
@@ -119,12 +129,12 @@ struct Derivatives {
 };
 
 Derivatives derivatives(const RowSystem& rows, const NoiseDictionary& dictionary,
-                        const Eigen::VectorXd& squares) {
+                        const Point& point) {
   const Eigen::MatrixXd& d = dictionary.spectra();
-  const Eigen::VectorXd spectrum = d * squares;
-  const Solved solved = solve(rows, spectrum, Wanted::kInverseToo);
-  if (!std::isfinite(solved.log_likelihood)) return {};
-  const Residual r = residual(rows, spectrum, solved);
+  const Eigen::VectorXd& squares = point.squares;
+  const Eigen::VectorXd& spectrum = point.spectrum;
+  if (!std::isfinite(point.solved.log_likelihood)) return {};
+  const Residual r = residual(rows, spectrum, point.solved);
   const Eigen::VectorXd freedom = (rows.counts - r.leverage).cwiseMax(1e-6 * rows.counts);
   Derivatives v;
   v.up = 0.5 * d.transpose() * r.power.cwiseQuotient(spectrum.cwiseAbs2());
@@ -199,16 +209,11 @@ bool has_power(const RowSystem& rows, const Eigen::VectorXd& squares) {
 
 std::string_view name(NoiseKind kind) noexcept {
   switch (kind) {
-    case NoiseKind::kWhite:
-      return "white";
-    case NoiseKind::kFlicker:
-      return "flicker";
-    case NoiseKind::kRandomWalk:
-      return "random walk";
-    case NoiseKind::kQuantization:
-      return "quantisation";
-    case NoiseKind::kMarkov:
-      return "Markov";
+    case NoiseKind::kWhite: return "white";
+    case NoiseKind::kFlicker: return "flicker";
+    case NoiseKind::kRandomWalk: return "random walk";
+    case NoiseKind::kQuantization: return "quantisation";
+    case NoiseKind::kMarkov: return "Markov";
   }
   assert(false && "no such noise");
   return "";
@@ -222,14 +227,10 @@ UnitSpectrum::UnitSpectrum(const NoiseTerm& term, double interval_s) noexcept
 
 double UnitSpectrum::operator()(double eigenvalue) const noexcept {
   switch (kind_) {
-    case NoiseKind::kWhite:
-      return 1.0 / interval_s_;
-    case NoiseKind::kFlicker:
-      return 1.0 / std::sqrt(eigenvalue);
-    case NoiseKind::kRandomWalk:
-      return interval_s_ / eigenvalue;
-    case NoiseKind::kQuantization:
-      return eigenvalue / (interval_s_ * interval_s_);
+    case NoiseKind::kWhite: return 1.0 / interval_s_;
+    case NoiseKind::kFlicker: return 1.0 / std::sqrt(eigenvalue);
+    case NoiseKind::kRandomWalk: return interval_s_ / eigenvalue;
+    case NoiseKind::kQuantization: return eigenvalue / (interval_s_ * interval_s_);
     case NoiseKind::kMarkov:
       return forgets_ * (1.0 + memory_) / (forgets_ * forgets_ + memory_ * eigenvalue);
   }
@@ -329,12 +330,12 @@ std::optional<std::string> NoiseFitOptions::validate() const {
 
 double restricted_log_likelihood(const RowSystem& rows, const NoiseDictionary& dictionary,
                                  const Eigen::VectorXd& squares) {
-  return penalised(rows, dictionary, squares);
+  return point_at(rows, dictionary, squares).penalised;
 }
 
 Eigen::VectorXd restricted_gradient(const RowSystem& rows, const NoiseDictionary& dictionary,
                                     const Eigen::VectorXd& squares) {
-  const Derivatives v = derivatives(rows, dictionary, squares);
+  const Derivatives v = derivatives(rows, dictionary, point_at(rows, dictionary, squares));
   return v.up - v.down;
 }
 
@@ -347,18 +348,18 @@ NoiseFit fit_noise(const RowSystem& rows, const NoiseDictionary& dictionary,
   const bool fresh = start.size() != dictionary.size();
   fit.squares = fresh ? even_start(rows, dictionary) : start;
   if (!has_power(rows, fit.squares)) return fit;
-  fit.log_likelihood = penalised(rows, dictionary, fit.squares);
-  if (!std::isfinite(fit.log_likelihood)) return fit;
+  Point at = point_at(rows, dictionary, fit.squares);
+  fit.log_likelihood = at.penalised;
+  if (!std::isfinite(at.penalised)) return fit;
 
   fit.status = NoiseFitStatus::kIterationLimit;
   while (fit.iterations < options.max_iterations) {
-    const Derivatives v = derivatives(rows, dictionary, fit.squares);
+    const Derivatives v = derivatives(rows, dictionary, at);
     if (v.up.size() == 0) break;
     const bool multiplicative = fresh && fit.iterations < kMultiplicativeSteps;
     ++fit.iterations;
     if (multiplicative) {
-      fit.squares = fit.squares.array() * (v.up.array() / v.down.array()).sqrt();
-      fit.log_likelihood = penalised(rows, dictionary, fit.squares);
+      at = point_at(rows, dictionary, at.squares.array() * (v.up.array() / v.down.array()).sqrt());
       continue;
     }
     // In units of the squares' own precision the coordinates are comparable.
@@ -366,7 +367,7 @@ NoiseFit fit_noise(const RowSystem& rows, const NoiseDictionary& dictionary,
     const Eigen::VectorXd gradient = unit.cwiseProduct(v.up - v.down);
     const Eigen::MatrixXd information = unit.asDiagonal() * v.information * unit.asDiagonal();
     const Eigen::VectorXd step =
-        unit.cwiseProduct(bounded_step(gradient, information, fit.squares.cwiseQuotient(unit)));
+        unit.cwiseProduct(bounded_step(gradient, information, at.squares.cwiseQuotient(unit)));
     fit.promised_nats = step.dot(v.up - v.down);
     if (fit.promised_nats < options.settled_nats) {
       fit.status = NoiseFitStatus::kConverged;
@@ -375,11 +376,9 @@ NoiseFit fit_noise(const RowSystem& rows, const NoiseDictionary& dictionary,
     double share = 1.0;
     bool moved = false;
     for (int i = 0; i < kHalvings && !moved; ++i, share *= 0.5) {
-      const Eigen::VectorXd next = (fit.squares + share * step).cwiseMax(0.0);
-      const double likelihood = penalised(rows, dictionary, next);
-      if (likelihood <= fit.log_likelihood) continue;
-      fit.squares = next;
-      fit.log_likelihood = likelihood;
+      Point next = point_at(rows, dictionary, (at.squares + share * step).cwiseMax(0.0));
+      if (next.penalised <= at.penalised) continue;
+      at = std::move(next);
       moved = true;
     }
     if (!moved) {  // rounding is all that is left
@@ -388,7 +387,9 @@ NoiseFit fit_noise(const RowSystem& rows, const NoiseDictionary& dictionary,
       break;
     }
   }
-  fit.spectrum = dictionary.spectra() * fit.squares;
+  fit.squares = std::move(at.squares);
+  fit.spectrum = std::move(at.spectrum);
+  fit.log_likelihood = at.penalised;
   return fit;
 }
 
@@ -411,14 +412,14 @@ Eigen::MatrixXd weighted_gram(const RowSystem& rows, const Eigen::VectorXd& spec
 
 std::optional<Amplitudes> fit_amplitudes(const RowSystem& rows, const Eigen::VectorXd& spectrum) {
   if (spectrum.size() != rows.counts.size()) return std::nullopt;
-  Solved solved = solve(rows, spectrum, Wanted::kInverseToo);
+  Solved solved = solve(rows, spectrum);
   if (!std::isfinite(solved.log_likelihood)) return std::nullopt;
-  return Amplitudes{std::move(solved.amplitudes), std::move(solved.inverse)};
+  return Amplitudes{std::move(solved.amplitudes), solved.inverse()};
 }
 
 std::vector<OctavePower> power_by_octave(const RowSystem& rows, const SpectralBands& bands,
                                          const Eigen::VectorXd& spectrum, double interval_s) {
-  const Solved solved = solve(rows, spectrum, Wanted::kInverseToo);
+  const Solved solved = solve(rows, spectrum);
   if (!std::isfinite(solved.log_likelihood)) return {};
   const Residual r = residual(rows, spectrum, solved);
   const double hz_per_k = 0.5 / (static_cast<double>(bands.samples()) * interval_s);

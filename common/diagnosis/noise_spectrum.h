@@ -134,7 +134,7 @@ class NoiseDictionary {
 
 struct NoiseFitOptions {
   int max_iterations = 200;
-  double settled_nats = 1e-6;  // gain that the next step promises
+  double settled_nats = 1e-4;  // gain that the next step promises
 
   [[nodiscard]] std::optional<std::string> validate() const;
 };

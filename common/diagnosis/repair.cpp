@@ -191,9 +191,9 @@ double evidence_of(const NoiseFindings& noise) {
 
 // An unknown dependence on an input, described by a spline, leaves a remainder that effects of the
 // same input seem to explain: with an unknown of their family none of them is named.
-SearchReport search_without_family_of_unknown(SearchProblem& problem,
-                                              const SearchOptions& options) {
-  SearchReport report = find_missing(problem, options);
+SearchReport search_without_family_of_unknown(SearchProblem& problem, const SearchOptions& options,
+                                              ColumnMemory* memory) {
+  SearchReport report = find_missing(problem, options, memory);
   if (!report.unknown || report.effects.empty()) return report;
   const twin::InputFamily of_unknown = problem.group(report.unknown->group).family;
   const auto named_there = std::count_if(
@@ -203,7 +203,7 @@ SearchReport search_without_family_of_unknown(SearchProblem& problem,
   std::erase_if(problem.groups, [&](const CandidateGroup& group) {
     return group.kind == CandidateKind::kNamed && group.family == of_unknown;
   });
-  SearchReport again = find_missing(problem, options);
+  SearchReport again = find_missing(problem, options, memory);
   again.groups = std::move(report.groups);
   return again;
 }
@@ -260,9 +260,9 @@ SearchReport search_beside_noise(SearchProblem& problem, Lineup& lineup, const T
                                  Trial& trial, const std::vector<InputChannel>& channels) {
   const SearchOptions options = search_options(input.options);
   const std::size_t listed = problem.noise.known.size();
-  if (listed == 0) return search_without_family_of_unknown(problem, options);
+  if (listed == 0) return search_without_family_of_unknown(problem, options, input.memory);
   problem.noise.unlisted = UnlistedNoise::kExcluded;
-  SearchReport report = search_without_family_of_unknown(problem, options);
+  SearchReport report = search_without_family_of_unknown(problem, options, input.memory);
   if (report.outcome == SearchOutcome::kRefused) return report;
   const NoiseFindings noise = missing_noise(report, problem, input, trial);
   if (noise.effects.empty()) return report;
@@ -274,7 +274,7 @@ SearchReport search_beside_noise(SearchProblem& problem, Lineup& lineup, const T
   std::vector<NotTestable> as_before;
   lineup = line_up(trial.repaired, input, problem, channels, as_before);
   problem.groups = lineup.groups(input.series, input.playback);
-  return search_without_family_of_unknown(problem, options);
+  return search_without_family_of_unknown(problem, options, input.memory);
 }
 
 // Slow noise that is more than three times what the model states, or that it states no value of.

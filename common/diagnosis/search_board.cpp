@@ -5,8 +5,12 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <iterator>
+#include <memory>
 #include <numeric>
 #include <utility>
+
+#include "common/diagnosis/shape_refinement.h"
 
 namespace zerodrift::diagnosis {
 namespace {
@@ -14,66 +18,6 @@ namespace {
 double missing(std::span<const std::uint8_t> valid) {
   const auto count = std::count(valid.begin(), valid.end(), std::uint8_t{0});
   return static_cast<double>(count) / static_cast<double>(valid.size());
-}
-
-// Largest of f on [low, high], unimodal or nearly so.
-template <typename F>
-double golden_maximum(F&& f, double low, double high, int evaluations) {
-  constexpr double kGolden = 0.6180339887498949;
-  double a = high - kGolden * (high - low);
-  double b = low + kGolden * (high - low);
-  double fa = f(a);
-  double fb = f(b);
-  for (int i = 2; i < evaluations; ++i) {
-    if (fa >= fb) {
-      high = std::exchange(b, a);
-      fb = fa;
-      a = high - kGolden * (high - low);
-      fa = f(a);
-    } else {
-      low = std::exchange(a, b);
-      fa = fb;
-      b = low + kGolden * (high - low);
-      fb = f(b);
-    }
-  }
-  return fa >= fb ? a : b;
-}
-
-// Moves shape[i] to the largest f within a step of `centre`; that value.
-template <typename F>
-double refine_along(std::size_t i, const ShapeRange& range, double centre,
-                    std::vector<double>& shape, F&& f) {
-  constexpr int kEvenSteps = 8;
-  constexpr int kGoldenSteps = 6;
-  constexpr double kNothing = -std::numeric_limits<double>::infinity();
-  if (range.scale == ShapeScale::kFixed) return kNothing;
-  const bool logarithmic = range.scale == ShapeScale::kLogarithmic;
-  const auto to = [&](double x) { return logarithmic ? std::log(x) : x; };
-  const auto from = [&](double x) { return logarithmic ? std::exp(x) : x; };
-  const double low = std::max(to(centre) - to(range.step), to(range.lowest));
-  const double high = std::min(to(centre) + to(range.step), to(range.highest));
-  if (!(high > low)) return kNothing;
-  const auto at = [&](double x) {
-    shape[i] = from(x);
-    return f(shape);
-  };
-  const double spacing = (high - low) / kEvenSteps;
-  double best = low;
-  double value = at(low);
-  for (int step = 1; step <= kEvenSteps; ++step) {
-    const double x = low + spacing * step;
-    const double here = at(x);
-    if (here <= value) continue;
-    value = here;
-    best = x;
-  }
-  const double finest = golden_maximum(at, std::max(low, best - spacing),
-                                       std::min(high, best + spacing), kGoldenSteps);
-  const double golden = at(finest);
-  if (golden > value) return golden;
-  shape[i] = from(best);
-  return value;
 }
 
 }  // namespace
@@ -89,7 +33,7 @@ struct Board::WhitenedBase {
   Eigen::LLT<Eigen::MatrixXd> factor;
 };
 
-Board::Board(const SearchProblem& problem, const SearchOptions& options)
+Board::Board(const SearchProblem& problem, const SearchOptions& options, ColumnMemory* memory)
     : problem_(problem),
       options_(options),
       transform_(SpectralBands(problem.series.size(), options.single_coefficients), problem.valid),
@@ -98,11 +42,28 @@ Board::Board(const SearchProblem& problem, const SearchOptions& options)
       members_(problem.groups.size()) {
   add_active(transform_.series(problem.series, problem.valid), "series", 0.0);
   add_known(problem.known);
-  for (std::size_t g = 0; g < problem.groups.size(); ++g) {
-    for (const CandidateVariant& definition : problem.groups[g].variants) {
-      members_[g].push_back(variants_.size());
-      variants_.push_back(make_variant(g, definition));
+  if (memory != nullptr) memory->begin(problem.valid, options.single_coefficients);
+  for (std::size_t g = 0; g < problem.groups.size(); ++g) add_variants(g, memory);
+  if (memory != nullptr) memory->end();
+}
+
+void Board::add_variants(std::size_t g, ColumnMemory* memory) {
+  const CandidateGroup& group = problem_.groups[g];
+  std::vector<ColumnMemory::Columns> made;
+  std::vector<std::vector<double>> unknown;
+  for (const CandidateVariant& definition : group.variants) {
+    made.push_back(memory != nullptr ? memory->find(group.identity, definition.shape) : nullptr);
+    if (made.back() == nullptr) unknown.push_back(definition.shape);
+  }
+  const std::vector<ColumnMemory::Columns> others = make_columns(g, unknown);
+  auto next = others.begin();
+  for (std::size_t i = 0; i < group.variants.size(); ++i) {
+    if (made[i] == nullptr) {
+      made[i] = *next++;
+      if (memory != nullptr) memory->keep(group.identity, group.variants[i].shape, made[i]);
     }
+    members_[g].push_back(variants_.size());
+    variants_.push_back(make_variant(g, group.variants[i], std::move(made[i])));
   }
 }
 
@@ -116,23 +77,21 @@ void Board::add_active(SpectralColumn column, std::string column_name, double ri
   }
   active_products_.push_back(std::move(products));
   for (BoardVariant& v : variants_) {
-    if (v.testability == Testability::kTestable) add_cross(v, active_.size() - 1);
+    if (v.testability() == Testability::kTestable) add_cross(v, active_.size() - 1);
   }
 }
 
 // A known column that the ones before it explain would make the normal equations singular.
 void Board::add_known(const std::vector<KnownColumn>& known) {
   for (const KnownColumn& k : known) {
-    auto column = transform_.columns({k.values});
-    known_testability_.push_back(Testability::kTestable);
-    if (!column) {
-      known_testability_.back() = Testability::kUnusable;
-    } else if (!(column->front().norm > 0.0)) {
-      known_testability_.back() = Testability::kNotExcited;
-    }
-    if (known_testability_.back() != Testability::kTestable) continue;
-    const double sd = k.prior_sd * column->front().norm;  // of a column of unit norm
-    add_active(std::move(column->front()), k.name, std::isfinite(sd) ? 1.0 / (sd * sd) : 0.0);
+    known_testability_.push_back(Testability::kUnusable);
+    if (!transform_.takes(k.values)) continue;
+    SpectralColumn column = std::move(transform_.columns({k.values}).front());
+    known_testability_.back() =
+        column.norm > 0.0 ? Testability::kTestable : Testability::kNotExcited;
+    if (!(column.norm > 0.0)) continue;
+    const double sd = k.prior_sd * column.norm;  // of a column of unit norm
+    add_active(std::move(column), k.name, std::isfinite(sd) ? 1.0 / (sd * sd) : 0.0);
     known_.push_back(active_.size() - 1);
     const Base kept = independent(known_);
     if (kept.size() < known_.size()) known_testability_.back() = Testability::kCollinear;
@@ -165,32 +124,60 @@ Base Board::independent(const Base& base) const {
 }
 
 void Board::add_cross(BoardVariant& v, std::size_t active) const {
-  Eigen::MatrixXd products(bands().bins(), static_cast<Eigen::Index>(v.columns.size()));
-  for (std::size_t j = 0; j < v.columns.size(); ++j) {
-    products.col(static_cast<Eigen::Index>(j)) =
-        bin_products(bands(), v.columns[j], active_[active]);
+  const std::vector<SpectralColumn>& columns = v.columns();
+  Eigen::MatrixXd products(bands().bins(), static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t j = 0; j < columns.size(); ++j) {
+    products.col(static_cast<Eigen::Index>(j)) = bin_products(bands(), columns[j], active_[active]);
   }
   v.cross.resize(std::max(v.cross.size(), active + 1));
   v.cross[active] = std::move(products);
 }
 
-BoardVariant Board::make_variant(std::size_t group, CandidateVariant definition) {
-  BoardVariant v{make_columns(group, definition.shape), group, std::move(definition), {}};
-  if (v.testability != Testability::kTestable) return v;
+BoardVariant Board::make_variant(std::size_t group, CandidateVariant definition,
+                                 ColumnMemory::Columns made) const {
+  BoardVariant v{std::move(made), group, std::move(definition), {}};
+  if (v.testability() != Testability::kTestable) return v;
   for (std::size_t a = 0; a < active_.size(); ++a) add_cross(v, a);
   return v;
 }
 
-ShapeColumns Board::make_columns(std::size_t group, const std::vector<double>& shape) {
+BoardVariant Board::make_variant(std::size_t group, CandidateVariant definition) {
+  ColumnMemory::Columns made = make_columns(group, {definition.shape}).front();
+  return make_variant(group, std::move(definition), std::move(made));
+}
+
+std::vector<ColumnMemory::Columns> Board::make_columns(
+    std::size_t group, const std::vector<std::vector<double>>& shapes) {
+  std::vector<std::vector<double>> all;
+  std::vector<std::size_t> counts;  // of each shape; 0: not usable
+  for (const std::vector<double>& shape : shapes) {
+    std::vector<std::vector<double>> own = problem_.groups[group].columns(shape);
+    const bool usable = std::all_of(own.begin(), own.end(), [&](const std::vector<double>& column) {
+      return transform_.takes(column);
+    });
+    counts.push_back(usable ? own.size() : 0);
+    if (usable) std::move(own.begin(), own.end(), std::back_inserter(all));
+  }
+  std::vector<SpectralColumn> columns = transform_.columns(std::move(all));
+  std::vector<ColumnMemory::Columns> made;
+  auto next = columns.begin();
+  for (const std::size_t count : counts) {
+    const auto first = std::exchange(next, next + static_cast<std::ptrdiff_t>(count));
+    made.push_back(std::make_shared<const ShapeColumns>(
+        made_of({std::move_iterator(first), std::move_iterator(next)})));
+  }
+  return made;
+}
+
+ShapeColumns Board::made_of(std::vector<SpectralColumn> columns) const {
   ShapeColumns v;
-  auto columns = transform_.columns(problem_.groups[group].columns(shape));
-  if (!columns || columns->empty()) {
+  if (columns.empty()) {
     v.testability = Testability::kUnusable;
     return v;
   }
-  for (std::size_t j = 0; j < columns->size(); ++j) {
-    if (!((*columns)[j].norm > 0.0)) continue;
-    v.columns.push_back(std::move((*columns)[j]));
+  for (std::size_t j = 0; j < columns.size(); ++j) {
+    if (!(columns[j].norm > 0.0)) continue;
+    v.columns.push_back(std::move(columns[j]));
     v.which.push_back(j);
   }
   if (v.columns.empty()) {
@@ -219,8 +206,8 @@ double Board::series_power() const {
 Base Board::activate(std::size_t variant) {
   Base places;
   const std::string& group = problem_.groups[variants_[variant].group].name;
-  const std::vector<SpectralColumn> columns = variants_[variant].columns;  // variants_ changes
-  for (const SpectralColumn& column : columns) {
+  const ColumnMemory::Columns made = variants_[variant].made;
+  for (const SpectralColumn& column : made->columns) {
     places.push_back(active_.size());
     add_active(column, group, 0.0);
   }
@@ -231,12 +218,12 @@ void Board::reshape(std::size_t variant, const std::vector<double>& shape) {
   CandidateVariant definition = variants_[variant].definition;
   definition.shape = shape;
   BoardVariant changed = make_variant(variants_[variant].group, std::move(definition));
-  if (changed.testability == Testability::kTestable) variants_[variant] = std::move(changed);
+  if (changed.testability() == Testability::kTestable) variants_[variant] = std::move(changed);
 }
 
 RowSystem Board::rows(const Base& base, const BoardVariant* variant) const {
   const auto x = static_cast<Eigen::Index>(base.size());
-  const Eigen::Index q = variant ? static_cast<Eigen::Index>(variant->columns.size()) : 0;
+  const Eigen::Index q = variant ? static_cast<Eigen::Index>(variant->columns().size()) : 0;
   const Eigen::Index p = x + q;
   const Eigen::Index p1 = p + 1;
   RowSystem r;
@@ -256,7 +243,7 @@ RowSystem Board::rows(const Base& base, const BoardVariant* variant) const {
       r.singles.col(i) = active_[place(i)].singles;
       if (i < x) r.ridge(i) = ridges_[place(i)];
     } else {
-      r.singles.col(i) = variant->columns[static_cast<std::size_t>(i - x)].singles;
+      r.singles.col(i) = variant->columns()[static_cast<std::size_t>(i - x)].singles;
     }
     for (Eigen::Index j = 0; j <= i; ++j) {
       if (is_active(i) && is_active(j)) {
@@ -268,7 +255,7 @@ RowSystem Board::rows(const Base& base, const BoardVariant* variant) const {
       } else if (is_active(j)) {
         set(i, j, variant->cross[place(j)].col(i - x));
       } else {
-        set(i, j, variant->own.col((i - x) * q + j - x));
+        set(i, j, variant->made->own.col((i - x) * q + j - x));
       }
     }
   }
@@ -301,11 +288,12 @@ Board::WhitenedBase Board::whiten(const Base& base, const Eigen::VectorXd& spect
 }
 
 ProjectedColumns Board::project(const WhitenedBase& w, const BoardVariant& v) const {
-  const auto q = static_cast<Eigen::Index>(v.columns.size());
+  const std::vector<SpectralColumn>& columns = v.columns();
+  const auto q = static_cast<Eigen::Index>(columns.size());
   const auto p = static_cast<Eigen::Index>(w.base.size());
   const Eigen::Index singles = bands().singles();
   Eigen::MatrixXd z(singles, q);
-  for (Eigen::Index j = 0; j < q; ++j) z.col(j) = v.columns[static_cast<std::size_t>(j)].singles;
+  for (Eigen::Index j = 0; j < q; ++j) z.col(j) = columns[static_cast<std::size_t>(j)].singles;
   const auto bin_weight = w.inverse_spectrum.tail(bands().bins());
   Eigen::MatrixXd with_base = z.transpose() * w.weighted;  // q x (p + 1)
   for (Eigen::Index i = 0; i <= p; ++i) {
@@ -313,7 +301,7 @@ ProjectedColumns Board::project(const WhitenedBase& w, const BoardVariant& v) co
     with_base.col(i) += v.cross[place].transpose() * bin_weight;
   }
   ProjectedColumns c;
-  const Eigen::VectorXd own = v.own.transpose() * bin_weight;
+  const Eigen::VectorXd own = v.made->own.transpose() * bin_weight;
   c.gram = z.transpose() * (w.inverse_spectrum.head(singles).asDiagonal() * z) +
            Eigen::Map<const Eigen::MatrixXd>(own.data(), q, q);
   c.unprojected = c.gram.diagonal();
@@ -348,7 +336,7 @@ void Board::score_at(Evaluation& evaluation, const Base& base, const RowSystem& 
   const WhitenedBase whitened = whiten(base, dictionary_.spectra() * squares);
   for (const std::size_t i : chosen) {
     const BoardVariant& v = variants_[i];
-    if (v.testability != Testability::kTestable) continue;
+    if (v.testability() != Testability::kTestable) continue;
     const ColumnEvidence e =
         column_evidence(project(whitened, v), options_.evidence, Detail::kEvidence);
     VariantScore& score = evaluation.variants[i];
@@ -460,7 +448,7 @@ void Board::refine(std::size_t variant, const Base& base, const Eigen::VectorXd&
   const WhitenedBase whitened = whiten(base, dictionary_.spectra() * squares);
   const auto evidence = [&](const std::vector<double>& at) {
     const BoardVariant v = make_variant(group, {at, start.log_prior});
-    if (v.testability != Testability::kTestable) return -std::numeric_limits<double>::infinity();
+    if (v.testability() != Testability::kTestable) return -std::numeric_limits<double>::infinity();
     return column_evidence(project(whitened, v), options_.evidence, Detail::kEvidence)
         .log_bayes_factor;
   };

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "common/diagnosis/column_memory.h"
 #include "common/diagnosis/search_problem.h"
 
 namespace zerodrift::diagnosis {
@@ -16,19 +17,14 @@ namespace zerodrift::diagnosis {
 // Columns that a hypothesis takes for granted, by their place among the active ones.
 using Base = std::vector<std::size_t>;
 
-// What a shape's columns are, whatever stands beside them.
-struct ShapeColumns {
-  Testability testability = Testability::kTestable;
-  std::vector<SpectralColumn> columns;  // those that vary
-  std::vector<std::size_t> which;       // their places among the group's own columns
-  Eigen::MatrixXd own;                  // bins x q²
-  Eigen::MatrixXd plain_gram;           // q x q, of unit columns, not whitened
-};
-
-struct BoardVariant : ShapeColumns {
+struct BoardVariant {
+  ColumnMemory::Columns made;  // there always
   std::size_t group = 0;
   CandidateVariant definition;
   std::vector<Eigen::MatrixXd> cross;  // per active column: bins x q
+
+  [[nodiscard]] Testability testability() const { return made->testability; }
+  [[nodiscard]] const std::vector<SpectralColumn>& columns() const { return made->columns; }
 };
 
 struct VariantScore {
@@ -56,7 +52,8 @@ struct Evaluation {
 
 class Board {
  public:
-  Board(const SearchProblem& problem, const SearchOptions& options);
+  // Columns that the memory has are not made again.
+  Board(const SearchProblem& problem, const SearchOptions& options, ColumnMemory* memory = nullptr);
 
   [[nodiscard]] std::size_t group_count() const noexcept { return members_.size(); }
   [[nodiscard]] const std::vector<std::size_t>& members(std::size_t group) const {
@@ -104,8 +101,15 @@ class Board {
  private:
   struct WhitenedBase;
 
+  void add_variants(std::size_t group, ColumnMemory* memory);
+  [[nodiscard]] BoardVariant make_variant(std::size_t group, CandidateVariant definition,
+                                          ColumnMemory::Columns made) const;
+  // The same as the only one of its kind.
   [[nodiscard]] BoardVariant make_variant(std::size_t group, CandidateVariant definition);
-  [[nodiscard]] ShapeColumns make_columns(std::size_t group, const std::vector<double>& shape);
+  // Of several shapes at once: a transform takes two columns.
+  [[nodiscard]] std::vector<ColumnMemory::Columns> make_columns(
+      std::size_t group, const std::vector<std::vector<double>>& shapes);
+  [[nodiscard]] ShapeColumns made_of(std::vector<SpectralColumn> columns) const;
   void add_active(SpectralColumn column, std::string column_name, double ridge);
   void add_known(const std::vector<KnownColumn>& known);
   void add_cross(BoardVariant& variant, std::size_t active) const;

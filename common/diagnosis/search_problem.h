@@ -43,6 +43,9 @@ enum class GroupId : std::uint32_t {};
 struct CandidateGroup {
   GroupId id{};
   std::string name;  // for people
+  // What its columns are made of but for the shape, the same in all searches in one record; empty:
+  // they are made anew each time.
+  std::string identity{};
   CandidateKind kind = CandidateKind::kNamed;
   // Groups that a mismatch of form of each other may feign, as those of one input. None: of all.
   twin::InputFamily family = twin::InputFamily::kNone;

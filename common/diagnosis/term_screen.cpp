@@ -178,11 +178,10 @@ class TermScreen::Work {
 
   [[nodiscard]] Eigen::MatrixXd whitened(Waves waves) {
     const auto count = static_cast<Eigen::Index>(waves.size());
-    const auto columns = transform_.columns(std::move(waves));
-    core::require(columns.has_value(), "what the twin adds is finite");
+    const std::vector<SpectralColumn> columns = transform_.columns(std::move(waves));
     Eigen::MatrixXd z(weight_.size(), count);
     for (Eigen::Index j = 0; j < count; ++j) {
-      const SpectralColumn& column = (*columns)[static_cast<std::size_t>(j)];
+      const SpectralColumn& column = columns[static_cast<std::size_t>(j)];
       if (column.norm > 0.0) {
         z.col(j) = weight_.cwiseProduct(column.singles);
       } else {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/core/axis.h"
+#include "common/diagnosis/column_memory.h"
 #include "common/diagnosis/diagnosis_options.h"
 #include "common/diagnosis/find_missing.h"
 #include "common/diagnosis/finding.h"
@@ -39,6 +40,7 @@ struct TrialInput {
   // Effects of the model, by their place, whose coefficients come from this very record: what is
   // found beside them changes them.
   std::span<const std::size_t> calibrated{};
+  ColumnMemory* memory = nullptr;  // of this record and axis; none: columns are made anew
   SlowNoise slow_noise = SlowNoise::kFree;
 };
 

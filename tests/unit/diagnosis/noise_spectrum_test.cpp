@@ -35,7 +35,7 @@ RowSystem rows_of(const SpectralBands& bands, const Series& series, const Series
   const std::vector<std::uint8_t> valid(series.size(), 1);
   ColumnTransform transform(bands, valid);
   const SpectralColumn y = transform.series(series, valid);
-  const SpectralColumn x = transform.columns({column})->front();
+  const SpectralColumn x = transform.columns({column}).front();
   RowSystem rows = rows_of(bands, series);
   rows.singles.resize(bands.singles(), 2);
   rows.singles << x.singles, y.singles;
