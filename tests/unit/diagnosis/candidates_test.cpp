@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "common/diagnosis/known_effects.h"
+#include "common/diagnosis/lineup.h"
 #include "common/twin/effect_catalogue.h"
 #include "tests/unit/diagnosis/simulated_series.h"
 
@@ -55,6 +56,35 @@ TEST_F(CandidatesTest, PriorsOfTheVariantsSumToOne) {
     for (const Variant& variant : candidate.variants) sum += std::exp(variant.log_prior);
     EXPECT_NEAR(sum, 1.0, 1e-9) << candidate.definition->kind;
   }
+}
+
+TEST_F(CandidatesTest, GroupsOfTheSameIdentityMakeTheSameColumns) {
+  const twin::Model model = test::lab_model();
+  twin::Model elsewhere = model;
+  for (twin::EffectSpec& spec : elsewhere.effects) {
+    const auto reference = spec.parameters.find("reference_degc");
+    if (reference != spec.parameters.end()) reference->second += 5.0;
+  }
+  const auto groups_of = [&](const twin::Model& of, Lineup& lineup) {
+    for (Candidate& c : candidates(*series_, *playback_, of, core::Axis::kX, {}).testable)
+      lineup.add(std::move(c));
+    return lineup.groups(*series_, *playback_);
+  };
+  Lineup one;
+  Lineup other;
+  const std::vector<CandidateGroup> here = groups_of(model, one);
+  const std::vector<CandidateGroup> there = groups_of(elsewhere, other);
+  std::size_t differing = 0;
+  ASSERT_EQ(here.size(), there.size());
+  for (std::size_t g = 0; g < here.size(); ++g) {
+    const std::vector<double>& shape = here[g].variants.front().shape;
+    const bool same = here[g].columns(shape) == there[g].columns(shape);
+    const bool alike = here[g].identity == there[g].identity;
+    EXPECT_TRUE(same || !alike) << here[g].name;
+    differing += alike ? 0U : 1U;
+    for (std::size_t h = 0; h < g; ++h) EXPECT_NE(here[h].identity, here[g].identity);
+  }
+  EXPECT_GT(differing, 0U) << "some effect borrows a reference temperature";
 }
 
 TEST_F(CandidatesTest, EachCycleIsLookedAtOnce) {

@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/core/require.h"
@@ -111,6 +113,78 @@ TEST(SearchScenario, NoiseAloneGetsNoName) {
   // At 2 % a record, two or more in ten have a chance of 1.6 %.
   EXPECT_LE(false_names, 1);
   EXPECT_LE(false_corrections, 1);
+}
+
+// All that a report says of groups and effects, to the bit.
+std::vector<double> figures(const SearchReport& report) {
+  std::vector<double> all{report.threshold_nats};
+  for (const GroupFinding& group : report.groups)
+    all.insert(all.end(), {group.log_evidence, group.separation, group.rms, group.smallest_rms});
+  for (const FoundEffect& effect : report.effects) {
+    all.insert(all.end(), effect.waveform.begin(), effect.waveform.end());
+    all.insert(all.end(), effect.shape.begin(), effect.shape.end());
+    all.push_back(effect.probability);
+  }
+  return all;
+}
+
+TEST(SearchLaws, WhatASearchBeforeHasMadeIsNotMadeAgainAndChangesNothing) {
+  Record record(260);
+  record.hide("magnetic", {}, 15.0);
+  record.hide("shupe_temperature", {1.0, 90.0}, 12.0);
+  SearchProblem problem = record.problem();
+  std::size_t made = 0;
+  std::size_t variants = 0;
+  for (CandidateGroup& group : problem.groups) {
+    group.identity = group.name;
+    variants += group.variants.size();
+    group.columns = [&made, columns = group.columns](const std::vector<double>& shape) {
+      ++made;
+      return columns(shape);
+    };
+  }
+  ColumnMemory memory;
+  const SearchReport first = find_missing(problem, {}, &memory);
+  const std::size_t alone = std::exchange(made, 0);
+  const SearchReport second = find_missing(problem, {}, &memory);
+  EXPECT_EQ(made, alone - variants);
+  EXPECT_EQ(names(first), names(second));
+  EXPECT_EQ(figures(first), figures(second));
+  EXPECT_EQ(figures(first), figures(find_missing(problem)));
+
+  // Where other samples count, a column is another one.
+  std::fill(record.valid.begin() + 700, record.valid.begin() + 1100, std::uint8_t{0});
+  problem.valid = record.valid;
+  made = 0;
+  const SearchReport gap = find_missing(problem, {}, &memory);
+  EXPECT_GE(made, variants);
+  EXPECT_EQ(figures(gap), figures(find_missing(problem)));
+}
+
+TEST(ColumnMemory, KeepsWhatTheLastSearchAskedForAndNothingWithoutAnIdentity) {
+  const std::vector<std::uint8_t> valid(10, 1);
+  const auto columns = std::make_shared<const ShapeColumns>();
+  ColumnMemory memory;
+  memory.begin(valid, 5);
+  memory.keep("lag of 60 s", {60.0}, columns);
+  memory.keep("", {60.0}, columns);
+  memory.end();
+  memory.begin(valid, 5);
+  EXPECT_EQ(memory.find("lag of 60 s", {60.0}), columns);
+  EXPECT_EQ(memory.find("lag of 60 s", {61.0}), nullptr);
+  EXPECT_EQ(memory.find("", {60.0}), nullptr);
+  memory.end();
+  memory.begin(valid, 5);
+  EXPECT_EQ(memory.find("lag of 60 s", {60.0}), columns) << "asked for by the search before";
+  memory.end();
+  memory.begin(valid, 5);
+  memory.end();  // asks for nothing
+  memory.begin(valid, 5);
+  EXPECT_EQ(memory.find("lag of 60 s", {60.0}), nullptr);
+  memory.keep("lag of 60 s", {60.0}, columns);
+  memory.end();
+  memory.begin(valid, 6);
+  EXPECT_EQ(memory.find("lag of 60 s", {60.0}), nullptr) << "other bands";
 }
 
 TEST(SearchScenario, AHiddenEffectIsFoundWithItsSizeAmongAllOthers) {
