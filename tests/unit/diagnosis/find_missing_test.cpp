@@ -329,7 +329,7 @@ TEST(SearchLaws, ScalingTheSeriesChangesNoEvidence) {
   const SearchReport scaled = find_missing(record.problem());
   EXPECT_EQ(names(once), names(scaled));
   for (std::size_t g = 0; g < once.groups.size(); ++g) {
-    // Fits end when 1e-6 nats are left by a quadratic model.
+    // Fits end when a quadratic model promises less than 1e-4 nats of the next step.
     EXPECT_NEAR(once.groups[g].log_evidence, scaled.groups[g].log_evidence, 0.05);
   }
 }
