@@ -10,9 +10,8 @@ namespace zerodrift::allan {
 namespace {
 
 constexpr std::size_t kBlock = 4096;
-constexpr std::size_t kFewestOfABlock = 16;         // to speak of their spread
-constexpr double kSigmaOfMedianDeviation = 1.4826;  // of a normal distribution
-constexpr double kSigmaOfMeanDeviation = 1.2533;    // sqrt(pi / 2)
+constexpr std::size_t kFewestOfABlock = 16;       // to speak of their spread
+constexpr double kSigmaOfMeanDeviation = 1.2533;  // of a normal distribution: sqrt(pi / 2)
 
 // The median deviation; where more than half of the samples are equal, as counts may be, the mean
 // one. 0 for a constant.
@@ -26,7 +25,7 @@ double robust_sigma(const std::vector<double>& values, double centre) {
   }
   const double mean = sum / static_cast<double>(values.size());
   const double middle = core::median_of(std::move(deviations));
-  return middle > 0.0 ? kSigmaOfMedianDeviation * middle : kSigmaOfMeanDeviation * mean;
+  return middle > 0.0 ? middle / core::kMedianOfNormal : kSigmaOfMeanDeviation * mean;
 }
 
 // Expected number of runs that long in n samples of which a share of the neighbours is equal.

@@ -9,8 +9,8 @@
 
 namespace zerodrift::allan {
 
-// Robust standard deviations (1.4826 times the median deviation from the median) off the median of
-// the 4096 samples around it: a spike, or true rotation.
+// Robust standard deviations (the median deviation from the median over that of a normal
+// distribution) off the median of the 4096 samples around it: a spike, or true rotation.
 inline constexpr double kOutlierSigmas = 30.0;
 
 // A run of equal samples that noise as coarse as this series' would show in one record of a

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/median.h"
+
 namespace zerodrift::compensation {
 
 using core::index;
@@ -107,7 +109,7 @@ void RestGate::adopt_initial() noexcept {
     state.previous = values[n - 1];
     for (std::size_t i = 0; i + 1 < n; ++i) differences[i] = std::abs(values[i + 1] - values[i]);
     std::nth_element(differences, differences + (n - 1) / 2, differences + n - 1);
-    const double sigma = differences[(n - 1) / 2] / (0.6745 * std::sqrt(2.0));
+    const double sigma = differences[(n - 1) / 2] / (core::kMedianOfNormal * std::sqrt(2.0));
     std::nth_element(values, values + n / 2, values + n);
     state.level = values[n / 2];
     state.noise = sigma * sigma;

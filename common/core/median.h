@@ -7,6 +7,9 @@
 
 namespace zerodrift::core {
 
+// Median of |x| of a normal x with a standard deviation of 1.
+inline constexpr double kMedianOfNormal = 0.6745;
+
 // The upper one of an even number, 0 of none. O(values).
 [[nodiscard]] inline double median_of(std::vector<double> values) {
   if (values.empty()) return 0.0;

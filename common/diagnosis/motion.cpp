@@ -4,10 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numbers>
 #include <span>
 
+#include "common/core/median.h"
 #include "common/core/units.h"
-#include "common/diagnosis/median.h"
 #include "common/diagnosis/smallest_step.h"
 
 namespace zerodrift::diagnosis {
@@ -80,7 +81,7 @@ class AxisRates {
       if (valid_[i] != 0) values.push_back(rate_[i]);
     }
     if (values.empty()) return std::nullopt;
-    return median_of(std::move(values));
+    return core::median_of(std::move(values));
   }
 
   [[nodiscard]] bool never_rests() const {
@@ -88,7 +89,7 @@ class AxisRates {
     for (std::size_t i = 0; i < rate_.size(); ++i) {
       if (valid_[i] != 0) sizes.push_back(std::abs(rate_[i]));
     }
-    return !sizes.empty() && median_of(std::move(sizes)) > kLargestBiasRadps;
+    return !sizes.empty() && core::median_of(std::move(sizes)) > kLargestBiasRadps;
   }
 
   // Whether the turn between two stretches ends where it began.
@@ -110,7 +111,7 @@ class AxisRates {
  private:
   // From differences of neighbours, which turns of seconds hardly change.
   [[nodiscard]] double noise_of_the_quietest_tenth() const {
-    constexpr double kMedianToSigma = 0.954;  // median of |a - b| of a Gaussian of sigma 1
+    constexpr double kMedianOfDifference = std::numbers::sqrt2 * core::kMedianOfNormal;
     std::vector<double> sigmas;
     std::vector<double> steps;
     for (std::size_t begin = 0; begin < rate_.size(); begin += kHalfWindow) {
@@ -120,7 +121,8 @@ class AxisRates {
         if (valid_[i] != 0 && valid_[i - 1] != 0)
           steps.push_back(std::abs(rate_[i] - rate_[i - 1]));
       }
-      if (steps.size() >= kFewestInWindow) sigmas.push_back(median_of(steps) / kMedianToSigma);
+      if (steps.size() >= kFewestInWindow)
+        sigmas.push_back(core::median_of(steps) / kMedianOfDifference);
     }
     if (sigmas.empty()) return 0.0;
     const auto tenth = sigmas.begin() + static_cast<std::ptrdiff_t>(sigmas.size() / 10);

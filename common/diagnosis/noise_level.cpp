@@ -10,10 +10,10 @@
 #include <utility>
 #include <vector>
 
+#include "common/core/median.h"
 #include "common/core/not_known.h"
 #include "common/core/require.h"
 #include "common/core/units.h"
-#include "common/diagnosis/median.h"
 #include "common/diagnosis/posterior.h"
 #include "common/twin/effect_catalogue.h"
 
@@ -84,7 +84,7 @@ std::vector<Range> ranges_of(std::vector<Difference> differences,
     }
     range.count = static_cast<double>(end - begin);
     range.input /= range.count;
-    const double sigma = 1.4826 * median_of(std::move(sizes));
+    const double sigma = core::median_of(std::move(sizes)) / core::kMedianOfNormal;
     if (!(sigma > 0.0)) return {};
     range.square = sigma * sigma;
     ranges.push_back(range);

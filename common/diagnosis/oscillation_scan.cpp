@@ -11,8 +11,8 @@
 #include <unsupported/Eigen/FFT>
 #include <utility>
 
+#include "common/core/median.h"
 #include "common/diagnosis/cosine_transform.h"
-#include "common/diagnosis/median.h"
 
 namespace zerodrift::diagnosis {
 namespace {
@@ -32,8 +32,8 @@ std::vector<double> flattened(const std::vector<double>& power) {
     const std::size_t centre = (block + block_end) / 2;
     const std::size_t begin = centre > kHalf ? centre - kHalf : 0;
     const std::size_t end = std::min(centre + kHalf + 1, power.size());
-    const double median = median_of({power.begin() + static_cast<std::ptrdiff_t>(begin),
-                                     power.begin() + static_cast<std::ptrdiff_t>(end)});
+    const double median = core::median_of({power.begin() + static_cast<std::ptrdiff_t>(begin),
+                                           power.begin() + static_cast<std::ptrdiff_t>(end)});
     if (!(median > 0.0)) continue;
     for (std::size_t i = block; i < block_end; ++i) ratio[i] = power[i] / median;
   }
@@ -142,7 +142,7 @@ OscillationPeaks angle_peaks(std::span<const double> weighted, std::span<const d
     if (octave.power.empty()) continue;
     // What few stretches of slow turning tell spreads over many steps: against the whole octave.
     std::vector<double> ratio = octave.power;
-    const double median = median_of(octave.power);
+    const double median = core::median_of(octave.power);
     if (!(median > 0.0)) continue;
     for (double& r : ratio) r /= median;
     OscillationPeaks strong;

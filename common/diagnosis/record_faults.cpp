@@ -6,9 +6,9 @@
 #include <limits>
 #include <optional>
 
+#include "common/core/median.h"
 #include "common/core/require.h"
 #include "common/core/units.h"
-#include "common/diagnosis/median.h"
 #include "common/diagnosis/rounding.h"
 #include "common/diagnosis/smallest_step.h"
 #include "common/twin/effect_catalogue.h"
@@ -23,7 +23,6 @@ constexpr std::size_t kFewestSpikes = 2;
 constexpr std::size_t kFewestInARow = 3;
 constexpr std::size_t kFewestDropouts = 3;
 constexpr std::size_t kLongestDropout = 5;  // samples; longer is a gap
-constexpr double kMadToSigma = 1.4826;
 
 // Robust standard deviations of ranges of a hundred departures, each with its neighbours: of the
 // whole record, unless a range is clearly noisier. Noise that grows, with a temperature say, makes
@@ -41,7 +40,8 @@ std::vector<double> local_sigmas(const std::vector<double>& departure,
     for (std::size_t i = begin; i < std::min(middle + 2 * kRange, departure.size()); ++i) {
       if (valid[i] != 0) sizes.push_back(std::abs(departure[i]));
     }
-    const double local = sizes.size() < kRange ? sigma : kMadToSigma * median_of(sizes);
+    const double local =
+        sizes.size() < kRange ? sigma : core::median_of(sizes) / core::kMedianOfNormal;
     sigmas.push_back(local > kClearly * sigma ? local : sigma);
   }
   std::vector<double> each(departure.size());
@@ -63,12 +63,13 @@ std::vector<double> departures(std::span<const double> values, std::span<const d
     for (std::size_t j = begin; j < std::min(i + kHalfWindow + 1, values.size()); ++j) {
       if (valid[j] != 0) around.push_back(values[j]);
     }
-    departure[i] = values[i] - median_of(around);
+    departure[i] = values[i] - core::median_of(around);
     all.push_back(std::abs(departure[i]));
   }
   if (all.empty()) return departure;
   // Of a coarse reading more than half may be equal: a step is not a departure.
-  const double sigma = std::max(kMadToSigma * median_of(all), smallest_step(readings, valid));
+  const double sigma =
+      std::max(core::median_of(all) / core::kMedianOfNormal, smallest_step(readings, valid));
   const std::vector<double> sigmas = local_sigmas(departure, valid, sigma);
   for (std::size_t i = 0; i < departure.size(); ++i)
     departure[i] = sigmas[i] > 0.0 ? departure[i] / sigmas[i] : 0.0;

@@ -9,8 +9,8 @@
 #include <numbers>
 #include <optional>
 
+#include "common/core/median.h"
 #include "common/diagnosis/gap.h"
-#include "common/diagnosis/median.h"
 
 namespace zerodrift::diagnosis {
 namespace {
@@ -29,10 +29,10 @@ double square_of_rounding(double step) {
 // Mean square by which values differ from the mean of their neighbours, less what three equal
 // variances make of it: the variance of one. From the median, so that a few steps don't count.
 std::optional<double> variance_of_one(const std::vector<double>& squares) {
-  constexpr double kMedianOfASquare = 0.4549;  // of a Gaussian of variance 1
+  constexpr double kMedianOfASquare = core::kMedianOfNormal * core::kMedianOfNormal;
   constexpr double kOfThree = 1.5;
   if (squares.size() < kFewestHolds) return std::nullopt;
-  return median_of(squares) / (kMedianOfASquare * kOfThree);
+  return core::median_of(squares) / (kMedianOfASquare * kOfThree);
 }
 
 double squared_departure(double before, double value, double after) {

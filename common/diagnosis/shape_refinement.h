@@ -6,36 +6,12 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <utility>
 #include <vector>
 
+#include "common/core/golden_section.h"
 #include "common/diagnosis/search_problem.h"
 
 namespace zerodrift::diagnosis {
-
-// Largest of f on [low, high], unimodal or nearly so.
-template <typename F>
-double golden_maximum(F&& f, double low, double high, int evaluations) {
-  constexpr double kGolden = 0.6180339887498949;
-  double a = high - kGolden * (high - low);
-  double b = low + kGolden * (high - low);
-  double fa = f(a);
-  double fb = f(b);
-  for (int i = 2; i < evaluations; ++i) {
-    if (fa >= fb) {
-      high = std::exchange(b, a);
-      fb = fa;
-      a = high - kGolden * (high - low);
-      fa = f(a);
-    } else {
-      low = std::exchange(a, b);
-      fa = fb;
-      b = low + kGolden * (high - low);
-      fb = f(b);
-    }
-  }
-  return fa >= fb ? a : b;
-}
 
 // Moves shape[i] to the largest f within a step of `centre`; that value.
 template <typename F>
@@ -65,8 +41,10 @@ double refine_along(std::size_t i, const ShapeRange& range, double centre,
     value = here;
     best = x;
   }
-  const double finest = golden_maximum(at, std::max(low, best - spacing),
-                                       std::min(high, best + spacing), kGoldenSteps);
+  const double finest =
+      core::golden_section(std::max(low, best - spacing), std::min(high, best + spacing),
+                           kGoldenSteps, [&](double x) { return -at(x); })
+          .best;
   const double golden = at(finest);
   if (golden > value) return golden;
   shape[i] = from(best);

@@ -9,8 +9,8 @@
 #include <optional>
 #include <utility>
 
+#include "common/core/median.h"
 #include "common/core/not_known.h"
-#include "common/diagnosis/median.h"
 
 namespace zerodrift::diagnosis {
 namespace {
@@ -136,10 +136,9 @@ struct ReadingErrors {
       step_before = step;
       before = value;
     }
-    constexpr double kMedianOfNormal = 0.6745;
-    if (!first.empty()) step_degc = median_of(std::move(first));
+    if (!first.empty()) step_degc = core::median_of(std::move(first));
     if (!second.empty())
-      noise_degc = median_of(std::move(second)) / kMedianOfNormal / std::sqrt(6.0);
+      noise_degc = core::median_of(std::move(second)) / core::kMedianOfNormal / std::sqrt(6.0);
   }
 
   // Of a slope over +- `half` intervals, per interval: what noise makes of it, two standard
