@@ -6,6 +6,7 @@
 namespace zerodrift::diagnosis {
 
 void ColumnMemory::begin(std::span<const std::uint8_t> valid, std::size_t single_coefficients) {
+  now_.clear();  // of a search that did not come to its end
   const bool same = single_coefficients == single_coefficients_ &&
                     std::equal(valid.begin(), valid.end(), valid_.begin(), valid_.end());
   if (same) return;

@@ -77,11 +77,11 @@ class Searcher {
   // Everything beside the chosen ones but one. What was asked before, with shapes as they are now,
   // isn't evaluated again.
   [[nodiscard]] Evaluation evaluate(std::size_t left_out = kNone) {
-    const Question question{base_without(left_out), chosen_groups(left_out)};
-    const auto before = evaluations_.find(question);
-    if (before != evaluations_.end()) return before->second;
-    const Evaluation e = board_.evaluate(question.first, question.second, first_.null.squares);
-    return evaluations_.emplace(question, e).first->second;
+    const auto [place, is_new] =
+        evaluations_.try_emplace({base_without(left_out), chosen_groups(left_out)});
+    auto& [question, answer] = *place;
+    if (is_new) answer = board_.evaluate(question.first, question.second, first_.null.squares);
+    return answer;
   }
 
   [[nodiscard]] double score(const Evaluation& e, std::size_t group) const {

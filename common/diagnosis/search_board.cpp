@@ -42,17 +42,19 @@ Board::Board(const SearchProblem& problem, const SearchOptions& options, ColumnM
       members_(problem.groups.size()) {
   add_active(transform_.series(problem.series, problem.valid), "series", 0.0);
   add_known(problem.known);
-  if (memory != nullptr) memory->begin(problem.valid, options.single_coefficients);
-  for (std::size_t g = 0; g < problem.groups.size(); ++g) add_variants(g, memory);
-  if (memory != nullptr) memory->end();
+  ColumnMemory of_this_board;
+  ColumnMemory& kept = memory != nullptr ? *memory : of_this_board;
+  kept.begin(problem.valid, options.single_coefficients);
+  for (std::size_t g = 0; g < problem.groups.size(); ++g) add_variants(g, kept);
+  kept.end();
 }
 
-void Board::add_variants(std::size_t g, ColumnMemory* memory) {
+void Board::add_variants(std::size_t g, ColumnMemory& memory) {
   const CandidateGroup& group = problem_.groups[g];
   std::vector<ColumnMemory::Columns> made;
   std::vector<std::vector<double>> unknown;
   for (const CandidateVariant& definition : group.variants) {
-    made.push_back(memory != nullptr ? memory->find(group.identity, definition.shape) : nullptr);
+    made.push_back(memory.find(group.identity, definition.shape));
     if (made.back() == nullptr) unknown.push_back(definition.shape);
   }
   const std::vector<ColumnMemory::Columns> others = make_columns(g, unknown);
@@ -60,7 +62,7 @@ void Board::add_variants(std::size_t g, ColumnMemory* memory) {
   for (std::size_t i = 0; i < group.variants.size(); ++i) {
     if (made[i] == nullptr) {
       made[i] = *next++;
-      if (memory != nullptr) memory->keep(group.identity, group.variants[i].shape, made[i]);
+      memory.keep(group.identity, group.variants[i].shape, made[i]);
     }
     members_[g].push_back(variants_.size());
     variants_.push_back(make_variant(g, group.variants[i], std::move(made[i])));

@@ -101,7 +101,7 @@ class Board {
  private:
   struct WhitenedBase;
 
-  void add_variants(std::size_t group, ColumnMemory* memory);
+  void add_variants(std::size_t group, ColumnMemory& memory);
   [[nodiscard]] BoardVariant make_variant(std::size_t group, CandidateVariant definition,
                                           ColumnMemory::Columns made) const;
   // The same as the only one of its kind.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/median.h"
 #include "common/files/file_error.h"
 #include "common/mcap/mcap_error.h"
 #include "common/record/bag_files.h"
@@ -23,13 +24,6 @@ double seconds_between(core::SensorTime earlier, core::SensorTime later) {
   if (__builtin_sub_overflow(later.count(), earlier.count(), &step))
     return core::seconds(core::SensorTime::max());
   return core::seconds(core::SensorTime{step});
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // Nobody's true rate: what a filter knows of the drift, or that the vehicle rests.
@@ -96,7 +90,7 @@ void McapRows::look_ahead() {
       throw files::FileError(info_.path.string() + ": " + problem);
     info_.has_rate.fill(true);
   }
-  info_.sample_period_s = median(std::move(steps_s));
+  info_.sample_period_s = core::median_of(std::move(steps_s));
   if (messages_->first_interval_is_missing()) info_.first_interval_s = info_.sample_period_s;
   const auto& reference = ahead.references.head();
   if (reference && is_true_rate(reference->kind)) info_.has_reference = reference->valid;

@@ -185,6 +185,11 @@ TEST(ColumnMemory, KeepsWhatTheLastSearchAskedForAndNothingWithoutAnIdentity) {
   memory.end();
   memory.begin(valid, 6);
   EXPECT_EQ(memory.find("lag of 60 s", {60.0}), nullptr) << "other bands";
+  memory.keep("lag of 60 s", {60.0}, columns);
+  memory.begin(valid, 7);  // the search before came to no end
+  memory.end();
+  memory.begin(valid, 7);
+  EXPECT_EQ(memory.find("lag of 60 s", {60.0}), nullptr) << "of other bands, and never ended";
 }
 
 TEST(SearchScenario, AHiddenEffectIsFoundWithItsSizeAmongAllOthers) {
