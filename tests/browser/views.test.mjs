@@ -65,6 +65,19 @@ describe('the views of the console', () => {
     await page.setViewportSize(SIZES[0]);
   });
 
+  test('every tab is in sight, on a phone too', async () => {
+    for (const size of SIZES) {
+      await page.setViewportSize(size);
+      for (const tab of TABS) {
+        const { x, width } = await page.locator(`#tab-${tab}`).boundingBox();
+        assert.ok(x >= 0 && x + width <= size.width, `${tab} at ${size.width}: ${x} to ${x + width}`);
+      }
+      const { reach, room } = await page.locator('.tabs').evaluate((t) => ({ reach: t.scrollWidth, room: t.clientWidth }));
+      assert.ok(reach <= room, `${reach} pixels in ${room}`);
+    }
+    await page.setViewportSize(SIZES[0]);
+  });
+
   test('on a phone the tables of health and events are cards that nothing cuts', async () => {
     await page.setViewportSize(SIZES[1]);
     for (const [key, tables] of [['3', ['hops', 'services', 'endpoints']], ['6', ['events']]]) {
