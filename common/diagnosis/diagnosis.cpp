@@ -5,6 +5,7 @@
 #include <list>
 #include <span>
 #include <stdexcept>
+#include <utility>
 
 #include "common/diagnosis/axis_result.h"
 #include "common/diagnosis/calibration.h"
@@ -214,22 +215,22 @@ class AxisExamination {
     return model;
   }
 
-  // Other records that would not show what was found speak neither for nor against it.
+  // Data that would not show what was found speak neither for nor against it: blocks that would
+  // judge in their place. Whether blocks take that of other records.
   bool prefer_blocks(Split& split, Calibrated& calibrated, Judged& judged,
                      const std::vector<std::uint8_t>& sound) const {
-    if (split.kind != HeldOut::kRecords || judged.acceptance != Acceptance::kReverted ||
-        would_show(calibrated.calibration.drift_alone, judged.trial, split, axis_)) {
+    const twin::Model& known = calibrated.calibration.drift_alone;
+    if (judged.acceptance != Acceptance::kReverted || would_show(known, judged.trial, split, axis_))
       return false;
-    }
-    Split blocks = split_in_blocks(series_, playback_, sound);
+    Split blocks = blocks_that_show(known, judged.trial, {&series_, &playback_}, sound, axis_);
+    judged.acceptance = Acceptance::kUnproven;
     if (blocks.kind == HeldOut::kNothing) return false;
     Calibrated again = calibrated_on(blocks, Lags::kAtDefault);
     Judged rival = attempt(again, blocks, {});
-    if (rival.trial.refusal) return false;
-    split = std::move(blocks);
+    if (rival.trial.refusal || !answers(rival.trial)) return false;
     calibrated = std::move(again);
     judged = std::move(rival);
-    return true;
+    return std::exchange(split, std::move(blocks)).kind == HeldOut::kRecords;
   }
 
   // What was found may have moved the shapes and inputs of what was calibrated without it: then
@@ -378,7 +379,7 @@ class AxisExamination {
   // nearly all of it. A formula stands in the place of all that was found, or of nothing, where
   // this record, which makes it pay for the whole grammar, and held-out data both speak for it.
   void prefer_formula(Judged& judged, const Calibrated& calibrated, const Split& split) const {
-    if (judged.trial.unknown) return;
+    if (judged.trial.unknown || judged.acceptance == Acceptance::kUnproven) return;
     const twin::Model& known = calibrated.proved(model_);
     const bool stands = judged.acceptance == Acceptance::kAccepted;
     const TrialInput input = beside(known, split, calibrated.calibration.fitted);

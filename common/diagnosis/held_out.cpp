@@ -78,6 +78,7 @@ bool changes_noise(const Trial& trial) {
 struct NatsOfPart {
   double gain = 0.0;
   double expected_gain = 0.0;
+  double mean_gain = 0.0;
 };
 
 NatsOfPart nats_of(const HeldOutPart& part, const twin::Model& before, const twin::Model& after,
@@ -93,6 +94,12 @@ NatsOfPart nats_of(const HeldOutPart& part, const twin::Model& before, const twi
   };
   NatsOfPart nats{0.5 * (square(measured, quiet_before) - square(measured, quiet_after)),
                   0.5 * square(quiet_after, quiet_before)};
+  const double variance = part.is_of_fitted_record ? variance_of_mean(part.valid, variances) : 0.0;
+  if (variance > 0.0) {
+    const double before_radps = mean_of(difference(measured, quiet_before, part.valid), part.valid);
+    const double after_radps = mean_of(difference(measured, quiet_after, part.valid), part.valid);
+    nats.mean_gain = 0.5 * (before_radps * before_radps - after_radps * after_radps) / variance;
+  }
   for (const double frequency_hz : added_lines_hz(before, after, axis)) {
     nats.expected_gain = std::numeric_limits<double>::infinity();  // in any record
     nats.gain -= kNatsOfALine;
@@ -164,14 +171,15 @@ std::size_t keep_in_reach(HeldOutPart& part, const MeasuredSeries& fitted,
 }
 
 Split split_in_blocks(const MeasuredSeries& series, const Playback& playback,
-                      const std::vector<std::uint8_t>& sound) {
+                      const std::vector<std::uint8_t>& sound,
+                      const std::array<std::size_t, 2>& blocks) {
   const double duration_s = duration_of(series);
   if (duration_s < kShortestForBlocksS) return {.fitted = sound};
   Split split{.kind = HeldOut::kBlocks, .fitted = sound};
   std::vector<std::uint8_t> kept(series.size, 0);
   const double guard_s = std::min(duration_s / (4.0 * kBlocks), kLongestGuardS);
   const std::size_t guard = intervals_in(guard_s, series.interval_s);
-  for (const std::size_t block : {3U, 7U}) {
+  for (const std::size_t block : blocks) {
     const std::size_t begin = series.size * block / kBlocks;
     const std::size_t end = series.size * (block + 1) / kBlocks;
     for (std::size_t i = begin; i < end; ++i) {
@@ -223,6 +231,7 @@ Comparison compare_on(const std::vector<HeldOutPart>& parts, const twin::Model& 
     const NatsOfPart nats = nats_of(part, before, after, axis);
     result.gain_nats += nats.gain;
     result.expected_gain_nats += nats.expected_gain;
+    result.mean_gain_nats += nats.mean_gain;
     const auto noise_nats_of = [&](const twin::Model& model) {
       return model_noise(model, axis, series.interval_s, smooth_length_up_to(series.size));
     };
@@ -274,15 +283,16 @@ Acceptance judge(const Trial& trial, const Comparison& held_out, HeldOut kind) {
   const bool noise_is_new = changes_noise(trial) && !std::isfinite(allan.before);
   const bool clear_shape = shape && held_out.gain_nats > kClearNats &&
                            held_out.shape_after_radps < held_out.shape_before_radps;
-  const bool mean_is_anyones = kind == HeldOut::kRecords && clear_shape;
-  const bool mean_no_worse =
-      mean_is_anyones || gap.after_rms_radps <= kMeanNoWorse * gap.before_rms_radps;
+  const double gain_with_mean_nats = held_out.gain_nats + held_out.mean_gain_nats;
+  const bool mean_no_worse = (clear_shape && gain_with_mean_nats > 0.0) ||
+                             gap.after_rms_radps <= kMeanNoWorse * gap.before_rms_radps;
+  const bool allan_no_worse = !comparable || allan.after <= allan.before + kAllanTolerance ||
+                              held_out.noise_gain_nats > kClearNats ||
+                              (clear_shape && !changes_noise(trial));
   const bool no_worse = held_out.shape_after_radps <= kNoWorse * held_out.shape_before_radps &&
-                        mean_no_worse &&
-                        (!comparable || allan.after <= allan.before + kAllanTolerance ||
-                         held_out.noise_gain_nats > kClearNats);
+                        mean_no_worse && allan_no_worse;
   const bool likelier = held_out.gain_nats != 0.0
-                            ? held_out.gain_nats > 0.0
+                            ? held_out.gain_nats > 0.0 || gain_with_mean_nats > kClearNats
                             : held_out.shape_after_radps < held_out.shape_before_radps;
   const bool closer = shape ? likelier
                             : held_out.noise_gain_nats > 0.0 || noise_is_new ||

@@ -2,6 +2,7 @@
 // What takes no part in a fit, and what it says of a repaired model.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -55,9 +56,11 @@ struct Split {
 [[nodiscard]] std::size_t keep_in_reach(HeldOutPart& part, const MeasuredSeries& fitted,
                                         std::span<const std::uint8_t> valid);
 
-// Two blocks of the record, not those at its ends; everything is fitted where they can't judge.
+// Two blocks of the record, by their places, not those at its ends; everything is fitted where they
+// can't judge.
 [[nodiscard]] Split split_in_blocks(const MeasuredSeries& series, const Playback& playback,
-                                    const std::vector<std::uint8_t>& sound);
+                                    const std::vector<std::uint8_t>& sound,
+                                    const std::array<std::size_t, 2>& blocks = {3, 7});
 
 struct Comparison {
   Gap gap;
@@ -67,6 +70,7 @@ struct Comparison {
   // How much likelier the drift afterwards makes the data about their mean, nats; 0 where the model
   // has no noise to judge by.
   double gain_nats = 0.0;
+  double mean_gain_nats = 0.0;  // and the mean of blocks of the fitted record
   // What that would be on average if the drift afterwards were the true one: half the square of how
   // far both are apart, in standard errors.
   double expected_gain_nats = 0.0;
@@ -89,8 +93,10 @@ struct Comparison {
 
 // What changes the drift's shape has to make the data likelier, which tells more than their RMS
 // where noise is red; what is noise, too, or bring the Allan curve closer; a bias, the mean.
-// Neither may make the others worse, but a shape that is clearly proved needn't have the mean of
-// another switch-on; blocks of the record itself have its own mean. Of a twin without any noise the
+// Neither may make the others worse, but what is clearly proved of a shape stands beside the mean
+// of another switch-on. Blocks of the record itself have its mean but for what slow noise makes of
+// theirs: it counts with the shape. The Allan curve speaks of the noise and is no objection to a
+// shape that is clearly proved where the noise stays as it was. Of a twin without any noise the
 // Allan curve is no figure to judge by, and any noise is likelier than none.
 [[nodiscard]] Acceptance judge(const Trial& trial, const Comparison& held_out, HeldOut kind);
 

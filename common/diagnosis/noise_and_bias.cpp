@@ -14,16 +14,6 @@
 namespace zerodrift::diagnosis {
 namespace {
 
-double mean_of(std::span<const double> values, std::span<const std::uint8_t> valid) {
-  double sum = 0.0, count = 0.0;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (valid[i] == 0) continue;
-    sum += values[i];
-    count += 1.0;
-  }
-  return count > 0.0 ? sum / count : 0.0;
-}
-
 // Listed without a value.
 bool waits_for_bias(const twin::Model& model, core::Axis axis) {
   return std::any_of(model.effects.begin(), model.effects.end(), [axis](const auto& spec) {

@@ -51,14 +51,18 @@ std::vector<double> divided_by_noise(std::span<const double> series,
   return weighted;
 }
 
-void centre(std::vector<double>& values, std::span<const std::uint8_t> valid) {
+double mean_of(std::span<const double> values, std::span<const std::uint8_t> valid) {
   double sum = 0.0, count = 0.0;
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (valid[i] == 0) continue;
     sum += values[i];
     count += 1.0;
   }
-  const double mean = count > 0.0 ? sum / count : 0.0;
+  return count > 0.0 ? sum / count : 0.0;
+}
+
+void centre(std::vector<double>& values, std::span<const std::uint8_t> valid) {
+  const double mean = mean_of(values, valid);
   for (std::size_t i = 0; i < values.size(); ++i)
     values[i] = valid[i] != 0 ? values[i] - mean : 0.0;
 }
@@ -69,6 +73,18 @@ double weighted_square(std::vector<double> series, std::span<const std::uint8_t>
   series.resize(variances.size());
   const auto weighted = divided_by_noise(series, variances);
   return std::inner_product(series.begin(), series.end(), weighted.begin(), 0.0);
+}
+
+double variance_of_mean(std::span<const std::uint8_t> valid, std::span<const double> variances) {
+  const auto n = static_cast<Eigen::Index>(variances.size());
+  Eigen::VectorXd weights(n);
+  for (Eigen::Index i = 0; i < n; ++i) weights(i) = valid[static_cast<std::size_t>(i)] != 0 ? 1 : 0;
+  if (!(weights.sum() > 0.0)) return 0.0;
+  weights /= weights.sum();
+  CosineTransform transform(variances.size());
+  const Eigen::VectorXd cosine =
+      transform.forward({weights.data(), static_cast<std::size_t>(weights.size())});
+  return cosine.cwiseAbs2().dot(Eigen::Map<const Eigen::VectorXd>(variances.data(), n));
 }
 
 double noise_gain_nats(std::vector<double> series, std::span<const std::uint8_t> valid,

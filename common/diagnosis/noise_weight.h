@@ -22,6 +22,9 @@ namespace zerodrift::diagnosis {
 [[nodiscard]] std::vector<double> divided_by_noise(std::span<const double> series,
                                                    std::span<const double> variances);
 
+// Of what is valid; 0 where nothing is.
+[[nodiscard]] double mean_of(std::span<const double> values, std::span<const std::uint8_t> valid);
+
 // Takes the mean of what is valid off, and sets the rest to 0.
 void centre(std::vector<double>& values, std::span<const std::uint8_t> valid);
 
@@ -30,6 +33,10 @@ void centre(std::vector<double>& values, std::span<const std::uint8_t> valid);
 [[nodiscard]] double weighted_square(std::vector<double> series,
                                      std::span<const std::uint8_t> valid,
                                      std::span<const double> variances);
+
+// Of the mean over what is valid of the first variances.size() samples, whose own mean is 0.
+[[nodiscard]] double variance_of_mean(std::span<const std::uint8_t> valid,
+                                      std::span<const double> variances);
 
 // How much likelier the series about its mean is under a noise `after` than under `before`, over
 // the first after.size() samples, nats (Whittle 1953). 0 where one of them is no noise.

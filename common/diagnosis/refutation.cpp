@@ -23,6 +23,14 @@ twin::Model without(const std::string& label, twin::Model model, std::size_t kno
   return model;
 }
 
+// The repaired model of a trial without what it named, noise apart.
+twin::Model without_all(const Trial& trial, std::size_t known) {
+  twin::Model others = trial.repaired;
+  for (const NamedEffect& effect : drift_of(trial))
+    others = without(twin::label_of(effect.name, effect.formula), std::move(others), known);
+  return others;
+}
+
 }  // namespace
 
 std::vector<NamedEffect> drift_of(const Trial& trial) {
@@ -88,13 +96,29 @@ bool each_is_clear(const twin::Model& known, const Trial& trial, const Split& sp
 }
 
 bool would_show(const twin::Model& known, const Trial& trial, const Split& split, core::Axis axis) {
-  twin::Model others = trial.repaired;
-  for (const NamedEffect& effect : drift_of(trial)) {
-    others = without(twin::label_of(effect.name, effect.formula), std::move(others),
-                     known.effects.size());
-  }
+  const twin::Model others = without_all(trial, known.effects.size());
   return others.effects.size() == trial.repaired.effects.size() ||
          tells_apart(compare_on(split.held_out, others, trial.repaired, axis));
+}
+
+Split blocks_that_show(const twin::Model& known, const Trial& trial, const PlayedRecord& record,
+                       const std::vector<std::uint8_t>& sound, core::Axis axis) {
+  const twin::Model others = without_all(trial, known.effects.size());
+  std::vector<std::pair<double, std::size_t>> shows;
+  for (std::size_t block = 1; block + 1 < kBlocks; ++block) {
+    const Split one = split_in_blocks(*record.series, *record.playback, sound, {block, block});
+    const double nats =
+        one.held_out.empty()
+            ? 0.0
+            : compare_on(one.held_out, others, trial.repaired, axis).expected_gain_nats;
+    shows.emplace_back(-nats, block);
+  }
+  std::sort(shows.begin(), shows.end());
+  Split split =
+      split_in_blocks(*record.series, *record.playback, sound, {shows[1].second, shows[3].second});
+  if (!tells_apart(compare_on(split.held_out, others, trial.repaired, axis)))
+    return {.fitted = sound};
+  return split;
 }
 
 std::vector<std::string> all_drift_labels() {

@@ -8,6 +8,7 @@
 
 #include "common/diagnosis/calibration.h"
 #include "common/diagnosis/held_out.h"
+#include "common/diagnosis/records_of_axis.h"
 #include "common/diagnosis/trial.h"
 
 namespace zerodrift::diagnosis {
@@ -48,6 +49,13 @@ namespace zerodrift::diagnosis {
 // shows.
 [[nodiscard]] bool would_show(const twin::Model& known, const Trial& trial, const Split& split,
                               core::Axis axis);
+
+// Blocks of a record for a trial that those kept back would not show: of the blocks between its
+// ends the second and the fourth by how much they would, so that as much is fitted as judged. Of no
+// kind where they wouldn't either. Eight comparisons.
+[[nodiscard]] Split blocks_that_show(const twin::Model& known, const Trial& trial,
+                                     const PlayedRecord& record,
+                                     const std::vector<std::uint8_t>& sound, core::Axis axis);
 
 // Of the catalogue, in its order: with none of them noise alone can be named.
 [[nodiscard]] std::vector<std::string> all_drift_labels();

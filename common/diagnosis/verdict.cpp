@@ -44,6 +44,13 @@ std::string in_percent(double share) {
   return rounded(100.0 * share) + " %";
 }
 
+std::string what_would_prove(const AxisDiagnosis& axis) {
+  if (axis.held_out_kind != HeldOut::kNothing)
+    return "Another record in which it would show decides it.";
+  return "A second record, or one of " + rounded(kShortestForBlocksS / 60.0) +
+         " min or more in which this axis has valid rates, decides it.";
+}
+
 }  // namespace
 
 std::string_view name(Verdict verdict) {
@@ -136,10 +143,9 @@ std::string sentence_of(const AxisDiagnosis& axis) {
     case Verdict::kConsistent: return "Nothing is missing that this record could have shown.";
     case Verdict::kUndecidable:
       return suggested +
-             ", but nothing could be kept back to prove it on: the model is left as it was. A "
-             "second record, or one of " +
-             rounded(kShortestForBlocksS / 60.0) +
-             " min or more in which this axis has valid rates, decides it.";
+             ", but nothing could be kept back to prove it on: the model is left as "
+             "it was. " +
+             what_would_prove(axis);
     case Verdict::kRecalibrated:
       text = "No effect is missing, but parameters of the model were wrong.";
       break;

@@ -36,11 +36,42 @@ TEST(Judging, AShapeThatIsClearlyProvedNeedNotHaveTheMeanOfAnotherSwitchOn) {
   EXPECT_EQ(judge(trial, half_the_shape(0.0), HeldOut::kRecords), Acceptance::kAccepted);
 }
 
-// Before: a gap of 0.0299 deg/h was "repaired" to one of 0.0353.
-TEST(Judging, InBlocksOfTheRecordItselfNoShapeMakesTheMeanWorse) {
+// Before: a gap of 0.0299 deg/h was "repaired" to one of 0.0353; and a scale factor was refused
+// that blocks spoke for, since a random walk had taken their mean elsewhere.
+TEST(Judging, InBlocksOfTheRecordItselfAShapeMustOutweighTheirMean) {
   const Trial trial = trial_that_names("shupe");
-  EXPECT_EQ(judge(trial, half_the_shape(3e-7), HeldOut::kBlocks), Acceptance::kReverted);
+  Comparison held_out = half_the_shape(3e-7);
+  held_out.mean_gain_nats = -held_out.gain_nats - 1.0;
+  EXPECT_EQ(judge(trial, held_out, HeldOut::kBlocks), Acceptance::kReverted);
+  held_out.mean_gain_nats += 2.0;
+  EXPECT_EQ(judge(trial, held_out, HeldOut::kBlocks), Acceptance::kAccepted);
   EXPECT_EQ(judge(trial, half_the_shape(0.0), HeldOut::kBlocks), Acceptance::kAccepted);
+}
+
+// Before: refused, since its shape alone said nothing in the two blocks.
+TEST(Judging, TheMeanOfBlocksSpeaksForAShapeToo) {
+  const Trial trial = trial_that_names("shupe");
+  Comparison held_out = half_the_shape(0.0);
+  held_out.gain_nats = -0.5;
+  EXPECT_EQ(judge(trial, held_out, HeldOut::kBlocks), Acceptance::kReverted);
+  held_out.mean_gain_nats = 130.0;
+  EXPECT_EQ(judge(trial, held_out, HeldOut::kBlocks), Acceptance::kAccepted);
+  held_out.mean_gain_nats = 5.0;  // as much as a bias that is a little off makes
+  EXPECT_EQ(judge(trial, held_out, HeldOut::kBlocks), Acceptance::kReverted);
+}
+
+// Before: a thermometer's lag that another record made 505 nats likelier was refused, since the
+// Allan curve's distance rose by 0.023.
+TEST(Judging, AnAllanCurveIsNoObjectionToAClearShapeUnlessTheNoiseChanged) {
+  Comparison held_out = half_the_shape(0.0);
+  held_out.allan = {0.01, 0.04};
+  Trial trial = trial_that_names("sensor_lag");
+  EXPECT_EQ(judge(trial, held_out, HeldOut::kRecords), Acceptance::kAccepted);
+  trial.effects.push_back({.name = "markov"});
+  EXPECT_EQ(judge(trial, held_out, HeldOut::kRecords), Acceptance::kReverted);
+  held_out.gain_nats = 2.0;
+  trial.effects.pop_back();
+  EXPECT_EQ(judge(trial, held_out, HeldOut::kRecords), Acceptance::kReverted);
 }
 
 TEST(Judging, AShapeThatIsHardlyProvedDoesNotMakeTheMeanWorse) {

@@ -46,6 +46,29 @@ TEST(NoiseWeight, VariancesAreTheSumOfTheTerms) {
                                      3.0 * unit_spectrum(terms[1], eigenvalue, 0.5));
 }
 
+TEST(NoiseWeight, TheVarianceOfAMeanIsThatOfItsCovariance) {
+  constexpr std::size_t kSize = 12;
+  std::vector<double> variances(kSize, 0.0);
+  for (std::size_t k = 1; k < kSize; ++k) variances[k] = 1.0 + 10.0 / static_cast<double>(k * k);
+  const std::vector<std::uint8_t> valid{0, 1, 1, 0, 0, 1, 0, 0, 1, 0, 0, 0};
+  const std::vector<std::size_t> places{1, 2, 5, 8};
+  double sum = 0.0;  // of the covariances of every two of the four
+  for (const std::size_t i : places) {
+    for (const std::size_t j : places) {
+      for (std::size_t k = 1; k < kSize; ++k) {
+        const auto cosine = [&](std::size_t at) {
+          return std::sqrt(2.0 / kSize) *
+                 std::cos(std::numbers::pi * (static_cast<double>(at) + 0.5) *
+                          static_cast<double>(k) / kSize);
+        };
+        sum += variances[k] * cosine(i) * cosine(j);
+      }
+    }
+  }
+  EXPECT_NEAR(variance_of_mean(valid, variances), sum / 16.0, 1e-12);
+  EXPECT_EQ(variance_of_mean(std::vector<std::uint8_t>(kSize, 0), variances), 0.0);
+}
+
 TEST(NoiseWeight, OfWhiteNoiseTheWeightedSquareIsThatOfTheDeparturesFromTheMean) {
   const std::vector<double> x{1.0, -2.0, 4.0, 100.0, 3.0, 0.5};
   const std::vector<std::uint8_t> valid{1, 1, 1, 0, 1, 1};

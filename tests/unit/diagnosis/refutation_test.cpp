@@ -149,6 +149,26 @@ TEST(DiagnosisScenario, ARecordThatWouldNotShowAnEffectDoesNotSpeakAgainstIt) {
   }
 }
 
+// Before: a rectified vibration, a clock's offset and others of motion were "unknown", since the
+// two blocks that were kept back had none of it.
+TEST(DiagnosisScenario, BlocksWithoutTheInputOfAnEffectDoNotSpeakAgainstIt) {
+  const twin::Model given = test::lab_model();
+  MeasuredSeries record = test::simulated(test::with(given, field()), test::chamber_profile(), 11);
+  const MeasuredSeries without = test::simulated(given, test::chamber_profile(), 11);
+  for (const std::size_t block : {3U, 7U}) {
+    for (std::size_t i = record.size * block / 10; i < record.size * (block + 1) / 10; ++i) {
+      record.rate_radps[0][i] = without.rate_radps[0][i];
+      for (auto& component : record.magnetic_ut) component[i] = 0.0;
+    }
+  }
+  const AxisDiagnosis axis = *diagnose(given, record, {}, kOptions).axes[0];
+  ASSERT_EQ(axis.effects.size(), 1U) << axis.sentence;
+  EXPECT_EQ(axis.effects[0].name, "magnetic");
+  EXPECT_EQ(axis.held_out_kind, HeldOut::kBlocks);
+  EXPECT_EQ(axis.acceptance, Acceptance::kAccepted) << axis.sentence;
+  EXPECT_EQ(axis.sentence.find("other records"), std::string::npos) << axis.sentence;
+}
+
 // Law: what is significant in a record and is not in the one that was kept back is neither "nothing
 // is missing" nor an effect of that name.
 void expect_what_is_in_one_record_alone_to_be_unknown(const twin::Model& given) {
