@@ -286,9 +286,14 @@ bool is_inflated(const std::vector<Recalibration>& changes) {
   });
 }
 
-}  // namespace
+bool has_two_levels(const Trial& trial) {
+  return std::any_of(trial.effects.begin(), trial.effects.end(), [](const NamedEffect& effect) {
+    const twin::EffectDefinition* definition = twin::find_effect(effect.name);
+    return definition != nullptr && definition->spectrum.law == twin::NoiseLaw::kTwoLevel;
+  });
+}
 
-Trial repair(const TrialInput& input) {
+Trial repaired_once(const TrialInput& input) {
   Trial trial{.repaired = input.model};
   tell_untestable(trial, input);
   const auto residual = difference(measured_drift(input.series, input.axis),
@@ -343,6 +348,19 @@ Trial repair(const TrialInput& input) {
   for (NamedEffect& effect : trial.effects) level(effect);
   for (NamedEffect& event : trial.events) level(event);
   return trial;
+}
+
+}  // namespace
+
+// A step beside a noise of two levels is one of its switches.
+Trial repair(const TrialInput& input) {
+  Trial trial = repaired_once(input);
+  if (trial.events.empty() || !has_two_levels(trial)) return trial;
+  std::vector<std::string> refuted(input.refuted.begin(), input.refuted.end());
+  for (const NamedEffect& event : trial.events) refuted.push_back(event.name);
+  TrialInput without_steps = input;
+  without_steps.refuted = refuted;
+  return repaired_once(without_steps);
 }
 
 }  // namespace zerodrift::diagnosis
