@@ -73,6 +73,19 @@ Grid grid_of(const ParameterDefinition& parameter, const Playback& playback,
     const auto& fringes = scans.fringes[twin::index(inputs.front())];
     return {inverse(fringes.frequencies, 1.0), fringes.looked_at};
   }
+  if (parameter.rule == SearchRule::kBetweenFaces) {
+    constexpr double kToldApart = 2.0;  // of columns that are nearly parallel
+    const bool has_faces = !inputs.empty() && playback.is_mean_of_faces(inputs.front());
+    return has_faces ? Grid{parameter.grid, kToldApart} : Grid{{parameter.default_value}, 1.0};
+  }
+  if (parameter.rule == SearchRule::kHalfWidth && !inputs.empty()) {
+    std::vector<double> widths = parameter.grid;
+    const double widest = widest_loop_degc(temperatures(playback, inputs.front()));
+    std::erase_if(widths, [&](double width) { return width > widest; });
+    if (widths.empty()) widths = {parameter.grid.front()};
+    const auto count = static_cast<double>(widths.size());
+    return {std::move(widths), count};
+  }
   std::vector<double> values = parameter.rule == SearchRule::kThreshold && !inputs.empty()
                                    ? thresholds(playback, inputs.front())
                                : parameter.grid.empty()
@@ -203,6 +216,11 @@ std::optional<std::string> nothing_to_borrow(const EffectDefinition& definition,
 }
 
 }  // namespace
+
+double widest_loop_degc(const std::vector<double>& course_degc) {
+  const auto [low, high] = std::minmax_element(course_degc.begin(), course_degc.end());
+  return 0.25 * (*high - *low);
+}
 
 Scans scan_residual(std::span<const double> weighted, std::span<const double> variances,
                     const Playback& playback, core::Axis axis) {

@@ -79,6 +79,10 @@ struct Scans {
                                                         const Playback& playback,
                                                         const twin::Model& model);
 
+// Half of the width of the widest loop that a temperature with this course goes through, °C: wider
+// ones hardly turn, and look like a straight line.
+[[nodiscard]] double widest_loop_degc(const std::vector<double>& course_degc);
+
 // A found effect as a model lists it, without standard errors and origin.
 [[nodiscard]] twin::EffectSpec spec_of(const NamedEffect& effect, core::Axis axis);
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <numeric>
 
 #include "common/core/require.h"
@@ -213,6 +214,16 @@ std::optional<std::string> EvidenceOptions::validate() const {
            ", must be inside (0, 1)";
   }
   return std::nullopt;
+}
+
+// Of what lies beyond one limit and not the other only the first counts: estimates are far sharper
+// than what they are held to is wide.
+double log_probability_within(double value, double sd, double least, double greatest) {
+  if (!(least < greatest)) return -std::numeric_limits<double>::infinity();
+  const double beyond = std::max(least - value, value - greatest) / sd;
+  constexpr double kFar = 8.0;  // where the tail's first term is right to 2 %
+  if (beyond < kFar) return std::log(0.5 * std::erfc(beyond * std::numbers::sqrt2 / 2.0));
+  return -0.5 * beyond * beyond - std::log(beyond * std::sqrt(2.0 * std::numbers::pi));
 }
 
 double log_evidence_of_any_value(double value, double variance, const EvidenceOptions& options) {

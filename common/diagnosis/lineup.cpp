@@ -77,9 +77,18 @@ ShapeRange range_of(const ParameterDefinition& parameter, const Candidate& candi
       return {ShapeScale::kLinear, lowest, highest, spacing_of(parameter.name, candidate)};
     case twin::SearchRule::kTime: return {ShapeScale::kLinear, 0.0, duration_s, duration_s / 200.0};
     case twin::SearchRule::kLag: return {ShapeScale::kLinear, lowest, duration_s / 4.0, 60.0};
+    case twin::SearchRule::kBetweenFaces: return {};
+    case twin::SearchRule::kHalfWidth:
     case twin::SearchRule::kGrid: break;
   }
   if (parameter.grid.size() < 2) return {};
+  if (parameter.rule == twin::SearchRule::kHalfWidth) {
+    double widest = parameter.grid.front();
+    for (const ProbeSeries& probe : series.probes)
+      widest = std::max(widest, widest_loop_degc(probe.temperature_degc));
+    return {ShapeScale::kLogarithmic, parameter.grid.front() / 4.0, widest,
+            parameter.grid[1] / parameter.grid[0]};
+  }
   if (parameter.grid.front() > 0.0) {
     return {ShapeScale::kLogarithmic, parameter.grid.front() / 4.0, parameter.grid.back() * 4.0,
             parameter.grid[1] / parameter.grid[0]};
@@ -113,6 +122,8 @@ CandidateGroup group_of(const Candidate& candidate, const ShapeCode& code,
   group.identity = identity_of(candidate, code);
   group.family = twin::input_family(*candidate.definition);
   group.happens_once = candidate.definition->search.happens_once;
+  group.least_amplitude = candidate.definition->search.least_amplitude;
+  group.greatest_amplitude = candidate.definition->search.greatest_amplitude;
   for (const Variant& variant : candidate.variants)
     group.variants.push_back({code.encode(variant), variant.log_prior});
   group.ranges.push_back({});

@@ -92,7 +92,7 @@ void Playback::assign_probes(const MeasuredSeries& series) {
 }
 
 bool Playback::measures(TemperaturePoint point) const {
-  return probe_[index(point)].has_value() || (point == TemperaturePoint::kCoil && coil_is_mean_);
+  return probe_[index(point)].has_value() || is_mean_of_faces(point);
 }
 
 std::vector<TemperaturePoint> Playback::measured_points() const {

@@ -26,6 +26,10 @@ class Playback {
   // Measured, or made from what is measured; not borrowed.
   [[nodiscard]] bool measures(twin::TemperaturePoint point) const;
   [[nodiscard]] std::vector<twin::TemperaturePoint> measured_points() const;
+  // The coil, where its outer and inner layers are measured and it isn't.
+  [[nodiscard]] bool is_mean_of_faces(twin::TemperaturePoint point) const {
+    return point == twin::TemperaturePoint::kCoil && coil_is_mean_;
+  }
   // Whose temperature a place has; empty where there is none at all.
   [[nodiscard]] std::optional<twin::TemperaturePoint> source_of(twin::TemperaturePoint point) const;
 

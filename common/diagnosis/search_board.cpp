@@ -326,6 +326,19 @@ std::vector<ProjectedColumns> Board::project(const Base& base,
   return projected;
 }
 
+ColumnEvidence Board::evidence(const WhitenedBase& whitened, const BoardVariant& v) const {
+  const ProjectedColumns columns = project(whitened, v);
+  ColumnEvidence e = column_evidence(columns, options_.evidence, Detail::kEvidence);
+  if (e.rank != 1 || v.columns().size() != 1) return e;
+  const CandidateGroup& group = problem_.groups[v.group];
+  const double norm = v.columns().front().norm;
+  const double square = columns.gram(0, 0);
+  e.log_bayes_factor +=
+      log_probability_within(columns.products(0) / square, 1.0 / std::sqrt(square),
+                             group.least_amplitude * norm, group.greatest_amplitude * norm);
+  return e;
+}
+
 // Lets every variant chosen have the noise if it likes it better than the ones before.
 void Board::score_at(Evaluation& evaluation, const Base& base, const RowSystem& base_rows,
                      std::size_t noise, const std::vector<std::size_t>& chosen) const {
@@ -339,8 +352,7 @@ void Board::score_at(Evaluation& evaluation, const Base& base, const RowSystem& 
   for (const std::size_t i : chosen) {
     const BoardVariant& v = variants_[i];
     if (v.testability() != Testability::kTestable) continue;
-    const ColumnEvidence e =
-        column_evidence(project(whitened, v), options_.evidence, Detail::kEvidence);
+    const ColumnEvidence e = evidence(whitened, v);
     VariantScore& score = evaluation.variants[i];
     score.kept_share = std::max(score.kept_share, e.kept_share);
     if (e.rank == 0 || likelihood + e.log_bayes_factor <= score.log_evidence) continue;
@@ -448,21 +460,20 @@ void Board::refine(std::size_t variant, const Base& base, const Eigen::VectorXd&
   const CandidateVariant start = variants_[variant].definition;
   if (ranges.size() != start.shape.size()) return;
   const WhitenedBase whitened = whiten(base, dictionary_.spectra() * squares);
-  const auto evidence = [&](const std::vector<double>& at) {
+  const auto evidence_at = [&](const std::vector<double>& at) {
     const BoardVariant v = make_variant(group, {at, start.log_prior});
     if (v.testability() != Testability::kTestable) return -std::numeric_limits<double>::infinity();
-    return column_evidence(project(whitened, v), options_.evidence, Detail::kEvidence)
-        .log_bayes_factor;
+    return evidence(whitened, v).log_bayes_factor;
   };
   std::vector<double> shape = start.shape;
-  double best = evidence(shape);
+  double best = evidence_at(shape);
   const auto free = std::count_if(ranges.begin(), ranges.end(), [](const ShapeRange& range) {
     return range.scale != ShapeScale::kFixed;
   });
   for (int round = 0; round < (free > 1 ? kRounds : 1); ++round) {
     for (std::size_t i = 0; i < shape.size(); ++i) {
       std::vector<double> moved = shape;
-      const double value = refine_along(i, ranges[i], start.shape[i], moved, evidence);
+      const double value = refine_along(i, ranges[i], start.shape[i], moved, evidence_at);
       if (value <= best) continue;
       best = value;
       shape = moved;

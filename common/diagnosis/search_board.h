@@ -116,6 +116,8 @@ class Board {
   [[nodiscard]] WhitenedBase whiten(const Base& base, const Eigen::VectorXd& spectrum) const;
   [[nodiscard]] ProjectedColumns project(const WhitenedBase& base,
                                          const BoardVariant& variant) const;
+  [[nodiscard]] ColumnEvidence evidence(const WhitenedBase& base,
+                                        const BoardVariant& variant) const;
   void score_at(Evaluation& evaluation, const Base& base, const RowSystem& base_rows,
                 std::size_t noise, const std::vector<std::size_t>& chosen) const;
   void collect_groups(Evaluation& evaluation) const;

@@ -55,6 +55,9 @@ struct CandidateGroup {
   // differs, too, has edges where inputs have them.
   bool happens_once = false;
   double log_prior = 0.0;
+  // What the amplitude of its only column can be.
+  double least_amplitude = -std::numeric_limits<double>::infinity();
+  double greatest_amplitude = std::numeric_limits<double>::infinity();
   std::vector<CandidateVariant> variants{};
   std::vector<ShapeRange> ranges{};  // one a shape parameter; empty: nothing is refined
   // The columns of a shape, each as long as the series. Called once a variant and for refinement.

@@ -98,7 +98,11 @@ enum class SearchRule {
   kPeriod,     // °C: where it oscillates along the effect's temperature
   kAngle,      // arcsec: where it oscillates along the angle turned through
   kThreshold,  // °C: within the range of the effect's temperature
+  kHalfWidth,  // °C: at the values of its grid and between them, up to a quarter of that range
   kTime,       // s since the start of the record: where the residual steps
+  // s: of what lies between two thermometers, where the effect's temperature is their mean;
+  // elsewhere its default.
+  kBetweenFaces,
 };
 
 struct ParameterDefinition {
@@ -201,6 +205,10 @@ struct SearchTraits {
   // Why nothing can be said of an effect where the model has none that lends. Empty: it does
   // without.
   std::string without_lender{};
+  // What its only amplitude can be, in its unit: a search takes nothing beyond for the effect. A
+  // file may say more.
+  double least_amplitude = -std::numeric_limits<double>::infinity();
+  double greatest_amplitude = std::numeric_limits<double>::infinity();
   // Reads the temperatures of its definition and no others.
   bool has_fixed_inputs = false;
 };

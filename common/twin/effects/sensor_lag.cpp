@@ -10,6 +10,10 @@
 namespace zerodrift::twin::effects {
 namespace {
 
+// A thermometer lags; it leads where its lag was stated larger than it is.
+constexpr double kStatedTooLarge_s = -60.0;
+constexpr double kSlowest_s = 900.0;
+
 struct Lags {
   LaggedTemperature above;
   LowPass rate;
@@ -46,7 +50,9 @@ EffectDefinition sensor_lag() {
       .needs = {Need::kTemperature},
       .confused_with = {"shupe"},
       .search = {.without_lender =
-                     "the model has no bias_temperature that a thermometer could lag behind"},
+                     "the model has no bias_temperature that a thermometer could lag behind",
+                 .least_amplitude = kStatedTooLarge_s,
+                 .greatest_amplitude = kSlowest_s},
       .make = make_sensor_lag};
 }
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "common/diagnosis/known_effects.h"
 #include "common/diagnosis/lineup.h"
@@ -55,6 +56,58 @@ TEST_F(CandidatesTest, PriorsOfTheVariantsSumToOne) {
     double sum = 0.0;
     for (const Variant& variant : candidate.variants) sum += std::exp(variant.log_prior);
     EXPECT_NEAR(sum, 1.0, 1e-9) << candidate.definition->kind;
+  }
+}
+
+// Heat needs time from the faces, whose mean stands for a coil without a thermometer of its own.
+TEST_F(CandidatesTest, TheInsideOfACoilMayBeLateOnlyWhereItsFacesAreMeasured) {
+  const twin::Model model = test::without(test::lab_model(), "shupe");
+  const auto latest_s = [&](const MeasuredSeries& series, twin::TemperaturePoint point) {
+    const Candidates found = candidates(series, Playback(series), model, core::Axis::kX, {});
+    double latest = -1.0;
+    for (const Candidate& candidate : found.testable) {
+      if (candidate.definition->kind != "shupe") continue;
+      for (const Variant& variant : candidate.variants) {
+        if (variant.inputs.front() == point)
+          latest = std::max(latest, variant.shapes.at("diffusion_s"));
+      }
+    }
+    return latest;
+  };
+  using P = twin::TemperaturePoint;
+  EXPECT_GT(latest_s(*series_, P::kCoil), 100.0);
+  EXPECT_EQ(latest_s(*series_, P::kCoilOuter), 0.0);
+  MeasuredSeries measured = *series_;
+  measured.probes.push_back(measured.probes.front());
+  measured.probes.back().name = "coil";
+  EXPECT_EQ(latest_s(measured, P::kCoil), 0.0);
+}
+
+// Before: loops of 18 and 27 °C half width over 17 and 28 °C stood in for a straight line.
+TEST_F(CandidatesTest, LoopsAreNoWiderThanTheTemperatureGoesThrough) {
+  MeasuredSeries narrow = *series_;
+  for (ProbeSeries& probe : narrow.probes) {
+    for (double& degc : probe.temperature_degc) degc = 20.0 + 0.2 * (degc - 20.0);
+  }
+  const twin::Model model = test::lab_model();
+  for (const MeasuredSeries* series : {series_, &narrow}) {
+    const Playback playback(*series);
+    Lineup lineup;
+    for (Candidate& candidate : candidates(*series, playback, model, core::Axis::kX, {}).testable) {
+      if (candidate.definition->kind == "hysteresis") lineup.add(std::move(candidate));
+    }
+    ASSERT_EQ(lineup.named.size(), 1U);
+    double widest = 0.0;
+    for (const ProbeSeries& probe : series->probes)
+      widest = std::max(widest, widest_loop_degc(probe.temperature_degc));
+    const double least = 1.5;  // the grid's first
+    for (const Variant& variant : lineup.named.front().variants)
+      EXPECT_LE(variant.shapes.at("typical_threshold_degc"), std::max(least, widest));
+    const auto ranges = lineup.groups(*series, playback).front().ranges;
+    const auto names = names_of(*lineup.named.front().definition, twin::ParameterRole::kShape);
+    const auto place = std::find(names.begin(), names.end(), "typical_threshold_degc");
+    const auto& range = ranges.at(static_cast<std::size_t>(place - names.begin()) + 1);
+    EXPECT_DOUBLE_EQ(range.highest, std::max(least, widest));
   }
 }
 

@@ -220,6 +220,23 @@ TEST(EvidenceLaws, TheAverageBayesFactorUnderNoiseIsOne) {
   EXPECT_NEAR(mean, 1.0, 1e-6);
 }
 
+TEST(EvidenceLaws, AnAmplitudeOutOfItsLimitsLosesWhatItsErrorSays) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(log_probability_within(3.0, 2.0, -kInfinity, kInfinity), 0.0);
+  EXPECT_NEAR(log_probability_within(100.0, 1.0, 0.0, 900.0), 0.0, 1e-12);
+  EXPECT_NEAR(log_probability_within(0.0, 1.0, 0.0, 900.0), std::log(0.5), 1e-12);
+  EXPECT_NEAR(log_probability_within(902.0, 1.0, 0.0, 900.0), std::log(0.02275013194817921), 1e-9);
+  // Where one way to compute it takes over from the other: within its 2 %, and steeper still.
+  double before = 0.0;
+  for (double beyond = 7.0; beyond < 60.0; beyond += 0.01) {
+    const double here = log_probability_within(-60.0 - beyond, 1.0, -60.0, 900.0);
+    EXPECT_LT(here, before + (std::abs(beyond - 8.0) < 0.02 ? 0.02 : 0.0)) << beyond;
+    EXPECT_NEAR(here, -0.5 * beyond * beyond - std::log(beyond) - 0.919, 0.03) << beyond;
+    before = here;
+  }
+  EXPECT_EQ(log_probability_within(1.0, 1.0, 1.0, 0.0), -kInfinity);
+}
+
 TEST(GapBridge, IsALinearOperatorThatKeepsWhatIsThere) {
   std::vector<std::uint8_t> valid(1000, 1);
   for (std::size_t i = 0; i < 5; ++i) valid[i] = 0;

@@ -459,5 +459,26 @@ TEST(SearchAbuse, ContradictionsAndWrongOptionsAreNamed) {
   EXPECT_NE(options.validate()->find("evidence: largest_scale"), std::string::npos);
 }
 
+// Before: a thermometer that runs 859 s ahead had .89, where a gradient's rate was there.
+TEST(FindMissing, AnAmplitudeThatCanNotBeIsNotFound) {
+  Record record(31);
+  const Series waveform = record.hide("shupe", record.group("shupe").variants.front().shape, 20.0);
+  SearchProblem problem = record.problem();
+  std::erase_if(problem.groups, [](const CandidateGroup& g) { return g.name != "shupe"; });
+  CandidateGroup& group = problem.groups.front();
+  const Series column = group.columns(group.variants.front().shape).front();
+  const double amplitude = waveform[1000] / column[1000];
+  ASSERT_GT(std::abs(amplitude), 0.0);
+  const auto effects = [&](double least, double greatest) {
+    group.least_amplitude = least;
+    group.greatest_amplitude = greatest;
+    return find_missing(problem, {}).effects.size();
+  };
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(effects(-kInfinity, kInfinity), 1U);
+  EXPECT_EQ(effects(std::min(0.0, 2.0 * amplitude), std::max(0.0, 2.0 * amplitude)), 1U);
+  EXPECT_EQ(effects(std::min(-amplitude, 0.0), std::max(-amplitude, 0.0)), 0U);
+}
+
 }  // namespace
 }  // namespace zerodrift::diagnosis

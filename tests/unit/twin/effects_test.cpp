@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/core/units.h"
+#include "common/twin/effect_catalogue.h"
 #include "common/twin/flicker_noise.h"
 #include "common/twin/simulation.h"
 #include "tests/unit/twin/examples.h"
@@ -92,6 +93,57 @@ TEST(CoilLagLaws, WithoutLagItIsShupeAndWithLagItComesLater) {
   EXPECT_EQ(shupe, none);
   EXPECT_LT(lagged[1500], 0.7 * shupe[1500]);  // rising: behind
   EXPECT_GT(lagged[6000], 1.2 * shupe[6000]);  // falling: still there
+}
+
+// Against the heat equation in 200 layers between two faces of the chamber's temperature: the three
+// modes kept leave 7 % of a sudden change at once, and less than 1 % a tenth of tau later.
+TEST(Shupe, BetweenItsFacesACoilFollowsByConduction) {
+  constexpr double kDiffusionS = 300.0;
+  constexpr std::size_t kLayers = 200;
+  const auto definition = *find_effect("shupe");
+  EffectContext context{
+      .parameters = complete_parameters(
+          definition, {{"coefficient_deg_h_min_per_degc", 1.0}, {"diffusion_s", kDiffusionS}}),
+      .inputs = definition.inputs,
+      .axis = core::Axis::kX,
+      .interval_s = 1.0,
+      .noise = NoiseStream(0, "none")};
+  const auto shupe = definition.make(context);
+  const double unit = core::radps_from_deg_h(60.0);  // of 1 °C/s
+  std::vector<double> layers(kLayers, 0.0);
+  // Spacing 1/n, diffusivity 1/(pi² tau); stable below a half.
+  constexpr double kStepS = 0.02;
+  const double share =
+      kStepS * kLayers * kLayers / (std::numbers::pi * std::numbers::pi * kDiffusionS);
+  ASSERT_LT(share, 0.5);
+  EffectInputs inputs;
+  const auto index = static_cast<std::size_t>(definition.inputs.front());
+  double faces = 0.0;
+  EXPECT_EQ(shupe->step(inputs), 0.0);
+  double before = 0.0;
+  for (int second = 0; second < 1200; ++second) {
+    const double rate = second < 600 ? 0.02 : 0.0;  // °C/s: a ramp, then a soak
+    for (int step = 0; step < 50; ++step) {
+      faces += rate * kStepS;
+      std::vector<double> next = layers;
+      for (std::size_t i = 0; i < kLayers; ++i) {
+        // The faces are half a layer away from the first and the last one.
+        const double left = i == 0 ? 2.0 * (faces - layers[i]) : layers[i - 1] - layers[i];
+        const double right =
+            i + 1 == kLayers ? 2.0 * (faces - layers[i]) : layers[i + 1] - layers[i];
+        next[i] += share * (left + right);
+      }
+      layers = std::move(next);
+    }
+    const double now = mean_of(layers);
+    inputs.thermal.temperature_degc[index] = faces;
+    inputs.thermal.temperature_rate_degc_per_s[index] = rate;
+    const double added = shupe->step(inputs) / unit;
+    const int since_change = second % 600;
+    const double tolerance = since_change < 30 ? 0.08 * 0.02 : 0.012 * 0.02;
+    EXPECT_NEAR(added, now - before, tolerance) << second;
+    before = now;
+  }
 }
 
 TEST(TemperatureEffectLaws, PolynomialGradientAndProductFollowTheirEquations) {

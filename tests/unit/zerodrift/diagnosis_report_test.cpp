@@ -261,7 +261,7 @@ TEST(DiagnosisPage, HasThePicturesAndTablesThatAnEngineerFiles) {
   for (const auto* part :
        {"twin before", "twin after", "temperature rate of coil (°C/min)",
         "Candidates, strongest first", "no reference rate in the record", "The smallest effect",
-        "turn the table", "1 gap, the longest", "s dT/dt", "v.csv", "hysteresis", "cluster time"})
+        "turn the table", "1 gap, the longest", "s M_tau(dT/dt)", "v.csv", "hysteresis", "cluster time"})
     EXPECT_TRUE(contains(html, part)) << part;
 }
 
