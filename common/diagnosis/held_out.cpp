@@ -96,8 +96,10 @@ NatsOfPart nats_of(const HeldOutPart& part, const twin::Model& before, const twi
                   0.5 * square(quiet_after, quiet_before)};
   const double variance = part.is_of_fitted_record ? variance_of_mean(part.valid, variances) : 0.0;
   if (variance > 0.0) {
-    const double before_radps = mean_of(difference(measured, quiet_before, part.valid), part.valid);
-    const double after_radps = mean_of(difference(measured, quiet_after, part.valid), part.valid);
+    const double before_radps =
+        mean_of_valid(difference(measured, quiet_before, part.valid), part.valid);
+    const double after_radps =
+        mean_of_valid(difference(measured, quiet_after, part.valid), part.valid);
     nats.mean_gain = 0.5 * (before_radps * before_radps - after_radps * after_radps) / variance;
   }
   for (const double frequency_hz : added_lines_hz(before, after, axis)) {

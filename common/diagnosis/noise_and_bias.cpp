@@ -24,9 +24,9 @@ bool waits_for_bias(const twin::Model& model, core::Axis axis) {
 }
 
 double mean_left_by(const twin::Model& model, const TrialInput& input) {
-  return mean_of(difference(measured_drift(input.series, input.axis),
-                            input.playback.drift(model, input.axis), input.valid),
-                 input.valid);
+  return mean_of_valid(difference(measured_drift(input.series, input.axis),
+                                  input.playback.drift(model, input.axis), input.valid),
+                       input.valid);
 }
 
 }  // namespace

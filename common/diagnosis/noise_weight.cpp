@@ -51,7 +51,7 @@ std::vector<double> divided_by_noise(std::span<const double> series,
   return weighted;
 }
 
-double mean_of(std::span<const double> values, std::span<const std::uint8_t> valid) {
+double mean_of_valid(std::span<const double> values, std::span<const std::uint8_t> valid) {
   double sum = 0.0, count = 0.0;
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (valid[i] == 0) continue;
@@ -62,7 +62,7 @@ double mean_of(std::span<const double> values, std::span<const std::uint8_t> val
 }
 
 void centre(std::vector<double>& values, std::span<const std::uint8_t> valid) {
-  const double mean = mean_of(values, valid);
+  const double mean = mean_of_valid(values, valid);
   for (std::size_t i = 0; i < values.size(); ++i)
     values[i] = valid[i] != 0 ? values[i] - mean : 0.0;
 }
