@@ -301,9 +301,9 @@ class AxisExamination {
   // What a trial found and could not prove leaves the calibration as it is. The sentence about it,
   // if there was a name.
   static std::string fall_back(Judged& judged, const Calibrated& calibrated) {
-    const bool stands = judged.acceptance != Acceptance::kReverted &&
-                        judged.acceptance != Acceptance::kNothingToProve;
-    if (stands) return {};
+    const bool unproven = judged.acceptance == Acceptance::kUnproven;
+    if (judged.acceptance == Acceptance::kAccepted) return {};
+    if (unproven && calibrated.acceptance != Acceptance::kAccepted) return {};
     if (judged.acceptance == Acceptance::kNothingToProve) judged.acceptance = calibrated.acceptance;
     if (calibrated.acceptance != Acceptance::kAccepted) return {};
     std::string aside;
@@ -311,7 +311,7 @@ class AxisExamination {
       std::vector<std::string> names;
       for (const NamedEffect& effect : judged.trial.effects)
         names.push_back(twin::label_of(effect.name, effect.formula));
-      aside = spoken_against(names);
+      aside = unproven ? shown_by_nothing(names) : spoken_against(names);
     }
     judged.trial.effects.clear();
     judged.trial.recalibrated.clear();

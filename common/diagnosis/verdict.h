@@ -24,6 +24,7 @@ namespace zerodrift::diagnosis {
 [[nodiscard]] std::string names_of(const std::vector<Recalibration>& recalibrated);
 // Behind an answer: what held-out data did not confirm.
 [[nodiscard]] std::string spoken_against(std::span<const std::string> refuted);
+[[nodiscard]] std::string shown_by_nothing(std::span<const std::string> unproven);
 
 // Behind an answer: which of the effects are the record's own; empty for none.
 [[nodiscard]] std::string about_events(const std::vector<NamedEffect>& effects);

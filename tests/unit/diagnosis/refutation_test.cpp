@@ -169,6 +169,37 @@ TEST(DiagnosisScenario, BlocksWithoutTheInputOfAnEffectDoNotSpeakAgainstIt) {
   EXPECT_EQ(axis.sentence.find("other records"), std::string::npos) << axis.sentence;
 }
 
+// A field at the record's beginning alone: no block between its ends would show it, and the other
+// record has none.
+TEST(DiagnosisScenario, WhatNothingWouldShowIsUndecidableAndTakesNoCalibrationWithIt) {
+  const twin::Model listed = test::lab_model();
+  MeasuredSeries record = test::simulated(test::with(listed, field()), test::chamber_profile(), 11);
+  const MeasuredSeries without = test::simulated(listed, test::chamber_profile(), 11);
+  MeasuredSeries other = test::simulated(listed, test::chamber_profile(), 12);
+  for (auto& component : other.magnetic_ut) std::fill(component.begin(), component.end(), 0.0);
+  for (std::size_t i = record.size / kBlocks; i < record.size; ++i) {
+    record.rate_radps[0][i] = without.rate_radps[0][i];
+    for (auto& component : record.magnetic_ut) component[i] = 0.0;
+  }
+  const Diagnosis given = diagnose(listed, record, {other}, kOptions);
+  const AxisDiagnosis& axis = *given.axes[0];
+  if (axis.acceptance != Acceptance::kAccepted) {  // by luck, a little likelier
+    EXPECT_EQ(axis.verdict, Verdict::kUndecidable) << axis.sentence;
+    EXPECT_NE(axis.sentence.find("Another record in which it would show"), std::string::npos)
+        << axis.sentence;
+    EXPECT_EQ(given.repaired.effects.size(), listed.effects.size());
+  }
+  const Diagnosis kinds = diagnose(test::kinds_of(listed), record, {other}, kOptions);
+  EXPECT_EQ(kinds.axes[0]->acceptance, Acceptance::kAccepted) << kinds.axes[0]->sentence;
+  EXPECT_FALSE(kinds.axes[0]->unknown) << kinds.axes[0]->sentence;
+  const auto shupe =
+      std::find_if(kinds.repaired.effects.begin(), kinds.repaired.effects.end(),
+                   [](const auto& effect) { return effect.kind == "shupe" && effect.axis == kX; });
+  ASSERT_NE(shupe, kinds.repaired.effects.end());
+  ASSERT_FALSE(shupe->parameters.empty()) << kinds.axes[0]->sentence;
+  EXPECT_NEAR(shupe->parameters.at("coefficient_deg_h_min_per_degc"), 0.9, 0.1);
+}
+
 // Law: what is significant in a record and is not in the one that was kept back is neither "nothing
 // is missing" nor an effect of that name.
 void expect_what_is_in_one_record_alone_to_be_unknown(const twin::Model& given) {
