@@ -315,13 +315,16 @@ std::vector<std::size_t> waiting_in(const twin::Model& model, core::Axis axis) {
   return waiting;
 }
 
-// The places of the shapes that are lags, among a group's.
+// The places of the shapes that are lags, among a group's: of an effect behind a thermometer, or of
+// a coil's inside behind its faces.
 std::vector<std::size_t> lags_of(const EffectDefinition& definition) {
   std::vector<std::size_t> places;
   std::size_t place = 1;  // the first is the choice of inputs
   for (const twin::ParameterDefinition& parameter : definition.parameters) {
     if (parameter.role != ParameterRole::kShape) continue;
-    if (parameter.rule == twin::SearchRule::kLag) places.push_back(place);
+    const bool is_lag = parameter.rule == twin::SearchRule::kLag ||
+                        parameter.rule == twin::SearchRule::kBetweenFaces;
+    if (is_lag) places.push_back(place);
     ++place;
   }
   return places;
@@ -335,12 +338,15 @@ void hold_lags(CandidateGroup& group, const std::vector<std::size_t>& lags) {
   }
 }
 
-// Between the values listed, which are some factor of three apart.
+// Between the values listed, which are some factor of three apart; what isn't refined stays as
+// listed.
 void widen_lags(CandidateGroup& group, const std::vector<std::size_t>& lags, double duration_s) {
   constexpr double kShortestS = 10.0;
   constexpr double kFactor = 3.3;
-  for (const std::size_t place : lags)
+  for (const std::size_t place : lags) {
+    if (group.ranges[place].scale == ShapeScale::kFixed) continue;
     group.ranges[place] = {ShapeScale::kLogarithmic, kShortestS, duration_s / 4.0, kFactor};
+  }
 }
 
 // As much for each lag that isn't 0 as for an amplitude.
