@@ -78,21 +78,16 @@ Grid grid_of(const ParameterDefinition& parameter, const Playback& playback,
     const bool has_faces = !inputs.empty() && playback.is_mean_of_faces(inputs.front());
     return has_faces ? Grid{parameter.grid, kToldApart} : Grid{{parameter.default_value}, 1.0};
   }
-  if (parameter.rule == SearchRule::kHalfWidth && !inputs.empty()) {
-    std::vector<double> widths = parameter.grid;
-    const double widest = widest_loop_degc(temperatures(playback, inputs.front()));
-    std::erase_if(widths, [&](double width) { return width > widest; });
-    if (widths.empty()) widths = {parameter.grid.front()};
-    const auto count = static_cast<double>(widths.size());
-    return {std::move(widths), count};
-  }
   std::vector<double> values = parameter.rule == SearchRule::kThreshold && !inputs.empty()
                                    ? thresholds(playback, inputs.front())
                                : parameter.grid.empty()
                                    ? std::vector<double>{parameter.default_value}
                                    : parameter.grid;
-  std::erase_if(values,
-                [&](double v) { return !(v >= parameter.minimum && v <= parameter.maximum); });
+  const double greatest = parameter.rule == SearchRule::kHalfWidth && !inputs.empty()
+                              ? std::max(parameter.grid.front(),
+                                         widest_loop_degc(temperatures(playback, inputs.front())))
+                              : parameter.maximum;
+  std::erase_if(values, [&](double v) { return !(v >= parameter.minimum && v <= greatest); });
   const auto count = static_cast<double>(values.size());
   return {std::move(values), count};
 }

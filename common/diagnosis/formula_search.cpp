@@ -58,13 +58,7 @@ Term beside_the_bias(Term term, std::span<const Operand> operands, const TrialIn
   for (const auto& [name, value] : text.shapes) context.parameters[name] = value;
   const auto amplitudes = names_of(*definition, twin::ParameterRole::kAmplitude);
   const auto added = column_of(input.playback, *definition, context, amplitudes.front());
-  double sum = 0.0, count = 0.0;
-  for (std::size_t i = 0; i < added.size(); ++i) {
-    if (input.valid[i] == 0) continue;
-    sum += added[i];
-    count += 1.0;
-  }
-  factor.centre = core::deg_h_from_radps(sum / count);
+  factor.centre = core::deg_h_from_radps(mean_of_valid(added, input.valid));
   return term;
 }
 

@@ -78,8 +78,17 @@ bool changes_noise(const Trial& trial) {
 struct NatsOfPart {
   double gain = 0.0;
   double expected_gain = 0.0;
-  double mean_gain = 0.0;
 };
+
+// What the mean of a block of the fitted record says of two courses of what is left.
+double mean_gain_nats(const std::vector<double>& left_before, const std::vector<double>& left_after,
+                      std::span<const std::uint8_t> valid, std::span<const double> variances) {
+  const double variance = variance_of_mean(valid, variances);
+  if (!(variance > 0.0)) return 0.0;
+  const double before = mean_of_valid(left_before, valid);
+  const double after = mean_of_valid(left_after, valid);
+  return 0.5 * (before * before - after * after) / variance;
+}
 
 NatsOfPart nats_of(const HeldOutPart& part, const twin::Model& before, const twin::Model& after,
                    core::Axis axis) {
@@ -94,14 +103,6 @@ NatsOfPart nats_of(const HeldOutPart& part, const twin::Model& before, const twi
   };
   NatsOfPart nats{0.5 * (square(measured, quiet_before) - square(measured, quiet_after)),
                   0.5 * square(quiet_after, quiet_before)};
-  const double variance = part.is_of_fitted_record ? variance_of_mean(part.valid, variances) : 0.0;
-  if (variance > 0.0) {
-    const double before_radps =
-        mean_of_valid(difference(measured, quiet_before, part.valid), part.valid);
-    const double after_radps =
-        mean_of_valid(difference(measured, quiet_after, part.valid), part.valid);
-    nats.mean_gain = 0.5 * (before_radps * before_radps - after_radps * after_radps) / variance;
-  }
   for (const double frequency_hz : added_lines_hz(before, after, axis)) {
     nats.expected_gain = std::numeric_limits<double>::infinity();  // in any record
     nats.gain -= kNatsOfALine;
@@ -233,13 +234,17 @@ Comparison compare_on(const std::vector<HeldOutPart>& parts, const twin::Model& 
     const NatsOfPart nats = nats_of(part, before, after, axis);
     result.gain_nats += nats.gain;
     result.expected_gain_nats += nats.expected_gain;
-    result.mean_gain_nats += nats.mean_gain;
     const auto noise_nats_of = [&](const twin::Model& model) {
       return model_noise(model, axis, series.interval_s, smooth_length_up_to(series.size));
     };
+    const auto left_after = difference(measured, quiet_after, part.valid);
+    const auto variances = noise_nats_of(after);
     result.noise_gain_nats +=
-        noise_gain_nats(difference(measured, quiet_after, part.valid), part.valid,
-                        noise_nats_of(before), noise_nats_of(after));
+        noise_gain_nats(left_after, part.valid, noise_nats_of(before), variances);
+    if (part.is_of_fitted_record) {
+      result.mean_gain_nats += mean_gain_nats(difference(measured, quiet_before, part.valid),
+                                              left_after, part.valid, variances);
+    }
     add_distance(result.allan.before, weight_before, distance.before, w);
     add_distance(result.allan.after, weight_after, distance.after, w);
     weight += w;

@@ -23,7 +23,8 @@ namespace zerodrift::diagnosis {
                                                    std::span<const double> variances);
 
 // Of what is valid; 0 where nothing is.
-[[nodiscard]] double mean_of_valid(std::span<const double> values, std::span<const std::uint8_t> valid);
+[[nodiscard]] double mean_of_valid(std::span<const double> values,
+                                   std::span<const std::uint8_t> valid);
 
 // Takes the mean of what is valid off, and sets the rest to 0.
 void centre(std::vector<double>& values, std::span<const std::uint8_t> valid);

@@ -11,8 +11,8 @@ namespace zerodrift::twin::effects {
 namespace {
 
 // A thermometer lags; it leads where its lag was stated larger than it is.
-constexpr double kStatedTooLarge_s = -60.0;
-constexpr double kSlowest_s = 900.0;
+constexpr double kStatedTooLargeS = -60.0;
+constexpr double kSlowestS = 900.0;
 
 struct Lags {
   LaggedTemperature above;
@@ -51,8 +51,8 @@ EffectDefinition sensor_lag() {
       .confused_with = {"shupe"},
       .search = {.without_lender =
                      "the model has no bias_temperature that a thermometer could lag behind",
-                 .least_amplitude = kStatedTooLarge_s,
-                 .greatest_amplitude = kSlowest_s},
+                 .least_amplitude = kStatedTooLargeS,
+                 .greatest_amplitude = kSlowestS},
       .make = make_sensor_lag};
 }
 
