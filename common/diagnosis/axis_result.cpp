@@ -11,6 +11,7 @@
 #include "common/diagnosis/disagreement.h"
 #include "common/diagnosis/gap.h"
 #include "common/diagnosis/rounded_text.h"
+#include "common/diagnosis/stochastic_effects.h"
 #include "common/diagnosis/verdict.h"
 #include "common/twin/effect_catalogue.h"
 
@@ -149,6 +150,17 @@ void doubt_consistency(AxisDiagnosis& result, double left_rms_radps, const Compa
     return;
   }
   result.verdict = Verdict::kUndecidable;
+}
+
+void doubt_noise(AxisDiagnosis& result) {
+  if (result.verdict != Verdict::kRecalibrated) return;
+  const Recalibration* noise = inflated_noise(result.recalibrated);
+  if (noise == nullptr || noise->from == 0.0) return;
+  result.sentence += " But " + noise->name + " became " +
+                     rounded(std::abs(noise->to / noise->from)) +
+                     " times what the model states: if the gyro did not wander so much before, "
+                     "something is missing that follows an input slowly, as no known effect does. "
+                     "The same profile once more decides it: noise takes another course.";
 }
 
 }  // namespace zerodrift::diagnosis

@@ -57,4 +57,9 @@ void take_back(AxisDiagnosis& result);
 // itself, which may not reach as far as theirs.
 void doubt_consistency(AxisDiagnosis& result, double left_rms_radps, const Comparison& held_out);
 
+// Of an axis whose model was only recalibrated, in a record whose inputs move: slow noise far
+// beyond what the model states may be noise, or an effect whose memory no candidate has. The
+// verdict stays.
+void doubt_noise(AxisDiagnosis& result);
+
 }  // namespace zerodrift::diagnosis

@@ -103,6 +103,7 @@ class AxisExamination {
       const double left = left_about_mean(measured, final_model, faults.sound);
       doubt_consistency(result, is_of_rounding(left, faults) ? 0.0 : left, held_out);
     }
+    if (moves) doubt_noise(result);
     result.sentence += about_reach(split.share_out_of_reach, split.kind);
     if (by_blocks) result.sentence += about_blocks();
     return result;
@@ -308,9 +309,7 @@ class AxisExamination {
     if (calibrated.acceptance != Acceptance::kAccepted) return {};
     std::string aside;
     if (!judged.trial.effects.empty()) {
-      std::vector<std::string> names;
-      for (const NamedEffect& effect : judged.trial.effects)
-        names.push_back(twin::label_of(effect.name, effect.formula));
+      const std::vector<std::string> names = labels_of(judged.trial.effects);
       aside = unproven ? shown_by_nothing(names) : spoken_against(names);
     }
     judged.trial.effects.clear();

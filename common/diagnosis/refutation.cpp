@@ -26,8 +26,8 @@ twin::Model without(const std::string& label, twin::Model model, std::size_t kno
 // The repaired model of a trial without what it named, noise apart.
 twin::Model without_all(const Trial& trial, std::size_t known) {
   twin::Model others = trial.repaired;
-  for (const NamedEffect& effect : drift_of(trial))
-    others = without(twin::label_of(effect.name, effect.formula), std::move(others), known);
+  for (const std::string& label : labels_of(drift_of(trial)))
+    others = without(label, std::move(others), known);
   return others;
 }
 
@@ -37,6 +37,13 @@ std::vector<NamedEffect> drift_of(const Trial& trial) {
   std::vector<NamedEffect> effects = trial.effects;
   std::erase_if(effects, [](const NamedEffect& effect) { return is_noise(effect.name); });
   return effects;
+}
+
+std::vector<std::string> labels_of(const std::vector<NamedEffect>& effects) {
+  std::vector<std::string> labels;
+  for (const NamedEffect& effect : effects)
+    labels.push_back(twin::label_of(effect.name, effect.formula));
+  return labels;
 }
 
 std::vector<std::string> refuted_kinds(const twin::Model& given, const Calibration& calibration,
@@ -59,8 +66,7 @@ std::vector<std::string> refuted_kinds(const twin::Model& given, const Calibrati
 std::vector<std::string> names_spoken_against(const twin::Model& known, const Trial& trial,
                                               const Split& split, core::Axis axis) {
   std::vector<std::string> names;
-  for (const NamedEffect& effect : drift_of(trial)) {
-    const std::string label = twin::label_of(effect.name, effect.formula);
+  for (const std::string& label : labels_of(drift_of(trial))) {
     const twin::Model others = without(label, trial.repaired, known.effects.size());
     const Comparison with = compare_on(split.held_out, others, trial.repaired, axis);
     if (with.gain_nats < 0.0 && tells_apart(with)) names.push_back(label);
@@ -71,10 +77,7 @@ std::vector<std::string> names_spoken_against(const twin::Model& known, const Tr
 std::vector<std::string> refuted_names(const twin::Model& known, const Trial& trial,
                                        const Split& split, core::Axis axis) {
   std::vector<std::string> refuted = names_spoken_against(known, trial, split, axis);
-  if (!refuted.empty()) return refuted;
-  for (const NamedEffect& effect : drift_of(trial))
-    refuted.push_back(twin::label_of(effect.name, effect.formula));
-  return refuted;
+  return refuted.empty() ? labels_of(drift_of(trial)) : refuted;
 }
 
 bool outweighs(const Trial& second, const Trial& first, const twin::Model& known,
@@ -87,10 +90,9 @@ bool outweighs(const Trial& second, const Trial& first, const twin::Model& known
 
 bool each_is_clear(const twin::Model& known, const Trial& trial, const Split& split,
                    core::Axis axis) {
-  const std::vector<NamedEffect> effects = drift_of(trial);
-  return std::all_of(effects.begin(), effects.end(), [&](const NamedEffect& effect) {
-    const twin::Model others =
-        without(twin::label_of(effect.name, effect.formula), trial.repaired, known.effects.size());
+  const std::vector<std::string> labels = labels_of(drift_of(trial));
+  return std::all_of(labels.begin(), labels.end(), [&](const std::string& label) {
+    const twin::Model others = without(label, trial.repaired, known.effects.size());
     return compare_on(split.held_out, others, trial.repaired, axis).gain_nats > kClearNats;
   });
 }

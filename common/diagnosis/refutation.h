@@ -16,6 +16,9 @@ namespace zerodrift::diagnosis {
 // The effects that a trial named, noise apart.
 [[nodiscard]] std::vector<NamedEffect> drift_of(const Trial& trial);
 
+// Of formulas the formula, else the kind.
+[[nodiscard]] std::vector<std::string> labels_of(const std::vector<NamedEffect>& effects);
+
 // Of the listed effects that got coefficients those that make held-out data less likely, by their
 // labels. A comparison each.
 [[nodiscard]] std::vector<std::string> refuted_kinds(const twin::Model& given,

@@ -277,15 +277,6 @@ SearchReport search_beside_noise(SearchProblem& problem, Lineup& lineup, const T
   return search_without_family_of_unknown(problem, options, input.memory);
 }
 
-// Slow noise that is more than three times what the model states, or that it states no value of.
-bool is_inflated(const std::vector<Recalibration>& changes) {
-  constexpr double kWithinWhatIsStated = 3.0;
-  return std::any_of(changes.begin(), changes.end(), [](const Recalibration& change) {
-    return is_slow_noise(change.name) &&
-           std::abs(change.to) > kWithinWhatIsStated * std::abs(change.from);
-  });
-}
-
 bool has_two_levels(const Trial& trial) {
   return std::any_of(trial.effects.begin(), trial.effects.end(), [](const NamedEffect& effect) {
     const twin::EffectDefinition* definition = twin::find_effect(effect.name);
@@ -338,7 +329,7 @@ Trial repaired_once(const TrialInput& input) {
   trial.recalibrated.insert(trial.recalibrated.end(), changes.begin(), changes.end());
   add_to_model(trial, input);
   take_noise(trial, input, noise_of(remainder, input, problem, trial.repaired));
-  trial.noise_could_be_effects |= is_inflated(trial.recalibrated);
+  trial.noise_could_be_effects |= inflated_noise(trial.recalibrated) != nullptr;
   take_growing_noise(trial, remainder, input, search_options(input.options));
   trial.log_evidence = evidence_of(report);
   for (const NamedEffect& effect : trial.effects)

@@ -2,9 +2,9 @@
 // Numbers and lists in a sentence.
 #pragma once
 
+#include <span>
 #include <sstream>
 #include <string>
-#include <vector>
 
 namespace zerodrift::diagnosis {
 
@@ -17,7 +17,7 @@ namespace zerodrift::diagnosis {
 }
 
 // "a", "a and b", "a, b and c".
-[[nodiscard]] inline std::string joined(const std::vector<std::string>& words) {
+[[nodiscard]] inline std::string joined(std::span<const std::string> words) {
   std::string text;
   for (std::size_t i = 0; i < words.size(); ++i)
     text += (i == 0 ? "" : i + 1 == words.size() ? " and " : ", ") + words[i];

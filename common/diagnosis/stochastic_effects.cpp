@@ -465,6 +465,16 @@ NoiseFindings examine_noise(const NoiseQuestion& question, const SearchOptions& 
   return findings;
 }
 
+const Recalibration* inflated_noise(const std::vector<Recalibration>& changes) {
+  constexpr double kWithinWhatIsStated = 3.0;
+  const auto inflated =
+      std::find_if(changes.begin(), changes.end(), [](const Recalibration& change) {
+        return is_slow_noise(change.name) &&
+               std::abs(change.to) > kWithinWhatIsStated * std::abs(change.from);
+      });
+  return inflated == changes.end() ? nullptr : &*inflated;
+}
+
 void adopt_noise(twin::Model& model, core::Axis axis, const NoiseFindings& findings,
                  const twin::Origin& origin) {
   for (const Recalibration& change : findings.recalibrated) {

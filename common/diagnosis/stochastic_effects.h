@@ -41,6 +41,10 @@ struct NoiseQuestion {
 [[nodiscard]] NoiseFindings examine_noise(const NoiseQuestion& question,
                                           const SearchOptions& options);
 
+// The slow noise that is more than three times what the model states, or that it states no value of
+// (from 0); nullptr for none.
+[[nodiscard]] const Recalibration* inflated_noise(const std::vector<Recalibration>& changes);
+
 // Writes what was found into the model: new coefficients, new effects.
 void adopt_noise(twin::Model& model, core::Axis axis, const NoiseFindings& findings,
                  const twin::Origin& origin);

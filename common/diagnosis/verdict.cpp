@@ -44,12 +44,6 @@ std::string in_percent(double share) {
   return rounded(100.0 * share) + " %";
 }
 
-std::string all_of(std::span<const std::string> names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : " and ") + name;
-  return text;
-}
-
 std::string what_would_prove(const AxisDiagnosis& axis) {
   if (axis.held_out_kind != HeldOut::kNothing)
     return "Another record in which it would show decides it.";
@@ -107,11 +101,11 @@ std::string list_of(const std::vector<NamedEffect>& effects) {
 }
 
 std::string spoken_against(std::span<const std::string> refuted) {
-  return " It looks like " + all_of(refuted) + ", but held-out data speak against that.";
+  return " It looks like " + joined(refuted) + ", but held-out data speak against that.";
 }
 
 std::string shown_by_nothing(std::span<const std::string> unproven) {
-  return " It looks like " + all_of(unproven) + ", which nothing that could be kept back shows.";
+  return " It looks like " + joined(unproven) + ", which nothing that could be kept back shows.";
 }
 
 std::string about_events(const std::vector<NamedEffect>& effects) {
@@ -155,7 +149,7 @@ std::string sentence_of(const AxisDiagnosis& axis) {
              "it was. " +
              what_would_prove(axis);
     case Verdict::kRecalibrated:
-      text = "No effect is missing, but parameters of the model were wrong.";
+      text = "No effect that is known is missing, but parameters of the model were wrong.";
       break;
     case Verdict::kEffectNamed:
     case Verdict::kAmbiguous: text = "Missing: " + list_of(axis.effects) + "."; break;

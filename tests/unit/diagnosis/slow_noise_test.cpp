@@ -24,6 +24,7 @@ namespace {
 constexpr core::Axis kX = core::Axis::kX;
 const DiagnosisOptions kOptions{.record = "simulated", .date = "2026-01-01"};
 constexpr auto kWalk = "rate_random_walk";
+constexpr auto kCoefficient = "coefficient_deg_per_h_1_5";
 
 twin::EffectSpec walk(std::map<std::string, double> parameters) {
   return {.kind = kWalk, .axis = kX, .parameters = std::move(parameters)};
@@ -40,7 +41,7 @@ template <typename F>
 std::vector<Hidden> in_models(F&& hide) {
   const twin::Model quiet =
       test::without(test::without(test::lab_model(), kWalk), "bias_instability");
-  const twin::Model stated = test::with(quiet, walk({{"coefficient_deg_per_h_1_5", 0.004}}));
+  const twin::Model stated = test::with(quiet, walk({{kCoefficient, 0.004}}));
   return {
       {quiet, hide(quiet)}, {stated, hide(stated)}, {test::with(quiet, walk({})), hide(stated)}};
 }
@@ -113,7 +114,7 @@ TEST(DiagnosisScenario, WhatIsListedIsNoWanderingNoise) {
       value("scale_factor", {{"error_ppm", 40.0}}),
       value("angle_random_walk", {{"coefficient_deg_per_sqrt_h", 1.8e-3}}),
       value("bias_instability", {{"coefficient_deg_h", 3e-3}}),
-      value(kWalk, {{"coefficient_deg_per_h_1_5", 8e-3}})};
+      value(kWalk, {{kCoefficient, 8e-3}})};
   const twin::Model listed = test::kinds_of(truth);
   truth = test::with(truth, value("scale_factor_nonlinearity", {{"error_ppm", -600.0}}));
   for (const std::uint64_t seed : {1U, 3U}) {
@@ -134,13 +135,38 @@ TEST(DiagnosisScenario, WhatIsListedIsNoWanderingNoise) {
 
 TEST(DiagnosisScenario, AWanderingNoiseIsNoEffect) {
   const auto hide = [](const twin::Model& model) {
-    return test::with(test::without(model, kWalk), walk({{"coefficient_deg_per_h_1_5", 0.1}}));
+    return test::with(test::without(model, kWalk), walk({{kCoefficient, 0.1}}));
   };
   for (const Hidden& hidden : in_models(hide)) {
     const AxisDiagnosis axis = on_one_ramp(hidden);
     for (const NamedEffect& effect : axis.effects) EXPECT_EQ(effect.name, kWalk) << axis.sentence;
     EXPECT_FALSE(axis.unknown) << axis.sentence;
+    // An effect with a memory that no candidate has looks the same: "no effect is missing" would be
+    // more than is known.
+    const auto& given = hidden.given.effects;
+    const bool stated = std::any_of(given.begin(), given.end(), [](const twin::EffectSpec& spec) {
+      return spec.kind == kWalk && spec.parameters.contains(kCoefficient);
+    });
+    const bool doubted =
+        axis.sentence.find(std::string(kWalk) + " became ") != std::string::npos &&
+        axis.sentence.find("The same profile once more decides it") != std::string::npos;
+    EXPECT_EQ(doubted, stated) << axis.sentence;
   }
+}
+
+// Law: where no input moves there is nothing that such an effect could follow.
+TEST(DiagnosisScenario, AWanderingNoiseAtOneTemperatureIsNoise) {
+  const twin::Model quiet = test::without(test::lab_model(), kWalk);
+  twin::Profile oven;
+  oven.duration_s = 14400.0;
+  oven.initial_temperature_degc = 25.0;
+  oven.power_on_s = -86400.0;
+  const auto walking = [&](double coefficient) {
+    return test::with(quiet, walk({{kCoefficient, coefficient}}));
+  };
+  const AxisDiagnosis axis =
+      *diagnose(walking(0.004), test::simulated(walking(0.1), oven, 5), {}, kOptions).axes[0];
+  EXPECT_EQ(axis.sentence.find(" became "), std::string::npos) << axis.sentence;
 }
 
 }  // namespace
