@@ -184,20 +184,35 @@ const twin::EffectSpec* listed_in(const twin::Model& model, core::Axis axis,
 const twin::EffectSpec* lender_in(const twin::Model& model, core::Axis axis) {
   for (const twin::EffectSpec& spec : model.effects) {
     const EffectDefinition* definition = twin::find_effect(spec.kind);
-    if (spec.axis == axis && definition != nullptr && definition->search.lends_conventions)
+    if (spec.axis == axis && definition != nullptr &&
+        definition->search.lends == twin::Lending::kConventions) {
       return &spec;
+    }
   }
   return nullptr;
 }
 
+std::vector<TemperaturePoint> inputs_of(const twin::EffectSpec& spec, const Playback& playback) {
+  return context_of(spec, *twin::find_effect(spec.kind), playback.interval_s()).inputs;
+}
+
 twin::Parameters borrowed(const EffectDefinition& definition, const twin::Model& model,
-                          core::Axis axis) {
+                          const Playback& playback, core::Axis axis) {
   twin::Parameters values;
   const twin::EffectSpec* lender = lender_in(model, axis);
   if (lender == nullptr) return values;
-  for (const std::string& name : names_of(definition, ParameterRole::kConvention)) {
-    const auto given = lender->parameters.find(name);
-    if (given != lender->parameters.end()) values[name] = given->second;
+  const auto lends = [&](const twin::EffectSpec& spec) {
+    const EffectDefinition* found = twin::find_effect(spec.kind);
+    return &spec == lender || (spec.axis == axis && found != nullptr &&
+                               found->search.lends == twin::Lending::kBesideAnother &&
+                               inputs_of(spec, playback) == inputs_of(*lender, playback));
+  };
+  for (const twin::EffectSpec& spec : model.effects) {
+    if (!lends(spec)) continue;
+    for (const std::string& name : names_of(definition, ParameterRole::kConvention)) {
+      const auto given = spec.parameters.find(name);
+      if (given != spec.parameters.end()) values[name] = given->second;
+    }
   }
   return values;
 }
@@ -261,7 +276,7 @@ std::optional<Candidate> listed_candidate(const twin::EffectSpec& spec,
   Candidate candidate{.definition = found,
                       .axis = spec.axis,
                       .amplitudes = names_of(definition, ParameterRole::kAmplitude),
-                      .conventions = borrowed(definition, model, spec.axis),
+                      .conventions = borrowed(definition, model, playback, spec.axis),
                       .is_listed = true};
   if (candidate.amplitudes.empty()) return std::nullopt;
   add_choices(candidate, playback, choices_of(spec, definition, playback), {});
@@ -288,9 +303,12 @@ Candidates candidates(const MeasuredSeries& series, const Playback& playback,
     Candidate candidate{.definition = {twin::DefinitionPtr(), &definition},
                         .axis = axis,
                         .amplitudes = names_of(definition, ParameterRole::kAmplitude),
-                        .conventions = borrowed(definition, model, axis),
+                        .conventions = borrowed(definition, model, playback, axis),
                         .is_listed = listed != nullptr};
+    const twin::EffectSpec* lender = lender_in(model, axis);
+    const bool reads_as_lender = !definition.search.without_lender.empty() && lender != nullptr;
     const auto choices = listed != nullptr ? choices_of(*listed, definition, playback)
+                         : reads_as_lender ? Choices{inputs_of(*lender, playback)}
                                            : input_choices(playback, definition.inputs.size());
     add_choices(candidate, playback, choices, scans);
     if (!candidate.variants.empty()) result.testable.push_back(std::move(candidate));

@@ -187,6 +187,13 @@ struct Spectrum {
 enum class LocalFault { kNone, kSpikes, kSaturation, kDroppedSamples, kRounding };
 
 // What a diagnosis has to know of an effect beside its definition, so that it need not name it.
+// What of an effect others of the same axis take: kConvention parameters of the same names.
+enum class Lending : std::uint8_t {
+  kNothing,
+  kConventions,
+  kBesideAnother,  // the same, where it reads the temperatures of the one that lends
+};
+
 struct SearchTraits {
   // The simpler effect that this one has as a limit.
   std::string limit{};
@@ -200,10 +207,9 @@ struct SearchTraits {
   // A function of the inputs though Family::kRecordFault.
   bool follows_inputs = false;
   LocalFault fault = LocalFault::kNone;
-  // Effects of the same axis take kConvention parameters of the same names from it.
-  bool lends_conventions = false;
+  Lending lends = Lending::kNothing;
   // Why nothing can be said of an effect where the model has none that lends. Empty: it does
-  // without.
+  // without. Else it reads the temperatures of the one that lends.
   std::string without_lender{};
   // What its only amplitude can be, in its unit: a search takes nothing beyond for the effect. A
   // file may say more.

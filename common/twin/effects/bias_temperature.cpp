@@ -30,7 +30,7 @@ EffectDefinition bias_temperature() {
           .inputs = {TemperaturePoint::kCoil},
           .needs = {Need::kTemperature},
           .confused_with = {"shupe_temperature", "rate_ramp"},
-          .search = {.lends_conventions = true},
+          .search = {.lends = Lending::kConventions},
           .make = make_bias_temperature};
 }
 

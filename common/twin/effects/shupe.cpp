@@ -60,6 +60,7 @@ EffectDefinition shupe() {
           .inputs = {TemperaturePoint::kCoil},
           .needs = {Need::kTemperature},
           .confused_with = {"coil_lag", "gradient"},
+          .search = {.lends = Lending::kBesideAnother},
           .make = make_shupe};
 }
 

@@ -59,6 +59,35 @@ TEST_F(CandidatesTest, PriorsOfTheVariantsSumToOne) {
   }
 }
 
+// Law: a late thermometer is the one that the bias is known against, and makes a Shupe effect late
+// only if that reads it too.
+TEST_F(CandidatesTest, ALateThermometerIsLateForAllThatReadsIt) {
+  using P = twin::TemperaturePoint;
+  const auto lag_in = [&](std::vector<std::string> bias_reads,
+                          std::vector<std::string> shupe_reads) {
+    twin::Model model = test::lab_model();
+    for (twin::EffectSpec& spec : model.effects) {
+      if (spec.kind == "bias_temperature") spec.inputs = bias_reads;
+      if (spec.kind == "shupe") spec.inputs = shupe_reads;
+    }
+    Candidates found = candidates(*series_, *playback_, model, core::Axis::kX, {});
+    const auto lag = std::find_if(found.testable.begin(), found.testable.end(),
+                                  [](const auto& c) { return c.definition->kind == "sensor_lag"; });
+    return lag == found.testable.end() ? Candidate{} : *lag;
+  };
+  constexpr auto kShupe = "coefficient_deg_h_min_per_degc";
+  const Candidate apart = lag_in({"coil_outer"}, {"coil_inner"});
+  ASSERT_FALSE(apart.variants.empty());
+  for (const Variant& variant : apart.variants)
+    EXPECT_EQ(variant.inputs, std::vector<P>{P::kCoilOuter});
+  EXPECT_TRUE(apart.conventions.contains("c1_deg_h_per_degc"));
+  EXPECT_FALSE(apart.conventions.contains(kShupe));
+  const Candidate same = lag_in({"coil_outer"}, {"coil_outer"});
+  ASSERT_TRUE(same.conventions.contains(kShupe));
+  EXPECT_NE(same.conventions.at(kShupe), 0.0);
+  EXPECT_EQ(lag_in({}, {"coil"}).conventions.at(kShupe), same.conventions.at(kShupe));
+}
+
 // Heat needs time from the faces, whose mean stands for a coil without a thermometer of its own.
 TEST_F(CandidatesTest, TheInsideOfACoilMayBeLateOnlyWhereItsFacesAreMeasured) {
   const twin::Model model = test::without(test::lab_model(), "shupe");

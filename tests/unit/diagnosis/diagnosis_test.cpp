@@ -556,5 +556,27 @@ TEST(DiagnosisAbuse, WrongOptionsAreNamed) {
             std::string::npos);
 }
 
+// Thermometers that have come off their glue make the Shupe effect late as well, as whatever reads
+// them. The record is of late probes, not of the effect that is looked for.
+TEST(DiagnosisScenario, LateThermometersAreNamedBesideAListedShupeEffect) {
+  twin::Model given = test::lab_model();
+  for (twin::EffectSpec& spec : given.effects) {
+    if (spec.kind == "bias_temperature") spec.parameters["c1_deg_h_per_degc"] = 0.04;
+    if (spec.kind == "shupe") spec.parameters["coefficient_deg_h_min_per_degc"] = -0.5;
+  }
+  for (const double late_s : {90.0, 180.0}) {
+    twin::Model truth = given;
+    for (twin::ProbeSpec& probe : truth.probes) {
+      if (probe.name != "board") probe.lag_s += late_s;
+    }
+    const AxisDiagnosis axis = diagnosed(given, truth);
+    SCOPED_TRACE(std::to_string(late_s) + ' ' + axis.sentence);
+    ASSERT_EQ(axis.effects.size(), 1U);
+    ASSERT_EQ(axis.effects[0].name, "sensor_lag");
+    EXPECT_NEAR(axis.effects[0].parameters.at("delay_s"), late_s, 0.2 * late_s);
+    EXPECT_LT(axis.held_out.after_rms_radps, 0.9 * axis.held_out.before_rms_radps);
+  }
+}
+
 }  // namespace
 }  // namespace zerodrift::diagnosis

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <functional>
 #include <initializer_list>
+#include <map>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -123,6 +124,40 @@ std::vector<Memoryless> memoryless_effects() {
                 temperature_rate(i, TemperaturePoint::kCoil);
        }},
   };
+}
+
+// Law: what a late thermometer makes of a bias and of a Shupe effect that read it is sensor_lag of
+// both, to first order. Of the bias alone less than half of it would be there.
+TEST(SensorLagScenario, IsWhatBiasAndShupeMissOfALateThermometer) {
+  constexpr std::size_t kDelayS = 8;
+  const std::map<std::string, double> bias{
+      {"reference_degc", 15.0}, {"c1_deg_h_per_degc", 0.02}, {"c2_deg_h_per_degc2", 2e-4}};
+  const std::map<std::string, double> of_shupe{{"coefficient_deg_h_min_per_degc", 0.5}};
+  std::map<std::string, double> lag{{"delay_s", kDelayS}, {"lag_s", 20.0}};
+  lag.insert(bias.begin(), bias.end());
+  const auto alone = effect("sensor_lag", lag);
+  lag.insert(of_shupe.begin(), of_shupe.end());
+  const auto record = excited_record(6000, 1.0);
+  std::vector<double> missed = run_deg_h(effect("bias_temperature", bias), record, 1.0);
+  const auto rates = run_deg_h(effect("shupe", of_shupe), record, 1.0);
+  for (std::size_t i = 0; i < missed.size(); ++i) missed[i] += rates[i];
+  const auto added = run_deg_h(effect("sensor_lag", lag), record, 1.0);
+  const auto of_bias = run_deg_h(alone, record, 1.0);
+  double largest = 0.0;
+  double error = 0.0;
+  double without = 0.0;
+  for (std::size_t i = 200; i < record.size(); ++i) {
+    const double late = missed[i] - missed[i - kDelayS];
+    largest = std::max(largest, std::abs(late));
+    error = std::max(error, std::abs(added[i] - late));
+    without = std::max(without, std::abs(of_bias[i] - late));
+  }
+  EXPECT_LT(error, 0.06 * largest);
+  EXPECT_GT(without, 0.5 * largest);
+  lag["lag_s"] = 0.0;  // a second derivative of what a thermometer says is noise
+  const auto at_once = run_deg_h(effect("sensor_lag", lag), record, 1.0);
+  lag.erase("coefficient_deg_h_min_per_degc");
+  EXPECT_EQ(at_once, run_deg_h(effect("sensor_lag", lag), record, 1.0));
 }
 
 TEST(MemorylessEffectScenario, EachFollowsItsEquation) {
