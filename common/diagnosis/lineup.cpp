@@ -78,6 +78,9 @@ ShapeRange range_of(const ParameterDefinition& parameter, const Candidate& candi
     case twin::SearchRule::kTime: return {ShapeScale::kLinear, 0.0, duration_s, duration_s / 200.0};
     case twin::SearchRule::kLag: return {ShapeScale::kLinear, lowest, duration_s / 4.0, 60.0};
     case twin::SearchRule::kBetweenFaces: return {};
+    case twin::SearchRule::kWithinGrid:
+      return {ShapeScale::kLogarithmic, parameter.grid.front(), parameter.grid.back(),
+              parameter.grid[1] / parameter.grid[0]};
     case twin::SearchRule::kHalfWidth:
     case twin::SearchRule::kGrid: break;
   }
