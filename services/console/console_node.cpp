@@ -218,8 +218,8 @@ std::variant<std::string, web::Response> ConsoleNode::upgrade(const web::Request
 // "?max_age=S": also 503 where no sample came within the last S seconds.
 web::Response ConsoleNode::health(const web::Request& request) const {
   const bool is_alive = service::monotonic_ns() - host_alive_ns_ < kHostAliveNs;
-  const std::int64_t newest_ns = gateway_.newest_sample_unix_ns();
-  const double age_s = static_cast<double>(service::unix_time_ns() - newest_ns) / 1e9;
+  const std::int64_t newest_ns = gateway_.newest_sample().monotonic_ns;
+  const double age_s = static_cast<double>(service::monotonic_ns() - newest_ns) / 1e9;
   const auto asked = request.target.query.find("max_age");
   bool is_fresh = true;
   if (asked != request.target.query.end()) {
@@ -248,7 +248,7 @@ web::Response ConsoleNode::metrics() {
   const MetricsInput input{.services = gateway_.services(),
                            .gyros = gateway_.gyro_figures(),
                            .allan = gateway_.allan_reports(),
-                           .unix_ns = service::unix_time_ns(),
+                           .monotonic_ns = service::monotonic_ns(),
                            .version = ZERODRIFT_VERSION,
                            .commit = options_.commit,
                            .clients = hub_.clients(),

@@ -95,11 +95,12 @@ void Gateway::add_channels(Gyro& gyro) {
 
 // ---------------------------------------- what arrives
 
-// A late answer fills a hole that was counted; a source that began anew makes none.
+// A late answer fills a hole that was counted; a source that began anew makes none. An answer whose
+// time is doubted comes in its place all the same.
 void Gateway::count(Gyro& gyro, const msg::CompensatedRate& sample) const {
   const std::uint64_t sequence = sample.sequence_number();
-  if (sample.order() != 0) {
-    if (sequence < gyro.next_sequence && gyro.missing > 0) --gyro.missing;
+  if (sample.order() != 0 && sequence < gyro.next_sequence) {
+    if (gyro.missing > 0) --gyro.missing;
   } else {
     if (gyro.next_sequence != 0 && sequence > gyro.next_sequence)
       gyro.missing += sequence - gyro.next_sequence;
@@ -112,15 +113,18 @@ void Gateway::take(const msg::CompensatedRate& sample, const service::ArrivalClo
   Gyro* from = gyro(sample.gyro_id());
   if (from == nullptr) return;
   count(*from, sample);
+  // A page would take a time that is doubted for the newest one.
+  const bool is_doubted =
+      sample.order() != 0 && sample.sensor_time_ns() > from->newest.sensor_time_ns();
   if (sample.order() == 0 || from->samples == 1) from->newest = sample;
   from->arrival = arrival;
-  newest_sample_unix_ns_ = arrival.unix_ns;
+  newest_sample_ = arrival;
   from->history.add(sample);
   if (hub_.has_subscriber(from->channels.rate)) {
     hub_.publish(from->channels.rate, sample_delivery(arrival.unix_ns),
                  encoded(to_telemetry(sample)));
   }
-  if (hub_.has_subscriber(from->channels.samples)) append(sample, from->batch);
+  if (!is_doubted && hub_.has_subscriber(from->channels.samples)) append(sample, from->batch);
 }
 
 void Gateway::take(const msg::RateReference& reference) {
@@ -140,7 +144,7 @@ void Gateway::take(const msg::Temperature& reading, std::int64_t unix_ns) {
   if (age && age->count() < -kRestartNs) track->reset();
   const auto verdict = track->add(sample);
   if (verdict == thermal::ReadingVerdict::kOutOfOrder) return;
-  const bool is_known = verdict == thermal::ReadingVerdict::kAccepted;
+  const bool is_known = thermal::is_accepted(verdict);
   const auto rate = track->rate_degc_per_s();
   telemetry::Temperature out;
   set_time(*out.mutable_timestamp(), reading.sensor_time_ns());
@@ -285,7 +289,7 @@ void Gateway::flush(std::int64_t unix_ns) {
 
 // The rows of hours are sent by flush(), which looks whether the client keeps up.
 void Gateway::subscribed(foxglove::ClientId client, foxglove::ChannelId channel) {
-  const std::int64_t unix_ns = std::max<std::int64_t>(newest_sample_unix_ns_, 0);
+  const std::int64_t unix_ns = std::max<std::int64_t>(newest_sample_.unix_ns, 0);
   if (channel == status_channel_) {
     for (const auto& [name, status] : statuses_.entries()) {
       hub_.publish_to(client, channel,
@@ -386,7 +390,7 @@ std::map<std::uint32_t, Gateway::GyroFigures> Gateway::gyro_figures() const {
   std::map<std::uint32_t, GyroFigures> all;
   for (const auto& [id, gyro] : gyros_.entries()) {
     if (gyro.samples == 0) continue;
-    all[id] = {gyro.samples, gyro.missing, gyro.arrival.unix_ns, to_telemetry(gyro.newest)};
+    all[id] = {gyro.samples, gyro.missing, gyro.arrival.monotonic_ns, to_telemetry(gyro.newest)};
   }
   return all;
 }

@@ -68,7 +68,7 @@ class Gateway {
   struct GyroFigures {
     std::uint64_t samples = 0;
     std::uint64_t missing = 0;
-    std::int64_t newest_unix_ns = 0;  // of arrival
+    std::int64_t newest_monotonic_ns = 0;  // of arrival, which no step of the clock makes older
     telemetry::CompensatedRate newest;
   };
   [[nodiscard]] std::map<std::uint32_t, GyroFigures> gyro_figures() const;
@@ -78,8 +78,8 @@ class Gateway {
   [[nodiscard]] const std::map<GyroAxisStream, telemetry::AllanReport>& allan_reports() const {
     return allan_;
   }
-  // Unix time of the newest sample's arrival; 0: none yet.
-  [[nodiscard]] std::int64_t newest_sample_unix_ns() const { return newest_sample_unix_ns_; }
+  // When the newest sample came; 0: none yet.
+  [[nodiscard]] const service::ArrivalClocks& newest_sample() const { return newest_sample_; }
   [[nodiscard]] std::uint64_t left_out() const { return left_out_; }
 
  private:
@@ -126,7 +126,7 @@ class Gateway {
   std::deque<telemetry::Event> events_;
   std::deque<std::pair<foxglove::ClientId, foxglove::ChannelId>> late_comers_;
   bool is_watched_ = false;
-  std::int64_t newest_sample_unix_ns_ = 0;
+  service::ArrivalClocks newest_sample_;
   std::uint64_t dropped_by_gone_ = 0;
   std::uint64_t left_out_ = 0;
 };

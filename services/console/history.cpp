@@ -44,9 +44,16 @@ double GyroHistory::Spread::mean() const {
 
 void GyroHistory::add(const msg::CompensatedRate& sample) {
   const std::int64_t second = second_of(sample.sensor_time_ns());
+  const bool is_out_of_order = sample.order() != 0;
+  if (is_out_of_order && second != open_second_) {
+    // Late, or of a time that is doubted: it moves nothing.
+    ++left_out_;
+    earlier_in_a_row_ = 0;
+    return;
+  }
   if (open_second_ && second < *open_second_) {
     ++left_out_;
-    const bool is_late = sample.order() != 0 || second + 1 >= *open_second_;
+    const bool is_late = second + 1 >= *open_second_;
     earlier_in_a_row_ = is_late ? 0 : earlier_in_a_row_ + 1;
     if (earlier_in_a_row_ < kBeginsAnewAfter) return;
     rows_.clear();

@@ -193,13 +193,13 @@ std::size_t add_service(Families& families, const telemetry::ServiceStatus& stat
 }
 
 void add_gyro(Families& families, std::uint32_t id, const Gateway::GyroFigures& figures,
-              std::int64_t unix_ns) {
+              std::int64_t monotonic_ns) {
   const MetricLabels of{{"gyro", std::to_string(id)}};
   families.add(metric::kConsoleSamples, of, static_cast<double>(figures.samples));
   families.add(metric::kConsoleSamplesMissing, of, static_cast<double>(figures.missing));
-  families.add(
-      metric::kLastSampleAge, of,
-      std::max(0.0, static_cast<double>(unix_ns - figures.newest_unix_ns) / core::kNsPerS));
+  families.add(metric::kLastSampleAge, of,
+               std::max(0.0, static_cast<double>(monotonic_ns - figures.newest_monotonic_ns) /
+                                 core::kNsPerS));
   const auto& newest = figures.newest;
   const std::array<double, 3> drift{newest.drift_deg_h().x(), newest.drift_deg_h().y(),
                                     newest.drift_deg_h().z()};
@@ -239,7 +239,7 @@ std::string metrics_text(const MetricsInput& input) {
   families.add(metric::kBuildInfo, {{"version", input.version}, {"commit", input.commit}}, 1.0);
   std::size_t unknown = 0;
   for (const auto& [name, status] : input.services) unknown += add_service(families, status);
-  for (const auto& [id, figures] : input.gyros) add_gyro(families, id, figures, input.unix_ns);
+  for (const auto& [id, figures] : input.gyros) add_gyro(families, id, figures, input.monotonic_ns);
   for (const auto& [which, report] : input.allan) add_allan(families, which, report);
   families.add(metric::kConsoleClients, {}, static_cast<double>(input.clients));
   families.add(metric::kConsoleFramesDropped, {}, static_cast<double>(input.frames_dropped));

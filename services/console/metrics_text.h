@@ -14,7 +14,7 @@ struct MetricsInput {
   const std::map<std::string, telemetry::ServiceStatus>& services;
   std::map<std::uint32_t, Gateway::GyroFigures> gyros{};
   const std::map<Gateway::GyroAxisStream, telemetry::AllanReport>& allan;
-  std::int64_t unix_ns = 0;
+  std::int64_t monotonic_ns = 0;  // now
   std::string version{};
   std::string commit{};
   std::uint64_t clients = 0;

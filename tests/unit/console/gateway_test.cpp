@@ -87,6 +87,24 @@ TEST_F(GatewayOfOne, SamplesComeInBatchesInOrderAndHolesAreCounted) {
   EXPECT_EQ(client_.take<telemetry::SampleBatch>().at(0).missing(), 0U);
 }
 
+// Rule: a sample whose time is doubted came in its place: nothing is missing, and no page takes its
+// time for the newest. Before: one lost at every step of a clock, for good.
+TEST_F(GatewayOfOne, ASampleOfADoubtedTimeIsNoLossAndNoTime) {
+  sample(0, 1);
+  subscribe("/gyro_1/samples");
+  for (const std::uint64_t sequence : {2U, 3U})
+    sample(static_cast<std::int64_t>(sequence), sequence);
+  auto doubted = sample_at(86'400'000'000'000, 1.0, 0.5, 4);
+  doubted.order(1);
+  gateway_.take(doubted, {.unix_ns = kNow});
+  sample(5, 5);
+  gateway_.flush(kNow);
+  const auto batch = client_.take<telemetry::SampleBatch>().at(0);
+  EXPECT_EQ(batch.missing(), 0U);
+  EXPECT_EQ(batch.sequence_number(), 5U);
+  EXPECT_EQ(batch.sensor_time_ns_size(), 3);
+}
+
 TEST_F(GatewayOfOne, HistoryIsABacklogFirstThenEachRowOnce) {
   for (int i = 0; i < 100; ++i) sample(100 * i, static_cast<std::uint64_t>(i));
   subscribe("/gyro_1/history");

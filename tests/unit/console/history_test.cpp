@@ -99,6 +99,19 @@ TEST(HistoryLaws, ALateSampleChangesNothingAndANewBeginStartsAnew) {
   EXPECT_EQ(anew->sensor_time_ns_size(), 2);
 }
 
+// Before: a stamp of tomorrow opened that second, and the next samples "began anew": hours were
+// gone.
+TEST(HistoryAbuse, ATimeThatIsDoubtedMovesNothing) {
+  GyroHistory history(1);
+  for (int second = 100; second < 110; ++second) add_second(history, second, 1.0);
+  auto ahead = sample_at((110 + 86400) * kS, 1.0, 0.0);
+  ahead.order(1);
+  history.add(ahead);
+  for (int second = 110; second < 120; ++second) add_second(history, second, 1.0);
+  EXPECT_EQ(history.rows(), 19U);
+  EXPECT_EQ(history.left_out(), 1U);
+}
+
 TEST(HistoryLaws, AnAxisWithoutValidSamplesIsNaN) {
   GyroHistory history(1);
   for (int second = 0; second < 2; ++second) {

@@ -64,7 +64,7 @@ class Metrics : public testing::Test {
   [[nodiscard]] Values values() const {
     const std::string text = metrics_text({.services = services_,
                                            .allan = allan_,
-                                           .unix_ns = 1,
+                                           .monotonic_ns = 1,
                                            .version = "1.2.3",
                                            .commit = "abc1234"});
     EXPECT_EQ(test_support::exposition_problems(text), std::vector<std::string>{});

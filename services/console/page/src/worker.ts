@@ -152,6 +152,11 @@ function onStatus(payload: Uint8Array): void {
   }, LIVE_EVERY_MS);
 }
 
+function forgetServices(): void {
+  services.clear();
+  post({ type: 'status', services: [] });
+}
+
 let pendingEvents: FromWorker & { type: 'events' } = { type: 'events', events: [] };
 
 function onEvent(payload: Uint8Array): void {
@@ -278,6 +283,7 @@ function onText(frame: TextFrame): void {
   switch (frame.op) {
     case 'serverInfo':
       server = frame.name;
+      if (session !== '' && frame.sessionId !== session) forgetServices(); // of another gateway, which knows who lives
       session = frame.sessionId ?? '';
       postLink();
       break;
