@@ -243,6 +243,11 @@ void check_path(const proto::Checkpoint& message, const Owner& owner) {
 }  // namespace
 
 std::string encode(const Owner& owner, const compensation::LearnerState& state) {
+  if (!state.is_whole) {
+    throw CheckpointError(
+        "found numbers in what was learned that no learner can begin with, expected finite ones: "
+        "nothing is saved, and what was saved before stays");
+  }
   return enveloped(message_of(owner, state));
 }
 

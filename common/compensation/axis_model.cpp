@@ -40,6 +40,9 @@ Forecast stack_forecast(const AxisModel& model, const FeatureArray& features,
   out.kind = ForecastKind::kStack;
   out.drift_radps = made.drift;
   out.variance = made.variance >= 0.0 ? made.variance : held;
+  // Beyond what was learned nothing was judged: what the stack changes there may be the error.
+  const double changed = made.drift - model.drift.held_radps;
+  if (out.beyond_learned) out.variance += changed * changed;
   return out;
 }
 

@@ -332,6 +332,7 @@ LearnerState Learner::export_state() {
   core::StateArchive archive(state.bytes);
   std::uint64_t labels = labels_learned();
   carry_all(archive, labels, axes_);
+  state.is_whole = archive.ok();
   state.bytes.shrink_to_fit();  // the state is kept: what doubled while it grew is given back
   return state;
 }

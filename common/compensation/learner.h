@@ -99,7 +99,8 @@ inline constexpr std::uint32_t kLearnerLayout = 5;
 struct LearnerState {
   std::uint64_t epoch = 0;
   core::PerAxis<ChosenKernel> kernels{};
-  std::string bytes{};  // all else, of kLearnerLayout; empty: only the kernels are known
+  std::string bytes{};   // all else, of kLearnerLayout; empty: only the kernels are known
+  bool is_whole = true;  // false: with numbers that no learner begins with, which is a fault
 };
 
 struct ModelSnapshot {

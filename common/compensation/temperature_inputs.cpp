@@ -96,13 +96,15 @@ bool TemperatureInputs::take_for(core::SensorTime rate_time) noexcept {
     sample.temperature_degc = reading->temperature_degc;
     sample.measured = reading->measured;
     thermal::TemperatureTrack& track = tracks_[reading->probe];
-    if (track.add(sample) != thermal::ReadingVerdict::kAccepted) {
+    const thermal::ReadingVerdict verdict = track.add(sample);
+    if (!thermal::is_accepted(verdict)) {
       if (reading->measured) ++refused_;
       continue;
     }
     has_new = true;
     if (reading->probe != basis_.probe) continue;
-    thermal_.advance(core::seconds(reading->time),
+    if (verdict == thermal::ReadingVerdict::kJumped) thermal_.restart();
+    thermal_.advance(reading->time,
                      reading->temperature_degc / basis_.scales.temperature_degc,
                      track.rate_degc_per_s().value_or(0.0) / basis_.scales.rate_degc_per_s);
   }

@@ -201,6 +201,9 @@ void ExpertStack::measure_width(std::size_t h) {
   const double independent = h == 0 ? n : std::max(1.0, n * error_spacing_s(h) / kHorizonsS[h]);
   half_width = sorted[static_cast<std::size_t>(rank)] * (1.0 + kStudentExcess / independent) *
                std::exp(judged_[h].log_factor);
+  // Where few errors of this age are known they may all be small: an older forecast is no better
+  // than a newer one.
+  if (h > 0) half_width = std::max(half_width, forecast_.horizons[h - 1].half_width);
 }
 
 Logs ExpertStack::log_likelihood(std::size_t h) const {

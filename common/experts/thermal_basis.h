@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <optional>
 
+#include "common/core/integer_time.h"
 #include "common/core/state_archive.h"
 #include "common/experts/linear_forecast.h"
 
@@ -61,19 +62,19 @@ struct ThermalState {
 // Follows a thermometer. One thread. O(1) a reading, no allocation.
 class ThermalMemory {
  public:
-  // A reading at `time_s`, which is after that of the call before. Between two readings the
-  // temperature counts as linear in time, for which the low passes are exact. They begin at the
-  // first reading, so that nothing is on its way then.
-  const ThermalState& advance(double time_s, double temperature, double rate) noexcept {
-    if (newest_s_) {
-      const double elapsed_s = time_s - *newest_s_;
+  // A reading at `time`, which is after that of the call before, be it by a nanosecond. Between two
+  // readings the temperature counts as linear in time, for which the low passes are exact. They
+  // begin at the first reading, so that nothing is on its way then.
+  const ThermalState& advance(core::SensorTime time, double temperature, double rate) noexcept {
+    if (newest_) {
+      const double elapsed_s = core::seconds(core::saturating_difference(time, *newest_));
       const double slope = (temperature - state_.temperature) / elapsed_s;
       for (std::size_t i = 0; i < kMemoryTimesS.size(); ++i) {
         const double lag = slope * kMemoryTimesS[i];
-        state_.memory[i] = lag + (state_.memory[i] - lag) * std::exp(-elapsed_s / kMemoryTimesS[i]);
+        state_.memory[i] += (state_.memory[i] - lag) * std::expm1(-elapsed_s / kMemoryTimesS[i]);
       }
     }
-    newest_s_ = time_s;
+    newest_ = time;
     state_.temperature = temperature;
     state_.rate = rate;
     return state_;
@@ -81,15 +82,15 @@ class ThermalMemory {
   [[nodiscard]] const ThermalState& state() const noexcept { return state_; }
   // Forgets all: the clock was set back, or another stream began.
   void restart() noexcept {
-    newest_s_.reset();
+    newest_.reset();
     state_ = {};
   }
 
   // Its state (core/state_archive.h).
-  void carry(core::StateArchive& archive) { archive(newest_s_, state_); }
+  void carry(core::StateArchive& archive) { archive(newest_, state_); }
 
  private:
-  std::optional<double> newest_s_{};
+  std::optional<core::SensorTime> newest_{};
   ThermalState state_{};
 };
 

@@ -11,6 +11,16 @@ namespace zerodrift::thermal {
 namespace {
 
 constexpr double kMaxHistoryPoints = 1e6;
+// What is inside a gyro changes by less between two readings: resolution, noise, and a chamber's
+// quickest ramp. A wire that touches, or a sensor that was off (85 °C), reads farther.
+constexpr double kLargestStepDegc = 2.0;
+constexpr double kFastestDegcPerS = 1.0;
+
+bool is_near(const Reading& earlier, const Reading& later) noexcept {
+  const double elapsed_s = core::seconds(core::saturating_difference(later.time, earlier.time));
+  return std::abs(later.temperature_degc - earlier.temperature_degc) <=
+         kLargestStepDegc + kFastestDegcPerS * elapsed_s;
+}
 
 bool same_bits(double a, double b) noexcept {
   return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
@@ -57,6 +67,8 @@ std::optional<std::string> TemperatureTrackOptions::validate() const {
 std::string_view name(ReadingVerdict verdict) {
   switch (verdict) {
     case ReadingVerdict::kAccepted: return "accepted";
+    case ReadingVerdict::kJumped: return "jumped";
+    case ReadingVerdict::kDoubtful: return "doubtful";
     case ReadingVerdict::kNotMeasured: return "not_measured";
     case ReadingVerdict::kNotFinite: return "not_finite";
     case ReadingVerdict::kOutOfRange: return "out_of_range";
@@ -74,7 +86,10 @@ TemperatureTrack::TemperatureTrack(const TemperatureTrackOptions& options)
 ReadingVerdict TemperatureTrack::add(const core::TemperatureSample& sample) noexcept {
   const ReadingVerdict verdict = judge(sample);
   count(verdict);
-  if (verdict == ReadingVerdict::kAccepted) accept({sample.time, sample.temperature_degc});
+  const Reading reading{sample.time, sample.temperature_degc};
+  if (verdict == ReadingVerdict::kDoubtful) doubtful_ = reading;
+  if (verdict == ReadingVerdict::kJumped) reset();
+  if (is_accepted(verdict)) accept(reading);
   return verdict;
 }
 
@@ -82,6 +97,7 @@ void TemperatureTrack::reset() noexcept {
   with(estimator_, [](auto& estimator) noexcept { estimator.reset(); });
   history_.reset();
   newest_.reset();
+  doubtful_.reset();
   rate_.reset();
 }
 
@@ -114,13 +130,19 @@ ReadingVerdict TemperatureTrack::judge(const core::TemperatureSample& sample) co
       !core::is_usable(sample.time)) {
     return ReadingVerdict::kOutOfRange;
   }
-  if (newest_ && sample.time <= newest_->time) return ReadingVerdict::kOutOfOrder;
-  return ReadingVerdict::kAccepted;
+  if (!newest_) return ReadingVerdict::kAccepted;
+  if (sample.time <= (doubtful_ ? *doubtful_ : *newest_).time) return ReadingVerdict::kOutOfOrder;
+  const Reading reading{sample.time, temperature_degc};
+  if (is_near(*newest_, reading)) return ReadingVerdict::kAccepted;
+  return doubtful_ && is_near(*doubtful_, reading) ? ReadingVerdict::kJumped
+                                                   : ReadingVerdict::kDoubtful;
 }
 
 void TemperatureTrack::count(ReadingVerdict verdict) noexcept {
   switch (verdict) {
-    case ReadingVerdict::kAccepted: ++counts_.accepted; break;
+    case ReadingVerdict::kAccepted:
+    case ReadingVerdict::kJumped: ++counts_.accepted; break;
+    case ReadingVerdict::kDoubtful: ++counts_.doubtful; break;
     case ReadingVerdict::kNotMeasured: ++counts_.not_measured; break;
     case ReadingVerdict::kNotFinite: ++counts_.not_finite; break;
     case ReadingVerdict::kOutOfRange: ++counts_.out_of_range; break;
@@ -133,6 +155,7 @@ void TemperatureTrack::accept(const Reading& reading) noexcept {
     changed_at_ = reading.time;
   }
   newest_ = reading;
+  doubtful_.reset();
   history_.add(reading);
   rate_ = with(estimator_, [&reading](auto& estimator) noexcept {
     estimator.add(reading.time, reading.temperature_degc);
@@ -142,7 +165,7 @@ void TemperatureTrack::accept(const Reading& reading) noexcept {
 
 void TemperatureTrack::carry(core::StateArchive& archive) {
   with(estimator_, [&](auto& estimator) { archive(estimator); });
-  archive(newest_, rate_, changed_at_, counts_);
+  archive(newest_, doubtful_, rate_, changed_at_, counts_);
   history_.carry(archive, newest_);
 }
 

@@ -39,6 +39,9 @@ struct TemperatureTrackOptions {
 
 enum class ReadingVerdict : std::uint8_t {
   kAccepted,
+  kJumped,  // accepted, as the one before it was doubtful and says the same: the track begins anew
+  kDoubtful,     // farther from the newest one than a thermometer gets: not taken unless the next
+                 // one says the same
   kNotMeasured,  // the sample says that nothing was measured
   kNotFinite,
   kOutOfRange,  // of the plausible temperatures, or of usable time stamps
@@ -46,6 +49,9 @@ enum class ReadingVerdict : std::uint8_t {
 };
 
 [[nodiscard]] std::string_view name(ReadingVerdict verdict);
+[[nodiscard]] constexpr bool is_accepted(ReadingVerdict verdict) {
+  return verdict == ReadingVerdict::kAccepted || verdict == ReadingVerdict::kJumped;
+}
 
 struct ReadingCounts {
   std::uint64_t accepted = 0;
@@ -53,11 +59,12 @@ struct ReadingCounts {
   std::uint64_t not_finite = 0;
   std::uint64_t out_of_range = 0;
   std::uint64_t out_of_order = 0;
+  std::uint64_t doubtful = 0;
 
   friend bool operator==(const ReadingCounts&, const ReadingCounts&) = default;
 
   void carry(core::StateArchive& archive) {
-    archive(accepted, not_measured, not_finite, out_of_range, out_of_order);
+    archive(accepted, not_measured, not_finite, out_of_range, out_of_order, doubtful);
   }
 };
 
@@ -67,8 +74,10 @@ class TemperatureTrack {
   // Throws std::invalid_argument with validate()'s line.
   explicit TemperatureTrack(const TemperatureTrackOptions& options);
 
-  // Anything but kAccepted is counted and leaves the rest of the state as it was. The sample's
-  // probe name is not looked at: routing is the owner's. Cost: one rate estimate.
+  // What is not accepted is counted and leaves the rest of the state as it was; a doubtful reading
+  // is kept until the next one. After a jump rate and history begin anew: what lies across it is no
+  // rate. The sample's probe name is not looked at: routing is the owner's. Cost: one rate
+  // estimate.
   ReadingVerdict add(const core::TemperatureSample& sample) noexcept;
 
   // Forgets readings, rate and history, keeps the counts; for a source whose clock started anew.
@@ -115,6 +124,7 @@ class TemperatureTrack {
   RateEstimator estimator_;
   DecimatedHistory history_;
   std::optional<Reading> newest_;
+  std::optional<Reading> doubtful_;  // the last one, where it was
   std::optional<double> rate_;
   core::SensorTime changed_at_{0};
   ReadingCounts counts_;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "common/compensation/compensator.h"
@@ -64,6 +65,56 @@ TEST(CompensatorStack, AHealthyRunClimbsToTheStackAndIsAsGoodAsTheSvrAlone) {
     EXPECT_EQ(told->longest_judged_s, 900.0);
     EXPECT_FALSE(with_svr.stack_state(axis));
   }
+}
+
+// Rule: what a thermometer says once, and can't be, changes nothing: the drift that is taken off is
+// to the bit what it is without that reading. Before: 50 deg/h at 85 °C, stated as known to .007.
+TEST(CompensatorStackAbuse, OneReadingThatCanNotBeIsNotCompensatedFor) {
+  const Record record = make_record(chamber(1200.0));
+  Compensator clean{testing::options()};
+  const auto expected = testing::run(clean, record);
+  for (const double far_degc : {85.0, -55.0, 43.0}) {
+    Record abused = record;
+    abused.temperatures.clear();
+    testing::Random random(static_cast<std::uint64_t>(far_degc + 100.0));
+    for (const core::TemperatureSample& reading : record.temperatures) {
+      const bool is_far = std::abs(far_degc - reading.temperature_degc) > 3.0;
+      if (is_far && !abused.temperatures.empty() && random.below(10) == 0) {
+        core::TemperatureSample wrong = reading;
+        wrong.time -= from_seconds(0.3);
+        wrong.temperature_degc = far_degc;
+        abused.temperatures.push_back(wrong);
+      }
+      abused.temperatures.push_back(reading);
+    }
+    ASSERT_GT(abused.temperatures.size(), record.temperatures.size() + 10);
+    Compensator compensator{testing::options()};
+    const auto answers = testing::run(compensator, abused);
+    ASSERT_EQ(answers.size(), expected.size());
+    for (std::size_t k = 0; k < answers.size(); ++k)
+      ASSERT_EQ(answers[k].applied_drift_radps, expected[k].applied_drift_radps) << k;
+  }
+}
+
+// Rule: two readings a nanosecond apart, as frames of one read of a serial line have them, leave it
+// whole. Before: no number in its memory, held for ever, and nothing that it saved could be loaded.
+TEST(CompensatorStackAbuse, ReadingsOfNearlyTheSameInstantLeaveItWhole) {
+  Record record = make_record(chamber(1200.0));
+  const core::SensorTime epoch{1'795'900'000'000'000'000};
+  for (auto& rate : record.rates) rate.time += epoch;
+  std::vector<core::TemperatureSample> twice;
+  for (core::TemperatureSample reading : record.temperatures) {
+    reading.time += epoch;
+    twice.push_back(reading);
+    reading.time += core::SensorTime{1};
+    reading.temperature_degc += 0.01;
+    twice.push_back(reading);
+  }
+  record.temperatures = std::move(twice);
+  Compensator compensator{testing::options()};
+  const auto answers = testing::run(compensator, record);
+  EXPECT_EQ(answers.back().rung[0], core::Rung::kStack);
+  EXPECT_TRUE(compensator.learner().export_state().is_whole);
 }
 
 // Rule: samples further apart than a label, as far as half an hour, are learned from all the same;

@@ -39,7 +39,7 @@ Series with_thermal_memory(std::uint64_t seed, int count) {
     const double temperature = 2.0 * std::sin(t / 2500.0) + 0.7 * std::sin(t / 700.0);
     const double rate =
         (2.0 * std::cos(t / 2500.0) / 2500.0 + std::cos(t / 700.0) / 1000.0) * 600.0;
-    const ThermalState& state = thermal.advance(t, temperature, rate);
+    const ThermalState& state = thermal.advance(core::from_seconds(t), temperature, rate);
     walk += 0.02 * normal(random);
     const double drift = 30.0 * temperature + 80.0 * state.memory[2] + walk;
     series.labels.push_back({t, kSpacingS, drift + normal(random), 1.0, state});

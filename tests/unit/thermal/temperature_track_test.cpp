@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <random>
 #include <stdexcept>
 
 namespace zerodrift::thermal {
@@ -115,6 +117,60 @@ TEST(TemperatureTrackAbuse, BadReadingsAreNamedCountedAndLeaveTheStateAsItWas) {
                                             .not_finite = 1400,
                                             .out_of_range = 2100,
                                             .out_of_order = 1400}));
+}
+
+// Law: single readings that no thermometer can have come to leave everything as it was, whatever
+// they say and however often they come.
+TEST(TemperatureTrackAbuse, SingleReadingsFarFromTheOthersAreDoubtedAndLeaveTheStateAsItWas) {
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> anywhere(-90.0, 240.0);
+  TemperatureTrack clean(ten_hertz(RateMethod::kLocalPolynomial));
+  TemperatureTrack abused(ten_hertz(RateMethod::kLocalPolynomial));
+  std::uint64_t doubtful = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const double here = 20.0 + 15.0 * std::sin(0.003 * i);
+    const double far = anywhere(random);
+    ASSERT_EQ(clean.add(sample(0.1 * i, here)), ReadingVerdict::kAccepted);
+    ASSERT_EQ(abused.add(sample(0.1 * i, here)), ReadingVerdict::kAccepted);
+    if (random() % 3 == 0 && std::abs(far - here) > 2.1) {
+      ASSERT_EQ(abused.add(sample(0.1 * i + 0.05, far)), ReadingVerdict::kDoubtful) << far;
+      ++doubtful;
+    }
+    ASSERT_EQ(clean.rate_degc_per_s(), abused.rate_degc_per_s());
+    ASSERT_EQ(clean.newest()->temperature_degc, abused.newest()->temperature_degc);
+  }
+  EXPECT_EQ(abused.counts(), (ReadingCounts{.accepted = 2000, .doubtful = doubtful}));
+}
+
+// Rule: what the next reading says again is so, and begins anew: what lies across it is no rate.
+TEST(TemperatureTrackScenario, AJumpIsBelievedWhenItIsReadAgain) {
+  TemperatureTrack track(ten_hertz(RateMethod::kLocalPolynomial));
+  for (int i = 0; i < 700; ++i) track.add(sample(0.1 * i, 85.0));
+  ASSERT_TRUE(track.rate_degc_per_s());
+  EXPECT_EQ(track.add(sample(70.0, 26.0)), ReadingVerdict::kDoubtful);
+  EXPECT_EQ(track.newest()->temperature_degc, 85.0);
+  EXPECT_EQ(track.add(sample(70.1, -40.0)), ReadingVerdict::kDoubtful) << "says something else";
+  EXPECT_EQ(track.add(sample(70.15, 26.0)), ReadingVerdict::kDoubtful);
+  EXPECT_EQ(track.add(sample(70.15, 26.0)), ReadingVerdict::kOutOfOrder) << "delivered twice";
+  EXPECT_EQ(track.add(sample(70.2, 26.5)), ReadingVerdict::kJumped);
+  EXPECT_EQ(track.newest()->temperature_degc, 26.5);
+  EXPECT_FALSE(track.rate_degc_per_s());
+  EXPECT_FALSE(track.temperature_degc_at(from_seconds(60.0)));
+  for (int i = 3; i < 700; ++i) track.add(sample(70.0 + 0.1 * i, 26.5));
+  ASSERT_TRUE(track.rate_degc_per_s());
+  EXPECT_NEAR(*track.rate_degc_per_s(), 0.0, 1e-12);
+}
+
+// Rule: quick chambers, coarse readings and slow loggers are no jumps.
+TEST(TemperatureTrackScenario, WhatAThermometerCanReadIsNotDoubted) {
+  TemperatureTrack quick(ten_hertz(RateMethod::kLocalPolynomial));
+  TemperatureTrack coarse(ten_hertz(RateMethod::kLocalPolynomial));
+  TemperatureTrack slow(ten_hertz(RateMethod::kSlidingMean));
+  for (int i = 0; i < 900; ++i) {
+    EXPECT_EQ(quick.add(sample(0.1 * i, 0.1 * i)), ReadingVerdict::kAccepted);
+    EXPECT_EQ(coarse.add(sample(0.1 * i, std::round(0.01 * i) + i % 2)), ReadingVerdict::kAccepted);
+    EXPECT_EQ(slow.add(sample(60.0 * i, 40.0 * std::sin(1.0 * i))), ReadingVerdict::kAccepted);
+  }
 }
 
 TEST(TemperatureTrackAbuse, AnyNowGivesADefinedAge) {
