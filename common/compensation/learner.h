@@ -93,7 +93,7 @@ class AxisLearner {
 };
 
 // The layout of LearnerState::bytes; another number for every change of what a learner carries.
-inline constexpr std::uint32_t kLearnerLayout = 5;
+inline constexpr std::uint32_t kLearnerLayout = 6;
 
 // What a learner knows: what a checkpoint holds. What follows from the options alone is not in it.
 struct LearnerState {

@@ -54,6 +54,7 @@ KalmanBank::KalmanBank(const KalmanBankOptions& options) : terms_(options.terms)
 
 void KalmanBank::reset() noexcept {
   knows_ = has_time_ = false;
+  unit_variance_ = unit_weight_ = 0.0;
   for (auto* numbers : {&mean_, &covariance_, &log_weights_})
     std::fill(numbers->begin(), numbers->end(), 0.0);
   weigh();
@@ -73,8 +74,18 @@ void KalmanBank::restart() noexcept {
   }
 }
 
+// The geometric mean of the labels' variances, in which one that says less counts less: the first
+// label may be of a drift that changes quickly after a cold start, and look a thousand times
+// noisier than the others.
+void KalmanBank::note_unit(double variance) noexcept {
+  if (!(variance > 0.0)) return;
+  if (unit_weight_ == 0.0) unit_variance_ = variance;
+  const double weight = std::min(1.0, unit_variance_ / variance);
+  unit_weight_ += weight;
+  unit_variance_ *= std::pow(variance / unit_variance_, weight / unit_weight_);
+}
+
 void KalmanBank::begin(const Labelled& label) {
-  unit_variance_ = label.variance;
   unit_s_ = label.duration_s;
   for (std::size_t f = 0; f < filters(); ++f) {
     mean(0)[f] = label.drift;
@@ -160,6 +171,7 @@ void KalmanBank::update(const Labelled& label) {
 }
 
 void KalmanBank::learn(const Labelled& label) {
+  note_unit(label.variance);
   if (!knows_) {
     begin(label);
   } else if (has_time_) {
@@ -205,8 +217,9 @@ void KalmanBank::average() noexcept {
 
 // What follows from the rest is made anew.
 void KalmanBank::carry(core::StateArchive& archive) {
-  archive(knows_, has_time_, time_s_, unit_variance_, unit_s_);
+  archive(knows_, has_time_, time_s_, unit_variance_, unit_weight_, unit_s_);
   archive.require(unit_variance_ >= 0.0 && unit_s_ >= 0.0 && (!knows_ || unit_s_ > 0.0));
+  archive.require(unit_weight_ >= 0.0 && (unit_variance_ > 0.0) == (unit_weight_ > 0.0));
   archive.numbers(mean_.data(), mean_.size());
   archive.numbers(covariance_.data(), covariance_.size());
   archive.numbers(log_weights_.data(), log_weights_.size());

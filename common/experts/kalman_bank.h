@@ -65,6 +65,7 @@ class KalmanBank {
   };
 
   void begin(const Labelled& label);
+  void note_unit(double variance) noexcept;
   void predict(double elapsed_s);
   void update(const Labelled& label);
   void note_evidence() noexcept;
@@ -92,8 +93,9 @@ class KalmanBank {
   bool knows_ = false;
   bool has_time_ = false;  // `time_s_` is that of the newest label
   double time_s_ = 0.0;
-  double unit_variance_ = 0.0;  // of the first label
-  double unit_s_ = 0.0;         // its length
+  double unit_variance_ = 0.0;  // of a label, see note_unit()
+  double unit_weight_ = 0.0;    // of the labels that it is the mean of
+  double unit_s_ = 0.0;         // the first label's length
   LinearForecast forecast_{};
 };
 
