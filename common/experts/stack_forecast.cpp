@@ -74,9 +74,25 @@ StackForecast::Prediction StackForecast::predict(
                at.share * b.mean.at(until_s, basis, by_svr);
   const double width = half_width(age_s, at) / kNormalQuantile;
   if (width < 0.0) return made;
-  made.variance = std::max(width * width - label_variance, label_variance / kLabelsInAMean);
-  made.was_judged = a.half_width >= 0.0 && b.half_width >= 0.0;
+  made.variance = of_drift(width);
+  const bool are_judged = a.half_width >= 0.0 && b.half_width >= 0.0;
+  made.was_judged = are_judged && age_s <= age_of(at.upper);
+  if (are_judged && !made.was_judged) made.variance *= growth_until(age_s, at);
   return made;
+}
+
+double StackForecast::of_drift(double width) const noexcept {
+  return std::max(width * width - label_variance, label_variance / kLabelsInAMean);
+}
+
+// Older than any age that was judged an error goes on as it grew up to there: not at all of a map
+// that holds, with the square of the time in a drift that goes on steadily.
+double StackForecast::growth_until(double age_s, const Between& at) const noexcept {
+  constexpr double kSteady = 2.0;
+  const double grew = of_drift(horizons[at.upper].half_width / kNormalQuantile) /
+                      of_drift(horizons[at.lower].half_width / kNormalQuantile);
+  const double power = std::log(grew) / std::log(age_of(at.upper) / age_of(at.lower));
+  return std::pow(age_s / age_of(at.upper), std::clamp(power, 0.0, kSteady));
 }
 
 std::array<double, kExperts> StackForecast::shares(

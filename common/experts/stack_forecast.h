@@ -63,7 +63,8 @@ struct StackForecast {
   [[nodiscard]] bool knows() const noexcept { return label_variance > 0.0; }
   // At a time from the newest label's on; one before it is of unknown age: the longest horizon's.
   // `by_svr`: what the online SVR says of that time. An age never judged has the interval of the
-  // longest one that was, growing in proportion. O(terms), no allocation.
+  // longest one that was, growing in proportion; one beyond all horizons as it grew between the
+  // last two. O(terms), no allocation.
   [[nodiscard]] Prediction predict(double now_s, const ThermalState& thermal,
                                    const std::optional<SvrForecast>& by_svr = {}) const noexcept;
   // Shares of the experts at an age of the newest label, where the SVR says that; they sum to 1.
@@ -87,6 +88,9 @@ struct StackForecast {
   [[nodiscard]] double age_of(std::size_t h) const noexcept;
   [[nodiscard]] Between between(double age_s) const noexcept;
   [[nodiscard]] double half_width(double age_s, const Between& at) const noexcept;
+  // Of the drift, where a label's error has this standard deviation.
+  [[nodiscard]] double of_drift(double width) const noexcept;
+  [[nodiscard]] double growth_until(double age_s, const Between& at) const noexcept;
 };
 
 }  // namespace zerodrift::experts

@@ -403,5 +403,43 @@ TEST(ExpertNames, AreEachTheirOwn) {
   }
 }
 
+// Law: beyond all ages that were judged an error grows as it did up to there: not at all where it
+// didn't, as a walk, and no faster than a drift that goes on steadily. Before: not at all.
+TEST(StackForecastLaws, BeyondItsHorizonsAnIntervalGrowsAsItGrew) {
+  StackForecast forecast;
+  forecast.spacing_s = 5.0;
+  forecast.label_variance = 1e-6;
+  const auto variance_at = [&](double of_900_s, double of_3600_s, double age_s) {
+    for (std::size_t h = 0; h < kHorizons; ++h)
+      forecast.horizons[h].half_width = 1.96 * (h + 1 < kHorizons ? of_900_s : of_3600_s);
+    return forecast.predict(age_s, {}).variance;
+  };
+  for (const auto [newer, older, growth] :
+       {std::array{1.0, 1.0, 1.0}, {1.0, 2.0, 4.0}, {1.0, 4.0, 16.0}, {1.0, 1e3, 16.0}}) {
+    const double last = variance_at(newer, older, 3600.0);
+    EXPECT_NEAR(last, older * older, 1e-3 * last);
+    EXPECT_NEAR(variance_at(newer, older, 4.0 * 3600.0) / last, growth, 1e-3 * growth) << older;
+  }
+}
+
+// Rule: an older forecast is never stated as better than a newer one, however few errors of its age
+// are known. Before: a sigma of .66 fell to .02 while a drive went on, at an error of 2.5.
+TEST(StackForecastLaws, AnOlderForecastIsNeverStatedAsBetter) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    ExpertStack stack;
+    const Series series = with_thermal_memory(seed, 400);
+    for (const StackLabel& label : series.labels) {
+      stack.learn(label, {});
+      const StackForecast& made = stack.forecast();
+      for (std::size_t h = 1; h < kHorizons; ++h) {
+        const double older = made.horizons[h].half_width;
+        if (older >= 0.0) {
+          EXPECT_GE(older, made.horizons[h - 1].half_width) << seed;
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace zerodrift::experts
