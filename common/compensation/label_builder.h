@@ -126,7 +126,10 @@ class LabelBuilder {
     }
     [[nodiscard]] double value() const noexcept { return sum / static_cast<double>(count); }
 
-    void carry(core::StateArchive& archive) { archive(count, sum); }
+    void carry(core::StateArchive& archive) {
+      archive.counts(count);
+      archive(sum);
+    }
   };
   struct AxisSums {
     Mean drift;

@@ -101,7 +101,10 @@ class RestGate {
     std::size_t settling_blocks = 0;
 
     void carry(core::StateArchive& archive) {
-      archive(known, level, noise, spread, previous, blocks, settling, settling_blocks);
+      archive(known, level, noise, spread, previous);
+      archive.counts(blocks);
+      archive(settling);
+      archive.counts(settling_blocks);
     }
   };
   static constexpr std::size_t kMaxInitialBlocks = 32;

@@ -39,6 +39,7 @@ class StateArchive {
   // Most of a number, and of a sum: products of two sums stay finite.
   static constexpr double kLargestNumber = 1e30;
   static constexpr double kLargestSum = 1e100;
+  static constexpr std::size_t kLargestCount = std::size_t{1} << 31;
 
   // Writes: appends to `out`, and allocates where its capacity doesn't suffice.
   explicit StateArchive(std::string& out) : out_(&out) {}
@@ -60,6 +61,13 @@ class StateArchive {
   template <typename... Values>
   void sums(Values&... values) {
     (numbers(&values, 1, kLargestSum), ...);
+  }
+  // What is counted once a second or less often: no more than in 68 years, so that one more, and
+  // the square, are numbers as well.
+  template <typename... Counts>
+  void counts(Counts&... values) {
+    (one(values), ...);
+    (require(values <= kLargestCount), ...);
   }
   // As many values as there are, `most` at most.
   template <typename T>

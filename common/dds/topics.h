@@ -64,6 +64,7 @@ using std::chrono_literals::operator""ms;
 // - angular_rate, 100 ms: ten periods of the slowest gyro that navigation uses (100 Hz).
 // - compensated_rate, 100 ms: as angular_rate, since it comes at that pace.
 // - service_status, 1 s and 2 s: four periods and eight; a status is written four times a second.
+//   Its keys: up to five names a gyro (each instance's, publisher's and filter's part) and services.
 // - replay_progress, 2 s: after so long it is reported that a consumer says nothing. A replay waits
 //   for it all the same, until it has left: one that stands still would lose what was sent
 //   meanwhile.
@@ -73,7 +74,7 @@ inline constexpr TopicSpec kTemperature{"temperature", "zerodrift::msg::Temperat
 inline constexpr TopicSpec kRateReference{"rate_reference", "zerodrift::msg::RateReference", kSampleDepth, 128, Reliability::kReliable, Durability::kVolatile, Ownership::kShared, 5ms, 0ms};
 inline constexpr TopicSpec kCompensatedRate{"compensated_rate", "zerodrift::msg::CompensatedRate", kSampleDepth, 128, Reliability::kReliable, Durability::kVolatile, Ownership::kShared, 5ms, 0ms, 100ms};
 inline constexpr TopicSpec kAllanReport{"allan_report", "zerodrift::msg::AllanReport", 1, 1024, Reliability::kReliable, Durability::kTransientLocal, Ownership::kShared, 20ms, 0ms};
-inline constexpr TopicSpec kServiceStatus{"service_status", "zerodrift::msg::ServiceStatus", 1, 128, Reliability::kReliable, Durability::kTransientLocal, Ownership::kShared, 20ms, 0ms, 1000ms, 2000ms};
+inline constexpr TopicSpec kServiceStatus{"service_status", "zerodrift::msg::ServiceStatus", 1, 1024, Reliability::kReliable, Durability::kTransientLocal, Ownership::kShared, 20ms, 0ms, 1000ms, 2000ms};
 inline constexpr TopicSpec kEvent{"event", "zerodrift::msg::Event", 256, 1, Reliability::kReliable, Durability::kTransientLocal, Ownership::kShared, 20ms, 0ms};
 inline constexpr TopicSpec kCommand{"command", "zerodrift::msg::Command", 64, 128, Reliability::kReliable, Durability::kVolatile, Ownership::kShared, 20ms, 0ms};
 inline constexpr TopicSpec kCommandReply{"command_reply", "zerodrift::msg::CommandReply", 64, 128, Reliability::kReliable, Durability::kVolatile, Ownership::kShared, 20ms, 0ms};

@@ -79,6 +79,20 @@ TEST(StateArchiveAbuse, NumbersThatNoStateHoldsAreRefused) {
   for (const double number : {Doubles::denorm_min(), -1e30, 0.0}) EXPECT_TRUE(is_read(number));
 }
 
+struct Counted {
+  std::size_t count = 0;
+  void carry(StateArchive& archive) { archive.counts(count); }
+};
+
+TEST(StateArchiveAbuse, CountsThatNothingCanHaveComeToAreRefused) {
+  constexpr std::size_t kMost = StateArchive::kLargestCount;
+  EXPECT_GT(kMost * kMost, kMost);
+  for (const std::size_t count : {std::size_t{0}, std::size_t{5}, kMost})
+    EXPECT_TRUE(is_read(Counted{count})) << count;
+  for (const std::size_t count : {kMost + 1, std::size_t{1} << 32, ~std::size_t{0}})
+    EXPECT_FALSE(is_read(Counted{count})) << count;
+}
+
 TEST(StateArchiveAbuse, TimesWhoseDifferencesWouldOverflowAreRefused) {
   for (const SensorTime time : {SensorTime::max(), kNever + SensorTime{1}, 2 * kLatestUsableTime})
     EXPECT_FALSE(is_read(time)) << time.count();

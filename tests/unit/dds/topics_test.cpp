@@ -123,5 +123,11 @@ TEST(Topics, KeepThePresentStateForLateJoiners) {
   }
 }
 
+// Rule: as many gyros as have compensated rates have a status each of what serves them: of two
+// instances, their publishers of rates and temperatures and a navigation filter.
+TEST(Topics, EveryGyroHasRoomForTheStatusOfWhatServesIt) {
+  EXPECT_GE(kServiceStatus.keys, 5 * kCompensatedRate.keys + kCompensatedRate.keys);
+}
+
 }  // namespace
 }  // namespace zerodrift::dds

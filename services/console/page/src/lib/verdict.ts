@@ -25,7 +25,7 @@ const MODE_TEXT: Record<ModeName, ModeText> = {
   learning: { label: 'Learning', glyph: '●', tone: 'good', means: 'at rest, or against a reference' },
   frozen: { label: 'Frozen', glyph: '■', tone: 'note', means: 'the model compensates and learns nothing now' },
   fallback: { label: 'Fallback', glyph: '▲', tone: 'note', means: 'a simpler estimate compensates' },
-  out_of_domain: { label: 'Out of domain', glyph: '◆', tone: 'warn', means: 'outside what was learned: the last safe value compensates' },
+  out_of_domain: { label: 'Out of domain', glyph: '◆', tone: 'warn', means: 'outside what was learned: extrapolated or held, and stated as less certain' },
   holding: { label: 'Holding', glyph: '▬', tone: 'note', means: 'the last stationary mean compensates: nothing known predicts better' },
 };
 
