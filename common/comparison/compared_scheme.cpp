@@ -28,9 +28,9 @@ class Observations {
       : temperature_(temperature), rate_(rate) {}
 
   void observe(double time_s, std::span<const double> features) {
-    observed_.push_back(
-        {time_s, thermal_.advance(core::from_seconds(time_s), temperature_ ? features[*temperature_] : 0.0,
-                                  rate_ ? features[*rate_] : 0.0)});
+    observed_.push_back({time_s, thermal_.advance(core::from_seconds(time_s),
+                                                  temperature_ ? features[*temperature_] : 0.0,
+                                                  rate_ ? features[*rate_] : 0.0)});
   }
   // Of a label that is not before the one of the last call.
   [[nodiscard]] const experts::ThermalState& of(const regression::DriftLabel& label) {
