@@ -84,7 +84,7 @@ TEST(Prior, OfflineTheRecordsOwnModelLeavesLess) {
   double log_ratio = 0.0;
   constexpr int kSeeds = 6;
   for (int seed = 1; seed <= kSeeds; ++seed) {
-    simulate(system, {.profile = write_ramp_profile(system, 1800), .rate_hz = 10, .seed = seed},
+    simulate(system, {.profile = write_ramp_profile(system, 1800), .seed = seed, .rate_hz = 10},
              record);
     log_ratio += std::log(left({"--prior", kModel}) / left({})) / kSeeds;
   }
