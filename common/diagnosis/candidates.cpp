@@ -180,14 +180,15 @@ const twin::EffectSpec* listed_in(const twin::Model& model, core::Axis axis,
   return found == model.effects.end() ? nullptr : &*found;
 }
 
+bool lends(const twin::EffectSpec& spec, core::Axis axis, twin::Lending lending) {
+  const EffectDefinition* definition = twin::find_effect(spec.kind);
+  return spec.axis == axis && definition != nullptr && definition->search.lends == lending;
+}
+
 // The effect of an axis that the others take their conventions from.
 const twin::EffectSpec* lender_in(const twin::Model& model, core::Axis axis) {
   for (const twin::EffectSpec& spec : model.effects) {
-    const EffectDefinition* definition = twin::find_effect(spec.kind);
-    if (spec.axis == axis && definition != nullptr &&
-        definition->search.lends == twin::Lending::kConventions) {
-      return &spec;
-    }
+    if (lends(spec, axis, twin::Lending::kConventions)) return &spec;
   }
   return nullptr;
 }
@@ -201,14 +202,10 @@ twin::Parameters borrowed(const EffectDefinition& definition, const twin::Model&
   twin::Parameters values;
   const twin::EffectSpec* lender = lender_in(model, axis);
   if (lender == nullptr) return values;
-  const auto lends = [&](const twin::EffectSpec& spec) {
-    const EffectDefinition* found = twin::find_effect(spec.kind);
-    return &spec == lender || (spec.axis == axis && found != nullptr &&
-                               found->search.lends == twin::Lending::kBesideAnother &&
-                               inputs_of(spec, playback) == inputs_of(*lender, playback));
-  };
   for (const twin::EffectSpec& spec : model.effects) {
-    if (!lends(spec)) continue;
+    const bool is_beside = lends(spec, axis, twin::Lending::kBesideAnother) &&
+                           inputs_of(spec, playback) == inputs_of(*lender, playback);
+    if (&spec != lender && !is_beside) continue;
     for (const std::string& name : names_of(definition, ParameterRole::kConvention)) {
       const auto given = spec.parameters.find(name);
       if (given != spec.parameters.end()) values[name] = given->second;
@@ -287,6 +284,7 @@ std::optional<Candidate> listed_candidate(const twin::EffectSpec& spec,
 Candidates candidates(const MeasuredSeries& series, const Playback& playback,
                       const twin::Model& model, core::Axis axis, const Scans& scans) {
   Candidates result;
+  const twin::EffectSpec* lender = lender_in(model, axis);
   for (const EffectDefinition& definition : twin::effect_catalogue()) {
     if (!is_waveform(definition) || definition.search.is_constant) continue;
     const twin::EffectSpec* listed = listed_in(model, axis, definition.kind);
@@ -305,7 +303,6 @@ Candidates candidates(const MeasuredSeries& series, const Playback& playback,
                         .amplitudes = names_of(definition, ParameterRole::kAmplitude),
                         .conventions = borrowed(definition, model, playback, axis),
                         .is_listed = listed != nullptr};
-    const twin::EffectSpec* lender = lender_in(model, axis);
     const bool reads_as_lender = !definition.search.without_lender.empty() && lender != nullptr;
     const auto choices = listed != nullptr ? choices_of(*listed, definition, playback)
                          : reads_as_lender ? Choices{inputs_of(*lender, playback)}

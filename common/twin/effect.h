@@ -187,7 +187,6 @@ struct Spectrum {
 // A record's own fault that is found by what it does to single samples.
 enum class LocalFault { kNone, kSpikes, kSaturation, kDroppedSamples, kRounding };
 
-// What a diagnosis has to know of an effect beside its definition, so that it need not name it.
 // What of an effect others of the same axis take: kConvention parameters of the same names.
 enum class Lending : std::uint8_t {
   kNothing,
@@ -195,6 +194,7 @@ enum class Lending : std::uint8_t {
   kBesideAnother,  // the same, where it reads the temperatures of the one that lends
 };
 
+// What a diagnosis has to know of an effect beside its definition, so that it need not name it.
 struct SearchTraits {
   // The simpler effect that this one has as a limit.
   std::string limit{};
