@@ -61,6 +61,9 @@ void AxisDrift::estimate(Scheme scheme, const AxisInputs& inputs) noexcept {
   if (model == nullptr || lacks_prior) return apply_without_labels(inputs);
   if (forecasts(scheme, *model) && inputs.input == core::Reason::kNone) {
     apply_forecast(scheme, inputs);
+  } else if (core::lacks_temperature(inputs.input) && model->in_time.knows()) {
+    const Forecast made = forecast_in_time(*model, inputs.now);
+    apply(core::Rung::kStack, core::Mode::kFallback, inputs.input, made.drift_radps, made.variance);
   } else {
     const core::Reason reason =
         inputs.input == core::Reason::kNone ? core::Reason::kInitialSet : inputs.input;
@@ -104,9 +107,7 @@ void AxisDrift::apply_forecast(Scheme scheme, const AxisInputs& inputs) noexcept
 }
 
 void AxisDrift::apply_without_labels(const AxisInputs& inputs) noexcept {
-  const bool temperature_bad = inputs.input == core::Reason::kTemperatureMissing ||
-                               inputs.input == core::Reason::kTemperatureStale ||
-                               inputs.input == core::Reason::kProbeStuck;
+  const bool temperature_bad = core::lacks_temperature(inputs.input);
   if (on_prior_) {
     return apply(core::Rung::kPrior, core::Mode::kFallback,
                  temperature_bad ? inputs.input : core::Reason::kNoEstimateYet, 0.0, -1.0);

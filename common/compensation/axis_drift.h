@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The drift that is taken off one axis: of the ladder's rungs the best one that has an estimate,
-// stack or online SVR > stationary bias > prior > factory polynomial > nothing. With a prior, what
-// a learner knows is the remainder, and the prior's value is added to it.
+// stack or online SVR > stationary bias > prior > factory polynomial > nothing. Without a
+// temperature the stack is of those experts that need none. With a prior, what a learner knows is
+// the remainder, and the prior's value is added to it.
 //
 // noexcept, no allocation, O(samples * dimension) an estimate once the online SVR is trained, else
 // O(terms).

@@ -13,6 +13,17 @@ constexpr double kLargestLabelRadps = 1e6;     // no gyro measures that: the num
 constexpr double kLongestLabelS = 1e12;        // options allow any length
 constexpr double kLargestForecastRadps = 1e6;  // no gyro drifts so far
 
+// What a stack predicted, or the last minute's mean where that is no drift of a gyro.
+Forecast taken(const experts::StackForecast::Prediction& made, const AxisModel& model,
+               core::SensorTime now) {
+  const double held = held_variance(model.drift, model.trust, now);
+  if (!(std::abs(made.drift) <= kLargestForecastRadps))
+    return {.drift_radps = model.drift.held_radps, .variance = held};
+  return {.kind = ForecastKind::kStack,
+          .drift_radps = made.drift,
+          .variance = made.variance >= 0.0 ? made.variance : held};
+}
+
 }  // namespace
 
 void AxisLabel::carry(core::StateArchive& archive) {
@@ -23,27 +34,23 @@ void AxisLabel::carry(core::StateArchive& archive) {
 
 Forecast stack_forecast(const AxisModel& model, const FeatureArray& features,
                         const experts::ThermalState& thermal, core::SensorTime now) noexcept {
-  Forecast out;
+  bool is_beyond = false;
   std::optional<experts::SvrForecast> by_svr;
   if (model.drift.trained) {
     const Forecast svr = forecast(model.drift, model.trust, features, now);
-    out.beyond_learned = svr.beyond_learned;
+    is_beyond = svr.beyond_learned;
     by_svr = as_expert(svr);
   }
-  const auto made = model.stack.predict(core::seconds(now), thermal, by_svr);
-  const double held = held_variance(model.drift, model.trust, now);
-  if (!(std::abs(made.drift) <= kLargestForecastRadps)) {
-    out.drift_radps = model.drift.held_radps;
-    out.variance = held;
-    return out;
-  }
-  out.kind = ForecastKind::kStack;
-  out.drift_radps = made.drift;
-  out.variance = made.variance >= 0.0 ? made.variance : held;
+  Forecast out = taken(model.stack.predict(core::seconds(now), thermal, by_svr), model, now);
+  out.beyond_learned = is_beyond;
   // Beyond what was learned nothing was judged: what the stack changes there may be the error.
-  const double changed = made.drift - model.drift.held_radps;
-  if (out.beyond_learned) out.variance += changed * changed;
+  const double changed = out.drift_radps - model.drift.held_radps;
+  if (is_beyond) out.variance += changed * changed;
   return out;
+}
+
+Forecast forecast_in_time(const AxisModel& model, core::SensorTime now) noexcept {
+  return taken(model.in_time.predict(core::seconds(now), {}), model, now);
 }
 
 }  // namespace zerodrift::compensation

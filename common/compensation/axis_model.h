@@ -39,8 +39,9 @@ struct SvrModel {
 struct AxisModel : SvrModel {
   using SvrModel::SvrModel;
 
-  experts::StackForecast stack{};  // knows nothing where the scheme isn't the stack
-  ThermalCoverage coverage{};      // of all labels that had a temperature
+  experts::StackForecast stack{};    // knows nothing where the scheme isn't the stack
+  experts::StackForecast in_time{};  // likewise; of the experts that need no thermometer
+  ThermalCoverage coverage{};        // of all labels that had a temperature
 };
 
 // The SVR's forecast, of drift_forecast.h, as the stack takes it.
@@ -55,5 +56,7 @@ struct AxisModel : SvrModel {
 [[nodiscard]] Forecast stack_forecast(const AxisModel& model, const FeatureArray& features,
                                       const experts::ThermalState& thermal,
                                       core::SensorTime now) noexcept;
+// The same of the experts that need no thermometer, which must know something. O(terms).
+[[nodiscard]] Forecast forecast_in_time(const AxisModel& model, core::SensorTime now) noexcept;
 
 }  // namespace zerodrift::compensation

@@ -20,6 +20,13 @@ AxisStack::AxisStack(std::size_t dimension, std::size_t capacity) {
 
 void AxisStack::learn(const AxisLabel& label) noexcept {
   const double time_s = core::seconds(label.time);
+  const experts::StackLabel own{.time_s = time_s,
+                                .duration_s = std::max(label.duration_s, kShortestLabelS),
+                                .drift = label.drift_radps,
+                                .variance = std::max(label.variance, kSmallestVariance),
+                                .thermal = label.thermal};
+  in_time_.learn(own);
+  if (!label.features) return;
   experts::Foretold foretold;
   for (std::size_t h = 0; h < past_.size(); ++h) {
     if (const SvrModel* past = past_[h].due(time_s)) {
@@ -27,12 +34,7 @@ void AxisStack::learn(const AxisLabel& label) noexcept {
           as_expert(compensation::forecast(past->drift, past->trust, *label.features, label.time));
     }
   }
-  stack_.learn({.time_s = time_s,
-                .duration_s = std::max(label.duration_s, kShortestLabelS),
-                .drift = label.drift_radps,
-                .variance = std::max(label.variance, kSmallestVariance),
-                .thermal = label.thermal},
-               foretold);
+  stack_.learn(own, foretold);
 }
 
 void AxisStack::keep(const DriftModel& drift, const TrustTable& trust) noexcept {
@@ -47,16 +49,18 @@ void AxisStack::keep(const DriftModel& drift, const TrustTable& trust) noexcept 
 
 void AxisStack::restart() noexcept {
   stack_.restart();
+  in_time_.restart();
   for (auto& past : past_) past.clear();
 }
 
 void AxisStack::reset() noexcept {
   stack_.reset();
+  in_time_.reset();
   for (auto& past : past_) past.clear();
 }
 
 void AxisStack::carry(core::StateArchive& archive) {
-  archive(stack_);
+  archive(stack_, in_time_);
   for (auto& past : past_) archive(past);
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The experts of one axis beside its online SVR, which is one of them: what the SVR foretold of a
-// label at each horizon is given to the stack before either learns the label.
+// label at each horizon is given to the stack before either learns the label. And a second, smaller
+// stack that learns every label without its temperature, for a gyro that has no thermometer, or
+// none any more.
 #pragma once
 
 #include <cstddef>
@@ -18,13 +20,17 @@ class AxisStack {
  public:
   AxisStack(std::size_t dimension, std::size_t capacity);
 
-  // A label with features that is later than the one before, not yet known to the SVR. O(banks),
-  // and O(samples) of the SVR for each horizon.
+  // A label that is later than the one before, not yet known to the SVR. O(banks), and O(samples)
+  // of the SVR for each horizon.
   void learn(const AxisLabel& label) noexcept;
   // The SVR after that label, trained. O(samples) where it is kept.
   void keep(const DriftModel& drift, const TrustTable& trust) noexcept;
   [[nodiscard]] const experts::StackForecast& forecast() const noexcept {
     return stack_.forecast();
+  }
+  // By time alone.
+  [[nodiscard]] const experts::StackForecast& forecast_in_time() const noexcept {
+    return in_time_.forecast();
   }
 
   // The clock was set back; what was learned of temperature and trust stays.
@@ -37,8 +43,9 @@ class AxisStack {
  private:
   static constexpr std::size_t kModelsKept = 4;  // over a horizon
 
-  experts::ExpertStack stack_;
-  std::vector<experts::PastForecasts<SvrModel>> past_;  // by horizon
+  experts::ExpertStack stack_;                            // of labels with features
+  experts::ExpertStack in_time_{experts::GoesBy::kTime};  // of all labels
+  std::vector<experts::PastForecasts<SvrModel>> past_;    // by horizon
 };
 
 }  // namespace zerodrift::compensation

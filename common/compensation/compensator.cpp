@@ -395,15 +395,20 @@ const ThermalCoverage* Compensator::coverage(core::Axis axis) const noexcept {
 
 std::optional<StackState> Compensator::stack_state(core::Axis axis) const noexcept {
   const AxisModel* model = active_model(axis);
-  if (model == nullptr || !model->stack.knows()) return std::nullopt;
+  if (model == nullptr) return std::nullopt;
+  const AxisDrift& drift = axes_[index(axis)];
+  const bool by_time =
+      drift.rung() == core::Rung::kStack && core::lacks_temperature(drift.reason());
+  const experts::StackForecast& stack = by_time ? model->in_time : model->stack;
+  if (!stack.knows()) return std::nullopt;
   std::optional<experts::SvrForecast> by_svr;
-  if (model->drift.trained) {
-    const bool is_beyond = axes_[index(axis)].mode() == core::Mode::kOutOfDomain;
+  if (!by_time && model->drift.trained) {
+    const bool is_beyond = drift.mode() == core::Mode::kOutOfDomain;
     by_svr = {.interpolates = !is_beyond,
               .holds = !is_in_force(model->drift, model->trust, is_beyond, newest_)};
   }
-  return StackState{model->stack.shares(core::seconds(newest_) - model->stack.time_s, by_svr),
-                    model->stack.longest_judged_s()};
+  return StackState{stack.shares(core::seconds(newest_) - stack.time_s, by_svr),
+                    stack.longest_judged_s()};
 }
 
 }  // namespace zerodrift::compensation

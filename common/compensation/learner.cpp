@@ -37,15 +37,16 @@ constexpr std::uint64_t kRarestSelection = 2304;
 constexpr double kTubeInNoise = 0.5;  // half-width of the tube in standard deviations of the noise
 constexpr std::size_t kSelectionSamples = 48;  // a selection takes some 10 ms
 
-// Whether the gyro may have been off since the last label: the clock was set back; or after a pause
-// there is no history of temperature yet, or the longest memory of heat has passed. Its bias is
-// learned anew then; what is known of temperature is not.
-bool begins_anew(const AxisLabel& label, const DriftModel& before) {
+// Whether the gyro may have been off since the last label, which had features or not: the clock was
+// set back; or after a pause there is no history of temperature yet where there was one, or the
+// longest memory of heat has passed. Its bias is learned anew then; what is known of temperature is
+// not.
+bool begins_anew(const AxisLabel& label, const DriftModel& before, bool had_features) {
   if (!before.holds()) return false;
   const double pause_s = core::seconds(label.time - before.time);
   if (pause_s <= 0.0) return true;
   if (pause_s <= kStationaryMinuteS) return false;
-  return !label.features || pause_s > experts::kMemoryTimesS.back();
+  return pause_s > experts::kMemoryTimesS.back() || (!label.features && had_features);
 }
 
 regression::OnlineSvrOptions svr_options(const CompensationOptions& options,
@@ -79,13 +80,14 @@ AxisLearner::AxisLearner(const CompensationOptions& options, std::size_t dimensi
 }
 
 void AxisLearner::learn(const AxisLabel& label) noexcept {
-  if (begins_anew(label, model_)) {
+  const bool had_features = !minute_.empty() && minute_.back().label.features.has_value();
+  if (begins_anew(label, model_, had_features)) {
     minute_.clear();
     judge_.restart();
     if (stack_) stack_->restart();
   }
   // The stack is given what the SVR says of the label before that learns it.
-  if (stack_ && label.features) stack_->learn(label);
+  if (stack_) stack_->learn(label);
   std::size_t slot = regression::SampleWindow::kNoSlot;
   if (label.features) {
     if (model_.trained) {
@@ -239,7 +241,10 @@ void AxisLearner::update_model() noexcept {
 void AxisLearner::write(AxisModel& model) const noexcept {
   model.drift = model_;
   model.trust = judge_.trust();
-  if (stack_) model.stack = stack_->forecast();
+  if (stack_) {
+    model.stack = stack_->forecast();
+    model.in_time = stack_->forecast_in_time();
+  }
   model.coverage = coverage_;
 }
 

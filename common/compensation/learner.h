@@ -43,9 +43,9 @@ class AxisLearner {
   AxisLearner(const CompensationOptions& options, std::size_t dimension);
 
   // One label; takes milliseconds and allocates when it is time to choose the kernel anew, else
-  // microseconds. Without features (a temperature is missing) only the held level moves. The first
-  // `initial_labels` with features make the initial set, whose level and noise fix the SVR's offset
-  // and scale.
+  // microseconds. Without features (a temperature is missing) the held level and the experts in
+  // time learn alone. The first `initial_labels` with features make the initial set, whose level
+  // and noise fix the SVR's offset and scale.
   void learn(const AxisLabel& label) noexcept;
   void write(AxisModel& model) const noexcept;
   void reset() noexcept;
@@ -93,7 +93,7 @@ class AxisLearner {
 };
 
 // The layout of LearnerState::bytes; another number for every change of what a learner carries.
-inline constexpr std::uint32_t kLearnerLayout = 6;
+inline constexpr std::uint32_t kLearnerLayout = 7;
 
 // What a learner knows: what a checkpoint holds. What follows from the options alone is not in it.
 struct LearnerState {

@@ -52,7 +52,8 @@ enum class Rung : std::uint8_t {
   kStationaryBias = 2,
   kOnlineSvr = 3,
   kPrior = 4,  // the twin's model alone; between the factory polynomial and the stationary bias
-  kStack = 5,  // several experts by their weights, the online SVR among them
+  kStack = 5,  // several experts by their weights, the online SVR among them; where a temperature
+               // fails, of those that need none
 };
 
 inline constexpr std::size_t kRungs = 6;
@@ -114,6 +115,12 @@ constexpr bool passes_by_itself(Reason reason) {
     case Reason::kPolarityReversed: return false;
   }
   return false;
+}
+
+// A thermometer fails whoever needs one.
+constexpr bool lacks_temperature(Reason reason) {
+  return reason == Reason::kTemperatureMissing || reason == Reason::kTemperatureStale ||
+         reason == Reason::kProbeStuck;
 }
 
 constexpr std::string_view name(Rung rung) {

@@ -57,11 +57,12 @@ void share_out_as(const Logs& sums, Logs& logs) {
   }
 }
 
-std::array<double, kExperts> shares_of(const Logs& logs) {
+// Whoever is behind the last of `logs` has none.
+std::array<double, kExperts> shares_of(std::span<const double> logs) {
   std::array<double, kExperts> shares{};
   const double most = *std::max_element(logs.begin(), logs.end());
   double sum = 0.0;
-  for (std::size_t k = 0; k < kExperts; ++k)
+  for (std::size_t k = 0; k < logs.size(); ++k)
     sum += shares[k] = std::exp(std::max(logs[k] - most, -kMostNats));
   for (double& share : shares) share /= sum;
   return shares;
@@ -88,11 +89,9 @@ void Hold::carry(core::StateArchive& archive) {
   if (archive.reads()) average();
 }
 
-ExpertStack::ExpertStack() {
-  for (const Expert expert : kLinearExperts) {
-    if (expert != Expert::kHold) banks_.emplace_back(bank_options(expert));
-  }
-  for (const double horizon_s : kHorizonsS) judged_.emplace_back(horizon_s);
+ExpertStack::ExpertStack(GoesBy goes_by) : linear_(goes_by == GoesBy::kTime ? kFirstMap : kSvr) {
+  for (std::size_t k = 1; k < linear_; ++k) banks_.emplace_back(bank_options(kLinearExperts[k]));
+  for (const double horizon_s : kHorizonsS) judged_.emplace_back(horizon_s, linear_);
   reset();
 }
 
@@ -144,14 +143,16 @@ void ExpertStack::judge(std::size_t h, const Snapshot& made, const StackLabel& l
   const double memory_s = kMemoryHorizons * std::max(kHorizonsS[h], kFewestLabels * spacing_s);
   const double kept = std::exp(-spacing_s / memory_s);
   judged.count = kept * judged.count + 1.0;
-  for (std::size_t k = 0; k < kSvr; ++k) {
+  for (std::size_t k = 0; k < linear_; ++k) {
     const double error = size_of(label.drift - made.expert[k].at(label.time_s, basis));
     judged.squares[k] = kept * judged.squares[k] + error * error;
   }
-  // As long as the SVR says nothing it holds.
-  const double by_hold = made.expert[0].at(label.time_s, basis);
-  const double error = size_of(label.drift - (by_svr ? by_svr->drift : by_hold));
-  judged.squares[kSvr] = kept * judged.squares[kSvr] + error * error;
+  if (has_maps()) {
+    // As long as the SVR says nothing it holds.
+    const double by_hold = made.expert[0].at(label.time_s, basis);
+    const double error = size_of(label.drift - (by_svr ? by_svr->drift : by_hold));
+    judged.squares[kSvr] = kept * judged.squares[kSvr] + error * error;
+  }
   const double own_error = size_of(label.drift - made.mean.at(label.time_s, basis, by_svr));
   note_error(h, label.time_s, own_error);
   follow_misses(h, own_error, made.half_width);
@@ -211,7 +212,7 @@ Logs ExpertStack::log_likelihood(std::size_t h) const {
   const double independent =
       1.0 + (h == 0 ? 0.5 * judged.count : judged.count * forecast_.spacing_s / kHorizonsS[h]);
   Logs logs{};
-  for (std::size_t k = 0; k < kExperts; ++k)
+  for (std::size_t k = 0; k < experts(); ++k)
     logs[k] = -0.5 * independent * std::log(std::max(judged.squares[k], kSmallestSquares));
   return logs;
 }
@@ -235,8 +236,8 @@ void ExpertStack::weigh() {
         credited->front() += kHoldCredit;
         if (h + 1 == kHorizons) credited->back() += kSvrCredit;
       }
-      if (h + 1 == kHorizons) share_out_as(by_itself, logs);
-      forecast_.horizons[h].shares = shares_of(logs);
+      if (h + 1 == kHorizons && has_maps()) share_out_as(by_itself, logs);
+      forecast_.horizons[h].shares = shares_of(std::span(logs).first(experts()));
     }
     average(h);
   }
@@ -246,9 +247,9 @@ void ExpertStack::average(std::size_t h) {
   auto& [mean, half_width, shares] = forecast_.horizons[h];
   mean = {.linear = {.time_s = forecast_.time_s}, .svr_share = shares[kSvr]};
   const double linear = std::max(1.0 - shares[kSvr], 1e-12);
-  for (std::size_t k = 0; k < kSvr; ++k)
+  for (std::size_t k = 0; k < linear_; ++k)
     mean.linear.add(shares[k] / linear, forecast(kLinearExperts[k]));
-  if (h + 1 < kHorizons) return;
+  if (h + 1 < kHorizons || !has_maps()) return;
   double linear_maps = 0.0;
   for (std::size_t k = kFirstMap; k < kSvr; ++k) linear_maps += shares[k];
   if (linear_maps == 0.0) return;  // before anything was judged
@@ -263,8 +264,7 @@ void ExpertStack::keep(std::size_t h) {
   auto& made = judged_[h].made;
   if (!made.wants(forecast_.time_s)) return;
   Snapshot& snapshot = made.keep(forecast_.time_s);
-  for (const Expert expert : kLinearExperts)
-    snapshot.expert[static_cast<std::size_t>(expert)] = forecast(expert);
+  for (std::size_t k = 0; k < linear_; ++k) snapshot.expert[k] = forecast(kLinearExperts[k]);
   snapshot.mean = forecast_.horizons[h].mean;
   snapshot.half_width = forecast_.horizons[h].half_width;
 }

@@ -81,14 +81,21 @@ class Hold {
 // newest label was as old as each horizon; nothing where it did not know or is left out.
 using Foretold = std::array<std::optional<SvrForecast>, kHorizons>;
 
+// What the experts of a stack go by.
+enum class GoesBy : std::uint8_t {
+  kTimeAndTemperature,  // all of them
+  kTime,                // those before kFirstMap: a label's thermal state is never read, no SVR
+};
+
 // One thread. 0.3 MB; learn() is O(banks), some microseconds, without allocation.
 class ExpertStack {
  public:
-  ExpertStack();
+  explicit ExpertStack(GoesBy goes_by = GoesBy::kTimeAndTemperature);
 
   void learn(const StackLabel& label, const Foretold& by_svr = {});
   // What it knows after its newest label.
   [[nodiscard]] const StackForecast& forecast() const noexcept { return forecast_; }
+  // `expert` is one of its linear ones.
   [[nodiscard]] const LinearForecast& forecast(Expert expert) const noexcept;
 
   // The clock was set back, so that past forecasts have no age: the level is learned anew, what
@@ -104,14 +111,20 @@ class ExpertStack {
   static constexpr std::size_t kKept = 31;  // past forecasts over a horizon
   static constexpr std::size_t kErrors = 256;
   struct Snapshot {
-    std::array<LinearForecast, kLinearExperts.size()> expert{};
+    std::vector<LinearForecast> expert;  // the linear ones
     StackMean mean{};
     double half_width = -1.0;  // as it was stated
 
-    void carry(core::StateArchive& archive) { archive(expert, mean, half_width); }
+    void carry(core::StateArchive& archive) {
+      for (LinearForecast& one : expert) archive(one);
+      archive(mean, half_width);
+    }
   };
   struct Judged {
-    explicit Judged(double horizon_s) : made(horizon_s, kKept, {}) { sorted.reserve(kErrors); }
+    Judged(double horizon_s, std::size_t linear)
+        : made(horizon_s, kKept, {.expert = std::vector<LinearForecast>(linear)}) {
+      sorted.reserve(kErrors);
+    }
 
     PastForecasts<Snapshot> made;
     std::array<double, kExperts> squares{};
@@ -129,14 +142,17 @@ class ExpertStack {
   [[nodiscard]] static double error_room_s(std::size_t h);
   [[nodiscard]] double error_spacing_s(std::size_t h) const;
   void measure_width(std::size_t h);
+  [[nodiscard]] bool has_maps() const noexcept { return linear_ == kSvr; }
+  [[nodiscard]] std::size_t experts() const noexcept { return has_maps() ? kExperts : linear_; }
   [[nodiscard]] std::array<double, kExperts> log_likelihood(std::size_t h) const;
   void weigh();
   void average(std::size_t h);
   void keep(std::size_t h);
 
+  std::size_t linear_;  // linear experts that it has, the first of kLinearExperts
   std::uint64_t labels_ = 0;
   Hold hold_;
-  std::vector<KalmanBank> banks_;  // of all experts but the first
+  std::vector<KalmanBank> banks_;  // of all but the first
   std::vector<Judged> judged_;     // by horizon
   StackForecast forecast_{};
 };

@@ -24,11 +24,6 @@ namespace {
 constexpr std::int64_t kReportWaitingNs = 2000000000;          // after so long it is reported
 constexpr core::SensorTime kClocksAgreeWithin{2'000'000'000};  // of one host, or of PTP or NTP
 
-constexpr bool is_temperature_fault(Reason reason) {
-  return reason == Reason::kTemperatureMissing || reason == Reason::kTemperatureStale ||
-         reason == Reason::kProbeStuck;
-}
-
 constexpr std::string_view temperature_fault_text(Reason reason) {
   switch (reason) {
     case Reason::kTemperatureMissing:
@@ -208,7 +203,7 @@ void GyroEvents::report_modes(const Gyro& gyro) {
 // The axes share their thermometers: reported once for all of them, each time it begins.
 void GyroEvents::report_temperature(const Gyro& gyro) {
   const auto& reasons = gyro.newest().reason;
-  const auto fault = std::find_if(reasons.begin(), reasons.end(), is_temperature_fault);
+  const auto fault = std::find_if(reasons.begin(), reasons.end(), core::lacks_temperature);
   const Reason now = fault == reasons.end() ? Reason::kNone : *fault;
   if (now == reported_temperature_fault_) return;
   reported_temperature_fault_ = now;

@@ -258,8 +258,8 @@ int compensate(const CompensateOptions& options) {
   }
   for (const auto& probe : missing) {
     std::fprintf(stderr,
-                 "%s: has no temperature of probe '%s', which a feature needs; the model will "
-                 "not be used\n",
+                 "%s: has no temperature of probe '%s', which a feature needs; the drift is foretold "
+                 "without temperature\n",
                  options.record.file.c_str(), core::one_line(probe).c_str());
   }
   std::optional<recording::CompensatedCsv> csv;

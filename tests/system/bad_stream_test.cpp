@@ -275,7 +275,7 @@ TEST(BadStream, ATemperatureStreamThatStopsEndsInTheFallbackAfterTemperatureStal
   EXPECT_GT(stale_since_s, last_reading_s + 30.0);
   EXPECT_LT(stale_since_s, last_reading_s + 31.0 + 2.0 / kRateHz);
   expect_mode(answers.rbegin()->second, Mode::kFallback, Reason::kTemperatureStale);
-  EXPECT_EQ(answers.rbegin()->second.rung()[0], static_cast<std::uint8_t>(Rung::kStationaryBias));
+  EXPECT_EQ(answers.rbegin()->second.rung()[0], static_cast<std::uint8_t>(Rung::kStack));
   bench.expect_event("mode_x", "fallback (temperature_stale)");
   bench.expect_event("temperature_stale");
 

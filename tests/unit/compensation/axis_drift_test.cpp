@@ -8,6 +8,8 @@
 #include <string_view>
 #include <utility>
 
+#include "common/experts/expert_stack.h"
+
 namespace zerodrift::compensation {
 namespace {
 
@@ -159,6 +161,30 @@ TEST(AxisDriftLaws, TheLastMeanIsHeldUnlessAnInputIsMissing) {
     a.estimate();
     EXPECT_EQ(a.drift.rung(), Rung::kStationaryBias);
     EXPECT_EQ(a.drift.mode(), mode) << core::name(input);
+  }
+}
+
+// Rule: experts that need no thermometer take the held mean's place where a temperature fails, and
+// nowhere else.
+TEST(AxisDriftLaws, WhereATemperatureFailsTheExpertsThatNeedNoneCompensate) {
+  experts::ExpertStack in_time{experts::GoesBy::kTime};
+  for (int i = 0; i < 100; ++i)
+    in_time.learn({.time_s = 5.0 * i, .duration_s = 5.0, .drift = 1e-7 * i, .variance = 1e-16});
+  for (std::size_t r = 0; r < core::kReasons; ++r) {
+    const auto input = static_cast<Reason>(r);
+    OneAxis a;
+    a.model.in_time = in_time.forecast();
+    a.inputs.model = &a.model;
+    a.inputs.now = core::SensorTime{500'000'000'000};
+    a.inputs.input = input;
+    a.estimate(Scheme::kStack);
+    const bool fails = core::lacks_temperature(input);
+    EXPECT_EQ(a.drift.rung(), fails ? Rung::kStack : Rung::kStationaryBias) << core::name(input);
+    if (!fails) continue;
+    EXPECT_EQ(a.drift.mode(), Mode::kFallback);
+    EXPECT_EQ(a.drift.reason(), input);
+    EXPECT_NEAR(a.drift.applied_radps(), 1e-7 * 100, 2e-7);
+    EXPECT_GT(a.drift.variance(), 0.0);
   }
 }
 

@@ -81,22 +81,34 @@ TEST_P(LadderOfEachScheme, AHealthyRunClimbsToTheLearnedModel) {
 }
 
 // Rule: when the temperature stream stops, the model compensates until its newest reading is
-// temperature_stale_s old, then the last bias does, and says why.
-TEST(CompensatorLadder, WhenTemperatureStopsTheBiasTakesOver) {
+// temperature_stale_s old, then the experts that need none do, or the SVR's last bias, and say why.
+class WithoutTemperatureOfEachScheme : public ::testing::TestWithParam<Climb> {
+ protected:
+  [[nodiscard]] static CompensationOptions options() { return GetParam().options; }
+  [[nodiscard]] static core::Rung simpler() {
+    return GetParam().rung == core::Rung::kStack ? core::Rung::kStack : core::Rung::kStationaryBias;
+  }
+};
+INSTANTIATE_TEST_SUITE_P(SvrAndStack, WithoutTemperatureOfEachScheme,
+                         ::testing::ValuesIn(climbs()));
+
+TEST_P(WithoutTemperatureOfEachScheme, WhenTemperatureStopsWhatNeedsNoneTakesOver) {
   Record record = make_record(ramp());
   std::erase_if(record.temperatures,
                 [](const auto& reading) { return reading.time > from_seconds(600.0); });
-  Compensator compensator{testing::options()};
+  Compensator compensator{options()};
   const auto answers = testing::run(compensator, record);
   ASSERT_EQ(answers.size(), record.rates.size());
   // An estimate is renewed with each block: a second of leeway.
-  EXPECT_EQ(
-      count(answers, 600.0, 630.0, [](const auto& a) { return a.rung[0] == core::Rung::kStack; }),
-      600U);
+  EXPECT_EQ(count(answers, 600.0, 630.0,
+                  [](const auto& a) {
+                    return a.rung[0] == GetParam().rung && a.mode[0] == core::Mode::kLearning;
+                  }),
+            600U);
   EXPECT_EQ(count(answers, 632.0, 900.0,
                   [](const auto& a) {
                     return all_axes(a, core::Mode::kFallback, core::Reason::kTemperatureStale,
-                                    core::Rung::kStationaryBias);
+                                    simpler());
                   }),
             268U * 20U);
   // The bias goes on being learned. Its labels are 50 s old in the mean at most (half a minute,
@@ -123,8 +135,7 @@ TEST(CompensatorLadder, AStuckProbeIsNotBelievedWhileAnotherMoves) {
   Compensator compensator{options};
   const auto answers = testing::run(compensator, record);
   const auto is_stuck = [](const auto& a) {
-    return all_axes(a, core::Mode::kFallback, core::Reason::kProbeStuck,
-                    core::Rung::kStationaryBias);
+    return all_axes(a, core::Mode::kFallback, core::Reason::kProbeStuck, core::Rung::kStack);
   };
   EXPECT_EQ(count(answers, 0.0, 679.0, is_stuck), 0U);
   EXPECT_EQ(count(answers, 682.0, 900.0, is_stuck), 218U * 20U);
@@ -145,24 +156,62 @@ TEST(CompensatorLadder, ProbesThatStandStillTogetherAreNotStuck) {
             0U);
 }
 
-// Rule: without any temperature the stationary bias compensates.
-TEST(CompensatorLadder, WithoutAnyTemperatureTheBiasCompensates) {
+// Rule: without any temperature what needs none compensates, from the first label on.
+TEST_P(WithoutTemperatureOfEachScheme, FromTheFirstLabelOnWhatNeedsNoneCompensates) {
   GyroSpec spec = ramp();
   spec.high_degc = spec.low_degc;
   Record record = make_record(spec);
   record.temperatures.clear();
-  Compensator compensator{testing::options()};
+  Compensator compensator{options()};
   const auto answers = testing::run(compensator, record);
   ASSERT_EQ(answers.size(), record.rates.size());
   EXPECT_EQ(count(answers, 26.0, 900.0,
                   [](const auto& a) {
                     return all_axes(a, core::Mode::kFallback, core::Reason::kTemperatureMissing,
-                                    core::Rung::kStationaryBias);
+                                    simpler());
                   }),
             874U * 20U);
+  if (const auto stack = compensator.stack_state(Axis::kX)) {
+    double maps = 0.0;
+    for (std::size_t k = experts::kFirstMap; k < experts::kExperts; ++k) maps += stack->shares[k];
+    EXPECT_EQ(maps, 0.0);
+  }
   // Mean of six labels: sigma 0.056 / sqrt(60) = 0.0072 deg/h; 5 sigma.
   EXPECT_NEAR(answers.back().applied_drift_radps[1], record.drift_radps.back()[1], 0.036 * kDegH);
   EXPECT_TRUE(std::isnan(compensator.temperature_degc()));
+}
+
+// Rule: without a thermometer, drift that goes on is followed as a filter of level and slope does
+// it, and what is stated of the error holds at rest and through drives of ten minutes.
+TEST(CompensatorLadder, WithoutAThermometerADriftThatGoesOnIsFollowed) {
+  GyroSpec spec = ramp();
+  spec.duration_s = 7200.0;
+  spec.ramp_degc_per_min = 0.1;
+  spec.high_degc = 30.0;
+  spec.rate_hz = 10.0;
+  spec.motion = [](double t, Axis axis) {
+    const double phase = std::fmod(t, 900.0);
+    return axis == Axis::kZ && phase > 300.0 ? 0.02 * std::sin(0.1 * t) : 0.0;
+  };
+  Record record = make_record(spec);
+  record.temperatures.clear();
+  CompensationOptions held = testing::svr_options();
+  double squares[2] = {};
+  double covered = 0.0, moving = 0.0;
+  for (const bool by_stack : {false, true}) {
+    Compensator compensator{by_stack ? testing::options() : held};
+    const auto answers = testing::run(compensator, record);
+    ASSERT_EQ(answers.size(), record.rates.size());
+    for (std::size_t i = answers.size() / 4; i < answers.size(); ++i) {
+      const double error = answers[i].applied_drift_radps[0] - record.drift_radps[i][0];
+      squares[by_stack ? 1 : 0] += error * error;
+      if (!by_stack || std::fmod(seconds(answers[i].raw.time), 900.0) < 320.0) continue;
+      moving += 1.0;
+      covered += error * error < 3.84 * answers[i].drift_variance[0] ? 1.0 : 0.0;
+    }
+  }
+  EXPECT_LT(std::sqrt(squares[1] / squares[0]), 0.8);
+  EXPECT_GT(covered / moving, 0.85);
 }
 
 // Rule: before anything is learned, a factory polynomial compensates by the newest temperature.

@@ -201,9 +201,10 @@ TEST(CompensatorStack, WhenTemperatureStopsTheBiasTakesOverUntilItIsBack) {
     return answers[static_cast<std::size_t>(time_s * spec.rate_hz)];
   };
   EXPECT_EQ(at(590.0).rung[0], core::Rung::kStack);
-  EXPECT_EQ(at(700.0).rung[0], core::Rung::kStationaryBias);
+  EXPECT_EQ(at(700.0).mode[0], core::Mode::kFallback);
   EXPECT_EQ(at(700.0).reason[0], core::Reason::kTemperatureStale);
   EXPECT_EQ(at(1100.0).rung[0], core::Rung::kStack);
+  EXPECT_NE(at(1100.0).mode[0], core::Mode::kFallback);
 }
 
 // Rule: after the clock was set back it goes on with what it knows of temperature.

@@ -360,7 +360,7 @@ TEST(Compensator, ARecordOfTwoMinuteMeansIsFollowedAndCompensated) {
     last = compensator.answer_next();
   }
   EXPECT_EQ(compensator.counts().time_faults, 0U);
-  EXPECT_EQ(last.rung[0], core::Rung::kStationaryBias);
+  EXPECT_EQ(last.mode[0], core::Mode::kFallback);
   EXPECT_NEAR(last.applied_drift_radps[0], 1e-5, 1e-8);  // ten times the alternation
 }
 

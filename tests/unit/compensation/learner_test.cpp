@@ -176,8 +176,9 @@ TEST(AxisLearner, TheLastStationaryMinuteIsHeld) {
   EXPECT_FALSE(model.drift.held_slope_radps2);
 }
 
-// Rule: without features the held level still moves; the SVR learns nothing.
-TEST(AxisLearner, WithoutFeaturesOnlyTheHeldLevelMoves) {
+// Rule: without features the held level still moves, and the experts in time learn, through pauses
+// as well; the SVR and the experts that map the temperature learn nothing.
+TEST(AxisLearner, WithoutFeaturesTheHeldLevelAndTheExpertsInTimeLearnAlone) {
   const auto options = small_options();
   AxisLearner learner(options, 1);
   AxisModel model(1, options.model.capacity);
@@ -189,6 +190,19 @@ TEST(AxisLearner, WithoutFeaturesOnlyTheHeldLevelMoves) {
   learner.write(model);
   EXPECT_FALSE(model.drift.trained);
   EXPECT_NEAR(model.drift.held_radps, 2e-5, 1e-19);
+  EXPECT_FALSE(model.stack.knows());
+  ASSERT_TRUE(model.in_time.knows());
+  EXPECT_NEAR(model.in_time.predict(200.0, {}).drift, 2e-5, 1e-9);
+  // A drive of ten minutes, twice: the forecasts made before it are judged by the labels behind it.
+  for (const int first : {80, 160}) {
+    for (int i = 0; i < 4; ++i) {
+      AxisLabel bare = axis_label(first + i, 0.0, 2e-5);
+      bare.features.reset();
+      learner.learn(bare);
+    }
+  }
+  learner.write(model);
+  EXPECT_GE(model.in_time.horizons[2].half_width, 0.0);
 }
 
 // Rule: within the domain is what lies within 0.7 of a learned sample, in scaled features; a hole

@@ -282,6 +282,39 @@ TEST(ExpertStackLaws, AStateCarriedGoesOnToTheBit) {
   }
 }
 
+// Law: a stack that goes by time says the same whatever the thermometer shows, and its maps and SVR
+// have no share; its state is its own, and no other stack takes it.
+TEST(ExpertStackLaws, OneThatGoesByTimeNeverReadsATemperature) {
+  const Series series = with_thermal_memory(15, 900);
+  ExpertStack sees(GoesBy::kTime);
+  ExpertStack blind(GoesBy::kTime);
+  for (std::size_t i = 0; i < series.labels.size(); ++i) {
+    StackLabel label = series.labels[i];
+    sees.learn(label, foretold(label, i));
+    label.thermal = {};
+    blind.learn(label);
+    if (i == 500) {
+      const std::string state = state_of(sees);
+      ExpertStack resumed(GoesBy::kTime);
+      ASSERT_TRUE(read_state(resumed, state));
+      sees = std::move(resumed);
+      ExpertStack all;
+      EXPECT_FALSE(read_state(all, state));
+    }
+    for (const double later_s : {1.0, 60.0, 500.0, 5000.0}) {
+      const double t = label.time_s + later_s;
+      const auto made = sees.forecast().predict(t, series.labels[i].thermal);
+      ASSERT_EQ(made.drift, blind.forecast().predict(t, {}).drift) << i;
+      ASSERT_EQ(made.variance, blind.forecast().predict(t, {}).variance) << i;
+      const auto shares = sees.forecast().shares(later_s);
+      double in_time = 0.0;
+      for (std::size_t k = 0; k < kFirstMap; ++k) in_time += shares[k];
+      ASSERT_NEAR(in_time, 1.0, 1e-12);
+      for (std::size_t k = kFirstMap; k < kExperts; ++k) ASSERT_EQ(shares[k], 0.0);
+    }
+  }
+}
+
 TEST(ExpertStackLaws, AfterAResetItIsANewOne) {
   const Series series = with_thermal_memory(11, 300);
   ExpertStack used;
