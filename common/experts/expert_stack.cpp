@@ -26,6 +26,8 @@ constexpr double kLargestLogFactor = 3.0;
 constexpr double kStudentExcess = (1.96 * 1.96 + 1.0) / 4.0;
 constexpr double kSmallestSquares = 1e-300;
 constexpr double kShortestSpacingS = 1e-3;
+// The drift can't be known better than so many labels measure it.
+constexpr double kLabelsInAMean = 12.0;
 
 // An expert that says no number is as wrong as one can be.
 double size_of(double error) {
@@ -120,14 +122,42 @@ void ExpertStack::learn(const StackLabel& label, const Foretold& by_svr) {
       measure_width(h);
     }
   }
+  note_level(label);
   const Labelled own{label.time_s, label.duration_s, label.drift, label.variance, basis};
   hold_.learn(own);
   for (KalmanBank& bank : banks_) bank.learn(own);
+  note_doubt();
   ++labels_;
+  if (has_maps()) {
+    forecast_.temperature = label.thermal.temperature;
+    forecast_.rate = label.thermal.rate;
+  }
   forecast_.time_s = label.time_s;
   forecast_.label_variance = label.variance;
   weigh();
   for (std::size_t h = 0; h < kHorizons; ++h) keep(h);
+}
+
+// A label beside what was known before it, which after a pause is what the forecast over the pause
+// was worth.
+void ExpertStack::note_level(const StackLabel& label) {
+  double before = forecast_.level_variance;
+  if (!forecast_.knows()) before = 0.0;
+  const double step_s = label.time_s - forecast_.time_s;
+  if (before > 0.0 && forecast_.spacing_s > 0.0 && step_s > kLongestStep * forecast_.spacing_s)
+    before = std::max(forecast_.variance_at(step_s), 0.0);
+  const double own = 1.0 / label.variance;
+  forecast_.level_variance =
+      std::max(1.0 / (before > 0.0 ? own + 1.0 / before : own), label.variance / kLabelsInAMean);
+}
+
+void ExpertStack::note_doubt() {
+  if (!has_maps()) return;
+  const KalmanBank& linear = banks_[static_cast<std::size_t>(Expert::kLinear) - 1];
+  forecast_.doubt = {
+      .temperature_variance = linear.coefficient_covariance(kTemperature, kTemperature),
+      .rate_variance = linear.coefficient_covariance(kTemperatureRate, kTemperatureRate),
+      .covariance = linear.coefficient_covariance(kTemperature, kTemperatureRate)};
 }
 
 // After a pause an old forecast says nothing of a horizon any more.
@@ -301,8 +331,10 @@ void ExpertStack::reset() noexcept {
 void ExpertStack::carry(core::StateArchive& archive) {
   if (archive.reads()) reset();
   archive(labels_, forecast_.time_s, forecast_.spacing_s, forecast_.label_variance,
-          forecast_.reference_temperature, hold_);
-  archive.require(forecast_.spacing_s >= 0.0 && forecast_.label_variance >= 0.0);
+          forecast_.level_variance, forecast_.reference_temperature, forecast_.temperature,
+          forecast_.rate, hold_);
+  archive.require(forecast_.spacing_s >= 0.0 && forecast_.label_variance >= 0.0 &&
+                  forecast_.level_variance >= 0.0);
   for (KalmanBank& bank : banks_) archive(bank);
   for (Judged& judged : judged_) {
     archive(judged.made);
@@ -322,7 +354,9 @@ void ExpertStack::carry(core::StateArchive& archive) {
     std::sort(sorted.begin(), sorted.end());
     measure_width(h);
   }
-  if (labels_ > 0) weigh();
+  if (labels_ == 0) return;
+  weigh();
+  note_doubt();
 }
 
 }  // namespace zerodrift::experts

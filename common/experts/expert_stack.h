@@ -135,6 +135,8 @@ class ExpertStack {
     double log_factor = 0.0;                   // of the interval's width
   };
   [[nodiscard]] bool is_of_horizon(std::size_t h, double age_s) const;
+  void note_level(const StackLabel& label);
+  void note_doubt();
   void judge(std::size_t h, const Snapshot& made, const StackLabel& label, const Basis& basis,
              const std::optional<SvrForecast>& by_svr);
   void note_error(std::size_t h, double time_s, double error);

@@ -215,6 +215,23 @@ void KalmanBank::average() noexcept {
   }
 }
 
+// The mean of what the filters say, and how they differ: the law of total covariance.
+double KalmanBank::coefficient_covariance(std::size_t a, std::size_t b) const noexcept {
+  const auto state = [&](std::size_t term) {
+    return first_coefficient_ +
+           static_cast<std::size_t>(std::find(terms_.begin(), terms_.end(), term) - terms_.begin());
+  };
+  const std::size_t i = std::max(state(a), state(b));
+  const std::size_t j = std::min(state(a), state(b));
+  double sum = 0.0;
+  for (std::size_t f = 0; f < filters(); ++f) {
+    const double apart = (mean(i)[f] - forecast_.coefficient[terms_[i - first_coefficient_]]) *
+                         (mean(j)[f] - forecast_.coefficient[terms_[j - first_coefficient_]]);
+    sum += weights_[f] * (covariance(i, j)[f] + apart);
+  }
+  return sum;
+}
+
 // What follows from the rest is made anew.
 void KalmanBank::carry(core::StateArchive& archive) {
   archive(knows_, has_time_, time_s_, unit_variance_, unit_weight_, unit_s_);

@@ -49,6 +49,8 @@ class KalmanBank {
   void reset() noexcept;
   // The mean of all filters, by their weights. Only where it knows something.
   [[nodiscard]] const LinearForecast& forecast() const noexcept { return forecast_; }
+  // Of the coefficients of two of its terms: of all filters, by their weights, and between them.
+  [[nodiscard]] double coefficient_covariance(std::size_t a, std::size_t b) const noexcept;
   // Weights of the filters; they sum to 1.
   [[nodiscard]] std::span<const double> weights() const noexcept { return weights_; }
 
@@ -74,7 +76,11 @@ class KalmanBank {
   // State i of all filters, and the covariance of i and j <= i: the filters are the inner loop,
   // which the compiler can put side by side.
   [[nodiscard]] double* mean(std::size_t i) noexcept { return &mean_[i * filters()]; }
+  [[nodiscard]] const double* mean(std::size_t i) const noexcept { return &mean_[i * filters()]; }
   [[nodiscard]] double* covariance(std::size_t i, std::size_t j) noexcept {
+    return &covariance_[(i * (i + 1) / 2 + j) * filters()];
+  }
+  [[nodiscard]] const double* covariance(std::size_t i, std::size_t j) const noexcept {
     return &covariance_[(i * (i + 1) / 2 + j) * filters()];
   }
   [[nodiscard]] std::size_t filters() const noexcept { return beliefs_.size(); }

@@ -8,8 +8,6 @@ namespace zerodrift::experts {
 namespace {
 
 constexpr double kNormalQuantile = 1.959963984540054;  // of 95 %, two-sided
-// The drift can't be known better than so many labels measure it.
-constexpr double kLabelsInAMean = 12.0;
 constexpr double kInterpolationOdds = 20.0;
 constexpr double kSvrBesideCubic = 0.5;
 
@@ -72,17 +70,25 @@ StackForecast::Prediction StackForecast::predict(
   Prediction made;
   made.drift = (1.0 - at.share) * a.mean.at(until_s, basis, by_svr) +
                at.share * b.mean.at(until_s, basis, by_svr);
-  const double width = half_width(age_s, at) / kNormalQuantile;
-  if (width < 0.0) return made;
-  made.variance = of_drift(width);
-  const bool are_judged = a.half_width >= 0.0 && b.half_width >= 0.0;
-  made.was_judged = are_judged && age_s <= age_of(at.upper);
-  if (are_judged && !made.was_judged) made.variance *= growth_until(age_s, at);
+  made.variance = variance_at(age_s);
+  if (made.variance >= 0.0)
+    made.variance += doubt.variance(thermal.temperature - temperature, thermal.rate - rate);
+  made.was_judged = a.half_width >= 0.0 && b.half_width >= 0.0 && age_s <= age_of(at.upper);
   return made;
 }
 
+double StackForecast::variance_at(double age_s) const noexcept {
+  const Between at = between(age_s);
+  const double width = half_width(age_s, at) / kNormalQuantile;
+  if (width < 0.0) return -1.0;
+  const bool are_judged =
+      horizons[at.lower].half_width >= 0.0 && horizons[at.upper].half_width >= 0.0;
+  const bool is_beyond = are_judged && age_s > age_of(at.upper);
+  return of_drift(width) * (is_beyond ? growth_until(age_s, at) : 1.0);
+}
+
 double StackForecast::of_drift(double width) const noexcept {
-  return std::max(width * width - label_variance, label_variance / kLabelsInAMean);
+  return std::max(width * width - label_variance, level_variance);
 }
 
 // Older than any age that was judged an error goes on as it grew up to there: not at all of a map

@@ -3,6 +3,7 @@
 // form, the online SVR's share and an interval for each horizon, 240 numbers in all.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <optional>
@@ -48,6 +49,20 @@ struct StackMean {
   }
 };
 
+// What is not known of what drift owes to the temperature and to its rate.
+struct ThermalDoubt {
+  double temperature_variance = 0.0;  // of the coefficient
+  double rate_variance = 0.0;
+  double covariance = 0.0;
+
+  // Of the drift's change over such a change of the two.
+  [[nodiscard]] double variance(double temperature, double rate) const noexcept {
+    return std::max(temperature_variance * temperature * temperature + rate_variance * rate * rate +
+                        2.0 * covariance * temperature * rate,
+                    0.0);
+  }
+};
+
 struct StackForecast {
   struct Horizon {
     StackMean mean{};
@@ -64,18 +79,30 @@ struct StackForecast {
   // At a time from the newest label's on; one before it is of unknown age: the longest horizon's.
   // `by_svr`: what the online SVR says of that time. An age never judged has the interval of the
   // longest one that was, growing in proportion; one beyond all horizons as it grew between the
-  // last two. O(terms), no allocation.
+  // last two. Errors that were judged are of temperatures as they were; how far these are now from
+  // those of the newest label, by what isn't known of their effect, comes on top. O(terms), no
+  // allocation.
   [[nodiscard]] Prediction predict(double now_s, const ThermalState& thermal,
                                    const std::optional<SvrForecast>& by_svr = {}) const noexcept;
+  // Of the drift at an age of the newest label; negative: unknown.
+  [[nodiscard]] double variance_at(double age_s) const noexcept;
   // Shares of the experts at an age of the newest label, where the SVR says that; they sum to 1.
   [[nodiscard]] std::array<double, kExperts> shares(
       double age_s, const std::optional<SvrForecast>& by_svr = {}) const noexcept;
   // The longest age of the newest label that was judged, s; nothing: none was.
   [[nodiscard]] std::optional<double> longest_judged_s() const noexcept;
 
-  double time_s = 0.0;                 // of the newest label
-  double spacing_s = 0.0;              // between labels, smoothed
-  double label_variance = 0.0;         // of the newest label as a measurement; 0: there is none
+  double time_s = 0.0;          // of the newest label
+  double spacing_s = 0.0;       // between labels, smoothed
+  double label_variance = 0.0;  // of the newest label as a measurement; 0: there is none
+  // What the drift at the newest label is known by at best: by how many labels have told of it
+  // since it was last lost sight of.
+  double level_variance = 0.0;
+  // Of the linear expert, and what the newest label's temperature and rate were; zeros for experts
+  // in time.
+  ThermalDoubt doubt{};
+  double temperature = 0.0;
+  double rate = 0.0;
   double reference_temperature = 0.0;  // what the basis is about
   std::array<Horizon, kHorizons> horizons{};
 
