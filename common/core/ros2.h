@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "common/core/axis.h"
+#include "common/core/sample_interval.h"
 #include "common/core/samples.h"
 #include "common/core/time.h"
 
@@ -59,8 +60,8 @@ struct RosTemperature {
 }
 
 // The messages of one topic as a gyro's samples. The messages have no numbers, so they are counted:
-// one without a stamp counts and gives no sample. The interval is that since the message before, 0
-// for the first and where time went back.
+// one without a stamp counts and gives no sample. The interval is that since the message before, as
+// far as none is missing between them; 0 for the first and where time went back.
 class RosRates {
  public:
   explicit RosRates(ClockSource clock) noexcept : clock_(clock) {}
@@ -77,7 +78,8 @@ class RosRates {
                              .rate_radps = imu.rate_radps,
                              .valid = measured_axes(imu),
                              .clock = clock_};
-    if (previous_ && *time > *previous_) sample.interval_s = seconds(*time - *previous_);
+    if (previous_ && *time > *previous_)
+      sample.interval_s = interval_.after(seconds(*time - *previous_));
     previous_ = time;
     return sample;
   }
@@ -86,6 +88,7 @@ class RosRates {
   ClockSource clock_;
   std::uint64_t next_sequence_ = 0;
   std::optional<SensorTime> previous_{};
+  SampleInterval interval_;
 };
 
 // The messages of one topic as the readings of one probe.

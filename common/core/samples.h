@@ -127,6 +127,11 @@ enum class ReferenceKind : std::uint32_t {
   kRecord = 3,              // a record's reference columns
   kNavigationResidual = 4,  // a filter's residual bias: drift applied at that time + residual
 };
+// Measured from outside. The other kinds are nobody's true rate: what a filter knows of the drift,
+// or that the vehicle rests.
+constexpr bool is_true_rate(ReferenceKind kind) {
+  return kind == ReferenceKind::kRateTable || kind == ReferenceKind::kRecord;
+}
 
 struct RateReferenceSample {
   SensorTime time{0};

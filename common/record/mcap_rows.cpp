@@ -26,11 +26,6 @@ double seconds_between(core::SensorTime earlier, core::SensorTime later) {
   return core::seconds(core::SensorTime{step});
 }
 
-// Nobody's true rate: what a filter knows of the drift, or that the vehicle rests.
-bool is_true_rate(core::ReferenceKind kind) {
-  return kind == core::ReferenceKind::kRateTable || kind == core::ReferenceKind::kRecord;
-}
-
 }  // namespace
 
 McapRows::~McapRows() = default;
@@ -93,7 +88,7 @@ void McapRows::look_ahead() {
   info_.sample_period_s = core::median_of(std::move(steps_s));
   if (messages_->first_interval_is_missing()) info_.first_interval_s = info_.sample_period_s;
   const auto& reference = ahead.references.head();
-  if (reference && is_true_rate(reference->kind)) info_.has_reference = reference->valid;
+  if (reference && core::is_true_rate(reference->kind)) info_.has_reference = reference->valid;
   // Several publishers may have a part of the channels each.
   for (std::size_t i = 0; i < kEnvironmentAhead && ahead.environment.head(); ++i)
     info_.environment |= ahead.environment.take()->channels;
@@ -167,7 +162,7 @@ void McapRows::fill(core::SensorTime time) {
     recorded_.reference = streams_->references.take();
     for (std::size_t i = 0; i < core::kAxisCount; ++i) {
       if (info_.has_reference[i] && recorded_.reference->valid[i] &&
-          is_true_rate(recorded_.reference->kind))
+          core::is_true_rate(recorded_.reference->kind))
         row_.reference_radps[i] = recorded_.reference->rate_radps[i];
     }
   }

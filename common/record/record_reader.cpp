@@ -176,10 +176,15 @@ void RecordReader::describe_layout() {
       if (column.channel == environment_channel(i)) info_.environment |= 1U << i;
     }
   }
-  if (layout_.extra.empty()) return;
   std::string names;
-  for (const std::string& column : layout_.extra)
-    (names += names.empty() ? "" : ", ") += printable(column);
+  for (std::size_t slot = 0; slot < layout_.extra.size(); ++slot) {
+    if (layout_.extra[slot] == kSequenceColumn) {
+      sequence_slot_ = slot;
+    } else {
+      (names += names.empty() ? "" : ", ") += printable(layout_.extra[slot]);
+    }
+  }
+  if (names.empty()) return;
   info_.warnings.push_back(info_.path.string() +
                            ": columns without a known meaning, kept and not used: " + names +
                            (info_.has_rate == core::PerAxis<bool>{} ? guess_ : ""));
@@ -194,6 +199,7 @@ void RecordReader::estimate_period() {
     const RecordRow* row = ahead.next();
     if (row == nullptr) break;
     if (!previous) info_.first_time = row->time;
+    if (previous && !row->has_rate) continue;
     if (previous && row->time > *previous)
       differences_s.push_back(core::seconds(row->time - *previous));
     previous = row->time;
@@ -205,6 +211,7 @@ void RecordReader::estimate_period() {
   }
   info_.sample_period_s = core::median_of(std::move(differences_s));
   info_.first_interval_s = info_.sample_period_s;
+  rate_interval_ = core::SampleInterval(info_.sample_period_s);
 }
 
 bool RecordReader::next_data_line(std::string_view& line) {
@@ -243,6 +250,7 @@ const RecordRow* RecordReader::next_of_csv() {
   }
   previous_time_ = row_.time;
   ++rows_read_;
+  if (row_.has_rate) previous_rate_time_ = row_.time;
   return &row_;
 }
 
@@ -255,6 +263,17 @@ void RecordReader::decode(std::string_view line) {
   }
   decode_cells(line);
   check_order_and_set_interval();
+  number_rate();
+}
+
+// Where a record's rates were numbered, rows of other measurements lie between them.
+void RecordReader::number_rate() {
+  if (row_.has_rate && rows_read_ > 0) ++row_.rate;
+  row_.has_rate = !sequence_slot_ || !row_.extra[*sequence_slot_].empty();
+  if (!row_.has_rate) return;
+  row_.rate_interval_s = info_.sample_period_s;
+  if (!previous_rate_time_ || row_.time <= *previous_rate_time_) return;
+  row_.rate_interval_s = rate_interval_.after(core::seconds(row_.time - *previous_rate_time_));
 }
 
 void RecordReader::decode_cells(std::string_view line) {

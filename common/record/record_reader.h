@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "common/core/axis.h"
+#include "common/core/sample_interval.h"
 #include "common/core/samples.h"
 #include "common/core/time.h"
 #include "common/record/column_map.h"
@@ -26,6 +27,9 @@
 #include "common/record/text_shape.h"
 
 namespace zerodrift::record {
+
+// A column with the number of the rate that a row brings, blank where it brings none.
+inline constexpr std::string_view kSequenceColumn = "sequence";
 
 using core::kNoAxisMeasured;
 using core::kNotMeasured;
@@ -43,6 +47,12 @@ struct RecordRow {
   std::uint64_t index = 0;  // from 0
   core::SensorTime time{0};
   double interval_s = 0.0;  // since the row before; first row: the sample period
+  // Of a text file. The rate that the row brings, or the next one: its number among the rates, and
+  // the time that it was measured over (sample_interval.h). A row brings none where the record
+  // numbers its rates (a column `sequence`) and has no number in this row.
+  std::uint64_t rate = 0;
+  double rate_interval_s = 0.0;
+  bool has_rate = true;
   core::PerAxis<double> rate_radps = kNoAxisMeasured;  // body frame
   core::PerAxis<double> reference_radps{};  // true, body frame; 0 where there is no such column
   core::Environment inputs;                 // NaN: no such column, or not measured in this row
@@ -160,6 +170,7 @@ class RecordReader {
   [[nodiscard]] std::optional<core::SensorTime> exact_time(std::string_view cell);
   [[nodiscard]] std::optional<core::SensorTime> scaled_time(double count) const;
   void check_order_and_set_interval();
+  void number_rate();
 
   [[noreturn]] void refuse_time(const std::string& found, const BoundColumn* column) const;
   [[noreturn]] void refuse_row(const BoundColumn* column, const std::string& why) const;
@@ -176,7 +187,10 @@ class RecordReader {
   RecordLayout layout_;
   std::string guess_;  // what the columns probably mean, as the end of a line
   RecordRow row_;
+  std::optional<std::size_t> sequence_slot_;  // among the extra columns
+  core::SampleInterval rate_interval_;
   std::optional<core::SensorTime> previous_time_;
+  std::optional<core::SensorTime> previous_rate_time_;
   std::uint64_t rows_read_ = 0;
   std::uint64_t rows_out_of_order_ = 0;
   std::vector<std::string> warnings_;

@@ -7,7 +7,7 @@
 namespace zerodrift::record {
 
 bool brings_rate(const RecordRow& row) noexcept {
-  return row.recorded == nullptr || row.recorded->rate.has_value();
+  return row.recorded == nullptr ? row.has_rate : row.recorded->rate.has_value();
 }
 
 bool brings_temperature(const RecordRow& row, std::size_t probe) noexcept {
@@ -17,9 +17,9 @@ bool brings_temperature(const RecordRow& row, std::size_t probe) noexcept {
 core::AngularRateSample to_angular_rate(const RecordRow& row) noexcept {
   if (row.recorded != nullptr && row.recorded->rate) return *row.recorded->rate;
   core::AngularRateSample sample;
-  sample.sequence = row.index;
+  sample.sequence = row.rate;
   sample.time = row.time;
-  sample.interval_s = row.interval_s;
+  sample.interval_s = row.rate_interval_s;
   sample.rate_radps = row.rate_radps;
   for (std::size_t i = 0; i < core::kAxisCount; ++i)
     sample.valid[i] = core::is_rate(row.rate_radps[i]);

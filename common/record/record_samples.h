@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A row of a record as the samples that sources publish. Live replay and offline tools both go
-// through here, so they see the same bits. Of a CSV record, sequence = row number and clock =
-// kReplay; of an MCAP file a sample is what was recorded, its clock included.
+// through here, so they see the same bits. Of a CSV record, sequence = number of the row, among
+// those that bring a rate for a rate, and clock = kReplay; of an MCAP file a sample is what was
+// recorded, its clock included.
 #pragma once
 
 #include <cstddef>
@@ -12,8 +13,9 @@
 
 namespace zerodrift::record {
 
-// Whether a row holds a rate, or a reading of a probe. Of a CSV record every row does; a blank cell
-// says that nothing was measured.
+// Whether a row holds a rate, or a reading of a probe. Of a CSV record every row does, but for
+// rates where the record numbers these (RecordRow::has_rate); a blank cell says that nothing was
+// measured.
 [[nodiscard]] bool brings_rate(const RecordRow& row) noexcept;
 [[nodiscard]] bool brings_temperature(const RecordRow& row, std::size_t probe) noexcept;
 

@@ -24,7 +24,6 @@
 namespace zerodrift::recording {
 namespace {
 
-constexpr std::string_view kSequence = "sequence";
 constexpr std::uint64_t kRowsPerProgress = 4096;
 
 std::uint32_t index_among_topics(const dds::TopicSpec& spec) {
@@ -88,7 +87,7 @@ ExportResult export_record(const ExportRequest& request, const record::WriteShar
   record::RecordReader reader(request.from.file, std::move(as_found));
   const record::RecordInfo& info = reader.info();
   record::RecordWriterOptions layout{.columns = info.columns, .metadata = info.metadata};
-  layout.columns.emplace_back(kSequence);
+  layout.columns.emplace_back(record::kSequenceColumn);
   if (info.gyro_id != 0) layout.metadata.emplace_back("gyro_id", std::to_string(info.gyro_id));
   record::RecordWriter writer(request.to, layout);
   const RowShare share(request.from.file, progress);
@@ -186,8 +185,11 @@ ExportResult import_record(const ExportRequest& request, const record::WriteShar
       auto message = dds::to_message(*environment, gyro);
       put(dds::kEnvironment, environment->sequence, row->time, "", dds::encode(message));
     }
-    auto message = dds::to_message(record::to_angular_rate(*row), gyro, 0);
-    put(dds::kAngularRate, row->index, row->time, "", dds::encode(message));
+    if (record::brings_rate(*row)) {
+      const core::AngularRateSample rate = record::to_angular_rate(*row);
+      auto message = dds::to_message(rate, gyro, 0);
+      put(dds::kAngularRate, rate.sequence, row->time, "", dds::encode(message));
+    }
     share(++result.rows, bytes);
   }
   file.finish({});

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
+#include <vector>
 
 #include "tests/support/scratch_folder.h"
 
@@ -27,6 +29,32 @@ TEST_F(RecordSamples, AngularRateCarriesValidityPerAxis) {
   EXPECT_EQ(sample.sequence, 1U);
   EXPECT_EQ(sample.valid, (core::PerAxis<bool>{}));
   EXPECT_TRUE(std::isinf(sample.rate_radps[0]));
+}
+
+// Rule: where a record numbers its rates, a row without a number has none; numbers and intervals go
+// from rate to rate. Before: it was an invalid rate, and the next one's interval that since it.
+TEST_F(RecordSamples, ARowWithoutANumberWhereRatesAreNumberedBringsNone) {
+  RecordReader reader{write("a.csv",
+                            "time_s,rate_x_rad_s,temperature_coil_degC,sequence\n"
+                            "0,1,20,7\n0.5,2,,8\n0.503,,20.1,\n1,3,,9\n1.5,,,10\n5,4,,17\n")};
+  EXPECT_EQ(reader.info().sample_period_s, 0.5);
+  EXPECT_TRUE(reader.info().warnings.empty());
+  std::vector<std::uint64_t> numbers;
+  std::vector<double> intervals_s;
+  std::vector<bool> valid;
+  while (const RecordRow* row = reader.next()) {
+    if (!brings_rate(*row)) {
+      EXPECT_EQ(row->temperature_degc[0], 20.1);
+      continue;
+    }
+    const core::AngularRateSample sample = to_angular_rate(*row);
+    numbers.push_back(sample.sequence);
+    intervals_s.push_back(sample.interval_s);
+    valid.push_back(sample.valid[0]);
+  }
+  EXPECT_EQ(numbers, (std::vector<std::uint64_t>{0, 1, 2, 3, 4}));
+  EXPECT_EQ(intervals_s, (std::vector<double>(5, 0.5))) << "a gap is no part of the rate behind it";
+  EXPECT_EQ(valid, (std::vector<bool>{true, true, true, false, true}));
 }
 
 TEST_F(RecordSamples, TemperatureOfABlankCellStillMovesTimeForward) {

@@ -122,6 +122,8 @@ TEST(RosRates, CountWhatGaveNoSampleAndMeasureFromOneStampToTheNext) {
   ASSERT_TRUE(back);
   EXPECT_EQ(back->sequence, 5U);
   EXPECT_EQ(back->interval_s, 0.0);
+  ASSERT_TRUE(rates.take(imu_at(1)));
+  EXPECT_EQ(rates.take(imu_at(80))->interval_s, 0.01) << "the gap before it is no part of it";
 }
 
 }  // namespace
