@@ -31,6 +31,7 @@ void Compensator::observe(const core::AngularRateSample& sample) noexcept {
     close_block(*closed);
   }
   const EarthRateMode earth_rate = earth_rate_mode(sample.clock);
+  references_.begin(sample);
   const core::RateReferenceSample* reference = references_.true_rate(sample.time);
   const bool is_true_rate = reference != nullptr;
   // Who declares rest may be wrong, so the level is looked at; a true rate explains any level.

@@ -7,6 +7,8 @@ namespace zerodrift::compensation {
 namespace {
 
 constexpr std::size_t kWaiting = 4096;  // of each kind
+// Samples farther apart are no stream that a filter could answer within kFeedbackDelay.
+constexpr core::SensorTime kFarthestApart = kFeedbackDelay / 2;
 
 }  // namespace
 
@@ -50,9 +52,20 @@ bool ReferenceInputs::complete_for(const core::AngularRateSample& sample,
                                    core::SensorTime stream_began) const noexcept {
   if (!true_rates_.complete_to(sample.time)) return false;
   // A filter of a slower gyro can't have answered by then.
-  if (!(sample.interval_s <= 0.5 * core::seconds(kFeedbackDelay))) return true;
+  if (!(sample.interval_s <= core::seconds(kFarthestApart)) || follows_gap(sample)) return true;
   if (stream_began == core::kNever || sample.time - kFeedbackDelay < stream_began) return true;
   return rests_.complete_to(sample.time - kFeedbackDelay);
+}
+
+// Of a gap no filter has anything to say: it hears of it by this sample's answer.
+bool ReferenceInputs::follows_gap(const core::AngularRateSample& sample) const noexcept {
+  return sample.interval_s <= core::seconds(kFarthestApart) && newest_ != core::kNever &&
+         sample.time - newest_ > kFarthestApart;
+}
+
+void ReferenceInputs::begin(const core::AngularRateSample& sample) noexcept {
+  is_behind_gap_ = follows_gap(sample);
+  newest_ = sample.time;
 }
 
 const core::RateReferenceSample* ReferenceInputs::true_rate(core::SensorTime now) noexcept {
@@ -61,6 +74,7 @@ const core::RateReferenceSample* ReferenceInputs::true_rate(core::SensorTime now
 
 const core::RateReferenceSample* ReferenceInputs::rest(core::SensorTime now,
                                                        EarthRateMode mode) noexcept {
+  if (is_behind_gap_) return nullptr;  // whatever has come by now
   const core::RateReferenceSample* rest =
       rests_.at(now - kFeedbackDelay, kOldestReference - kFeedbackDelay);
   if (rest == nullptr || rest->valid == core::PerAxis<bool>{}) return nullptr;
@@ -98,6 +112,7 @@ void ReferenceInputs::restart() noexcept {
 
 void ReferenceInputs::forget_time() noexcept {
   correction_.restart();
+  newest_ = core::kNever;
   if (options_.await_feedback) rests_.expect();
 }
 

@@ -31,6 +31,8 @@ class ReferenceInputs {
                                   core::SensorTime stream_began) const noexcept;
   // The true rate at that time, or null.
   [[nodiscard]] const core::RateReferenceSample* true_rate(core::SensorTime now) noexcept;
+  // The sample whose references are asked for next.
+  void begin(const core::AngularRateSample& sample) noexcept;
   // Rest as it was declared for that time, or null. `mode`: of the Earth's rate in this sample;
   // where it counts as drift, rest can't be taken for a true rate.
   [[nodiscard]] const core::RateReferenceSample* rest(core::SensorTime now,
@@ -56,12 +58,14 @@ class ReferenceInputs {
 
   // Its state (core/state_archive.h).
   void carry(core::StateArchive& archive) {
-    archive(true_rates_, rests_, residuals_, correction_, counts_, refused_rest_, taken_residual_);
+    archive(true_rates_, rests_, residuals_, correction_, counts_, refused_rest_, taken_residual_,
+            newest_);
   }
 
  private:
   [[nodiscard]] ReferenceQueue& queue_of(core::ReferenceKind kind) noexcept;
   [[nodiscard]] const ReferenceQueue& queue_of(core::ReferenceKind kind) const noexcept;
+  [[nodiscard]] bool follows_gap(const core::AngularRateSample& sample) const noexcept;
   void count(ReferenceVerdict verdict) noexcept { ++counts_[static_cast<std::size_t>(verdict)]; }
 
   ReferenceOptions options_;
@@ -72,6 +76,8 @@ class ReferenceInputs {
   ReferenceCounts counts_{};
   core::SensorTime refused_rest_{core::kNever};  // counted
   core::SensorTime taken_residual_{core::kNever};
+  core::SensorTime newest_{core::kNever};  // of the samples
+  bool is_behind_gap_ = false;             // that sample
 };
 
 }  // namespace zerodrift::compensation

@@ -400,7 +400,7 @@ TEST(LearnerState, KernelsAloneAreLearnedWithFromTheFirstLabelOn) {
 // count kLearnerLayout up and write the new sizes here.
 TEST(LearnerState, AnotherLayoutHasAnotherNumber) {
   const auto options = small_options();
-  EXPECT_EQ(kLearnerLayout, 6U);
+  EXPECT_EQ(kLearnerLayout, 7U);
   EXPECT_EQ(state_after(svr_alone(options), 0).bytes.size(), 4646U);
   EXPECT_EQ(state_after(svr_alone(options), 30).bytes.size(), 29702U);
   EXPECT_EQ(state_after(options, 0).bytes.size(), 70193U);

@@ -73,6 +73,35 @@ TEST(ReferenceInputsLaws, FeedbackIsWaitedForWhereItCanHaveCome) {
   EXPECT_TRUE(references.complete_for(rate_at(9 * kSecond), kSecond));
 }
 
+// Rule: of a gap in the rates no filter has anything to say, so nobody waits for it, and the sample
+// behind it goes without what was said before, whether that has come yet or not. Before: all waited
+// for the rest of the record.
+TEST(ReferenceInputsLaws, BehindAGapNothingIsWaitedForOrUsed) {
+  ReferenceOptions options;
+  options.await_feedback = true;
+  for (const int gap_ms : {200, 260, 400, 500, 600, 8000}) {
+    const SensorTime gap{gap_ms * 1'000'000};
+    const bool is_gap = gap_ms > 250;
+    for (const bool has_come : {false, true}) {
+      ReferenceInputs references(options);
+      references.begin(rate_at(kSecond));
+      references.begin(rate_at(4 * kSecond));
+      if (has_come || !is_gap)
+        references.push(reference(ReferenceKind::kRest, 4 * kSecond - kSecond / 10, 0.0));
+      const auto behind = rate_at(4 * kSecond + gap);
+      EXPECT_TRUE(references.complete_for(behind, kSecond)) << gap_ms;
+      references.begin(behind);
+      EXPECT_EQ(references.rest(behind.time, EarthRateMode::kKnown) == nullptr,
+                is_gap || gap - kFeedbackDelay < -kSecond / 10)
+          << gap_ms;
+      // What is said of the sample behind it is waited for again.
+      const auto later = rate_at(behind.time + kFeedbackDelay + kSecond / 100);
+      references.begin(rate_at(later.time - kSecond / 100));
+      EXPECT_FALSE(references.complete_for(later, kSecond)) << gap_ms;
+    }
+  }
+}
+
 TEST(ReferenceInputsLaws, EachKindHasBeenHeardToItsOwnTime) {
   ReferenceInputs references{ReferenceOptions{}};
   references.push(reference(ReferenceKind::kRecord, 5 * kSecond, 0.0));
