@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 
+#include "common/core/counted.h"
 #include "common/core/not_known.h"
 #include "common/core/units.h"
 #include "common/report/json_object.h"
@@ -55,11 +56,13 @@ bool could_be_noise(const NavigationResult& result) {
 
 std::string navigation_advice(const NavigationResult& result) {
   const std::string unknown = "Whether compensation helped the heading can't be said: ";
-  if (!result.truth_known)
-    return unknown + "the record has no reference columns, there is no truth to judge by.";
+  if (!result.truth_known) return unknown + result.truth_note + ".";
   const auto& [raw, compensated] = result.errors;
-  if (raw.samples == 0 || compensated.samples == 0)
-    return unknown + "the record is too short, it ends before the alignment does.";
+  if (raw.samples == 0 || compensated.samples == 0) {
+    return unknown + (result.truth_note.empty()
+                          ? "the record is too short, it ends before the alignment does."
+                          : result.truth_note + ".");
+  }
   const double before = raw.heading_rms();
   const double after = compensated.heading_rms();
   if (std::max(before, after) <= kEqual * std::min(before, after)) {
@@ -132,6 +135,9 @@ std::string navigation_note(const NavigationRequest& request, const NavigationRe
   note += significant(result.rest_s, kDigits) + " s at rest; the compensation learned " +
           std::to_string(result.compensation.labels) + " labels, " +
           std::to_string(result.compensation.references[0]) + " references were taken.";
+  if (result.counts.losses > 0)
+    note += " Rates were missing for too long to bridge " +
+            core::counted(result.counts.losses, "time") + ": the heading is uncertain since.";
   return note;
 }
 

@@ -8,98 +8,98 @@
 
 #include "common/evaluation/offline_run.h"
 #include "common/navigation/navigation_input.h"
-#include "common/record/record_reader.h"
+#include "common/record/decimal_time.h"
 #include "common/record/record_rows.h"
 #include "common/record/record_samples.h"
 
 namespace zerodrift::evaluation {
 namespace {
 
-using compensation::Readiness;
 using navigation::Stream;
 
 constexpr double kPointEveryS = 10.0;
 constexpr std::uint64_t kRowsPerProgress = 4096;
 
-// What a row says beside rates and temperatures, until its sample is answered.
+// What a row says beside rates and temperatures, until a sample of its time is answered.
 struct Beside {
-  std::optional<core::RateReferenceSample> truth;
-  std::optional<core::PerAxis<double>> specific_force_mps2;
+  core::SensorTime time{0};
+  std::optional<core::PerAxis<double>> true_rate_radps{};
+  std::optional<core::PerAxis<double>> specific_force_mps2{};
 };
 
 class NavigationOfRecord {
  public:
   explicit NavigationOfRecord(const NavigationRequest& request)
       : request_(request),
-        reader_(request.record.file, request.record.options()),
-        compensator_(request.compensation.for_samples_every(reader_.info().first_interval_s)),
-        navigation_(request.navigation),
-        probe_missing_(!missing_probes(request.compensation, reader_.info()).empty()) {}
+        offline_(request.record, request.compensation),
+        navigation_(request.navigation) {
+    if (request.gives_references) offline_.leave_feedback_out();
+  }
 
   NavigationResult run(const Progress& progress) {
     const std::optional<double> expected_rows = record::estimated_rows(request_.record.file);
-    while (const record::RecordRow* row = reader_.next()) {
-      if (expected_rows && row->index % kRowsPerProgress == 0)
-        progress("navigate", static_cast<double>(row->index) / *expected_rows);
-      push(*row);
-      if (probe_missing_) compensator_.give_up_waiting();
-      answer_ready();
-    }
-    compensator_.give_up_waiting();
-    answer_ready();
+    const auto see = [&](const record::RecordRow& row) {
+      if (expected_rows && row.index % kRowsPerProgress == 0)
+        progress("navigate", static_cast<double>(row.index) / *expected_rows);
+      keep_beside(row);
+    };
+    const bool probe_missing = !missing_probes(request_.compensation, offline_.info()).empty();
+    offline_.run(probe_missing, see, [&](const core::CompensatedSample& answer) { take(answer); });
+    navigation_.give_up_waiting();
     return result();
   }
 
  private:
-  void push(const record::RecordRow& row) {
-    for (std::size_t probe = 0; probe < reader_.info().probes.size(); ++probe) {
-      record::to_temperature(row, reader_.info(), probe, temperature_);
-      compensator_.push(temperature_);
-    }
-    Beside beside{.truth = record::to_rate_reference(row, reader_.info()),
-                  .specific_force_mps2 = {}};
+  void keep_beside(const record::RecordRow& row) {
+    Beside beside{.time = row.time};
+    const auto reference = record::to_rate_reference(row, offline_.info());
+    const bool is_truth = reference && core::is_true_rate(reference->kind) &&
+                          reference->valid == core::PerAxis<bool>{true, true, true};
+    if (is_truth) beside.true_rate_radps = reference->rate_radps;
     const core::PerAxis<double>& force = row.inputs.acceleration_mps2;
     if (std::isfinite(force[0]) && std::isfinite(force[1]) && std::isfinite(force[2]))
       beside.specific_force_mps2 = force;
-    if (beside.truth) compensator_.push(*beside.truth);
+    if (!beside.true_rate_radps && !beside.specific_force_mps2) return;
+    if (!beside_.empty() && row.time < beside_.back().time) beside_.clear();  // time began anew
     beside_.push_back(beside);
-    compensator_.push(record::to_angular_rate(row));
-  }
-
-  void answer_ready() {
-    for (;;) {
-      const Readiness readiness = compensator_.readiness();
-      if (readiness == Readiness::kAwaitsModel) {
-        if (!compensator_.learner().run_one()) return;
-        continue;
-      }
-      if (readiness != Readiness::kReady) return;
-      take(compensator_.answer_next());
-    }
   }
 
   void take(const core::CompensatedSample& answer) {
-    const Beside beside = beside_.front();
-    beside_.pop_front();
-    if (beside.truth && beside.truth->valid == core::PerAxis<bool>{true, true, true})
-      navigation_.push_truth(beside.truth->time, beside.truth->rate_radps);
     auto sample = navigation::to_navigation(answer);
-    sample.specific_force_mps2 = beside.specific_force_mps2;
+    for (; !beside_.empty() && beside_.front().time <= answer.raw.time; beside_.pop_front()) {
+      const Beside& beside = beside_.front();
+      if (beside.true_rate_radps) navigation_.push_truth(beside.time, *beside.true_rate_radps);
+      if (beside.time == answer.raw.time) sample.specific_force_mps2 = beside.specific_force_mps2;
+    }
     navigation_.push(sample);
+    // A truth that comes now comes with a later sample.
+    navigation_.give_up_waiting();
     while (const auto reference = navigation_.take_reference()) {
-      if (request_.gives_references) compensator_.push(*reference);
+      if (request_.gives_references) offline_.compensator().push(*reference);
     }
     const double time_s = core::seconds(answer.raw.time);
     if (navigation_.phase() != navigation::Phase::kNavigating || time_s < next_point_s_) return;
     next_point_s_ = time_s + kPointEveryS;
+    if (!navigation_.knows_truth()) return;
     points_.push_back({time_s, navigation_.errors(Stream::kRaw).heading_now,
                        navigation_.errors(Stream::kCompensated).heading_now});
+  }
+
+  [[nodiscard]] std::string truth_note() const {
+    if (!navigation_.truth_received())
+      return "the record has no reference columns, there is no truth to judge by";
+    if (!navigation_.truth_has_start())
+      return "true rates make no true heading without the one at the start (--heading)";
+    if (navigation_.truth_lost_at() == core::kNever) return {};
+    return "true rates are missing before " + record::print_seconds(navigation_.truth_lost_at()) +
+           " s, so that errors are known until then";
   }
 
   NavigationResult result() {
     NavigationResult result;
     result.record = request_.record.file;
-    result.truth_known = navigation_.truth_received();
+    result.truth_known = navigation_.truth_received() && navigation_.truth_has_start();
+    result.truth_note = truth_note();
     for (const Stream stream : {Stream::kRaw, Stream::kCompensated}) {
       const auto i = static_cast<std::size_t>(stream);
       result.errors[i] = navigation_.errors(stream);
@@ -108,21 +108,20 @@ class NavigationOfRecord {
       result.heading_sigma_rad[i] = std::sqrt(navigation_.filter(stream).covariance()(2, 2));
     }
     result.counts = navigation_.counts();
-    result.compensation = compensator_.counts();
+    result.compensation = offline_.compensator().counts();
     result.rest_s = navigation_.rest_s();
     if (result.truth_known) result.points = points_;
-    result.warnings = reader_.warnings();
+    result.warnings = offline_.warnings();
+    if (result.truth_known && !result.truth_note.empty())
+      result.warnings.push_back(result.truth_note);
     if (const auto compass = navigation_.compass())
       result.warnings.push_back("heading by Earth's rate: " + std::string(text(*compass)));
     return result;
   }
 
   NavigationRequest request_;
-  record::RecordReader reader_;
-  compensation::Compensator compensator_;
+  OfflineRun offline_;
   navigation::GyroNavigation navigation_;
-  bool probe_missing_;
-  core::TemperatureSample temperature_;
   std::deque<Beside> beside_;
   std::vector<NavigationPoint> points_;
   double next_point_s_ = 0.0;

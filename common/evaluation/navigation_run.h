@@ -21,7 +21,7 @@ struct NavigationRequest {
   bool gives_references = true;
 };
 
-// Every ten seconds, for the picture. NaN where there is no truth.
+// Every ten seconds, for the picture, for as long as there is a truth.
 struct NavigationPoint {
   double time_s = 0.0;
   double raw_error_rad = 0.0;
@@ -31,6 +31,7 @@ struct NavigationPoint {
 struct NavigationResult {
   std::string record;
   bool truth_known = false;
+  std::string truth_note{};                          // why it isn't, or not to the end; else empty
   std::array<navigation::StreamErrors, 2> errors{};  // by navigation::Stream
   std::array<navigation::StreamCounts, 2> streams{};
   std::array<navigation::Attitude, 2> attitudes{};  // at the end

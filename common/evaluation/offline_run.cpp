@@ -47,6 +47,7 @@ void OfflineRun::push(const record::RecordRow& row) {
     compensator_.push(temperature_);
   }
   auto reference = record::to_rate_reference(row, reader_.info());
+  if (reference && !takes_feedback_ && !core::is_true_rate(reference->kind)) reference.reset();
   if (record::brings_rate(row)) {
     held_.push_back({record::to_angular_rate(row), reference});
   } else if (reference) {

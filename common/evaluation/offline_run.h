@@ -34,10 +34,20 @@ class OfflineRun {
   // Of the rows so far.
   [[nodiscard]] std::vector<measurement::Doubt> doubts() const { return watch_.doubts(); }
 
+  // What filters said when the record was made is left out: whoever runs it gives its own.
+  void leave_feedback_out() { takes_feedback_ = false; }
+
   // `probe_missing`: a probe the features need is not in the record, so nobody waits for it.
   template <typename Take>
   void run(bool probe_missing, Take&& take) {
+    run(
+        probe_missing, [](const record::RecordRow&) {}, take);
+  }
+  // `see` is given each row before what it brings is pushed.
+  template <typename See, typename Take>
+  void run(bool probe_missing, See&& see, Take&& take) {
     while (const record::RecordRow* row = reader_.next()) {
+      see(*row);
       push(*row);
       do {
         push_held();
@@ -82,6 +92,7 @@ class OfflineRun {
   compensation::Compensator compensator_;
   core::TemperatureSample temperature_;
   std::deque<Held> held_;
+  bool takes_feedback_ = true;
 };
 
 }  // namespace zerodrift::evaluation

@@ -33,6 +33,10 @@ double sane_variance(double variance) {
   return variance >= 0.0 && variance <= 1.0 ? variance : -1.0;
 }
 
+bool has_interval(const NavigationSample& sample) {
+  return sample.interval_s > 0.0 && sample.interval_s <= kLongestIntervalS;
+}
+
 Vector3 unsigned_vector(const core::PerAxis<double>& values) {
   return {values[0], values[1], values[2]};
 }
@@ -46,7 +50,8 @@ GyroNavigation::GyroNavigation(const GyroNavigationOptions& options)
       truth_{.attitude = Strapdown(options.filter.latitude_rad
                                        ? earth_rate_radps_n(*options.filter.latitude_rad)
                                        : Vector3::Zero()),
-             .waiting = core::RingBuffer<Truth>(kTruths)},
+             .waiting = core::RingBuffer<Truth>(kTruths),
+             .has_start = options.heading_known || options.true_attitude.has_value()},
       waiting_(kWaiting),
       references_(kReferences),
       heading_known_(options.heading_known),
@@ -118,7 +123,10 @@ bool GyroNavigation::is_usable(const NavigationSample& sample) noexcept {
       detector_.restart();
       for (Copy& copy : copies_) copy.filter.interrupt();
       truth_.attitude.interrupt();
-      if (phase_ == Phase::kNavigating) lose_heading(core::seconds(kSetForward));
+      if (phase_ == Phase::kNavigating) {
+        lose_heading(core::seconds(kSetForward));
+        lose_truth(sample.time);
+      }
       newest_ = core::kNever;
       reference_due_ = core::kNever;
       measured_at_.fill(core::kNever);
@@ -127,7 +135,7 @@ bool GyroNavigation::is_usable(const NavigationSample& sample) noexcept {
       return false;
     }
   }
-  if (!(sample.interval_s > 0.0 && sample.interval_s <= kLongestIntervalS)) {
+  if (!has_interval(sample)) {
     ++counts_.unusable;
     return false;
   }
@@ -162,7 +170,11 @@ GyroNavigation::Rates GyroNavigation::rates_of(const NavigationSample& sample) c
 }
 
 void GyroNavigation::process(const NavigationSample& received, const Truth* truth) noexcept {
-  if (!is_usable(received)) return;
+  if (!is_usable(received)) {
+    // A sample that says nothing may have a true rate that does.
+    if (truth != nullptr && has_interval(received)) move_truth(truth, received.interval_s);
+    return;
+  }
   NavigationSample sample = received;
   for (std::size_t i = 0; i < 3; ++i) {
     sample.noise_variance[i] = sane_variance(received.noise_variance[i]);
@@ -299,6 +311,8 @@ void GyroNavigation::move_truth(const Truth* truth, double interval_s) noexcept 
   if (truth_.last && truth->time > truth_.last->time) {
     const double missing_s = core::seconds(truth->time - truth_.last->time) - interval_s;
     if (missing_s > kSameInterval * interval_s) {
+      if (phase_ == Phase::kNavigating && missing_s > options_.longest_bridged_s)
+        lose_truth(truth->time);
       truth_.attitude.interrupt();
       truth_.attitude.advance(0.5 * (truth->rate + truth_.last->rate) * missing_s, missing_s);
       truth_.attitude.interrupt();
@@ -307,6 +321,10 @@ void GyroNavigation::move_truth(const Truth* truth, double interval_s) noexcept 
   }
   truth_.started = true;
   truth_.last = *truth;
+}
+
+void GyroNavigation::lose_truth(core::SensorTime time) noexcept {
+  if (truth_.started && truth_.lost_at == core::kNever) truth_.lost_at = time;
 }
 
 // ---------------------------------------------------------------------------------------- at rest
@@ -418,7 +436,7 @@ void GyroNavigation::begin_navigating() noexcept {
 }
 
 void GyroNavigation::judge() noexcept {
-  if (!truth_.started || !truth_.last || truth_.last->time != newest_) return;
+  if (!knows_truth() || !truth_.last || truth_.last->time != newest_) return;
   const double heading = attitude(Stream::kTruth).heading_rad;
   for (std::size_t i = 0; i < copies_.size(); ++i) {
     Copy& copy = copies_[i];

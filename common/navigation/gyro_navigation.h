@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a navigation filter makes of one gyro: attitude from its raw rates beside attitude from its
-// compensated rates and, where the true rate is known, beside the true attitude; and what it can
-// tell the compensation in return. The one implementation that the service and `zerodrift navigate`
-// share.
+// compensated rates and, where the true rate is known and the attitude that it begins from, beside
+// the true attitude; and what it can tell the compensation in return. The one implementation that
+// the service and `zerodrift navigate` share.
 //
 // One decision of rest serves all streams. At rest, means over a second update each filter once the
 // second after has shown that they ended before any motion began. At the start attitude is held
@@ -130,7 +130,16 @@ class GyroNavigation {
   [[nodiscard]] core::SensorTime time() const noexcept { return newest_; }
   [[nodiscard]] std::uint64_t sequence() const noexcept { return sequence_; }
   [[nodiscard]] bool truth_received() const noexcept { return truth_.started; }
-  // True attitude only where truth_received().
+  // The attitude that true rates begin from is known.
+  [[nodiscard]] bool truth_has_start() const noexcept { return truth_.has_start; }
+  // The time of the first true rate behind a time without any that was longer than is bridged: the
+  // true attitude isn't known since. kNever: there was none.
+  [[nodiscard]] core::SensorTime truth_lost_at() const noexcept { return truth_.lost_at; }
+  // The true attitude is known.
+  [[nodiscard]] bool knows_truth() const noexcept {
+    return truth_.started && truth_.has_start && truth_.lost_at == core::kNever;
+  }
+  // True attitude only where knows_truth().
   [[nodiscard]] const Quaternion& n_from_b(Stream stream) const noexcept;
   [[nodiscard]] Attitude attitude(Stream stream) const noexcept {
     return attitude_of(n_from_b(stream));
@@ -160,8 +169,10 @@ class GyroNavigation {
     Strapdown attitude;
     core::RingBuffer<Truth> waiting;
     core::SensorTime spoken_to{core::kNever};
+    bool has_start = true;
     bool started = false;
     std::optional<Truth> last{};
+    core::SensorTime lost_at{core::kNever};
   };
   struct Rates {
     Vector3 raw = Vector3::Zero();
@@ -216,6 +227,7 @@ class GyroNavigation {
   void detect(const NavigationSample& sample, const Rates& rates) noexcept;
   void move(const NavigationSample& sample, const Rates& rates) noexcept;
   void move_truth(const Truth* truth, double interval_s) noexcept;
+  void lose_truth(core::SensorTime time) noexcept;
   void gather(const NavigationSample& sample, const Rates& rates) noexcept;
   void update(const Block& block) noexcept;
   void align(const NavigationSample& sample) noexcept;

@@ -114,9 +114,9 @@ void NavigationFilterNode::on_sample(const msg::CompensatedRate& message) {
 // Of the truth alone: the rest is what filters say, this one among them.
 void NavigationFilterNode::on_reference(const msg::RateReference& message) {
   const core::RateReferenceSample reference = dds::from_message(message);
-  const bool is_truth = reference.kind == core::ReferenceKind::kRateTable ||
-                        reference.kind == core::ReferenceKind::kRecord;
-  if (!is_truth || reference.valid != core::PerAxis<bool>{true, true, true}) return;
+  if (!core::is_true_rate(reference.kind) ||
+      reference.valid != core::PerAxis<bool>{true, true, true})
+    return;
   const std::lock_guard lock(mutex_);
   Gyro* source = gyro(message.gyro_id());
   if (source == nullptr) return;
@@ -174,7 +174,7 @@ void NavigationFilterNode::publish_states(Gyro& source) {
     state_writer_.write(message);
   };
   for (const Stream stream : kFilters) publish(stream);
-  if (source.navigation.truth_received()) publish(Stream::kTruth);
+  if (source.navigation.knows_truth()) publish(Stream::kTruth);
 }
 
 void NavigationFilterNode::report_counts(Gyro& source) {
@@ -227,7 +227,7 @@ service::Status NavigationFilterNode::status() {
       const navigation::GyroNavigation& n = source.navigation;
       paced = paced && source.pace.is_waited_for();
       all.push_back({.id = id,
-                     .truth = n.truth_received(),
+                     .truth = n.knows_truth(),
                      .at_rest = n.at_rest(),
                      .phase = n.phase(),
                      .rest_s = n.rest_s(),
