@@ -129,8 +129,8 @@ void ExpertStack::learn(const StackLabel& label, const Foretold& by_svr) {
   note_doubt();
   ++labels_;
   if (has_maps()) {
-    forecast_.temperature = label.thermal.temperature;
-    forecast_.rate = label.thermal.rate;
+    forecast_.doubt.temperature = label.thermal.temperature;
+    forecast_.doubt.rate = label.thermal.rate;
   }
   forecast_.time_s = label.time_s;
   forecast_.label_variance = label.variance;
@@ -154,10 +154,10 @@ void ExpertStack::note_level(const StackLabel& label) {
 void ExpertStack::note_doubt() {
   if (!has_maps()) return;
   const KalmanBank& linear = banks_[static_cast<std::size_t>(Expert::kLinear) - 1];
-  forecast_.doubt = {
-      .temperature_variance = linear.coefficient_covariance(kTemperature, kTemperature),
-      .rate_variance = linear.coefficient_covariance(kTemperatureRate, kTemperatureRate),
-      .covariance = linear.coefficient_covariance(kTemperature, kTemperatureRate)};
+  ThermalDoubt& doubt = forecast_.doubt;
+  doubt.temperature_variance = linear.coefficient_covariance(kTemperature, kTemperature);
+  doubt.rate_variance = linear.coefficient_covariance(kTemperatureRate, kTemperatureRate);
+  doubt.covariance = linear.coefficient_covariance(kTemperature, kTemperatureRate);
 }
 
 // After a pause an old forecast says nothing of a horizon any more.
@@ -183,7 +183,11 @@ void ExpertStack::judge(std::size_t h, const Snapshot& made, const StackLabel& l
     const double error = size_of(label.drift - (by_svr ? by_svr->drift : by_hold));
     judged.squares[kSvr] = kept * judged.squares[kSvr] + error * error;
   }
-  const double own_error = size_of(label.drift - made.mean.at(label.time_s, basis, by_svr));
+  // Of an error that the doubt of the temperature's effect makes room for, the interval's share.
+  const double room = kNormalQuantile * std::sqrt(made.doubt.variance_at(label.thermal));
+  const double share =
+      made.half_width > 0.0 ? made.half_width / std::hypot(made.half_width, room) : 1.0;
+  const double own_error = share * size_of(label.drift - made.mean.at(label.time_s, basis, by_svr));
   note_error(h, label.time_s, own_error);
   follow_misses(h, own_error, made.half_width);
 }
@@ -297,6 +301,7 @@ void ExpertStack::keep(std::size_t h) {
   for (std::size_t k = 0; k < linear_; ++k) snapshot.expert[k] = forecast(kLinearExperts[k]);
   snapshot.mean = forecast_.horizons[h].mean;
   snapshot.half_width = forecast_.horizons[h].half_width;
+  snapshot.doubt = forecast_.doubt;
 }
 
 void ExpertStack::restart() noexcept {
@@ -331,8 +336,7 @@ void ExpertStack::reset() noexcept {
 void ExpertStack::carry(core::StateArchive& archive) {
   if (archive.reads()) reset();
   archive(labels_, forecast_.time_s, forecast_.spacing_s, forecast_.label_variance,
-          forecast_.level_variance, forecast_.reference_temperature, forecast_.temperature,
-          forecast_.rate, hold_);
+          forecast_.level_variance, forecast_.reference_temperature, forecast_.doubt, hold_);
   archive.require(forecast_.spacing_s >= 0.0 && forecast_.label_variance >= 0.0 &&
                   forecast_.level_variance >= 0.0);
   for (KalmanBank& bank : banks_) archive(bank);

@@ -20,8 +20,9 @@
 // beyond what was seen it goes back to holding, where linear terms go on. Where the temperature is
 // one that it has learned, maps have more (StackMean).
 //
-// The interval of a horizon is the 95 % quantile of the stack's own errors at it over the last
-// twenty horizons, wider by as much as Student's t is where few of them are independent, times a
+// The interval of a horizon is the 95 % quantile of the stack's own errors at it, less what the
+// doubt of the temperature's effect makes room for (StackForecast::doubt), over the last twenty
+// horizons, wider by as much as Student's t is where few of them are independent, times a
 // factor that follows the share of labels which the intervals as they were stated missed (adaptive
 // conformal inference: Gibbs & Candes, NeurIPS 2021):
 //   ln factor += step (missed - 0.05),  step = dt / h, at most 0.02
@@ -114,10 +115,11 @@ class ExpertStack {
     std::vector<LinearForecast> expert;  // the linear ones
     StackMean mean{};
     double half_width = -1.0;  // as it was stated
+    ThermalDoubt doubt{};
 
     void carry(core::StateArchive& archive) {
       for (LinearForecast& one : expert) archive(one);
-      archive(mean, half_width);
+      archive(mean, half_width, doubt);
     }
   };
   struct Judged {

@@ -7,7 +7,6 @@
 namespace zerodrift::experts {
 namespace {
 
-constexpr double kNormalQuantile = 1.959963984540054;  // of 95 %, two-sided
 constexpr double kInterpolationOdds = 20.0;
 constexpr double kSvrBesideCubic = 0.5;
 
@@ -71,8 +70,7 @@ StackForecast::Prediction StackForecast::predict(
   made.drift = (1.0 - at.share) * a.mean.at(until_s, basis, by_svr) +
                at.share * b.mean.at(until_s, basis, by_svr);
   made.variance = variance_at(age_s);
-  if (made.variance >= 0.0)
-    made.variance += doubt.variance(thermal.temperature - temperature, thermal.rate - rate);
+  if (made.variance >= 0.0) made.variance += doubt.variance_at(thermal);
   made.was_judged = a.half_width >= 0.0 && b.half_width >= 0.0 && age_s <= age_of(at.upper);
   return made;
 }

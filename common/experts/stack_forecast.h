@@ -17,6 +17,7 @@ namespace zerodrift::experts {
 // Ages of the newest label at which experts are judged, s; the first is one label ahead.
 inline constexpr std::array<double, 5> kHorizonsS{0.0, 60.0, 300.0, 900.0, 3600.0};
 inline constexpr std::size_t kHorizons = kHorizonsS.size();
+inline constexpr double kNormalQuantile = 1.959963984540054;  // of 95 %, two-sided
 
 // What the online SVR says of an instant.
 struct SvrForecast {
@@ -49,17 +50,25 @@ struct StackMean {
   }
 };
 
-// What is not known of what drift owes to the temperature and to its rate.
+// What is not known of what drift owes to the temperature and to its rate, from what they were at
+// the newest label on.
 struct ThermalDoubt {
+  double temperature = 0.0;
+  double rate = 0.0;
   double temperature_variance = 0.0;  // of the coefficient
   double rate_variance = 0.0;
   double covariance = 0.0;
 
-  // Of the drift's change over such a change of the two.
-  [[nodiscard]] double variance(double temperature, double rate) const noexcept {
-    return std::max(temperature_variance * temperature * temperature + rate_variance * rate * rate +
-                        2.0 * covariance * temperature * rate,
+  // Of the drift's change until then.
+  [[nodiscard]] double variance_at(const ThermalState& now) const noexcept {
+    const double warmer = now.temperature - temperature;
+    const double faster = now.rate - rate;
+    return std::max(temperature_variance * warmer * warmer + rate_variance * faster * faster +
+                        2.0 * covariance * warmer * faster,
                     0.0);
+  }
+  void carry(core::StateArchive& archive) {
+    archive(temperature, rate, temperature_variance, rate_variance, covariance);
   }
 };
 
@@ -79,9 +88,8 @@ struct StackForecast {
   // At a time from the newest label's on; one before it is of unknown age: the longest horizon's.
   // `by_svr`: what the online SVR says of that time. An age never judged has the interval of the
   // longest one that was, growing in proportion; one beyond all horizons as it grew between the
-  // last two. Errors that were judged are of temperatures as they were; how far these are now from
-  // those of the newest label, by what isn't known of their effect, comes on top. O(terms), no
-  // allocation.
+  // last two. How far the temperature is from that of the newest label, by what isn't known of its
+  // effect, comes on top; the errors that were judged are without it. O(terms), no allocation.
   [[nodiscard]] Prediction predict(double now_s, const ThermalState& thermal,
                                    const std::optional<SvrForecast>& by_svr = {}) const noexcept;
   // Of the drift at an age of the newest label; negative: unknown.
@@ -98,11 +106,7 @@ struct StackForecast {
   // What the drift at the newest label is known by at best: by how many labels have told of it
   // since it was last lost sight of.
   double level_variance = 0.0;
-  // Of the linear expert, and what the newest label's temperature and rate were; zeros for experts
-  // in time.
-  ThermalDoubt doubt{};
-  double temperature = 0.0;
-  double rate = 0.0;
+  ThermalDoubt doubt{};                // of the linear expert; zeros for experts in time
   double reference_temperature = 0.0;  // what the basis is about
   std::array<Horizon, kHorizons> horizons{};
 
