@@ -211,14 +211,14 @@ core::CompensatedSample Compensator::answer_next() noexcept {
   return answer(pending);
 }
 
-// A stamp that jumps by more than kLargestStep forward, or kLargestStepBack back, and three
+// A stamp that jumps by more than core::kLargestStep forward, or kLargestStepBack back, and three
 // intervals, is believed when a second sample follows it.
 bool Compensator::is_timely(const core::AngularRateSample& sample) const noexcept {
   if (!core::is_usable(sample.time)) return false;
   if (newest_ == core::kNever) return true;
   const bool slow = sample.interval_s > 0.0 && sample.interval_s < kSlowestIntervalS;
   const core::SensorTime slowest = core::from_seconds(slow ? 3.0 * sample.interval_s : 0.0);
-  const core::SensorTime largest = std::max(kLargestStep, slowest);
+  const core::SensorTime largest = std::max(core::kLargestStep, slowest);
   const core::SensorTime step = sample.time - newest_;
   if (step >= -std::max(kLargestStepBack, slowest) && step <= largest)
     return step > core::SensorTime{0};

@@ -8,16 +8,12 @@
 namespace zerodrift::compensation {
 namespace {
 
-bool is_far_ahead(core::SensorTime time, core::SensorTime of) noexcept {
-  return core::saturating_difference(time, of) > kLargestStep;
-}
-
 // A front stamped far ahead of the two readings that came last would hold up all that follow it.
 template <typename Reading>
 void drop_wild_front(core::RingBuffer<Reading>& queue) noexcept {
-  while (
-      queue.size() > 2 &&
-      is_far_ahead(queue.front().time, std::max(queue.back().time, queue[queue.size() - 2].time))) {
+  while (queue.size() > 2 &&
+         core::is_far_ahead(queue.front().time,
+                            std::max(queue.back().time, queue[queue.size() - 2].time))) {
     queue.pop();
   }
 }
@@ -54,7 +50,7 @@ Admission SequenceWindow::admit(std::uint64_t sequence) noexcept {
 
 void StreamProgress::advance(core::SensorTime time) noexcept {
   const core::SensorTime said = std::max(previous_, time);
-  spoken_to_ = is_far_ahead(spoken_to_, said) ? said : std::max(spoken_to_, time);
+  spoken_to_ = core::is_far_ahead(spoken_to_, said) ? said : std::max(spoken_to_, time);
   previous_ = time;
 }
 

@@ -15,10 +15,6 @@
 
 namespace zerodrift::compensation {
 
-// A stamp further than this from what its stream said before is wild: it is not believed until
-// another confirms it.
-inline constexpr core::SensorTime kLargestStep{60'000'000'000};
-
 // How a raw sample is taken in. Every accepted sample is answered exactly once.
 enum class Admission : std::uint8_t {
   kInOrder,
@@ -55,8 +51,8 @@ class SequenceWindow {
   bool started_ = false;
 };
 
-// How far a stream has spoken. A stream that went back by more than kLargestStep is believed after
-// two readings, so that one wild stamp neither ends the waiting for good nor starts it anew.
+// How far a stream has spoken. A stream that went back by more than core::kLargestStep is believed
+// after two readings, so that one wild stamp neither ends the waiting for good nor starts it anew.
 class StreamProgress {
  public:
   void advance(core::SensorTime time) noexcept;

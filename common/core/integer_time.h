@@ -27,6 +27,14 @@ constexpr SensorTime saturating_difference(SensorTime later, SensorTime earlier)
   return SensorTime{a - b};
 }
 
+// A stamp further than this from what its stream said before is wild: it is not believed until
+// another confirms it.
+inline constexpr SensorTime kLargestStep{60'000'000'000};
+
+constexpr bool is_far_ahead(SensorTime time, SensorTime of) {
+  return saturating_difference(time, of) > kLargestStep;
+}
+
 // Index of the interval [i width, (i + 1) width) that holds `time`; width > 0.
 constexpr std::int64_t interval_index(SensorTime time, SensorTime width) {
   const std::int64_t quotient = time / width;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/counted.h"
+#include "common/core/integer_time.h"
 #include "common/core/median.h"
 #include "common/files/file_error.h"
 #include "common/mcap/mcap_error.h"
@@ -24,6 +26,20 @@ double seconds_between(core::SensorTime earlier, core::SensorTime later) {
   if (__builtin_sub_overflow(later.count(), earlier.count(), &step))
     return core::seconds(core::SensorTime::max());
   return core::seconds(core::SensorTime{step});
+}
+
+// Each stream but the rates.
+template <typename Visit>
+void visit_others(MessageStreams& streams, const Visit& visit) {
+  visit(streams.references);
+  visit(streams.environment);
+  for (auto& probe : streams.probes) visit(probe);
+}
+
+std::string left_out_line(const std::string& file, std::uint64_t samples, const char* where) {
+  return file + ": left out: " + core::counted(samples, "sample") +
+         " of temperature, reference or environment, stamped more than " +
+         std::to_string(core::kLargestStep / std::chrono::seconds(1)) + " s " + where;
 }
 
 }  // namespace
@@ -122,14 +138,7 @@ void McapRows::name_columns() {
 const RecordRow* McapRows::next() {
   try {
     while (streams_->rates.head()) {
-      core::SensorTime time = streams_->rates.head()->time;
-      const auto& reference = streams_->references.head();
-      if (reference) time = std::min(time, reference->time);
-      const auto& environment = streams_->environment.head();
-      if (environment) time = std::min(time, environment->time);
-      for (const auto& probe : streams_->probes) {
-        if (probe.head()) time = std::min(time, probe.head()->time);
-      }
+      const core::SensorTime time = time_of_next_row();
       fill(time);
       if (!is_in_order(time)) continue;
       row_.index = rows_++;
@@ -140,11 +149,49 @@ const RecordRow* McapRows::next() {
       previous_time_ = time;
       return &row_;
     }
+    if (!is_over_) count_what_is_left();
   } catch (const mcap::McapError& error) {
     throw files::FileError(error.what());
   }
   is_over_ = true;
   return nullptr;
+}
+
+core::SensorTime McapRows::earliest_head() const {
+  core::SensorTime time = streams_->rates.head()->time;
+  const auto& reference = streams_->references.head();
+  if (reference) time = std::min(time, reference->time);
+  const auto& environment = streams_->environment.head();
+  if (environment) time = std::min(time, environment->time);
+  for (const auto& probe : streams_->probes) {
+    if (probe.head()) time = std::min(time, probe.head()->time);
+  }
+  return time;
+}
+
+// A stamp far ahead would hold up all of its stream. A rate with one comes in its turn, as it was
+// live; anything else with one is left out.
+core::SensorTime McapRows::time_of_next_row() {
+  const core::SensorTime before = earliest_head();
+  const auto is_ahead = [before](auto& stream) {
+    return stream.head() && core::is_far_ahead(stream.head()->time, before) &&
+           stream.is_head_ahead();
+  };
+  visit_others(*streams_, [&](auto& stream) {
+    for (; is_ahead(stream); stream.take()) ++ahead_;
+  });
+  return is_ahead(streams_->rates) ? streams_->rates.head()->time : earliest_head();
+}
+
+// Behind the last rate. What thermometers say a little longer is ordinary; what is stamped before
+// it waited behind a stamp that didn't come due.
+void McapRows::count_what_is_left() {
+  visit_others(*streams_, [&](auto& stream) {
+    while (const auto sample = stream.take()) {
+      if (sample->time < *previous_time_) ++left_out_;
+      if (core::is_far_ahead(sample->time, *previous_time_)) ++after_the_last_;
+    }
+  });
 }
 
 // Takes what is of this time from each stream.
@@ -232,6 +279,10 @@ std::vector<std::string> McapRows::take_warnings() {
   }
   if (is_over_ && !reported_missed_) {
     reported_missed_ = true;
+    if (ahead_ > 0)
+      news.push_back(left_out_line(info_.path.string(), ahead_, "ahead of a later one"));
+    if (after_the_last_ > 0)
+      news.push_back(left_out_line(info_.path.string(), after_the_last_, "after the last rate"));
     for (const auto& line : messages_->left_out())
       news.push_back(info_.path.string() + ": " + line);
     if (numbers_.later_runs() > 0) {

@@ -27,7 +27,9 @@ class McapRows {
   McapRows& operator=(const McapRows&) = delete;
 
   [[nodiscard]] const RecordInfo& info() const noexcept { return info_; }
-  // As RecordReader::next(). Ends with the last rate: what thermometers say later is left out.
+  // As RecordReader::next(). Ends with the last rate: what thermometers say later is left out, and
+  // so is what is stamped far ahead of what comes behind it; a rate of that kind draws nothing
+  // along.
   [[nodiscard]] const RecordRow* next();
   // What was found damaged or left out since the last call.
   [[nodiscard]] std::vector<std::string> take_warnings();
@@ -37,6 +39,9 @@ class McapRows {
   void open_files(const std::filesystem::path& path);
   void look_ahead();
   void name_columns();
+  [[nodiscard]] core::SensorTime earliest_head() const;
+  [[nodiscard]] core::SensorTime time_of_next_row();
+  void count_what_is_left();
   void fill(core::SensorTime time);
   void take_rate();
   [[nodiscard]] bool is_in_order(core::SensorTime time);
@@ -54,6 +59,8 @@ class McapRows {
   RunNumbers numbers_;
   std::uint64_t rows_out_of_order_ = 0;
   std::uint64_t left_out_ = 0;                  // readings and references whose time went back
+  std::uint64_t ahead_ = 0;                     // of them, stamped far ahead of later ones
+  std::uint64_t after_the_last_ = 0;            // of them, far behind the last rate
   std::vector<std::size_t> reported_findings_;  // by file
   bool is_over_ = false;
   bool reported_left_out_ = false;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -13,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/core/integer_time.h"
 #include "common/core/samples.h"
 #include "common/mcap/mcap_reader.h"
 
@@ -43,18 +45,45 @@ class MessageStream {
     return taken;
   }
 
+  // Whether the head is stamped far ahead of one of the kLookedAhead samples behind it: its stamp
+  // is wrong then, and it would hold up all of them.
+  [[nodiscard]] bool is_head_ahead() {
+    if (is_head_ahead_) return *is_head_ahead_;
+    while (behind_.size() < kLookedAhead) {
+      auto sample = read();
+      if (!sample) break;
+      behind_.push_back(std::move(*sample));
+    }
+    is_head_ahead_ = std::any_of(behind_.begin(), behind_.end(), [this](const Sample& sample) {
+      return core::is_far_ahead(head_->time, sample.time);
+    });
+    return *is_head_ahead_;
+  }
+
  private:
+  // A clock that was wrong at first is set before so many readings.
+  static constexpr std::size_t kLookedAhead = 64;
+
   void advance() {
-    head_.reset();
+    is_head_ahead_.reset();
+    if (behind_.empty()) {
+      head_ = read();
+    } else {
+      head_ = std::move(behind_.front());
+      behind_.pop_front();
+    }
+  }
+
+  std::optional<Sample> read() {
     for (; file_ < files_.size(); leave_file()) {
       if (!cursor_) enter_file();
       for (mcap::Message message; !channels_.empty() && cursor_->next(message);) {
         if (std::find(channels_.begin(), channels_.end(), message.channel_id) == channels_.end())
           continue;
-        head_ = decode_(message.data);
-        if (head_) return;
+        if (auto sample = decode_(message.data)) return sample;
       }
     }
+    return std::nullopt;
   }
 
   void enter_file() {
@@ -79,6 +108,8 @@ class MessageStream {
   std::optional<mcap::Cursor> cursor_;
   std::vector<std::uint16_t> channels_;  // of the file
   std::optional<Sample> head_;
+  std::deque<Sample> behind_;  // the head, as far as it was looked ahead
+  std::optional<bool> is_head_ahead_;
 };
 
 struct MessageStreams {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 
 #include "common/record/record_reader.h"
 #include "common/record/record_samples.h"
@@ -202,6 +203,147 @@ TEST_F(McapRecord, TimeThatGoesBackIsAnErrorUnlessTheStreamIsAskedForAsItWas) {
   EXPECT_EQ(to_angular_rate(*reader.next()).sequence, 0U);
   EXPECT_EQ(to_angular_rate(*reader.next()).sequence, 1U);
   EXPECT_EQ(reader.rows_out_of_order(), 1U);
+}
+
+// What a recording of 300 s gives, with a rate, a reading, a reference and an environment each
+// second, of which some have another stamp.
+class StampedAhead : public McapRecord {
+ protected:
+  struct Found {
+    std::uint64_t rates = 0;
+    std::uint64_t temperatures = 0;
+    std::uint64_t references = 0;
+    std::uint64_t environments = 0;
+    std::vector<std::string> warnings{};
+    double farthest_s = 0.0;  // from the rate before, of anything but rates
+
+    [[nodiscard]] std::vector<std::uint64_t> counts() const {
+      return {rates, temperatures, references, environments};
+    }
+  };
+  using StampS = std::function<double(int)>;  // of what belongs to a second
+  struct Stamps {
+    StampS rate = &in_time;
+    StampS reading = &in_time;
+    StampS reference = &in_time;
+    StampS environment = &in_time;
+  };
+  static constexpr std::uint64_t kAll = 300;
+  static constexpr const char* kLeftOut = " of temperature, reference or environment, stamped ";
+
+  static double in_time(int second) { return second; }
+  static StampS ahead_by(double by_s, int first, int count) {
+    return [=](int second) {
+      return second >= first && second < first + count ? second + by_s : second;
+    };
+  }
+
+  Found read(const Stamps& stamps, TimeOrder order = TimeOrder::kStrictlyIncreasing) {
+    Recording recording;
+    for (int second = 0; second < static_cast<int>(kAll); ++second) {
+      core::RateReferenceSample reference;
+      reference.kind = core::ReferenceKind::kRateTable;
+      reference.time = core::from_seconds(stamps.reference(second));
+      reference.valid = {true, true, true};
+      recording.add(1, reading_at(stamps.reading(second), "coil", 20.0));
+      recording.add(1, reference);
+      recording.add(1, environment_at(stamps.environment(second), 5.0));
+      recording.add(1, rate_at(stamps.rate(second), static_cast<std::uint64_t>(second)));
+    }
+    RecordReader reader(recording.write_to(path("a.mcap")), {.time_order = order});
+    Found found;
+    core::SensorTime rate_time{0};
+    while (const RecordRow* row = reader.next()) {
+      found.temperatures += brings_temperature(*row, 0) ? 1U : 0U;
+      found.references += row->recorded->reference ? 1U : 0U;
+      found.environments += row->recorded->environment ? 1U : 0U;
+      if (brings_rate(*row)) {
+        ++found.rates;
+        rate_time = row->time;
+      } else {
+        found.farthest_s = std::max(found.farthest_s, core::seconds(row->time - rate_time));
+      }
+    }
+    found.warnings = reader.warnings();
+    return found;
+  }
+
+  void expect_warning(const Found& found, const std::string& what) {
+    ASSERT_EQ(found.warnings.size(), 1U);
+    EXPECT_EQ(found.warnings[0], path("a.mcap").string() + ": left out: " + what);
+  }
+};
+
+TEST_F(StampedAhead, InTimeNothingIsLeftOutAndNothingSaid) {
+  const Found found = read({});
+  EXPECT_EQ(found.counts(), (std::vector<std::uint64_t>(4, kAll)));
+  EXPECT_EQ(found.warnings, std::vector<std::string>{});
+}
+
+// Before: one held up its stream until the rates got there, or for good, without a word.
+TEST_F(StampedAhead, ReadingsAreLeftOutAndCountedAndTheOthersGivenOut) {
+  for (const double by_s : {200.0, 7200.0, 1e5, 1.7e9}) {
+    for (const int first : {0, 1, 150}) {
+      for (const int count : {1, 2, 30}) {
+        SCOPED_TRACE(std::to_string(by_s) + " s from " + std::to_string(first) + ", " +
+                     std::to_string(count));
+        for (const auto order : {TimeOrder::kStrictlyIncreasing, TimeOrder::kAsFound}) {
+          const Found found = read({.reading = ahead_by(by_s, first, count)}, order);
+          EXPECT_EQ(found.counts(),
+                    (std::vector<std::uint64_t>{kAll, kAll - static_cast<std::uint64_t>(count),
+                                                kAll, kAll}));
+          expect_warning(found, std::to_string(count) + (count == 1 ? " sample" : " samples") +
+                                    kLeftOut + "more than 60 s ahead of a later one");
+        }
+      }
+    }
+  }
+}
+
+TEST_F(StampedAhead, ReferencesAndEnvironmentToo) {
+  const Found found =
+      read({.reference = ahead_by(3600.0, 100, 1), .environment = ahead_by(3600.0, 200, 2)});
+  EXPECT_EQ(found.counts(), (std::vector<std::uint64_t>{kAll, kAll, kAll - 1, kAll - 2}));
+  expect_warning(found,
+                 "3 samples" + std::string(kLeftOut) + "more than 60 s ahead of a later one");
+}
+
+// Before: all that was measured in the hour up to its stamp came in before the next rate.
+TEST_F(StampedAhead, ARateDrawsNothingAlong) {
+  const Found found = read({.rate = ahead_by(3600.0, 100, 1)}, TimeOrder::kAsFound);
+  EXPECT_EQ(found.counts(), (std::vector<std::uint64_t>(4, kAll)));
+  EXPECT_LE(found.farthest_s, 1.0);
+  EXPECT_EQ(found.warnings, std::vector<std::string>{});
+  EXPECT_THROW(read({.rate = ahead_by(3600.0, 100, 1)}), files::FileError) << "as in a CSV record";
+}
+
+// A thermometer by another clock: no stamp is ahead of the others, and none comes due.
+TEST_F(StampedAhead, AStreamThatNeverComesDueIsNamedAtTheEnd) {
+  const Found found = read({.reading = ahead_by(1.7e9, 0, 300)});
+  EXPECT_EQ(found.temperatures, 0U);
+  expect_warning(found,
+                 "300 samples" + std::string(kLeftOut) + "more than 60 s after the last rate");
+}
+
+TEST_F(StampedAhead, WhatWaitedBehindAStampUntilTheEndIsNamed) {
+  const Found found = read({.reading = ahead_by(50.0, 290, 1)});
+  EXPECT_EQ(found.temperatures, 290U);
+  ASSERT_EQ(found.warnings.size(), 1U);
+  EXPECT_NE(found.warnings[0].find("whose time went back are left out"), std::string::npos);
+}
+
+TEST_F(StampedAhead, AGapOfOneStreamAndReadingsBehindTheLastRateAreOrdinary) {
+  const Found gap =
+      read({.reading = [](int second) { return second < 10 ? second : second + 100.0; }});
+  EXPECT_EQ(gap.temperatures, 200U);
+  expect_warning(gap, "40 samples" + std::string(kLeftOut) + "more than 60 s after the last rate");
+  const Found rate_gap =
+      read({.rate = [](int second) { return second < 200 ? second : second + 3600.0; }});
+  EXPECT_EQ(rate_gap.counts(), (std::vector<std::uint64_t>(4, kAll)));
+  EXPECT_EQ(rate_gap.warnings, std::vector<std::string>{});
+  const Found later = read({.reading = ahead_by(30.0, 0, 300)});
+  EXPECT_EQ(later.temperatures, 270U);
+  EXPECT_EQ(later.warnings, std::vector<std::string>{});
 }
 
 // The reader goes by what is in the file, not by its name: also by that of a recording that is
