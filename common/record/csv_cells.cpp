@@ -85,27 +85,31 @@ std::string_view CellCursor::take() {
   return cell;
 }
 
-// A quote that never closes, or text behind a closing quote, stays in the cell for the caller to
-// refuse.
+// A cell whose quote never closes, or with text behind the closing one, stays as it is written, for
+// the caller to refuse.
 std::string_view CellCursor::take_quoted() {
+  const char* begin = position_;
   unquoted_.clear();
   ++position_;
-  while (position_ != end_) {
+  bool is_closed = false;
+  while (position_ != end_ && !is_closed) {
     const char c = *position_++;
     if (c != '"') {
       unquoted_ += c;
     } else if (position_ != end_ && *position_ == '"') {
       unquoted_ += *position_++;
     } else {
-      break;
+      is_closed = true;
     }
   }
-  while (position_ != end_ && !ends_cell(*position_)) {
-    if (!is_padding(*position_)) unquoted_ += *position_;
-    ++position_;
-  }
+  const char* behind = position_;
+  position_ = std::find_if(position_, end_, [this](char c) { return ends_cell(c); });
+  const bool is_whole =
+      is_closed && std::all_of(behind, position_, [this](char c) { return is_padding(c); });
+  const std::string_view written =
+      without_padding({begin, static_cast<std::size_t>(position_ - begin)});
   step_over_delimiter();
-  return trim(unquoted_);
+  return is_whole ? trim(unquoted_) : written;
 }
 
 bool CellCursor::take_plain_number(double& value) noexcept {

@@ -156,6 +156,21 @@ TEST_F(BadRecord, WordInANumberCell) {
       "a.csv:3: column 'rate_x_deg_h': found '1.5V', expected a number (blank = not measured)");
 }
 
+// Before: `"2"3` was 23, and so was a quote that never closes.
+TEST_F(BadRecord, TextBehindAClosingQuoteOrAQuoteThatNeverClosesIsNoNumber) {
+  for (const std::string cell :
+       {"\"2\"3", "\"2\" 3", "\"2\"\"", "\"2\".5", "\"\"2", "\"2\"e3", "\"\"nan", "\"23", "\"2 "}) {
+    const std::string found = cell.substr(0, cell.find_last_not_of(' ') + 1);
+    EXPECT_EQ(outcome_of("time_s,rate_x_deg_h\n1,2\n2," + cell + "\n3,4\n"),
+              "a.csv:3: column 'rate_x_deg_h': found '" + found +
+                  "', expected a number (blank = not measured)");
+    EXPECT_EQ(
+        outcome_of("rate_x_deg_h;time_s\n1;2\n2;" + cell + "\n"),
+        "a.csv:3: column 'time_s': found '" + found + "', expected a time: every row needs one");
+  }
+  EXPECT_EQ(outcome_of("time_s,rate_x_deg_h\n1,\"2\"\n2, \"3\" \n3,\"\"\n"), "3 rows");
+}
+
 TEST_F(BadRecord, WordInTheTimeCell) {
   EXPECT_EQ(outcome_of("time_s,rate_x_deg_h\nnoon,2\n"),
             "a.csv:2: column 'time_s': found 'noon', expected a time: every row needs one");
