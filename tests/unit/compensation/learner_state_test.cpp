@@ -403,8 +403,8 @@ TEST(LearnerState, AnotherLayoutHasAnotherNumber) {
   EXPECT_EQ(kLearnerLayout, 7U);
   EXPECT_EQ(state_after(svr_alone(options), 0).bytes.size(), 4646U);
   EXPECT_EQ(state_after(svr_alone(options), 30).bytes.size(), 29702U);
-  EXPECT_EQ(state_after(options, 0).bytes.size(), 0U);
-  EXPECT_EQ(state_after(options, 30).bytes.size(), 298817U);
+  EXPECT_EQ(state_after(options, 0).bytes.size(), 75020U);
+  EXPECT_EQ(state_after(options, 30).bytes.size(), 421292U);
 }
 
 // Rule: given before the first sample, a saved learner is in force from that sample on; and the

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+
 namespace zerodrift::compensation {
 namespace {
 
@@ -80,7 +82,7 @@ TEST(ReferenceInputsLaws, BehindAGapNothingIsWaitedForOrUsed) {
   ReferenceOptions options;
   options.await_feedback = true;
   for (const int gap_ms : {200, 260, 400, 500, 600, 8000}) {
-    const SensorTime gap{gap_ms * 1'000'000};
+    const SensorTime gap = std::chrono::milliseconds(gap_ms);
     const bool is_gap = gap_ms > 250;
     for (const bool has_come : {false, true}) {
       ReferenceInputs references(options);
