@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "common/allan/sample_clock.h"
+#include "common/core/integer_time.h"
 #include "common/evaluation/model_use.h"
 #include "common/evaluation/offline_run.h"
 #include "common/measurement/doubts_json.h"
@@ -119,6 +120,7 @@ struct Labels {
   core::PerAxis<std::vector<LabelledPoint>> points;
   std::uint64_t samples = 0;
   core::SensorTime last_time{0};
+  double period_s = 0.0;  // mean of the steps that are no gaps
   record::RecordInfo info;
   compensation::CompensationOptions options;  // for the spacing of the record's samples
   std::vector<measurement::Doubt> doubts;
@@ -142,7 +144,11 @@ Labels read_labels(const ComparisonRequest& request, const Share& show) {
                                 missing.front() + "=NAME[degC]'");
   }
   const std::optional<double> rows = record::estimated_rows(request.record.file);
+  std::optional<allan::SampleClock> clock;  // of a record of more than one sample
+  if (labels.info.sample_period_s > 0.0) clock.emplace(labels.info.sample_period_s);
   offline.run(false, [&](const core::CompensatedSample& sample) {
+    const core::SensorTime step = core::saturating_difference(sample.raw.time, labels.last_time);
+    if (clock && labels.samples > 0 && step > core::SensorTime{0}) clock->add(core::seconds(step));
     ++labels.samples;
     if (rows) show(kFirstReading * static_cast<double>(labels.samples) / *rows);
     labels.last_time = std::max(labels.last_time, sample.raw.time);
@@ -154,6 +160,7 @@ Labels read_labels(const ComparisonRequest& request, const Share& show) {
                                   label->variance_radps2[i], label->features[i]});
     }
   });
+  if (clock) labels.period_s = clock->period_s();
   labels.doubts = offline.doubts();
   labels.warnings = offline.warnings();
   return labels;
@@ -252,7 +259,7 @@ class Streams {
       : result_(result),
         mounting_(labels.options.mounting),
         first_time_(labels.info.first_time),
-        period_s_(labels.info.sample_period_s) {
+        period_s_(labels.period_s) {
     const double duration_s = period_s_ * static_cast<double>(labels.samples);
     if (as_the_paper) temperature_.emplace(period_s_, duration_s);
     for (const AxisComparison& axis : result.axes) {
@@ -381,7 +388,7 @@ bool is_paper_like(const record::RecordInfo& info) {
 std::string obstacle_to_the_paper(const Labels& labels, const ComparisonRequest& request,
                                   const std::vector<LabelledPoint>& points) {
   if (request.options.probes().empty()) return "no feature is made from a temperature";
-  const double period_s = labels.info.sample_period_s;
+  const double period_s = labels.period_s;
   if (period_s > comparison::kPaperWindowS)
     return "a sample every " + shortest(period_s) + " s leaves no minute to average over";
   // Its 15 000 points lie evenly over time, so the samples must.
