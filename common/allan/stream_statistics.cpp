@@ -102,19 +102,25 @@ std::size_t StreamStatistics::memory_bytes() const noexcept {
          sizeof(double) * static_cast<std::size_t>(std::max(blocks, 1.0));
 }
 
-StreamReport StreamStatistics::report() const {
+StreamReport StreamStatistics::report(double mean_interval_s) const {
+  const double stretch = mean_interval_s / sample_interval_s_;
+  const auto points = [&](Span span) {
+    auto stretched = deviations_.points(span);
+    for (AllanPoint& point : stretched) point.tau_s *= stretch;
+    return stretched;
+  };
   StreamReport report;
   report.samples = deviations_.samples();
   report.gaps = deviations_.gaps();
   report.missing = missing_;
-  report.longest_gap_s = static_cast<double>(longest_gap_) * sample_interval_s_;
-  report.sample_interval_s = sample_interval_s_;
+  report.longest_gap_s = static_cast<double>(longest_gap_) * mean_interval_s;
+  report.sample_interval_s = mean_interval_s;
   report.window_s = window_s_;
-  report.since_start = deviations_.points(Span::kSinceStart);
-  report.rolling = deviations_.points(Span::kRolling);
+  report.since_start = points(Span::kSinceStart);
+  report.rolling = points(Span::kRolling);
   report.coefficients =
       fit_coefficients(report.since_start, {.most_octaves_left_out = kMostOctavesLeftOut});
-  report.block_s = blocks_.block_s();
+  report.block_s = blocks_.block_s() * stretch;
   report.since_start_blocks = blocks_.moments(Span::kSinceStart);
   report.rolling_blocks = blocks_.moments(Span::kRolling);
   report.output = stuck_.output();

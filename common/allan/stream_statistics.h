@@ -70,8 +70,10 @@ class StreamStatistics {
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
   // Points at 95 % confidence; coefficients N, B, K by fit_coefficients(), short octaves left out
-  // as in identify_noise(). A few milliseconds (most of it quantiles and the fit); allocates.
-  [[nodiscard]] StreamReport report() const;
+  // as in identify_noise(). A few milliseconds (most of it quantiles and the fit); allocates. All
+  // times go by the interval that the samples turned out to have.
+  [[nodiscard]] StreamReport report(double mean_interval_s) const;
+  [[nodiscard]] StreamReport report() const { return report(sample_interval_s_); }
 
  private:
   void count_missing(std::uint64_t samples) noexcept;

@@ -45,15 +45,20 @@ Placement StreamTiming::place(core::SensorTime time, double interval_s) noexcept
   if (time <= newest_) return behind(time);
   behind_run_ = 0;
   if (note_interval(interval_s) == Rate::kNew) {
+    forget_steps();
     newest_ = time;
     return {Arrival::kNewRate, 0};
   }
   const double since_newest_s = elapsed_s(newest_, time);
   if (!is_about(interval_s, interval_s_) && !is_about(interval_s, since_newest_s))
     return {Arrival::kOtherInterval, 0};
-  newest_ = time;
   const double steps = since_newest_s / interval_s_;
   const bool gap = steps >= 1.0 + kSameWithin;
+  if (!gap) {
+    stepped_ += time - newest_;
+    ++steps_;
+  }
+  newest_ = time;
   return {Arrival::kNext, gap ? static_cast<std::uint64_t>(std::llround(steps)) - 1 : 0};
 }
 
@@ -85,6 +90,17 @@ StreamTiming::Rate StreamTiming::note_interval(double interval_s) noexcept {
   candidate_s_ = 0.0;
   interval_s_ = mean_s;
   return Rate::kNew;
+}
+
+double StreamTiming::mean_interval_s() const noexcept {
+  return steps_ == 0 ? interval_s_
+                     : static_cast<double>(stepped_.count()) / static_cast<double>(steps_) /
+                           static_cast<double>(core::kNsPerS);
+}
+
+void StreamTiming::forget_steps() noexcept {
+  stepped_ = core::SensorTime{0};
+  steps_ = 0;
 }
 
 void StreamTiming::forget_intervals() noexcept {

@@ -43,7 +43,11 @@ class StreamTiming {
   // O(1), no allocation.
   Placement place(core::SensorTime time, double interval_s) noexcept;
 
-  [[nodiscard]] double interval_s() const noexcept { return interval_s_; }  // 0 before the first
+  // By which samples are placed: the first one's, or that of the new rate; 0 before the first.
+  [[nodiscard]] double interval_s() const noexcept { return interval_s_; }
+  // Mean of the steps at this rate that are no gaps: what jitter of single stamps, the first
+  // interval's among them, leaves of the interval. The one above before the first step.
+  [[nodiscard]] double mean_interval_s() const noexcept;
   [[nodiscard]] core::SensorTime newest() const noexcept { return newest_; }
 
  private:
@@ -51,8 +55,11 @@ class StreamTiming {
   Placement behind(core::SensorTime time) noexcept;
   Rate note_interval(double interval_s) noexcept;
   void forget_intervals() noexcept;
+  void forget_steps() noexcept;
 
   double interval_s_ = 0.0;
+  core::SensorTime stepped_{0};  // sum of the steps that are no gaps
+  std::int64_t steps_ = 0;
   core::SensorTime newest_{0};
   core::SensorTime behind_{0};  // newest of the samples behind
   int behind_run_ = 0;

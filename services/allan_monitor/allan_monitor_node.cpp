@@ -125,12 +125,12 @@ void AllanMonitorNode::place(Gyro& source, const core::CompensatedSample& sample
     counts.longest_gap = std::max(counts.longest_gap, placement.missing);
   }
   feed(source, sample, placement.missing);
+  source.statistics.interval_s = source.timing.mean_interval_s();
   source.statistics.newest = sample.raw.time;
   ++counts.samples;
 }
 
 void AllanMonitorNode::start(Gyro& source) {
-  source.statistics.interval_s = source.timing.interval_s();
   ++source.statistics.counts.starts;
   const auto options = stream_options(options_, source.timing.interval_s());
   for (auto& axis : source.statistics.axes) {
@@ -241,8 +241,9 @@ void AllanMonitorNode::report(Watch& watch, core::Axis axis) {
     watched.growth.fill(allan::GrowthWatch());
     watched.worse = allan::ExcessWatch();
   }
-  const allan::StreamReport raw = statistics.raw->report();
-  const allan::StreamReport compensated = statistics.compensated->report();
+  const double interval_s = watch.statistics.interval_s;
+  const allan::StreamReport raw = statistics.raw->report(interval_s);
+  const allan::StreamReport compensated = statistics.compensated->report(interval_s);
   report_noise(watch, axis, raw, compensated);
   report_output(watch, axis, raw);
   publish(watch, axis, Stream::kRaw, raw);

@@ -89,7 +89,7 @@ class Monitor {
 
   void report() const {
     if (!statistics_ || statistics_->samples() < 32) return;
-    for (const auto& point : statistics_->report().since_start)
+    for (const auto& point : statistics_->report(timing_.mean_interval_s()).since_start)
       demand(point.deviation_radps >= 0.0, "a deviation is not negative");
   }
 

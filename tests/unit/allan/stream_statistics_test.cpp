@@ -63,6 +63,30 @@ TEST(StreamStatistics, ReportWhatTheirPartsSay) {
   EXPECT_EQ(report.output, StuckDetector::Output::kAlive);
 }
 
+// What they were begun with is a first guess. Before: N was off by the root of its error.
+TEST(StreamStatistics, GoByTheIntervalThatIsReported) {
+  for (const double guessed_s : {0.0096, 0.0104}) {
+    StreamStatisticsOptions options = small();
+    options.sample_interval_s = guessed_s;
+    StreamStatistics statistics(options);
+    statistics.begin_blocks();
+    test::WhiteNoise noise(kN, 0.01, 5);
+    feed(statistics, noise, 30000);
+    statistics.gap(100);
+    const StreamReport report = statistics.report(0.01);
+    EXPECT_EQ(report.sample_interval_s, 0.01);
+    EXPECT_EQ(report.observed_s(), 300.0);
+    EXPECT_EQ(report.longest_gap_s, 1.0);
+    EXPECT_NEAR(report.since_start[0].tau_s, 0.01, 1e-15);
+    EXPECT_NEAR(report.rolling[1].tau_s, 0.02, 1e-15);
+    EXPECT_NEAR(report.block_s, 0.01 * std::round(10.0 / guessed_s), 1e-12);
+    // 5 sigma, as above.
+    EXPECT_NEAR(report.coefficients[NoiseTerm::kAngleRandomWalk].value / kN, 1.0, 0.025);
+    const auto guess = statistics.report().since_start[0];
+    EXPECT_EQ(report.since_start[0].deviation_radps, guess.deviation_radps);
+  }
+}
+
 TEST(StreamStatistics, TakeNoBlocksBeforeTheyAreAskedFor) {
   StreamStatistics statistics(small());
   test::WhiteNoise noise(kN, 0.01, 6);

@@ -68,6 +68,44 @@ TEST(StreamTiming, TimeStampsRoundedToAMillisecondAreNeitherGapsNorANewRate) {
   }
 }
 
+// The first interval of a live stream is a difference of two jittery stamps. Before: every tau went
+// by it for good.
+TEST(StreamTiming, TheMeanIntervalIsThatOfTheStepsWhateverTheFirstOne) {
+  for (const double first_s : {0.00476, 0.00495, 0.005, 0.00505, 0.00524}) {
+    StreamTiming timing;
+    timing.place(from_seconds(0.0), first_s);
+    EXPECT_EQ(timing.mean_interval_s(), first_s) << "nothing else is known";
+    for (int k = 1; k < 1000; ++k) timing.place(from_seconds(0.005 * k), 0.005);
+    EXPECT_EQ(timing.mean_interval_s(), 0.005);
+    timing.place(from_seconds(60.0), 0.005);  // after a gap
+    timing.place(from_seconds(60.0), 0.005);  // again
+    timing.place(from_seconds(59.0), 0.005);
+    EXPECT_EQ(timing.mean_interval_s(), 0.005);
+  }
+}
+
+TEST(StreamTiming, TheMeanIntervalOfJitteryStampsIsTheTrueOne) {
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> jitter_s(-0.0005, 0.0005);
+  StreamTiming timing;
+  double before_s = -0.0052;
+  constexpr int kSamples = 10000;
+  for (int k = 0; k < kSamples; ++k) {
+    const double time_s = 0.005 * k + jitter_s(random);
+    timing.place(from_seconds(time_s), time_s - before_s);
+    before_s = time_s;
+  }
+  // Off by the jitter of its two ends.
+  EXPECT_NEAR(timing.mean_interval_s(), 0.005, 0.001 / (kSamples - 1));
+}
+
+TEST(StreamTiming, ANewRateHasItsOwnMeanInterval) {
+  StreamTiming timing;
+  run(timing, 0.0, 0.005, 500);
+  run(timing, 2.5, 0.01, 500);
+  EXPECT_EQ(timing.mean_interval_s(), 0.01);
+}
+
 TEST(StreamTiming, WhatDoesNotIncreaseHasNoPlaceAndLeavesNothingBehind) {
   StreamTiming timing;
   run(timing, 0.0, 0.005, 10);
