@@ -155,9 +155,10 @@ void ExpertStack::note_doubt() {
   if (!has_maps()) return;
   const KalmanBank& linear = banks_[static_cast<std::size_t>(Expert::kLinear) - 1];
   ThermalDoubt& doubt = forecast_.doubt;
-  doubt.temperature_variance = linear.coefficient_covariance(kTemperature, kTemperature);
-  doubt.rate_variance = linear.coefficient_covariance(kTemperatureRate, kTemperatureRate);
-  doubt.covariance = linear.coefficient_covariance(kTemperature, kTemperatureRate);
+  doubt.temperature_variance = linear.coefficient_variance(kTemperature);
+  doubt.rate_variance = linear.coefficient_variance(kTemperatureRate);
+  doubt.covariance = linear.coefficient_correlation(kTemperature, kTemperatureRate) *
+                     std::sqrt(doubt.temperature_variance * doubt.rate_variance);
 }
 
 // After a pause an old forecast says nothing of a horizon any more.

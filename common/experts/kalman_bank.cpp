@@ -16,6 +16,7 @@ constexpr std::array kSlopeWalks{1e-6, 1e-3};
 constexpr std::array kSlopeShares{1e-7, 1e-5, 1e-3, 1e-1};
 constexpr std::array kPriors{1e1, 1e3, 1e5};  // a coefficient of 3, 30 or 300 label deviations
 constexpr double kDiffuse = 1e8;
+constexpr double kSmallest = 1e-300;
 constexpr double kForgetting = 0.998;  // of the evidence, a label: some 500 labels count
 
 }  // namespace
@@ -215,21 +216,32 @@ void KalmanBank::average() noexcept {
   }
 }
 
-// The mean of what the filters say, and how they differ: the law of total covariance.
-double KalmanBank::coefficient_covariance(std::size_t a, std::size_t b) const noexcept {
-  const auto state = [&](std::size_t term) {
-    return first_coefficient_ +
-           static_cast<std::size_t>(std::find(terms_.begin(), terms_.end(), term) - terms_.begin());
-  };
-  const std::size_t i = std::max(state(a), state(b));
-  const std::size_t j = std::min(state(a), state(b));
+// Between filters the logarithms are averaged: where nothing was learned their priors, each ten
+// times the other, are all that differs, and the largest would decide alone.
+double KalmanBank::coefficient_variance(std::size_t term) const noexcept {
+  const std::size_t i = state_of(term);
+  double log_sum = 0.0;
+  for (std::size_t f = 0; f < filters(); ++f) {
+    const double apart = mean(i)[f] - forecast_.coefficient[term];
+    log_sum += weights_[f] * std::log(std::max(covariance(i, i)[f] + apart * apart, kSmallest));
+  }
+  return std::exp(log_sum);
+}
+
+double KalmanBank::coefficient_correlation(std::size_t a, std::size_t b) const noexcept {
+  const std::size_t i = std::max(state_of(a), state_of(b));
+  const std::size_t j = std::min(state_of(a), state_of(b));
   double sum = 0.0;
   for (std::size_t f = 0; f < filters(); ++f) {
-    const double apart = (mean(i)[f] - forecast_.coefficient[terms_[i - first_coefficient_]]) *
-                         (mean(j)[f] - forecast_.coefficient[terms_[j - first_coefficient_]]);
-    sum += weights_[f] * (covariance(i, j)[f] + apart);
+    const double size = std::sqrt(covariance(i, i)[f] * covariance(j, j)[f]);
+    if (size > 0.0) sum += weights_[f] * std::clamp(covariance(i, j)[f] / size, -1.0, 1.0);
   }
   return sum;
+}
+
+std::size_t KalmanBank::state_of(std::size_t term) const noexcept {
+  const auto found = std::find(terms_.begin(), terms_.end(), term);
+  return first_coefficient_ + static_cast<std::size_t>(found - terms_.begin());
 }
 
 // What follows from the rest is made anew.

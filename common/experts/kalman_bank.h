@@ -49,8 +49,10 @@ class KalmanBank {
   void reset() noexcept;
   // The mean of all filters, by their weights. Only where it knows something.
   [[nodiscard]] const LinearForecast& forecast() const noexcept { return forecast_; }
-  // Of the coefficients of two of its terms: of all filters, by their weights, and between them.
-  [[nodiscard]] double coefficient_covariance(std::size_t a, std::size_t b) const noexcept;
+  // What isn't known of the coefficient of one of its terms, of all filters by their weights; and
+  // how that goes with another's.
+  [[nodiscard]] double coefficient_variance(std::size_t term) const noexcept;
+  [[nodiscard]] double coefficient_correlation(std::size_t a, std::size_t b) const noexcept;
   // Weights of the filters; they sum to 1.
   [[nodiscard]] std::span<const double> weights() const noexcept { return weights_; }
 
@@ -83,6 +85,7 @@ class KalmanBank {
   [[nodiscard]] const double* covariance(std::size_t i, std::size_t j) const noexcept {
     return &covariance_[(i * (i + 1) / 2 + j) * filters()];
   }
+  [[nodiscard]] std::size_t state_of(std::size_t term) const noexcept;
   [[nodiscard]] std::size_t filters() const noexcept { return beliefs_.size(); }
 
   std::vector<std::size_t> terms_;
