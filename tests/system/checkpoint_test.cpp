@@ -183,7 +183,7 @@ TEST(Checkpoint, OfflineABadOneIsRefusedBeforeAnythingIsWritten) {
   run_offline(system, record, system.path("first.csv"), {"--save-checkpoint", first});
   run_offline(system, record, system.path("second.csv"), {"--checkpoint", first});
   const Table table = read_table(system.path("second.csv"));
-  EXPECT_EQ(table.rows.front()[table.column("rung_x")], "stationary_bias");
+  EXPECT_EQ(table.rows.front()[table.column("rung_x")], "stack") << "before the first temperature";
 
   const auto refused = [&](const Arguments& more, const char* reason) {
     Arguments arguments{"compensate", "--record", record, "--out", system.path("none.csv")};
