@@ -80,6 +80,9 @@ void ModelUse::add(const core::CompensatedSample& sample) noexcept {
     Axis& axis = axes_[i];
     axis.measured = axis.measured || sample.raw.valid[i];
     ++axis.samples;
+    const bool is_model = sample.rung[i] == Rung::kOnlineSvr || sample.rung[i] == Rung::kStack ||
+                          sample.rung[i] == Rung::kPrior;
+    if (is_model && !core::lacks_temperature(sample.reason[i])) axis.goes_by_temperature = true;
     ++axis.rungs[static_cast<std::size_t>(sample.rung[i])];
     ++axis.reasons[static_cast<std::size_t>(sample.reason[i])];
   }
@@ -109,19 +112,27 @@ Reason ModelUse::commonest_reason() const noexcept {
 
 std::string ModelUse::line_of_none(const std::string& record,
                                    const compensation::CompensationOptions& options) const {
+  bool came = false;
   for (const auto axis : core::kAxes) {
-    if (is_measured(axis) && came_into_force(axis)) return {};
+    if (!is_measured(axis)) continue;
+    if (axes_[core::index(axis)].goes_by_temperature) return {};
+    came = came || came_into_force(axis);
   }
   const Reason reason = commonest_reason();
+  const std::string what =
+      came ? "no temperature was ever used, the drift is foretold by its course in time alone: "
+           : "no model ever came into force, raw and compensated are not comparable: ";
+  return record + ": " + what + std::string(core::name(reason)) + "; " + remedy_of(reason, options);
+}
+
+std::string ModelUse::remedy_of(Reason reason,
+                                const compensation::CompensationOptions& options) const {
   const double spanned_s = first_ == core::kNever ? 0.0 : core::seconds(last_ - first_);
   const double needed_s = shortest_s(options, interval_s_);
-  const bool is_short = reason == Reason::kNoEstimateYet && spanned_s < needed_s;
-  return record + ": no model ever came into force, raw and compensated are not comparable: " +
-         std::string(core::name(reason)) + "; " +
-         (is_short ? "the record spans " + report::significant(spanned_s, 3) +
-                         " s, a first model takes at least " + report::significant(needed_s, 3) +
-                         " s at rest"
-                   : "what would be right: " + remedy(reason));
+  if (reason != Reason::kNoEstimateYet || spanned_s >= needed_s)
+    return "what would be right: " + remedy(reason);
+  return "the record spans " + report::significant(spanned_s, 3) +
+         " s, a first model takes at least " + report::significant(needed_s, 3) + " s at rest";
 }
 
 }  // namespace zerodrift::evaluation

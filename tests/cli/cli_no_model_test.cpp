@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A record on which no model ever came into force says so first, with the reason and what would be
-// right, and gives no ratio; one whose samples are far apart is no such record.
+// right, and gives no ratio; one of which no temperature was ever used says that; one whose samples
+// are far apart is no such record.
 #include <cmath>
 #include <string>
 
@@ -74,13 +75,23 @@ TEST_F(NoModel, ALevelAboveTheLargestDriftNamesTheKey) {
   expect_said_first("no_estimate_yet", "rest", {"--config", "@c.yaml"});
 }
 
+// What needs no temperature compensates, and is judged.
 TEST_F(NoModel, ATemperatureThatIsAlwaysTooOldNamesTheKey) {
   std::string text = record_of(40, 1.0);
   for (int t = 41; t <= 600; ++t)
     text += std::to_string(t) + ",1." + std::to_string(t % 7) + "e-5,\n";
   system_test::write(path("r.csv"), text);
   system_test::write(path("c.yaml"), "temperature_rate: {window_s: 300}\n");
-  expect_said_first("temperature_stale", "temperature_stale_s", {"--config", "@c.yaml"});
+  for (const std::string command : {"compensate", "compare"}) {
+    const Finished done = run({command, "--record", "@r.csv", "--config", "@c.yaml"});
+    EXPECT_EQ(done.exit_code, 0) << done.err;
+    const std::string first = first_of_results(done.out);
+    for (const char* part : {"r.csv: no temperature was ever used", "its course in time alone",
+                             "temperature_stale", "temperature_stale_s"})
+      EXPECT_NE(first.find(part), std::string::npos) << command << ": " << done.out << done.err;
+    EXPECT_EQ(done.out.find("not comparable"), std::string::npos) << done.out;
+    EXPECT_EQ(done.out.ends_with(first + "\n"), command == "compare") << done.out;
+  }
 }
 
 TEST_F(NoModel, NoneOfIsSaidOfARecordWithASampleEveryTenSecondsOrMinutes) {
