@@ -17,6 +17,7 @@ constexpr std::array kSlopeShares{1e-7, 1e-5, 1e-3, 1e-1};
 constexpr std::array kPriors{1e1, 1e3, 1e5};  // a coefficient of 3, 30 or 300 label deviations
 constexpr double kDiffuse = 1e8;
 constexpr double kSmallest = 1e-300;
+constexpr double kRuledOut = -50.0;    // of a filter's evidence beside the best one's, in nats
 constexpr double kForgetting = 0.998;  // of the evidence, a label: some 500 labels count
 
 }  // namespace
@@ -48,6 +49,7 @@ KalmanBank::KalmanBank(const KalmanBankOptions& options) : terms_(options.terms)
   gain_.resize(states_ * filters());
   innovation_.resize(filters());
   variance_.resize(filters());
+  per_deviation_.resize(filters());
   log_weights_.resize(filters());
   weights_.resize(filters());
   reset();
@@ -157,14 +159,17 @@ void KalmanBank::update(const Labelled& label) {
   }
   // Rounding, or a covariance that came from anywhere, makes no measurement better than it is.
   for (double& variance : variance_) variance = std::max(variance, label.variance);
+  for (std::size_t f = 0; f < n; ++f) per_deviation_[f] = 1.0 / std::sqrt(variance_[f]);
+  for (std::size_t f = 0; f < n; ++f) innovation_[f] *= per_deviation_[f];
   for (std::size_t i = 0; i < states_; ++i) {
-    const double* const gain = &gain_[i * n];
+    double* const gain = &gain_[i * n];
     double* const x = mean(i);
-    for (std::size_t f = 0; f < n; ++f) x[f] += gain[f] * innovation_[f] / variance_[f];
+    for (std::size_t f = 0; f < n; ++f) gain[f] *= per_deviation_[f];
+    for (std::size_t f = 0; f < n; ++f) x[f] += gain[f] * innovation_[f];
     for (std::size_t j = 0; j <= i; ++j) {
       const double* const other = &gain_[j * n];
       double* const p = covariance(i, j);
-      for (std::size_t f = 0; f < n; ++f) p[f] -= gain[f] * other[f] / variance_[f];
+      for (std::size_t f = 0; f < n; ++f) p[f] -= gain[f] * other[f];
     }
     double* const own = covariance(i, i);
     for (std::size_t f = 0; f < n; ++f) own[f] = std::max(own[f], 0.0);
@@ -189,9 +194,8 @@ void KalmanBank::learn(const Labelled& label) {
 // The likelihood of the label's innovation.
 void KalmanBank::note_evidence() noexcept {
   for (std::size_t f = 0; f < filters(); ++f) {
-    log_weights_[f] =
-        kForgetting * log_weights_[f] -
-        0.5 * (std::log(variance_[f]) + innovation_[f] * innovation_[f] / variance_[f]);
+    log_weights_[f] = kForgetting * log_weights_[f] -
+                      0.5 * (std::log(variance_[f]) + innovation_[f] * innovation_[f]);
   }
   const double most = *std::max_element(log_weights_.begin(), log_weights_.end());
   for (double& weight : log_weights_) weight -= most;
@@ -199,7 +203,10 @@ void KalmanBank::note_evidence() noexcept {
 
 void KalmanBank::weigh() noexcept {
   double sum = 0.0;
-  for (std::size_t f = 0; f < filters(); ++f) sum += weights_[f] = std::exp(log_weights_[f]);
+  for (std::size_t f = 0; f < filters(); ++f) {
+    weights_[f] = log_weights_[f] < kRuledOut ? 0.0 : std::exp(log_weights_[f]);
+    sum += weights_[f];
+  }
   for (double& weight : weights_) weight /= sum;
 }
 
@@ -222,6 +229,7 @@ double KalmanBank::coefficient_variance(std::size_t term) const noexcept {
   const std::size_t i = state_of(term);
   double log_sum = 0.0;
   for (std::size_t f = 0; f < filters(); ++f) {
+    if (weights_[f] == 0.0) continue;
     const double apart = mean(i)[f] - forecast_.coefficient[term];
     log_sum += weights_[f] * std::log(std::max(covariance(i, i)[f] + apart * apart, kSmallest));
   }
@@ -233,6 +241,7 @@ double KalmanBank::coefficient_correlation(std::size_t a, std::size_t b) const n
   const std::size_t j = std::min(state_of(a), state_of(b));
   double sum = 0.0;
   for (std::size_t f = 0; f < filters(); ++f) {
+    if (weights_[f] == 0.0) continue;
     const double size = std::sqrt(covariance(i, i)[f] * covariance(j, j)[f]);
     if (size > 0.0) sum += weights_[f] * std::clamp(covariance(i, j)[f] / size, -1.0, 1.0);
   }

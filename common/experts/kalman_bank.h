@@ -94,9 +94,11 @@ class KalmanBank {
   std::vector<Belief> beliefs_;
   std::vector<double> mean_;
   std::vector<double> covariance_;
-  std::vector<double> gain_;        // of each state
-  std::vector<double> innovation_;  // of each filter, as all that follows
-  std::vector<double> variance_;
+  std::vector<double> gain_;  // of each state, over the innovation's deviation
+  // Of each filter, as all that follows.
+  std::vector<double> innovation_;  // over its deviation
+  std::vector<double> variance_;    // of the innovation
+  std::vector<double> per_deviation_;
   std::vector<double> log_weights_;
   std::vector<double> weights_;
   bool knows_ = false;

@@ -15,6 +15,7 @@
 #include "common/comparison/compared_scheme.h"
 #include "common/comparison/paper_preparation.h"
 #include "common/comparison/paper_procedure.h"
+#include "common/compensation/axis_stack.h"
 #include "common/core/units.h"
 #include "common/service/host.h"
 #include "common/thermal/sliding_mean_rate.h"
@@ -176,6 +177,36 @@ std::optional<ChainMeasurement> measure_chain(const PaperLikeRecord& record,
   measured.residual_rms_deg_h =
       core::deg_h_from_radps(comparison::moments(judged).root_mean_square);
   return measured;
+}
+
+std::optional<std::vector<double>> measure_experts(const PaperLikeRecord& record,
+                                                   std::size_t repeats) {
+  std::vector<compensation::AxisLabel> labels;
+  experts::ThermalMemory memory;
+  thermal::SlidingMeanRate temperature_rate{thermal::SlidingMeanRateOptions{}};
+  for (const PaperLikeRecord::Point& point : record.points) {
+    const double temperature = point.temperature_degc / kTemperatureScaleDegc;
+    temperature_rate.add(point.time, point.temperature_degc);
+    const double rate = temperature_rate.rate_degc_per_s().value_or(0.0) * kSecondsPerMinute;
+    labels.push_back({.time = point.time,
+                      .duration_s = record.interval_s,
+                      .drift_radps = point.rate_radps,
+                      .variance = record.point_variance,
+                      .features = compensation::FeatureArray{temperature, rate},
+                      .thermal = memory.advance(point.time, temperature, rate)});
+  }
+  std::vector<double> label_us(labels.size(), std::numeric_limits<double>::infinity());
+  for (std::size_t repeat = 0; repeat < repeats; ++repeat) {
+    compensation::AxisStack stack(2, 1);
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      const auto begin = Clock::now();
+      stack.learn(labels[i]);
+      const std::chrono::duration<double, std::micro> spent = Clock::now() - begin;
+      label_us[i] = std::min(label_us[i], spent.count());
+    }
+    if (service::wait_for_stop(0ms)) return std::nullopt;
+  }
+  return label_us;
 }
 
 double paper_chain_us() {

@@ -47,6 +47,11 @@ struct ChainMeasurement {
 std::optional<ChainMeasurement> measure_chain(const PaperLikeRecord& record,
                                               std::size_t labels_held, std::size_t repeats);
 
+// What the experts of an axis cost beside its online SVR, which is left out: those by time and
+// temperature and those by time alone, each point a label. Nothing if stopped by a signal.
+std::optional<std::vector<double>> measure_experts(const PaperLikeRecord& record,
+                                                   std::size_t repeats);
+
 // What the paper states for its own chain, µs a point.
 double paper_chain_us();
 
