@@ -51,7 +51,7 @@ struct KvhLinkStatistics {
   std::uint64_t frames = 0;
   std::uint64_t crc_errors = 0;     // a header, and 32 bytes behind it that don't fit the CRC
   std::uint64_t bytes_skipped = 0;  // in no good frame
-  // By the sequence numbers; 128 lost in a row look like none.
+  // By the sequence numbers; 128 lost in a row look like none (but see ArrivalClock).
   std::uint64_t frames_missing = 0;
 };
 

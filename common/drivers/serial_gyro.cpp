@@ -11,10 +11,6 @@
 namespace zerodrift::drivers {
 namespace {
 
-constexpr double kCrystalTolerance = 2e-4;
-constexpr core::SensorTime kLongestBacklog = std::chrono::seconds{1};
-constexpr core::SensorTime kLongestLoss = std::chrono::milliseconds{100};
-
 SerialGyroOptions checked(SerialGyroOptions options) {
   if (const auto wrong = options.validate()) throw std::invalid_argument(*wrong);
   return options;
@@ -54,25 +50,11 @@ std::optional<std::string> SerialGyroOptions::validate() const {
   return std::nullopt;
 }
 
-ArrivalClock::ArrivalClock(double frame_rate_hz) noexcept : period_ns_(1e9 / frame_rate_hz) {}
-
-core::SensorTime ArrivalClock::stamp(core::SensorTime host_time, std::uint64_t step) noexcept {
-  core::SensorTime time = host_time;
-  if (last_) {
-    const double ahead_ns = static_cast<double>(step) * period_ns_ * (1.0 + kCrystalTolerance);
-    const core::SensorTime predicted = *last_ + core::SensorTime{std::llround(ahead_ns)};
-    if (host_time - predicted <= (step == 1 ? kLongestBacklog : kLongestLoss))
-      time = std::min(host_time, predicted);
-    time = std::max(time, *last_ + core::SensorTime{1});
-  }
-  last_ = time;
-  return time;
-}
-
 SerialGyro::SerialGyro(SerialGyroOptions options)
     : options_(checked(std::move(options))),
       port_(options_.device, options_.baud_rate),
-      clock_(options_.frame_rate_hz) {
+      clock_(options_.frame_rate_hz, kKvhSequenceModulus),
+      watch_(options_.frame_rate_hz) {
   for (SerialGyroReading& reading : readings_) {
     reading.rate.interval_s = 1.0 / options_.frame_rate_hz;
     reading.rate.clock = core::ClockSource::kHost;
@@ -81,33 +63,43 @@ SerialGyro::SerialGyro(SerialGyroOptions options)
   }
 }
 
-void SerialGyro::reopen() {
-  port_ = SerialPort{options_.device, options_.baud_rate};
-}
-
 std::span<const SerialGyroReading> SerialGyro::read(core::SensorTime host_time) noexcept {
   std::size_t count = 0;
   const std::size_t byte_count = port_.read(bytes_).bytes;
   for (const std::uint8_t byte : std::span{bytes_}.first(byte_count)) {
-    if (const auto frame = parser_.push(byte)) convert(*frame, host_time, readings_[count++]);
+    const std::uint64_t before = parser_.unwrapped_sequence();
+    if (const auto frame = parser_.push(byte))
+      received_[count++] = {.frame = *frame, .step = parser_.unwrapped_sequence() - before};
   }
+  clock_.begin_read(host_time, count, byte_count >= kFullRead);
+  for (std::size_t i = 0; i < count; ++i) convert(received_[i], readings_[i]);
   return std::span{readings_}.first(count);
 }
 
-void SerialGyro::convert(const KvhFrame& frame, core::SensorTime host_time,
-                         SerialGyroReading& reading) noexcept {
-  const std::uint64_t sequence = parser_.unwrapped_sequence();
+void SerialGyro::convert(const Received& received, SerialGyroReading& reading) noexcept {
+  const KvhFrame& frame = received.frame;
+  const auto [time, arrival, lost] = clock_.next(received.step);
+  laps_lost_ += lost;
+  sequence_ += received.step + lost;
+  watch_.note(arrival, received.step == 1 && lost == 0);
   const double scale = rate_scale(options_.rotation, options_.frame_rate_hz);
-  reading.rate.sequence = sequence;
-  reading.rate.time = clock_.stamp(host_time, sequence - last_sequence_);
+  const bool has_unit = !watch_.other_rate_hz();
+  reading.rate.sequence = sequence_;
+  reading.rate.time = time;
   for (std::size_t i = 0; i < core::kAxisCount; ++i) {
     reading.rate.rate_radps[i] = static_cast<double>(frame.rotation[i]) * scale;
-    reading.rate.valid[i] = frame.rotation_valid[i] && std::isfinite(frame.rotation[i]);
+    reading.rate.valid[i] =
+        has_unit && frame.rotation_valid[i] && core::is_rate(reading.rate.rate_radps[i]);
   }
-  reading.temperature.sequence = sequence;
-  reading.temperature.time = reading.rate.time;
+  reading.temperature.sequence = sequence_;
+  reading.temperature.time = time;
   reading.temperature.temperature_degc = to_degc(frame.temperature, options_.temperature);
-  last_sequence_ = sequence;
+}
+
+KvhLinkStatistics SerialGyro::statistics() const noexcept {
+  KvhLinkStatistics statistics = parser_.statistics();
+  statistics.frames_missing += laps_lost_;
+  return statistics;
 }
 
 }  // namespace zerodrift::drivers

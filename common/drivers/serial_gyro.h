@@ -11,6 +11,7 @@
 #include <string>
 
 #include "common/core/samples.h"
+#include "common/drivers/arrival_clock.h"
 #include "common/drivers/kvh_frame.h"
 #include "common/drivers/serial_port.h"
 
@@ -34,28 +35,6 @@ struct SerialGyroOptions {
   [[nodiscard]] std::optional<std::string> validate() const;
 };
 
-// Time for frames that carry none: host time of arrival, with the jitter of the host taken off.
-// Frames that arrive together are spread over the time since the last arrival by their sequence
-// numbers. The estimate follows the earliest arrivals, since a frame can only be late:
-// Host time may never be set back, but for restart().
-//   t_k = min(host time, t_(k-1) + step (1 + 2e-4) / rate),   always after t_(k-1)
-// where 2e-4 is more than a gyro's crystal can be slow. It starts afresh at the host time where
-// that is more than 1 s ahead, or 0.1 s where frames are missing, for then 128 more may be missing
-// unseen.
-class ArrivalClock {
- public:
-  explicit ArrivalClock(double frame_rate_hz) noexcept;
-
-  // Time of a frame `step` after the last one. host_time is when it was read.
-  core::SensorTime stamp(core::SensorTime host_time, std::uint64_t step) noexcept;
-  // Host time was set anew, forward or back: the next frame is stamped with it.
-  void restart() noexcept { last_.reset(); }
-
- private:
-  double period_ns_;
-  std::optional<core::SensorTime> last_;
-};
-
 struct SerialGyroReading {
   core::AngularRateSample rate;         // sequence counts missing frames too; clock kHost
   core::TemperatureSample temperature;  // the same sequence, time and clock
@@ -72,30 +51,44 @@ class SerialGyro {
   }
 
   // Host time was set anew: sensor time goes on from there.
-  void restart_time() noexcept { clock_.restart(); }
-  // Opens the device again after it was gone; sequence and time go on. Throws DriverError.
-  void reopen();
+  void restart_time() noexcept {
+    clock_.restart();
+    watch_.restart();
+  }
+  // Opens the device again after it was gone; sequence and time go on. The old one is closed first:
+  // as long as it is held, the device comes back under another name. Throws DriverError.
+  void reopen() { port_.reopen(); }
 
   // The frames that what is there completes, none to many; valid until the next call. No
   // allocation. A device that is gone gives none; wait() says that it is gone.
   [[nodiscard]] std::span<const SerialGyroReading> read(core::SensorTime host_time) noexcept;
 
-  [[nodiscard]] const KvhLinkStatistics& statistics() const noexcept {
-    return parser_.statistics();
+  [[nodiscard]] KvhLinkStatistics statistics() const noexcept;
+  // What the gyro sends instead of frame_rate_hz, frames a second. As long as it does, what it
+  // measures has no unit, no interval and no time: no axis is valid.
+  [[nodiscard]] std::optional<double> other_rate_hz() const noexcept {
+    return watch_.other_rate_hz();
   }
 
  private:
-  static constexpr std::size_t kBytesAtOnce = 4096;
+  static constexpr std::size_t kBytesAtOnce = 4096;  // as a tty holds
+  static constexpr std::size_t kFullRead = 3 * kBytesAtOnce / 4;
+  struct Received {
+    KvhFrame frame{};
+    std::uint64_t step = 0;  // from the number of the frame before
+  };
 
-  void convert(const KvhFrame& frame, core::SensorTime host_time,
-               SerialGyroReading& reading) noexcept;
+  void convert(const Received& received, SerialGyroReading& reading) noexcept;
 
   SerialGyroOptions options_;
   SerialPort port_;
   KvhFrameParser parser_;
   ArrivalClock clock_;
-  std::uint64_t last_sequence_ = 0;
+  FrameRateWatch watch_;
+  std::uint64_t sequence_ = 0;
+  std::uint64_t laps_lost_ = 0;  // frames that their numbers don't tell of
   std::array<std::uint8_t, kBytesAtOnce> bytes_{};
+  std::array<Received, kBytesAtOnce / kKvhFrameSize + 1> received_{};
   std::array<SerialGyroReading, kBytesAtOnce / kKvhFrameSize + 1> readings_;
 };
 

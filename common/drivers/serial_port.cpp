@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <sys/ioctl.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -47,6 +48,7 @@ speed_t termios_speed(const std::string& device, unsigned baud_rate) {
 void set_up_line(int fd, const std::string& device, speed_t speed) {
   termios line{};
   if (::tcgetattr(fd, &line) != 0) refuse(device, "is not a serial device (tty)");
+  if (::ioctl(fd, TIOCEXCL) != 0) refuse(device, "cannot keep the serial device for itself");
   ::cfmakeraw(&line);
   line.c_cflag |= CLOCAL | CREAD;
   line.c_cflag &= ~static_cast<tcflag_t>(CSTOPB | CRTSCTS);
@@ -61,32 +63,48 @@ void set_up_line(int fd, const std::string& device, speed_t speed) {
 
 }  // namespace
 
-SerialPort::SerialPort(std::string device, unsigned baud_rate) : device_(std::move(device)) {
-  const speed_t speed = termios_speed(device_, baud_rate);
+SerialPort::SerialPort(std::string device, unsigned baud_rate)
+    : device_(std::move(device)), baud_rate_(baud_rate) {
+  reopen();
+}
+
+SerialPort::~SerialPort() {
+  close();
+}
+
+SerialPort::SerialPort(SerialPort&& other) noexcept
+    : device_(std::move(other.device_)),
+      baud_rate_(other.baud_rate_),
+      fd_(std::exchange(other.fd_, -1)) {}
+
+SerialPort& SerialPort::operator=(SerialPort&& other) noexcept {
+  std::swap(device_, other.device_);
+  std::swap(baud_rate_, other.baud_rate_);
+  std::swap(fd_, other.fd_);
+  return *this;
+}
+
+void SerialPort::reopen() {
+  close();
+  const speed_t speed = termios_speed(device_, baud_rate_);
   fd_ = ::open(device_.c_str(), O_RDONLY | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (fd_ < 0) refuse(device_, "cannot open the serial device");
   try {
     set_up_line(fd_, device_, speed);
   } catch (...) {
-    ::close(fd_);
+    close();
     throw;
   }
 }
 
-SerialPort::~SerialPort() {
-  if (fd_ >= 0) ::close(fd_);
-}
-
-SerialPort::SerialPort(SerialPort&& other) noexcept
-    : device_(std::move(other.device_)), fd_(std::exchange(other.fd_, -1)) {}
-
-SerialPort& SerialPort::operator=(SerialPort&& other) noexcept {
-  std::swap(device_, other.device_);
-  std::swap(fd_, other.fd_);
-  return *this;
+void SerialPort::close() noexcept {
+  if (fd_ < 0) return;
+  ::ioctl(fd_, TIOCNXCL);  // a pseudo-terminal would remember it
+  ::close(std::exchange(fd_, -1));
 }
 
 SerialStatus SerialPort::wait(std::chrono::milliseconds timeout) noexcept {
+  if (fd_ < 0) return SerialStatus::kGone;
   pollfd waited{fd_, POLLIN, 0};
   const auto longest = std::chrono::milliseconds{std::numeric_limits<int>::max()};
   const int ready =

@@ -24,12 +24,15 @@ struct SerialRead {
 
 class SerialPort {
  public:
-  // Opens the device, sets the line up and drops bytes that arrived before. Throws DriverError
-  // naming the device.
+  // Opens the device, sets the line up and drops bytes that arrived before. Nobody else can open it
+  // meanwhile. Throws DriverError naming the device.
   SerialPort(std::string device, unsigned baud_rate);
   ~SerialPort();
   SerialPort(SerialPort&& other) noexcept;
   SerialPort& operator=(SerialPort&& other) noexcept;
+
+  // Closes the device and opens it again. Throws DriverError; it is gone then.
+  void reopen();
 
   // Waits until there is something to read.
   [[nodiscard]] SerialStatus wait(std::chrono::milliseconds timeout) noexcept;
@@ -41,7 +44,10 @@ class SerialPort {
   [[nodiscard]] int descriptor() const noexcept { return fd_; }
 
  private:
+  void close() noexcept;
+
   std::string device_;
+  unsigned baud_rate_ = 0;
   int fd_ = -1;
 };
 

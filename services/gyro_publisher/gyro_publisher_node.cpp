@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/gyro_publisher/gyro_publisher_node.h"
 
+#include <fmt/core.h>
+
 #include <array>
 #include <map>
 
@@ -36,6 +38,11 @@ void add_options(CLI::App& app, GyroPublisherOptions& options) {
       {"delta_angle_deg", drivers::RotationFormat::kDeltaAngleDeg},
       {"rate_rad_s", drivers::RotationFormat::kRateRadps},
       {"rate_deg_s", drivers::RotationFormat::kRateDegps}};
+  const std::map<std::string, drivers::TemperatureFormat> units{
+      {"C", drivers::TemperatureFormat::kDegC},
+      {"C_100", drivers::TemperatureFormat::kHundredthDegC},
+      {"F", drivers::TemperatureFormat::kDegF},
+      {"F_100", drivers::TemperatureFormat::kHundredthDegF}};
   app.add_option("--source", options.source.kind,
                  "simulation, record, serial, or ros2:TOPIC of sensor_msgs/Imu")
       ->required()
@@ -55,6 +62,11 @@ void add_options(CLI::App& app, GyroPublisherOptions& options) {
                 ->transform(service::in_hertz()));
   app.add_option("--rotation", options.serial.rotation, "serial: what the gyro sends")
       ->transform(service::one_of(formats));
+  app.add_option("--temperature-unit", options.serial.temperature,
+                 "serial: what its thermometer sends (=tempunits)")
+      ->transform(service::one_of(units));
+  app.add_option("--temperature-probe", options.serial.probe, "serial: name of its thermometer")
+      ->capture_default_str();
   replay::add_ros2_options(app, options.ros2);
 }
 
@@ -167,9 +179,9 @@ void GyroPublisherNode::publish_serial() {
       std::this_thread::sleep_for(kReopenEvery);
       try {
         serial_->reopen();
-      } catch (const drivers::DriverError&) {
-        continue;  // reported above; tried again
+      } catch (const drivers::DriverError&) {  // reported above; tried again
       }
+      continue;
     }
     for (const auto& reading : serial_->read(now)) {
       rates_.publish(reading.rate, discipline);
@@ -177,7 +189,27 @@ void GyroPublisherNode::publish_serial() {
       temperature_writer_.write(temperature);
     }
     report_link(serial_->statistics());
+    report_frame_rate(now);
   }
+}
+
+void GyroPublisherNode::report_frame_rate(core::SensorTime now) {
+  const std::optional<double> other_hz = serial_->other_rate_hz();
+  if (other_hz.has_value() == has_other_rate_) return;
+  has_other_rate_ = other_hz.has_value();
+  const std::string said = fmt::format("{:g} a second", options_.serial.frame_rate_hz);
+  host_.raise(
+      {.code = "frame_rate",
+       .severity = has_other_rate_ ? Severity::kError : Severity::kInformation,
+       .text =
+           options_.serial.device +
+           (has_other_rate_
+                ? fmt::format(": sends {:.5g} frames a second, --frame-rate says {}: no axis is "
+                              "valid; expected the rate that the gyro was set up to send (=dr)",
+                              *other_hz, said)
+                : ": sends " + said + " again, as --frame-rate says"),
+       .gyro_id = gyro_id_,
+       .sensor_time_ns = now.count()});
 }
 
 void GyroPublisherNode::report_link(const drivers::KvhLinkStatistics& now) {

@@ -46,6 +46,7 @@ class GyroPublisherNode {
   std::string replay(const std::string& argument);
   replay::RateReplay::Delivery disturb(core::AngularRateSample& sample);
   void report_link(const drivers::KvhLinkStatistics& now);
+  void report_frame_rate(core::SensorTime now);
   service::Status status() const;
 
   GyroPublisherOptions options_;
@@ -56,6 +57,7 @@ class GyroPublisherNode {
   GyroSource source_;
   std::optional<drivers::SerialGyro> serial_;
   drivers::KvhLinkStatistics reported_link_{};
+  bool has_other_rate_ = false;  // as reported
   std::optional<replay::RosParticipant> ros2_participant_;
   std::unique_ptr<replay::RosRateSource> ros2_;
 

@@ -54,6 +54,13 @@ std::vector<SerialGyroReading> receive(SerialGyro& gyro, SensorTime host_time) {
   return all;
 }
 
+// What one frame gave.
+std::vector<SerialGyroReading> receive_one(SerialGyro& gyro, SensorTime host_time) {
+  if (gyro.wait(milliseconds{200}) != SerialStatus::kData) return {};
+  const auto some = gyro.read(host_time);
+  return {some.begin(), some.end()};
+}
+
 TEST(SerialGyro, GivesRatesTemperatureAndValidity) {
   FakeGyro fake;
   SerialGyro gyro{options_for(fake)};
@@ -123,10 +130,10 @@ TEST(SerialGyro, FramesSplitOverReadsAndAmidNoiseAllArrive) {
     fake.send(std::span{stream}.subspan(at, size));
     at += size;
     if (gyro.wait(milliseconds{200}) != SerialStatus::kData) continue;
-    const auto some = gyro.read(milliseconds{static_cast<long>(at)});
+    const auto some = gyro.read(std::chrono::microseconds{26 * at});
     all.insert(all.end(), some.begin(), some.end());
   }
-  const auto rest = receive(gyro, std::chrono::seconds{100});
+  const auto rest = receive(gyro, std::chrono::microseconds{26 * stream.size()});
   all.insert(all.end(), rest.begin(), rest.end());
 
   EXPECT_EQ(all.size(), 196U) << "seed " << kSeed;
@@ -186,6 +193,53 @@ TEST(SerialGyro, ReopenedItGoesOnCounting) {
   EXPECT_EQ(readings[0].rate.sequence, 3U);
 }
 
+// Its delta angles were scaled by a rate that it doesn't send at, and given as rates.
+TEST(SerialGyro, NothingIsValidOfAGyroThatSendsAtAnotherRate) {
+  FakeGyro fake;
+  SerialGyro gyro{options_for(fake)};
+  bool was_found = false;
+  for (unsigned i = 0; i < 2000 && !was_found; ++i) {
+    fake.send(encode(frame_of(i)));
+    const auto readings = receive_one(gyro, milliseconds{2 * i});
+    was_found = gyro.other_rate_hz().has_value();
+    for (const SerialGyroReading& reading : readings) EXPECT_EQ(reading.rate.valid[0], !was_found);
+  }
+  ASSERT_TRUE(was_found);
+  EXPECT_NEAR(*gyro.other_rate_hz(), 500.0, 5.0);
+}
+
+// Numbers tell of a loss up to whole laps of them; the silence tells of the laps.
+TEST(SerialGyro, CountsALossOfWholeLaps) {
+  FakeGyro fake;
+  SerialGyro gyro{options_for(fake)};
+  for (unsigned i = 0; i < 100; ++i) {
+    fake.send(encode(frame_of(i)));
+    ASSERT_EQ(receive_one(gyro, milliseconds{i}).size(), 1U);
+  }
+  fake.send(encode(frame_of(400)));
+  const auto readings = receive_one(gyro, milliseconds{400});
+  ASSERT_EQ(readings.size(), 1U);
+  EXPECT_EQ(readings[0].rate.sequence, 400U);
+  EXPECT_EQ(readings[0].rate.time, milliseconds{400});
+  EXPECT_EQ(gyro.statistics().frames_missing, 300U);
+}
+
+// The kernel gives a device that comes back while the old one is held another name.
+TEST(SerialGyro, GoneItHoldsTheDeviceNoLonger) {
+  FakeGyro fake;
+  const std::string device = fake.device();
+  SerialGyro gyro{options_for(fake)};
+  fake.unplug();
+  ASSERT_EQ(gyro.wait(milliseconds{200}), SerialStatus::kGone);
+  EXPECT_THROW(gyro.reopen(), DriverError);
+  EXPECT_EQ(gyro.wait(milliseconds{0}), SerialStatus::kGone);
+  FakeGyro again;
+  ASSERT_EQ(again.device(), device);
+  gyro.reopen();
+  again.send(encode(frame_of(7)));
+  EXPECT_EQ(receive(gyro, milliseconds{5}).size(), 1U);
+}
+
 std::string error_of(const std::string& device, unsigned baud_rate) {
   try {
     SerialPort port{device, baud_rate};
@@ -215,74 +269,6 @@ TEST(SerialGyroOptions, ValidateNamesTheWrongKey) {
   options.frame_rate_hz = 200.0;
   options.probe.clear();
   EXPECT_TRUE(options.validate()->starts_with("probe:"));
-}
-
-// Frames every ms arrive in bursts, each up to 8 ms late: the stamps must not show it.
-TEST(ArrivalClocks, TakesTheHostsJitterOff) {
-  constexpr std::uint64_t kSeed = 43;
-  std::mt19937_64 random{kSeed};
-  ArrivalClock clock{1000.0};
-  SensorTime previous{0};
-  SensorTime burst{0};
-  for (int k = 1; k <= 20000; ++k) {
-    const SensorTime sent = milliseconds{k};
-    if (sent > burst) burst = sent + SensorTime{static_cast<std::int64_t>(random() % 8'000'000)};
-    const SensorTime stamp = clock.stamp(std::max(burst, sent), 1);
-    ASSERT_GT(stamp, previous) << "seed " << kSeed << " frame " << k;
-    previous = stamp;
-    // Settled, it lies above the true time by the creep since the last early arrival: 2e-4 ms a
-    // frame. One burst in 8 arrives less than 1 ms late; 100 bursts (about 500 frames, 0.1 ms)
-    // without one have a chance of 2e-6.
-    if (k > 2000) {
-      ASSERT_GE(stamp, sent) << "seed " << kSeed << " frame " << k;
-      ASSERT_LE(stamp, sent + SensorTime{1'100'000}) << "seed " << kSeed << " frame " << k;
-    }
-  }
-}
-
-TEST(ArrivalClocks, FollowsACrystalThatIsSlowOrFast) {
-  for (const double error : {-1e-4, 1e-4}) {
-    ArrivalClock clock{1000.0};
-    SensorTime stamp{0};
-    SensorTime sent{0};
-    for (int k = 1; k <= 100000; ++k) {
-      sent = SensorTime{std::llround(k * 1e6 * (1.0 + error))};
-      stamp = clock.stamp(sent, 1);
-    }
-    EXPECT_EQ(stamp, sent) << error;  // each arrival is on time, so each is its own stamp
-  }
-}
-
-TEST(ArrivalClocks, MissingFramesKeepTheirPlaceInTime) {
-  ArrivalClock clock{1000.0};
-  (void)clock.stamp(milliseconds{0}, 1);
-  EXPECT_EQ(clock.stamp(milliseconds{4}, 3),
-            milliseconds{3} + SensorTime{600});  // 3 periods and their creep
-}
-
-// Set back by an hour, all later frames were 1 ns apart.
-TEST(ArrivalClocks, FollowHostTimeThatIsSetAnew) {
-  using namespace std::chrono_literals;
-  for (const SensorTime step : {SensorTime{-1h}, SensorTime{1h}, SensorTime{700ms}}) {
-    ArrivalClock clock{1000.0};
-    SensorTime host{10h};
-    for (int k = 0; k < 1000; ++k) (void)clock.stamp(host += 1ms, 1);
-    host += step;
-    clock.restart();
-    for (int k = 0; k < 1000; ++k) {
-      host += 1ms;
-      ASSERT_EQ(clock.stamp(host, 1), host);
-    }
-  }
-}
-
-TEST(ArrivalClocks, ABacklogWithoutLossIsSpreadAndALossStartsAfresh) {
-  ArrivalClock backlog{1000.0};
-  (void)backlog.stamp(milliseconds{0}, 1);
-  EXPECT_EQ(backlog.stamp(milliseconds{900}, 1), milliseconds{1} + SensorTime{200});
-  ArrivalClock loss{1000.0};
-  (void)loss.stamp(milliseconds{0}, 1);
-  EXPECT_EQ(loss.stamp(milliseconds{900}, 4), milliseconds{900});
 }
 
 }  // namespace
