@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <string_view>
@@ -10,7 +11,6 @@
 #include <utility>
 
 #include "common/drivers/driver_error.h"
-#include "common/drivers/sysfs_file.h"
 
 namespace zerodrift::drivers {
 namespace {
@@ -18,12 +18,19 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kDegcPerMillidegree = 1e-3;
+constexpr double kAbsoluteZeroDegc = -273.15;
+constexpr double kHottestDegc = 2000.0;  // of any thermocouple
+
+// No sensor's registers are all 0, but the CRC of nothing else than zeros is 0.
+constexpr std::string_view kShorted = "00 00 00 00 00 00 00 00 00 ";
 
 FileValue read_w1_slave(const fs::path& path) {
   const std::optional<std::string> text = read_text(path);
   if (!text) return cannot_read(path);
   if (text->find("YES") == std::string::npos)
     return no_value(path, "the 1-wire CRC does not say YES");
+  if (text->starts_with(kShorted))
+    return no_value(path, "all that it says is 0: the 1-wire bus is shorted to ground");
   const std::size_t at = text->find("t=");
   const std::optional<double> number =
       at == std::string::npos ? std::nullopt : parse_number(text->substr(at + 2));
@@ -31,9 +38,26 @@ FileValue read_w1_slave(const fs::path& path) {
   return {number, {}};
 }
 
-FileValue read_millidegrees(const ThermometerFile& file) {
+// `temperature` of a 1-wire sensor shows no bytes; w1_slave beside it does.
+FileValue read_temperature(const fs::path& path) {
+  const FileValue value = read_number(path);
+  std::error_code ignored;
+  const fs::path bytes = path.parent_path() / "w1_slave";
+  const bool is_doubtful = value.value == 0.0 && path.filename() == "temperature";
+  return is_doubtful && fs::exists(bytes, ignored) ? read_w1_slave(bytes) : value;
+}
+
+// temp1_fault of hwmon: an open or missing sensor, whose temp1_input is any number.
+bool is_faulty(const fs::path& path) {
+  const std::string file = path.filename().string();
+  if (!file.starts_with("temp") || !file.ends_with("_input")) return false;
+  const fs::path fault = path.parent_path() / (file.substr(0, file.rfind('_')) + "_fault");
+  return read_number(fault).value.value_or(0.0) != 0.0;
+}
+
+FileValue read_file(const ThermometerFile& file) {
   switch (file.kind) {
-    case ThermometerKind::kMillidegreeFile: return read_number(file.path);
+    case ThermometerKind::kMillidegreeFile: return read_temperature(file.path);
     case ThermometerKind::kIioRaw: return read_iio(file.path);
     case ThermometerKind::kW1Slave: return read_w1_slave(file.path);
   }
@@ -99,12 +123,16 @@ bool is_shown_better_by(const fs::path& path, const std::vector<fs::path>& sibli
 }
 
 void make_unique(std::string& probe, const std::vector<ThermometerFile>& others) {
-  const std::string stem = probe;
+  const std::string stem = probe.substr(0, kLongestProbe);
+  probe = stem;
   const auto taken = [&] {
     return std::any_of(others.begin(), others.end(),
                        [&](const ThermometerFile& other) { return other.probe == probe; });
   };
-  for (int number = 2; taken(); ++number) probe = stem + "_" + std::to_string(number);
+  for (int number = 2; taken(); ++number) {
+    const std::string suffix = "_" + std::to_string(number);
+    probe = stem.substr(0, kLongestProbe - suffix.size()) + suffix;
+  }
 }
 
 }  // namespace
@@ -137,17 +165,31 @@ ThermometerFile describe_thermometer(std::string probe, const std::filesystem::p
   return {std::move(probe), path, *kind};
 }
 
-SysfsThermometer::SysfsThermometer(ThermometerFile file) : file_(std::move(file)) {
-  const FileValue first = read_millidegrees(file_);
+SysfsThermometer::SysfsThermometer(ThermometerFile file)
+    : file_(std::move(file)), chip_(text_or(file_.path.parent_path() / "name", "")) {
+  const FileValue first = read_millidegrees();
   if (!first.value) throw DriverError(first.reason);
 }
 
-ThermometerReading SysfsThermometer::read(core::SensorTime host_time) {
-  FileValue outcome = read_millidegrees(file_);
+FileValue SysfsThermometer::read_millidegrees() const {
+  const fs::path& path = file_.path;
+  if (is_faulty(path)) return no_value(path, "its fault file says that the sensor is open or gone");
+  const FileValue value = read_file(file_);
+  if (!value.value) return value;
+  const double degc = *value.value * kDegcPerMillidegree;
+  if (degc < kAbsoluteZeroDegc || degc > kHottestDegc)
+    return no_value(path, "found " + std::to_string(std::llround(degc)) + " °C, no temperature");
+  // Numbers of hwmon and IIO go to who comes first.
+  const std::string chip = text_or(path.parent_path() / "name", "");
+  if (chip != chip_) return no_value(path, "is now of '" + chip + "', was of '" + chip_ + "'");
+  return value;
+}
+
+ThermometerReading SysfsThermometer::read() {
+  FileValue outcome = read_millidegrees();
   ThermometerReading reading;
   reading.sample.probe = file_.probe;
   reading.sample.sequence = next_sequence_++;
-  reading.sample.time = host_time;
   reading.sample.measured = outcome.value.has_value();
   reading.sample.temperature_degc = outcome.value ? *outcome.value * kDegcPerMillidegree
                                                   : std::numeric_limits<double>::quiet_NaN();

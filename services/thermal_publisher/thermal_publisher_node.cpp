@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/thermal_publisher/thermal_publisher_node.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <stdexcept>
 #include <utility>
 
 #include "common/core/counted.h"
+#include "common/drivers/driver_error.h"
 #include "common/record/column_map.h"
 #include "common/record/probe_topic.h"
 #include "common/service/main.h"
@@ -79,15 +82,34 @@ void ThermalPublisherNode::open_sysfs() {
     if (equals == std::string::npos || equals == 0) {
       throw std::invalid_argument("--probe: found '" + text + "', expected NAME=FILE");
     }
-    files.push_back(drivers::describe_thermometer(text.substr(0, equals), text.substr(equals + 1)));
+    const std::string probe = text.substr(0, equals);
+    const bool is_twice = std::any_of(files.begin(), files.end(),
+                                      [&](const auto& file) { return file.probe == probe; });
+    if (is_twice || probe.size() > drivers::kLongestProbe) {
+      throw std::invalid_argument(fmt::format(
+          "--probe: found '{}'{}, expected NAME=FILE, each NAME once and of at most {} bytes", text,
+          is_twice ? " again" : "", drivers::kLongestProbe));
+    }
+    files.push_back(drivers::describe_thermometer(probe, text.substr(equals + 1)));
   }
+  for (auto& file : files) thermometers_.emplace_back(std::move(file));
   open_environment();
-  if (files.empty()) files = drivers::discover_thermometers(options_.sysfs_root);
-  if (files.empty() && !environment_) {
+  if (thermometers_.empty()) open_all_there_are();
+}
+
+// One that answers an error says nothing of the others.
+void ThermalPublisherNode::open_all_there_are() {
+  for (auto& file : drivers::discover_thermometers(options_.sysfs_root)) {
+    try {
+      thermometers_.emplace_back(std::move(file));
+    } catch (const drivers::DriverError& error) {
+      warn("no_temperature", std::string("left out: ") + error.what(), core::SensorTime{0});
+    }
+  }
+  if (thermometers_.empty() && !environment_) {
     throw std::invalid_argument(
         options_.sysfs_root + ": no hwmon, IIO or 1-wire thermometer found; name one with --probe");
   }
-  for (auto& file : files) thermometers_.emplace_back(std::move(file));
 }
 
 void ThermalPublisherNode::open_environment() {
@@ -133,12 +155,13 @@ void ThermalPublisherNode::publish_sysfs() {
       publish_environment(clock.at(service::monotonic_ns()));
     }
     for (auto& thermometer : thermometers_) {
+      auto reading = thermometer.read();
       service::follow_wall_clock(clock, host_, gyro_id_);
-      const auto reading = thermometer.read(clock.at(service::monotonic_ns()));
+      reading.sample.time = clock.at(service::monotonic_ns());
       if (!reading.sample.measured) warn("no_temperature", reading.reason, reading.sample.time);
       temperatures_.publish(reading.sample, stopping_);
     }
-    due += period;
+    due = std::max(due + period, std::chrono::steady_clock::now());
     while (!stopping_ && std::chrono::steady_clock::now() < due) {
       std::this_thread::sleep_for(
           std::min<std::chrono::nanoseconds>(kStopCheck, due - std::chrono::steady_clock::now()));

@@ -45,6 +45,7 @@ class ThermalPublisherNode {
 
  private:
   void open_sysfs();
+  void open_all_there_are();
   void open_environment();
   void publish_sysfs();
   void publish_environment(core::SensorTime time);

@@ -32,9 +32,7 @@ class SysfsThermometers : public ScratchFolder {
   }
 
   [[nodiscard]] static double read_once(const std::filesystem::path& path) {
-    return SysfsThermometer{describe_thermometer("coil", path)}
-        .read(core::SensorTime{0})
-        .sample.temperature_degc;
+    return SysfsThermometer{describe_thermometer("coil", path)}.read().sample.temperature_degc;
   }
 
   [[nodiscard]] const std::filesystem::path& root() const { return folder_; }
@@ -115,27 +113,86 @@ TEST_F(SysfsThermometers, AFileThatVanishesWhileRunningIsNotMeasuredUntilItComes
   const auto path = write("class/hwmon/hwmon0/temp1_input", "20000\n");
   SysfsThermometer thermometer{describe_thermometer("coil", path)};
 
-  ThermometerReading reading = thermometer.read(core::SensorTime{1});
+  ThermometerReading reading = thermometer.read();
   EXPECT_TRUE(reading.sample.measured);
   EXPECT_EQ(reading.sample.probe, "coil");
   EXPECT_EQ(reading.sample.sequence, 0U);
-  EXPECT_EQ(reading.sample.time, core::SensorTime{1});
   EXPECT_EQ(reading.sample.clock, core::ClockSource::kHost);
   EXPECT_EQ(reading.reason, "");
 
   std::filesystem::remove(path);
-  reading = thermometer.read(core::SensorTime{2});
+  reading = thermometer.read();
   EXPECT_FALSE(reading.sample.measured);
   EXPECT_TRUE(std::isnan(reading.sample.temperature_degc));
   EXPECT_EQ(reading.sample.sequence, 1U);
-  EXPECT_EQ(reading.sample.time, core::SensorTime{2});
   EXPECT_EQ(shown(reading.reason),
             "class/hwmon/hwmon0/temp1_input: cannot read the sensor: No such file or directory");
 
   write("class/hwmon/hwmon0/temp1_input", "21000\n");
-  reading = thermometer.read(core::SensorTime{3});
+  reading = thermometer.read();
   EXPECT_TRUE(reading.sample.measured);
   EXPECT_DOUBLE_EQ(reading.sample.temperature_degc, 21.0);
+}
+
+// An open diode reads as 127.875 °C, a shorted 1-wire bus as 0 °C with a CRC that fits.
+TEST_F(SysfsThermometers, WhatIsNoTemperatureIsNotMeasured) {
+  const auto path = write("class/hwmon/hwmon0/temp1_input", "20000\n");
+  SysfsThermometer thermometer{describe_thermometer("coil", path)};
+  write("class/hwmon/hwmon0/temp1_fault", "0\n");
+  EXPECT_TRUE(thermometer.read().sample.measured);
+  write("class/hwmon/hwmon0/temp1_fault", "1\n");
+  const ThermometerReading faulty = thermometer.read();
+  EXPECT_FALSE(faulty.sample.measured);
+  EXPECT_EQ(shown(faulty.reason),
+            "class/hwmon/hwmon0/temp1_input: its fault file says that the sensor is open or gone");
+  write("class/hwmon/hwmon0/temp1_fault", "0\n");
+  EXPECT_TRUE(thermometer.read().sample.measured);
+  for (const char* text : {"-273151", "2147483647", "1e300"}) {
+    write("class/hwmon/hwmon0/temp1_input", text);
+    EXPECT_FALSE(thermometer.read().sample.measured) << text;
+  }
+  write("class/hwmon/hwmon0/temp1_input", "0");
+  EXPECT_TRUE(thermometer.read().sample.measured);
+
+  const char* const shorted =
+      "00 00 00 00 00 00 00 00 00 : crc=00 YES\n00 00 00 00 00 00 00 00 00 t=0\n";
+  EXPECT_EQ(refusal(write("a/w1_slave", shorted)),
+            "a/w1_slave: all that it says is 0: the 1-wire bus is shorted to ground");
+  EXPECT_EQ(refusal(write("a/temperature", "0\n")),
+            "a/w1_slave: all that it says is 0: the 1-wire bus is shorted to ground");
+  write("b/w1_slave", "00 00 4b 46 7f ff 10 10 cb : crc=cb YES\n00 00 4b 46 7f ff 10 10 cb t=0\n");
+  EXPECT_EQ(read_once(write("b/temperature", "0\n")), 0.0);
+}
+
+// Linux gives hwmon's and IIO's numbers to who comes first.
+TEST_F(SysfsThermometers, AnotherChipBehindItsPathIsNotTheThermometer) {
+  const auto path = write("class/hwmon/hwmon2/temp1_input", "21500\n");
+  write("class/hwmon/hwmon2/name", "lm75\n");
+  SysfsThermometer thermometer{describe_thermometer("coil", path)};
+  EXPECT_TRUE(thermometer.read().sample.measured);
+  write("class/hwmon/hwmon2/name", "coretemp\n");
+  write("class/hwmon/hwmon2/temp1_input", "64000\n");
+  const ThermometerReading other = thermometer.read();
+  EXPECT_FALSE(other.sample.measured);
+  EXPECT_EQ(shown(other.reason),
+            "class/hwmon/hwmon2/temp1_input: is now of 'coretemp', was of 'lm75'");
+  write("class/hwmon/hwmon2/name", "lm75\n");
+  EXPECT_TRUE(thermometer.read().sample.measured);
+}
+
+// What is cut on the wire would be one probe.
+TEST_F(SysfsThermometers, LongNamesStayDifferent) {
+  const std::string label(40, 'a');
+  for (const char* hwmon : {"0", "1", "2"}) {
+    const std::string folder = std::string("class/hwmon/hwmon") + hwmon;
+    write(folder + "/temp1_input", "20000\n");
+    write(folder + "/temp1_label", label + hwmon + "\n");
+  }
+  const auto found = discover_thermometers(root());
+  ASSERT_EQ(found.size(), 3U);
+  EXPECT_EQ(found[0].probe, std::string(32, 'a'));
+  EXPECT_EQ(found[1].probe, std::string(30, 'a') + "_2");
+  EXPECT_EQ(found[2].probe, std::string(30, 'a') + "_3");
 }
 
 }  // namespace
