@@ -194,6 +194,7 @@ void NavigationFilterNode::report_counts(Gyro& source) {
                  .gyro_id = source.id,
                  .sensor_time_ns = time_ns});
   }
+  report_truth(source);
   const auto compass = source.navigation.compass();
   if (!compass || source.reported_compass) return;
   source.reported_compass = true;
@@ -203,6 +204,22 @@ void NavigationFilterNode::report_counts(Gyro& source) {
                .text = who + std::string(navigation::text(*compass)),
                .gyro_id = source.id,
                .sensor_time_ns = time_ns});
+}
+
+void NavigationFilterNode::report_truth(Gyro& source) {
+  const core::SensorTime lost_at = source.navigation.truth_lost_at();
+  if (lost_at == source.reported_truth_lost_at) return;
+  source.reported_truth_lost_at = lost_at;
+  if (lost_at == core::kNever) return;
+  host_.raise(
+      {.code = "truth_lost",
+       .severity = Severity::kWarning,
+       .text = fmt::format("gyro {}: true rates were missing for longer than is bridged; no "
+                           "heading is judged any more until "
+                           "the filter starts anew",
+                           source.id),
+       .gyro_id = source.id,
+       .sensor_time_ns = lost_at.count()});
 }
 
 struct NavigationFilterNode::Seen {
@@ -276,7 +293,8 @@ service::Status NavigationFilterNode::status() {
       add("updates" + suffix, "1", static_cast<double>(seen.streams[i].updates));
       add("rejected" + suffix, "1", static_cast<double>(seen.streams[i].rejected));
       if (seen.errors[i].samples == 0) continue;
-      add("heading_error" + suffix, "deg", seen.errors[i].heading_now / core::kRadPerDeg);
+      if (seen.truth)
+        add("heading_error" + suffix, "deg", seen.errors[i].heading_now / core::kRadPerDeg);
       add("heading_rms" + suffix, "deg", seen.errors[i].heading_rms() / core::kRadPerDeg);
       add("heading_largest" + suffix, "deg", seen.errors[i].heading_largest / core::kRadPerDeg);
     }

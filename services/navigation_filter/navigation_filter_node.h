@@ -47,6 +47,7 @@ class NavigationFilterNode {
     navigation::NavigationCounts reported{};
     navigation::Phase reported_phase = navigation::Phase::kWaiting;
     bool reported_compass = false;
+    core::SensorTime reported_truth_lost_at = core::kNever;
   };
   // Of one gyro, as plain values.
   struct Seen;
@@ -64,6 +65,7 @@ class NavigationFilterNode {
   void tick();
   void publish_states(Gyro& source);
   void report_counts(Gyro& source);
+  void report_truth(Gyro& source);
   service::Status status();
 
   NavigationFilterOptions options_;

@@ -24,8 +24,9 @@ void fill_filter(const navigation::GyroNavigation& navigation, Stream stream,
   message.updates(navigation.counts(stream).updates);
   message.rejected(navigation.counts(stream).rejected);
   const navigation::StreamErrors& errors = navigation.errors(stream);
-  message.heading_error_rad(errors.samples > 0 ? errors.heading_now : core::kNaN);
-  message.attitude_error_rad(errors.samples > 0 ? errors.angle_now : core::kNaN);
+  const bool is_judged = navigation.knows_truth() && errors.samples > 0;
+  message.heading_error_rad(is_judged ? errors.heading_now : core::kNaN);
+  message.attitude_error_rad(is_judged ? errors.angle_now : core::kNaN);
 }
 
 }  // namespace
