@@ -14,9 +14,11 @@ constexpr std::size_t kLongestText = 255;  // of a reply
 
 }  // namespace
 
-CommandServer::CommandServer(Host& host, std::function<CommandVerdict(const msg::Command&)> obey)
+CommandServer::CommandServer(Host& host, std::function<CommandVerdict(const msg::Command&)> obey,
+                             std::function<void(const msg::Command&)> overhear)
     : host_(host),
       obey_(std::move(obey)),
+      overhear_(std::move(overhear)),
       writer_(host.participant(), host.observer()),
       reader_(
           host.participant(),
@@ -24,7 +26,11 @@ CommandServer::CommandServer(Host& host, std::function<CommandVerdict(const msg:
           host.observer()) {}
 
 void CommandServer::on_command(const msg::Command& command) {
-  if (host_.name() != command.service().c_str() || is_repeated(command)) return;
+  if (host_.name() != command.service().c_str()) {
+    if (overhear_) overhear_(command);
+    return;
+  }
+  if (is_repeated(command)) return;
   const CommandVerdict verdict = obey_(command);
   if (verdict.outcome != CommandVerdict::Outcome::kLater) answer(command, verdict);
 }

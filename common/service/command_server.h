@@ -26,8 +26,9 @@ class CommandServer {
  public:
   // `obey` runs on the receiving thread, once for each request: senders repeat a command until it
   // is answered, since the addressee may be matched late. So may the sender: the answer is repeated
-  // too.
-  CommandServer(Host& host, std::function<CommandVerdict(const msg::Command&)> obey);
+  // too. `overhear`, if there is one, is given those addressed to others, as often as they come.
+  CommandServer(Host& host, std::function<CommandVerdict(const msg::Command&)> obey,
+                std::function<void(const msg::Command&)> overhear = {});
 
   // Any thread.
   void answer(const msg::Command& command, const CommandVerdict& verdict);
@@ -45,6 +46,7 @@ class CommandServer {
 
   Host& host_;
   std::function<CommandVerdict(const msg::Command&)> obey_;
+  std::function<void(const msg::Command&)> overhear_;
   std::mutex mutex_;                 // of what follows
   std::array<Obeyed, 64> obeyed_{};  // the newest
   std::size_t obeyed_count_ = 0;

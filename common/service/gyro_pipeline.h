@@ -105,6 +105,8 @@ class GyroPipeline {
     follow_who_waits(now_ns);
   }
   void receive(const AnswerMark& other) noexcept { sync_.receive(other); }
+  // The leader was given a command that changes its model.
+  void expect_change() noexcept { sync_.expect_change(); }
 
   // Answers what can be answered. Real sensors are answered at once, with what is there. A record
   // or simulation waits for its consumers, so its samples wait here for what belongs to them, and

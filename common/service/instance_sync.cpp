@@ -78,12 +78,14 @@ void InstanceSync::compare(const AnswerMark& mine, const AnswerMark& other) noex
   }
   ++counts_.differing;
   ++peer.differing;
-  if (peer.differing >= kDifferingRun && is_senior(other, mine)) fall_behind(true);
+  const std::uint64_t run = expects_change_ ? 1 : kDifferingRun;
+  if (peer.differing >= run && is_senior(other, mine)) fall_behind(true);
 }
 
 void InstanceSync::fall_behind(bool keeps_line) noexcept {
   in_sync_ = false;
   keeps_line_ = keeps_line;
+  expects_change_ = false;
   ++counts_.step_backs;
   for (Peer& peer : peers_) peer.differing = peer.elsewhere = 0;
 }

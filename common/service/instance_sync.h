@@ -5,7 +5,8 @@
 // Every instance that is in sync writes every answer at once, and readers take each answer once,
 // whoever wrote it first (core/first_come.h). So a death costs nothing, and nobody has to notice
 // it. One that is not in sync holds its answers back: it has just started, or 200 of its answers in
-// a row differed from a senior's, or follow another publisher of the same gyro. It asks an instance
+// a row differed from a senior's (one, after a command that changes the leader's model), or follow
+// another publisher of the same gyro. It asks an instance
 // that is in sync, which is any that it receives from, for its state, and is in sync from there on.
 //
 // Of two that differ, the one whose line of answers is longer by far (of another power of two, and
@@ -85,6 +86,8 @@ class InstanceSync {
   void tick(std::int64_t now_ns) noexcept;
   // Whether what it answers is written.
   [[nodiscard]] bool may_write() const noexcept;
+  // The leader was given a command that changes its model: who differs now won't agree again.
+  void expect_change() noexcept { expects_change_ = true; }
   // Another instance's answer, as its reader received it.
   void receive(const AnswerMark& other) noexcept;
   void set_hangs(bool hangs) noexcept;
@@ -134,6 +137,7 @@ class InstanceSync {
   bool keeps_line_ = false;  // it was in sync, and its line goes on while it is behind
   bool hangs_ = false;
   bool leads_ = false;
+  bool expects_change_ = false;    // until it falls behind
   std::int64_t noted_ns_ = 0;      // when it answered last
   std::int64_t answering_ns_ = 0;  // how long it has been answering
   std::optional<AnswerMark> newest_{};

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "services/compensation/compensation_node.h"
+#include "services/compensation/instances.h"
 
 namespace zerodrift::services {
 
@@ -14,6 +15,15 @@ CompensationNode::Verdict CompensationNode::on_command(const msg::Command& comma
   const bool needs_files =
       name == "checkpoint" || name == "restore" || name == "adopt" || name == "revert";
   return needs_files ? hand_over(command) : obey(command);
+}
+
+// What another instance obeys, this one takes over with the state: it answers otherwise from then
+// on.
+void CompensationNode::overhear(const msg::Command& command) {
+  const std::string_view name = command.name().c_str();
+  if (!is_compensation(command.service().c_str()) || name == "checkpoint") return;
+  const std::lock_guard lock(data_mutex_);
+  for (auto& [id, source] : gyros_.entries()) source.pipeline().expect_change();
 }
 
 std::vector<Gyro*> CompensationNode::led_gyros() {
@@ -42,7 +52,7 @@ std::string CompensationNode::obey(Gyro& source, std::string_view command, bool&
   accepted = true;
   if (command == "freeze") {
     source.compensator().freeze();
-    return "learning is frozen";
+    return "learning is frozen until learn, or until this service starts anew";
   }
   if (command == "learn") {
     source.compensator().learn();

@@ -32,7 +32,9 @@ CompensationNode::CompensationNode(const CompensationNodeOptions& options)
       early_(options.max_gyros, kMostEarlyInputs),
       save_schedule_(options.checkpoint_period),
       learner_(kMostGyros, data_mutex_, [this] { drain_all(); }),
-      commands_(host_, [this](const msg::Command& m) { return on_command(m); }),
+      commands_(
+          host_, [this](const msg::Command& m) { return on_command(m); },
+          [this](const msg::Command& m) { overhear(m); }),
       progress_(host_.participant(), kConsumer),
       replay_reader_(host_.participant(), [this](const msg::ReplayProgress& m,
                                                  const dds::SampleOrigin&) { on_replay(m); }),

@@ -110,6 +110,7 @@ class CompensationNode {
 
   // commands.cpp
   Verdict on_command(const msg::Command& command);
+  void overhear(const msg::Command& command);
   Verdict obey(const msg::Command& command);
   std::string obey(Gyro& gyro, std::string_view command, bool& accepted);
   // The commands that change a model are the leading instance's.

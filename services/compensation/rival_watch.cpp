@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/compensation/rival_watch.h"
 
+#include "services/compensation/instances.h"
+
 namespace zerodrift::services {
 
 RivalWatch::RivalWatch(service::Host& host, bool is_redundant)
@@ -13,10 +15,8 @@ RivalWatch::RivalWatch(service::Host& host, bool is_redundant)
           },
           host.observer(), [this](const Guid& writer, dds::Departure) { forget(writer); }) {}
 
-// "compensation", or "compensation/2" of one that has a number.
 bool RivalWatch::is_rival(const std::string& service) const {
-  if (is_redundant_) return service == host_.name();
-  return service == "compensation" || service.starts_with("compensation/");
+  return is_redundant_ ? service == host_.name() : is_compensation(service);
 }
 
 void RivalWatch::note(const msg::ServiceStatus& status, const Guid& writer) {

@@ -19,7 +19,7 @@ void sysfs_thermometer(Bytes input) {
   file.fill(as_text(input.subspan(1)));
   try {
     drivers::SysfsThermometer thermometer(drivers::describe_thermometer("coil", file.path()));
-    const drivers::ThermometerReading reading = thermometer.read(core::SensorTime{0});
+    const drivers::ThermometerReading reading = thermometer.read();
     demand(reading.sample.measured == std::isfinite(reading.sample.temperature_degc),
            "what was measured is a number");
     if (!reading.sample.measured) demand_one_line(reading.reason);

@@ -109,6 +109,32 @@ TEST(InstanceSync, OfTwoThatDifferTheJuniorFallsBehindAndTheSeniorGoesOn) {
   EXPECT_EQ(junior.sync.counts().step_backs, 1U);
 }
 
+// Rule: a command that changes the leader's model makes readers receive no mixture of two. Before:
+// 200 answers of the old model and of the new one, in turn.
+TEST(InstanceSync, AfterACommandOneAnswerThatDiffersIsEnough) {
+  Instance senior = in_sync(0);
+  Instance junior = in_sync(1);
+  senior.sync.expect_change();
+  junior.sync.expect_change();
+  for (int k = 0; k < 10; ++k) {
+    EXPECT_TRUE(senior.answer(1));
+    EXPECT_TRUE(junior.answer(1)) << "it may have been refused";
+    senior.receive(1);
+    junior.receive(1);
+  }
+  EXPECT_TRUE(senior.answer(2));
+  EXPECT_TRUE(junior.answer(1));
+  senior.receive(1);
+  junior.receive(2);
+  EXPECT_TRUE(senior.answer(2)) << "it obeyed";
+  EXPECT_FALSE(junior.answer(1));
+  EXPECT_EQ(junior.sync.giver(), 0U);
+  junior.sync.caught_up();
+  EXPECT_TRUE(junior.answer(3)) << "one that differs may be a model that came late again";
+  junior.receive(2);
+  EXPECT_TRUE(junior.answer(2));
+}
+
 // Rule: who yields to a senior holds back no longer than the senior lives.
 TEST(InstanceSync, AJuniorWhoseSeniorDiesGoesOnAtOnce) {
   Instance junior = in_sync(1);
