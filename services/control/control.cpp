@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -10,9 +11,11 @@
 #include <future>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "common/files/named_file.h"
 #include "common/service/command_client.h"
@@ -32,23 +35,25 @@ struct ControlOptions {
   bool until_finished = false;
   bool json = false;
   double wait_s = 5.0;
-  std::string service;
+  std::string service;  // empty: the instances of the compensation that lead
   std::string command;
   std::string argument;
   std::string model;
   std::uint32_t gyro_id = 0;  // 0: the only one
 };
 
+constexpr auto kAllSpeakWithin = 500ms;  // each service does four times a second
+
 int show_once(const ControlOptions& options) {
   dds::Participant participant("zerodrift_ctl", options.network);
   StatusBoard board(participant);
   const auto give_up =
       std::chrono::steady_clock::now() + std::chrono::duration<double>(options.wait_s);
-  while (!board.has("compensation") && std::chrono::steady_clock::now() < give_up) {
+  while (!board.has_compensation() && std::chrono::steady_clock::now() < give_up) {
     if (service::wait_for_stop(50ms)) return service::kExitNo;
   }
-  service::wait_for_stop(500ms);  // the others speak four times a second
-  if (!board.has("compensation")) {
+  service::wait_for_stop(kAllSpeakWithin);
+  if (!board.has_compensation()) {
     std::fprintf(stderr, "ctl status: no compensation service found in domain %u within %g s\n",
                  options.network.domain, options.wait_s);
     return service::kExitNo;
@@ -137,45 +142,80 @@ std::string prior_argument(const ControlOptions& options) {
   return argument + options.model;
 }
 
-std::string as_json(const service::CommandAnswer& answer) {
+std::string as_json(const std::string& service, const service::CommandAnswer& answer) {
   using Outcome = service::CommandAnswer::Outcome;
   return nlohmann::ordered_json{{"accepted", answer.outcome == Outcome::kDone},
                                 {"text", answer.text},
-                                {"model_epoch", answer.model_epoch}}
+                                {"model_epoch", answer.model_epoch},
+                                {"service", service}}
       .dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
-int show(const ControlOptions& options, const service::CommandAnswer& answer) {
+int show(const ControlOptions& options, const std::string& service,
+         const service::CommandAnswer& answer) {
   using Outcome = service::CommandAnswer::Outcome;
   if (options.json) {
-    std::printf("%s\n", as_json(answer).c_str());
+    std::printf("%s\n", as_json(service, answer).c_str());
   } else if (answer.outcome == Outcome::kNobody) {
     std::fprintf(stderr, "ctl %s: no answer from '%s' in domain %u within %g s\n",
-                 options.command.c_str(), options.service.c_str(), options.network.domain,
-                 options.wait_s);
+                 options.command.c_str(), service.c_str(), options.network.domain, options.wait_s);
   } else if (answer.outcome == Outcome::kNotSent) {
     throw std::invalid_argument(options.command + ": " + answer.text);
   } else {
-    std::printf("%s: %s\n", options.service.c_str(), answer.text.c_str());
+    std::printf("%s: %s\n", service.c_str(), answer.text.c_str());
   }
   return answer.outcome == Outcome::kDone ? service::kExitDone : service::kExitNo;
 }
 
-int send(const ControlOptions& options) {
-  dds::Participant participant("zerodrift_ctl", options.network);
-  std::promise<service::CommandAnswer> promise;
-  auto answer = promise.get_future();
-  service::CommandClient client(participant);
-  client.send({.service = options.service,
+using Clock = std::chrono::steady_clock;
+using Deadline = std::chrono::time_point<Clock, std::chrono::duration<double>>;
+
+// The instances that lead; where nobody says so by then, the lowest that is there; none: nobody is
+// there, or the user stopped it.
+std::vector<std::string> find_compensations(const ControlOptions& options,
+                                            dds::Participant& participant, Deadline give_up) {
+  StatusBoard board(participant);
+  std::optional<Clock::time_point> found;
+  while (!board.all_are_led() && Clock::now() < give_up) {
+    if (!found && board.has_compensation()) found = Clock::now();
+    if (found && Clock::now() >= *found + kAllSpeakWithin) break;
+    if (service::wait_for_stop(20ms)) return {};
+  }
+  return board.addressees(options.gyro_id);
+}
+
+// None: the user stopped it.
+std::optional<service::CommandAnswer> ask(const ControlOptions& options, const std::string& service,
+                                          service::CommandClient& client, Deadline give_up) {
+  const auto promise = std::make_shared<std::promise<service::CommandAnswer>>();
+  auto answer = promise->get_future();
+  const std::chrono::duration<double, std::milli> left = give_up - Clock::now();
+  client.send({.service = service,
                .name = options.command,
                .argument = options.argument,
                .issuer = "zerodrift ctl"},
-              std::chrono::milliseconds(std::llround(1e3 * options.wait_s)),
-              [&](const service::CommandAnswer& answered) { promise.set_value(answered); });
+              std::chrono::milliseconds(std::llround(std::max(left.count(), 0.0))),
+              [promise](const service::CommandAnswer& answered) { promise->set_value(answered); });
   while (answer.wait_for(0ms) != std::future_status::ready) {
-    if (service::wait_for_stop(20ms)) return service::kExitNo;
+    if (service::wait_for_stop(20ms)) return std::nullopt;
   }
-  return show(options, answer.get());
+  return answer.get();
+}
+
+int send(const ControlOptions& options) {
+  dds::Participant participant("zerodrift_ctl", options.network);
+  service::CommandClient client(participant);
+  const Deadline give_up = Clock::now() + std::chrono::duration<double>(options.wait_s);
+  std::vector<std::string> services{options.service};
+  if (options.service.empty()) services = find_compensations(options, participant, give_up);
+  if (services.empty()) return show(options, "compensation", {.text = "no compensation is there"});
+  int exit_code = service::kExitDone;
+  for (const std::string& service : services) {
+    const auto answer = ask(options, service, client, give_up);
+    if (!answer) return service::kExitNo;
+    exit_code = std::max(exit_code, show(options, service, *answer));
+  }
+  return exit_code;
 }
 
 void add_commands(CLI::App& app, std::function<int()>& run) {
@@ -231,9 +271,9 @@ void add_commands(CLI::App& app, std::function<int()>& run) {
           ->required();
     }
     service::add_network_options(*command, options->network);
-    const char* addressee = acts_at_the_source(name) ? "gyro_publisher" : "compensation";
+    const char* addressee = acts_at_the_source(name) ? "gyro_publisher" : "";
     command->add_option("--service", options->service, "name of the service")
-        ->default_str(addressee);
+        ->default_str(acts_at_the_source(name) ? addressee : "the compensation that leads");
     service::show_default_in(
         "s", command->add_option("--wait", options->wait_s, "how long to wait for the answer")
                  ->transform(service::in_seconds_from_0()));

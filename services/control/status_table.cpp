@@ -13,6 +13,7 @@
 #include "common/core/units.h"
 #include "common/report/numbers.h"
 #include "common/service/host.h"
+#include "common/service/monotonic_clock.h"
 
 namespace zerodrift::services {
 
@@ -23,11 +24,8 @@ namespace {
 constexpr const char* kRow = "{:<4} {:>9} {:>9} {:>7} {:>11} {:>10} {:>9} {:>9}\n";
 constexpr const char* kHopRow = "{:<28} {:>9} {:>9} {:>9} {:>9} {:>10}\n";
 constexpr std::size_t kEventsShown = 6;
-constexpr std::size_t kMostMetrics = 512;  // of a service
 constexpr double kUnknown = -1.0;
 constexpr double kMinute = 60.0;
-
-const std::string kPart = "compensation:";  // see service::StatusPart
 
 bool is_publisher_of_a_gyro(std::string_view service) {
   return service.starts_with("gyro_publisher:") || service.starts_with("replay:");
@@ -64,27 +62,32 @@ const msg::AllanPoint* StatusBoard::minute_point(const msg::AllanReport& report)
   return nearest == points.end() || distance(*nearest) > std::log(1.5) ? nullptr : &*nearest;
 }
 
-std::string StatusBoard::part(std::uint32_t gyro) {
-  return kPart + std::to_string(gyro);
+std::string StatusBoard::part(std::uint32_t gyro) const {
+  return services_.compensation_of(gyro) + ':' + std::to_string(gyro);
+}
+
+double StatusBoard::age_s(const ServiceTable::Service& service) {
+  return static_cast<double>(service::monotonic_ns() - service.said_ns) * 1e-9;
 }
 
 StatusBoard::StatusBoard(dds::Participant& participant)
-    : status_reader_(participant,
-                     [this](const msg::ServiceStatus& m, const dds::SampleOrigin&) { note(m); }),
+    : status_reader_(
+          participant,
+          [this](const msg::ServiceStatus& m, const dds::SampleOrigin& o) { note(m, o.writer); },
+          {}, [this](const Guid& writer, dds::Departure) { note_gone(writer); }),
       report_reader_(participant,
                      [this](const msg::AllanReport& m, const dds::SampleOrigin&) { note(m); }),
       event_reader_(participant,
                     [this](const msg::Event& m, const dds::SampleOrigin&) { note(m); }) {}
 
-void StatusBoard::note(const msg::ServiceStatus& status) {
+void StatusBoard::note(const msg::ServiceStatus& status, const Guid& writer) {
   const std::lock_guard lock(mutex_);
-  Metrics* metrics = services_.find_or_make(status.service().c_str());
-  if (metrics == nullptr) return;
-  for (const auto& metric : status.metrics()) {
-    const std::string name = metric.name().c_str();
-    if (metrics->size() < kMostMetrics || metrics->contains(name))
-      (*metrics)[name] = metric.value();
-  }
+  services_.note(status, writer, service::monotonic_ns());
+}
+
+void StatusBoard::note_gone(const Guid& writer) {
+  const std::lock_guard lock(mutex_);
+  services_.note_gone(writer);
 }
 
 void StatusBoard::note(const msg::AllanReport& report) {
@@ -104,15 +107,27 @@ void StatusBoard::note(const msg::Event& event) {
 
 double StatusBoard::metric(const std::string& service, const std::string& name,
                            double otherwise) const {
-  const auto known = services_.entries().find(service);
-  if (known == services_.entries().end()) return otherwise;
-  const auto value = known->second.find(name);
-  return value == known->second.end() ? otherwise : value->second;
+  return services_.metric(service, name, otherwise);
 }
 
 bool StatusBoard::has(const std::string& service) {
   const std::lock_guard lock(mutex_);
-  return services_.contains(service);
+  return services_.find(service) != nullptr;
+}
+
+bool StatusBoard::has_compensation() {
+  const std::lock_guard lock(mutex_);
+  return services_.has_compensation();
+}
+
+std::vector<std::string> StatusBoard::addressees(std::uint32_t gyro) {
+  const std::lock_guard lock(mutex_);
+  return services_.addressees(gyro);
+}
+
+bool StatusBoard::all_are_led() {
+  const std::lock_guard lock(mutex_);
+  return services_.all_are_led();
 }
 
 bool StatusBoard::finished() {
@@ -124,24 +139,24 @@ StatusBoard::Counts StatusBoard::counts() {
   const std::lock_guard lock(mutex_);
   return {.sources_ended = all_sources_ended(),
           .published = published(),
-          .answered = metric("compensation", "samples_out", 0.0),
+          .answered = metric(services_.compensation(), "samples_out", 0.0),
           .monitored = metric("allan_monitor", "samples", 0.0)};
 }
 
 double StatusBoard::answered() {
   const std::lock_guard lock(mutex_);
-  return metric("compensation", "samples_out", 0.0);
+  return metric(services_.compensation(), "samples_out", 0.0);
 }
 
 double StatusBoard::sensor_time_s() {
   const std::lock_guard lock(mutex_);
-  const auto known = gyros();
+  const auto known = services_.gyros();
   return known.empty() ? 0.0 : metric(part(known.front()), "sensor_time", 0.0);
 }
 
 std::vector<double> StatusBoard::of_publishers(const std::string& name, double otherwise) const {
   std::vector<double> values;
-  for (const auto& [service, metrics] : services_.entries()) {
+  for (const auto& [service, said] : services_.entries()) {
     if (is_publisher_of_a_gyro(service)) values.push_back(metric(service, name, otherwise));
   }
   return values;
@@ -159,25 +174,16 @@ bool StatusBoard::all_sources_ended() const {
 
 bool StatusBoard::all_answered() const {
   const double all = published();
-  return all > 0.0 && metric("compensation", "samples_out", kUnknown) == all;
+  return all > 0.0 && metric(services_.compensation(), "samples_out", kUnknown) == all;
 }
 
 bool StatusBoard::nothing_lost() {
   const std::lock_guard lock(mutex_);
-  const double out = metric("compensation", "samples_out", kUnknown);
-  return all_answered() && metric("compensation", "missing", kUnknown) == 0.0 &&
-         metric("compensation", "unwritten", kUnknown) == 0.0 &&
+  const std::string compensation = services_.compensation();
+  const double out = metric(compensation, "samples_out", kUnknown);
+  return all_answered() && metric(compensation, "missing", kUnknown) == 0.0 &&
+         metric(compensation, "unwritten", kUnknown) == 0.0 &&
          metric("allan_monitor", "samples", kUnknown) == out;
-}
-
-std::vector<std::uint32_t> StatusBoard::gyros() const {
-  std::vector<std::uint32_t> ids;
-  for (const auto& [name, service] : services_.entries()) {
-    if (!name.starts_with(kPart)) continue;
-    if (const auto id = service::gyro_told_of(name)) ids.push_back(*id);
-  }
-  std::sort(ids.begin(), ids.end());
-  return ids;
 }
 
 std::string StatusBoard::axis_row(std::uint32_t gyro, core::Axis axis) const {
@@ -256,7 +262,13 @@ std::string StatusBoard::minute_heading(std::uint32_t gyro) const {
 
 std::string StatusBoard::gyro_table(std::uint32_t gyro) const {
   const std::string of = part(gyro);
-  std::string text = fmt::format(
+  std::string text;
+  const ServiceTable::Service* said = services_.find(of);
+  if (said != nullptr && !said->is_alive) {
+    text = fmt::format("gyro {}: {} {}; its figures are {:.0f} s old\n", gyro, service_of(of),
+                       said->ended_in_order ? "has ended" : "is gone", age_s(*said));
+  }
+  text += fmt::format(
       "gyro {}   sensor time {:.1f} s   labels {:.0f}   model epoch {:.0f}\n"
       "temperature {} degC, {} degC/min; deg/h, std of {}:\n",
       gyro, metric(of, "sensor_time", 0.0), metric(of, "labels", 0.0),
@@ -273,10 +285,10 @@ std::string StatusBoard::instances() const {
   static constexpr std::array<const char*, 3> kHealth{"in sync", "catching up",
                                                       "its learner hangs"};
   std::string text;
-  for (const auto& [name, metrics] : services_.entries()) {
-    const auto health = metrics.find("health");
+  for (const auto& [name, said] : services_.entries()) {
+    const auto health = said.metrics.find("health");
     const std::size_t colon = name.find(':');
-    if (health == metrics.end() || colon == std::string::npos) continue;
+    if (!said.is_alive || health == said.metrics.end() || colon == std::string::npos) continue;
     const auto index = static_cast<std::size_t>(health->second);
     const bool leads = metric(name, "active", 0.0) > 0.0;
     text += fmt::format(
@@ -290,22 +302,43 @@ std::string StatusBoard::instances() const {
   return text;
 }
 
+// Who was there and isn't.
+std::string StatusBoard::departures() const {
+  std::string text;
+  for (const auto& [name, said] : services_.entries()) {
+    if (said.is_alive || service_of(name) != name) continue;
+    text += fmt::format("{} {}; its last status is {:.0f} s old\n", name,
+                        said.ended_in_order ? "has ended" : "is gone", age_s(said));
+  }
+  return text;
+}
+
 std::string StatusBoard::totals() const {
+  const std::string compensation = services_.compensation();
   return fmt::format(
       "samples: published {:.0f}  in {:.0f}  out {:.0f}  monitored {:.0f}\n"
       "         missing {:.0f}  duplicates {:.0f}  rejected {:.0f}\n",
-      published(), metric("compensation", "samples_in", 0.0),
-      metric("compensation", "samples_out", 0.0), metric("allan_monitor", "samples", 0.0),
-      metric("compensation", "missing", 0.0), metric("compensation", "duplicates", 0.0),
-      metric("compensation", "rejected", 0.0));
+      published(), metric(compensation, "samples_in", 0.0),
+      metric(compensation, "samples_out", 0.0), metric("allan_monitor", "samples", 0.0),
+      metric(compensation, "missing", 0.0), metric(compensation, "duplicates", 0.0),
+      metric(compensation, "rejected", 0.0));
+}
+
+std::optional<std::string> StatusBoard::service_of_hop(const Hop& hop) const {
+  const bool is_compensations = std::string_view(hop.service) == "compensation";
+  std::string name = is_compensations ? services_.compensation() : hop.service;
+  const ServiceTable::Service* said = services_.find(name + ":latency");
+  if (said == nullptr || !said->is_alive) return std::nullopt;
+  return name;
 }
 
 std::string StatusBoard::hop_row(const Hop& hop) const {
   const std::string name(hop.name);
-  const double count = metric(std::string(hop.service) + ":latency", name + "_count", 0.0);
+  const std::optional<std::string> service = service_of_hop(hop);
+  const double count = service ? metric(*service + ":latency", name + "_count", 0.0) : 0.0;
   if (count == 0.0) return "";
   const auto latency = [&](const char* what) {
-    return latency_text(metric(hop.service, name + what, 0.0));
+    return latency_text(metric(*service, name + what, 0.0));
   };
   return fmt::format(kHopRow, hop.heading, latency("_p50"), latency("_p99"), latency("_p999"),
                      latency("_max"), fmt::format("{:.0f}", count));
@@ -322,8 +355,8 @@ std::string StatusBoard::table() {
   const std::lock_guard lock(mutex_);
   if (services_.entries().empty()) return "";
   std::string text;
-  for (const std::uint32_t gyro : gyros()) text += gyro_table(gyro);
-  text += instances() + totals() + hops();
+  for (const std::uint32_t gyro : services_.gyros()) text += gyro_table(gyro);
+  text += instances() + departures() + totals() + hops();
   for (const auto& event : events_) text += "  " + event + "\n";
   return text;
 }
@@ -332,7 +365,7 @@ std::string StatusBoard::summary() {
   const bool complete = nothing_lost();
   const std::lock_guard lock(mutex_);
   std::string text;
-  for (const std::uint32_t gyro : gyros()) {
+  for (const std::uint32_t gyro : services_.gyros()) {
     for (const auto axis : core::kAxes) {
       const std::string suffix = "_" + std::string(core::name(axis));
       if (metric(part(gyro), "valid" + suffix, 0.0) == 0.0) continue;

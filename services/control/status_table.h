@@ -14,6 +14,7 @@
 #include "common/core/axis.h"
 #include "common/core/bounded_table.h"
 #include "common/dds/participant.h"
+#include "services/control/service_table.h"
 
 namespace zerodrift::services {
 
@@ -42,19 +43,23 @@ class StatusBoard {
   [[nodiscard]] bool nothing_lost();
   [[nodiscard]] double answered();  // samples
   [[nodiscard]] double sensor_time_s();
-  [[nodiscard]] bool has(const std::string& service);
+  [[nodiscard]] bool has(const std::string& service);  // or had it
+  [[nodiscard]] bool has_compensation();               // any instance that is there
+  // See ServiceTable.
+  [[nodiscard]] std::vector<std::string> addressees(std::uint32_t gyro);
+  [[nodiscard]] bool all_are_led();
 
  private:
-  using Metrics = std::map<std::string, double>;
   using ReportKey = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>;  // gyro, axis, stream
 
-  void note(const msg::ServiceStatus& status);
+  using Guid = ServiceTable::Guid;
+
+  void note(const msg::ServiceStatus& status, const Guid& writer);
+  void note_gone(const Guid& writer);
   void note(const msg::AllanReport& report);
   void note(const msg::Event& event);
   [[nodiscard]] double metric(const std::string& service, const std::string& name,
                               double otherwise) const;
-  // Ids of the gyros that compensation speaks of, in ascending order.
-  [[nodiscard]] std::vector<std::uint32_t> gyros() const;
   [[nodiscard]] const msg::AllanReport* first_report(std::uint32_t gyro) const;
   [[nodiscard]] std::string means_of(std::uint32_t gyro) const;
   [[nodiscard]] std::string minute_heading(std::uint32_t gyro) const;
@@ -62,10 +67,11 @@ class StatusBoard {
   [[nodiscard]] std::string axis_row(std::uint32_t gyro, core::Axis axis) const;
   [[nodiscard]] std::string modes(std::uint32_t gyro) const;
   [[nodiscard]] std::string instances() const;
+  [[nodiscard]] std::string departures() const;
   [[nodiscard]] std::string totals() const;
   // What a service says of one hop (common/service/hop_latency.h), and what it is called here.
   struct Hop {
-    const char* service;
+    const char* service;  // of compensation its instance that leads
     const char* name;
     const char* heading;
   };
@@ -74,11 +80,15 @@ class StatusBoard {
                                     Hop{"compensation", "compute", "in it (a replay waits there)"},
                                     Hop{"allan_monitor", "delivery", "compensation to monitor"},
                                     Hop{"allan_monitor", "chain", "publisher to monitor"}};
-  // What a service says of a gyro: the name of that part of its status.
-  static std::string part(std::uint32_t gyro);
+  // What the compensation says of a gyro: the name of that part of its status.
+  [[nodiscard]] std::string part(std::uint32_t gyro) const;
+  // How long ago a service said its last.
+  [[nodiscard]] static double age_s(const ServiceTable::Service& service);
   // The point nearest to a minute; null where none is within a factor of 1.5.
   static const msg::AllanPoint* minute_point(const msg::AllanReport& report);
   [[nodiscard]] std::string gyro_json(std::uint32_t gyro) const;
+  // Whose figures of the hop are shown; none: its service is gone, or has none.
+  [[nodiscard]] std::optional<std::string> service_of_hop(const Hop& hop) const;
   [[nodiscard]] std::string hop_row(const Hop& hop) const;
   [[nodiscard]] std::string hops() const;
   // A member of each gyro's publisher, of whose parts they are.
@@ -88,7 +98,7 @@ class StatusBoard {
   [[nodiscard]] bool all_answered() const;
 
   std::mutex mutex_;
-  core::BoundedTable<std::string, Metrics> services_{512};        // newest status of each
+  ServiceTable services_;
   core::BoundedTable<ReportKey, msg::AllanReport> reports_{768};  // 128 gyros
   std::vector<std::string> events_;                               // the newest few
   dds::Reader<msg::ServiceStatus> status_reader_;

@@ -42,38 +42,56 @@ std::string StatusBoard::json() {
   const bool is_complete = nothing_lost();
   const bool is_finished = finished();
   const std::lock_guard lock(mutex_);
+  const std::string compensation = services_.compensation();
   Json json{{"gyros", Json::array()}};
-  for (const std::uint32_t gyro : gyros()) json["gyros"].push_back(Json::parse(gyro_json(gyro)));
+  for (const std::uint32_t gyro : services_.gyros())
+    json["gyros"].push_back(Json::parse(gyro_json(gyro)));
   json["samples"] = {{"published", of_publishers("finished", 0.0).empty() ? kNaN : published()},
-                     {"in", metric("compensation", "samples_in", kNaN)},
-                     {"out", metric("compensation", "samples_out", kNaN)},
+                     {"in", metric(compensation, "samples_in", kNaN)},
+                     {"out", metric(compensation, "samples_out", kNaN)},
                      {"monitored", metric("allan_monitor", "samples", kNaN)},
-                     {"missing", metric("compensation", "missing", kNaN)},
-                     {"duplicates", metric("compensation", "duplicates", kNaN)},
-                     {"rejected", metric("compensation", "rejected", kNaN)}};
+                     {"missing", metric(compensation, "missing", kNaN)},
+                     {"duplicates", metric(compensation, "duplicates", kNaN)},
+                     {"rejected", metric(compensation, "rejected", kNaN)}};
   json["finished"] = is_finished;
   json["nothing_lost"] = is_complete;
   json["hops"] = Json::array();
   for (const Hop& hop : kHops) {
     const std::string name(hop.name);
-    const double count = metric(std::string(hop.service) + ":latency", name + "_count", 0.0);
+    const std::optional<std::string> service = service_of_hop(hop);
+    const double count = service ? metric(*service + ":latency", name + "_count", 0.0) : 0.0;
     if (count == 0.0) continue;
-    json["hops"].push_back({{"service", hop.service},
+    json["hops"].push_back({{"service", *service},
                             {"hop", hop.name},
-                            {"p50_us", metric(hop.service, name + "_p50", kNaN)},
-                            {"p99_us", metric(hop.service, name + "_p99", kNaN)},
-                            {"p999_us", metric(hop.service, name + "_p999", kNaN)},
-                            {"max_us", metric(hop.service, name + "_max", kNaN)},
+                            {"p50_us", metric(*service, name + "_p50", kNaN)},
+                            {"p99_us", metric(*service, name + "_p99", kNaN)},
+                            {"p999_us", metric(*service, name + "_p999", kNaN)},
+                            {"max_us", metric(*service, name + "_max", kNaN)},
                             {"samples", count}});
   }
-  json["services"] = services_.entries();
+  json["services"] = Json::object();
+  json["gone"] = Json::object();
+  for (const auto& [name, said] : services_.entries()) {
+    if (said.is_alive) {
+      json["services"][name] = said.metrics;
+    } else {
+      json["gone"][name] = {{"ended_in_order", said.ended_in_order},
+                            {"age_s", age_s(said)},
+                            {"last_metrics", said.metrics}};
+    }
+  }
   json["events"] = events_;
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 std::string StatusBoard::gyro_json(std::uint32_t gyro) const {
   const std::string of = part(gyro);
+  const ServiceTable::Service* compensation = services_.find(of);
+  const bool is_alive = compensation != nullptr && compensation->is_alive;
   Json json{{"gyro_id", gyro},
+            {"compensation", service_of(of)},
+            {"compensation_alive", is_alive},
+            {"age_s", compensation == nullptr ? kNaN : age_s(*compensation)},
             {"sensor_time_s", metric(of, "sensor_time", kNaN)},
             {"temperature_degc", metric(of, "temperature", kNaN)},
             {"temperature_rate_degc_per_min", metric(of, "temperature_rate", kNaN)},
@@ -83,10 +101,9 @@ std::string StatusBoard::gyro_json(std::uint32_t gyro) const {
   // {"lagged": 0.6, ...}: what share each expert has of a stack's forecast; empty without a stack.
   const auto shares_of = [&](const std::string& suffix) {
     Json shares = Json::object();
-    const auto known = services_.entries().find(of);
-    if (known == services_.entries().end()) return shares;
+    if (compensation == nullptr) return shares;
     constexpr std::string_view kPrefix = "share_";
-    for (const auto& [name, share] : known->second) {
+    for (const auto& [name, share] : compensation->metrics) {
       if (!name.starts_with(kPrefix) || !name.ends_with(suffix)) continue;
       shares[name.substr(kPrefix.size(), name.size() - kPrefix.size() - suffix.size())] = share;
     }

@@ -112,7 +112,7 @@ TEST_F(Help, ShowsWhatAnOptionIsWithoutIt) {
   shows({"compensate"}, "=the file's, else stack");
   shows({"record"}, "--compression zstd|lz4|none [zstd]");
   shows({"export"}, "--compression zstd|lz4|none [zstd]");
-  shows({"ctl", "freeze"}, "--service TEXT=compensation");
+  shows({"ctl", "freeze"}, "--service TEXT=the compensation that leads");
   shows({"ctl", "inject"}, "--service TEXT=gyro_publisher");
 }
 

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <memory>
 #include <sstream>
 
 #include "tests/unit/dds/test_domain.h"
@@ -31,11 +32,9 @@ msg::ServiceStatus status(const std::string& service, const Figures& figures) {
 
 // As long as they get in days of a fast gyro.
 Figures of_gyro() {
-  Figures figures{{"sensor_time", 8'640'000.5},
-                  {"temperature", -23.4567},
-                  {"temperature_rate", -0.01234},
-                  {"labels", 1'728'000},
-                  {"model_epoch", 1'728'000}};
+  Figures figures{{"sensor_time", 8'640'000.5},   {"temperature", -23.4567},
+                  {"temperature_rate", -0.01234}, {"labels", 1'728'000},
+                  {"model_epoch", 1'728'000},     {"active", 1}};
   for (const std::string axis : {"_x", "_y", "_z"}) {
     figures.emplace_back("valid" + axis, 1.0);
     figures.emplace_back("drift" + axis, -12.345678);
@@ -162,6 +161,49 @@ TEST_F(StatusTable, GivesEachLatencyInAUnitThatPeopleRead) {
   for (const char* figure : {"27.3 us", "273 us", "2.73 ms", "27.3 ms"})
     EXPECT_NE(line.find(figure), std::string::npos) << line;
   EXPECT_EQ(board_.table().find("e+"), std::string::npos) << board_.table();
+}
+
+// A pair whose senior one is dead: the other answers everything.
+TEST_F(StatusTable, ShowsWhatAnInstanceSaysWhoseNumberIsNotNought) {
+  ASSERT_TRUE(eventually([&] { return status_.matched() > 0; }));
+  EXPECT_FALSE(board_.has_compensation());
+  say("gyro_publisher:1", {{"samples_published", 900}, {"finished", 1}});
+  say("allan_monitor", {{"samples", 900}});
+  Figures gyro = of_gyro();
+  gyro.emplace_back("health", 0);
+  say("compensation/1:1", gyro);
+  say("compensation/1",
+      {{"gyros", 1}, {"samples_in", 900}, {"samples_out", 900}, {"missing", 0}, {"unwritten", 0}});
+  EXPECT_TRUE(board_.has_compensation());
+  EXPECT_NE(line_with("published 900  in 900  out 900"), "") << board_.table();
+  EXPECT_EQ(line_with("learning"), "x, y: learning");
+  EXPECT_NE(line_with("compensation/1 of gyro 1: in sync, leads"), "");
+  EXPECT_EQ(board_.sensor_time_s(), 8'640'000.5);
+  EXPECT_TRUE(board_.finished());
+  EXPECT_TRUE(board_.nothing_lost());
+}
+
+TEST_F(StatusTable, SaysOfAServiceThatIsGoneThatItIs) {
+  auto other = std::make_unique<dds::Participant>("other", domain_.network());
+  auto writer = std::make_unique<dds::Writer<msg::ServiceStatus>>(*other);
+  ASSERT_TRUE(eventually([&] { return writer->matched() > 0; }));
+  Figures gyro = of_gyro();
+  gyro.emplace_back("health", 0);
+  for (msg::ServiceStatus said : {status("compensation", {{"gyros", 1}, {"samples_in", 900}}),
+                                  status("compensation:1", gyro)}) {
+    ASSERT_TRUE(writer->write(said));
+    ASSERT_TRUE(eventually([&] { return board_.has(said.service().c_str()); }));
+  }
+  EXPECT_EQ(line_with("gone"), "");
+  EXPECT_NE(line_with("in sync, leads"), "");
+  writer.reset();
+  other.reset();
+  EXPECT_TRUE(eventually([&] { return !board_.has_compensation(); }));
+  EXPECT_EQ(line_with("in sync, leads"), "");
+  EXPECT_EQ(line_with("gyro 1: compensation is gone; its figures are"),
+            "gyro 1: compensation is gone; its figures are 0 s old");
+  EXPECT_EQ(line_with("its last status"), "compensation is gone; its last status is 0 s old");
+  EXPECT_NE(board_.json().find(R"("gone":{"compensation":{)"), std::string::npos) << board_.json();
 }
 
 }  // namespace
