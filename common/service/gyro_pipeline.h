@@ -21,6 +21,7 @@
 #include "common/compensation/compensator.h"
 #include "common/core/ring_buffer.h"
 #include "common/core/samples.h"
+#include "common/service/followed_writer.h"
 #include "common/service/instance_sync.h"
 
 namespace zerodrift::service {
@@ -239,7 +240,6 @@ class GyroPipeline {
 
  private:
   static constexpr std::uint64_t kReportEvery = 32;  // samples between two progress reports
-  static constexpr std::int64_t kSilentPublisherNs = 1'000'000'000;  // may be replaced
   static constexpr std::int64_t kAskEveryNs = 3'000'000'000;
   static constexpr std::size_t kLongestLog = 1U << 18U;
   static constexpr std::size_t kUsualLog = 1U << 14U;  // 8 s at 2 kHz

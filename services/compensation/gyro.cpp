@@ -41,7 +41,9 @@ Gyro::Gyro(std::uint32_t gyro_id, const compensation::CompensationOptions& as_co
                 surroundings.is_redundant ? service::InstanceSync(surroundings.instance)
                                           : service::InstanceSync(),
                 *this),
-      temperature_writers_(compensator().probes().size()) {
+      temperature_writers_(
+          compensator().probes().size(),
+          service::FollowedWriter<Guid>(core::from_seconds(configured.temperature_stale_s))) {
   surroundings_.learner.add(compensator());
 }
 
@@ -60,15 +62,20 @@ void Gyro::take(const Arrived& arrived, std::int64_t now_ns) {
     const auto& probes = compensator().probes();
     const auto probe = std::find(probes.begin(), probes.end(), temperature->probe);
     if (probe == probes.end()) return;
-    temperature_writers_[static_cast<std::size_t>(probe - probes.begin())] = {
-        .writer = arrived.writer, .in_mid_run = temperature->measured};
-    if (temperature->measured && !core::is_paced_by_consumers(temperature->clock))
-      newest_temperature_ = temperature->time;
-    pipeline_.push(*temperature, now_ns);
+    temperature_writers_[static_cast<std::size_t>(probe - probes.begin())].push(
+        *temperature, arrived.writer, now_ns,
+        [&](const core::TemperatureSample& sample) { push(sample, now_ns); });
   } else if (const auto* reference = std::get_if<core::RateReferenceSample>(&arrived.sample)) {
     reference_writers_[place_of(reference->kind)] = {arrived.writer};
     pipeline_.push(*reference, now_ns);
   }
+}
+
+// Of the writer that is followed.
+void Gyro::push(const core::TemperatureSample& temperature, std::int64_t now_ns) {
+  if (temperature.measured && !core::is_paced_by_consumers(temperature.clock))
+    newest_temperature_ = temperature.time;
+  pipeline_.push(temperature, now_ns);
 }
 
 void Gyro::limit_probes(std::string_view published, std::int64_t now_ns) {
@@ -81,7 +88,7 @@ void Gyro::end_inputs_of(const std::vector<Guid>& left, std::int64_t now_ns) {
   bool ended = false;
   for (const Guid& writer : left) {
     pipeline_.publisher_gone(dds::run_of(writer), now_ns);
-    ended = note_left(writer) || ended;
+    ended = note_left(writer, now_ns) || ended;
   }
   if (!ended) return;
   end_what_left(compensator());
@@ -90,29 +97,35 @@ void Gyro::end_inputs_of(const std::vector<Guid>& left, std::int64_t now_ns) {
   const bool goes_on = waited && compensator().readiness() != before;
   const bool in_mid_run =
       std::any_of(temperature_writers_.begin(), temperature_writers_.end(),
-                  [](const InputWriter& input) { return input.left && input.in_mid_run; });
+                  [](const auto& input) { return input.is_gone() && input.is_in_mid_run(); });
   input_ended_ = input_ended_ || ((goes_on || in_mid_run) && is_paced());
   pipeline_.drain(now_ns);
 }
 
-bool Gyro::note_left(const Guid& writer) {
+bool Gyro::note_left(const Guid& writer, std::int64_t now_ns) {
   bool ended = false;
-  const auto note = [&](InputWriter& input) {
-    if (input.left || input.writer != writer) return;
+  const auto take = [&](const core::TemperatureSample& sample) { push(sample, now_ns); };
+  for (auto& input : temperature_writers_) ended = input.leave(writer, now_ns, take) || ended;
+  for (ReferenceWriter& input : reference_writers_) {
+    if (input.left || input.writer != writer) continue;
     input.left = ended = true;
-  };
-  for (InputWriter& input : temperature_writers_) note(input);
-  for (InputWriter& input : reference_writers_) note(input);
+  }
   return ended;
 }
 
 void Gyro::end_what_left(compensation::Compensator& compensator) const {
   for (std::size_t p = 0; p < temperature_writers_.size(); ++p) {
-    if (temperature_writers_[p].left) compensator.end_temperature(p);
+    if (temperature_writers_[p].is_gone()) compensator.end_temperature(p);
   }
   for (std::size_t r = 0; r < reference_writers_.size(); ++r) {
     if (reference_writers_[r].left) compensator.end_references(kReferencePlaces[r]);
   }
+}
+
+std::uint64_t Gyro::temperatures_rejected() const noexcept {
+  std::uint64_t rejected = 0;
+  for (const auto& input : temperature_writers_) rejected += input.rejected();
+  return rejected;
 }
 
 bool Gyro::take_input_ended() noexcept {
@@ -191,6 +204,10 @@ void Gyro::note_subscribers() {
 void Gyro::tick(std::int64_t now_ns) {
   hangs_ = compensator().model_late_by() > kHangs;
   pipeline_.set_hangs(hangs_);
+  for (auto& input : temperature_writers_) {
+    input.follow_who_waits(now_ns,
+                           [&](const core::TemperatureSample& sample) { push(sample, now_ns); });
+  }
   pipeline_.tick(now_ns);
   if (received_by_all_ && is_paced()) pipeline_.report_progress();
 }

@@ -15,6 +15,7 @@
 #include "common/compensation/compensator.h"
 #include "common/dds/participant.h"
 #include "common/dds/ros2_imu.h"
+#include "common/service/followed_writer.h"
 #include "common/service/gyro_pipeline.h"
 #include "common/service/hop_latency.h"
 #include "common/service/replay_pacer.h"
@@ -82,6 +83,11 @@ class Gyro final : private service::GyroPipeline<compensation::Compensator>::Por
   void tick(std::int64_t now_ns);
   // The learner hangs: a model is late.
   [[nodiscard]] bool hangs() const noexcept { return hangs_; }
+  // Of a second publisher of the probe, by the compensator's probes.
+  [[nodiscard]] std::uint64_t temperatures_rejected(std::size_t probe) const noexcept {
+    return temperature_writers_[probe].rejected();
+  }
+  [[nodiscard]] std::uint64_t temperatures_rejected() const noexcept;
   // An input ended in mid-run, or while rates waited for it; once.
   [[nodiscard]] bool take_input_ended() noexcept;
   [[nodiscard]] core::SensorTime newest_temperature() const noexcept { return newest_temperature_; }
@@ -100,13 +106,14 @@ class Gyro final : private service::GyroPipeline<compensation::Compensator>::Por
   GyroEvents events;
 
  private:
-  // Who published a stream of inputs last.
-  struct InputWriter {
+  // Who published a stream of references last.
+  struct ReferenceWriter {
     Guid writer{};
-    bool left = false;        // and nobody has since
-    bool in_mid_run = false;  // what it said last was a measurement, not that nothing more comes
+    bool left = false;  // and nobody has since
   };
-  bool note_left(const Guid& writer);
+  // True: an input has ended with it.
+  bool note_left(const Guid& writer, std::int64_t now_ns);
+  void push(const core::TemperatureSample& temperature, std::int64_t now_ns);
 
   // Port
   service::AnswerMark prepare(const core::CompensatedSample& answer, std::uint64_t run,
@@ -124,8 +131,8 @@ class Gyro final : private service::GyroPipeline<compensation::Compensator>::Por
   Surroundings surroundings_;
   bool has_ros2_;
   Pipeline pipeline_;
-  std::vector<InputWriter> temperature_writers_;  // by probe
-  std::array<InputWriter, 3> reference_writers_{};
+  std::vector<service::FollowedWriter<Guid>> temperature_writers_;  // by probe
+  std::array<ReferenceWriter, 3> reference_writers_{};
   bool input_ended_ = false;
   core::SensorTime newest_temperature_{core::kNever};  // stamped by a clock
   std::uint32_t clock_locked_ = 0;                     // as the newest rate says

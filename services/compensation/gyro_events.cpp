@@ -106,9 +106,11 @@ void GyroEvents::raise(const char* code, Severity severity, const std::string& t
 }
 
 void GyroEvents::raise_counted(const std::string& code, std::string_view text, std::uint64_t before,
-                               std::uint64_t after, core::SensorTime at) {
+                               std::uint64_t after, core::SensorTime at,
+                               const std::string& subject) {
   if (after <= before) return;
   service::Occurrence counted = occurrence(at);
+  counted.subject = subject;
   counted.code = code;
   counted.text += text;
   host_.raise_counted(std::move(counted), after - before);
@@ -172,10 +174,25 @@ void GyroEvents::report_faults(const Gyro& gyro) {
     raise_counted(code, reference_fault_text(verdict), reported.references[v], now.references[v],
                   at);
   }
+  reported_ = now;
+  report_second_publishers(gyro);
+}
+
+void GyroEvents::report_second_publishers(const Gyro& gyro) {
+  const core::SensorTime at = gyro.newest().raw.time;
   raise_counted("duplicate_publisher", "a second publisher uses this id; only the first is used",
                 reported_rejected_, gyro.pipeline().rejected(), at);
-  reported_ = now;
   reported_rejected_ = gyro.pipeline().rejected();
+  const auto& probes = gyro.compensator().probes();
+  reported_temperatures_rejected_.resize(probes.size());
+  for (std::size_t p = 0; p < probes.size(); ++p) {
+    const std::uint64_t rejected = gyro.temperatures_rejected(p);
+    raise_counted("duplicate_publisher",
+                  "a second publisher sends temperatures of " + probes[p] +
+                      "; only the first is used, until it is gone or silent",
+                  reported_temperatures_rejected_[p], rejected, at, probes[p]);
+    reported_temperatures_rejected_[p] = rejected;
+  }
 }
 
 void GyroEvents::report_modes(const Gyro& gyro) {

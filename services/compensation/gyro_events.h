@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "common/compensation/compensator.h"
 #include "common/service/host.h"
@@ -34,10 +35,11 @@ class GyroEvents {
   // What all events of this gyro share.
   [[nodiscard]] service::Occurrence occurrence(core::SensorTime at) const;
   void raise_counted(const std::string& code, std::string_view text, std::uint64_t before,
-                     std::uint64_t after, core::SensorTime at);
+                     std::uint64_t after, core::SensorTime at, const std::string& subject = {});
   void report_waiting(Gyro& gyro, std::int64_t now_ns);
   void report_clocks(const Gyro& gyro);
   void report_faults(const Gyro& gyro);
+  void report_second_publishers(const Gyro& gyro);
   void report_modes(const Gyro& gyro);
   void report_temperature(const Gyro& gyro);
   void report_instances(const Gyro& gyro);
@@ -47,6 +49,7 @@ class GyroEvents {
   std::uint32_t instance_;
   compensation::CompensatorCounts reported_{};
   std::uint64_t reported_rejected_ = 0;
+  std::vector<std::uint64_t> reported_temperatures_rejected_{};  // by probe
   std::uint64_t reported_dropped_ = 0;
   service::InstanceSync::Counts reported_sync_{};
   std::int64_t reported_waiting_since_ns_ = 0;

@@ -55,6 +55,7 @@ struct CompensationNode::Seen {
   double temperature_degc = 0.0;
   double temperature_rate_degc_per_s = 0.0;
   std::uint64_t rejected = 0;
+  std::uint64_t temperatures_rejected = 0;
   std::uint64_t unwritten = 0;
   bool is_alone = true;
   bool leads = true;
@@ -73,6 +74,7 @@ CompensationNode::Seen CompensationNode::see(const Gyro& source) {
             .temperature_degc = compensator.temperature_degc(),
             .temperature_rate_degc_per_s = compensator.temperature_rate_degc_per_s(),
             .rejected = source.pipeline().rejected(),
+            .temperatures_rejected = source.temperatures_rejected(),
             .unwritten = source.unwritten(),
             .is_alone = sync.is_alone(),
             .leads = sync.leads(),
@@ -144,6 +146,7 @@ service::StatusPart CompensationNode::part(const Seen& seen) {
   add("invalid", "1", static_cast<double>(seen.counts.invalid));
   add("labels", "1", static_cast<double>(seen.counts.labels));
   add("labels_skipped", "1", static_cast<double>(seen.counts.labels_skipped));
+  add("temperatures_rejected", "1", static_cast<double>(seen.temperatures_rejected));
   add("late_models", "1", static_cast<double>(seen.counts.late_models));
   for (std::size_t v = 0; v < compensation::kReferenceVerdicts; ++v) {
     if (seen.counts.references[v] == 0) continue;

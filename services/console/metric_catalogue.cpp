@@ -56,6 +56,7 @@ constexpr std::array kFacts{
     StatusFact{"invalid", "1", {"zerodrift_samples_invalid_total", kCounter, "Raw samples with an axis that wasn't finite or was marked invalid."}},
     StatusFact{"labels", "1", {"zerodrift_labels_total", kCounter, "Drifts measured at rest or by a reference that were given to the learner."}},
     StatusFact{"labels_skipped", "1", {"zerodrift_labels_skipped_total", kCounter, "Measured drifts that were left out since the learner's queue was full."}},
+    StatusFact{"temperatures_rejected", "1", {"zerodrift_temperatures_rejected_total", kCounter, "Temperatures of a second publisher of the same gyro and probe, which nobody follows."}},
     StatusFact{"late_models", "1", {"zerodrift_late_models_total", kCounter, "Samples that were answered before the model that was due for them was there."}},
     StatusFact{"references_{verdict}", "1", {"zerodrift_references_total", kCounter, "Rate references that the compensation received, by what it decided about them."}},
     StatusFact{"model_epoch", "1", {"zerodrift_model_epoch", kGauge, "Number of the model in force."}},

@@ -316,16 +316,31 @@ TEST(BadStream, OfTwoPublishersWithOneIdOnlyTheFirstIsHeardAndLosesNothing) {
   const std::uint64_t first = bench.next_sequence();
   dds::Participant participant("impostor", bench.system.network());
   dds::Writer<msg::AngularRate> impostor(participant);
-  ASSERT_TRUE(eventually([&] { return impostor.matched() > 0; }));
+  dds::Writer<msg::Temperature> impostors_thermometer(participant);
+  ASSERT_TRUE(
+      eventually([&] { return impostor.matched() > 0 && impostors_thermometer.matched() > 0; }));
   for (int k = 0; k < 500; ++k) {
     bench.send_normal(1);  // never silent for a second
+    if (k % 100 == 0) {
+      bench.send_temperature("coil", 20.0);
+      auto warmer = dds::to_message(
+          core::TemperatureSample{.probe = "coil",
+                                  .sequence = 1000000U + static_cast<std::uint64_t>(k),
+                                  .time = core::from_seconds(bench.time_s()),
+                                  .temperature_degc = 21.5,
+                                  .clock = core::ClockSource::kHardware},
+          kGyroId);
+      ASSERT_TRUE(impostors_thermometer.write(warmer));
+      ASSERT_TRUE(impostors_thermometer.wait_until_received(5000ms));
+    }
     auto other = dds::to_message(
         sample_at(1000000U + static_cast<std::uint64_t>(k), bench.time_s()), kGyroId, 0);
     ASSERT_TRUE(impostor.write(other));
   }
   ASSERT_TRUE(impostor.wait_until_received(5000ms));
   bench.settled_answers(first);  // fails for any answer to the impostor
-  bench.expect_event("duplicate_publisher");
+  bench.expect_event("duplicate_publisher", "uses this id");
+  bench.expect_event("duplicate_publisher", "temperatures of coil");
   bench.expect_alive_then_stop();
 }
 
