@@ -199,7 +199,14 @@ service() {
   sign_document "$name/permissions.xml" "$name/permissions.p7s" "$authorities"
 }
 
+# outlives FILE: nobody believes a certificate longer than who signed it.
+outlives() {
+  openssl x509 -in "$1" -noout -checkend "$((86400 * days))" >/dev/null ||
+    fail "--days: found '$days', but $1 ends before that: expected fewer days, or a new folder"
+}
+
 make_all() {
+  ((days <= ca_days)) || fail "--days: found '$days', expected at most --ca-days, $ca_days"
   [[ ! -e $folder ]] || fail "$folder exists; a new folder is expected, or --only SERVICE to renew one certificate"
   local parent
   parent=$(dirname -- "$folder")
@@ -213,7 +220,7 @@ make_all() {
     governance >governance.xml
     sign_document governance.xml governance.p7s .
     for name in $services; do service "$name" .; done
-  ) || exit
+  )
   chmod 755 "$scratch"
   mv -T -- "$scratch" "$folder"
   scratch=
@@ -225,12 +232,23 @@ renew_one() {
   for file in ca/identity_ca.key identity_ca.pem ca/permissions_ca.key permissions_ca.pem; do
     [[ -r $folder/$file ]] || fail "$folder/$file is missing; renewing needs the authorities' keys"
   done
+  outlives "$folder/identity_ca.pem"
+  outlives "$folder/permissions_ca.pem"
   local authorities
   authorities=$(cd -- "$folder" && pwd)
   scratch=$(mktemp -d "$authorities/.$program.XXXXXX")
-  (cd "$scratch" && service "$only" "$authorities") || exit
-  [[ ! -e $authorities/$only ]] || mv -T -- "$authorities/$only" "$scratch/old"
-  mv -T -- "$scratch/$only" "$authorities/$only"
+  (
+    cd "$scratch"
+    service "$only" "$authorities"
+  )
+  if [[ -e $authorities/$only ]]; then
+    chown -R --reference="$authorities/$only" "$scratch/$only" # its service reads it
+    mv -T -- "$authorities/$only" "$scratch/old"
+  fi
+  mv -T -- "$scratch/$only" "$authorities/$only" || {
+    [[ ! -e $scratch/old ]] || mv -T -- "$scratch/old" "$authorities/$only"
+    fail "cannot write to $authorities/$only; what was there is kept"
+  }
   echo "$folder/$only: renewed, valid for $days days"
 }
 

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <utility>
 
+#include "common/core/integer_time.h"
 #include "common/core/mode.h"
 #include "common/core/not_known.h"
 #include "common/core/one_line.h"
@@ -23,7 +24,8 @@ namespace {
 constexpr std::size_t kEventsKept = 256;
 constexpr std::size_t kRowsWaitBelowBytes = 1 << 20;  // a backlog is sent to who keeps up
 constexpr std::int64_t kRestartNs = 10'000'000'000;   // a thermometer's clock that goes back so far
-constexpr std::uint32_t kCompensated = 1;             // stream of an AllanReport
+constexpr std::int64_t kLatestAnswerNs = 1'000'000'000;  // what is later makes no point of a curve
+constexpr std::uint32_t kCompensated = 1;                // stream of an AllanReport
 using core::kNaN;
 
 template <typename Message>
@@ -113,9 +115,12 @@ void Gateway::take(const msg::CompensatedRate& sample, const service::ArrivalClo
   Gyro* from = gyro(sample.gyro_id());
   if (from == nullptr) return;
   count(*from, sample);
-  // A page would take a time that is doubted for the newest one.
-  const bool is_doubted =
-      sample.order() != 0 && sample.sensor_time_ns() > from->newest.sensor_time_ns();
+  // A page would take a time that is doubted for the newest one, or for a source that began anew.
+  const std::int64_t behind_ns =
+      core::saturating_difference(core::SensorTime{from->newest.sensor_time_ns()},
+                                  core::SensorTime{sample.sensor_time_ns()})
+          .count();
+  const bool is_doubted = sample.order() != 0 && (behind_ns < 0 || behind_ns > kLatestAnswerNs);
   if (sample.order() == 0 || from->samples == 1) from->newest = sample;
   from->arrival = arrival;
   newest_sample_ = arrival;
@@ -248,6 +253,11 @@ void Gateway::flush(Gyro& gyro, std::int64_t unix_ns) {
   flush_rows(gyro, unix_ns);
 }
 
+bool Gateway::waits_for_backlog(foxglove::ClientId client, foxglove::ChannelId channel) const {
+  const std::pair waits{client, channel};
+  return std::find(late_comers_.begin(), late_comers_.end(), waits) != late_comers_.end();
+}
+
 // Not to who waits for the backlog, which will hold them.
 void Gateway::flush_rows(Gyro& gyro, std::int64_t unix_ns) {
   const foxglove::ChannelId channel = gyro.channels.history;
@@ -256,8 +266,7 @@ void Gateway::flush_rows(Gyro& gyro, std::int64_t unix_ns) {
   if (!rows) return;
   const web::Body body = encoded(*rows);
   hub_.for_each_client([&](web::Client& client) {
-    const std::pair waits{client.id(), channel};
-    if (std::find(late_comers_.begin(), late_comers_.end(), waits) == late_comers_.end())
+    if (!waits_for_backlog(client.id(), channel))
       hub_.publish_to(client.id(), channel, state_delivery(unix_ns), body);
   });
 }
@@ -306,7 +315,7 @@ void Gateway::subscribed(foxglove::ClientId client, foxglove::ChannelId channel)
   }
   for (const auto& [id, gyro] : gyros_.entries()) {
     if (channel == gyro.channels.history) {
-      late_comers_.emplace_back(client, channel);
+      if (!waits_for_backlog(client, channel)) late_comers_.emplace_back(client, channel);
     } else if (channel == gyro.channels.allan) {
       for (const auto& [which, report] : allan_) {
         const auto& [of, axis, stream] = which;

@@ -110,6 +110,8 @@ class Gateway {
   [[nodiscard]] telemetry::GyroSummary summary(const Gyro& gyro, std::int64_t monotonic_ns) const;
   void flush(Gyro& gyro, std::int64_t unix_ns);
   void flush_rows(Gyro& gyro, std::int64_t unix_ns);
+  [[nodiscard]] bool waits_for_backlog(foxglove::ClientId client,
+                                       foxglove::ChannelId channel) const;
 
   GatewayOptions options_;
   foxglove::Hub& hub_;
@@ -124,6 +126,7 @@ class Gateway {
   std::map<std::string, std::uint32_t> status_keys_;
   std::map<WriterId, std::set<std::string>> services_of_;
   std::deque<telemetry::Event> events_;
+  // Who waits for a channel's backlog, each once.
   std::deque<std::pair<foxglove::ClientId, foxglove::ChannelId>> late_comers_;
   bool is_watched_ = false;
   service::ArrivalClocks newest_sample_;

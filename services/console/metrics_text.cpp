@@ -71,7 +71,7 @@ class Families {
 std::optional<double> bound_s(std::string_view text) {
   double number = 0.0;
   const auto read = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (read.ec != std::errc{}) return std::nullopt;
+  if (read.ec != std::errc{} || !std::isfinite(number)) return std::nullopt;
   const std::string_view unit(read.ptr,
                               static_cast<std::size_t>(text.data() + text.size() - read.ptr));
   if (unit == "us") return number * 1e-6;

@@ -20,6 +20,15 @@ holds_what_is_installed() {
 depends_on_the_middleware() { field Depends | grep -E 'libfastrtps[0-9.]+ \(>= ' && field Depends | grep -E 'libprotobuf[0-9]+ '; }
 runs() { "$work/unpacked/usr/bin/zerodrift" --version && "$work/unpacked/usr/bin/zerodrift" console --help; }
 installs() { apt-get -s install "$work/zerodrift.deb" | grep '^Inst zerodrift '; }
+# A removed package's services would run on, and be wanted at the next boot.
+stops_what_it_removes() {
+  dpkg-deb -e "$work/zerodrift.deb" "$work/control" || return 1
+  local script
+  for script in postinst prerm postrm; do
+    [ -x "$work/control/$script" ] && sh -n "$work/control/$script" || { echo "$script"; return 1; }
+  done
+  grep -q 'systemctl stop' "$work/control/prerm" && "$work/control/prerm" upgrade 1 && "$work/control/postrm" purge
+}
 # Of Debian's machine-readable format: each paragraph has its fields, each licence that is named has its text, and what the
 # page depends on is named with the version that is locked.
 licences_are_told() {
@@ -42,5 +51,6 @@ check "its copyright file tells the licences of all it holds" licences_are_told
 check "it runs" runs
 check "it depends on the libraries that it links" depends_on_the_middleware
 check "apt would install it" installs
+check "it stops what it removes" stops_what_it_removes
 check "its version is the program's" grep -qF "zerodrift $(field Version) " <("$build/bin/zerodrift" --version)
 exit $failed

@@ -315,6 +315,9 @@ TEST(Security, TheScriptRefusesWhatIsWrongInOneLineAndRenewsOneCertificate) {
   expect_one_line(make_certificates(system, {}), "no folder given");
   expect_one_line(make_certificates(system, {"--days", "0", system.path("x")}), "--days");
   expect_one_line(make_certificates(system, {"--days"}), "--days needs a value");
+  expect_one_line(make_certificates(system, {"--days", "4000", system.path("x")}), "--ca-days");
+  expect_one_line(make_certificates(system, {"--days", "4000", "--only", "compensation", folder}),
+                  "ends before that");
   expect_one_line(make_certificates(system, {"--domains", "9-300", system.path("x")}), "--domains");
   expect_one_line(make_certificates(system, {"--only", "nobody", folder}), "no service 'nobody'");
   expect_one_line(make_certificates(system, {"--what", folder}), "--what");

@@ -19,6 +19,11 @@ class GatewayOfOne : public testing::Test {
         client_, Kind::kText,
         R"({"op":"subscribe","subscriptions":[{"id":)" + id + R"(,"channelId":)" + id + "}]}");
   }
+  void unsubscribe(const std::string& topic) {
+    hub_.received(client_, Kind::kText,
+                  R"({"op":"unsubscribe","subscriptionIds":[)" +
+                      std::to_string(client_.channels.at(topic)) + "]}");
+  }
   void sample(std::int64_t ms, std::uint64_t sequence) {
     gateway_.take(sample_at(ms * 1'000'000, 1.0, 0.5, sequence), {.unix_ns = kNow});
   }
@@ -103,6 +108,32 @@ TEST_F(GatewayOfOne, ASampleOfADoubtedTimeIsNoLossAndNoTime) {
   EXPECT_EQ(batch.missing(), 0U);
   EXPECT_EQ(batch.sequence_number(), 5U);
   EXPECT_EQ(batch.sensor_time_ns_size(), 3);
+  // Far behind it would look like a source that began anew: pages forgot all that they had.
+  sample(10'000, 6);
+  auto behind = sample_at(3'000'000'000, 1.0, 0.5, 7);
+  behind.order(1);
+  gateway_.take(behind, {.unix_ns = kNow});
+  gateway_.flush(kNow);
+  const auto next = client_.take<telemetry::SampleBatch>().at(0);
+  EXPECT_EQ(next.missing(), 0U);
+  EXPECT_EQ(next.sensor_time_ns_size(), 1);
+}
+
+// Rule: who asks again and again waits for one backlog. Before: it was sent each, and what waited
+// grew without bound.
+TEST_F(GatewayOfOne, ABacklogIsSentOnceToWhoAskedOften) {
+  for (int i = 0; i < 100; ++i) sample(100 * i, static_cast<std::uint64_t>(i));
+  client_.waiting = 1U << 30U;
+  for (int k = 0; k < 100; ++k) {
+    subscribe("/gyro_1/history");
+    unsubscribe("/gyro_1/history");
+  }
+  subscribe("/gyro_1/history");
+  gateway_.flush(kNow);
+  EXPECT_TRUE(client_.data.empty());
+  client_.waiting = 0;
+  for (int k = 0; k < 3; ++k) gateway_.flush(kNow);
+  EXPECT_EQ(client_.take<telemetry::History>().size(), 1U);
 }
 
 TEST_F(GatewayOfOne, HistoryIsABacklogFirstThenEachRowOnce) {

@@ -221,9 +221,12 @@ function connect(): void {
   if (!wasOpen && attempt === 0) setLink('connecting');
   const opening = new WebSocket(url, SUBPROTOCOLS);
   let opened = false;
+  const before = socket; // an attempt that still waits
   socket = opening;
+  before?.close();
   opening.binaryType = 'arraybuffer';
   opening.onopen = () => {
+    if (socket !== opening) return;
     attempt = 0;
     wasOpen = true;
     opened = true;
@@ -232,6 +235,7 @@ function connect(): void {
     setLink('open');
   };
   opening.onmessage = ({ data }) => {
+    if (socket !== opening) return;
     quietRounds = 0;
     if (typeof data === 'string') onText(parseText(data));
     else onBinary(data as ArrayBuffer);

@@ -61,6 +61,17 @@ test('what arrives again after a reconnection is not kept twice', () => {
   assert.equal(store.history.size, 12);
 });
 
+test('what the page has outlives a gateway that has just started, whose backlog is short', () => {
+  const store = new GyroStore(1);
+  addHistory(store, 0, 100, true);
+  addHistory(store, 100, 3, true);
+  assert.equal(store.history.size, 103);
+  addHistory(store, 0, 110, true);
+  assert.equal(store.history.size, 110);
+  addHistory(store, 0, 5, true); // begun anew
+  assert.equal(store.history.size, 5);
+});
+
 test('a source that begins anew is shown anew', () => {
   const store = new GyroStore(1);
   addSamples(store, 100, 10);

@@ -80,6 +80,13 @@ test('passthrough for a fault is bad, also beside axes that only start', () => {
   assert.match(compensating.detail, /not on x, y: the raw sample was invalid/);
 });
 
+test('data are not good of an axis that is invalid', () => {
+  const dead = verdict({ ...GOOD, axes: [LEARNING, LEARNING, { ...LEARNING, valid: false }] });
+  assert.deepEqual([dead.data.tone, dead.data.text], ['note', 'Not of z']);
+  assert.match(dead.data.detail, /z: marked invalid by the source; live, none missing/);
+  assert.equal(verdict(onAll({ valid: false })).data.tone, 'bad');
+});
+
 test('nothing is claimed of now when nothing comes', () => {
   for (const facts of [{ ...GOOD, ageS: 3 }, { ...GOOD, link: 'gone' as const }]) {
     const v = verdict(facts);

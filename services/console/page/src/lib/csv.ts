@@ -21,7 +21,13 @@ export interface CsvRange {
 export function csvHeader(range: Pick<CsvRange, 'probes'>): string {
   const rates = ['raw', 'compensated', 'drift'].flatMap((what) => ['x', 'y', 'z'].map((axis) => `${what}_${axis}_deg_h`));
   const reference = ['x', 'y', 'z'].map((axis) => `reference_${axis}_deg_h`);
-  const probes = range.probes.map((probe) => `temperature_${probe.name.replace(/[^A-Za-z0-9]+/g, '_')}_degC`);
+  const probes: string[] = [];
+  for (const { name } of range.probes) {
+    const stem = `temperature_${name.replace(/[^A-Za-z0-9]+/g, '_')}`;
+    let column = `${stem}_degC`;
+    for (let n = 2; probes.includes(column); ++n) column = `${stem}_${n}_degC`; // "coil 1" and "coil-1"
+    probes.push(column);
+  }
   return ['time_s', 'averaged_over_s', ...rates, ...reference, ...probes].join(',');
 }
 

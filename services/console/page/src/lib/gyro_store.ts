@@ -155,11 +155,15 @@ export class GyroStore {
     return known < 0 ? -1 : PROBES + 2 * known;
   }
 
+  /** Of a backlog what is known already stays: that of a gateway that has just started is short. */
   addHistory(rows: HistoryColumns): void {
-    if (rows.isBacklog) this.history.clear();
     const columns = this.history.columns;
-    for (let i = 0; i < rows.timeNs.length; ++i) {
+    const count = rows.timeNs.length;
+    const isKnown = rows.isBacklog && this.history.size > 0 && count > 0 && this.since(rows.timeNs[count - 1]) >= this.history.newest - RESTART_NS;
+    const knownTo = isKnown ? this.history.newest : -Infinity;
+    for (let i = 0; i < count; ++i) {
       const time = this.since(rows.timeNs[i]);
+      if (time < knownTo) continue;
       if (this.history.size > 0 && time < this.history.newest - RESTART_NS) this.beginAnew();
       const again = this.history.size > 0 && time === this.history.newest;
       const slot = again ? this.history.slot(this.history.size - 1) : this.history.open(time);

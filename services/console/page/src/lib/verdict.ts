@@ -292,8 +292,12 @@ function data(facts: Facts): Statement {
   const lost = lossText(facts);
   const slow = facts.dropped > 0 ? `${facts.dropped} frames dropped for this browser` : '';
   const fresh = facts.missing > 0 && facts.lossSeen && !facts.lossAcknowledged && facts.lossAgeS < LOSS_COUNTS_S;
+  const invalid = [0, 1, 2].filter((a) => !facts.axes[a].valid);
+  if (invalid.length === 3) return { tone: 'bad', text: 'No valid axis', detail: 'every axis is marked invalid by its source' };
   if (fresh || slow) return { tone: 'warn', text: `${fresh ? 'With losses' : 'Browser too slow'}${replay}`, detail: [lost, slow].filter(Boolean).join(', ') };
-  return { tone: 'good', text: `Good${replay}`, detail: `${replay ? '' : 'live, '}${lost || 'none missing'}` };
+  const well = `${replay ? '' : 'live, '}${lost || 'none missing'}`;
+  if (invalid.length > 0) return { tone: 'note', text: `Not of ${names(invalid)}${replay}`, detail: `${names(invalid)}: marked invalid by the source; ${well}` };
+  return { tone: 'good', text: `Good${replay}`, detail: well };
 }
 
 /** What was said last, when nobody can say it any more. */
