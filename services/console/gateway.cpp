@@ -25,7 +25,8 @@ constexpr std::size_t kEventsKept = 256;
 constexpr std::size_t kRowsWaitBelowBytes = 1 << 20;  // a backlog is sent to who keeps up
 constexpr std::int64_t kRestartNs = 10'000'000'000;   // a thermometer's clock that goes back so far
 constexpr std::int64_t kLatestAnswerNs = 1'000'000'000;  // what is later makes no point of a curve
-constexpr std::uint32_t kCompensated = 1;                // stream of an AllanReport
+constexpr std::string_view kAllanMonitor = "allan_monitor";
+constexpr std::uint32_t kCompensated = 1;  // stream of an AllanReport
 using core::kNaN;
 
 template <typename Message>
@@ -223,6 +224,7 @@ void Gateway::take_gone(const WriterId& writer, std::int64_t unix_ns) {
         [&](const auto& entry) { return entry.first != writer && entry.second.contains(name); });
     if (has_successor) continue;
     statuses_.entries().at(name).set_alive(false);
+    if (name == kAllanMonitor) allan_.clear();  // nobody judges any more whether it harms
     publish_status(name, unix_ns);
   }
   services_of_.erase(known);

@@ -240,6 +240,23 @@ TEST_F(GatewayOfOne, OfEachGyroIsSaidWhatItsHeadlineNeeds) {
   EXPECT_EQ(gyro.axes(2).comparison().obstacle(), telemetry::RateComparison::NOTHING_TAKEN_OFF);
 }
 
+// Rule: what a monitor that has gone said judges nothing any more. Before: an alert that was
+// decided on it stayed for ever, or never came.
+TEST_F(GatewayOfOne, AnAllanReportGoesWithItsMonitor) {
+  sample(0, 1);
+  msg::ServiceStatus status;
+  status.service("allan_monitor");
+  gateway_.take(status, {}, kNow);
+  msg::AllanReport report;
+  report.gyro_id(1);
+  report.stream(1);
+  report.worse_than_raw(1);
+  gateway_.take(report, kNow);
+  EXPECT_EQ(gateway_.allan_reports().size(), 1U);
+  gateway_.take_gone({}, kNow);
+  EXPECT_TRUE(gateway_.allan_reports().empty());
+}
+
 TEST_F(GatewayOfOne, TheNewest256EventsAreKept) {
   for (int i = 0; i < 300; ++i) {
     msg::Event event;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the page shows, as the worker tells it.
 import { NOTHING_SEEN, acknowledged, isSeen, storeSeen, storedSeen, unseenText } from './lib/acknowledged.ts';
+import { goneText } from './lib/cause.ts';
 import { foldDeaths, type FoldedEvent } from './lib/events.ts';
 import { factsOf, grownLosses, type Losses } from './lib/facts.ts';
 import type {
@@ -258,6 +259,11 @@ export class ConsoleState {
 
   get ageS(): number {
     return this.facts.ageS;
+  }
+
+  /** Why what a service said is no longer of now, else empty. */
+  gone(service: string): string {
+    return goneText(this.services, service, this.nowMs + this.gatewayAheadMs);
   }
 
   /** What is shown is no longer of now. */

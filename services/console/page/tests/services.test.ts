@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
+import { goneText } from '../src/lib/cause.ts';
 import type { PlainStatus } from '../src/lib/messages.ts';
 import { shownServices } from '../src/lib/services.ts';
 
@@ -20,4 +21,12 @@ test('publishers of several gyros share a name and have a row each', () => {
   const services = [status('gyro_publisher', 9), status('compensation', 7)];
   for (const gyro of [10, 2, 1]) services.push(status(`gyro_publisher:${gyro}`, 100 + gyro));
   assert.deepEqual(shown(services), ['compensation', 'gyro_publisher:1', 'gyro_publisher:2', 'gyro_publisher:10']);
+});
+
+test('what a service said is of now while one of its name lives', () => {
+  const dead = { ...status('navigation_filter', 7), alive: false, atMs: 1000 };
+  assert.equal(goneText([], 'navigation_filter', 0), '');
+  assert.equal(goneText([dead, status('navigation_filter', 8)], 'navigation_filter', 5000), '');
+  assert.match(goneText([dead], 'navigation_filter', 14_000), /navigation_filter \(host h, pid 7\) is gone since 13 s/);
+  assert.equal(goneText([dead], 'allan_monitor', 14_000), '');
 });

@@ -39,6 +39,11 @@ function lastGone(services: PlainStatus[], nowMs: number): (Cause & { atMs: numb
   return [{ what, when, atMs: last.atMs }];
 }
 
+/** Why what a service said is no longer of now: 'x (host h, pid 1) is gone since 3 s'. Empty while one of that name lives, or none was ever there. */
+export function goneText(services: PlainStatus[], name: string, nowMs: number): string {
+  return lastGone(services.filter((s) => s.service === name), nowMs).map(({ what, when }) => `${what} ${when}`).join('');
+}
+
 /** What the compensation reports of the gyro beside its figures. */
 function report(services: PlainStatus[], gyro: number): string {
   return ofGyro(services, ['compensation'], gyro).find((s) => s.alive && s.summary !== '')?.summary ?? '';
