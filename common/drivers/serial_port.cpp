@@ -72,18 +72,6 @@ SerialPort::~SerialPort() {
   close();
 }
 
-SerialPort::SerialPort(SerialPort&& other) noexcept
-    : device_(std::move(other.device_)),
-      baud_rate_(other.baud_rate_),
-      fd_(std::exchange(other.fd_, -1)) {}
-
-SerialPort& SerialPort::operator=(SerialPort&& other) noexcept {
-  std::swap(device_, other.device_);
-  std::swap(baud_rate_, other.baud_rate_);
-  std::swap(fd_, other.fd_);
-  return *this;
-}
-
 void SerialPort::reopen() {
   close();
   const speed_t speed = termios_speed(device_, baud_rate_);

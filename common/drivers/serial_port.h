@@ -28,8 +28,8 @@ class SerialPort {
   // meanwhile. Throws DriverError naming the device.
   SerialPort(std::string device, unsigned baud_rate);
   ~SerialPort();
-  SerialPort(SerialPort&& other) noexcept;
-  SerialPort& operator=(SerialPort&& other) noexcept;
+  SerialPort(const SerialPort&) = delete;
+  SerialPort& operator=(const SerialPort&) = delete;
 
   // Closes the device and opens it again. Throws DriverError; it is gone then.
   void reopen();

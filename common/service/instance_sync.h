@@ -6,8 +6,8 @@
 // whoever wrote it first (core/first_come.h). So a death costs nothing, and nobody has to notice
 // it. One that is not in sync holds its answers back: it has just started, or 200 of its answers in
 // a row differed from a senior's (one, after a command that changes the leader's model), or follow
-// another publisher of the same gyro. It asks an instance
-// that is in sync, which is any that it receives from, for its state, and is in sync from there on.
+// another publisher of the same gyro. It asks an instance that is in sync, which is any that it
+// receives from, for its state, and is in sync from there on.
 //
 // Of two that differ, the one whose line of answers is longer by far (of another power of two, and
 // 20 s at 200 Hz at least) is the senior, since it has learned from more; else the one with the

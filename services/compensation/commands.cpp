@@ -4,8 +4,8 @@
 #include <string_view>
 #include <vector>
 
+#include "common/service/instance_name.h"
 #include "services/compensation/compensation_node.h"
-#include "services/compensation/instances.h"
 
 namespace zerodrift::services {
 
@@ -21,7 +21,7 @@ CompensationNode::Verdict CompensationNode::on_command(const msg::Command& comma
 // on.
 void CompensationNode::overhear(const msg::Command& command) {
   const std::string_view name = command.name().c_str();
-  if (!is_compensation(command.service().c_str()) || name == "checkpoint") return;
+  if (!service::is_compensation(command.service().c_str()) || name == "checkpoint") return;
   const std::lock_guard lock(data_mutex_);
   for (auto& [id, source] : gyros_.entries()) source.pipeline().expect_change();
 }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "common/dds/conversions.h"
+#include "common/service/instance_name.h"
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
 #include "services/compensation/instances.h"
@@ -17,17 +18,12 @@ namespace {
 
 // Of a gyro that has no rate yet: more than a replay sends ahead, 10 s of 4 probes at 200 Hz.
 constexpr std::size_t kMostEarlyInputs = 8192;
-constexpr const char* kConsumer = "compensation";
-
-std::string instance_name(std::uint32_t instance) {
-  return instance == 0 ? kConsumer : std::string(kConsumer) + "/" + std::to_string(instance);
-}
 
 }  // namespace
 
 CompensationNode::CompensationNode(const CompensationNodeOptions& options)
     : options_(options),
-      host_(instance_name(options.instance), options.network, options.supervision),
+      host_(service::instance_name(options.instance), options.network, options.supervision),
       gyros_(options.max_gyros),
       early_(options.max_gyros, kMostEarlyInputs),
       save_schedule_(options.checkpoint_period),
@@ -35,7 +31,7 @@ CompensationNode::CompensationNode(const CompensationNodeOptions& options)
       commands_(
           host_, [this](const msg::Command& m) { return on_command(m); },
           [this](const msg::Command& m) { overhear(m); }),
-      progress_(host_.participant(), kConsumer),
+      progress_(host_.participant(), service::kCompensation),
       replay_reader_(host_.participant(), [this](const msg::ReplayProgress& m,
                                                  const dds::SampleOrigin&) { on_replay(m); }),
       reference_reader_(

@@ -35,10 +35,6 @@ std::string partition_of(std::uint32_t instance) {
 
 }  // namespace
 
-bool is_compensation(std::string_view service) noexcept {
-  return service == "compensation" || service.starts_with("compensation/");
-}
-
 dds::Partitions partitions_to_write(std::uint32_t instance) {
   return {"", partition_of(instance)};
 }

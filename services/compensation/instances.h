@@ -5,15 +5,11 @@
 #pragma once
 
 #include <cstdint>
-#include <string_view>
 
 #include "common/dds/participant.h"
 #include "common/service/instance_sync.h"
 
 namespace zerodrift::services {
-
-// "compensation", or "compensation/2" of one that has a number.
-[[nodiscard]] bool is_compensation(std::string_view service) noexcept;
 
 [[nodiscard]] dds::Partitions partitions_to_write(std::uint32_t instance);
 [[nodiscard]] dds::Partitions partitions_of_others(std::uint32_t instance);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/compensation/rival_watch.h"
 
-#include "services/compensation/instances.h"
+#include "common/service/instance_name.h"
 
 namespace zerodrift::services {
 
@@ -16,7 +16,7 @@ RivalWatch::RivalWatch(service::Host& host, bool is_redundant)
           host.observer(), [this](const Guid& writer, dds::Departure) { forget(writer); }) {}
 
 bool RivalWatch::is_rival(const std::string& service) const {
-  return is_redundant_ ? service == host_.name() : is_compensation(service);
+  return is_redundant_ ? service == host_.name() : service::is_compensation(service);
 }
 
 void RivalWatch::note(const msg::ServiceStatus& status, const Guid& writer) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
 #include <string_view>
 #include <utility>
 
@@ -208,7 +209,7 @@ void Gateway::take(const msg::ServiceStatus& status, const WriterId& writer, std
     return;
   }
   status_keys_.try_emplace(name, static_cast<std::uint32_t>(status_keys_.size() + 1));
-  services_of_[writer].insert(name);
+  writers_.note(writer, name);
   *newest = std::move(said);
   // One that never gave a sample is a gyro too.
   if (const auto id = service::gyro_told_of(name)) gyro(*id);
@@ -216,18 +217,11 @@ void Gateway::take(const msg::ServiceStatus& status, const WriterId& writer, std
 }
 
 void Gateway::take_gone(const WriterId& writer, std::int64_t unix_ns) {
-  const auto known = services_of_.find(writer);
-  if (known == services_of_.end()) return;
-  for (const std::string& name : known->second) {
-    const bool has_successor = std::any_of(
-        services_of_.begin(), services_of_.end(),
-        [&](const auto& entry) { return entry.first != writer && entry.second.contains(name); });
-    if (has_successor) continue;
+  for (const std::string& name : writers_.take_gone(writer)) {
     statuses_.entries().at(name).set_alive(false);
     if (name == kAllanMonitor) allan_.clear();  // nobody judges any more whether it harms
     publish_status(name, unix_ns);
   }
-  services_of_.erase(known);
 }
 
 void Gateway::publish_status(const std::string& service, std::int64_t unix_ns) {

@@ -8,7 +8,6 @@
 #include <deque>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -17,6 +16,7 @@
 #include "common/dds/discovery.h"
 #include "common/foxglove/hub.h"
 #include "common/service/hop_latency.h"
+#include "common/service/status_writers.h"
 #include "common/thermal/temperature_track.h"
 #include "idl/proto/telemetry.pb.h"
 #include "services/console/history.h"
@@ -124,7 +124,7 @@ class Gateway {
   std::map<GyroAxis, telemetry::TwinReport> twins_;
   core::BoundedTable<std::string, telemetry::ServiceStatus> statuses_;
   std::map<std::string, std::uint32_t> status_keys_;
-  std::map<WriterId, std::set<std::string>> services_of_;
+  service::StatusWriters<WriterId> writers_;
   std::deque<telemetry::Event> events_;
   // Who waits for a channel's backlog, each once.
   std::deque<std::pair<foxglove::ClientId, foxglove::ChannelId>> late_comers_;

@@ -2,20 +2,14 @@
 #include "services/control/service_table.h"
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include "common/service/host.h"
+#include "common/service/instance_name.h"
 
 namespace zerodrift::services {
 namespace {
-
-constexpr std::string_view kCompensation = "compensation";
-
-// "compensation", or "compensation/2" of one that has a number.
-bool is_compensation(std::string_view service) noexcept {
-  if (!service.starts_with(kCompensation)) return false;
-  return service.size() == kCompensation.size() || service[kCompensation.size()] == '/';
-}
 
 std::string part_of(const std::string& service, std::uint32_t gyro) {
   return service + ':' + std::to_string(gyro);
@@ -31,7 +25,7 @@ void ServiceTable::note(const msg::ServiceStatus& status, const Guid& writer, st
   const std::string name = status.service().c_str();
   Service* service = services_.find_or_make(name);
   if (service == nullptr) return;
-  services_of_[writer].insert(name);
+  writers_.note(writer, name);
   service->metrics.clear();
   for (const auto& metric : status.metrics()) {
     service->metrics[metric.name().c_str()] = metric.value();
@@ -43,17 +37,8 @@ void ServiceTable::note(const msg::ServiceStatus& status, const Guid& writer, st
 }
 
 void ServiceTable::note_gone(const Guid& writer) {
-  const auto known = services_of_.find(writer);
-  if (known == services_of_.end()) return;
-  const std::set<std::string> names = std::move(known->second);
-  services_of_.erase(known);
-  for (const std::string& name : names) {
-    const bool has_successor =
-        std::any_of(services_of_.begin(), services_of_.end(),
-                    [&](const auto& entry) { return entry.second.contains(name); });
-    Service* const service = services_.find(name);
-    if (service != nullptr && !has_successor) service->is_alive = false;
-  }
+  for (const std::string& name : writers_.take_gone(writer))
+    services_.entries().at(name).is_alive = false;
 }
 
 const ServiceTable::Service* ServiceTable::find(const std::string& name) const {
@@ -77,7 +62,7 @@ bool ServiceTable::is_there(const std::string& name) const {
 std::vector<std::string> ServiceTable::instances() const {
   std::set<std::string> found;
   for (const auto& [name, service] : entries()) {
-    if (is_compensation(service_of(name))) found.emplace(service_of(name));
+    if (service::is_compensation(service_of(name))) found.emplace(service_of(name));
   }
   std::vector<std::string> names{found.begin(), found.end()};
   // Numbers have no leading zeros.
@@ -90,7 +75,7 @@ std::vector<std::string> ServiceTable::instances() const {
 std::vector<std::uint32_t> ServiceTable::gyros() const {
   std::set<std::uint32_t> ids;
   for (const auto& [name, service] : entries()) {
-    if (!is_compensation(service_of(name))) continue;
+    if (!service::is_compensation(service_of(name))) continue;
     if (const auto id = service::gyro_told_of(name)) ids.insert(*id);
   }
   return {ids.begin(), ids.end()};

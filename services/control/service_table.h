@@ -6,13 +6,13 @@
 #include <cstdint>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "common/core/bounded_table.h"
 #include "common/dds/participant.h"
+#include "common/service/status_writers.h"
 
 namespace zerodrift::services {
 
@@ -64,7 +64,7 @@ class ServiceTable {
   [[nodiscard]] std::string first_there_or_last_gone(const std::string& part) const;
 
   core::BoundedTable<std::string, Service> services_{512};
-  std::map<Guid, std::set<std::string>> services_of_;  // bounded by the participants of a domain
+  service::StatusWriters<Guid> writers_;
 };
 
 }  // namespace zerodrift::services

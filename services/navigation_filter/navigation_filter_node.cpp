@@ -215,8 +215,7 @@ void NavigationFilterNode::report_truth(Gyro& source) {
       {.code = "truth_lost",
        .severity = Severity::kWarning,
        .text = fmt::format("gyro {}: true rates were missing for longer than is bridged; no "
-                           "heading is judged any more until "
-                           "the filter starts anew",
+                           "heading is judged any more until the filter starts anew",
                            source.id),
        .gyro_id = source.id,
        .sensor_time_ns = lost_at.count()});
