@@ -261,16 +261,20 @@ void Host::publish_events() {
   }
 }
 
+void Host::add_endpoint_totals(std::vector<Metric>& metrics) {
+  const std::lock_guard lock(events_mutex_);
+  for (const auto& [name, total] : endpoint_totals_)
+    if (metrics.size() < kMostMetrics) metrics.push_back({name, "1", static_cast<double>(total)});
+}
+
 void Host::publish(const Status& status) {
   std::vector<Metric> metrics = status.metrics;
-  {
-    const std::lock_guard lock(events_mutex_);
-    for (const auto& [name, total] : endpoint_totals_)
-      if (metrics.size() < kMostMetrics) metrics.push_back({name, "1", static_cast<double>(total)});
-  }
+  add_endpoint_totals(metrics);
   publish(name_, status.state, status.summary, metrics);
   for (const StatusPart& part : status.parts) {
-    publish(name_ + ":" + part.name, status.state, part.summary, part.metrics);
+    std::vector<Metric> of_part = part.metrics;
+    if (part.is_whole_process) add_endpoint_totals(of_part);
+    publish(name_ + ":" + part.name, status.state, part.summary, of_part);
   }
 }
 

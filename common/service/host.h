@@ -46,6 +46,7 @@ struct StatusPart {
   std::string name;
   std::vector<Metric> metrics{};
   std::string summary{};
+  bool is_whole_process = false;  // what the middleware noticed is told with it, too
 };
 
 // A status "name:part" is of service "name" with the part "latency", a gyro's number or another
@@ -127,6 +128,7 @@ class Host {
  private:
   void publish(const std::string& name, State state, const std::string& summary,
                const std::vector<Metric>& metrics);
+  void add_endpoint_totals(std::vector<Metric>& metrics);
 
   struct TallyKey {
     std::string code;

@@ -70,7 +70,7 @@ void Arrivals::drain_into(Gateway& gateway) {
     if (one.is_gone) {
       gateway.take_gone(one.writer, unix_ns);
     } else {
-      gateway.take(one.status, one.writer, unix_ns);
+      gateway.take(one.status, one.writer, {unix_ns, now_ns});
     }
   }
   for (const auto& message : events_.waiting.take()) gateway.take(message, unix_ns);

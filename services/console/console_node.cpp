@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <charconv>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
 #include "common/core/counted.h"
@@ -63,6 +64,14 @@ foxglove::ServerInfo server_info(std::uint32_t domain) {
           .supported_encodings = {"protobuf", "json"},
           .metadata = {{"version", ZERODRIFT_VERSION}},
           .session_id = std::to_string(service::unix_time_ns())};
+}
+
+template <typename Number>
+std::optional<Number> number_of(const std::string& text) {
+  Number number{};
+  const char* end = text.data() + text.size();
+  const auto read = std::from_chars(text.data(), end, number);
+  return read.ec == std::errc{} && read.ptr == end ? std::optional(number) : std::nullopt;
 }
 
 // Nothing, or why it is none.
@@ -169,9 +178,13 @@ void ConsoleNode::once_a_second(std::int64_t unix_ns) {
   });
   clients_ = hub_.clients();
   const auto figures = gateway_.gyro_figures();
-  gyros_ = figures.size();
   std::uint64_t samples = 0;
-  for (const auto& [id, gyro] : figures) samples += gyro.samples;
+  std::size_t gyros = 0;
+  for (const auto& [id, gyro] : figures) {
+    samples += gyro.samples;
+    if (gyro.samples > 0) ++gyros;
+  }
+  gyros_ = gyros;
   samples_ = samples;
   frames_dropped_ = gateway_.dropped_of_all();
 }
@@ -215,20 +228,24 @@ std::variant<std::string, web::Response> ConsoleNode::upgrade(const web::Request
   return web::plain_response(400, "expected subprotocol foxglove.sdk.v1 or foxglove.websocket.v1");
 }
 
-// "?max_age=S": also 503 where no sample came within the last S seconds.
+// "?max_age=S": also 503 where no sample came within the last S seconds; "&gyro=N": of that gyro.
 web::Response ConsoleNode::health(const web::Request& request) const {
   const bool is_alive = service::monotonic_ns() - host_alive_ns_ < kHostAliveNs;
-  const std::int64_t newest_ns = gateway_.newest_sample().monotonic_ns;
+  std::int64_t newest_ns = gateway_.newest_sample().monotonic_ns;
+  const auto of = request.target.query.find("gyro");
+  if (of != request.target.query.end()) {
+    const auto id = number_of<std::uint32_t>(of->second);
+    if (!id) return web::plain_response(400, "gyro: expected the number of a gyro");
+    newest_ns = gateway_.newest_sample_of(*id).monotonic_ns;
+  }
   const double age_s = static_cast<double>(service::monotonic_ns() - newest_ns) / 1e9;
   const auto asked = request.target.query.find("max_age");
   bool is_fresh = true;
   if (asked != request.target.query.end()) {
-    double limit_s = 0.0;
-    const char* end = asked->second.data() + asked->second.size();
-    const auto read = std::from_chars(asked->second.data(), end, limit_s);
-    if (read.ec != std::errc{} || read.ptr != end || !(limit_s > 0.0))
+    const auto limit_s = number_of<double>(asked->second);
+    if (!limit_s || !(*limit_s > 0.0))
       return web::plain_response(400, "max_age: expected seconds above 0");
-    is_fresh = newest_ns != 0 && age_s <= limit_s;
+    is_fresh = newest_ns != 0 && age_s <= *limit_s;
   }
   nlohmann::ordered_json json{{"status", !is_alive   ? "dds_stalled"
                                          : !is_fresh ? "no_recent_sample"

@@ -27,6 +27,7 @@ constexpr std::size_t kRowsWaitBelowBytes = 1 << 20;  // a backlog is sent to wh
 constexpr std::int64_t kRestartNs = 10'000'000'000;   // a thermometer's clock that goes back so far
 constexpr std::int64_t kLatestAnswerNs = 1'000'000'000;  // what is later makes no point of a curve
 constexpr std::string_view kAllanMonitor = "allan_monitor";
+constexpr std::string_view kGyroPublisher = "gyro_publisher:";
 constexpr std::uint32_t kCompensated = 1;  // stream of an AllanReport
 using core::kNaN;
 
@@ -200,8 +201,9 @@ void Gateway::take(const msg::ThermalCoverage& coverage, std::int64_t unix_ns) {
     hub_.publish(from->channels.coverage, state_delivery(unix_ns), encoded(*from->coverage));
 }
 
-void Gateway::take(const msg::ServiceStatus& status, const WriterId& writer, std::int64_t unix_ns) {
-  telemetry::ServiceStatus said = to_telemetry(status, unix_ns);
+void Gateway::take(const msg::ServiceStatus& status, const WriterId& writer,
+                   const service::ArrivalClocks& arrival) {
+  telemetry::ServiceStatus said = to_telemetry(status, arrival.unix_ns);
   const std::string name = said.service();
   telemetry::ServiceStatus* newest = statuses_.find_or_make(name);
   if (newest == nullptr) {
@@ -212,8 +214,11 @@ void Gateway::take(const msg::ServiceStatus& status, const WriterId& writer, std
   writers_.note(writer, name);
   *newest = std::move(said);
   // One that never gave a sample is a gyro too.
-  if (const auto id = service::gyro_told_of(name)) gyro(*id);
-  publish_status(name, unix_ns);
+  const auto id = service::gyro_told_of(name);
+  Gyro* told_of = id ? gyro(*id) : nullptr;
+  if (told_of != nullptr && told_of->published_since_ns == 0 && name.starts_with(kGyroPublisher))
+    told_of->published_since_ns = arrival.monotonic_ns;
+  publish_status(name, arrival.unix_ns);
 }
 
 void Gateway::take_gone(const WriterId& writer, std::int64_t unix_ns) {
@@ -391,11 +396,19 @@ void Gateway::report_fleet(const service::ArrivalClocks& now) {
   hub_.publish(fleet_channel_, state_delivery(now.unix_ns, 1), encoded(fleet));
 }
 
+service::ArrivalClocks Gateway::newest_sample_of(std::uint32_t gyro) const {
+  const auto known = gyros_.entries().find(gyro);
+  return known != gyros_.entries().end() ? known->second.arrival : service::ArrivalClocks{};
+}
+
 std::map<std::uint32_t, Gateway::GyroFigures> Gateway::gyro_figures() const {
   std::map<std::uint32_t, GyroFigures> all;
   for (const auto& [id, gyro] : gyros_.entries()) {
-    if (gyro.samples == 0) continue;
-    all[id] = {gyro.samples, gyro.missing, gyro.arrival.monotonic_ns, to_telemetry(gyro.newest)};
+    if (gyro.samples > 0) {
+      all[id] = {gyro.samples, gyro.missing, gyro.arrival.monotonic_ns, to_telemetry(gyro.newest)};
+    } else if (gyro.published_since_ns != 0) {
+      all[id].newest_monotonic_ns = gyro.published_since_ns;
+    }
   }
   return all;
 }

@@ -47,7 +47,8 @@ class Gateway {
   void take(const msg::NavigationState& state, std::int64_t unix_ns);
   void take(const msg::TwinReport& report, std::int64_t unix_ns);
   void take(const msg::ThermalCoverage& coverage, std::int64_t unix_ns);
-  void take(const msg::ServiceStatus& status, const WriterId& writer, std::int64_t unix_ns);
+  void take(const msg::ServiceStatus& status, const WriterId& writer,
+            const service::ArrivalClocks& arrival);
   void take_gone(const WriterId& writer, std::int64_t unix_ns);  // of a service_status
   void take(const msg::Event& event, std::int64_t unix_ns);
 
@@ -68,8 +69,10 @@ class Gateway {
   struct GyroFigures {
     std::uint64_t samples = 0;
     std::uint64_t missing = 0;
-    std::int64_t newest_monotonic_ns = 0;  // of arrival, which no step of the clock makes older
-    telemetry::CompensatedRate newest;
+    // Of the newest sample's arrival, or, where none came, since when the gyro is known; no step of
+    // the clock makes it older.
+    std::int64_t newest_monotonic_ns = 0;
+    std::optional<telemetry::CompensatedRate> newest{};
   };
   [[nodiscard]] std::map<std::uint32_t, GyroFigures> gyro_figures() const;
   [[nodiscard]] const std::map<std::string, telemetry::ServiceStatus>& services() const {
@@ -80,6 +83,7 @@ class Gateway {
   }
   // When the newest sample came; 0: none yet.
   [[nodiscard]] const service::ArrivalClocks& newest_sample() const { return newest_sample_; }
+  [[nodiscard]] service::ArrivalClocks newest_sample_of(std::uint32_t gyro) const;
   [[nodiscard]] std::uint64_t left_out() const { return left_out_; }
 
  private:
@@ -100,6 +104,7 @@ class Gateway {
     std::uint64_t missing = 0;
     std::uint64_t next_sequence = 0;   // 0: none came
     service::ArrivalClocks arrival{};  // of the newest
+    std::int64_t published_since_ns = 0;  // since when its publisher is known, monotonic; 0: not
     msg::CompensatedRate newest{};
     std::optional<telemetry::ThermalCoverage> coverage{};
   };

@@ -79,7 +79,8 @@ inline constexpr MetricFact kConsoleSamplesMissing{
     "Sequence numbers that haven't come since the console's start; a late sample lowers it."};
 inline constexpr MetricFact kLastSampleAge{
     "zerodrift_last_sample_age_seconds", kGauge,
-    "Time since the newest compensated sample reached the console."};
+    "Time since the newest compensated sample reached the console; where none ever did, since the "
+    "gyro's publisher is known to it."};
 inline constexpr MetricFact kAxisMode{
     "zerodrift_axis_mode", kGauge,
     "Mode in the newest compensated sample: 0 passthrough, 1 learning, 2 frozen, 3 fallback, "

@@ -167,17 +167,26 @@ bool add_member(Families& families, MetricLabels labels, const telemetry::Metric
   return true;
 }
 
+// Of these each gyro has a process, all of one name: only what is said of the gyro tells them apart.
+bool is_of_one_gyro(std::string_view service) {
+  const std::string_view name = service.substr(0, service.find(':'));
+  return name == "gyro_publisher" || name == "thermal_publisher";
+}
+
 // Gives how many members aren't known.
 std::size_t add_service(Families& families, const telemetry::ServiceStatus& status) {
+  const bool is_of_gyro = service::gyro_told_of(status.service()).has_value();
+  if (is_of_one_gyro(status.service()) && !is_of_gyro) return 0;
   const MetricLabels labels = labels_of(status.service());
+  const bool is_process = is_of_one_gyro(status.service()) || !service::is_part(status.service());
   // Who ended in order is nobody's concern: its series end, as Prometheus' own targets' do.
   if (ended_in_order(status)) {
-    if (!service::is_part(status.service()))
+    if (is_process)
       families.add(metric::kServiceEnded, labels,
                    static_cast<double>(time_ns(status.timestamp())) / core::kNsPerS);
     return 0;
   }
-  if (!service::is_part(status.service())) {
+  if (is_process) {
     families.add(metric::kServiceUp, labels, status.alive() ? 1.0 : 0.0);
     families.add(metric::kServiceUptime, labels, status.uptime_s());
   }
@@ -200,7 +209,8 @@ void add_gyro(Families& families, std::uint32_t id, const Gateway::GyroFigures& 
   families.add(metric::kLastSampleAge, of,
                std::max(0.0, static_cast<double>(monotonic_ns - figures.newest_monotonic_ns) /
                                  core::kNsPerS));
-  const auto& newest = figures.newest;
+  if (!figures.newest) return;
+  const auto& newest = *figures.newest;
   const std::array<double, 3> drift{newest.drift_deg_h().x(), newest.drift_deg_h().y(),
                                     newest.drift_deg_h().z()};
   const std::array<double, 3> sigma{newest.drift_sigma_deg_h().x(), newest.drift_sigma_deg_h().y(),

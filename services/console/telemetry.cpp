@@ -34,11 +34,16 @@ double deg(double rad) {
 
 namespace {
 
+template <typename Of>
+void set_axes(telemetry::Vector3& out, Of of) {
+  out.set_x(of(0));
+  out.set_y(of(1));
+  out.set_z(of(2));
+}
+
 template <typename Array>
 void set_deg_h(telemetry::Vector3& out, const Array& radps) {
-  out.set_x(deg_h_from_radps(radps[0]));
-  out.set_y(deg_h_from_radps(radps[1]));
-  out.set_z(deg_h_from_radps(radps[2]));
+  set_axes(out, [&](std::size_t i) { return deg_h_from_radps(radps[i]); });
 }
 
 void set_sigma(telemetry::Vector3& out, const msg::CompensatedRate& sample) {
@@ -131,10 +136,9 @@ telemetry::CompensatedRate to_telemetry(const msg::CompensatedRate& sample) {
   set_time(*out.mutable_timestamp(), sample.sensor_time_ns());
   out.set_gyro_id(sample.gyro_id());
   out.set_sequence_number(sample.sequence_number());
-  auto raw = sample.rate_radps();
-  for (std::size_t i = 0; i < raw.size(); ++i) raw[i] += sample.applied_drift_radps()[i];
-  set_deg_h(*out.mutable_raw_deg_h(), raw);
-  set_deg_h(*out.mutable_compensated_deg_h(), sample.rate_radps());
+  set_axes(*out.mutable_raw_deg_h(), [&](std::size_t i) { return raw_deg_h(sample, i); });
+  set_axes(*out.mutable_compensated_deg_h(),
+           [&](std::size_t i) { return compensated_deg_h(sample, i); });
   set_deg_h(*out.mutable_drift_deg_h(), sample.applied_drift_radps());
   set_sigma(*out.mutable_drift_sigma_deg_h(), sample);
   *out.mutable_x() = axis_state(sample, 0);

@@ -250,6 +250,7 @@ service::Status GyroPublisherNode::status() const {
   service::StatusPart& of_gyro = status.parts.emplace_back();
   of_gyro.name = std::to_string(gyro_id_);
   of_gyro.summary = status.summary;
+  of_gyro.is_whole_process = true;
   of_gyro.metrics = {{"samples_published", "1", static_cast<double>(published)},
                      {"samples_refused", "1", static_cast<double>(rates_.refused())},
                      {"finished", "1", rates_.finished() ? 1.0 : 0.0}};

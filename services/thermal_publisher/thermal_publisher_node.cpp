@@ -231,6 +231,7 @@ service::Status ThermalPublisherNode::status() const {
   service::StatusPart& of_gyro = status.parts.emplace_back();  // as the gyro's publisher
   of_gyro.name = std::to_string(gyro_id_);
   of_gyro.summary = status.summary;
+  of_gyro.is_whole_process = true;
   of_gyro.metrics = {{"readings_published", "1", static_cast<double>(published)}};
   const bool has_environment_alone = environment_ && thermometers_.empty();
   status.flow = {.topic = has_environment_alone ? dds::kEnvironment.name : dds::kTemperature.name,

@@ -296,6 +296,9 @@ TEST(Console, HealthAndMetricsTellOfTheSystem) {
   EXPECT_EQ(run.get("/health?max_age=x").status, 400U);
   run.start_chain(run.system.network());
   EXPECT_TRUE(eventually([&] { return run.get("/health?max_age=5").status == 200U; }));
+  EXPECT_EQ(run.get("/health?max_age=5&gyro=1").status, 200U);
+  EXPECT_EQ(run.get("/health?max_age=5&gyro=2").status, 503U);
+  EXPECT_EQ(run.get("/health?gyro=one").status, 400U);
   const auto json = nlohmann::json::parse(run.get("/health").body);
   EXPECT_EQ(json.at("dds_alive"), true);
   const auto has = [&](const std::string& line) {

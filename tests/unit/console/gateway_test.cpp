@@ -52,11 +52,26 @@ TEST_F(GatewayOfOne, AGyroThatOnlyAServiceTellsOfHasItsChannels) {
                               "c:-1", "d:4294967296", "e:0", "compensation/2:7"}) {
     msg::ServiceStatus status;
     status.service(service);
-    gateway_.take(status, {}, kNow);
+    gateway_.take(status, {}, {kNow, kNow});
   }
   EXPECT_TRUE(client_.channels.contains("/gyro_7/samples"));
   EXPECT_EQ(client_.channels.size(), 12U);
-  EXPECT_TRUE(gateway_.gyro_figures().empty()) << "metrics count samples";
+}
+
+// Before: of a gyro that was silent since the console's start no age was served, so no alert came.
+TEST_F(GatewayOfOne, AGyroThatIsPublishedAndNeverAnsweredHasAnAge) {
+  msg::ServiceStatus status;
+  for (const char* service : {"compensation:6", "thermal_publisher:6", "gyro_publisher:7"}) {
+    for (const std::int64_t later : {0, 5}) {
+      status.service(service);
+      gateway_.take(status, {}, {kNow, kNow + later});
+    }
+  }
+  const auto figures = gateway_.gyro_figures();
+  ASSERT_EQ(figures.size(), 1U);
+  EXPECT_EQ(figures.at(7).samples, 0U);
+  EXPECT_EQ(figures.at(7).newest_monotonic_ns, kNow);
+  EXPECT_FALSE(figures.at(7).newest);
 }
 
 TEST_F(GatewayOfOne, NothingIsSentThatNobodyAskedFor) {
@@ -184,7 +199,7 @@ TEST_F(GatewayOfOne, ALateClientHearsTheNewestOfEach) {
     msg::ServiceStatus status;
     status.service("compensation");
     status.uptime_ms(static_cast<std::uint64_t>(value) * 1000);
-    gateway_.take(status, {}, kNow);
+    gateway_.take(status, {}, {.unix_ns = kNow});
   }
   subscribe("/gyro_1/allan");
   EXPECT_EQ(client_.take<telemetry::AllanReport>().at(0).window_s(), 2.0);
@@ -246,7 +261,7 @@ TEST_F(GatewayOfOne, AnAllanReportGoesWithItsMonitor) {
   sample(0, 1);
   msg::ServiceStatus status;
   status.service("allan_monitor");
-  gateway_.take(status, {}, kNow);
+  gateway_.take(status, {}, {.unix_ns = kNow});
   msg::AllanReport report;
   report.gyro_id(1);
   report.stream(1);
@@ -316,7 +331,7 @@ TEST(GatewayAbuse, MoreGyrosAndServicesThanAreKeptAreCounted) {
     gateway.take(sample, {});
     msg::ServiceStatus status;
     status.service(std::to_string(id).c_str());
-    gateway.take(status, {}, 0);
+    gateway.take(status, {}, {});
   }
   EXPECT_EQ(gateway.gyro_figures().size(), 2U);
   EXPECT_EQ(gateway.services().size(), 2U);

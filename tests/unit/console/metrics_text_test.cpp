@@ -142,7 +142,7 @@ TEST_F(Metrics, OneThatEndedInOrderLeavesTheTimeOfItsEndAlone) {
   ended.mutable_timestamp()->set_seconds(1'700'000'000);
   telemetry::ServiceStatus part = ended;
   part.set_service("recorder:1");
-  telemetry::ServiceStatus died = status("gyro_publisher", {{"finished", "1", 0.0}});
+  telemetry::ServiceStatus died = status("gyro_publisher:7", {{"finished", "1", 0.0}});
   died.set_state("running");
   died.set_alive(false);
   for (const auto& one : {ended, part, died}) add(one);
@@ -153,8 +153,34 @@ TEST_F(Metrics, OneThatEndedInOrderLeavesTheTimeOfItsEndAlone) {
                             return value.first.find("recorder") != std::string::npos;
                           }),
             1);
-  EXPECT_EQ(all.at(R"(zerodrift_service_up{service="gyro_publisher"})"), 0.0);
-  EXPECT_TRUE(all.contains(R"(zerodrift_finished{service="gyro_publisher"})"));
+  EXPECT_EQ(all.at(R"(zerodrift_service_up{gyro="7",service="gyro_publisher"})"), 0.0);
+  EXPECT_TRUE(all.contains(R"(zerodrift_finished{gyro="7",service="gyro_publisher"})"));
+}
+
+// Under the name alone their words replace each other: an uptime that jumps would be restarts.
+TEST_F(Metrics, PublishersOfOneNameAreToldApartByTheirGyros) {
+  telemetry::ServiceStatus shared = status("gyro_publisher", {{"peer_lost", "1", 9.0}});
+  shared.set_uptime_s(1.0);
+  telemetry::ServiceStatus first = status("gyro_publisher:1", {{"peer_lost", "1", 2.0}});
+  first.set_uptime_s(600.0);
+  telemetry::ServiceStatus second = status("gyro_publisher:2", {});
+  second.set_uptime_s(1.0);
+  second.set_alive(false);
+  telemetry::ServiceStatus thermal = status("thermal_publisher:2", {});
+  thermal.set_state("stopping");
+  for (const auto& one : {shared, first, second, thermal}) add(one);
+  const Values all = values();
+  EXPECT_EQ(all.at(R"(zerodrift_service_up{gyro="1",service="gyro_publisher"})"), 1.0);
+  EXPECT_EQ(all.at(R"(zerodrift_service_up{gyro="2",service="gyro_publisher"})"), 0.0);
+  EXPECT_EQ(all.at(R"(zerodrift_service_uptime_seconds{gyro="1",service="gyro_publisher"})"), 600.0);
+  EXPECT_EQ(all.at(R"(zerodrift_endpoint_events_total{event="peer_lost",gyro="1",)"
+                   R"(service="gyro_publisher"})"),
+            2.0);
+  EXPECT_TRUE(all.contains(
+      R"(zerodrift_service_ended_timestamp_seconds{gyro="2",service="thermal_publisher"})"));
+  EXPECT_TRUE(std::none_of(all.begin(), all.end(), [](const auto& value) {
+    return value.first.find(R"({service="gyro_publisher"})") != std::string::npos;
+  }));
 }
 
 std::vector<std::tuple<std::string, std::string, double>> arrival_buckets() {
