@@ -102,8 +102,8 @@ class Gateway {
     core::BoundedTable<std::string, thermal::TemperatureTrack> tracks{kMostProbes};
     std::uint64_t samples = 0;
     std::uint64_t missing = 0;
-    std::uint64_t next_sequence = 0;   // 0: none came
-    service::ArrivalClocks arrival{};  // of the newest
+    std::uint64_t next_sequence = 0;      // 0: none came
+    service::ArrivalClocks arrival{};     // of the newest
     std::int64_t published_since_ns = 0;  // since when its publisher is known, monotonic; 0: not
     msg::CompensatedRate newest{};
     std::optional<telemetry::ThermalCoverage> coverage{};

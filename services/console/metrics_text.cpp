@@ -167,7 +167,8 @@ bool add_member(Families& families, MetricLabels labels, const telemetry::Metric
   return true;
 }
 
-// Of these each gyro has a process, all of one name: only what is said of the gyro tells them apart.
+// Of these each gyro has a process, all of one name: only what is said of the gyro tells them
+// apart.
 bool is_of_one_gyro(std::string_view service) {
   const std::string_view name = service.substr(0, service.find(':'));
   return name == "gyro_publisher" || name == "thermal_publisher";

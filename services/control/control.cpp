@@ -63,7 +63,7 @@ int show_once(const ControlOptions& options) {
 }
 
 // Whether a run that is followed has come to its end: nothing was lost, or what was lost is not on
-// its way any more, since all sources have ended and no count has moved for a while.
+// its way any more, since all sources have ended, or died, and no count has moved for a while.
 class EndOfRun {
  public:
   explicit EndOfRun(StatusBoard& board) : board_(board) {}
@@ -72,7 +72,7 @@ class EndOfRun {
     if (board_.finished() && board_.nothing_lost()) return true;
     const StatusBoard::Counts counts = board_.counts();
     const auto now = std::chrono::steady_clock::now();
-    if (!counts.sources_ended || counts != counts_) moved_ = now;
+    if (!counts.nothing_more_comes || counts != counts_) moved_ = now;
     counts_ = counts;
     return now - moved_ >= kRest;
   }
@@ -111,7 +111,7 @@ int follow(const ControlOptions& options) {
   } else {
     std::printf("\n%s%s", board.table().c_str(), board.summary().c_str());
   }
-  const bool passed = !options.until_finished || board.nothing_lost();
+  const bool passed = !options.until_finished || (board.finished() && board.nothing_lost());
   const int exit_code = passed ? service::kExitDone : service::kExitNo;
   service::end_within(service::kStopWithin, exit_code);
   return exit_code;

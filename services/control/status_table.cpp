@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 
 #include "common/core/mode.h"
 #include "common/core/not_known.h"
@@ -137,7 +136,7 @@ bool StatusBoard::finished() {
 
 StatusBoard::Counts StatusBoard::counts() {
   const std::lock_guard lock(mutex_);
-  return {.sources_ended = all_sources_ended(),
+  return {.nothing_more_comes = nothing_more_comes(),
           .published = published(),
           .answered = metric(services_.compensation(), "samples_out", 0.0),
           .monitored = metric("allan_monitor", "samples", 0.0)};
@@ -154,22 +153,40 @@ double StatusBoard::sensor_time_s() {
   return known.empty() ? 0.0 : metric(part(known.front()), "sensor_time", 0.0);
 }
 
-std::vector<double> StatusBoard::of_publishers(const std::string& name, double otherwise) const {
-  std::vector<double> values;
+std::vector<std::string> StatusBoard::publishers() const {
+  std::vector<std::string> names;
   for (const auto& [service, said] : services_.entries()) {
-    if (is_publisher_of_a_gyro(service)) values.push_back(metric(service, name, otherwise));
+    if (is_publisher_of_a_gyro(service)) names.push_back(service);
   }
-  return values;
+  return names;
 }
 
 double StatusBoard::published() const {
-  const std::vector<double> each = of_publishers("samples_published", 0.0);
-  return std::accumulate(each.begin(), each.end(), 0.0);
+  double all = 0.0;
+  for (const std::string& service : publishers()) all += metric(service, "samples_published", 0.0);
+  return all;
+}
+
+bool StatusBoard::has_come_to_its_end(const std::string& publisher) const {
+  return metric(publisher, "finished", 0.0) != 0.0;
+}
+
+std::vector<std::string> StatusBoard::short_of_their_end() const {
+  std::vector<std::string> all = publishers();
+  std::erase_if(all, [&](const std::string& service) { return has_come_to_its_end(service); });
+  return all;
 }
 
 bool StatusBoard::all_sources_ended() const {
-  const std::vector<double> each = of_publishers("finished", 0.0);
-  return !each.empty() && std::find(each.begin(), each.end(), 0.0) == each.end();
+  return !publishers().empty() && short_of_their_end().empty();
+}
+
+bool StatusBoard::nothing_more_comes() const {
+  const std::vector<std::string> rest = short_of_their_end();
+  return !publishers().empty() &&
+         std::none_of(rest.begin(), rest.end(), [&](const std::string& service) {
+           return services_.find(service)->is_alive;
+         });
 }
 
 bool StatusBoard::all_answered() const {
@@ -362,7 +379,7 @@ std::string StatusBoard::table() {
 }
 
 std::string StatusBoard::summary() {
-  const bool complete = nothing_lost();
+  const bool complete = nothing_lost() && finished();
   const std::lock_guard lock(mutex_);
   std::string text;
   for (const std::uint32_t gyro : services_.gyros()) {
@@ -379,6 +396,10 @@ std::string StatusBoard::summary() {
   }
   if (complete)
     return text + "every raw sample was answered exactly once and reached the monitor\n";
+  if (!all_sources_ended() && nothing_more_comes()) {
+    return text + fmt::format("gone before the end of its source: {}\n",
+                              fmt::join(short_of_their_end(), ", "));
+  }
   if (!all_sources_ended()) {
     return text + "stopped before the source's end; the counts are the services' last reports\n";
   }

@@ -32,7 +32,8 @@ class StatusBoard {
   [[nodiscard]] bool finished();
   // What moves until a run is over.
   struct Counts {
-    bool sources_ended = false;  // all
+    // Each source has come to its end, or whoever published it is gone.
+    bool nothing_more_comes = false;
     double published = 0.0;
     double answered = 0.0;
     double monitored = 0.0;
@@ -91,10 +92,14 @@ class StatusBoard {
   [[nodiscard]] std::optional<std::string> service_of_hop(const Hop& hop) const;
   [[nodiscard]] std::string hop_row(const Hop& hop) const;
   [[nodiscard]] std::string hops() const;
-  // A member of each gyro's publisher, of whose parts they are.
-  [[nodiscard]] std::vector<double> of_publishers(const std::string& name, double otherwise) const;
+  // Statuses: publishers of several gyros share a name, and are told apart by what each says of its
+  // gyro.
   [[nodiscard]] double published() const;  // of all gyros, as the compensation counts them
+  [[nodiscard]] std::vector<std::string> publishers() const;
+  [[nodiscard]] bool has_come_to_its_end(const std::string& publisher) const;
+  [[nodiscard]] std::vector<std::string> short_of_their_end() const;  // publishers
   [[nodiscard]] bool all_sources_ended() const;
+  [[nodiscard]] bool nothing_more_comes() const;
   [[nodiscard]] bool all_answered() const;
 
   std::mutex mutex_;

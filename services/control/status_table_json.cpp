@@ -46,7 +46,7 @@ std::string StatusBoard::json() {
   Json json{{"gyros", Json::array()}};
   for (const std::uint32_t gyro : services_.gyros())
     json["gyros"].push_back(Json::parse(gyro_json(gyro)));
-  json["samples"] = {{"published", of_publishers("finished", 0.0).empty() ? kNaN : published()},
+  json["samples"] = {{"published", publishers().empty() ? kNaN : published()},
                      {"in", metric(compensation, "samples_in", kNaN)},
                      {"out", metric(compensation, "samples_out", kNaN)},
                      {"monitored", metric("allan_monitor", "samples", kNaN)},

@@ -33,7 +33,7 @@ dockerfile_is_clean() {
 }
 
 compose_files_are_valid() {
-  local addresses=(ZERODRIFT_ADDRESS_A=192.0.2.1 ZERODRIFT_ADDRESS_B=192.0.2.2) count=0 arguments
+  local addresses=(ZERODRIFT_ADDRESS_A=192.0.2.1 ZERODRIFT_ADDRESS_B=192.0.2.2 ZERODRIFT_SECURITY=/etc/zerodrift/security) count=0 arguments
   while read -r arguments; do
     # shellcheck disable=SC2086  # words are wanted
     (cd "$root/deploy/compose" && env "${addresses[@]}" DOCKER_HOST="unix://$engine_socket" DOCKER_CONFIG="$work/config" \
@@ -44,6 +44,7 @@ compose_files_are_valid() {
 -f one_computer.yaml --profile navigation
 -f one_computer.yaml -f realtime.yaml
 -f one_computer.yaml -f realtime.yaml --profile navigation
+-f one_computer.yaml -f security.yaml --profile navigation
 -f one_computer.yaml -f ../../tests/containers/shared_memory.yaml
 -f two_computers.yaml --profile a
 -f two_computers.yaml --profile b
@@ -57,9 +58,9 @@ END
 compose_files_are_hardened() {
   local files
   for files in "-f one_computer.yaml --profile navigation" "-f two_computers.yaml --profile a --profile b" \
-               "-f one_computer.yaml -f realtime.yaml"; do
+               "-f one_computer.yaml -f realtime.yaml" "-f one_computer.yaml -f security.yaml --profile navigation"; do
     # shellcheck disable=SC2086
-    (cd "$root/deploy/compose" && ZERODRIFT_ADDRESS_A=192.0.2.1 ZERODRIFT_ADDRESS_B=192.0.2.2 docker_cli compose $files config --format json) \
+    (cd "$root/deploy/compose" && ZERODRIFT_ADDRESS_A=192.0.2.1 ZERODRIFT_ADDRESS_B=192.0.2.2 ZERODRIFT_SECURITY=/x docker_cli compose $files config --format json) \
       > "$work/compose.json" || return 1
     python3 - "$work/compose.json" "$files" <<'PYTHON' || return 1
 import json, sys

@@ -172,7 +172,8 @@ TEST_F(Metrics, PublishersOfOneNameAreToldApartByTheirGyros) {
   const Values all = values();
   EXPECT_EQ(all.at(R"(zerodrift_service_up{gyro="1",service="gyro_publisher"})"), 1.0);
   EXPECT_EQ(all.at(R"(zerodrift_service_up{gyro="2",service="gyro_publisher"})"), 0.0);
-  EXPECT_EQ(all.at(R"(zerodrift_service_uptime_seconds{gyro="1",service="gyro_publisher"})"), 600.0);
+  EXPECT_EQ(all.at(R"(zerodrift_service_uptime_seconds{gyro="1",service="gyro_publisher"})"),
+            600.0);
   EXPECT_EQ(all.at(R"(zerodrift_endpoint_events_total{event="peer_lost",gyro="1",)"
                    R"(service="gyro_publisher"})"),
             2.0);

@@ -183,6 +183,27 @@ TEST_F(StatusTable, ShowsWhatAnInstanceSaysWhoseNumberIsNotNought) {
   EXPECT_TRUE(board_.nothing_lost());
 }
 
+// Before: whoever followed a run waited for good for a publisher that was killed.
+TEST_F(StatusTable, NothingMoreComesOfAPublisherThatIsGone) {
+  auto other = std::make_unique<dds::Participant>("other", domain_.network());
+  auto writer = std::make_unique<dds::Writer<msg::ServiceStatus>>(*other);
+  ASSERT_TRUE(eventually([&] { return writer->matched() > 0 && status_.matched() > 0; }));
+  ASSERT_TRUE(writer->write(status("gyro_publisher:7", {{"samples_published", 5}})));
+  ASSERT_TRUE(eventually([&] { return board_.has("gyro_publisher:7"); }));
+  say("gyro_publisher:1", {{"samples_published", 5}, {"finished", 1}});
+  say("compensation",
+      {{"samples_in", 10}, {"samples_out", 10}, {"missing", 0}, {"unwritten", 0}, {"gyros", 2}});
+  say("allan_monitor", {{"samples", 10}});
+  ASSERT_TRUE(eventually([&] { return board_.nothing_lost(); }));
+  EXPECT_FALSE(board_.counts().nothing_more_comes);
+  writer.reset();
+  other.reset();
+  EXPECT_TRUE(eventually([&] { return board_.counts().nothing_more_comes; }));
+  EXPECT_FALSE(board_.finished()) << "its source had more";
+  EXPECT_TRUE(board_.summary().ends_with("gone before the end of its source: gyro_publisher:7\n"))
+      << board_.summary();
+}
+
 TEST_F(StatusTable, SaysOfAServiceThatIsGoneThatItIs) {
   auto other = std::make_unique<dds::Participant>("other", domain_.network());
   auto writer = std::make_unique<dds::Writer<msg::ServiceStatus>>(*other);
