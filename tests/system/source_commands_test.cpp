@@ -16,7 +16,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr int kLongestS = 3600;      // of sensor time
+constexpr int kLongestS = 1800;      // of sensor time; 90 s of it at the tests' speed
 constexpr double kStepDegH = 500.0;  // a thousand times what the simulated gyro does by itself
 
 class SourceCommands : public ::testing::Test {

@@ -188,7 +188,8 @@ TEST_F(StatusTable, NothingMoreComesOfAPublisherThatIsGone) {
   auto other = std::make_unique<dds::Participant>("other", domain_.network());
   auto writer = std::make_unique<dds::Writer<msg::ServiceStatus>>(*other);
   ASSERT_TRUE(eventually([&] { return writer->matched() > 0 && status_.matched() > 0; }));
-  ASSERT_TRUE(writer->write(status("gyro_publisher:7", {{"samples_published", 5}})));
+  msg::ServiceStatus seventh = status("gyro_publisher:7", {{"samples_published", 5}});
+  ASSERT_TRUE(writer->write(seventh));
   ASSERT_TRUE(eventually([&] { return board_.has("gyro_publisher:7"); }));
   say("gyro_publisher:1", {{"samples_published", 5}, {"finished", 1}});
   say("compensation",
