@@ -144,35 +144,60 @@ int ThermalPublisherNode::run() {
   return replay::run_publisher(host_, gyro_id_, stopping_, publish, [this] { return status(); });
 }
 
-void ThermalPublisherNode::publish_sysfs() {
+// Each file has a thread, so that one that hangs doesn't keep the others.
+void ThermalPublisherNode::start_reading() {
   const auto period = std::chrono::duration_cast<std::chrono::nanoseconds>(
       std::chrono::duration<double>(1.0 / options_.sysfs_rate_hz));
-  auto due = std::chrono::steady_clock::now();
-  service::SensorClock clock(service::await_clocks());
-  while (!stopping_) {
-    if (environment_) {
-      service::follow_wall_clock(clock, host_, gyro_id_);
-      publish_environment(clock.at(service::monotonic_ns()));
-    }
-    for (auto& thermometer : thermometers_) {
-      auto reading = thermometer.read();
-      service::follow_wall_clock(clock, host_, gyro_id_);
-      reading.sample.time = clock.at(service::monotonic_ns());
-      if (!reading.sample.measured) warn("no_temperature", reading.reason, reading.sample.time);
-      temperatures_.publish(reading.sample, stopping_);
-    }
-    due = std::max(due + period, std::chrono::steady_clock::now());
-    while (!stopping_ && std::chrono::steady_clock::now() < due) {
-      std::this_thread::sleep_for(
-          std::min<std::chrono::nanoseconds>(kStopCheck, due - std::chrono::steady_clock::now()));
-    }
+  if (environment_) {
+    readers_.push_back(std::make_unique<PeriodicReader>("environment", period, [this] {
+      found({.reading = environment_->read(core::SensorTime{0})});
+    }));
+  }
+  for (auto& thermometer : thermometers_) {
+    readers_.push_back(std::make_unique<PeriodicReader>(
+        thermometer.file().path.string(), period,
+        [this, &thermometer] { found({.reading = thermometer.read()}); }));
   }
 }
 
-void ThermalPublisherNode::publish_environment(core::SensorTime time) {
-  const drivers::EnvironmentReading reading = environment_->read(time);
+void ThermalPublisherNode::publish_sysfs() {
+  service::SensorClock clock(service::await_clocks());
+  start_reading();
+  while (!stopping_) {
+    for (Found& found : await_found()) {
+      service::follow_wall_clock(clock, host_, gyro_id_);
+      const core::SensorTime time = clock.at(found.monotonic_ns);
+      std::visit([&](auto& reading) { publish(reading, time); }, found.reading);
+    }
+    for (const auto& reader : readers_) {
+      const double overdue_s = core::seconds(reader->overdue());
+      if (overdue_s > 0.0) {
+        warn("no_temperature",
+             fmt::format("{}: it was asked {:.1f} s ago and has not answered", reader->what(),
+                         overdue_s),
+             clock.at(service::monotonic_ns()));
+      }
+    }
+  }
+  readers_.clear();
+}
+
+void ThermalPublisherNode::publish(drivers::ThermometerReading& reading, core::SensorTime time) {
+  reading.sample.time = time;
+  if (!reading.sample.measured) warn("no_temperature", reading.reason, time);
+  temperatures_.publish(reading.sample, stopping_);
+}
+
+void ThermalPublisherNode::publish(drivers::EnvironmentReading& reading, core::SensorTime time) {
+  reading.sample.time = time;
   for (const std::string& reason : reading.reasons) warn("no_environment", reason, time);
   temperatures_.publish(reading.sample, stopping_);
+}
+
+// Its publisher has stamped it.
+void ThermalPublisherNode::publish(const core::TemperatureSample& reading,
+                                   core::SensorTime /*time*/) {
+  temperatures_.publish(reading, stopping_);
 }
 
 void ThermalPublisherNode::warn(const std::string& code, const std::string& text,
@@ -199,24 +224,29 @@ void ThermalPublisherNode::open_ros2() {
     ros2_.push_back(std::make_unique<replay::RosTemperatureSource>(
         host_, gyro_id_, *ros2_participant_, topic->topic,
         core::RosTemperatures(topic->probe, core::ClockSource::kHardware),
-        [this](const core::TemperatureSample& reading) {
-          const std::lock_guard lock(readings_mutex_);
-          readings_.push_back(reading);
-          readings_came_.notify_one();
-        }));
+        [this](const core::TemperatureSample& reading) { found({.reading = reading}); }));
   }
 }
 
-std::deque<core::TemperatureSample> ThermalPublisherNode::await_readings() {
-  std::unique_lock lock(readings_mutex_);
-  readings_came_.wait_for(lock, kStopCheck, [this] { return !readings_.empty(); });
-  return std::exchange(readings_, {});
+void ThermalPublisherNode::found(Found&& one) {
+  one.monotonic_ns = service::monotonic_ns();
+  const std::lock_guard lock(found_mutex_);
+  found_.push_back(std::move(one));
+  found_any_.notify_one();
+}
+
+std::deque<ThermalPublisherNode::Found> ThermalPublisherNode::await_found() {
+  std::unique_lock lock(found_mutex_);
+  found_any_.wait_for(lock, kStopCheck, [this] { return !found_.empty(); });
+  return std::exchange(found_, {});
 }
 
 void ThermalPublisherNode::publish_ros2() {
   const std::int64_t began_ns = service::monotonic_ns();
   while (!stopping_) {
-    for (const auto& reading : await_readings()) temperatures_.publish(reading, stopping_);
+    for (Found& found : await_found()) {
+      std::visit([&](auto& reading) { publish(reading, core::SensorTime{0}); }, found.reading);
+    }
     for (auto& source : ros2_)
       source->report(1e-9 * static_cast<double>(service::monotonic_ns() - began_ns));
     ros2_participant_->report();

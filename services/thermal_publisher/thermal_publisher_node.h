@@ -10,6 +10,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "common/drivers/sysfs_environment.h"
@@ -17,6 +18,7 @@
 #include "common/replay/ros2_source.h"
 #include "common/replay/temperature_replay.h"
 #include "common/service/host.h"
+#include "services/thermal_publisher/periodic_reader.h"
 #include "services/thermal_publisher/thermal_source.h"
 
 namespace zerodrift::services {
@@ -44,15 +46,26 @@ class ThermalPublisherNode {
   int run();
 
  private:
+  // What was read in a file, or received of ROS 2 and stamped there.
+  struct Found {
+    std::variant<core::TemperatureSample, drivers::ThermometerReading, drivers::EnvironmentReading>
+        reading{};
+    std::int64_t monotonic_ns = 0;
+  };
+
   void open_sysfs();
   void open_all_there_are();
   void open_environment();
+  void start_reading();
   void publish_sysfs();
-  void publish_environment(core::SensorTime time);
+  void publish(drivers::ThermometerReading& reading, core::SensorTime time);
+  void publish(drivers::EnvironmentReading& reading, core::SensorTime time);
+  void publish(const core::TemperatureSample& reading, core::SensorTime time);
   void warn(const std::string& code, const std::string& text, core::SensorTime time);
   void open_ros2();
   void publish_ros2();
-  std::deque<core::TemperatureSample> await_readings();
+  void found(Found&& one);  // any thread
+  std::deque<Found> await_found();
   service::Status status() const;
 
   ThermalPublisherOptions options_;
@@ -63,15 +76,15 @@ class ThermalPublisherNode {
   std::vector<drivers::SysfsThermometer> thermometers_;
   std::optional<drivers::SysfsEnvironment> environment_;
 
-  // What was received on ROS 2's topics and waits to be published: no endpoint is made on the
-  // middleware's thread.
-  std::mutex readings_mutex_;
-  std::condition_variable readings_came_;
-  std::deque<core::TemperatureSample> readings_;
+  // What waits to be published: no endpoint is made on the middleware's thread.
+  std::mutex found_mutex_;
+  std::condition_variable found_any_;
+  std::deque<Found> found_;
   std::optional<replay::RosParticipant> ros2_participant_;
   std::vector<std::unique_ptr<replay::RosTemperatureSource>> ros2_;
 
   std::atomic<bool> stopping_{false};
+  std::vector<std::unique_ptr<PeriodicReader>> readers_;
 };
 
 }  // namespace zerodrift::services

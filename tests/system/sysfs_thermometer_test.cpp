@@ -2,6 +2,7 @@
 // thermal_publisher on what Linux shows as files, here on a tree made by the test.
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <cmath>
@@ -64,6 +65,30 @@ TEST(SysfsThermometer, TemperaturesArriveAndAFileThatVanishesIsToldAndComesBack)
   EXPECT_TRUE(reads("coil", 21.5));
   publisher.send(SIGTERM);
   EXPECT_EQ(publisher.wait(2s), 0);
+}
+
+// Before: one that hung in the kernel took all the others with it, without a word.
+TEST(SysfsThermometer, OneThatHangsIsToldAndKeepsNobodyElse) {
+  SystemUnderTest system(Domain::kSysfsThermometer);
+  const auto hwmon = system.path("sys/class/hwmon/hwmon0");
+  write(hwmon / "name", "fog\n");
+  write(hwmon / "temp1_input", "21500\n");
+  write(hwmon / "temp2_input", "-3250\n");
+  dds::Participant participant("test", system.network());
+  Collector<msg::Temperature> temperatures(participant);
+  Collector<msg::Event> events(participant);
+  ChildProcess& publisher = system.start("thermal_publisher", {"--source", "sysfs", "--sysfs-root",
+                                                               system.path("sys"), "--rate", "20"});
+  ASSERT_TRUE(eventually([&] { return newest(temperatures, "fog_temp1").has_value(); }));
+  std::filesystem::remove(hwmon / "temp1_input");
+  ASSERT_EQ(mkfifo((hwmon / "temp1_input").c_str(), 0600), 0);  // whoever opens it waits
+  ASSERT_TRUE(
+      eventually([&] { return told(events, "no_temperature", "temp1_input: it was asked "); }));
+  write(hwmon / "temp2_input", "40000\n");
+  EXPECT_TRUE(
+      eventually([&] { return newest(temperatures, "fog_temp2")->temperature_degc() == 40.0; }));
+  publisher.send(SIGTERM);
+  EXPECT_EQ(publisher.wait(3s), 0);
 }
 
 TEST(SysfsEnvironment, ReadingsArriveAndAFileThatVanishesCostsItsChannelAlone) {
