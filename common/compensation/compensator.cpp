@@ -238,6 +238,7 @@ core::CompensatedSample Compensator::answer(const Pending& pending) const noexce
     const std::size_t i = index(axis);
     const AxisDrift& drift = axes_[i];
     const bool usable = is_usable(sample, i);
+    out.raw.valid[i] = usable;
     out.applied_drift_radps[i] = usable ? drift.applied_radps() : 0.0;
     const double correction = references_.correction_radps(i);
     if (usable && correction != 0.0) out.applied_drift_radps[i] += correction;

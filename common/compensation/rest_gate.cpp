@@ -18,6 +18,17 @@ constexpr double kLongBlockS = 5.0;  // or of 10 s where a block is longer than 
 constexpr double kNoiseGain = 0.01;  // the noise with one of 100
 constexpr std::size_t kSamplesForSpread = 8;
 constexpr double kSmallestSigma = 1e-13;  // rad/s; keeps a noise-free input from a zero threshold
+constexpr double kOtherRate = 1.5;        // samples that come so much faster or slower spread anew
+
+double rate_hz(const DriftBlock& block, std::size_t axis) noexcept {
+  const double duration_s = core::seconds(block.end - block.begin);
+  return duration_s > 0.0 ? static_cast<double>(block.count[axis]) / duration_s : 0.0;
+}
+
+// How many times faster than those of the spread the samples come; 1 where either isn't known.
+double times_faster(double now_hz, double then_hz) noexcept {
+  return now_hz > 0.0 && then_hz > 0.0 ? now_hz / then_hz : 1.0;
+}
 
 }  // namespace
 
@@ -98,10 +109,12 @@ void RestGate::adopt_initial() noexcept {
     double values[kMaxInitialBlocks];
     double differences[kMaxInitialBlocks];
     double spreads[kMaxInitialBlocks];
+    double rates[kMaxInitialBlocks];
     std::size_t n = 0;
     for (std::size_t i = 0; i < initial_count_; ++i) {
       if (initial_[i].count[index(axis)] == 0) continue;
       spreads[n] = initial_[i].variance_radps2[index(axis)];
+      rates[n] = rate_hz(initial_[i], index(axis));
       values[n++] = initial_[i].mean_radps[index(axis)];
     }
     state = {};
@@ -115,6 +128,8 @@ void RestGate::adopt_initial() noexcept {
     state.noise = sigma * sigma;
     std::nth_element(spreads, spreads + n / 2, spreads + n);
     state.spread = spreads[n / 2];
+    std::nth_element(rates, rates + n / 2, rates + n);
+    state.rate_hz = rates[n / 2];
     state.known = true;
     state.blocks = n;
   }
@@ -166,7 +181,10 @@ bool RestGate::departs(const DriftBlock& block) const noexcept {
     if (!state.known || block.count[index(axis)] == 0) continue;
     const double departure = std::abs(block.mean_radps[index(axis)] - state.level);
     if (!(departure <= threshold(state, elapsed_s))) return true;  // also when not a number
-    const double widest = options_.spread_ratio * options_.spread_ratio * state.spread;
+    // White noise of a density spreads the wider, the shorter the samples are.
+    const double faster = times_faster(rate_hz(block, index(axis)), state.rate_hz);
+    const double widest =
+        options_.spread_ratio * options_.spread_ratio * state.spread * std::max(1.0, faster);
     if (block.count[index(axis)] >= kSamplesForSpread && state.spread > 0.0 &&
         block.variance_radps2[index(axis)] > widest)
       return true;
@@ -215,6 +233,7 @@ void RestGate::track(const DriftBlock& block) noexcept {
                .level = mean,
                .noise = 0.0,
                .spread = block.variance_radps2[index(axis)],
+               .rate_hz = rate_hz(block, index(axis)),
                .previous = mean,
                .blocks = 1};
       continue;
@@ -228,7 +247,7 @@ void RestGate::track(const DriftBlock& block) noexcept {
     // refined.
     const double gain = std::max(kNoiseGain, 1.0 / static_cast<double>(state.blocks + 1));
     state.noise += gain * (half_square - state.noise);
-    state.spread += gain * (block.variance_radps2[index(axis)] - state.spread);
+    track_spread(block, index(axis), gain, state);
     state.level +=
         std::max(level_gain, 1.0 / static_cast<double>(state.blocks + 1)) * (mean - state.level);
     state.previous = mean;
@@ -236,6 +255,21 @@ void RestGate::track(const DriftBlock& block) noexcept {
     state.known = state.known || state.blocks >= options_.initial_blocks;
   }
   level_time_ = block.end;
+}
+
+// Of samples at another rate the spread begins anew; what is known of the level stays.
+void RestGate::track_spread(const DriftBlock& block, std::size_t axis, double gain,
+                            AxisState& state) noexcept {
+  const double now_hz = rate_hz(block, axis);
+  const double faster = times_faster(now_hz, state.rate_hz);
+  if (faster > kOtherRate || faster < 1.0 / kOtherRate) {
+    if (block.count[axis] < kSamplesForSpread) return;
+    state.spread = block.variance_radps2[axis];
+    state.rate_hz = now_hz;
+    return;
+  }
+  state.spread += gain * (block.variance_radps2[axis] - state.spread);
+  state.rate_hz += gain * (now_hz - state.rate_hz);
 }
 
 }  // namespace zerodrift::compensation

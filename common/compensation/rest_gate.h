@@ -35,7 +35,8 @@ struct RestGateOptions {
   double max_slew_radps2 = 2.424e-7;  // the level may move this fast: 0.05 deg/h per s
   double noise_slew_per_s = 0.05;     // or by this many block sigmas per second, for noisier gyros
   double max_level_radps = 1e30;      // without a reference, a larger level is motion
-  double spread_ratio = 2.0;  // samples spread this much wider than at rest: vibration or motion
+  double spread_ratio = 2.0;  // samples spread this much wider than at rest: vibration or motion;
+                              // where they come faster than then, by the root of how much, too
   std::size_t initial_blocks =
       10;                // blocks that must agree before the first level is believed; also those
                          // in which an axis that appears later must be still with the others
@@ -93,15 +94,16 @@ class RestGate {
   struct AxisState {
     bool known = false;
     double level = 0.0;
-    double noise = 0.0;   // variance of a block mean
-    double spread = 0.0;  // variance of samples within a block
+    double noise = 0.0;    // variance of a block mean
+    double spread = 0.0;   // variance of samples within a block
+    double rate_hz = 0.0;  // of the samples of that spread
     double previous = 0.0;
     std::size_t blocks = 0;
     double settling = 0.0;  // sum of the means since still_since_
     std::size_t settling_blocks = 0;
 
     void carry(core::StateArchive& archive) {
-      archive(known, level, noise, spread, previous);
+      archive(known, level, noise, spread, rate_hz, previous);
       archive.counts(blocks);
       archive(settling);
       archive.counts(settling_blocks);
@@ -119,6 +121,8 @@ class RestGate {
   void average(const DriftBlock& block) noexcept;
   void adopt_average() noexcept;
   void track(const DriftBlock& block) noexcept;
+  static void track_spread(const DriftBlock& block, std::size_t axis, double gain,
+                           AxisState& state) noexcept;
 
   RestGateOptions options_;
   RestState state_ = RestState::kInitial;

@@ -30,7 +30,7 @@ enum class Reason : std::uint8_t {
   kLevelImplausible = 5,     // at rest, but above the largest plausible drift
   kCommanded = 6,            // frozen by command
   kTemperatureMissing = 7,   // no temperature of a probe the model needs
-  kTemperatureStale = 8,     // the temperature stream stopped
+  kTemperatureStale = 8,     // no recent temperature
   kProbeStuck = 9,           // a probe does not move while others do
   kRateNotReady = 10,        // the temperature rate or a lagged temperature needs a longer history
   kModelWorseThanBias = 11,  // the last stationary bias predicts better than the model

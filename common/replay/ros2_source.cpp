@@ -64,12 +64,12 @@ void RosTopicWatch::report(const std::string& topic, std::string_view type, int 
           1);
   }
   if (publishers > 1 && !reported_several_) {
-    reported_several_ = true;
     raise("ros2_several_publishers", Severity::kWarning,
           topic + ": " + std::to_string(publishers) +
               " publishers, expected one: samples of two sensors are no gyro's",
           1);
   }
+  reported_several_ = publishers > 1;
 }
 
 }  // namespace zerodrift::replay

@@ -16,8 +16,8 @@ using core::Mode;
 using core::Reason;
 using dds::RosLevel;
 
-constexpr std::chrono::nanoseconds kStaleAfter = std::chrono::seconds(2);
-constexpr double kStaleIntervals = 3.0;
+constexpr std::chrono::nanoseconds kSilentAfter = std::chrono::seconds(2);
+constexpr double kSilentIntervals = 3.0;
 constexpr std::size_t kMostServices = 100;  // names may come from anybody
 constexpr const char* kPrefix = "zerodrift: ";
 
@@ -37,11 +37,6 @@ RosLevel level_of(Mode mode, Reason reason) noexcept {
 std::string text_of(Mode mode, Reason reason) {
   const std::string text{core::name(mode)};
   return reason == Reason::kNone ? text : text + " (" + std::string(core::name(reason)) + ")";
-}
-
-bool is_stale(const GyroFacts& gyro) noexcept {
-  const std::chrono::duration<double> interval(kStaleIntervals * gyro.newest.raw.interval_s);
-  return gyro.silence > kStaleAfter && gyro.silence > interval;
 }
 
 void judge_axes(const GyroFacts& gyro, dds::RosStatus& status) {
@@ -64,6 +59,11 @@ void judge_axes(const GyroFacts& gyro, dds::RosStatus& status) {
 
 }  // namespace
 
+bool is_silent(std::chrono::nanoseconds silence, double interval_s) noexcept {
+  return silence > kSilentAfter &&
+         silence > std::chrono::duration<double>(kSilentIntervals * interval_s);
+}
+
 dds::RosStatus status_of(const GyroFacts& gyro, const std::string& service) {
   dds::RosStatus status{.name = kPrefix + service + fmt::format(" gyro {}", gyro.gyro_id),
                         .hardware_id = fmt::format("gyro_{}", gyro.gyro_id)};
@@ -75,7 +75,7 @@ dds::RosStatus status_of(const GyroFacts& gyro, const std::string& service) {
     status.level = std::max(status.level, RosLevel::kWarn);
     status.message = "catches up, and writes nothing; " + status.message;
   }
-  if (is_stale(gyro)) {
+  if (is_silent(gyro.silence, gyro.newest.raw.interval_s)) {
     status.level = RosLevel::kStale;
     status.message = fmt::format("no sample for {:.0f} s; before: ",
                                  std::chrono::duration<double>(gyro.silence).count()) +

@@ -27,10 +27,13 @@ struct GyroFacts {
   double temperature_degc = 0.0;
 };
 
+// A gyro that says nothing for 2 s, or three of its samples where that is longer, is silent.
+[[nodiscard]] bool is_silent(std::chrono::nanoseconds silence, double interval_s) noexcept;
+
 // The level is that of the worst axis: an error where nothing can be relied on (invalid samples, a
 // reversed axis, nothing taken off for a reason that does not pass), a warning where somebody ought
-// to look, OK for what passes by itself and for what was commanded. A gyro that says nothing for
-// 2 s, or three of its samples where that is longer, is stale. `service`: who tells it.
+// to look, OK for what passes by itself and for what was commanded. A gyro that is silent is stale.
+// `service`: who tells it.
 [[nodiscard]] dds::RosStatus status_of(const GyroFacts& gyro, const std::string& service);
 
 // The services whose status was received, each with its newest. Several of one name, as the

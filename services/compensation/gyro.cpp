@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/core/integer_time.h"
 #include "common/dds/conversions.h"
 #include "common/service/monotonic_clock.h"
 #include "services/compensation/instances.h"
@@ -43,7 +44,8 @@ Gyro::Gyro(std::uint32_t gyro_id, const compensation::CompensationOptions& as_co
                 *this),
       temperature_writers_(
           compensator().probes().size(),
-          service::FollowedWriter<Guid>(core::from_seconds(configured.temperature_stale_s))) {
+          service::FollowedWriter<Guid>(core::from_seconds(configured.temperature_stale_s))),
+      lags_(temperature_writers_.size()) {
   surroundings_.learner.add(compensator());
 }
 
@@ -60,11 +62,12 @@ void Gyro::take(const msg::AngularRate& message, std::uint64_t run, std::int64_t
 void Gyro::take(const Arrived& arrived, std::int64_t now_ns) {
   if (const auto* temperature = std::get_if<core::TemperatureSample>(&arrived.sample)) {
     const auto& probes = compensator().probes();
-    const auto probe = std::find(probes.begin(), probes.end(), temperature->probe);
-    if (probe == probes.end()) return;
-    temperature_writers_[static_cast<std::size_t>(probe - probes.begin())].push(
+    const auto found = std::find(probes.begin(), probes.end(), temperature->probe);
+    if (found == probes.end()) return;
+    const auto probe = static_cast<std::size_t>(found - probes.begin());
+    temperature_writers_[probe].push(
         *temperature, arrived.writer, now_ns,
-        [&](const core::TemperatureSample& sample) { push(sample, now_ns); });
+        [&](const core::TemperatureSample& sample) { push(sample, probe, now_ns); });
   } else if (const auto* reference = std::get_if<core::RateReferenceSample>(&arrived.sample)) {
     reference_writers_[place_of(reference->kind)] = {arrived.writer};
     pipeline_.push(*reference, now_ns);
@@ -72,9 +75,14 @@ void Gyro::take(const Arrived& arrived, std::int64_t now_ns) {
 }
 
 // Of the writer that is followed.
-void Gyro::push(const core::TemperatureSample& temperature, std::int64_t now_ns) {
-  if (temperature.measured && !core::is_paced_by_consumers(temperature.clock))
+void Gyro::push(const core::TemperatureSample& temperature, std::size_t probe,
+                std::int64_t now_ns) {
+  if (temperature.measured && !core::is_paced_by_consumers(temperature.clock)) {
     newest_temperature_ = temperature.time;
+    const core::SensorTime before = std::exchange(
+        lags_[probe], core::saturating_difference(newest().raw.time, temperature.time));
+    temperature_behind_ = std::min(before, lags_[probe]);
+  }
   pipeline_.push(temperature, now_ns);
 }
 
@@ -104,8 +112,10 @@ void Gyro::end_inputs_of(const std::vector<Guid>& left, std::int64_t now_ns) {
 
 bool Gyro::note_left(const Guid& writer, std::int64_t now_ns) {
   bool ended = false;
-  const auto take = [&](const core::TemperatureSample& sample) { push(sample, now_ns); };
-  for (auto& input : temperature_writers_) ended = input.leave(writer, now_ns, take) || ended;
+  for (std::size_t probe = 0; probe < temperature_writers_.size(); ++probe) {
+    const auto take = [&](const core::TemperatureSample& sample) { push(sample, probe, now_ns); };
+    ended = temperature_writers_[probe].leave(writer, now_ns, take) || ended;
+  }
   for (ReferenceWriter& input : reference_writers_) {
     if (input.left || input.writer != writer) continue;
     input.left = ended = true;
@@ -136,6 +146,8 @@ bool Gyro::take_input_ended() noexcept {
 
 service::AnswerMark Gyro::prepare(const core::CompensatedSample& answer, std::uint64_t run,
                                   std::uint32_t answered) noexcept {
+  for (std::size_t i = 0; i < measured_.size(); ++i)
+    measured_[i] = measured_[i] || answer.raw.valid[i];
   dds::to_message(answer, id, surroundings_.instance, message_);
   message_.run_id(run);
   message_.answered(answered);
@@ -204,9 +216,11 @@ void Gyro::note_subscribers() {
 void Gyro::tick(std::int64_t now_ns) {
   hangs_ = compensator().model_late_by() > kHangs;
   pipeline_.set_hangs(hangs_);
-  for (auto& input : temperature_writers_) {
-    input.follow_who_waits(now_ns,
-                           [&](const core::TemperatureSample& sample) { push(sample, now_ns); });
+  if (answered_ns_ == 0 || compensator().counts().samples_out != answered_) answered_ns_ = now_ns;
+  answered_ = compensator().counts().samples_out;
+  for (std::size_t probe = 0; probe < temperature_writers_.size(); ++probe) {
+    temperature_writers_[probe].follow_who_waits(
+        now_ns, [&](const core::TemperatureSample& sample) { push(sample, probe, now_ns); });
   }
   pipeline_.tick(now_ns);
   if (received_by_all_ && is_paced()) pipeline_.report_progress();

@@ -65,6 +65,12 @@ class Gyro final : private service::GyroPipeline<compensation::Compensator>::Por
     return core::is_paced_by_consumers(newest().raw.clock);
   }
   [[nodiscard]] bool leads() const noexcept { return pipeline_.sync().leads(); }
+  // Whether a sample of the axis was ever valid.
+  [[nodiscard]] const core::PerAxis<bool>& measured() const noexcept { return measured_; }
+  // Since the newest sample was answered, to a tick.
+  [[nodiscard]] std::chrono::nanoseconds silence(std::int64_t now_ns) const noexcept {
+    return std::chrono::nanoseconds(answered_ns_ == 0 ? 0 : now_ns - answered_ns_);
+  }
 
   // ---- the data path
   void take(const msg::AngularRate& message, std::uint64_t run, std::int64_t now_ns);
@@ -91,6 +97,9 @@ class Gyro final : private service::GyroPipeline<compensation::Compensator>::Por
   // An input ended in mid-run, or while rates waited for it; once.
   [[nodiscard]] bool take_input_ended() noexcept;
   [[nodiscard]] core::SensorTime newest_temperature() const noexcept { return newest_temperature_; }
+  // How far behind the rates the last two readings of a probe were stamped as they came, the
+  // lesser: one alone may have been kept for who comes late.
+  [[nodiscard]] core::SensorTime temperature_behind() const noexcept { return temperature_behind_; }
   [[nodiscard]] std::uint64_t unwritten() const noexcept { return unwritten_; }
 
   // ---- the request thread
@@ -113,7 +122,7 @@ class Gyro final : private service::GyroPipeline<compensation::Compensator>::Por
   };
   // True: an input has ended with it.
   bool note_left(const Guid& writer, std::int64_t now_ns);
-  void push(const core::TemperatureSample& temperature, std::int64_t now_ns);
+  void push(const core::TemperatureSample& temperature, std::size_t probe, std::int64_t now_ns);
 
   // Port
   service::AnswerMark prepare(const core::CompensatedSample& answer, std::uint64_t run,
@@ -135,7 +144,9 @@ class Gyro final : private service::GyroPipeline<compensation::Compensator>::Por
   std::array<ReferenceWriter, 3> reference_writers_{};
   bool input_ended_ = false;
   core::SensorTime newest_temperature_{core::kNever};  // stamped by a clock
-  std::uint32_t clock_locked_ = 0;                     // as the newest rate says
+  std::vector<core::SensorTime> lags_;  // of each probe's newest reading behind the rates
+  core::SensorTime temperature_behind_{0};
+  std::uint32_t clock_locked_ = 0;  // as the newest rate says
   std::int64_t clock_offset_ns_ = 0;
   // Made outside of the receiving thread; samples wait for them in the compensator.
   std::unique_ptr<dds::Writer<msg::CompensatedRate>> writer_{};
@@ -145,6 +156,9 @@ class Gyro final : private service::GyroPipeline<compensation::Compensator>::Por
   int ticks_with_subscribers_ = 0;  // without a break
   std::uint64_t unwritten_ = 0;     // the middleware refused them
   bool hangs_ = false;
+  core::PerAxis<bool> measured_{};
+  std::uint64_t answered_ = 0;    // as the last tick found it
+  std::int64_t answered_ns_ = 0;  // when a tick found more; 0: none yet
 };
 
 }  // namespace zerodrift::services

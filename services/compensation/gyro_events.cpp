@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/compensation/gyro_events.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <string>
@@ -29,7 +31,8 @@ constexpr std::string_view temperature_fault_text(Reason reason) {
     case Reason::kTemperatureMissing:
       return "no temperature of a probe that a feature or the prior needs";
     case Reason::kTemperatureStale:
-      return "a temperature stream stopped, longer than temperature_stale_s ago";
+      return "no temperature of the last temperature_stale_s: its stream stopped, or is stamped "
+             "behind the rates";
     default: return "a probe has not moved for probe_stuck_s while others do";
   }
 }
@@ -142,20 +145,21 @@ void GyroEvents::report_waiting(Gyro& gyro, std::int64_t now_ns) {
   raise("stream_silent", Severity::kWarning, waiting_, needed);
 }
 
-// A temperature from the future is not used until its time comes. (One from the past is reported as
-// stale.)
+// A temperature from the future is not used until its time comes, one of long ago passes for stale.
 void GyroEvents::report_clocks(const Gyro& gyro) {
   const core::SensorTime rate = gyro.newest().raw.time;
   const core::SensorTime temperature = gyro.newest_temperature();
   const bool is_known = gyro.compensator().counts().samples_out > 0 &&
                         temperature != core::kNever && !gyro.is_paced();
-  const bool disagrees =
-      is_known && core::saturating_difference(temperature, rate) > kClocksAgreeWithin;
+  const core::SensorTime ahead = core::saturating_difference(temperature, rate);
+  const core::SensorTime behind = gyro.temperature_behind();
+  const bool disagrees = is_known && (ahead > kClocksAgreeWithin || behind > kClocksAgreeWithin);
   if (disagrees && !reported_clocks_) {
+    const bool is_ahead = ahead > kClocksAgreeWithin;
     raise("clocks_disagree", Severity::kWarning,
-          "a temperature is stamped " +
-              std::to_string(core::seconds(core::saturating_difference(temperature, rate))) +
-              " s ahead of the rates; do their publishers' clocks agree?",
+          fmt::format("a temperature is stamped {:.6f} s {} the rates; do their publishers' clocks "
+                      "agree?",
+                      core::seconds(is_ahead ? ahead : behind), is_ahead ? "ahead of" : "behind"),
           rate);
   }
   reported_clocks_ = disagrees;

@@ -37,17 +37,10 @@ bool Ros2Diagnostics::is_due(std::int64_t now_ns) const noexcept {
 }
 
 void Ros2Diagnostics::look_at(const Gyro& gyro, std::int64_t now_ns) {
-  const core::CompensatedSample& newest = gyro.newest();
-  const std::uint64_t samples = gyro.compensator().counts().samples_out;
-  Watched& watched = watched_[gyro.id];
-  if (samples != watched.samples || watched.came_ns == 0) watched.came_ns = now_ns;
-  watched.samples = samples;
-  for (std::size_t i = 0; i < watched.measured.size(); ++i)
-    watched.measured[i] = watched.measured[i] || newest.raw.valid[i];
   seen_.push_back({.gyro_id = gyro.id,
-                   .newest = newest,
-                   .measured = watched.measured,
-                   .silence = std::chrono::nanoseconds(now_ns - watched.came_ns),
+                   .newest = gyro.newest(),
+                   .measured = gyro.measured(),
+                   .silence = gyro.silence(now_ns),
                    .health = health_of(gyro),
                    .temperature_degc = gyro.compensator().temperature_degc()});
 }

@@ -26,14 +26,7 @@ class Ros2Diagnostics {
   void publish(std::int64_t now_ns);
 
  private:
-  struct Watched {
-    std::uint64_t samples = 0;
-    std::int64_t came_ns = 0;  // when the newest was seen to be there
-    core::PerAxis<bool> measured{};
-  };
-
   service::Host& host_;
-  std::map<std::uint32_t, Watched> watched_;  // by gyro
   std::vector<service::GyroFacts> seen_;
   std::int64_t published_ns_ = 0;
   service::ServiceRoster roster_;

@@ -13,6 +13,8 @@
 #include "common/core/counted.h"
 #include "common/core/units.h"
 #include "common/experts/expert.h"
+#include "common/service/monotonic_clock.h"
+#include "common/service/ros2_health.h"
 #include "services/compensation/compensation_node.h"
 
 namespace zerodrift::services {
@@ -48,6 +50,8 @@ struct CompensationNode::Seen {
   std::uint32_t id = 0;
   compensation::CompensatorCounts counts{};
   core::CompensatedSample newest{};
+  core::PerAxis<bool> measured{};
+  std::chrono::nanoseconds silence{};
   core::PerAxis<compensation::TestThenTrain> records{};
   core::PerAxis<std::size_t> support_vectors{};
   core::PerAxis<std::optional<compensation::StackState>> stacks{};
@@ -71,6 +75,8 @@ CompensationNode::Seen CompensationNode::see(const Gyro& source) {
   Seen seen{.id = source.id,
             .counts = compensator.counts(),
             .newest = source.newest(),
+            .measured = source.measured(),
+            .silence = source.silence(service::monotonic_ns()),
             .temperature_degc = compensator.temperature_degc(),
             .temperature_rate_degc_per_s = compensator.temperature_rate_degc_per_s(),
             .rejected = source.pipeline().rejected(),
@@ -165,6 +171,8 @@ service::StatusPart CompensationNode::part(const Seen& seen) {
     add("unheard", "1", static_cast<double>(seen.dropped));
   }
   add("sensor_time", "s", core::seconds(seen.newest.raw.time));
+  const bool is_silent = service::is_silent(seen.silence, seen.newest.raw.interval_s);
+  add("silence", "s", is_silent ? core::seconds(seen.silence) : 0.0);
   add("temperature", "degC", seen.temperature_degc);
   add("temperature_rate", "degC/min", seen.temperature_rate_degc_per_s * 60.0);
   for (const auto axis : core::kAxes) {
@@ -172,6 +180,9 @@ service::StatusPart CompensationNode::part(const Seen& seen) {
     const std::string suffix = "_" + std::string(core::name(axis));
     const auto& record = seen.records[i];
     add("valid" + suffix, "1", seen.newest.raw.valid[i] ? 1.0 : 0.0);
+    // Of a gyro whose axes were never valid all are shown.
+    const bool has_any = seen.measured != core::PerAxis<bool>{};
+    add("measured" + suffix, "1", seen.measured[i] || !has_any ? 1.0 : 0.0);
     add("mode" + suffix, "1", static_cast<double>(seen.newest.mode[i]));
     add("reason" + suffix, "1", static_cast<double>(seen.newest.reason[i]));
     add("drift" + suffix, "deg/h", core::deg_h_from_radps(seen.newest.applied_drift_radps[i]));

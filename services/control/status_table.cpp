@@ -203,10 +203,15 @@ bool StatusBoard::nothing_lost() {
          metric("allan_monitor", "samples", kUnknown) == out;
 }
 
+// An axis that the gyro has, valid just now or not.
+bool StatusBoard::is_shown(const std::string& of, const std::string& suffix) const {
+  return metric(of, "measured" + suffix, 0.0) != 0.0;
+}
+
 std::string StatusBoard::axis_row(std::uint32_t gyro, core::Axis axis) const {
   const std::string of = part(gyro);
   const std::string suffix = "_" + std::string(core::name(axis));
-  if (metric(of, "valid" + suffix, 0.0) == 0.0) return "";
+  if (!is_shown(of, suffix)) return "";
   std::string raw_std = "-", left_std = "-", ratio = "-", raw_minute = "-", left_minute = "-",
               held = "-";
   const auto number = static_cast<std::uint32_t>(core::index(axis));
@@ -239,7 +244,7 @@ std::string StatusBoard::modes(std::uint32_t gyro) const {
   std::vector<std::pair<std::string, std::string>> axes_by_mode;
   for (const auto axis : core::kAxes) {
     const std::string suffix = "_" + std::string(core::name(axis));
-    if (metric(of, "valid" + suffix, 0.0) == 0.0) continue;
+    if (!is_shown(of, suffix)) continue;
     std::string mode(core::name(static_cast<core::Mode>(metric(of, "mode" + suffix, 0.0))));
     const auto reason = static_cast<core::Reason>(metric(of, "reason" + suffix, 0.0));
     if (reason != core::Reason::kNone) mode += fmt::format(" ({})", core::name(reason));
@@ -251,7 +256,9 @@ std::string StatusBoard::modes(std::uint32_t gyro) const {
       same->second += ", " + std::string(core::name(axis));
     }
   }
-  std::string text;
+  const double silence_s = metric(of, "silence", 0.0);
+  std::string text =
+      silence_s > 0.0 ? fmt::format("no sample for {:.0f} s; before:\n", silence_s) : "";
   for (const auto& [mode, axes] : axes_by_mode) text += fmt::format("{}: {}\n", axes, mode);
   return text;
 }
@@ -385,7 +392,7 @@ std::string StatusBoard::summary() {
   for (const std::uint32_t gyro : services_.gyros()) {
     for (const auto axis : core::kAxes) {
       const std::string suffix = "_" + std::string(core::name(axis));
-      if (metric(part(gyro), "valid" + suffix, 0.0) == 0.0) continue;
+      if (!is_shown(part(gyro), suffix)) continue;
       text += fmt::format(
           "gyro {} axis {}: test-then-train RMSE of the newest labels:\n"
           "  applied {}, last stationary minute {} deg/h\n",

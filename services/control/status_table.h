@@ -94,6 +94,7 @@ class StatusBoard {
   [[nodiscard]] std::string hops() const;
   // Statuses: publishers of several gyros share a name, and are told apart by what each says of its
   // gyro.
+  [[nodiscard]] bool is_shown(const std::string& of, const std::string& suffix) const;
   [[nodiscard]] double published() const;  // of all gyros, as the compensation counts them
   [[nodiscard]] std::vector<std::string> publishers() const;
   [[nodiscard]] bool has_come_to_its_end(const std::string& publisher) const;

@@ -92,6 +92,7 @@ std::string StatusBoard::gyro_json(std::uint32_t gyro) const {
             {"compensation", service_of(of)},
             {"compensation_alive", is_alive},
             {"age_s", compensation == nullptr ? kNaN : age_s(*compensation)},
+            {"silence_s", metric(of, "silence", kNaN)},
             {"sensor_time_s", metric(of, "sensor_time", kNaN)},
             {"temperature_degc", metric(of, "temperature", kNaN)},
             {"temperature_rate_degc_per_min", metric(of, "temperature_rate", kNaN)},
@@ -122,7 +123,7 @@ std::string StatusBoard::gyro_json(std::uint32_t gyro) const {
   };
   for (const auto axis : core::kAxes) {
     const std::string suffix = "_" + std::string(core::name(axis));
-    if (metric(of, "valid" + suffix, 0.0) == 0.0) continue;
+    if (!is_shown(of, suffix)) continue;
     const auto report = [&](std::uint32_t stream) -> const msg::AllanReport* {
       const auto found =
           reports_.entries().find({gyro, static_cast<std::uint32_t>(core::index(axis)), stream});

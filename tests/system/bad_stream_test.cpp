@@ -86,7 +86,8 @@ class Bench {
     await_answer(sample.sequence);
   }
 
-  void send_temperature(const std::string& probe, double temperature_degc) {
+  void send_temperature(const std::string& probe, double temperature_degc,
+                        double stamped_behind_s = 0.0) {
     auto& writer = probes_[probe];
     if (!writer) {
       writer = std::make_unique<dds::Writer<msg::Temperature>>(participant_);
@@ -95,7 +96,7 @@ class Bench {
     core::TemperatureSample sample;
     sample.probe = probe;
     sample.sequence = ++readings_;
-    sample.time = core::from_seconds(time_s_);
+    sample.time = core::from_seconds(time_s_ - stamped_behind_s);
     sample.temperature_degc = temperature_degc;
     sample.clock = core::ClockSource::kHardware;
     auto message = dds::to_message(sample, kGyroId);
@@ -285,6 +286,14 @@ TEST(BadStream, ATemperatureStreamThatStopsEndsInTheFallbackAfterTemperatureStal
   const auto healed = bench.settled_answers(first);
   EXPECT_NE(healed.rbegin()->second.reason()[0],
             static_cast<std::uint8_t>(Reason::kTemperatureStale));
+  EXPECT_FALSE(told(bench.events, "clocks_disagree", ""));
+  // Before: of readings that came, stamped by a clock that is behind, it was said that they
+  // stopped.
+  for (int reading = 0; reading < 2; ++reading) {
+    bench.send_temperature("coil", 22.4, 40.0);
+    bench.send_normal(static_cast<int>(kRateHz));
+  }
+  bench.expect_event("clocks_disagree", "a temperature is stamped 40.000000 s behind the rates");
   bench.expect_alive_then_stop();
 }
 

@@ -23,7 +23,8 @@ class Blocks {
   Blocks(std::uint64_t seed, double sigma_deg_h) : random_(seed), sigma_deg_h_(sigma_deg_h) {}
 
   // Block number k covers [k, k + 1) s.
-  DriftBlock next(const Level& level_deg_h, double spread_factor = 1.0) {
+  DriftBlock next(const Level& level_deg_h, double spread_factor = 1.0,
+                  std::size_t samples = kSamples) {
     DriftBlock block;
     const double begin_s = static_cast<double>(k_++);
     block.begin = from_seconds(begin_s);
@@ -36,7 +37,7 @@ class Blocks {
       // Sampling spread of a variance of 200 samples: sqrt(2 / 199) = 10 %.
       block.variance_radps2[i] =
           sample_variance * spread_factor * spread_factor * (1.0 + 0.1 * random_.gaussian());
-      block.count[i] = kSamples;
+      block.count[i] = samples;
     }
     return block;
   }
@@ -176,6 +177,33 @@ TEST(RestGateScenarios, VibrationIsSeenInTheSpread) {
 }
 
 // Rule: a switch-on transient in one of the first blocks is left out of level, noise and spread.
+// Before: a gyro at rest that began to send more than four times as fast was in motion for good.
+TEST(RestGateScenarios, SamplesThatComeFasterOrSlowerAreNoMotion) {
+  for (const double faster : {20.0, 5.0, 2.0, 0.5, 0.1}) {
+    for (const double spread : {std::sqrt(faster), 1.0}) {  // of a density; filtered before
+      for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+        Blocks blocks(seed, kFogSigmaDegH);
+        RestGate gate{{}};
+        not_at_rest(gate, blocks, 60, still);
+        const double before = gate.sample_variance(Axis::kX);
+        const auto samples = static_cast<std::size_t>(faster * kSamples);
+        for (int i = 0; i < 30; ++i) {
+          const bool is_lossy = i % 4 == 3;  // a third of the samples is lost: no other rate
+          EXPECT_EQ(gate.add(blocks.next(still, spread, is_lossy ? samples * 2 / 3 : samples)),
+                    RestState::kRest)
+              << faster << ' ' << spread << ' ' << i;
+        }
+        EXPECT_NEAR(gate.sample_variance(Axis::kX) / before, spread * spread,
+                    0.3 * spread * spread);
+        EXPECT_EQ(gate.add(blocks.next(still, 2.5 * spread, samples)), RestState::kMotion)
+            << "vibration at the new rate";
+        EXPECT_EQ(gate.add(blocks.next([](double, Axis) { return 20.0; }, spread, samples)),
+                  RestState::kMotion);
+      }
+    }
+  }
+}
+
 TEST(RestGateScenarios, AStartUpOutlierIsTolerated) {
   RestGate gate{RestGateOptions{}};
   Blocks blocks(9, kFogSigmaDegH);

@@ -8,6 +8,7 @@
 #include <memory>
 #include <sstream>
 
+#include "common/core/mode.h"
 #include "tests/unit/dds/test_domain.h"
 
 namespace zerodrift::services {
@@ -36,7 +37,7 @@ Figures of_gyro() {
                   {"temperature_rate", -0.01234}, {"labels", 1'728'000},
                   {"model_epoch", 1'728'000},     {"active", 1}};
   for (const std::string axis : {"_x", "_y", "_z"}) {
-    figures.emplace_back("valid" + axis, 1.0);
+    figures.emplace_back("measured" + axis, 1.0);
     figures.emplace_back("drift" + axis, -12.345678);
     figures.emplace_back("mode" + axis, axis == "_z" ? 5.0 : 1.0);
     figures.emplace_back("reason" + axis, axis == "_z" ? 11.0 : 0.0);
@@ -153,6 +154,27 @@ TEST_F(StatusTable, SaysWhyAnAxisIsCompensatedAsItIs) {
   say_all();
   EXPECT_EQ(line_with("learning"), "x, y: learning");
   EXPECT_EQ(line_with("holding"), "z: holding (model_worse_than_bias)");
+}
+
+// Before: an axis that was bad just now was nowhere, and a gyro that was silent was learning.
+TEST_F(StatusTable, ShowsABadAxisAndSaysOfASilentGyroThatItIs) {
+  ASSERT_TRUE(eventually([&] { return status_.matched() > 0; }));
+  Figures gyro = of_gyro();
+  for (auto& [name, value] : gyro) {
+    if (name == "mode_x") value = static_cast<double>(core::Mode::kPassthrough);
+    if (name == "reason_x") value = static_cast<double>(core::Reason::kInvalidInput);
+    if (name == "measured_z") value = 0.0;
+  }
+  say("compensation:1", gyro);
+  EXPECT_EQ(line_with("invalid_input"), "x: passthrough (invalid_input)");
+  EXPECT_EQ(line_with("y: "), "y: learning");
+  EXPECT_EQ(line_with("z: "), "");
+  EXPECT_EQ(line_with("no sample"), "");
+  gyro.emplace_back("silence", 30.4);
+  say("compensation:1", gyro);
+  ASSERT_TRUE(eventually([&] { return !line_with("no sample").empty(); }));
+  EXPECT_EQ(line_with("no sample"), "no sample for 30 s; before:");
+  EXPECT_NE(board_.json().find(R"("silence_s":30.4)"), std::string::npos);
 }
 
 TEST_F(StatusTable, GivesEachLatencyInAUnitThatPeopleRead) {

@@ -137,7 +137,7 @@ const TOUR: Row[] = [
     banner: 'gyro_publisher (host lab, pid 11) has ended: no sample comes any more; everything shown is old. (9.0 s ago; newest sample 9.0 s ago)' },
   { situation: 'a dead thermal_publisher that nothing waits for', known: { services: chain({ thermal: gone(3600) }), ...axes(all({ mode: 3, reason: 'temperature_stale' })) }, better: BETTER, data: GOOD,
     compensating: '✓ Compensating: x, y, z by a simpler estimate than the model',
-    learning: '● Not learning: the temperature stream stopped' },
+    learning: '● Not learning: no recent temperature' },
 
   { situation: 'stale data, and nobody is known to be gone', known: silent(3), ...LAST_KNOWN,
     data: '✕ Stale: 3.0 s old: no sample comes; shown is the last that did',

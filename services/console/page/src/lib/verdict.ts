@@ -50,7 +50,7 @@ const REASON_TEXT: Record<string, string> = {
   level_implausible: 'at rest, but the level is above the largest plausible drift',
   commanded: 'somebody commanded it',
   temperature_missing: 'a temperature that the model needs is missing',
-  temperature_stale: 'the temperature stream stopped',
+  temperature_stale: 'no recent temperature',
   probe_stuck: 'a temperature probe is stuck while others move',
   temperature_rate_not_ready: 'the temperature history is still too short',
   model_worse_than_bias: 'the last stationary mean predicts better than the model just now',
