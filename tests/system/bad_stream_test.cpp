@@ -195,7 +195,7 @@ TEST(BadStream, EveryBadSampleIsAnsweredOnceAndNamed) {
   infinite.rate_radps[1] = -std::numeric_limits<double>::infinity();
   bench.send(infinite);
   auto absurd = bench.next_sample();
-  absurd.rate_radps[2] = 1e300;
+  absurd.rate_radps[2] = 1e5;
   bench.send(absurd);
   bench.send_normal(10);
 
@@ -226,13 +226,12 @@ TEST(BadStream, EveryBadSampleIsAnsweredOnceAndNamed) {
     EXPECT_EQ(answer.reason()[axis], static_cast<std::uint8_t>(Reason::kInvalidInput));
     EXPECT_EQ(answer.mode()[axis], static_cast<std::uint8_t>(Mode::kPassthrough));
     EXPECT_EQ(answer.applied_drift_radps()[axis], 0.0);
+    EXPECT_EQ(answer.validity() >> axis & 1U, 0U);
     EXPECT_NE(answer.reason()[(axis + 1) % 3], static_cast<std::uint8_t>(Reason::kInvalidInput));
     EXPECT_EQ(answer.validity() >> ((axis + 1) % 3) & 1U, 1U);
   }
   EXPECT_TRUE(std::isnan(answers.at(not_a_number.sequence).rate_radps()[0]));
-  EXPECT_EQ(answers.at(not_a_number.sequence).validity() & 1U, 0U);
   EXPECT_EQ(answers.at(infinite.sequence).rate_radps()[1], infinite.rate_radps[1]);
-  EXPECT_EQ(answers.at(infinite.sequence).validity() >> 1U & 1U, 0U);
   EXPECT_EQ(answers.at(earlier.sequence).order(), 1);
   EXPECT_EQ(answers.at(later.sequence).order(), 0);
   for (const char* code :
