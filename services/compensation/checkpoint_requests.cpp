@@ -2,6 +2,7 @@
 // The commands checkpoint and restore: the learner gives a copy of what it knows, or takes one.
 #include <algorithm>
 #include <chrono>
+#include <stdexcept>
 #include <utility>
 
 #include "common/checkpoint/checkpoint_file.h"
@@ -54,10 +55,8 @@ CompensationNode::Verdict CompensationNode::restore(const Request& request) {
   {
     const std::lock_guard lock(data_mutex_);
     for (std::size_t i = 0; i < loaded.size(); ++i) {
-      if (!request.gyros[i]->compensator().restore_models(loaded[i])) {
-        return {.text = "the learner of gyro " + std::to_string(request.gyros[i]->id) +
-                        " is busy; try again"};
-      }
+      if (!request.gyros[i]->compensator().restore_models(loaded[i]))
+        return {.text = busy_text(request.gyros, i)};
     }
   }
   learner_.notify();
@@ -151,7 +150,8 @@ void CompensationNode::resume(Gyro& source) {
     const auto [loaded, left_behind] = checkpoint::resume(file, {source.id, source.configured});
     {
       const std::lock_guard lock(data_mutex_);
-      source.compensator().restore_models(loaded);
+      if (!source.compensator().restore_models(loaded))
+        throw std::runtime_error("the learner is busy");
     }
     learner_.notify();
     const auto epoch = installed(*loaded);

@@ -39,13 +39,23 @@ CompensationNode::Verdict CompensationNode::obey(const msg::Command& command) {
   bool accepted = false;
   const std::vector<Gyro*> led = led_gyros();
   if (led.empty() && !gyros_.empty()) return {.text = kOtherLeadsText};
-  for (Gyro* source : led) {
-    verdict.text = obey(*source, command.name().c_str(), accepted);
-    verdict.model_epoch = source->newest().model_epoch;
-    if (!accepted) break;
+  for (std::size_t i = 0; i < led.size(); ++i) {
+    verdict.text = obey(*led[i], command.name().c_str(), accepted);
+    verdict.model_epoch = led[i]->newest().model_epoch;
+    if (accepted) continue;
+    if (command.name() == "reset") verdict.text = busy_text(led, i);
+    break;
   }
   if (accepted) verdict.outcome = Outcome::kAccepted;
   return verdict;
+}
+
+std::string CompensationNode::busy_text(const std::vector<Gyro*>& asked, std::size_t busy) {
+  std::string text =
+      "the learner of gyro " + std::to_string(asked[busy]->id) + " is busy; try again";
+  for (std::size_t i = 0; i < busy; ++i)
+    text += (i == 0 ? "; done for gyro " : ", ") + std::to_string(asked[i]->id);
+  return text;
 }
 
 std::string CompensationNode::obey(Gyro& source, std::string_view command, bool& accepted) {
@@ -61,7 +71,7 @@ std::string CompensationNode::obey(Gyro& source, std::string_view command, bool&
   if (command == "reset") {
     accepted = source.compensator().reset_models();
     learner_.notify();
-    return accepted ? "all that was learned is forgotten" : "the learner is busy; try again";
+    return "all that was learned is forgotten";
   }
   accepted = false;
   return "unknown command '" + std::string(command) +

@@ -113,6 +113,8 @@ class CompensationNode {
   void overhear(const msg::Command& command);
   Verdict obey(const msg::Command& command);
   std::string obey(Gyro& gyro, std::string_view command, bool& accepted);
+  // A learner takes one change at a time; those of the gyros before it have taken theirs.
+  static std::string busy_text(const std::vector<Gyro*>& asked, std::size_t busy);
   // The commands that change a model are the leading instance's.
   [[nodiscard]] std::vector<Gyro*> led_gyros();
 
