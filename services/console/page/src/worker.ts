@@ -15,10 +15,12 @@ import {
   type Channel,
   type TextFrame,
 } from './lib/frames.ts';
+import { TOLD_WITHIN_S } from './lib/facts.ts';
 import { GyroStore } from './lib/gyro_store.ts';
 import { LatencyWindow } from './lib/latency_window.ts';
 import type { FromWorker, Outcome, PlainStatus, ToWorker } from './lib/messages.ts';
 import { PaceMeter } from './lib/pace.ts';
+import { staleAfterS } from './lib/verdict.ts';
 
 const LIVE_EVERY_MS = 250;
 const WATCH_EVERY_MS = 2000;
@@ -107,7 +109,7 @@ function onSamples(payload: Uint8Array): void {
   store.addSamples(sampleColumns(batch));
   if (batch.sensorTimeNs.length === 0) return;
   newest = { batch, arrivedMs };
-  pace = paceMeter.mark(performance.now(), Number(batch.sensorTimeNs.at(-1)) * 1e-9);
+  pace = paceMeter.mark(performance.now(), Number(batch.sensorTimeNs.at(-1)) * 1e-9, 1000 * staleAfterS(batch.sampleIntervalS));
   if (batch.publishUnixNs > 0n) latencies.add(arrivedMs - Number(batch.publishUnixNs) * 1e-6);
   tick();
   postLiveSoon();
@@ -129,7 +131,7 @@ function onFleet(payload: Uint8Array): void {
   for (const gyro of fleet) {
     let meter = paces.get(gyro.gyro);
     if (!meter) paces.set(gyro.gyro, (meter = new PaceMeter()));
-    gyro.pace = meter.mark(gyro.arrivedMs - gyro.ageS * 1000, gyro.sensorTimeS);
+    gyro.pace = meter.mark(gyro.arrivedMs - gyro.ageS * 1000, gyro.sensorTimeS, 1000 * (TOLD_WITHIN_S + staleAfterS(gyro.sampleIntervalS)));
   }
   post({ type: 'fleet', fleet });
 }

@@ -43,7 +43,7 @@ const chain = ({ publisher, thermal, compensation, reports = '' }: Chain): Plain
   service('allan_monitor', 14),
 ];
 const HEALTHY: Known = {
-  link: 'open', nowMs: NOW, gatewayAheadMs: 0, live: live(), fleet: [summary(1)], losses: new Map(), acknowledgedMs: NaN, dropped: 0, services: chain({}), events: [],
+  link: 'open', linkSinceMs: NOW - 600 * S, nowMs: NOW, gatewayAheadMs: 0, live: live(), fleet: [summary(1)], losses: new Map(), acknowledgedMs: NaN, dropped: 0, services: chain({}), events: [],
 };
 /** The same axes in the samples and in the gateway's summary. */
 const axes = (of: AxisFacts[]): Partial<Known> => ({ live: live(of), fleet: [summary(1, of)] });
@@ -87,6 +87,8 @@ const TOUR: Row[] = [
     ...NOTHING, data: '✕ No sample yet: services tell of this gyro; no compensated_rate of it came' },
   { situation: 'start: the page connects', known: { link: 'connecting', live: undefined, fleet: [], services: [] },
     ...NOTHING, data: '· Connecting: tries again by itself' },
+  { situation: 'start: the page has just connected', known: { linkSinceMs: NOW - 0.3 * S, live: undefined, fleet: [] },
+    ...NOTHING, data: '· Connecting: nothing was told yet' },
   { situation: 'start: first samples', known: axes(passing('no_estimate_yet', 'passthrough')), data: GOOD,
     compensating: '● Not compensating yet: nothing has been learned yet',
     better: '· Not comparable yet: nothing is taken off yet; comparing begins with the first model',
@@ -147,6 +149,8 @@ const TOUR: Row[] = [
     ...HEADLINE, data: '● Source has ended: newest sample 90 s ago' },
 
   { situation: 'replay at 60 times real time', known: { live: live(all({}), { pace: 60 }) }, ...HEADLINE, data: '✓ Good (replay 60×): none missing' },
+
+  { situation: 'whether it is a replay is not known yet', known: { live: live(all({}), { pace: NaN }) }, ...HEADLINE, data: '✓ Good: none missing' },
 
   { situation: 'ten gyros: one that is not shown', gyro: 7, known: { fleet: [...'123456789'].map((g) => summary(Number(g))).concat(summary(10)) }, ...HEADLINE },
   { situation: 'ten gyros: one of them is silent', gyro: 7, known: { fleet: [summary(1), summary(7, all({}), { ageS: 39.5 })] }, ...LAST_KNOWN,
@@ -212,14 +216,16 @@ const TOUR: Row[] = [
 
   { situation: 'service restarted: it is there again', known: { services: chain({ compensation: { uptimeS: 3, processId: 99 } }), events: [event('double_correction', 300)] }, ...HEADLINE },
   { situation: 'service restarted: it learns anew', data: GOOD,
-    known: { ...axes(passing('initial_set', 'passthrough')), services: chain({ compensation: { uptimeS: 3 } }) },
-    compensating: '● Not compensating yet: the first set of labels is not complete yet',
+    known: { ...axes(passing('no_estimate_yet', 'passthrough')), services: chain({ compensation: { uptimeS: 3 } }) },
+    compensating: '● Not compensating yet: nothing has been learned yet',
     better: '· Not comparable yet: nothing is taken off yet; comparing begins with the first model',
-    learning: '● Not learning: the first set of labels is not complete yet' },
+    learning: '● Not learning: nothing has been learned yet' },
 
   { situation: 'gateway gone', known: { ...silent(2), link: 'gone' }, ...LAST_KNOWN,
     data: '✕ Gateway gone: shown is what came until 2.0 s ago',
     banner: 'The gateway is gone. What came before is kept.' },
+  { situation: 'gateway back, and nothing came from it yet', known: { ...silent(4), linkSinceMs: NOW - 0.3 * S, services: [] }, ...LAST_KNOWN,
+    data: '· Connecting: shown is what came until 4.0 s ago' },
   { situation: 'gateway gone before it told anything', known: { link: 'gone', live: undefined, fleet: [], services: [] },
     ...NOTHING, data: '✕ Gateway gone: tries again by itself',
     banner: 'The gateway is gone. What came before is kept.' },

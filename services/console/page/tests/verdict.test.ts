@@ -8,6 +8,7 @@ const compared = (ratio: number, blocks = 100): Comparison => ({ blocks, raw: ra
 const LEARNING: AxisFacts = { valid: true, mode: 1, reason: 'none', comparison: compared(200), harmed: false };
 const GOOD: Facts = {
   link: 'open',
+  linkS: 600,
   known: true,
   present: true,
   ageS: 0.01,

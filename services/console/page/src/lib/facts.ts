@@ -15,6 +15,7 @@ export interface Losses {
 
 export interface Known {
   link: Link;
+  linkSinceMs: number;
   nowMs: number;
   gatewayAheadMs: number; // its clock before this page's
   live: Live | undefined;
@@ -26,7 +27,7 @@ export interface Known {
   events: PlainEvent[];
 }
 
-const TOLD_WITHIN_S = 3; // the gateway tells once a second; then its word is old
+export const TOLD_WITHIN_S = 3; // the gateway tells once a second; then its word is old
 
 export function grownLosses(known: Losses | undefined, missing: number, nowMs: number): Losses {
   if (known !== undefined && missing <= known.missing) return { ...known, missing }; // a late answer filled a hole
@@ -49,6 +50,7 @@ export function factsOf(known: Known, gyro: number): Facts {
   const losses = known.losses.get(gyro);
   return {
     link: known.link,
+    linkS: (nowMs - known.linkSinceMs) / 1000,
     known: gyro !== 0,
     present: newest !== undefined,
     ageS: live ? Math.max(0, nowMs - live.arrivedMs) / 1000 : summary ? ageS(summary, nowMs) : NaN,

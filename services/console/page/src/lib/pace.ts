@@ -7,10 +7,10 @@ const MARK_EVERY_MS = 100;
 export class PaceMeter {
   private marks: { ms: number; s: number }[] = [];
 
-  /** NaN while it is unknown: at first, and where sensor time goes back. */
-  mark(ms: number, sensorTimeS: number): number {
+  /** NaN while it is unknown: at first, where sensor time goes back, and after a silence, which is no slow pace. */
+  mark(ms: number, sensorTimeS: number, silenceMs: number): number {
     const last = this.marks.at(-1);
-    if (last && sensorTimeS < last.s) this.marks = [];
+    if (last && (sensorTimeS < last.s || ms - last.ms > silenceMs)) this.marks = [];
     if (this.marks.length === 0 || ms - this.marks[this.marks.length - 1].ms > MARK_EVERY_MS) this.marks.push({ ms, s: sensorTimeS });
     while (this.marks.length > 2 && ms - this.marks[1].ms > OVER_MS) this.marks.shift();
     const first = this.marks[0];

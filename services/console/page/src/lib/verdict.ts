@@ -118,6 +118,7 @@ export interface Cause {
 
 export interface Facts {
   link: Link;
+  linkS: number; // since the link is as it is
   known: boolean; // services tell of this gyro
   present: boolean; // a gyro's samples came at least once
   ageS: number; // since the newest sample came
@@ -167,6 +168,11 @@ export function staleAfterS(sampleIntervalS: number): number {
 
 export function isStale(facts: Facts): boolean {
   return facts.present && facts.ageS > staleAfterS(facts.sampleIntervalS);
+}
+
+/** The link stands for too short a time to say that nothing comes. */
+function hasJustBegun(facts: Facts): boolean {
+  return facts.link === 'open' && facts.linkS < staleAfterS(facts.sampleIntervalS) && !(facts.ageS < facts.linkS);
 }
 
 function names(axes: number[]): string {
@@ -281,6 +287,7 @@ function data(facts: Facts): Statement {
   if (facts.link !== 'open') {
     return { tone: 'bad', text: 'Gateway gone', detail: `shown is what came until ${ageText(facts.ageS)} ago` };
   }
+  if (isStale(facts) && hasJustBegun(facts)) return { tone: 'idle', text: 'Connecting', detail: `shown is what came until ${ageText(facts.ageS)} ago` };
   if (isStale(facts)) {
     return facts.finished
       ? { tone: 'note', text: 'Source has ended', detail: `newest sample ${ageText(facts.ageS)} ago` }
@@ -295,7 +302,8 @@ function data(facts: Facts): Statement {
   const invalid = [0, 1, 2].filter((a) => !facts.axes[a].valid);
   if (invalid.length === 3) return { tone: 'bad', text: 'No valid axis', detail: 'every axis is marked invalid by its source' };
   if (fresh || slow) return { tone: 'warn', text: `${fresh ? 'With losses' : 'Browser too slow'}${replay}`, detail: [lost, slow].filter(Boolean).join(', ') };
-  const well = `${replay ? '' : 'live, '}${lost || 'none missing'}`;
+  const live = Number.isFinite(facts.pace) && !replay ? 'live, ' : ''; // it takes a second or two to know
+  const well = `${live}${lost || 'none missing'}`;
   if (invalid.length > 0) return { tone: 'note', text: `Not of ${names(invalid)}${replay}`, detail: `${names(invalid)}: marked invalid by the source; ${well}` };
   return { tone: 'good', text: `Good${replay}`, detail: well };
 }
@@ -316,6 +324,7 @@ function absent(facts: Facts): Statement {
   const retries = 'tries again by itself';
   if (facts.link === 'connecting') return { tone: 'idle', text: 'Connecting', detail: retries };
   if (facts.link === 'gone') return { tone: 'bad', text: 'Gateway gone', detail: retries };
+  if (hasJustBegun(facts)) return { tone: 'idle', text: 'Connecting', detail: 'nothing was told yet' };
   if (facts.causes.length > 0) return { tone: 'bad', text: 'No sample yet', detail: causeText(facts) };
   if (facts.known) return { tone: 'bad', text: 'No sample yet', detail: 'services tell of this gyro; no compensated_rate of it came' };
   return { tone: 'bad', text: 'No gyro', detail: 'the gateway receives no compensated_rate in its domain' };
@@ -325,7 +334,7 @@ function absent(facts: Facts): Statement {
 export function banner(facts: Facts): { text: string; age: string } | undefined {
   if (facts.link === 'gone') return { text: 'The gateway is gone. What came before is kept.', age: '' };
   const waits = !facts.present && facts.causes.length > 0;
-  if (facts.link !== 'open' || !(waits || isPast(facts))) return undefined;
+  if (facts.link !== 'open' || hasJustBegun(facts) || !(waits || isPast(facts))) return undefined;
   const silence = waits ? 'no sample comes.' : 'no sample comes any more; everything shown is old.';
   const why = facts.causes.map(({ what }) => what).join(' and ');
   const text = why ? `${why}: ${silence}` : silence.replace('no', 'No');
