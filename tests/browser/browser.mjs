@@ -46,6 +46,50 @@ export async function until(page, id, holds, withinMs = 20_000) {
   throw new Error(`${id}: still '${text}' after ${withinMs / 1000} s`);
 }
 
+/** The four answers and the banner as page/tests/tour.test.ts writes them: '✓ Good: live, none missing'. Read in one step. */
+export function headline(page) {
+  return page.evaluate(() => {
+    const text = (node) => node?.textContent.replace(/\s+/g, ' ').trim() ?? '';
+    const part = (id) => document.querySelector(`[data-testid="${id}"]`);
+    const answer = (id) => {
+      const tile = part(`verdict-${id}`);
+      const glyph = text(tile?.querySelector('.glyph'));
+      return `${glyph} ${text(tile?.querySelector('.answer')).slice(glyph.length)}: ${text(tile?.querySelector('.detail'))}`;
+    };
+    const [, what, when] = (part('stale') ?? part('gone'))?.querySelectorAll(':scope > span') ?? []; // the first is its glyph
+    const banner = part('stale') && when ? `${text(what)} ${text(when)}` : text(what); // a gateway's is followed by the next attempt
+    return { compensating: answer('compensating'), better: answer('better'), learning: answer('learning'), data: answer('data'), banner };
+  });
+}
+
+/** What stands for a figure that is another one each time. */
+const FIGURES = {
+  age: '[\\d.]+ (ms|s|min)',
+  count: '\\d+',
+  pace: '[\\d.]+',
+  ratio: '([\\d.]+–)?[\\d.]+×',
+};
+
+function pattern(words) {
+  const literal = words.replace(/[\\^$.*+?()[\]|]/g, '\\$&');
+  return new RegExp(`^${literal.replace(/\{(\w+)\}/g, (_, figure) => FIGURES[figure])}$`);
+}
+
+/** Waits until all of `words` are said at once, to the letter but for {age}, {count}, {pace} and {ratio}; no banner where none is given. */
+export async function said(page, words, withinMs = 20_000) {
+  const wanted = Object.entries({ banner: '', ...words }).map(([id, text]) => [id, pattern(text)]);
+  const end = Date.now() + withinMs;
+  for (;;) {
+    const says = await headline(page);
+    const others = wanted.filter(([id, holds]) => !holds.test(says[id])).map(([id]) => id);
+    if (others.length === 0) return says;
+    if (Date.now() > end) {
+      throw new Error(others.map((id) => `${id}: still '${says[id]}' after ${withinMs / 1000} s, expected '${words[id] ?? ''}'`).join('\n'));
+    }
+    await page.waitForTimeout(50);
+  }
+}
+
 /** Pixels of a chart for which `holds` (an expression of r, g, b, a) is true. */
 export function pixels(page, selector, holds) {
   // An expression, since the page's content security policy forbids to make functions of text.

@@ -24,10 +24,12 @@ const run = (...args) => promisify(execFile)(join(bin, 'zerodrift'), args);
 
 export class System {
   #running = new Map();
+  #own = new Map(); // profiles that a test made: their files by name
   folder = mkdtempSync(join(tmpdir(), 'zerodrift-console-'));
 
   start(name, program, ...args) {
-    const child = spawn(join(bin, program), ['--domain', domain, ...args], { stdio: ['ignore', 'ignore', 'pipe'] });
+    if (this.#running.has(name)) throw new Error(`${name} runs already`); // it would be ended by nobody
+    const child = spawn(join(bin, program), [...args, '--domain', domain], { stdio: ['ignore', 'ignore', 'pipe'] });
     const log = [];
     child.stderr.on('data', (text) => log.push(String(text)));
     this.#running.set(name, { child, log, ended: new Promise((done) => child.on('exit', done)) });
@@ -40,16 +42,23 @@ export class System {
     this.startGyro({ waitFor, ...gyro });
   }
 
-  startCompensation() {
-    this.start('compensation', 'compensation', '--checkpoint-dir', this.folder);
+  /** With `instance` one of several that answer the same, which is named compensation/1. */
+  startCompensation({ instance = 0, remembers = true, options = [] } = {}) {
+    const one = instance > 0 ? ['--instance', String(instance), '--redundant'] : [];
+    const folder = remembers ? ['--checkpoint-dir', this.folder] : [];
+    this.start(instance > 0 ? `compensation/${instance}` : 'compensation', 'compensation', ...one, ...folder, ...options);
   }
 
-  /** Publishers of a gyro, `parts` of the two; those of gyro 7 are named gyro_publisher:7. */
-  startGyro({ id = 1, speed = '1', record = '', model = 'paper_fog', profile = 'paper_chamber', publisher = [], waitFor = 'compensation', parts = ['thermal_publisher', 'gyro_publisher'] } = {}) {
-    const simulation = ['--source', 'simulation', '--model', join(config, `models/${model}.yaml`), '--profile', join(config, `profiles/${profile}.yaml`), '--seed', '1'];
-    const source = [...(record ? ['--source', 'record', '--record', record] : simulation), '--speed', speed, '--gyro-id', String(id)];
+  /** Publishers of a gyro, `parts` of the two; those of gyro 7 are named gyro_publisher:7. `both`: more options of each. */
+  startGyro({ id = 1, speed = '1', record = '', model = 'paper_fog', profile = 'paper_chamber', publisher = [], both = [], waitFor = 'compensation', parts = ['thermal_publisher', 'gyro_publisher'] } = {}) {
+    const simulation = ['--source', 'simulation', '--model', join(config, `models/${model}.yaml`), '--profile', this.#profile(profile), '--seed', '1'];
+    const source = [...(record ? ['--source', 'record', '--record', record] : simulation), '--speed', speed, '--gyro-id', String(id), ...both];
     const more = { thermal_publisher: [], gyro_publisher: ['--wait-for', waitFor, ...publisher] };
     for (const part of parts) this.start(id === 1 ? part : `${part}:${id}`, part, ...source, ...more[part]);
+  }
+
+  startRecorder() {
+    this.start('recorder', 'zerodrift', 'record', '--out', join(this.folder, 'everything.mcap'));
   }
 
   async startConsole(...options) {
@@ -90,10 +99,22 @@ export class System {
     rmSync(this.folder, { recursive: true, force: true });
   }
 
+  #profile(name) {
+    return this.#own.get(name) ?? join(config, `profiles/${name}.yaml`);
+  }
+
+  /** A profile in which nothing but `turns` happens: [start_s, duration_s, axis, rate_deg_s] each. */
+  makeProfile(name, turns) {
+    const file = join(this.folder, `${name}.yaml`);
+    const lines = turns.map(([start, duration, axis, rate]) => `  - {start_s: ${start}, duration_s: ${duration}, axis: ${axis}, rate_deg_s: ${rate}, ramp_s: 1}`);
+    writeFileSync(file, [`name: ${name}`, 'duration_s: 18000', 'initial_temperature_degc: 20', 'power_on_s: 0', 'turns:', ...lines, ''].join('\n'));
+    this.#own.set(name, file);
+  }
+
   /** A record of a profile, true rates included; its file. */
   async simulate(model, profile, ...options) {
     const record = join(this.folder, `${profile}.csv`);
-    await run('simulate', '--model', model, '--profile', join(config, `profiles/${profile}.yaml`), '--reference', '--out', record, ...options);
+    await run('simulate', '--model', model, '--profile', this.#profile(profile), '--reference', '--out', record, ...options);
     return record;
   }
 

@@ -1,77 +1,381 @@
 // SPDX-License-Identifier: Apache-2.0
-// What goes wrong in a real system, and the words that the page has for it; page/tests/tour.test.ts has them for more.
+// What happens in a real system, and the words that the page has for it. A situation bears its name in
+// page/tests/tour.test.ts, which has the words for more of them, on facts that are made up.
 import assert from 'node:assert/strict';
+import { readFileSync, writeFileSync } from 'node:fs';
+import { hostname } from 'node:os';
+import { join } from 'node:path';
 import { after, before, describe, test } from 'node:test';
 import { violations } from './axe.mjs';
-import { launch, openPage, part, until } from './browser.mjs';
-import { System, address } from './system.mjs';
+import { close, launch, openPage, part, said, until } from './browser.mjs';
+import { System, address, config } from './system.mjs';
 
 const START_MS = 60_000;
 const LEASES_MS = 60_000; // until the middleware gives a dead process up
+const HOUR_MS = 3_600_000;
+const TOLD = readFileSync(join(config, '../services/console/page/tests/tour.test.ts'), 'utf8');
 
-describe('a chain of which one after the other fails', () => {
+function situation(name, walk) {
+  test(name, async () => {
+    assert.ok(TOLD.includes(`situation: '${name}'`) || TOLD.includes(`situation: "${name}"`), 'the tour has no situation of this name');
+    await walk();
+  });
+}
+
+const NOTHING = { compensating: '· –: no data yet', better: '· –: no data yet', learning: '· –: no data yet' };
+const COMPENSATES = '✓ Compensating: all three axes';
+const LEARNS = '✓ Learning: at rest, or against a reference';
+const COMPENSATES_AND_LEARNS = { compensating: COMPENSATES, learning: LEARNS };
+const LAST_KNOWN = {
+  compensating: '· Not known now: last known: Compensating, all three axes',
+  learning: '· Not known now: last known: Learning, at rest, or against a reference',
+};
+const NOTHING_LEARNED = {
+  compensating: '● Not compensating yet: nothing has been learned yet',
+  better: '· Not comparable yet: nothing is taken off yet; comparing begins with the first model',
+  learning: '● Not learning: nothing has been learned yet',
+};
+const GOOD = '✓ Good: live, none missing';
+const GOOD_REPLAY = '✓ Good (replay {pace}×): none missing';
+const WAITS = 'compensation reports "rates wait for temperatures; is thermal_publisher running?"';
+
+/** What is said of data and in the banner when no sample comes for the reason `what`, "x is gone" or "x has ended". */
+function silent(what) {
+  const when = what.endsWith('ended') ? '{age} ago' : 'since {age}';
+  return {
+    data: `✕ Stale: {age} old: ${what} ${when}; shown is the last that did`,
+    banner: `${what}: no sample comes any more; everything shown is old. (${when}; newest sample {age} ago)`,
+  };
+}
+const SILENT = {
+  data: '✕ Stale: {age} old: no sample comes; shown is the last that did',
+  banner: 'No sample comes any more; everything shown is old. (newest sample {age} ago)',
+};
+
+/** A command by the page's own dialog, and its answer. */
+async function command(page, title, answer, fill = async () => {}) {
+  await page.keyboard.press('c');
+  await page.getByLabel(title, { exact: true }).check();
+  await fill();
+  await part(page, 'send').click();
+  await until(page, 'reply', (t) => answer.test(t));
+  await close(page);
+}
+
+/** All that is said of the data while `walk` goes on. */
+async function saidMeanwhile(page, walk) {
+  await part(page, 'verdict-data').evaluate((tile) => {
+    window.answers = [];
+    new MutationObserver(() => window.answers.push(tile.querySelector('.answer').textContent)).observe(tile, { subtree: true, childList: true, characterData: true });
+  });
+  await walk();
+  return page.evaluate(() => window.answers);
+}
+
+/** A page on a computer whose clock is an hour behind: the page's own and its worker's, which looks at it again each time. */
+async function openPageOfAnHourAgo(browser) {
+  const behind = (ms) => {
+    const [now, origin] = [Date.now.bind(Date), performance.timeOrigin];
+    Date.now = () => now() - ms;
+    Object.defineProperty(performance, 'timeOrigin', { value: origin - ms });
+  };
+  const page = await openPage(browser);
+  await page.addInitScript(behind, HOUR_MS);
+  const [worker] = await Promise.all([page.waitForEvent('worker'), page.goto(address)]);
+  await worker.evaluate(behind, HOUR_MS);
+  return page;
+}
+
+function systemWithPage(prepare) {
   const system = new System();
-  let browser;
-  let page;
+  const at = { system, browser: undefined, page: undefined };
   before(async () => {
     await system.startConsole();
-    browser = await launch();
-    page = await openPage(browser);
-    await page.goto(address);
-    system.startChain({ speed: '10', parts: ['gyro_publisher'] });
+    at.browser = await launch();
+    at.page = await openPage(at.browser);
+    await at.page.goto(address);
+    await prepare?.(at);
   });
   after(async () => {
-    await browser?.close();
+    await at.browser?.close();
     await system.stopAll();
   });
+  return at;
+}
 
-  test('without a thermometer it says what the compensation waits for', async () => {
-    const reports = /compensation reports "rates wait for temperatures; is thermal_publisher running\?"/;
-    await until(page, 'verdict-data', (t) => /No sample yet/.test(t) && reports.test(t), START_MS);
-    await until(page, 'stale', (t) => reports.test(t) && /: no sample comes\./.test(t));
-    await until(page, 'no-gyro', (t) => reports.test(t));
-    system.startGyro({ speed: '10', parts: ['thermal_publisher'] });
-    await until(page, 'verdict-data', (t) => /Good/.test(t), START_MS);
-    await until(page, 'verdict-compensating', (t) => /✓\s*Compensating/.test(t), START_MS);
-    assert.equal(await part(page, 'stale').count(), 0);
+function named(system, name) {
+  return `${name.split(':')[0]} (host ${hostname()}, pid ${system.pid(name)})`;
+}
+
+describe('a chain from its start on, of which one after the other fails', () => {
+  const at = systemWithPage();
+  const { system } = at;
+  const rate = ['--rate', '20']; // 1200 samples a second at 60 times real time
+
+  situation('start: nothing runs yet', () => said(at.page, { ...NOTHING, data: '✕ No gyro: the gateway receives no compensated_rate in its domain' }));
+
+  situation('gateway gone before it told anything', async () => {
+    await system.stop('console', 'SIGKILL');
+    await said(at.page, { ...NOTHING, data: '✕ Gateway gone: tries again by itself', banner: 'The gateway is gone. What came before is kept.' });
+    await system.startConsole();
+    await said(at.page, { ...NOTHING, data: '✕ No gyro: the gateway receives no compensated_rate in its domain' });
   });
 
-  test('a refused command is called refused, with the reason, and changes no answer', async () => {
-    await page.keyboard.press('c');
-    await page.getByLabel('Restore', { exact: true }).check();
-    await part(page, 'checkpoint-name').fill('nobody_saved_this');
-    await part(page, 'send').click();
-    await until(page, 'reply', (t) => /Refused compensation: .*nobody_saved_this/.test(t));
-    await page.keyboard.press('Escape');
-    await until(page, 'verdict-data', (t) => /Good/.test(t));
+  situation('start: services run, no sample came', async () => {
+    system.startGyro({ parts: ['gyro_publisher'], publisher: rate });
+    await said(at.page, { ...NOTHING, data: '✕ No sample yet: services tell of this gyro; no compensated_rate of it came' });
   });
 
-  test('a compensation that is killed is named, and one that is started again ends that', async () => {
-    const dead = `compensation \\(host [^,]+, pid ${system.pid('compensation')}\\) is gone`;
-    await system.stop('compensation', 'SIGKILL');
-    await until(page, 'stale', (t) => new RegExp(`${dead}: no sample comes any more.*since`).test(t));
-    await until(page, 'verdict-data', (t) => new RegExp(`Stale: .* old.*${dead} since`).test(t));
+  situation('no thermometer at the start of a replay', async () => {
     system.startCompensation();
-    await until(page, 'verdict-data', (t) => /Good|With losses/.test(t), LEASES_MS);
-    await until(page, 'verdict-compensating', (t) => /✓\s*Compensating/.test(t), START_MS);
-    await page.keyboard.press('3');
+    await said(at.page, { ...NOTHING, data: `✕ No sample yet: ${WAITS}`, banner: `${WAITS}: no sample comes.` }, START_MS);
+    await until(at.page, 'no-gyro', (t) => t.includes(WAITS));
+  });
+
+  situation('start: first samples', async () => {
+    system.startGyro({ parts: ['thermal_publisher'] });
+    await said(at.page, { ...NOTHING_LEARNED, data: GOOD }, START_MS);
+  });
+
+  situation('first minute: a mean is held', async () => {
+    await system.ctl('replay', 'speed 3');
+    await said(at.page, {
+      compensating: '✓ Compensating: x, y, z by the last stationary mean',
+      better: '· Not comparable yet: the first mean is held; comparing begins with the first model',
+      learning: '● Not learning: the first set of labels is not complete yet',
+      data: GOOD_REPLAY,
+    }, START_MS);
+  });
+
+  situation('first minutes: a model, and few minutes of it', () =>
+    said(at.page, {
+      ...COMPENSATES_AND_LEARNS,
+      better: '· Not comparable yet: needs three minutes at rest, or of a known true rate, with a model',
+      data: GOOD_REPLAY,
+    }, START_MS));
+
+  situation('replay at 60 times real time', async () => {
+    await system.ctl('replay', 'speed 60');
+    await until(at.page, 'verdict-data', (t) => /Good \(replay [56]\d×\)/.test(t)); // a busy machine keeps up with not quite 60
+    await said(at.page, { ...COMPENSATES_AND_LEARNS, data: GOOD_REPLAY });
+  });
+
+  situation('healthy', () => said(at.page, { ...COMPENSATES_AND_LEARNS, better: '✓ {ratio}: steadier than raw; means of 60 s over {age}, at rest' }, START_MS));
+
+  situation('passthrough by command', async () => {
+    await command(at.page, 'Freeze', /Done.*frozen/);
+    await said(at.page, { compensating: COMPENSATES, learning: '● Frozen: somebody commanded it' });
+    await command(at.page, 'Reset', /Done.*forgotten/);
+    await said(at.page, {
+      compensating: '● Not compensating: somebody commanded it',
+      better: '· Not comparable yet: nothing is taken off yet; comparing begins with the first model',
+      learning: '● Frozen: somebody commanded it',
+      data: GOOD_REPLAY,
+    });
+    await command(at.page, 'Learn', /Done/);
+    await said(at.page, COMPENSATES_AND_LEARNS);
+  });
+
+  situation('refused command', async () => {
+    await command(at.page, 'Restore', /Refused compensation: .*nobody_saved_this/, () => part(at.page, 'checkpoint-name').fill('nobody_saved_this'));
+    await said(at.page, { ...COMPENSATES_AND_LEARNS, data: GOOD_REPLAY });
+  });
+
+  situation('lost samples in a replay', async () => {
+    await system.ctl('inject', 'gap:xyz:0:1');
+    await said(at.page, { ...COMPENSATES_AND_LEARNS, data: '▲ With losses (replay {pace}×): {count} samples missing, the last {age} ago' });
+  });
+
+  situation('lost samples', async () => {
+    await system.ctl('replay', 'speed 1');
+    await system.ctl('inject', 'gap:xyz:0:0.1');
+    await said(at.page, { ...COMPENSATES_AND_LEARNS, data: '▲ With losses: {count} samples missing, the last {age} ago' });
+  });
+
+  situation('late console join: losses of before', async () => {
+    const late = await openPage(at.browser);
+    await late.goto(address);
+    await said(late, { ...COMPENSATES_AND_LEARNS, data: '✓ Good: live, {count} samples missing, none in the {age} since this page listens' });
+    assert.deepEqual(late.problems, []);
+    await late.context().close();
+  });
+
+  situation('recorder ended orderly', async () => {
+    system.startRecorder();
+    await at.page.keyboard.press('3');
+    await until(at.page, 'services', (t) => /recorder[^]*running/.test(t));
+    await system.stop('recorder');
+    await until(at.page, 'services', (t) => /recorder[^]*ended/.test(t));
+    await said(at.page, { ...COMPENSATES_AND_LEARNS, data: '▲ With losses: {count} samples missing, the last {age} ago' });
+    await at.page.keyboard.press('1');
+  });
+
+  situation('gateway gone', async () => {
+    await system.stop('console', 'SIGKILL');
+    await said(at.page, { ...LAST_KNOWN, data: '✕ Gateway gone: shown is what came until {age} ago', banner: 'The gateway is gone. What came before is kept.' });
+    await system.startConsole();
+    await said(at.page, { ...COMPENSATES_AND_LEARNS, data: GOOD });
+  });
+
+  situation('stale data, and nobody is known to be gone', async () => {
+    await system.ctl('replay', 'pause');
+    await said(at.page, { ...LAST_KNOWN, ...SILENT });
+    await system.ctl('replay', 'resume');
+    await said(at.page, { ...COMPENSATES_AND_LEARNS, data: GOOD });
+  });
+
+  test('a publisher that hangs is named, and no more once it goes on', async () => {
+    system.signal('gyro_publisher', 'SIGSTOP');
+    await said(at.page, { ...LAST_KNOWN, ...silent(`${named(system, 'gyro_publisher')} is gone`) });
+    const answers = await saidMeanwhile(at.page, async () => {
+      system.signal('gyro_publisher', 'SIGCONT');
+      await said(at.page, { ...COMPENSATES_AND_LEARNS, data: GOOD });
+    });
+    assert.deepEqual(answers.filter((t) => t.includes('replay')), [], 'a silence is no slow replay');
+  });
+
+  situation("clock step: the system's clock is an hour ahead of the browser's", async () => {
+    const behind = await openPageOfAnHourAgo(at.browser);
+    await said(behind, { ...COMPENSATES_AND_LEARNS, data: GOOD });
+    assert.ok(Math.abs((await behind.evaluate(() => Date.now())) - Date.now() + HOUR_MS) < 60_000);
+    const dead = `${named(system, 'compensation')} is gone`;
+    const killedMs = Date.now();
+    await system.stop('compensation', 'SIGKILL');
+    const { banner } = await said(behind, { ...LAST_KNOWN, ...silent(dead) });
+    const [, sinceS] = /since ([\d.]+)(?= s)/.exec(banner) ?? [];
+    assert.ok(Number(sinceS ?? 0) <= (Date.now() - killedMs) / 1000 + 1, banner);
+    assert.deepEqual(behind.problems, []);
+    await behind.context().close();
+    await said(at.page, { ...LAST_KNOWN, ...silent(dead) });
+  });
+
+  situation('service restarted: it learns anew', async () => {
+    system.startCompensation({ remembers: false });
+    await said(at.page, NOTHING_LEARNED, LEASES_MS);
     const pid = system.pid('compensation');
-    await until(page, 'services', (t) => new RegExp(`compensation[^]*, ${pid}`).test(t));
-    assert.equal(await part(page, 'stale').count(), 0);
+    await at.page.keyboard.press('3');
+    await until(at.page, 'services', (t) => new RegExp(`compensation[^]*, ${pid}`).test(t));
+    await at.page.keyboard.press('1');
+    await system.ctl('replay', 'speed 10');
+    await said(at.page, COMPENSATES_AND_LEARNS, START_MS);
   });
 
-  test('a thermal_publisher that is killed is named while rates wait for it', async () => {
-    const dead = `thermal_publisher \\(host [^,]+, pid ${system.pid('thermal_publisher')}\\) is gone`;
+  situation('dead service: thermal_publisher of a replay', async () => {
+    const dead = `${named(system, 'thermal_publisher')} is gone`;
     await system.stop('thermal_publisher', 'SIGKILL');
-    await until(page, 'stale', (t) => new RegExp(`${dead}: no sample comes any more; everything shown is old`).test(t), START_MS);
-    await until(page, 'verdict-data', (t) => new RegExp(`Stale: .* old.*${dead} since`).test(t));
-    await until(page, 'verdict-compensating', (t) => /Not known now.*last known: Compensating/.test(t));
-    // Once the middleware has given it up, rates are answered without.
-    await until(page, 'verdict-data', (t) => /Good|With losses/.test(t), LEASES_MS);
-    assert.equal(await part(page, 'stale').count(), 0);
+    await said(at.page, silent(dead), START_MS);
   });
 
-  test('no script failed', () => assert.deepEqual(page.problems, []));
+  situation('a dead thermal_publisher that nothing waits for', () =>
+    // Once the middleware has given it up, rates are answered without.
+    said(at.page, {
+      compensating: '✓ Compensating: x, y, z by a simpler estimate than the model',
+      learning: '● Not learning: the temperature stream stopped',
+    }, LEASES_MS));
+
+  situation('dead service: the publisher was stopped', async () => {
+    const ended = `${named(system, 'gyro_publisher')} has ended`;
+    await system.stop('gyro_publisher');
+    await said(at.page, silent(ended));
+  });
+
+  test('no script failed', () => assert.deepEqual(at.page.problems, []));
+});
+
+describe('a gyro that moves, and one whose source has an end', () => {
+  const at = systemWithPage(({ system }) => {
+    system.makeProfile('moves_later', Array.from({ length: 60 }, (_, i) => [120 + 20 * i, 20, 'z', i % 2 === 0 ? 3 : -3]));
+    system.startCompensation({ remembers: false });
+    system.startGyro({ id: 1, speed: '20', profile: 'moves_later', publisher: ['--rate', '20'] });
+    system.startGyro({ id: 2, speed: '20', both: ['--duration', '100'], publisher: ['--rate', '20'] });
+  });
+  const MOVES = 'it moves; true rotation is never learned';
+
+  situation('motion', () => said(at.page, { compensating: COMPENSATES, learning: `● Frozen: ${MOVES}`, data: GOOD_REPLAY }, START_MS));
+
+  situation('a record was published to its end', async () => {
+    await part(at.page, 'fleet-2').click();
+    await said(at.page, { ...COMPENSATES_AND_LEARNS, data: '● Source has ended: newest sample {age} ago' }, START_MS);
+    await part(at.page, 'fleet-1').click();
+  });
+
+  situation('motion from the start', async () => {
+    await at.system.ctl('reset'); // of what was learned at rest nothing is left
+    await said(at.page, {
+      compensating: `● Not compensating yet: ${MOVES}`,
+      better: '· Not comparable yet: nothing is taken off yet; comparing begins with the first model',
+      learning: `● Not learning: ${MOVES}`,
+      data: GOOD_REPLAY,
+    });
+  });
+
+  test('no script failed', () => assert.deepEqual(at.page.problems, []));
+});
+
+describe('two instances of the compensation', () => {
+  const at = systemWithPage(({ system }) => {
+    // A replay waits for who died, until the middleware gives it up; a sensor doesn't. Its drift is learned where the Earth's rate counts as drift.
+    const file = join(system.folder, 'earth.yaml');
+    writeFileSync(file, 'earth_rate: {mode: included}\n');
+    for (const instance of [1, 2]) system.startCompensation({ instance, remembers: false, options: ['--config', file] });
+    system.startGyro({ speed: '10', parts: ['gyro_publisher'], publisher: ['--rate', '20', '--free-running'] });
+  });
+  const { system } = at;
+  const compensating = 'Compensating: x, y, z by a simpler estimate than the model';
+  const answers = { compensating: `✓ ${compensating}`, data: GOOD_REPLAY };
+
+  situation('standby takeover', async () => {
+    await said(at.page, answers, START_MS);
+    await system.stop('compensation/1', 'SIGKILL');
+    await at.page.keyboard.press('3');
+    await until(at.page, 'services', (t) => /compensation\/1[^]*gone[^]*compensation\/2/.test(t));
+    await said(at.page, answers);
+  });
+
+  situation('standby takeover: the second one died too', async () => {
+    const dead = `${named(system, 'compensation/2')} is gone`;
+    await system.stop('compensation/2', 'SIGKILL');
+    await said(at.page, { compensating: `· Not known now: last known: ${compensating.replace(':', ',')}`, ...silent(dead) });
+  });
+
+  test('no script failed', () => assert.deepEqual(at.page.problems, []));
+});
+
+describe('a sensor without a thermometer, whose model needs one', () => {
+  const at = systemWithPage(({ system }) => {
+    system.startCompensation({ options: ['--config', join(config, 'paper.yaml')] });
+    system.startGyro({ parts: ['gyro_publisher'], publisher: ['--rate', '20', '--free-running'] });
+  });
+
+  situation('passthrough for a fault', () =>
+    said(at.page, {
+      compensating: '✕ Not compensating: a temperature that the model needs is missing',
+      better: '· Not comparable yet: nothing is taken off yet; comparing begins with the first model',
+      learning: '● Not learning: a temperature that the model needs is missing',
+      data: GOOD,
+    }, START_MS));
+
+  test('no script failed', () => assert.deepEqual(at.page.problems, []));
+});
+
+describe('a gyro that is mounted the other way round', () => {
+  const at = systemWithPage(async ({ system }) => {
+    system.makeProfile('turns_about_y', Array.from({ length: 20 }, (_, i) => [80 + 20 * i, 10, 'y', 2]));
+    const record = await system.simulate(join(config, 'models/paper_fog.yaml'), 'turns_about_y', '--rate', '20', '--duration', '400');
+    const file = join(system.folder, 'mounting.yaml');
+    writeFileSync(file, 'mounting: {axes: [x, -y, z]}\n');
+    system.startCompensation({ options: ['--config', file] });
+    system.startGyro({ record, speed: '10' });
+  });
+
+  situation('wrong sign', () =>
+    said(at.page, {
+      compensating: COMPENSATES,
+      learning: '● Learning on x, z: not on y: it turns the other way round than its reference or the Earth says',
+      data: '✕ Wrong sign: y: it turns the other way round than its reference or the Earth says; mounting.axes turns an axis round',
+    }, START_MS));
+
+  test('no script failed', () => assert.deepEqual(at.page.problems, []));
 });
 
 describe('ten gyros', () => {
