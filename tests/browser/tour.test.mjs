@@ -270,7 +270,7 @@ describe('a chain from its start on, of which one after the other fails', () => 
     // Once the middleware has given it up, rates are answered without.
     said(at.page, {
       compensating: '✓ Compensating: x, y, z by a simpler estimate than the model',
-      learning: '● Not learning: the temperature stream stopped',
+      learning: '● Not learning: no recent temperature',
     }, LEASES_MS));
 
   situation('dead service: the publisher was stopped', async () => {
