@@ -65,9 +65,11 @@ void AxisDrift::estimate(Scheme scheme, const AxisInputs& inputs) noexcept {
     const Forecast made = forecast_in_time(*model, inputs.now);
     apply(core::Rung::kStack, core::Mode::kFallback, inputs.input, made.drift_radps, made.variance);
   } else {
-    const core::Reason reason =
-        inputs.input == core::Reason::kNone ? core::Reason::kInitialSet : inputs.input;
-    const bool is_in_order = core::passes_by_itself(reason);
+    // The first set is never completed while somebody forbids to learn.
+    const core::Reason awaits = inputs.gate == core::Reason::kCommanded ? core::Reason::kCommanded
+                                                                        : core::Reason::kInitialSet;
+    const core::Reason reason = inputs.input == core::Reason::kNone ? awaits : inputs.input;
+    const bool is_in_order = core::passes_by_itself(reason) || reason == core::Reason::kCommanded;
     apply(core::Rung::kStationaryBias, is_in_order ? core::Mode::kHolding : core::Mode::kFallback,
           reason, model->drift.held_radps, held_variance(model->drift, model->trust, inputs.now));
   }

@@ -372,6 +372,24 @@ TEST(CompensatorLadder, AFreezeStopsLearningUntilToldToLearn) {
       all_axes(answers.back(), core::Mode::kLearning, core::Reason::kNone, core::Rung::kStack));
 }
 
+// Before: a mean that was held went on waiting for a first set that nobody collected any more.
+TEST(CompensatorLadder, AFreezeWhileAMeanIsHeldIsSaid) {
+  GyroSpec spec = ramp();
+  spec.duration_s = 200.0;
+  Compensator compensator{testing::options()};
+  std::vector<core::CompensatedSample> answers;
+  bool was_held = false;
+  testing::run(compensator, make_record(spec), [&](const core::CompensatedSample& answer) {
+    answers.push_back(answer);
+    if (was_held || answer.reason[0] != core::Reason::kInitialSet) return;
+    was_held = true;
+    compensator.freeze();
+  });
+  ASSERT_TRUE(was_held);
+  EXPECT_TRUE(all_axes(answers.back(), core::Mode::kHolding, core::Reason::kCommanded,
+                       core::Rung::kStationaryBias));
+}
+
 // Rule: a reset forgets everything learned at once, and learning begins anew.
 TEST_P(LadderOfEachScheme, AResetForgetsAndLearningBeginsAnew) {
   GyroSpec spec = ramp();
