@@ -20,7 +20,6 @@ namespace {
 constexpr std::size_t kWaiting = 4096;  // raw samples; publishers of records keep far below it
 constexpr double kBlockS = 1.0;
 constexpr double kSlowestIntervalS = 86400.0;  // of a record that is still a stream
-// Time that goes back further is no disorder but a clock that was set back.
 constexpr core::SensorTime kLargestStepBack{500'000'000};
 
 // A label interval that is still open gets its usual value.

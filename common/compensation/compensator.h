@@ -241,6 +241,7 @@ class Compensator {  // More members than other classes: one for each stage on a
   [[nodiscard]] const AxisModel* active_model(core::Axis axis) const noexcept;
   [[nodiscard]] std::optional<double> factory_drift(core::Axis axis) const noexcept;
   [[nodiscard]] core::Reason gate_reason() const noexcept;
+  [[nodiscard]] ExpectedLevels expected_levels() const noexcept;
   [[nodiscard]] EarthRateMode earth_rate_mode(core::ClockSource clock) const noexcept;
   [[nodiscard]] core::CompensatedSample answer(const Pending& pending) const noexcept;
 

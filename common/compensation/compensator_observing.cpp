@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a Compensator makes of each sample beside its answer: blocks at rest, labels, checks.
+#include <algorithm>
 #include <cmath>
 
 #include "common/compensation/compensator.h"
@@ -105,12 +106,29 @@ void Compensator::take_residual(core::SensorTime now) noexcept {
   references_.correct(now, models_.epoch(), gate_.state() == RestState::kRest, forecast);
 }
 
+// Where the rates of a gyro at rest are, by the models in force: held, or what is taken off.
+ExpectedLevels Compensator::expected_levels() const noexcept {
+  ExpectedLevels expected;
+  if (gate_.state() != RestState::kInitial) return expected;
+  for (const auto axis : kAxes) {
+    const std::size_t i = index(axis);
+    const AxisModel* model = active_model(axis);
+    const AxisContext& context = axes_[i].context();
+    if (model == nullptr || !context.held_radps || !context.applied_radps) continue;
+    expected[i] = {
+        .lowest_radps = std::min(*context.held_radps, *context.applied_radps),
+        .highest_radps = std::max(*context.held_radps, *context.applied_radps),
+        .sigma_radps = std::sqrt(std::max(0.0, longest_held_variance(model->drift, model->trust)))};
+  }
+  return expected;
+}
+
 void Compensator::close_block(DriftBlock block) noexcept {
   const core::PerAxis<bool> uncovered = uncovered_;
   uncovered_ = {};
   const bool measured = block.count != core::PerAxis<std::size_t>{};
   if (!measured && !blocks_.turning()) return;
-  const RestState state = blocks_.turning() ? gate_.motion() : gate_.add(block);
+  const RestState state = blocks_.turning() ? gate_.motion() : gate_.add(block, expected_levels());
   if (state != RestState::kRest || gate_reason() != core::Reason::kNone) {
     labels_.discard();
     return;

@@ -117,6 +117,11 @@ double held_variance(const DriftModel& model, const TrustTable& trust,
                      &ForecastTrust::held_variance, model.held_variance);
 }
 
+double longest_held_variance(const DriftModel& model, const TrustTable& trust) noexcept {
+  return variance_at(trust.learned, trust, trust.horizon_s.back(), &ForecastTrust::held_variance,
+                     model.held_variance);
+}
+
 Forecast forecast(const DriftModel& model, const TrustTable& trust, const FeatureArray& features,
                   core::SensorTime now) noexcept {
   const double horizon_s = horizon_of(model, trust, now);

@@ -131,6 +131,9 @@ struct Forecast {
 // random walk from the label's own.
 [[nodiscard]] double held_variance(const DriftModel& model, const TrustTable& trust,
                                    core::SensorTime now) noexcept;
+// The same for the longest time that is known of, as after a power-on.
+[[nodiscard]] double longest_held_variance(const DriftModel& model,
+                                           const TrustTable& trust) noexcept;
 
 // One label of one axis, features ready.
 struct JudgedLabel {

@@ -58,9 +58,9 @@ double RestGate::block_sigma(core::Axis axis) const noexcept {
   return std::max(std::sqrt(axes_[index(axis)].noise), kSmallestSigma);
 }
 
-RestState RestGate::add(const DriftBlock& block) noexcept {
+RestState RestGate::add(const DriftBlock& block, const ExpectedLevels& expected) noexcept {
   if (block.count == core::PerAxis<std::size_t>{}) return state_;
-  if (state_ == RestState::kInitial) return state_ = collect_initial(block);
+  if (state_ == RestState::kInitial) return state_ = collect_initial(block, expected);
   const bool implausible = level_implausible(block);
   if (implausible || departs(block)) {
     still_since_ = core::kNever;
@@ -84,7 +84,8 @@ RestState RestGate::motion() noexcept {
   return state_;
 }
 
-RestState RestGate::collect_initial(const DriftBlock& block) noexcept {
+RestState RestGate::collect_initial(const DriftBlock& block,
+                                    const ExpectedLevels& expected) noexcept {
   if (level_implausible(block)) {
     initial_count_ = 0;
     return RestState::kInitial;
@@ -98,7 +99,29 @@ RestState RestGate::collect_initial(const DriftBlock& block) noexcept {
   if (initial_count_ < options_.initial_blocks) return RestState::kInitial;
   adopt_initial();
   if (!initial_blocks_agree()) return RestState::kInitial;
-  return RestState::kRest;
+  return leaves(expected) ? RestState::kMotion : RestState::kRest;
+}
+
+// The first level of an axis is outside of what is expected; what is expected is the level then.
+bool RestGate::leaves(const ExpectedLevels& expected) noexcept {
+  const auto end = initial_.begin() + static_cast<std::ptrdiff_t>(initial_count_);
+  if (std::all_of(initial_.begin(), end, [](const auto& block) { return block.has_reference; }))
+    return false;
+  core::PerAxis<double> nearest{};
+  bool any_leaves = false;
+  for (const auto axis : kAxes) {
+    const std::size_t i = index(axis);
+    nearest[i] = axes_[i].level;
+    if (!axes_[i].known || !expected[i]) continue;
+    const double margin = options_.departure_sigmas * expected[i]->sigma_radps;
+    nearest[i] = std::clamp(axes_[i].level, expected[i]->lowest_radps - margin,
+                            expected[i]->highest_radps + margin);
+    const double departure = std::abs(axes_[i].level - nearest[i]);
+    any_leaves = any_leaves || !(departure <= threshold(axes_[i], 0.0));  // also: not a number
+  }
+  if (!any_leaves) return false;
+  for (std::size_t i = 0; i < axes_.size(); ++i) axes_[i].level = nearest[i];
+  return true;
 }
 
 // sigma from the median absolute successive difference d: sigma = median|d| / (0.6745 sqrt 2).

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 
 #include "common/core/axis.h"
 #include "common/core/mode.h"
@@ -43,6 +44,15 @@ struct RestGateOptions {
   double dwell_s = 5.0;  // stillness before the gate opens again
 };
 
+// Where the level of an axis can be before the gate has seen it: it is known from before the clock
+// was set, or from an earlier run.
+struct ExpectedLevel {
+  double lowest_radps = 0.0;
+  double highest_radps = 0.0;
+  double sigma_radps = 0.0;  // of both
+};
+using ExpectedLevels = core::PerAxis<std::optional<ExpectedLevel>>;
+
 enum class RestState { kInitial, kMotion, kLevelImplausible, kSettling, kRest };
 // Why nothing is learned in it; kNone: it is.
 [[nodiscard]] core::Reason reason_of(RestState state) noexcept;
@@ -56,8 +66,10 @@ class RestGate {
  public:
   explicit RestGate(const RestGateOptions& options);
 
-  // A block without any sample says nothing and changes nothing.
-  RestState add(const DriftBlock& block) noexcept;
+  // A block without any sample says nothing and changes nothing. `expected`: a first level
+  // elsewhere is motion, until it may have drifted there as any other; unless all its blocks have a
+  // reference.
+  RestState add(const DriftBlock& block, const ExpectedLevels& expected = {}) noexcept;
   // A block known from elsewhere to be in motion (a reference says so, a sensor saturated).
   RestState motion() noexcept;
 
@@ -111,7 +123,8 @@ class RestGate {
   };
   static constexpr std::size_t kMaxInitialBlocks = 32;
 
-  RestState collect_initial(const DriftBlock& block) noexcept;
+  RestState collect_initial(const DriftBlock& block, const ExpectedLevels& expected) noexcept;
+  [[nodiscard]] bool leaves(const ExpectedLevels& expected) noexcept;
   [[nodiscard]] bool initial_blocks_agree() const noexcept;
   void adopt_initial() noexcept;
   [[nodiscard]] double threshold(const AxisState& axis, double elapsed_s) const noexcept;

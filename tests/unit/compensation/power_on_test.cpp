@@ -104,5 +104,54 @@ TEST(PowerOn, TheBiasIsLearnedAnewAndWhatIsKnownOfTemperatureStays) {
   }
 }
 
+// A turn that began before the gyro was switched on, 300 s long.
+GyroSpec turning_at_power_on(std::uint64_t seed, double rate_radps) {
+  GyroSpec spec = chamber(seed);
+  spec.duration_s = 900.0;
+  spec.motion = [rate_radps](double time_s, core::Axis axis) {
+    return axis == core::Axis::kZ && time_s <= 300.0 ? rate_radps : 0.0;
+  };
+  return spec;
+}
+
+// Rule: a steady rotation is not taken for drift because a service starts anew in its midst, or
+// because its clock is set; what is known of the drift says that it moves. Before: it was learned
+// within 20 s, and the gyro that stood still again was in motion for hours.
+TEST(PowerOn, ASteadyTurnIsNoDriftOfAGyroWhoseDriftIsKnown) {
+  constexpr std::size_t kZ = core::index(core::Axis::kZ);
+  const CompensationOptions options = testing::options();
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    for (const double rate_deg_h : {90.0, -7200.0}) {
+      for (const bool is_other_process : {true, false}) {
+        SCOPED_TRACE(std::to_string(seed) + ", " + std::to_string(rate_deg_h) +
+                     (is_other_process ? ", started anew" : ", clock set back"));
+        Compensator before{options};
+        testing::run(before, testing::make_record(chamber(seed)));
+        before.finish_learning();
+        Compensator anew{options};
+        ASSERT_TRUE(anew.restore_models(
+            std::make_shared<RestoredLearner>(options, before.learner().export_state())));
+        testing::Record record =
+            testing::make_record(turning_at_power_on(seed, rate_deg_h * kDegH));
+        std::uint64_t sequence = 0;
+        for (auto& sample : record.rates) sample.sequence = 1'000'000 + sequence++;
+        const auto answers = testing::run(is_other_process ? anew : before, record);
+        double largest_deg_h = 0.0;
+        std::size_t learning = 0;
+        for (std::size_t k = 0; k < answers.size(); ++k) {
+          const double time_s = core::seconds(answers[k].raw.time);
+          const double error = answers[k].applied_drift_radps[kZ] - record.drift_radps[k][kZ];
+          largest_deg_h = std::max(largest_deg_h, std::abs(error) / kDegH);
+          if (time_s > 15.0 && time_s < 300.0 && answers[k].mode[kZ] == core::Mode::kLearning)
+            ++learning;
+        }
+        EXPECT_EQ(learning, 0U);
+        EXPECT_LT(largest_deg_h, 3.0);  // of the temperatures, which begin anew
+        EXPECT_EQ(answers.back().mode[kZ], core::Mode::kLearning) << "it stands still again";
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace zerodrift::compensation
