@@ -20,7 +20,6 @@ namespace {
 constexpr std::size_t kWaiting = 4096;  // raw samples; publishers of records keep far below it
 constexpr double kBlockS = 1.0;
 constexpr double kSlowestIntervalS = 86400.0;  // of a record that is still a stream
-constexpr core::SensorTime kLargestStepBack{500'000'000};
 
 // A label interval that is still open gets its usual value.
 CompensationOptions checked(const CompensationOptions& options) {
@@ -210,8 +209,8 @@ core::CompensatedSample Compensator::answer_next() noexcept {
   return answer(pending);
 }
 
-// A stamp that jumps by more than core::kLargestStep forward, or kLargestStepBack back, and three
-// intervals, is believed when a second sample follows it.
+// A stamp that jumps by more than core::kLargestStep forward, or core::kLargestStepBack back,
+// and three intervals, is believed when a second sample follows it.
 bool Compensator::is_timely(const core::AngularRateSample& sample) const noexcept {
   if (!core::is_usable(sample.time)) return false;
   if (newest_ == core::kNever) return true;
@@ -219,7 +218,7 @@ bool Compensator::is_timely(const core::AngularRateSample& sample) const noexcep
   const core::SensorTime slowest = core::from_seconds(slow ? 3.0 * sample.interval_s : 0.0);
   const core::SensorTime largest = std::max(core::kLargestStep, slowest);
   const core::SensorTime step = sample.time - newest_;
-  if (step >= -std::max(kLargestStepBack, slowest) && step <= largest)
+  if (step >= -std::max(core::kLargestStepBack, slowest) && step <= largest)
     return step > core::SensorTime{0};
   const core::SensorTime since_doubted = core::saturating_difference(sample.time, doubted_);
   return since_doubted > core::SensorTime{0} && since_doubted <= largest;

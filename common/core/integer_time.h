@@ -31,6 +31,9 @@ constexpr SensorTime saturating_difference(SensorTime later, SensorTime earlier)
 // another confirms it.
 inline constexpr SensorTime kLargestStep{60'000'000'000};
 
+// A clock that went back by more than this, and stays there, was set back: time begins anew.
+inline constexpr SensorTime kLargestStepBack{500'000'000};
+
 constexpr bool is_far_ahead(SensorTime time, SensorTime of) {
   return saturating_difference(time, of) > kLargestStep;
 }

@@ -48,16 +48,14 @@ class OfflineRun {
   void run(bool probe_missing, See&& see, Take&& take) {
     while (const record::RecordRow* row = reader_.next()) {
       see(*row);
+      if (row->recorded != nullptr && row->recorded->begins_anew) answer_the_rest(take);
       push(*row);
       do {
         push_held();
         if (probe_missing || waits_too_long(row->time)) compensator_.give_up_waiting();
       } while (answer_ready(take) > 0 && !held_.empty());
     }
-    do {
-      push_held();
-      compensator_.give_up_waiting();  // the record is over: nothing more comes
-    } while (answer_ready(take) > 0);
+    answer_the_rest(take);
   }
 
  private:
@@ -70,6 +68,15 @@ class OfflineRun {
   void push(const record::RecordRow& row);
   void push_held();
   [[nodiscard]] bool waits_too_long(core::SensorTime now) const;
+
+  // What is waited for doesn't come any more: the record is over, or its clock was set back.
+  template <typename Take>
+  void answer_the_rest(Take&& take) {
+    do {
+      push_held();
+      compensator_.give_up_waiting();
+    } while (answer_ready(take) > 0);
+  }
 
   // How many were answered.
   template <typename Take>

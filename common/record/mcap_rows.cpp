@@ -16,9 +16,9 @@
 namespace zerodrift::record {
 namespace {
 
-constexpr std::size_t kRatesAhead = 1001;      // to know the period and the axes
-constexpr std::size_t kEnvironmentAhead = 64;  // to know the channels
+constexpr std::size_t kRatesForPeriod = 1001;
 constexpr std::size_t kStepsForPeriod = 100;
+constexpr core::PerAxis<bool> kAllAxes{true, true, true};
 
 // From an earlier time to a later one; any stamps, also those no clock ever showed.
 double seconds_between(core::SensorTime earlier, core::SensorTime later) {
@@ -28,12 +28,8 @@ double seconds_between(core::SensorTime earlier, core::SensorTime later) {
   return core::seconds(core::SensorTime{step});
 }
 
-// Each stream but the rates.
-template <typename Visit>
-void visit_others(MessageStreams& streams, const Visit& visit) {
-  visit(streams.references);
-  visit(streams.environment);
-  for (auto& probe : streams.probes) visit(probe);
+void add_axes(const core::PerAxis<bool>& valid, core::PerAxis<bool>& axes) {
+  for (std::size_t i = 0; i < core::kAxisCount; ++i) axes[i] = axes[i] || valid[i];
 }
 
 std::string left_out_line(const std::string& file, std::uint64_t samples, const char* where) {
@@ -57,7 +53,7 @@ McapRows::McapRows(const std::filesystem::path& path, const RecordOptions& optio
     messages_->describe(info_);
     info_.probes = one_line_each(info_.probes);
     look_ahead();
-    streams_.emplace(messages_->open());
+    streams_.emplace(messages_->open(), time_order_);
   } catch (const mcap::McapError& error) {
     throw files::FileError(error.what());
   }
@@ -86,29 +82,38 @@ void McapRows::look_ahead() {
   }
   info_.first_time = rates.head()->time;
   info_.first_interval_s = rates.head()->interval_s;
-  std::vector<double> steps_s;
-  std::optional<core::SensorTime> previous;
-  for (std::size_t i = 0; i < kRatesAhead && rates.head(); ++i) {
-    const auto sample = rates.take();
-    for (std::size_t axis = 0; axis < core::kAxisCount; ++axis)
-      info_.has_rate[axis] = info_.has_rate[axis] || sample->valid[axis];
-    if (previous && sample->time > *previous && steps_s.size() < kStepsForPeriod)
-      steps_s.push_back(seconds_between(*previous, sample->time));
-    previous = sample->time;
-  }
+  find_columns(ahead);
   if (info_.has_rate == core::PerAxis<bool>{}) {
     if (const std::string problem = messages_->problem_without_rates(); !problem.empty())
       throw files::FileError(info_.path.string() + ": " + problem);
     info_.has_rate.fill(true);
   }
-  info_.sample_period_s = core::median_of(std::move(steps_s));
   if (messages_->first_interval_is_missing()) info_.first_interval_s = info_.sample_period_s;
-  const auto& reference = ahead.references.head();
-  if (reference && core::is_true_rate(reference->kind)) info_.has_reference = reference->valid;
-  // Several publishers may have a part of the channels each.
-  for (std::size_t i = 0; i < kEnvironmentAhead && ahead.environment.head(); ++i)
-    info_.environment |= ahead.environment.take()->channels;
   name_columns();
+}
+
+// A column is one of the record wherever in it something was measured first: each stream is gone
+// through until all that there can be was found, or to its end.
+void McapRows::find_columns(MessageStreams& ahead) {
+  std::vector<double> steps_s;
+  std::optional<core::SensorTime> previous;
+  for (std::size_t i = 0; i < kRatesForPeriod || info_.has_rate != kAllAxes; ++i) {
+    const auto rate = ahead.rates.take();
+    if (!rate) break;
+    add_axes(rate->valid, info_.has_rate);
+    if (previous && rate->time > *previous && steps_s.size() < kStepsForPeriod)
+      steps_s.push_back(seconds_between(*previous, rate->time));
+    previous = rate->time;
+  }
+  info_.sample_period_s = core::median_of(std::move(steps_s));
+  while (info_.has_reference != kAllAxes) {
+    const auto reference = ahead.references.take();
+    if (!reference) break;
+    if (core::is_true_rate(reference->kind)) add_axes(reference->valid, info_.has_reference);
+  }
+  // Several publishers may have a part of the channels each.
+  while (const auto environment = ahead.environment.take())
+    info_.environment |= environment->channels;
 }
 
 void McapRows::name_columns() {
@@ -137,8 +142,8 @@ void McapRows::name_columns() {
 
 const RecordRow* McapRows::next() {
   try {
-    while (streams_->rates.head()) {
-      const core::SensorTime time = time_of_next_row();
+    while (streams_->has_next()) {
+      const core::SensorTime time = streams_->next_time();
       fill(time);
       if (!is_in_order(time)) continue;
       row_.index = rows_++;
@@ -157,37 +162,12 @@ const RecordRow* McapRows::next() {
   return nullptr;
 }
 
-core::SensorTime McapRows::earliest_head() const {
-  core::SensorTime time = streams_->rates.head()->time;
-  const auto& reference = streams_->references.head();
-  if (reference) time = std::min(time, reference->time);
-  const auto& environment = streams_->environment.head();
-  if (environment) time = std::min(time, environment->time);
-  for (const auto& probe : streams_->probes) {
-    if (probe.head()) time = std::min(time, probe.head()->time);
-  }
-  return time;
-}
-
-// A stamp far ahead would hold up all of its stream. A rate with one comes in its turn, as it was
-// live; anything else with one is left out.
-core::SensorTime McapRows::time_of_next_row() {
-  const core::SensorTime before = earliest_head();
-  const auto is_ahead = [before](auto& stream) {
-    return stream.head() && core::is_far_ahead(stream.head()->time, before) &&
-           stream.is_head_ahead();
-  };
-  visit_others(*streams_, [&](auto& stream) {
-    for (; is_ahead(stream); stream.take()) ++ahead_;
-  });
-  return is_ahead(streams_->rates) ? streams_->rates.head()->time : earliest_head();
-}
-
 // Behind the last rate. What thermometers say a little longer is ordinary; what is stamped before
 // it waited behind a stamp that didn't come due.
 void McapRows::count_what_is_left() {
-  visit_others(*streams_, [&](auto& stream) {
-    while (const auto sample = stream.take()) {
+  streams_->visit_others([&](auto& stream) {
+    while (const auto sample = stream.drop()) {
+      if (!has_value(*sample)) continue;
       if (sample->time < *previous_time_) ++left_out_;
       if (core::is_far_ahead(sample->time, *previous_time_)) ++after_the_last_;
     }
@@ -196,41 +176,32 @@ void McapRows::count_what_is_left() {
 
 // Takes what is of this time from each stream.
 void McapRows::fill(core::SensorTime time) {
-  recorded_.rate.reset();
-  recorded_.reference.reset();
   row_.rate_radps = kNoAxisMeasured;
   row_.reference_radps = {};
   for (std::size_t i = 0; i < core::kAxisCount; ++i) {
     if (info_.has_reference[i]) row_.reference_radps[i] = kNotMeasured;
   }
-  if (streams_->rates.head()->time == time) take_rate();
-  const auto& reference = streams_->references.head();
-  if (reference && reference->time == time) {
-    recorded_.reference = streams_->references.take();
+  recorded_.begins_anew = streams_->begins_anew();
+  recorded_.rate = streams_->take_rate(time);
+  if (recorded_.rate) number_rate();
+  recorded_.reference = streams_->take_reference(time);
+  if (recorded_.reference && core::is_true_rate(recorded_.reference->kind)) {
     for (std::size_t i = 0; i < core::kAxisCount; ++i) {
-      if (info_.has_reference[i] && recorded_.reference->valid[i] &&
-          core::is_true_rate(recorded_.reference->kind))
+      if (info_.has_reference[i] && recorded_.reference->valid[i])
         row_.reference_radps[i] = recorded_.reference->rate_radps[i];
     }
   }
-  recorded_.environment.reset();
-  const auto& environment = streams_->environment.head();
-  if (environment && environment->time == time)
-    recorded_.environment = streams_->environment.take();
+  recorded_.environment = streams_->take_environment(time);
   row_.inputs = recorded_.environment ? recorded_.environment->values : core::Environment{};
-  for (std::size_t i = 0; i < streams_->probes.size(); ++i) {
-    auto& probe = streams_->probes[i];
+  for (std::size_t i = 0; i < recorded_.temperatures.size(); ++i) {
     auto& reading = recorded_.temperatures[i];
-    reading.reset();
-    row_.temperature_degc[i] = kNotMeasured;
-    if (!probe.head() || probe.head()->time != time) continue;
-    reading = probe.take();
-    if (reading->measured) row_.temperature_degc[i] = reading->temperature_degc;
+    reading = streams_->take_temperature(i, time);
+    row_.temperature_degc[i] =
+        reading && reading->measured ? reading->temperature_degc : kNotMeasured;
   }
 }
 
-void McapRows::take_rate() {
-  recorded_.rate = streams_->rates.take();
+void McapRows::number_rate() {
   core::AngularRateSample& rate = *recorded_.rate;
   if (rates_++ == 0) rate.interval_s = info_.first_interval_s;
   const auto number = numbers_.number(rate);
@@ -279,8 +250,8 @@ std::vector<std::string> McapRows::take_warnings() {
   }
   if (is_over_ && !reported_missed_) {
     reported_missed_ = true;
-    if (ahead_ > 0)
-      news.push_back(left_out_line(info_.path.string(), ahead_, "ahead of a later one"));
+    if (const std::uint64_t ahead = streams_->dropped(); ahead > 0)
+      news.push_back(left_out_line(info_.path.string(), ahead, "ahead of a later one"));
     if (after_the_last_ > 0)
       news.push_back(left_out_line(info_.path.string(), after_the_last_, "after the last rate"));
     for (const auto& line : messages_->left_out())

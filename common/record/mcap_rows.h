@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A recording of the live topics, or a ROS 2 bag (both MCAP), as rows: rates, temperatures,
-// references and environment of one gyro, merged by sensor time.
+// references and environment of one gyro, merged by sensor time (stream_merge.h).
 #pragma once
 
 #include <cstddef>
@@ -14,6 +14,7 @@
 #include "common/record/record_reader.h"
 #include "common/record/recorded_messages.h"
 #include "common/record/run_numbers.h"
+#include "common/record/stream_merge.h"
 
 namespace zerodrift::record {
 
@@ -38,19 +39,18 @@ class McapRows {
  private:
   void open_files(const std::filesystem::path& path);
   void look_ahead();
+  void find_columns(MessageStreams& ahead);
   void name_columns();
-  [[nodiscard]] core::SensorTime earliest_head() const;
-  [[nodiscard]] core::SensorTime time_of_next_row();
   void count_what_is_left();
   void fill(core::SensorTime time);
-  void take_rate();
+  void number_rate();
   [[nodiscard]] bool is_in_order(core::SensorTime time);
 
   McapFiles files_;
   RecordInfo info_;
   TimeOrder time_order_;
   std::unique_ptr<RecordedMessages> messages_;
-  std::optional<MessageStreams> streams_;
+  std::optional<StreamMerge> streams_;
   RecordRow row_;
   RecordedSamples recorded_;
   std::optional<core::SensorTime> previous_time_;
@@ -59,8 +59,7 @@ class McapRows {
   RunNumbers numbers_;
   std::uint64_t rows_out_of_order_ = 0;
   std::uint64_t left_out_ = 0;                  // readings and references whose time went back
-  std::uint64_t ahead_ = 0;                     // of them, stamped far ahead of later ones
-  std::uint64_t after_the_last_ = 0;            // of them, far behind the last rate
+  std::uint64_t after_the_last_ = 0;            // far behind the last rate
   std::vector<std::size_t> reported_findings_;  // by file
   bool is_over_ = false;
   bool reported_left_out_ = false;

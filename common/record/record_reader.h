@@ -36,6 +36,7 @@ using core::kNotMeasured;
 
 // What was said on the live topics at one time, as it was said.
 struct RecordedSamples {
+  bool begins_anew = false;  // the clock of the rates was set back before this row
   std::optional<core::AngularRateSample> rate{};
   std::optional<core::RateReferenceSample> reference{};
   // One a probe, in the order of RecordInfo::probes.

@@ -25,7 +25,7 @@ class RecordedMessages {
   [[nodiscard]] virtual std::string rates_name() const = 0;
   // Where the interval of the first rate is not in the messages but follows from those behind it.
   [[nodiscard]] virtual bool first_interval_is_missing() const = 0;
-  // Why that is no record where none of the first messages holds a rate; empty: it is one.
+  // Why that is no record where none of the messages holds a rate; empty: it is one.
   [[nodiscard]] virtual std::string problem_without_rates() const = 0;
   // What was left out of the streams of the last open() so far, and why, one line each.
   [[nodiscard]] virtual std::vector<std::string> left_out() const = 0;

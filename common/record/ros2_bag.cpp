@@ -129,8 +129,8 @@ class BagMessages final : public RecordedMessages {
   bool first_interval_is_missing() const override { return true; }
   std::string problem_without_rates() const override {
     return rates_name() +
-           ": none of its first messages has an angular velocity: its covariance "
-           "begins with -1, or the rates are not finite";
+           ": none of its messages has an angular velocity: its covariance begins with -1, or the "
+           "rates are not finite";
   }
   std::vector<std::string> left_out() const override {
     std::vector<std::string> lines;

@@ -155,6 +155,38 @@ TEST_F(McapRecord, AReferenceKeepsItsVarianceKindAndTime) {
   EXPECT_TRUE(std::isnan(row->reference_radps[0]));
 }
 
+// Before: an axis that was invalid in the first 1001 samples was none of the record, without a
+// word; and so were an axis of the reference and a channel of the environment that came later.
+TEST_F(McapRecord, WhatWasMeasuredAnywhereIsAColumn) {
+  constexpr std::uint64_t kSamples = 2500;
+  for (const std::uint64_t first : {1U, 1000U, 1001U, 1002U, 2499U}) {
+    SCOPED_TRACE(first);
+    Recording recording;
+    for (std::uint64_t k = 0; k < kSamples; ++k) {
+      const double time_s = 0.001 * static_cast<double>(k);
+      auto rate = rate_at(time_s, k);
+      rate.valid = {k >= first, true, false};
+      core::RateReferenceSample reference;
+      reference.time = rate.time;
+      reference.kind = k >= first ? core::ReferenceKind::kRateTable : core::ReferenceKind::kRest;
+      reference.valid = {k >= first, k + 1 >= kSamples, false};
+      auto environment = environment_at(time_s, 5.0);
+      environment.channels = k >= first ? 1U << 6U : 1U << 8U;
+      recording.add(1, rate);
+      recording.add(1, reference);
+      recording.add(1, environment);
+    }
+    const RecordReader reader(recording.write_to(path("a.mcap")));
+    EXPECT_EQ(reader.info().has_rate, (core::PerAxis<bool>{true, true, false}));
+    EXPECT_EQ(reader.info().has_reference, (core::PerAxis<bool>{true, true, false}));
+    EXPECT_EQ(reader.info().environment, 0b1'0100'0000U);
+    EXPECT_EQ(
+        reader.info().columns,
+        (std::vector<std::string>{"time_s", "rate_x_rad_s", "rate_y_rad_s", "reference_x_rad_s",
+                                  "reference_y_rad_s", "vibration_g", "supply_V"}));
+  }
+}
+
 TEST_F(McapRecord, OfSeveralGyrosOneIsChosen) {
   for (const auto channels : {Channels::kPerGyro, Channels::kPerTopic}) {
     Recording recording(channels);
@@ -344,6 +376,86 @@ TEST_F(StampedAhead, AGapOfOneStreamAndReadingsBehindTheLastRateAreOrdinary) {
   const Found later = read({.reading = ahead_by(30.0, 0, 300)});
   EXPECT_EQ(later.temperatures, 270U);
   EXPECT_EQ(later.warnings, std::vector<std::string>{});
+}
+
+// A recording whose clocks are set back: what was recorded before that comes before it.
+class SetBack : public McapRecord {
+ protected:
+  struct Clocks {
+    double rates_back_s = 0.0;  // halfway
+    double readings_back_s = 0.0;
+    double every_s = 1.0;  // a reading
+    double late_s = 0.0;   // how long after its time one is recorded; below 0: ahead
+  };
+  static constexpr double kEveryS = 0.1;  // a rate
+  static constexpr int kHalf = 3000;      // rates
+
+  // Readings tell the true time, in which the record was made.
+  void expect_in_place(const Clocks& clocks) {
+    SCOPED_TRACE(std::to_string(clocks.rates_back_s) + " s back, readings " +
+                 std::to_string(clocks.readings_back_s) + " s back, one every " +
+                 std::to_string(clocks.every_s) + " s, late by " + std::to_string(clocks.late_s));
+    const auto stamp_s = [](double true_s, double back_s) {
+      return true_s < kHalf * kEveryS ? true_s : true_s - back_s;
+    };
+    Recording recording;
+    std::uint64_t recorded = 0;
+    for (int k = 0; k < 2 * kHalf; ++k) {
+      const double now_s = kEveryS * k;
+      for (;; ++recorded) {
+        const double of_s = clocks.every_s * static_cast<double>(recorded) + 0.025;
+        if (of_s + clocks.late_s > now_s) break;
+        recording.add(1, reading_at(stamp_s(of_s, clocks.readings_back_s), "coil", of_s));
+        recording.add(1, environment_at(stamp_s(of_s, clocks.readings_back_s), of_s));
+      }
+      recording.add(1, rate_at(stamp_s(now_s, clocks.rates_back_s), static_cast<std::uint64_t>(k)));
+    }
+    RecordReader reader(recording.write_to(path("a.mcap")), {.time_order = TimeOrder::kAsFound});
+    std::uint64_t rates = 0;
+    std::uint64_t readings = 0;
+    std::uint64_t environments = 0;
+    const double near_s = std::abs(clocks.late_s) + clocks.every_s + 2 * kEveryS;
+    while (const RecordRow* row = reader.next()) {
+      if (brings_rate(*row)) {
+        ASSERT_EQ(to_angular_rate(*row).sequence, rates++);
+      }
+      environments += row->recorded->environment ? 1U : 0U;
+      if (!brings_temperature(*row, 0)) continue;
+      ++readings;
+      ASSERT_NEAR(kEveryS * static_cast<double>(rates), row->temperature_degc[0], near_s);
+    }
+    EXPECT_EQ(rates, 2U * kHalf);
+    EXPECT_EQ(environments, readings);
+    // Those that are stamped after the last rate are none of the record.
+    EXPECT_LE(readings, recorded);
+    EXPECT_GE(static_cast<double>(readings),
+              static_cast<double>(recorded) + std::min(clocks.late_s, 0.0) / clocks.every_s - 1.0);
+    EXPECT_EQ(reader.warnings(), std::vector<std::string>{});
+  }
+};
+
+// Before: all readings behind the step were given out before the rates that precede them.
+TEST_F(SetBack, ReadingsComeBetweenTheRatesThatTheyWereRecordedBetween) {
+  for (const double back_s : {0.0, 1.0, 5.0, 45.0, 100.0, 300.0, 1e6}) {
+    for (const double every_s : {0.5, 1.0, 10.0}) {
+      for (const double late_s : {-10.0, -0.3, 0.0, 0.3, 2.0}) {
+        expect_in_place({.rates_back_s = back_s,
+                         .readings_back_s = back_s,
+                         .every_s = every_s,
+                         .late_s = late_s});
+      }
+    }
+  }
+}
+
+// As long as it isn't back where it was; then the stamps tell again what belongs together.
+TEST_F(SetBack, OneAloneAlso) {
+  for (const double back_s : {400.0, 1e6}) {
+    for (const double late_s : {-0.3, 0.3}) {
+      expect_in_place({.rates_back_s = back_s, .late_s = late_s});
+      expect_in_place({.readings_back_s = back_s, .late_s = late_s});
+    }
+  }
 }
 
 // The reader goes by what is in the file, not by its name: also by that of a recording that is

@@ -266,7 +266,7 @@ TEST_F(RosBag, WithoutAnyStampOrAnyAngularVelocityIsRefusedWithTheReason) {
     absent.imu(kImuTopic, imu);
   }
   EXPECT_EQ(refusal(absent.write_to(path("b.mcap"))),
-            "b.mcap: /imu/data_raw: none of its first messages has an angular velocity: its "
+            "b.mcap: /imu/data_raw: none of its messages has an angular velocity: its "
             "covariance begins with -1, or the rates are not finite");
 }
 
