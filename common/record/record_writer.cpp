@@ -8,10 +8,12 @@
 #include <charconv>
 #include <cmath>
 #include <ios>
+#include <optional>
 #include <stdexcept>
 #include <type_traits>
 #include <variant>
 
+#include "common/core/counted.h"
 #include "common/files/atomic_file.h"
 #include "common/files/file_error.h"
 #include "common/record/csv_cells.h"
@@ -80,9 +82,10 @@ class Compressor {
 }  // namespace
 
 struct RecordWriter::State {
-  explicit State(const std::filesystem::path& path) : file(path), compressor(path) {
-    if (path.extension() == ".zst") {
-      throw files::FileError(path.string() +
+  explicit State(const std::filesystem::path& target)
+      : path(target.string()), file(target), compressor(target) {
+    if (target.extension() == ".zst") {
+      throw files::FileError(path +
                              ": a record is written as .csv, .csv.gz or .csv.xz; compress it "
                              "afterwards by zstd, which adds a check sum");
     }
@@ -93,6 +96,12 @@ struct RecordWriter::State {
     if (cells_in_row++ > 0) pending += ',';
   }
 
+  void note(core::SensorTime time) {
+    const bool is_back = previous && time <= *previous;
+    previous = time;
+    if (is_back && times_back++ == 0) first_back = time;
+  }
+
   void flush() {
     compressor.write(pending, {&file});
     flushed_bytes += pending.size();
@@ -100,12 +109,16 @@ struct RecordWriter::State {
     file.check();
   }
 
+  std::string path;
   files::AtomicFile file;
   Compressor compressor;
   std::string pending;
   std::uint64_t flushed_bytes = 0;
   std::size_t column_count = 0;
   std::size_t cells_in_row = 0;
+  std::optional<core::SensorTime> previous;
+  std::uint64_t times_back = 0;
+  core::SensorTime first_back{0};
 };
 
 RecordWriter::RecordWriter(const std::filesystem::path& path, const RecordWriterOptions& options) {
@@ -131,6 +144,7 @@ RecordWriter& RecordWriter::operator=(RecordWriter&&) noexcept = default;
 void RecordWriter::time(core::SensorTime time) {
   state_->separate();
   state_->pending += print_seconds(time);
+  state_->note(time);
 }
 
 void RecordWriter::number(double value) {
@@ -163,6 +177,14 @@ void RecordWriter::end_row() {
 
 std::uint64_t RecordWriter::bytes() const noexcept {
   return state_->flushed_bytes + state_->pending.size();
+}
+
+std::string RecordWriter::fault_of_times() const {
+  const State& s = *state_;
+  if (s.times_back == 0) return {};
+  return s.path + ": " + core::counted(s.times_back, "row") +
+         " with a time that is not after the row before, the first of " +
+         print_seconds(s.first_back) + " s; no command reads such a file as a record";
 }
 
 void RecordWriter::commit() {

@@ -46,6 +46,10 @@ class RecordWriter {
   void blank();
   void end_row();  // throws files::FileError where the disk is full
 
+  // What is wrong with the times so far, as a line; empty where each is after the one before, which
+  // a record promises.
+  [[nodiscard]] std::string fault_of_times() const;
+
   // Of text so far, before compression.
   [[nodiscard]] std::uint64_t bytes() const noexcept;
 

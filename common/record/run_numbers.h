@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The numbers of a recorded gyro's samples over all runs of its publisher. One that is started
-// again counts from the beginning, in later time; what had been answered live would be taken for
-// repeats.
+// again counts from the beginning; what had been answered live would be taken for repeats.
 #pragma once
 
 #include <algorithm>
@@ -15,9 +14,9 @@ namespace zerodrift::record {
 class RunNumbers {
  public:
   // The sample's number, in the order of their arrival: its own in the first run, and such as go on
-  // from the newest in later ones. A late sample has an earlier number and an earlier time; where
-  // its stamp is wrong, its number is at least near. Nothing: numbers go on where an earlier run
-  // ended, so two publishers spoke at once. O(1).
+  // from the newest in later ones. A late sample has an earlier number that is near; a clock may
+  // be set back between two runs. Nothing: numbers go on where an earlier run ended, so two
+  // publishers spoke at once. O(1).
   [[nodiscard]] std::optional<std::uint64_t> number(
       const core::AngularRateSample& sample) noexcept {
     const std::uint64_t own = sample.sequence;
@@ -26,8 +25,9 @@ class RunNumbers {
       latest_ = sample.time;
       return own;
     }
-    const bool is_far_back = own < *newest_ && (*newest_ - own > kFarthest || own <= kFirst);
-    const bool begins_anew = is_far_back && sample.time > latest_;
+    const bool is_far_back = own<*newest_&& * newest_ - own> kFarthest;
+    const bool is_first_again = own < *newest_ && own <= kFirst && sample.time > latest_;
+    const bool begins_anew = is_far_back || is_first_again;
     latest_ = std::max(latest_, sample.time);
     if (begins_anew) {
       left_at_ = newest_;

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 
 #include "common/core/compensated_sample.h"
 #include "common/record/record_writer.h"
@@ -16,6 +17,7 @@ class CompensatedCsv {
   explicit CompensatedCsv(const std::filesystem::path& path);
   void write(const core::CompensatedSample& sample);
   [[nodiscard]] std::uint64_t bytes() const noexcept { return writer_.bytes(); }
+  [[nodiscard]] std::string fault_of_times() const { return writer_.fault_of_times(); }
   void commit() { writer_.commit(); }
   std::filesystem::path keep() { return writer_.keep(); }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "common/core/one_line.h"
 #include "common/dds/conversions.h"
@@ -63,6 +64,11 @@ std::uint32_t chosen(const ExportRequest& request, const std::vector<std::uint32
                          ", expected --gyro-id to be one of " + names);
 }
 
+// A faulty stream is written as it is, to be looked at.
+void add_fault(std::string fault, ExportResult& result) {
+  if (!fault.empty()) result.warnings.push_back(std::move(fault));
+}
+
 // Says how far the rows are, where it is known how many there will be.
 class RowShare {
  public:
@@ -114,6 +120,7 @@ ExportResult export_record(const ExportRequest& request, const record::WriteShar
   }
   writer.commit();
   result.warnings = reader.warnings();
+  add_fault(writer.fault_of_times(), result);
   return result;
 }
 
@@ -133,6 +140,7 @@ ExportResult export_compensated(const ExportRequest& request, const record::Writ
   }
   csv.commit();
   result.warnings = reader.findings();
+  add_fault(csv.fault_of_times(), result);
   return result;
 }
 

@@ -16,6 +16,7 @@
 #include "common/compensation/input_faults.h"
 #include "common/compensation/option_keys.h"
 #include "common/config/compensation_config.h"
+#include "common/core/counted.h"
 #include "common/core/integer_time.h"
 #include "common/core/not_known.h"
 #include "common/core/one_line.h"
@@ -209,6 +210,21 @@ void require_probes_of_prior(const std::string& record,
   }
 }
 
+// What of the record gave no answer, or one of an earlier drift, and why; empty: nothing.
+std::string unanswered(const compensation::CompensatorCounts& counts) {
+  std::string line;
+  const auto add = [&](std::uint64_t number, const char* what) {
+    if (number == 0) return;
+    line += (line.empty() ? "" : "; ") + core::counted(number, "sample") + " " + what;
+  };
+  add(counts.duplicates, "left out, as repeats");
+  add(counts.too_old, "left out, as too late by the number");
+  add(counts.late, "late by the number, answered by the drift in force");
+  add(counts.time_faults,
+      "with a time that does not go on from the one before, answered by the drift in force");
+  return line;
+}
+
 // The number of samples.
 std::uint64_t answer_all(evaluation::OfflineRun& offline, bool probe_missing,
                          const CompensateOptions& options, Summary& summary,
@@ -257,10 +273,11 @@ int compensate(const CompensateOptions& options) {
     }
   }
   for (const auto& probe : missing) {
-    std::fprintf(stderr,
-                 "%s: has no temperature of probe '%s', which a feature needs; the drift is foretold "
-                 "without temperature\n",
-                 options.record.file.c_str(), core::one_line(probe).c_str());
+    std::fprintf(
+        stderr,
+        "%s: has no temperature of probe '%s', which a feature needs; the drift is foretold "
+        "without temperature\n",
+        options.record.file.c_str(), core::one_line(probe).c_str());
   }
   std::optional<recording::CompensatedCsv> csv;
   if (!options.out.empty()) csv.emplace(options.out);
@@ -269,7 +286,11 @@ int compensate(const CompensateOptions& options) {
   for (const auto& line : offline.warnings()) std::fprintf(stderr, "%s\n", line.c_str());
   for (const auto& line : compensation::input_faults(offline.compensator()))
     std::fprintf(stderr, "%s: %s\n", options.record.file.c_str(), line.c_str());
-  if (csv) csv->commit();
+  if (csv) {
+    csv->commit();
+    if (const std::string fault = csv->fault_of_times(); !fault.empty())
+      std::fprintf(stderr, "%s\n", fault.c_str());
+  }
   // First of all: what comes below looks like results.
   print_doubts(offline.doubts());
   if (const auto line = summary.use().line_of_none(options.record.file, offline.options());
@@ -279,6 +300,8 @@ int compensate(const CompensateOptions& options) {
   if (!options.save_checkpoint.empty()) save(options.save_checkpoint, owner, offline.compensator());
   std::printf("%s: %llu samples compensated\n", options.record.file.c_str(),
               static_cast<unsigned long long>(samples));
+  if (const std::string line = unanswered(offline.compensator().counts()); !line.empty())
+    std::printf("%s: %s\n", options.record.file.c_str(), line.c_str());
   summary.print();
   print_scale_factors(offline.compensator());
   return service::kExitDone;

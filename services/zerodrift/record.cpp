@@ -70,6 +70,8 @@ class Recorder {
       if (lost() > 0)
         std::printf(", %llu lost: they did not arrive", static_cast<unsigned long long>(lost()));
       std::printf("\n");
+      if (const std::string fault = csv_.fault_of_times(); !fault.empty())
+        std::fprintf(stderr, "%s\n", fault.c_str());
     }
     const bool complete =
         !failure_ && lost() == 0 && (options_.samples == 0 || taken_ >= options_.samples);
@@ -203,6 +205,15 @@ struct RecordArguments {
   std::vector<CLI::Option*> only_mcap;
 };
 
+// What was recorded can't be recorded again.
+void refuse_finished(const std::string& out) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(out, error)) return;
+  throw std::invalid_argument(
+      "--out: " + out +
+      ": is there, and a recording is not written over; expected another name, or move it away");
+}
+
 int record(const RecordArguments& arguments) {
   std::vector<files::NamedFile> attached;
   for (const auto& file : arguments.mcap.disk.file.attachments)
@@ -235,6 +246,7 @@ int record(const RecordArguments& arguments) {
       {"log_time", "Unix time of arrival at the recorder, ns"},
       {"publish_time", "sensor time where the message has one above 0, else log_time"},
       {"sequence", "the low 32 bits of sequence_number where the message has one"}};
+  if (!options.disk.file.is_numbered) refuse_finished(arguments.csv.out);
   return recording::record_mcap(options);
 }
 

@@ -486,6 +486,13 @@ TEST(Recording, WrongOptionsAreOneLine) {
   EXPECT_NE(line({"record", "--out", system.path("a.mcap"), "--attach", system.path("none.yaml")})
                 .find("none.yaml: cannot open: No such file or directory"),
             std::string::npos);
+  // What was recorded is not written over by the next one.
+  write(system.path("there.mcap"), "recorded before");
+  EXPECT_NE(line({"record", "--out", system.path("there.mcap")})
+                .find("there.mcap: is there, and a recording is not written over; expected another "
+                      "name, or move it away"),
+            std::string::npos);
+  EXPECT_EQ(fs::file_size(system.path("there.mcap")), 15U);
   EXPECT_NE(line({"replay", system.path("none.mcap")}).find("none.mcap"), std::string::npos);
 }
 

@@ -357,6 +357,27 @@ TEST_F(StampedAhead, AStreamThatNeverComesDueIsNamedAtTheEnd) {
                  "300 samples" + std::string(kLeftOut) + "more than 60 s after the last rate");
 }
 
+// Before: the end marks of each replay, an hour behind its last rate, were said to be lost.
+TEST_F(StampedAhead, WhatHasNoValueIsNotLost) {
+  for (const int runs : {1, 2}) {
+    Recording recording;
+    for (int second = 0; second < 200 * runs; ++second) {
+      recording.add(1, reading_at(second, "coil", 20.0));
+      recording.add(1, environment_at(second, 5.0));
+      recording.add(1, rate_at(second, static_cast<std::uint64_t>(second)));
+      if (second % 200 != 199) continue;
+      auto end = reading_at(second + 3600.0, "coil", 0.0);
+      end.measured = false;
+      recording.add(1, end);
+      recording.add(1, environment_at(second + 3600.0, core::kNotMeasured));
+    }
+    RecordReader reader(recording.write_to(path("a.mcap")));
+    while (reader.next() != nullptr) {
+    }
+    EXPECT_EQ(reader.warnings(), std::vector<std::string>{}) << runs;
+  }
+}
+
 TEST_F(StampedAhead, WhatWaitedBehindAStampUntilTheEndIsNamed) {
   const Found found = read({.reading = ahead_by(50.0, 290, 1)});
   EXPECT_EQ(found.temperatures, 290U);

@@ -80,6 +80,30 @@ TEST_F(RecordWriting, EveryDoubleReadsBackWithTheSameBits) {
   EXPECT_EQ(reader.next(), nullptr);
 }
 
+// Before: a stream whose times went back was written as a record that nobody could read, without a
+// word.
+TEST_F(RecordWriting, SaysOfTimesThatGoBackOrRepeatThatNoRecordIsRead) {
+  const auto fault_of = [&](std::initializer_list<int> times_s) {
+    RecordWriter writer(path("a.csv"), {.columns = {"time_s"}, .metadata = {}});
+    for (const int time_s : times_s) {
+      writer.time(std::chrono::seconds(time_s));
+      writer.end_row();
+    }
+    writer.commit();
+    return writer.fault_of_times();
+  };
+  const std::string file = path("a.csv").string() + ": ";
+  const std::string end = " s; no command reads such a file as a record";
+  EXPECT_EQ(fault_of({}), "");
+  EXPECT_EQ(fault_of({-2, -1, 0, 3}), "");
+  EXPECT_EQ(
+      fault_of({1, 1, 2}),
+      file + "1 row with a time that is not after the row before, the first of 1.000000000" + end);
+  EXPECT_EQ(
+      fault_of({5, 3, 4, 4}),
+      file + "2 rows with a time that is not after the row before, the first of 3.000000000" + end);
+}
+
 TEST_F(RecordWriting, WithoutCommitNothingIsLeftBehindAndAnOldFileStays) {
   write("a.csv", "old");
   {

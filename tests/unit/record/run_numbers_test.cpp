@@ -79,16 +79,35 @@ TEST(RunNumbers, AWrongStampBeginsNoRun) {
   }
 }
 
+// Before: where the clock of the second one was behind, its samples were taken for late ones, and
+// dropped.
 TEST(RunNumbers, OfTwoPublishersAtOnceThereAreNone) {
-  RunNumbers numbers;
-  for (std::uint64_t own = 0; own < 1000; ++own)
-    (void)numbers.number(sample(own, 0.01 * static_cast<double>(own)));
-  std::optional<std::uint64_t> number = 0;
-  for (std::uint64_t k = 0; k < 10 && number; ++k) {
-    number = numbers.number(sample(k, 10.0 + 0.02 * static_cast<double>(k)));
-    if (number) number = numbers.number(sample(1000 + k, 10.01 + 0.02 * static_cast<double>(k)));
+  for (const double apart_s : {-1e6, -10.0, -0.01, 0.0, 0.01, 10.0, 1e6}) {
+    for (const std::uint64_t first : {0U, 1U, 500U}) {
+      SCOPED_TRACE(std::to_string(apart_s) + " s, from " + std::to_string(first));
+      RunNumbers numbers;
+      for (std::uint64_t own = 0; own < 1000; ++own)
+        (void)numbers.number(sample(own, 0.01 * static_cast<double>(own)));
+      std::optional<std::uint64_t> number = 0;
+      for (std::uint64_t k = 0; k < 10 && number; ++k) {
+        const double time_s = 10.0 + 0.02 * static_cast<double>(k);
+        number = numbers.number(sample(first + k, time_s + apart_s));
+        if (number) number = numbers.number(sample(1000 + k, time_s + 0.01));
+      }
+      EXPECT_FALSE(number.has_value());
+    }
   }
-  EXPECT_FALSE(number.has_value());
+}
+
+// A publisher that is started again, after its clock was set back, is one after the other.
+TEST(RunNumbers, GoOnWhereTheClockWasSetBackBetweenTwoRuns) {
+  RunNumbers numbers;
+  std::uint64_t expected = 0;
+  for (const double from_s : {1000.0, 0.0, 500.0}) {
+    for (std::uint64_t own = 0; own < 200; ++own)
+      EXPECT_EQ(numbers.number(sample(own, from_s + static_cast<double>(own))), expected++);
+  }
+  EXPECT_EQ(numbers.later_runs(), 2U);
 }
 
 }  // namespace
