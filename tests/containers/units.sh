@@ -104,6 +104,7 @@ check "every process is user zerodrift, without capabilities, with its filter" c
 # ---------------------------------------- samples
 # For so many seconds: the sequence numbers that came, all different, and how many are missing between the first and the last.
 count() {
+  inside rm -f "/tmp/$2.mcap"  # of a try before: no recording is written over
   inside zerodrift record --duration "$1" --topics compensated_rate --out "/tmp/$2.mcap" > "$work/record" 2>&1 || { cat "$work/record"; return 1; }
   inside zerodrift export "/tmp/$2.mcap" --topic compensated_rate --out "/tmp/$2.csv" > "$work/record" 2>&1 || { cat "$work/record"; return 1; }
   inside awk -F, '!c {for (i = 1; i <= NF; ++i) if ($i == "sequence") c = i; next}

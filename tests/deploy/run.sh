@@ -176,6 +176,7 @@ else
   run navigation_filter --heading 0
   run gyro_publisher "${simulation[@]}" --rate 100 --wait-for compensation,allan_monitor
   # One that ends in order.
+  rm -f recorded.mcap  # of a run before: no recording is written over
   "$bin/zerodrift" record --domain $domain --out recorded.mcap --samples 100 > recorder.log 2>&1 & started+=($!)
   check "monitoring: a console serves what alerts and dashboard ask for" node monitoring.mjs "$root" http://127.0.0.1:$port/metrics
   sed 's/zerodrift_samples_in_total/zerodrift_samples_taken/' metrics.txt > renamed.txt
