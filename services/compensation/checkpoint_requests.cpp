@@ -131,8 +131,8 @@ void CompensationNode::save_of_itself(const checkpoint::SaveSchedule::Model& mod
   }
 }
 
-// Before the first sample is answered. A checkpoint that can't be used is reported, and learning
-// begins anew.
+// Before the first sample is answered. A checkpoint that can't be used is reported and put aside,
+// since another configuration may take it, and learning begins anew.
 void CompensationNode::resume(Gyro& source) {
   const auto file = options_.checkpoint_dir / checkpoint_file_name(source.id, kLatestCheckpoint);
   std::error_code none;
@@ -143,6 +143,11 @@ void CompensationNode::resume(Gyro& source) {
                  .text = "gyro " + std::to_string(source.id) + ": " + text,
                  .gyro_id = source.id,
                  .sensor_time_ns = 0});
+  };
+  const auto report_refused = [&](const std::string& why) {
+    const std::string kept = put_aside(options_.checkpoint_dir, source.id);
+    report("cannot_resume", service::Severity::kWarning,
+           why + (kept.empty() ? "" : "; kept: zerodrift ctl restore " + kept));
   };
   try {
     const auto age = std::chrono::duration_cast<std::chrono::seconds>(
@@ -159,17 +164,14 @@ void CompensationNode::resume(Gyro& source) {
       const std::lock_guard lock(data_mutex_);
       save_schedule_.resumed({source.id, *epoch});
     }
-    if (!left_behind.empty()) {
-      return report("cannot_resume", service::Severity::kWarning,
-                    left_behind + "; goes on with its kernels and learns all else anew");
-    }
+    if (!left_behind.empty())
+      return report_refused(left_behind + "; goes on with its kernels and learns all else anew");
     report("resumed", service::Severity::kInformation,
            "goes on from " + file.string() + ", saved " + std::to_string(age.count()) +
                " s ago, model epoch " + std::to_string(epoch.value_or(0)) +
                "; what was learned since is lost");
   } catch (const std::exception& error) {
-    report("cannot_resume", service::Severity::kWarning,
-           std::string(error.what()) + "; learning begins anew");
+    report_refused(std::string(error.what()) + "; learning begins anew");
   }
 }
 

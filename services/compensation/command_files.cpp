@@ -17,6 +17,8 @@ std::string read(const std::filesystem::path& folder, const std::string& file,
   }
 }
 
+constexpr int kMostRefused = 9;  // files of a gyro that are put aside
+
 void require_name(const std::string& name) {
   if (const auto problem = files::problem_of_name(name)) throw CommandRefused(*problem);
 }
@@ -31,6 +33,19 @@ std::string checkpoint_name(const std::string& argument) {
 
 std::string checkpoint_file_name(std::uint32_t gyro_id, const std::string& name) {
   return std::to_string(gyro_id) + "-" + name + ".ckpt";
+}
+
+std::string put_aside(const std::filesystem::path& folder, std::uint32_t gyro_id) {
+  std::error_code error;
+  for (int k = 1; k <= kMostRefused; ++k) {
+    const std::string name = k == 1 ? "refused" : "refused-" + std::to_string(k);
+    const auto target = folder / checkpoint_file_name(gyro_id, name);
+    if (std::filesystem::exists(target, error)) continue;
+    std::filesystem::rename(folder / checkpoint_file_name(gyro_id, kLatestCheckpoint), target,
+                            error);
+    return error ? "" : name;
+  }
+  return "";
 }
 
 std::shared_ptr<compensation::RestoredLearner> checkpoint_named(const std::filesystem::path& folder,

@@ -27,6 +27,10 @@ inline constexpr const char* kLatestCheckpoint = "latest";
 // "1-latest.ckpt"
 [[nodiscard]] std::string checkpoint_file_name(std::uint32_t gyro_id, const std::string& name);
 
+// Gives the latest checkpoint of a gyro a name of its own, which no save writes over, and says it:
+// "refused", "refused-2"... Empty: it stays where it is.
+[[nodiscard]] std::string put_aside(const std::filesystem::path& folder, std::uint32_t gyro_id);
+
 // Both throw CommandRefused.
 [[nodiscard]] std::shared_ptr<compensation::RestoredLearner> checkpoint_named(
     const std::filesystem::path& folder, const std::string& name, const checkpoint::Owner& owner);

@@ -88,7 +88,9 @@ CompensationNode::Verdict CompensationNode::adopt(const Request& request) {
   // The compensator's own options: its probes are those that were configured.
   auto change = change_to(source.configured, model, target.name);
   Verdict verdict =
-      change_prior(source, std::move(change), "adopted " + compensation::prior_identity(model));
+      change_prior(source, std::move(change),
+                   "adopted " + compensation::prior_identity(model) +
+                       " until the service starts anew (`prior` of its configuration: for good)");
   if (verdict.outcome != Outcome::kAccepted) return verdict;
   // Last, since a long list is cut where the reply ends: the epoch never is.
   verdict.text += left_out(model);

@@ -375,5 +375,37 @@ TEST(Resume, ACheckpointThatCannotBeUsedIsToldOfAndLearningBeginsAnew) {
   EXPECT_TRUE(eventually([&] { return told(events, "cannot_resume", "1-latest.ckpt"); }));
 }
 
+// Before: the first save wrote over what another configuration had learned for weeks.
+TEST(Resume, ACheckpointThatIsRefusedIsKeptAndServesItsOwnConfiguration) {
+  SystemUnderTest system(Domain::kResumeBad);
+  dds::Participant participant("test", system.network());
+  Collector<msg::Event> events(participant);
+  const auto folder = system.path("checkpoints");
+  std::filesystem::create_directory(folder);
+  write(system.path("svr.yaml"), "scheme: online-svr\n");
+  const Arguments saving{"--checkpoint-dir", folder.string(), "--checkpoint-period", "1"};
+  const auto latest = folder / "1-latest.ckpt";
+  const auto learn = [&](const Arguments& arguments) {
+    const std::string before = std::filesystem::exists(latest) ? content(latest) : "";
+    ChildProcess& service = system.start("compensation", arguments);
+    ASSERT_TRUE(eventually(
+        [&] { return std::filesystem::exists(latest) && content(latest) != before; }, 60s));
+    service.send(SIGTERM);
+    EXPECT_EQ(service.wait(5s), 0);
+  };
+  start_simulation(system);
+  learn(saving);
+  const std::string learned = content(latest);
+  learn(saving + Arguments{"--config", system.path("svr.yaml")});
+  EXPECT_TRUE(told(events, "cannot_resume", "; kept: zerodrift ctl restore refused"));
+  EXPECT_EQ(content(folder / "1-refused.ckpt"), learned);
+  learn(saving);
+  EXPECT_EQ(content(folder / "1-refused.ckpt"), learned) << "the other one has another name";
+  EXPECT_TRUE(std::filesystem::exists(folder / "1-refused-2.ckpt"));
+  system.start("compensation", saving);
+  ASSERT_TRUE(eventually([&] { return told(events, "resumed", ""); }));
+  EXPECT_TRUE(eventually([&] { return system.control({"restore", "refused"}).exit_code == 0; }));
+}
+
 }  // namespace
 }  // namespace zerodrift::system_test
