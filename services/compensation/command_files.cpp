@@ -37,12 +37,13 @@ std::string checkpoint_file_name(std::uint32_t gyro_id, const std::string& name)
 
 std::string put_aside(const std::filesystem::path& folder, std::uint32_t gyro_id) {
   std::error_code error;
+  const auto latest = folder / checkpoint_file_name(gyro_id, kLatestCheckpoint);
+  if (!std::filesystem::is_regular_file(latest, error)) return "";
   for (int k = 1; k <= kMostRefused; ++k) {
     const std::string name = k == 1 ? "refused" : "refused-" + std::to_string(k);
     const auto target = folder / checkpoint_file_name(gyro_id, name);
     if (std::filesystem::exists(target, error)) continue;
-    std::filesystem::rename(folder / checkpoint_file_name(gyro_id, kLatestCheckpoint), target,
-                            error);
+    std::filesystem::rename(latest, target, error);
     return error ? "" : name;
   }
   return "";

@@ -45,7 +45,7 @@ Gyro::Gyro(std::uint32_t gyro_id, const compensation::CompensationOptions& as_co
       temperature_writers_(
           compensator().probes().size(),
           service::FollowedWriter<Guid>(core::from_seconds(configured.temperature_stale_s))),
-      lags_(temperature_writers_.size()) {
+      stamps_{.lags = std::vector<core::SensorTime>(temperature_writers_.size())} {
   surroundings_.learner.add(compensator());
 }
 
@@ -78,10 +78,10 @@ void Gyro::take(const Arrived& arrived, std::int64_t now_ns) {
 void Gyro::push(const core::TemperatureSample& temperature, std::size_t probe,
                 std::int64_t now_ns) {
   if (temperature.measured && !core::is_paced_by_consumers(temperature.clock)) {
-    newest_temperature_ = temperature.time;
+    stamps_.newest = temperature.time;
     const core::SensorTime before = std::exchange(
-        lags_[probe], core::saturating_difference(newest().raw.time, temperature.time));
-    temperature_behind_ = std::min(before, lags_[probe]);
+        stamps_.lags[probe], core::saturating_difference(newest().raw.time, temperature.time));
+    stamps_.behind = std::min(before, stamps_.lags[probe]);
   }
   pipeline_.push(temperature, now_ns);
 }

@@ -96,10 +96,10 @@ class Gyro final : private service::GyroPipeline<compensation::Compensator>::Por
   [[nodiscard]] std::uint64_t temperatures_rejected() const noexcept;
   // An input ended in mid-run, or while rates waited for it; once.
   [[nodiscard]] bool take_input_ended() noexcept;
-  [[nodiscard]] core::SensorTime newest_temperature() const noexcept { return newest_temperature_; }
+  [[nodiscard]] core::SensorTime newest_temperature() const noexcept { return stamps_.newest; }
   // How far behind the rates the last two readings of a probe were stamped as they came, the
   // lesser: one alone may have been kept for who comes late.
-  [[nodiscard]] core::SensorTime temperature_behind() const noexcept { return temperature_behind_; }
+  [[nodiscard]] core::SensorTime temperature_behind() const noexcept { return stamps_.behind; }
   [[nodiscard]] std::uint64_t unwritten() const noexcept { return unwritten_; }
 
   // ---- the request thread
@@ -119,6 +119,12 @@ class Gyro final : private service::GyroPipeline<compensation::Compensator>::Por
   struct ReferenceWriter {
     Guid writer{};
     bool left = false;  // and nobody has since
+  };
+  // Of temperatures that a clock has stamped.
+  struct Stamps {
+    core::SensorTime newest{core::kNever};
+    std::vector<core::SensorTime> lags;  // of each probe's newest reading behind the rates
+    core::SensorTime behind{0};          // the lesser of the last two of a probe
   };
   // True: an input has ended with it.
   bool note_left(const Guid& writer, std::int64_t now_ns);
@@ -143,9 +149,7 @@ class Gyro final : private service::GyroPipeline<compensation::Compensator>::Por
   std::vector<service::FollowedWriter<Guid>> temperature_writers_;  // by probe
   std::array<ReferenceWriter, 3> reference_writers_{};
   bool input_ended_ = false;
-  core::SensorTime newest_temperature_{core::kNever};  // stamped by a clock
-  std::vector<core::SensorTime> lags_;  // of each probe's newest reading behind the rates
-  core::SensorTime temperature_behind_{0};
+  Stamps stamps_;
   std::uint32_t clock_locked_ = 0;  // as the newest rate says
   std::int64_t clock_offset_ns_ = 0;
   // Made outside of the receiving thread; samples wait for them in the compensator.
