@@ -170,9 +170,9 @@ export function isStale(facts: Facts): boolean {
   return facts.present && facts.ageS > staleAfterS(facts.sampleIntervalS);
 }
 
-/** The link stands for too short a time to say that nothing comes. */
+/** The link stands for too short a time to say that nothing comes; below 0 a clock was set, and nobody knows for how long. */
 function hasJustBegun(facts: Facts): boolean {
-  return facts.link === 'open' && facts.linkS < staleAfterS(facts.sampleIntervalS) && !(facts.ageS < facts.linkS);
+  return facts.link === 'open' && facts.linkS >= 0 && facts.linkS < staleAfterS(facts.sampleIntervalS) && !(facts.ageS < facts.linkS);
 }
 
 function names(axes: number[]): string {
