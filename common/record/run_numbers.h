@@ -25,8 +25,9 @@ class RunNumbers {
       latest_ = sample.time;
       return own;
     }
-    const bool is_far_back = own<*newest_&& * newest_ - own> kFarthest;
-    const bool is_first_again = own < *newest_ && own <= kFirst && sample.time > latest_;
+    const std::uint64_t back = *newest_ - std::min(own, *newest_);
+    const bool is_far_back = back > kFarthest;
+    const bool is_first_again = back > 0 && own <= kFirst && sample.time > latest_;
     const bool begins_anew = is_far_back || is_first_again;
     latest_ = std::max(latest_, sample.time);
     if (begins_anew) {

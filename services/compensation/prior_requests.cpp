@@ -121,9 +121,7 @@ CompensationNode::Verdict CompensationNode::change_prior(
   }
   {
     const std::lock_guard lock(data_mutex_);
-    if (!source.compensator().change_prior(change)) {
-      return {.text = "the learner of gyro " + std::to_string(source.id) + " is busy; try again"};
-    }
+    if (!source.compensator().change_prior(change)) return {.text = busy_text({&source}, 0)};
   }
   source.change = std::move(change);
   learner_.notify();

@@ -19,7 +19,7 @@ class PeriodicReader {
   PeriodicReader(std::string what, std::chrono::nanoseconds period, std::function<void()> read);
 
   [[nodiscard]] const std::string& what() const noexcept { return what_; }  // is read
-  // Since when a reading is under way that has taken longer than the period; zero: none has. Any
+  // For how long a reading is under way that has taken longer than the period; zero: none has. Any
   // thread.
   [[nodiscard]] std::chrono::nanoseconds overdue() const noexcept;
 

@@ -29,13 +29,19 @@ std::optional<msg::Temperature> newest(const Collector<msg::Temperature>& temper
   return found == all.rend() ? std::nullopt : std::optional(*found);
 }
 
-TEST(SysfsThermometer, TemperaturesArriveAndAFileThatVanishesIsToldAndComesBack) {
-  SystemUnderTest system(Domain::kSysfsThermometer);
-  const auto hwmon = system.path("sys/class/hwmon/hwmon0");
+// A chip of two thermometers; its folder.
+std::filesystem::path make_fog(const SystemUnderTest& system) {
+  auto hwmon = system.path("sys/class/hwmon/hwmon0");
   write(hwmon / "name", "fog\n");
-  write(hwmon / "temp1_label", "coil\n");
   write(hwmon / "temp1_input", "21500\n");
   write(hwmon / "temp2_input", "-3250\n");
+  return hwmon;
+}
+
+TEST(SysfsThermometer, TemperaturesArriveAndAFileThatVanishesIsToldAndComesBack) {
+  SystemUnderTest system(Domain::kSysfsThermometer);
+  const auto hwmon = make_fog(system);
+  write(hwmon / "temp1_label", "coil\n");
   dds::Participant participant("test", system.network());
   Collector<msg::Temperature> temperatures(participant);
   Collector<msg::Event> events(participant);
@@ -70,10 +76,7 @@ TEST(SysfsThermometer, TemperaturesArriveAndAFileThatVanishesIsToldAndComesBack)
 // Before: one that hung in the kernel took all the others with it, without a word.
 TEST(SysfsThermometer, OneThatHangsIsToldAndKeepsNobodyElse) {
   SystemUnderTest system(Domain::kSysfsThermometer);
-  const auto hwmon = system.path("sys/class/hwmon/hwmon0");
-  write(hwmon / "name", "fog\n");
-  write(hwmon / "temp1_input", "21500\n");
-  write(hwmon / "temp2_input", "-3250\n");
+  const auto hwmon = make_fog(system);
   dds::Participant participant("test", system.network());
   Collector<msg::Temperature> temperatures(participant);
   Collector<msg::Event> events(participant);
