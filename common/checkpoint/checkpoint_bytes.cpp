@@ -179,6 +179,7 @@ proto::Checkpoint message_of(const Owner& owner, const compensation::LearnerStat
   }
   message.set_layout(compensation::kLearnerLayout);
   message.set_learner(state.bytes);
+  message.set_boot(state.boot);
   return message;
 }
 
@@ -228,6 +229,7 @@ compensation::LearnerState learner_of(proto::Checkpoint& message) {
   if (message.learner().empty()) throw CheckpointError("found nothing that a learner knew");
   compensation::LearnerState state = kernels_of(message);
   state.bytes = std::move(*message.mutable_learner());
+  state.boot = message.boot();
   return state;
 }
 

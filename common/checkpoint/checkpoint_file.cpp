@@ -21,9 +21,12 @@ std::string content(const std::filesystem::path& path) {
 }
 
 std::shared_ptr<compensation::RestoredLearner> made_from(const compensation::LearnerState& state,
-                                                         const Owner& owner) {
+                                                         const Owner& owner,
+                                                         const std::string& boot) {
   try {
-    return std::make_shared<compensation::RestoredLearner>(owner.options, state);
+    auto learner = std::make_shared<compensation::RestoredLearner>(owner.options, state);
+    if (!boot.empty() && !state.boot.empty() && state.boot != boot) learner->forget_age();
+    return learner;
   } catch (const std::invalid_argument& error) {
     throw CheckpointError(std::string("found values that no learner has: ") + error.what());
   }
@@ -31,9 +34,10 @@ std::shared_ptr<compensation::RestoredLearner> made_from(const compensation::Lea
 
 // What `bytes` hold of the file at `path`, which a refusal names.
 std::shared_ptr<compensation::RestoredLearner> held_by(const std::string& bytes, const Owner& owner,
-                                                       const std::filesystem::path& path) {
+                                                       const std::filesystem::path& path,
+                                                       const std::string& boot) {
   try {
-    return restored_from(bytes, owner);
+    return restored_from(bytes, owner, boot);
   } catch (const CheckpointError& error) {
     throw CheckpointError(path.string() + ": " + error.what(), error.kind());
   }
@@ -66,22 +70,23 @@ void save(const std::filesystem::path& path, const Owner& owner,
 }
 
 std::shared_ptr<compensation::RestoredLearner> restored_from(std::string_view bytes,
-                                                             const Owner& owner) {
-  return made_from(decode(bytes, owner), owner);
+                                                             const Owner& owner,
+                                                             const std::string& boot) {
+  return made_from(decode(bytes, owner), owner, boot);
 }
 
 std::shared_ptr<compensation::RestoredLearner> load(const std::filesystem::path& path,
                                                     const Owner& owner) {
-  return held_by(content(path), owner, path);
+  return held_by(content(path), owner, path, "");
 }
 
-Resumed resume(const std::filesystem::path& path, const Owner& owner) {
+Resumed resume(const std::filesystem::path& path, const Owner& owner, const std::string& boot) {
   const std::string bytes = content(path);
   try {
-    return {.learner = held_by(bytes, owner, path)};
+    return {.learner = held_by(bytes, owner, path, boot)};
   } catch (const CheckpointError& refused) {
     try {
-      return {.learner = made_from(decode_kernels(bytes, owner), owner),
+      return {.learner = made_from(decode_kernels(bytes, owner), owner, boot),
               .left_behind = refused.what()};
     } catch (const CheckpointError&) {
       throw refused;

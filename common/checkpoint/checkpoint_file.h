@@ -27,12 +27,15 @@ inline constexpr std::size_t kMostOfAGyro = 16;
 inline constexpr std::size_t kLargestFile = 1U << 30U;  // far above the largest learner's
 
 // Ready to be put into a learner. Throws CheckpointError with one line that names the file: not
-// there, whatever decode() refuses, or values that no learner has.
+// there, whatever decode() refuses, or values that no learner has. Its age is what sensor time
+// says, as in a record.
 [[nodiscard]] std::shared_ptr<compensation::RestoredLearner> load(const std::filesystem::path& path,
                                                                   const Owner& owner);
-// The same of bytes that were read.
+// The same of bytes that were read. Where a service saved it on another boot of the computer than
+// `boot`, the gyro was off meanwhile: its age isn't known. Empty: sensor time says it.
 [[nodiscard]] std::shared_ptr<compensation::RestoredLearner> restored_from(std::string_view bytes,
-                                                                           const Owner& owner);
+                                                                           const Owner& owner,
+                                                                           const std::string& boot);
 
 // What a program goes on with when it starts.
 struct Resumed {
@@ -40,8 +43,9 @@ struct Resumed {
   std::string left_behind{};  // why only the kernels could be used, one line; empty: all is there
 };
 
-// As load(), but of a checkpoint of another layout it takes the kernels. Throws CheckpointError
-// where not even those can be used.
-[[nodiscard]] Resumed resume(const std::filesystem::path& path, const Owner& owner);
+// As load() and, for `boot`, restored_from(), but of a checkpoint of another layout it takes the
+// kernels. Throws CheckpointError where not even those can be used.
+[[nodiscard]] Resumed resume(const std::filesystem::path& path, const Owner& owner,
+                             const std::string& boot);
 
 }  // namespace zerodrift::checkpoint

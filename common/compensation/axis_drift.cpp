@@ -16,6 +16,20 @@ bool forecasts(Scheme scheme, const AxisModel& model) {
   return scheme == Scheme::kStack ? model.stack.knows() : model.drift.trained;
 }
 
+// What the stack says that the drift has changed while the last mean is held, (rad/s)²: where the
+// temperature is known but not its rate, as in the first half a minute after a power-on, it may.
+double square_changed_by_temperature(Scheme scheme, const AxisInputs& inputs) {
+  const AxisModel& model = *inputs.model;
+  if (scheme != Scheme::kStack || inputs.input != core::Reason::kRateNotReady ||
+      !model.stack.knows()) {
+    return 0.0;
+  }
+  const double drift_radps =
+      model.stack.predict(model.stack_time_s(inputs.now), *inputs.thermal).drift;
+  const double changed = drift_radps - model.drift.held_radps;
+  return changed * changed + model.stack.doubt.variance_at(*inputs.thermal);
+}
+
 }  // namespace
 
 void AxisDrift::note_prior(std::optional<double> drift_radps) noexcept {
@@ -70,8 +84,10 @@ void AxisDrift::estimate(Scheme scheme, const AxisInputs& inputs) noexcept {
                                                                         : core::Reason::kInitialSet;
     const core::Reason reason = inputs.input == core::Reason::kNone ? awaits : inputs.input;
     const bool is_in_order = core::passes_by_itself(reason) || reason == core::Reason::kCommanded;
+    const double variance = held_variance(model->drift, model->trust, inputs.now) +
+                            square_changed_by_temperature(scheme, inputs);
     apply(core::Rung::kStationaryBias, is_in_order ? core::Mode::kHolding : core::Mode::kFallback,
-          reason, model->drift.held_radps, held_variance(model->drift, model->trust, inputs.now));
+          reason, model->drift.held_radps, variance);
   }
   context_.applied_radps = applied_radps_;
   context_.held_radps = model->drift.held_radps;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "common/core/integer_time.h"
 
@@ -26,6 +27,11 @@ Forecast taken(const experts::StackForecast::Prediction& made, const AxisModel& 
 
 }  // namespace
 
+double AxisModel::stack_time_s(core::SensorTime now) const noexcept {
+  return drift.is_of_unknown_age(now) ? -std::numeric_limits<double>::infinity()
+                                      : core::seconds(now);
+}
+
 void AxisLabel::carry(core::StateArchive& archive) {
   archive(time, duration_s, drift_radps, variance, features, thermal);
   archive.require(core::is_usable(time) && duration_s >= 0.0 && duration_s <= kLongestLabelS &&
@@ -41,7 +47,7 @@ Forecast stack_forecast(const AxisModel& model, const FeatureArray& features,
     is_beyond = svr.beyond_learned;
     by_svr = as_expert(svr);
   }
-  Forecast out = taken(model.stack.predict(core::seconds(now), thermal, by_svr), model, now);
+  Forecast out = taken(model.stack.predict(model.stack_time_s(now), thermal, by_svr), model, now);
   out.beyond_learned = is_beyond;
   // Beyond what was learned nothing was judged: what the stack changes there may be the error.
   const double changed = out.drift_radps - model.drift.held_radps;
@@ -50,7 +56,7 @@ Forecast stack_forecast(const AxisModel& model, const FeatureArray& features,
 }
 
 Forecast forecast_in_time(const AxisModel& model, core::SensorTime now) noexcept {
-  return taken(model.in_time.predict(core::seconds(now), {}), model, now);
+  return taken(model.in_time.predict(model.stack_time_s(now), {}), model, now);
 }
 
 }  // namespace zerodrift::compensation

@@ -39,6 +39,9 @@ struct SvrModel {
 struct AxisModel : SvrModel {
   using SvrModel::SvrModel;
 
+  // The time as a stack takes it: before its newest label where the age of that isn't known.
+  [[nodiscard]] double stack_time_s(core::SensorTime now) const noexcept;
+
   experts::StackForecast stack{};    // knows nothing where the scheme isn't the stack
   experts::StackForecast in_time{};  // likewise; of the experts that need no thermometer
   ThermalCoverage coverage{};        // of all labels that had a temperature

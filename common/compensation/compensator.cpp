@@ -406,7 +406,7 @@ std::optional<StackState> Compensator::stack_state(core::Axis axis) const noexce
     by_svr = {.interpolates = !is_beyond,
               .holds = !is_in_force(model->drift, model->trust, is_beyond, newest_)};
   }
-  return StackState{stack.shares(core::seconds(newest_) - stack.time_s, by_svr),
+  return StackState{stack.shares(model->stack_time_s(newest_) - stack.time_s, by_svr),
                     stack.longest_judged_s()};
 }
 

@@ -63,9 +63,8 @@ Position position_of(double horizon_s, const TrustTable& table) {
   return {below, below + 1, std::log(horizon_s / at[below]) / std::log(at[below + 1] / at[below])};
 }
 
-// Where the clock was set back (a power-on), time has gone by since, and nobody knows how much.
 double horizon_of(const DriftModel& model, const TrustTable& trust, core::SensorTime now) {
-  return now < model.time ? trust.horizon_s.back() : core::seconds(now - model.time);
+  return model.is_of_unknown_age(now) ? trust.horizon_s.back() : core::seconds(now - model.time);
 }
 
 ForecastWeights weights_at(const std::array<ForecastTrust, kHorizons>& entries,

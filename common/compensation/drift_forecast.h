@@ -44,6 +44,9 @@ struct DriftModel {
       : predictor(dimension, capacity), domain(dimension, capacity) {}
 
   [[nodiscard]] bool holds() const noexcept { return time != core::kNever; }
+  // The clock was set back since its newest label, or the gyro was off: time has gone by, and
+  // nobody knows how much.
+  [[nodiscard]] bool is_of_unknown_age(core::SensorTime now) const noexcept { return now < time; }
   // Drift by the SVR alone, rad/s; only where trained. O(support vectors * dimension).
   [[nodiscard]] double predict(const FeatureArray& features) const noexcept;
   // O(samples * dimension).
@@ -53,7 +56,9 @@ struct DriftModel {
   void carry_level(core::StateArchive& archive);
   void carry(core::StateArchive& archive);
 
-  core::SensorTime time{core::kNever};  // end of the newest label
+  // End of the newest label; a later one than what it forecasts means that the label's age isn't
+  // known.
+  core::SensorTime time{core::kNever};
   double held_radps = 0.0;
   std::optional<double> held_slope_radps2{};  // of the labels of that minute; two are needed
   double held_variance = 0.0;                 // of held as a measurement, (rad/s)²

@@ -238,6 +238,12 @@ void AxisLearner::update_model() noexcept {
   model_.predicted_held_radps = labels > 0.0 ? predicted / labels : model_.held_radps + gap;
 }
 
+void AxisLearner::forget_age() noexcept {
+  if (!model_.holds()) return;
+  minute_.clear();
+  model_.time = core::kLatestUsableTime;
+}
+
 void AxisLearner::write(AxisModel& model) const noexcept {
   model.drift = model_;
   model.trust = judge_.trust();
@@ -288,7 +294,7 @@ void AxisLearner::carry(core::StateArchive& archive) {
 }
 
 // The initial set is there until it is complete; the last minute ends with the model's newest
-// label.
+// label, unless that is of unknown age.
 void AxisLearner::require_sense(core::StateArchive& archive) const {
   archive.require(model_.trained ? initial_.empty() : initial_.size() < initial_labels_);
   for (const AxisLabel& label : initial_) archive.require(label.features.has_value());
@@ -300,7 +306,8 @@ void AxisLearner::require_sense(core::StateArchive& archive) const {
     archive.require(label.time > newest);
     newest = label.time;
   }
-  archive.require(newest == model_.time);
+  const bool is_of_unknown_age = minute_.empty() && model_.time == core::kLatestUsableTime;
+  archive.require(newest == model_.time || is_of_unknown_age);
 }
 
 namespace {

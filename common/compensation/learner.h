@@ -59,6 +59,10 @@ class AxisLearner {
   // All else that it knows (core/state_archive.h): one that has read it continues to the bit.
   void carry(core::StateArchive& archive);
 
+  // The gyro was off since, for as long as nobody knows: until its next label, from which the bias
+  // is learned anew, that label counts as of unknown age (drift_forecast.h).
+  void forget_age() noexcept;
+
  private:
   // A label of the last stationary minute, and where the SVR keeps it.
   struct HeldLabel {
@@ -101,6 +105,7 @@ struct LearnerState {
   core::PerAxis<ChosenKernel> kernels{};
   std::string bytes{};   // all else, of kLearnerLayout; empty: only the kernels are known
   bool is_whole = true;  // false: with numbers that no learner begins with, which is a fault
+  std::string boot{};    // of the computer it was saved by; empty: not said
 };
 
 struct ModelSnapshot {
@@ -119,8 +124,15 @@ struct RestoredLearner {
   // One that knows nothing.
   explicit RestoredLearner(const CompensationOptions& options);
 
+  // The gyro was off since this was saved (AxisLearner::forget_age).
+  void forget_age() noexcept {
+    for (AxisLearner& axis : axes) axis.forget_age();
+    is_of_unknown_age = true;
+  }
+
   std::vector<AxisLearner> axes;
   core::PerAxis<bool> exchanged{true, true, true};  // by kExchange; the others learn on
+  bool is_of_unknown_age = false;
   std::uint64_t epoch = 0;
   std::uint64_t labels = 0;
   std::atomic<std::uint64_t> installed_as{kNotYet};  // model epoch, for whoever gave it

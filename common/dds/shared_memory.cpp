@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "common/dds/dds_error.h"
+#include "common/files/boot_id.h"
 
 namespace zerodrift::dds {
 namespace {
@@ -68,7 +69,7 @@ SharedMemoryPlace SharedMemoryPlace::here(const fs::path& folder) {
                     folder.string(), std::strerror(errno)));
   }
   SharedMemoryPlace place;
-  std::ifstream("/proc/sys/kernel/random/boot_id") >> place.computer;
+  place.computer = files::boot_id();
   place.filesystem = std::to_string(found.st_dev);
   place.user = std::to_string(::geteuid());
   return place;

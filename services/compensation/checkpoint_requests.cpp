@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/checkpoint/checkpoint_file.h"
+#include "common/files/boot_id.h"
 #include "common/service/monotonic_clock.h"
 #include "services/compensation/command_files.h"
 #include "services/compensation/compensation_node.h"
@@ -152,7 +153,9 @@ void CompensationNode::resume(Gyro& source) {
   try {
     const auto age = std::chrono::duration_cast<std::chrono::seconds>(
         std::filesystem::file_time_type::clock::now() - std::filesystem::last_write_time(file));
-    const auto [loaded, left_behind] = checkpoint::resume(file, {source.id, source.configured});
+    const auto [loaded, left_behind] =
+        checkpoint::resume(file, {source.id, source.configured}, files::boot_id());
+    const bool is_of_unknown_age = loaded->is_of_unknown_age;
     {
       const std::lock_guard lock(data_mutex_);
       if (!source.compensator().restore_models(loaded))
@@ -169,7 +172,8 @@ void CompensationNode::resume(Gyro& source) {
     report("resumed", service::Severity::kInformation,
            "goes on from " + file.string() + ", saved " + std::to_string(age.count()) +
                " s ago, model epoch " + std::to_string(epoch.value_or(0)) +
-               "; what was learned since is lost");
+               (is_of_unknown_age ? ", by another boot of the computer: the bias is learned anew"
+                                  : "; what was learned since is lost"));
   } catch (const std::exception& error) {
     report_refused(std::string(error.what()) + "; learning begins anew");
   }

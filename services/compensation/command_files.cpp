@@ -2,6 +2,7 @@
 #include "services/compensation/command_files.h"
 
 #include "common/config/compensation_config.h"
+#include "common/files/boot_id.h"
 #include "common/files/file_error.h"
 #include "common/files/named_file.h"
 
@@ -55,7 +56,7 @@ std::shared_ptr<compensation::RestoredLearner> checkpoint_named(const std::files
   const std::string file = checkpoint_file_name(owner.gyro_id, name);
   const std::string bytes = read(folder, file, checkpoint::kLargestFile);
   try {
-    return checkpoint::restored_from(bytes, owner);
+    return checkpoint::restored_from(bytes, owner, files::boot_id());
   } catch (const checkpoint::CheckpointError& error) {
     throw CommandRefused(files::quoted_name(file) + " " + error.kind());
   } catch (const std::exception&) {
@@ -64,8 +65,9 @@ std::shared_ptr<compensation::RestoredLearner> checkpoint_named(const std::files
 }
 
 void save_as(const std::filesystem::path& folder, const std::string& name,
-             const checkpoint::Owner& owner, const compensation::LearnerState& state) {
+             const checkpoint::Owner& owner, compensation::LearnerState state) {
   const std::string file = checkpoint_file_name(owner.gyro_id, name);
+  state.boot = files::boot_id();
   try {
     checkpoint::save(folder / file, owner, state);
   } catch (const files::FileError& error) {

@@ -31,11 +31,12 @@ inline constexpr const char* kLatestCheckpoint = "latest";
 // "refused", "refused-2"... Empty: it stays where it is.
 [[nodiscard]] std::string put_aside(const std::filesystem::path& folder, std::uint32_t gyro_id);
 
-// Both throw CommandRefused.
+// Both throw CommandRefused. What is saved says on which boot of the computer it was; what is
+// restored on another one is of unknown age.
 [[nodiscard]] std::shared_ptr<compensation::RestoredLearner> checkpoint_named(
     const std::filesystem::path& folder, const std::string& name, const checkpoint::Owner& owner);
 void save_as(const std::filesystem::path& folder, const std::string& name,
-             const checkpoint::Owner& owner, const compensation::LearnerState& state);
+             const checkpoint::Owner& owner, compensation::LearnerState state);
 
 // A model file of `folder` that can be a prior. Throws CommandRefused; an empty folder means that
 // none is configured.

@@ -45,6 +45,7 @@ struct CompensateOptions {
   std::string out;
   std::uint32_t gyro_id = 1;
   std::string checkpoint;
+  bool after_power_on = false;
   std::string save_checkpoint;
 };
 
@@ -161,9 +162,10 @@ class Summary {
 };
 
 // What was resumed, for people.
-std::string resume(const std::string& file, const checkpoint::Owner& owner,
+std::string resume(const std::string& file, bool after_power_on, const checkpoint::Owner& owner,
                    compensation::Compensator& compensator) {
   const auto restored = checkpoint::load(file, owner);
+  if (after_power_on) restored->forget_age();
   compensator.restore_models(restored);
   return file + ": resumed, model epoch " + std::to_string(restored->epoch) + "\n";
 }
@@ -260,7 +262,7 @@ int compensate(const CompensateOptions& options) {
                                 offline.options()};
   std::string resumed;
   if (!options.checkpoint.empty())
-    resumed = resume(options.checkpoint, owner, offline.compensator());
+    resumed = resume(options.checkpoint, options.after_power_on, owner, offline.compensator());
   const auto missing = evaluation::missing_probes(compensation_options, offline.info());
   require_probes_of_prior(options.record.file, compensation_options, missing);
   if (compensation_options.prior) {
@@ -328,9 +330,15 @@ void add_compensate(CLI::App& app, Run& run) {
                       "a twin's model: drift = model + what is learned of the remainder; overrides "
                       "the file");
   command->add_option("--out", options->out, "record to write; without, only the summary");
-  command->add_option("--checkpoint", options->checkpoint,
-                      "go on with what was learned then, from the first sample on; rest detection, "
-                      "temperature histories and labels not yet confirmed begin anew");
+  auto* checkpoint = command->add_option(
+      "--checkpoint", options->checkpoint,
+      "go on with what was learned then, from the first sample on; rest detection, "
+      "temperature histories and labels not yet confirmed begin anew");
+  command
+      ->add_flag("--after-power-on", options->after_power_on,
+                 "the gyro was off since that checkpoint, whatever its clock says: the bias is "
+                 "learned anew, as by a service after another boot of its computer")
+      ->needs(checkpoint);
   command->add_option("--save-checkpoint", options->save_checkpoint,
                       "write what is learned by the end; labels not confirmed by then are not in "
                       "it");

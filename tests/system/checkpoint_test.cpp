@@ -174,6 +174,29 @@ TEST(Checkpoint, WithoutAFolderTheServiceSaysHowToEnableIt) {
   EXPECT_EQ(system.run("compensation", {"--checkpoint-dir", "/no/such/folder"}).exit_code, 2);
 }
 
+// Rule: a record that goes on where what a checkpoint knows ended is compensated as if the gyro had
+// been off between the two where that is said, and only there.
+TEST(Checkpoint, OfflineAGyroWasOffWhereThatIsSaid) {
+  SystemUnderTest system(Domain::kCheckpoint);
+  const auto record = system.path("record.csv");
+  simulate(system, {.profile = write_ramp_profile(system, 300), .rate_hz = 20}, record);
+  const std::string rows = content(record);
+  const std::size_t head = rows.find("\n", rows.find("rate_x")) + 1;
+  const std::size_t middle = rows.find('\n', rows.size() / 2) + 1;
+  write(system.path("before.csv"), rows.substr(0, middle));
+  write(system.path("after.csv"), rows.substr(0, head) + rows.substr(middle));
+  const auto known = system.path("known.ckpt");
+  run_offline(system, system.path("before.csv"), system.path("a.csv"),
+              {"--save-checkpoint", known});
+  const auto first_sigma = [&](const Arguments& more) {
+    const auto out = system.path("out.csv");
+    run_offline(system, system.path("after.csv"), out, Arguments{"--checkpoint", known} + more);
+    const Table table = read_table(out);
+    return std::stod(table.rows.front()[table.column("drift_sigma_x_rad_s")]);
+  };
+  EXPECT_GT(first_sigma({"--after-power-on"}), 2.0 * first_sigma({}));
+}
+
 // Rule: on a bad checkpoint `compensate` does not start, and leaves no output behind.
 TEST(Checkpoint, OfflineABadOneIsRefusedBeforeAnythingIsWritten) {
   SystemUnderTest system(Domain::kCheckpoint);

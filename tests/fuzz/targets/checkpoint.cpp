@@ -65,7 +65,7 @@ void checkpoint(Bytes input) {
   static ScratchFile file("learner.ckpt");
   file.fill(file_of(static_cast<char>(input.front()), as_text(input.subspan(1)), options));
   try {
-    learn_on(checkpoint::resume(file.path(), {kGyro, options}).learner, options);
+    learn_on(checkpoint::resume(file.path(), {kGyro, options}, "another boot").learner, options);
   } catch (const checkpoint::CheckpointError& error) {
     demand_one_line(error.what());
   }

@@ -25,6 +25,8 @@ using testing::Bench;
 using testing::saved_after;
 using testing::small_options;
 
+constexpr const char* kBoot = "0d3f";
+
 class CheckpointFile : public ScratchFolder {
  protected:
   [[nodiscard]] std::string content(const char* name) const {
@@ -90,14 +92,14 @@ TEST_F(CheckpointFile, WhereItCannotBeWrittenTheErrorNamesIt) {
 // the line says why; with nothing where not even those can be used.
 TEST_F(CheckpointFile, AfterAnUpgradeAProgramGoesOnWithItsKernels) {
   save(path("all"), owner_, saved_after(40));
-  EXPECT_EQ(resume(path("all"), owner_).left_behind, "");
-  EXPECT_EQ(resume(path("all"), owner_).learner->epoch, 40U);
+  EXPECT_EQ(resume(path("all"), owner_, kBoot).left_behind, "");
+  EXPECT_EQ(resume(path("all"), owner_, kBoot).learner->epoch, 40U);
 
   proto::Checkpoint message;
   message.ParseFromString(content("all").substr(kEnvelopeSize));
   message.set_layout(message.layout() + 1);
   std::ofstream(path("upgraded"), std::ios::binary) << testing::wrap(message.SerializeAsString());
-  const Resumed resumed = resume(path("upgraded"), owner_);
+  const Resumed resumed = resume(path("upgraded"), owner_, kBoot);
   EXPECT_EQ(resumed.left_behind, refusal("upgraded"));
   EXPECT_NE(resumed.left_behind.find("layout"), std::string::npos);
   EXPECT_EQ(resumed.learner->epoch, 41U);
@@ -106,12 +108,28 @@ TEST_F(CheckpointFile, AfterAnUpgradeAProgramGoesOnWithItsKernels) {
   for (const char* name : {"none", "damaged"}) {
     std::ofstream(path("damaged"), std::ios::binary) << content("all").substr(0, 100);
     try {
-      (void)resume(path(name), owner_);
+      (void)resume(path(name), owner_, kBoot);
       ADD_FAILURE() << name;
     } catch (const CheckpointError& error) {
       EXPECT_EQ(error.what(), refusal(name));
     }
   }
+}
+
+// Rule: a gyro was off where another boot of the computer saved what is known of it; on the same
+// boot, or where a record was learned, its clock tells.
+TEST_F(CheckpointFile, AfterAnotherBootTheGyroWasOff) {
+  const auto is_of_unknown_age = [&](const char* boot) {
+    compensation::LearnerState state = saved_after(40);
+    state.boot = boot;
+    save(path("a"), owner_, state);
+    EXPECT_FALSE(load(path("a"), owner_)->is_of_unknown_age) << "of a record";
+    EXPECT_FALSE(resume(path("a"), owner_, "").learner->is_of_unknown_age) << "nobody knows";
+    return resume(path("a"), owner_, kBoot).learner->is_of_unknown_age;
+  };
+  EXPECT_TRUE(is_of_unknown_age("77aa"));
+  EXPECT_FALSE(is_of_unknown_age(kBoot));
+  EXPECT_FALSE(is_of_unknown_age(""));
 }
 
 // A file of 1 TiB, of which nothing is on the disk.

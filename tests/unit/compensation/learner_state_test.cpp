@@ -219,6 +219,25 @@ TEST(LearnerStateLaws, TheRestoredModelIsTheSavedOneToTheBit) {
   }
 }
 
+// Rule: that an age isn't known is part of what a learner knows; its next label ends it.
+TEST(LearnerStateLaws, AnUnknownAgeOutlivesAnotherSave) {
+  const auto options = small_options();
+  const auto jobs = life();
+  constexpr std::size_t kSavedAt = 100;
+  const auto restored = std::make_shared<RestoredLearner>(options, state_after(options, kSavedAt));
+  restored->forget_age();
+  Bench first(options);
+  const core::SensorTime next = jobs[kSavedAt].label.end;
+  EXPECT_TRUE(first.work(restore_job(restored)).axes[0].drift.is_of_unknown_age(next));
+  Bench second(options);
+  second.work(restore_job(std::make_shared<RestoredLearner>(options, first.state())));
+  for (std::size_t n = kSavedAt; n < kSavedAt + 60; ++n)
+    ASSERT_TRUE(second.print(jobs[n]) == first.print(jobs[n])) << n;
+  EXPECT_FALSE(first.work(jobs[kSavedAt + 60])
+                   .axes[0]
+                   .drift.is_of_unknown_age(jobs[kSavedAt + 61].label.end));
+}
+
 // Rule: into a learner at work, a restore is a new model: its epoch was given neither here nor
 // there before. Whoever gave it is told the epoch, and what the learner knew before is gone.
 TEST(LearnerState, IntoALearnerAtWorkTheEpochCountsUp) {

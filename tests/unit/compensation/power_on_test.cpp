@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/unit/compensation/synthetic_gyro.h"
@@ -69,8 +70,9 @@ Left left_by(Compensator& compensator, const testing::Record& record, double sto
 
 // Rule: with what was learned in an earlier warm-up a quarter of what holding leaves in motion is
 // left, though the bias is another one: by a clock that began anew, one that has gone on for a day,
-// and, where the temperature has no history yet at the first stop, one for which the gyro was off
-// for ten minutes; with that stop at the start and four minutes later. The first labels count
+// and one for which the gyro was off for ten minutes, where the temperature has no history yet at
+// the first stop or the computer says that it was started anew; with that stop at the start and
+// four minutes later. The first labels count
 // after seconds: 10 s of the gate, 10 of the label, 5 to confirm it and 1 to hand it over; until
 // then the variance is that of the longest age that is known. Standing, a label's noise and the
 // drift of a minute are left.
@@ -85,14 +87,19 @@ TEST(PowerOn, TheBiasIsLearnedAnewAndWhatIsKnownOfTemperatureStays) {
       const testing::Record by_new_clock = testing::make_record(drive(seed + 10, stop_s));
       Compensator without{options};
       const Left by_itself = left_by(without, by_new_clock, stop_s);
-      for (const double later_s : {0.0, kDayS, 5400.0 + 600.0}) {
-        if (later_s == 5400.0 + 600.0 && stop_s > 60.0) continue;
+      for (const auto& [later_s, another_boot] :
+           {std::pair{0.0, false}, std::pair{kDayS, false}, std::pair{5400.0 + 600.0, false},
+            std::pair{5400.0 + 600.0, true}}) {
+        if (later_s == 5400.0 + 600.0 && !another_boot && stop_s > 60.0) continue;
         SCOPED_TRACE("seed " + std::to_string(seed) + ", stop at " + std::to_string(stop_s) +
-                     " s, " + std::to_string(later_s) + " s later");
+                     " s, " + std::to_string(later_s) + " s later" +
+                     (another_boot ? ", another boot" : ""));
         testing::Record record = by_new_clock;
         move_by(later_s, record);
         Compensator resumed{options};
-        ASSERT_TRUE(resumed.restore_models(std::make_shared<RestoredLearner>(options, saved)));
+        const auto restored = std::make_shared<RestoredLearner>(options, saved);
+        if (another_boot) restored->forget_age();
+        ASSERT_TRUE(resumed.restore_models(restored));
         const Left left = left_by(resumed, record, stop_s);
         std::printf("%.3f deg/h in motion with, %.3f without; standing %.3f\n",
                     left.in_motion_deg_h, by_itself.in_motion_deg_h, left.standing_deg_h);
@@ -102,6 +109,46 @@ TEST(PowerOn, TheBiasIsLearnedAnewAndWhatIsKnownOfTemperatureStays) {
       }
     }
   }
+}
+
+// Between two temperatures; of its drift most is the temperature's.
+GyroSpec warm(std::uint64_t seed, double low_degc, double high_degc) {
+  GyroSpec spec = chamber(seed);
+  spec.low_degc = low_degc;
+  spec.high_degc = high_degc;
+  spec.per_degc_deg_h = 0.3;
+  spec.shupe_deg_h_per_degc_min = 0.05;
+  return spec;
+}
+
+// Rule: switched on at another temperature, the last mean is held until the temperature's rate is
+// known, and what is stated makes room for what that temperature may have changed. Before: none of
+// these answers was covered.
+TEST(PowerOn, AtAnotherTemperatureWhatIsStatedMakesRoomForIt) {
+  const CompensationOptions options = testing::options();
+  std::size_t covered = 0, answered = 0;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    Compensator before{options};
+    testing::run(before, testing::make_record(warm(seed, 18.0, 22.0)));
+    before.finish_learning();
+    const LearnerState saved = before.learner().export_state();
+    for (const double temperature_degc : {10.0, 30.0, 35.0}) {
+      GyroSpec spec = warm(seed + 10, temperature_degc, temperature_degc);
+      spec.duration_s = 20.0;
+      const testing::Record record = testing::make_record(spec);
+      Compensator resumed{options};
+      ASSERT_TRUE(resumed.restore_models(std::make_shared<RestoredLearner>(options, saved)));
+      std::size_t k = 0;
+      testing::run(resumed, record, [&](const core::CompensatedSample& answer) {
+        const double error = answer.applied_drift_radps[kX] - record.drift_radps[k++][kX];
+        if (core::seconds(answer.raw.time) < 2.0) return;  // the first temperature comes
+        ++answered;
+        if (std::abs(error) < 2.0 * std::sqrt(answer.drift_variance[kX])) ++covered;
+      });
+    }
+  }
+  std::printf("%zu of %zu within two sigma\n", covered, answered);
+  EXPECT_GT(covered, answered * 9 / 10);
 }
 
 // A turn that began before the gyro was switched on, 300 s long.

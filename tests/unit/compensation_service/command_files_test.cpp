@@ -139,6 +139,19 @@ TEST_F(CommandFiles, ASaveThatFailsTellsWhyAndNotWhere) {
             "'1-x.ckpt': cannot create a file in its folder: No such file or directory");
 }
 
+// Rule: what a service saves says on which boot of the computer; what another one saved is of a
+// gyro that was off.
+TEST_F(CommandFiles, ACheckpointOfAnotherBootIsOfUnknownAge) {
+  compensation::Compensator compensator(options_);
+  auto state = compensator.learner().export_state();
+  const checkpoint::Owner owner{.gyro_id = 1, .options = options_};
+  save_as(folder_, "own", owner, state);
+  EXPECT_FALSE(checkpoint_named(folder_, "own", owner)->is_of_unknown_age);
+  state.boot = "another";
+  checkpoint::save(folder_ / "1-other.ckpt", owner, state);
+  EXPECT_TRUE(checkpoint_named(folder_, "other", owner)->is_of_unknown_age);
+}
+
 // Names are tried in tests/unit/files/named_file_test.cpp.
 TEST_F(CommandFiles, ABadNameIsRefusedBeforeAnythingIsOpened) {
   for (const char* name : {"../x", "/etc/passwd", "a\nb", ".."}) {
