@@ -8,7 +8,8 @@ import { join } from 'node:path';
 import { after, before, describe, test } from 'node:test';
 import { violations } from './axe.mjs';
 import { close, launch, openPage, part, said, until } from './browser.mjs';
-import { System, address, config } from './system.mjs';
+import { SlowLink } from './slow_link.mjs';
+import { System, address, config, port } from './system.mjs';
 
 const START_MS = 60_000;
 const LEASES_MS = 60_000; // until the middleware gives a dead process up
@@ -232,6 +233,24 @@ describe('a chain from its start on, of which one after the other fails', () => 
       await said(at.page, { ...COMPENSATES_AND_LEARNS, data: GOOD });
     });
     assert.deepEqual(answers.filter((t) => t.includes('replay')), [], 'a silence is no slow replay');
+  });
+
+  situation('a link that is slower than the samples', async () => {
+    const link = new SlowLink();
+    const far = await openPage(at.browser);
+    await far.goto(await link.open(port));
+    await said(far, { ...COMPENSATES_AND_LEARNS, data: GOOD });
+    link.bytesPerS = 2000;
+    await said(far, {
+      ...LAST_KNOWN,
+      data: '▲ Late: {age} behind: samples wait for the link or this browser; shown is what was then',
+      banner: 'What is shown is old: it waits for the link or this browser. ({age} behind)',
+    }, START_MS);
+    link.bytesPerS = Infinity;
+    await said(far, { ...COMPENSATES_AND_LEARNS, data: GOOD }, START_MS);
+    assert.deepEqual(far.problems, []);
+    await far.context().close();
+    link.close();
   });
 
   situation("clock step: the system's clock is an hour ahead of the browser's", async () => {

@@ -15,6 +15,7 @@ import {
   type Channel,
   type TextFrame,
 } from './lib/frames.ts';
+import { DelayMeter } from './lib/delay.ts';
 import { TOLD_WITHIN_S } from './lib/facts.ts';
 import { GyroStore } from './lib/gyro_store.ts';
 import { LatencyWindow } from './lib/latency_window.ts';
@@ -48,6 +49,8 @@ function storeOf(gyro: number): GyroStore {
 }
 
 let newest: { batch: SampleBatch; arrivedMs: number } | undefined;
+let delayMeter = new DelayMeter(); // of a connection
+let behindS = 0;
 let paceMeter = new PaceMeter();
 const latencies = new LatencyWindow(LATENCY_WINDOW);
 let livePosted = 0;
@@ -80,6 +83,7 @@ function postLive(): void {
       instance: batch.instance,
       answered: batch.answered,
       pace,
+      behindS,
       latencyP50Ms: latencies.quantile(0.5),
       latencyP99Ms: latencies.quantile(0.99),
       latencyCount: latencies.count,
@@ -101,7 +105,8 @@ function tick(): void {
   post({ type: 'tick' });
 }
 
-function onSamples(payload: Uint8Array): void {
+function onSamples(payload: Uint8Array, logTimeNs: bigint): void {
+  behindS = delayMeter.mark(Number(logTimeNs) * 1e-6, performance.now());
   const batch = fromBinary(SampleBatchSchema, payload);
   const arrivedMs = wallMs();
   const store = storeOf(batch.gyroId);
@@ -171,7 +176,7 @@ function onEvent(payload: Uint8Array): void {
   pendingEvents.events.push(decodeEvent(payload));
 }
 
-type Handler = (payload: Uint8Array) => void;
+type Handler = (payload: Uint8Array, logTimeNs: bigint) => void;
 const HANDLERS: Record<string, Handler> = {
   samples: onSamples,
   history: onHistory,
@@ -234,6 +239,7 @@ function connect(): void {
     opened = true;
     refused = false;
     quietRounds = 0;
+    delayMeter = new DelayMeter();
     setLink('open');
   };
   opening.onmessage = ({ data }) => {
@@ -329,7 +335,7 @@ function onBinary(buffer: ArrayBuffer): void {
   const frame = parseBinary(buffer);
   try {
     if (frame.op === 'message') {
-      subscriptions.get(frame.subscription)?.handler(frame.payload);
+      subscriptions.get(frame.subscription)?.handler(frame.payload, frame.logTimeNs);
     } else if (frame.op === 'response') {
       const reply = fromBinary(CommandReplySchema, frame.payload);
       answer(frame.call, reply.accepted ? 'done' : 'refused', reply.text, Number(reply.modelEpoch));

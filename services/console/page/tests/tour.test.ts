@@ -21,7 +21,7 @@ const summary = (gyro: number, axes: AxisFacts[] = all({}), more: Partial<GyroSu
   gyro, arrivedMs: NOW - 0.5 * S, ageS: 0.01, sensorTimeS: 7000, sampleIntervalS: 0.005, missing: 0, blockS: 60, pace: 1, axes, ...more,
 });
 const live = (axes: AxisFacts[] = all({}), more: Partial<Live> = {}): Live => ({
-  gyro: 1, arrivedMs: NOW - 10, sensorTimeS: 7000, sampleIntervalS: 0.005, sequence: 1, missing: 0, modelEpoch: 1, instance: 0, answered: 1, pace: 1,
+  gyro: 1, arrivedMs: NOW - 10, sensorTimeS: 7000, sampleIntervalS: 0.005, sequence: 1, missing: 0, modelEpoch: 1, instance: 0, answered: 1, pace: 1, behindS: 0,
   latencyP50Ms: 1, latencyP99Ms: 1, latencyCount: 1, rows: { samples: 1, history: 1 }, probes: [],
   axes: axes.map(({ valid, mode, reason }) => ({ valid, mode, reason, rung: 'stack', clipped: false, raw: 1, compensated: 1, sigma: 1 })), ...more,
 });
@@ -181,6 +181,9 @@ const TOUR: Row[] = [
   { situation: 'lost samples, history by now', known: lost(1, 1200, true), ...HEADLINE, data: '✓ Good: live, 1 sample missing, the last 20 min ago' },
   { situation: 'lost samples in a replay', known: { ...lost(2, 5, true), live: live(all({}), { missing: 2, pace: 60 }) }, ...HEADLINE,
     data: '▲ With losses (replay 60×): 2 samples missing, the last 5.0 s ago' },
+  { situation: 'a link that is slower than the samples', known: { live: live(all({}), { behindS: 12 }) },
+    ...LAST_KNOWN, data: '▲ Late: 12 s behind: samples wait for the link or this browser; shown is what was then',
+    banner: 'What is shown is old: it waits for the link or this browser. (12 s behind)' },
   { situation: 'frames lost for a slow browser', known: { dropped: 5 }, ...HEADLINE, data: '▲ Browser too slow: 5 frames dropped for this browser' },
 
   { situation: 'standby takeover', known: { services: [service('compensation/1', 21, gone(5)), service('compensation/2', 22), service('compensation/2:1', 22)], live: live(all({}), { instance: 2 }) },

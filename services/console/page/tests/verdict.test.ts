@@ -15,6 +15,7 @@ const GOOD: Facts = {
   sampleIntervalS: 0.005,
   finished: false,
   pace: 1,
+  behindS: 0,
   missing: 0,
   lossAgeS: 5,
   lossSeen: false,

@@ -54,6 +54,7 @@ export function factsOf(known: Known, gyro: number): Facts {
     known: gyro !== 0,
     present: newest !== undefined,
     ageS: live ? Math.max(0, nowMs - live.arrivedMs) / 1000 : summary ? ageS(summary, nowMs) : NaN,
+    behindS: known.live?.behindS ?? 0,
     sampleIntervalS: newest?.sampleIntervalS ?? NaN,
     finished: hasFinished(services, gyro),
     pace: newest?.pace ?? NaN,

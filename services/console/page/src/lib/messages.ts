@@ -25,6 +25,7 @@ export interface Live {
   instance: number;
   answered: number;
   pace: number; // sensor seconds a second, over the last seconds; NaN while unknown
+  behindS: number; // how long it waited for the link or this browser
   latencyP50Ms: number; // the source's write to decoded here; NaN where unknown
   latencyP99Ms: number;
   latencyCount: number;

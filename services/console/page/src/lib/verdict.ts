@@ -122,6 +122,7 @@ export interface Facts {
   known: boolean; // services tell of this gyro
   present: boolean; // a gyro's samples came at least once
   ageS: number; // since the newest sample came
+  behindS: number; // how long samples wait for the link or this browser before they come
   sampleIntervalS: number;
   finished: boolean; // the source says it has ended
   pace: number; // sensor seconds a second; NaN while unknown
@@ -168,6 +169,11 @@ export function staleAfterS(sampleIntervalS: number): number {
 
 export function isStale(facts: Facts): boolean {
   return facts.present && facts.ageS > staleAfterS(facts.sampleIntervalS);
+}
+
+/** Samples come, and are not of now. */
+function isLate(facts: Facts): boolean {
+  return facts.present && facts.behindS > staleAfterS(facts.sampleIntervalS);
 }
 
 /** The link stands for too short a time to say that nothing comes; below 0 a clock was set, and nobody knows for how long. */
@@ -295,6 +301,7 @@ function data(facts: Facts): Statement {
   }
   const fault = inputFault(facts);
   if (fault) return fault;
+  if (isLate(facts)) return { tone: 'warn', text: `Late: ${ageText(facts.behindS)} behind`, detail: 'samples wait for the link or this browser; shown is what was then' };
   const replay = isReplay(facts) ? ` (replay ${facts.pace >= 10 ? Math.round(facts.pace) : facts.pace.toFixed(1)}×)` : '';
   const lost = lossText(facts);
   const slow = facts.dropped > 0 ? `${facts.dropped} frames dropped for this browser` : '';
@@ -316,7 +323,7 @@ function past(statement: Statement): Statement {
 
 /** Whether what is shown is of now. A source that has ended is: nothing newer will come. */
 export function isPast(facts: Facts): boolean {
-  return facts.link !== 'open' || (isStale(facts) && !facts.finished);
+  return facts.link !== 'open' || (isStale(facts) ? !facts.finished : isLate(facts));
 }
 
 /** No sample ever came. */
@@ -335,6 +342,7 @@ export function banner(facts: Facts): { text: string; age: string } | undefined 
   if (facts.link === 'gone') return { text: 'The gateway is gone. What came before is kept.', age: '' };
   const waits = !facts.present && facts.causes.length > 0;
   if (facts.link !== 'open' || hasJustBegun(facts) || !(waits || isPast(facts))) return undefined;
+  if (!waits && !isStale(facts)) return { text: 'What is shown is old: it waits for the link or this browser.', age: `${ageText(facts.behindS)} behind` };
   const silence = waits ? 'no sample comes.' : 'no sample comes any more; everything shown is old.';
   const why = facts.causes.map(({ what }) => what).join(' and ');
   const text = why ? `${why}: ${silence}` : silence.replace('no', 'No');

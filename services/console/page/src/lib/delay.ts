@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+/** How far behind the gateway samples arrive: they wait where a link or a browser is slower than they come. */
+export class DelayMeter {
+  private aheadMs = -Infinity; // the gateway's clock before this page's, by the sample that waited least
+  private newestMs = -Infinity;
+
+  /** `sentMs` by the gateway's clock, in the order of sending; `nowMs` by one that is never set. In s, above that of the sample that waited least. */
+  mark(sentMs: number, nowMs: number): number {
+    if (sentMs < this.newestMs) this.aheadMs = -Infinity; // the gateway's clock was set back
+    this.newestMs = sentMs;
+    this.aheadMs = Math.max(this.aheadMs, sentMs - nowMs);
+    return (this.aheadMs - (sentMs - nowMs)) / 1000;
+  }
+}
