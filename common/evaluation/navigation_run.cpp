@@ -114,6 +114,8 @@ class NavigationOfRecord {
     result.warnings = offline_.warnings();
     if (result.truth_known && !result.truth_note.empty())
       result.warnings.push_back(result.truth_note);
+    if (const auto& doubt = navigation_.heading_doubt())
+      result.warnings.push_back("heading: " + text(*doubt));
     if (const auto compass = navigation_.compass())
       result.warnings.push_back("heading by Earth's rate: " + std::string(text(*compass)));
     return result;

@@ -51,6 +51,10 @@ std::optional<std::string> AttitudeFilterOptions::validate() const {
   return std::nullopt;
 }
 
+double gate_of(const AttitudeFilterOptions& options, int degrees) noexcept {
+  return options.gate * kGateOfDegrees[static_cast<std::size_t>(degrees)];
+}
+
 AttitudeFilter::AttitudeFilter(const AttitudeFilterOptions& options)
     : options_(options),
       earth_rate_n_(options.latitude_rad ? earth_rate_radps_n(*options.latitude_rad)
@@ -228,7 +232,7 @@ InnovationReport AttitudeFilter::test(const Measurement& measured) const noexcep
   const Matrix3 sum =
       measured.h * covariance_ * measured.h.transpose() + Matrix3(measured.variance.asDiagonal());
   report.nis = measured.z.dot(sum.ldlt().solve(measured.z));
-  const double gate = options_.gate * kGateOfDegrees[static_cast<std::size_t>(measured.degrees)];
+  const double gate = gate_of(options_, measured.degrees);
   report.innovation = report.nis <= gate ? Innovation::kAccepted : Innovation::kRejected;
   return report;
 }
@@ -266,8 +270,12 @@ Vector3 AttitudeFilter::earth_rate_b() const noexcept {
 }
 
 Vector3 AttitudeFilter::earth_rate_variance_b(const Matrix3& covariance_n) const noexcept {
-  const Matrix3 h = n_from_b().toRotationMatrix().transpose() * skew(earth_rate_n_);
-  return (h * covariance_n * h.transpose()).diagonal();
+  const Matrix3 to_b = n_from_b().toRotationMatrix().transpose();
+  const Matrix3 h = to_b * skew(earth_rate_n_);
+  const Vector3 first_order = (h * covariance_n * h.transpose()).diagonal();
+  const Vector3 horizontal = to_b * Vector3(earth_rate_n_.x(), earth_rate_n_.y(), 0.0);
+  const double heading = covariance_n(2, 2);
+  return first_order + 0.75 * heading * heading * horizontal.cwiseAbs2();
 }
 
 }  // namespace zerodrift::navigation

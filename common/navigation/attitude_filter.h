@@ -62,6 +62,9 @@ struct AttitudeFilterOptions {
   [[nodiscard]] std::optional<std::string> validate() const;
 };
 
+// What innovations² / variances of one to three axes may be.
+[[nodiscard]] double gate_of(const AttitudeFilterOptions& options, int degrees) noexcept;
+
 // One sample's interval, forward-right-down. Variances of an axis below 0 (one is enough): unknown.
 struct RateInterval {
   Vector3 rate_radps = Vector3::Zero();
@@ -135,7 +138,8 @@ class AttitudeFilter {
   [[nodiscard]] const Matrix6& covariance() const noexcept { return covariance_; }
   // Of the Earth rate in b, to first order in phi; zero without a latitude.
   [[nodiscard]] Vector3 earth_rate_b() const noexcept;
-  // Its variances with `covariance_n` as that of phi.
+  // Its variances with `covariance_n` as that of phi. A heading may be lost by so much that it turns
+  // an axis along north too, which it doesn't to first order: E[(psi²/2)²] = 3/4 sigma⁴ on top.
   [[nodiscard]] Vector3 earth_rate_variance_b(const Matrix3& covariance_n) const noexcept;
 
   void interrupt() noexcept { strapdown_.interrupt(); }

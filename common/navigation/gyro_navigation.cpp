@@ -357,6 +357,11 @@ void GyroNavigation::update(const Block& block) noexcept {
   const Vector3 raw = block.sum / n;
   const Vector3 compensated =
       raw - to_forward_right_down(model_.applied_drift_radps, options_.frame);
+  if (!compass_.has_checked) {
+    check_heading({.rate_radps = compensated,
+                   .noise_variance = block.noise / (n * n),
+                   .measured = block.measured});
+  }
   for (std::size_t i = 0; i < copies_.size(); ++i) {
     Copy& copy = copies_[i];
     RestMean mean{.rate_radps = i == kRawCopy ? raw : compensated,
@@ -404,18 +409,46 @@ void GyroNavigation::align(const NavigationSample& sample) noexcept {
   begin_navigating();
 }
 
-void GyroNavigation::find_heading() noexcept {
-  if (compass_.count == 0) return;
+// Of a mean at rest, by the drift as the filter knows it.
+CompassResult GyroNavigation::compass_of(const Vector3& rate_radps,
+                                         const Vector3& noise_variance) const noexcept {
   const AttitudeFilter& filter = copies_[kCompensatedCopy].filter;
+  const Vector3 drift_variance = filter.covariance().diagonal().tail<3>();
   CompassInput input;
-  input.rate_radps = compass_.sum / static_cast<double>(compass_.count) - filter.drift_radps();
-  input.drift_sigma_radps = filter.covariance().diagonal().tail<3>().cwiseSqrt();
+  input.rate_radps = rate_radps - filter.drift_radps();
+  input.drift_sigma_radps = (drift_variance + noise_variance).cwiseSqrt();
   for (std::size_t i = 0; i < 3; ++i) input.measured[i] = measured_at_[i] == newest_;
   input.latitude_rad = options_.filter.latitude_rad.value_or(0.0);
   input.roll_rad = options_.attitude.roll_rad;
   input.pitch_rad = options_.attitude.pitch_rad;
   input.tilt_sigma_rad = options_.filter.tilt_sigma_rad;
-  const CompassResult found = gyrocompass(input);
+  return gyrocompass(input);
+}
+
+// Before the filter learns from the mean: by the drift that others have learned. A horizontal rate
+// that isn't as large as the Earth's says nothing of north.
+void GyroNavigation::check_heading(const RestMean& mean) noexcept {
+  compass_.has_checked = true;
+  if (!options_.heading_known || !options_.filter.latitude_rad) return;
+  const CompassResult found = compass_of(mean.rate_radps, mean.noise_variance);
+  if (found.verdict != CompassVerdict::kFound) return;
+  const double gate = std::sqrt(gate_of(options_.filter, 1));
+  const double horizontal = core::kEarthRateRadps * std::cos(*options_.filter.latitude_rad);
+  if (std::abs(found.excess_radps) > gate * found.sigma_rad * horizontal) return;
+  const double given = attitude(Stream::kCompensated).heading_rad;
+  const double heading_variance = copies_[kCompensatedCopy].filter.covariance()(2, 2);
+  const double error = std::abs(wrapped(found.heading_rad - given));
+  if (error <= gate * std::sqrt(found.sigma_rad * found.sigma_rad + heading_variance)) return;
+  compass_.doubt = HeadingDoubt{given, found.heading_rad};
+  for (Copy& copy : copies_) copy.filter.lose({0.0, 0.0, error});
+  start_heading_sigma_rad_ = std::max(start_heading_sigma_rad_, error);
+  if (!options_.true_attitude) truth_.has_start = false;
+}
+
+void GyroNavigation::find_heading() noexcept {
+  if (compass_.count == 0) return;
+  const CompassResult found =
+      compass_of(compass_.sum / static_cast<double>(compass_.count), Vector3::Zero());
   compass_.verdict = found.verdict;
   if (found.verdict != CompassVerdict::kFound) return;
   heading_known_ = true;

@@ -90,6 +90,14 @@ struct StreamCounts {
   std::uint64_t nis_degrees = 0;
 };
 
+// A given heading that the Earth's rate contradicts.
+struct HeadingDoubt {
+  double given_rad = 0.0;
+  double found_rad = 0.0;
+};
+// For people.
+[[nodiscard]] std::string text(const HeadingDoubt& doubt);
+
 struct NavigationCounts {
   std::uint64_t samples = 0;
   std::uint64_t duplicates = 0;  // times that were there, or behind
@@ -157,6 +165,13 @@ class GyroNavigation {
   [[nodiscard]] const NavigationCounts& counts() const noexcept { return counts_; }
   // Why there is no heading, once alignment without one is over.
   [[nodiscard]] std::optional<CompassVerdict> compass() const noexcept { return compass_.verdict; }
+  // A filter that starts while the compensation knows the drift already, as after a failure of the
+  // one before it, is given the heading of then, not of now. What the first second at rest says of
+  // north is held against it, once: contradicted, the heading counts as uncertain by the whole
+  // difference, so that no horizontal Earth rate is given back, and there is no true heading.
+  [[nodiscard]] const std::optional<HeadingDoubt>& heading_doubt() const noexcept {
+    return compass_.doubt;
+  }
 
  private:
   static constexpr std::size_t kWaiting = 64;
@@ -204,11 +219,13 @@ class GyroNavigation {
     core::PerAxis<std::uint8_t> rung{};
     core::PerAxis<bool> claim_known{};
   };
-  // The search for north while the attitude is held.
+  // The search for north while the attitude is held, or one look at a heading that was given.
   struct Compass {
     std::optional<CompassVerdict> verdict{};
     Vector3 sum = Vector3::Zero();
     std::uint64_t count = 0;
+    bool has_checked = false;  // the heading that was given
+    std::optional<HeadingDoubt> doubt{};
   };
   struct Copy {
     AttitudeFilter filter;
@@ -233,6 +250,9 @@ class GyroNavigation {
   void align(const NavigationSample& sample) noexcept;
   void begin_navigating() noexcept;
   void find_heading() noexcept;
+  void check_heading(const RestMean& mean) noexcept;
+  [[nodiscard]] CompassResult compass_of(const Vector3& rate_radps,
+                                         const Vector3& noise_variance) const noexcept;
   void judge() noexcept;
   void prepare_references(const NavigationSample& sample) noexcept;
   void prepare_residual(const NavigationSample& sample) noexcept;

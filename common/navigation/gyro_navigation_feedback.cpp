@@ -1,10 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a GyroNavigation tells the compensation in return.
+// What a GyroNavigation tells the compensation in return, and people.
 #include <algorithm>
+#include <cmath>
 
+#include "common/core/units.h"
 #include "common/navigation/gyro_navigation.h"
 
 namespace zerodrift::navigation {
+
+std::string text(const HeadingDoubt& doubt) {
+  const auto whole_deg = [](double rad) {
+    return std::to_string(std::lround(rad / core::kRadPerDeg));
+  };
+  return "the Earth's rate says " + whole_deg(doubt.found_rad) + " deg, given is " +
+         whole_deg(doubt.given_rad) +
+         ": its horizontal part is not given back until the filter starts with the heading of now, "
+         "or with none; if the drift is what is wrong, reset the compensation";
+}
 
 std::optional<core::RateReferenceSample> GyroNavigation::take_reference() noexcept {
   if (references_.empty()) return std::nullopt;

@@ -24,6 +24,7 @@ CompassResult gyrocompass(const CompassInput& input) noexcept {
   const double horizontal = core::kEarthRateRadps * cosine;
   const double vertical = core::kEarthRateRadps * std::sin(input.latitude_rad);
   result.heading_rad = std::atan2(-level.y(), level.x());
+  result.excess_radps = std::hypot(level.x(), level.y()) - horizontal;
   // Across north, in the level plane, and what of each body axis lies there.
   const Vector3 across(std::sin(result.heading_rad), std::cos(result.heading_rad), 0.0);
   const Vector3 share = level_from_b.conjugate() * across;

@@ -44,6 +44,7 @@ struct CompassResult {
   CompassVerdict verdict = CompassVerdict::kAxisMissing;
   double heading_rad = 0.0;
   double sigma_rad = 0.0;
+  double excess_radps = 0.0;  // of the horizontal rate over the Earth's
 };
 
 // Levelled by roll and pitch, the horizontal rate is W cos L (cos heading, -sin heading), so

@@ -195,6 +195,15 @@ void NavigationFilterNode::report_counts(Gyro& source) {
                  .sensor_time_ns = time_ns});
   }
   report_truth(source);
+  const auto& doubt = source.navigation.heading_doubt();
+  if (doubt && !source.reported_doubt) {
+    source.reported_doubt = true;
+    host_.raise({.code = "heading_doubted",
+                 .severity = Severity::kWarning,
+                 .text = who + text(*doubt),
+                 .gyro_id = source.id,
+                 .sensor_time_ns = time_ns});
+  }
   const auto compass = source.navigation.compass();
   if (!compass || source.reported_compass) return;
   source.reported_compass = true;

@@ -47,6 +47,7 @@ class NavigationFilterNode {
     navigation::NavigationCounts reported{};
     navigation::Phase reported_phase = navigation::Phase::kWaiting;
     bool reported_compass = false;
+    bool reported_doubt = false;
     core::SensorTime reported_truth_lost_at = core::kNever;
   };
   // Of one gyro, as plain values.

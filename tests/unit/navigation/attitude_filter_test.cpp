@@ -267,6 +267,37 @@ CompassInput standing(double latitude, double heading, const Vector3& drift) {
   return input;
 }
 
+// Rule: what is stated of Earth's rate in b holds for any heading and however far it is lost, also
+// where an axis lies along north. Before: there an error of a rad counted as none.
+TEST(AttitudeFilterLaws, TheEarthsRateIsNoBetterKnownThanTheHeadingAlongNorthToo) {
+  constexpr double kLatitudeRad = 0.8;
+  AttitudeFilterOptions options;
+  options.latitude_rad = kLatitudeRad;
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  for (const double heading_rad : {0.0, 0.02, 0.7, 1.5707963, 3.0}) {
+    for (const double sigma_rad : {0.002, 0.1, 0.4, 0.8}) {
+      AttitudeFilter filter(options);
+      filter.start(n_from_b({0.0, 0.0, heading_rad}), 0.0, sigma_rad,
+                   AttitudeFilter::Drift::kForget);
+      const Vector3 stated =
+          filter.earth_rate_variance_b(filter.covariance().topLeftCorner<3, 3>());
+      Vector3 squares = Vector3::Zero();
+      constexpr int kDraws = 4000;
+      for (int k = 0; k < kDraws; ++k) {
+        const double other_rad = heading_rad + sigma_rad * normal(random);
+        const Vector3 there =
+            n_from_b({0.0, 0.0, other_rad}).conjugate() * earth_rate_radps_n(kLatitudeRad);
+        squares += (there - filter.earth_rate_b()).cwiseAbs2();
+      }
+      for (Eigen::Index i = 0; i < 2; ++i) {
+        EXPECT_LT(squares[i] / kDraws, 1.1 * stated[i] + 1e-16)
+            << heading_rad << ' ' << sigma_rad << ' ' << i;
+      }
+    }
+  }
+}
+
 TEST(GyrocompassLaws, AnyHeadingIsFoundExactlyWithoutDrift) {
   for (double heading = -3.1; heading < 3.1; heading += 0.2) {
     for (const double latitude : {-1.3, 0.0, 0.84}) {

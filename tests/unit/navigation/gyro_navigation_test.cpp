@@ -3,11 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 #include <random>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "common/core/units.h"
@@ -135,6 +137,52 @@ TEST(GyroNavigationScenario, RestReferencesAreEarthRateAtRestAndNothingElsewhere
   // From window, dwell and two blocks on: 3.6 s.
   EXPECT_NEAR(valid_at_first, 264, 5);
   EXPECT_NEAR(valid_later, 164, 10);
+}
+
+// Rule: a filter that starts anew with the heading of an earlier time, while the compensation knows
+// the drift, gives nothing back about the horizontal and says so; where the drift isn't known yet,
+// where what is left of the Earth's rate can't be its, and where heading and drift agree within
+// what is known of them, it goes by what was given. Before: what it gave back was learned, 4 deg/h.
+TEST(GyroNavigationScenario, AHeadingThatTheEarthsRateContradictsIsNotGivenBack) {
+  struct Case {
+    double error_rad;
+    double claimed_deg_h;  // below 0: none
+    bool has_earth_rate;
+    bool is_doubted;
+  };
+  for (const Case& now :
+       {Case{0.43, 0.02, true, true}, Case{-0.43, 0.33, true, true}, Case{3.0, 0.02, true, true},
+        Case{0.43, -1.0, true, false}, Case{0.004, 0.02, true, false}, Case{0.43, 2.0, true, false},
+        Case{0.43, 0.02, false, false}, Case{0.0, 0.02, true, false}}) {
+    SCOPED_TRACE(std::to_string(now.error_rad) + " rad, claimed " +
+                 std::to_string(now.claimed_deg_h) + (now.has_earth_rate ? "" : ", no Earth rate"));
+    GyroNavigationOptions o = options();
+    o.attitude.heading_rad += now.error_rad;
+    GyroNavigation navigation(o);
+    Vehicle vehicle;
+    std::vector<core::RateReferenceSample> references;
+    for (int n = 0; n < static_cast<int>(40.0 * kRateHz); ++n) {
+      NavigationSample sample = vehicle.next();
+      sample.drift_variance.fill(
+          now.claimed_deg_h < 0.0 ? -1.0 : std::pow(radps_from_deg_h(now.claimed_deg_h), 2));
+      for (std::size_t i = 0; i < 3 && !now.has_earth_rate; ++i)
+        sample.rate_radps[i] -= vehicle.truth[i];
+      navigation.push_truth(sample.time, vehicle.truth);
+      navigation.push(sample);
+      while (const auto reference = navigation.take_reference()) references.push_back(*reference);
+    }
+    EXPECT_EQ(navigation.heading_doubt().has_value(), now.is_doubted);
+    const bool horizontal =
+        std::any_of(references.begin(), references.end(),
+                    [](const core::RateReferenceSample& r) { return r.valid[0] || r.valid[1]; });
+    if (!now.is_doubted) continue;
+    EXPECT_FALSE(horizontal);
+    EXPECT_TRUE(references.back().valid[2]);
+    EXPECT_FALSE(navigation.knows_truth());
+    EXPECT_NEAR(std::abs(wrapped(navigation.heading_doubt()->found_rad - 0.4)), 0.0, 0.1);
+    EXPECT_GT(std::sqrt(navigation.filter(Stream::kCompensated).covariance()(2, 2)),
+              0.9 * std::abs(now.error_rad));
+  }
 }
 
 TEST(GyroNavigationScenario,
