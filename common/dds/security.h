@@ -20,8 +20,8 @@
 
 namespace zerodrift::dds {
 
-// Whose certificate a participant uses: its name without "/<instance>"; "zerodrift" for what the
-// command line starts.
+// Whose certificate a participant uses: a service's its name without "/<instance>"; all else, which
+// the command line starts, that of "zerodrift".
 std::string security_identity(std::string_view participant_name);
 
 // The files in a folder made by deploy/security/make_certificates.sh.

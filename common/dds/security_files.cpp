@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdio>
@@ -20,6 +21,11 @@
 
 namespace zerodrift::dds {
 namespace {
+
+// Who has a certificate of its own (deploy/security/make_certificates.sh).
+constexpr std::array<std::string_view, 7> kServices{
+    "gyro_publisher", "thermal_publisher", "compensation",    "allan_monitor",
+    "console",        "navigation_filter", "discovery_server"};
 
 template <typename T, void (*Free)(T*)>
 struct Freed {
@@ -162,10 +168,9 @@ void check_exists(const std::filesystem::path& path) {
 }  // namespace
 
 std::string security_identity(std::string_view participant_name) {
-  const std::string name(participant_name.substr(0, participant_name.find('/')));
-  const bool of_command_line =
-      name == "recorder" || name == "diagnose" || name.starts_with("zerodrift");
-  return of_command_line ? "zerodrift" : name;
+  const std::string_view name = participant_name.substr(0, participant_name.find('/'));
+  const bool has_its_own = std::find(kServices.begin(), kServices.end(), name) != kServices.end();
+  return std::string(has_its_own ? name : "zerodrift");
 }
 
 SecurityFiles find_security_files(const std::filesystem::path& folder, const std::string& identity,

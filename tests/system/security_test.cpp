@@ -115,10 +115,17 @@ TEST(Security, TheWholeChainWorksAndNothingOfItIsReadableOnTheWire) {
   EXPECT_TRUE(eventually([&] { return told(events, "command_freeze", "freeze"); }));
   const Finished status = system.control(Arguments{"status"} + security);
   EXPECT_EQ(status.exit_code, 0) << status.err;
+  const auto recording = system.path("secured.mcap");
+  const Finished recorded = system.run(
+      "zerodrift", Arguments{"record", "--out", recording, "--duration", "2s"} + security);
+  EXPECT_EQ(recorded.exit_code, 0) << recorded.err;
   const Finished outside = system.control({"status", "--wait", "2"});
   EXPECT_EQ(outside.exit_code, 1) << "without a certificate: " << outside.out;
   for (ChildProcess* service : services) service->send(SIGTERM);
   for (ChildProcess* service : services) EXPECT_EQ(service->wait(2s), 0) << service->name();
+  const Finished replayed =
+      system.run("zerodrift", Arguments{"replay", recording, "--speed", "max"} + security);
+  EXPECT_EQ(replayed.exit_code, 0) << replayed.err;
 
   if (!capture.works()) GTEST_SKIP() << "this user may not capture: secrecy was not looked at";
   EXPECT_TRUE(seen_in_the_clear) << "the search proves nothing";

@@ -18,9 +18,27 @@ namespace {
 TEST(SecurityIdentity, IsTheServiceOrTheCommandLine) {
   EXPECT_EQ(security_identity("compensation"), "compensation");
   EXPECT_EQ(security_identity("compensation/2"), "compensation");
-  for (const char* name : {"recorder", "diagnose", "zerodrift_ctl", "zerodrift_bench"}) {
+  for (const char* name : {"recorder", "recorder_data", "replay", "diagnose", "zerodrift_ctl"})
     EXPECT_EQ(security_identity(name), "zerodrift") << name;
-  }
+}
+
+std::string certificates_script() {
+  std::ifstream file(std::string(ZERODRIFT_SOURCE_DIR) + "/deploy/security/make_certificates.sh");
+  std::ostringstream whole;
+  whole << file.rdbuf();
+  return whole.str();
+}
+
+// Rule: whoever the script makes a certificate for uses it.
+TEST(SecurityIdentity, OfEachServiceOfTheScriptIsItsOwn) {
+  const std::string script = certificates_script();
+  const std::string before = "readonly services=\"";
+  const std::size_t begin = script.find(before) + before.size();
+  std::istringstream services(script.substr(begin, script.find('"', begin) - begin));
+  std::size_t count = 0;
+  for (std::string service; services >> service; ++count)
+    EXPECT_EQ(security_identity(service), service);
+  EXPECT_EQ(count, 8U);
 }
 
 // The words of a function of the script, `<name>() { ... }`.
@@ -35,10 +53,7 @@ std::set<std::string> words_of(const std::string& script, const std::string& nam
 
 // Rule: a new topic gets its permissions, or security shuts it without a word here.
 TEST(SecurityPermissions, NameAWriterAndAReaderForEveryTopic) {
-  std::ifstream file(std::string(ZERODRIFT_SOURCE_DIR) + "/deploy/security/make_certificates.sh");
-  std::ostringstream whole;
-  whole << file.rdbuf();
-  const std::string script = whole.str();
+  const std::string script = certificates_script();
   for (const TopicSpec& topic : kAllTopics) {
     const std::string name(topic.name);
     if (script.find("of_all=\"service_status event\"") != std::string::npos &&
