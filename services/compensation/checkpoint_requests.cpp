@@ -25,6 +25,8 @@ std::string count_of(const std::vector<std::string>& files) {
 
 CompensationNode::Verdict CompensationNode::save(const Request& request) {
   const std::string name = checkpoint_name(request.argument);
+  if (name == kLatestCheckpoint)
+    return {.text = "'latest' is what the service saves of itself; expected another name"};
   Verdict verdict{.outcome = Outcome::kAccepted};
   std::vector<std::string> files;
   for (Gyro* source : request.gyros) {

@@ -27,7 +27,7 @@ void require_name(const std::string& name) {
 }  // namespace
 
 std::string checkpoint_name(const std::string& argument) {
-  if (argument.empty()) return kLatestCheckpoint;
+  if (argument.empty()) return "saved";
   require_name(argument);
   return argument;
 }

@@ -20,11 +20,13 @@ class CommandRefused : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// What a service saves of itself, over and over.
 inline constexpr const char* kLatestCheckpoint = "latest";
 
-// Empty: kLatestCheckpoint. Throws CommandRefused where it is no name.
+// Empty: "saved", which nobody writes over but a command. Throws CommandRefused where it is no
+// name.
 [[nodiscard]] std::string checkpoint_name(const std::string& argument);
-// "1-latest.ckpt"
+// "1-saved.ckpt"
 [[nodiscard]] std::string checkpoint_file_name(std::uint32_t gyro_id, const std::string& name);
 
 // Gives the latest checkpoint of a gyro a name of its own, which no save writes over, and says it:

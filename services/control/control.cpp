@@ -247,7 +247,11 @@ void add_commands(CLI::App& app, std::function<int()>& run) {
         std::pair{"replay", "pause, resume or pace a simulation or record"}}) {
     auto* command = app.add_subcommand(name, help);
     if (takes_name(name)) {
-      command->add_option("name", options->argument, "name of the checkpoint; default latest");
+      command
+          ->add_option("name", options->argument,
+                       "name of the checkpoint; 'latest' is what the service saves of itself, over "
+                       "and over: it can be restored, not saved")
+          ->default_str("saved");
     }
     if (acts_at_the_source(name)) {
       const bool injects = std::string_view(name) == "inject";

@@ -85,8 +85,8 @@ TEST(Checkpoint, OutlivesARestartOfTheService) {
       0, [](const auto& answer) { return is_on_model(answer) && answer.model_epoch() > 15; }));
   const Finished saved = run.system.control({"checkpoint"});
   ASSERT_EQ(saved.exit_code, 0) << saved.out << saved.err;
-  EXPECT_NE(saved.out.find("saved 1-latest.ckpt"), std::string::npos) << saved.out;
-  ASSERT_TRUE(std::filesystem::exists(run.folder() / "1-latest.ckpt"));
+  EXPECT_NE(saved.out.find("saved 1-saved.ckpt"), std::string::npos) << saved.out;
+  ASSERT_TRUE(std::filesystem::exists(run.folder() / "1-saved.ckpt"));
   const std::uint64_t saved_epoch = run.answers.newest().model_epoch();
   ASSERT_GT(saved_epoch, 10U);
 
@@ -137,6 +137,7 @@ TEST(Checkpoint, ABadOneIsRefusedAndTheModelGoesOn) {
     EXPECT_NE(refused.out.find(reason), std::string::npos) << refused.out;
   }
   EXPECT_EQ(run.system.control({"checkpoint", "a/b"}).exit_code, 1);
+  EXPECT_EQ(run.system.control({"checkpoint", "latest"}).exit_code, 1);
   ASSERT_TRUE(
       run.comes(from, [&](const auto& answer) { return answer.model_epoch() > epoch + 3; }));
   const auto all = run.answers.all();
@@ -148,6 +149,24 @@ TEST(Checkpoint, ABadOneIsRefusedAndTheModelGoesOn) {
   const Finished restored = run.system.control({"restore", "good"});
   EXPECT_EQ(restored.exit_code, 0) << restored.out;
   EXPECT_NE(restored.out.find("model epoch"), std::string::npos) << restored.out;
+}
+
+// Rule: what was saved by command is still there when the service has saved itself again. Before:
+// both had one name, so that `checkpoint`, `reset`, a minute and `restore` gave nothing back.
+TEST(Checkpoint, WhatWasSavedByCommandOutlivesWhatTheServiceSavesOfItself) {
+  RestartedRun run({"--checkpoint-period", "1"});
+  ASSERT_TRUE(run.comes(0, is_on_model));
+  ASSERT_EQ(run.system.control({"checkpoint"}).exit_code, 0);
+  const auto saved = run.folder() / "1-saved.ckpt";
+  const auto latest = run.folder() / "1-latest.ckpt";
+  const std::string bytes = content(saved);
+  ASSERT_EQ(run.system.control({"reset"}).exit_code, 0);
+  const std::string before = std::filesystem::exists(latest) ? content(latest) : "";
+  ASSERT_TRUE(eventually(
+      [&] { return std::filesystem::exists(latest) && content(latest) != before; }, 30s));
+  EXPECT_EQ(content(saved), bytes);
+  const Finished restored = run.system.control({"restore"});
+  EXPECT_NE(restored.out.find("1-saved.ckpt"), std::string::npos) << restored.out;
 }
 
 // Rule: what could not be saved of itself is told once, tried again although nothing changed since,

@@ -158,7 +158,7 @@ TEST_F(CommandFiles, ABadNameIsRefusedBeforeAnythingIsOpened) {
     EXPECT_NE(restore_refusal(name).find("expected 1 to 64 of letters"), std::string::npos);
     EXPECT_NE(model_refusal(name).find("expected 1 to 64 of letters"), std::string::npos);
   }
-  EXPECT_EQ(checkpoint_name(""), "latest");
+  EXPECT_EQ(checkpoint_name(""), "saved");
 }
 
 }  // namespace
