@@ -102,6 +102,11 @@ std::optional<KvhFrame> KvhFrameParser::push(std::uint8_t byte) noexcept {
     return std::nullopt;
   }
   size_ = 0;
+  if (window_ == last_) {
+    ++statistics_.frames_repeated;
+    return std::nullopt;
+  }
+  last_ = window_;
   const KvhFrame frame = decode(window_);
   count_frame(frame.sequence);
   return frame;

@@ -46,11 +46,13 @@ struct KvhFrame {
 // The bytes a gyro would send: for simulated gyros and tests.
 [[nodiscard]] std::array<std::uint8_t, kKvhFrameSize> encode(const KvhFrame& frame) noexcept;
 
-// bytes in = kKvhFrameSize * frames + bytes_skipped + bytes of the frame that isn't complete yet.
+// bytes in = kKvhFrameSize * (frames + frames_repeated) + bytes_skipped + bytes of the frame that
+// isn't complete yet.
 struct KvhLinkStatistics {
   std::uint64_t frames = 0;
-  std::uint64_t crc_errors = 0;     // a header, and 32 bytes behind it that don't fit the CRC
-  std::uint64_t bytes_skipped = 0;  // in no good frame
+  std::uint64_t frames_repeated = 0;  // to the bit the one before, left out: a link doubled it
+  std::uint64_t crc_errors = 0;       // a header, and 32 bytes behind it that don't fit the CRC
+  std::uint64_t bytes_skipped = 0;    // in no good frame
   // By the sequence numbers; 128 lost in a row look like none (but see ArrivalClock).
   std::uint64_t frames_missing = 0;
 };
@@ -77,7 +79,8 @@ class KvhFrameParser {
   void count_frame(std::uint8_t sequence) noexcept;
 
   std::array<std::uint8_t, kKvhFrameSize> window_{};
-  std::size_t size_ = 0;  // window_[0, size_) begins like a frame
+  std::array<std::uint8_t, kKvhFrameSize> last_{};  // frame; zeros before the first
+  std::size_t size_ = 0;                            // window_[0, size_) begins like a frame
   std::optional<std::uint8_t> last_sequence_;
   std::uint64_t unwrapped_sequence_ = 0;
   KvhLinkStatistics statistics_;

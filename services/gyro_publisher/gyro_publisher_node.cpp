@@ -214,9 +214,10 @@ void GyroPublisherNode::report_frame_rate(core::SensorTime now) {
 
 void GyroPublisherNode::report_link(const drivers::KvhLinkStatistics& now) {
   using Statistics = drivers::KvhLinkStatistics;
-  constexpr std::array<service::CountedEvent<Statistics>, 3> kCountedEvents{
+  constexpr std::array<service::CountedEvent<Statistics>, 4> kCountedEvents{
       {{&Statistics::crc_errors, "crc_error", "a frame with a wrong CRC was dropped"},
        {&Statistics::bytes_skipped, "bytes_skipped", "bytes outside any frame were skipped"},
+       {&Statistics::frames_repeated, "repeated_frame", "a frame came twice, and counts once"},
        {&Statistics::frames_missing, "frames_missing",
         "sequence numbers of the gyro are missing"}}};
   service::raise_grown(host_, kCountedEvents,

@@ -36,7 +36,8 @@ void serial_frames(Bytes input) {
     before = parser.unwrapped_sequence();
   }
   const auto& seen = parser.statistics();
-  const std::uint64_t accounted = kKvhFrameSize * seen.frames + seen.bytes_skipped;
+  const std::uint64_t accounted =
+      kKvhFrameSize * (seen.frames + seen.frames_repeated) + seen.bytes_skipped;
   demand(accounted <= input.size() && input.size() - accounted < kKvhFrameSize,
          "each byte is of a frame, skipped, or of the frame that is not complete");
 }
