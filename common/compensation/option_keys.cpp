@@ -52,6 +52,9 @@ constexpr Names<WindowPolicy, 2> kWindows{{"two_tier", "fifo"},
 constexpr Names<EarthRateMode, 4> kEarthRates{{"auto", "included", "known", "unknown"},
                                               {EarthRateMode::kAuto, EarthRateMode::kIncluded,
                                                EarthRateMode::kKnown, EarthRateMode::kUnknown}};
+constexpr Names<navigation::BodyFrame, 2> kBodyFrames{
+    {"flu", "frd"},
+    {navigation::BodyFrame::kForwardLeftUp, navigation::BodyFrame::kForwardRightDown}};
 constexpr Names<ReferencePolicy, 2> kPolicies{{"accept", "refuse"},
                                               {ReferencePolicy::kAccept, ReferencePolicy::kRefuse}};
 
@@ -250,6 +253,11 @@ void describe_earth_rate(EarthRateOptions& earth, OptionVisitor& visitor) {
   visitor.number({"earth_rate.roll_deg", Decides::kAnswers, "For known."}, earth.roll_deg);
   visitor.number({"earth_rate.pitch_deg", Decides::kAnswers, "For known."}, earth.pitch_deg);
   visitor.number({"earth_rate.heading_deg", Decides::kAnswers, "For known."}, earth.heading_deg);
+  choose(visitor,
+         {"earth_rate.frame", Decides::kAnswers,
+          "For known: whether the vehicle's axes, behind the mounting, are forward-left-up or "
+          "forward-right-down. The angles are those of forward-right-down in either."},
+         kBodyFrames, earth.frame);
   if (earth.mode != EarthRateMode::kKnown) return;
   for (const auto axis : core::kAxes) {
     visitor.number(

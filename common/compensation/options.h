@@ -11,6 +11,7 @@
 #include "common/compensation/rest_gate.h"
 #include "common/core/axis.h"
 #include "common/core/units.h"
+#include "common/navigation/earth_rate.h"
 #include "common/regression/kernel_selection.h"
 #include "common/regression/online_svr.h"
 #include "common/thermal/features.h"
@@ -41,6 +42,7 @@ struct EarthRateOptions {
   std::optional<double> roll_deg{};
   std::optional<double> pitch_deg{};
   std::optional<double> heading_deg{};
+  navigation::BodyFrame frame = navigation::BodyFrame::kForwardLeftUp;  // of b, behind the mounting
   core::PerAxis<double> rate_radps{};
 };
 

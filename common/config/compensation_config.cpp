@@ -35,7 +35,7 @@ void resolve_earth_rate(const YamlDocument& file, compensation::EarthRateOptions
                                       .pitch_rad = *earth.pitch_deg * core::kRadPerDeg,
                                       .heading_rad = *earth.heading_deg * core::kRadPerDeg};
   earth.rate_radps =
-      navigation::earth_rate_radps_b(*earth.latitude_deg * core::kRadPerDeg, attitude);
+      navigation::earth_rate_radps_b(*earth.latitude_deg * core::kRadPerDeg, attitude, earth.frame);
 }
 
 }  // namespace

@@ -172,6 +172,7 @@ TEST_F(CompensationFile, EveryKeyChangesSomething) {
       {"earth_rate.roll_deg", earth_with("roll_deg: 1", "roll_deg: 5")},
       {"earth_rate.pitch_deg", earth_with("pitch_deg: 2", "pitch_deg: 5")},
       {"earth_rate.heading_deg", earth_with("heading_deg: 3", "heading_deg: 5")},
+      {"earth_rate.frame", earth_with("heading_deg: 3", "heading_deg: 3, frame: frd")},
       {"mounting.axes", {"", "mounting: {axes: [-y, x, z]}"}},
       {"mounting.matrix", {"", "mounting: {matrix: [0, -1, 0, 1, 0, 0, 0, 0, 1]}"}},
       {"mounting.general_matrix",
@@ -414,6 +415,16 @@ TEST_F(CompensationFile, AGroupThatIsNoMappingIsNamed) {
             "1: factory_polynomial.x_deg_h: expected a list, found '3'");
   EXPECT_EQ(error("svr: {epsilon: 1, epsilon: 1}\n"), "1: svr.epsilon: this key stands twice");
   EXPECT_EQ(error("svr: {kernel: {a: 1}}\n"), "1: svr.kernel: expected a text, found a mapping");
+}
+
+// Rule: one attitude, one Earth rate, in the axes that the vehicle's are.
+TEST_F(CompensationFile, TheEarthsRateIsInTheFrameThatIsSaid) {
+  const std::string known =
+      "earth_rate: {mode: known, latitude_deg: 48, roll_deg: 10, pitch_deg: -20, heading_deg: 30";
+  const auto flu = loaded(known + "}").earth_rate.rate_radps;
+  const auto frd = loaded(known + ", frame: frd}").earth_rate.rate_radps;
+  EXPECT_EQ(loaded(known + ", frame: flu}").earth_rate.rate_radps, flu);
+  EXPECT_EQ(frd, (core::PerAxis<double>{flu[0], -flu[1], -flu[2]}));
 }
 
 // Law: what is printed as being in force, read again, is in force.

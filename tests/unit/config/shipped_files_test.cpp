@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <string>
 #include <vector>
 
 #include "common/config/compensation_config.h"
@@ -12,6 +14,7 @@
 #include "common/core/units.h"
 #include "common/twin/effect_catalogue.h"
 #include "common/twin/simulation.h"
+#include "tests/support/scratch_folder.h"
 
 namespace zerodrift::config {
 namespace {
@@ -226,15 +229,25 @@ TEST(ShippedCompensation, TheStackIsTheSchemeButInThePapersFile) {
   EXPECT_EQ(load_compensation(shipped("paper.yaml")).scheme, compensation::Scheme::kOnlineSvr);
 }
 
-// Rule: on a vehicle Earth rate is taken off and an implausible level is not learned. 100 deg/h =
-// 4.848e-4 rad/s; at latitude 48 deg, level and heading north, Earth rate lies in the plane of x
-// and z.
-TEST(ShippedCompensation, TheVehiclesFileTakesEarthRateOff) {
+// Rule: a vehicle's attitude is nobody's but its owner's to say: as shipped Earth rate isn't known,
+// and as its comment says it, it is. An implausible level is not learned. 100 deg/h = 4.848e-4
+// rad/s; at latitude 48 deg, level and heading north, Earth rate lies in the plane of x and z.
+using VehiclesFile = ScratchFolder;
+
+TEST_F(VehiclesFile, AsksForTheAttitude) {
   const auto options = load_compensation(shipped("vehicle.yaml"));
-  EXPECT_EQ(options.earth_rate.mode, compensation::EarthRateMode::kKnown);
-  const auto& rate = options.earth_rate.rate_radps;
-  EXPECT_NEAR(std::hypot(rate[0], rate[2]), core::kEarthRateRadps, 1e-12);
+  EXPECT_EQ(options.earth_rate.mode, compensation::EarthRateMode::kUnknown);
   EXPECT_NEAR(options.learning.rest.max_level_radps, core::radps_from_deg_h(100.0), 1e-12);
+  std::ifstream file(shipped("vehicle.yaml"));
+  std::string told;
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("#   earth_rate:")) told = line.substr(4) + "\n";
+  }
+  write("known.yaml", told);
+  const auto known = load_compensation(folder_ / "known.yaml");
+  const auto& rate = known.earth_rate.rate_radps;
+  EXPECT_EQ(known.earth_rate.mode, compensation::EarthRateMode::kKnown);
+  EXPECT_NEAR(std::hypot(rate[0], rate[2]), core::kEarthRateRadps, 1e-12);
 }
 
 }  // namespace
