@@ -98,9 +98,11 @@ void StatusBoard::note(const msg::AllanReport& report) {
 
 void StatusBoard::note(const msg::Event& event) {
   const std::lock_guard lock(mutex_);
+  std::string of = event.service().c_str();
+  if (event.gyro_id() != 0) of += ":" + std::to_string(event.gyro_id());
   events_.push_back(fmt::format("{:>9.1f} s  {:<14} {} ({}x)",
-                                static_cast<double>(event.sensor_time_ns()) * 1e-9,
-                                event.service().c_str(), event.text().c_str(), event.count()));
+                                static_cast<double>(event.sensor_time_ns()) * 1e-9, of,
+                                event.text().c_str(), event.count()));
   if (events_.size() > kEventsShown) events_.erase(events_.begin());
 }
 
