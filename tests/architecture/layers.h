@@ -39,7 +39,7 @@ inline constexpr std::array kLayers{
     Layer{"common/evaluation",   Purity::kSystem, {"common/core", "common/allan", "common/twin", "common/compensation", "common/comparison", "common/navigation", "common/mcap", "common/record", "common/report", "common/measurement", "common/config"}},
     Layer{"common/drivers",      Purity::kSystem, {"common/core"}},
     Layer{"common/config",       Purity::kSystem, {"common/core", "common/thermal", "common/regression", "common/navigation", "common/compensation", "common/twin", "common/files", "idl/proto"}},
-    Layer{"common/dds",          Purity::kSystem, {"common/core", "idl/dds"}},
+    Layer{"common/dds",          Purity::kSystem, {"common/core", "common/files", "idl/dds"}},
     Layer{"common/web",          Purity::kSystem, {"common/core", "common/files"}},
     Layer{"common/foxglove",     Purity::kSystem, {"common/core", "common/web"}},
     Layer{"common/replay",       Purity::kSystem, {"common/core", "common/twin", "common/config", "common/record", "common/dds", "common/service", "idl/dds"}},

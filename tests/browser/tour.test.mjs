@@ -238,19 +238,22 @@ describe('a chain from its start on, of which one after the other fails', () => 
   situation('a link that is slower than the samples', async () => {
     const link = new SlowLink();
     const far = await openPage(at.browser);
-    await far.goto(await link.open(port));
-    await said(far, { ...COMPENSATES_AND_LEARNS, data: GOOD });
-    link.bytesPerS = 2000;
-    await said(far, {
-      ...LAST_KNOWN,
-      data: '▲ Late: {age} behind: samples wait for the link or this browser; shown is what was then',
-      banner: 'What is shown is old: it waits for the link or this browser. ({age} behind)',
-    }, START_MS);
-    link.bytesPerS = Infinity;
-    await said(far, { ...COMPENSATES_AND_LEARNS, data: GOOD }, START_MS);
-    assert.deepEqual(far.problems, []);
-    await far.context().close();
-    link.close();
+    try {
+      await far.goto(await link.open(port));
+      await said(far, { ...COMPENSATES_AND_LEARNS, data: GOOD });
+      link.bytesPerS = 2000;
+      await said(far, {
+        ...LAST_KNOWN,
+        data: '▲ Late: {age} behind: samples wait for the link or this browser; shown is what was then',
+        banner: 'What is shown is old: it waits for the link or this browser. ({age} behind)',
+      }, START_MS);
+      link.bytesPerS = Infinity;
+      await said(far, { ...COMPENSATES_AND_LEARNS, data: GOOD }, START_MS);
+      assert.deepEqual(far.problems, []);
+    } finally {
+      await far.context().close();
+      link.close();
+    }
   });
 
   situation("clock step: the system's clock is an hour ahead of the browser's", async () => {
