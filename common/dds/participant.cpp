@@ -123,7 +123,13 @@ rtps::RemoteServerList_t servers(const NetworkOptions& network) {
   return found;
 }
 
+// Fast DDS 2.9.1 ends the process by an assertion where a server and a secured participant meet.
 void discover_through_servers(const NetworkOptions& network, fdds::DomainParticipantQos& qos) {
+  if (!network.security_dir.empty()) {
+    throw DdsError(
+        "dds: with security there are no discovery servers, which the middleware does not secure; "
+        "expected --peer ADDRESS for each other computer");
+  }
   auto& builtin = qos.wire_protocol().builtin;
   builtin.initialPeersList.clear();
   auto& known = builtin.discovery_config.m_DiscoveryServers;

@@ -23,9 +23,9 @@ namespace zerodrift::dds {
 namespace {
 
 // Who has a certificate of its own (deploy/security/make_certificates.sh).
-constexpr std::array<std::string_view, 7> kServices{
-    "gyro_publisher", "thermal_publisher", "compensation",    "allan_monitor",
-    "console",        "navigation_filter", "discovery_server"};
+constexpr std::array<std::string_view, 6> kServices{"gyro_publisher", "thermal_publisher",
+                                                    "compensation",   "allan_monitor",
+                                                    "console",        "navigation_filter"};
 
 template <typename T, void (*Free)(T*)>
 struct Freed {

@@ -16,7 +16,7 @@ fail() {
 
 # Who writes and reads what: the one place that says so. A topic that isn't named is refused, and a
 # topic of common/dds/topics.h that nobody writes or reads here fails a test.
-readonly services="gyro_publisher thermal_publisher compensation allan_monitor console navigation_filter discovery_server zerodrift"
+readonly services="gyro_publisher thermal_publisher compensation allan_monitor console navigation_filter zerodrift"
 readonly of_all="service_status event" # written and read by every service
 writes() {
   case $1 in

@@ -38,7 +38,7 @@ TEST(SecurityIdentity, OfEachServiceOfTheScriptIsItsOwn) {
   std::size_t count = 0;
   for (std::string service; services >> service; ++count)
     EXPECT_EQ(security_identity(service), service);
-  EXPECT_EQ(count, 8U);
+  EXPECT_EQ(count, 7U);
 }
 
 // The words of a function of the script, `<name>() { ... }`.

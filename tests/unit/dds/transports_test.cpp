@@ -156,6 +156,10 @@ TEST(SharedMemory, IsRefusedWithSecurity) {
   network.transport = Transport::kSharedMemory;
   network.security_dir = "/nowhere";
   EXPECT_NE(refusal(network).find("with security the transport is udp"), std::string::npos);
+  network.transport = Transport::kUdp;
+  network.discovery_servers = {"127.0.0.1"};
+  EXPECT_NE(refusal(network).find("with security there are no discovery servers"),
+            std::string::npos);
 }
 
 }  // namespace
