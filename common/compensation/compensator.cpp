@@ -363,7 +363,7 @@ void Compensator::carry(core::StateArchive& archive) {
   if (options_.learning.scale_factor) archive(scale_);
   if (prior_) archive(*prior_);
   archive(stream_began_, streams_, axes_, counts_, newest_, doubted_, clock_, referenced_,
-          uncovered_, estimate_outdated_, commanded_freeze_);
+          uncovered_, measured_, estimate_outdated_, commanded_freeze_);
 }
 
 CompensatorCounts Compensator::counts() const noexcept {

@@ -71,7 +71,9 @@ struct CompensatorCounts {
   std::uint64_t duplicates = 0;
   std::uint64_t too_old = 0;
   std::uint64_t late = 0;
-  std::uint64_t invalid = 0;  // with an axis not finite or marked invalid
+  // With no axis that can be used, or without one that was there before; a gyro of one or two axes
+  // never has the others.
+  std::uint64_t invalid = 0;
   std::uint64_t missing = 0;  // sequence numbers never seen
   std::uint64_t time_faults =
       0;  // time stamps that did not increase, or jumped and were not confirmed
@@ -163,6 +165,8 @@ class Compensator {  // More members than other classes: one for each stage on a
     return axes_[core::index(axis)].record();
   }
   [[nodiscard]] RestState rest_state() const noexcept { return gate_.state(); }
+  // Whether a sample of the axis could ever be used.
+  [[nodiscard]] const core::PerAxis<bool>& measured() const noexcept { return measured_; }
   // Its sign is the opposite of what its reference or the Earth says; nothing is learned from it.
   [[nodiscard]] bool is_reversed(core::Axis axis) const noexcept {
     return polarity_.is_reversed(axis);
@@ -278,6 +282,7 @@ class Compensator {  // More members than other classes: one for each stage on a
   core::ClockSource clock_ = core::ClockSource::kUnknown;
   core::PerAxis<bool> referenced_{};  // the newest sample had a reference
   core::PerAxis<bool> uncovered_{};   // a sample of the block had none
+  core::PerAxis<bool> measured_{};
   bool estimate_outdated_ = true;
   bool commanded_freeze_ = false;
 };

@@ -41,14 +41,16 @@ void Compensator::observe(const core::AngularRateSample& sample) noexcept {
   if (reference == nullptr) reference = references_.rest(sample.time, earth_rate);
   const auto temperature_degc = scale_temperature_degc();
   referenced_ = {};
-  bool any_invalid = false;
+  bool is_faulty = false;
+  bool any_usable = false;
   for (const auto axis : kAxes) {
     const std::size_t i = index(axis);
     referenced_[i] = reference != nullptr && reference->valid[i];
     if (!is_usable(sample, i)) {
-      any_invalid = true;
+      is_faulty = is_faulty || sample.valid[i] || measured_[i];
       continue;
     }
+    measured_[i] = any_usable = true;
     uncovered_[i] = uncovered_[i] || !referenced_[i];
     if (sample.clipped[i]) {
       blocks_.mark_turning();  // a saturated axis says nothing of its drift
@@ -72,7 +74,7 @@ void Compensator::observe(const core::AngularRateSample& sample) noexcept {
     const double shown_radps = scale_.as_measured(axis, known_radps, temperature_degc);
     blocks_.add(axis, sample.rate_radps[i] - shown_radps, variance);
   }
-  if (any_invalid) ++counts_.invalid;
+  if (is_faulty || !any_usable) ++counts_.invalid;
 }
 
 void Compensator::take_true_rate(const core::AngularRateSample& sample,

@@ -146,8 +146,6 @@ bool Gyro::take_input_ended() noexcept {
 
 service::AnswerMark Gyro::prepare(const core::CompensatedSample& answer, std::uint64_t run,
                                   std::uint32_t answered) noexcept {
-  for (std::size_t i = 0; i < measured_.size(); ++i)
-    measured_[i] = measured_[i] || answer.raw.valid[i];
   dds::to_message(answer, id, surroundings_.instance, message_);
   message_.run_id(run);
   message_.answered(answered);

@@ -65,8 +65,6 @@ class Gyro final : private service::GyroPipeline<compensation::Compensator>::Por
     return core::is_paced_by_consumers(newest().raw.clock);
   }
   [[nodiscard]] bool leads() const noexcept { return pipeline_.sync().leads(); }
-  // Whether a sample of the axis was ever valid.
-  [[nodiscard]] const core::PerAxis<bool>& measured() const noexcept { return measured_; }
   // Since the newest sample was answered, to a tick.
   [[nodiscard]] std::chrono::nanoseconds silence(std::int64_t now_ns) const noexcept {
     return std::chrono::nanoseconds(answered_ns_ == 0 ? 0 : now_ns - answered_ns_);
@@ -160,7 +158,6 @@ class Gyro final : private service::GyroPipeline<compensation::Compensator>::Por
   int ticks_with_subscribers_ = 0;  // without a break
   std::uint64_t unwritten_ = 0;     // the middleware refused them
   bool hangs_ = false;
-  core::PerAxis<bool> measured_{};
   std::uint64_t answered_ = 0;    // as the last tick found it
   std::int64_t answered_ns_ = 0;  // when a tick found more; 0: none yet
 };

@@ -39,7 +39,7 @@ bool Ros2Diagnostics::is_due(std::int64_t now_ns) const noexcept {
 void Ros2Diagnostics::look_at(const Gyro& gyro, std::int64_t now_ns) {
   seen_.push_back({.gyro_id = gyro.id,
                    .newest = gyro.newest(),
-                   .measured = gyro.measured(),
+                   .measured = gyro.compensator().measured(),
                    .silence = gyro.silence(now_ns),
                    .health = health_of(gyro),
                    .temperature_degc = gyro.compensator().temperature_degc()});

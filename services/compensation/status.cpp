@@ -75,7 +75,7 @@ CompensationNode::Seen CompensationNode::see(const Gyro& source) {
   Seen seen{.id = source.id,
             .counts = compensator.counts(),
             .newest = source.newest(),
-            .measured = source.measured(),
+            .measured = compensator.measured(),
             .silence = source.silence(service::monotonic_ns()),
             .temperature_degc = compensator.temperature_degc(),
             .temperature_rate_degc_per_s = compensator.temperature_rate_degc_per_s(),

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <limits>
 #include <map>
 
 #include "tests/unit/compensation/synthetic_gyro.h"
@@ -114,6 +115,32 @@ TEST(CompensatorLaws, ModelsDueTogetherTakeEffectAlikeWheneverTheyWereLearned) {
   for (std::size_t k = 0; k < a.size(); ++k) ASSERT_EQ(bits(a[k]), bits(b[k])) << "sample " << k;
   EXPECT_GT(a.back().model_epoch, 5U);
   EXPECT_EQ(awaited.counts().late_models, 0U);
+}
+
+// Rule: an axis that a gyro never measured is no fault; one that it had is, and so is a sample
+// without any axis, or with one that is said to be measured and is no number.
+TEST(Compensator, ASampleWithoutAnAxisThatWasNeverMeasuredIsNotCountedAsInvalid) {
+  GyroSpec spec;
+  spec.duration_s = 10.0;
+  Record record = make_record(spec);
+  const auto invalid = [&record] {
+    Compensator compensator{testing::options()};
+    (void)testing::run(compensator, record);
+    return compensator.counts().invalid;
+  };
+  for (auto& sample : record.rates) sample.valid = {true, false, false};
+  EXPECT_EQ(invalid(), 0U);
+  record.rates[100].valid = {};
+  EXPECT_EQ(invalid(), 1U);
+  record.rates[10].valid[1] = true;
+  EXPECT_EQ(invalid(), record.rates.size() - 11U);
+  for (auto& sample : record.rates) sample.valid = {};
+  EXPECT_EQ(invalid(), record.rates.size());
+  for (auto& sample : record.rates) {
+    sample.valid = {true, true, false};
+    sample.rate_radps[1] = std::numeric_limits<double>::quiet_NaN();
+  }
+  EXPECT_EQ(invalid(), record.rates.size());
 }
 
 // Rule: a due model is waited for; whoever goes on without it is counted, and the model takes
