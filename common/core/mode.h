@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a compensated sample says of itself. The numbers go out on compensated_rate and are part of
-// the interface.
+// the interface: idl/dds/compensated_rate.idl and docs/subscribing.md list them.
 #pragma once
 
 #include <cstddef>
