@@ -85,7 +85,8 @@ OptionKey internal(std::string name, Decides decides) {
 void describe_features(CompensationOptions& options, OptionVisitor& visitor) {
   auto& features = options.features;
   const auto size = visitor.groups(
-      "features", "The inputs of the regression; a list that is given replaces the default.");
+      "features",
+      "The inputs of the regression, at most 12; a list that is given replaces the default.");
   if (size) features.assign(*size, {});
   for (std::size_t i = 0; i < features.size(); ++i) {
     thermal::FeatureSpec& feature = features[i];
@@ -101,14 +102,25 @@ void describe_features(CompensationOptions& options, OptionVisitor& visitor) {
     if (!is_pulse && feature.probe.empty()) feature.probe = "coil";
     visitor.text({path + "probe", Decides::kModel, "The thermometer; not for pulse terms."},
                  feature.probe);
-    visitor.text({path + "second_probe", Decides::kModel,
-                  "For probe_difference: the thermometer that is taken off."},
+    visitor.text({.name = path + "second_probe",
+                  .decides = Decides::kModel,
+                  .text = "For probe_difference: the thermometer that is taken off.",
+                  .refused = feature.kind == FeatureKind::kProbeDifference
+                                 ? nullptr
+                                 : "expected with kind probe_difference only"},
                  feature.second_probe);
-    visitor.number({path + "lag_s", Decides::kModel, "For lagged_temperature: how long ago."},
+    visitor.number({path + "lag_s",
+                    Decides::kModel,
+                    "For lagged_temperature, which needs one: how long ago.",
+                    {.low = 0.0, .high = thermal::kLongestLagS, .above_low = true},
+                    1.0,
+                    feature.kind == FeatureKind::kLaggedTemperature
+                        ? nullptr
+                        : "expected with kind lagged_temperature only"},
                    feature.lag_s);
     visitor.number(internal(path + "offset", Decides::kModel), feature.offset);
     visitor.number({path + "scale", Decides::kModel,
-                    "The feature is its value over this; a kind has a usual one."},
+                    "The feature is its value over this; a kind has a usual one.", kAbove0},
                    feature.scale);
   }
 }
@@ -248,15 +260,31 @@ void describe_earth_rate(EarthRateOptions& earth, OptionVisitor& visitor) {
           "rate counts as drift, in one attitude. known: it is taken off with the angles below. "
           "unknown: an uncertainty of 15 deg/h."},
          kEarthRates, earth.mode);
-  visitor.number({"earth_rate.latitude_deg", Decides::kAnswers, "For known.", {-90.0, 90.0}},
-                 earth.latitude_deg);
-  visitor.number({"earth_rate.roll_deg", Decides::kAnswers, "For known."}, earth.roll_deg);
-  visitor.number({"earth_rate.pitch_deg", Decides::kAnswers, "For known."}, earth.pitch_deg);
-  visitor.number({"earth_rate.heading_deg", Decides::kAnswers, "For known."}, earth.heading_deg);
+  const char* only_known =
+      earth.mode == EarthRateMode::kKnown ? nullptr : "expected with mode known only";
+  visitor.number(
+      {"earth_rate.latitude_deg", Decides::kAnswers, "For known.", {-90.0, 90.0}, 1.0, only_known},
+      earth.latitude_deg);
+  for (auto& [name, angle] :
+       {std::pair<const char*, std::optional<double>&>{"roll", earth.roll_deg},
+        {"pitch", earth.pitch_deg},
+        {"heading", earth.heading_deg}}) {
+    visitor.number({std::string("earth_rate.") + name + "_deg",
+                    Decides::kAnswers,
+                    "For known.",
+                    {},
+                    1.0,
+                    only_known},
+                   angle);
+  }
   choose(visitor,
-         {"earth_rate.frame", Decides::kAnswers,
+         {"earth_rate.frame",
+          Decides::kAnswers,
           "For known: whether the vehicle's axes, behind the mounting, are forward-left-up or "
-          "forward-right-down. The angles are those of forward-right-down in either."},
+          "forward-right-down. The angles are those of forward-right-down in either.",
+          {},
+          1.0,
+          only_known},
          kBodyFrames, earth.frame);
   if (earth.mode != EarthRateMode::kKnown) return;
   for (const auto axis : core::kAxes) {
@@ -333,8 +361,10 @@ void describe_mounting(MountingOptions& mounting, OptionVisitor& visitor) {
   };
   visitor.texts(key("mounting.axes", "The gyro's axis that each of b's is, as [-y, x, z]."),
                 mounting.axes);
-  visitor.numbers(key("mounting.matrix", "Rate in b = matrix * the gyro's; row by row, to 0.001."),
-                  mounting.matrix);
+  visitor.numbers(
+      key("mounting.matrix",
+          "Rate in b = matrix * the gyro's; nine numbers in one list, row by row, to 0.001."),
+      mounting.matrix);
   visitor.numbers(key("mounting.general_matrix", "The same with axes not square, to 0.1."),
                   mounting.general_matrix);
 }

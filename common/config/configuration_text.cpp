@@ -17,6 +17,7 @@ using compensation::CompensationOptions;
 using compensation::OptionKey;
 
 constexpr double kUnlimited = 1e30;  // what the options have for a limit that is none
+constexpr const char* kNoLimit = "no limit";
 
 std::string leaf_of(const std::string& path) {
   return path.substr(path.rfind('.') + 1);
@@ -60,7 +61,13 @@ class YamlWriter final : public compensation::OptionTextVisitor {
     section(name, text);
     return std::nullopt;
   }
-  void number(const OptionKey& key, double& value) override { put(key, number_text(key, value)); }
+  void number(const OptionKey& key, double& value) override {
+    if (value == kUnlimited) {
+      put(key, kNoLimit);
+    } else {
+      put(key, number_text(key, value));
+    }
+  }
   void number(const OptionKey& key, std::optional<double>& value) override {
     if (value) put(key, number_text(key, *value));
   }
@@ -96,6 +103,8 @@ class YamlWriter final : public compensation::OptionTextVisitor {
     const bool is_element = key.name.find("].") != std::string::npos;
     const bool is_grouped = key.name.find('.') != std::string::npos;
     yaml += is_element ? (leaf_of(key.name) == "kind" ? "  - " : "    ") : is_grouped ? "  " : "";
+    // What no file can say is the default: a comment.
+    if (value == kNoLimit) yaml += "# ";
     yaml += leaf_of(key.name) + ": " + value + "  # " + (allowed.empty() ? "" : allowed + ". ") +
             key.text + '\n';
   }
@@ -116,7 +125,7 @@ class ReferenceWriter final : public compensation::OptionTextVisitor {
   }
   void number(const OptionKey& key, double& value) override {
     const bool is_unlimited = value >= kUnlimited;
-    put(key, is_unlimited ? "no limit" : compensation::short_text(value / key.si_per_unit),
+    put(key, is_unlimited ? kNoLimit : compensation::short_text(value / key.si_per_unit),
         key.range.text());
   }
   void choice(const OptionKey& key, std::span<const std::string_view> names,

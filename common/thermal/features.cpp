@@ -12,7 +12,6 @@ namespace {
 
 constexpr double kSecondsPerMinute = 60.0;
 constexpr double kMaxAgeS = 1e6;
-constexpr double kMaxLagS = 9e5;  // of a history of 1e6 s, beyond a margin
 
 bool needs_probe(FeatureKind kind) {
   return kind != FeatureKind::kPulseMean && kind != FeatureKind::kPulseRate;
@@ -52,7 +51,7 @@ double checked_scale(std::size_t feature, const FeatureSpec& spec) {
 
 double checked_lag_s(std::size_t feature, const FeatureSpec& spec) {
   if (spec.kind != FeatureKind::kLaggedTemperature) return 0.0;
-  if (!(spec.lag_s > 0.0 && spec.lag_s <= kMaxLagS)) {
+  if (!(spec.lag_s > 0.0 && spec.lag_s <= kLongestLagS)) {
     refuse(feature, "lag_s is " + std::to_string(spec.lag_s) + ", must be above 0 and at most 9e5");
   }
   return spec.lag_s;

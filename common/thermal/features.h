@@ -61,6 +61,7 @@ enum class FeatureStatus : std::uint8_t {
 [[nodiscard]] std::string_view name(FeatureStatus status);
 
 inline constexpr std::size_t kMaxFeatures = 12;
+inline constexpr double kLongestLagS = 9e5;  // of a history of 1e6 s, beyond a margin
 
 struct FeatureVector {
   FeatureStatus status = FeatureStatus::kNoTemperature;

@@ -250,6 +250,21 @@ TEST_F(CompensationFile, AKeyThatTheKernelHasNotIsNamed) {
             "3: svr.gamma: found a gamma of kernel linear, which has none");
 }
 
+TEST_F(CompensationFile, AKeyThatTheModeOrTheKindHasNotIsNamed) {
+  for (const char* key : {"latitude_deg", "roll_deg", "pitch_deg", "heading_deg"}) {
+    for (const char* mode : {"auto", "included", "unknown"}) {
+      EXPECT_EQ(error("earth_rate:\n  mode: " + std::string(mode) + "\n  " + key + ": 48\n"),
+                "3: earth_rate." + std::string(key) + ": expected with mode known only");
+    }
+  }
+  EXPECT_EQ(error("earth_rate: {latitude_deg: 48}\n"),
+            "1: earth_rate.latitude_deg: expected with mode known only");
+  EXPECT_EQ(error("features:\n  - {kind: temperature, lag_s: 5}\n"),
+            "2: features[0].lag_s: expected with kind lagged_temperature only");
+  EXPECT_EQ(error("features:\n  - {kind: temperature, second_probe: case}\n"),
+            "2: features[0].second_probe: expected with kind probe_difference only");
+}
+
 // Rule: what passes here never fails where the learner is made, at any corner of the ranges.
 TEST_F(CompensationFile, WhatIsAcceptedTheLearnerAcceptsToo) {
   const std::string kernels[] = {"rbf, gamma: 1e-4",
@@ -365,9 +380,9 @@ TEST_F(CompensationFile, AValueOutOfRangeIsNamed) {
       {"temperature_rate:\n  estimator: sliding_mean\n  window_s: 1e30\n",
        "3: temperature_rate.window_s: found 1e+30, expected 1 to 14400"},
       {"features:\n  - kind: lagged_temperature\n    lag_s: -1\n",
-       "3: features[0].lag_s: is -1.000000, must be above 0 and at most 9e5"},
+       "3: features[0].lag_s: found -1, expected a number above 0, at most 900000"},
       {"features:\n  - {kind: temperature, scale: 0}\n",
-       "2: features[0].scale: is 0.000000, must be finite and above 0"},
+       "2: features[0].scale: found 0, expected a number above 0"},
       {"earth_rate: {mode: known, latitude_deg: 91, roll_deg: 0, pitch_deg: 0, heading_deg: 0}\n",
        "1: earth_rate.latitude_deg: found 91, expected -90 to 90"},
   };
@@ -425,6 +440,13 @@ TEST_F(CompensationFile, TheEarthsRateIsInTheFrameThatIsSaid) {
   const auto frd = loaded(known + ", frame: frd}").earth_rate.rate_radps;
   EXPECT_EQ(loaded(known + ", frame: flu}").earth_rate.rate_radps, flu);
   EXPECT_EQ(frd, (core::PerAxis<double>{flu[0], -flu[1], -flu[2]}));
+}
+
+TEST_F(CompensationFile, ALimitThatIsNoneIsPrintedAsThatAndNotAsANumber) {
+  EXPECT_NE(effective_yaml({}).find("\n  # max_drift_deg_h: no limit  # "), std::string::npos);
+  EXPECT_NE(
+      effective_yaml(loaded("learning: {max_drift_deg_h: 5}")).find("\n  max_drift_deg_h: 5 "),
+      std::string::npos);
 }
 
 // Law: what is printed as being in force, read again, is in force.
