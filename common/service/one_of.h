@@ -27,4 +27,13 @@ template <typename Enum>
   return {replace, CLI::detail::join(names, "|")};
 }
 
+// The name that one_of() takes a value by; empty where it has none.
+template <typename Enum>
+[[nodiscard]] std::string name_in(const std::map<std::string, Enum>& values, Enum value) {
+  for (const auto& [name, named] : values) {
+    if (named == value) return name;
+  }
+  return "";
+}
+
 }  // namespace zerodrift::service

@@ -15,8 +15,10 @@
 
 namespace zerodrift::service {
 
-// "1", "60", "60x", "0.5" or "max" (nothing). Throws std::invalid_argument.
-inline std::optional<double> parse_speed(const std::string& text) {
+// "1", "60", "60x", "0.5" or "max" (nothing). Throws std::invalid_argument that begins with what
+// was given.
+inline std::optional<double> parse_speed(const std::string& text,
+                                         const std::string& given = "--speed") {
   if (text == "max") return std::nullopt;
   std::size_t used = 0;
   double speed = 0.0;
@@ -28,7 +30,7 @@ inline std::optional<double> parse_speed(const std::string& text) {
   const bool is_whole = used == text.size() || text.substr(used) == "x";
   if (used == 0 || !is_whole || !(speed > 0.0) || speed > 1e6) {
     throw std::invalid_argument(
-        "--speed: found '" + text +
+        given + ": found '" + text +
         "', expected times real time above 0, at most 1e6 (60 or 60x), or max");
   }
   return speed;

@@ -7,7 +7,6 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <limits>
 #include <stdexcept>
 #include <system_error>
 
@@ -17,18 +16,18 @@
 namespace zerodrift::service {
 
 void add_supervision_options(CLI::App& app, Supervision& supervision) {
-  auto positive = CLI::Range(0.001, std::numeric_limits<double>::max());
-  positive.description("");
   app.add_option("--peer-within", supervision.peer_within_s,
                  "end with exit code 1 if nobody is at the other end after so long")
-      ->transform(in_seconds())
-      ->check(positive);
+      ->transform(in_seconds_above_0());
   show_default_in("s", app.add_option("--stale-after", supervision.stale_after_s,
-                                      "silence after which samples are reported as stale")
-                           ->transform(in_seconds())
-                           ->check(positive));
-  app.add_flag("--exit-when-stale", supervision.exit_when_stale,
-               "end with exit code 1 then, to be started again");
+                                      "silence of a publisher that is still there, after which "
+                                      "samples are stale: so long, or three of their intervals "
+                                      "where that is longer")
+                           ->transform(in_seconds_above_0()));
+  app.add_flag(
+      "--exit-when-stale", supervision.exit_when_stale,
+      "end with exit code 1 then, to be started again; not after a publisher that ended in "
+      "order");
   app.add_option("--health-file", supervision.health_file,
                  "written once a second, for `zerodrift health`")
       ->envname("ZERODRIFT_HEALTH_FILE");
@@ -80,7 +79,8 @@ Health read_health(const std::filesystem::path& file) {
   return health;
 }
 
-std::string why_unhealthy(const Health& health, std::int64_t now_ns, std::chrono::seconds at_most) {
+std::string why_unhealthy(const Health& health, std::int64_t now_ns,
+                          std::chrono::duration<double> at_most) {
   const std::chrono::duration<double> age{std::chrono::nanoseconds(now_ns - health.monotonic_ns)};
   // Of the future: written before this computer was started.
   if (age > at_most || age.count() < 0.0) {

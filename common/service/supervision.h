@@ -71,6 +71,7 @@ Health read_health(const std::filesystem::path& file);
 
 // Why that is not healthy at `now_ns` of CLOCK_MONOTONIC; empty: it is. Older than `at_most` means
 // that the service hangs or is gone.
-std::string why_unhealthy(const Health& health, std::int64_t now_ns, std::chrono::seconds at_most);
+std::string why_unhealthy(const Health& health, std::int64_t now_ns,
+                          std::chrono::duration<double> at_most);
 
 }  // namespace zerodrift::service

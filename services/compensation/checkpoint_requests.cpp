@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The commands checkpoint and restore: the learner gives a copy of what it knows, or takes one.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <stdexcept>
@@ -129,8 +131,7 @@ void CompensationNode::save_of_itself(const checkpoint::SaveSchedule::Model& mod
   } catch (const std::exception& error) {
     const std::lock_guard lock(data_mutex_);
     report(save_schedule_.failed(model), "checkpoint_failed", service::Severity::kError,
-           std::string(error.what()) + "; tried again every " +
-               std::to_string(options_.checkpoint_period.count()) + " s");
+           fmt::format("{}; tried again every {:g} s", error.what(), options_.checkpoint_period_s));
   }
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/core/time.h"
 #include "common/dds/conversions.h"
 #include "common/service/instance_name.h"
 #include "common/service/main.h"
@@ -26,7 +27,7 @@ CompensationNode::CompensationNode(const CompensationNodeOptions& options)
       host_(service::instance_name(options.instance), options.network, options.supervision),
       gyros_(options.max_gyros),
       early_(options.max_gyros, kMostEarlyInputs),
-      save_schedule_(options.checkpoint_period),
+      save_schedule_(core::from_seconds(options.checkpoint_period_s)),
       learner_(kMostGyros, data_mutex_, [this] { drain_all(); }),
       commands_(
           host_, [this](const msg::Command& m) { return on_command(m); },

@@ -47,7 +47,7 @@ struct CompensationNodeOptions {
   int await_subscribers = 0;
   std::size_t max_gyros = 16;              // about 5 MB each
   std::filesystem::path checkpoint_dir{};  // empty: no checkpoints
-  std::chrono::seconds checkpoint_period{60};
+  double checkpoint_period_s = 60.0;
   std::filesystem::path model_dir{};  // what `adopt` takes models from; empty: none
   std::map<std::uint32_t, dds::RosImuOptions> ros2_imu{};  // by gyro id
 };

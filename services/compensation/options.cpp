@@ -2,6 +2,7 @@
 #include "services/compensation/options.h"
 
 #include <charconv>
+#include <optional>
 #include <stdexcept>
 #include <string_view>
 
@@ -17,11 +18,17 @@ std::pair<std::uint32_t, std::string> gyro_and_topic(const std::string& text) {
   std::uint32_t gyro_id = 0;
   const std::string_view id = std::string_view(text).substr(0, equals);
   const auto [end, error] = std::from_chars(id.data(), id.data() + id.size(), gyro_id);
-  if (equals == std::string::npos || error != std::errc() || end != id.data() + id.size()) {
+  if (equals == std::string::npos || error != std::errc() || end != id.data() + id.size() ||
+      gyro_id == 0) {
     throw std::invalid_argument("--ros2-imu: found '" + text +
-                                "', expected GYRO_ID=TOPIC, e.g. 1=imu/data");
+                                "', expected GYRO_ID=TOPIC with an id from 1 on, e.g. 1=imu/data");
   }
   return {gyro_id, text.substr(equals + 1)};
+}
+
+std::optional<double> checkpoint_period(std::string_view text) {
+  const auto time_s = core::parse_time_s(text);
+  return time_s && *time_s >= 1.0 && *time_s <= 86400.0 ? time_s : std::nullopt;
 }
 
 }  // namespace
@@ -64,6 +71,7 @@ void add_options(CLI::App& app, CompensationArguments& arguments) {
   app.add_option(
          "--await-subscribers", node.await_subscribers,
          "with records and simulations: take no sample before so many subscribers are there")
+      ->check(CLI::Range(0, 1000))
       ->capture_default_str();
   app.add_option("--max-gyros", node.max_gyros,
                  "gyros compensated at most; samples of others are not answered, which is reported")
@@ -74,10 +82,10 @@ void add_options(CLI::App& app, CompensationArguments& arguments) {
          "existing folder of checkpoints: of `ctl checkpoint` and `ctl restore`, and of those that "
          "are made from time to time and resumed from at the start")
       ->check(CLI::ExistingDirectory);
-  app.add_option("--checkpoint-period", node.checkpoint_period,
+  app.add_option("--checkpoint-period", node.checkpoint_period_s,
                  "with --checkpoint-dir: time between two checkpoints made without being asked")
-      ->transform(service::in_seconds())
-      ->check(CLI::Range(1, 86400))
+      ->transform(service::with_unit(checkpoint_period, "a time from 1s to 24h, as 60, 60s or 5min",
+                                     "60s|5min|5h|200ms"))
       ->default_str("60s");
   app.add_option("--model-dir", node.model_dir,
                  "existing folder of model files: what `ctl adopt` takes models from, by name; "

@@ -60,11 +60,14 @@ void add_options(CLI::App& app, GyroPublisherOptions& options) {
   service::show_default_in(
       "Hz", app.add_option("--frame-rate", options.serial.frame_rate_hz, "serial: frames a second")
                 ->transform(service::in_hertz()));
-  app.add_option("--rotation", options.serial.rotation, "serial: what the gyro sends")
+  app.add_option("--rotation", options.serial.rotation,
+                 "serial: what the gyro sends; " +
+                     service::name_in(formats, options.serial.rotation) + " without")
       ->transform(service::one_of(formats));
   app.add_option("--temperature-unit", options.serial.temperature,
                  "serial: what its thermometer sends (=tempunits)")
-      ->transform(service::one_of(units));
+      ->transform(service::one_of(units))
+      ->default_str(service::name_in(units, options.serial.temperature));
   app.add_option("--temperature-probe", options.serial.probe, "serial: name of its thermometer")
       ->capture_default_str();
   replay::add_ros2_options(app, options.ros2);
@@ -155,7 +158,7 @@ std::string GyroPublisherNode::replay(const std::string& argument) {
     throw std::invalid_argument("found '" + argument +
                                 "', expected pause, resume or speed N (or max)");
   }
-  rates_.clock().set_speed(service::parse_speed(argument.substr(kSpeed.size())));
+  rates_.clock().set_speed(service::parse_speed(argument.substr(kSpeed.size()), "speed"));
   return "the replay goes on at " + argument;
 }
 

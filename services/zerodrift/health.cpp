@@ -15,7 +15,7 @@ namespace {
 
 struct HealthOptions {
   std::filesystem::path file;
-  long long at_most_s = 3;
+  double at_most_s = 3.0;
   bool alive_is_enough = false;
 };
 
@@ -23,8 +23,8 @@ int check(const HealthOptions& options) {
   try {
     service::Health health = service::read_health(options.file);
     if (options.alive_is_enough && health.state == "degraded") health.state = "running";
-    const std::string reason = service::why_unhealthy(health, service::monotonic_ns(),
-                                                      std::chrono::seconds(options.at_most_s));
+    const std::string reason = service::why_unhealthy(
+        health, service::monotonic_ns(), std::chrono::duration<double>(options.at_most_s));
     if (reason.empty()) {
       std::printf("%s (pid %lld) is %s: %s\n", health.service.c_str(),
                   static_cast<long long>(health.process_id), health.state.c_str(),

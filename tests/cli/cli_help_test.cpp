@@ -114,6 +114,8 @@ TEST_F(Help, ShowsWhatAnOptionIsWithoutIt) {
   shows({"export"}, "--compression zstd|lz4|none [zstd]");
   shows({"ctl", "freeze"}, "--service TEXT=the compensation that leads");
   shows({"ctl", "inject"}, "--service TEXT=gyro_publisher");
+  shows({"gyro-publisher"}, "what the gyro sends; delta_angle_rad");
+  shows({"gyro-publisher"}, "--temperature-unit ENUM:C|C_100|F|F_100=C\n");
 }
 
 TEST_F(Help, ARateIsTakenWithItsUnit) {

@@ -163,6 +163,9 @@ TEST_F(CommandLine, NoDurationOrRateOfZeroOrLessOrBeyondMeasureIsTakenByAnyComma
       {replay, "--to"},
       {{"thermal-publisher", "--domain", "119"}, "--duration"},
       {{"thermal-publisher", "--domain", "119"}, "--rate"},
+      {{"compensation", "--domain", "119"}, "--stale-after"},
+      {{"compensation", "--domain", "119"}, "--peer-within"},
+      {{"compensation", "--domain", "119"}, "--checkpoint-period"},
       {{"record", "--domain", "119", "--out", "@o.mcap"}, "--duration"},
       {{"compare", "--model", model, "--profile", profile + "turns.yaml"}, "--rate"}};
   for (const auto& [command, option] : options) {
@@ -179,6 +182,26 @@ TEST_F(CommandLine, NoDurationOrRateOfZeroOrLessOrBeyondMeasureIsTakenByAnyComma
   Arguments from = replay;
   from.push_back("--from=1e300");
   EXPECT_EQ(run(from).exit_code, 2);
+}
+
+TEST_F(CommandLine, ATimeMayHaveAFractionOfASecond) {
+  const Finished health = run({"health", "--file", "@none", "--max-age", "200ms"});
+  EXPECT_EQ(health.exit_code, 1) << health.err;
+  EXPECT_NE(health.err.find("cannot be read"), std::string::npos) << health.err;
+  const Finished service = run({"compensation", "--domain", "119", "--checkpoint-period", "1500ms",
+                                "--config", "@none.yaml"});
+  EXPECT_EQ(service.exit_code, 2);
+  EXPECT_NE(service.err.find("none.yaml"), std::string::npos) << service.err;
+}
+
+TEST_F(CommandLine, AnIdOfNoGyroOrANumberOfSubscribersBelowNoneIsRefusedInOneLine) {
+  for (const auto& [option, value] :
+       {std::pair{"--ros2-imu", "0=imu"}, std::pair{"--await-subscribers", "-1"}}) {
+    const Finished done = run({"compensation", "--domain", "119", option, value});
+    EXPECT_EQ(done.exit_code, 2) << option;
+    EXPECT_NE(done.err.find(option), std::string::npos) << done.err;
+    EXPECT_EQ(done.err.find('\n'), done.err.size() - 1) << done.err;
+  }
 }
 
 }  // namespace

@@ -119,6 +119,7 @@ TEST_F(SourceCommands, WhatCannotBeDoneIsRefusedInOneLine) {
     const Finished finished = system_.control({command, argument});
     EXPECT_EQ(finished.exit_code, 1) << command << ' ' << argument;
     EXPECT_NE(finished.out.find("expected"), std::string::npos) << finished.out << finished.err;
+    EXPECT_EQ(finished.out.find("--speed"), std::string::npos) << finished.out;
   }
   const Finished elsewhere = system_.control({"freeze", "--service", "gyro_publisher"});
   EXPECT_EQ(elsewhere.exit_code, 1);

@@ -48,6 +48,16 @@ TEST(ParseSpeed, RefusesTheRestInOneLine) {
   }
 }
 
+TEST(ParseSpeed, RefusesInTheNameOfWhatWasGiven) {
+  try {
+    (void)parse_speed("0", "speed");
+    ADD_FAILURE();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_TRUE(std::string(error.what()).starts_with("speed: found '0', expected "))
+        << error.what();
+  }
+}
+
 TEST(ReplayClock, HoldsASampleUntilItIsDue) {
   ReplayClock clock(100.0);
   const auto start = std::chrono::steady_clock::now();

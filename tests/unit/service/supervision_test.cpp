@@ -103,6 +103,8 @@ TEST_F(HealthFile, OfNowAndNotDegradedIsWell) {
   using std::chrono_literals::operator""s;
   EXPECT_EQ(why_unhealthy(running, 13'000'000'000, 3s), "");
   EXPECT_NE(why_unhealthy(running, 13'000'000'001, 3s).find("3.0 s ago"), std::string::npos);
+  EXPECT_EQ(why_unhealthy(running, 10'200'000'000, std::chrono::duration<double>(0.25)), "");
+  EXPECT_NE(why_unhealthy(running, 10'300'000'000, std::chrono::duration<double>(0.25)), "");
   // Of before this computer was started.
   EXPECT_NE(why_unhealthy(running, 9'000'000'000, 3s), "");
   for (const char* state : {"starting", "waiting", "running", "degraded", "stopping"}) {
