@@ -92,6 +92,17 @@ std::string one_line(std::string_view text, std::size_t most_bytes) {
   return line;
 }
 
+std::string shortened(std::string_view text, std::size_t most_bytes) {
+  constexpr std::string_view kMore = "...";
+  std::string whole = one_line(text);
+  if (whole.size() <= most_bytes) return whole;
+  std::string line = one_line(whole, most_bytes - kMore.size());
+  // A word that ends here is whole.
+  const std::size_t blank = whole[line.size()] == ' ' ? line.size() : line.rfind(' ');
+  if (blank != std::string::npos) line.resize(blank);
+  return line.append(kMore);
+}
+
 bool is_one_line(std::string_view text) noexcept {
   while (!text.empty()) {
     const Shown shown = front(text);

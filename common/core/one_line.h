@@ -17,6 +17,10 @@ namespace zerodrift::core {
 // The whole characters of one_line(text) that fit into `most_bytes`.
 [[nodiscard]] std::string one_line(std::string_view text, std::size_t most_bytes);
 
+// one_line(text) where it fits; else whole words of it, as far as it has blanks, and "...". At
+// least 3 bytes.
+[[nodiscard]] std::string shortened(std::string_view text, std::size_t most_bytes);
+
 // one_line(text) is `text` itself. Takes no memory.
 [[nodiscard]] bool is_one_line(std::string_view text) noexcept;
 

@@ -58,7 +58,7 @@ void CommandServer::answer(const msg::Command& command, const CommandVerdict& ve
   reply.request_id(command.request_id());
   reply.accepted(verdict.outcome == CommandVerdict::Outcome::kAccepted ? 1 : 0);
   reply.model_epoch(verdict.model_epoch);
-  reply.text(core::one_line(verdict.text, kLongestText).c_str());
+  reply.text(core::shortened(verdict.text, kLongestText).c_str());
   {
     const std::lock_guard lock(mutex_);
     for (Obeyed& known : obeyed_) {

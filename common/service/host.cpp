@@ -131,7 +131,7 @@ namespace {
 // Texts may quote anybody: a peer's name, a command's argument.
 void clean(Occurrence& occurrence) {
   occurrence.code = core::one_line(occurrence.code, kLongestCode);
-  occurrence.text = core::one_line(occurrence.text, kLongestEvent);
+  occurrence.text = core::shortened(occurrence.text, kLongestEvent);
 }
 
 }  // namespace

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/compensation/command_files.h"
 
+#include <algorithm>
+
+#include "common/compensation/drift_prior.h"
 #include "common/config/compensation_config.h"
+#include "common/core/counted.h"
 #include "common/files/boot_id.h"
 #include "common/files/file_error.h"
 #include "common/files/named_file.h"
@@ -99,6 +103,29 @@ twin::Model model_named(const std::filesystem::path& folder, const std::string& 
     throw refusal(error.place());
   } catch (const std::exception&) {
     throw refusal("");
+  }
+}
+
+std::shared_ptr<compensation::PriorChange> change_to(
+    const twin::Model& model, const std::string& name,
+    const compensation::CompensationOptions& options) {
+  try {
+    return std::make_shared<compensation::PriorChange>(options, model);
+  } catch (const std::invalid_argument&) {
+    const auto probes = options.probes();
+    const auto is_missing = [&](const std::string& probe) {
+      return std::find(probes.begin(), probes.end(), probe) == probes.end();
+    };
+    const auto needed = compensation::prior_probes(model, probes);
+    const auto missing =
+        static_cast<std::size_t>(std::count_if(needed.begin(), needed.end(), is_missing));
+    std::string known;
+    for (const auto& probe : probes) known += (known.empty() ? "" : ", ") + probe;
+    throw CommandRefused("model " + files::quoted_name(name) + " reads " +
+                         core::counted(missing, "temperature") + " that " +
+                         (missing == 1 ? "is not configured; name the probe"
+                                       : "are not configured; name the probes") +
+                         " under probes in the service's --config, which has " + known);
   }
 }
 

@@ -10,6 +10,8 @@
 #include <string>
 
 #include "common/checkpoint/checkpoint_file.h"
+#include "common/compensation/model_schedule.h"
+#include "common/compensation/options.h"
 #include "common/twin/model.h"
 
 namespace zerodrift::services {
@@ -43,5 +45,11 @@ void save_as(const std::filesystem::path& folder, const std::string& name,
 // A model file of `folder` that can be a prior. Throws CommandRefused; an empty folder means that
 // none is configured.
 [[nodiscard]] twin::Model model_named(const std::filesystem::path& folder, const std::string& name);
+
+// That model as prior. Throws CommandRefused where it reads temperatures that the options have no
+// probe of: how many, and which probes they have.
+[[nodiscard]] std::shared_ptr<compensation::PriorChange> change_to(
+    const twin::Model& model, const std::string& name,
+    const compensation::CompensationOptions& options);
 
 }  // namespace zerodrift::services

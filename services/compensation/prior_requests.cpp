@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "common/compensation/drift_prior.h"
-#include "common/files/named_file.h"
 #include "services/compensation/command_files.h"
 #include "services/compensation/compensation_node.h"
 
@@ -56,18 +55,6 @@ Gyro& chosen(const std::vector<Gyro*>& gyros, std::optional<std::uint32_t> id) {
                                 joined(known));
 }
 
-std::shared_ptr<compensation::PriorChange> change_to(
-    const compensation::CompensationOptions& options, const twin::Model& model,
-    const std::string& name) {
-  try {
-    return std::make_shared<compensation::PriorChange>(options, model);
-  } catch (const std::invalid_argument&) {
-    throw CommandRefused("model " + files::quoted_name(name) +
-                         " reads a temperature that is not configured; name its probe under "
-                         "probes in the service's --config");
-  }
-}
-
 }  // namespace
 
 void CompensationNode::report_prior() {
@@ -86,7 +73,7 @@ CompensationNode::Verdict CompensationNode::adopt(const Request& request) {
   Gyro& source = chosen(request.gyros, target.gyro_id);
   const twin::Model model = model_named(options_.model_dir, target.name);
   // The compensator's own options: its probes are those that were configured.
-  auto change = change_to(source.configured, model, target.name);
+  auto change = change_to(model, target.name, source.configured);
   Verdict verdict =
       change_prior(source, std::move(change),
                    "adopted " + compensation::prior_identity(model) +

@@ -170,7 +170,8 @@ TEST(Prior, IsAdoptedAndTakenBackLive) {
   write(system.path("models/broken.yaml"), "format_version: 1\nnominal_rate_hz: secret\n");
   for (const auto& [model, reason] :
        {std::pair{"none.yaml", "'none.yaml': no such file"},
-        std::pair{"paper_fog.yaml", "name its probe under probes"},
+        std::pair{"paper_fog.yaml",
+                  "temperatures that are not configured; name the probes under probes"},
         std::pair{"broken.yaml", "'broken.yaml' can't be a prior: line 2"}}) {
     const Finished refused = system.control({"adopt", "--model", model});
     EXPECT_EQ(refused.exit_code, 1) << refused.out;

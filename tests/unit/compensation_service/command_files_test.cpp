@@ -99,6 +99,28 @@ TEST_F(CommandFiles, ARefusalOfAModelTellsItsLine) {
       "lies tells why");
 }
 
+// The probes that it lacks are the file's: only those of the configuration are named.
+TEST_F(CommandFiles, ARefusalOfAModelTellsHowManyProbesItLacksAndWhichThereAre) {
+  const auto effect = [](const std::string& axis, const std::string& place) {
+    return "  - {kind: shupe, axis: " + axis +
+           ", parameters: {coefficient_deg_h_min_per_degc: 1}, inputs: [" + place + "]}\n";
+  };
+  const auto adopted = [&](const std::string& effects) {
+    write("x.yaml", "format_version: 1\neffects:\n" + effects);
+    return change_to(model_named(folder_, "x.yaml"), "x.yaml", options_);
+  };
+  EXPECT_EQ(refusal([&] { (void)adopted(effect("x", "chamber")); }),
+            "model 'x.yaml' reads 1 temperature that is not configured; name the probe under "
+            "probes in the service's --config, which has coil");
+  EXPECT_EQ(
+      refusal([&] { (void)adopted(effect("x", "chamber") + effect("y", "board")); }),
+      "model 'x.yaml' reads 2 temperatures that are not configured; name the probes under probes "
+      "in the service's --config, which has coil");
+  EXPECT_NE(adopted(effect("x", "coil")), nullptr);
+  options_.more_probes = {"chamber"};
+  EXPECT_NE(adopted(effect("x", "chamber")), nullptr);
+}
+
 TEST_F(CommandFiles, ARefusalOfACheckpointTellsItsKind) {
   compensation::Compensator compensator(options_);
   const auto state = compensator.learner().export_state();

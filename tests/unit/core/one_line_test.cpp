@@ -78,5 +78,15 @@ TEST(OneLineAbuse, OfAnyBytesIsCleanAndNeverLonger) {
   EXPECT_EQ(one_line("12 °C", 4), "12 ");
 }
 
+TEST(Shortened, EndsBehindAWholeWordAndShowsThatMoreFollowed) {
+  EXPECT_EQ(shortened("bias of axis x", 14), "bias of axis x");
+  EXPECT_EQ(shortened("bias of axis x", 13), "bias of...");
+  EXPECT_EQ(shortened("bias of axis x", 10), "bias of...");
+  EXPECT_EQ(shortened("bias of axis x", 9), "bias...");
+  EXPECT_EQ(shortened("bias", 3), "...");
+  EXPECT_EQ(shortened("°°°°", 7), "°°...");
+  EXPECT_EQ(shortened("a\nb", 4), "a b");
+}
+
 }  // namespace
 }  // namespace zerodrift::core
