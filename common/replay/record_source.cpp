@@ -66,9 +66,12 @@ ThermalSource open_thermal_record(const RecordSourceOptions& options, const Warn
   const std::vector<std::string> names = reader->info().probes;
   const core::EnvironmentChannels channels = reader->info().environment;
   if (names.empty()) {
-    warn(options.record.file + (record::is_mcap_record(options.record.file)
-                                    ? ": has no message of temperature"
-                                    : ": has no temperature column"));
+    const std::uint32_t gyro = reader->info().gyro_id;
+    const std::string missing = gyro != 0 ? "temperature of gyro " + std::to_string(gyro)
+                                : record::is_mcap_record(options.record.file)
+                                    ? "message of temperature"
+                                    : "temperature column";
+    warn(options.record.file + ": has no " + missing);
   }
   const Span span(options, reader->info().first_time);
   const std::size_t probes = names.size();

@@ -6,12 +6,14 @@
 
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "common/files/file_error.h"
+#include "tests/unit/record/recording.h"
 
 namespace zerodrift::replay {
 namespace {
@@ -100,6 +102,31 @@ TEST_F(RecordSource, TheEnvironmentComesWithTheTemperaturesItsBlanksOnceASecond)
     EXPECT_EQ(environment->clock, core::ClockSource::kReplay);
   }
   EXPECT_EQ(times_s, (std::vector<double>{0.0, 1.0, 2.0, 2.5}));
+}
+
+// Rule: of a recording of several gyros, what one of them lacks is said of that one.
+TEST_F(RecordSource, AGyroWithoutTemperaturesIsNamed) {
+  const std::filesystem::path recorded = file_.string() + ".mcap";
+  record::Recording recording;
+  recording.add(1, record::reading_at(0.5, "coil", 20.0));
+  for (const std::uint32_t gyro : {1U, 5U}) {
+    for (std::uint64_t k = 0; k < 3; ++k)
+      recording.add(gyro, record::rate_at(1.0 + 0.01 * static_cast<double>(k), k));
+  }
+  recording.write_to(recorded);
+  const auto warnings = [](const std::filesystem::path& file, std::optional<std::uint32_t> gyro) {
+    std::vector<std::string> all;
+    (void)open_thermal_record({.record = {.file = file.string(), .gyro_id = gyro}},
+                              [&](const std::string& line) { all.push_back(line); });
+    return all;
+  };
+  EXPECT_EQ(warnings(recorded, 5),
+            std::vector<std::string>{recorded.string() + ": has no temperature of gyro 5"});
+  EXPECT_EQ(warnings(recorded, 1), std::vector<std::string>{});
+  std::filesystem::remove(recorded);
+  std::ofstream(file_) << "time_s,rate_x_rad_s\n10,1\n11,2\n";
+  EXPECT_EQ(warnings(file_, {}),
+            std::vector<std::string>{file_.string() + ": has no temperature column"});
 }
 
 TEST_F(RecordSource, WhatCannotBeReadIsOneLine) {
