@@ -7,7 +7,7 @@
 # programs, the console too, are built beside it, and the script ends when they are there.
 # Without --domain: that of ZERODRIFT_DOMAIN, else 0.
 # Without a record: the paper's chamber experiment in simulation, 200 Hz, at 60 times real time.
-# Exit code 0: every sample was answered exactly once; 1: not; 2: wrong usage or bad input. Ctrl-C stops everything.
+# Exit code 0: every sample was answered exactly once; 1: not; 2: wrong usage or bad input; 130: Ctrl-C, which stops everything.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=${ZERODRIFT_BUILD_DIR:-$root/build/release}
