@@ -268,11 +268,16 @@ compensation::LearnerState decode_kernels(std::string_view bytes, const Owner& o
 }
 
 std::string encode_running(const Owner& owner, const compensation::LearnerState& state,
-                           std::string data_path) {
+                           std::string data_path, const std::string& prior) {
   proto::Checkpoint message = message_of(owner, state);
+  message.set_prior(prior);
   put(option_values(owner.options, Decides::kAnswers), *message.mutable_path_options());
   message.set_data_path(std::move(data_path));
   return enveloped(message);
+}
+
+std::string prior_of_running(std::string_view bytes) {
+  return parsed(bytes).prior();
 }
 
 std::unique_ptr<compensation::Compensator> decode_running(std::string_view bytes,

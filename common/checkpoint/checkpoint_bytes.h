@@ -36,10 +36,13 @@ struct Owner {
 [[nodiscard]] compensation::LearnerState decode_kernels(std::string_view bytes, const Owner& owner);
 
 // Everything a compensator is: what it learned and what its data path holds, for another instance
-// of the same build that goes on from there to the bit. `data_path` is Compensator::carry()'s.
+// of the same build that goes on from there to the bit. `data_path` is Compensator::carry()'s,
+// `prior` the text of the owner's prior, which may have been adopted since the start.
 [[nodiscard]] std::string encode_running(const Owner& owner,
                                          const compensation::LearnerState& state,
-                                         std::string data_path);
+                                         std::string data_path, const std::string& prior = {});
+// That text. Throws CheckpointError where it is no checkpoint.
+[[nodiscard]] std::string prior_of_running(std::string_view bytes);
 
 // A compensator in that state. Throws CheckpointError: whatever decode() refuses, another version
 // of the program, other options of the data path, or a state that doesn't fit them.

@@ -341,10 +341,14 @@ LoadedModel model_from(const YamlDocument& document) {
   return loaded;
 }
 
-void save_model(const twin::Model& model, const std::filesystem::path& path) {
+std::string model_text(const twin::Model& model) {
   UndestroyedMessage<proto::TwinModel> message;
   fill(model, message.get());
-  write_whole(path, to_yaml(message.get()));
+  return to_yaml(message.get());
+}
+
+void save_model(const twin::Model& model, const std::filesystem::path& path) {
+  write_whole(path, model_text(model));
 }
 
 twin::Profile load_profile(const std::filesystem::path& path) {

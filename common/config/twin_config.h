@@ -26,7 +26,9 @@ struct LoadedModel {
 [[nodiscard]] LoadedModel load_model(const std::filesystem::path& path);
 [[nodiscard]] LoadedModel model_from(const YamlDocument& document);
 
-// Writes the model as YAML, whole or not at all. load_model gives it back equal to the bit;
+// The model as YAML.
+[[nodiscard]] std::string model_text(const twin::Model& model);
+// Writes that, whole or not at all. load_model gives it back equal to the bit;
 // comments of a file it was read from are not kept.
 void save_model(const twin::Model& model, const std::filesystem::path& path);
 

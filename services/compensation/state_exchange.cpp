@@ -5,11 +5,14 @@
 #include <chrono>
 #include <cstddef>
 #include <exception>
+#include <string>
 #include <string_view>
 #include <thread>
 #include <utility>
 
 #include "common/checkpoint/checkpoint_bytes.h"
+#include "common/config/compensation_config.h"
+#include "common/config/twin_config.h"
 #include "common/core/state_archive.h"
 #include "common/service/monotonic_clock.h"
 #include "services/compensation/compensation_node.h"
@@ -31,6 +34,10 @@ constexpr std::size_t kRoomForPath = 1U << 20U;
 constexpr std::size_t kLargestPart = 32768;
 constexpr std::uint32_t kPartsAtOnce = 16;  // a quarter of the topic's history
 constexpr std::size_t kShortLog = 16;       // inputs that samples may wait for
+
+std::string prior_text(const Gyro& source) {
+  return source.options.prior ? config::model_text(*source.options.prior) : "";
+}
 
 bool is_in_sync(const Gyro& source) {
   return source.pipeline().sync().health() == service::InstanceSync::Health::kInSync;
@@ -131,7 +138,8 @@ std::optional<RunningState> CompensationNode::running_state(Gyro& source) {
     if (!path.empty()) {
       const Learned now = learned(source);
       if (now.job == job) {
-        state.bytes = checkpoint::encode_running({source.id, source.options}, *now.state, path);
+        state.bytes = checkpoint::encode_running({source.id, source.options}, *now.state, path,
+                                                 prior_text(source));
         return state;
       }
     }
@@ -143,7 +151,15 @@ std::optional<RunningState> CompensationNode::running_state(Gyro& source) {
 // ---------------------------------------- the taker, on its request thread
 
 void CompensationNode::catch_up(Gyro& source, const RunningState& state) {
-  auto fresh = checkpoint::decode_running(state.bytes, {source.id, source.options});
+  // The prior that the other has adopted, or gone back to, goes with its state.
+  compensation::CompensationOptions options = source.options;
+  const std::string prior = checkpoint::prior_of_running(state.bytes);
+  if (prior.empty()) {
+    options.prior.reset();
+  } else if (prior != prior_text(source)) {
+    options.prior = config::prior_from_text(prior, "another instance's prior");
+  }
+  auto fresh = checkpoint::decode_running(state.bytes, {source.id, options});
   std::vector<core::CompensatedSample> answers;
   std::vector<Gyro::Pipeline::Input> log;
   std::size_t repeated = 0;
@@ -173,6 +189,7 @@ void CompensationNode::catch_up(Gyro& source, const RunningState& state) {
     learner_.replace(source.compensator(), fresh);
     source.pipeline().go_on_with(fresh, answers, service::monotonic_ns());
     source.events.go_on_from(source.compensator().counts());
+    source.options.prior = options.prior;
     source.change.reset();
     source.can_revert = false;
   }

@@ -107,6 +107,46 @@ TEST(Redundancy, CommandsToOneThatDoesNotLeadAreRefused) {
   EXPECT_EQ(system.control({"freeze"}).exit_code, 0);
 }
 
+// Rule: a model that the leader adopts, or takes back, goes with its state to the other, which goes
+// on with it when the leader dies. Before: that one never came back in sync, and went on without.
+TEST(Redundancy, AnAdoptedModelIsTheOthersToo) {
+  SystemUnderTest system(Domain::kStandbyCommand);
+  dds::Participant participant("test", system.network());
+  const Collector<msg::Event> events(participant);
+  const Collector<msg::CompensatedRate> answers(participant);
+  std::filesystem::create_directory(system.path("models"));
+  write(system.path("models/partial.yaml"),
+        "format_version: 1\ngyro_id: partial\neffects:\n"
+        "  - {kind: bias, axis: x, parameters: {bias_deg_h: -1.5715}}\n");
+  const auto start = [&](const char* number) -> ChildProcess& {
+    return system.start("compensation",
+                        {"--instance", number, "--redundant", "--model-dir", system.path("models"),
+                         "--checkpoint-dir", system.path("models")});
+  };
+  ChildProcess& leader = start("0");
+  start_simulation(system);
+  ASSERT_TRUE(eventually([&] { return answers.size() > 1000; }));
+  start("1");
+  const auto caught_up = [&] {
+    std::size_t count = 0;
+    events.for_each([&](const msg::Event& event) {
+      if (std::string(event.code().c_str()) == "caught_up") ++count;
+    });
+    return count;
+  };
+  ASSERT_TRUE(eventually([&] { return caught_up() == 1; }));
+  ASSERT_EQ(system.control({"checkpoint"}).exit_code, 0);
+  ASSERT_EQ(system.control({"adopt", "--model", "partial.yaml"}).exit_code, 0);
+  ASSERT_TRUE(eventually([&] { return caught_up() == 2; }));
+  EXPECT_FALSE(told(events, "cannot_catch_up", ""));
+  leader.send(SIGKILL);
+  leader.wait(5s);
+  EXPECT_TRUE(eventually([&] {
+    const Finished of_before = system.control({"restore"});
+    return of_before.out.find("was made with another prior") != std::string::npos;
+  })) << "the one that is left has the model in force";
+}
+
 // Before: a subscriber got a mixture of both, and nobody said why.
 TEST(Redundancy, TwoThatWereToldNothingOfEachOtherSaySo) {
   SystemUnderTest system(Domain::kStandbyCommand);
