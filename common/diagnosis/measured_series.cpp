@@ -13,6 +13,7 @@ namespace zerodrift::diagnosis {
 namespace {
 
 constexpr std::uint32_t kSamplesForVariance = 4;
+constexpr double kLongestSpacing = 1.5;  // in sample periods; beyond, a sample is missing
 
 // Places of the channels.
 constexpr std::size_t kRate = 0;
@@ -72,6 +73,12 @@ void SeriesBuilder::Mean::merge(const Mean& other) {
   count += other.count;
 }
 
+void SeriesBuilder::Holes::add(double time_s, double longest_s) {
+  if (has_begun && time_s - newest_s > longest_s) ++count;
+  newest_s = time_s;
+  has_begun = true;
+}
+
 SeriesBuilder::SeriesBuilder(const SeriesOptions& options) : options_(options) {
   if (const auto error = options.validate()) throw std::invalid_argument(*error);
   interval_s_ = std::max(options.grid_interval_s, options.sample_period_s);
@@ -101,6 +108,8 @@ void SeriesBuilder::add(const MeasuredRow& row) {
   }
   ++rows_;
   for (std::size_t i = 0; i < core::kAxisCount; ++i) {
+    if (std::isfinite(row.rate_radps[i]))
+      holes_[i].add(row.time_s, kLongestSpacing * options_.sample_period_s);
     channels_[kRate + i][cell].add(row.rate_radps[i]);
     rate_steps_[i].add(row.rate_radps[i]);
     reference_steps_[i].add(row.reference_radps[i]);
@@ -177,6 +186,7 @@ void SeriesBuilder::take_axis(MeasuredSeries& series, std::size_t axis) const {
   if (!measured) return;
   series.rate_radps[axis] = std::move(values);
   series.valid[axis] = std::move(valid);
+  series.holes[axis] = holes_[axis].count;
   if (many) series.sample_variance[axis] = std::move(variances);
 }
 

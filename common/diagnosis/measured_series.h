@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -43,12 +44,18 @@ struct ProbeSeries {
 // A channel the record lacks is empty; one it has is complete (short holes are bridged by straight
 // lines, ends held).
 struct MeasuredSeries {
+  static constexpr std::size_t kNotCounted = std::numeric_limits<std::size_t>::max();
+
   double start_s = 0.0;          // of the first interval
   double interval_s = 0.0;       // of the grid
   double sample_period_s = 0.0;  // of the record
   std::size_t size = 0;
   core::PerAxis<std::vector<double>> rate_radps{};  // 0 where not valid; empty: no such axis
   core::PerAxis<std::vector<std::uint8_t>> valid{};
+  // Where the times between two values that follow are half a sample longer than a period: an
+  // interval of the grid without a value beside none of these is one that jitter left empty. Not
+  // counted: as many as there may be.
+  core::PerAxis<std::size_t> holes{kNotCounted, kNotCounted, kNotCounted};
   // Variance of the samples within each interval, (rad/s)²; empty where an interval has fewer than
   // four.
   core::PerAxis<std::vector<double>> sample_variance{};
@@ -69,9 +76,7 @@ struct MeasuredSeries {
   std::uint64_t rows = 0;
   std::uint64_t missing_samples = 0;  // the grid expected, from the median period
 
-  [[nodiscard]] bool has(core::Axis axis) const {
-    return !rate_radps[core::index(axis)].empty();
-  }
+  [[nodiscard]] bool has(core::Axis axis) const { return !rate_radps[core::index(axis)].empty(); }
   [[nodiscard]] double time_s(std::size_t i) const {
     return start_s + static_cast<double>(i) * interval_s;
   }
@@ -106,6 +111,13 @@ class SeriesBuilder {
   [[nodiscard]] MeasuredSeries finish();
 
  private:
+  struct Holes {
+    double newest_s = 0.0;  // a value's
+    std::size_t count = 0;
+    bool has_begun = false;
+
+    void add(double time_s, double longest_s);
+  };
   struct Mean {
     double sum = 0.0;
     double squares = 0.0;  // about `first`
@@ -134,6 +146,7 @@ class SeriesBuilder {
   std::uint64_t rows_ = 0;
   // rates, references, magnetic, acceleration, vibration, current, supply, then the probes
   std::vector<Channel> channels_;
+  core::PerAxis<Holes> holes_{};
   core::PerAxis<ReadingSteps> rate_steps_{};
   core::PerAxis<ReadingSteps> reference_steps_{};
 };

@@ -220,8 +220,11 @@ std::optional<NamedEffect> saturation(const std::vector<double>& rate,
   return effect;
 }
 
+// An interval that is empty though the times say that no sample is missing is one that their jitter
+// left so.
 std::optional<NamedEffect> dropped_samples(const MeasuredSeries& series,
-                                           const std::vector<std::uint8_t>& valid) {
+                                           const std::vector<std::uint8_t>& valid,
+                                           std::size_t holes) {
   std::size_t places = 0, lost = 0;
   for (std::size_t begin = 1; begin < valid.size();) {
     if (valid[begin] != 0) {
@@ -235,6 +238,10 @@ std::optional<NamedEffect> dropped_samples(const MeasuredSeries& series,
       lost += end - begin;
     }
     begin = end;
+  }
+  if (holes < places) {
+    lost = lost * holes / places;
+    places = holes;
   }
   if (places < kFewestDropouts) return std::nullopt;
   NamedEffect effect = certain(twin::LocalFault::kDroppedSamples);
@@ -263,7 +270,8 @@ RecordFaults find_record_faults(const MeasuredSeries& series, core::Axis axis,
   RecordFaults faults;
   faults.sound = series.valid[a];
   // A sample lost in a block of many leaves the block's mean: the grid can't show single ones.
-  if (auto dropped = dropped_samples(series, series.valid[a])) faults.effects.push_back(*dropped);
+  if (auto dropped = dropped_samples(series, series.valid[a], series.holes[a]))
+    faults.effects.push_back(*dropped);
   if (auto clipped = saturation(series.rate_radps[a], residual_radps,
                                 turns(series.reference_radps[a]), faults.sound))
     faults.effects.push_back(*clipped);

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // What models of several records say of the same coefficients, for unit_history.h.
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <map>
+#include <set>
 #include <stdexcept>
 #include <tuple>
 #include <utility>
@@ -24,10 +26,18 @@ bool is_measured(const EffectSpec& spec) {
 
 bool is_date(const std::string& text) {
   constexpr std::string_view kForm = "0000-00-00";
-  return text.size() == kForm.size() &&
-         std::equal(text.begin(), text.end(), kForm.begin(), [](char c, char form) {
-           return form == '0' ? c >= '0' && c <= '9' : c == form;
-         });
+  const bool has_form = text.size() == kForm.size() &&
+                        std::equal(text.begin(), text.end(), kForm.begin(), [](char c, char form) {
+                          return form == '0' ? c >= '0' && c <= '9' : c == form;
+                        });
+  if (!has_form) return false;
+  const auto number = [&](std::size_t at, std::size_t size) {
+    return std::stoi(text.substr(at, size));
+  };
+  return std::chrono::year_month_day(std::chrono::year(number(0, 4)),
+                                     std::chrono::month(static_cast<unsigned>(number(5, 2))),
+                                     std::chrono::day(static_cast<unsigned>(number(8, 2))))
+      .ok();
 }
 
 std::string label_with_inputs(const EffectSpec& spec) {
@@ -60,6 +70,8 @@ using Key = std::pair<core::Axis, std::string>;  // axis and label
 class Judgements {
  public:
   void add(const RecordedModel& recorded) {
+    if (!files_.insert(recorded.source).second)
+      throw std::invalid_argument(recorded.source + ": given twice, expected one model a record");
     const twin::Model& model = recorded.model;
     for (std::size_t i = 0; i < model.effects.size(); ++i) {
       const EffectSpec& spec = model.effects[i];
@@ -92,12 +104,33 @@ class Judgements {
 
   std::map<Key, std::vector<Judgement>> by_effect_;
   std::map<std::tuple<std::string, std::string, std::string>, std::string> sources_;
+  std::set<std::string> files_;
 };
 
-// Leaves those whose time constants, widths, ... are the others'. How many are not.
+std::set<std::string> sized_by(const Judgement& judgement) {
+  std::set<std::string> names;
+  for (const auto& [name, error] : judgement.spec->standard_errors) {
+    if (error > 0.0) names.insert(name);
+  }
+  return names;
+}
+
+// Leaves those that sized what most did: a polynomial's coefficient is another one beside other
+// powers.
+void keep_of_the_same_terms(std::vector<Judgement>& judgements) {
+  std::map<std::set<std::string>, std::size_t> counts;
+  for (const Judgement& judgement : judgements) ++counts[sized_by(judgement)];
+  const auto usual = std::max_element(counts.begin(), counts.end(),
+                                      [](auto& a, auto& b) { return a.second < b.second; });
+  std::erase_if(judgements,
+                [&](const Judgement& judgement) { return sized_by(judgement) != usual->first; });
+}
+
+// Leaves those whose terms, time constants, widths, ... are the others'. How many are not.
 std::size_t keep_of_one_shape(std::vector<Judgement>& judgements) {
   constexpr double kAlike = 0.1;
   const std::size_t all = judgements.size();
+  keep_of_the_same_terms(judgements);
   const twin::DefinitionPtr definition = twin::definition_of(*judgements.front().spec);
   for (const twin::ParameterDefinition& parameter : definition->parameters) {
     if (parameter.role != ParameterRole::kShape || judgements.empty()) continue;

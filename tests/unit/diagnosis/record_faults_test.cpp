@@ -183,5 +183,35 @@ TEST(RecordFaults, LostSamplesAreAnEffectAndAnOutageIsNot) {
   EXPECT_NEAR(faults.effects[0].parameters.at("share"), 4.0 / kSize, 1e-12);
 }
 
+// A sample a second, stamped `jitter_s` off at most, on a grid of the period that a median of its
+// spacings gives; `is_lost` tells which never came.
+MeasuredSeries jittered(double jitter_s, const std::function<bool(std::size_t)>& is_lost) {
+  SeriesBuilder builder({.sample_period_s = 0.988, .grid_interval_s = 0.988});
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> late_s(-jitter_s, jitter_s);
+  std::normal_distribution<double> normal(0.0, 1e-6);
+  for (std::size_t i = 0; i < kSize; ++i) {
+    MeasuredRow row;
+    row.time_s = static_cast<double>(i) + late_s(random);
+    row.rate_radps[0] = normal(random);
+    if (!is_lost(i)) builder.add(row);
+  }
+  return builder.finish();
+}
+
+// Rule: stamps that jitter leave intervals of a grid empty, and no sample is lost by that. Before:
+// it was "certain" that samples were dropped.
+TEST(RecordFaults, StampsThatJitterLoseNothing) {
+  for (const double jitter_s : {0.0, 0.1, 0.2}) {
+    const MeasuredSeries sound = jittered(jitter_s, [](std::size_t) { return false; });
+    EXPECT_GT(std::count(sound.valid[0].begin(), sound.valid[0].end(), 0), 100);
+    EXPECT_TRUE(names_of(faults_of(sound)).empty()) << jitter_s;
+    const MeasuredSeries lossy = jittered(jitter_s, [](std::size_t i) { return i % 97 == 50; });
+    const RecordFaults faults = faults_of(lossy);
+    ASSERT_EQ(names_of(faults), (std::vector<std::string>{"dropped_samples"})) << jitter_s;
+    EXPECT_NEAR(faults.effects[0].parameters.at("share"), 1.0 / 97, 0.3 / 97) << jitter_s;
+  }
+}
+
 }  // namespace
 }  // namespace zerodrift::diagnosis

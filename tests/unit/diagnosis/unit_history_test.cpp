@@ -228,6 +228,21 @@ TEST(UnitCoefficients, AmplitudesOfOtherTimeConstantsAreNotComparable) {
   EXPECT_EQ(coefficients[0].not_comparable, 1U);
 }
 
+TEST(UnitCoefficients, CoefficientsBesideOtherPowersAreNotComparable) {
+  std::vector<RecordedModel> models;
+  for (const auto& [date, beside] :
+       std::vector<std::pair<std::string, std::string>>{{"2026-01-01", "c3_deg_h_per_degc3"},
+                                                        {"2026-02-01", "c3_deg_h_per_degc3"},
+                                                        {"2026-03-01", "c2_deg_h_per_degc2"}}) {
+    models.push_back(model_of(
+        "a", {measured("bias_temperature", {{"c1_deg_h_per_degc", 1.0}, {beside, 0.1}}, date)}));
+  }
+  const auto coefficients = coefficients_of(models);
+  ASSERT_FALSE(coefficients.empty());
+  EXPECT_EQ(coefficients[0].records.size(), 2U);
+  EXPECT_EQ(coefficients[0].not_comparable, 1U);
+}
+
 TEST(UnitCoefficients, OtherTemperaturesAreOtherCoefficients) {
   auto by_board = measured("bias_temperature", {{"c1_deg_h_per_degc", 1.0}}, "2026-01-01");
   auto by_case = measured("bias_temperature", {{"c1_deg_h_per_degc", 1.0}}, "2026-02-01");
@@ -245,6 +260,11 @@ TEST(UnitCoefficients, BadInputIsToldByFileAndKey) {
             "_2026-01-01.yaml: gyro_id: a unit needs an identity, found none");
   EXPECT_EQ(refusal_of({model_of("a", {bias("March")})}),
             "a_March.yaml: effects[0].origin.date: has to be a day as 2026-03-31, found 'March'");
+  EXPECT_EQ(refusal_of({model_of("a", {bias("2026-02-30")})}),
+            "a_2026-02-30.yaml: effects[0].origin.date: has to be a day as 2026-03-31, found "
+            "'2026-02-30'");
+  EXPECT_EQ(refusal_of({model_of("a", {bias("2026-01-01")}), model_of("a", {bias("2026-01-01")})}),
+            "a_2026-01-01.yaml: given twice, expected one model a record");
   auto again = model_of("a", {bias("2026-01-01")});
   again.source = "copy.yaml";
   EXPECT_EQ(refusal_of({model_of("a", {bias("2026-01-01")}), again}),
