@@ -87,6 +87,16 @@ std::string question_of(const BoundColumn& column, std::string_view unit) {
          "=" + header_of(column) + "[" + std::string(unit) + "]'";
 }
 
+std::size_t probes_of(const std::vector<BoundColumn>& columns) {
+  std::size_t probes = 0;
+  for (const BoundColumn& column : columns) {
+    const bool is_thermometer = column.role == record::ColumnRole::kValue &&
+                                column.channel.quantity == Quantity::kTemperature;
+    if (is_thermometer) probes = std::max(probes, column.slot + 1);
+  }
+  return probes;
+}
+
 }  // namespace
 
 std::string_view name(DoubtKind kind) {
@@ -101,16 +111,14 @@ std::string_view name(DoubtKind kind) {
 }
 
 RecordWatch::RecordWatch(std::string record, const std::vector<BoundColumn>& columns)
-    : record_(std::move(record)) {
-  std::size_t probes = 0;
+    : record_(std::move(record)), standstills_(probes_of(columns)) {
   for (const BoundColumn& column : columns) {
     if (column.role != record::ColumnRole::kValue) continue;
     columns_.emplace_back(column);
     const record::Channel& channel = column.channel;
-    if (channel.quantity == Quantity::kTemperature) probes = std::max(probes, column.slot + 1);
     if (channel.quantity == Quantity::kReference) has_reference_[core::index(channel.axis)] = true;
   }
-  cleared_.temperature_degc.assign(probes, record::kNotMeasured);
+  cleared_.temperature_degc.assign(probes_of(columns), record::kNotMeasured);
 }
 
 RecordWatch::RecordWatch(const record::RecordInfo& info, std::string_view columns)
@@ -129,6 +137,7 @@ const record::RecordRow& RecordWatch::add(const record::RecordRow& row) {
     record::value_of(cleared_, column.column()) =
         column.pass(record::value_of(row, column.column()));
   }
+  standstills_.add(row.time, cleared_.temperature_degc);
   for (std::size_t axis = 0; axis < core::kAxisCount; ++axis) {
     const double drift = cleared_.rate_radps[axis] - cleared_.reference_radps[axis];
     if (!std::isfinite(drift)) continue;
@@ -233,7 +242,7 @@ bool RecordWatch::is_stuck_beside_others(const ColumnWatch& thermometer) const {
 }
 
 std::optional<std::string> RecordWatch::stuck(const ColumnWatch& column) const {
-  if (!column.never_moves()) return std::nullopt;
+  if (!column.never_moves()) return standstill(column);
   const std::string all = "all " + std::to_string(column.readings()) + " readings are ";
   if (column.quantity() == Quantity::kRate) return all + "equal, a gyro's never are: it is stuck";
   if (column.quantity() != Quantity::kTemperature) return std::nullopt;
@@ -244,6 +253,16 @@ std::optional<std::string> RecordWatch::stuck(const ColumnWatch& column) const {
   }
   if (duration_s() < kLongestConstantTemperatureS) return std::nullopt;
   return equal + ": it is stuck, or too coarse to show drift";
+}
+
+std::optional<std::string> RecordWatch::standstill(const ColumnWatch& column) const {
+  if (column.quantity() != Quantity::kTemperature) return std::nullopt;
+  const Standstill& worst = standstills_.worst(column.column().slot);
+  if (worst.duration_s < kLongestConstantTemperatureS || worst.moved_degc < kMovedDegc)
+    return std::nullopt;
+  return "stays at " + significant(worst.value_degc, 4) + " degC for " +
+         significant(worst.duration_s, kDigits) + " s while another probe moves by " +
+         significant(worst.moved_degc, kDigits) + " degC: is it stuck?";
 }
 
 std::vector<std::string> lines_of(const std::vector<Doubt>& doubts) {

@@ -13,6 +13,7 @@
 #include "common/core/time.h"
 #include "common/core/units.h"
 #include "common/measurement/column_watch.h"
+#include "common/measurement/standstill_watch.h"
 #include "common/record/record_reader.h"
 
 namespace zerodrift::measurement {
@@ -21,7 +22,7 @@ enum class DoubtKind : std::uint8_t {
   kNotMeasurable,  // readings that no sensor of the quantity gives
   kUnit,           // temperatures that another unit makes ordinary
   kNotAtRest,      // a rate too large for rest, and no true rate that explains it
-  kStuck,          // a channel that never moves
+  kStuck,          // a channel that never moves, or a thermometer that stops
   kTooShort,       // for drift to be distinguished from noise
 };
 [[nodiscard]] std::string_view name(DoubtKind kind);  // "not_measurable", ...
@@ -40,7 +41,8 @@ inline constexpr double kShortestRecordS = 60.0;
 inline constexpr double kLargestAtRestRadps = 10.0 * core::kRadPerDeg;
 // A thermometer that never moves is stuck if another one moves by so much.
 inline constexpr double kMovedDegc = 1.0;
-// Alone it is doubted from so long a record on: the parts of a gyro warm up for longer.
+// Alone it is doubted from so long a record on: the parts of a gyro warm up for longer. One that
+// stops moving for so long while another moves is doubted too.
 inline constexpr double kLongestConstantTemperatureS = 600.0;
 // Electronics of a gyro are dead above it (the military range), and no store is colder than the
 // lower end (MIL-STD-810, severe cold); what lies beyond is looked at in other units.
@@ -80,12 +82,14 @@ class RecordWatch {
   [[nodiscard]] std::optional<std::string> other_unit(const ColumnWatch& column) const;
   [[nodiscard]] std::optional<std::string> not_at_rest(const ColumnWatch& column) const;
   [[nodiscard]] std::optional<std::string> stuck(const ColumnWatch& column) const;
+  [[nodiscard]] std::optional<std::string> standstill(const ColumnWatch& column) const;
   [[nodiscard]] double widest_temperature_degc() const;
 
   std::string record_;
   std::vector<ColumnWatch> columns_;
   core::PerAxis<bool> has_reference_{};
   core::PerAxis<MeanSize> drift_{};  // of rate less reference
+  StandstillWatch standstills_;      // of thermometers, by slot
   record::RecordRow cleared_;
   std::uint64_t rows_ = 0;
   core::SensorTime first_{core::SensorTime::max()};

@@ -21,18 +21,18 @@ double noise(int i) {
 }
 
 // A record of 1 Hz with these columns, bound as a reader binds them.
-std::vector<Doubt> doubts_of(std::vector<std::string> header,
+std::vector<Doubt> doubts_of(const std::vector<std::string>& values,
                              const std::function<Cells(int)>& cells, int rows = 1200,
                              const std::string& columns = "") {
-  header.insert(header.begin(), "time_s");
   record::RecordInfo info;
   info.path = "r.csv";
-  info.columns = header;
+  info.columns = {"time_s"};
+  info.columns.insert(info.columns.end(), values.begin(), values.end());
   const auto layout =
       record::bind_columns(info.path, info.columns, record::parse_column_map(columns));
   RecordWatch watch(info, columns);
   record::RecordRow row;
-  row.temperature_degc.resize(layout.probes.size());
+  row.temperature_degc.assign(layout.probes.size(), 0.0);
   for (int i = 0; i < rows; ++i) {
     row.time = core::from_seconds(i);
     const Cells in_file = cells(i);
@@ -149,6 +149,29 @@ TEST(Doubts, OfAStuckRateAreCertainAndOfAStuckThermometerOnlyBesideAnotherOrForL
   EXPECT_TRUE(doubts_of({"temperature_case_degC"}, alone, 590).empty());
   expect_one(doubts_of({"temperature_case_degC"}, alone, 610), DoubtKind::kStuck,
              "temperature_case_degC", "stuck, or too coarse");
+}
+
+// Rule: a thermometer that stops part-way is asked about, one that is coarse, slow or stays for
+// some minutes isn't.
+TEST(Doubts, OfAThermometerThatStopsWhileAnotherMovesAskWhetherItIsStuck) {
+  const auto of_two = [](const std::function<Cells(int)>& cells, int rows) {
+    return doubts_of({"temperature_case_degC", "temperature_coil_degC"}, cells, rows);
+  };
+  const auto stops = [](int i) { return Cells{20.0 + 0.01 * std::min(i, 1000), 20.0 + 0.01 * i}; };
+  expect_one(of_two(stops, 3001), DoubtKind::kStuck, "temperature_case_degC",
+             "degC for 2000 s while another probe moves by 20.0 degC: is it stuck?");
+  const auto coarse = [](int i) {
+    return Cells{std::round((20.0 + 0.002 * i) / 0.5) * 0.5, 20.0 + 0.002 * i};
+  };
+  EXPECT_TRUE(of_two(coarse, 9000).empty());
+  const auto slow = [](int i) {
+    return Cells{i % 900 == 0 ? 20.0 + 0.01 * i : record::kNotMeasured, 20.0 + 0.01 * i};
+  };
+  EXPECT_TRUE(of_two(slow, 9000).empty());
+  const auto short_stop = [](int i) {
+    return Cells{20.0 + 0.01 * (i < 1000 ? i : std::max(i - 500, 1000)), 20.0 + 0.01 * i};
+  };
+  EXPECT_TRUE(of_two(short_stop, 3000).empty());
 }
 
 TEST(Doubts, OfSevenSecondsSayThatNoDriftIsInThem) {
