@@ -237,7 +237,7 @@ TEST_F(HostedService, CutsATextThatIsTooLong) {
   host_.raise(raised);
   run_until([] { return true; });
   ASSERT_TRUE(eventually([&] { return events("long").size() == 1; }));
-  EXPECT_EQ(events("long").front().text().to_string(), std::string(255, 'x'));
+  EXPECT_EQ(events("long").front().text().to_string(), std::string(252, 'x') + "...");
 }
 
 TEST_F(HostedService, SaysItsStatusAndAtTheEndThatItStops) {
