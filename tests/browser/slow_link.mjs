@@ -19,7 +19,7 @@ export class SlowLink {
         socket.on('close', () => [page, console].forEach((s) => s.destroy()));
       }
       page.pipe(console);
-      void this.#forward(console, page);
+      this.#forward(console, page).catch(() => {}); // one of both was closed
     });
     await new Promise((ready) => this.server.listen(0, '127.0.0.1', ready));
     return `http://127.0.0.1:${this.server.address().port}/`;
