@@ -172,7 +172,7 @@ export function isStale(facts: Facts): boolean {
 }
 
 /** Samples come, and are not of now. */
-function isLate(facts: Facts): boolean {
+export function isLate(facts: Facts): boolean {
   return facts.present && facts.behindS > staleAfterS(facts.sampleIntervalS);
 }
 
