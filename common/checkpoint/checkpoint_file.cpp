@@ -21,12 +21,9 @@ std::string content(const std::filesystem::path& path) {
 }
 
 std::shared_ptr<compensation::RestoredLearner> made_from(const compensation::LearnerState& state,
-                                                         const Owner& owner,
-                                                         const std::string& boot) {
+                                                         const Owner& owner) {
   try {
-    auto learner = std::make_shared<compensation::RestoredLearner>(owner.options, state);
-    if (!boot.empty() && !state.boot.empty() && state.boot != boot) learner->forget_age();
-    return learner;
+    return std::make_shared<compensation::RestoredLearner>(owner.options, state);
   } catch (const std::invalid_argument& error) {
     throw CheckpointError(std::string("found values that no learner has: ") + error.what());
   }
@@ -72,7 +69,10 @@ void save(const std::filesystem::path& path, const Owner& owner,
 std::shared_ptr<compensation::RestoredLearner> restored_from(std::string_view bytes,
                                                              const Owner& owner,
                                                              const std::string& boot) {
-  return made_from(decode(bytes, owner), owner, boot);
+  const compensation::LearnerState state = decode(bytes, owner);
+  auto learner = made_from(state, owner);
+  if (!boot.empty() && !state.boot.empty() && state.boot != boot) learner->forget_age();
+  return learner;
 }
 
 std::shared_ptr<compensation::RestoredLearner> load(const std::filesystem::path& path,
@@ -86,7 +86,7 @@ Resumed resume(const std::filesystem::path& path, const Owner& owner, const std:
     return {.learner = held_by(bytes, owner, path, boot)};
   } catch (const CheckpointError& refused) {
     try {
-      return {.learner = made_from(decode_kernels(bytes, owner), owner, boot),
+      return {.learner = made_from(decode_kernels(bytes, owner), owner),
               .left_behind = refused.what()};
     } catch (const CheckpointError&) {
       throw refused;

@@ -74,9 +74,8 @@ void SeriesBuilder::Mean::merge(const Mean& other) {
 }
 
 void SeriesBuilder::Holes::add(double time_s, double longest_s) {
-  if (has_begun && time_s - newest_s > longest_s) ++count;
+  if (newest_s && time_s - *newest_s > longest_s) ++count;
   newest_s = time_s;
-  has_begun = true;
 }
 
 SeriesBuilder::SeriesBuilder(const SeriesOptions& options) : options_(options) {

@@ -112,9 +112,8 @@ class SeriesBuilder {
 
  private:
   struct Holes {
-    double newest_s = 0.0;  // a value's
+    std::optional<double> newest_s{};  // a value's
     std::size_t count = 0;
-    bool has_begun = false;
 
     void add(double time_s, double longest_s);
   };

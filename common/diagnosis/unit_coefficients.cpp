@@ -24,22 +24,6 @@ bool is_measured(const EffectSpec& spec) {
          twin::definition_of(spec) != nullptr;
 }
 
-bool is_date(const std::string& text) {
-  constexpr std::string_view kForm = "0000-00-00";
-  const bool has_form = text.size() == kForm.size() &&
-                        std::equal(text.begin(), text.end(), kForm.begin(), [](char c, char form) {
-                          return form == '0' ? c >= '0' && c <= '9' : c == form;
-                        });
-  if (!has_form) return false;
-  const auto number = [&](std::size_t at, std::size_t size) {
-    return std::stoi(text.substr(at, size));
-  };
-  return std::chrono::year_month_day(std::chrono::year(number(0, 4)),
-                                     std::chrono::month(static_cast<unsigned>(number(5, 2))),
-                                     std::chrono::day(static_cast<unsigned>(number(8, 2))))
-      .ok();
-}
-
 std::string label_with_inputs(const EffectSpec& spec) {
   std::string label = twin::label_of(spec);
   std::string inputs;
@@ -172,6 +156,22 @@ void add_coefficients(std::vector<Coefficient>& coefficients, const Key& key,
 }
 
 }  // namespace
+
+bool is_date(const std::string& text) {
+  constexpr std::string_view kForm = "0000-00-00";
+  const bool has_form = text.size() == kForm.size() &&
+                        std::equal(text.begin(), text.end(), kForm.begin(), [](char c, char form) {
+                          return form == '0' ? c >= '0' && c <= '9' : c == form;
+                        });
+  if (!has_form) return false;
+  const auto number = [&](std::size_t at, std::size_t size) {
+    return std::stoi(text.substr(at, size));
+  };
+  return std::chrono::year_month_day(std::chrono::year(number(0, 4)),
+                                     std::chrono::month(static_cast<unsigned>(number(5, 2))),
+                                     std::chrono::day(static_cast<unsigned>(number(8, 2))))
+      .ok();
+}
 
 std::vector<Coefficient> coefficients_of(std::span<const RecordedModel> models) {
   Judgements all;

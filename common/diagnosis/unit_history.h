@@ -94,11 +94,15 @@ struct RecordedModel {
   twin::Model model;
 };
 
+// Whether it is a day of the calendar, as 2026-03-31.
+[[nodiscard]] bool is_date(const std::string& text);
+
 // What records gave: parameters with a standard error, of effects that diagnosis or calibration
 // sized, one effect of a kind on an axis. Effects of one kind that read other temperatures are
-// other coefficients; shapes (time constants, widths) have to lie within a tenth of the records'
-// median. Throws std::invalid_argument with source and key where a model with such effects has no
-// gyro_id or one of them no date ("2026-03-31"), and where a record of a unit is given twice.
+// other coefficients; terms of a polynomial have to be those of most records, shapes (time
+// constants, widths) to lie within a tenth of the records' median. Throws std::invalid_argument
+// with source and key where a model with such effects has no gyro_id or one of them no date
+// ("2026-03-31"), and where a record of a unit or a source is given twice.
 [[nodiscard]] std::vector<Coefficient> coefficients_of(std::span<const RecordedModel> models);
 
 // `false_discovery_rate`: within 0 and 1.

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/zerodrift/diagnosis_output.h"
 
-#include <chrono>
 #include <cstdio>
 
 #include "common/config/twin_config.h"
+#include "common/diagnosis/unit_history.h"
 #include "common/report/plain_text.h"
 #include "services/zerodrift/diagnosis_report.h"
 #include "services/zerodrift/doubts.h"
@@ -14,15 +14,7 @@ namespace zerodrift::services {
 namespace {
 
 std::string check_date(const std::string& text) {
-  int year = 0;
-  unsigned month = 0;
-  unsigned day = 0;
-  int used = 0;
-  const bool read = std::sscanf(text.c_str(), "%4d-%2u-%2u%n", &year, &month, &day, &used) == 3 &&
-                    text.size() == 10 && used == 10;
-  const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(month),
-                                         std::chrono::day(day)};
-  if (read && date.ok()) return {};
+  if (diagnosis::is_date(text)) return {};
   return "found '" + text + "', expected a date as 2026-03-31";
 }
 
