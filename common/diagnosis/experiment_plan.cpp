@@ -60,7 +60,14 @@ void add_chamber(const ExperimentPlan& plan, twin::Profile& profile) {
     if (block.temperature_degc != at_degc) {
       if (time_s > 0.0 && (profile.chamber.empty() || profile.chamber.back().time_s < time_s))
         profile.chamber.push_back({time_s, at_degc});  // held until now
-      time_s += std::abs(block.temperature_degc - at_degc) / block.ramp_degc_per_s;
+      const double change_degc = block.temperature_degc - at_degc;
+      const double ramp_s = std::abs(change_degc) / block.ramp_degc_per_s;
+      const double left_s = plan.duration_s - time_s;
+      if (ramp_s > left_s) {  // the experiment ends on the ramp
+        profile.chamber.push_back({plan.duration_s, at_degc + change_degc * left_s / ramp_s});
+        return;
+      }
+      time_s += ramp_s;
       at_degc = block.temperature_degc;
       profile.chamber.push_back({time_s, at_degc});
     }

@@ -153,10 +153,10 @@ ProbeSeries SeriesBuilder::smoothed(const Channel& channel, const std::string& n
   }
   ProbeSeries probe{.name = name};
   if (readings < 2) return probe;
-  constexpr double kReadingsEachSide = 4.0;
   const double spacing_s =
       interval_s_ * static_cast<double>(channel.size()) / static_cast<double>(readings);
-  probe.half_window_s = std::max(options_.temperature_half_window_s, kReadingsEachSide * spacing_s);
+  probe.half_window_s = std::max(options_.temperature_half_window_s,
+                                 static_cast<double>(kReadingsEachSide) * spacing_s);
   TemperatureCourse course = temperature_course(means, interval_s_, probe.half_window_s);
   probe.temperature_degc = std::move(course.degc);
   probe.rate_degc_per_s = std::move(course.degc_per_s);

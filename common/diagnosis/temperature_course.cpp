@@ -11,6 +11,7 @@
 
 #include "common/core/median.h"
 #include "common/core/not_known.h"
+#include "common/diagnosis/coarse_readings.h"
 
 namespace zerodrift::diagnosis {
 namespace {
@@ -154,14 +155,14 @@ struct ReadingErrors {
 // The quartic where the two slopes differ by more than their errors.
 class ChosenFit {
  public:
-  ChosenFit(const std::vector<double>& values, std::size_t half)
-      : values_(values),
-        errors_(values),
+  ChosenFit(const std::vector<double>& readings, std::size_t half)
+      : values_(without_steps(readings, half / kReadingsEachSide)),
+        errors_(readings),
         half_(half),
         shorter_(static_cast<std::size_t>(
             std::max(1.0, std::round(static_cast<double>(half) / std::numbers::sqrt2)))),
-        quadratic_(half_, values.size()),
-        quartic_(shorter_, values.size()) {}
+        quadratic_(half_, readings.size()),
+        quartic_(shorter_, readings.size()) {}
 
   [[nodiscard]] LocalFit at(std::size_t centre) const {
     const auto usual = quadratic_.at(values_, centre);
@@ -173,7 +174,7 @@ class ChosenFit {
   }
 
  private:
-  const std::vector<double>& values_;
+  std::vector<double> values_;
   ReadingErrors errors_;
   std::size_t half_;
   std::size_t shorter_;

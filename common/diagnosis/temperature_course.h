@@ -2,6 +2,7 @@
 // The course of a temperature from its readings: how warm, how fast it changes and how that does.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 namespace zerodrift::diagnosis {
@@ -22,7 +23,9 @@ struct TemperatureCourse {
 // that of a quartic over 1/sqrt(2) of the window by more than the errors of both, the quartic: a
 // quadratic smears the edge of a quick ramp, and the quartic is the noisier by a factor of four
 // where nothing is quick. `readings_degc`: one an interval, NaN where there is none. O(readings
-// window).
+// window). Coarse readings lose their steps first (coarse_readings.h): a slope needs at least four
+// readings on each side that differ.
+inline constexpr std::size_t kReadingsEachSide = 4;
 [[nodiscard]] TemperatureCourse temperature_course(const std::vector<double>& readings_degc,
                                                    double interval_s, double half_window_s);
 

@@ -167,10 +167,13 @@ bool is_date(const std::string& text) {
   const auto number = [&](std::size_t at, std::size_t size) {
     return std::stoi(text.substr(at, size));
   };
-  return std::chrono::year_month_day(std::chrono::year(number(0, 4)),
+  constexpr int kFirstYear = 1900;  // no record is older
+  const int year = number(0, 4);
+  return year >= kFirstYear &&
+         std::chrono::year_month_day(std::chrono::year(year),
                                      std::chrono::month(static_cast<unsigned>(number(5, 2))),
                                      std::chrono::day(static_cast<unsigned>(number(8, 2))))
-      .ok();
+             .ok();
 }
 
 std::vector<Coefficient> coefficients_of(std::span<const RecordedModel> models) {

@@ -94,7 +94,7 @@ struct RecordedModel {
   twin::Model model;
 };
 
-// Whether it is a day of the calendar, as 2026-03-31.
+// Whether it is a day of the calendar since 1900, as 2026-03-31.
 [[nodiscard]] bool is_date(const std::string& text);
 
 // What records gave: parameters with a standard error, of effects that diagnosis or calibration

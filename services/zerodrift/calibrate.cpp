@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // zerodrift calibrate: a first model of one's own gyro, from a record of it.
 #include <memory>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -31,7 +32,10 @@ struct CalibrateOptions {
 };
 
 void check_effects(const std::vector<std::string>& effects) {
+  std::set<std::string> named;
   for (const std::string& effect : effects) {
+    if (!named.insert(effect).second)
+      throw std::invalid_argument("--effects: found " + effect + " twice, expected it once");
     if (const auto problem = twin::EffectSpec{.kind = effect}.find_problem())
       throw std::invalid_argument("--effects: " + problem->what);
   }
@@ -68,6 +72,8 @@ Provenance calibration_provenance(const CalibrateOptions& options) {
 }
 
 int calibrate(CalibrateOptions options) {
+  if (options.gyro.empty())
+    throw std::invalid_argument("--gyro: found nothing, expected the gyro's name");
   options.request.axes = axes_named(options.axes);
   if (options.request.date.empty()) options.request.date = today();
   check_effects(options.effects);

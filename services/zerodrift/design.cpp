@@ -51,7 +51,8 @@ int design(const DesignCommand& command) {
     print_paragraph(report::one_line(sentence));
   print_design_tables(result);
   if (!separates) {
-    std::printf("Nothing can be distinguished within these limits: no profile was written\n");
+    std::printf(
+        "Nothing is expected to be told apart within these limits: no profile was written\n");
     return service::kExitDone;
   }
   config::save_profile(result.design.profile,

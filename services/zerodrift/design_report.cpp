@@ -99,8 +99,10 @@ std::vector<std::string> design_sentences(const DesignResult& result) {
   for (const diagnosis::Inseparable& one : result.design.inseparable) {
     sentences.push_back(
         "Axis " + axis_of(result, one.pair) +
-        ": cannot be separated within these limits: " + pair_of(one.pair) + "; " +
-        (one.channel.empty() ? "no channel would." : one.channel + " in the limits would."));
+        ": expected to stay together within these limits: " + pair_of(one.pair) + ", " +
+        significant(one.pair.standard_errors, kDigits) + " standard errors apart; " +
+        (one.channel.empty() ? "no other channel in the limits is expected to part them."
+                             : one.channel + " in the limits would part them."));
   }
   sentences.push_back("Expected entropy of what is open: " +
                       significant(result.design.judgement.entropy_nats, kDigits) +

@@ -119,7 +119,8 @@ void add_diagnose(CLI::App& app, Run& run, const Invocation& made_by) {
   service::show_default_in("s", command
                                     ->add_option("--duration", options->listening.duration_s,
                                                  "with --live: listen for so long, in sensor time")
-                                    ->transform(service::in_seconds_above_0()));
+                                    ->transform(service::in_seconds_above_0())
+                                    ->needs("--live"));
   command->add_flag("--publish", options->publish,
                     "with --record: tell a running system, so that its console shows the finding; "
                     "--live always does");

@@ -298,6 +298,8 @@ TEST_F(Diagnose, RefusesBadInputWithCodeTwoOneLineAndNoFile) {
       {"no such axis", good, {"--axis", "w"}, {"--axis", "w"}},
       {"no date", good, {"--date", "31.3.2026"}, {"--date", "31.3.2026"}},
       {"no day of the calendar", good, {"--date", "2026-02-30"}, {"--date", "2026-02-30"}},
+      {"a day before all records", good, {"--date", "0000-01-01"}, {"--date", "0000-01-01"}},
+      {"a time to listen for, of a file", good, {"--duration", "1h"}, {"--duration", "--live"}},
       {"proved on itself", good, {"--validate", good}, {"--validate", "good.csv"}},
       {"no record to prove on", good, {"--validate", path("none.csv")}, {"none.csv"}},
       {"a column that is not there", good, {"--columns", "rate_z=gz[deg/s]"}, {"gz"}},
@@ -386,6 +388,17 @@ TEST_F(Calibrate, AnEffectThatIsNoneIsRefusedWithTheOneThatWasMeant) {
   EXPECT_NE(end.err.find("--effects: the catalogue has no effect 'shup'; did you mean 'shupe'?"),
             std::string::npos)
       << end.err;
+  EXPECT_FALSE(std::filesystem::exists(path("m.yaml")));
+}
+
+TEST_F(Calibrate, WhatIsNamedTwiceOrNotAtAllIsRefused) {
+  const std::string file = record("r.csv", {.seconds = 700});
+  const Finished twice = calibrate(file, "bias,shupe,bias", {"--out-model", path("m.yaml")});
+  EXPECT_EQ(twice.exit_code, 2);
+  EXPECT_NE(twice.err.find("--effects: found bias twice"), std::string::npos) << twice.err;
+  const Finished nameless = calibrate(file, "bias", {"--gyro", "", "--out-model", path("m.yaml")});
+  EXPECT_EQ(nameless.exit_code, 2);
+  EXPECT_NE(nameless.err.find("--gyro"), std::string::npos) << nameless.err;
   EXPECT_FALSE(std::filesystem::exists(path("m.yaml")));
 }
 

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <functional>
 #include <limits>
+#include <numbers>
 #include <random>
 #include <vector>
 
@@ -113,6 +114,43 @@ TEST(TemperatureCourse, ASlowCourseIsNoNoisierForIt) {
       EXPECT_LT(e.chosen, 1.25 * e.one_window)
           << of.noise_degc << ' ' << of.step_degc << ' ' << seed;
     }
+  }
+}
+
+// A thermometer of coarse steps, without noise that would carry it over them: a ramp is one all the
+// same, and what is quick enough for the steps not to matter stays as exact as it was.
+TEST(TemperatureCourse, CoarseStepsAreNoBurstsOfHeat) {
+  for (const double period_s : {2400.0, 3600.0, 7200.0}) {
+    const Course cycle = [period_s](double t) {
+      return 25.0 + 20.0 * std::sin(2.0 * std::numbers::pi * t / period_s);
+    };
+    const double largest = 20.0 * 2.0 * std::numbers::pi / period_s;
+    for (const double step : {0.25, 0.5, 1.0, 2.0}) {
+      for (const double noise : {0.0, 0.02}) {
+        const Errors e =
+            errors_of(cycle, 8000, {.noise_degc = noise, .step_degc = step}, 300, 7700);
+        EXPECT_LT(e.chosen, e.one_window) << period_s << ' ' << step << ' ' << noise;
+        EXPECT_LT(e.chosen, (0.01 + 0.07 * step) * largest)
+            << period_s << ' ' << step << ' ' << noise;
+      }
+    }
+  }
+}
+
+// Noise that carries the readings over the steps makes their mean better than any of them.
+TEST(TemperatureCourse, ReadingsThatChangeByTheirNoiseAreAveraged) {
+  const Course slow = [](double t) { return 20.0 + 3.0 * std::sin(t / 3000.0); };
+  constexpr double kStep = 0.5;
+  for (const double noise : {0.2, 0.3, 0.5}) {
+    const auto values = readings(slow, 4000, {.noise_degc = noise, .step_degc = kStep});
+    const TemperatureCourse found = temperature_course(values, 1.0, kHalfS);
+    double squares = 0.0;
+    for (std::size_t i = 100; i < 3900; ++i)
+      squares += std::pow(found.degc[i] - slow(static_cast<double>(i)), 2);
+    // Of a quadratic in the middle of its window.
+    const double of_mean =
+        1.5 / std::sqrt(2.0 * kHalfS + 1.0) * std::hypot(noise, kStep / std::sqrt(12.0));
+    EXPECT_LT(std::sqrt(squares / 3800.0), 1.3 * of_mean) << noise;
   }
 }
 
