@@ -27,6 +27,16 @@ CompensationOptions checked(const CompensationOptions& options) {
   return options.for_samples_every(0.0);
 }
 
+core::SensorTime three_intervals(const core::AngularRateSample& sample) noexcept {
+  const bool slow = sample.interval_s > 0.0 && sample.interval_s < kSlowestIntervalS;
+  return core::from_seconds(slow ? 3.0 * sample.interval_s : 0.0);
+}
+
+// Forward, of a stamp that needs no second one to be believed.
+core::SensorTime largest_step(const core::AngularRateSample& sample) noexcept {
+  return std::max(core::kLargestStep, three_intervals(sample));
+}
+
 thermal::FeatureBuilderOptions builder_options(const CompensationOptions& options) {
   return {.features = options.features, .max_temperature_age_s = options.temperature_stale_s};
 }
@@ -193,6 +203,9 @@ core::CompensatedSample Compensator::answer_next() noexcept {
       temperatures_.restart();
       references_.restart();
       restart_histories();
+    } else if (newest_ != core::kNever && sample.time - newest_ > largest_step(sample)) {
+      gate_.skip(sample.time - newest_);  // the clock was set forward
+      labels_.discard();
     }
     newest_ = sample.time;
     if (stream_began_ == core::kNever) stream_began_ = newest_;
@@ -214,11 +227,9 @@ core::CompensatedSample Compensator::answer_next() noexcept {
 bool Compensator::is_timely(const core::AngularRateSample& sample) const noexcept {
   if (!core::is_usable(sample.time)) return false;
   if (newest_ == core::kNever) return true;
-  const bool slow = sample.interval_s > 0.0 && sample.interval_s < kSlowestIntervalS;
-  const core::SensorTime slowest = core::from_seconds(slow ? 3.0 * sample.interval_s : 0.0);
-  const core::SensorTime largest = std::max(core::kLargestStep, slowest);
+  const core::SensorTime largest = largest_step(sample);
   const core::SensorTime step = sample.time - newest_;
-  if (step >= -std::max(core::kLargestStepBack, slowest) && step <= largest)
+  if (step >= -std::max(core::kLargestStepBack, three_intervals(sample)) && step <= largest)
     return step > core::SensorTime{0};
   const core::SensorTime since_doubted = core::saturating_difference(sample.time, doubted_);
   return since_doubted > core::SensorTime{0} && since_doubted <= largest;

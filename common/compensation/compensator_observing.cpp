@@ -108,12 +108,13 @@ void Compensator::take_residual(core::SensorTime now) noexcept {
   references_.correct(now, models_.epoch(), gate_.state() == RestState::kRest, forecast);
 }
 
-// Where the rates of a gyro at rest are, by the models in force: held, or what is taken off.
+// Where the rates of a gyro at rest are, by the models in force: held, or what is taken off. Of
+// axes whose level isn't known yet.
 ExpectedLevels Compensator::expected_levels() const noexcept {
   ExpectedLevels expected;
-  if (gate_.state() != RestState::kInitial) return expected;
   for (const auto axis : kAxes) {
     const std::size_t i = index(axis);
+    if (gate_.state() != RestState::kInitial && gate_.knows(axis)) continue;
     const AxisModel* model = active_model(axis);
     const AxisContext& context = axes_[i].context();
     if (model == nullptr || !context.held_radps || !context.applied_radps) continue;

@@ -89,11 +89,11 @@ void AxisLearner::learn(const AxisLabel& label) noexcept {
   // The stack is given what the SVR says of the label before that learns it.
   if (stack_) stack_->learn(label);
   std::size_t slot = regression::SampleWindow::kNoSlot;
+  const bool is_added = label.features && model_.trained;
   if (label.features) {
-    if (model_.trained) {
+    if (is_added) {
       judge_.judge({label.time, label.drift_radps, label.variance, *label.features});
       slot = add(label);
-      if (selection_ && labels_ >= next_selection_) reselect_kernel();
     } else {
       initial_.push_back(label);
       if (initial_.size() == initial_labels_) begin();
@@ -104,6 +104,8 @@ void AxisLearner::learn(const AxisLabel& label) noexcept {
                    label.thermal.rate * scales_->rate_degc_per_s * kSecondsPerMinute);
   }
   hold(label, slot);
+  // Behind hold(): with another SVR all slots are void.
+  if (is_added && selection_ && labels_ >= next_selection_) reselect_kernel();
   update_model();
   if (!model_.trained) return;
   judge_.keep(model_);

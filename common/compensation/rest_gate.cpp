@@ -54,6 +54,12 @@ void RestGate::restart() noexcept {
   still_since_ = core::kNever;
 }
 
+void RestGate::skip(core::SensorTime by) noexcept {
+  initial_count_ = 0;
+  if (state_ == RestState::kSettling) static_cast<void>(motion());
+  if (state_ != RestState::kInitial) level_time_ += by;
+}
+
 double RestGate::block_sigma(core::Axis axis) const noexcept {
   return std::max(std::sqrt(axes_[index(axis)].noise), kSmallestSigma);
 }
@@ -70,7 +76,7 @@ RestState RestGate::add(const DriftBlock& block, const ExpectedLevels& expected)
     begin_settling(block.begin);
   }
   if (state_ == RestState::kSettling) average(block);
-  if (state_ == RestState::kRest) track(block);
+  if (state_ == RestState::kRest && track(block, expected)) return motion();
   return state_;
 }
 
@@ -111,17 +117,22 @@ bool RestGate::leaves(const ExpectedLevels& expected) noexcept {
   bool any_leaves = false;
   for (const auto axis : kAxes) {
     const std::size_t i = index(axis);
-    nearest[i] = axes_[i].level;
-    if (!axes_[i].known || !expected[i]) continue;
-    const double margin = options_.departure_sigmas * expected[i]->sigma_radps;
-    nearest[i] = std::clamp(axes_[i].level, expected[i]->lowest_radps - margin,
-                            expected[i]->highest_radps + margin);
-    const double departure = std::abs(axes_[i].level - nearest[i]);
-    any_leaves = any_leaves || !(departure <= threshold(axes_[i], 0.0));  // also: not a number
+    nearest[i] = nearest_expected(axes_[i], expected[i]);
+    any_leaves = any_leaves || nearest[i] != axes_[i].level;  // also: not a number
   }
   if (!any_leaves) return false;
   for (std::size_t i = 0; i < axes_.size(); ++i) axes_[i].level = nearest[i];
   return true;
+}
+
+// The level itself where it is expected, within its noise, or nothing is.
+double RestGate::nearest_expected(const AxisState& axis,
+                                  const std::optional<ExpectedLevel>& expected) const noexcept {
+  if (!axis.known || !expected) return axis.level;
+  const double margin = options_.departure_sigmas * expected->sigma_radps;
+  const double nearest =
+      std::clamp(axis.level, expected->lowest_radps - margin, expected->highest_radps + margin);
+  return std::abs(axis.level - nearest) <= threshold(axis, 0.0) ? axis.level : nearest;
 }
 
 // sigma from the median absolute successive difference d: sigma = median|d| / (0.6745 sqrt 2).
@@ -243,7 +254,9 @@ void RestGate::adopt_average() noexcept {
   }
 }
 
-void RestGate::track(const DriftBlock& block) noexcept {
+// Whether an axis that appeared later is outside of what is expected; that is its level then.
+bool RestGate::track(const DriftBlock& block, const ExpectedLevels& expected) noexcept {
+  bool any_leaves = false;
   const double block_s = core::seconds(block.end - block.begin);
   const double level_gain =
       block_s > kLongBlockS ? std::min(1.0, kLevelGain * block_s) : kLevelGain;
@@ -275,9 +288,15 @@ void RestGate::track(const DriftBlock& block) noexcept {
         std::max(level_gain, 1.0 / static_cast<double>(state.blocks + 1)) * (mean - state.level);
     state.previous = mean;
     ++state.blocks;
-    state.known = state.known || state.blocks >= options_.initial_blocks;
+    if (state.known || state.blocks < options_.initial_blocks) continue;
+    state.known = true;
+    if (block.has_reference) continue;
+    const double nearest = nearest_expected(state, expected[index(axis)]);
+    any_leaves = any_leaves || nearest != state.level;
+    state.level = nearest;
   }
   level_time_ = block.end;
+  return any_leaves;
 }
 
 // Of samples at another rate the spread begins anew; what is known of the level stays.

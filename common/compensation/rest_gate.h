@@ -66,9 +66,9 @@ class RestGate {
  public:
   explicit RestGate(const RestGateOptions& options);
 
-  // A block without any sample says nothing and changes nothing. `expected`: a first level
-  // elsewhere is motion, until it may have drifted there as any other; unless all its blocks have a
-  // reference.
+  // A block without any sample says nothing and changes nothing. `expected`: the first level of an
+  // axis elsewhere is motion, until it may have drifted there as any other; unless its blocks have
+  // a reference.
   RestState add(const DriftBlock& block, const ExpectedLevels& expected = {}) noexcept;
   // A block known from elsewhere to be in motion (a reference says so, a sensor saturated).
   RestState motion() noexcept;
@@ -93,6 +93,10 @@ class RestGate {
   }
 
   void restart() noexcept;
+  // Time went on by `by` at once, without samples: a clock was set forward, or the gyro wasn't
+  // received. The drift is given no time to move in: until it is believed elsewhere, the level is
+  // motion for as long as at any other time.
+  void skip(core::SensorTime by) noexcept;
 
   // Its state (core/state_archive.h).
   void carry(core::StateArchive& archive) {
@@ -125,6 +129,8 @@ class RestGate {
 
   RestState collect_initial(const DriftBlock& block, const ExpectedLevels& expected) noexcept;
   [[nodiscard]] bool leaves(const ExpectedLevels& expected) noexcept;
+  [[nodiscard]] double nearest_expected(
+      const AxisState& axis, const std::optional<ExpectedLevel>& expected) const noexcept;
   [[nodiscard]] bool initial_blocks_agree() const noexcept;
   void adopt_initial() noexcept;
   [[nodiscard]] double threshold(const AxisState& axis, double elapsed_s) const noexcept;
@@ -133,7 +139,7 @@ class RestGate {
   void begin_settling(core::SensorTime since) noexcept;
   void average(const DriftBlock& block) noexcept;
   void adopt_average() noexcept;
-  void track(const DriftBlock& block) noexcept;
+  [[nodiscard]] bool track(const DriftBlock& block, const ExpectedLevels& expected) noexcept;
   static void track_spread(const DriftBlock& block, std::size_t axis, double gain,
                            AxisState& state) noexcept;
 

@@ -111,25 +111,31 @@ void GyroNavigation::process_ready(bool waits) noexcept {
 }
 
 bool GyroNavigation::is_usable(const NavigationSample& sample) noexcept {
-  if (sample.late) {
+  const bool is_behind = newest_ != core::kNever && sample.time < newest_;
+  const bool is_next = follows(sample);
+  // What is answered as late behind a clock that was set back is in its place all the same.
+  const bool is_in_place =
+      is_next && core::seconds(core::saturating_difference(sample.time, newest_)) <=
+                     (1.0 + kSameInterval) * sample.interval_s;
+  if (sample.late && !is_in_place) {
     ++counts_.late;
     return false;
   }
   if (newest_ != core::kNever) {
-    const bool back = sample.time < newest_ && newest_ - sample.time > kSetBack;
+    const bool back = is_behind && newest_ - sample.time > kSetBack;
     const bool forward = sample.time > newest_ && sample.time - newest_ > kSetForward;
     if (back || forward) {
-      ++counts_.time_restarts;
-      detector_.restart();
-      for (Copy& copy : copies_) copy.filter.interrupt();
-      truth_.attitude.interrupt();
+      begin_time_anew();
       if (phase_ == Phase::kNavigating) {
         lose_heading(core::seconds(kSetForward));
         lose_truth(sample.time);
       }
       newest_ = core::kNever;
-      reference_due_ = core::kNever;
-      measured_at_.fill(core::kNever);
+    } else if (is_behind && is_next && has_interval(sample)) {
+      // The clock was set back, and no sample is missing: what it measured is turned through.
+      begin_time_anew();
+      if (phase_ == Phase::kNavigating) lose_truth(sample.time);
+      newest_ = sample.time - core::from_seconds(sample.interval_s);
     } else if (sample.time <= newest_) {
       ++counts_.duplicates;
       return false;
@@ -152,6 +158,16 @@ bool GyroNavigation::is_usable(const NavigationSample& sample) noexcept {
   if (any && !lacks) return true;
   ++counts_.unusable;  // its place is bridged as a gap
   return false;
+}
+
+void GyroNavigation::begin_time_anew() noexcept {
+  ++counts_.time_restarts;
+  detector_.restart();
+  stop_ = {};
+  for (Copy& copy : copies_) copy.filter.interrupt();
+  truth_.attitude.interrupt();
+  reference_due_ = core::kNever;
+  measured_at_.fill(core::kNever);
 }
 
 // An axis that is not measured is taken not to turn against the Earth.
@@ -199,7 +215,8 @@ void GyroNavigation::process(const NavigationSample& received, const Truth* trut
 // ----------------------------------------------------------------------------------------- moving
 
 // What is missing before the sample's own interval: turned through at the mean of the rates around
-// it, which is wrong by up to half their difference.
+// it, which is wrong by up to half their difference. Where no number is missing, nothing may be,
+// and a clock was set forward: it is wrong by up to all of it.
 void GyroNavigation::pass_gap(const NavigationSample& sample, const Rates& rates) noexcept {
   if (newest_ == core::kNever) return;
   const double missing_s = core::seconds(sample.time - newest_) - sample.interval_s;
@@ -213,6 +230,7 @@ void GyroNavigation::pass_gap(const NavigationSample& sample, const Rates& rates
     return;
   }
   ++counts_.gaps;
+  const bool is_next = follows(sample);
   const std::array<const Vector3*, 2> now{&rates.raw, &rates.compensated};
   for (std::size_t i = 0; i < copies_.size(); ++i) {
     Copy& copy = copies_[i];
@@ -222,6 +240,7 @@ void GyroNavigation::pass_gap(const NavigationSample& sample, const Rates& rates
     copy.filter.turn(bridge);
     copy.filter.interrupt();
     copy.filter.lose_b(0.5 * missing_s * (*now[i] - copy.previous_rate));
+    if (is_next) copy.filter.lose_b(missing_s * bridge.rate_radps);
   }
 }
 

@@ -100,13 +100,14 @@ struct HeadingDoubt {
 
 struct NavigationCounts {
   std::uint64_t samples = 0;
-  std::uint64_t duplicates = 0;  // times that were there, or behind
+  std::uint64_t duplicates = 0;  // times that were there, or behind and out of order
   std::uint64_t late = 0;        // answered out of order: their place has passed
   std::uint64_t unusable = 0;    // an axis invalid that was measured before, or no interval
   std::uint64_t clipped = 0;
-  std::uint64_t gaps = 0;           // bridged
-  std::uint64_t losses = 0;         // longer: heading uncertain since
-  std::uint64_t time_restarts = 0;  // as a loss of unknown length
+  std::uint64_t gaps = 0;    // bridged
+  std::uint64_t losses = 0;  // longer: heading uncertain since
+  // By a second or less, with nothing lost; else as a loss of unknown length.
+  std::uint64_t time_restarts = 0;
   std::uint64_t truth_missing = 0;
   std::uint64_t references = 0;  // given back, with at least one axis
   std::uint64_t residuals = 0;
@@ -238,6 +239,10 @@ class GyroNavigation {
   void process(const NavigationSample& received, const Truth* truth) noexcept;
   [[nodiscard]] bool is_usable(const NavigationSample& sample) noexcept;
   [[nodiscard]] Rates rates_of(const NavigationSample& sample) const noexcept;
+  [[nodiscard]] bool follows(const NavigationSample& sample) const noexcept {
+    return newest_ != core::kNever && sample.sequence == sequence_ + 1;
+  }
+  void begin_time_anew() noexcept;
   void pass_gap(const NavigationSample& sample, const Rates& rates) noexcept;
   void lose_heading(double gap_s) noexcept;
   void take_model(const NavigationSample& sample) noexcept;

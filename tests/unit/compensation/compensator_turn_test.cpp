@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "tests/unit/compensation/synthetic_gyro.h"
 
@@ -126,6 +127,67 @@ TEST(CompensatorScenarios, AgainstAReferenceASlowTurnIsNoHindrance) {
   const auto answers = testing::run(compensator, record);
   EXPECT_GE(compensator.counts().labels, 27U);  // (300 - 9 - 5) / 10 = 28
   EXPECT_NE(answers.back().rung[2], core::Rung::kNone);
+}
+
+// Stamps from `from_s` on are later by `by_s`.
+void set_clock_forward(Record& record, double from_s, double by_s) {
+  const auto move = [&](core::SensorTime& time) {
+    if (time > from_seconds(from_s)) time += from_seconds(by_s);
+  };
+  for (auto& sample : record.rates) move(sample.time);
+  for (auto& sample : record.temperatures) move(sample.time);
+}
+
+// Rule: time that goes on at once gives no turn the time to be drift, whenever it does: before the
+// first level, at rest, in the turn, in the dwell behind one.
+TEST(CompensatorScenarios, AClockThatIsSetForwardMakesNoTurnDrift) {
+  for (const double turn_deg_h : {25.0, 300.0, 10'800.0}) {
+    for (const double by_s : {600.0, 7200.0, 259'200.0}) {
+      for (const double at_s : {5.5, 60.5, 101.5, 130.5, 162.5}) {
+        SCOPED_TRACE(std::to_string(turn_deg_h) + " deg/h, " + std::to_string(by_s) + " s at " +
+                     std::to_string(at_s) + " s");
+        GyroSpec spec;
+        spec.duration_s = 400.0;
+        // A turn, and another one from within the dwell behind it on.
+        const auto first = testing::turn(100.5, 60.0, turn_deg_h * kDegH);
+        const auto second = testing::turn(162.7, 140.0, turn_deg_h * kDegH);
+        spec.motion = [&](double t, Axis axis) { return first(t, axis) + second(t, axis); };
+        Record record = make_record(spec);
+        set_clock_forward(record, at_s, by_s);
+        Compensator compensator{testing::options()};
+        const auto answers = testing::run(compensator, record);
+        ASSERT_EQ(answers.size(), record.rates.size());
+        for (std::size_t k = 0; k < answers.size(); ++k) {
+          if (answers[k].rung[2] == core::Rung::kNone) continue;
+          ASSERT_NEAR(answers[k].applied_drift_radps[2], record.drift_radps[k][2], 0.3 * kDegH)
+              << seconds(answers[k].raw.time);
+        }
+        EXPECT_EQ(answers.back().mode[2], core::Mode::kLearning);
+      }
+    }
+  }
+}
+
+// Rule: where the drift is known, the first level of an axis that appears later is held against it
+// as that of the others is.
+TEST(CompensatorScenarios, AnAxisThatAppearsInATurnIsNotBelieved) {
+  for (const double turn_deg_h : {300.0, -10'800.0}) {
+    GyroSpec spec;
+    Compensator compensator{testing::options()};
+    testing::run(compensator, make_record(spec));
+    compensator.restart_stream();
+    spec.seed = 2;
+    spec.motion = testing::turn(0.0, 200.0, turn_deg_h * kDegH);
+    Record record = make_record(spec);
+    for (auto& sample : record.rates) sample.valid[2] = sample.time > from_seconds(15.0);
+    const auto answers = testing::run(compensator, record);
+    for (std::size_t k = 0; k < answers.size(); ++k) {
+      if (!answers[k].raw.valid[2]) continue;
+      ASSERT_NEAR(answers[k].applied_drift_radps[2], record.drift_radps[k][2], 0.3 * kDegH)
+          << turn_deg_h << " deg/h, " << seconds(answers[k].raw.time);
+    }
+    EXPECT_EQ(answers.back().mode[2], core::Mode::kLearning) << turn_deg_h;
+  }
 }
 
 double standard_deviation(const std::vector<double>& values) {

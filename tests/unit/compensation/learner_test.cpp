@@ -178,6 +178,40 @@ TEST(AxisLearner, TheLastStationaryMinuteIsHeld) {
 
 // Rule: without features the held level still moves, and the experts in time learn, through pauses
 // as well; the SVR and the experts that map the temperature learn nothing.
+// Rule: what is predicted at the held level is the mean of the model over the labels of the last
+// minute, whatever kernel was chosen in between, and which samples were left out since.
+TEST(AxisLearner, WhatIsPredictedAtTheHeldLevelIsTheModelsOverTheLastMinute) {
+  for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
+    CompensationOptions options = small_options();
+    AxisLearner learner(options, options.features.size());
+    AxisModel model(options.features.size(), options.model.capacity);
+    Random random(seed);
+    std::vector<AxisLabel> labels;
+    int kernels = 0;
+    for (int k = 1; k <= 600; ++k) {
+      const double gamma = learner.kernel().kernel.gamma;
+      const double feature = std::sin(0.03 * k) + 0.02 * random.gaussian();
+      const double drift = 20.0 * kSigma * std::tanh(6.0 * feature) + kSigma * random.gaussian();
+      // Pauses longer than a minute, so that some minutes hold one label.
+      const int number = k + 20 * (k / 36);
+      labels.push_back(axis_label(number, feature, drift));
+      learner.learn(labels.back());
+      learner.write(model);
+      kernels += learner.kernel().kernel.gamma != gamma ? 1 : 0;
+      if (!model.drift.trained) continue;
+      double sum = 0.0;
+      int n = 0;
+      for (const AxisLabel& held : labels) {
+        if (core::seconds(labels.back().time - held.time) >= 60.0) continue;
+        sum += model.drift.predict(*held.features);
+        ++n;
+      }
+      ASSERT_NEAR(model.drift.predicted_held_radps, sum / n, 0.05 * kSigma) << seed << ' ' << k;
+    }
+    EXPECT_GT(kernels, 0) << seed;
+  }
+}
+
 TEST(AxisLearner, WithoutFeaturesTheHeldLevelAndTheExpertsInTimeLearnAlone) {
   const auto options = small_options();
   AxisLearner learner(options, 1);

@@ -254,6 +254,7 @@ TEST(GyroNavigationAbuse, BadSamplesAreCountedAndPoisonNothing) {
   GyroNavigation navigation(options());
   Vehicle vehicle;
   drive(navigation, vehicle, 30.0, 0.0);
+  NavigationSample out_of_order;
   for (int n = 0; n < 500; ++n) {
     NavigationSample sample = vehicle.next(0.02);
     navigation.push_truth(sample.time, vehicle.truth);
@@ -269,11 +270,15 @@ TEST(GyroNavigationAbuse, BadSamplesAreCountedAndPoisonNothing) {
       case 15:
         navigation.push(sample);  // and again below
         break;
-      case 18: sample.late = true; break;
+      case 18:  // behind the next one
+        out_of_order = sample;
+        out_of_order.late = true;
+        continue;
       case 21: sample.clipped[2] = true; break;
       default: break;
     }
     navigation.push(sample);
+    if (n % 25 == 19) navigation.push(out_of_order);
   }
   const NavigationCounts& counts = navigation.counts();
   EXPECT_EQ(counts.unusable, 80U);
@@ -326,6 +331,55 @@ TEST(GyroNavigationAbuse, TimeSetBackAndANewEpochGoOn) {
   }
   // What is left jumped by as much, and the filter knew.
   EXPECT_EQ(navigation.counts(Stream::kCompensated).rejected, 0U);
+}
+
+// A turn by 180 degrees, in the middle of which stamps begin to be off by `by_s`; no sample is
+// missing, and its number says so. `is_marked`: as the compensation marks what is behind.
+struct StepInATurn {
+  double error_rad = 0.0;
+  double sigma_rad = 0.0;
+
+  StepInATurn(double by_s, bool is_marked) {
+    GyroNavigation navigation(options());
+    Vehicle vehicle;
+    drive(navigation, vehicle, 40.0, 0.0);
+    constexpr double kTurnRadps = 30.0 * kRadPerDeg;
+    core::SensorTime newest = navigation.time();
+    const auto push = [&](double off_s, double turn_radps) {
+      NavigationSample sample = vehicle.next(turn_radps);
+      sample.time += core::from_seconds(off_s);
+      sample.late = is_marked && sample.time <= newest;
+      newest = std::max(newest, sample.time);
+      navigation.push(sample);
+    };
+    for (int n = 0; n < static_cast<int>(3.0 * kRateHz); ++n) push(0.0, kTurnRadps);
+    for (int n = 0; n < static_cast<int>(3.0 * kRateHz); ++n) push(by_s, kTurnRadps);
+    for (int n = 0; n < static_cast<int>(2.0 * kRateHz); ++n) push(by_s, 0.0);
+    const double truth = attitude_of(vehicle.exact.n_from_b()).heading_rad;
+    const double found = navigation.attitude(Stream::kCompensated).heading_rad;
+    error_rad = std::remainder(found - truth, 2.0 * std::numbers::pi);
+    sigma_rad = std::sqrt(navigation.filter(Stream::kCompensated).covariance()(2, 2));
+  }
+};
+
+// What a clock that is set back by less than a second does to stamps costs no heading.
+TEST(GyroNavigationAbuse, AClockThatIsSetBackALittleInATurnCostsNoHeading) {
+  for (const double by_s : {0.05, 0.1, 0.3, 0.7, 0.95}) {
+    for (const bool is_marked : {false, true}) {
+      const StepInATurn back(-by_s, is_marked);
+      EXPECT_LT(std::abs(back.error_rad), 0.05 * kRadPerDeg) << by_s << is_marked;
+      EXPECT_LT(back.sigma_rad, 0.5 * kRadPerDeg) << by_s << is_marked;
+    }
+  }
+}
+
+// Set forward, it can't be told from samples that are missing: the heading says that it may be
+// wrong.
+TEST(GyroNavigationAbuse, AClockThatIsSetForwardInATurnCostsTheHeadingsCertainty) {
+  for (const double by_s : {0.05, 0.1, 0.2, 0.24, 0.3, 1.0}) {
+    const StepInATurn forward(by_s, false);
+    EXPECT_LT(std::abs(forward.error_rad), 1.5 * forward.sigma_rad) << by_s;
+  }
 }
 
 TEST(GyroNavigationAbuse, ATruthThatEndsHoldsNothingUp) {
