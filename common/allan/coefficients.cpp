@@ -62,6 +62,22 @@ FittedModel fitted_on_evidence(const std::vector<AllanPoint>& points, ShapeSet c
   return fit;
 }
 
+// Gauss-Markov noise rises like a random walk and then stays: taken for one, it makes the last
+// points of the curve scatter so much, by its own account, that least squares don't miss the fall.
+// Likelihood does. Of 66 simulated records of an hour and of four with a random walk it gained 4.1
+// at most by the other model, and never with a time constant that the curve shows; of 45 of a
+// Markov noise that shows its own, 5.6 to 37.
+FittedModel without_false_growth(const std::vector<AllanPoint>& points, FittedModel fit,
+                                 const CoefficientOptions& options) {
+  constexpr double kBelieved = 6.0;  // of -2 ln likelihood
+  const ShapeSet growth = only(Shape::kRateRandomWalk) | only(Shape::kRateRamp);
+  if ((fit.active & growth) == 0 || contains(fit.active, Shape::kMarkov)) return fit;
+  auto other = with_markov_for_growth(points, fit, options.max_iterations);
+  const bool is_believed = other && is_resolved(points, *other) &&
+                           misfit(points, fit) - misfit(points, *other) > kBelieved;
+  return is_believed ? *std::move(other) : fit;
+}
+
 // Points beyond those that the parameters take; 0: none.
 double spare_points(const FittedModel& fit, std::size_t points) {
   std::size_t spent = size(fit.active);
@@ -75,10 +91,12 @@ double reduced_chi_square(const FittedModel& fit, std::size_t points) {
   return spare > 0.0 ? fit.residual / spare : 0.0;
 }
 
-bool is_explained(const FittedModel& fit, std::size_t points) {
-  const double spare = spare_points(fit, points);
-  return spare == 0.0 ||
-         fit.residual <= std::max(kExplained * spare, chi_square_quantile(kExplainedChance, spare));
+bool is_explained(const FittedModel& fit, const std::vector<AllanPoint>& points) {
+  const double spare = spare_points(fit, points.size());
+  if (spare == 0.0) return true;
+  return fit.residual <=
+             std::max(kExplained * spare, chi_square_quantile(kExplainedChance, spare)) &&
+         !is_too_high(points, fit);
 }
 
 struct Explained {
@@ -113,6 +131,7 @@ Explained explained(const std::vector<AllanPoint>& points, ShapeSet wanted,
     FittedModel fit =
         fitted_on_evidence(some, candidates, fit_model(some, wanted, {}, options.max_iterations),
                            options.max_iterations);
+    if (options.on_evidence.markov) fit = without_false_growth(some, std::move(fit), options);
     return Explained{std::move(some), std::move(fit)};
   };
   const auto without = [&](int octaves) {
@@ -123,12 +142,12 @@ Explained explained(const std::vector<AllanPoint>& points, ShapeSet wanted,
     return left;
   };
   Explained all = fitted(points);
-  if (is_explained(all.fit, all.points.size())) return all;
+  if (is_explained(all.fit, all.points)) return all;
   for (int octaves = 1; octaves <= options.most_octaves_left_out; ++octaves) {
     std::vector<AllanPoint> left = without(octaves);
     if (left.size() < size(wanted) + kSparePoints) break;
     Explained some = fitted(std::move(left));
-    if (!is_explained(some.fit, some.points.size())) continue;
+    if (!is_explained(some.fit, some.points)) continue;
     left = without(octaves + 1);
     return left.size() < size(wanted) + kSparePoints ? some : fitted(std::move(left));
   }
@@ -245,7 +264,7 @@ void state_white_alone(const std::vector<AllanPoint>& points, const CoefficientO
   std::vector<AllanPoint> part(points.begin() + static_cast<std::ptrdiff_t>(white.first),
                                points.begin() + static_cast<std::ptrdiff_t>(white.end));
   FittedModel fit = fit_model(part, shapes, {}, options.max_iterations);
-  while (!is_explained(fit, part.size())) {
+  while (!is_explained(fit, part)) {
     part.pop_back();  // where the white part ends, something else begins
     if (part.size() < size(shapes) + kSparePoints) return;
     fit = fit_model(part, shapes, {}, options.max_iterations);
@@ -391,7 +410,7 @@ CoefficientReport fit_coefficients(std::span<const AllanPoint> all_points,
   report.short_taus = begin.short_taus;
   if (begin.short_taus == ShortTaus::kNeverWhite) {
     withhold(report);
-  } else if (!is_explained(found.fit, found.points.size())) {
+  } else if (!is_explained(found.fit, found.points)) {
     withhold(report);
     state_white_alone(begin.points, options, report);
   }

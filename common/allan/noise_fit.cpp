@@ -8,6 +8,7 @@
 #include <limits>
 #include <utility>
 
+#include "common/allan/chi_square.h"
 #include "common/core/golden_section.h"
 
 namespace zerodrift::allan {
@@ -103,17 +104,6 @@ Eigen::VectorXd normal_residual(const std::vector<AllanPoint>& points, const Fit
   return u;
 }
 
-// -2 ln likelihood of the cube roots, up to a constant: what refinement minimises. Without the
-// determinant a model that scatters more would always be a better explanation.
-double misfit(const std::vector<AllanPoint>& points, const FittedModel& fit) {
-  const PointCovariance& c = fit.whitening.covariance();
-  const Eigen::VectorXd u = normal_residual(points, fit);
-  const Eigen::VectorXd m = modelled(points, fit.model);
-  return fit.whitening.of(u.cwiseProduct(c.deviation)).squaredNorm() +
-         fit.whitening.log_determinant() + 2.0 / 3.0 * m.array().log().sum() -
-         c.degrees_of_freedom.array().log().sum();
-}
-
 double& parameter(NoiseModel& model, Shape shape) {
   return shape == Shape::kSinusoid ? model.frequency_hz : model.time_constant_s;
 }
@@ -198,6 +188,15 @@ struct Candidate {
 };
 
 }  // namespace
+
+double misfit(const std::vector<AllanPoint>& points, const FittedModel& fit) {
+  const PointCovariance& c = fit.whitening.covariance();
+  const Eigen::VectorXd u = normal_residual(points, fit);
+  const Eigen::VectorXd m = modelled(points, fit.model);
+  return fit.whitening.of(u.cwiseProduct(c.deviation)).squaredNorm() +
+         fit.whitening.log_determinant() + 2.0 / 3.0 * m.array().log().sum() -
+         c.degrees_of_freedom.array().log().sum();
+}
 
 Eigen::VectorXd measured(const std::vector<AllanPoint>& points) {
   Eigen::VectorXd y(static_cast<Eigen::Index>(points.size()));
@@ -374,6 +373,39 @@ std::optional<FittedModel> with_missing_shape(const std::vector<AllanPoint>& poi
   if (has_parameter(best->shape)) parameter(start, best->shape) = best->value;
   return refined(points, fit_model(points, fit.allowed | only(best->shape), start, max_iterations),
                  max_iterations);
+}
+
+bool is_too_high(const std::vector<AllanPoint>& points, const FittedModel& fit) {
+  constexpr double kChance = 1e-4;
+  const Eigen::VectorXd y = measured(points);
+  const Eigen::VectorXd m = modelled(points, fit.model);
+  const Eigen::VectorXd& edf = fit.whitening.covariance().degrees_of_freedom;
+  for (Eigen::Index i = 0; i < y.size(); ++i) {
+    if (edf(i) * y(i) < chi_square_quantile(kChance, edf(i)) * m(i)) return true;
+  }
+  return false;
+}
+
+std::optional<FittedModel> with_markov_for_growth(const std::vector<AllanPoint>& points,
+                                                  const FittedModel& fit, int max_iterations) {
+  const ShapeSet with = fit.allowed | only(Shape::kMarkov);
+  const ShapeSet without = with & ~(only(Shape::kRateRandomWalk) | only(Shape::kRateRamp));
+  std::optional<FittedModel> best;
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const double time_constant_s : parameter_grid(points, Shape::kMarkov)) {
+    NoiseModel start = fit.model;
+    start.squares = {};
+    start.time_constant_s = time_constant_s;
+    FittedModel one = fit_model(points, without, start, max_iterations);
+    const double cost = misfit(points, one);
+    if (!contains(one.active, Shape::kMarkov) || !(cost < lowest)) continue;
+    lowest = cost;
+    best = std::move(one);
+  }
+  if (!best) return std::nullopt;
+  *best = refined(points, *std::move(best), max_iterations);
+  *best = fit_model(points, with, best->model, max_iterations);
+  return contains(best->active, Shape::kMarkov) ? std::move(best) : std::nullopt;
 }
 
 }  // namespace zerodrift::allan

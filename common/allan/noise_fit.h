@@ -77,6 +77,10 @@ struct Design {
 [[nodiscard]] FittedModel refined(const std::vector<AllanPoint>& points, FittedModel fit,
                                   int max_iterations);
 
+// -2 ln likelihood of the cube roots, up to a constant of the points. Without the determinant a
+// model that scatters more would always be a better explanation.
+[[nodiscard]] double misfit(const std::vector<AllanPoint>& points, const FittedModel& fit);
+
 // Whether the points can tell the frequency and the time constant of the active shapes from the
 // other shapes.
 [[nodiscard]] bool is_resolved(const std::vector<AllanPoint>& points, const FittedModel& fit);
@@ -87,5 +91,15 @@ struct Design {
                                                             const FittedModel& fit,
                                                             ShapeSet candidates,
                                                             int max_iterations);
+
+// Whether a point of the curve came out smaller than chance lets it in one of ten thousand records
+// of such a model. Least squares don't see it: a model that is too high says of itself that the
+// points scatter by as much.
+[[nodiscard]] bool is_too_high(const std::vector<AllanPoint>& points, const FittedModel& fit);
+
+// The most likely model in which a Markov noise stands for what grows without end, which may come
+// back beside it; nothing where none does.
+[[nodiscard]] std::optional<FittedModel> with_markov_for_growth(
+    const std::vector<AllanPoint>& points, const FittedModel& fit, int max_iterations);
 
 }  // namespace zerodrift::allan

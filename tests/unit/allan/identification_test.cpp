@@ -253,6 +253,39 @@ TEST(CoefficientEvidence, AMarkovNoiseIsFoundWithItsTimeConstant) {
   expect_held(report.markov->time_constant_s, 50.0, "T");
 }
 
+// A strong one of a time constant that the record shows, 1/45 of it here, is no random walk: K
+// would say that the bias goes on walking for hours, where it stays within 0.3 deg/h.
+TEST(CoefficientEvidence, AMarkovNoiseIsNotCalledARandomWalk) {
+  const double spread = core::radps_from_deg_h(0.3);
+  int walks = 0;
+  for (const double time_constant_s : {60.0, 150.0, 400.0}) {
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+      const Extra extra{.drive_radps_rts = spread / std::sqrt(0.5 * time_constant_s),
+                        .time_constant_s = time_constant_s};
+      const auto report =
+          identify_noise(record(100 + seed, extra, {.n = 5.0 * kN, .b = 0.0, .k = 0.0}, 0.2));
+      walks += report[NoiseTerm::kRateRandomWalk].identification == Identification::kInterval;
+    }
+  }
+  EXPECT_EQ(walks, 0);
+}
+
+// Fitted without terms on evidence, as the live monitor's curves are: a model far above the last
+// points of the curve is none, though it says of itself that they scatter by as much.
+TEST(CoefficientLaws, AModelFarAboveTheCurveIsWithheld) {
+  const double spread = core::radps_from_deg_h(0.3);
+  constexpr double kTimeConstantS = 60.0;
+  const Extra extra{.drive_radps_rts = spread / std::sqrt(0.5 * kTimeConstantS),
+                    .time_constant_s = kTimeConstantS};
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const auto points = record(200 + seed, extra, {.n = 5.0 * kN, .b = 0.0, .k = 0.0}, 0.2);
+    EXPECT_EQ(fit_coefficients(points, {}).status, FitStatus::kUnexplained) << seed;
+    // A walk of the same rise is explained.
+    const auto walk = record(200 + seed, {}, {.n = 5.0 * kN, .b = 0.0, .k = 20.0 * kK}, 0.2);
+    EXPECT_NE(fit_coefficients(walk, {}).status, FitStatus::kUnexplained) << seed;
+  }
+}
+
 TEST(CoefficientEvidence, ARampIsFound) {
   const double ramp = core::radps_from_deg_h(0.3) / 3600.0;  // 1.5 deg/h over the record
   const auto report = identified(5, {.ramp_radps2 = ramp});
