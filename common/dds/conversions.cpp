@@ -176,9 +176,11 @@ void to_message(const core::CompensatedSample& sample, std::uint32_t gyro_id,
     const std::size_t i = index(axis);
     message.delta_angle_rad()[i] = sample.rate_radps[i] * raw.interval_s;
     const bool axis_known = sample.sensor_variance[i] >= 0.0 && sample.drift_variance[i] >= 0.0;
-    message.rate_covariance_radps2()[4 * i] =
-        axis_known ? sample.sensor_variance[i] + sample.drift_variance[i] : -1.0;
-    known = known && (!raw.valid[i] || axis_known);
+    if (raw.valid[i]) {  // -1 of an axis x that is not valid would say that all is unknown
+      message.rate_covariance_radps2()[4 * i] =
+          axis_known ? sample.sensor_variance[i] + sample.drift_variance[i] : -1.0;
+      known = known && axis_known;
+    }
     message.mode()[i] = static_cast<std::uint8_t>(sample.mode[i]);
     message.reason()[i] = static_cast<std::uint8_t>(sample.reason[i]);
     message.rung()[i] = static_cast<std::uint8_t>(sample.rung[i]);

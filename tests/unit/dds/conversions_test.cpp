@@ -353,16 +353,21 @@ TEST(CompensatedRateConversion, MarksTheCovarianceUnknownWhereAVarianceIs) {
   }
 }
 
-TEST(CompensatedRateConversion, KeepsTheCovarianceOfValidAxesBesideAnInvalidOne) {
-  CompensatedSample sample = compensated_sample();
-  sample.raw.valid[2] = false;
-  sample.drift_variance[2] = -1.0;
-  sample.sensor_variance[2] = -1.0;
-  const msg::CompensatedRate message = message_of(sample);
-  const auto& covariance = message.rate_covariance_radps2();
-  EXPECT_GT(covariance[0], 0.0);
-  EXPECT_GT(covariance[4], 0.0);
-  EXPECT_EQ(covariance[8], -1.0);
+// Law: -1 comes first only where the variance of a valid axis is unknown, whichever axes are valid.
+TEST(CompensatedRateConversion, KeepsTheCovarianceOfValidAxesBesideInvalidOnes) {
+  for (unsigned valid = 0; valid < 8; ++valid) {
+    CompensatedSample sample = compensated_sample();
+    sample.raw.valid = flags(valid);
+    for (std::size_t i = 0; i < core::kAxisCount; ++i) {
+      if (!sample.raw.valid[i]) sample.drift_variance[i] = sample.sensor_variance[i] = -1.0;
+    }
+    const msg::CompensatedRate message = message_of(sample);
+    for (std::size_t i = 0; i < core::kAxisCount; ++i) {
+      EXPECT_EQ(message.rate_covariance_radps2()[4 * i],
+                sample.raw.valid[i] ? sample.sensor_variance[i] + sample.drift_variance[i] : 0.0)
+          << "valid axes " << valid << ", axis " << i;
+    }
+  }
 }
 
 TEST(CompensatedRateConversion, PassesWhatIsNotFiniteAndMarksItInvalid) {

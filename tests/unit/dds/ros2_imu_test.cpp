@@ -3,7 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cstddef>
 #include <limits>
+
+#include "common/core/axis.h"
+#include "common/core/compensated_sample.h"
+#include "common/dds/conversions.h"
 
 namespace zerodrift::dds {
 namespace {
@@ -63,6 +69,27 @@ TEST(RosImu, AnAxisThatWasNotMeasuredIsNoNumberThatAFilterWouldTrust) {
   const std::array<double, 9> expected{1.0, 0.0,  0.25, 0.0, core::kRosNotMeasuredVariance,
                                        0.0, 0.25, 0.0,  3.0};
   EXPECT_EQ(imu.angular_velocity_covariance_(), expected);
+}
+
+// Law: whichever axes are measured, those have their own variance and the others one that no filter
+// trusts, from the compensated sample on, of which the others know nothing.
+TEST(RosImu, EveryAxisThatIsMeasuredKeepsItsVarianceWhicheverAxesAre) {
+  const core::PerAxis<double> variance{1.0, 2.0, 4.01e-10};
+  for (unsigned valid = 0; valid < 8; ++valid) {
+    core::CompensatedSample compensated;
+    std::array<double, 9> expected{};
+    for (std::size_t i = 0; i < core::kAxisCount; ++i) {
+      const bool is_valid = (valid >> i & 1U) != 0;
+      compensated.raw.valid[i] = is_valid;
+      compensated.sensor_variance[i] = is_valid ? variance[i] : -1.0;
+      compensated.drift_variance[i] = is_valid ? 0.0 : -1.0;
+      expected[4 * i] = is_valid ? variance[i] : core::kRosNotMeasuredVariance;
+    }
+    msg::CompensatedRate message;
+    to_message(compensated, 1, 0, message);
+    EXPECT_EQ(converted(message).angular_velocity_covariance_(), expected)
+        << "valid axes " << valid;
+  }
 }
 
 TEST(RosImu, AnUnknownCovarianceIsAllZero) {
