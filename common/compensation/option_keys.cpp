@@ -415,7 +415,9 @@ void describe(CompensationOptions& options, OptionVisitor& visitor) {
       options.temperature_stale_s);
   visitor.number(
       {"probe_stuck_s", Decides::kAnswers,
-       "A probe unchanged to the bit for this long while others move is not used.", kDuration},
+       "A probe unchanged to the bit for this long while others move is not used; with more than "
+       "one probe at most 999940.",
+       kDuration},
       options.probe_stuck_s);
   visitor.texts(
       {"probes", Decides::kAnswers, "Thermometers also listened to, for a model adopted later."},

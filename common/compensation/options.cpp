@@ -7,6 +7,7 @@
 
 #include "common/compensation/drift_prior.h"
 #include "common/compensation/option_keys.h"
+#include "common/compensation/temperature_inputs.h"
 
 namespace zerodrift::compensation {
 namespace {
@@ -82,7 +83,8 @@ std::optional<std::string> CompensationOptions::validate() const {
   if (prior) {
     if (auto line = find_wrong_prior(*prior)) return line;
   }
-  return track.validate();
+  if (auto line = track.validate()) return line;
+  return TemperatureInputs::find_wrong(*this);
 }
 
 CompensationOptions CompensationOptions::for_samples_every(double interval_s) const {

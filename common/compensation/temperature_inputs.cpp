@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/compensation/option_keys.h"
 #include "common/core/integer_time.h"
 #include "common/core/not_known.h"
 #include "common/core/plausible.h"
@@ -13,7 +14,7 @@ namespace {
 
 constexpr std::size_t kWaiting = 4096;  // of each probe
 constexpr double kMovedDegc = 1.0;      // a probe counts as moving past this
-constexpr double kMarginS = 60.0;       // of a track beyond the longest lag
+constexpr double kMarginS = 60.0;       // of a track beyond what is asked of it
 using core::kNaN;
 
 auto first_feature(const CompensationOptions& options, thermal::FeatureKind kind) {
@@ -25,6 +26,11 @@ double scale_of(const CompensationOptions& options, thermal::FeatureKind kind) {
   const auto found = first_feature(options, kind);
   const auto scale = found == options.features.end() ? std::nullopt : found->scale;
   return scale.value_or(thermal::default_scale(kind));
+}
+
+// A probe that stands still is compared with where the others were, if there are others.
+bool compares_probes(const std::vector<std::string>& probes) {
+  return probes.size() > 1;
 }
 
 }  // namespace
@@ -44,6 +50,13 @@ TemperatureInputs::Basis::Basis(const CompensationOptions& options,
                                    probes.begin());
 }
 
+std::optional<std::string> TemperatureInputs::find_wrong(const CompensationOptions& options) {
+  const double longest_s = options.track.longest_history_s() - kMarginS;
+  if (!compares_probes(options.probes()) || options.probe_stuck_s <= longest_s) return std::nullopt;
+  return "probe_stuck_s: found " + short_text(options.probe_stuck_s) + ", expected at most " +
+         short_text(longest_s) + " where there is more than one probe";
+}
+
 TemperatureInputs::TemperatureInputs(const CompensationOptions& options, double longest_lag_s)
     : probes_(options.probes()),
       delay_(core::from_seconds(options.temperature_delay_s)),
@@ -53,7 +66,9 @@ TemperatureInputs::TemperatureInputs(const CompensationOptions& options, double 
       queue_(probes_.size(), kWaiting),
       readings_(probes_.size()) {
   thermal::TemperatureTrackOptions track = options.track;
-  track.history_span_s = std::max(track.history_span_s, longest_lag_s + kMarginS);
+  const double longest_s =
+      compares_probes(probes_) ? std::max(longest_lag_s, options.probe_stuck_s) : longest_lag_s;
+  track.history_span_s = std::max(track.history_span_s, longest_s + kMarginS);
   for (std::size_t i = 0; i < probes_.size(); ++i) tracks_.emplace_back(track);
 }
 
@@ -104,8 +119,7 @@ bool TemperatureInputs::take_for(core::SensorTime rate_time) noexcept {
     has_new = true;
     if (reading->probe != basis_.probe) continue;
     if (verdict == thermal::ReadingVerdict::kJumped) thermal_.restart();
-    thermal_.advance(reading->time,
-                     reading->temperature_degc / basis_.scales.temperature_degc,
+    thermal_.advance(reading->time, reading->temperature_degc / basis_.scales.temperature_degc,
                      track.rate_degc_per_s().value_or(0.0) / basis_.scales.rate_degc_per_s);
   }
   return has_new;

@@ -36,7 +36,11 @@ struct ThermalScales {
 
 class TemperatureInputs {
  public:
-  // `longest_lag_s`: how far back a track must reach.
+  // One line where the tracks can't reach back as far as a probe that stands still is compared with
+  // the others. Of options that are in range.
+  [[nodiscard]] static std::optional<std::string> find_wrong(const CompensationOptions& options);
+
+  // `longest_lag_s`: how far back features look.
   TemperatureInputs(const CompensationOptions& options, double longest_lag_s);
 
   void push(const core::TemperatureSample& sample) noexcept;

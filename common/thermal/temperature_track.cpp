@@ -10,7 +10,6 @@
 namespace zerodrift::thermal {
 namespace {
 
-constexpr double kMaxHistoryPoints = 1e6;
 // What is inside a gyro changes by less between two readings: resolution, noise, and a chamber's
 // quickest ramp. A wire that touches, or a sensor that was off (85 °C), reads farther.
 constexpr double kLargestStepDegc = 2.0;
@@ -47,7 +46,7 @@ std::optional<std::string> TemperatureTrackOptions::validate() const {
   if (!(history_step_s >= 1e-3 && history_step_s <= 1e6)) {
     return "history_step_s is " + std::to_string(history_step_s) + ", must be 0.001 to 1e6";
   }
-  if (!(history_span_s >= 0.0 && history_span_s <= kMaxHistoryPoints * history_step_s)) {
+  if (!(history_span_s >= 0.0 && history_span_s <= longest_history_s())) {
     return "history_span_s is " + std::to_string(history_span_s) +
            ", must be 0 to 1e6 times history_step_s";
   }

@@ -35,6 +35,8 @@ struct TemperatureTrackOptions {
 
   // Nothing when usable, else one line that names the wrong key.
   [[nodiscard]] std::optional<std::string> validate() const;
+  // What history_span_s can be at most: of 1e6 steps, which are 16 MB.
+  [[nodiscard]] double longest_history_s() const noexcept { return 1e6 * history_step_s; }
 };
 
 enum class ReadingVerdict : std::uint8_t {

@@ -57,6 +57,11 @@ TEST(CompensationOptions, AWrongValueIsRefusedByItsKey) {
       {"temperature_delay_s", [=](auto& o) { o.temperature_delay_s = nan; }},
       {"temperature_stale_s", [](auto& o) { o.temperature_stale_s = 0.0; }},
       {"probe_stuck_s", [](auto& o) { o.probe_stuck_s = -5.0; }},
+      {"probe_stuck_s: found 1e+06, expected at most 999940 where there is more than one probe",
+       [](auto& o) {
+         o.probe_stuck_s = 1e6;
+         o.more_probes = {"case"};
+       }},
   };
   for (const auto& [key, spoil] : cases) {
     CompensationOptions options;
@@ -66,6 +71,17 @@ TEST(CompensationOptions, AWrongValueIsRefusedByItsKey) {
     EXPECT_EQ(line->substr(0, key.size()), key);
     EXPECT_THROW(Compensator{options}, std::invalid_argument) << key;
   }
+}
+
+// Rule: one probe alone is compared with no other, so that no history has to reach back so far.
+TEST(CompensationOptions, OfOneProbeAloneAnySpanWithoutAChangeIsTaken) {
+  CompensationOptions options;
+  options.probe_stuck_s = 1e6;
+  EXPECT_EQ(options.validate(), std::nullopt);
+  options.more_probes = {"case"};
+  options.probe_stuck_s = 999940.0;
+  EXPECT_EQ(options.validate(), std::nullopt);
+  EXPECT_NO_THROW(TemperatureInputs(options, 0.0));
 }
 
 // Sets the number that it sees as its `index`-th to a value in SI.

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -93,6 +94,31 @@ TEST(TemperatureInputsLaws, AProbeIsStuckOnlyWhileAnotherMoves) {
         << moves_degc_per_s;
     EXPECT_EQ(in.temperatures.reason(FeatureStatus::kTemperatureStale, now),
               Reason::kTemperatureStale);
+  }
+}
+
+// Law: with the default settings, a probe that stands still while another warms by 5 degC in
+// probe_stuck_s is stuck from that span on and not before, however often the probes are read.
+TEST(TemperatureInputsLaws, WithTheDefaultSettingsAProbeIsStuckAfterItsSpanHoweverOftenItIsRead) {
+  for (const double every_s : {0.1, 1.0, 2.0}) {
+    Inputs in;
+    in.options = {};
+    in.options.more_probes = {"case"};
+    in.temperatures = TemperatureInputs{in.options, 0.0};
+    const double still_from_s = 300.0;
+    double stuck_from_s = 0.0;
+    for (int k = 1; k * every_s <= 2.0 * in.options.probe_stuck_s + still_from_s; ++k) {
+      const double t_s = k * every_s;
+      const SensorTime now = core::from_seconds(t_s);
+      in.push("coil", now, 20.0 + 1e-4 * std::min(t_s, still_from_s));
+      in.push("case", now, 30.0 + t_s / 180.0);
+      in.temperatures.take_for(now + kSecond);
+      const Reason reason = in.temperatures.reason(FeatureStatus::kReady, now);
+      if (reason == Reason::kProbeStuck && stuck_from_s == 0.0) stuck_from_s = t_s;
+      ASSERT_EQ(reason, stuck_from_s > 0.0 ? Reason::kProbeStuck : Reason::kNone) << t_s;
+    }
+    EXPECT_NEAR(stuck_from_s, still_from_s + in.options.probe_stuck_s, every_s)
+        << "of a reading every " << every_s << " s";
   }
 }
 
