@@ -57,6 +57,7 @@ class GyroPipeline {
     // drain() is to be called when the learner has delivered; true: it has already.
     virtual bool await_model() = 0;
     virtual void report_progress(std::uint64_t newest, core::SensorTime needed) = 0;
+    // The learner may have something to do: there is a label more, or room for a model more.
     virtual void notify_learner() = 0;
 
    protected:
@@ -320,9 +321,11 @@ class GyroPipeline {
 
   void answer(std::int64_t now_ns) {
     const std::uint64_t labels = engine_->counts().labels;
+    const std::uint64_t epoch = newest_.model_epoch;
     waiting_since_ns_ = 0;
     pass_on(engine_->answer_next(), now_ns);
-    if (engine_->counts().labels != labels) port_.notify_learner();
+    // A model that comes into force gives its predecessor's place to one that had none.
+    if (engine_->counts().labels != labels || newest_.model_epoch != epoch) port_.notify_learner();
     if (core::is_paced_by_consumers(newest_.raw.clock) && ++answered_since_report_ >= kReportEvery)
       report_progress();
   }

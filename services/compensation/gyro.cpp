@@ -183,6 +183,7 @@ void Gyro::begin_run() {
 
 bool Gyro::await_model() {
   surroundings_.learner.await_model();
+  surroundings_.learner.notify();
   return compensator().readiness() != Readiness::kAwaitsModel;
 }
 

@@ -22,6 +22,7 @@ struct HashAnswer {
     std::uint64_t sequence = 0;
     core::ClockSource clock = core::ClockSource::kHardware;
   } raw{};
+  std::uint64_t model_epoch = 0;
   std::uint64_t digest = 0;
 };
 
@@ -61,7 +62,7 @@ class HashEngine {
     newest_ = sample.sequence;
     hash_ = mixed(hash_, sample.sequence);
     ++counts_.samples_out;
-    return {{sample.sequence, sample.clock}, hash_};
+    return {.raw = {sample.sequence, sample.clock}, .digest = hash_};
   }
   void restart_stream() {
     newest_ = 0;

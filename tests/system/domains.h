@@ -141,6 +141,7 @@ enum class Domain : std::uint32_t {
   kRecordingShared,
   kRecordingCsvLoss,
   kRecordingPace,
+  kRestEndsLive,
 };
 
 static_assert(static_cast<std::uint32_t>(Domain::kConsole) <= 100);

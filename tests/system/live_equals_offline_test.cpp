@@ -91,6 +91,34 @@ TEST(LiveRun, OfARecordWithASampleEveryTenSecondsEqualsOfflineCompensationToTheB
   expect_at_work("stack", system.path("live.csv"));
 }
 
+// Rule: a rest that ends with more labels on their way than there is room for models is learned to
+// its end. A label every 5 s that takes effect 30 s later makes six at a time.
+TEST(LiveRun, OfARecordWhoseRestEndsWithManyModelsOnTheirWayEqualsOfflineCompensationToTheByte) {
+  SystemUnderTest system(Domain::kRestEndsLive);
+  constexpr int kRows = 8000;  // 400 s at 20 Hz, the last 180 s of them in motion
+  std::string text = "time_s,rate_x_rad_s,rate_y_rad_s,rate_z_rad_s,temperature_coil_degC\n";
+  for (int k = 0; k < kRows; ++k) {
+    const double noise = 2e-6 * std::sin(1.7 * k * k);
+    const double motion = k > 4400 ? 0.1 * std::sin(0.05 * k) : 0.0;
+    char row[128];
+    std::snprintf(row, sizeof row, "%.2f,%.9e,%.9e,%.9e,%.4f\n", 0.05 * k, 1e-5 + noise,
+                  2e-5 - noise, 5e-6 + noise + motion, 25.0 + 0.001 * k);
+    text += row;
+  }
+  const auto record = system.path("record.csv");
+  write(record, text);
+  write(system.path("late.yaml"), "learning: {handover_s: 30}\n");
+  const Arguments late{"--config", system.path("late.yaml")};
+  run_offline(system, record, system.path("offline.csv"), late);
+  run_live(system, {.source = {"--source", "record", "--record", record},
+                    .compensation = late,
+                    .samples = kRows,
+                    .out = system.path("live.csv")});
+  EXPECT_EQ(first_difference(system.path("live.csv"), system.path("offline.csv")), "");
+  expect_every_sample_once(system.path("live.csv"), kRows);
+  expect_at_work("stack", system.path("live.csv"));
+}
+
 TEST(LiveRun, OfASimulationEqualsOfflineCompensationOfItsRecordToTheByte) {
   SystemUnderTest system(Domain::kSimulationLive);
   const Simulation simulation{.profile = write_ramp_profile(system, kDurationS), .seed = 7};
