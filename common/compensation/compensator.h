@@ -145,6 +145,7 @@ class Compensator {  // More members than other classes: one for each stage on a
   void restart_stream() noexcept;
   void freeze() noexcept { commanded_freeze_ = true; }
   void learn() noexcept { commanded_freeze_ = false; }
+  [[nodiscard]] bool is_commanded_to_freeze() const noexcept { return commanded_freeze_; }
   // Forgets everything learned. False: the learner's queue is full.
   bool reset_models() noexcept;
   // Puts a saved learner in the learner's place: in force as soon as the learner has answered,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The commands that are obeyed at once.
+#include <algorithm>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -8,6 +9,13 @@
 #include "services/compensation/compensation_node.h"
 
 namespace zerodrift::services {
+namespace {
+
+constexpr const char* kFrozenText =
+    "learning is frozen until learn, or until this service starts anew";
+constexpr const char* kLearnsText = "learning goes on when at rest";
+
+}  // namespace
 
 CompensationNode::Verdict CompensationNode::on_command(const msg::Command& command) {
   const std::lock_guard lock(data_mutex_);
@@ -35,10 +43,11 @@ std::vector<Gyro*> CompensationNode::led_gyros() {
 }
 
 CompensationNode::Verdict CompensationNode::obey(const msg::Command& command) {
-  Verdict verdict{.text = "no gyro has sent a sample yet"};
+  if (gyros_.empty()) return obey_without_gyro(command.name().c_str());
+  Verdict verdict;
   bool accepted = false;
   const std::vector<Gyro*> led = led_gyros();
-  if (led.empty() && !gyros_.empty()) return {.text = kOtherLeadsText};
+  if (led.empty()) return {.text = kOtherLeadsText};
   for (std::size_t i = 0; i < led.size(); ++i) {
     verdict.text = obey(*led[i], command.name().c_str(), accepted);
     verdict.model_epoch = led[i]->newest().model_epoch;
@@ -48,6 +57,22 @@ CompensationNode::Verdict CompensationNode::obey(const msg::Command& command) {
   }
   if (accepted) verdict.outcome = Outcome::kAccepted;
   return verdict;
+}
+
+CompensationNode::Verdict CompensationNode::obey_without_gyro(std::string_view command) {
+  const bool freezes = command == "freeze";
+  if (!freezes && command != "learn") return {.text = "no gyro has sent a sample yet"};
+  first_is_frozen_ = freezes;
+  return {.outcome = Outcome::kAccepted, .text = freezes ? kFrozenText : kLearnsText};
+}
+
+// Both commands are for all gyros, so that any of them tells. A standby has it with the state.
+bool CompensationNode::is_commanded_to_freeze() const {
+  const auto& known = gyros_.entries();
+  if (known.empty()) return first_is_frozen_;
+  return std::any_of(known.begin(), known.end(), [](const auto& entry) {
+    return entry.second.compensator().is_commanded_to_freeze();
+  });
 }
 
 std::string CompensationNode::busy_text(const std::vector<Gyro*>& asked, std::size_t busy) {
@@ -62,11 +87,11 @@ std::string CompensationNode::obey(Gyro& source, std::string_view command, bool&
   accepted = true;
   if (command == "freeze") {
     source.compensator().freeze();
-    return "learning is frozen until learn, or until this service starts anew";
+    return kFrozenText;
   }
   if (command == "learn") {
     source.compensator().learn();
-    return "learning goes on when at rest";
+    return kLearnsText;
   }
   if (command == "reset") {
     accepted = source.compensator().reset_models();

@@ -92,12 +92,14 @@ Gyro* CompensationNode::gyro(std::uint32_t gyro_id, double interval_s, std::int6
                                         .learner = learner_,
                                         .progress = progress_,
                                         .compute_latency = compute_latency_};
+  const bool is_frozen = is_commanded_to_freeze();
   Gyro* made = gyros_.find_or_make(gyro_id, gyro_id, options_.compensation, interval_s,
                                    options_.ros2_imu.contains(gyro_id), surroundings);
   if (made == nullptr) {
     newest_stranger_ = gyro_id;
     return nullptr;
   }
+  if (is_frozen) made->compensator().freeze();
   for (const Gyro::Arrived& early : early_.take(gyro_id)) made->take(early, now_ns);
   return made;
 }

@@ -113,6 +113,10 @@ class CompensationNode {
   void overhear(const msg::Command& command);
   Verdict obey(const msg::Command& command);
   std::string obey(Gyro& gyro, std::string_view command, bool& accepted);
+  // Before the first sample.
+  Verdict obey_without_gyro(std::string_view command);
+  // Whether a gyro that comes now is to learn.
+  [[nodiscard]] bool is_commanded_to_freeze() const;
   // A learner takes one change at a time; those of the gyros before it have taken theirs.
   static std::string busy_text(const std::vector<Gyro*>& asked, std::size_t busy);
   // The commands that change a model are the leading instance's.
@@ -165,6 +169,7 @@ class CompensationNode {
       data_mutex_;  // between the receiving thread and the status thread; never the learner's
   core::BoundedTable<std::uint32_t, Gyro> gyros_;  // what it refuses are samples of others
   service::EarlyInputs<Gyro::Arrived> early_;
+  bool first_is_frozen_ = false;  // by command: the first gyro; from then on the gyros know it
   std::uint64_t reported_strangers_ = 0;
   std::uint32_t newest_stranger_ = 0;
   std::mutex departures_mutex_;  // held for a push or a swap

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -116,6 +117,48 @@ TEST(Control, FreezeLearnAndResetAreAcknowledgedAndDoWhatTheySay) {
     })) << command;
   }
   EXPECT_EQ(run.system.control({"freeze", "--service", "nobody", "--wait", "1"}).exit_code, 1);
+}
+
+// Rule: freeze and learn are for all gyros, those included that come later.
+TEST(Control, FreezeHoldsForAGyroThatComesLaterUntilLearn) {
+  SystemUnderTest system(Domain::kControlLaterGyro);
+  dds::Participant participant("test", system.network());
+  const Collector<msg::CompensatedRate> answers(participant);
+  const auto start_gyro = [&](const char* id) {
+    const Arguments source = Arguments{"--source", "simulation", "--speed", "20", "--gyro-id", id} +
+                             Simulation{.profile = write_ramp_profile(system, 100000)}.arguments();
+    system.start("thermal_publisher", source);
+    system.start("gyro_publisher", source + Arguments{"--rate", "50"});
+  };
+  const auto comes = [&](std::uint32_t gyro, const auto& is_so) {
+    return eventually([&] {
+      return answers.any([&](const auto& a) { return a.gyro_id() == gyro && is_so(a); });
+    });
+  };
+  const auto learns = [](const auto& a) {
+    return a.mode()[0] == static_cast<std::uint8_t>(Mode::kLearning) && a.model_epoch() > 0;
+  };
+  // 60 s of sensor time, in which a gyro at rest learns.
+  const auto stays_frozen = [&](std::uint32_t gyro) {
+    return comes(gyro, [](const auto& a) { return a.sequence_number() >= 3000; }) &&
+           !answers.any([&](const auto& a) {
+             return a.gyro_id() == gyro && a.sequence_number() < 3000 &&
+                    (a.model_epoch() > 0 ||
+                     a.reason()[0] != static_cast<std::uint8_t>(Reason::kCommanded));
+           });
+  };
+  system.start("compensation", {});
+  const Finished freeze = system.control({"freeze"});
+  ASSERT_EQ(freeze.exit_code, 0) << freeze.out << freeze.err;
+  start_gyro("1");
+  EXPECT_TRUE(stays_frozen(1)) << "frozen before its first sample";
+  EXPECT_EQ(system.control({"learn"}).exit_code, 0);
+  ASSERT_TRUE(comes(1, learns));
+  EXPECT_EQ(system.control({"freeze"}).exit_code, 0);
+  start_gyro("2");
+  EXPECT_TRUE(stays_frozen(2)) << "frozen before this gyro was there";
+  EXPECT_EQ(system.control({"learn"}).exit_code, 0);
+  EXPECT_TRUE(comes(2, learns));
 }
 
 }  // namespace

@@ -142,6 +142,7 @@ enum class Domain : std::uint32_t {
   kRecordingCsvLoss,
   kRecordingPace,
   kRestEndsLive,
+  kControlLaterGyro,
 };
 
 static_assert(static_cast<std::uint32_t>(Domain::kConsole) <= 100);
