@@ -26,7 +26,6 @@ namespace zerodrift::service {
 namespace {
 
 constexpr std::chrono::milliseconds kStatusPeriod(250);
-constexpr std::int64_t kRepeatEventNs = 1000000000;
 constexpr std::size_t kLongestCode = 48;
 constexpr std::size_t kLongestEvent = 255;
 constexpr std::size_t kLongestSummary = 128;
@@ -145,7 +144,7 @@ void Host::raise_counted(Occurrence occurrence, std::uint64_t times) {
   clean(occurrence);
   const std::lock_guard lock(events_mutex_);
   Tally& tally = tally_of(occurrence);
-  tally.count += times;
+  tally.events.raised(times, monotonic_ns());
   tally.latest = std::move(occurrence);
 }
 
@@ -156,7 +155,7 @@ void Host::raise_each(const Occurrence& occurrence) {
     const std::lock_guard lock(events_mutex_);
     if (queued_.size() < kMostQueued) {
       Tally& tally = tally_of(event.occurrence);
-      event.count = tally.published = ++tally.count;
+      event.count = tally.events.published_by_itself();
       queued_.push_back(std::move(event));
       return;
     }
@@ -214,11 +213,9 @@ std::vector<Host::DueEvent> Host::due_events() {
   for (std::size_t seen = 0; seen < tallies_.size() && due.size() < kEventsARound; ++seen) {
     if (next == tallies_.end()) next = tallies_.begin();
     auto& [key, tally] = *next++;
-    if (tally.count == tally.published) continue;
-    if (tally.published > 0 && now - tally.published_at_ns < kRepeatEventNs) continue;
-    due.push_back({tally.latest, tally.count, tally.published == 0});
-    tally.published = tally.count;
-    tally.published_at_ns = now;
+    if (!tally.events.is_due(now)) continue;
+    const auto [count, is_news] = tally.events.publish(tally.latest.text, now);
+    due.push_back({tally.latest, count, is_news});
     last_published_ = key;
   }
   return due;

@@ -18,6 +18,7 @@
 
 #include "common/dds/participant.h"
 #include "common/dds/receiving_watch.h"
+#include "common/service/event_tally.h"
 #include "common/service/stop_signals.h"
 #include "common/service/supervision.h"
 
@@ -99,11 +100,13 @@ class Host {
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
 
   // Any thread, though not once a sample: takes memory and a lock, held by others for as long as it
-  // takes to copy what is due. Logged and published by run(), once for each new code, gyro and
-  // subject, then at most once a second with its count. Its texts become one clean line each.
+  // takes to copy what is due. Published by run(), once for each new code, gyro and subject, then
+  // at most once a second with its count; logged where it is news (EventTally). Its texts become
+  // one clean line each.
   void raise(const Occurrence& occurrence);
   // Each logged and published by itself, in this order: what somebody asked for, and will look for
-  // in the log. Where kMostTold wait already, counted as by raise().
+  // in the log, or a state that changes, whose last line has to be true. Where kMostTold wait
+  // already, counted as by raise().
   void raise_each(const Occurrence& occurrence);
   // Adds `times` at once; nothing happens for 0. For counters that a data path kept.
   void raise_counted(Occurrence occurrence, std::uint64_t times);
@@ -137,9 +140,7 @@ class Host {
     auto operator<=>(const TallyKey&) const = default;
   };
   struct Tally {
-    std::uint64_t count = 0;
-    std::uint64_t published = 0;
-    std::int64_t published_at_ns = 0;
+    EventTally events;
     Occurrence latest;
   };
   struct DueEvent {

@@ -116,11 +116,11 @@ void CompensationNode::save_of_itself(const checkpoint::SaveSchedule::Model& mod
   const auto report = [&](checkpoint::SaveSchedule::News news, const char* code,
                           service::Severity severity, const std::string& text) {
     if (news == checkpoint::SaveSchedule::News::kNone) return;
-    host_.raise({.code = code,
-                 .severity = severity,
-                 .text = "gyro " + std::to_string(model.gyro_id) + ": " + text,
-                 .gyro_id = model.gyro_id,
-                 .sensor_time_ns = 0});
+    host_.raise_each({.code = code,
+                      .severity = severity,
+                      .text = "gyro " + std::to_string(model.gyro_id) + ": " + text,
+                      .gyro_id = model.gyro_id,
+                      .sensor_time_ns = 0});
   };
   try {
     save_as(options_.checkpoint_dir, kLatestCheckpoint, {source->id, source->options},

@@ -28,6 +28,12 @@ bool is_on_model(const msg::CompensatedRate& answer) {
                      [](std::uint8_t rung) { return rung == kStack; });
 }
 
+std::size_t times_of(const std::string& text, const std::string& what) {
+  std::size_t times = 0;
+  for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++times;
+  return times;
+}
+
 // A simulation at 20 times real time, compensated by a service that may be started again.
 class RestartedRun {
  public:
@@ -60,6 +66,7 @@ class RestartedRun {
     ASSERT_EQ(compensation_->wait(2s), 0);
   }
 
+  [[nodiscard]] std::string log() const { return compensation_->err(); }
   [[nodiscard]] bool comes(std::size_t from,
                            const std::function<bool(const msg::CompensatedRate&)>& is_so) const {
     return eventually([&] { return answers.any(is_so, from); });
@@ -170,16 +177,30 @@ TEST(Checkpoint, WhatWasSavedByCommandOutlivesWhatTheServiceSavesOfItself) {
 }
 
 // Rule: what could not be saved of itself is told once, tried again although nothing changed since,
-// and told again when it is saved.
+// and told again when it is saved; each time, in the log, too. Before: the log had the first time
+// alone, so that its last line said the opposite of what was so.
 TEST(Checkpoint, OneThatFailsIsTriedAgainUntilItIsSaved) {
   RestartedRun run({"--checkpoint-period", "1"}, {"1-latest.ckpt"});  // a folder takes its name
   dds::Participant participant("test", run.system.network());
   const Collector<msg::Event> events(participant);
-  ASSERT_TRUE(eventually([&] { return told(events, "checkpoint_failed", "is a folder"); }));
+  const auto file = run.folder() / "1-latest.ckpt";
+  const auto comes = [&](const std::string& code, const std::string& text, std::size_t times) {
+    return eventually([&] { return times_of(run.log(), code + ": gyro 1: ") == times; }) &&
+           eventually([&] { return told(events, code, text); });
+  };
+  ASSERT_TRUE(comes("checkpoint_failed", "is a folder", 1)) << run.log();
+  std::filesystem::remove(file);
+  ASSERT_TRUE(comes("checkpoint_saved", "saved again", 1)) << run.log();
+  std::error_code exists;
+  ASSERT_TRUE(eventually([&] {
+    std::filesystem::remove(file);
+    return std::filesystem::create_directory(file, exists);
+  }));
+  ASSERT_TRUE(comes("checkpoint_failed", "is a folder", 2)) << run.log();
   ASSERT_EQ(run.system.control({"freeze"}).exit_code, 0);
-  std::filesystem::remove(run.folder() / "1-latest.ckpt");
-  EXPECT_TRUE(eventually([&] { return told(events, "checkpoint_saved", "saved again"); }));
-  EXPECT_TRUE(std::filesystem::is_regular_file(run.folder() / "1-latest.ckpt"));
+  std::filesystem::remove(file);
+  EXPECT_TRUE(comes("checkpoint_saved", "saved again", 2)) << run.log();
+  EXPECT_TRUE(std::filesystem::is_regular_file(file));
 }
 
 TEST(Checkpoint, WithoutAFolderTheServiceSaysHowToEnableIt) {
