@@ -2,9 +2,11 @@
 #include "common/drivers/sysfs_environment.h"
 
 #include <algorithm>
+#include <charconv>
 #include <string_view>
 #include <utility>
 
+#include "common/core/measurable.h"
 #include "common/drivers/driver_error.h"
 #include "common/drivers/sysfs_file.h"
 
@@ -50,11 +52,24 @@ const Kind& kind_of(const EnvironmentFile& file) {
                     (expected.empty() ? "; Linux shows none" : expected));
 }
 
-FileValue read_file(const EnvironmentFile& file) {
+std::string short_text(double value) {
+  constexpr int kDigits = 6;
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value,
+                                 std::chars_format::general, kDigits);
+  return {text.data(), end.ptr};
+}
+
+FileValue read_file(const EnvironmentFile& file, const std::string& chip) {
   FileValue found =
       file.path.filename().string().ends_with(kRaw) ? read_iio(file.path) : read_number(file.path);
-  if (found.value) *found.value *= (file.is_reversed ? -1.0 : 1.0) * kind_of(file).per_unit;
-  return found;
+  found = of_chip(std::move(found), file.path, chip);
+  if (!found.value) return found;
+  *found.value *= (file.is_reversed ? -1.0 : 1.0) * kind_of(file).per_unit;
+  const core::MeasurableRange& measurable = core::measurable_environment(file.channel);
+  if (measurable.holds(*found.value)) return found;
+  return no_value(file.path, "found " + short_text(*found.value) + ' ' + measurable.unit +
+                                 ", expected " + measurable.text);
 }
 
 }  // namespace
@@ -62,7 +77,9 @@ FileValue read_file(const EnvironmentFile& file) {
 SysfsEnvironment::SysfsEnvironment(std::vector<EnvironmentFile> files) : files_(std::move(files)) {
   for (const EnvironmentFile& file : files_) {
     static_cast<void>(kind_of(file));
-    if (FileValue first = read_file(file); !first.value) throw DriverError(first.reason);
+    chips_.push_back(chip_of(file.path));
+    if (FileValue first = read_file(file, chips_.back()); !first.value)
+      throw DriverError(first.reason);
     channels_ |= 1U << file.channel;
   }
 }
@@ -73,12 +90,12 @@ EnvironmentReading SysfsEnvironment::read(core::SensorTime host_time) {
   reading.sample.time = host_time;
   reading.sample.channels = channels_;
   reading.sample.clock = core::ClockSource::kHost;
-  for (const EnvironmentFile& file : files_) {
-    FileValue found = read_file(file);
+  for (std::size_t i = 0; i < files_.size(); ++i) {
+    FileValue found = read_file(files_[i], chips_[i]);
     if (found.value) {
-      core::channel(reading.sample.values, file.channel) = *found.value;
+      core::channel(reading.sample.values, files_[i].channel) = *found.value;
     } else {
-      reading.reasons.push_back(std::move(found.reason));
+      reading.not_measured.push_back({files_[i].channel, std::move(found.reason)});
     }
   }
   return reading;

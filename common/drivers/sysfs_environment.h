@@ -29,23 +29,30 @@ struct EnvironmentFile {
   bool is_reversed = false;  // the sensor's axis points the other way
 };
 
+// One line that names the file of a channel that gave no value, and what was found.
+struct NotMeasured {
+  std::size_t channel = 0;
+  std::string reason;
+};
+
 struct EnvironmentReading {
   core::EnvironmentSample sample;
-  std::vector<std::string> reasons;  // a line for each file that gave no value
+  std::vector<NotMeasured> not_measured;
 };
 
 class SysfsEnvironment {
  public:
   // Reads each file once, to throw DriverError now where it measures another quantity, is missing
-  // or holds no number.
+  // or holds nothing that a sensor of the quantity measures.
   explicit SysfsEnvironment(std::vector<EnvironmentFile> files);
 
   // Reads all again, some 10 µs each. Never throws for what it finds; a file that comes back is
-  // read again.
+  // read again, but one of another chip is not this sensor.
   [[nodiscard]] EnvironmentReading read(core::SensorTime host_time);
 
  private:
   std::vector<EnvironmentFile> files_;
+  std::vector<std::string> chips_;  // of each file, as it says
   core::EnvironmentChannels channels_ = 0;
   std::uint64_t next_sequence_ = 0;
 };

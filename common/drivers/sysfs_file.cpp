@@ -116,6 +116,17 @@ FileValue read_iio(const fs::path& raw) {
   return result;
 }
 
+std::string chip_of(const fs::path& file) {
+  const std::optional<std::string> name = read_text(file.parent_path() / "name");
+  return name ? std::string{trim(*name)} : "";
+}
+
+FileValue of_chip(FileValue value, const fs::path& file, const std::string& chip) {
+  if (!value.value) return value;
+  const std::string now = chip_of(file);
+  return now == chip ? value : no_value(file, "is now of '" + now + "', was of '" + chip + "'");
+}
+
 std::vector<fs::path> entries_of(const fs::path& folder) {
   std::error_code error;
   std::vector<fs::path> entries;

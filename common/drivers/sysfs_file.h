@@ -34,6 +34,13 @@ struct FileValue {
 // Source: ABI/testing/sysfs-bus-iio.
 [[nodiscard]] FileValue read_iio(const std::filesystem::path& raw);
 
+// What the chip of a file calls itself, in `name` beside it; empty where it says nothing.
+[[nodiscard]] std::string chip_of(const std::filesystem::path& file);
+// What was read, unless the file is of another chip by now: the numbers of hwmon and IIO go to who
+// comes first.
+[[nodiscard]] FileValue of_chip(FileValue value, const std::filesystem::path& file,
+                                const std::string& chip);
+
 // Sorted; none where the folder can't be read.
 [[nodiscard]] std::vector<std::filesystem::path> entries_of(const std::filesystem::path& folder);
 

@@ -166,7 +166,7 @@ ThermometerFile describe_thermometer(std::string probe, const std::filesystem::p
 }
 
 SysfsThermometer::SysfsThermometer(ThermometerFile file)
-    : file_(std::move(file)), chip_(text_or(file_.path.parent_path() / "name", "")) {
+    : file_(std::move(file)), chip_(chip_of(file_.path)) {
   const FileValue first = read_millidegrees();
   if (!first.value) throw DriverError(first.reason);
 }
@@ -174,14 +174,11 @@ SysfsThermometer::SysfsThermometer(ThermometerFile file)
 FileValue SysfsThermometer::read_millidegrees() const {
   const fs::path& path = file_.path;
   if (is_faulty(path)) return no_value(path, "its fault file says that the sensor is open or gone");
-  const FileValue value = read_file(file_);
+  const FileValue value = of_chip(read_file(file_), path, chip_);
   if (!value.value) return value;
   const double degc = *value.value * kDegcPerMillidegree;
   if (degc < kAbsoluteZeroDegc || degc > kHottestDegc)
     return no_value(path, "found " + std::to_string(std::llround(degc)) + " °C, no temperature");
-  // Numbers of hwmon and IIO go to who comes first.
-  const std::string chip = text_or(path.parent_path() / "name", "");
-  if (chip != chip_) return no_value(path, "is now of '" + chip + "', was of '" + chip_ + "'");
   return value;
 }
 

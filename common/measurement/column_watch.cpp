@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "common/core/measurable.h"
 #include "common/core/units.h"
 
 namespace zerodrift::measurement {
@@ -13,21 +14,23 @@ using record::Quantity;
 
 constexpr std::uint64_t kReadingsOfAStuckSensor = 100;
 
+MeasurableRange of(const core::MeasurableRange& range) {
+  return {{range.lowest, range.highest}, range.text};
+}
+
 }  // namespace
 
 MeasurableRange measurable_range(Quantity quantity) {
   constexpr double kFastestRadps = 1e4 * core::kRadPerDeg;
-  constexpr double kStrongestUt = 1e5;
-  constexpr double kHardestMps2 = 1e3 * core::kStandardGravityMps2;
   switch (quantity) {
     case Quantity::kRate:
     case Quantity::kReference: return {{-kFastestRadps, kFastestRadps}, "-10000 to 10000 deg/s"};
     case Quantity::kTemperature: return {{-100.0, 200.0}, "-100 to 200 degC"};
-    case Quantity::kMagnetic: return {{-kStrongestUt, kStrongestUt}, "-100 to 100 mT"};
-    case Quantity::kAcceleration: return {{-kHardestMps2, kHardestMps2}, "-1000 to 1000 g"};
-    case Quantity::kVibration: return {{0.0, 1e3}, "0 to 1000 g"};
-    case Quantity::kSourceCurrent: return {{0.0, 1e5}, "0 to 100 A"};
-    case Quantity::kSupply: return {{-1e3, 1e3}, "-1000 to 1000 V"};
+    case Quantity::kMagnetic: return of(core::kMeasurableMagneticUt);
+    case Quantity::kAcceleration: return of(core::kMeasurableAccelerationMps2);
+    case Quantity::kVibration: return of(core::kMeasurableVibrationG);
+    case Quantity::kSourceCurrent: return of(core::kMeasurableSourceCurrentMa);
+    case Quantity::kSupply: return of(core::kMeasurableSupplyV);
     case Quantity::kTime: break;
   }
   return {{-std::numeric_limits<double>::max(), std::numeric_limits<double>::max()}, "any"};

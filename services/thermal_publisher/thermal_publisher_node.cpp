@@ -99,11 +99,12 @@ void ThermalPublisherNode::open_sysfs() {
 
 // One that answers an error says nothing of the others.
 void ThermalPublisherNode::open_all_there_are() {
-  for (auto& file : drivers::discover_thermometers(options_.sysfs_root)) {
+  for (const auto& file : drivers::discover_thermometers(options_.sysfs_root)) {
     try {
-      thermometers_.emplace_back(std::move(file));
+      thermometers_.emplace_back(file);
     } catch (const drivers::DriverError& error) {
-      warn("no_temperature", std::string("left out: ") + error.what(), core::SensorTime{0});
+      warn("no_temperature", file.path.string(), std::string("left out: ") + error.what(),
+           core::SensorTime{0});
     }
   }
   if (thermometers_.empty() && !environment_) {
@@ -172,7 +173,7 @@ void ThermalPublisherNode::publish_sysfs() {
     for (const auto& reader : readers_) {
       const double overdue_s = core::seconds(reader->overdue());
       if (overdue_s > 0.0) {
-        warn("no_temperature",
+        warn("no_temperature", reader->what(),
              fmt::format("{}: it was asked {:.1f} s ago and has not answered", reader->what(),
                          overdue_s),
              clock.at(service::monotonic_ns()));
@@ -184,13 +185,14 @@ void ThermalPublisherNode::publish_sysfs() {
 
 void ThermalPublisherNode::publish(drivers::ThermometerReading& reading, core::SensorTime time) {
   reading.sample.time = time;
-  if (!reading.sample.measured) warn("no_temperature", reading.reason, time);
+  if (!reading.sample.measured) warn("no_temperature", reading.sample.probe, reading.reason, time);
   temperatures_.publish(reading.sample, stopping_);
 }
 
 void ThermalPublisherNode::publish(drivers::EnvironmentReading& reading, core::SensorTime time) {
   reading.sample.time = time;
-  for (const std::string& reason : reading.reasons) warn("no_environment", reason, time);
+  for (const auto& [channel, reason] : reading.not_measured)
+    warn("no_environment", record::name(record::environment_channel(channel)), reason, time);
   temperatures_.publish(reading.sample, stopping_);
 }
 
@@ -200,13 +202,14 @@ void ThermalPublisherNode::publish(const core::TemperatureSample& reading,
   temperatures_.publish(reading, stopping_);
 }
 
-void ThermalPublisherNode::warn(const std::string& code, const std::string& text,
-                                core::SensorTime time) {
+void ThermalPublisherNode::warn(const std::string& code, const std::string& subject,
+                                const std::string& text, core::SensorTime time) {
   host_.raise({.code = code,
                .severity = Severity::kWarning,
                .text = text,
                .gyro_id = gyro_id_,
-               .sensor_time_ns = time.count()});
+               .sensor_time_ns = time.count(),
+               .subject = subject});
 }
 
 void ThermalPublisherNode::open_ros2() {

@@ -61,7 +61,9 @@ class ThermalPublisherNode {
   void publish(drivers::ThermometerReading& reading, core::SensorTime time);
   void publish(drivers::EnvironmentReading& reading, core::SensorTime time);
   void publish(const core::TemperatureSample& reading, core::SensorTime time);
-  void warn(const std::string& code, const std::string& text, core::SensorTime time);
+  // `subject`: the sensor, of which each has events of its own.
+  void warn(const std::string& code, const std::string& subject, const std::string& text,
+            core::SensorTime time);
   void open_ros2();
   void publish_ros2();
   void found(Found&& one);  // any thread

@@ -64,6 +64,12 @@ TEST(SysfsThermometer, TemperaturesArriveAndAFileThatVanishesIsToldAndComesBack)
   EXPECT_TRUE(eventually([&] { return told(events, "no_temperature", "temp1_input"); }));
   write(hwmon / "temp2_input", "nonsense\n");
   EXPECT_TRUE(eventually([&] { return newest(temperatures, "fog_temp2")->measured() == 0; }));
+  // Before: two shared a tally, and of two that fail one was named, twenty times a second.
+  for (const char* file : {"temp1_input: cannot read", "temp2_input: found 'nonsense'"}) {
+    EXPECT_TRUE(eventually([&] { return told(events, "no_temperature", file); })) << file;
+    EXPECT_TRUE(eventually([&] { return publisher.err().find(file) != std::string::npos; }))
+        << publisher.err();
+  }
 
   write(hwmon / "temp2_input", "-3000\n");
   EXPECT_TRUE(reads("fog_temp2", -3.0));

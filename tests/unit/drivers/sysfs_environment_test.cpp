@@ -65,6 +65,8 @@ TEST_F(SysfsEnvironments, RefusedAtStartWithOneLine) {
             "in_voltage*_raw or in*_input");
   EXPECT_EQ(refusal(kVibration, write("in3_input", "1")),
             "in3_input: no file of this channel; Linux shows none");
+  EXPECT_EQ(refusal(kSupply, write("in4_input", "1e300")),
+            "in4_input: found 1e+297 V, expected -1000 to 1000 V");
 }
 
 TEST_F(SysfsEnvironments, AFileThatVanishesCostsItsOwnChannelUntilItComesBack) {
@@ -77,13 +79,49 @@ TEST_F(SysfsEnvironments, AFileThatVanishesCostsItsOwnChannelUntilItComesBack) {
   EXPECT_EQ(reading.sample.channels, 1U << kSupply | 1U << kSourceCurrent);
   EXPECT_TRUE(std::isnan(reading.sample.values.supply_v));
   EXPECT_EQ(reading.sample.values.source_current_ma, 100.0);
-  ASSERT_EQ(reading.reasons.size(), 1U);
-  EXPECT_NE(reading.reasons[0].find("in1_input: cannot read"), std::string::npos);
+  ASSERT_EQ(reading.not_measured.size(), 1U);
+  EXPECT_EQ(reading.not_measured[0].channel, kSupply);
+  EXPECT_NE(reading.not_measured[0].reason.find("in1_input: cannot read"), std::string::npos);
   write("in1_input", "4000");
   reading = environment.read(core::SensorTime{8});
   EXPECT_EQ(reading.sample.sequence, 1U);
   EXPECT_EQ(reading.sample.values.supply_v, 4.0);
-  EXPECT_TRUE(reading.reasons.empty());
+  EXPECT_TRUE(reading.not_measured.empty());
+}
+
+// Before: the supply of a chip that took the number of another one was published as measured.
+TEST_F(SysfsEnvironments, AnotherChipBehindItsPathIsNotTheSensor) {
+  const auto path = write("hwmon1/in1_input", "5012\n");
+  write("hwmon1/name", "ina219\n");
+  const auto current = write("hwmon2/curr1_input", "100");
+  SysfsEnvironment environment({{kSupply, path}, {kSourceCurrent, current}});
+  EXPECT_TRUE(environment.read(core::SensorTime{0}).not_measured.empty());
+  write("hwmon1/name", "nct6775\n");
+  write("hwmon1/in1_input", "12100\n");
+  const EnvironmentReading other = environment.read(core::SensorTime{1});
+  EXPECT_TRUE(std::isnan(other.sample.values.supply_v));
+  EXPECT_EQ(other.sample.values.source_current_ma, 100.0);
+  ASSERT_EQ(other.not_measured.size(), 1U);
+  EXPECT_EQ(other.not_measured[0].reason, path.string() + ": is now of 'nct6775', was of 'ina219'");
+  write("hwmon1/name", "ina219\n");
+  EXPECT_EQ(environment.read(core::SensorTime{2}).sample.values.supply_v, 12.1);
+}
+
+// Rule: what a record's check calls not measurable is not published as measured.
+TEST_F(SysfsEnvironments, WhatNoSensorOfTheQuantityGivesIsNotMeasured) {
+  const auto current = write("curr1_input", "100");
+  SysfsEnvironment environment({{kSourceCurrent, current}});
+  for (const char* text : {"1e300", "100001", "-1"}) {
+    write("curr1_input", text);
+    const EnvironmentReading reading = environment.read(core::SensorTime{0});
+    EXPECT_TRUE(std::isnan(reading.sample.values.source_current_ma)) << text;
+    ASSERT_EQ(reading.not_measured.size(), 1U) << text;
+  }
+  write("curr1_input", "1e300");
+  EXPECT_EQ(environment.read(core::SensorTime{0}).not_measured[0].reason,
+            current.string() + ": found 1e+300 mA, expected 0 to 100 A");
+  write("curr1_input", "100000");
+  EXPECT_TRUE(environment.read(core::SensorTime{0}).not_measured.empty());
 }
 
 }  // namespace
