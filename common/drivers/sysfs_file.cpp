@@ -18,12 +18,11 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kLongestFile = 4096;  // sysfs gives at most a page
 
-// in_magn_x, in_temp0 -> in_magn, in_temp
-std::string type_of(std::string channel) {
-  if (channel.ends_with("_x") || channel.ends_with("_y") || channel.ends_with("_z"))
-    return channel.substr(0, channel.size() - 2);
-  while (!channel.empty() && channel.back() >= '0' && channel.back() <= '9') channel.pop_back();
-  return channel;
+// in_magn_x, in_temp0, in_temp_ambient -> in_magn, in_temp
+std::string type_of(const std::string& channel) {
+  constexpr std::string_view kDirection = "in_";
+  constexpr std::string_view kLetters = "abcdefghijklmnopqrstuvwxyz";
+  return channel.substr(0, channel.find_first_not_of(kLetters, kDirection.size()));
 }
 
 std::string channel_of(const fs::path& raw) {
@@ -107,8 +106,10 @@ FileValue read_iio(const fs::path& raw) {
   }
   const auto path = iio_attribute(raw, "_scale");
   if (!path) {
-    return no_value(raw, "has no " + type_of(channel_of(raw)) +
-                             "_scale beside it, without which counts mean nothing");
+    const std::string own = channel_of(raw);
+    const std::string shared = type_of(own);
+    const std::string none = shared == own ? "has no " : "has neither " + own + "_scale nor ";
+    return no_value(raw, none + shared + "_scale beside it, without which counts mean nothing");
   }
   const FileValue scale = read_number(*path);
   if (!scale.value) return scale;

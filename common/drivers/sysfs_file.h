@@ -29,9 +29,9 @@ struct FileValue {
 
 [[nodiscard]] FileValue read_number(const std::filesystem::path& path);
 
-// in_<channel>_raw of IIO: (raw + in_<channel>_offset) * in_<channel>_scale. An indexed channel
-// (in_temp0_raw) or one of an axis (in_magn_x_raw) may share the file of its type (in_magn_scale).
-// Source: ABI/testing/sysfs-bus-iio.
+// in_<channel>_raw of IIO: (raw + in_<channel>_offset) * in_<channel>_scale. A channel with an
+// index (in_temp0_raw), an axis (in_magn_x_raw) or another modifier (in_temp_ambient_raw) may share
+// the files of its type (in_magn_scale, in_temp_scale). Source: ABI/testing/sysfs-bus-iio.
 [[nodiscard]] FileValue read_iio(const std::filesystem::path& raw);
 
 // What the chip of a file calls itself, in `name` beside it; empty where it says nothing.

@@ -57,7 +57,8 @@ TEST_F(SysfsEnvironments, RefusedAtStartWithOneLine) {
   EXPECT_EQ(refusal(kSupply, write("in2_input", "much\n")),
             "in2_input: found 'much', expected a number");
   EXPECT_EQ(refusal(kMagneticX, write("a/in_magn_x_raw", "1")),
-            "a/in_magn_x_raw: has no in_magn_scale beside it, without which counts mean nothing");
+            "a/in_magn_x_raw: has neither in_magn_x_scale nor in_magn_scale beside it, without "
+            "which counts mean nothing");
   EXPECT_EQ(refusal(kMagneticX, write("curr1_input", "1")),
             "curr1_input: no file of this channel, expected in_magn_*_input or in_magn_*_raw");
   EXPECT_EQ(refusal(kSupply, write("in_temp_input", "1")),

@@ -49,6 +49,12 @@ TEST_F(SysfsThermometers, EachKindReadsInDegreesCelsius) {
   write("c/in_temp_scale", "10\n");
   EXPECT_DOUBLE_EQ(read_once(write("c/in_temp0_raw", "2150\n")),
                    21.5);  // no offset; the scale is shared
+  write("d/in_temp_scale", "10\n");
+  write("d/in_temp_offset", "50\n");
+  EXPECT_DOUBLE_EQ(read_once(write("d/in_temp_ambient_raw", "2150\n")), 22.0);
+  EXPECT_DOUBLE_EQ(read_once(write("d/in_temp1_object_raw", "2250\n")), 23.0);
+  write("d/in_temp_object_scale", "20\n");
+  EXPECT_DOUBLE_EQ(read_once(write("d/in_temp_object_raw", "1000\n")), 21.0) << "its own scale";
   EXPECT_DOUBLE_EQ(read_once(write("28-000001/temperature", "23125\n")), 23.125);
   EXPECT_DOUBLE_EQ(read_once(write("28-000002/w1_slave",
                                    "72 01 4b 46 7f ff 0e 10 57 : crc=57 YES\n"
@@ -97,6 +103,9 @@ TEST_F(SysfsThermometers, RefusedAtStartWithOneLine) {
   EXPECT_EQ(refusal(write("temp4_input", "nan")), "temp4_input: found 'nan', expected a number");
   EXPECT_EQ(refusal(write("a/in_temp_raw", "1")),
             "a/in_temp_raw: has no in_temp_scale beside it, without which counts mean nothing");
+  EXPECT_EQ(refusal(write("a/in_temp_ambient_raw", "1")),
+            "a/in_temp_ambient_raw: has neither in_temp_ambient_scale nor in_temp_scale beside it, "
+            "without which counts mean nothing");
   EXPECT_EQ(refusal(write("b/w1_slave", "ff : crc=57 NO\nff t=85000\n")),
             "b/w1_slave: the 1-wire CRC does not say YES");
   EXPECT_EQ(refusal(write("c/w1_slave", "ff : crc=57 YES\nff\n")),
