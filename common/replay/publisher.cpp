@@ -84,9 +84,17 @@ int run_publisher(service::Host& host, std::uint32_t gyro_id, std::atomic<bool>&
     }
     service::request_stop();
   });
-  host.run(status, {}, [&] { service::end_within(service::kStopWithin, host.exit_code()); });
-  stopping = true;
-  publisher.join();
+  const auto end = [&] {
+    stopping = true;
+    publisher.join();
+  };
+  try {
+    host.run(status, {}, [&] { service::end_within(service::kStopWithin, host.exit_code()); });
+  } catch (...) {
+    end();
+    throw;
+  }
+  end();
   return host.exit_code();
 }
 

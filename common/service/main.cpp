@@ -75,7 +75,7 @@ void flush_what_is_said() {
 
 }  // namespace
 
-void end_within(std::chrono::milliseconds at_most, int exit_code) {
+void end_within(std::chrono::milliseconds at_most, int exit_code) try {
   std::thread([at_most, exit_code] {
     std::this_thread::sleep_for(at_most);
     standard_error().write("stop: the middleware did not let go in time; ended without waiting");
@@ -83,6 +83,7 @@ void end_within(std::chrono::milliseconds at_most, int exit_code) {
     flush_what_is_said();
     std::_Exit(exit_code);
   }).detach();
+} catch (const std::system_error&) {  // no thread is to be had: the supervisor limits the end
 }
 
 namespace {

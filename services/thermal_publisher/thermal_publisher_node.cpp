@@ -4,7 +4,9 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <functional>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 
 #include "common/core/counted.h"
@@ -145,19 +147,28 @@ int ThermalPublisherNode::run() {
   return replay::run_publisher(host_, gyro_id_, stopping_, publish, [this] { return status(); });
 }
 
-// Each file has a thread, so that one that hangs doesn't keep the others.
+// Each file has a thread, so that one that hangs doesn't keep the others. A supervisor limits how
+// many a service may have (TasksMax=, pids_limit).
 void ThermalPublisherNode::start_reading() {
   const auto period = std::chrono::duration_cast<std::chrono::nanoseconds>(
       std::chrono::duration<double>(1.0 / options_.sysfs_rate_hz));
-  if (environment_) {
-    readers_.push_back(std::make_unique<PeriodicReader>("environment", period, [this] {
-      found({.reading = environment_->read(core::SensorTime{0})});
-    }));
-  }
-  for (auto& thermometer : thermometers_) {
-    readers_.push_back(std::make_unique<PeriodicReader>(
-        thermometer.file().path.string(), period,
-        [this, &thermometer] { found({.reading = thermometer.read()}); }));
+  const auto start = [&](std::string what, std::function<void()> read) {
+    readers_.push_back(std::make_unique<PeriodicReader>(std::move(what), period, std::move(read)));
+  };
+  try {
+    if (environment_)
+      start("environment", [this] { found({.reading = environment_->read(core::SensorTime{0})}); });
+    for (auto& thermometer : thermometers_) {
+      start(thermometer.file().path.string(),
+            [this, &thermometer] { found({.reading = thermometer.read()}); });
+    }
+  } catch (const std::system_error& error) {
+    const std::size_t started = readers_.size();
+    readers_.clear();  // ending needs a thread, too
+    throw std::invalid_argument(fmt::format(
+        "{} found, each read by a thread of its own, of which {} could be started: {}; name those "
+        "wanted with --probe NAME=FILE, or raise the limit of tasks (TasksMax=, pids_limit)",
+        core::counted(thermometers_.size(), "thermometer"), started, error.code().message()));
   }
 }
 

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/sanitized.h"
 #include "tests/system/files.h"
 #include "tests/system/pipeline.h"
 #include "tests/system/system_under_test.h"
@@ -98,6 +99,26 @@ TEST(SysfsThermometer, OneThatHangsIsToldAndKeepsNobodyElse) {
       eventually([&] { return newest(temperatures, "fog_temp2")->temperature_degc() == 40.0; }));
   publisher.send(SIGTERM);
   EXPECT_EQ(publisher.wait(3s), 0);
+}
+
+// Rule: where a thread for each can't be had it ends with a line. Its address space holds the
+// stacks of some twenty. Before: std::terminate.
+TEST(SysfsThermometer, MoreThanThereAreThreadsForEndWithALineAndCodeTwo) {
+  if (kIsSanitized) GTEST_SKIP() << "a sanitizer takes an address space without bounds";
+  SystemUnderTest system(Domain::kSysfsThermometer);
+  const auto hwmon = make_fog(system);
+  for (int k = 3; k <= 80; ++k) write(hwmon / ("temp" + std::to_string(k) + "_input"), "20000\n");
+  const std::string program = std::string(ZERODRIFT_BIN_DIR) + "/thermal_publisher";
+  const std::string limits = "ulimit -s 524288 && ulimit -v 16777216 && exec \"$@\"";  // in kB
+  ChildProcess& publisher =
+      system.start_foreign("/bin/bash", {"-c", limits, "bash", program, "--domain",
+                                         std::to_string(system.network().domain), "--source",
+                                         "sysfs", "--sysfs-root", system.path("sys")});
+  EXPECT_EQ(publisher.wait(30s), 2);
+  const std::string said = publisher.err();
+  for (const char* part : {"80 thermometers found, each read by a thread of its own, of which ",
+                           " could be started: ", "; name those wanted with --probe NAME=FILE"})
+    EXPECT_NE(said.find(part), std::string::npos) << said;
 }
 
 TEST(SysfsEnvironment, ReadingsArriveAndAFileThatVanishesCostsItsChannelAlone) {
