@@ -306,7 +306,7 @@ Participant::Participant(const std::string& name, const NetworkOptions& network)
   if (network.transport == Transport::kSharedMemory)
     discovery_.set_shared_memory(add_shared_memory(network, qos));
   is_secured_ = !network.security_dir.empty();
-  security_ = is_secured_ ? secure(name, network.security_dir, discovery_, qos)
+  security_ = is_secured_ ? secure(name, network.security_dir, network.domain, discovery_, qos)
                           : guard_transports(discovery_, qos);
 
   participant_ = fdds::DomainParticipantFactory::get_instance()->create_participant(

@@ -310,11 +310,11 @@ std::shared_ptr<SecurityWatch> guard_transports(fdds::DomainParticipantListener&
 }
 
 std::shared_ptr<SecurityWatch> secure(const std::string& participant_name,
-                                      const std::filesystem::path& folder,
+                                      const std::filesystem::path& folder, std::uint32_t domain,
                                       fdds::DomainParticipantListener& next,
                                       fdds::DomainParticipantQos& qos) {
   const SecurityFiles files = find_security_files(folder, security_identity(participant_name),
-                                                  std::chrono::system_clock::now());
+                                                  domain, std::chrono::system_clock::now());
   library_log().last_error();  // what comes is of this participant
   const auto set = [&](const char* name, const std::string& value) {
     qos.properties().properties().emplace_back(name, value);

@@ -35,9 +35,10 @@ struct SecurityFiles {
 };
 
 // Throws DdsError, one line, where one is missing or can't be read, the key may be read by others
-// or does not fit, or the certificate is another's, not of this authority, or not valid at `now`.
+// or does not fit, the certificate is another's, not of this authority, or not valid at `now`, or
+// the documents are for other domains.
 SecurityFiles find_security_files(const std::filesystem::path& folder, const std::string& identity,
-                                  std::chrono::system_clock::time_point now);
+                                  std::uint32_t domain, std::chrono::system_clock::time_point now);
 
 // Lives as long as its participant and its transport. Any thread.
 class SecurityWatch {
@@ -65,7 +66,7 @@ std::shared_ptr<SecurityWatch> guard_transports(
 
 // The same, and the properties of security. Throws as find_security_files().
 std::shared_ptr<SecurityWatch> secure(const std::string& participant_name,
-                                      const std::filesystem::path& folder,
+                                      const std::filesystem::path& folder, std::uint32_t domain,
                                       eprosima::fastdds::dds::DomainParticipantListener& next,
                                       eprosima::fastdds::dds::DomainParticipantQos& qos);
 

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <charconv>
 #include <cstdio>
 #include <cstring>
 #include <ctime>
@@ -26,6 +27,8 @@ namespace {
 constexpr std::array<std::string_view, 6> kServices{"gyro_publisher", "thermal_publisher",
                                                     "compensation",   "allan_monitor",
                                                     "console",        "navigation_filter"};
+
+constexpr std::uint32_t kHighestDomain = 232;
 
 template <typename T, void (*Free)(T*)>
 struct Freed {
@@ -73,12 +76,28 @@ std::string common_name(X509& certificate) {
   return length > 0 ? name.data() : "";
 }
 
-std::string date_of(const ASN1_TIME* time) {
-  std::tm broken_down{};
+// ISO 8601 in UTC, which sorts by time; the permissions have it without the zone.
+std::string text_of(const std::tm& utc) {
   std::array<char, 32> text{};
-  if (ASN1_TIME_to_tm(time, &broken_down) != 1) return "an unknown date";
-  std::strftime(text.data(), text.size(), "%Y-%m-%d", &broken_down);
+  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%S", &utc);
   return text.data();
+}
+
+std::string text_of(std::time_t time) {
+  std::tm utc{};
+  gmtime_r(&time, &utc);
+  return text_of(utc);
+}
+
+std::string text_of(const ASN1_TIME* time) {
+  std::tm utc{};
+  return ASN1_TIME_to_tm(time, &utc) == 1 ? text_of(utc) : "an unknown time";
+}
+
+// A date alone is no answer where a computer's clock is behind by hours.
+[[noreturn]] void refuse_at(const std::filesystem::path& path, const std::string& what,
+                            const std::string& time, std::time_t now) {
+  refuse(path, what + ' ' + time + "Z; this computer's clock says " + text_of(now) + 'Z');
 }
 
 void check_private(const std::filesystem::path& key) {
@@ -94,8 +113,8 @@ void check_private(const std::filesystem::path& key) {
 void check_valid(const std::filesystem::path& path, const X509& certificate, std::time_t now) {
   const ASN1_TIME* begin = X509_get0_notBefore(&certificate);
   const ASN1_TIME* end = X509_get0_notAfter(&certificate);
-  if (X509_cmp_time(end, &now) < 0) refuse(path, "has expired on " + date_of(end));
-  if (X509_cmp_time(begin, &now) > 0) refuse(path, "is not valid before " + date_of(begin));
+  if (X509_cmp_time(end, &now) < 0) refuse_at(path, "has expired on", text_of(end), now);
+  if (X509_cmp_time(begin, &now) > 0) refuse_at(path, "is not valid before", text_of(begin), now);
 }
 
 void check_signed(const std::filesystem::path& path, X509& certificate,
@@ -149,12 +168,37 @@ void check_permissions(const std::filesystem::path& path, const std::string& doc
     refuse(path,
            "holds the permissions of '" + subject + "', expected those of 'CN=" + identity + "'");
   }
-  const std::string end = element(document, "not_after");
-  std::tm utc{};
-  std::array<char, 32> present{};
-  gmtime_r(&now, &utc);
-  std::strftime(present.data(), present.size(), "%Y-%m-%dT%H:%M:%S", &utc);
-  if (end < present.data()) refuse(path, "has expired on " + end.substr(0, 10));
+  const std::string begin = element(document, "not_before").substr(0, text_of(now).size());
+  const std::string end = element(document, "not_after").substr(0, text_of(now).size());
+  if (end < text_of(now)) refuse_at(path, "has expired on", end, now);
+  if (begin > text_of(now)) refuse_at(path, "is not valid before", begin, now);
+}
+
+// Each <id> and <id_range> of a governance or of permissions, as text and as what it holds; a
+// document without any is the middleware's to judge.
+void check_domains(const std::filesystem::path& path, std::string_view document,
+                   std::uint32_t domain) {
+  std::string found;
+  const auto number = [](const std::string& text, std::uint32_t otherwise) {
+    std::uint32_t value = otherwise;
+    std::from_chars(text.data(), text.data() + text.size(), value);
+    return value;
+  };
+  for (auto at = document.find("<id"); at != std::string_view::npos;
+       at = document.find("<id", at + 1)) {
+    const std::string rest(document.substr(at));
+    const bool is_range = rest.starts_with("<id_range>");
+    if (!is_range && !rest.starts_with("<id>")) continue;
+    const std::string content = element(rest, is_range ? "id_range" : "id");
+    const std::uint32_t lowest = number(is_range ? element(content, "min") : content, 0);
+    const std::uint32_t highest =
+        is_range ? number(element(content, "max"), kHighestDomain) : lowest;
+    if (domain >= lowest && domain <= highest) return;
+    found +=
+        (found.empty() ? "" : ", ") + std::to_string(lowest) + " to " + std::to_string(highest);
+  }
+  if (found.empty()) return;
+  refuse(path, "is for domains " + found + ", found domain " + std::to_string(domain));
 }
 
 void check_exists(const std::filesystem::path& path) {
@@ -174,7 +218,7 @@ std::string security_identity(std::string_view participant_name) {
 }
 
 SecurityFiles find_security_files(const std::filesystem::path& folder, const std::string& identity,
-                                  std::chrono::system_clock::time_point now) {
+                                  std::uint32_t domain, std::chrono::system_clock::time_point now) {
   std::error_code ignored;
   if (!std::filesystem::is_directory(folder, ignored)) refuse(folder, "is not a folder");
   const std::filesystem::path own = folder / identity;
@@ -203,9 +247,10 @@ SecurityFiles find_security_files(const std::filesystem::path& folder, const std
   if (X509_check_private_key(certificate.get(), key.get()) != 1) {
     refuse(files.key, "does not belong to " + files.certificate.string());
   }
-  read_signed(files.governance, files.permissions_ca);
-  check_permissions(files.permissions, read_signed(files.permissions, files.permissions_ca),
-                    identity, time);
+  check_domains(files.governance, read_signed(files.governance, files.permissions_ca), domain);
+  const std::string permissions = read_signed(files.permissions, files.permissions_ca);
+  check_permissions(files.permissions, permissions, identity, time);
+  check_domains(files.permissions, permissions, domain);
   return files;
 }
 

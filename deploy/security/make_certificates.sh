@@ -44,6 +44,7 @@ reads() {
 days=365
 ca_days=3650
 domains=0-232
+are_domains_given=
 only=
 folder=
 is_number() { [[ $1 =~ ^[1-9][0-9]{0,4}$ ]]; }
@@ -58,7 +59,7 @@ while (($#)); do
       case $1 in
         --days) days=$2 ;;
         --ca-days) ca_days=$2 ;;
-        --domains) domains=$2 ;;
+        --domains) domains=$2 are_domains_given=1 ;;
         --only) only=$2 ;;
       esac
       shift 2
@@ -74,9 +75,9 @@ done
 [[ -n $folder ]] || fail "no folder given; $usage"
 is_number "$days" || fail "--days: found '$days', expected 1..99999"
 is_number "$ca_days" || fail "--ca-days: found '$ca_days', expected 1..99999"
-[[ $domains =~ ^(0|[1-9][0-9]{0,2})-([1-9][0-9]{0,2})$ ]] && ((BASH_REMATCH[1] <= BASH_REMATCH[2] && BASH_REMATCH[2] <= 232)) ||
+[[ $domains =~ ^(0|[1-9][0-9]{0,2})-(0|[1-9][0-9]{0,2})$ ]] && ((BASH_REMATCH[1] <= BASH_REMATCH[2] && BASH_REMATCH[2] <= 232)) ||
   fail "--domains: found '$domains', expected MIN-MAX within 0-232, e.g. 0-232"
-readonly min_domain=${domains%-*} max_domain=${domains#*-}
+domain_set="<domains><id_range><min>${domains%-*}</min><max>${domains#*-}</max></id_range></domains>"
 [[ -z $only || " $services " == *" $only "* ]] || fail "--only: no service '$only'; one of: $services"
 command -v openssl >/dev/null || fail "openssl is not installed"
 
@@ -91,12 +92,49 @@ quietly() {
 
 new_key() { quietly openssl genpkey -algorithm EC -pkeyopt ec_paramgen_curve:P-256 -out "$1"; }
 
+# Everything counts from a day ago, so that clocks that differ a little and time zones do no harm.
+readonly begin="-1 day"
+# at WHEN FORMAT
+at() { date -u -d "$1" "+$2"; }
+
+# certify NAME_OF_OUT KEY SUBJECT DAYS EXTENSIONS [option of openssl ca ...]: of what can say when a certificate begins,
+# Debian 12 has `openssl ca` alone, which keeps a book.
+certify() {
+  local out=$1 key=$2 subject=$3 days=$4 extensions=$5
+  shift 5
+  local book
+  book=$(mktemp -d ./book.XXXXXX)
+  : >"$book/index"
+  cat >"$book/config" <<CONFIG
+[ca]
+default_ca = own
+[own]
+database = $book/index
+new_certs_dir = $book
+rand_serial = yes
+default_md = sha256
+policy = subject
+preserve = yes
+unique_subject = no
+[subject]
+organizationName = supplied
+commonName = supplied
+CONFIG
+  printf '%b' "$extensions" >"$book/extensions"
+  quietly openssl req -new -sha256 -key "$key" -subj "$subject" -out "$book/request"
+  quietly openssl ca -batch -notext -config "$book/config" -in "$book/request" -out "$out" \
+    -startdate "$(at "$begin" %Y%m%d%H%M%SZ)" -enddate "$(at "+$days days" %Y%m%d%H%M%SZ)" \
+    -extfile "$book/extensions" "$@"
+  chmod 644 "$out"
+  rm -r "$book"
+}
+
 # authority NAME: ca/NAME.key and NAME.pem. It signs certificates and, as S/MIME, documents.
 authority() {
   new_key "ca/$1.key"
-  quietly openssl req -x509 -new -sha256 -key "ca/$1.key" -days "$ca_days" -out "$1.pem" \
-    -subj "/O=zerodrift/CN=$1" -addext "keyUsage=critical,keyCertSign,cRLSign,digitalSignature"
-  chmod 644 "$1.pem"
+  certify "$1.pem" "ca/$1.key" "/O=zerodrift/CN=$1" "$ca_days" \
+    'basicConstraints=critical,CA:TRUE\nkeyUsage=critical,keyCertSign,cRLSign,digitalSignature\nsubjectKeyIdentifier=hash\n' \
+    -selfsign -keyfile "ca/$1.key"
 }
 
 # sign_document FILE OUT: signed by the permissions authority, in the form that DDS Security wants.
@@ -106,8 +144,6 @@ sign_document() {
   rm "$1"
 }
 
-domain_set() { echo "<domains><id_range><min>$min_domain</min><max>$max_domain</max></id_range></domains>"; }
-
 # Everything is encrypted: whole messages by the key of the participant, submessages and payloads by
 # the key of the writer, which only readers of its topic get.
 governance() {
@@ -116,7 +152,7 @@ governance() {
 <dds xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" xsi:noNamespaceSchemaLocation="http://www.omg.org/spec/DDS-Security/20170801/omg_shared_ca_domain_governance.xsd">
   <domain_access_rules>
     <domain_rule>
-      $(domain_set)
+      $domain_set
       <allow_unauthenticated_participants>false</allow_unauthenticated_participants>
       <enable_join_access_control>true</enable_join_access_control>
       <discovery_protection_kind>ENCRYPT</discovery_protection_kind>
@@ -151,7 +187,6 @@ partitions() {
   [[ $1 != compensation ]] || echo "<partitions><partition>*</partition></partitions>"
 }
 
-# From a day ago, so that clocks that differ a little and time zones do no harm.
 permissions() {
   # shellcheck disable=SC2046  # one word a topic
   cat <<XML
@@ -161,11 +196,11 @@ permissions() {
     <grant name="$1">
       <subject_name>CN=$1,O=zerodrift</subject_name>
       <validity>
-        <not_before>$(date -u -d "-1 day" +%Y-%m-%dT%H:%M:%S)</not_before>
-        <not_after>$(date -u -d "+$days days" +%Y-%m-%dT%H:%M:%S)</not_after>
+        <not_before>$(at "$begin" %Y-%m-%dT%H:%M:%S)</not_before>
+        <not_after>$(at "+$days days" %Y-%m-%dT%H:%M:%S)</not_after>
       </validity>
       <allow_rule>
-        $(domain_set)
+        $domain_set
         <publish>
           $(topics $(writes "$1") $of_all)
           $(partitions "$1")
@@ -188,13 +223,9 @@ service() {
   mkdir "$name"
   chmod 755 "$name"
   new_key "$name/key.pem"
-  quietly openssl req -new -sha256 -key "$name/key.pem" -subj "/O=zerodrift/CN=$name" -out "$name/request"
-  printf 'basicConstraints=critical,CA:FALSE\nkeyUsage=critical,digitalSignature\n' >"$name/extensions"
-  quietly openssl x509 -req -sha256 -in "$name/request" -days "$days" -extfile "$name/extensions" \
-    -CA "$authorities/identity_ca.pem" -CAkey "$authorities/ca/identity_ca.key" \
-    -set_serial "0x$(openssl rand -hex 16)" -out "$name/certificate.pem"
-  chmod 644 "$name/certificate.pem"
-  rm "$name/request" "$name/extensions"
+  certify "$name/certificate.pem" "$name/key.pem" "/O=zerodrift/CN=$name" "$days" \
+    'basicConstraints=critical,CA:FALSE\nkeyUsage=critical,digitalSignature\n' \
+    -cert "$authorities/identity_ca.pem" -keyfile "$authorities/ca/identity_ca.key"
   permissions "$name" >"$name/permissions.xml"
   sign_document "$name/permissions.xml" "$name/permissions.p7s" "$authorities"
 }
@@ -227,6 +258,16 @@ make_all() {
   echo "$folder: authorities in ca/ (keep them elsewhere), $(wc -w <<<"$services") services, valid for $days days"
 }
 
+# The <domains> of a governance that is in force.
+domains_of() {
+  local document
+  document=$(openssl smime -verify -in "$1" -CAfile "$2" 2>/dev/null) && [[ $document == *"<domains>"*"</domains>"* ]] ||
+    fail "$1 names no domains, or is not signed by $2; --domains MIN-MAX says which are meant"
+  document=${document//$'\r'/}
+  document=${document#*<domains>}
+  echo "<domains>${document%%</domains>*}</domains>"
+}
+
 renew_one() {
   local file
   for file in ca/identity_ca.key identity_ca.pem ca/permissions_ca.key permissions_ca.pem; do
@@ -234,6 +275,7 @@ renew_one() {
   done
   outlives "$folder/identity_ca.pem"
   outlives "$folder/permissions_ca.pem"
+  [[ $are_domains_given ]] || domain_set=$(domains_of "$folder/governance.p7s" "$folder/permissions_ca.pem")
   local authorities
   authorities=$(cd -- "$folder" && pwd)
   scratch=$(mktemp -d "$authorities/.$program.XXXXXX")

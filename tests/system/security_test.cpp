@@ -305,7 +305,7 @@ TEST(Security, EachBadFolderEndsWithCodeTwoAndOneLineThatNamesWhatIsWrong) {
   const auto elsewhere = system.path("elsewhere");
   ASSERT_EQ(make_certificates(system, {"--domains", "1-1", elsewhere}).exit_code, 0);
   expect_one_line(system.run("compensation", {"--domain", domain, "--security", elsewhere}, 10s),
-                  "Not found topic access rule");
+                  "governance.p7s is for domains 1 to 1, found domain " + domain);
   const auto none = system.path("none");
   expect_one_line(system.run("compensation", {"--domain", domain, "--security", none}, 10s),
                   none.string() + " is not a folder");
