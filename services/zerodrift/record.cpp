@@ -150,6 +150,8 @@ class Recorder {
                                        service::monotonic_ns())) {
       arrivals_.begin();
       has_begun_ = true;
+      std::printf("recording to %s\n", options_.out.c_str());
+      std::fflush(stdout);
     }
     // A hole may be filled by another instance's answers, so the count may shrink.
     const std::uint64_t lost_now = std::max(lost(), reported_lost_);
