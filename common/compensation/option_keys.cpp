@@ -18,6 +18,7 @@ using thermal::RateMethod;
 
 constexpr double kDegH = core::radps_from_deg_h(1.0);
 constexpr OptionRange kAbove0{.low = 0.0, .above_low = true};
+constexpr OptionRange kScale{.low = 1e-9, .high = 1e9};
 constexpr OptionRange kDuration{.low = 0.0, .high = 1e6, .above_low = true};  // in s
 constexpr double kLongestWindowS = 14400.0;                                   // of a slope
 constexpr OptionRange kAnyDrift{.low = -1e6, .high = 1e6};                    // deg/h
@@ -120,7 +121,7 @@ void describe_features(CompensationOptions& options, OptionVisitor& visitor) {
                    feature.lag_s);
     visitor.number(internal(path + "offset", Decides::kModel), feature.offset);
     visitor.number({path + "scale", Decides::kModel,
-                    "The feature is its value over this; a kind has a usual one.", kAbove0},
+                    "The feature is its value over this; a kind has a usual one.", kScale},
                    feature.scale);
   }
 }
@@ -265,17 +266,17 @@ void describe_earth_rate(EarthRateOptions& earth, OptionVisitor& visitor) {
   visitor.number(
       {"earth_rate.latitude_deg", Decides::kAnswers, "For known.", {-90.0, 90.0}, 1.0, only_known},
       earth.latitude_deg);
-  for (auto& [name, angle] :
-       {std::pair<const char*, std::optional<double>&>{"roll", earth.roll_deg},
-        {"pitch", earth.pitch_deg},
-        {"heading", earth.heading_deg}}) {
-    visitor.number({std::string("earth_rate.") + name + "_deg",
-                    Decides::kAnswers,
-                    "For known.",
-                    {},
-                    1.0,
-                    only_known},
-                   angle);
+  struct Angle {
+    const char* name;
+    OptionRange range;
+    std::optional<double>& value;
+  };
+  for (const Angle& angle : {Angle{"roll", {-180.0, 180.0}, earth.roll_deg},
+                             Angle{"pitch", {-90.0, 90.0}, earth.pitch_deg},
+                             Angle{"heading", {-180.0, 360.0}, earth.heading_deg}}) {
+    visitor.number({std::string("earth_rate.") + angle.name + "_deg", Decides::kAnswers,
+                    "For known.", angle.range, 1.0, only_known},
+                   angle.value);
   }
   choose(visitor,
          {"earth_rate.frame",

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "common/core/closest_name.h"
 
@@ -53,7 +54,11 @@ std::optional<std::size_t> OptionReader::groups(const std::string& name, const c
     const YAML::Node item = found->second[i];
     if (!item.IsMap() && !item.IsNull()) at(path, item).fail("keys and values");
   }
-  if (found->second.size() == 0) return {};
+  if (found->second.size() == 0) {
+    throw document_.error(name,
+                          "found an empty list, expected one or more, or no such key, which "
+                          "keeps the default");
+  }
   replaced_.insert(name);
   return found->second.size();
 }
@@ -107,7 +112,12 @@ void OptionReader::model(const OptionKey& key, std::optional<twin::Model>& value
   const auto* node = find(key);
   if (node == nullptr) return;
   const std::string file = at(key.name, *node).text();
-  if (!file.empty()) value = read_model_(file);
+  if (file.empty()) return;
+  try {
+    value = read_model_(file);
+  } catch (const std::runtime_error& error) {
+    throw document_.error(key.name, error.what());
+  }
 }
 
 void OptionReader::require(const std::string& key, const char* expected) const {

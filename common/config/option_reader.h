@@ -25,7 +25,7 @@ class OptionReader final : public compensation::OptionVisitor {
  public:
   using OptionKey = compensation::OptionKey;
 
-  // read_model: a model by its name in the file; throws as load_prior().
+  // read_model: a model by its name in the file; what it throws is told of the key.
   OptionReader(const YamlDocument& document,
                std::function<twin::Model(const std::string&)> read_model);
 

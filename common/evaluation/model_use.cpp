@@ -33,7 +33,7 @@ double shortest_s(const compensation::CompensationOptions& options, double inter
 }
 
 // What would be right; the reason itself has a name.
-std::string remedy(Reason reason) {
+std::string remedy(Reason reason, compensation::Scheme scheme) {
   switch (reason) {
     case Reason::kNoEstimateYet:
       return "a record with rest, or with its true rate (a reference column); by its own noise the "
@@ -57,7 +57,10 @@ std::string remedy(Reason reason) {
       return "a temperature_rate.window_s that holds 6 temperatures, and no lag longer than the "
              "record";
     case Reason::kModelWorseThanBias:
-      return "scheme stack, which weighs the model and holding, which foretold better";
+      return scheme == compensation::Scheme::kStack
+                 ? "features that the drift goes by (kind, probe, scale); holding the last "
+                   "stationary bias foretold better"
+                 : "scheme stack, which weighs the model and holding, which foretold better";
     case Reason::kPolarityReversed: return "a mounting that turns the axis round";
     case Reason::kInvalidInput: return "rates that are numbers";
     case Reason::kSchemeNone: return "another scheme than none";
@@ -130,7 +133,7 @@ std::string ModelUse::remedy_of(Reason reason,
   const double spanned_s = first_ == core::kNever ? 0.0 : core::seconds(last_ - first_);
   const double needed_s = shortest_s(options, interval_s_);
   if (reason != Reason::kNoEstimateYet || spanned_s >= needed_s)
-    return "what would be right: " + remedy(reason);
+    return "what would be right: " + remedy(reason, options.scheme);
   return "the record spans " + report::significant(spanned_s, 3) +
          " s, a first model takes at least " + report::significant(needed_s, 3) + " s at rest";
 }

@@ -122,7 +122,7 @@ std::set<std::string> all_keys() {
 }
 
 TEST_F(CompensationFile, AnEmptyOneKeepsEveryDefault) {
-  for (const char* text : {"", "{}", "# only a comment\n", "svr: {}\nlearning:\nfeatures: []\n"}) {
+  for (const char* text : {"", "{}", "# only a comment\n", "svr: {}\nlearning:\nfeatures:\n"}) {
     EXPECT_EQ(described(loaded(text)), described(CompensationOptions{})) << text;
   }
 }
@@ -382,15 +382,26 @@ TEST_F(CompensationFile, AValueOutOfRangeIsNamed) {
       {"features:\n  - kind: lagged_temperature\n    lag_s: -1\n",
        "3: features[0].lag_s: found -1, expected a number above 0, at most 900000"},
       {"features:\n  - {kind: temperature, scale: 0}\n",
-       "2: features[0].scale: found 0, expected a number above 0"},
+       "2: features[0].scale: found 0, expected 1e-09 to 1e+09"},
+      {"features:\n  - {kind: temperature, scale: 1e-320}\n",
+       "2: features[0].scale: found 9.99989e-321, expected 1e-09 to 1e+09"},
+      {"features: []\n",
+       "1: features: found an empty list, expected one or more, or no such key, which keeps the "
+       "default"},
       {"earth_rate: {mode: known, latitude_deg: 91, roll_deg: 0, pitch_deg: 0, heading_deg: 0}\n",
        "1: earth_rate.latitude_deg: found 91, expected -90 to 90"},
+      {"earth_rate: {mode: known, latitude_deg: 0, roll_deg: 181, pitch_deg: 0, heading_deg: 0}\n",
+       "1: earth_rate.roll_deg: found 181, expected -180 to 180"},
+      {"earth_rate: {mode: known, latitude_deg: 0, roll_deg: 0, pitch_deg: 5000, heading_deg: 0}\n",
+       "1: earth_rate.pitch_deg: found 5000, expected -90 to 90"},
+      {"earth_rate: {mode: known, latitude_deg: 0, roll_deg: 0, pitch_deg: 0, heading_deg: 1e18}\n",
+       "1: earth_rate.heading_deg: found 1e+18, expected -180 to 360"},
   };
   for (const auto& [text, line] : cases) EXPECT_EQ(error(text), line) << text;
 }
 
-// Rule: the path counts from the configuration's folder, and what is wrong is told of the model's
-// file.
+// Rule: the path counts from the configuration's folder, and what is wrong is told of the key and
+// of the model's file.
 TEST_F(CompensationFile, ThePriorIsAModelFileBesideTheConfiguration) {
   const auto options = loaded("prior: " + model_of_bias("0.5") + "\n");
   ASSERT_TRUE(options.prior.has_value());
@@ -404,11 +415,12 @@ TEST_F(CompensationFile, ThePriorIsAModelFileBesideTheConfiguration) {
     } catch (const ConfigError& problem) {
       const std::string line = problem.what();
       EXPECT_EQ(line.find('\n'), std::string::npos) << line;
+      EXPECT_NE(line.find("compensation.yaml:1: "), std::string::npos) << line;
       EXPECT_NE(line.find(file), std::string::npos) << line;
       EXPECT_NE(line.find(what), std::string::npos) << line;
     }
   };
-  refused("prior: none.yaml\n", "none.yaml", "");
+  refused("prior: none.yaml\n", "none.yaml", ": cannot open");
   refused("prior: .\n", "", "found something else than a file");
   refused("prior: " + model_of_bias("wide") + "\n", "model.yaml:3", "bias_deg_h");
   refused("probes: ['']\n", "compensation.yaml:1", "probes[0]");
