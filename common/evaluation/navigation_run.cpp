@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/evaluation/navigation_run.h"
 
+#include <algorithm>
 #include <cmath>
 #include <deque>
 #include <limits>
@@ -53,9 +54,7 @@ class NavigationOfRecord {
   void keep_beside(const record::RecordRow& row) {
     Beside beside{.time = row.time};
     const auto reference = record::to_rate_reference(row, offline_.info());
-    const bool is_truth = reference && core::is_true_rate(reference->kind) &&
-                          reference->valid == core::PerAxis<bool>{true, true, true};
-    if (is_truth) beside.true_rate_radps = reference->rate_radps;
+    if (reference && is_truth(*reference)) beside.true_rate_radps = reference->rate_radps;
     const core::PerAxis<double>& force = row.inputs.acceleration_mps2;
     if (std::isfinite(force[0]) && std::isfinite(force[1]) && std::isfinite(force[2]))
       beside.specific_force_mps2 = force;
@@ -64,11 +63,35 @@ class NavigationOfRecord {
     beside_.push_back(beside);
   }
 
+  // An axis without a column is said to have a rate of 0, which is no truth.
+  [[nodiscard]] bool has_truth_of(core::Axis axis) const {
+    return offline_.info().has_reference[core::index(axis)];
+  }
+
+  [[nodiscard]] bool is_truth(const core::RateReferenceSample& reference) const {
+    return core::is_true_rate(reference.kind) &&
+           std::all_of(core::kAxes.begin(), core::kAxes.end(), [&](core::Axis axis) {
+             const std::size_t i = core::index(axis);
+             return !offline_.info().has_rate[i] || (has_truth_of(axis) && reference.valid[i]);
+           });
+  }
+
+  // As the filters take it: an axis that nobody measures doesn't turn against the Earth.
+  [[nodiscard]] core::PerAxis<double> completed(core::PerAxis<double> true_rate_radps) const {
+    const core::PerAxis<double> earth_radps = navigation_.true_earth_rate_radps();
+    for (const core::Axis axis : core::kAxes) {
+      const std::size_t i = core::index(axis);
+      if (!has_truth_of(axis)) true_rate_radps[i] = earth_radps[i];
+    }
+    return true_rate_radps;
+  }
+
   void take(const core::CompensatedSample& answer) {
     auto sample = navigation::to_navigation(answer);
     for (; !beside_.empty() && beside_.front().time <= answer.raw.time; beside_.pop_front()) {
       const Beside& beside = beside_.front();
-      if (beside.true_rate_radps) navigation_.push_truth(beside.time, *beside.true_rate_radps);
+      if (beside.true_rate_radps)
+        navigation_.push_truth(beside.time, completed(*beside.true_rate_radps));
       if (beside.time == answer.raw.time) sample.specific_force_mps2 = beside.specific_force_mps2;
     }
     navigation_.push(sample);
@@ -85,9 +108,21 @@ class NavigationOfRecord {
                        navigation_.errors(Stream::kCompensated).heading_now});
   }
 
+  [[nodiscard]] std::string missing_truth() const {
+    const std::string consequence = ", there is no truth to judge by";
+    if (offline_.info().has_reference == core::PerAxis<bool>{})
+      return "the record has no reference columns" + consequence;
+    std::string missing;
+    for (const core::Axis axis : core::kAxes) {
+      if (!offline_.info().has_rate[core::index(axis)] || has_truth_of(axis)) continue;
+      missing += (missing.empty() ? "" : ", ") + std::string(core::name(axis));
+    }
+    if (missing.empty()) return "no row has all reference columns" + consequence;
+    return "the record has no reference column of " + missing + consequence;
+  }
+
   [[nodiscard]] std::string truth_note() const {
-    if (!navigation_.truth_received())
-      return "the record has no reference columns, there is no truth to judge by";
+    if (!navigation_.truth_received()) return missing_truth();
     if (!navigation_.truth_has_start())
       return "true rates make no true heading without the one at the start (--heading)";
     if (navigation_.truth_lost_at() == core::kNever) return {};

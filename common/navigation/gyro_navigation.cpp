@@ -70,6 +70,12 @@ const Quaternion& GyroNavigation::n_from_b(Stream stream) const noexcept {
   return stream == Stream::kTruth ? truth_.attitude.n_from_b() : filter(stream).n_from_b();
 }
 
+core::PerAxis<double> GyroNavigation::true_earth_rate_radps() const noexcept {
+  if (!options_.filter.latitude_rad) return {};
+  const Vector3 earth_n = earth_rate_radps_n(*options_.filter.latitude_rad);
+  return from_forward_right_down(n_from_b(Stream::kTruth).conjugate() * earth_n, options_.frame);
+}
+
 // -------------------------------------------------------------------------------------- taking in
 
 void GyroNavigation::push_truth(core::SensorTime time,

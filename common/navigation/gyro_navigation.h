@@ -153,6 +153,8 @@ class GyroNavigation {
   [[nodiscard]] Attitude attitude(Stream stream) const noexcept {
     return attitude_of(n_from_b(stream));
   }
+  // Earth rate in the true attitude, in the configured frame; zero without a latitude.
+  [[nodiscard]] core::PerAxis<double> true_earth_rate_radps() const noexcept;
   // Of kRaw and kCompensated.
   [[nodiscard]] const AttitudeFilter& filter(Stream stream) const noexcept {
     return copies_[static_cast<std::size_t>(stream)].filter;
