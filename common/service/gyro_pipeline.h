@@ -138,7 +138,7 @@ class GyroPipeline {
   void report_progress() {
     answered_since_report_ = 0;
     reported_needed_ = engine_->needed_time();
-    port_.report_progress(newest_sequence_, reported_needed_);
+    port_.report_progress(reached_.taken, reported_needed_);
   }
 
   // ---- catching up
@@ -233,7 +233,9 @@ class GyroPipeline {
   [[nodiscard]] const Engine& engine() const noexcept { return *engine_; }
   [[nodiscard]] const InstanceSync& sync() const noexcept { return sync_; }
   [[nodiscard]] const Answer& newest() const noexcept { return newest_; }
-  [[nodiscard]] std::uint64_t newest_sequence() const noexcept { return newest_sequence_; }
+  // A number that is doubted, far ahead of the others, is none of these: others would take a state
+  // as of it for one that they can't go on from.
+  [[nodiscard]] std::uint64_t newest_sequence() const noexcept { return reached_.sequence; }
   [[nodiscard]] std::uint64_t run() const noexcept { return run_; }
   [[nodiscard]] bool follows(std::uint64_t run) const noexcept { return run_ == 0 || run_ == run; }
   [[nodiscard]] std::uint64_t rejected() const noexcept { return rejected_; }
@@ -255,6 +257,17 @@ class GyroPipeline {
     return now_ns >= since_ns && now_ns - since_ns < span_ns;
   }
 
+  // The newest numbers answered in a run.
+  struct Reached {
+    std::uint64_t sequence = 0;  // that is not doubted
+    std::uint64_t taken = 0;     // of any: a replay waits for all that it sent
+
+    void note(std::uint64_t answered, bool is_late) noexcept {
+      taken = std::max(taken, answered);
+      const bool is_doubted = is_late && answered > sequence + 1;
+      if (!is_doubted) sequence = std::max(sequence, answered);
+    }
+  };
   struct Waiting {
     Rate rate{};
     std::uint64_t run = 0;
@@ -309,7 +322,7 @@ class GyroPipeline {
     while (port_.can_write() && engine_->readiness() != compensation::Readiness::kNothing)
       answer(now_ns);
     engine_->restart_stream();
-    newest_sequence_ = 0;
+    reached_ = {};
     drop_log();
     port_.begin_run();
   }
@@ -333,7 +346,7 @@ class GyroPipeline {
   // To readers, or to those that are held back.
   void pass_on(const Answer& answer, std::int64_t now_ns) {
     newest_ = answer;
-    newest_sequence_ = std::max(newest_sequence_, answer.raw.sequence);
+    reached_.note(answer.raw.sequence, answer.late);
     const bool led = sync_.leads();
     if (!sync_.note(prepare({answer, run_}), now_ns)) return hold({answer, run_});
     written_run_ = run_;
@@ -401,7 +414,7 @@ class GyroPipeline {
   std::int64_t waiting_since_ns_ = 0;
   std::uint64_t answered_since_report_ = 0;
   core::SensorTime reported_needed_{core::kNever};
-  std::uint64_t newest_sequence_ = 0;
+  Reached reached_{};
   Answer newest_{};
 };
 

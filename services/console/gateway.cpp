@@ -101,14 +101,22 @@ void Gateway::add_channels(Gyro& gyro) {
 // ---------------------------------------- what arrives
 
 // A late answer fills a hole that was counted; a source that began anew makes none. An answer whose
-// time is doubted comes in its place all the same.
+// time is doubted comes in its place all the same. One whose number is doubted, far ahead of the
+// others, makes a hole only if the next one in order goes on behind it.
 void Gateway::count(Gyro& gyro, const msg::CompensatedRate& sample) const {
   const std::uint64_t sequence = sample.sequence_number();
   if (sample.order() != 0 && sequence < gyro.next_sequence) {
     if (gyro.missing > 0) --gyro.missing;
+  } else if (sample.order() != 0 && gyro.next_sequence != 0 && sequence > gyro.next_sequence) {
+    gyro.doubted_sequence = sequence;
   } else {
-    if (gyro.next_sequence != 0 && sequence > gyro.next_sequence)
+    if (gyro.next_sequence != 0 && sequence > gyro.next_sequence) {
       gyro.missing += sequence - gyro.next_sequence;
+      const bool has_come =
+          gyro.doubted_sequence >= gyro.next_sequence && gyro.doubted_sequence < sequence;
+      if (has_come) --gyro.missing;
+    }
+    gyro.doubted_sequence = 0;
     gyro.next_sequence = sequence + 1;
   }
   ++gyro.samples;

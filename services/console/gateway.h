@@ -103,6 +103,7 @@ class Gateway {
     std::uint64_t samples = 0;
     std::uint64_t missing = 0;
     std::uint64_t next_sequence = 0;      // 0: none came
+    std::uint64_t doubted_sequence = 0;   // ahead of that, not confirmed by one in order; 0: none
     service::ArrivalClocks arrival{};     // of the newest
     std::int64_t published_since_ns = 0;  // since when its publisher is known, monotonic; 0: not
     msg::CompensatedRate newest{};

@@ -22,6 +22,7 @@ struct HashAnswer {
     std::uint64_t sequence = 0;
     core::ClockSource clock = core::ClockSource::kHardware;
   } raw{};
+  bool late = false;  // its number is far ahead of the others
   std::uint64_t model_epoch = 0;
   std::uint64_t digest = 0;
 };
@@ -59,10 +60,11 @@ class HashEngine {
       hash_ = mixed(hash_, ~temperatures_.front().sequence);
       temperatures_.pop_front();
     }
-    newest_ = sample.sequence;
+    const bool late = newest_ != 0 && sample.sequence > newest_ + kFarAhead;
+    if (!late) newest_ = sample.sequence;
     hash_ = mixed(hash_, sample.sequence);
     ++counts_.samples_out;
-    return {.raw = {sample.sequence, sample.clock}, .digest = hash_};
+    return {.raw = {sample.sequence, sample.clock}, .late = late, .digest = hash_};
   }
   void restart_stream() {
     newest_ = 0;
@@ -80,6 +82,7 @@ class HashEngine {
 
  private:
   static constexpr core::SensorTime kDelay{50'000'000};
+  static constexpr std::uint64_t kFarAhead = 1'000'000;
   struct Temperature {
     std::uint64_t sequence;
     core::SensorTime time;

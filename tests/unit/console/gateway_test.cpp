@@ -107,6 +107,30 @@ TEST_F(GatewayOfOne, SamplesComeInBatchesInOrderAndHolesAreCounted) {
   EXPECT_EQ(client_.take<telemetry::SampleBatch>().at(0).missing(), 0U);
 }
 
+// Rule: one wild number is no loss of all the numbers before it; where the source goes on behind
+// it, those between are missing and it is not.
+TEST_F(GatewayOfOne, ANumberThatIsDoubtedMakesAHoleOnlyWhereTheSourceGoesOnBehindIt) {
+  constexpr std::uint64_t kWild = 1'000'000'000'000;
+  sample(1, 1);
+  subscribe("/gyro_1/samples");
+  const auto doubted = [&](std::int64_t ms, std::uint64_t sequence) {
+    auto answer = sample_at(ms * 1'000'000, 1.0, 0.5, sequence);
+    answer.order(1);
+    gateway_.take(answer, {.unix_ns = kNow});
+  };
+  const auto missing = [&] {
+    gateway_.flush(kNow);
+    return client_.take<telemetry::SampleBatch>().at(0).missing();
+  };
+  sample(2, 2);
+  doubted(3, kWild);
+  sample(4, 4);
+  EXPECT_EQ(missing(), 1U) << "number 3, in whose place the wild one came";
+  doubted(5, kWild);
+  sample(6, kWild + 1);
+  EXPECT_EQ(missing(), 1U + kWild - 5U);
+}
+
 // Rule: a sample whose time is doubted came in its place: nothing is missing, and no page takes its
 // time for the newest. Before: one lost at every step of a clock, for good.
 TEST_F(GatewayOfOne, ASampleOfADoubtedTimeIsNoLossAndNoTime) {

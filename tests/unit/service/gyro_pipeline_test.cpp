@@ -184,6 +184,26 @@ TEST(GyroPipeline, WhatNobodyElseAnsweredIsWrittenBeforeItGoesOnFromAStateThatBe
   EXPECT_EQ(survivor.written.back().digest, anew.written.back().digest);
 }
 
+// Rule: one wild number keeps nobody from catching up in the rest of the run.
+TEST(GyroPipeline, AStateAfterAWildNumberIsOneToGoOnFrom) {
+  Instance giver(0);
+  Instance taker(1);
+  std::uint64_t next = giver.begin();
+  giver.sample(1'000'000'000'000);
+  const auto step = [&] {
+    giver.sample(next);
+    taker.sample(next++);
+    taker.receive(giver.written.back());
+  };
+  step();
+  EXPECT_EQ(giver.pipeline.newest_sequence(), next - 1);
+  EXPECT_FALSE(taker.pipeline.state_to_ask_for(taker.now_ns)) << "the log begins first";
+  for (int k = 0; k < 10; ++k) step();
+  ASSERT_TRUE(taker.catch_up(giver));
+  step();
+  EXPECT_EQ(taker.written.back().digest, giver.written.back().digest);
+}
+
 TEST(GyroPipeline, AStateThatTheLogDoesNotReachIsRefused) {
   Instance giver(0);
   Instance taker(1);
