@@ -43,11 +43,15 @@ std::string from_to(double raw_rad, double compensated_rad) {
   return "from " + degrees(raw_rad) + " to " + degrees(compensated_rad) + " deg";
 }
 
+double nis(const navigation::StreamCounts& stream) {
+  return stream.nis_degrees > 0 ? stream.nis_sum / static_cast<double>(stream.nis_degrees) : kNaN;
+}
+
 // One heading error at one end tells little: both may be what noise alone leaves.
 bool could_be_noise(const NavigationResult& result) {
   for (std::size_t i = 0; i < 2; ++i) {
-    if (std::abs(result.errors[i].heading_now) > kExpectedSigma * result.heading_sigma_rad[i])
-      return false;
+    const StreamErrors& errors = result.errors[i];
+    if (std::abs(errors.heading_now) > kExpectedSigma * errors.heading_sigma_now) return false;
   }
   return true;
 }
@@ -75,7 +79,7 @@ std::string navigation_advice(const NavigationResult& result) {
           from_to(raw.heading_largest, compensated.heading_largest);
   if (could_be_noise(result)) {
     text += "; both end within what the filters expect of noise alone (2 sigma, " +
-            degrees(kExpectedSigma * result.heading_sigma_rad[1]) +
+            degrees(kExpectedSigma * result.errors[1].heading_sigma_now) +
             " deg), so that another run may say otherwise";
   }
   return text + ".";
@@ -95,8 +99,8 @@ report::Table navigation_table(const NavigationResult& result) {
   const auto& errors = result.errors;
   if (result.truth_known) {
     add(
-        "error at the end, deg", [&](auto i) { return in_deg(errors[i], errors[i].heading_now); },
-        true);
+        result.truth_lost ? "error when last known, deg" : "error at the end, deg",
+        [&](auto i) { return in_deg(errors[i], errors[i].heading_now); }, true);
     add(
         "error rms, deg", [&](auto i) { return in_deg(errors[i], errors[i].heading_rms()); }, true);
     add(
@@ -116,13 +120,7 @@ report::Table navigation_table(const NavigationResult& result) {
   add(
       "refused", [&](auto i) { return static_cast<double>(result.streams[i].rejected); }, false);
   add(
-      "NIS (1 expected)",
-      [&](auto i) {
-        const auto& stream = result.streams[i];
-        return stream.nis_degrees > 0 ? stream.nis_sum / static_cast<double>(stream.nis_degrees)
-                                      : kNaN;
-      },
-      false);
+      "NIS (1 expected)", [&](auto i) { return nis(result.streams[i]); }, false);
   return table;
 }
 
@@ -146,6 +144,8 @@ nlohmann::ordered_json navigation_json(const NavigationResult& result) {
   json["advice"] = navigation_advice(result);
   json["record"] = result.record;
   json["truth_known"] = result.truth_known;
+  json["truth_lost"] = result.truth_lost;
+  json["warnings"] = result.warnings;
   json["rest_s"] = result.rest_s;
   json["labels"] = result.compensation.labels;
   for (std::size_t v = 0; v < compensation::kReferenceVerdicts; ++v) {
@@ -163,12 +163,14 @@ nlohmann::ordered_json navigation_json(const NavigationResult& result) {
     stream["heading_error_end_deg"] = in_deg(errors, errors.heading_now);
     stream["heading_error_rms_deg"] = in_deg(errors, errors.heading_rms());
     stream["heading_error_largest_deg"] = in_deg(errors, errors.heading_largest);
+    stream["heading_error_end_sigma_deg"] = in_deg(errors, errors.heading_sigma_now);
     stream["attitude_error_end_deg"] = in_deg(errors, errors.angle_now);
     stream["nees"] = errors.nees_mean();
     stream["heading_end_deg"] = result.attitudes[i].heading_rad / kRadPerDeg;
     stream["heading_sigma_deg"] = result.heading_sigma_rad[i] / kRadPerDeg;
     stream["updates"] = result.streams[i].updates;
     stream["rejected"] = result.streams[i].rejected;
+    stream["nis"] = nis(result.streams[i]);
   }
   json["ratio"] = {
       {"end", ratio(result.errors[0].heading_now, result.errors[1].heading_now)},
@@ -184,6 +186,8 @@ report::Document navigation_page(const NavigationRequest& request, const Navigat
   page.verdict = navigation_advice(result);
   page.blocks.emplace_back(navigation_table(result));
   page.blocks.emplace_back(report::Paragraph{.text = navigation_note(request, result)});
+  for (const std::string& warning : result.warnings)
+    page.blocks.emplace_back(report::Paragraph{.text = "Note: " + warning + "."});
   if (result.points.size() < 2) return page;
   report::Chart chart;
   chart.title = "Heading error";

@@ -159,6 +159,7 @@ class NavigationOfRecord {
   NavigationRequest request_;
   OfflineRun offline_;
   navigation::GyroNavigation navigation_;
+    result.truth_lost = navigation_.truth_lost_at() != core::kNever;
   std::deque<Beside> beside_;
   std::vector<NavigationPoint> points_;
   double next_point_s_ = 0.0;

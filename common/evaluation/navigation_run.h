@@ -31,6 +31,7 @@ struct NavigationPoint {
 struct NavigationResult {
   std::string record;
   bool truth_known = false;
+  bool truth_lost = false;                           // before the end: errors are those until then
   std::string truth_note{};                          // why it isn't, or not to the end; else empty
   std::array<navigation::StreamErrors, 2> errors{};  // by navigation::Stream
   std::array<navigation::StreamCounts, 2> streams{};

@@ -506,6 +506,7 @@ void GyroNavigation::judge() noexcept {
     errors.heading_largest = std::max(errors.heading_largest, std::abs(errors.heading_now));
     errors.angle_now = phi.norm();
     const Matrix3 covariance = copy.filter.covariance().topLeftCorner<3, 3>();
+    errors.heading_sigma_now = std::sqrt(covariance(2, 2));
     errors.nees_sum += phi.dot(covariance.ldlt().solve(phi));
     ++errors.samples;
   }

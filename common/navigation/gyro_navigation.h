@@ -74,6 +74,7 @@ struct NavigationSample {
 struct StreamErrors {
   std::uint64_t samples = 0;
   double heading_now = 0.0;
+  double heading_sigma_now = 0.0;  // of the filter then
   double heading_square_sum = 0.0;
   double heading_largest = 0.0;  // magnitude
   double angle_now = 0.0;
