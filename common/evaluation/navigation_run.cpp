@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "common/evaluation/offline_run.h"
+#include "common/evaluation/reference_at_rest.h"
 #include "common/navigation/navigation_input.h"
 #include "common/record/decimal_time.h"
 #include "common/record/record_rows.h"
@@ -88,15 +89,23 @@ class NavigationOfRecord {
 
   void take(const core::CompensatedSample& answer) {
     auto sample = navigation::to_navigation(answer);
+    std::optional<core::PerAxis<double>> true_rate_radps;
     for (; !beside_.empty() && beside_.front().time <= answer.raw.time; beside_.pop_front()) {
       const Beside& beside = beside_.front();
-      if (beside.true_rate_radps)
-        navigation_.push_truth(beside.time, completed(*beside.true_rate_radps));
+      if (beside.true_rate_radps) {
+        true_rate_radps = completed(*beside.true_rate_radps);
+        navigation_.push_truth(beside.time, *true_rate_radps);
+      }
       if (beside.time == answer.raw.time) sample.specific_force_mps2 = beside.specific_force_mps2;
     }
     navigation_.push(sample);
     // A truth that comes now comes with a later sample.
     navigation_.give_up_waiting();
+    if (!navigation_.at_rest()) {
+      at_rest_.move();
+    } else if (true_rate_radps) {
+      at_rest_.add(answer.raw.time, *true_rate_radps, navigation_.true_earth_rate_radps());
+    }
     while (const auto reference = navigation_.take_reference()) {
       if (request_.gives_references) offline_.compensator().push(*reference);
     }
@@ -130,10 +139,27 @@ class NavigationOfRecord {
            " s, so that errors are known until then";
   }
 
+  // Why true rates can't be compared with what the filters are given; empty: they can.
+  [[nodiscard]] std::string objection_to_truth() const {
+    const auto means = at_rest_.means();
+    if (!means) return {};
+    using compensation::EarthRateMode;
+    const compensation::CompensationOptions& options = request_.compensation;
+    const EarthRateMode mode = options.earth_rate.mode;  // kAuto of a record: kIncluded
+    return objection(
+        *means,
+        {.axes = offline_.info().has_reference,
+         .latitude_known = request_.navigation.filter.latitude_rad.has_value(),
+         .earth_is_drift = options.scheme != compensation::Scheme::kNone &&
+                           options.reference.truth != compensation::ReferencePolicy::kAccept &&
+                           (mode == EarthRateMode::kAuto || mode == EarthRateMode::kIncluded)});
+  }
+
   NavigationResult result() {
     NavigationResult result;
     result.record = request_.record.file;
     result.truth_known = navigation_.truth_received() && navigation_.truth_has_start();
+    result.truth_lost = navigation_.truth_lost_at() != core::kNever;
     result.truth_note = truth_note();
     for (const Stream stream : {Stream::kRaw, Stream::kCompensated}) {
       const auto i = static_cast<std::size_t>(stream);
@@ -141,6 +167,11 @@ class NavigationOfRecord {
       result.streams[i] = navigation_.counts(stream);
       result.attitudes[i] = navigation_.attitude(stream);
       result.heading_sigma_rad[i] = std::sqrt(navigation_.filter(stream).covariance()(2, 2));
+    }
+    if (const std::string why = objection_to_truth(); result.truth_known && !why.empty()) {
+      result.truth_known = false;
+      result.truth_note = why;
+      result.errors = {};
     }
     result.counts = navigation_.counts();
     result.compensation = offline_.compensator().counts();
@@ -159,8 +190,8 @@ class NavigationOfRecord {
   NavigationRequest request_;
   OfflineRun offline_;
   navigation::GyroNavigation navigation_;
-    result.truth_lost = navigation_.truth_lost_at() != core::kNever;
   std::deque<Beside> beside_;
+  ReferenceAtRest at_rest_;
   std::vector<NavigationPoint> points_;
   double next_point_s_ = 0.0;
 };

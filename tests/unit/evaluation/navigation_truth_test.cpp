@@ -104,5 +104,39 @@ TEST_F(NavigationTruth, OfAGyroOfOneAxisItsReferenceIsEnough) {
   EXPECT_NEAR(std::abs(result.errors[0].heading_now), drifted_rad, 0.1 * drifted_rad);
 }
 
+// Rule: with a latitude, a reference that is against the Earth, or in another frame, is no truth.
+// Before: the errors against it were stated as results.
+TEST_F(NavigationTruth, AReferenceHasToHoldEarthsRate) {
+  const auto against_stars = navigate(record(Reference::kAgainstStars));
+  EXPECT_TRUE(against_stars.truth_known) << against_stars.truth_note;
+  const auto against_earth = navigate(record(Reference::kAgainstEarth));
+  EXPECT_FALSE(against_earth.truth_known);
+  EXPECT_EQ(navigation_advice(against_earth),
+            "Whether compensation helped the heading can't be said: the reference at rest is 0.00 "
+            "deg/h, not Earth's rate of 15.0: it is against the Earth, a gyro's truth is against "
+            "the stars (docs/records.md).");
+  EXPECT_TRUE(std::isnan(
+      navigation_json(against_earth).at("raw").at("heading_error_rms_deg").get<double>()));
+  const auto other_frame = navigate(record(Reference::kOtherFrame));
+  EXPECT_FALSE(other_frame.truth_known);
+  EXPECT_NE(other_frame.truth_note.find(
+                "the reference at rest is x 8.72, y -5.03, z -11.2 deg/h, Earth's rate as given is "
+                "x 8.72, y 5.03, z 11.2 deg/h: its frame or unit, or --latitude, --heading"),
+            std::string::npos)
+      << other_frame.truth_note;
+}
+
+// Rule: without a latitude Earth's rate stays in the truth and in the raw rates, and a compensation
+// that takes it off as drift can't be judged by them. Before: "harmed".
+TEST_F(NavigationTruth, WithoutALatitudeEarthsRateMustNotBeTakenForDrift) {
+  const auto unknown = navigate(record(Reference::kAgainstStars), false);
+  EXPECT_FALSE(unknown.truth_known);
+  EXPECT_EQ(navigation_advice(unknown),
+            "Whether compensation helped the heading can't be said: the reference contains "
+            "Earth's rate (15.0 deg/h at rest), which the compensation takes off as drift: give "
+            "--latitude.");
+  EXPECT_TRUE(navigate(record(Reference::kAgainstEarth), false).truth_known);
+}
+
 }  // namespace
 }  // namespace zerodrift::evaluation
