@@ -97,7 +97,7 @@ BlockMoments BlockStatistics::moments(Span span) const noexcept {
   if (span == Span::kRolling) return rolling_moments();
   const double step_rms =
       steps_ == 0 ? 0.0 : std::sqrt(step_squares_ / static_cast<double>(steps_));
-  return {blocks_, mean_, standard_deviation(squares_, blocks_), step_rms};
+  return {blocks_, mean_, standard_deviation(squares_, blocks_), step_rms, steps_};
 }
 
 BlockMoments BlockStatistics::rolling_moments() const noexcept {

@@ -32,6 +32,7 @@ struct BlockMoments {
   double standard_deviation = 0.0;  // sample standard deviation (n - 1); 0 below two blocks
   // Since start: of the mean of a block less that of the block just before it; 0 without such two.
   double step_rms = 0.0;
+  std::uint64_t steps = 0;  // of which that is; since start
 };
 
 class BlockStatistics {

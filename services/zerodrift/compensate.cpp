@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
@@ -25,6 +26,7 @@
 #include "common/evaluation/offline_run.h"
 #include "common/files/atomic_file.h"
 #include "common/record/record_rows.h"
+#include "common/record/record_samples.h"
 #include "common/recording/compensated_csv.h"
 #include "common/report/numbers.h"
 #include "common/service/main.h"
@@ -53,14 +55,45 @@ std::string figure_deg_h(double rate_radps) {
   return report::significant(core::deg_h_from_radps(rate_radps), 4);
 }
 
-// Means over a minute, raw and compensated, from when an axis is first compensated; and what
-// holding the mean of the last minute would have left. By the time stamps: what is missing between
-// two samples is missing in its minute.
+// A steady turn looks like rest, at a level that no drift has.
+bool is_motion(core::Reason reason) {
+  return reason == core::Reason::kMotion || reason == core::Reason::kLevelImplausible;
+}
+
+// Mean square of a signal about its first value, which an offset doesn't change.
+class Swing {
+ public:
+  void add(double value) noexcept {
+    if (!std::isfinite(value)) return;
+    if (count_ == 0) first_ = value;
+    const double off = value - first_;
+    sum_ += off;
+    squares_ += off * off;
+    ++count_;
+  }
+  [[nodiscard]] double about(const Swing& other) const noexcept {
+    const double n = static_cast<double>(count_);
+    const double centre = other.first_ + other.sum_ / static_cast<double>(other.count_) - first_;
+    return std::sqrt((squares_ - 2.0 * centre * sum_) / n + centre * centre);
+  }
+  [[nodiscard]] std::uint64_t count() const noexcept { return count_; }
+
+ private:
+  std::uint64_t count_ = 0;
+  double first_ = 0.0;
+  double sum_ = 0.0;
+  double squares_ = 0.0;
+};
+
+// Means over a minute, raw and compensated, less the reference where there is one, from when an
+// axis is first compensated; and what holding the mean of the last minute would have left. By the
+// time stamps: what is missing between two samples is missing in its minute.
 class Summary {
  public:
   explicit Summary(const record::RecordInfo& info)
       : interval_s_(info.sample_period_s > 0.0 ? info.sample_period_s : 1.0),
-        has_rate_(info.has_rate) {
+        has_rate_(info.has_rate),
+        has_reference_(info.has_reference) {
     const allan::BlockStatisticsOptions options{.sample_interval_s = interval_s_,
                                                 .block_s = std::max(60.0, interval_s_),
                                                 .window_s = std::max(60.0, interval_s_)};
@@ -70,8 +103,16 @@ class Summary {
     }
   }
 
+  // Each row before what it brings is answered.
+  void see(const record::RecordRow& row) {
+    if (has_reference_ == core::PerAxis<bool>{} || !record::brings_rate(row)) return;
+    if (!references_.empty() && row.time < references_.back().time) references_.clear();
+    references_.push_back({row.time, row.reference_radps});
+  }
+
   void add(const core::CompensatedSample& sample) {
     use_.add(sample);
+    const core::PerAxis<double> reference = reference_at(sample.raw.time);
     const core::SensorTime time = sample.raw.time;
     const std::uint64_t missing =
         last_ ? allan::missing_between(core::seconds(core::saturating_difference(time, *last_)),
@@ -87,8 +128,10 @@ class Summary {
       }
       axis.compensating = axis.compensating || sample.mode[i] != core::Mode::kPassthrough;
       if (!axis.compensating) continue;
-      axis.raw->add(sample.raw.valid[i] ? sample.raw.rate_radps[i] : core::kNaN);
-      axis.compensated->add(sample.raw.valid[i] ? sample.rate_radps[i] : core::kNaN);
+      axis.raw->add(sample.raw.valid[i] ? sample.raw.rate_radps[i] - reference[i] : core::kNaN);
+      axis.compensated->add(sample.raw.valid[i] ? sample.rate_radps[i] - reference[i] : core::kNaN);
+      if (has_reference_[i] || !sample.raw.valid[i]) continue;
+      (is_motion(sample.reason[i]) ? axis.in_motion : axis.at_rest).add(sample.raw.rate_radps[i]);
     }
   }
 
@@ -117,7 +160,36 @@ class Summary {
     std::optional<allan::BlockStatistics> raw;
     std::optional<allan::BlockStatistics> compensated;
     bool compensating = false;
+    Swing at_rest;  // of an axis without a reference
+    Swing in_motion;
   };
+  struct Reference {
+    core::SensorTime time;
+    core::PerAxis<double> rate_radps;
+  };
+
+  // 0 on an axis without a column, not a number where the row of this time has none.
+  core::PerAxis<double> reference_at(core::SensorTime time) {
+    core::PerAxis<double> reference{};
+    for (std::size_t i = 0; i < core::kAxisCount; ++i)
+      reference[i] = has_reference_[i] ? core::kNaN : 0.0;
+    while (!references_.empty() && references_.front().time < time) references_.pop_front();
+    if (references_.empty() || references_.front().time != time) return reference;
+    for (std::size_t i = 0; i < core::kAxisCount; ++i) {
+      if (has_reference_[i]) reference[i] = references_.front().rate_radps[i];
+    }
+    return reference;
+  }
+
+  // The spread is then that of a rotation which nothing in the record tells from drift.
+  [[nodiscard]] bool turned(core::Axis a) const {
+    constexpr std::uint64_t kFewest = 10;
+    constexpr double kTurning = 1.5;  // of the noise at rest
+    const Axis& axis = axes_[core::index(a)];
+    if (axis.in_motion.count() < kFewest) return false;
+    return axis.at_rest.count() < kFewest ||
+           axis.in_motion.about(axis.at_rest) > kTurning * axis.at_rest.about(axis.at_rest);
+  }
 
   [[nodiscard]] allan::BlockMoments raw_of(core::Axis axis) const {
     return axes_[core::index(axis)].raw->moments(allan::Span::kSinceStart);
@@ -130,6 +202,16 @@ class Summary {
     return report::significant(axes_.front().raw->block_s(), 2);
   }
 
+  // Of those in the table: "x, z".
+  template <typename Is>
+  [[nodiscard]] std::string axes_where(const Is& is) const {
+    std::string text;
+    for (const auto a : core::kAxes) {
+      if (has_spread(a) && is(a)) text += (text.empty() ? "" : ", ") + std::string(core::name(a));
+    }
+    return text;
+  }
+
   void print_table() const {
     std::printf(
         "standard deviation of %s s means, deg/h\n"
@@ -140,13 +222,21 @@ class Summary {
       const allan::BlockMoments raw = raw_of(a);
       const double left =
           axes_[core::index(a)].compensated->moments(allan::Span::kSinceStart).standard_deviation;
-      const std::string ratio = use_.came_into_force(a) && left > 0.0
-                                    ? report::significant(raw.standard_deviation / left, 3)
-                                    : "not comparable";
+      const bool is_comparable = use_.came_into_force(a) && left > 0.0 && !turned(a);
+      const std::string ratio =
+          is_comparable ? report::significant(raw.standard_deviation / left, 3) : "not comparable";
       std::printf("%-4s %9s %12s %12s %16s %7.1f %%\n", std::string(core::name(a)).c_str(),
                   figure_deg_h(raw.standard_deviation).c_str(), figure_deg_h(left).c_str(),
-                  figure_deg_h(raw.step_rms).c_str(), ratio.c_str(), 100.0 * use_.learned_share(a));
+                  raw.steps > 0 ? figure_deg_h(raw.step_rms).c_str() : "n/a", ratio.c_str(),
+                  100.0 * use_.learned_share(a));
     }
+    if (const std::string axes =
+            axes_where([&](core::Axis a) { return has_reference_[core::index(a)]; });
+        !axes.empty())
+      std::printf("%s: less the reference.\n", axes.c_str());
+    if (const std::string axes = axes_where([&](core::Axis a) { return turned(a); }); !axes.empty())
+      std::printf("%s: turned without a reference, so that the spread is that of the motion.\n",
+                  axes.c_str());
     const std::string block = block_text() == "60" ? "minute" : "block of " + block_text() + " s";
     std::printf(
         "persistence: the mean of a %s held over the next %s. Each sample was\n"
@@ -156,6 +246,8 @@ class Summary {
 
   double interval_s_;
   core::PerAxis<bool> has_rate_;
+  core::PerAxis<bool> has_reference_;
+  std::deque<Reference> references_;  // of rows whose samples aren't answered yet
   core::PerAxis<Axis> axes_;
   std::optional<core::SensorTime> last_;  // the latest
   evaluation::ModelUse use_;
@@ -235,7 +327,8 @@ std::uint64_t answer_all(evaluation::OfflineRun& offline, bool probe_missing,
   WriteProgress progress("compensate", options.out);
   const std::optional<double> expected_rows = record::estimated_rows(options.record.file);
   std::uint64_t samples = 0;
-  offline.run(probe_missing, [&](const core::CompensatedSample& sample) {
+  const auto see = [&](const record::RecordRow& row) { summary.see(row); };
+  offline.run(probe_missing, see, [&](const core::CompensatedSample& sample) {
     summary.add(sample);
     if (csv) csv->write(sample);
     if (++samples % kSamplesPerProgress == 0 && expected_rows)

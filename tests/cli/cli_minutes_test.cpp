@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // What `compensate` and `compare` call means over so many seconds are that: by the time stamps,
 // whatever is missing in between, and with a line wherever there are none.
+#include <algorithm>
 #include <cmath>
 #include <functional>
+#include <sstream>
 #include <string>
 
 #include "tests/cli/command_line.h"
@@ -44,6 +46,14 @@ class Minutes : public CommandLine {
     const Finished done = run({"compensate", "--record", "@r.csv"});
     EXPECT_EQ(done.exit_code, 0) << done.err;
     return done.out;
+  }
+  // Of the axis' row, the one behind its name counted 0.
+  static std::string cell(const std::string& out, const std::string& axis, int number) {
+    const std::size_t begin = out.find("\n" + axis + "   ");
+    std::istringstream row(out.substr(std::min(begin, out.size() - 1) + 1));
+    std::string text;
+    for (int i = 0; i <= number + 1; ++i) row >> text;
+    return text;
   }
   static bool has_row(const std::string& out, const std::string& axis) {
     return out.find("\n" + axis + "   ") != std::string::npos;
@@ -103,6 +113,54 @@ TEST_F(Minutes, LostSamplesTakeNoResultAway) {
                         figures[1], figures[2], figures[3], figures[4]),
             5);
   EXPECT_NE(std::string(figures[4]), "n/a") << compared.out;
+}
+
+// Rule: what no figure is made of is n/a. Seventy seconds every ten minutes hold minutes of which
+// no two are neighbours. Before: 0.000, as if holding the last minute were perfect.
+TEST_F(Minutes, PersistenceOfMinutesApartIsNotKnown) {
+  const std::string out =
+      compensated(record_of(24000, 1.0, [](int k, const auto& x, const auto& z) {
+        return k % 600 < 70 ? x + "," + z : "";
+      }));
+  ASSERT_TRUE(has_row(out, "x")) << out;
+  EXPECT_EQ(cell(out, "x", 2), "n/a") << out;
+  EXPECT_EQ(out.find("0.000"), std::string::npos) << out;
+}
+
+// Half an hour at rest, then minutes of turning about z: 0, 100 and 200 deg/h.
+std::string turning_record(const std::string& reference) {
+  std::string text = "time_s,rate_x_deg_h,rate_z_deg_h" + reference + ",temperature_coil_degC\n";
+  for (int k = 0; k < 36000; ++k) {
+    const double time_s = 0.1 * k;
+    const double turn = time_s < 1800.0 ? 0.0 : 100.0 * (static_cast<int>(time_s / 60.0) % 3);
+    const double drift = 0.5 * std::sin(2e-3 * time_s);
+    char line[128];
+    std::snprintf(line, sizeof line, "%.1f,%.6f,%.6f", time_s, drift + std::sin(1.7 * k * k),
+                  turn + drift + std::cos(1.3 * k * k));
+    text += line;
+    if (!reference.empty()) {
+      std::snprintf(line, sizeof line, ",%.1f", turn);
+      text += line;
+    }
+    std::snprintf(line, sizeof line, ",%.4f\n", 20.0 + 10.0 * std::sin(2e-3 * time_s));
+    text += line;
+  }
+  return text;
+}
+
+// Rule: the table speaks of drift. What turned is taken off by the reference, and without one there
+// is no ratio. Before: the spread was that of the rotation, and the ratio 1.
+TEST_F(Minutes, WhatTurnedIsNoDrift) {
+  const std::string without = compensated(turning_record(""));
+  EXPECT_EQ(cell(without, "z", 3) + cell(without, "z", 4), "notcomparable") << without;
+  EXPECT_NE(cell(without, "x", 3), "not") << without;
+  EXPECT_NE(without.find("\nz: turned without a reference"), std::string::npos) << without;
+  const std::string with = compensated(turning_record(",reference_z_deg_h"));
+  EXPECT_NE(with.find("\nz: less the reference."), std::string::npos) << with;
+  // The drift's own deviation is 0.35 deg/h.
+  EXPECT_LT(std::stod(cell(with, "z", 0)), 0.5) << with;
+  EXPECT_LT(std::stod(cell(with, "z", 1)), std::stod(cell(with, "z", 0))) << with;
+  EXPECT_EQ(cell(with, "x", 0), cell(without, "x", 0)) << with;
 }
 
 TEST_F(Minutes, AnAxisWithoutARowHasALineThatSaysWhatIsLacking) {

@@ -26,6 +26,7 @@ struct Reference {
       m.standard_deviation = std::sqrt(squares / static_cast<double>(means.size() - 1));
     for (const double step : steps) m.step_rms += step * step / static_cast<double>(steps.size());
     m.step_rms = std::sqrt(m.step_rms);
+    m.steps = steps.size();
     return m;
   }
 };
