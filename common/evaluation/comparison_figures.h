@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <limits>
 #include <string>
 #include <string_view>
@@ -49,9 +50,12 @@ inline constexpr std::array<std::string_view, kMostDrawn> kDrawn{kHolding, kOurs
   return 1.0 / core::kRadPerSecPerDegPerHour;
 }
 
+// A spread of fewer is known to worse than a quarter: 1 / sqrt(2 (n - 1)).
+inline constexpr std::uint64_t kFewestMinutes = 10;
+
 [[nodiscard]] inline double deg_h_or_nothing(const allan::BlockMoments& minutes) {
-  return minutes.blocks > 1 ? core::deg_h_from_radps(minutes.standard_deviation)
-                            : std::numeric_limits<double>::quiet_NaN();
+  return minutes.blocks >= kFewestMinutes ? core::deg_h_from_radps(minutes.standard_deviation)
+                                          : std::numeric_limits<double>::quiet_NaN();
 }
 
 [[nodiscard]] inline const SchemeOutcome* find(const ProtocolOutcome& protocol,

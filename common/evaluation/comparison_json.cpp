@@ -20,6 +20,7 @@ nlohmann::ordered_json json_of(const comparison::StreamReport& stream) {
   using allan::NoiseTerm;
   auto json = nlohmann::ordered_json::object();
   json["block_s"] = stream.block_s;
+  json["blocks"] = stream.minute_means.blocks;
   json["std_60s_deg_h"] = deg_h_or_nothing(stream.minute_means);
   const auto add = [&](const char* key, NoiseTerm term, double unit) {
     const auto& c = stream.coefficients[term];

@@ -50,6 +50,14 @@ std::string means_title(const comparison::StreamReport& stream) {
   return significant(stream.block_s, 2) + " s std";
 }
 
+// Without a figure with the number of means that there are: "n/a (2)".
+std::string means_cell(const comparison::StreamReport& stream) {
+  const auto& minutes = stream.minute_means;
+  const std::string figure = significant(deg_h_or_nothing(minutes), kDigits);
+  return minutes.blocks < kFewestMinutes ? figure + " (" + std::to_string(minutes.blocks) + ")"
+                                         : figure;
+}
+
 const SchemeOutcome* smallest_rmse(const ProtocolOutcome& protocol) {
   const SchemeOutcome* best = nullptr;
   for (const SchemeOutcome& scheme : protocol.schemes) {
@@ -78,16 +86,14 @@ report::Table protocol_table(const AxisComparison& axis, const ProtocolOutcome& 
     table.rows.push_back({std::move(cells), highlighted});
   };
   if (find(protocol, kNothingTakenOff) == nullptr) {
-    add({"before", "", "", "", "",
-         significant(deg_h_or_nothing(protocol.raw.minute_means), kDigits), ""},
-        protocol.raw, "", false);
+    add({"before", "", "", "", "", means_cell(protocol.raw), ""}, protocol.raw, "", false);
   }
   const auto labels = static_cast<double>(axis.points.size());
   for (const SchemeOutcome& scheme : protocol.schemes) {
     const auto& s = scheme.statistics;
     add({scheme.name == kNothingTakenOff ? "none (before)" : scheme.name, deg_h(s.mean),
          deg_h(s.standard_deviation), deg_h(s.mean_absolute), deg_h(s.root_mean_square),
-         significant(deg_h_or_nothing(scheme.stream.minute_means), kDigits),
+         means_cell(scheme.stream),
          std::isfinite(s.coverage) ? significant(100.0 * s.coverage, kDigits) + " %" : "n/a"},
         scheme.stream, significant(1e6 * scheme.seconds / labels, 2), &scheme == best);
   }
@@ -269,7 +275,8 @@ std::vector<std::string> notes(const ComparisonResult& result) {
       "judged labels within the interval stated for them, by stack and online-svr the one that the "
       "service sends out, by the others one that their own past errors make; n/a: none is stated. "
       "60 s std: of the means over a minute, of which four fifths of the samples are judged; over "
-      "as many seconds as it says where a minute is no whole number of samples. N, B and K: of "
+      "as many seconds as it says where a minute is no whole number of samples; of fewer than ten "
+      "their number. N, B and K: of "
       "every sample of the judged labels less its prediction, fitted to the overlapping Allan "
       "deviation together with a ramp; <: not seen, "
       "and at 95 % confidence below. B is the floor within minutes and knows nothing of slow "

@@ -163,6 +163,16 @@ TEST_F(Minutes, WhatTurnedIsNoDrift) {
   EXPECT_EQ(cell(with, "x", 0), cell(without, "x", 0)) << with;
 }
 
+// Rule: a spread of fewer than ten means is known to worse than a quarter, and is no figure.
+TEST_F(Minutes, FewMinutesMakeNoSpreadOfSchemes) {
+  system_test::write(path("r.csv"), record_of(600, 1.0, both));
+  const Finished compared =
+      run({"compare", "--record", "@r.csv", "--schemes", "none,stack", "--json", "@r.json"});
+  EXPECT_EQ(compared.exit_code, 0) << compared.err;
+  EXPECT_NE(compared.out.find("n/a (8)"), std::string::npos) << compared.out;
+  EXPECT_NE(content(path("r.json")).find("\"blocks\": 8"), std::string::npos);
+}
+
 TEST_F(Minutes, AnAxisWithoutARowHasALineThatSaysWhatIsLacking) {
   const std::string out = compensated(record_of(6000, 1.0, [](int k, const auto& x, const auto& z) {
     return (k % 3 == 0 ? "" : x) + "," + z;
