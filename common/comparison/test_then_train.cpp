@@ -61,6 +61,19 @@ std::vector<std::optional<PredictedPoint>> predict_all(const Protocol& protocol,
   return predictions;
 }
 
+std::vector<std::optional<PredictedPoint>> predict_on_prior(const Protocol& protocol,
+                                                            std::span<const LabelledPoint> points,
+                                                            std::size_t dimension,
+                                                            regression::DriftScheme& scheme) {
+  std::vector<LabelledPoint> rest(points.begin(), points.end());
+  for (LabelledPoint& point : rest) point.drift_radps -= point.prior_radps;
+  auto predictions = predict_all(protocol, rest, dimension, scheme);
+  for (std::size_t i = 0; i < rest.size(); ++i) {
+    if (predictions[i]) predictions[i]->drift_radps += rest[i].prior_radps;
+  }
+  return predictions;
+}
+
 ResidualStatistics residual_statistics(std::span<const LabelledPoint> points,
                                        std::span<const std::optional<PredictedPoint>> predictions) {
   ResidualStatistics out;

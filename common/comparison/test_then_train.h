@@ -27,6 +27,7 @@ struct LabelledPoint {
   double drift_radps = 0.0;
   double variance = 0.0;  // of the label as a measurement
   compensation::FeatureArray features{};
+  double prior_radps = 0.0;  // the prior's part of the drift
 };
 
 struct Protocol {
@@ -50,6 +51,12 @@ struct PredictedPoint {
 // One entry a point; nothing either before the scheme has learned a label. The scheme must be new,
 // the points in the order of time and not overlapping. O(points * (learn + predict)).
 [[nodiscard]] std::vector<std::optional<PredictedPoint>> predict_all(
+    const Protocol& protocol, std::span<const LabelledPoint> points, std::size_t dimension,
+    regression::DriftScheme& scheme);
+
+// As the service does with a prior: the scheme learns what that leaves of the drift, and the
+// prior's part is added to what it foretells. Without a prior as predict_all().
+[[nodiscard]] std::vector<std::optional<PredictedPoint>> predict_on_prior(
     const Protocol& protocol, std::span<const LabelledPoint> points, std::size_t dimension,
     regression::DriftScheme& scheme);
 

@@ -12,6 +12,7 @@
 
 #include "common/allan/sample_clock.h"
 #include "common/core/integer_time.h"
+#include "common/evaluation/comparison_figures.h"
 #include "common/evaluation/model_use.h"
 #include "common/evaluation/offline_run.h"
 #include "common/measurement/doubts_json.h"
@@ -39,7 +40,6 @@ constexpr double kLongestTimeS = 4e6;
 constexpr double kFirstReading = 0.25;
 constexpr double kJudging = 0.1;
 constexpr double kSecondReading = 0.55;
-constexpr std::string_view kNothingTakenOff = "none";
 constexpr std::string_view kPaperModel = "paper_fog.yaml";
 constexpr std::string_view kPaperProfile = "paper_chamber.yaml";
 
@@ -157,7 +157,8 @@ Labels read_labels(const ComparisonRequest& request, const Share& show) {
     for (std::size_t i = 0; i < core::kAxisCount; ++i) {
       if (!label->valid[i] || !label->features_ready[i]) continue;
       labels.points[i].push_back({label->begin - first, label->end - first, label->drift_radps[i],
-                                  label->variance_radps2[i], label->features[i]});
+                                  label->variance_radps2[i], label->features[i],
+                                  label->prior_radps[i]});
     }
   });
   if (clock) labels.period_s = clock->period_s();
@@ -220,8 +221,9 @@ SchemeOutcome judge(const std::string& name, const ComparisonRequest& request, P
   TimedScheme scheme(comparison::make_compared_scheme(name, request.options, initial));
   SchemeOutcome outcome;
   outcome.name = name;
-  outcome.predicted =
-      comparison::predict_all(protocol, points, request.options.features.size(), scheme);
+  const bool is_services = name == kOurs || name == kPapers;
+  const auto predict = is_services ? comparison::predict_on_prior : comparison::predict_all;
+  outcome.predicted = predict(protocol, points, request.options.features.size(), scheme);
   outcome.statistics = comparison::residual_statistics(points, outcome.predicted);
   outcome.seconds = scheme.seconds();
   return outcome;

@@ -38,6 +38,7 @@ class SpyScheme final : public regression::DriftScheme {
 
   void learn(const regression::DriftLabel& label) override {
     learned_.push_back(label.time_s);
+    drifts_learned_.push_back(label.drift);
     features_learned_.emplace_back(label.features.begin(), label.features.end());
   }
   [[nodiscard]] regression::DriftPrediction predict(
@@ -53,6 +54,7 @@ class SpyScheme final : public regression::DriftScheme {
   };
   [[nodiscard]] const std::vector<Asked>& asked() const { return asked_; }
   [[nodiscard]] const std::vector<double>& learned() const { return learned_; }
+  [[nodiscard]] const std::vector<double>& drifts_learned() const { return drifts_learned_; }
   [[nodiscard]] const std::vector<std::vector<double>>& features_learned() const {
     return features_learned_;
   }
@@ -60,6 +62,7 @@ class SpyScheme final : public regression::DriftScheme {
  private:
   regression::DriftPrediction predicted_;
   std::vector<double> learned_;
+  std::vector<double> drifts_learned_;
   std::vector<std::vector<double>> features_learned_;
   mutable std::vector<Asked> asked_;
 };

@@ -30,6 +30,22 @@ std::vector<std::optional<PredictedPoint>> predicted(std::initializer_list<doubl
   return all;
 }
 
+// ------------------------------------------------------------------------------------- a prior
+
+// Rule: as the service, a scheme on a prior learns what that leaves, and the prior's part at the
+// label's own time is added to what it foretells.
+TEST(TestThenTrainLaws, OnAPriorTheRestIsLearnedAndThePriorAdded) {
+  auto points = numbered_points(4);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    points[i].prior_radps = 10.0 * static_cast<double>(i);
+  SpyScheme spy(0.5);
+  const auto made = predict_on_prior(delayed(0.0), points, 1, spy);
+  EXPECT_EQ(spy.drifts_learned(), (std::vector<double>{0.0, -9.0, -18.0}));
+  EXPECT_FALSE(made[0]);
+  for (std::size_t i = 1; i < points.size(); ++i)
+    EXPECT_EQ(made[i].value().drift_radps, points[i].prior_radps + 0.5);
+}
+
 // ---------------------------------------------------------------------------- nobody sees ahead
 
 // Rule: before a label is predicted, exactly those that ended `delay` before it began, and none

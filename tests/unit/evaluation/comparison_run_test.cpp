@@ -7,7 +7,10 @@
 #include <cstdio>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "common/core/units.h"
+#include "common/twin/model.h"
 #include "tests/support/scratch_folder.h"
 #include "tests/unit/allan/noise_sources.h"
 
@@ -47,6 +50,55 @@ TEST_F(ComparisonRun, StampsRoundedToATickLeaveTheNoiseAsItIs) {
     EXPECT_NEAR(n.value / kN, 1.0, 0.014);
     for (const std::string& warning : result.warnings)
       EXPECT_EQ(warning.find("evenly"), std::string::npos) << warning;
+  }
+}
+
+// An hour whose drift is that of the model, 2 deg/h a degree, with white noise.
+std::string record_of_model() {
+  allan::test::WhiteNoise noise(1e-6, 1.0, 5);
+  std::string record = "time_s,rate_z_rad_s,temperature_coil_degC\n";
+  for (int time_s = 0; time_s < 3600; ++time_s) {
+    const double swing_degc = 10.0 * std::sin(time_s / 300.0);
+    char row[96];
+    std::snprintf(row, sizeof row, "%d,%.9e,%.6f\n", time_s,
+                  core::radps_from_deg_h(2.0 * swing_degc) + noise.next(), 20.0 + swing_degc);
+    record += row;
+  }
+  return record;
+}
+
+// Rule: with a prior the service's schemes are judged on it, as the service runs them. Before: they
+// learned the whole drift, whatever --config said.
+TEST_F(ComparisonRun, APriorIsTakenOffBeforeTheServicesSchemesLearn) {
+  twin::EffectSpec effect;
+  effect.kind = "bias_temperature";
+  effect.axis = core::Axis::kZ;
+  effect.parameters = {{"reference_degc", 20.0}, {"c1_deg_h_per_degc", 2.0}};
+  twin::Model model;
+  model.gyro_id = "test";
+  model.effects = {effect};
+  ComparisonRequest request;
+  request.record.file = write("r.csv", record_of_model()).string();
+  request.schemes = {"persistence", "online-svr", "stack"};
+  request.delays_s = {600.0};
+  request.only_labels = true;
+  const auto late_rms = [&] {
+    const ComparisonResult result = run_comparison(request, [](const std::string&, double) {});
+    std::vector<double> rms;
+    for (const SchemeOutcome& scheme : result.axes.at(0).protocols.at(1).schemes)
+      rms.push_back(scheme.statistics.root_mean_square);
+    return rms;
+  };
+  const std::vector<double> without = late_rms();
+  request.options.prior = model;
+  const std::vector<double> with = late_rms();
+  EXPECT_EQ(with[0], without[0]);
+  // Of a label of 5 s the noise has a deviation of N / sqrt(5 s); the rest is what was learned of
+  // as much noise, and the steps of the prior's second.
+  const double noise_radps = 1e-6 / std::sqrt(5.0);
+  for (const std::size_t i : {1U, 2U}) {
+    EXPECT_LT(with[i], 2.0 * noise_radps);
+    EXPECT_GT(without[i], 5.0 * noise_radps);
   }
 }
 
