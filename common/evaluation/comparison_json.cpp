@@ -127,7 +127,9 @@ nlohmann::ordered_json comparison_json(const ComparisonResult& result) {
   if (const auto best = recommendation_of(result)) {
     json["recommendation"] = {{"scheme", best->scheme},
                               {"rmse_over_holding_late", best->over_holding},
-                              {"stack_rmse_over_holding_late", best->ours}};
+                              {"stack_rmse_over_holding_late", best->ours},
+                              {"better_not_run", best->better},
+                              {"better_rmse_over_holding_late", best->better_over_holding}};
   }
   auto& better = json["better_than_stack"] = nlohmann::ordered_json::array();
   for (const Behind& b : standing.behind) {

@@ -439,6 +439,7 @@ ComparisonResult run_comparison(const ComparisonRequest& requested, const Progre
   result.record = request.record.file;
   result.doubts = labels.doubts;
   result.warnings = labels.warnings;
+  result.delays_s = request.delays_s;
   result.is_paper_like = is_paper_like(labels.info);
   const double label_s = request.options.learning.label_interval_s;
   std::size_t most = 0;

@@ -64,6 +64,7 @@ struct ComparisonResult {
   std::vector<measurement::Doubt> doubts;
   std::vector<std::string> warnings;  // of the record, and what could not be judged and why
   bool is_paper_like = false;         // a record of the shipped model and profile
+  std::vector<double> delays_s;       // as requested, judged or not
   std::vector<AxisComparison> axes;
 };
 

@@ -9,6 +9,7 @@
 #include <set>
 #include <utility>
 
+#include "common/compensation/option_keys.h"
 #include "common/core/not_known.h"
 #include "common/evaluation/comparison_figures.h"
 #include "common/report/numbers.h"
@@ -181,9 +182,23 @@ std::string figures_of(const ComparisonResult& result, const std::string& scheme
   return text + " of that of holding the last minute";
 }
 
-// Why no scheme can be recommended.
+bool is_run_by_service(std::string_view scheme) {
+  const auto names = compensation::scheme_names();
+  return std::find(names.begin(), names.end(), scheme) != names.end();
+}
+
+// "online-svr, stack, none"
+std::string names_of_service() {
+  std::string text;
+  for (const auto name : compensation::scheme_names())
+    text += (text.empty() ? "" : ", ") + std::string(name);
+  return text;
+}
+
+// Why no scheme can be recommended. A delay that leaves no label to judge counts as one, too.
 std::string no_recommendation(const ComparisonResult& result) {
-  const auto delays = delays_of(result);
+  auto delays = delays_of(result);
+  delays.insert(result.delays_s.begin(), result.delays_s.end());
   const bool has_holding =
       !result.axes.empty() && std::all_of(result.axes.begin(), result.axes.end(), [](auto& axis) {
         return std::all_of(axis.protocols.begin(), axis.protocols.end(),
@@ -192,6 +207,12 @@ std::string no_recommendation(const ComparisonResult& result) {
   if (delays.empty() || !has_holding) {
     return "No scheme is recommended: not comparable without " + std::string(kHolding) +
            " among --schemes and a time in --delays.";
+  }
+  const auto& schemes = result.axes.front().protocols.front().schemes;
+  if (std::none_of(schemes.begin(), schemes.end(),
+                   [](const SchemeOutcome& scheme) { return is_run_by_service(scheme.name); })) {
+    return "No scheme is recommended: none that the service runs (" + names_of_service() +
+           ") is among --schemes.";
   }
   return "No scheme is recommended: the record is too short, its judged labels span less than " +
          significant(kFewestDelays, 1) + " times " + plain_seconds(*delays.rbegin()) + " s.";
@@ -276,12 +297,22 @@ std::optional<Recommendation> recommendation_of(const ComparisonResult& result) 
     const Ratio ratio = over_holding(result, scheme.name);
     if (scheme.name == kOurs) best.ours = ratio.value();
     if (!std::isfinite(ratio.value())) continue;
+    if (!is_run_by_service(scheme.name)) {
+      if (!best.better.empty() && !(ratio.value() < best.better_over_holding)) continue;
+      best.better = scheme.name;
+      best.better_over_holding = ratio.value();
+      continue;
+    }
     if (!best.scheme.empty() && !(ratio.value() < best.over_holding)) continue;
     best.scheme = scheme.name;
     best.over_holding = ratio.value();
     best.judged = ratio.judged;
   }
   if (best.scheme.empty()) return std::nullopt;
+  if (best.better.empty() || best.over_holding <= kEqual * best.better_over_holding) {
+    best.better.clear();
+    best.better_over_holding = kNaN;
+  }
   return best;
 }
 
@@ -291,15 +322,22 @@ std::string recommendation(const ComparisonResult& result) {
   if (!best) return no_recommendation(result);
   const std::string means =
       " (geometric means over axes; " + std::to_string(best->judged) + " judgements)";
+  std::string text = "Use " + best->scheme + ": ";
   if (!(best->over_holding < kGains)) {
-    return "Use " + std::string(kHolding) + ": with late labels none gains 5 % over holding the " +
-           "last minute on this record" + means + ".";
+    text +=
+        "with late labels none that the service runs gains 5 % over holding the last minute on "
+        "this record, and of these it is the best; ";
   }
-  std::string text = "Use " + best->scheme + ": " + figures_of(result, best->scheme) + means;
+  text += figures_of(result, best->scheme) + means;
   if (best->scheme != kOurs && std::isfinite(best->ours)) {
     text += "; " + std::string(kOurs) + ", which the service runs by default, has " +
             significant(best->ours, 2) + " of it over all these ages, " + best->scheme + " " +
             significant(best->over_holding, 2);
+  }
+  if (!best->better.empty()) {
+    text += "; " + best->better + ", which the service doesn't run, has " +
+            significant(best->better_over_holding, 2) + " of it over all these ages, " +
+            best->scheme + " " + significant(best->over_holding, 2);
   }
   return text + ".";
 }

@@ -38,17 +38,21 @@ struct Standing {
   std::vector<Behind> behind;
 };
 
-// What a user decides by: labels come late in motion, and one ahead nearly everything does well.
+// What a user decides by: labels come late in motion, and one ahead nearly everything does well. Of
+// the schemes that the service runs, since no other can be configured.
 struct Recommendation {
   std::string scheme;
   double over_holding = std::numeric_limits<double>::quiet_NaN();  // geometric mean of RMSE over
                                                                    // persistence's, labels late
   double ours = std::numeric_limits<double>::quiet_NaN();          // the stack's; NaN: not compared
   std::size_t judged = 0;                                          // axes and ages
+  std::string better;  // of those that the service doesn't run, the best; empty: none is better
+  double better_over_holding = std::numeric_limits<double>::quiet_NaN();
 };
 
 [[nodiscard]] Standing standing_of(const ComparisonResult& result);
-// Nothing where persistence or a delay is missing, or the record is too short for every delay.
+// Nothing where persistence, a delay or every scheme that the service runs is missing, or the
+// record is too short for every delay.
 [[nodiscard]] std::optional<Recommendation> recommendation_of(const ComparisonResult& result);
 // What to use by these figures, in a sentence, or why that can't be said.
 [[nodiscard]] std::string recommendation(const ComparisonResult& result);

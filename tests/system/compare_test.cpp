@@ -76,7 +76,8 @@ double rmse(const Json& protocol, const std::string& scheme) {
   return protocol.at("schemes").at(scheme).at("rmse_deg_h").get<double>();
 }
 
-// Of all schemes the one whose rms with late labels is smallest beside persistence's, and that.
+// Of those that the service runs the one whose rms with late labels is smallest beside
+// persistence's, and that.
 std::pair<std::string, double> best_with_late_labels(const Json& compared) {
   std::map<std::string, double> logs;
   double count = 0.0;
@@ -88,6 +89,9 @@ std::pair<std::string, double> best_with_late_labels(const Json& compared) {
         logs[scheme] += std::log(rmse(judged, scheme) / rmse(judged, "persistence"));
     }
   }
+  std::erase_if(logs, [](const auto& entry) {
+    return entry.first != "online-svr" && entry.first != "stack" && entry.first != "none";
+  });
   const auto best = std::min_element(
       logs.begin(), logs.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
   return {best->first, std::exp(best->second / count)};

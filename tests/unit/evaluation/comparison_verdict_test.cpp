@@ -31,15 +31,64 @@ ComparisonResult judged(double span_s, double ratio, const std::string& held = "
   return result;
 }
 
+ComparisonResult with_scheme(ComparisonResult result, const std::string& name, double rms) {
+  SchemeOutcome scheme;
+  scheme.name = name;
+  scheme.statistics.root_mean_square = rms;
+  result.axes.front().protocols.front().schemes.push_back(scheme);
+  return result;
+}
+
 TEST(Advice, IsTheSchemeThatGainsWithItsFigure) {
   const std::string advice = recommendation(judged(600.0, 0.49));
   EXPECT_TRUE(advice.starts_with("Use stack: with labels 60 s late its RMSE is 0.49 of that of "))
       << advice;
 }
 
-TEST(Advice, IsToHoldWhereNothingGains) {
+// Rule: only what the service can be configured to run is recommended.
+TEST(Advice, IsTheServicesBestWhereNothingGains) {
   const std::string advice = recommendation(judged(600.0, 0.97));
-  EXPECT_TRUE(advice.starts_with("Use persistence: with late labels none gains")) << advice;
+  EXPECT_TRUE(
+      advice.starts_with("Use stack: with late labels none that the service runs gains 5 % "
+                         "over holding the last minute on this record"))
+      << advice;
+  EXPECT_EQ(advice.find("doesn't run"), std::string::npos) << advice;
+  EXPECT_NE(recommendation(judged(600.0, 2.0)).find("persistence, which the service doesn't run"),
+            std::string::npos);
+}
+
+// Before: "Use cubic", which no service can.
+TEST(Advice, NamesABetterSchemeThatTheServiceDoesNotRunBehindTheOneToUse) {
+  const auto result = with_scheme(judged(600.0, 0.49), "cubic", 0.3);
+  const std::string advice = recommendation(result);
+  EXPECT_TRUE(advice.starts_with("Use stack: ")) << advice;
+  EXPECT_NE(advice.find("; cubic, which the service doesn't run, has 0.30 of it over all these "
+                        "ages, stack 0.49."),
+            std::string::npos)
+      << advice;
+  EXPECT_EQ(recommendation_of(result)->scheme, "stack");
+  EXPECT_EQ(recommendation_of(result)->better, "cubic");
+}
+
+TEST(Advice, IsNoneWithoutASchemeThatTheServiceRuns) {
+  auto result = with_scheme(judged(600.0, 0.49), "cubic", 0.3);
+  auto& schemes = result.axes.front().protocols.front().schemes;
+  schemes.erase(schemes.begin() + 1);
+  EXPECT_FALSE(recommendation_of(result));
+  EXPECT_EQ(recommendation(result),
+            "No scheme is recommended: none that the service runs (online-svr, stack, none) is "
+            "among --schemes.");
+}
+
+// A delay that leaves no label to judge has no protocol. Before: "not comparable without
+// persistence", which was compared.
+TEST(Advice, SaysThatARecordIsTooShortForADelayThatLeavesNothingToJudge) {
+  auto result = judged(600.0, 0.49);
+  result.axes.front().protocols.front().protocol = {.name = "one ahead"};
+  result.delays_s = {20000.0};
+  EXPECT_EQ(recommendation(result),
+            "No scheme is recommended: the record is too short, its judged labels span less than 3 "
+            "times 20000 s.");
 }
 
 TEST(Advice, IsNoneOfARecordThatIsTooShortForItsDelays) {
