@@ -16,6 +16,7 @@
 #include "common/compensation/drift_prior.h"
 #include "common/compensation/input_faults.h"
 #include "common/compensation/option_keys.h"
+#include "common/compensation/rest_gate.h"
 #include "common/config/compensation_config.h"
 #include "common/core/counted.h"
 #include "common/core/integer_time.h"
@@ -55,9 +56,12 @@ std::string figure_deg_h(double rate_radps) {
   return report::significant(core::deg_h_from_radps(rate_radps), 4);
 }
 
+constexpr core::SensorTime kSecond{1'000'000'000};
+
 // A steady turn looks like rest, at a level that no drift has.
-bool is_motion(core::Reason reason) {
-  return reason == core::Reason::kMotion || reason == core::Reason::kLevelImplausible;
+bool is_motion(compensation::RestState state) {
+  return state == compensation::RestState::kMotion ||
+         state == compensation::RestState::kLevelImplausible;
 }
 
 // Mean square of a signal about its first value, which an offset doesn't change.
@@ -74,7 +78,7 @@ class Swing {
   [[nodiscard]] double about(const Swing& other) const noexcept {
     const double n = static_cast<double>(count_);
     const double centre = other.first_ + other.sum_ / static_cast<double>(other.count_) - first_;
-    return std::sqrt((squares_ - 2.0 * centre * sum_) / n + centre * centre);
+    return std::sqrt(std::max(0.0, (squares_ - 2.0 * centre * sum_) / n + centre * centre));
   }
   [[nodiscard]] std::uint64_t count() const noexcept { return count_; }
 
@@ -110,7 +114,8 @@ class Summary {
     references_.push_back({row.time, row.reference_radps});
   }
 
-  void add(const core::CompensatedSample& sample) {
+  // `state`: of rest, when the sample was answered.
+  void add(const core::CompensatedSample& sample, compensation::RestState state) {
     use_.add(sample);
     const core::PerAxis<double> reference = reference_at(sample.raw.time);
     const core::SensorTime time = sample.raw.time;
@@ -131,7 +136,7 @@ class Summary {
       axis.raw->add(sample.raw.valid[i] ? sample.raw.rate_radps[i] - reference[i] : core::kNaN);
       axis.compensated->add(sample.raw.valid[i] ? sample.rate_radps[i] - reference[i] : core::kNaN);
       if (has_reference_[i] || !sample.raw.valid[i]) continue;
-      (is_motion(sample.reason[i]) ? axis.in_motion : axis.at_rest).add(sample.raw.rate_radps[i]);
+      axis.add_to_second(sample.raw.time, sample.raw.rate_radps[i], is_motion(state));
     }
   }
 
@@ -160,8 +165,25 @@ class Summary {
     std::optional<allan::BlockStatistics> raw;
     std::optional<allan::BlockStatistics> compensated;
     bool compensating = false;
-    Swing at_rest;  // of an axis without a reference
+    // Of means over a second of an axis without a reference, as the decision of rest is made of.
+    Swing at_rest;
     Swing in_motion;
+    core::SensorTime second_began{0};
+    double second_sum = 0.0;
+    std::uint64_t second_count = 0;
+    bool second_moved = false;
+
+    void add_to_second(core::SensorTime time, double rate_radps, bool moves) {
+      if (second_count > 0 && (time < second_began || time - second_began >= kSecond)) {
+        (second_moved ? in_motion : at_rest).add(second_sum / static_cast<double>(second_count));
+        second_sum = 0.0;
+        second_count = 0;
+        second_moved = false;
+      }
+      if (second_count++ == 0) second_began = time;
+      second_sum += rate_radps;
+      second_moved = second_moved || moves;
+    }
   };
   struct Reference {
     core::SensorTime time;
@@ -183,8 +205,8 @@ class Summary {
 
   // The spread is then that of a rotation which nothing in the record tells from drift.
   [[nodiscard]] bool turned(core::Axis a) const {
-    constexpr std::uint64_t kFewest = 10;
-    constexpr double kTurning = 1.5;  // of the noise at rest
+    constexpr std::uint64_t kFewest = 2;
+    constexpr double kTurning = 3.0;  // of noise and drift at rest
     const Axis& axis = axes_[core::index(a)];
     if (axis.in_motion.count() < kFewest) return false;
     return axis.at_rest.count() < kFewest ||
@@ -329,7 +351,7 @@ std::uint64_t answer_all(evaluation::OfflineRun& offline, bool probe_missing,
   std::uint64_t samples = 0;
   const auto see = [&](const record::RecordRow& row) { summary.see(row); };
   offline.run(probe_missing, see, [&](const core::CompensatedSample& sample) {
-    summary.add(sample);
+    summary.add(sample, offline.compensator().rest_state());
     if (csv) csv->write(sample);
     if (++samples % kSamplesPerProgress == 0 && expected_rows)
       progress(static_cast<double>(samples) / *expected_rows, csv ? csv->bytes() : 0);
