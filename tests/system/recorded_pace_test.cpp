@@ -28,6 +28,10 @@ TEST(RecordingPace, OfAReplayIsKeptWhateverOfItIsRecorded) {
     const std::string name = "run" + std::to_string(run) + extension;
     ChildProcess& recorder =
         system.start("zerodrift", Arguments{"record", "--out", system.path(name)} + what);
+    // Of each kind the recorder says when it has begun to count.
+    const std::string begun = "recording to " + system.path(name).string() + '\n';
+    EXPECT_TRUE(eventually([&] { return recorder.out().find(begun) != std::string::npos; }))
+        << recorder.out() << recorder.err();
     const Arguments source{"--source", "record", "--record", system.path("record.csv")};
     ChildProcess& thermal = system.start("thermal_publisher", source);
     ChildProcess& publisher =
