@@ -113,14 +113,15 @@ void add_diagnose(CLI::App& app, Run& run, const Invocation& made_by) {
   DiagnosisRequest& request = options->request;
   command->add_option("--model", request.model, "the twin's model file")->required();
   command->add_option("--record", request.record.file, kRecordHelp);
-  command->add_flag("--live", options->live,
-                    "in place of a record: what a running system publishes; Ctrl-C diagnoses what "
-                    "was received so far");
+  auto* live = command->add_flag(
+      "--live", options->live,
+      "in place of a record: what a running system publishes; Ctrl-C diagnoses what "
+      "was received so far");
   service::show_default_in("s", command
                                     ->add_option("--duration", options->listening.duration_s,
                                                  "with --live: listen for so long, in sensor time")
                                     ->transform(service::in_seconds_above_0())
-                                    ->needs("--live"));
+                                    ->needs(live));
   command->add_flag("--publish", options->publish,
                     "with --record: tell a running system, so that its console shows the finding; "
                     "--live always does");
