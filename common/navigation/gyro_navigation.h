@@ -179,6 +179,8 @@ class GyroNavigation {
 
  private:
   static constexpr std::size_t kWaiting = 64;
+  static constexpr std::size_t kRawCopy = static_cast<std::size_t>(Stream::kRaw);
+  static constexpr std::size_t kCompensatedCopy = static_cast<std::size_t>(Stream::kCompensated);
   struct Truth {
     core::SensorTime time{0};
     Vector3 rate = Vector3::Zero();
