@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What GyroNavigation makes of a vehicle that stands: means over a second, alignment, north, and
 // how far both headings are from the true one.
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "common/navigation/gyro_navigation.h"
