@@ -62,7 +62,29 @@ FittedModel fitted_on_evidence(const std::vector<AllanPoint>& points, ShapeSet c
   return fit;
 }
 
-// Gauss-Markov noise rises like a random walk and then stays: taken for one, it makes the last
+// Standard errors of the squared coefficients, and of ln f and ln T, where the true model is
+// `truth`; 0 for shapes outside the design.
+struct StandardErrors {
+  PerShape<double> squares{};
+  PerShape<double> log_parameters{};
+
+  StandardErrors(const Design& design, const Whitening& whitening, const PointCovariance& truth) {
+    const Eigen::MatrixXd covariance = whitening.propagated(design.gain(), truth);
+    const auto error = [&](Eigen::Index j) { return std::sqrt(std::max(covariance(j, j), 0.0)); };
+    Eigen::Index j = 0;
+    for (const Shape shape : design.shapes) squares[index(shape)] = error(j++);
+    for (const Shape shape : design.parameters) log_parameters[index(shape)] = error(j++);
+  }
+};
+
+// Distinguishable from zero, so that an interval is stated and no bound.
+bool is_stated(const FittedModel& fit, const StandardErrors& errors, Shape shape,
+               const CoefficientOptions& options) {
+  return fit.model.squares[index(shape)] >
+         normal_quantile(options.confidence) * errors.squares[index(shape)];
+}
+
+// Gauss-Markov noise rises like a random walk and then stays: stated as one, it makes the last
 // points of the curve scatter so much, by its own account, that least squares don't miss the fall.
 // Likelihood does. Of 66 simulated records of an hour and of four with a random walk it gained 4.1
 // at most by the other model, and never with a time constant that the curve shows; of 45 of a
@@ -70,8 +92,11 @@ FittedModel fitted_on_evidence(const std::vector<AllanPoint>& points, ShapeSet c
 FittedModel without_false_growth(const std::vector<AllanPoint>& points, FittedModel fit,
                                  const CoefficientOptions& options) {
   constexpr double kBelieved = 6.0;  // of -2 ln likelihood
-  const ShapeSet growth = only(Shape::kRateRandomWalk) | only(Shape::kRateRamp);
-  if ((fit.active & growth) == 0 || contains(fit.active, Shape::kMarkov)) return fit;
+  const Design design(points, fit.whitening, fit.model, fit.active, true);
+  const StandardErrors errors(design, fit.whitening, point_covariance(points, fit.model));
+  const bool grows = is_stated(fit, errors, Shape::kRateRandomWalk, options) ||
+                     is_stated(fit, errors, Shape::kRateRamp, options);
+  if (!grows || contains(fit.active, Shape::kMarkov)) return fit;
   auto other = with_markov_for_growth(points, fit, options.max_iterations);
   const bool is_believed = other && is_resolved(points, *other) &&
                            misfit(points, fit) - misfit(points, *other) > kBelieved;
@@ -154,21 +179,6 @@ Explained explained(const std::vector<AllanPoint>& points, ShapeSet wanted,
   return all;
 }
 
-// Standard errors of the squared coefficients, and of ln f and ln T, where the true model is
-// `truth`; 0 for shapes outside the design.
-struct StandardErrors {
-  PerShape<double> squares{};
-  PerShape<double> log_parameters{};
-
-  StandardErrors(const Design& design, const Whitening& whitening, const PointCovariance& truth) {
-    const Eigen::MatrixXd covariance = whitening.propagated(design.gain(), truth);
-    const auto error = [&](Eigen::Index j) { return std::sqrt(std::max(covariance(j, j), 0.0)); };
-    Eigen::Index j = 0;
-    for (const Shape shape : design.shapes) squares[index(shape)] = error(j++);
-    for (const Shape shape : design.parameters) log_parameters[index(shape)] = error(j++);
-  }
-};
-
 // What the term could be at most if it alone made a point of the curve, and that one came out as
 // small as chance lets it in one of a thousand records: the smallest of all points.
 double largest_square(const std::vector<AllanPoint>& points, const NoiseModel& model, Shape shape) {
@@ -225,11 +235,10 @@ CoefficientReport described(const Explained& found, const CoefficientOptions& op
   const Design design(points, fit.whitening, fit.model, fit.active, true);
   const StandardErrors errors(design, fit.whitening, point_covariance(points, fit.model));
   const double two_sided = normal_quantile(0.5 + 0.5 * options.confidence);
-  const double one_sided = normal_quantile(options.confidence);
   const auto coefficient = [&](Shape shape) {
     const double square = fit.model.squares[index(shape)];
     const double error = errors.squares[index(shape)];
-    return square > one_sided * error
+    return is_stated(fit, errors, shape, options)
                ? log_interval(std::sqrt(square), 0.5 * error / square, two_sided)
                : upper_bound(points, fit, shape, options.confidence);
   };
