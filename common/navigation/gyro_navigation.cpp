@@ -37,7 +37,8 @@ Vector3 unsigned_vector(const core::PerAxis<double>& values) {
 
 GyroNavigation::GyroNavigation(const GyroNavigationOptions& options)
     : options_(options),
-      copies_{Copy{AttitudeFilter(options.filter)}, Copy{AttitudeFilter(options.filter)}},
+      copies_{Copy{.filter = AttitudeFilter(options.filter)},
+              Copy{.filter = AttitudeFilter(options.filter)}},
       detector_(options.rest),
       truth_{.attitude = Strapdown(options.filter.latitude_rad
                                        ? earth_rate_radps_n(*options.filter.latitude_rad)
@@ -219,7 +220,7 @@ void GyroNavigation::pass_gap(const NavigationSample& sample, const Rates& rates
   if (newest_ == core::kNever) return;
   const double missing_s = core::seconds(sample.time - newest_) - sample.interval_s;
   if (!(missing_s > kSameInterval * sample.interval_s)) return;
-  for (Copy& copy : copies_) copy.filter.interrupt();
+  for (Copy& copy : copies_) each(copy, [](AttitudeFilter& filter) { filter.interrupt(); });
   truth_.attitude.interrupt();
   if (phase_ != Phase::kNavigating) return;
   if (missing_s > options_.longest_bridged_s) {
@@ -235,23 +236,26 @@ void GyroNavigation::pass_gap(const NavigationSample& sample, const Rates& rates
     RateInterval bridge;
     bridge.rate_radps = 0.5 * (copy.previous_rate + *now[i]);
     bridge.interval_s = missing_s;
-    copy.filter.turn(bridge);
-    copy.filter.interrupt();
-    copy.filter.lose_b(0.5 * missing_s * (*now[i] - copy.previous_rate));
-    if (is_next) copy.filter.lose_b(missing_s * bridge.rate_radps);
+    each(copy, [&](AttitudeFilter& filter) {
+      filter.turn(bridge);
+      filter.interrupt();
+      filter.lose_b(0.5 * missing_s * (*now[i] - copy.previous_rate));
+      if (is_next) filter.lose_b(missing_s * bridge.rate_radps);
+    });
   }
 }
 
 void GyroNavigation::lose_heading(double gap_s) noexcept {
   const double sigma = std::min(kPi, options_.fastest_turn_radps * gap_s);
-  for (Copy& copy : copies_) copy.filter.lose({0.0, 0.0, sigma});
+  for (Copy& copy : copies_)
+    each(copy, [&](AttitudeFilter& filter) { filter.lose({0.0, 0.0, sigma}); });
   start_heading_sigma_rad_ = std::max(start_heading_sigma_rad_, sigma);
 }
 
 // With another model the applied drift jumps, which the drift itself doesn't: what is left jumps
 // the other way. Within a model the applied drift moves because the drift does.
 void GyroNavigation::take_model(const NavigationSample& sample) noexcept {
-  AttitudeFilter& filter = copies_[kCompensatedCopy].filter;
+  Copy& copy = copies_[kCompensatedCopy];
   const double sign = options_.frame == BodyFrame::kForwardLeftUp ? -1.0 : 1.0;
   const bool tracks = options_.updates == Updates::kAtRest;
   Vector3 change = Vector3::Zero();
@@ -262,11 +266,13 @@ void GyroNavigation::take_model(const NavigationSample& sample) noexcept {
     const double step = sample.applied_drift_radps[i] - model_.applied_drift_radps[i];
     if (!first && is_new) change[axis] = (i == 0 ? 1.0 : sign) * step;
   }
-  if (tracks) filter.shift_drift(change);
+  if (tracks) each(copy, [&](AttitudeFilter& filter) { filter.shift_drift(change); });
   for (std::size_t i = 0; i < 3; ++i) {
     const bool known = sample.drift_variance[i] >= 0.0;
     const bool is_new = sample.model_epoch != model_.epoch || sample.rung[i] != model_.rung[i];
-    if (known && (is_new || !model_.claim_known[i])) filter.take_claim(i, sample.drift_variance[i]);
+    if (known && (is_new || !model_.claim_known[i])) {
+      each(copy, [&](AttitudeFilter& filter) { filter.take_claim(i, sample.drift_variance[i]); });
+    }
     model_.claim_known[i] = known;
   }
   model_.applied_drift_radps = sample.applied_drift_radps;
@@ -304,11 +310,13 @@ void GyroNavigation::move(const NavigationSample& sample, const Rates& rates) no
     Copy& copy = copies_[i];
     interval.rate_radps = *now[i];
     if (i == kCompensatedCopy) interval.drift_variance = unsigned_vector(sample.drift_variance);
-    if (phase_ == Phase::kNavigating) {
-      copy.filter.turn(interval);
-    } else {
-      copy.filter.stand(interval);
-    }
+    each(copy, [&](AttitudeFilter& filter) {
+      if (phase_ == Phase::kNavigating) {
+        filter.turn(interval);
+      } else {
+        filter.stand(interval);
+      }
+    });
     copy.previous_rate = *now[i];
   }
   if (sample.clipped == core::PerAxis<bool>{}) return;

@@ -5,7 +5,8 @@
 // the service and `zerodrift navigate` share.
 //
 // One decision of rest serves all streams. At rest, means over a second update each filter once the
-// second after has shown that they ended before any motion began. At the start attitude is held
+// second after has shown that they ended before any motion began, from the first on that the second
+// after agrees with. At the start attitude is held
 // (alignment) for as long as the vehicle stands, at most alignment_s; heading is as configured or,
 // without, from the Earth's rate (gyrocompass.h).
 //
@@ -210,10 +211,13 @@ class GyroNavigation {
     std::uint64_t with_force = 0;
     std::array<bool, 3> measured{};
   };
-  // What is known of this stop; another begins with nothing.
+  // What is known of this stop; another begins with nothing. Who comes to rest without a jolt turns
+  // at some deg/h for seconds below what rest is told by: a stop has begun with the first of two
+  // seconds in turn whose means agree within their noise.
   struct Stop {
     Block block{};
     std::optional<Block> confirmed_next{};
+    bool has_begun = false;
     bool levelled = false;
     bool stands = false;  // the newest update found nothing that drift can't be
     bool residual_due = false;
@@ -233,13 +237,25 @@ class GyroNavigation {
     bool has_checked = false;  // the heading that was given
     std::optional<HeadingDoubt> doubt{};
   };
+  // `before` is the filter without what this stop taught it, from the stop's first update on. A
+  // rotation that is slow and steady for a few seconds before the vehicle stands was taken for
+  // drift, and all that contradicts it would be taken for rotation.
   struct Copy {
     AttitudeFilter filter;
+    AttitudeFilter before = filter;
+    int agreeing = 0;   // updates of this stop
+    int disputing = 0;  // since the newest of them
     StreamErrors errors{};
     StreamCounts counts{};
     Vector3 previous_rate = Vector3::Zero();
   };
 
+  // What befalls a filter at rest befalls the one before the stop.
+  template <typename Action>
+  void each(Copy& copy, const Action& action) noexcept {
+    action(copy.filter);
+    if (stop_.has_begun) action(copy.before);
+  }
   void process_ready(bool waits) noexcept;
   void process(const NavigationSample& received, const Truth* truth) noexcept;
   [[nodiscard]] bool is_usable(const NavigationSample& sample) noexcept;
@@ -256,7 +272,11 @@ class GyroNavigation {
   void move_truth(const Truth* truth, double interval_s) noexcept;
   void lose_truth(core::SensorTime time) noexcept;
   void gather(const NavigationSample& sample, const Rates& rates) noexcept;
+  void begin_stop() noexcept;
+  [[nodiscard]] bool agree(const Block& first, const Block& second) const noexcept;
   void update(const Block& block) noexcept;
+  [[nodiscard]] InnovationReport learn(Copy& copy, const RestMean& mean) noexcept;
+  [[nodiscard]] InnovationReport level(AttitudeFilter& filter, const Block& block) const noexcept;
   void align(const NavigationSample& sample) noexcept;
   void begin_navigating() noexcept;
   void find_heading() noexcept;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "common/navigation/gyro_navigation.h"
 
@@ -11,6 +12,7 @@ namespace zerodrift::navigation {
 namespace {
 
 constexpr core::SensorTime kBlock{1'000'000'000};
+constexpr int kMayBeTakenBack = 10;  // updates of a stop; what more agree with is its drift
 
 std::array<bool, 3> both(const std::array<bool, 3>& a, const std::array<bool, 3>& b) {
   return {a[0] && b[0], a[1] && b[1], a[2] && b[2]};
@@ -34,9 +36,44 @@ void GyroNavigation::gather(const NavigationSample& sample, const Rates& rates) 
     ++stop_.block.with_force;
   }
   if (sample.time - stop_.block.begin < kBlock) return;
-  if (stop_.confirmed_next) update(*stop_.confirmed_next);
+  if (stop_.confirmed_next) {
+    if (!stop_.has_begun && agree(*stop_.confirmed_next, stop_.block)) begin_stop();
+    if (stop_.has_begun) update(*stop_.confirmed_next);
+  }
   stop_.confirmed_next = stop_.block;
   stop_.block = {};
+}
+
+void GyroNavigation::begin_stop() noexcept {
+  stop_.has_begun = true;
+  for (Copy& copy : copies_) {
+    copy.before = copy.filter;
+    copy.agreeing = copy.disputing = 0;
+  }
+}
+
+// Drift moves by less within a second.
+bool GyroNavigation::agree(const Block& first, const Block& second) const noexcept {
+  const double rest = options_.filter.rest_rate_sigma_radps;
+  const double walk = options_.filter.angle_random_walk_rad_sqrt_s;  // where the noise isn't known
+  const std::array<bool, 3> measured = both(first.measured, second.measured);
+  double nis = 0.0;
+  int degrees = 0;
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    if (!measured[i]) continue;
+    const auto axis = static_cast<Eigen::Index>(i);
+    double change = 0.0;
+    double variance = 0.0;
+    for (const auto& [block, sign] : {std::pair{&first, -1.0}, std::pair{&second, 1.0}}) {
+      const auto n = static_cast<double>(block->count);
+      change += sign * block->sum[axis] / n;
+      variance += rest * rest + (block->noise[axis] > 0.0 ? block->noise[axis] / (n * n)
+                                                          : walk * walk / core::seconds(kBlock));
+    }
+    nis += change * change / variance;
+    ++degrees;
+  }
+  return nis <= gate_of(options_.filter, degrees);
 }
 
 // The compensated mean is that of the raw rates less what is applied now: the model may have
@@ -59,25 +96,22 @@ void GyroNavigation::update(const Block& block) noexcept {
     if (options_.updates == Updates::kNone) continue;
     // Without a heading Earth's horizontal rate is unknown, its vertical one is not.
     if (!heading_known_) mean.measured[0] = mean.measured[1] = false;
-    InnovationReport report = copy.filter.rest(mean);
-    const auto note = [&] {
+    const auto note = [&copy](const InnovationReport& report) {
       copy.counts.updates += report.innovation == Innovation::kAccepted ? 1 : 0;
       copy.counts.rejected += report.innovation > Innovation::kAccepted ? 1 : 0;
       if (report.innovation == Innovation::kNothing) return;
       copy.counts.nis_sum += report.nis;
       copy.counts.nis_degrees += static_cast<std::uint64_t>(report.degrees);
     };
-    note();
+    const InnovationReport report = learn(copy, mean);
+    note(report);
     if (i == kCompensatedCopy) {
       stop_.stands = report.innovation != Innovation::kTurning;
       stop_.residual_due = report.innovation == Innovation::kAccepted;
     }
     if (stop_.levelled) continue;
-    report = block.with_force == block.count
-                 ? copy.filter.level(block.force / n)
-                 : copy.filter.level_to(options_.attitude.roll_rad, options_.attitude.pitch_rad,
-                                        options_.filter.tilt_sigma_rad);
-    note();
+    note(level(copy.filter, block));
+    static_cast<void>(level(copy.before, block));
   }
   stop_.levelled = true;
   if (phase_ == Phase::kAligning && !heading_known_) {
@@ -85,6 +119,33 @@ void GyroNavigation::update(const Block& block) noexcept {
     ++compass_.count;
   }
   if (options_.updates == Updates::kNone) stop_.stands = heading_known_;
+}
+
+// A mean that could be no drift by what the stop's first seconds taught, but is one by what was
+// known before, takes their word back once as many in turn have contradicted them.
+InnovationReport GyroNavigation::learn(Copy& copy, const RestMean& mean) noexcept {
+  InnovationReport report = copy.filter.rest(mean);
+  if (report.innovation == Innovation::kAccepted) {
+    ++copy.agreeing;
+    copy.disputing = 0;
+  }
+  if (report.innovation != Innovation::kTurning) return report;
+  ++copy.disputing;
+  if (copy.agreeing > kMayBeTakenBack || copy.disputing < copy.agreeing) return report;
+  AttitudeFilter other = copy.before;
+  const InnovationReport by_before = other.rest(mean);
+  if (by_before.innovation != Innovation::kAccepted) return report;
+  copy.filter = other;
+  copy.agreeing = 1;
+  copy.disputing = 0;
+  return by_before;
+}
+
+InnovationReport GyroNavigation::level(AttitudeFilter& filter, const Block& block) const noexcept {
+  if (block.with_force == block.count)
+    return filter.level(block.force / static_cast<double>(block.count));
+  return filter.level_to(options_.attitude.roll_rad, options_.attitude.pitch_rad,
+                         options_.filter.tilt_sigma_rad);
 }
 
 void GyroNavigation::align(const NavigationSample& sample) noexcept {
@@ -129,7 +190,8 @@ void GyroNavigation::check_heading(const RestMean& mean) noexcept {
   const double error = std::abs(wrapped(found.heading_rad - given));
   if (error <= gate * std::sqrt(found.sigma_rad * found.sigma_rad + heading_variance)) return;
   compass_.doubt = HeadingDoubt{given, found.heading_rad};
-  for (Copy& copy : copies_) copy.filter.lose({0.0, 0.0, error});
+  for (Copy& copy : copies_)
+    each(copy, [&](AttitudeFilter& filter) { filter.lose({0.0, 0.0, error}); });
   start_heading_sigma_rad_ = std::max(start_heading_sigma_rad_, error);
   if (!options_.true_attitude) truth_.has_start = false;
 }
@@ -152,8 +214,10 @@ void GyroNavigation::begin_navigating() noexcept {
   const bool keeps = options_.updates == Updates::kAtRest && options_.heading_known;
   if (keeps) return;
   for (Copy& copy : copies_) {
-    copy.filter.start(navigation::n_from_b(options_.attitude), options_.filter.tilt_sigma_rad,
-                      start_heading_sigma_rad_, AttitudeFilter::Drift::kForget);
+    each(copy, [&](AttitudeFilter& filter) {
+      filter.start(navigation::n_from_b(options_.attitude), options_.filter.tilt_sigma_rad,
+                   start_heading_sigma_rad_, AttitudeFilter::Drift::kForget);
+    });
   }
 }
 

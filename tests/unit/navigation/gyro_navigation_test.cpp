@@ -49,7 +49,7 @@ class Vehicle {
     sample.interval_s = 1.0 / kRateHz;
     sample.valid = {true, true, true};
     sample.noise_variance.fill(noise * noise);
-    sample.drift_variance.fill(std::pow(radps_from_deg_h(0.02), 2));
+    sample.drift_variance.fill(claimed * claimed);
     truth = from_forward_right_down(rate, frame);
     for (std::size_t i = 0; i < 3; ++i) {
       sample.applied_drift_radps[i] = drift[i];
@@ -62,6 +62,7 @@ class Vehicle {
   core::PerAxis<double> drift{radps_from_deg_h(2.0), radps_from_deg_h(-1.0), radps_from_deg_h(1.5)};
   core::PerAxis<double> left{};  // of the drift in the compensated rate
   double noise = radps_from_deg_h(0.2);
+  double claimed = radps_from_deg_h(0.02);  // sigma of the drift that was taken off
   Strapdown exact{earth_rate_radps_n(kLatitude)};
   core::PerAxis<double> truth{};
   std::mt19937_64 random{9};
@@ -143,6 +144,80 @@ TEST(GyroNavigationScenario, RestReferencesAreEarthRateAtRestAndNothingElsewhere
 // the drift, gives nothing back about the horizontal and says so; where the drift isn't known yet,
 // where what is left of the Earth's rate can't be its, and where heading and drift agree within
 // what is known of them, it goes by what was given. Before: what it gave back was learned, 4 deg/h.
+// Turned by `rate_at` of the time since the beginning.
+template <typename RateAt>
+void drive_by(GyroNavigation& navigation, Vehicle& vehicle, double duration_s, RateAt rate_at) {
+  for (int n = 0; n < static_cast<int>(duration_s * kRateHz); ++n) {
+    const NavigationSample sample = vehicle.next(rate_at(n / kRateHz));
+    navigation.push_truth(sample.time, vehicle.truth);
+    navigation.push(sample);
+  }
+}
+
+// A vehicle that comes to rest without a jolt is below what rest is told by for seconds while it
+// still turns at some deg/h.
+TEST(GyroNavigationScenario, TheLastOfASmoothStopIsNotTakenForDrift) {
+  for (const double fading_s : {0.5, 1.0, 2.0, 4.0, 8.0, 16.0}) {
+    for (const double phase_s : {0.0, 0.3, 0.6, 0.9}) {
+      SCOPED_TRACE(std::to_string(fading_s) + " s, " + std::to_string(phase_s));
+      GyroNavigationOptions o = options();
+      o.filter.heading_sigma_rad = 1e-5;
+      GyroNavigation navigation(o);
+      Vehicle vehicle;
+      drive(navigation, vehicle, 60.0, 0.0);
+      drive(navigation, vehicle, 120.0 + phase_s, 0.02);
+      vehicle.claimed = radps_from_deg_h(1.0);  // what a drive leaves to be known
+      drive_by(navigation, vehicle, 120.0,
+               [&](double t) { return 0.02 * std::exp(-t / fading_s); });
+      drive_by(navigation, vehicle, 60.0, [](double) { return 0.0; });
+      const AttitudeFilter& filter = navigation.filter(Stream::kCompensated);
+      ASSERT_TRUE(navigation.at_rest());
+      EXPECT_LT(filter.drift_radps().norm(), radps_from_deg_h(0.3));
+      const double heading = navigation.errors(Stream::kCompensated).heading_now;
+      drive(navigation, vehicle, 600.0, 0.02);
+      EXPECT_LT(std::abs(navigation.errors(Stream::kCompensated).heading_now - heading),
+                0.05 * kRadPerDeg);
+    }
+  }
+}
+
+// A vehicle whose last rotation is steady for a few seconds, as one that swings out is about its
+// turning point, looks as if it stood.
+TEST(GyroNavigationScenario, WhatAFewSlowSteadySecondsTaughtIsTakenBack) {
+  for (const double steady_s : {4.0, 6.0, 8.0}) {
+    for (const double turn_deg_h : {5.0, -10.0, 20.0}) {
+      SCOPED_TRACE(std::to_string(steady_s) + " s, " + std::to_string(turn_deg_h) + " deg/h");
+      GyroNavigationOptions o = options();
+      o.filter.heading_sigma_rad = 1e-5;
+      GyroNavigation navigation(o);
+      Vehicle vehicle;
+      drive(navigation, vehicle, 60.0, 0.0);
+      drive(navigation, vehicle, 120.0, 0.02);
+      vehicle.claimed = radps_from_deg_h(2.0);
+      drive(navigation, vehicle, steady_s, radps_from_deg_h(turn_deg_h));
+      drive(navigation, vehicle, 40.0, 0.0);
+      ASSERT_TRUE(navigation.at_rest());
+      EXPECT_LT(navigation.filter(Stream::kCompensated).drift_radps().norm(),
+                radps_from_deg_h(0.3));
+      // What was turned so slowly is within what rest is told by; no more than that is wrong.
+      EXPECT_LT(std::abs(navigation.errors(Stream::kCompensated).heading_now), 0.002 * kRadPerDeg);
+    }
+  }
+}
+
+// A table that begins to turn slowly under a gyro that stood for longer is refused for good.
+TEST(GyroNavigationScenario, WhatManySecondsTaughtIsNotTakenBackForASlowRotation) {
+  GyroNavigation navigation(options());
+  Vehicle vehicle;
+  drive(navigation, vehicle, 60.0, 0.0);
+  drive(navigation, vehicle, 120.0, 0.02);
+  drive(navigation, vehicle, 20.0, 0.0);
+  drive(navigation, vehicle, 40.0, radps_from_deg_h(10.0));
+  ASSERT_TRUE(navigation.at_rest());
+  EXPECT_LT(navigation.filter(Stream::kCompensated).drift_radps().norm(), radps_from_deg_h(0.3));
+  EXPECT_LT(navigation.filter(Stream::kRaw).drift_radps().norm(), radps_from_deg_h(3.3));
+}
+
 TEST(GyroNavigationScenario, AHeadingThatTheEarthsRateContradictsIsNotGivenBack) {
   struct Case {
     double error_rad;
