@@ -92,11 +92,12 @@ bool is_stated(const FittedModel& fit, const StandardErrors& errors, Shape shape
 FittedModel without_false_growth(const std::vector<AllanPoint>& points, FittedModel fit,
                                  const CoefficientOptions& options) {
   constexpr double kBelieved = 6.0;  // of -2 ln likelihood
+  if (contains(fit.active, Shape::kMarkov)) return fit;
   const Design design(points, fit.whitening, fit.model, fit.active, true);
   const StandardErrors errors(design, fit.whitening, point_covariance(points, fit.model));
   const bool grows = is_stated(fit, errors, Shape::kRateRandomWalk, options) ||
                      is_stated(fit, errors, Shape::kRateRamp, options);
-  if (!grows || contains(fit.active, Shape::kMarkov)) return fit;
+  if (!grows) return fit;
   auto other = with_markov_for_growth(points, fit, options.max_iterations);
   const bool is_believed = other && is_resolved(points, *other) &&
                            misfit(points, fit) - misfit(points, *other) > kBelieved;

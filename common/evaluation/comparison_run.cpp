@@ -221,8 +221,8 @@ SchemeOutcome judge(const std::string& name, const ComparisonRequest& request, P
   TimedScheme scheme(comparison::make_compared_scheme(name, request.options, initial));
   SchemeOutcome outcome;
   outcome.name = name;
-  const bool is_services = name == kOurs || name == kPapers;
-  const auto predict = is_services ? comparison::predict_on_prior : comparison::predict_all;
+  const bool takes_prior = name == kOurs || name == kPapers;
+  const auto predict = takes_prior ? comparison::predict_on_prior : comparison::predict_all;
   outcome.predicted = predict(protocol, points, request.options.features.size(), scheme);
   outcome.statistics = comparison::residual_statistics(points, outcome.predicted);
   outcome.seconds = scheme.seconds();
