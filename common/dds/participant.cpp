@@ -299,8 +299,8 @@ Participant::Participant(const std::string& name, const NetworkOptions& network)
   auto& discovery = qos.wire_protocol().builtin.discovery_config;
   discovery.initial_announcements.count = 20;
   discovery.initial_announcements.period = Duration_t(0, 50000000);
-  discovery.leaseDuration = Duration_t(20, 0);
-  discovery.leaseDuration_announcementperiod = Duration_t(2, 0);
+  discovery.leaseDuration = duration(kParticipantLease);
+  discovery.leaseDuration_announcementperiod = duration(kAnnouncementPeriod);
 
   set_process(qos);
   if (network.transport == Transport::kSharedMemory)

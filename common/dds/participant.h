@@ -6,6 +6,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
@@ -37,6 +38,12 @@
 #include "common/dds/topics.h"
 
 namespace zerodrift::dds {
+
+// A participant tells the others that it is there this often; who hears nothing for the lease
+// forgets it. One that stood still for as long has not forgotten them, and of Fast DDS 2.9.1 the
+// two then may never match again.
+inline constexpr std::chrono::seconds kAnnouncementPeriod{2};
+inline constexpr std::chrono::seconds kParticipantLease{20};
 
 enum class Transport : std::uint8_t {
   kUdp,

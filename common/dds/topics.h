@@ -67,7 +67,7 @@ using std::chrono_literals::operator""ms;
 //   Its keys: up to five names a gyro (each instance's, publisher's and filter's part) and services.
 // - replay_progress, 2 s: after so long it is reported that a consumer says nothing. A replay waits
 //   for it all the same, until it has left: one that stands still would lose what was sent
-//   meanwhile.
+//   meanwhile. Who stands still for longer than the participants' lease has left, and ends.
 // clang-format off
 inline constexpr TopicSpec kAngularRate{"angular_rate", "zerodrift::msg::AngularRate", kSampleDepth, 128, Reliability::kReliable, Durability::kVolatile, Ownership::kShared, 5ms, 0ms, 100ms};
 inline constexpr TopicSpec kTemperature{"temperature", "zerodrift::msg::Temperature", 512, 1024, Reliability::kReliable, Durability::kTransientLocal, Ownership::kShared, 20ms, 0ms};

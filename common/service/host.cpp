@@ -371,11 +371,28 @@ void Host::notify_supervisor(const Status& status) {
   }
 }
 
+// While this thread waits nothing but a standstill of the whole process, of the middleware's
+// threads too, makes the wait longer. Going on would be silence: who was forgotten may never hear
+// again.
+void Host::judge_standstill(std::chrono::nanoseconds waited) {
+  constexpr auto kForgottenAfter = dds::kParticipantLease - dds::kAnnouncementPeriod;
+  if (waited < kForgottenAfter) return;
+  raise(
+      {.code = "stood_still",
+       .severity = Severity::kError,
+       .text = fmt::format("the process stood still for {:.0f} s; others forget it after {} s and "
+                           "may never be heard again, so it ends, to be started anew",
+                           seconds(waited.count()), kForgottenAfter.count())});
+  give_up(kExitNo);
+}
+
 int Host::run(const std::function<Status()>& status, const std::function<void()>& tick,
               const std::function<void()>& on_stop) {
   bool stop = false;
   while (!stop) {
+    const std::int64_t began_ns = monotonic_ns();
     stop = wait_for_stop(kStatusPeriod);
+    judge_standstill(std::chrono::nanoseconds(monotonic_ns() - began_ns));
     if (stop && on_stop) on_stop();
     if (tick) tick();
     participant_.report_events(observer());

@@ -119,7 +119,8 @@ class Host {
   // publishes once more: with State::kStopping, or with State::kDegraded where it gave up, since
   // who gave up has not ended in order and is missed. `tick`, if given, runs before each. Notifies
   // the supervisor too: sd_notify(3), and the health file. What the supervision forbids is raised
-  // and ends it as a signal would. Gives exit_code().
+  // and ends it as a signal would, and so does that the process stood still for so long that others
+  // have forgotten it. Gives exit_code().
   int run(const std::function<Status()>& status, const std::function<void()>& tick = {},
           const std::function<void()>& on_stop = {});
   void publish(const Status& status);
@@ -131,6 +132,7 @@ class Host {
  private:
   void publish(const std::string& name, State state, const std::string& summary,
                const std::vector<Metric>& metrics);
+  void judge_standstill(std::chrono::nanoseconds waited);
   void add_endpoint_totals(std::vector<Metric>& metrics);
 
   struct TallyKey {

@@ -94,8 +94,9 @@ CompensationNode::Learned CompensationNode::learned(Gyro& source) {
 void CompensationNode::save_from_time_to_time() {
   if (options_.checkpoint_dir.empty()) return;
   std::vector<checkpoint::SaveSchedule::Model> models;
-  for (const Gyro* source : led_gyros())
-    models.push_back({source->id, source->newest().model_epoch});
+  for (const Gyro* source : led_gyros()) {
+    if (source->is_saved) models.push_back({source->id, source->newest().model_epoch});
+  }
   const auto due = save_schedule_.take_due(models, service::monotonic_ns());
   if (due.empty()) return;
   const auto save_all = [this, due] {
@@ -139,8 +140,7 @@ void CompensationNode::save_of_itself(const checkpoint::SaveSchedule::Model& mod
 // since another configuration may take it, and learning begins anew.
 void CompensationNode::resume(Gyro& source) {
   const auto file = options_.checkpoint_dir / checkpoint_file_name(source.id, kLatestCheckpoint);
-  std::error_code none;
-  if (options_.checkpoint_dir.empty() || !std::filesystem::exists(file, none)) return;
+  if (options_.checkpoint_dir.empty()) return;
   const auto report = [&](const char* code, service::Severity severity, const std::string& text) {
     host_.raise({.code = code,
                  .severity = severity,
@@ -148,6 +148,16 @@ void CompensationNode::resume(Gyro& source) {
                  .gyro_id = source.id,
                  .sensor_time_ns = 0});
   };
+  source.is_saved = saved_gyros_.claim(
+      source.id, options_.redundant ? files::Claim::kTogether : files::Claim::kAlone);
+  if (!source.is_saved) {
+    report("checkpoint_taken", service::Severity::kError,
+           "another process saves a gyro of this number in " + options_.checkpoint_dir.string() +
+               ", so that this one neither goes on from there nor saves; give each its own "
+               "--checkpoint-dir");
+  }
+  std::error_code none;
+  if (!source.is_saved || !std::filesystem::exists(file, none)) return;
   const auto report_refused = [&](const std::string& why) {
     const std::string kept = put_aside(options_.checkpoint_dir, source.id);
     report("cannot_resume", service::Severity::kWarning,

@@ -28,6 +28,7 @@ CompensationNode::CompensationNode(const CompensationNodeOptions& options)
       gyros_(options.max_gyros),
       early_(options.max_gyros, kMostEarlyInputs),
       save_schedule_(core::from_seconds(options.checkpoint_period_s)),
+      saved_gyros_(options.checkpoint_dir),
       learner_(kMostGyros, data_mutex_, [this] { drain_all(); }),
       commands_(
           host_, [this](const msg::Command& m) { return on_command(m); },

@@ -25,6 +25,7 @@
 #include "common/core/bounded_table.h"
 #include "common/dds/participant.h"
 #include "common/dds/ros2_imu.h"
+#include "common/files/claimed_numbers.h"
 #include "common/service/command_server.h"
 #include "common/service/early_inputs.h"
 #include "common/service/hop_latency.h"
@@ -185,6 +186,7 @@ class CompensationNode {
   std::atomic<bool> requests_closed_{false};
   std::thread request_thread_;
   checkpoint::SaveSchedule save_schedule_;  // under data_mutex_
+  files::ClaimedNumbers saved_gyros_;       // of the checkpoint folder
   LearnerThread learner_;
 
   service::CommandServer commands_;

@@ -109,6 +109,8 @@ class Gyro final : private service::GyroPipeline<compensation::Compensator>::Por
   std::optional<twin::Model> prior_before{};
   bool can_revert = false;
 
+  bool is_saved = true;  // from time to time, where anything is; no other process saves it
+
   ArrivingState arriving{};
   GyroEvents events;
 

@@ -115,6 +115,7 @@ enum class Domain : std::uint32_t {
   kCommandAbuse,
   kSameRunAgain,
   kStandstill,
+  kForgotten,
   kSecondRun,
   kTooManyGyros,
   kClockStep,

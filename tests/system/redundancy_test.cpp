@@ -401,6 +401,28 @@ TEST(Resume, ALoneServiceGoesOnFromItsOwnCheckpoint) {
   EXPECT_GT(resumed_at + 16, killed_at);
 }
 
+// Before: each wrote over what the other had learned, and after its next start took off the other's
+// drift.
+TEST(Resume, AFolderThatAnotherServiceSavesTheGyroInIsNotUsed) {
+  SystemUnderTest other(Domain::kResume);
+  SystemUnderTest system(Domain::kResumeBad);
+  dds::Participant participant("test", system.network());
+  Collector<msg::Event> events(participant);
+  Collector<msg::CompensatedRate> answers(participant);
+  const auto folder = other.path("checkpoints");
+  std::filesystem::create_directory(folder);
+  const Arguments arguments{"--checkpoint-dir", folder.string(), "--checkpoint-period", "1"};
+  other.start("compensation", arguments);
+  start_simulation(other);
+  const auto file = folder / "1-latest.ckpt";
+  ASSERT_TRUE(eventually([&] { return std::filesystem::exists(file); }, 60s));
+  system.start("compensation", arguments);
+  start_simulation(system);
+  EXPECT_TRUE(eventually([&] { return told(events, "checkpoint_taken", folder.string()); }));
+  ASSERT_TRUE(eventually([&] { return answers.size() > 100; }));
+  EXPECT_FALSE(told(events, "resumed"));
+}
+
 TEST(Resume, ACheckpointThatCannotBeUsedIsToldOfAndLearningBeginsAnew) {
   SystemUnderTest system(Domain::kResumeBad);
   dds::Participant participant("test", system.network());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Processes that stand still, as on a machine that is busy with something else: longer than every
-// time after which somebody is told of it. No bit of a record's results depends on it.
+// time after which somebody is told of it. No bit of a record's results depends on it, until others
+// forget the process.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -83,6 +84,23 @@ TEST(Standstill, OfAnyProcessChangesNoBitOfARecordsResults) {
   EXPECT_EQ(first_difference(system.path("live.csv"), run.offline), "");
   EXPECT_FALSE(told(events, "stream_ended"));
   EXPECT_FALSE(told(events, "missing_sample"));
+}
+
+// Of a process that was forgotten some were never heard again, without a word.
+TEST(Standstill, LongerThanOthersRememberAProcessEndsItInALine) {
+  SystemUnderTest system(Domain::kForgotten);
+  dds::Participant participant("test", system.network());
+  const Collector<msg::Event> events(participant);
+  const Collector<msg::ServiceStatus> statuses(participant);
+  ChildProcess& compensation = system.start("compensation", {});
+  system.start("gyro_publisher", Simulation{}.arguments() + Arguments{"--free-running"});
+  ASSERT_TRUE(eventually([&] { return metric(statuses, "compensation", "samples_in") >= 100.0; }));
+  compensation.send(SIGSTOP);
+  ASSERT_TRUE(eventually([&] { return told(events, "peer_lost", "compensation"); }, 40s));
+  compensation.send(SIGCONT);
+  EXPECT_EQ(compensation.wait(10s), 1);
+  EXPECT_NE(compensation.err().find("stood_still: the process stood still for "),
+            std::string::npos);
 }
 
 // The publishers of a second run are not heard in the same order as those of the first, and follow
