@@ -73,6 +73,7 @@ void GyroHistory::add(const msg::CompensatedRate& sample) {
   for (std::size_t i = 0; i < open_.size(); ++i) {
     OpenAxis& axis = open_[i];
     axis.mode = sample.mode()[i];
+    axis.moves = axis.moves || says_motion(static_cast<core::Reason>(sample.reason()[i]));
     if (!is_valid(sample, i)) continue;
     axis.raw.add(raw_deg_h(sample, i));
     axis.compensated.add(compensated_deg_h(sample, i));
@@ -129,6 +130,9 @@ void GyroHistory::close_row() {
   const OpenReference& reference =
       references_[static_cast<std::size_t>(static_cast<std::uint64_t>(second)) % kReferenceSeconds];
   Row row{.second = second};
+  // A gyro is at rest as a whole; an axis may have another reason that is told before this one.
+  const bool moves =
+      std::any_of(open_.begin(), open_.end(), [](const OpenAxis& axis) { return axis.moves; });
   for (std::size_t i = 0; i < open_.size(); ++i) {
     const OpenAxis& axis = open_[i];
     const auto known = [&](const Spread& spread, double value) {
@@ -149,7 +153,8 @@ void GyroHistory::close_row() {
                          .raw_deg_h = static_cast<double>(closed.raw_mean),
                          .compensated_deg_h = static_cast<double>(closed.compensated_mean),
                          .reference_deg_h = static_cast<double>(closed.reference_mean),
-                         .mode = closed.mode});
+                         .mode = closed.mode,
+                         .moves = moves});
     comparisons_[i].forget_before(second - options_.kept_s);
   }
   for (Probe& probe : probes_) {

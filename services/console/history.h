@@ -88,6 +88,7 @@ class GyroHistory {
     Spread raw, compensated, drift;
     double sigma = 0.0;
     std::uint8_t mode = 0;
+    bool moves = false;
   };
   struct OpenReference {
     std::int64_t second = -1;

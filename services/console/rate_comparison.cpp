@@ -37,6 +37,11 @@ Result obstacle(Result::Obstacle why) {
 
 }  // namespace
 
+bool says_motion(core::Reason reason) {
+  return reason == core::Reason::kMotion || reason == core::Reason::kSettling ||
+         reason == core::Reason::kLevelImplausible;
+}
+
 bool RateComparison::Block::is_filled() const {
   return rows >= allan::kShareOfBlock * static_cast<double>(kBlockS);
 }
@@ -49,7 +54,8 @@ bool RateComparison::take_step(std::uint8_t mode) {
   const auto now = static_cast<Mode>(mode);
   if (now == Mode::kPassthrough) {
     stage_ = Stage::kPassthrough;
-    blocks_.clear();
+    at_rest_.clear();
+    against_reference_.clear();
     return false;
   }
   if (stage_ == Stage::kComparable) return true;
@@ -59,17 +65,19 @@ bool RateComparison::take_step(std::uint8_t mode) {
 }
 
 void RateComparison::add(const RateSecond& row) {
-  knows_reference_ = std::isfinite(row.reference_deg_h);
   if (!take_step(row.mode)) return;
+  const bool is_known = std::isfinite(row.reference_deg_h);
+  Blocks& blocks = is_known ? against_reference_ : at_rest_;
   const std::int64_t index = row.second / kBlockS - (row.second % kBlockS < 0 ? 1 : 0);
-  if (blocks_.empty() || blocks_.back().index != index) {
-    if (!blocks_.empty() && !blocks_.back().is_filled()) blocks_.pop_back();
-    blocks_.push_back({.index = index});
+  if (blocks.empty() || blocks.back().index != index) {
+    if (!blocks.empty() && !blocks.back().is_filled()) blocks.pop_back();
+    blocks.push_back({.index = index});
   }
-  Block& block = blocks_.back();
-  if (knows_reference_ || static_cast<Mode>(row.mode) == Mode::kLearning) block.certain = true;
+  Block& block = blocks.back();
+  if (is_known || static_cast<Mode>(row.mode) == Mode::kLearning) block.certain = true;
+  if (!is_known && row.moves) block.moves = true;
   if (!std::isfinite(row.raw_deg_h) || !std::isfinite(row.compensated_deg_h)) return;
-  const double known = knows_reference_ ? row.reference_deg_h : 0.0;
+  const double known = is_known ? row.reference_deg_h : 0.0;
   const double raw = row.raw_deg_h - known;
   const double before = block.raw_mean;
   const double n = ++block.rows;
@@ -79,38 +87,50 @@ void RateComparison::add(const RateSecond& row) {
 }
 
 void RateComparison::forget_before(std::int64_t second) {
-  while (!blocks_.empty() && (blocks_.front().index + 1) * kBlockS <= second) blocks_.pop_front();
+  for (Blocks* blocks : {&at_rest_, &against_reference_}) {
+    while (!blocks->empty() && (blocks->front().index + 1) * kBlockS <= second) blocks->pop_front();
+  }
+}
+
+RateComparison::Counted RateComparison::counted(const Blocks& blocks) {
+  const auto filled = blocks.end() - (!blocks.empty() && !blocks.back().is_filled() ? 1 : 0);
+  const bool some_certain = std::any_of(
+      blocks.begin(), filled, [](const Block& block) { return block.certain && !block.moves; });
+  double quiet = std::numeric_limits<double>::infinity();
+  std::for_each(blocks.begin(), filled, [&](const Block& block) {
+    if (!block.moves && (block.certain || !some_certain)) quiet = std::min(quiet, block.within());
+  });
+  Counted all;
+  std::for_each(blocks.begin(), filled, [&](const Block& block) {
+    if (block.moves || block.within() > std::max(kMotionRatio * quiet, kMotionDegH)) {
+      all.has_motion = true;
+      return;
+    }
+    all.raw.push_back(block.raw_mean);
+    all.compensated.push_back(block.compensated_mean);
+    all.is_certain = all.is_certain || block.certain;
+  });
+  return all;
 }
 
 Result RateComparison::result(bool moves) const {
   if (stage_ == Stage::kPassthrough) return obstacle(Result::NOTHING_TAKEN_OFF);
   if (stage_ == Stage::kHeld) return obstacle(Result::MEAN_HELD);
-  const std::size_t filled =
-      blocks_.size() - (!blocks_.empty() && !blocks_.back().is_filled() ? 1 : 0);
-  const bool some_certain =
-      std::any_of(blocks_.begin(), blocks_.begin() + static_cast<std::ptrdiff_t>(filled),
-                  [](const Block& block) { return block.certain; });
-  double quiet = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < filled; ++i)
-    if (blocks_[i].certain || !some_certain) quiet = std::min(quiet, blocks_[i].within());
-  std::vector<double> raw;
-  std::vector<double> compensated;
-  bool is_certain = false;
-  for (std::size_t i = 0; i < filled; ++i) {
-    if (blocks_[i].within() > std::max(kMotionRatio * quiet, kMotionDegH)) continue;
-    raw.push_back(blocks_[i].raw_mean);
-    compensated.push_back(blocks_[i].compensated_mean);
-    is_certain = is_certain || blocks_[i].certain;
+  const Counted at_rest = counted(at_rest_);
+  const Counted known = counted(against_reference_);
+  const bool is_against_reference = known.raw.size() >= at_rest.raw.size();
+  const Counted& most = is_against_reference ? known : at_rest;
+  if (most.raw.size() < kFewestBlocks) {
+    const bool has_motion = at_rest.has_motion || known.has_motion;
+    return obstacle(has_motion ? Result::MOTION : Result::TOO_SHORT);
   }
-  if (raw.size() < kFewestBlocks)
-    return obstacle(filled > raw.size() ? Result::MOTION : Result::TOO_SHORT);
-  if (moves && !is_certain) return obstacle(Result::MOTION);
+  if (moves && !most.is_certain) return obstacle(Result::MOTION);
   Result result;
-  result.set_raw_deg_h(deviation(raw));
-  result.set_compensated_deg_h(deviation(compensated));
+  result.set_raw_deg_h(deviation(most.raw));
+  result.set_compensated_deg_h(deviation(most.compensated));
   if (!(result.compensated_deg_h() > 0.0)) return obstacle(Result::TOO_SHORT);
-  result.set_blocks(static_cast<std::uint32_t>(raw.size()));
-  result.set_against_reference(knows_reference_);
+  result.set_blocks(static_cast<std::uint32_t>(most.raw.size()));
+  result.set_against_reference(is_against_reference);
   return result;
 }
 

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "common/core/mode.h"
 #include "common/core/samples.h"
 #include "tests/unit/console/samples.h"
 
@@ -186,6 +187,29 @@ TEST(HistoryLaws, ReadingsFarAheadAreNotLost) {
   const auto rows = history.take_new();
   for (int second = 0; second < kAhead; ++second)
     ASSERT_NEAR(rows->probes(0).temperature_degc(second), 0.01 * second, kAhead * kSingle);
+}
+
+// Ten minutes, of which the fifth turns steadily; one sample in a second says so, of one axis.
+TEST(HistoryLaws, AMinuteInWhichAnAxisIsSaidToMoveIsComparedOfNone) {
+  for (const auto reason :
+       {core::Reason::kMotion, core::Reason::kSettling, core::Reason::kLevelImplausible}) {
+    GyroHistory history(1);
+    for (int second = 0; second <= 600; ++second) {
+      const bool turns = second / 60 == 4;
+      const double drift = 0.1 * (second / 60);
+      for (int k = 0; k < 4; ++k) {
+        auto sample = sample_at(second * kS + k * kS / 4, drift + (turns ? 3600.0 : 0.0), drift);
+        sample.reason()[1] = turns && k == 2 ? static_cast<std::uint8_t>(reason) : 0;
+        for (std::size_t i = 0; i < 3; ++i)
+          sample.rate_radps()[i] += core::radps_from_deg_h(0.01 * drift);
+        history.add(sample);
+      }
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      EXPECT_EQ(history.comparison(axis, false).blocks(), 9U) << core::name(reason);
+      EXPECT_LT(history.comparison(axis, false).raw_deg_h(), 1.0);
+    }
+  }
 }
 
 }  // namespace

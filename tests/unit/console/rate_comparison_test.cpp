@@ -84,6 +84,76 @@ TEST(RateComparisonLaws, AKnownTrueRateIsTakenOffAndMotionIsAsGoodAsRest) {
   EXPECT_NEAR(ratio(result), 100.0, 1e-3);
 }
 
+// Two hours of drift at rest, and in between twelve minutes of 1 deg/s, in which the rate within a
+// minute is as quiet as at rest; the gate needs two seconds to find it out, and a minute to settle.
+RateComparison steady_turn(bool is_known) {
+  RateComparison comparison;
+  for (int s = 0; s < 7200; ++s) {
+    const bool turns = s >= 2400 && s < 3120;
+    const bool is_told = s >= 2402 && s < 3180;
+    const double turn = turns ? 3600.0 : 0.0;
+    const double drift = std::sin(s / 600.0);
+    const double noise = s % 2 == 0 ? 0.1 : -0.1;
+    comparison.add({s, turn + drift + noise, turn + 0.01 * drift + noise, is_known ? turn : kNaN,
+                    number(is_told ? Mode::kFrozen : Mode::kLearning), is_told});
+  }
+  return comparison;
+}
+
+TEST(RateComparisonLaws, ASteadyTurnIsMotionHoweverQuietItIs) {
+  const Result result = steady_turn(false).result(false);
+  EXPECT_EQ(result.blocks(), 120U - 13U);
+  EXPECT_FALSE(result.against_reference());
+  EXPECT_NEAR(ratio(result), 100.0, 1e-6);
+  EXPECT_LT(result.raw_deg_h(), 1.0);
+}
+
+TEST(RateComparisonLaws, ASteadyTurnOfAKnownRateCounts) {
+  const Result result = steady_turn(true).result(false);
+  EXPECT_EQ(result.blocks(), 120U);
+  EXPECT_TRUE(result.against_reference());
+  EXPECT_NEAR(ratio(result), 100.0, 1e-3);
+}
+
+TEST(RateComparisonLaws, WhereEveryMinuteIsSaidToMoveNothingIsCompared) {
+  RateComparison comparison;
+  for (int s = 0; s < 600; ++s)
+    comparison.add({s, s * 1.0, s * 0.1, kNaN, number(Mode::kFrozen), s % 60 == 30});
+  EXPECT_EQ(comparison.result(false).obstacle(), Result::MOTION);
+}
+
+// At rest on the Earth, 10 deg/h of it about the axis: the true rate is known where `is_known`.
+RateComparison rest_on_earth(int length, bool (*is_known)(int)) {
+  RateComparison comparison;
+  for (int s = 0; s < length; ++s) {
+    const double drift = std::sin(s / 600.0);
+    comparison.add(
+        {s, 10.0 + drift, 10.0 + 0.01 * drift, is_known(s) ? 10.0 : kNaN, number(Mode::kLearning)});
+  }
+  return comparison;
+}
+
+TEST(RateComparisonLaws, MinutesAgainstTheReferenceAndAtRestAreNotMixed) {
+  const Result rest = rest_on_earth(4200, [](int s) { return s < 1800; }).result(false);
+  EXPECT_EQ(rest.blocks(), 40U);  // of which there are more
+  EXPECT_FALSE(rest.against_reference());
+  EXPECT_NEAR(ratio(rest), 100.0, 1e-6);
+  EXPECT_LT(rest.raw_deg_h(), 1.0);
+  const Result known = rest_on_earth(2400, [](int s) { return s < 1800; }).result(false);
+  EXPECT_EQ(known.blocks(), 30U);
+  EXPECT_TRUE(known.against_reference());  // though nobody tells it now
+  EXPECT_NEAR(ratio(known), 100.0, 1e-6);
+}
+
+TEST(RateComparisonLaws, AMinuteThatIsHalfOfEachKindIsOfNeither) {
+  EXPECT_EQ(rest_on_earth(600, [](int s) { return s % 2 == 0; }).result(false).obstacle(),
+            Result::TOO_SHORT);
+  const auto known = rest_on_earth(600, [](int s) { return s % 6 != 0; }).result(false);
+  EXPECT_EQ(known.blocks(), 10U);  // five sixths have it
+  EXPECT_TRUE(known.against_reference());
+  EXPECT_NEAR(ratio(known), 100.0, 1e-6);
+}
+
 // A start at a bias of 10 deg/h: half a minute of passthrough, half a minute held, then a model.
 void add_start_second(RateComparison& comparison, int s, Mode mode) {
   const double raw = 10.0 + 0.01 * s;

@@ -57,6 +57,13 @@ test('worse than raw is bad, and the horizon is said', () => {
   assert.match(better.detail, /worse than raw on x, y, z; means of 60 s over 100 min, at rest/);
 });
 
+test('the horizon says over which times each axis is compared', () => {
+  const known = (blocks: number): Comparison => ({ blocks, raw: 33, compensated: 1, against: 'reference' });
+  const on = (axes: Comparison[]) => verdict({ ...GOOD, axes: axes.map((comparison) => ({ ...LEARNING, comparison })) }).better.detail;
+  assert.match(on([known(60), known(60), known(60)]), /means of 60 s over 60 min, against the reference$/);
+  assert.match(on([compared(33), known(60), compared(33)]), /means of 60 s over 60 min, x, z at rest, y against the reference$/);
+});
+
 test('what chance could do is no verdict, until there is much of it', () => {
   assert.equal(verdict(onAll({ comparison: compared(0.4, 4) })).better.tone, 'idle');
   assert.match(verdict(onAll({ comparison: compared(0.4, 4) })).better.detail, /may be chance/);

@@ -217,10 +217,15 @@ function compensating(facts: Facts): Statement {
   return { tone: 'good', text: 'Compensating', detail: valid.length === 3 ? 'all three axes' : `axes ${names(valid)}` };
 }
 
+const AGAINST_TEXT = { rest: 'at rest', reference: 'against the reference' };
+
 function horizon(facts: Facts): string {
-  const known = facts.axes.flatMap(({ valid, comparison }) => (valid && !('obstacle' in comparison) ? [comparison] : []));
-  const least = known.reduce((a, b) => (b.blocks < a.blocks ? b : a));
-  return `means of ${duration(facts.blockS)} over ${duration(least.blocks * facts.blockS)}, ${least.against === 'rest' ? 'at rest' : 'against the reference'}`;
+  const known = facts.axes.flatMap(({ valid, comparison }, axis) => (valid && !('obstacle' in comparison) ? [{ axis, ...comparison }] : []));
+  const least = Math.min(...known.map(({ blocks }) => blocks));
+  const of = (against: 'rest' | 'reference') => known.filter((one) => one.against === against).map(({ axis }) => axis);
+  const kinds = (['rest', 'reference'] as const).filter((against) => of(against).length > 0);
+  const over = kinds.map((against) => (kinds.length > 1 ? `${names(of(against))} ${AGAINST_TEXT[against]}` : AGAINST_TEXT[against]));
+  return `means of ${duration(facts.blockS)} over ${duration(least * facts.blockS)}, ${over.join(', ')}`;
 }
 
 /** The least and the greatest of some ratios: "29–308×". */
