@@ -174,6 +174,10 @@ export class ConsoleState {
   private beSession(session: string): void {
     if (session === this.session) return;
     this.session = session;
+    // What services said stands only while the gateway knows whether they live; it tells again what of it is of now.
+    this.allan = {};
+    this.navigation = {};
+    this.coverages = {};
     this.seen = storedSeen(() => localStorage, session);
   }
 
