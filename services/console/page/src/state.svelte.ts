@@ -265,6 +265,11 @@ export class ConsoleState {
     return this.facts.ageS;
   }
 
+  /** How long ago something was by the gateway's clock; this browser's may be set to anything. */
+  agoS(atMs: number): number {
+    return Math.max(0, this.nowMs + this.gatewayAheadMs - atMs) / 1000;
+  }
+
   /** Why what a service said is no longer of now, else empty. */
   gone(service: string): string {
     return goneText(this.services, service, this.nowMs + this.gatewayAheadMs);

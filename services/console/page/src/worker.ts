@@ -15,7 +15,7 @@ import {
   type Channel,
   type TextFrame,
 } from './lib/frames.ts';
-import { DelayMeter } from './lib/delay.ts';
+import { DelayMeter, sourceToPageMs } from './lib/delay.ts';
 import { TOLD_WITHIN_S } from './lib/facts.ts';
 import { GyroStore } from './lib/gyro_store.ts';
 import { LatencyWindow } from './lib/latency_window.ts';
@@ -115,7 +115,7 @@ function onSamples(payload: Uint8Array, logTimeNs: bigint): void {
   if (batch.sensorTimeNs.length === 0) return;
   newest = { batch, arrivedMs };
   pace = paceMeter.mark(performance.now(), Number(batch.sensorTimeNs.at(-1)) * 1e-9, 1000 * staleAfterS(batch.sampleIntervalS));
-  if (batch.publishUnixNs > 0n) latencies.add(arrivedMs - Number(batch.publishUnixNs) * 1e-6);
+  if (batch.publishUnixNs > 0n) latencies.add(sourceToPageMs(batch.publishUnixNs, logTimeNs, behindS));
   tick();
   postLiveSoon();
 }

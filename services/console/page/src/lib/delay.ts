@@ -1,4 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+/**
+ * From the source's writing to this page: both stamps are of the gateway's clock, and this page's takes no part in it. Without the
+ * way from the gateway of the sample that waited least. ms
+ */
+export function sourceToPageMs(publishedNs: bigint, sentNs: bigint, behindS: number): number {
+  return Number(sentNs - publishedNs) * 1e-6 + 1000 * behindS;
+}
+
 const CLOCKS_APART = 2e-4; // more than the crystals of two computers run apart: what grows no faster is no delay
 
 /** How far behind the gateway samples arrive: they wait where a link or a browser is slower than they come. */
