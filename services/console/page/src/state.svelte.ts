@@ -14,7 +14,6 @@ import type {
   PlainCoverage,
   PlainEvent,
   PlainGateway,
-  PlainMetric,
   PlainNavigation,
   PlainStatus,
   PlainTwin,
@@ -229,21 +228,29 @@ export class ConsoleState {
     return this.services.find((s) => s.service === service)?.metrics.find((m) => m.name === name)?.value ?? NaN;
   }
 
+  /** What the compensation that answers, or did last, says of the chosen gyro. */
+  private answering(): PlainStatus | undefined {
+    const instance = this.live?.instance;
+    const number = instance === undefined ? '(/\\d+)?' : instance > 0 ? `/${instance}` : '';
+    const name = new RegExp(`^compensation${number}:${this.selected}$`);
+    return this.services.find((s) => name.test(s.service));
+  }
+
   /** Who makes the forecast of an axis; empty where the compensation doesn't say. */
-  /** What the compensation that answers says of the chosen gyro. */
-  private answering(): PlainMetric[] {
-    const instance = this.live?.instance ?? 0;
-    const service = `compensation${instance > 0 ? `/${instance}` : ''}:${this.selected}`;
-    return this.services.find((s) => s.service === service)?.metrics ?? [];
-  }
-
   shares(axis: number): string {
-    return sharesText(this.answering(), axis);
+    return sharesText(this.answering()?.metrics ?? [], axis);
   }
 
-  temperatureNow(): { degc: number; degcPerMin: number } {
-    const value = (name: string) => this.answering().find((m) => m.name === name)?.value ?? NaN;
+  /** What the model was last given. */
+  temperatureLast(): { degc: number; degcPerMin: number } {
+    const metrics = this.answering()?.metrics ?? [];
+    const value = (name: string) => metrics.find((m) => m.name === name)?.value ?? NaN;
     return { degc: value('temperature'), degcPerMin: value('temperature_rate') };
+  }
+
+  /** It is no longer of now. */
+  get temperatureIsPast(): boolean {
+    return this.past || this.answering()?.alive === false;
   }
 
   report(axis: number, stream: number): PlainAllan | undefined {

@@ -21,6 +21,13 @@ test('where it is now, and whether anything was learned there, in words', () => 
   assert.equal(says(NaN, 0), 'The temperature now is not known.');
 });
 
+test('what was known last is said so, and nothing is framed', () => {
+  const coverage = of([{ from: 20, rate: 2, labels: [9, 7, 8] }]);
+  const map = coverageMap(coverage, ALL, { degc: 23.44, degcPerMin: 0.01 }, true);
+  assert.equal(map?.sentence, 'Last known: 23.4 °C and steady: 7 labels learned there.');
+  assert.equal(map?.here, undefined);
+});
+
 test('the map reaches from the lowest to the highest temperature that was learned or is now', () => {
   const map = coverageMap(of([{ from: 20, rate: 4, labels: [3, 3, 3] }]), ALL, { degc: -3, degcPerMin: -1 });
   assert.deepEqual(map?.from, [-5, 0, 5, 10, 15, 20]);

@@ -19,8 +19,8 @@ function rangeText(edges: number[], rate: number): string {
   return `${signed(edges[rate - 1])} to ${signed(edges[rate])}`;
 }
 
-/** Of several axes the fewest labels, of those that learned anything: nowhere more is known than that. Nothing where there is neither a label nor a temperature. */
-export function coverageMap(coverage: PlainCoverage, axes: readonly number[], now?: { degc: number; degcPerMin: number }): CoverageMap | undefined {
+/** Of several axes the fewest labels, of those that learned anything: nowhere more is known than that. Nothing where there is neither a label nor a temperature. `isPast`: `now` is what was known last. */
+export function coverageMap(coverage: PlainCoverage, axes: readonly number[], now?: { degc: number; degcPerMin: number }, isPast = false): CoverageMap | undefined {
   const { step, edges, cells } = coverage;
   const learning = axes.filter((a) => cells.some((cell) => cell.labels[a] > 0));
   const count = (labels: number[]) => (learning.length === 0 ? 0 : Math.min(...learning.map((a) => labels[a])));
@@ -43,5 +43,6 @@ export function coverageMap(coverage: PlainCoverage, axes: readonly number[], no
   const here = { row: last - rate, column: Math.round((nowFrom - lowest) / step) };
   const known = rows[here.row].labels[here.column];
   const what = known === 0 ? 'nothing learned there yet' : `${known} label${known === 1 ? '' : 's'} learned there`;
-  return { from, step, rows, here, sentence: `Now ${now.degc.toFixed(1).replace('-', '−')} °C and ${nameOf(rate)}: ${what}.` };
+  const sentence = `${isPast ? 'Last known:' : 'Now'} ${now.degc.toFixed(1).replace('-', '−')} °C and ${nameOf(rate)}: ${what}.`;
+  return isPast ? { from, step, rows, sentence } : { from, step, rows, here, sentence };
 }
