@@ -437,6 +437,7 @@ describe('ten gyros', () => {
     await until(page, 'fleet-7-data', (t) => /✕\s*Stale/.test(t));
     await until(page, 'fleet-7-compensating', (t) => /·\s*Not known now/.test(t));
     for (const id of ids.filter((id) => id !== 7)) await until(page, `fleet-${id}-data`, (t) => /✓\s*Good$/.test(t));
+    assert.equal(await part(page, 'fleet').locator('button').first().getAttribute('data-testid'), 'fleet-7');
     assert.equal(await part(page, 'stale').count(), 0);
     await part(page, 'fleet-7').focus();
     await page.keyboard.press('Enter');
