@@ -334,6 +334,18 @@ describe('a gyro that moves, and one whose source has an end', () => {
     });
   });
 
+  situation('a record was published to its end, the compensation died, and the page was opened after it', async () => {
+    const dead = `${named(at.system, 'compensation')} is gone`;
+    await at.system.stop('compensation', 'SIGKILL');
+    await at.page.reload();
+    await part(at.page, 'fleet-2').click({ timeout: START_MS });
+    await until(at.page, 'verdict-data', (t) => /●\s*Source has ended/.test(t) && t.includes(dead));
+    await until(at.page, 'verdict-compensating', (t) => /·\s*Not known now/.test(t));
+    await until(at.page, 'coverage-now', (t) => /^Last known: /.test(t));
+    assert.equal(await part(at.page, 'coverage').locator('td.here').count(), 0);
+    assert.equal(await part(at.page, 'strip-rate-axis x').count(), 1, 'the history is drawn');
+  });
+
   test('no script failed', () => assert.deepEqual(at.page.problems, []));
 });
 

@@ -150,6 +150,12 @@ const TOUR: Row[] = [
   { situation: 'twenty samples of a slow gyro make silence', known: { live: live(all({}), { sampleIntervalS: 1, arrivedMs: NOW - 3 * S }) }, ...HEADLINE },
   { situation: 'a record was published to its end', known: silent(90, { services: chain({ publisher: { ...ended(80), metrics: finished } }) }),
     ...HEADLINE, data: '● Source has ended: newest sample 90 s ago' },
+  { situation: 'a record was published to its end, and then the compensation died', ...LAST_KNOWN,
+    known: silent(90, { services: chain({ publisher: { ...ended(80), metrics: finished }, compensation: gone(12) }) }),
+    data: '● Source has ended: newest sample 90 s ago; gyro_publisher (host lab, pid 11) has ended 80 s ago and compensation (host lab, pid 13) is gone since 12 s' },
+  { situation: 'a record was published to its end, the compensation died, and the page was opened after it', ...LAST_KNOWN,
+    known: { live: undefined, fleet: [summary(1, all({}), { ageS: 89.5 })], services: chain({ publisher: { ...ended(80), metrics: finished }, compensation: gone(12) }) },
+    data: '● Source has ended: newest sample 90 s ago; gyro_publisher (host lab, pid 11) has ended 80 s ago and compensation (host lab, pid 13) is gone since 12 s' },
 
   { situation: 'replay at 60 times real time', known: { live: live(all({}), { pace: 60 }) }, ...HEADLINE, data: '✓ Good (replay 60×): none missing' },
 

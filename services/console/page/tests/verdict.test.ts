@@ -14,6 +14,7 @@ const GOOD: Facts = {
   ageS: 0.01,
   sampleIntervalS: 0.005,
   finished: false,
+  compensationGone: false,
   pace: 1,
   behindS: 0,
   missing: 0,

@@ -88,9 +88,10 @@ export class LiveView {
   }
 
   private take(view: View): void {
+    this.pending = false;
+    if (this.view === undefined && !Number.isFinite(view.newest)) return; // nothing to draw yet; what comes ticks
     const first = this.received === undefined;
     this.received = view;
-    this.pending = false;
     if (first) requestAnimationFrame(() => this.draw());
   }
 

@@ -39,6 +39,16 @@ function lastGone(services: PlainStatus[], nowMs: number): (Cause & { atMs: numb
   return [{ what, when, atMs: last.atMs }];
 }
 
+function compensationsOf(services: PlainStatus[]): PlainStatus[] {
+  return services.filter((s) => /^compensation(\/\d+)?$/.test(s.service));
+}
+
+/** No compensation is left, where one was. */
+export function isCompensationGone(services: PlainStatus[]): boolean {
+  const all = compensationsOf(services);
+  return all.length > 0 && !all.some((s) => s.alive);
+}
+
 /** Why what a service said is no longer of now: 'x (host h, pid 1) is gone since 3 s'. Empty while one of that name lives, or none was ever there. */
 export function goneText(services: PlainStatus[], name: string, nowMs: number): string {
   return lastGone(services.filter((s) => s.service === name), nowMs).map(({ what, when }) => `${what} ${when}`).join('');
@@ -51,9 +61,8 @@ function report(services: PlainStatus[], gyro: number): string {
 
 /** Causes of a gyro's silence, the one that began first first; `nowMs` is of the gateway's clock. Gyro 0 is any. */
 export function causes(services: PlainStatus[], gyro: number, nowMs: number): Cause[] {
-  const compensations = services.filter((s) => /^compensation(\/\d+)?$/.test(s.service));
   const says = report(services, gyro);
-  const gone = [...lastGone(ofGyro(services, PUBLISHERS, gyro), nowMs), ...lastGone(compensations, nowMs)];
+  const gone = [...lastGone(ofGyro(services, PUBLISHERS, gyro), nowMs), ...lastGone(compensationsOf(services), nowMs)];
   // Without its temperatures only rates that wait for them stop.
   if (says !== '') gone.push(...lastGone(ofGyro(services, ['thermal_publisher'], gyro), nowMs));
   if (gone.length > 0) return gone.sort((a, b) => a.atMs - b.atMs).map(({ what, when }) => ({ what, when }));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // From what the page was told to the facts that the headline speaks of: the same for the gyro that is shown, whose
 // samples come here, and for the others, of which the gateway tells once a second.
-import { causes, hasFinished } from './cause.ts';
+import { causes, hasFinished, isCompensationGone } from './cause.ts';
 import { correctedTwiceMs } from './events.ts';
 import type { GyroSummary, Live, PlainEvent, PlainStatus } from './messages.ts';
 import { staleAfterS, type AxisFacts, type Facts, type Link } from './verdict.ts';
@@ -57,6 +57,7 @@ export function factsOf(known: Known, gyro: number): Facts {
     behindS: known.live?.behindS ?? 0,
     sampleIntervalS: newest?.sampleIntervalS ?? NaN,
     finished: hasFinished(services, gyro),
+    compensationGone: isCompensationGone(services),
     pace: newest?.pace ?? NaN,
     missing: newest?.missing ?? 0,
     lossAgeS: (nowMs - (losses?.sinceMs ?? NaN)) / 1000,

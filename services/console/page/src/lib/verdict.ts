@@ -125,6 +125,7 @@ export interface Facts {
   behindS: number; // how long samples wait for the link or this browser before they come
   sampleIntervalS: number;
   finished: boolean; // the source says it has ended
+  compensationGone: boolean; // nobody is left who compensates
   pace: number; // sensor seconds a second; NaN while unknown
   missing: number;
   lossAgeS: number; // since the newest that this page saw go missing; without one, since it began to look
@@ -301,7 +302,7 @@ function data(facts: Facts): Statement {
   if (isStale(facts) && hasJustBegun(facts)) return { tone: 'idle', text: 'Connecting', detail: `shown is what came until ${ageText(facts.ageS)} ago` };
   if (isStale(facts)) {
     return facts.finished
-      ? { tone: 'note', text: 'Source has ended', detail: `newest sample ${ageText(facts.ageS)} ago` }
+      ? { tone: 'note', text: 'Source has ended', detail: `newest sample ${ageText(facts.ageS)} ago${facts.compensationGone ? `; ${causeText(facts)}` : ''}` }
       : { tone: 'bad', text: `Stale: ${ageText(facts.ageS)} old`, detail: `${causeText(facts) || 'no sample comes'}; shown is the last that did` };
   }
   const fault = inputFault(facts);
@@ -326,9 +327,9 @@ function past(statement: Statement): Statement {
   return { tone: 'idle', text: 'Not known now', detail: last };
 }
 
-/** Whether what is shown is of now. A source that has ended is: nothing newer will come. */
+/** Whether what is shown is no longer of now. That of a source that has ended is, while somebody stands by to compensate: nothing newer will come. */
 export function isPast(facts: Facts): boolean {
-  return facts.link !== 'open' || (isStale(facts) ? !facts.finished : isLate(facts));
+  return facts.link !== 'open' || (isStale(facts) ? !facts.finished || facts.compensationGone : isLate(facts));
 }
 
 /** No sample ever came. */
@@ -347,6 +348,7 @@ export function banner(facts: Facts): { text: string; age: string } | undefined 
   if (facts.link === 'gone') return { text: 'The gateway is gone. What came before is kept.', age: '' };
   const waits = !facts.present && facts.causes.length > 0;
   if (facts.link !== 'open' || hasJustBegun(facts) || !(waits || isPast(facts))) return undefined;
+  if (facts.present && isStale(facts) && facts.finished) return undefined; // no sample is expected
   if (!waits && !isStale(facts)) return { text: 'What is shown is old: it waits for the link or this browser.', age: `${ageText(facts.behindS)} behind` };
   const silence = waits ? 'no sample comes.' : 'no sample comes any more; everything shown is old.';
   const why = facts.causes.map(({ what }) => what).join(' and ');
