@@ -133,6 +133,8 @@ void Gateway::take(const msg::CompensatedRate& sample, const service::ArrivalClo
           .count();
   const bool is_doubted = sample.order() != 0 && (behind_ns < 0 || behind_ns > kLatestAnswerNs);
   if (sample.order() == 0 || from->samples == 1) from->newest = sample;
+  for (std::size_t i = 0; i < from->measured.size(); ++i)
+    from->measured[i] = from->measured[i] || is_valid(sample, i);
   from->arrival = arrival;
   newest_sample_ = arrival;
   from->history.add(sample);
@@ -413,7 +415,12 @@ std::map<std::uint32_t, Gateway::GyroFigures> Gateway::gyro_figures() const {
   std::map<std::uint32_t, GyroFigures> all;
   for (const auto& [id, gyro] : gyros_.entries()) {
     if (gyro.samples > 0) {
-      all[id] = {gyro.samples, gyro.missing, gyro.arrival.monotonic_ns, to_telemetry(gyro.newest)};
+      const bool has_any = gyro.measured != core::PerAxis<bool>{};
+      all[id] = {.samples = gyro.samples,
+                 .missing = gyro.missing,
+                 .newest_monotonic_ns = gyro.arrival.monotonic_ns,
+                 .newest = to_telemetry(gyro.newest),
+                 .measured = has_any ? gyro.measured : core::PerAxis<bool>{true, true, true}};
     } else if (gyro.published_since_ns != 0) {
       all[id].newest_monotonic_ns = gyro.published_since_ns;
     }

@@ -12,6 +12,7 @@
 #include <tuple>
 #include <vector>
 
+#include "common/core/axis.h"
 #include "common/core/bounded_table.h"
 #include "common/dds/discovery.h"
 #include "common/foxglove/hub.h"
@@ -73,6 +74,8 @@ class Gateway {
     // the clock makes it older.
     std::int64_t newest_monotonic_ns = 0;
     std::optional<telemetry::CompensatedRate> newest{};
+    // Axes of which a sample was ever valid; all, where none was.
+    core::PerAxis<bool> measured{};
   };
   [[nodiscard]] std::map<std::uint32_t, GyroFigures> gyro_figures() const;
   [[nodiscard]] const std::map<std::string, telemetry::ServiceStatus>& services() const {
@@ -107,6 +110,7 @@ class Gateway {
     service::ArrivalClocks arrival{};     // of the newest
     std::int64_t published_since_ns = 0;  // since when its publisher is known, monotonic; 0: not
     msg::CompensatedRate newest{};
+    core::PerAxis<bool> measured{};  // a sample of the axis was valid
     std::optional<telemetry::ThermalCoverage> coverage{};
   };
   Gyro* gyro(std::uint32_t id);  // null: more than are kept

@@ -83,8 +83,8 @@ inline constexpr MetricFact kLastSampleAge{
     "gyro's publisher is known to it."};
 inline constexpr MetricFact kAxisMode{
     "zerodrift_axis_mode", kGauge,
-    "Mode in the newest compensated sample: 0 passthrough, 1 learning, 2 frozen, 3 fallback, "
-    "4 out of domain, 5 holding."};
+    "Mode in the newest compensated sample, of an axis that was ever measured: 0 passthrough, "
+    "1 learning, 2 frozen, 3 fallback, 4 out of domain, 5 holding."};
 inline constexpr MetricFact kAxisDrift{"zerodrift_axis_drift_degrees_per_hour", kGauge,
                                        "Drift that the newest compensated sample had taken off."};
 inline constexpr MetricFact kAxisDriftSigma{

@@ -219,6 +219,7 @@ void add_gyro(Families& families, std::uint32_t id, const Gateway::GyroFigures& 
   const std::array<telemetry::Mode, 3> modes{newest.x().mode(), newest.y().mode(),
                                              newest.z().mode()};
   for (std::size_t i = 0; i < kAxes.size(); ++i) {
+    if (!figures.measured[i]) continue;
     MetricLabels labels = of;
     labels["axis"] = kAxes[i];
     families.add(metric::kAxisMode, labels, static_cast<double>(modes[i]));

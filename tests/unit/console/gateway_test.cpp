@@ -74,6 +74,20 @@ TEST_F(GatewayOfOne, AGyroThatIsPublishedAndNeverAnsweredHasAnAge) {
   EXPECT_FALSE(figures.at(7).newest);
 }
 
+TEST_F(GatewayOfOne, AnAxisIsMeasuredOnceASampleOfItWasValid) {
+  auto sample = sample_at(0, 1.0, 0.5, 1);
+  const auto take = [&](std::uint32_t validity) {
+    sample.validity(validity);
+    gateway_.take(sample, {.unix_ns = kNow});
+    sample.sequence_number(sample.sequence_number() + 1);
+    return gateway_.gyro_figures().at(1).measured;
+  };
+  EXPECT_EQ(take(0), (core::PerAxis<bool>{true, true, true})) << "none is known to be missing";
+  EXPECT_EQ(take(0b001), (core::PerAxis<bool>{true, false, false}));
+  EXPECT_EQ(take(0b100), (core::PerAxis<bool>{true, false, true}));
+  EXPECT_EQ(take(0), (core::PerAxis<bool>{true, false, true})) << "one that fails is still one";
+}
+
 TEST_F(GatewayOfOne, NothingIsSentThatNobodyAskedFor) {
   for (int i = 0; i < 3000; ++i) sample(i, static_cast<std::uint64_t>(i));
   gateway_.flush(kNow);

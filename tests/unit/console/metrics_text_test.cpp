@@ -10,6 +10,7 @@
 #include <set>
 #include <sstream>
 
+#include "services/console/telemetry.h"
 #include "tests/support/exposition_format.h"
 #include "tests/unit/console/samples.h"
 
@@ -63,6 +64,7 @@ class Metrics : public testing::Test {
   void add(const telemetry::ServiceStatus& one) { services_[one.service()] = one; }
   [[nodiscard]] Values values() const {
     const std::string text = metrics_text({.services = services_,
+                                           .gyros = gyros_,
                                            .allan = allan_,
                                            .monotonic_ns = 1,
                                            .version = "1.2.3",
@@ -71,6 +73,7 @@ class Metrics : public testing::Test {
     return parsed(text);
   }
   std::map<std::string, telemetry::ServiceStatus> services_;
+  std::map<std::uint32_t, Gateway::GyroFigures> gyros_;
   std::map<Gateway::GyroAxisStream, telemetry::AllanReport> allan_;
 };
 
@@ -239,6 +242,24 @@ TEST_F(Metrics, AllanCoefficientsOfBothStreams) {
   EXPECT_TRUE(std::none_of(all.begin(), all.end(), [](const auto& value) {
     return value.first.find(R"({axis="y")") != std::string::npos;
   }));
+}
+
+// Rule: an axis that was never measured has no mode. Before: that of a gyro of one axis was
+// passthrough for the two others, for which the alert called for ever.
+TEST_F(Metrics, OnlyAnAxisThatWasMeasuredHasAModeADriftAndASigma) {
+  auto sample = sample_at(0, 1.0, 0.5);
+  sample.mode() = {2, 0, 0};
+  gyros_[1] = {.samples = 1, .newest = to_telemetry(sample), .measured = {true, false, true}};
+  const Values all = values();
+  for (const char* name : {"zerodrift_axis_mode", "zerodrift_axis_drift_degrees_per_hour",
+                           "zerodrift_axis_drift_sigma_degrees_per_hour"}) {
+    const auto of = [&](const char* axis) {
+      return std::string(name) + R"({axis=")" + axis + R"(",gyro="1"})";
+    };
+    EXPECT_TRUE(all.contains(of("x"))) << name;
+    EXPECT_FALSE(all.contains(of("y"))) << name;
+    EXPECT_TRUE(all.contains(of("z"))) << name;
+  }
 }
 
 // As the gateway, to whom these are no gyros.
