@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "common/core/integer_time.h"
+#include "common/core/sequence_gap.h"
 
 namespace zerodrift::compensation {
 namespace {
@@ -37,7 +38,7 @@ Admission SequenceWindow::admit(std::uint64_t sequence) noexcept {
   }
   if (sequence > newest_) {
     for (std::uint64_t s = newest_ + 1; s < sequence; ++s) seen_.reset(s % kSpan);
-    missing_ += sequence - newest_ - 1;
+    missing_ = core::saturating_sum(missing_, core::numbers_lost(newest_, sequence));
     newest_ = sequence;
     seen_.set(sequence % kSpan);
     return Admission::kInOrder;
@@ -57,9 +58,9 @@ void StreamProgress::advance(core::SensorTime time) noexcept {
 // The stream really went on elsewhere: a second sample followed the doubted one.
 Admission SequenceWindow::jump_to(std::uint64_t sequence) noexcept {
   const std::uint64_t from = *doubted_;
-  if (from > newest_) missing_ += from - newest_ - 1;
-  missing_ += sequence - from - 1;
-  if (from < newest_) first_ = from;
+  if (core::is_new_count(newest_, from)) first_ = from;
+  const std::uint64_t lost = core::numbers_lost(newest_, from) + core::numbers_lost(from, sequence);
+  missing_ = core::saturating_sum(missing_, lost);
   seen_.reset();
   seen_.set(from % kSpan);
   seen_.set(sequence % kSpan);

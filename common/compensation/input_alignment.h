@@ -47,7 +47,9 @@ class SequenceWindow {
   std::bitset<kSpan> seen_;
   std::uint64_t first_ = 0;
   std::uint64_t newest_ = 0;
-  std::uint64_t missing_ = 0;  // sequence numbers since the first that were not seen so far
+  // Sequence numbers since the first that were not seen so far; of counts that ended
+  // (sequence_gap.h) those that were lost in each.
+  std::uint64_t missing_ = 0;
   bool started_ = false;
 };
 

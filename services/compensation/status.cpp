@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/core/counted.h"
+#include "common/core/sequence_gap.h"
 #include "common/core/units.h"
 #include "common/experts/expert.h"
 #include "common/service/monotonic_clock.h"
@@ -120,7 +121,7 @@ service::Status CompensationNode::status() {
   for (const Seen& seen : all) {
     sum.samples_in += seen.counts.samples_in;
     sum.samples_out += seen.counts.samples_out;
-    sum.missing += seen.counts.missing;
+    sum.missing = core::saturating_sum(sum.missing, seen.counts.missing);
     sum.duplicates += seen.counts.duplicates + seen.counts.too_old;
     rejected += seen.rejected;
     unwritten += seen.unwritten;

@@ -11,6 +11,7 @@
 #include "common/core/mode.h"
 #include "common/core/not_known.h"
 #include "common/core/one_line.h"
+#include "common/core/sequence_gap.h"
 #include "common/dds/conversions.h"
 #include "common/foxglove/schema.h"
 #include "services/console/telemetry.h"
@@ -111,10 +112,13 @@ void Gateway::count(Gyro& gyro, const msg::CompensatedRate& sample) const {
     gyro.doubted_sequence = sequence;
   } else {
     if (gyro.next_sequence != 0 && sequence > gyro.next_sequence) {
-      gyro.missing += sequence - gyro.next_sequence;
-      const bool has_come =
-          gyro.doubted_sequence >= gyro.next_sequence && gyro.doubted_sequence < sequence;
-      if (has_come) --gyro.missing;
+      const std::uint64_t before = gyro.next_sequence - 1;
+      const std::uint64_t doubted = gyro.doubted_sequence;
+      const bool has_come = doubted > before && doubted < sequence;
+      const std::uint64_t lost =
+          has_come ? core::numbers_lost(before, doubted) + core::numbers_lost(doubted, sequence)
+                   : core::numbers_lost(before, sequence);
+      gyro.missing = core::saturating_sum(gyro.missing, lost);
     }
     gyro.doubted_sequence = 0;
     gyro.next_sequence = sequence + 1;

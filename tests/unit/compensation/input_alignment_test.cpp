@@ -7,6 +7,7 @@
 #include <set>
 #include <vector>
 
+#include "common/core/sequence_gap.h"
 #include "tests/unit/compensation/synthetic_gyro.h"
 
 namespace zerodrift::compensation {
@@ -103,6 +104,37 @@ TEST(SequenceWindow, AJumpThatGoesOnIsBelievedAndItsNumbersAreNew) {
     ASSERT_EQ(window.admit(s), Admission::kLate) << s;
   }
   EXPECT_EQ(window.missing(), 4098U);  // 4096 to 8193: too old to come any more
+}
+
+// Rule: numbers that jump further than any outage lasts are another count, of which nothing is
+// lost; what is lost of either counts as before. Before: the jump was added, and the sum wrapped to
+// below the loss that it held.
+TEST(SequenceWindow, NumbersThatJumpFurtherThanAnyLossAreAnotherCount) {
+  constexpr std::uint64_t kFar = ~std::uint64_t{0} - 10'000;
+  SequenceWindow window;
+  window.admit(1);
+  window.admit(4);
+  EXPECT_EQ(window.admit(kFar), Admission::kLate);
+  EXPECT_EQ(window.admit(kFar + 3), Admission::kInOrder);
+  EXPECT_EQ(window.missing(), 4U) << "2 and 3 of one count, two numbers of the other";
+  EXPECT_EQ(window.admit(kFar + 193), Admission::kInOrder);
+  EXPECT_EQ(window.missing(), 4U + 189U);
+  EXPECT_EQ(window.admit(kFar + 2), Admission::kLate);
+  EXPECT_EQ(window.missing(), 3U + 189U);
+  EXPECT_EQ(window.admit(kFar - 1), Admission::kLate) << "from before that count's first";
+  EXPECT_EQ(window.missing(), 3U + 189U);
+  EXPECT_EQ(window.admit(5), Admission::kTooOld);
+  EXPECT_EQ(window.admit(6), Admission::kInOrder) << "the first count goes on";
+  EXPECT_EQ(window.missing(), 3U + 189U);
+}
+
+// Rule: the longest outage that is believed counts in full.
+TEST(SequenceWindow, TheLongestLossCountsInFull) {
+  SequenceWindow window;
+  window.admit(7);
+  window.admit(7 + core::kLongestLoss);
+  window.admit(8 + core::kLongestLoss);
+  EXPECT_EQ(window.missing(), core::kLongestLoss - 1);
 }
 
 // Rule: a source that starts anew far behind is heard from its second sample on.

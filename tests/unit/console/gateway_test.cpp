@@ -123,8 +123,11 @@ TEST_F(GatewayOfOne, SamplesComeInBatchesInOrderAndHolesAreCounted) {
 
 // Rule: one wild number is no loss of all the numbers before it; where the source goes on behind
 // it, those between are missing and it is not.
+// Numbers further away than any loss are another count. Before: the jump was added, and the sum
+// wrapped.
 TEST_F(GatewayOfOne, ANumberThatIsDoubtedMakesAHoleOnlyWhereTheSourceGoesOnBehindIt) {
-  constexpr std::uint64_t kWild = 1'000'000'000'000;
+  constexpr std::uint64_t kWild = 1'000'000'000;
+  constexpr std::uint64_t kOtherCount = ~std::uint64_t{0} - 10;
   sample(1, 1);
   subscribe("/gyro_1/samples");
   const auto doubted = [&](std::int64_t ms, std::uint64_t sequence) {
@@ -143,6 +146,9 @@ TEST_F(GatewayOfOne, ANumberThatIsDoubtedMakesAHoleOnlyWhereTheSourceGoesOnBehin
   doubted(5, kWild);
   sample(6, kWild + 1);
   EXPECT_EQ(missing(), 1U + kWild - 5U);
+  doubted(7, kOtherCount);
+  sample(8, kOtherCount + 3);
+  EXPECT_EQ(missing(), 1U + kWild - 5U + 2U);
 }
 
 // Rule: a sample whose time is doubted came in its place: nothing is missing, and no page takes its
