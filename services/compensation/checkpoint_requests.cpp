@@ -183,8 +183,8 @@ void CompensationNode::resume(Gyro& source) {
     if (!left_behind.empty())
       return report_refused(left_behind + "; goes on with its kernels and learns all else anew");
     report("resumed", service::Severity::kInformation,
-           "goes on from " + file.string() + ", saved " + std::to_string(age.count()) +
-               " s ago, model epoch " + std::to_string(epoch.value_or(0)) +
+           "goes on from " + file.string() + ", saved " + how_long_ago(age) + ", model epoch " +
+               std::to_string(epoch.value_or(0)) +
                (is_of_unknown_age ? ", by another boot of the computer: the bias is learned anew"
                                   : "; what was learned since is lost"));
   } catch (const std::exception& error) {

@@ -54,6 +54,11 @@ std::string put_aside(const std::filesystem::path& folder, std::uint32_t gyro_id
   return "";
 }
 
+std::string how_long_ago(std::chrono::seconds age) {
+  return age.count() < 0 ? "at a time that is still to come by this clock"
+                         : std::to_string(age.count()) + " s ago";
+}
+
 std::shared_ptr<compensation::RestoredLearner> checkpoint_named(const std::filesystem::path& folder,
                                                                 const std::string& name,
                                                                 const checkpoint::Owner& owner) {

@@ -3,6 +3,7 @@
 // names. A refusal quotes the command's own arguments, cleaned, and never what a file holds.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -34,6 +35,9 @@ inline constexpr const char* kLatestCheckpoint = "latest";
 // Gives the latest checkpoint of a gyro a name of its own, which no save writes over, and says it:
 // "refused", "refused-2"... Empty: it stays where it is.
 [[nodiscard]] std::string put_aside(const std::filesystem::path& folder, std::uint32_t gyro_id);
+
+// "5 s ago" of a checkpoint; where the clock was set back since it was saved, `age` is below 0.
+[[nodiscard]] std::string how_long_ago(std::chrono::seconds age);
 
 // Both throw CommandRefused. What is saved says on which boot of the computer it was; what is
 // restored on another one is of unknown age.

@@ -174,6 +174,15 @@ TEST_F(CommandFiles, ACheckpointOfAnotherBootIsOfUnknownAge) {
   EXPECT_TRUE(checkpoint_named(folder_, "other", owner)->is_of_unknown_age);
 }
 
+// Before: "saved -2591999 s ago" where the clock had been set back by a month.
+TEST_F(CommandFiles, AnAgeThatTheClockMakesNegativeIsSaidInWords) {
+  using std::chrono::seconds;
+  EXPECT_EQ(how_long_ago(seconds{61}), "61 s ago");
+  EXPECT_EQ(how_long_ago(seconds{0}), "0 s ago");
+  EXPECT_EQ(how_long_ago(seconds{-1}), "at a time that is still to come by this clock");
+  EXPECT_EQ(how_long_ago(seconds::min()), "at a time that is still to come by this clock");
+}
+
 // Names are tried in tests/unit/files/named_file_test.cpp.
 TEST_F(CommandFiles, ABadNameIsRefusedBeforeAnythingIsOpened) {
   for (const char* name : {"../x", "/etc/passwd", "a\nb", ".."}) {
