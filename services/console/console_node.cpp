@@ -187,6 +187,7 @@ void ConsoleNode::once_a_second(std::int64_t unix_ns) {
   gyros_ = gyros;
   samples_ = samples;
   frames_dropped_ = gateway_.dropped_of_all();
+  gateway_left_out_ = gateway_.left_out();
 }
 
 service::Status ConsoleNode::status() const {
@@ -202,7 +203,7 @@ service::Status ConsoleNode::status() const {
                   {"samples", "1", count(samples_)},
                   {"frames_dropped", "1", count(frames_dropped_)},
                   {"commands", "1", count(commands_)},
-                  {"arrivals_left_out", "1", count(arrivals_.overflow())}},
+                  {"arrivals_left_out", "1", count(arrivals_.overflow() + gateway_left_out_)}},
       .flow = service::Flow{
           .topic = dds::kCompensatedRate.name, .samples = samples_, .paced = arrivals_.paced()}};
 }
@@ -270,7 +271,7 @@ web::Response ConsoleNode::metrics() {
                            .commit = options_.commit,
                            .clients = hub_.clients(),
                            .frames_dropped = gateway_.dropped_of_all(),
-                           .arrivals_left_out = arrivals_.overflow()};
+                           .arrivals_left_out = arrivals_.overflow() + gateway_.left_out()};
   return {.content_type = "text/plain; version=0.0.4; charset=utf-8",
           .body = web::body_of(metrics_text(input)),
           .headers = {{"Cache-Control", "no-store"}}};

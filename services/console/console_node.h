@@ -70,6 +70,7 @@ class ConsoleNode final : public web::Application {
   std::atomic<std::uint64_t> gyros_{0};
   std::atomic<std::uint64_t> samples_{0};
   std::atomic<std::uint64_t> frames_dropped_{0};
+  std::atomic<std::uint64_t> gateway_left_out_{0};
   std::atomic<std::uint64_t> commands_{0};
 
   Arrivals arrivals_;

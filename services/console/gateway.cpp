@@ -219,12 +219,11 @@ void Gateway::take(const msg::ServiceStatus& status, const WriterId& writer,
                    const service::ArrivalClocks& arrival) {
   telemetry::ServiceStatus said = to_telemetry(status, arrival.unix_ns);
   const std::string name = said.service();
-  telemetry::ServiceStatus* newest = statuses_.find_or_make(name);
+  telemetry::ServiceStatus* newest = place_of(name);
   if (newest == nullptr) {
     ++left_out_;
     return;
   }
-  status_keys_.try_emplace(name, static_cast<std::uint32_t>(status_keys_.size() + 1));
   writers_.note(writer, name);
   *newest = std::move(said);
   // One that never gave a sample is a gyro too.
@@ -235,9 +234,34 @@ void Gateway::take(const msg::ServiceStatus& status, const WriterId& writer,
   publish_status(name, arrival.unix_ns);
 }
 
+// Where all places are taken, a new service has that of the one that is gone the longest, with its
+// key: what waits for a slow client of the old one is replaced by what the new one says.
+telemetry::ServiceStatus* Gateway::place_of(const std::string& service) {
+  if (telemetry::ServiceStatus* place = statuses_.find_or_make(service)) {
+    status_keys_.try_emplace(service, static_cast<std::uint32_t>(status_keys_.size() + 1));
+    return place;
+  }
+  auto& all = statuses_.entries();
+  auto gone = all.end();
+  for (auto at = all.begin(); at != all.end(); ++at) {
+    const auto& [name, status] = *at;
+    if (status.alive()) continue;
+    if (gone == all.end() || time_ns(status.timestamp()) < time_ns(gone->second.timestamp()))
+      gone = at;
+  }
+  if (gone == all.end()) return nullptr;
+  auto key = status_keys_.extract(gone->first);
+  key.key() = service;
+  status_keys_.insert(std::move(key));
+  all.erase(gone);
+  return statuses_.find_or_make(service);
+}
+
 void Gateway::take_gone(const WriterId& writer, std::int64_t unix_ns) {
   for (const std::string& name : writers_.take_gone(writer)) {
-    statuses_.entries().at(name).set_alive(false);
+    telemetry::ServiceStatus* status = statuses_.find(name);
+    if (status == nullptr) continue;  // it had said that it stops, and another one has its place
+    status->set_alive(false);
     if (name == kAllanMonitor) allan_.clear();  // nobody judges any more whether it harms
     publish_status(name, unix_ns);
   }

@@ -15,6 +15,7 @@
 #include "common/core/axis.h"
 #include "common/core/bounded_table.h"
 #include "common/dds/discovery.h"
+#include "common/dds/topics.h"
 #include "common/foxglove/hub.h"
 #include "common/service/hop_latency.h"
 #include "common/service/status_writers.h"
@@ -29,7 +30,7 @@ struct GatewayOptions {
   std::uint32_t domain = 0;
   HistoryOptions history{};
   std::size_t most_gyros = 128;
-  std::size_t most_services = 512;
+  std::size_t most_services = static_cast<std::size_t>(dds::kServiceStatus.keys);
 };
 
 class Gateway {
@@ -87,6 +88,7 @@ class Gateway {
   // When the newest sample came; 0: none yet.
   [[nodiscard]] const service::ArrivalClocks& newest_sample() const { return newest_sample_; }
   [[nodiscard]] service::ArrivalClocks newest_sample_of(std::uint32_t gyro) const;
+  // Messages of more gyros, thermometers or services than are kept.
   [[nodiscard]] std::uint64_t left_out() const { return left_out_; }
 
  private:
@@ -116,6 +118,8 @@ class Gateway {
   Gyro* gyro(std::uint32_t id);  // null: more than are kept
   void add_channels(Gyro& gyro);
   void count(Gyro& gyro, const msg::CompensatedRate& sample) const;
+  // Null: more are there than are kept.
+  telemetry::ServiceStatus* place_of(const std::string& service);
   void publish_status(const std::string& service, std::int64_t unix_ns);
   [[nodiscard]] telemetry::GyroSummary summary(const Gyro& gyro, std::int64_t monotonic_ns) const;
   void flush(Gyro& gyro, std::int64_t unix_ns);

@@ -105,7 +105,8 @@ inline constexpr MetricFact kConsoleFramesDropped{
     "Frames of samples that were left out for clients that were too slow."};
 inline constexpr MetricFact kConsoleArrivalsLeftOut{
     "zerodrift_console_arrivals_left_out_total", kCounter,
-    "Messages that came faster than this console takes them."};
+    "Messages that came faster than this console takes them, or of more gyros, thermometers or "
+    "services than it keeps."};
 inline constexpr MetricFact kConsoleMembersUnknown{
     "zerodrift_console_members_unknown", kGauge,
     "Members of the services' statuses that this console knows no metric for."};

@@ -382,5 +382,75 @@ TEST(GatewayAbuse, MoreGyrosAndServicesThanAreKeptAreCounted) {
   EXPECT_EQ(gateway.left_out(), 6U);
 }
 
+class GatewayOfServices : public testing::Test {
+ protected:
+  void status(const std::string& service, unsigned char writer, std::int64_t unix_ns = 0) {
+    msg::ServiceStatus said;
+    said.service(service);
+    gateway_.take(said, guid(writer), {.unix_ns = unix_ns});
+  }
+  void gone(unsigned char writer) { gateway_.take_gone(guid(writer), 0); }
+  [[nodiscard]] std::string names() const {
+    std::string all;
+    for (const auto& [name, said] : gateway_.services()) all += name + (said.alive() ? " " : "! ");
+    return all;
+  }
+  static Gateway::WriterId guid(unsigned char writer) {
+    Gateway::WriterId id;
+    id.guidPrefix.value[0] = writer;
+    return id;
+  }
+
+  foxglove::Hub hub_{{.name = "test"}, {}};
+  Gateway gateway_{{.version = "1", .most_services = 2}, hub_};
+};
+
+// Rule: who is gone gives its place to who comes, and never who is there. Before: names that others
+// had once written kept the console from a service for the rest of its life.
+TEST_F(GatewayOfServices, AServiceThatIsGoneGivesItsPlaceToANewOne) {
+  status("a", 1, 30);
+  status("b", 2, 20);
+  status("c", 3);
+  EXPECT_EQ(names(), "a b ");
+  EXPECT_EQ(gateway_.left_out(), 1U);
+  gone(1);
+  gone(2);
+  EXPECT_EQ(names(), "a! b! ");
+  status("c", 3, 40);
+  EXPECT_EQ(names(), "a! c ") << "b is gone the longest";
+  status("a", 1, 50);
+  status("b", 2, 60);
+  EXPECT_EQ(names(), "a c ");
+  EXPECT_EQ(gateway_.left_out(), 2U);
+  gone(3);
+  EXPECT_EQ(names(), "a c! ") << "as long as nobody needs the place";
+}
+
+// One that stops says so before its writer is gone.
+TEST_F(GatewayOfServices, AServiceThatStoppedAndLostItsPlaceIsGoneWithoutATrace) {
+  msg::ServiceStatus stopping;
+  stopping.service("a");
+  stopping.state(static_cast<std::uint32_t>(service::State::kStopping));
+  gateway_.take(stopping, guid(1), {});
+  status("b", 2);
+  status("c", 3);
+  EXPECT_EQ(names(), "b c ");
+  gone(1);
+  EXPECT_EQ(names(), "b c ");
+}
+
+// Rule: as many services are kept as the topic has keys. Before: 512, and 128 gyros have 640 names.
+TEST(GatewayAbuse, EveryServiceThatTheTopicHoldsIsKept) {
+  foxglove::Hub hub({.name = "test"}, {});
+  Gateway gateway({.version = "1"}, hub);
+  msg::ServiceStatus status;
+  for (std::int32_t i = 0; i < dds::kServiceStatus.keys; ++i) {
+    status.service("name" + std::to_string(i));
+    gateway.take(status, {}, {});
+  }
+  EXPECT_EQ(gateway.services().size(), 1024U);
+  EXPECT_EQ(gateway.left_out(), 0U);
+}
+
 }  // namespace
 }  // namespace zerodrift::services
