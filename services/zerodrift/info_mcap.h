@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,7 +27,9 @@ struct ChannelSummary {
   std::uint64_t gaps = 0;
   std::uint64_t missing = 0;
   std::uint64_t backward = 0;  // numbers that were not after the one before
-  [[nodiscard]] double rate_hz() const;
+  // By sensor times of what was measured, else by log times. None of messages that came in one
+  // burst and don't say when they were measured.
+  std::optional<double> rate_hz{};
 };
 
 struct McapSummary {
@@ -34,7 +37,7 @@ struct McapSummary {
   std::uint64_t bytes = 0;
   std::string library{};
   mcap::Ending ending = mcap::Ending::kWhole;
-  double duration_s = 0.0;
+  double duration_s = 0.0;  // by log times, without what their clock was set by
   std::uint64_t messages = 0;
   std::uint64_t chunks = 0;
   std::string compression{};
@@ -44,6 +47,7 @@ struct McapSummary {
   std::vector<mcap::Metadata> metadata{};
   std::vector<measurement::Doubt> doubts{};  // of each gyro's record
   std::vector<std::string> findings{};       // what is damaged or left out, a line each
+  std::vector<std::string> warnings{};       // of log times that go back or jump, a line each
   // Messages that the recorder said it lost; where it could say nothing, those that are missing
   // between the numbers of the channels.
   std::uint64_t lost = 0;
