@@ -3,6 +3,7 @@
 // compensation speaks for a gyro. One thread; time is nanoseconds of the host's monotonic clock.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -12,6 +13,7 @@
 
 #include "common/core/bounded_table.h"
 #include "common/dds/participant.h"
+#include "common/dds/topics.h"
 #include "common/service/status_writers.h"
 
 namespace zerodrift::services {
@@ -63,7 +65,8 @@ class ServiceTable {
   // Of some services' statuses the one to believe where nobody leads; empty: there is none.
   [[nodiscard]] std::string first_there_or_last_gone(const std::string& part) const;
 
-  core::BoundedTable<std::string, Service> services_{512};
+  core::BoundedTable<std::string, Service> services_{
+      static_cast<std::size_t>(dds::kServiceStatus.keys)};
   service::StatusWriters<Guid> writers_;
 };
 

@@ -115,5 +115,14 @@ TEST_F(Services, WhoSaysThatItStopsHasEndedInOrder) {
   EXPECT_TRUE(table_.find("compensation")->ended_in_order);
 }
 
+// Before: 512, and 128 gyros have 640 names.
+TEST_F(Services, AsManyAreKeptAsTheTopicHasKeys) {
+  for (std::uint32_t gyro = 1; gyro < 1024; ++gyro)
+    say(1, "compensation:" + std::to_string(gyro), {{"active", 1}});
+  say(1, "compensation", {{"gyros", 1023}});
+  EXPECT_EQ(table_.gyros().size(), 1023U);
+  EXPECT_TRUE(table_.all_are_led());
+}
+
 }  // namespace
 }  // namespace zerodrift::services
