@@ -172,6 +172,10 @@ class Compensator {  // More members than other classes: one for each stage on a
   [[nodiscard]] bool is_reversed(core::Axis axis) const noexcept {
     return polarity_.is_reversed(axis);
   }
+  // What is taken off comes back in it: it is given what this gives out.
+  [[nodiscard]] bool is_given_own_output(core::Axis axis) const noexcept {
+    return own_output_.is_own(axis);
+  }
   // What is known of the axis's scale factor at the present temperature; nothing where it isn't
   // learned.
   [[nodiscard]] std::optional<ScaleFactorState> scale_factor(core::Axis axis) const noexcept;

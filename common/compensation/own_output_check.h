@@ -31,6 +31,7 @@ class OwnOutputCheck {
   // The time began anew, or a sample is missing; verdicts stay.
   void restart() noexcept;
 
+  [[nodiscard]] bool is_own(core::Axis axis) const noexcept { return axes_[core::index(axis)].own; }
   // How often an axis was found to be given its own output that was not before.
   [[nodiscard]] std::uint64_t found() const noexcept { return found_; }
 

@@ -52,6 +52,7 @@ struct CompensationNode::Seen {
   compensation::CompensatorCounts counts{};
   core::CompensatedSample newest{};
   core::PerAxis<bool> measured{};
+  core::PerAxis<bool> own_output{};
   std::chrono::nanoseconds silence{};
   core::PerAxis<compensation::TestThenTrain> records{};
   core::PerAxis<std::size_t> support_vectors{};
@@ -90,6 +91,7 @@ CompensationNode::Seen CompensationNode::see(const Gyro& source) {
             .dropped = source.pipeline().dropped(),
             .waiting = source.events.waiting()};
   for (const auto axis : core::kAxes) {
+    seen.own_output[core::index(axis)] = compensator.is_given_own_output(axis);
     seen.records[core::index(axis)] = compensator.test_then_train(axis);
     seen.support_vectors[core::index(axis)] = compensator.support_vectors(axis);
     seen.stacks[core::index(axis)] = compensator.stack_state(axis);
@@ -186,6 +188,7 @@ service::StatusPart CompensationNode::part(const Seen& seen) {
     add("measured" + suffix, "1", seen.measured[i] || !has_any ? 1.0 : 0.0);
     add("mode" + suffix, "1", static_cast<double>(seen.newest.mode[i]));
     add("reason" + suffix, "1", static_cast<double>(seen.newest.reason[i]));
+    add("own_output" + suffix, "1", seen.own_output[i] ? 1.0 : 0.0);
     add("drift" + suffix, "deg/h", core::deg_h_from_radps(seen.newest.applied_drift_radps[i]));
     add("support_vectors" + suffix, "1", static_cast<double>(seen.support_vectors[i]));
     add("applied_rmse" + suffix, "deg/h", core::deg_h_from_radps(std::sqrt(record.applied_mse)));

@@ -75,6 +75,7 @@ constexpr std::array kFacts{
     StatusFact{"measured_{axis}", "1", {"zerodrift_axis_measured", kGauge, "1 where a sample of the axis was ever valid, or none of any axis was."}},
     StatusFact{"mode_{axis}", "1", {"zerodrift_mode", kGauge, "Mode of the axis in this instance, numbered as in zerodrift_axis_mode."}},
     StatusFact{"reason_{axis}", "1", {"zerodrift_reason", kGauge, "Why the axis has its mode in this instance, numbered as in compensated_rate."}},
+    StatusFact{"own_output_{axis}", "1", {"zerodrift_own_output", kGauge, "1 while the axis is found to be given what the compensation gives out, so that it is corrected twice."}},
     StatusFact{"drift_{axis}", "deg/h", {"zerodrift_drift_degrees_per_hour", kGauge, "Drift that this instance takes off the axis."}},
     StatusFact{"support_vectors_{axis}", "1", {"zerodrift_support_vectors", kGauge, "Support vectors of the axis' regression."}},
     StatusFact{"applied_rmse_{axis}", "deg/h", {"zerodrift_applied_rmse_degrees_per_hour", kGauge, "RMS error of the applied drift against labels that were measured after it."}},

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <deque>
 #include <functional>
@@ -37,6 +38,20 @@ double steps(int t) {
 TEST(OwnOutputCheck, StepsThatComeBackWithTheOppositeSignAreFoundOnce) {
   EXPECT_EQ(found_of([](int t) { return 1.0 - steps(t); }, steps), 1U);
   EXPECT_EQ(found_of([](int t) { return 1.0 - steps(t - 1); }, steps), 1U) << "a second later";
+}
+
+TEST(OwnOutputCheck, AStepThatStaysWithoutAnAnswerTakesItBack) {
+  OwnOutputCheck check;
+  const auto run = [&](int from, int to, double answer) {
+    for (int t = from; t < to; ++t) {
+      check.add(core::Axis::kZ, 1.0 - answer * steps(t), steps(t));
+      check.close(kSigmas);
+    }
+    return check.is_own(core::Axis::kZ);
+  };
+  EXPECT_TRUE(run(0, 1000, 1.0));
+  EXPECT_FALSE(check.is_own(core::Axis::kX));
+  EXPECT_FALSE(run(1000, 1100, 0.0));
 }
 
 // Rule: a raw rate that doesn't answer, answers with the same sign (the drift itself steps), by
@@ -86,10 +101,14 @@ TEST(OwnOutput, IsFoundInTheLoopAndNotWithoutIt) {
     Compensator compensator{testing::options()};
     run_on_own_output(compensator, record, later);
     EXPECT_GT(compensator.counts().own_outputs, 0U) << later;
+    EXPECT_TRUE(std::any_of(core::kAxes.begin(), core::kAxes.end(), [&](core::Axis axis) {
+      return compensator.is_given_own_output(axis);
+    })) << later;
   }
   Compensator compensator{testing::options()};
   testing::run(compensator, record);
   EXPECT_EQ(compensator.counts().own_outputs, 0U);
+  for (const auto axis : core::kAxes) EXPECT_FALSE(compensator.is_given_own_output(axis));
 }
 
 }  // namespace

@@ -258,10 +258,10 @@ export class ConsoleState {
   }
 
   factsOf(gyro: number): Facts {
-    const { link, linkSinceMs, nowMs, gatewayAheadMs, live, fleet, losses, services, events } = this;
+    const { link, linkSinceMs, nowMs, gatewayAheadMs, live, fleet, losses, services } = this;
     const acknowledgedMs = this.seen.lossesMs;
     const dropped = this.gateway?.framesDropped ?? 0;
-    return factsOf({ link, linkSinceMs, nowMs, gatewayAheadMs, live, fleet, losses, acknowledgedMs, services, events, dropped }, gyro);
+    return factsOf({ link, linkSinceMs, nowMs, gatewayAheadMs, live, fleet, losses, acknowledgedMs, services, dropped }, gyro);
   }
 
   readonly facts = $derived.by(() => this.factsOf(this.selected));

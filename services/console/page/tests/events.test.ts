@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { correctedTwiceMs, eventText, eventTitle, foldDeaths, liveness } from '../src/lib/events.ts';
+import { eventText, eventTitle, foldDeaths, liveness } from '../src/lib/events.ts';
 import type { PlainEvent, PlainStatus } from '../src/lib/messages.ts';
 
 const EVENT: PlainEvent = {
@@ -40,12 +40,6 @@ test('the reason of a mode is in words, other texts are as they came', () => {
   assert.match(eventText(mode), /^axis x: frozen \(it turns the other way round than/);
   assert.equal(eventText({ ...mode, text: 'axis x: learning (none)' }), 'axis x: learning');
   assert.equal(eventText({ ...EVENT, text: 'is late (by 2 s)' }), 'is late (by 2 s)');
-});
-
-test('a double correction holds for its gyro until the compensation starts anew', () => {
-  assert.equal(correctedTwiceMs([EVENT], [STATUS], 1), 100_000);
-  assert.equal(correctedTwiceMs([EVENT], [STATUS], 2), NaN);
-  assert.equal(correctedTwiceMs([EVENT], [{ ...STATUS, uptimeS: 5 }], 1), NaN);
 });
 
 test('a death that three report is one event, with who reported it', () => {

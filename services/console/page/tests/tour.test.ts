@@ -6,7 +6,7 @@ import { test } from 'node:test';
 import { outcomeText } from '../src/lib/commands.ts';
 import type { Comparison, Obstacle } from '../src/lib/comparison.ts';
 import { factsOf, type Known } from '../src/lib/facts.ts';
-import type { GyroSummary, Live, PlainEvent, PlainStatus } from '../src/lib/messages.ts';
+import type { GyroSummary, Live, PlainStatus } from '../src/lib/messages.ts';
 import { QUESTIONS, TONE_GLYPH, banner, verdict, type AxisFacts } from '../src/lib/verdict.ts';
 
 const NOW = 1_000_000_000; // ms
@@ -28,9 +28,7 @@ const live = (axes: AxisFacts[] = all({}), more: Partial<Live> = {}): Live => ({
 const service = (name: string, processId: number, more: Partial<PlainStatus> = {}): PlainStatus => ({
   service: name, host: 'lab', processId, state: 'running', uptimeS: 600, summary: '', alive: true, atMs: NOW - 200, metrics: [], ...more,
 });
-const event = (code: string, secondsAgo: number): PlainEvent => ({
-  key: code, atMs: NOW - secondsAgo * S, service: 'compensation', code, text: '', severity: 1, gyro: 1, count: 1, sensorTimeS: 0,
-});
+const ownOutput = (...axes: number[]) => axes.map((value, a) => ({ name: `own_output_${'xyz'[a]}`, unit: '1', value }));
 const gone = (secondsAgo: number): Partial<PlainStatus> => ({ alive: false, atMs: NOW - secondsAgo * S });
 const ended = (secondsAgo: number): Partial<PlainStatus> => ({ ...gone(secondsAgo), state: 'stopping' });
 const finished = [{ name: 'finished', unit: '1', value: 1 }];
@@ -43,7 +41,7 @@ const chain = ({ publisher, thermal, compensation, reports = '' }: Chain): Plain
   service('allan_monitor', 14),
 ];
 const HEALTHY: Known = {
-  link: 'open', linkSinceMs: NOW - 600 * S, nowMs: NOW, gatewayAheadMs: 0, live: live(), fleet: [summary(1)], losses: new Map(), acknowledgedMs: NaN, dropped: 0, services: chain({}), events: [],
+  link: 'open', linkSinceMs: NOW - 600 * S, nowMs: NOW, gatewayAheadMs: 0, live: live(), fleet: [summary(1)], losses: new Map(), acknowledgedMs: NaN, dropped: 0, services: chain({}),
 };
 /** The same axes in the samples and in the gateway's summary. */
 const axes = (of: AxisFacts[]): Partial<Known> => ({ live: live(of), fleet: [summary(1, of)] });
@@ -204,8 +202,8 @@ const TOUR: Row[] = [
     data: '✕ Stale: 14 s old: compensation (host lab, pid 13) is gone since 12 s; shown is the last that did',
     banner: 'compensation (host lab, pid 13) is gone: no sample comes any more; everything shown is old. (since 12 s; newest sample 14 s ago)' },
 
-  { situation: 'double correction', known: { events: [event('double_correction', 300)] }, ...HEADLINE,
-    data: '✕ Corrected twice: the compensation is given its own output (found 5 min ago, until the compensation starts anew); publish compensated rates under another gyro id' },
+  { situation: 'double correction', known: { services: chain({ compensation: { metrics: ownOutput(1, 0, 1) } }) }, ...HEADLINE,
+    data: '✕ Corrected twice: the compensation is given its own output on x, z; publish compensated rates under another gyro id' },
   { situation: 'wrong sign', known: axes([AXIS, { ...AXIS, mode: 2, reason: 'polarity_reversed' }, AXIS]), ...HEADLINE,
     learning: '● Learning on x, z: not on y: it turns the other way round than its reference or the Earth says',
     data: '✕ Wrong sign: y: it turns the other way round than its reference or the Earth says; mounting.axes turns an axis round' },
@@ -226,7 +224,7 @@ const TOUR: Row[] = [
 
   { situation: 'refused command', known: {}, ...HEADLINE },
 
-  { situation: 'service restarted: it is there again', known: { services: chain({ compensation: { uptimeS: 3, processId: 99 } }), events: [event('double_correction', 300)] }, ...HEADLINE },
+  { situation: 'service restarted: it is there again', known: { services: chain({ compensation: { uptimeS: 3, processId: 99, metrics: ownOutput(0, 0, 0) } }) }, ...HEADLINE },
   { situation: 'service restarted: it learns anew', data: GOOD,
     known: { ...axes(passing('no_estimate_yet', 'passthrough')), services: chain({ compensation: { uptimeS: 3 } }) },
     compensating: '● Not compensating yet: nothing has been learned yet',

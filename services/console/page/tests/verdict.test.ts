@@ -22,7 +22,7 @@ const GOOD: Facts = {
   lossSeen: false,
   dropped: 0,
   blockS: 60,
-  correctedTwiceS: NaN,
+  correctedTwice: [],
   causes: [],
   axes: [LEARNING, LEARNING, { ...LEARNING, comparison: compared(308) }],
 };

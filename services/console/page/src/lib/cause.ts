@@ -29,6 +29,12 @@ export function hasFinished(services: PlainStatus[], gyro: number): boolean {
   return (newest?.metrics.find((m) => m.name === 'finished')?.value ?? 0) > 0;
 }
 
+/** Axes that a compensation says it is given its own output of. */
+export function correctedTwice(services: PlainStatus[], gyro: number): number[] {
+  const metrics = ofGyro(services, ['compensation'], gyro).flatMap((s) => (s.alive ? s.metrics : []));
+  return ['x', 'y', 'z'].flatMap((axis, a) => (metrics.some(({ name, value }) => name === `own_output_${axis}` && value > 0) ? [a] : []));
+}
+
 /** Of those who do the same, the one that went last, where none is left. */
 function lastGone(services: PlainStatus[], nowMs: number): (Cause & { atMs: number })[] {
   if (services.length === 0 || services.some((s) => s.alive)) return [];

@@ -34,18 +34,6 @@ export function liveness(status: PlainStatus): string {
   return status.state === 'stopping' ? 'ended' : 'gone';
 }
 
-const CLOCK_MS = 1000; // an event of a service's first moments
-
-/** When the compensation said last that a gyro is given its own output; its next start takes that back. NaN: it didn't. */
-export function correctedTwiceMs(events: PlainEvent[], services: PlainStatus[], gyro: number): number {
-  const fitting = events.filter((e) => {
-    if (e.code !== 'double_correction' || e.gyro !== gyro) return false;
-    const process = services.find((s) => s.service === e.service);
-    return process !== undefined && e.atMs > process.atMs - process.uptimeS * 1000 - CLOCK_MS;
-  });
-  return fitting.length > 0 ? Math.max(...fitting.map((e) => e.atMs)) : NaN;
-}
-
 /** What one death makes several observers say, each naming the dead as "name (pid N)". */
 const DEATHS = ['peer_lost', 'liveliness_lost']; // the one that says most first
 const OF_A_DEATH = new Set([...DEATHS, 'deadline_missed']);

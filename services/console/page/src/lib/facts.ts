@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // From what the page was told to the facts that the headline speaks of: the same for the gyro that is shown, whose
 // samples come here, and for the others, of which the gateway tells once a second.
-import { causes, hasFinished, isCompensationGone } from './cause.ts';
-import { correctedTwiceMs } from './events.ts';
-import type { GyroSummary, Live, PlainEvent, PlainStatus } from './messages.ts';
+import { causes, correctedTwice, hasFinished, isCompensationGone } from './cause.ts';
+import type { GyroSummary, Live, PlainStatus } from './messages.ts';
 import { staleAfterS, type AxisFacts, type Facts, type Link } from './verdict.ts';
 
 /** A count that began before this page listened has no time of its own. */
@@ -24,7 +23,6 @@ export interface Known {
   acknowledgedMs: number; // losses until then; NaN: none
   dropped: number;
   services: PlainStatus[];
-  events: PlainEvent[];
 }
 
 export const TOLD_WITHIN_S = 3; // the gateway tells once a second; then its word is old
@@ -64,7 +62,7 @@ export function factsOf(known: Known, gyro: number): Facts {
     lossSeen: losses?.seen ?? false,
     lossAcknowledged: (losses?.sinceMs ?? NaN) <= known.acknowledgedMs,
     dropped: known.dropped,
-    correctedTwiceS: (nowMs + gatewayAheadMs - correctedTwiceMs(known.events, services, gyro)) / 1000,
+    correctedTwice: correctedTwice(services, gyro),
     blockS: summary?.blockS ?? NaN,
     causes: causes(services, gyro, nowMs + gatewayAheadMs),
     axes: [0, 1, 2].map((a) => {

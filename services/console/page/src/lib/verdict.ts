@@ -133,7 +133,7 @@ export interface Facts {
   lossAcknowledged?: boolean; // somebody has seen it
   dropped: number; // frames that this client was too slow for
   blockS: number; // of the means that are compared
-  correctedTwiceS: number; // since it was found to be given the compensation's own output; NaN: it was not
+  correctedTwice: number[]; // axes found to be given the compensation's own output
   causes: Cause[]; // of no sample coming, where any is known
   axes: AxisFacts[];
 }
@@ -286,9 +286,9 @@ function lossText(facts: Facts): string {
 function inputFault(facts: Facts): Statement | undefined {
   const reversed = names(where(facts, (axis) => axis.reason === 'polarity_reversed'));
   if (reversed) return { tone: 'bad', text: 'Wrong sign', detail: `${reversed}: ${reasonText('polarity_reversed')}; mounting.axes turns an axis round` };
-  if (!Number.isFinite(facts.correctedTwiceS)) return undefined;
-  const found = `found ${ageText(facts.correctedTwiceS)} ago, until the compensation starts anew`;
-  return { tone: 'bad', text: 'Corrected twice', detail: `the compensation is given its own output (${found}); publish compensated rates under another gyro id` };
+  if (facts.correctedTwice.length === 0) return undefined;
+  const of = names(facts.correctedTwice);
+  return { tone: 'bad', text: 'Corrected twice', detail: `the compensation is given its own output on ${of}; publish compensated rates under another gyro id` };
 }
 
 function causeText(facts: Facts): string {
