@@ -65,6 +65,9 @@ bool RateComparison::take_step(std::uint8_t mode) {
 }
 
 void RateComparison::add(const RateSecond& row) {
+  // Another reason, as that the temperature is outside what was learned, says nothing of motion.
+  const bool learns = static_cast<Mode>(row.mode) == Mode::kLearning;
+  moves_ = row.moves || (moves_ && !learns);
   if (!take_step(row.mode)) return;
   const bool is_known = std::isfinite(row.reference_deg_h);
   Blocks& blocks = is_known ? against_reference_ : at_rest_;
@@ -74,8 +77,8 @@ void RateComparison::add(const RateSecond& row) {
     blocks.push_back({.index = index});
   }
   Block& block = blocks.back();
-  if (is_known || static_cast<Mode>(row.mode) == Mode::kLearning) block.certain = true;
-  if (!is_known && row.moves) block.moves = true;
+  if (is_known || learns) block.certain = true;
+  if (!is_known && moves_) block.moves = true;
   if (!std::isfinite(row.raw_deg_h) || !std::isfinite(row.compensated_deg_h)) return;
   const double known = is_known ? row.reference_deg_h : 0.0;
   const double raw = row.raw_deg_h - known;
@@ -101,8 +104,12 @@ RateComparison::Counted RateComparison::counted(const Blocks& blocks) {
     if (!block.moves && (block.certain || !some_certain)) quiet = std::min(quiet, block.within());
   });
   Counted all;
+  bool turns =
+      false;  // from a block of motion that nobody named on, until it is known to be at rest
   std::for_each(blocks.begin(), filled, [&](const Block& block) {
-    if (block.moves || block.within() > std::max(kMotionRatio * quiet, kMotionDegH)) {
+    const bool is_unquiet = block.within() > std::max(kMotionRatio * quiet, kMotionDegH);
+    turns = !block.certain && (turns || is_unquiet);
+    if (block.moves || turns || is_unquiet) {
       all.has_motion = true;
       return;
     }

@@ -69,6 +69,7 @@ class RateComparison {
   static Counted counted(const Blocks& blocks);
 
   Stage stage_ = Stage::kComparable;
+  bool moves_ = false;  // as was said last
   Blocks at_rest_;
   Blocks against_reference_;
 };

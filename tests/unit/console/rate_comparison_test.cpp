@@ -108,6 +108,39 @@ TEST(RateComparisonLaws, ASteadyTurnIsMotionHoweverQuietItIs) {
   EXPECT_LT(result.raw_deg_h(), 1.0);
 }
 
+// Rule: that its temperature is outside what was learned is told before that it moves, so that a
+// turn may lose its name, or never have one.
+TEST(RateComparisonLaws, ASteadyTurnIsMotionUnderAnotherReasonToo) {
+  for (const int named_until : {2700, 2400}) {
+    RateComparison comparison;
+    for (int s = 0; s < 7200; ++s) {
+      const bool turns = s >= 2430 && s < 3120;
+      const bool is_named = s >= 2430 && s < named_until;
+      const double turn = turns ? 3600.0 : 0.0;
+      const double drift = std::sin(s / 600.0);
+      const Mode mode = is_named                ? Mode::kFrozen
+                        : s >= 2400 && s < 3180 ? Mode::kOutOfDomain
+                                                : Mode::kLearning;
+      comparison.add({s, turn + drift + (s % 2 == 0 ? 0.1 : -0.1), turn + 0.01 * drift, kNaN,
+                      number(mode), is_named});
+    }
+    const Result result = comparison.result(false);
+    EXPECT_EQ(result.blocks(), 120U - 13U) << named_until;
+    EXPECT_NEAR(ratio(result), 100.0, 1e-6) << named_until;
+  }
+}
+
+// Nor does it take a time at rest for motion.
+TEST(RateComparisonLaws, ARestOutsideWhatWasLearnedCounts) {
+  RateComparison comparison;
+  for (int s = 0; s < 7200; ++s) {
+    const double drift = std::sin(s / 600.0);
+    comparison.add(
+        {s, drift, 0.01 * drift, kNaN, number(s < 3600 ? Mode::kLearning : Mode::kOutOfDomain)});
+  }
+  EXPECT_EQ(comparison.result(false).blocks(), 120U);
+}
+
 TEST(RateComparisonLaws, ASteadyTurnOfAKnownRateCounts) {
   const Result result = steady_turn(true).result(false);
   EXPECT_EQ(result.blocks(), 120U);
