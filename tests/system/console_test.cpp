@@ -241,8 +241,7 @@ TEST(Console, ASecondOneOnThePortAndBadUsageEndWithOneLine) {
   ConsoleSystem run(Domain::kConsoleAccess);
   run.start_console();
   const auto expect_refused = [&](Arguments arguments, const std::string& line) {
-    arguments.insert(arguments.end(),
-                     {"--domain", std::to_string(static_cast<int>(Domain::kConsoleAccess))});
+    arguments.insert(arguments.end(), {"--domain", std::to_string(run.system.network().domain)});
     const Finished finished = run.system.run("console", arguments);
     EXPECT_EQ(finished.exit_code, 2);
     EXPECT_NE(finished.err.find(line), std::string::npos) << finished.err;

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // A DDS domain for each system test, so that no test hears another. Up to 100 a domain's ports lie
-// below those that Linux gives to anybody (32768 on); unit tests have 101 to 119, soak runs 215 to
-// 224, and beyond are tests/docs, tests/browser, tests/deploy and tests/mcap_peer.
+// below those that Linux gives to anybody (32768 on); unit tests have 101 to 119, tests that find
+// their own held 190 to 214 (tests/unit/dds/test_domain.h), soak runs 215 to 224, and beyond are
+// tests/docs, tests/browser, tests/deploy and tests/mcap_peer.
 #pragma once
 
 #include <cstdint>
+
+#include "tests/unit/dds/test_domain.h"
 
 namespace zerodrift::system_test {
 
@@ -149,6 +152,6 @@ enum class Domain : std::uint32_t {
 static_assert(static_cast<std::uint32_t>(Domain::kConsole) <= 100);
 
 // What SystemUnderTest refuses to exceed.
-inline constexpr auto kLastDomain = static_cast<Domain>(214);
+inline constexpr auto kLastDomain = static_cast<Domain>(dds::kFirstSpareDomain - 1);
 
 }  // namespace zerodrift::system_test

@@ -97,7 +97,7 @@ class AFullDomain : public testing::Test {
     sockets_.push_back(::socket(AF_INET, SOCK_DGRAM, 0));
     ASSERT_EQ(::bind(sockets_.back(), reinterpret_cast<const sockaddr*>(&at), sizeof at), 0);
   }
-  const TestDomain domain_{kDomain};
+  const TestDomain domain_{kDomain, IfHeld::kWait};
 
  private:
   std::vector<int> sockets_;
@@ -349,7 +349,7 @@ class AnswersOnce {
 // lost, and the two met only with the peer's next announcement, up to 2 s later.
 TEST(Meeting, AParticipantHearsTheAnswerToItsFirstAnnouncement) {
   constexpr std::uint32_t kDomain = 107;
-  const TestDomain domain(kDomain);
+  const TestDomain domain(kDomain, IfHeld::kWait);
   for (int round = 0; round < 20; ++round) {
     const AnswersOnce peer(kDomain);
     Participant participant("newcomer", domain.network());

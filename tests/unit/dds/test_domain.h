@@ -7,6 +7,7 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
@@ -19,16 +20,22 @@
 
 namespace zerodrift::dds {
 
+// Whoever finds its own domain held by another test takes one of these in its place.
+inline constexpr std::uint32_t kFirstSpareDomain = 190;
+inline constexpr std::uint32_t kLastSpareDomain = 214;
+
+// Only a test that knows a port of its domain, or writes its number down, has to wait for it.
+enum class IfHeld { kTakeASpare, kWait };
+
 class TestDomain {
  public:
-  explicit TestDomain(std::uint32_t domain) {
-    network_.domain = domain;
-    const auto path = std::filesystem::temp_directory_path() /
-                      ("zerodrift-test-domain-" + std::to_string(domain) + ".lock");
-    lock_ = ::open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0666);
-    if (lock_ < 0 || ::flock(lock_, LOCK_EX) != 0) {
-      throw std::runtime_error("cannot lock " + path.string());
+  explicit TestDomain(std::uint32_t domain, IfHeld if_held = IfHeld::kTakeASpare) {
+    if (take(domain, LOCK_EX | LOCK_NB)) return;
+    for (std::uint32_t spare = kFirstSpareDomain;
+         if_held == IfHeld::kTakeASpare && spare <= kLastSpareDomain; ++spare) {
+      if (take(spare, LOCK_EX | LOCK_NB)) return;
     }
+    take(domain, LOCK_EX);
   }
   ~TestDomain() { ::close(lock_); }
   TestDomain(const TestDomain&) = delete;
@@ -37,8 +44,23 @@ class TestDomain {
   [[nodiscard]] const NetworkOptions& network() const { return network_; }
 
  private:
+  // False where another test holds it and LOCK_NB says not to wait.
+  bool take(std::uint32_t domain, int how) {
+    const auto path = std::filesystem::temp_directory_path() /
+                      ("zerodrift-test-domain-" + std::to_string(domain) + ".lock");
+    lock_ = ::open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0666);
+    if (lock_ >= 0 && ::flock(lock_, how) == 0) {
+      network_.domain = domain;
+      return true;
+    }
+    const bool is_held = lock_ >= 0 && errno == EWOULDBLOCK;
+    if (lock_ >= 0) ::close(lock_);
+    if (!is_held) throw std::runtime_error("cannot lock " + path.string());
+    return false;
+  }
+
   NetworkOptions network_;
-  int lock_;
+  int lock_ = -1;
 };
 
 // True as soon as `condition` holds; false if it does not within `at_most`, which bounds a test

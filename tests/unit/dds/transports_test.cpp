@@ -65,7 +65,7 @@ class DiscoveryServers : public testing::Test {
     network.serves = place;
     return std::make_unique<Participant>("server", network);
   }
-  TestDomain domain_{kDomain};
+  TestDomain domain_{kDomain, IfHeld::kWait};
   NetworkOptions network_;
 };
 
@@ -115,7 +115,7 @@ TEST_F(DiscoveryServers, ABadListIsRefusedInOneLine) {
 }
 
 TEST(SharedMemory, DeliversEverySampleAndLeavesNothing) {
-  const TestDomain domain(kDomain);
+  const TestDomain domain(kDomain, IfHeld::kWait);
   NetworkOptions network = domain.network();
   network.transport = Transport::kSharedMemory;
   const auto files = [] {
@@ -134,7 +134,7 @@ TEST(SharedMemory, DeliversEverySampleAndLeavesNothing) {
 }
 
 TEST(SharedMemory, MeetsWhoUsesUdpAlone) {
-  const TestDomain domain(kDomain);
+  const TestDomain domain(kDomain, IfHeld::kWait);
   NetworkOptions network = domain.network();
   Participant udp("udp", network);
   network.transport = Transport::kSharedMemory;
