@@ -16,14 +16,14 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr int kLongestS = 1800;      // of sensor time; 90 s of it at the tests' speed
+constexpr int kLongestS = 600;       // of sensor time; two minutes of it at the tests' speed
 constexpr double kStepDegH = 500.0;  // a thousand times what the simulated gyro does by itself
 
 class SourceCommands : public ::testing::Test {
  protected:
   SourceCommands() {
     const Arguments source =
-        Arguments{"--source", "simulation", "--speed", "20"} +
+        Arguments{"--source", "simulation", "--speed", "5"} +
         Simulation{.profile = write_ramp_profile(system_, kLongestS)}.arguments();
     system_.start("compensation", {"--await-subscribers", "1"});
     system_.start("thermal_publisher", source);
