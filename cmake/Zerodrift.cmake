@@ -74,9 +74,15 @@ function(zerodrift_library name)
 endfunction()
 
 # Limits of time only end what hangs. Under a sanitizer what computes takes up to forty times as long.
+# tests/run.sh has three places a core: what computes takes all of them, what waits for processes, messages and time two. So two
+# that compute run at a time, or one beside one that waits, or three that wait. Under a sanitizer everything computes, one a place.
 set(zerodrift_times_as_slow 1)
+set(zerodrift_computes PROCESSORS 3)
+set(zerodrift_waits PROCESSORS 2)
 if(ZERODRIFT_FUZZ OR CMAKE_CXX_FLAGS MATCHES "-fsanitize=")
   set(zerodrift_times_as_slow 5)
+  set(zerodrift_computes PROCESSORS 1)
+  set(zerodrift_waits PROCESSORS 1)
 endif()
 
 # zerodrift_test(<name> LABEL unit|golden|system|architecture SOURCES ... DEPENDS ... [TIMEOUT s])
@@ -84,14 +90,16 @@ function(zerodrift_test name)
   cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "SOURCES;DEPENDS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_DEPENDS} zerodrift_paths zerodrift_warnings GTest::gtest_main)
+  set(places ${zerodrift_computes})
   if("${ARG_DEPENDS}" MATCHES "zerodrift::(dds|service|replay)|zerodrift_console")
     target_link_libraries(${name} PRIVATE zerodrift_compiled_quickly)
+    set(places ${zerodrift_waits})
   endif()
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 300)  # ends what hangs; a loaded machine is slow
   endif()
   math(EXPR limit_s "${ARG_TIMEOUT} * ${zerodrift_times_as_slow}")
-  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 120 PROPERTIES LABELS ${ARG_LABEL} TIMEOUT ${limit_s})
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 120 PROPERTIES LABELS ${ARG_LABEL} TIMEOUT ${limit_s} ${places})
 endfunction()
 
 # zerodrift_service(<name> SOURCES ... DEPENDS ...)
