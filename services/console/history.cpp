@@ -73,7 +73,9 @@ void GyroHistory::add(const msg::CompensatedRate& sample) {
   for (std::size_t i = 0; i < open_.size(); ++i) {
     OpenAxis& axis = open_[i];
     axis.mode = sample.mode()[i];
-    axis.moves = axis.moves || says_motion(static_cast<core::Reason>(sample.reason()[i]));
+    const auto reason = static_cast<core::Reason>(sample.reason()[i]);
+    axis.moves = axis.moves || says_motion(reason);
+    axis.rests = axis.rests || says_rest(static_cast<core::Mode>(axis.mode), reason);
     if (!is_valid(sample, i)) continue;
     axis.raw.add(raw_deg_h(sample, i));
     axis.compensated.add(compensated_deg_h(sample, i));
@@ -133,6 +135,8 @@ void GyroHistory::close_row() {
   // A gyro is at rest as a whole; an axis may have another reason that is told before this one.
   const bool moves =
       std::any_of(open_.begin(), open_.end(), [](const OpenAxis& axis) { return axis.moves; });
+  const bool rests =
+      std::any_of(open_.begin(), open_.end(), [](const OpenAxis& axis) { return axis.rests; });
   for (std::size_t i = 0; i < open_.size(); ++i) {
     const OpenAxis& axis = open_[i];
     const auto known = [&](const Spread& spread, double value) {
@@ -154,7 +158,8 @@ void GyroHistory::close_row() {
                          .compensated_deg_h = static_cast<double>(closed.compensated_mean),
                          .reference_deg_h = static_cast<double>(closed.reference_mean),
                          .mode = closed.mode,
-                         .moves = moves});
+                         .moves = moves,
+                         .rests = rests});
     comparisons_[i].forget_before(second - options_.kept_s);
   }
   for (Probe& probe : probes_) {

@@ -89,6 +89,7 @@ class GyroHistory {
     double sigma = 0.0;
     std::uint8_t mode = 0;
     bool moves = false;
+    bool rests = false;
   };
   struct OpenReference {
     std::int64_t second = -1;

@@ -42,6 +42,10 @@ bool says_motion(core::Reason reason) {
          reason == core::Reason::kLevelImplausible;
 }
 
+bool says_rest(core::Mode mode, core::Reason reason) {
+  return mode == Mode::kLearning || reason == core::Reason::kEarthRateUnknown;
+}
+
 bool RateComparison::Block::is_filled() const {
   return rows >= allan::kShareOfBlock * static_cast<double>(kBlockS);
 }
@@ -65,9 +69,6 @@ bool RateComparison::take_step(std::uint8_t mode) {
 }
 
 void RateComparison::add(const RateSecond& row) {
-  // Another reason, as that the temperature is outside what was learned, says nothing of motion.
-  const bool learns = static_cast<Mode>(row.mode) == Mode::kLearning;
-  moves_ = row.moves || (moves_ && !learns);
   if (!take_step(row.mode)) return;
   const bool is_known = std::isfinite(row.reference_deg_h);
   Blocks& blocks = is_known ? against_reference_ : at_rest_;
@@ -77,8 +78,9 @@ void RateComparison::add(const RateSecond& row) {
     blocks.push_back({.index = index});
   }
   Block& block = blocks.back();
-  if (is_known || learns) block.certain = true;
-  if (!is_known && moves_) block.moves = true;
+  const bool learns = static_cast<Mode>(row.mode) == Mode::kLearning;
+  if (is_known || learns || row.rests) block.certain = true;
+  if (!is_known && row.moves) block.moves = true;
   if (!std::isfinite(row.raw_deg_h) || !std::isfinite(row.compensated_deg_h)) return;
   const double known = is_known ? row.reference_deg_h : 0.0;
   const double raw = row.raw_deg_h - known;
@@ -103,13 +105,17 @@ RateComparison::Counted RateComparison::counted(const Blocks& blocks) {
   std::for_each(blocks.begin(), filled, [&](const Block& block) {
     if (!block.moves && (block.certain || !some_certain)) quiet = std::min(quiet, block.within());
   });
+  const double most_at_rest = std::max(kMotionRatio * quiet, kMotionDegH);
   Counted all;
-  bool turns =
-      false;  // from a block of motion that nobody named on, until it is known to be at rest
+  // Another reason, as that the temperature is outside what was learned, says nothing of motion:
+  // until it is known to be at rest, or is back at the level of before, it may turn on.
+  bool may_turn = false;
   std::for_each(blocks.begin(), filled, [&](const Block& block) {
-    const bool is_unquiet = block.within() > std::max(kMotionRatio * quiet, kMotionDegH);
-    turns = !block.certain && (turns || is_unquiet);
-    if (block.moves || turns || is_unquiet) {
+    const bool is_off =
+        !all.raw.empty() && std::abs(block.raw_mean - all.raw.back()) > most_at_rest;
+    const bool turns_on = may_turn && is_off && !block.certain;
+    may_turn = block.moves || block.within() > most_at_rest || turns_on;
+    if (may_turn) {
       all.has_motion = true;
       return;
     }

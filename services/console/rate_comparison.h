@@ -24,11 +24,14 @@ struct RateSecond {
   double reference_deg_h = 0.0;  // NaN: the true rate is not known
   std::uint8_t mode = 0;         // core::Mode
   bool moves = false;            // says_motion() of a sample in it
+  bool rests = false;            // says_rest() of one
 };
 
 // True where the gyro is not known to be at rest, so that its rate is not known to be drift: also
 // where it may settle yet, or turns so steadily that only its level tells it.
 bool says_motion(core::Reason reason);
+// True where it is known to be at rest. Most reasons say neither.
+bool says_rest(core::Mode mode, core::Reason reason);
 
 class RateComparison {
  public:
@@ -51,7 +54,7 @@ class RateComparison {
     double raw_mean = 0.0;
     double raw_squares = 0.0;  // sum of squares about the mean
     double compensated_mean = 0.0;
-    bool certain = false;  // it learned in there, or the true rate is known
+    bool certain = false;  // known to be at rest in there, or the true rate is known
     bool moves = false;    // and the true rate isn't known
     [[nodiscard]] bool is_filled() const;
     [[nodiscard]] double within() const;  // standard deviation of the raw rows in it
@@ -69,7 +72,6 @@ class RateComparison {
   static Counted counted(const Blocks& blocks);
 
   Stage stage_ = Stage::kComparable;
-  bool moves_ = false;  // as was said last
   Blocks at_rest_;
   Blocks against_reference_;
 };

@@ -125,9 +125,23 @@ TEST(RateComparisonLaws, ASteadyTurnIsMotionUnderAnotherReasonToo) {
                       number(mode), is_named});
     }
     const Result result = comparison.result(false);
-    EXPECT_EQ(result.blocks(), 120U - 13U) << named_until;
+    EXPECT_EQ(result.blocks(), 120U - 12U) << named_until;
     EXPECT_NEAR(ratio(result), 100.0, 1e-6) << named_until;
   }
+}
+
+// Frozen by command, driven for ten minutes, and parked again: neither is said.
+TEST(RateComparisonLaws, WhoIsBackAtTheLevelOfBeforeIsAtRestAgain) {
+  RateComparison comparison;
+  for (int s = 0; s < 7200; ++s) {
+    const double turn = s >= 3000 && s < 3600 ? 3600.0 * std::sin(s / 7.0) : 0.0;
+    const double drift = std::sin(s / 600.0);
+    comparison.add({s, turn + drift, turn + 0.01 * drift, kNaN,
+                    number(s < 1800 ? Mode::kLearning : Mode::kFrozen)});
+  }
+  const Result result = comparison.result(false);
+  EXPECT_EQ(result.blocks(), 120U - 10U);
+  EXPECT_NEAR(ratio(result), 100.0, 1e-6);
 }
 
 // Nor does it take a time at rest for motion.
