@@ -303,6 +303,12 @@ MeasuredRecord read_measured_record(const MeasuredRecordRequest& request,
   MeasuredRecord measured = builder.finish();
   measured.warnings.insert(measured.warnings.begin(), reader.warnings().begin(),
                            reader.warnings().end());
+  if (request.record.gyro_id && reader.info().gyro_id == 0) {
+    measured.warnings.push_back(measured.file + ": --gyro-id " +
+                                std::to_string(*request.record.gyro_id) +
+                                " chooses nothing here: rates without a gyro's number are one "
+                                "gyro's, as in every file but .mcap of `zerodrift record`");
+  }
   return measured;
 }
 

@@ -205,6 +205,18 @@ TEST_F(MeasuredRecordTest, NoTemperatureIsSaid) {
   EXPECT_NE(warning(record, "no temperature"), "");
 }
 
+TEST_F(MeasuredRecordTest, ANumberOfAGyroThatChoosesNothingIsSaid) {
+  const std::string file = write_sound();
+  const auto read_as = [&](std::optional<std::uint32_t> gyro_id) {
+    return read_measured_record({.record = {.file = file, .gyro_id = gyro_id}, .axes = {}},
+                                [](double) {});
+  };
+  const std::string line = warning(read_as(7), "--gyro-id");
+  EXPECT_TRUE(line.starts_with(file + ": --gyro-id 7 chooses nothing")) << line;
+  EXPECT_EQ(line.find('\n'), std::string::npos) << line;
+  EXPECT_EQ(warning(read_as(std::nullopt), "--gyro-id"), "");
+}
+
 TEST_F(MeasuredRecordTest, GravityTellsTheUnitOfAnAccelerometer) {
   const auto record_of = [&](const char* unit) {
     const std::string u(unit);
