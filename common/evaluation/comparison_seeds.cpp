@@ -11,6 +11,7 @@
 #include <system_error>
 
 #include "common/evaluation/comparison_figures.h"
+#include "common/evaluation/offline_run.h"
 #include "common/evaluation/simulated_record.h"
 #include "common/report/json_object.h"
 #include "common/report/numbers.h"
@@ -92,6 +93,16 @@ std::string figure_text(double value) {
   return std::isfinite(value) ? report::significant(value, kSeedsDigits) : "n/a";
 }
 
+// Known before anything is simulated.
+void require_probes(const SeedsRequest& request, const twin::Model& model) {
+  record::RecordInfo of_model;
+  for (const twin::ProbeSpec& probe : model.probes) of_model.probes.push_back(probe.name);
+  const auto missing = missing_probes(request.comparison.options, of_model);
+  if (missing.empty()) return;
+  throw std::invalid_argument(request.model + ": probes: found none named '" + missing.front() +
+                              "', expected it, as features read its temperature (--config)");
+}
+
 nlohmann::ordered_json json_of(const GeometricMean& mean, double unit) {
   return {{"value", mean.value * unit}, {"lower", mean.lower * unit}, {"upper", mean.upper * unit}};
 }
@@ -101,6 +112,7 @@ nlohmann::ordered_json json_of(const GeometricMean& mean, double unit) {
 SeedsResult run_seeds(const SeedsRequest& request, const Progress& progress) {
   SeedsResult result{request, {}, {}};
   SimulatedRecord simulated = load_simulation(request.model, request.profile);
+  require_probes(request, simulated.model);
   result.warnings = simulated.warnings;
   if (request.rate_hz > 0.0) simulated.rate_hz = request.rate_hz;
   result.request.rate_hz = simulated.rate_hz;

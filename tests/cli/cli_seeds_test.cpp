@@ -99,5 +99,19 @@ TEST_F(Seeds, WhatCannotBeIsRefusedInOneLineWithCodeTwo) {
   }
 }
 
+// Rule: what the model lacks is said of the model, not of a record that is gone with the program.
+TEST_F(Seeds, AModelWithoutTheProbeThatIsReadIsRefusedByItsOwnName) {
+  make_record(20);
+  std::string model = content(kModel);
+  for (std::size_t at = 0; (at = model.find("name: coil,", at)) != std::string::npos; at += 11)
+    model.replace(at, 11, "name: skin,");
+  system_test::write(path("model.yaml"), model);
+  const Finished done = run({"compare", "--model", "@model.yaml", "--profile", "@profile.yaml"});
+  EXPECT_EQ(done.exit_code, 2) << done.out;
+  EXPECT_EQ(lines_of(done.err), 1U) << done.err;
+  EXPECT_NE(done.err.find("model.yaml: probes: found none named 'coil'"), std::string::npos)
+      << done.err;
+}
+
 }  // namespace
 }  // namespace zerodrift::cli_test
