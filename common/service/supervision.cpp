@@ -46,12 +46,20 @@ FlowWatch::Verdict FlowWatch::judge(const Flow& flow, std::size_t peers, double 
 }
 
 void write_health(const std::filesystem::path& file, const Health& health) {
+  std::error_code error;
+  const auto there = std::filesystem::symlink_status(file, error);
+  if (std::filesystem::is_other(there) || std::filesystem::is_directory(there)) {
+    throw std::runtime_error(
+        fmt::format("health file {}: a device, pipe, socket or folder is there and would be "
+                    "replaced; give the name of a file",
+                    file.string()));
+  }
   const std::filesystem::path beside = file.string() + ".new";
   std::ofstream out(beside, std::ios::trunc);
   out << fmt::format("{} {} {} {} {}\n", health.monotonic_ns, health.process_id, health.service,
                      health.state, core::one_line(health.summary));
   out.close();
-  std::error_code error;
+  error.clear();
   if (out) std::filesystem::rename(beside, file, error);
   if (!out || error) {
     throw std::runtime_error(fmt::format(

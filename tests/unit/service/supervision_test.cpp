@@ -2,6 +2,7 @@
 #include "common/service/supervision.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -116,6 +117,17 @@ TEST_F(HealthFile, OfNowAndNotDegradedIsWell) {
     EXPECT_EQ(reason.empty(), well) << state;
     EXPECT_EQ(reason.find("because") != std::string::npos, !well);
   }
+}
+
+// Before: `--health-file /dev/null` put a file in the place of the device.
+TEST_F(HealthFile, ADeviceOrAPipeIsNotReplaced) {
+  const fs::path pipe = folder_ / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_NE(refusal([&] { write_health(pipe, {}); }).find("would be replaced"), std::string::npos);
+  EXPECT_TRUE(fs::is_fifo(pipe));
+  EXPECT_NE(refusal([&] { write_health(folder_, {}); }).find("would be replaced"),
+            std::string::npos);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);
 }
 
 TEST_F(HealthFile, WhatCannotBeWrittenOrReadIsToldInOneLine) {
