@@ -93,7 +93,9 @@ TEST(Standstill, LongerThanOthersRememberAProcessEndsItInALine) {
   const Collector<msg::Event> events(participant);
   const Collector<msg::ServiceStatus> statuses(participant);
   ChildProcess& compensation = system.start("compensation", {});
-  system.start("gyro_publisher", Simulation{}.arguments() + Arguments{"--free-running"});
+  const Simulation simulation{.profile = write_ramp_profile(system, 600)};
+  system.start("gyro_publisher",
+               simulation.arguments() + Arguments{"--source", "simulation", "--free-running"});
   ASSERT_TRUE(eventually([&] { return metric(statuses, "compensation", "samples_in") >= 100.0; }));
   compensation.send(SIGSTOP);
   ASSERT_TRUE(eventually([&] { return told(events, "peer_lost", "compensation"); }, 40s));
