@@ -369,15 +369,24 @@ TEST(Restart, OfALoneOneIsReceivedAtOnce) {
     EXPECT_TRUE(once.insert(answer.sequence_number()).second) << answer.sequence_number();
 }
 
+std::filesystem::path make_checkpoint_folder(const SystemUnderTest& system) {
+  const auto folder = system.path("checkpoints");
+  std::filesystem::create_directory(folder);
+  return folder;
+}
+
+Arguments saved_each_second(const std::filesystem::path& folder) {
+  return {"--checkpoint-dir", folder.string(), "--checkpoint-period", "1"};
+}
+
 // Rule: at most one period of learning is lost, and it says so.
 TEST(Resume, ALoneServiceGoesOnFromItsOwnCheckpoint) {
   SystemUnderTest system(Domain::kResume);
   dds::Participant participant("test", system.network());
   Collector<msg::Event> events(participant);
   Collector<msg::CompensatedRate> answers(participant);
-  const auto folder = system.path("checkpoints");
-  std::filesystem::create_directory(folder);
-  const Arguments arguments{"--checkpoint-dir", folder.string(), "--checkpoint-period", "1"};
+  const auto folder = make_checkpoint_folder(system);
+  const Arguments arguments = saved_each_second(folder);
   ChildProcess& first = system.start("compensation", arguments);
   start_simulation(system);
   const auto file = folder / "1-latest.ckpt";
@@ -409,9 +418,8 @@ TEST(Resume, AFolderThatAnotherServiceSavesTheGyroInIsNotUsed) {
   dds::Participant participant("test", system.network());
   Collector<msg::Event> events(participant);
   Collector<msg::CompensatedRate> answers(participant);
-  const auto folder = other.path("checkpoints");
-  std::filesystem::create_directory(folder);
-  const Arguments arguments{"--checkpoint-dir", folder.string(), "--checkpoint-period", "1"};
+  const auto folder = make_checkpoint_folder(other);
+  const Arguments arguments = saved_each_second(folder);
   other.start("compensation", arguments);
   start_simulation(other);
   const auto file = folder / "1-latest.ckpt";
@@ -428,8 +436,7 @@ TEST(Resume, ACheckpointThatCannotBeUsedIsToldOfAndLearningBeginsAnew) {
   dds::Participant participant("test", system.network());
   Collector<msg::Event> events(participant);
   Collector<msg::CompensatedRate> answers(participant);
-  const auto folder = system.path("checkpoints");
-  std::filesystem::create_directory(folder);
+  const auto folder = make_checkpoint_folder(system);
   write(folder / "1-latest.ckpt", "no checkpoint");
   system.start("compensation", {"--checkpoint-dir", folder.string()});
   start_simulation(system);
@@ -442,10 +449,9 @@ TEST(Resume, ACheckpointThatIsRefusedIsKeptAndServesItsOwnConfiguration) {
   SystemUnderTest system(Domain::kResumeBad);
   dds::Participant participant("test", system.network());
   Collector<msg::Event> events(participant);
-  const auto folder = system.path("checkpoints");
-  std::filesystem::create_directory(folder);
+  const auto folder = make_checkpoint_folder(system);
   write(system.path("svr.yaml"), "scheme: online-svr\n");
-  const Arguments saving{"--checkpoint-dir", folder.string(), "--checkpoint-period", "1"};
+  const Arguments saving = saved_each_second(folder);
   const auto latest = folder / "1-latest.ckpt";
   const auto learn = [&](const Arguments& arguments) {
     const std::string before = std::filesystem::exists(latest) ? content(latest) : "";
