@@ -118,6 +118,27 @@ export class System {
     return record;
   }
 
+  /**
+   * A record, five samples a second: drift in deg/h after time in s and temperature in degC, the same on each axis, and white
+   * noise; its true rate of 0 is told until `knownUntilS`. Its file.
+   */
+  makeRecord(name, durationS, drift, knownUntilS) {
+    const file = join(this.folder, `${name}.csv`);
+    let state = 1;
+    const uniform = () => (state = (state * 48271) % 2147483647) / 2147483647; // Park and Miller's generator
+    const radS = (degH) => ((degH + 0.4 * Math.sqrt(3) * (uniform() - 0.5)) * Math.PI) / 180 / 3600; // noise of 0.2 deg/h
+    const rows = Array.from({ length: 5 * durationS }, (_, i) => {
+      const degC = 22 + 6 * Math.sin((2 * Math.PI * i) / 5 / 900);
+      const rates = Array.from({ length: 3 }, () => radS(drift(i / 5, degC)).toPrecision(9));
+      const known = Array(3).fill(i / 5 < knownUntilS ? '0' : '');
+      return [(i / 5).toFixed(1), ...rates, degC.toFixed(4), ...known].join(',');
+    });
+    const axes = (quantity) => ['x', 'y', 'z'].map((axis) => `${quantity}_${axis}_rad_s`);
+    const header = ['time_s', ...axes('rate'), 'temperature_coil_degC', ...axes('reference')].join(',');
+    writeFileSync(file, [header, ...rows, ''].join('\n'));
+    return file;
+  }
+
   /** A gyro that feels the magnetic field along y, which its model doesn't know, is diagnosed and the finding published. */
   async publishDiagnosis() {
     const known = join(config, 'models/lab_fog.yaml');

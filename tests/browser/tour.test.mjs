@@ -415,6 +415,42 @@ describe('a gyro that is mounted the other way round', () => {
   test('no script failed', () => assert.deepEqual(at.page.problems, []));
 });
 
+describe('gyros whose drift follows the temperature no more', () => {
+  const at = systemWithPage(({ system }) => {
+    const slope = (degC) => 0.8 * (degC - 22);
+    const ceases = system.makeRecord('ceases', 12_000, (s, degC) => 5 + (s < 1200 ? slope(degC) : 0), Infinity);
+    // Nobody learns of the second half: the true rate is unknown, and what of the Earth's each axis sees.
+    const turnsRound = system.makeRecord('turns_round', 12_000, (s, degC) => (s < 1800 ? 1 : -1) * slope(degC), 1800);
+    const file = join(system.folder, 'svr.yaml');
+    writeFileSync(file, 'scheme: online-svr\nearth_rate: {mode: unknown}\n'); // the stack's other experts follow what ceases
+    system.startCompensation({ remembers: false, options: ['--config', file] });
+    system.startGyro({ id: 1, record: ceases, speed: '120' });
+    system.startGyro({ id: 2, record: turnsRound, speed: '120' });
+  });
+
+  situation('harm by the spread', async () => {
+    await part(at.page, 'fleet-2').click({ timeout: START_MS });
+    await said(at.page, {
+      compensating: COMPENSATES,
+      better: '✕ {ratio}: worse than raw on x, y, z; means of 60 s over {age}, at rest',
+      learning: '● Frozen: Earth rate is unknown here and must not be learned as drift',
+      data: GOOD_REPLAY,
+    }, START_MS);
+  });
+
+  situation('hold', async () => {
+    await part(at.page, 'fleet-1').click();
+    await said(at.page, {
+      compensating: '✓ Compensating: x, y, z by the last stationary mean',
+      better: '✓ {ratio}: steadier than raw; means of 60 s over {age}, against the reference',
+      learning: '● Not learning: the last stationary mean predicts better than the model just now',
+      data: GOOD_REPLAY,
+    }, START_MS);
+  });
+
+  test('no script failed', () => assert.deepEqual(at.page.problems, []));
+});
+
 describe('ten gyros', () => {
   const system = new System();
   const ids = Array.from({ length: 10 }, (_, i) => i + 1);

@@ -115,6 +115,8 @@ const TOUR: Row[] = [
     better: '✓ 4.0×: steadier than raw; means of 60 s over 60 min, at rest',
     learning: '● Not learning: the last stationary mean predicts better than the model just now' },
 
+  { situation: 'less steady than raw by what may be chance', known: axes([AXIS, { ...AXIS, comparison: compared(0.7) }, { ...AXIS, comparison: compared(1.2) }]),
+    ...HEADLINE, better: '▲ 0.70–33×: no better than raw on y; means of 60 s over 60 min, at rest' },
   { situation: 'harm by the spread', known: axes([AXIS, { ...AXIS, comparison: compared(0.5) }, AXIS]),
     ...HEADLINE, better: '✕ 0.50–33×: worse than raw on y; means of 60 s over 60 min, at rest' },
   { situation: 'harm by the Allan deviation', known: axes([AXIS, AXIS, { ...AXIS, harmed: true }]),

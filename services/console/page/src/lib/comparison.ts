@@ -26,11 +26,20 @@ export function obstacleText(obstacle: Obstacle): string {
   return OBSTACLE_TEXT[obstacle];
 }
 
-export type Judgement = 'better' | 'alike' | 'worse' | 'unsure';
+export type Judgement = 'better' | 'hardly' | 'not' | 'worse' | 'unsure';
+
+export const JUDGEMENT_TEXT: Record<Judgement, string> = {
+  better: 'steadier than raw',
+  hardly: 'hardly better than raw',
+  not: 'no better than raw',
+  worse: 'worse than raw',
+  unsure: 'may be chance yet',
+};
+
 const MUCH_BETTER = 1.5;
 const WORSE = 0.95;
 const SIGMAS = 3;
-const ENOUGH_BLOCKS = 30; // then "alike" is a result, and no lack of data
+const ENOUGH_BLOCKS = 30; // then to be alike is a result, and no lack of data
 
 /**
  * Raw over compensated spread, and whether chance could do it: the logarithm of a standard deviation of n means has the
@@ -41,8 +50,8 @@ export function judge(comparison: Comparison): { ratio: number; judgement: Judge
   const ratio = comparison.raw / comparison.compensated;
   const sure = Math.abs(Math.log(ratio)) > SIGMAS / Math.sqrt(comparison.blocks - 1);
   if (!sure && comparison.blocks < ENOUGH_BLOCKS) return { ratio: NaN, judgement: 'unsure' };
-  if (!sure) return { ratio, judgement: 'alike' };
-  return { ratio, judgement: ratio < WORSE ? 'worse' : ratio < MUCH_BETTER ? 'alike' : 'better' };
+  if (ratio < 1) return { ratio, judgement: sure && ratio < WORSE ? 'worse' : 'not' };
+  return { ratio, judgement: sure && ratio >= MUCH_BETTER ? 'better' : 'hardly' };
 }
 
 /** 308×, 24×, 3.1×, 0.80× */

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The headline: is it compensating, how much better is it, does it learn and why not, is the data good. No clock, no
 // page: facts in, sentences out.
-import { judge, obstacleText, ratioText, type Comparison, type Judgement } from './comparison.ts';
+import { JUDGEMENT_TEXT, judge, obstacleText, ratioText, type Comparison, type Judgement } from './comparison.ts';
 import { ageText, duration } from './scale.ts';
 
 /** idl/proto/telemetry.proto, Mode */
@@ -250,7 +250,9 @@ function better(facts: Facts): Statement {
     const why = first && 'obstacle' in first ? obstacleText(first.obstacle) : 'no valid axis';
     return { tone: 'idle', text, detail: over ? `may be chance on ${of('unsure')}${over}` : why };
   }
-  if (of('alike')) return { tone: 'warn', text, detail: `hardly better than raw on ${of('alike')}${over}` };
+  for (const weak of ['not', 'hardly'] as const) {
+    if (of(weak)) return { tone: 'warn', text, detail: `${JUDGEMENT_TEXT[weak]} on ${of(weak)}${over}` };
+  }
   const open = names(where(facts, ({ comparison }) => (judge(comparison)?.judgement ?? 'unsure') === 'unsure'));
   if (open) return { tone: 'note', text, detail: `steadier than raw on ${of('better')}, not comparable yet on ${open}${over}` };
   return { tone: 'good', text, detail: `steadier than raw${over}` };
