@@ -168,6 +168,20 @@ describe('the views of the console', () => {
     await lose();
   });
 
+  test('what a monitor and a filter said that died goes with the gateway that knew of it', async () => {
+    await page.keyboard.press('2');
+    const rows = page.locator('[data-testid="allan-x"] table').getByRole('rowheader', { name: /^N \[/ });
+    await rows.waitFor();
+    for (const name of ['allan_monitor', 'navigation_filter', 'console']) await system.stop(name, 'SIGKILL');
+    await until(page, 'verdict-data', (t) => /Gateway gone/.test(t));
+    assert.equal(await rows.count(), 1, 'what came before is kept');
+    await system.startConsole();
+    await until(page, 'verdict-data', (t) => /Good/.test(t));
+    assert.equal(await rows.count(), 0);
+    await page.keyboard.press('5');
+    await part(page, 'navigation-empty').waitFor();
+  });
+
   test('no script failed and nothing was refused by the content security policy', () => {
     assert.deepEqual(page.problems, []);
   });
