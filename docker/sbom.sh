@@ -8,8 +8,9 @@ set -eu
 created=$(date -u -d "@${SOURCE_DATE_EPOCH:-$(date +%s)}" +%Y-%m-%dT%H:%M:%SZ)
 release=$(. /etc/os-release && echo "$VERSION_CODENAME")
 
-# db:Status-Abbrev leaves out what was removed but not purged.
-dpkg-query -W -f='${db:Status-Abbrev}\t${Package}\t${Version}\t${Architecture}\t${source:Package}\t${source:Version}\n' \
+# db:Status-Abbrev leaves out what was removed but not purged. A database that can't be read is no empty list.
+packages=$(dpkg-query -W -f='${db:Status-Abbrev}\t${Package}\t${Version}\t${Architecture}\t${source:Package}\t${source:Version}\n')
+printf '%s\n' "$packages" \
   | awk -F '\t' '$1 ~ /^ii/' | LC_ALL=C sort -t "$(printf '\t')" -k 2,2 -k 4,4 \
   | awk -F '\t' -v name="$1" -v version="$2" -v created="$created" -v release="$release" '
     function quoted(text) { gsub(/[\\"]/, "\\\\&", text); return "\"" text "\"" }

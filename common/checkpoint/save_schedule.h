@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// When learners are saved without being asked: a model that changed is due once a period, and stays
-// due until it was saved. Time is an argument, ns of any clock that only grows.
+// When learners are saved without being asked: a model that changed is due once a period, after a
+// command at once, and stays due until it was saved. Time is an argument, ns of any clock that only
+// grows.
 #pragma once
 
 #include <chrono>
@@ -31,6 +32,8 @@ class SaveSchedule {
   News failed(const Model& model);
   // Nobody had time for it: due at once.
   void put_off(const Model& model);
+  // What was commanded is not undone by a process that ends within the period.
+  void commanded(std::uint32_t gyro_id) { gyros_[gyro_id].round = 0; }
   // What a checkpoint that was resumed from holds.
   void resumed(const Model& model) { gyros_[model.gyro_id].saved_epoch = model.epoch; }
 

@@ -62,6 +62,7 @@ CompensationNode::Verdict CompensationNode::restore(const Request& request) {
     for (std::size_t i = 0; i < loaded.size(); ++i) {
       if (!request.gyros[i]->compensator().restore_models(loaded[i]))
         return {.text = busy_text(request.gyros, i)};
+      save_schedule_.commanded(request.gyros[i]->id);
     }
   }
   learner_.notify();

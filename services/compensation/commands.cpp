@@ -95,6 +95,7 @@ std::string CompensationNode::obey(Gyro& source, std::string_view command, bool&
   }
   if (command == "reset") {
     accepted = source.compensator().reset_models();
+    if (accepted) save_schedule_.commanded(source.id);
     learner_.notify();
     return "all that was learned is forgotten";
   }

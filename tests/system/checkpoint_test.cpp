@@ -176,6 +176,18 @@ TEST(Checkpoint, WhatWasSavedByCommandOutlivesWhatTheServiceSavesOfItself) {
   EXPECT_NE(restored.out.find("1-saved.ckpt"), std::string::npos) << restored.out;
 }
 
+// Rule: a command is saved at once, whatever the period. Before: what was forgotten by command was
+// there again where the process ended within a minute.
+TEST(Checkpoint, WhatWasForgottenByCommandStaysForgottenWhereTheProcessEnds) {
+  RestartedRun run({"--checkpoint-period", "100000"});
+  ASSERT_TRUE(run.comes(0, is_on_model));
+  const auto latest = run.folder() / "1-latest.ckpt";
+  ASSERT_TRUE(eventually([&] { return std::filesystem::exists(latest); }));
+  const std::string before = content(latest);
+  ASSERT_EQ(run.system.control({"reset"}).exit_code, 0);
+  EXPECT_TRUE(eventually([&] { return content(latest) != before; }));
+}
+
 // Rule: what could not be saved of itself is told once, tried again although nothing changed since,
 // and told again when it is saved; each time, in the log, too. Before: the log had the first time
 // alone, so that its last line said the opposite of what was so.

@@ -58,6 +58,22 @@ TEST(SaveSchedule, WhatFailedIsTriedAgainEachPeriodAndToldOnce) {
   EXPECT_TRUE(schedule.take_due(models, 280 * kSecond).empty());
 }
 
+// The fault: what was forgotten by command was there again after a process that ended within a
+// minute.
+TEST(SaveSchedule, WhatWasCommandedIsDueAtOnceThoughOfThisPeriodOneIsSavedOrBeingSaved) {
+  for (const bool is_being_saved : {false, true}) {
+    SaveSchedule schedule(60s);
+    ASSERT_EQ(schedule.take_due(std::vector<Model>{{1, 5}}, 100 * kSecond).size(), 1U);
+    if (!is_being_saved) schedule.saved({1, 5});
+    schedule.commanded(1);
+    if (is_being_saved) schedule.saved({1, 5});
+    EXPECT_TRUE(schedule.take_due(std::vector<Model>{{1, 5}}, 101 * kSecond).empty());
+    EXPECT_EQ(schedule.take_due(std::vector<Model>{{1, 6}}, 102 * kSecond).size(), 1U);
+    schedule.saved({1, 6});
+    EXPECT_TRUE(schedule.take_due(std::vector<Model>{{1, 7}}, 103 * kSecond).empty());
+  }
+}
+
 TEST(SaveSchedule, WhatWasResumedFromIsNotSavedAgain) {
   SaveSchedule schedule(60s);
   schedule.resumed({1, 5});
