@@ -179,7 +179,7 @@ TEST(Checkpoint, WhatWasSavedByCommandOutlivesWhatTheServiceSavesOfItself) {
 // Rule: a command is saved at once, whatever the period. Before: what was forgotten by command was
 // there again where the process ended within a minute.
 TEST(Checkpoint, WhatWasForgottenByCommandStaysForgottenWhereTheProcessEnds) {
-  RestartedRun run({"--checkpoint-period", "100000"});
+  RestartedRun run({"--checkpoint-period", "24h"});
   ASSERT_TRUE(run.comes(0, is_on_model));
   const auto latest = run.folder() / "1-latest.ckpt";
   ASSERT_TRUE(eventually([&] { return std::filesystem::exists(latest); }));
