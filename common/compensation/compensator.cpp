@@ -381,7 +381,6 @@ CompensatorCounts Compensator::counts() const noexcept {
   CompensatorCounts counts = counts_;
   counts.missing = sequences_.missing();
   counts.temperatures = temperatures_.received();
-  counts.temperatures_refused = temperatures_.refused();
   counts.references = references_.counts();
   counts.reversed_axes = polarity_.found();
   counts.own_outputs = own_output_.found();

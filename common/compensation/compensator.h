@@ -78,13 +78,12 @@ struct CompensatorCounts {
   std::uint64_t time_faults =
       0;  // time stamps that did not increase, or jumped and were not confirmed
   std::uint64_t temperatures = 0;
-  std::uint64_t temperatures_refused = 0;  // unknown probe, not finite, implausible, late
-  std::uint64_t labels = 0;                // confirmed
-  std::uint64_t labels_skipped = 0;        // the learner's queue was full
-  std::uint64_t late_models = 0;           // answered before the due model was there
-  std::uint64_t reversed_axes = 0;         // found to turn the other way round
-  std::uint64_t own_outputs = 0;           // axes found to be given what this gives out
-  ReferenceCounts references{};            // by verdict: when they came, residuals when due
+  std::uint64_t labels = 0;          // confirmed
+  std::uint64_t labels_skipped = 0;  // the learner's queue was full
+  std::uint64_t late_models = 0;     // answered before the due model was there
+  std::uint64_t reversed_axes = 0;   // found to turn the other way round
+  std::uint64_t own_outputs = 0;     // axes found to be given what this gives out
+  ReferenceCounts references{};      // by verdict: when they came, residuals when due
 
   void carry(core::StateArchive& archive) {
     archive(samples_in, samples_out, duplicates, too_old, late, invalid, missing, time_faults,
@@ -162,6 +161,10 @@ class Compensator {  // More members than other classes: one for each stage on a
   void finish_learning() noexcept;
 
   [[nodiscard]] CompensatorCounts counts() const noexcept;
+  // By probe.
+  [[nodiscard]] const std::vector<RefusedReadings>& refused_temperatures() const noexcept {
+    return temperatures_.refused_by_probe();
+  }
   [[nodiscard]] const TestThenTrain& test_then_train(core::Axis axis) const noexcept {
     return axes_[core::index(axis)].record();
   }

@@ -15,6 +15,9 @@ namespace {
 constexpr std::size_t kWaiting = 4096;  // of each probe
 constexpr double kMovedDegc = 1.0;      // a probe counts as moving past this
 constexpr double kMarginS = 60.0;       // of a track beyond what is asked of it
+// As measurement::kEndurableDegc.
+constexpr double kColdestStoreDegc = -62.0;
+constexpr double kHottestElectronicsDegc = 125.0;
 using core::kNaN;
 
 auto first_feature(const CompensationOptions& options, thermal::FeatureKind kind) {
@@ -33,7 +36,39 @@ bool compares_probes(const std::vector<std::string>& probes) {
   return probes.size() > 1;
 }
 
+// " (25 degC, if it is in kelvin)" where that is a temperature of a gyro.
+std::string kelvin_hint(double value) {
+  constexpr double kZeroDegcInKelvin = 273.15;
+  const double degc = value - kZeroDegcInKelvin;
+  if (!(degc >= kColdestStoreDegc && degc <= kHottestElectronicsDegc)) return "";
+  return " (" + short_text(std::round(10.0 * degc) / 10.0) + " degC, if it is in kelvin)";
+}
+
+std::string fault_text(const RefusedReadings& refused,
+                       const thermal::TemperatureTrackOptions& track) {
+  using thermal::ReadingVerdict;
+  const std::string value = short_text(refused.last.temperature_degc);
+  const std::string stamp =
+      "is stamped " + std::to_string(core::seconds(refused.last.time)) + " s, ";
+  if (refused.why == ReadingVerdict::kOutOfOrder) return stamp + "not later than the one before";
+  if (refused.why == ReadingVerdict::kDoubtful) {
+    return "leaps from " + short_text(refused.newest_degc.value_or(kNaN)) + " to " + value +
+           " degC, farther than a thermometer gets";
+  }
+  if (!core::is_usable(refused.last.time)) return stamp + "which no clock shows";
+  return "is " + value + ", expected " + short_text(track.min_temperature_degc) + " to " +
+         short_text(track.max_temperature_degc) + " degC" +
+         kelvin_hint(refused.last.temperature_degc);
+}
+
 }  // namespace
+
+std::string refused_text(const std::string& probe, const RefusedReadings& refused,
+                         const thermal::TemperatureTrackOptions& track) {
+  return "a temperature of probe " + probe + " " + fault_text(refused, track) + "; not used" +
+         (refused.why == thermal::ReadingVerdict::kDoubtful ? " unless the next one confirms it"
+                                                            : "");
+}
 
 ThermalScales::ThermalScales(const CompensationOptions& options)
     : temperature_degc(scale_of(options, thermal::FeatureKind::kTemperature)),
@@ -64,7 +99,8 @@ TemperatureInputs::TemperatureInputs(const CompensationOptions& options, double 
       stale_after_(core::from_seconds(options.temperature_stale_s)),
       basis_(options, probes_),
       queue_(probes_.size(), kWaiting),
-      readings_(probes_.size()) {
+      readings_(probes_.size()),
+      refused_by_probe_(probes_.size()) {
   thermal::TemperatureTrackOptions track = options.track;
   const double longest_s =
       compares_probes(probes_) ? std::max(longest_lag_s, options.probe_stuck_s) : longest_lag_s;
@@ -73,16 +109,32 @@ TemperatureInputs::TemperatureInputs(const CompensationOptions& options, double 
 }
 
 void TemperatureInputs::push(const core::TemperatureSample& sample) noexcept {
-  const auto probe = std::find(probes_.begin(), probes_.end(), sample.probe);
-  if (probe == probes_.end()) return;
+  const auto found = std::find(probes_.begin(), probes_.end(), sample.probe);
+  if (found == probes_.end()) return;
+  const auto probe = static_cast<std::size_t>(found - probes_.begin());
   ++received_;
   const bool usable =
       sample.measured && std::abs(sample.temperature_degc) <= core::kLargestTemperatureDegc;
   const bool timely = core::is_usable(sample.time);
-  if (!timely || (sample.measured && !usable)) ++refused_;
+  if (!timely || (sample.measured && !usable)) {
+    const bool is_finite = !sample.measured || std::isfinite(sample.temperature_degc);
+    refuse(probe,
+           is_finite ? thermal::ReadingVerdict::kOutOfRange : thermal::ReadingVerdict::kNotFinite,
+           {sample.time, sample.temperature_degc});
+  }
   if (!timely) return;
-  queue_.push({static_cast<std::size_t>(probe - probes_.begin()), sample.time,
-               usable ? sample.temperature_degc : 0.0, usable});
+  queue_.push({probe, sample.time, usable ? sample.temperature_degc : 0.0, usable});
+}
+
+void TemperatureInputs::refuse(std::size_t probe, thermal::ReadingVerdict why,
+                               const thermal::Reading& reading) noexcept {
+  ++refused_;
+  RefusedReadings& refused = refused_by_probe_[probe];
+  ++refused.count;
+  refused.why = why;
+  refused.last = reading;
+  refused.newest_degc.reset();
+  if (const auto& newest = tracks_[probe].newest()) refused.newest_degc = newest->temperature_degc;
 }
 
 void TemperatureInputs::limit(std::string_view published) noexcept {
@@ -113,7 +165,8 @@ bool TemperatureInputs::take_for(core::SensorTime rate_time) noexcept {
     thermal::TemperatureTrack& track = tracks_[reading->probe];
     const thermal::ReadingVerdict verdict = track.add(sample);
     if (!thermal::is_accepted(verdict)) {
-      if (reading->measured) ++refused_;
+      if (reading->measured)
+        refuse(reading->probe, verdict, {reading->time, reading->temperature_degc});
       continue;
     }
     has_new = true;

@@ -34,6 +34,19 @@ struct ThermalScales {
   double rate_degc_per_s = 1.0;
 };
 
+// What of a probe was refused, and the last of it. Of what this process was given: no part of the
+// state.
+struct RefusedReadings {
+  std::uint64_t count = 0;
+  thermal::ReadingVerdict why{};
+  thermal::Reading last{};
+  std::optional<double> newest_degc{};  // of the readings that were taken until then
+};
+
+// What the last refused reading of a probe was and what would be right, a line for people.
+[[nodiscard]] std::string refused_text(const std::string& probe, const RefusedReadings& refused,
+                                       const thermal::TemperatureTrackOptions& track);
+
 class TemperatureInputs {
  public:
   // One line where the tracks can't reach back as far as a probe that stands still is compared with
@@ -90,6 +103,9 @@ class TemperatureInputs {
   [[nodiscard]] std::uint64_t received() const noexcept { return received_; }
   // Not finite, implausible, late.
   [[nodiscard]] std::uint64_t refused() const noexcept { return refused_; }
+  [[nodiscard]] const std::vector<RefusedReadings>& refused_by_probe() const noexcept {
+    return refused_by_probe_;
+  }
 
   // Its state (core/state_archive.h).
   void carry(core::StateArchive& archive) {
@@ -107,6 +123,8 @@ class TemperatureInputs {
     ThermalScales scales;
   };
 
+  void refuse(std::size_t probe, thermal::ReadingVerdict why,
+              const thermal::Reading& reading) noexcept;
   // A probe has stood still for long while another moved.
   [[nodiscard]] bool one_is_stuck(core::SensorTime now) const noexcept;
 
@@ -121,6 +139,7 @@ class TemperatureInputs {
   std::vector<PriorReading> readings_;
   std::uint64_t received_ = 0;
   std::uint64_t refused_ = 0;
+  std::vector<RefusedReadings> refused_by_probe_;
 };
 
 }  // namespace zerodrift::compensation

@@ -64,7 +64,7 @@ constexpr std::string_view reference_fault_text(ReferenceVerdict verdict) {
 }
 
 using Counts = compensation::CompensatorCounts;
-constexpr std::array<service::CountedEvent<Counts>, 10> kCountedEvents{
+constexpr std::array<service::CountedEvent<Counts>, 9> kCountedEvents{
     {{&Counts::invalid, "invalid_sample",
       "a rate is not finite or marked invalid; passed on marked invalid, not learned"},
      {&Counts::duplicates, "duplicate_sample", "a sequence number came twice; answered once"},
@@ -75,8 +75,6 @@ constexpr std::array<service::CountedEvent<Counts>, 10> kCountedEvents{
      {&Counts::missing, "missing_sample", "sequence numbers are missing from the stream"},
      {&Counts::time_faults, "time_fault",
       "a time stamp jumps or does not increase; answered, not learned"},
-     {&Counts::temperatures_refused, "refused_temperature",
-      "a temperature is not finite, implausible or out of order; not used"},
      {&Counts::late_models, "late_model",
       "the learner was late; samples went out with the model before"},
      {&Counts::labels_skipped, "skipped_label",
@@ -117,6 +115,11 @@ void GyroEvents::raise_counted(const std::string& code, std::string_view text, s
   counted.code = code;
   counted.text += text;
   host_.raise_counted(std::move(counted), after - before);
+}
+
+void GyroEvents::go_on_from(const compensation::Compensator& compensator) {
+  reported_ = compensator.counts();
+  reported_temperatures_refused_ = compensator.refused_temperatures();
 }
 
 void GyroEvents::report(Gyro& gyro, std::int64_t now_ns) {
@@ -179,7 +182,22 @@ void GyroEvents::report_faults(const Gyro& gyro) {
                   at);
   }
   reported_ = now;
+  report_refused_temperatures(gyro);
   report_second_publishers(gyro);
+}
+
+void GyroEvents::report_refused_temperatures(const Gyro& gyro) {
+  const auto& probes = gyro.compensator().probes();
+  const auto& refused = gyro.compensator().refused_temperatures();
+  reported_temperatures_refused_.resize(probes.size());
+  for (std::size_t p = 0; p < probes.size(); ++p) {
+    if (refused[p].count <= reported_temperatures_refused_[p].count) continue;
+    raise_counted("refused_temperature",
+                  compensation::refused_text(probes[p], refused[p], gyro.configured.track),
+                  reported_temperatures_refused_[p].count, refused[p].count, gyro.newest().raw.time,
+                  probes[p]);
+  }
+  reported_temperatures_refused_ = refused;
 }
 
 void GyroEvents::report_second_publishers(const Gyro& gyro) {

@@ -23,7 +23,7 @@ class GyroEvents {
   // Of the tick: all that is new.
   void report(Gyro& gyro, std::int64_t now_ns);
   // What another instance counted is not reported anew.
-  void go_on_from(const compensation::CompensatorCounts& counts) noexcept { reported_ = counts; }
+  void go_on_from(const compensation::Compensator& compensator);
 
   void raise(const char* code, service::Severity severity, const std::string& text,
              core::SensorTime at = core::SensorTime{0});
@@ -39,6 +39,7 @@ class GyroEvents {
   void report_waiting(Gyro& gyro, std::int64_t now_ns);
   void report_clocks(const Gyro& gyro);
   void report_faults(const Gyro& gyro);
+  void report_refused_temperatures(const Gyro& gyro);
   void report_second_publishers(const Gyro& gyro);
   void report_modes(const Gyro& gyro);
   void report_temperature(const Gyro& gyro);
@@ -49,7 +50,8 @@ class GyroEvents {
   std::uint32_t instance_;
   compensation::CompensatorCounts reported_{};
   std::uint64_t reported_rejected_ = 0;
-  std::vector<std::uint64_t> reported_temperatures_rejected_{};  // by probe
+  std::vector<std::uint64_t> reported_temperatures_rejected_{};                 // by probe
+  std::vector<compensation::RefusedReadings> reported_temperatures_refused_{};  // by probe
   std::uint64_t reported_dropped_ = 0;
   service::InstanceSync::Counts reported_sync_{};
   std::int64_t reported_waiting_since_ns_ = 0;

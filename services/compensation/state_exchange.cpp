@@ -188,7 +188,7 @@ void CompensationNode::catch_up(Gyro& source, const RunningState& state) {
     source.end_what_left(*fresh);
     learner_.replace(source.compensator(), fresh);
     source.pipeline().go_on_with(fresh, answers, service::monotonic_ns());
-    source.events.go_on_from(source.compensator().counts());
+    source.events.go_on_from(source.compensator());
     source.options.prior = options.prior;
     source.change.reset();
     source.can_revert = false;

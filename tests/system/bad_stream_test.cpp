@@ -293,6 +293,13 @@ TEST(BadStream, ATemperatureStreamThatStopsEndsInTheFallbackAfterTemperatureStal
     bench.send_normal(static_cast<int>(kRateHz));
   }
   bench.expect_event("clocks_disagree", "a temperature is stamped 40.000000 s behind the rates");
+  // Before: "a temperature is not finite, implausible or out of order", whichever it was.
+  bench.send_temperature("coil", 298.15);
+  bench.send_normal(static_cast<int>(kRateHz));
+  bench.expect_event(
+      "refused_temperature",
+      "a temperature of probe coil is 298.15, expected -100 to 250 degC (25 degC, if "
+      "it is in kelvin); not used");
   bench.expect_alive_then_stop();
 }
 

@@ -78,6 +78,42 @@ TEST(TemperatureInputsLaws, EveryReadingOfItsProbesIsCountedAndWhatIsNoneIsRefus
   EXPECT_EQ(in.temperatures.refused(), 3U);
 }
 
+// Before: one line for all of them, which named neither the probe nor what would have been right.
+TEST(TemperatureInputsLaws, OfARefusedReadingProbeValueAndBoundAreSaid) {
+  Inputs in;
+  const auto text = [&in](std::size_t probe) {
+    return refused_text(in.temperatures.probes()[probe], in.temperatures.refused_by_probe()[probe],
+                        in.options.track);
+  };
+  const auto push = [&in](SensorTime time, double degc) {
+    in.push("coil", time, degc);
+    in.temperatures.take_for(time + kSecond);
+  };
+  push(kSecond, std::numeric_limits<double>::quiet_NaN());
+  EXPECT_EQ(text(0), "a temperature of probe coil is nan, expected -100 to 250 degC; not used");
+  push(2 * kSecond, -127.0);
+  EXPECT_EQ(text(0), "a temperature of probe coil is -127, expected -100 to 250 degC; not used");
+  push(3 * kSecond, 298.15);
+  EXPECT_EQ(
+      text(0),
+      "a temperature of probe coil is 298.15, expected -100 to 250 degC (25 degC, if it is in "
+      "kelvin); not used");
+  push(4 * kSecond, 20.5);
+  push(4 * kSecond, 20.5);
+  EXPECT_EQ(text(0),
+            "a temperature of probe coil is stamped 4.000000 s, not later than the one before; not "
+            "used");
+  push(5 * kSecond, 85.0);
+  EXPECT_EQ(text(0),
+            "a temperature of probe coil leaps from 20.5 to 85 degC, farther than a thermometer "
+            "gets; not used unless the next one confirms it");
+  in.push("coil", core::kLatestUsableTime + kSecond, 20.0);
+  EXPECT_NE(text(0).find(" s, which no clock shows; not used"), std::string::npos) << text(0);
+  EXPECT_EQ(in.temperatures.refused_by_probe()[0].count, 6U);
+  EXPECT_EQ(in.temperatures.refused(), 6U);
+  EXPECT_EQ(in.temperatures.refused_by_probe()[1].count, 0U);
+}
+
 // A probe that stands still while another moves is stuck; where all stand still nobody is.
 TEST(TemperatureInputsLaws, AProbeIsStuckOnlyWhileAnotherMoves) {
   for (const double moves_degc_per_s : {0.0, 0.1}) {
