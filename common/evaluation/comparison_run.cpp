@@ -16,6 +16,7 @@
 #include "common/evaluation/model_use.h"
 #include "common/evaluation/offline_run.h"
 #include "common/measurement/doubts_json.h"
+#include "common/record/bag_files.h"
 #include "common/record/record_rows.h"
 #include "common/report/numbers.h"
 
@@ -138,10 +139,13 @@ Labels read_labels(const ComparisonRequest& request, const Share& show) {
   labels.info = offline.info();
   const core::SensorTime first = labels.info.first_time;
   if (const auto missing = missing_probes(options, labels.info); !missing.empty()) {
-    throw std::invalid_argument(request.record.file + ": found no temperature of probe '" +
-                                missing.front() + "', expected a column temperature_" +
-                                missing.front() + "_degC, or --columns 'temperature_" +
-                                missing.front() + "=NAME[degC]'");
+    const std::string& probe = missing.front();
+    throw std::invalid_argument(
+        request.record.file + ": found no temperature of probe '" + probe + "', expected " +
+        (record::is_mcap_record(request.record.file)
+             ? "one (of a ROS 2 bag: --temperature-topic " + probe + "=TOPIC)"
+             : "a column temperature_" + probe + "_degC, or --columns 'temperature_" + probe +
+                   "=NAME[degC]'"));
   }
   const std::optional<double> rows = record::estimated_rows(request.record.file);
   std::optional<allan::SampleClock> clock;  // of a record of more than one sample

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "common/record/bag_files.h"
 #include "common/report/numbers.h"
 
 namespace zerodrift::evaluation {
@@ -33,7 +34,7 @@ double shortest_s(const compensation::CompensationOptions& options, double inter
 }
 
 // What would be right; the reason itself has a name.
-std::string remedy(Reason reason, compensation::Scheme scheme) {
+std::string remedy(Reason reason, compensation::Scheme scheme, bool is_mcap) {
   switch (reason) {
     case Reason::kNoEstimateYet:
       return "a record with rest, or with its true rate (a reference column); by its own noise the "
@@ -48,7 +49,11 @@ std::string remedy(Reason reason, compensation::Scheme scheme) {
     case Reason::kLevelImplausible:
       return "a learning.max_drift_deg_h above the gyro's largest drift";
     case Reason::kTemperatureMissing:
-      return "a column of the temperature that the features need, or --columns that names it";
+      return is_mcap
+                 ? "a temperature of the probe that the features need (of a ROS 2 bag: "
+                   "--temperature-topic PROBE=TOPIC)"
+                 : "a column of the temperature that the features need, or --columns that names "
+                   "it";
     case Reason::kTemperatureStale:
       return "a temperature_stale_s longer than the temperatures are apart";
     case Reason::kProbeStuck:
@@ -125,15 +130,16 @@ std::string ModelUse::line_of_none(const std::string& record,
   const std::string what =
       came ? "no temperature was ever used, the drift is foretold by its course in time alone: "
            : "no model ever came into force, raw and compensated are not comparable: ";
-  return record + ": " + what + std::string(core::name(reason)) + "; " + remedy_of(reason, options);
+  return record + ": " + what + std::string(core::name(reason)) + "; " +
+         remedy_of(reason, record, options);
 }
 
-std::string ModelUse::remedy_of(Reason reason,
+std::string ModelUse::remedy_of(Reason reason, const std::string& record,
                                 const compensation::CompensationOptions& options) const {
   const double spanned_s = first_ == core::kNever ? 0.0 : core::seconds(last_ - first_);
   const double needed_s = shortest_s(options, interval_s_);
   if (reason != Reason::kNoEstimateYet || spanned_s >= needed_s)
-    return "what would be right: " + remedy(reason, options.scheme);
+    return "what would be right: " + remedy(reason, options.scheme, record::is_mcap_record(record));
   return "the record spans " + report::significant(spanned_s, 3) +
          " s, a first model takes at least " + report::significant(needed_s, 3) + " s at rest";
 }

@@ -38,7 +38,7 @@ class ModelUse {
     std::array<std::uint64_t, core::kReasons> reasons{};
   };
   [[nodiscard]] core::Reason commonest_reason() const noexcept;
-  [[nodiscard]] std::string remedy_of(core::Reason reason,
+  [[nodiscard]] std::string remedy_of(core::Reason reason, const std::string& record,
                                       const compensation::CompensationOptions& options) const;
 
   core::PerAxis<Axis> axes_;

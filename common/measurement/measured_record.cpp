@@ -99,7 +99,8 @@ MeasuredColumns columns_of(const record::RecordInfo& info, const MeasuredRecordR
   MeasuredColumns columns{.file = request.record.file,
                           .probes = info.probes,
                           .has_reference = info.has_reference != core::PerAxis<bool>{},
-                          .sample_period_s = info.sample_period_s};
+                          .sample_period_s = info.sample_period_s,
+                          .source = column_source_of(info.path)};
   const auto is_wanted = [&](core::Axis axis) {
     return request.axes.empty() ||
            std::find(request.axes.begin(), request.axes.end(), axis) != request.axes.end();
@@ -133,7 +134,7 @@ class MeasuredRecordBuilder::Implementation {
                  .rate_unit_radps = units_of(columns_, Quantity::kRate),
                  .reference_unit_radps = units_of(columns_, Quantity::kReference),
                  .sample_period_s = require_period(columns_.sample_period_s, columns_.file)}),
-        watch_(columns_.file, columns_.columns) {}
+        watch_(columns_.file, columns_.source, columns_.columns) {}
 
   void add(const record::RecordRow& row) {
     if (watch_.rows() > 0) gaps_.add(row.interval_s, columns_.sample_period_s);

@@ -45,6 +45,7 @@ struct MeasuredColumns {
   std::vector<std::string> probes{};
   bool has_reference = false;
   double sample_period_s = 1.0;
+  ColumnSource source = ColumnSource::kTable;
 };
 
 // The same rows make the same record, whoever brings them. The probes of the series are in the

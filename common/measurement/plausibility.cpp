@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/core/units.h"
+#include "common/record/bag_files.h"
 #include "common/report/numbers.h"
 #include "common/report/plain_text.h"
 
@@ -81,12 +82,6 @@ std::optional<OtherUnit> unit_that_fits(const BoundColumn& column, const ValueRa
   return std::nullopt;
 }
 
-// "; is it in degF? then --columns 'temperature_coil=temp[degF]'"
-std::string question_of(const BoundColumn& column, std::string_view unit) {
-  return "; is it in " + std::string(unit) + "? then --columns '" + record::name(column.channel) +
-         "=" + header_of(column) + "[" + std::string(unit) + "]'";
-}
-
 std::size_t probes_of(const std::vector<BoundColumn>& columns) {
   std::size_t probes = 0;
   for (const BoundColumn& column : columns) {
@@ -110,8 +105,13 @@ std::string_view name(DoubtKind kind) {
   return "";
 }
 
-RecordWatch::RecordWatch(std::string record, const std::vector<BoundColumn>& columns)
-    : record_(std::move(record)), standstills_(probes_of(columns)) {
+ColumnSource column_source_of(const std::filesystem::path& record) {
+  return record::is_mcap_record(record) ? ColumnSource::kMcap : ColumnSource::kTable;
+}
+
+RecordWatch::RecordWatch(std::string record, ColumnSource source,
+                         const std::vector<BoundColumn>& columns)
+    : record_(std::move(record)), source_(source), standstills_(probes_of(columns)) {
   for (const BoundColumn& column : columns) {
     if (column.role != record::ColumnRole::kValue) continue;
     columns_.emplace_back(column);
@@ -122,7 +122,7 @@ RecordWatch::RecordWatch(std::string record, const std::vector<BoundColumn>& col
 }
 
 RecordWatch::RecordWatch(const record::RecordInfo& info, std::string_view columns)
-    : RecordWatch(info.path.string(),
+    : RecordWatch(info.path.string(), column_source_of(info.path),
                   record::bind_columns(info.path, info.columns, record::parse_column_map(columns))
                       .columns) {}
 
@@ -177,6 +177,17 @@ std::vector<Doubt> RecordWatch::doubts() const {
                          "to be distinguished from noise"});
   }
   return found;
+}
+
+// "; is it in degF? then --columns 'temperature_coil=temp[degF]'"
+std::string RecordWatch::question_of(const BoundColumn& column, std::string_view unit) const {
+  std::string text = "; is it in " + std::string(unit) + "?";
+  if (source_ == ColumnSource::kLive)
+    return text + " expected " + std::string(record::default_unit(column.channel.quantity));
+  text += " then ";
+  if (source_ == ColumnSource::kMcap) text += "zerodrift export to a .csv, and read that with ";
+  return text + "--columns '" + record::name(column.channel) + "=" + header_of(column) + "[" +
+         std::string(unit) + "]'";
 }
 
 std::optional<std::string> RecordWatch::not_measurable(const ColumnWatch& column) const {

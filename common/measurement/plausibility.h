@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -26,6 +27,14 @@ enum class DoubtKind : std::uint8_t {
   kTooShort,       // for drift to be distinguished from noise
 };
 [[nodiscard]] std::string_view name(DoubtKind kind);  // "not_measurable", ...
+
+// Where the columns of a record come from, and so how one is read in another unit.
+enum class ColumnSource : std::uint8_t {
+  kTable,  // of text: by --columns
+  kMcap,   // which has no --columns: as a table, by zerodrift export
+  kLive,   // in the unit of its topic alone
+};
+[[nodiscard]] ColumnSource column_source_of(const std::filesystem::path& record);
 
 struct Doubt {
   DoubtKind kind = DoubtKind::kNotMeasurable;
@@ -56,7 +65,8 @@ inline constexpr ValueRange kLaboratoryInDegf{59.0, 122.0};
 class RecordWatch {
  public:
   // Of columns that are values; others are left out.
-  RecordWatch(std::string record, const std::vector<record::BoundColumn>& columns);
+  RecordWatch(std::string record, ColumnSource source,
+              const std::vector<record::BoundColumn>& columns);
   // `columns`: the text of --columns that the record is read with.
   RecordWatch(const record::RecordInfo& info, std::string_view columns);
 
@@ -85,7 +95,11 @@ class RecordWatch {
   [[nodiscard]] std::optional<std::string> standstill(const ColumnWatch& column) const;
   [[nodiscard]] double widest_temperature_degc() const;
 
+  [[nodiscard]] std::string question_of(const record::BoundColumn& column,
+                                        std::string_view unit) const;
+
   std::string record_;
+  ColumnSource source_;
   std::vector<ColumnWatch> columns_;
   core::PerAxis<bool> has_reference_{};
   core::PerAxis<MeanSize> drift_{};  // of rate less reference

@@ -46,7 +46,9 @@ McapRows::McapRows(const std::filesystem::path& path, const RecordOptions& optio
     : time_order_(options.time_order) {
   info_.path = path;
   if (!options.columns.empty())
-    throw files::FileError(path.string() + ": is an MCAP file, which --columns says nothing of");
+    throw files::FileError(path.string() +
+                           ": is an MCAP file, which --columns says nothing of; zerodrift export "
+                           "makes a .csv of it, which --columns can be used with");
   try {
     open_files(path);
     messages_ = find_messages(files_, path.string(), options);

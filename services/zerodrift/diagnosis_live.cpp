@@ -146,7 +146,8 @@ measurement::MeasuredColumns LiveDiagnosis::columns() const {
   measurement::MeasuredColumns columns{.file = request_.record.file,
                                        .probes = rows_.probes(),
                                        .has_reference = rows_.has_reference(),
-                                       .sample_period_s = rows_.sample_period_s()};
+                                       .sample_period_s = rows_.sample_period_s(),
+                                       .source = measurement::ColumnSource::kLive};
   const auto& wanted = request_.axes;
   for (const auto axis : core::kAxes) {
     if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), axis) == wanted.end()) continue;

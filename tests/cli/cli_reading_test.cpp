@@ -86,6 +86,33 @@ TEST_F(Reading, ARecordWithoutARateIsRefusedWithAGuessByEveryCommandThatNeedsOne
   EXPECT_NE(asked.out.find("rate_x=wx_deg_h[deg/h]"), std::string::npos) << asked.out;
 }
 
+// Before: of an MCAP file --columns was advised, which is refused with one.
+TEST_F(Reading, ThatAnMcapFileIsInKelvinIsAdvisedWithWhatWorks) {
+  std::string text = "time_s,rate_x_deg_h,temperature_coil_degC\n";
+  for (int i = 0; i < 600; ++i) {
+    const int rate = i * i % 7;
+    text += std::to_string(i) + ",1." + std::to_string(rate) + "," +
+            std::to_string(293.0 + 0.01 * i) + "\n";
+  }
+  system_test::write(path("r.csv"), text);
+  ASSERT_EQ(run({"export", "@r.csv", "--out", "@r.mcap"}).exit_code, 0);
+  const Finished doubted = run({"compensate", "--record", "@r.mcap"});
+  EXPECT_EQ(doubted.exit_code, 0) << doubted.err;
+  for (const char* advised :
+       {"is it in K? then zerodrift export to a .csv, and read that with --columns "
+        "'temperature_coil=temperature_coil_degC[K]'\n",
+        "temperature_missing; what would be right: a temperature of the probe that the features "
+        "need "
+        "(of a ROS 2 bag: --temperature-topic PROBE=TOPIC)\n"})
+    EXPECT_NE(doubted.out.find(advised), std::string::npos) << advised << doubted.out;
+  ASSERT_EQ(run({"export", "@r.mcap", "--out", "@kelvin.csv"}).exit_code, 0);
+  const Finished cured = run({"compensate", "--record", "@kelvin.csv", "--columns",
+                              "temperature_coil=temperature_coil_degC[K]"});
+  EXPECT_EQ(cured.exit_code, 0) << cured.err;
+  EXPECT_EQ(cured.out.find("doubtful"), std::string::npos) << cured.out;
+  EXPECT_EQ(cured.out.find("no temperature was ever used"), std::string::npos) << cured.out;
+}
+
 // A terminal obeys control characters, and some turn the direction of writing: whoever wrote the
 // file commands nobody's terminal, in whichever of its names they stand.
 TEST_F(Reading, NoNameOfAColumnCommandsTheTerminalInAnyCommand) {

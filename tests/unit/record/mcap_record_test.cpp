@@ -221,7 +221,8 @@ TEST_F(McapRecord, ColumnsAreForCsv) {
   recording.add(1, rate_at(1.0, 0));
   EXPECT_EQ(refusal(recording.write_to(path("a.mcap")),
                     {.columns = parse_column_map("rate_x=gyro[deg/s]")}),
-            "a.mcap: is an MCAP file, which --columns says nothing of");
+            "a.mcap: is an MCAP file, which --columns says nothing of; zerodrift export makes a "
+            ".csv of it, which --columns can be used with");
 }
 
 TEST_F(McapRecord, TimeThatGoesBackIsAnErrorUnlessTheStreamIsAskedForAsItWas) {
