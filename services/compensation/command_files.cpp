@@ -1,14 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/compensation/command_files.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 
 #include "common/compensation/drift_prior.h"
 #include "common/config/compensation_config.h"
 #include "common/core/counted.h"
 #include "common/files/boot_id.h"
+#include "common/files/descriptor.h"
 #include "common/files/file_error.h"
 #include "common/files/named_file.h"
+#include "common/files/unfinished_file.h"
 
 namespace zerodrift::services {
 namespace {
@@ -57,6 +64,18 @@ std::string put_aside(const std::filesystem::path& folder, std::uint32_t gyro_id
 std::string how_long_ago(std::chrono::seconds age) {
   return age.count() < 0 ? "at a time that is still to come by this clock"
                          : std::to_string(age.count()) + " s ago";
+}
+
+void require_place_of_checkpoints(const std::filesystem::path& folder) {
+  if (folder.empty()) return;
+  const files::UnfinishedFile probe(folder / (".probe." + std::to_string(::getpid())));
+  const files::Descriptor file(
+      ::open(probe.path().c_str(), O_WRONLY | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600));
+  const int error = errno;
+  if (file.is_open() || error == ENOSPC || error == EDQUOT) return;
+  throw std::invalid_argument("--checkpoint-dir: found '" + folder.string() +
+                              "', in which no file can be created (" + std::strerror(error) +
+                              "), expected a folder that this user may write to");
 }
 
 std::shared_ptr<compensation::RestoredLearner> checkpoint_named(const std::filesystem::path& folder,

@@ -39,6 +39,11 @@ inline constexpr const char* kLatestCheckpoint = "latest";
 // "5 s ago" of a checkpoint; where the clock was set back since it was saved, `age` is below 0.
 [[nodiscard]] std::string how_long_ago(std::chrono::seconds age);
 
+// Throws std::invalid_argument with one line where no checkpoint can be saved in the folder. A full
+// disk is no reason: it may be cleared. Leaves nothing behind; an empty folder means that none is
+// configured.
+void require_place_of_checkpoints(const std::filesystem::path& folder);
+
 // Both throw CommandRefused. What is saved says on which boot of the computer it was; what is
 // restored on another one is of unknown age.
 [[nodiscard]] std::shared_ptr<compensation::RestoredLearner> checkpoint_named(

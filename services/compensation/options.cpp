@@ -9,6 +9,7 @@
 #include "common/config/compensation_config.h"
 #include "common/service/instance_sync.h"
 #include "common/service/time_option.h"
+#include "services/compensation/command_files.h"
 
 namespace zerodrift::services {
 namespace {
@@ -34,6 +35,7 @@ std::optional<double> checkpoint_period(std::string_view text) {
 }  // namespace
 
 CompensationNodeOptions CompensationArguments::complete() const {
+  require_place_of_checkpoints(node.checkpoint_dir);
   CompensationNodeOptions options = node;
   options.redundant = node.redundant || ownership_strength > 0;
   if (!config.empty()) options.compensation = config::load_compensation(config);
@@ -77,10 +79,9 @@ void add_options(CLI::App& app, CompensationArguments& arguments) {
                  "gyros compensated at most; samples of others are not answered, which is reported")
       ->check(CLI::Range(std::size_t{1}, CompensationNode::kMostGyros))
       ->capture_default_str();
-  app.add_option(
-         "--checkpoint-dir", node.checkpoint_dir,
-         "existing folder of checkpoints: of `ctl checkpoint` and `ctl restore`, and of those that "
-         "are made from time to time and resumed from at the start")
+  app.add_option("--checkpoint-dir", node.checkpoint_dir,
+                 "existing, writable folder of checkpoints: of `ctl checkpoint` and `ctl restore`, "
+                 "and of those that are made from time to time and resumed from at the start")
       ->check(CLI::ExistingDirectory);
   app.add_option("--checkpoint-period", node.checkpoint_period_s,
                  "with --checkpoint-dir: time between two checkpoints made without being asked")

@@ -224,6 +224,11 @@ TEST(Checkpoint, WithoutAFolderTheServiceSaysHowToEnableIt) {
     EXPECT_NE(refused.out.find("--checkpoint-dir"), std::string::npos) << refused.out;
   }
   EXPECT_EQ(system.run("compensation", {"--checkpoint-dir", "/no/such/folder"}).exit_code, 2);
+  const Finished unwritable = system.run("compensation", {"--checkpoint-dir", "/proc"});
+  EXPECT_EQ(unwritable.exit_code, 2);
+  EXPECT_NE(unwritable.err.find("--checkpoint-dir: found '/proc', in which no file can be created"),
+            std::string::npos)
+      << unwritable.err;
 }
 
 // Rule: a record that goes on where what a checkpoint knows ended is compensated as if the gyro had

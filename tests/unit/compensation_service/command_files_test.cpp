@@ -183,6 +183,23 @@ TEST_F(CommandFiles, AnAgeThatTheClockMakesNegativeIsSaidInWords) {
   EXPECT_EQ(how_long_ago(seconds::min()), "at a time that is still to come by this clock");
 }
 
+// Before: one that can't be written was accepted, and told of with the first checkpoint alone.
+// Nobody can create a file in /proc, root neither.
+TEST_F(CommandFiles, AFolderThatNoCheckpointCanBeSavedInIsRefusedAndAnyOtherStaysAsItIs) {
+  EXPECT_NO_THROW(require_place_of_checkpoints(""));
+  EXPECT_NO_THROW(require_place_of_checkpoints(folder_));
+  EXPECT_TRUE(fs::is_empty(folder_));
+  try {
+    require_place_of_checkpoints("/proc");
+    ADD_FAILURE();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(
+        error.what(),
+        "--checkpoint-dir: found '/proc', in which no file can be created (No such file or "
+        "directory), expected a folder that this user may write to");
+  }
+}
+
 // Names are tried in tests/unit/files/named_file_test.cpp.
 TEST_F(CommandFiles, ABadNameIsRefusedBeforeAnythingIsOpened) {
   for (const char* name : {"../x", "/etc/passwd", "a\nb", ".."}) {
