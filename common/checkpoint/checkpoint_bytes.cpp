@@ -180,6 +180,7 @@ proto::Checkpoint message_of(const Owner& owner, const compensation::LearnerStat
   message.set_layout(compensation::kLearnerLayout);
   message.set_learner(state.bytes);
   message.set_boot(state.boot);
+  message.set_saved_unix_s(state.saved_unix_s);
   return message;
 }
 
@@ -230,6 +231,7 @@ compensation::LearnerState learner_of(proto::Checkpoint& message) {
   compensation::LearnerState state = kernels_of(message);
   state.bytes = std::move(*message.mutable_learner());
   state.boot = message.boot();
+  state.saved_unix_s = message.saved_unix_s();
   return state;
 }
 

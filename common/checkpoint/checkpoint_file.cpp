@@ -23,7 +23,9 @@ std::string content(const std::filesystem::path& path) {
 std::shared_ptr<compensation::RestoredLearner> made_from(const compensation::LearnerState& state,
                                                          const Owner& owner) {
   try {
-    return std::make_shared<compensation::RestoredLearner>(owner.options, state);
+    auto learner = std::make_shared<compensation::RestoredLearner>(owner.options, state);
+    learner->saved_unix_s = state.saved_unix_s;
+    return learner;
   } catch (const std::invalid_argument& error) {
     throw CheckpointError(std::string("found values that no learner has: ") + error.what());
   }

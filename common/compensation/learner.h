@@ -106,6 +106,7 @@ struct LearnerState {
   std::string bytes{};   // all else, of kLearnerLayout; empty: only the kernels are known
   bool is_whole = true;  // false: with numbers that no learner begins with, which is a fault
   std::string boot{};    // of the computer it was saved by; empty: not said
+  std::int64_t saved_unix_s = 0;  // by that computer's clock; 0: not said
 };
 
 struct ModelSnapshot {
@@ -133,6 +134,7 @@ struct RestoredLearner {
   std::vector<AxisLearner> axes;
   core::PerAxis<bool> exchanged{true, true, true};  // by kExchange; the others learn on
   bool is_of_unknown_age = false;
+  std::int64_t saved_unix_s = 0;  // as LearnerState
   std::uint64_t epoch = 0;
   std::uint64_t labels = 0;
   std::atomic<std::uint64_t> installed_as{kNotYet};  // model epoch, for whoever gave it

@@ -165,11 +165,11 @@ void CompensationNode::resume(Gyro& source) {
            why + (kept.empty() ? "" : "; kept: zerodrift ctl restore " + kept));
   };
   try {
-    const auto age = std::chrono::duration_cast<std::chrono::seconds>(
-        std::filesystem::file_time_type::clock::now() - std::filesystem::last_write_time(file));
     const auto [loaded, left_behind] =
         checkpoint::resume(file, {source.id, source.configured}, files::boot_id());
     const bool is_of_unknown_age = loaded->is_of_unknown_age;
+    const std::string saved =
+        how_long_ago(loaded->saved_unix_s, service::unix_time_ns() / 1'000'000'000);
     {
       const std::lock_guard lock(data_mutex_);
       if (!source.compensator().restore_models(loaded))
@@ -184,7 +184,7 @@ void CompensationNode::resume(Gyro& source) {
     if (!left_behind.empty())
       return report_refused(left_behind + "; goes on with its kernels and learns all else anew");
     report("resumed", service::Severity::kInformation,
-           "goes on from " + file.string() + ", saved " + how_long_ago(age) + ", model epoch " +
+           "goes on from " + file.string() + ", saved " + saved + ", model epoch " +
                std::to_string(epoch.value_or(0)) +
                (is_of_unknown_age ? ", by another boot of the computer: the bias is learned anew"
                                   : "; what was learned since is lost"));

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 
 #include "common/compensation/drift_prior.h"
@@ -30,6 +31,11 @@ std::string read(const std::filesystem::path& folder, const std::string& file,
 }
 
 constexpr int kMostRefused = 9;  // files of a gyro that are put aside
+
+std::int64_t unix_s() {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::seconds>(now).count();
+}
 
 void require_name(const std::string& name) {
   if (const auto problem = files::problem_of_name(name)) throw CommandRefused(*problem);
@@ -61,9 +67,15 @@ std::string put_aside(const std::filesystem::path& folder, std::uint32_t gyro_id
   return "";
 }
 
-std::string how_long_ago(std::chrono::seconds age) {
-  return age.count() < 0 ? "at a time that is still to come by this clock"
-                         : std::to_string(age.count()) + " s ago";
+std::string how_long_ago(std::int64_t saved_unix_s, std::int64_t now_unix_s) {
+  constexpr std::int64_t kHourS = 3600;
+  constexpr std::int64_t kDayS = 24 * kHourS;
+  if (saved_unix_s == 0) return "at a time that it doesn't say";
+  if (saved_unix_s > now_unix_s) return "at a time that is still to come by this clock";
+  const std::int64_t age_s = now_unix_s - std::max<std::int64_t>(saved_unix_s, 0);
+  if (age_s < 2 * kHourS) return std::to_string(age_s) + " s ago";
+  if (age_s < 2 * kDayS) return std::to_string(age_s / kHourS) + " hours ago";
+  return std::to_string(age_s / kDayS) + " days ago";
 }
 
 void require_place_of_checkpoints(const std::filesystem::path& folder) {
@@ -96,6 +108,7 @@ void save_as(const std::filesystem::path& folder, const std::string& name,
              const checkpoint::Owner& owner, compensation::LearnerState state) {
   const std::string file = checkpoint_file_name(owner.gyro_id, name);
   state.boot = files::boot_id();
+  state.saved_unix_s = unix_s();
   try {
     checkpoint::save(folder / file, owner, state);
   } catch (const files::FileError& error) {

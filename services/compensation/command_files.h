@@ -3,7 +3,6 @@
 // names. A refusal quotes the command's own arguments, cleaned, and never what a file holds.
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -36,16 +35,17 @@ inline constexpr const char* kLatestCheckpoint = "latest";
 // "refused", "refused-2"... Empty: it stays where it is.
 [[nodiscard]] std::string put_aside(const std::filesystem::path& folder, std::uint32_t gyro_id);
 
-// "5 s ago" of a checkpoint; where the clock was set back since it was saved, `age` is below 0.
-[[nodiscard]] std::string how_long_ago(std::chrono::seconds age);
+// "5 s ago" of a checkpoint that says when it was saved, 0 where it doesn't; the clock may have
+// been set back since then.
+[[nodiscard]] std::string how_long_ago(std::int64_t saved_unix_s, std::int64_t now_unix_s);
 
 // Throws std::invalid_argument with one line where no checkpoint can be saved in the folder. A full
 // disk is no reason: it may be cleared. Leaves nothing behind; an empty folder means that none is
 // configured.
 void require_place_of_checkpoints(const std::filesystem::path& folder);
 
-// Both throw CommandRefused. What is saved says on which boot of the computer it was; what is
-// restored on another one is of unknown age.
+// Both throw CommandRefused. What is saved says when and on which boot of the computer it was; what
+// is restored on another one is of unknown age.
 [[nodiscard]] std::shared_ptr<compensation::RestoredLearner> checkpoint_named(
     const std::filesystem::path& folder, const std::string& name, const checkpoint::Owner& owner);
 void save_as(const std::filesystem::path& folder, const std::string& name,

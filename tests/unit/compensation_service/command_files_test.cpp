@@ -6,8 +6,11 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <sstream>
 #include <string>
 
@@ -174,13 +177,38 @@ TEST_F(CommandFiles, ACheckpointOfAnotherBootIsOfUnknownAge) {
   EXPECT_TRUE(checkpoint_named(folder_, "other", owner)->is_of_unknown_age);
 }
 
+// Before: the age was that of the file, so that a backup copied back was "saved 0 s ago".
+TEST_F(CommandFiles, ACheckpointSaysWhenItWasSavedWhateverBecomesOfItsFile) {
+  compensation::Compensator compensator(options_);
+  auto state = compensator.learner().export_state();
+  const checkpoint::Owner owner{.gyro_id = 1, .options = options_};
+  const auto before = std::chrono::system_clock::now();
+  save_as(folder_, "own", owner, state);
+  fs::last_write_time(folder_ / "1-own.ckpt",
+                      fs::file_time_type::clock::now() - std::chrono::hours(24 * 40));
+  const std::int64_t saved_s = checkpoint_named(folder_, "own", owner)->saved_unix_s;
+  EXPECT_GE(saved_s, std::chrono::system_clock::to_time_t(before));
+  EXPECT_LE(saved_s, std::chrono::system_clock::to_time_t(std::chrono::system_clock::now()));
+  checkpoint::save(folder_ / "1-older.ckpt", owner, state);
+  EXPECT_EQ(checkpoint_named(folder_, "older", owner)->saved_unix_s, 0);
+}
+
 // Before: "saved -2591999 s ago" where the clock had been set back by a month.
-TEST_F(CommandFiles, AnAgeThatTheClockMakesNegativeIsSaidInWords) {
-  using std::chrono::seconds;
-  EXPECT_EQ(how_long_ago(seconds{61}), "61 s ago");
-  EXPECT_EQ(how_long_ago(seconds{0}), "0 s ago");
-  EXPECT_EQ(how_long_ago(seconds{-1}), "at a time that is still to come by this clock");
-  EXPECT_EQ(how_long_ago(seconds::min()), "at a time that is still to come by this clock");
+TEST_F(CommandFiles, AnAgeIsSaidInItsOrderOfMagnitudeAndOneThatTheClockMakesNegativeInWords) {
+  constexpr std::int64_t kNow = 1'700'000'000;
+  constexpr std::int64_t kHour = 3600;
+  const auto ago = [](std::int64_t age_s) { return how_long_ago(kNow - age_s, kNow); };
+  EXPECT_EQ(ago(61), "61 s ago");
+  EXPECT_EQ(ago(0), "0 s ago");
+  EXPECT_EQ(ago(2 * kHour - 1), "7199 s ago");
+  EXPECT_EQ(ago(2 * kHour), "2 hours ago");
+  EXPECT_EQ(ago(48 * kHour - 1), "47 hours ago");
+  EXPECT_EQ(ago(40 * 24 * kHour), "40 days ago");
+  EXPECT_EQ(ago(-1), "at a time that is still to come by this clock");
+  EXPECT_EQ(how_long_ago(std::numeric_limits<std::int64_t>::max(), kNow),
+            "at a time that is still to come by this clock");
+  EXPECT_EQ(how_long_ago(std::numeric_limits<std::int64_t>::min(), kNow), "19675 days ago");
+  EXPECT_EQ(how_long_ago(0, kNow), "at a time that it doesn't say");
 }
 
 // Before: one that can't be written was accepted, and told of with the first checkpoint alone.
