@@ -247,6 +247,10 @@ service::Status GyroPublisherNode::status() const {
   service::Status status;
   status.state = published > 0 ? service::State::kRunning : service::State::kWaiting;
   status.summary = core::counted(published, "sample") + " published";
+  if (ros2_ && published == 0 && ros2_->watch().unstamped() > 0) {
+    status.state = service::State::kDegraded;
+    status.summary += ": all messages of " + ros2_->topic() + " lack a header.stamp";
+  }
   status.flow = {.topic = dds::kAngularRate.name,
                  .end = dds::Direction::kWriter,
                  .samples = published,

@@ -272,6 +272,12 @@ service::Status ThermalPublisherNode::status() const {
   service::Status status;
   status.state = published > 0 ? service::State::kRunning : service::State::kWaiting;
   status.summary = core::counted(published, "reading") + " published";
+  const auto is_unstamped = [](const auto& source) { return source->watch().unstamped() > 0; };
+  const auto unstamped_source = std::find_if(ros2_.begin(), ros2_.end(), is_unstamped);
+  if (published == 0 && unstamped_source != ros2_.end()) {
+    status.state = service::State::kDegraded;
+    status.summary += ": all messages of " + (*unstamped_source)->topic() + " lack a header.stamp";
+  }
   service::StatusPart& of_gyro = status.parts.emplace_back();  // as the gyro's publisher
   of_gyro.name = std::to_string(gyro_id_);
   of_gyro.summary = status.summary;

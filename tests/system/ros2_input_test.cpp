@@ -11,6 +11,7 @@
 #include <thread>
 #include <vector>
 
+#include "common/dds/ros2_imu.h"
 #include "tests/support/cyclone_loopback.h"
 #include "tests/system/system_under_test.h"
 
@@ -185,6 +186,39 @@ TEST(Ros2Input, WithoutANodeItSaysWhomItWaitsForAndAnotherTypeIsTold) {
   }));
   Ros2Node node(system, system.network().domain, 1);
   EXPECT_TRUE(eventually([&] { return told(events, "type_mismatch", "rt/imu/temperature"); }));
+}
+
+// Rule: who can use nothing of what is published is not well. Before: it waited, in good health.
+TEST(Ros2Input, ATopicOfWhichNoMessageHasAStampIsDegraded) {
+  SystemUnderTest system(Domain::kRos2InputAlone);
+  dds::Participant participant("test", system.network());
+  Collector<msg::Event> events(participant);
+  Collector<msg::ServiceStatus> statuses(participant);
+  dds::RosImuWriter node(participant, {.name = "imu/unstamped"}, 1);
+  system.start("gyro_publisher", {"--source", "ros2:/imu/unstamped"});
+  const auto is = [&](std::uint32_t state, const std::string& summary) {
+    return statuses.any([&](const msg::ServiceStatus& status) {
+      return std::string(status.service().c_str()) == "gyro_publisher" && status.state() == state &&
+             std::string(status.summary().c_str()).ends_with(summary);
+    });
+  };
+  constexpr std::uint32_t kRunning = 2;
+  constexpr std::uint32_t kDegraded = 3;
+  EXPECT_TRUE(eventually([&] {
+    node.write(msg::CompensatedRate{});
+    std::this_thread::sleep_for(20ms);
+    return is(kDegraded,
+              "0 samples published: all messages of rt/imu/unstamped lack a header.stamp");
+  }));
+  EXPECT_TRUE(eventually([&] { return told(events, "ros2_stamp_missing", "rt/imu/unstamped"); }));
+  msg::CompensatedRate stamped;
+  stamped.sensor_time_ns(kBegin);
+  EXPECT_TRUE(eventually([&] {
+    stamped.sensor_time_ns(stamped.sensor_time_ns() + kSecond / 100);
+    node.write(stamped);
+    std::this_thread::sleep_for(10ms);
+    return is(kRunning, " published");
+  }));
 }
 
 TEST(Ros2Input, ATopicThatRos2WouldRefuseIsRefusedAtTheStart) {
