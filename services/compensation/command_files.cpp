@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <chrono>
 #include <cstring>
 
 #include "common/compensation/drift_prior.h"
@@ -17,6 +16,7 @@
 #include "common/files/file_error.h"
 #include "common/files/named_file.h"
 #include "common/files/unfinished_file.h"
+#include "common/service/monotonic_clock.h"
 
 namespace zerodrift::services {
 namespace {
@@ -31,11 +31,6 @@ std::string read(const std::filesystem::path& folder, const std::string& file,
 }
 
 constexpr int kMostRefused = 9;  // files of a gyro that are put aside
-
-std::int64_t unix_s() {
-  const auto now = std::chrono::system_clock::now().time_since_epoch();
-  return std::chrono::duration_cast<std::chrono::seconds>(now).count();
-}
 
 void require_name(const std::string& name) {
   if (const auto problem = files::problem_of_name(name)) throw CommandRefused(*problem);
@@ -108,7 +103,7 @@ void save_as(const std::filesystem::path& folder, const std::string& name,
              const checkpoint::Owner& owner, compensation::LearnerState state) {
   const std::string file = checkpoint_file_name(owner.gyro_id, name);
   state.boot = files::boot_id();
-  state.saved_unix_s = unix_s();
+  state.saved_unix_s = service::unix_time_ns() / 1'000'000'000;
   try {
     checkpoint::save(folder / file, owner, state);
   } catch (const files::FileError& error) {
