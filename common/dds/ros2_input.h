@@ -39,22 +39,27 @@ template <typename Message>
 class RosReader {
  public:
   using Said = decltype(from_message(std::declval<const Message&>()));
-  // On the participant's receiving thread, one at a time. `missing`: samples of the same writer
-  // that did not arrive before this one.
-  using OnMessage = std::function<void(const Said&, std::uint64_t missing)>;
+  // On the participant's receiving thread, one at a time; of several writers, those of each.
+  using OnMessage = std::function<void(const Said&, const SampleOrigin&)>;
+  // On its discovery thread: the writer is gone for good.
+  using OnLeft = std::function<void(const eprosima::fastrtps::rtps::GUID_t& writer)>;
 
   // Throws std::invalid_argument with one line where `name` is no topic's name, DdsError.
   RosReader(Participant& participant, const std::string& name, OnMessage on_message,
-            EndpointObserver observer = {})
+            EndpointObserver observer = {}, OnLeft on_left = {})
       : topic_(checked(name)),
         spec_(spec_of(topic_)),
         on_message_(std::move(on_message)),
+        on_left_(std::move(on_left)),
         reader_(
             participant, spec_,
             [this](const Message& message, const SampleOrigin& origin) {
-              on_message_(from_message(message), missing_.before(origin));
+              on_message_(from_message(message), origin);
             },
-            std::move(observer)) {}
+            std::move(observer),
+            [this](const eprosima::fastrtps::rtps::GUID_t& writer, Departure departure) {
+              if (departure == Departure::kLeft && on_left_) on_left_(writer);
+            }) {}
 
   // Of DDS: "rt/imu/data_raw". Valid as long as the reader.
   [[nodiscard]] const std::string& topic() const noexcept { return topic_; }
@@ -74,7 +79,7 @@ class RosReader {
   std::string topic_;
   TopicSpec spec_;
   OnMessage on_message_;
-  MissingSamples missing_;
+  OnLeft on_left_;
   Reader<Message> reader_;
 };
 

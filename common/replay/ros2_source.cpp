@@ -40,17 +40,21 @@ void RosParticipant::report() {
 RosTopicWatch::RosTopicWatch(service::Host& host, std::uint32_t gyro_id, std::uint32_t domain)
     : host_(host), gyro_id_(gyro_id), domain_(domain) {}
 
-void RosTopicWatch::raise(const char* code, Severity severity, const std::string& text,
-                          std::uint64_t times) {
-  host_.raise_counted(
-      {.code = code, .severity = severity, .text = text, .gyro_id = gyro_id_, .sensor_time_ns = 0},
-      times);
+void RosTopicWatch::raise(const char* code, Severity severity, const std::string& topic,
+                          const std::string& text, std::uint64_t times) {
+  host_.raise_counted({.code = code,
+                       .severity = severity,
+                       .text = text,
+                       .gyro_id = gyro_id_,
+                       .sensor_time_ns = 0,
+                       .subject = topic},
+                      times);
 }
 
 void RosTopicWatch::report(const std::string& topic, std::string_view type, int publishers,
-                           double waited_s) {
+                           std::uint64_t refused, double waited_s) {
   const std::uint64_t unstamped = unstamped_;
-  raise("ros2_stamp_missing", Severity::kWarning,
+  raise("ros2_stamp_missing", Severity::kWarning, topic,
         topic +
             ": messages without a header.stamp (0, or no time) are left out: a sample's time is "
             "its sensor's",
@@ -58,18 +62,17 @@ void RosTopicWatch::report(const std::string& topic, std::string_view type, int 
   reported_unstamped_ = unstamped;
   if (publishers == 0 && received_ == 0 && waited_s > kPatienceS && !reported_nobody_) {
     reported_nobody_ = true;
-    raise("ros2_no_publisher", Severity::kInformation,
+    raise("ros2_no_publisher", Severity::kInformation, topic,
           "nobody publishes " + topic + " (" + std::string(type) + ") in domain " +
               std::to_string(domain_) + " yet; `ros2 topic info -v` names topic, type and domain",
           1);
   }
-  if (publishers > 1 && !reported_several_) {
-    raise("ros2_several_publishers", Severity::kWarning,
-          topic + ": " + std::to_string(publishers) +
-              " publishers, expected one: samples of two sensors are no gyro's",
-          1);
-  }
-  reported_several_ = publishers > 1;
+  raise("duplicate_publisher", Severity::kWarning, topic,
+        topic +
+            ": a second publisher sends on this topic; only the first is used, until it is gone "
+            "or silent",
+        refused - reported_refused_);
+  reported_refused_ = refused;
 }
 
 }  // namespace zerodrift::replay

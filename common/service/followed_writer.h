@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which of several publishers of a thermometer is followed, so that two streams are never mixed:
+// Which of several publishers of a stream is followed, so that two streams are never mixed:
 // the first, until it is gone or silent. What another one sends waits meanwhile: it is refused when
 // the one that is followed goes on, and taken when that one is over. So GyroPipeline does it for
 // rates, which come much faster, and of which instances have to follow the same.
@@ -21,16 +21,20 @@ namespace zerodrift::service {
 
 inline constexpr std::int64_t kSilentPublisherNs = 1'000'000'000;  // may be replaced
 
-template <typename Writer>
+// A `Sample` has its sensor's `time`, and says by `measured` that it is no end of the stream.
+template <typename Writer, typename Sample = core::TemperatureSample>
 class FollowedWriter {
  public:
-  // `stale_after`: who sends nothing for so long may be replaced, however slow it is.
-  explicit FollowedWriter(core::SensorTime stale_after) : stale_after_(stale_after) {}
+  static constexpr std::size_t kWaiting = 512;  // as many as a writer keeps
+
+  // `stale_after`: who sends nothing for so long may be replaced, however slow it is. `waiting`: of
+  // more samples that wait the oldest are refused.
+  explicit FollowedWriter(core::SensorTime stale_after, std::size_t waiting = kWaiting)
+      : stale_after_(stale_after), waiting_(waiting) {}
 
   // Gives `take` what is to be used now, in order of arrival.
   template <typename Take>
-  void push(const core::TemperatureSample& sample, const Writer& writer, std::int64_t now_ns,
-            const Take& take) {
+  void push(const Sample& sample, const Writer& writer, std::int64_t now_ns, const Take& take) {
     if (!followed_) followed_ = writer;
     if (*followed_ == writer) {
       rejected_ += waiting_.size();
@@ -71,6 +75,7 @@ class FollowedWriter {
     }
   }
 
+  [[nodiscard]] bool follows(const Writer& writer) const noexcept { return followed_ == writer; }
   // The one that was followed is gone, and nobody has sent since.
   [[nodiscard]] bool is_gone() const noexcept { return is_gone_; }
   // What was used last is a measurement, not that nothing more comes.
@@ -78,15 +83,13 @@ class FollowedWriter {
   [[nodiscard]] std::uint64_t rejected() const noexcept { return rejected_; }
 
  private:
-  static constexpr std::size_t kWaiting = 512;  // as many as a writer keeps
-
   struct Waiting {
-    core::TemperatureSample sample{};
+    Sample sample{};
     Writer writer{};
   };
 
   template <typename Take>
-  void use(const core::TemperatureSample& sample, std::int64_t now_ns, const Take& take) {
+  void use(const Sample& sample, std::int64_t now_ns, const Take& take) {
     interval_.reset();
     if (newest_ && sample.time > *newest_)
       interval_ = core::saturating_difference(sample.time, *newest_);
@@ -116,7 +119,7 @@ class FollowedWriter {
   }
 
   core::SensorTime stale_after_;
-  core::RingBuffer<Waiting> waiting_{kWaiting};  // since the newest of the one that is followed
+  core::RingBuffer<Waiting> waiting_;  // since the newest of the one that is followed
   std::optional<Writer> followed_{};
   std::optional<core::SensorTime> newest_{};    // of the one that is followed
   std::optional<core::SensorTime> interval_{};  // between its last two

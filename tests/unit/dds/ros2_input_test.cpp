@@ -71,13 +71,15 @@ TEST(RosReader, HearsEveryMessageOfATopicInOrderAndMissesNone) {
   Participant reading("reading", domain.network());
   std::mutex mutex;
   std::vector<double> heard;
+  MissingSamples missing;
   std::uint64_t all_missing = 0;
-  const RosReader<Temperature> reader(reading, "/imu/temperature",
-                                      [&](const core::RosTemperature& said, std::uint64_t missing) {
-                                        const std::lock_guard lock(mutex);
-                                        heard.push_back(said.temperature_degc);
-                                        all_missing += missing;
-                                      });
+  const RosReader<Temperature> reader(
+      reading, "/imu/temperature",
+      [&](const core::RosTemperature& said, const SampleOrigin& origin) {
+        const std::lock_guard lock(mutex);
+        heard.push_back(said.temperature_degc);
+        all_missing += missing.before(origin);
+      });
   TopicSpec spec = kRos2TemperatureInput;
   spec.name = reader.topic();
   Writer<Temperature> writer(writing, spec, {});
@@ -104,16 +106,17 @@ TEST(RosReader, WhatABurstLosesIsCountedToTheLastSample) {
   Participant reading("reading", domain.network());
   constexpr std::uint64_t kBurst = 5000;
   std::mutex held;
+  MissingSamples missing;
   std::atomic<std::uint64_t> heard{0};
   std::atomic<std::uint64_t> missed{0};
   std::atomic<bool> is_last{false};
   std::atomic<std::uint64_t> told{0};
   const RosReader<Imu> reader(
       reading, "imu/data_raw",
-      [&](const core::RosImu& said, std::uint64_t missing) {
+      [&](const core::RosImu& said, const SampleOrigin& origin) {
         const std::lock_guard lock(held);
         ++heard;
-        missed += missing;
+        missed += missing.before(origin);
         is_last = said.stamp.sec == 1;
       },
       [&](const EndpointEvent& event) {
@@ -149,8 +152,9 @@ TEST(RosReader, WhatABurstLosesIsCountedToTheLastSample) {
 TEST(RosReader, ANameThatIsNoTopicsIsRefused) {
   const TestDomain domain(115);
   Participant participant("reading", domain.network());
-  EXPECT_THROW(RosReader<Imu>(participant, "imu//data", [](const core::RosImu&, std::uint64_t) {}),
-               std::invalid_argument);
+  EXPECT_THROW(
+      RosReader<Imu>(participant, "imu//data", [](const core::RosImu&, const SampleOrigin&) {}),
+      std::invalid_argument);
 }
 
 }  // namespace
