@@ -33,6 +33,7 @@ namespace {
 
 constexpr const char* kDomainOption = "--domain";
 constexpr const char* kDomainVariable = "ZERODRIFT_DOMAIN";
+constexpr const char* kWaitForOption = "--wait-for";
 constexpr std::string_view kNoMemory = "no memory is left";
 constexpr std::string_view kNoThread =
     "no further thread can be started: the limit of threads (of the user, or of the container) or "
@@ -191,10 +192,27 @@ class HelpOfATerminal : public CLI::Formatter {
   }
 };
 
+// An empty value is mostly a variable of the shell that isn't set: --security "$FOLDER" would run
+// unsecured in silence. It has a meaning where a list says who is waited for: nobody.
+void refuse_empty_values(CLI::App& app) {
+  for (CLI::Option* option : app.get_options([](const CLI::Option*) { return true; })) {
+    if (option->get_items_expected_max() == 0 || option->check_name(kWaitForOption)) continue;
+    const std::string otherwise =
+        option->nonpositional() ? "; without one leave the option out" : "";
+    // Before what else looks at the value.
+    option->transform(CLI::Validator(
+        [otherwise](const std::string& value) {
+          return value.empty() ? "found an empty value, expected one" + otherwise : "";
+        },
+        ""));
+  }
+}
+
 // Of each command too: what a script asks it of is what the script calls.
 void prepare(CLI::App& app, const char* version) {
   app.formatter(std::make_shared<HelpOfATerminal>());
   app.set_version_flag("--version", version, "Print version, commit and build");
+  refuse_empty_values(app);
   for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
     prepare(*command, version);
 }

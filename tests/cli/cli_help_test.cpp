@@ -118,6 +118,39 @@ TEST_F(Help, ShowsWhatAnOptionIsWithoutIt) {
   shows({"gyro-publisher"}, "--temperature-unit ENUM:C|C_100|F|F_100=C\n");
 }
 
+// Before: --security "" ran unsecured, and --config "" by the defaults, without a word.
+TEST_F(Help, OffersNoOptionThatTakesAnEmptyValueButWhoIsWaitedFor) {
+  // A space and what the value is, where a flag has none or what it needs.
+  const std::regex with_value(R"(  (?:-[a-zA-Z],)?(--[a-z0-9-]+) (?!Needs:)[^ ].*)");
+  int seen = 0;
+  for (const auto& [command, help] : every_help()) {
+    std::istringstream lines(help);
+    std::smatch found;
+    for (std::string line; std::getline(lines, line);) {
+      if (!std::regex_match(line, found, with_value)) continue;
+      const std::string option = found[1];
+      if (option == "--wait-for") continue;
+      ++seen;
+      const Finished asked = run(system_test::operator+(command, {option, ""}));
+      EXPECT_EQ(asked.exit_code, 2) << name_of(command) << ' ' << option;
+      EXPECT_NE(asked.err.find(": " + option +
+                               ": found an empty value, expected one; without one leave the option "
+                               "out (--help tells more)\n"),
+                std::string::npos)
+          << name_of(command) << '\n'
+          << asked.err;
+      EXPECT_EQ(lines_of(asked.err), 1U) << asked.err;
+    }
+  }
+  EXPECT_GE(seen, 400) << "paths, addresses, times and what else is a value";
+}
+
+TEST_F(Help, AnEmptyArgumentIsRefusedAsAnEmptyOptionIs) {
+  const Finished asked = run({"ctl", "inject", ""});
+  EXPECT_EQ(asked.exit_code, 2);
+  EXPECT_EQ(asked.err, "ctl: what: found an empty value, expected one (--help tells more)\n");
+}
+
 TEST_F(Help, ARateIsTakenWithItsUnit) {
   make_record(30);
   const std::string model = std::string(ZERODRIFT_SOURCE_DIR) + "/config/models/paper_fog.yaml";
