@@ -183,8 +183,15 @@ class Watch : public SecurityWatch, protected fdds::DomainParticipantListener {
  protected:
   PacketGuard& guard() noexcept { return entrance_->guard; }
   SecurityNotices& notices() noexcept { return *notices_; }
+  // Of one that has no certificates itself. Those who have some neither receive it nor are
+  // received, which is no fault of anything else here.
   virtual void came(const rtps::ParticipantProxyData& participant) {
     guard().know(prefix_of(participant.m_guid));
+    if (participant.identity_token_.class_id().empty()) return;
+    notices().add("certificate_missing",
+                  "participant " + text_of_participant(participant) +
+                      " takes part with certificates only, and this process has none: expected "
+                      "--security with its folder of keys and certificates");
   }
   virtual void went(const rtps::GUID_t& participant) { guard().forget(prefix_of(participant)); }
 

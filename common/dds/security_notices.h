@@ -12,7 +12,7 @@ namespace zerodrift::dds {
 
 // What was refused since the last time somebody asked.
 struct SecurityNotice {
-  std::string code;  // participant_refused, packet_refused, packet_replayed or security_warning
+  std::string code;  // as in the table of deploy/security/README.md
   std::string text;  // one line on the newest
   std::uint64_t count = 0;
 };

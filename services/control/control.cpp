@@ -44,6 +44,12 @@ struct ControlOptions {
 
 constexpr auto kAllSpeakWithin = 500ms;  // each service does four times a second
 
+// Nobody was found: what security refused meanwhile may be the reason.
+void tell_security_notices(const std::string& command, dds::Participant& participant) {
+  for (const dds::SecurityNotice& notice : participant.take_security_notices())
+    std::fprintf(stderr, "ctl %s: %s\n", command.c_str(), notice.text.c_str());
+}
+
 int show_once(const ControlOptions& options) {
   dds::Participant participant("zerodrift_ctl", options.network);
   StatusBoard board(participant);
@@ -56,6 +62,7 @@ int show_once(const ControlOptions& options) {
   if (!board.has_compensation()) {
     std::fprintf(stderr, "ctl status: no compensation service found in domain %u within %g s\n",
                  options.network.domain, options.wait_s);
+    tell_security_notices("status", participant);
     return service::kExitNo;
   }
   std::fputs((options.json ? board.json() + '\n' : board.table()).c_str(), stdout);
@@ -151,7 +158,7 @@ std::string as_json(const std::string& service, const service::CommandAnswer& an
       .dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
-int show(const ControlOptions& options, const std::string& service,
+int show(const ControlOptions& options, const std::string& service, dds::Participant& participant,
          const service::CommandAnswer& answer) {
   using Outcome = service::CommandAnswer::Outcome;
   if (options.json) {
@@ -159,6 +166,7 @@ int show(const ControlOptions& options, const std::string& service,
   } else if (answer.outcome == Outcome::kNobody) {
     std::fprintf(stderr, "ctl %s: no answer from '%s' in domain %u within %g s\n",
                  options.command.c_str(), service.c_str(), options.network.domain, options.wait_s);
+    tell_security_notices(options.command, participant);
   } else if (answer.outcome == Outcome::kNotSent) {
     throw std::invalid_argument(options.command + ": " + answer.text);
   } else {
@@ -208,12 +216,13 @@ int send(const ControlOptions& options) {
   const Deadline give_up = Clock::now() + std::chrono::duration<double>(options.wait_s);
   std::vector<std::string> services{options.service};
   if (options.service.empty()) services = find_compensations(options, participant, give_up);
-  if (services.empty()) return show(options, "compensation", {.text = "no compensation is there"});
+  if (services.empty())
+    return show(options, "compensation", participant, {.text = "no compensation is there"});
   int exit_code = service::kExitDone;
   for (const std::string& service : services) {
     const auto answer = ask(options, service, client, give_up);
     if (!answer) return service::kExitNo;
-    exit_code = std::max(exit_code, show(options, service, *answer));
+    exit_code = std::max(exit_code, show(options, service, participant, *answer));
   }
   return exit_code;
 }

@@ -140,13 +140,39 @@ TEST(Security, TheWholeChainWorksAndNothingOfItIsReadableOnTheWire) {
   }
 }
 
-TEST(Security, AParticipantWithoutACertificateGetsNothingInAndNothingOut) {
+// Before: an unsecured publisher among secured services was "running" with an empty journal, and
+// `ctl` without its folder said that there is no compensation service.
+void expect_told_that_others_have_certificates(SystemUnderTest& system) {
+  dds::Participant participant("test", system.network());
+  Collector<msg::Event> events(participant);
+  system.start("thermal_publisher", {"--source", "ros2:/imu/temperature"});
+  EXPECT_TRUE(eventually([&] {
+    return told(events, "certificate_missing",
+                " takes part with certificates only, and this process has none: expected "
+                "--security with its folder of keys and certificates");
+  }));
+  for (const std::string command : {"status", "freeze"}) {
+    SCOPED_TRACE(command);
+    Finished asked;
+    EXPECT_TRUE(eventually([&] {
+      asked = system.control({command, "--wait", "1s"});
+      return asked.err.find("ctl " + command + ": participant '") != std::string::npos;
+    })) << asked.err;
+    EXPECT_EQ(asked.exit_code, 1);
+    EXPECT_NE(asked.err.find("and this process has none: expected --security"), std::string::npos)
+        << asked.err;
+  }
+}
+
+TEST(Security, AParticipantWithoutACertificateGetsNothingInAndNothingOutAndSaysWhy) {
   SystemUnderTest system(Domain::kSecurityPlain);
   SecuredSystem run(system, certificates(system));
   run.connect();
   Intruder intruder("passer-by", system.network());
   expect_nothing_passes(run, intruder, 3s);
   run.expect_event("participant_refused", "'passer-by'");
+  expect_told_that_others_have_certificates(system);
+  EXPECT_FALSE(told(run.events, "certificate_missing")) << "who has one lacks none";
   run.expect_alive_then_stop();
 }
 
