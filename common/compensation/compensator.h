@@ -74,7 +74,8 @@ struct CompensatorCounts {
   // With no axis that can be used, or without one that was there before; a gyro of one or two axes
   // never has the others.
   std::uint64_t invalid = 0;
-  std::uint64_t missing = 0;  // sequence numbers never seen
+  core::PerAxis<std::uint64_t> invalid_axes{};  // of each, where they count
+  std::uint64_t missing = 0;                    // sequence numbers never seen
   std::uint64_t time_faults =
       0;  // time stamps that did not increase, or jumped and were not confirmed
   std::uint64_t temperatures = 0;

@@ -47,7 +47,10 @@ void Compensator::observe(const core::AngularRateSample& sample) noexcept {
     const std::size_t i = index(axis);
     referenced_[i] = reference != nullptr && reference->valid[i];
     if (!is_usable(sample, i)) {
-      is_faulty = is_faulty || sample.valid[i] || measured_[i];
+      if (sample.valid[i] || measured_[i]) {
+        ++counts_.invalid_axes[i];
+        is_faulty = true;
+      }
       continue;
     }
     measured_[i] = any_usable = true;

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "common/core/counted.h"
 #include "common/core/units.h"
 
 namespace zerodrift::service {
@@ -34,9 +35,14 @@ RosLevel level_of(Mode mode, Reason reason) noexcept {
   return passes && mode != Mode::kOutOfDomain ? RosLevel::kOk : RosLevel::kWarn;
 }
 
-std::string text_of(Mode mode, Reason reason) {
-  const std::string text{core::name(mode)};
-  return reason == Reason::kNone ? text : text + " (" + std::string(core::name(reason)) + ")";
+// `invalid`: samples since the report before. The newest sample alone says nothing of a fault that
+// comes every so many samples.
+std::string text_of(Mode mode, Reason reason, std::uint64_t invalid) {
+  std::string text{core::name(mode)};
+  if (reason != Reason::kNone) text += " (" + std::string(core::name(reason)) + ")";
+  if (invalid == 0 || reason == Reason::kInvalidInput) return text;
+  return text + ", " + core::counted(invalid, "sample") + " with " +
+         std::string(core::name(Reason::kInvalidInput)) + " since the report before";
 }
 
 void judge_axes(const GyroFacts& gyro, dds::RosStatus& status) {
@@ -47,7 +53,8 @@ void judge_axes(const GyroFacts& gyro, dds::RosStatus& status) {
     const Mode mode = gyro.newest.mode[i];
     const Reason reason = gyro.newest.reason[i];
     status.level = std::max(status.level, level_of(mode, reason));
-    std::string& axes = axes_by_text[text_of(mode, reason)];
+    if (gyro.invalid[i] > 0) status.level = RosLevel::kError;
+    std::string& axes = axes_by_text[text_of(mode, reason, gyro.invalid[i])];
     axes += (axes.empty() ? "" : ", ") + std::string(core::name(axis));
   }
   for (const auto& [text, axes] : axes_by_text)

@@ -17,12 +17,13 @@
 
 namespace zerodrift::service {
 
-// One gyro as its newest answer has it.
+// One gyro as its newest answer has it, and what the answers before it had.
 struct GyroFacts {
   std::uint32_t gyro_id = 0;
   core::CompensatedSample newest{};
-  core::PerAxis<bool> measured{};       // whether a sample of the axis was ever valid
-  std::chrono::nanoseconds silence{0};  // since the newest sample came
+  core::PerAxis<bool> measured{};          // whether a sample of the axis was ever valid
+  core::PerAxis<std::uint64_t> invalid{};  // samples of the axis since the report before
+  std::chrono::nanoseconds silence{0};     // since the newest sample came
   InstanceSync::Health health = InstanceSync::Health::kInSync;
   double temperature_degc = 0.0;
 };
@@ -30,10 +31,10 @@ struct GyroFacts {
 // A gyro that says nothing for 2 s, or three of its samples where that is longer, is silent.
 [[nodiscard]] bool is_silent(std::chrono::nanoseconds silence, double interval_s) noexcept;
 
-// The level is that of the worst axis: an error where nothing can be relied on (invalid samples, a
-// reversed axis, nothing taken off for a reason that does not pass), a warning where somebody ought
-// to look, OK for what passes by itself and for what was commanded. A gyro that is silent is stale.
-// `service`: who tells it.
+// The level is that of the worst axis: an error where nothing can be relied on (an invalid
+// sample since the report before, a reversed axis, nothing taken off for a reason that does not
+// pass), a warning where somebody ought to look, OK for what passes by itself and for what was
+// commanded. A gyro that is silent is stale. `service`: who tells it.
 [[nodiscard]] dds::RosStatus status_of(const GyroFacts& gyro, const std::string& service);
 
 // The services whose status was received, each with its newest. Several of one name, as the

@@ -19,6 +19,15 @@ service::InstanceSync::Health health_of(const Gyro& gyro) noexcept {
   return sync.is_alone() ? Health::kInSync : sync.health();
 }
 
+// What was counted since `before`; all of it where another compensator goes on, which counts anew.
+core::PerAxis<std::uint64_t> grown(const core::PerAxis<std::uint64_t>& before,
+                                   const core::PerAxis<std::uint64_t>& now) noexcept {
+  core::PerAxis<std::uint64_t> more{};
+  for (std::size_t i = 0; i < core::kAxisCount; ++i)
+    more[i] = now[i] >= before[i] ? now[i] - before[i] : now[i];
+  return more;
+}
+
 }  // namespace
 
 Ros2Diagnostics::Ros2Diagnostics(service::Host& host)
@@ -37,12 +46,16 @@ bool Ros2Diagnostics::is_due(std::int64_t now_ns) const noexcept {
 }
 
 void Ros2Diagnostics::look_at(const Gyro& gyro, std::int64_t now_ns) {
+  const auto& invalid = gyro.compensator().counts().invalid_axes;
+  auto& reported = reported_invalid_[gyro.id];
   seen_.push_back({.gyro_id = gyro.id,
                    .newest = gyro.newest(),
                    .measured = gyro.compensator().measured(),
+                   .invalid = grown(reported, invalid),
                    .silence = gyro.silence(now_ns),
                    .health = health_of(gyro),
                    .temperature_degc = gyro.compensator().temperature_degc()});
+  reported = invalid;
 }
 
 void Ros2Diagnostics::publish(std::int64_t now_ns) {

@@ -28,6 +28,7 @@ class Ros2Diagnostics {
  private:
   service::Host& host_;
   std::vector<service::GyroFacts> seen_;
+  std::map<std::uint32_t, core::PerAxis<std::uint64_t>> reported_invalid_;  // by gyro
   std::int64_t published_ns_ = 0;
   service::ServiceRoster roster_;
   dds::RosDiagnosticsWriter writer_;

@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <csignal>
+#include <regex>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "common/dds/conversions.h"
 #include "tests/support/cyclone_loopback.h"
 #include "tests/system/pipeline.h"
 
@@ -95,6 +97,31 @@ TEST_F(Ros2Diagnostics, AToolOfAnotherVendorSeesHowGyrosAndServicesAreOnceASecon
   }
   ASSERT_GT(stamps.size(), 2U);
   for (std::size_t i = 1; i < stamps.size(); ++i) EXPECT_GT(stamps[i] - stamps[i - 1], 0.5);
+}
+
+// Before: a fault that came every so many samples fell between the reports, each of which looked at
+// one sample.
+TEST_F(Ros2Diagnostics, AnInvalidSampleBetweenTwoReportsIsAnErrorThoughTheNewestOneIsValid) {
+  system_.start("compensation", {"--ros2-imu", "1=imu/data"});
+  dds::Participant participant("test", system_.network());
+  dds::Writer<msg::AngularRate> rates(participant);
+  core::AngularRateSample sample;
+  sample.interval_s = 0.01;
+  sample.clock = core::ClockSource::kHardware;
+  const auto send = [&](bool is_x_valid) {
+    ++sample.sequence;
+    sample.time += core::from_seconds(sample.interval_s);
+    sample.valid = {is_x_valid, true, true};
+    auto message = dds::to_message(sample, 1, 0);
+    ASSERT_TRUE(rates.write(message));
+  };
+  const std::regex error(
+      R"(2 \| zerodrift: compensation gyro 1 \| gyro_1 \| y, z: passthrough [^;]*; x: passthrough )"
+      R"(\([a-z_]+\), \d+ samples? with invalid_input since the report before \|)");
+  EXPECT_TRUE(eventually([&] {
+    for (const bool is_x_valid : {true, false, true}) send(is_x_valid);
+    return std::regex_search(tool_.out(), error);
+  })) << tool_.out();
 }
 
 }  // namespace

@@ -123,9 +123,11 @@ TEST(Compensator, ASampleWithoutAnAxisThatWasNeverMeasuredIsNotCountedAsInvalid)
   GyroSpec spec;
   spec.duration_s = 10.0;
   Record record = make_record(spec);
-  const auto invalid = [&record] {
+  core::PerAxis<std::uint64_t> of_axes{};
+  const auto invalid = [&] {
     Compensator compensator{testing::options()};
     (void)testing::run(compensator, record);
+    of_axes = compensator.counts().invalid_axes;
     return compensator.counts().invalid;
   };
   for (auto& sample : record.rates) sample.valid = {true, false, false};
@@ -134,6 +136,7 @@ TEST(Compensator, ASampleWithoutAnAxisThatWasNeverMeasuredIsNotCountedAsInvalid)
   EXPECT_EQ(invalid(), 1U);
   record.rates[10].valid[1] = true;
   EXPECT_EQ(invalid(), record.rates.size() - 11U);
+  EXPECT_EQ(of_axes, (core::PerAxis<std::uint64_t>{1, record.rates.size() - 11U, 0}));
   for (auto& sample : record.rates) sample.valid = {};
   EXPECT_EQ(invalid(), record.rates.size());
   for (auto& sample : record.rates) {
@@ -141,6 +144,7 @@ TEST(Compensator, ASampleWithoutAnAxisThatWasNeverMeasuredIsNotCountedAsInvalid)
     sample.rate_radps[1] = std::numeric_limits<double>::quiet_NaN();
   }
   EXPECT_EQ(invalid(), record.rates.size());
+  EXPECT_EQ(of_axes, (core::PerAxis<std::uint64_t>{0, record.rates.size(), 0}));
 }
 
 // Rule: a due model is waited for; whoever goes on without it is counted, and the model takes

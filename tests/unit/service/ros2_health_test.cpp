@@ -62,6 +62,27 @@ TEST(RosHealthOfAGyro, IsAnErrorWhereARateCannotBeReliedOn) {
             RosLevel::kError);
 }
 
+// Before: every 50th sample was invalid at 200 Hz, and a report a second never saw one.
+TEST(RosHealthOfAGyro, IsAnErrorWhereAnySampleSinceTheReportBeforeWasInvalid) {
+  GyroFacts gyro = learning();
+  gyro.invalid = {4, 0, 0};
+  const auto status = status_of(gyro, "compensation");
+  EXPECT_EQ(status.level, RosLevel::kError);
+  EXPECT_EQ(status.message,
+            "y, z: learning; x: learning, 4 samples with invalid_input since the report before");
+  gyro.invalid = {1, 1, 1};
+  EXPECT_EQ(status_of(gyro, "compensation").message,
+            "x, y, z: learning, 1 sample with invalid_input since the report before");
+  gyro = with_axis_z(Mode::kPassthrough, Reason::kInvalidInput);
+  gyro.invalid = {0, 0, 1};
+  EXPECT_EQ(status_of(gyro, "compensation").message,
+            "x, y: learning; z: passthrough (invalid_input)");
+  gyro = learning();
+  gyro.invalid[2] = 7;
+  gyro.measured[2] = false;
+  EXPECT_EQ(level_of(gyro), RosLevel::kOk) << "it was never there";
+}
+
 TEST(RosHealthOfAGyro, LeavesOutAnAxisThatWasNeverMeasured) {
   GyroFacts gyro = with_axis_z(Mode::kPassthrough, Reason::kInvalidInput);
   gyro.measured[2] = false;
