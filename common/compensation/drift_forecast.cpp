@@ -75,20 +75,24 @@ ForecastWeights weights_at(const std::array<ForecastTrust, kHorizons>& entries,
           (1.0 - position.share) * below.level + position.share * above.level};
 }
 
-// The variance that experience states at a horizon; where there is none, that of the nearest
-// shorter horizon with experience, growing like a random walk.
+// The variance that experience states at a horizon, with that of a mean which has just begun on
+// top; where there is none, that of the nearest shorter horizon with experience, growing like a
+// random walk.
 double variance_at(const std::array<ForecastTrust, kHorizons>& trust, const TrustTable& table,
-                   double horizon_s, double ForecastTrust::*variance, double own_variance) {
+                   double horizon_s, double ForecastTrust::*variance, double own_variance,
+                   double unsettled_variance) {
   const Position position = position_of(horizon_s, table);
   const auto grown = [&](std::size_t entry) {
     for (std::size_t k = entry + 1; k-- > 0;) {
-      if (trust[k].*variance >= 0.0)
-        return trust[k].*variance * std::max(1.0, horizon_s / table.horizon_s[k]);
+      if (trust[k].*variance >= 0.0) {
+        return trust[k].*variance * std::max(1.0, horizon_s / table.horizon_s[k]) +
+               unsettled_variance;
+      }
     }
     return own_variance * std::max(1.0, horizon_s / table.horizon_s.front());
   };
   const auto entry = [&](std::size_t k) {
-    return trust[k].*variance >= 0.0 ? trust[k].*variance : grown(k);
+    return trust[k].*variance >= 0.0 ? trust[k].*variance + unsettled_variance : grown(k);
   };
   if (horizon_s > table.horizon_s.back()) return grown(kHorizons - 1);
   if (horizon_s < table.horizon_s.front()) {
@@ -113,12 +117,12 @@ bool DriftModel::has_learned_near(const FeatureArray& features) const noexcept {
 double held_variance(const DriftModel& model, const TrustTable& trust,
                      core::SensorTime now) noexcept {
   return variance_at(trust.learned, trust, horizon_of(model, trust, now),
-                     &ForecastTrust::held_variance, model.held_variance);
+                     &ForecastTrust::held_variance, model.held_variance, model.unsettled_variance);
 }
 
 double longest_held_variance(const DriftModel& model, const TrustTable& trust) noexcept {
   return variance_at(trust.learned, trust, trust.horizon_s.back(), &ForecastTrust::held_variance,
-                     model.held_variance);
+                     model.held_variance, model.unsettled_variance);
 }
 
 Forecast forecast(const DriftModel& model, const TrustTable& trust, const FeatureArray& features,
@@ -137,8 +141,10 @@ Forecast forecast(const DriftModel& model, const TrustTable& trust, const Featur
   out.drift_radps = model.held_radps + std::clamp(moved, -most, most);
   if (weights.are_proved()) {
     out.kind = ForecastKind::kModel;
+    // As far as the model's level takes the held one's place, that one's error is none.
+    const double held = 1.0 - weights.level;
     out.variance = variance_at(entries, trust, horizon_s, &ForecastTrust::forecast_variance,
-                               model.held_variance);
+                               model.held_variance, held * held * model.unsettled_variance);
     return out;
   }
   out.kind = out.beyond_learned ? ForecastKind::kBeyond : ForecastKind::kUnproved;

@@ -62,8 +62,11 @@ struct DriftModel {
   double held_radps = 0.0;
   std::optional<double> held_slope_radps2{};  // of the labels of that minute; two are needed
   double held_variance = 0.0;                 // of held as a measurement, (rad/s)²
-  double predicted_held_radps = 0.0;          // f_held
-  bool trained = false;                       // the initial set is complete: f is there
+  // Of that what experience, which is of means of a whole minute, knows nothing of: the mean has
+  // just begun. It follows from the learner's labels and is no part of the state.
+  double unsettled_variance = 0.0;
+  double predicted_held_radps = 0.0;  // f_held
+  bool trained = false;               // the initial set is complete: f is there
   double offset_radps = 0.0;
   double scale_radps = 1.0;
   regression::SvrPredictor predictor;

@@ -28,7 +28,8 @@ constexpr double kSmallestScaleRadps =
 constexpr double kStationaryMinuteS = 60.0;
 constexpr double kSecondsPerMinute = 60.0;
 constexpr std::size_t kLabelsInAMinute = 64;
-constexpr double kShortestHorizonS = 8.0;  // of labels of 5 s, learned 6 s after their end
+constexpr double kLabelsThatSettle = 12.0;  // the mean of a minute is taken to be no better
+constexpr double kShortestHorizonS = 8.0;   // of labels of 5 s, learned 6 s after their end
 constexpr double kHorizonInLabels = 1.6;
 // The kernel is chosen when there are so many labels, then whenever their number has doubled, and
 // from then on every kRarestSelection.
@@ -67,6 +68,8 @@ regression::OnlineSvrOptions svr_options(const CompensationOptions& options,
 AxisLearner::AxisLearner(const CompensationOptions& options, std::size_t dimension)
     : svr_options_(svr_options(options, dimension)),
       initial_labels_(std::max<std::size_t>(1, options.learning.initial_labels)),
+      settling_labels_(std::clamp(kStationaryMinuteS / options.learning.label_interval_s, 1.0,
+                                  kLabelsThatSettle)),
       selection_(options.model.selection),
       svr_(svr_options_),
       next_selection_(kFirstSelection),
@@ -220,6 +223,7 @@ void AxisLearner::update_model() noexcept {
   model_.time = last.time;
   model_.held_radps = drift / n;
   model_.held_variance = variance / (n * n);
+  note_unsettled();
   model_.held_slope_radps2.reset();
   if (minute_.size() > 1) {
     model_.held_slope_radps2 =
@@ -240,9 +244,18 @@ void AxisLearner::update_model() noexcept {
   model_.predicted_held_radps = labels > 0.0 ? predicted / labels : model_.held_radps + gap;
 }
 
+// Of a mean of n labels with variance v each v / n is not known, and v / settling_labels_ of one of
+// a whole minute.
+void AxisLearner::note_unsettled() noexcept {
+  const auto n = static_cast<double>(minute_.size());
+  model_.unsettled_variance =
+      minute_.empty() ? 0.0 : model_.held_variance * std::max(0.0, 1.0 - n / settling_labels_);
+}
+
 void AxisLearner::forget_age() noexcept {
   if (!model_.holds()) return;
   minute_.clear();
+  note_unsettled();
   model_.time = core::kLatestUsableTime;
 }
 
@@ -261,6 +274,7 @@ void AxisLearner::reset() noexcept {
   model_.trained = false;
   initial_.clear();
   minute_.clear();
+  note_unsettled();
   if (svr_.options() == svr_options_) {
     svr_.clear();
   } else {
@@ -290,7 +304,9 @@ void AxisLearner::carry(core::StateArchive& archive) {
   model_.carry_level(archive);
   require_sense(archive);
   if (stack_) archive(*stack_);
-  if (!archive.reads() || !archive.ok() || !model_.trained) return;
+  if (!archive.reads() || !archive.ok()) return;
+  note_unsettled();
+  if (!model_.trained) return;
   model_.predictor.assign(svr_);
   model_.domain.assign(svr_);
 }

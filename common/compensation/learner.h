@@ -79,10 +79,12 @@ class AxisLearner {
   void hold(const AxisLabel& label, std::size_t slot) noexcept;
   [[nodiscard]] double fitted(const HeldLabel& held) const noexcept;
   void update_model() noexcept;
+  void note_unsettled() noexcept;
   void reselect_kernel();
 
   regression::OnlineSvrOptions svr_options_;
   std::size_t initial_labels_;
+  double settling_labels_;  // that a mean of the last stationary minute is of, once there is one
   std::optional<regression::SelectionCriterion> selection_;
   std::vector<AxisLabel> initial_;
   regression::OnlineSvr svr_;

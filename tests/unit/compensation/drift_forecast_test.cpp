@@ -151,6 +151,36 @@ TEST(ForecastLaws, WithoutExperienceTheVarianceGrowsLikeARandomWalk) {
   EXPECT_NEAR(after(50.0) / own, 15.0, 1e-9);
 }
 
+// Rule: experience is of means of a whole minute. What one that has just begun is known worse by
+// comes on top at every age, but for as much of it as the model's own level takes its place; where
+// there is no experience the mean's own variance is all of it already.
+TEST(ForecastLaws, OfAMeanThatHasJustBegunItsOwnVarianceComesOnTop) {
+  DriftModel model = linear_model(0.0, 1e-5);
+  const DriftModel settled = model;
+  model.unsettled_variance = 5e-15;
+  for (const double age_s : {0.0, 3.0, 10.0, 70.0, 2430.0, 1e5}) {
+    const auto variance_of = [&](const DriftModel& held, const ForecastWeights& weights) {
+      return forecast(held, table_with(weights), features_at(0.1), from_seconds(age_s)).variance;
+    };
+    const TrustTable table = table_with({});
+    EXPECT_NEAR(
+        held_variance(model, table, from_seconds(age_s)),
+        held_variance(settled, table, from_seconds(age_s)) + std::min(age_s / 10.0, 1.0) * 5e-15,
+        1e-20)
+        << age_s;
+    for (const double level : {0.0, 0.4, 1.0}) {
+      if (age_s < 10.0) continue;
+      EXPECT_NEAR(variance_of(model, {1.0, level}),
+                  variance_of(settled, {1.0, level}) + (1.0 - level) * (1.0 - level) * 5e-15, 1e-20)
+          << age_s << ' ' << level;
+    }
+    TrustTable without;
+    without.horizon_s = table.horizon_s;
+    EXPECT_EQ(held_variance(model, without, from_seconds(age_s)),
+              held_variance(settled, without, from_seconds(age_s)));
+  }
+}
+
 // --------------------------------------------------------------------------------------- the judge
 
 // Rule: the weights lie in [0, 1]² and no point of a 101 x 101 grid serves better, for evidence of
