@@ -18,12 +18,17 @@ bool forecasts(Scheme scheme, const AxisModel& model) {
 
 // What the stack says that the drift has changed while the last mean is held, (rad/s)²: where the
 // temperature is known but not its rate, as in the first half a minute after a power-on, it may.
+// Once that mean is of labels from before the rate was known, the stack has no level until there is
+// a label that it can learn, which may be at the next stop: what it knows of temperature tells how
+// far the drift has moved since those labels.
 double square_changed_by_temperature(Scheme scheme, const AxisInputs& inputs) {
   const AxisModel& model = *inputs.model;
-  if (scheme != Scheme::kStack || inputs.input != core::Reason::kRateNotReady ||
-      !model.stack.knows()) {
-    return 0.0;
+  if (scheme != Scheme::kStack || core::lacks_temperature(inputs.input)) return 0.0;
+  if (!model.stack.knows()) {
+    return model.held_thermal ? model.stack.held_variance(*model.held_thermal, *inputs.thermal)
+                              : 0.0;
   }
+  if (inputs.input != core::Reason::kRateNotReady) return 0.0;
   const double drift_radps =
       model.stack.predict(model.stack_time_s(inputs.now), *inputs.thermal).drift;
   const double changed = drift_radps - model.drift.held_radps;

@@ -19,8 +19,11 @@ struct AxisLabel {
   double drift_radps = 0.0;
   double variance = 0.0;  // (rad/s)²
   std::optional<FeatureArray> features{};
-  experts::ThermalState thermal{};  // means something with features only
+  experts::ThermalState thermal{};  // zeros before the first temperature; its rate may be missing
 
+  [[nodiscard]] bool has_temperature() const noexcept {
+    return features || thermal != experts::ThermalState{};
+  }
   void carry(core::StateArchive& archive);
 };
 
@@ -45,6 +48,8 @@ struct AxisModel : SvrModel {
   experts::StackForecast stack{};    // knows nothing where the scheme isn't the stack
   experts::StackForecast in_time{};  // likewise; of the experts that need no thermometer
   ThermalCoverage coverage{};        // of all labels that had a temperature
+  // The mean over the labels whose drift is held; nothing where one of them had no temperature.
+  std::optional<experts::ThermalState> held_thermal{};
 };
 
 // The SVR's forecast, of drift_forecast.h, as the stack takes it.

@@ -267,6 +267,17 @@ void AxisLearner::write(AxisModel& model) const noexcept {
     model.in_time = stack_->forecast_in_time();
   }
   model.coverage = coverage_;
+  model.held_thermal = held_thermal();
+}
+
+std::optional<experts::ThermalState> AxisLearner::held_thermal() const noexcept {
+  experts::ThermalState sum;
+  for (std::size_t i = 0; i < minute_.size(); ++i) {
+    if (!minute_[i].label.has_temperature()) return std::nullopt;
+    sum.add(minute_[i].label.thermal);
+  }
+  if (minute_.empty()) return std::nullopt;
+  return sum.over(static_cast<double>(minute_.size()));
 }
 
 void AxisLearner::reset() noexcept {

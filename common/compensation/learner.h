@@ -80,6 +80,7 @@ class AxisLearner {
   [[nodiscard]] double fitted(const HeldLabel& held) const noexcept;
   void update_model() noexcept;
   void note_unsettled() noexcept;
+  [[nodiscard]] std::optional<experts::ThermalState> held_thermal() const noexcept;
   void reselect_kernel();
 
   regression::OnlineSvrOptions svr_options_;

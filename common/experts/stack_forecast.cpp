@@ -75,6 +75,17 @@ StackForecast::Prediction StackForecast::predict(
   return made;
 }
 
+double StackForecast::held_variance(const ThermalState& from,
+                                    const ThermalState& to) const noexcept {
+  const LinearForecast& learned = horizons.back().mean.linear;
+  const double changed = learned.at(learned.time_s, basis_of(to, reference_temperature)) -
+                         learned.at(learned.time_s, basis_of(from, reference_temperature));
+  ThermalDoubt from_there = doubt;
+  from_there.temperature = from.temperature;
+  from_there.rate = from.rate;
+  return changed * changed + from_there.variance_at(to);
+}
+
 double StackForecast::variance_at(double age_s) const noexcept {
   const Between at = between(age_s);
   const double width = half_width(age_s, at) / kNormalQuantile;

@@ -92,6 +92,11 @@ struct StackForecast {
   // effect, comes on top; the errors that were judged are without it. O(terms), no allocation.
   [[nodiscard]] Prediction predict(double now_s, const ThermalState& thermal,
                                    const std::optional<SvrForecast>& by_svr = {}) const noexcept;
+  // Of a level that is held from one thermal state to another: the square of how much the drift
+  // changes by what was learned of temperature for the longest horizon, and what isn't known of
+  // that. The level itself need not be known. O(terms), no allocation.
+  [[nodiscard]] double held_variance(const ThermalState& from,
+                                     const ThermalState& to) const noexcept;
   // Of the drift at an age of the newest label; negative: unknown.
   [[nodiscard]] double variance_at(double age_s) const noexcept;
   // Shares of the experts at an age of the newest label, where the SVR says that; they sum to 1.

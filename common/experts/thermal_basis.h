@@ -47,6 +47,8 @@ struct ThermalState {
     for (double& term : mean.memory) term /= count;
     return mean;
   }
+  friend bool operator==(const ThermalState&, const ThermalState&) = default;
+
   void carry(core::StateArchive& archive) { archive(temperature, rate, memory); }
 };
 

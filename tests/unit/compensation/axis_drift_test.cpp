@@ -188,5 +188,52 @@ TEST(AxisDriftLaws, WhereATemperatureFailsTheExpertsThatNeedNoneCompensate) {
   }
 }
 
+// Drift of 3e-7 rad/s for each unit of temperature, learned and then without a level: restart().
+experts::StackForecast without_a_level() {
+  experts::ExpertStack stack;
+  for (int i = 0; i < 400; ++i) {
+    const double temperature = std::sin(0.05 * i);
+    stack.learn({.time_s = 5.0 * i,
+                 .duration_s = 5.0,
+                 .drift = 3e-7 * temperature,
+                 .variance = 1e-18,
+                 .thermal = {.temperature = temperature, .rate = 0.01 * std::cos(0.05 * i)}});
+  }
+  stack.restart();
+  return stack.forecast();
+}
+
+// Rule: a mean whose labels came before the temperature's rate was known is held until there is a
+// label with it, and what is stated makes room for what the temperature has changed since, whatever
+// the reason for holding; only where the temperature isn't known, then or now, it can't.
+TEST(AxisDriftLaws, WhileAMeanFromBeforeTheRateIsHeldTheTemperaturesEffectIsStated) {
+  for (const Reason input : {Reason::kNone, Reason::kRateNotReady, Reason::kTemperatureStale}) {
+    OneAxis a;
+    a.inputs.model = &a.model;
+    a.inputs.now = core::SensorTime{60'000'000'000};
+    a.inputs.input = input;
+    a.model.stack = without_a_level();
+    a.model.trust.horizon_s = {10.0, 25.0, 75.0, 250.0, 750.0, 2500.0};
+    a.model.drift.held_variance = 1e-16;
+    ASSERT_FALSE(a.model.stack.knows());
+    const auto variance_at = [&](double temperature) {
+      a.thermal.temperature = temperature;
+      a.estimate(Scheme::kStack);
+      EXPECT_EQ(a.drift.rung(), Rung::kStationaryBias);
+      EXPECT_EQ(a.drift.applied_radps(), kHeldRadps);
+      return a.drift.variance();
+    };
+    const double unknown = variance_at(1.5);
+    a.model.held_thermal = experts::ThermalState{.temperature = 0.5};
+    EXPECT_EQ(variance_at(0.5), unknown) << "nothing has changed";
+    if (core::lacks_temperature(input)) {
+      EXPECT_EQ(variance_at(1.5), unknown);
+      continue;
+    }
+    EXPECT_NEAR(std::sqrt(variance_at(1.5) - unknown), 3e-7, 0.5e-7) << core::name(input);
+    EXPECT_NEAR(std::sqrt(variance_at(-1.5) - unknown), 6e-7, 1e-7) << core::name(input);
+  }
+}
+
 }  // namespace
 }  // namespace zerodrift::compensation

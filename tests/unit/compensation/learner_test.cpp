@@ -239,6 +239,30 @@ TEST(AxisLearner, WithoutFeaturesTheHeldLevelAndTheExpertsInTimeLearnAlone) {
   EXPECT_GE(model.in_time.horizons[2].half_width, 0.0);
 }
 
+// Rule: the temperature of what is held is the mean over the same labels, with features or without;
+// nothing is said of it where a label had none.
+TEST(AxisLearner, TheTemperatureOfWhatIsHeldIsThatOfItsLabels) {
+  const auto options = small_options();
+  AxisLearner learner(options, 1);
+  AxisModel model(1, options.model.capacity);
+  learner.write(model);
+  EXPECT_FALSE(model.held_thermal);
+  for (int i = 0; i < 20; ++i) {
+    AxisLabel own = axis_label(i, 0.0, 1e-5);
+    if (i % 2 == 0) own.features.reset();
+    if (i > 0) own.thermal = {.temperature = 0.1 * i, .rate = 0.2};
+    learner.learn(own);
+    learner.write(model);
+    if (i > 5) {
+      ASSERT_TRUE(model.held_thermal) << i;
+      EXPECT_NEAR(model.held_thermal->temperature, 0.1 * (i - 2.5), 1e-12);
+      EXPECT_NEAR(model.held_thermal->rate, 0.2, 1e-12);
+    } else {
+      EXPECT_FALSE(model.held_thermal) << i;
+    }
+  }
+}
+
 // Rule: within the domain is what lies within 0.7 of a learned sample, in scaled features; a hole
 // between two far ones is outside.
 TEST(AxisLearner, TheDomainIsWhatLiesNearALearnedSample) {
