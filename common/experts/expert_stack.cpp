@@ -167,22 +167,33 @@ bool ExpertStack::is_of_horizon(std::size_t h, double age_s) const {
          std::max(kOldestInHorizons * kHorizonsS[h], kOldestInLabels * forecast_.spacing_s);
 }
 
+// The error of a label that follows a pause overlaps with none before it as far as the pause was
+// long: it says as much as all the labels would that might have come in the meantime, and at most
+// what a horizon's do.
+double ExpertStack::evidence_step_s(std::size_t h, double since_last_s) const {
+  const double spacing_s = std::max(forecast_.spacing_s, kShortestSpacingS);
+  if (since_last_s <= kLongestStep * spacing_s) return spacing_s;
+  return std::clamp(since_last_s, spacing_s, std::max(spacing_s, kHorizonsS[h]));
+}
+
 void ExpertStack::judge(std::size_t h, const Snapshot& made, const StackLabel& label,
                         const Basis& basis, const std::optional<SvrForecast>& by_svr) {
   Judged& judged = judged_[h];
   const double spacing_s = std::max(forecast_.spacing_s, kShortestSpacingS);
   const double memory_s = kMemoryHorizons * std::max(kHorizonsS[h], kFewestLabels * spacing_s);
-  const double kept = std::exp(-spacing_s / memory_s);
-  judged.count = kept * judged.count + 1.0;
+  const double step_s = evidence_step_s(h, label.time_s - forecast_.time_s);
+  const double kept = std::exp(-step_s / memory_s);
+  const double labels = step_s / spacing_s;  // that it counts for
+  judged.count = kept * judged.count + labels;
   for (std::size_t k = 0; k < linear_; ++k) {
     const double error = size_of(label.drift - made.expert[k].at(label.time_s, basis));
-    judged.squares[k] = kept * judged.squares[k] + error * error;
+    judged.squares[k] = kept * judged.squares[k] + labels * error * error;
   }
   if (has_maps()) {
     // As long as the SVR says nothing it holds.
     const double by_hold = made.expert[0].at(label.time_s, basis);
     const double error = size_of(label.drift - (by_svr ? by_svr->drift : by_hold));
-    judged.squares[kSvr] = kept * judged.squares[kSvr] + error * error;
+    judged.squares[kSvr] = kept * judged.squares[kSvr] + labels * error * error;
   }
   // Of an error that the doubt of the temperature's effect makes room for, the interval's share.
   const double room = kNormalQuantile * std::sqrt(made.doubt.variance_at(label.thermal));

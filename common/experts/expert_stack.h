@@ -5,9 +5,10 @@
 //
 // For each horizon h the forecasts made h ago are compared with each new label, before it is
 // learned. With e_k the error of expert k, dt between two labels:
-//   S_k <- a S_k + e_k^2,  N <- a N + 1,  a = exp(-dt / (8 max(h, 30 dt)))
+//   S_k <- a S_k + m e_k^2,  N <- a N + m,  a = exp(-m dt / (8 max(h, 30 dt)))
 //   L_k(h) = -n/2 ln S_k,  n = 1 + N dt / h   (errors overlap), one ahead 1 + N / 2
 //   weight_k ~ exp(sum of L_k over h and all shorter horizons)
+// with m = 1, and behind a pause the labels that might have come in it, of a horizon at most,
 // which is exponential weighting by the log-likelihood of errors whose variance is S_k / N. Shorter
 // horizons count too, since of a long one eight independent errors are all that is remembered, and
 // who is right a minute ahead is rarely wrong a quarter of an hour ahead. A horizon that was never
@@ -139,6 +140,7 @@ class ExpertStack {
   [[nodiscard]] bool is_of_horizon(std::size_t h, double age_s) const;
   void note_level(const StackLabel& label);
   void note_doubt();
+  [[nodiscard]] double evidence_step_s(std::size_t h, double since_last_s) const;
   void judge(std::size_t h, const Snapshot& made, const StackLabel& label, const Basis& basis,
              const std::optional<SvrForecast>& by_svr);
   void note_error(std::size_t h, double time_s, double error);
