@@ -362,7 +362,9 @@ void RecordReader::check_order_and_set_interval() {
   if (options_.time_order == TimeOrder::kStrictlyIncreasing) {
     refuse_row(nullptr, "time " + print_seconds(row_.time) + " s is not after the row before (" +
                             print_seconds(*previous_time_) +
-                            " s); a record's time strictly increases");
+                            " s); a record's time strictly increases: " +
+                            (row_.time < *previous_time_ ? "sort its rows by time"
+                                                         : "put what has one time into one row"));
   }
   ++rows_out_of_order_;
 }
