@@ -236,7 +236,9 @@ void describe_learning(LearningOptions& learning, OptionVisitor& visitor) {
                   "Without a reference, a larger level is taken for motion.", kAbove0, kDegH},
                  learning.rest.max_level_radps);
   visitor.number({"learning.max_drift_slew_deg_h_s", Decides::kAnswers,
-                  "A faster change of the level is taken for motion.", kAbove0, kDegH},
+                  "A faster change of the level is taken for motion; of a gyro so noisy that 0.05 "
+                  "standard deviations of a one-second mean are more, one faster than these.",
+                  kAbove0, kDegH},
                  learning.rest.max_slew_radps2);
   visitor.flag({"learning.scale_factor", Decides::kAnswers,
                 "The scale factor's error is learned in motion against true rates, and taken off; "
