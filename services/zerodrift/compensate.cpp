@@ -312,9 +312,25 @@ void save(const std::string& file, const checkpoint::Owner& owner,
               static_cast<unsigned long long>(state.epoch));
 }
 
+// What the configuration has to say so that the prior reads what the record has; empty where the
+// record has too little. It is the configuration's to say: a running service knows no columns.
+std::string where_mean_would_do(const twin::Model& prior, const std::vector<std::string>& probes) {
+  const std::vector<std::string> needed = compensation::prior_probes(prior, probes);
+  const bool are_there = std::all_of(needed.begin(), needed.end(), [&](const std::string& name) {
+    return std::find(probes.begin(), probes.end(), name) != probes.end();
+  });
+  if (!are_there) return {};
+  std::string names;
+  for (const std::string& name : needed) names += (names.empty() ? "" : ", ") + name;
+  return "; it would read the mean of coil_outer and coil_inner where the configuration has "
+         "probes: "
+         "[" +
+         names + "] and features of these, none of 'coil'";
+}
+
 // The prior is part of every estimate: unlike the model, it can't be left aside where a temperature
 // is missing.
-void require_probes_of_prior(const std::string& record,
+void require_probes_of_prior(const std::string& record, const record::RecordInfo& info,
                              const compensation::CompensationOptions& options,
                              const std::vector<std::string>& missing) {
   if (!options.prior) return;
@@ -322,7 +338,8 @@ void require_probes_of_prior(const std::string& record,
   for (const auto& probe : compensation::prior_probes(*options.prior, configured)) {
     if (std::find(missing.begin(), missing.end(), probe) == missing.end()) continue;
     throw std::invalid_argument(record + ": has no temperature of probe '" + probe +
-                                "', which the prior reads");
+                                "', which the prior reads" +
+                                where_mean_would_do(*options.prior, info.probes));
   }
 }
 
@@ -379,7 +396,7 @@ int compensate(const CompensateOptions& options) {
   if (!options.checkpoint.empty())
     resumed = resume(options.checkpoint, options.after_power_on, owner, offline.compensator());
   const auto missing = evaluation::missing_probes(compensation_options, offline.info());
-  require_probes_of_prior(options.record.file, compensation_options, missing);
+  require_probes_of_prior(options.record.file, offline.info(), compensation_options, missing);
   if (compensation_options.prior) {
     std::string names;
     for (const auto& effect : compensation::effects_left_out(*compensation_options.prior))

@@ -92,6 +92,30 @@ TEST(Prior, OfflineTheRecordsOwnModelLeavesLess) {
   EXPECT_LT(std::exp(log_ratio), 0.95);
 }
 
+// Rule: of a gyro with a thermometer on each face of its coil, a prior that reads the coil is
+// refused with the words that make it read their mean, and runs with them.
+TEST(Prior, OfflineTheMeanOfTheCoilsFacesIsReadWhereTheConfigurationNamesThem) {
+  SystemUnderTest system(Domain::kPrior);
+  const auto record = system.path("record.csv");
+  const auto lab = std::filesystem::path(ZERODRIFT_SOURCE_DIR) / "config/models/lab_fog.yaml";
+  simulate(system, {.model = lab, .profile = write_ramp_profile(system, 200), .rate_hz = 1},
+           record);
+  const Finished refused = system.run("zerodrift", {"compensate", "--record", record, "--prior",
+                                                    lab, "--out", system.path("c.csv")});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.err.find("has no temperature of probe 'coil', which the prior reads; it would "
+                             "read the mean of coil_outer and coil_inner where the configuration "
+                             "has probes: [coil_outer, coil_inner] and features of these, none of "
+                             "'coil'"),
+            std::string::npos)
+      << refused.err;
+  write(system.path("faces.yaml"),
+        "probes: [coil_outer, coil_inner]\nfeatures: [{kind: temperature, probe: coil_outer}, "
+        "{kind: temperature_rate, probe: coil_outer}]\n");
+  run_offline(system, record, system.path("c.csv"),
+              {"--config", system.path("faces.yaml"), "--prior", lab});
+}
+
 // Rule: what can't be a prior, or lacks its thermometer, is refused in one line before anything is
 // written; effects that take no part are named; and a checkpoint learned under another prior is
 // refused by that name.
