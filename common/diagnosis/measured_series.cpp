@@ -160,7 +160,7 @@ ProbeSeries SeriesBuilder::smoothed(const Channel& channel, const std::string& n
   TemperatureCourse course = temperature_course(means, interval_s_, probe.half_window_s);
   probe.temperature_degc = std::move(course.degc);
   probe.rate_degc_per_s = std::move(course.degc_per_s);
-  probe.curvature_degc_per_s2 = std::move(course.degc_per_s2);
+  probe.readings_degc = std::move(means);
   return probe;
 }
 
@@ -250,11 +250,12 @@ MeasuredSeries without_lags(MeasuredSeries series, const twin::Model& model) {
     const auto probe =
         std::find_if(series.probes.begin(), series.probes.end(),
                      [&](const ProbeSeries& other) { return other.name == spec.name; });
-    if (probe == series.probes.end() || !(spec.lag_s > 0.0)) continue;
-    for (std::size_t i = 0; i < probe->curvature_degc_per_s2.size(); ++i) {
-      probe->temperature_degc[i] += spec.lag_s * probe->rate_degc_per_s[i];
-      probe->rate_degc_per_s[i] += spec.lag_s * probe->curvature_degc_per_s2[i];
-    }
+    if (probe == series.probes.end() || !(spec.lag_s > 0.0) || probe->readings_degc.empty())
+      continue;
+    TemperatureCourse course = temperature_course(probe->readings_degc, series.interval_s,
+                                                  probe->half_window_s, spec.lag_s);
+    probe->temperature_degc = std::move(course.degc);
+    probe->rate_degc_per_s = std::move(course.degc_per_s);
   }
   return series;
 }
@@ -277,7 +278,7 @@ MeasuredSeries part_of(const MeasuredSeries& series, std::size_t begin, std::siz
   for (ProbeSeries& probe : part.probes) {
     cut(probe.temperature_degc);
     cut(probe.rate_degc_per_s);
-    cut(probe.curvature_degc_per_s2);
+    cut(probe.readings_degc);
   }
   for (auto* channel :
        {&part.vibration_g, &part.source_current_ma, &part.supply_v, &part.since_power_on_s})

@@ -32,12 +32,13 @@ struct MeasuredRow {
   double supply_v = 0.0;
 };
 
-// One thermometer on the grid, by local fits over +- half_window_s at most (temperature_course.h).
+// One thermometer on the grid, by local fits over windows about +- half_window_s
+// (temperature_course.h).
 struct ProbeSeries {
   std::string name;
   std::vector<double> temperature_degc{};
   std::vector<double> rate_degc_per_s{};
-  std::vector<double> curvature_degc_per_s2{};
+  std::vector<double> readings_degc{};  // means over the intervals; NaN: none
   double half_window_s = 0.0;
 };
 

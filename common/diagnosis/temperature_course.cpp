@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <numbers>
 #include <optional>
 #include <utility>
@@ -16,23 +17,23 @@
 namespace zerodrift::diagnosis {
 namespace {
 
-// In units of an interval.
+// Of the temperature that a thermometer behind its lag shows, in units of an interval.
 struct LocalFit {
   double value = core::kNaN;
   double slope = core::kNaN;
-  double curvature = core::kNaN;
   double readings = 0.0;
   double slope_error = 0.0;  // of readings with an error of 1
 };
 
 // A polynomial through the readings within `half` intervals of a place, with fewer terms where
-// there are too few readings. Nothing beyond the readings: an outage is bridged, not extrapolated
-// into.
+// there are too few readings, and its derivatives, of which a lag is taken off. Nothing beyond the
+// readings: an outage is bridged, not extrapolated into.
 template <int kTerms>
 class LocalPolynomial {
  public:
-  LocalPolynomial(std::size_t half, std::size_t size)
-      : half_(half), reach_(std::min(half, size)), rows_(kTerms, 2 * reach_ + 1) {
+  // `lag` in intervals.
+  LocalPolynomial(std::size_t half, std::size_t size, double lag)
+      : half_(half), reach_(std::min(half, size)), lag_(lag), rows_(kTerms, 2 * reach_ + 1) {
     for (Eigen::Index i = 0; i < rows_.cols(); ++i) {
       const double x = (static_cast<double>(i) - static_cast<double>(reach_)) / width();
       rows_(0, i) = 1.0;
@@ -95,36 +96,42 @@ class LocalPolynomial {
     solver.readings = window.readings;
     solver.terms = window.readings >= kEnough ? kTerms : window.readings >= 2 ? 2 : 1;
     solver.factor.compute(window.normal.topLeftCorner(solver.terms, solver.terms));
-    if (solver.terms > 1) {
-      const Eigen::VectorXd unit = Eigen::VectorXd::Unit(solver.terms, 1);
-      solver.slope_error = std::sqrt(std::max(0.0, solver.factor.solve(unit)(1))) / width();
-    }
+    const Eigen::VectorXd slope = of_slope(solver.terms);
+    solver.slope_error = std::sqrt(std::max(0.0, slope.dot(solver.factor.solve(slope))));
     return solver;
+  }
+
+  // What the slope without the lag, y' + lag y", makes of the coefficients.
+  [[nodiscard]] Eigen::VectorXd of_slope(Eigen::Index terms) const {
+    Eigen::VectorXd weights = Eigen::VectorXd::Zero(terms);
+    if (terms > 1) weights(1) = 1.0 / width();
+    if (terms > 2) weights(2) = 2.0 * lag_ / (width() * width());
+    return weights;
   }
 
   [[nodiscard]] std::optional<LocalFit> fitted(const Solver& solver, const Terms& right) const {
     const Eigen::VectorXd c = solver.factor.solve(right.head(solver.terms)).eval();
     if (!c.allFinite()) return std::nullopt;
-    LocalFit fit{.value = c(0),
-                 .slope = 0.0,
-                 .curvature = 0.0,
-                 .readings = solver.readings,
-                 .slope_error = solver.slope_error};
-    if (solver.terms > 1) fit.slope = c(1) / width();
-    if (solver.terms > 2) fit.curvature = 2.0 * c(2) / (width() * width());
-    return fit;
+    const double lags_by = solver.terms > 1 ? lag_ * c(1) / width() : 0.0;
+    return LocalFit{.value = c(0) + lags_by,
+                    .slope = of_slope(solver.terms).dot(c),
+                    .readings = solver.readings,
+                    .slope_error = solver.slope_error};
   }
 
   std::size_t half_;
-  std::size_t reach_;                                   // of that, within a series
+  std::size_t reach_;  // of that, within a series
+  double lag_;
   Eigen::Matrix<double, kTerms, Eigen::Dynamic> rows_;  // powers of the distance, one a place
   Solver of_all_;                                       // of readings everywhere
 };
 
 // Of the readings, from their differences in the order of time.
 struct ReadingErrors {
-  double noise_degc = 0.0;  // standard deviation, white
-  double step_degc = 0.0;   // the usual difference of two that differ: a step, where they have one
+  double noise_degc = 0.0;  // standard deviation, white, from the median
+  // From the mean square, of the steps too; 0 where no noise carries the readings over them.
+  double variance_degc2 = 0.0;
+  double step_degc = 0.0;  // the usual difference of two that differ: a step, where they have one
 
   explicit ReadingErrors(const std::vector<double>& values) {
     std::vector<double> first, second;  // sizes of differences
@@ -138,6 +145,12 @@ struct ReadingErrors {
       before = value;
     }
     if (!first.empty()) step_degc = core::median_of(std::move(first));
+    for (const double size : second) {
+      constexpr double kWild = 6.0;  // some 2.4 standard deviations of readings without steps
+      variance_degc2 += std::pow(std::min(size, kWild * step_degc), 2) /
+                        (6.0 * static_cast<double>(second.size()));
+    }
+    if (variance_degc2 <= step_degc * step_degc / 12.0) variance_degc2 = 0.0;
     if (!second.empty())
       noise_degc = core::median_of(std::move(second)) / core::kMedianOfNormal / std::sqrt(6.0);
   }
@@ -145,41 +158,104 @@ struct ReadingErrors {
   // Of a slope over +- `half` intervals, per interval: what noise makes of it, two standard
   // deviations, or what the steps do.
   [[nodiscard]] double of_slope(const LocalFit& fit, std::size_t half) const {
-    const double width = static_cast<double>(half);
-    const double in_the_middle = 1.0 / std::sqrt(width * width * fit.readings / 3.0);
-    const double of_step = 0.5 * step_degc / width * fit.slope_error / in_the_middle;
-    return std::max(2.0 * noise_degc * fit.slope_error, of_step);
+    return std::max(2.0 * noise_degc * fit.slope_error, of_step(fit, half));
   }
-};
 
-// The quartic where the two slopes differ by more than their errors.
-class ChosenFit {
- public:
-  ChosenFit(const std::vector<double>& readings, std::size_t half)
-      : values_(without_steps(readings, half / kReadingsEachSide)),
-        errors_(readings),
-        half_(half),
-        shorter_(static_cast<std::size_t>(
-            std::max(1.0, std::round(static_cast<double>(half) / std::numbers::sqrt2)))),
-        quadratic_(half_, readings.size()),
-        quartic_(shorter_, readings.size()) {}
-
-  [[nodiscard]] LocalFit at(std::size_t centre) const {
-    const auto usual = quadratic_.at(values_, centre);
-    if (!usual) return {};
-    const auto quick = quartic_.at(values_, centre);
-    if (!quick) return *usual;
-    const double error = errors_.of_slope(*usual, half_) + errors_.of_slope(*quick, shorter_);
-    return std::abs(quick->slope - usual->slope) > error ? *quick : *usual;
+  // Its variance, of noise.
+  [[nodiscard]] double variance_of_slope(const LocalFit& fit) const {
+    return variance_degc2 * fit.slope_error * fit.slope_error;
   }
 
  private:
+  [[nodiscard]] double of_step(const LocalFit& fit, std::size_t half) const {
+    const double width = static_cast<double>(half);
+    const double in_the_middle = 1.0 / std::sqrt(width * width * fit.readings / 3.0);
+    return 0.5 * step_degc / width * fit.slope_error / in_the_middle;
+  }
+};
+
+// Means over +- `half` places, of those that are finite.
+std::vector<double> local_means(const std::vector<double>& values, std::size_t half) {
+  std::vector<double> sums(values.size() + 1, 0.0);
+  std::vector<double> counts(values.size() + 1, 0.0);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const bool is_there = std::isfinite(values[i]);
+    sums[i + 1] = sums[i] + (is_there ? values[i] : 0.0);
+    counts[i + 1] = counts[i] + (is_there ? 1.0 : 0.0);
+  }
+  std::vector<double> means(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::size_t begin = i > half ? i - half : 0;
+    const std::size_t end = std::min(values.size(), i + half + 1);
+    means[i] = (sums[end] - sums[begin]) / (counts[end] - counts[begin]);
+  }
+  return means;
+}
+
+class ChosenFits {
+ public:
+  ChosenFits(const std::vector<double>& readings, std::size_t half, double lag)
+      : values_(without_steps(readings, half / kReadingsEachSide)),
+        errors_(readings),
+        half_(half),
+        lag_(lag) {}
+
+  [[nodiscard]] std::vector<LocalFit> run() const {
+    std::vector<LocalFit> fits = usual_or_quick();
+    std::vector<std::uint8_t> may_widen(fits.size(), 1);
+    for (std::size_t half = half_; half < kWidest * half_; half *= 2) widen(fits, half, may_widen);
+    return fits;
+  }
+
+ private:
+  // The quartic where the two slopes differ by more than their errors.
+  [[nodiscard]] std::vector<LocalFit> usual_or_quick() const {
+    const auto shorter = static_cast<std::size_t>(
+        std::max(1.0, std::round(static_cast<double>(half_) / std::numbers::sqrt2)));
+    const LocalPolynomial<3> quadratic(half_, values_.size(), lag_);
+    const LocalPolynomial<5> quartic(shorter, values_.size(), lag_);
+    std::vector<LocalFit> fits(values_.size());
+    for (std::size_t i = 0; i < fits.size(); ++i) {
+      const auto usual = quadratic.at(values_, i);
+      if (!usual) continue;
+      fits[i] = *usual;
+      const auto quick = quartic.at(values_, i);
+      if (!quick) continue;
+      const double error = errors_.of_slope(*usual, half_) + errors_.of_slope(*quick, shorter);
+      if (std::abs(quick->slope - usual->slope) > error) fits[i] = *quick;
+    }
+    return fits;
+  }
+
+  // Twice as wide where that changes slopes, in the mean square over the wider window, by no more
+  // than four times what noise alone does: of two or so independent slopes one mean in 50 is larger
+  // by chance.
+  void widen(std::vector<LocalFit>& fits, std::size_t half,
+             std::vector<std::uint8_t>& may_widen) const {
+    const LocalPolynomial<3> twice(2 * half, values_.size(), lag_);
+    std::vector<LocalFit> wider(fits.size());
+    std::vector<double> changes(fits.size(), core::kNaN);
+    for (std::size_t i = 0; i < fits.size(); ++i) {
+      const auto fit = twice.at(values_, i);
+      if (!fit || std::isnan(fits[i].slope)) continue;
+      wider[i] = *fit;
+      const double by_noise = errors_.variance_of_slope(fits[i]) - errors_.variance_of_slope(*fit);
+      if (by_noise > 0.0) changes[i] = std::pow(fit->slope - fits[i].slope, 2) / by_noise;
+    }
+    changes = local_means(changes, 2 * half);
+    for (std::size_t i = 0; i < fits.size(); ++i) {
+      may_widen[i] = may_widen[i] != 0 && changes[i] < kMostOfNoise ? 1 : 0;
+      if (may_widen[i] != 0) fits[i] = wider[i];
+    }
+  }
+
+  static constexpr std::size_t kWidest = 4;
+  static constexpr double kMostOfNoise = 4.0;
+
   std::vector<double> values_;
   ReadingErrors errors_;
   std::size_t half_;
-  std::size_t shorter_;
-  LocalPolynomial<3> quadratic_;
-  LocalPolynomial<5> quartic_;
+  double lag_;
 };
 
 }  // namespace
@@ -201,18 +277,14 @@ std::vector<double> bridged(std::vector<double> values) {
 }
 
 TemperatureCourse temperature_course(const std::vector<double>& readings_degc, double interval_s,
-                                     double half_window_s) {
+                                     double half_window_s, double lag_s) {
   const auto half = static_cast<std::size_t>(std::max(1.0, std::round(half_window_s / interval_s)));
-  const ChosenFit fits(readings_degc, half);
   TemperatureCourse course;
-  for (std::size_t i = 0; i < readings_degc.size(); ++i) {
-    const LocalFit fit = fits.at(i);
+  for (const LocalFit& fit : ChosenFits(readings_degc, half, lag_s / interval_s).run()) {
     course.degc.push_back(fit.value);
     course.degc_per_s.push_back(fit.slope / interval_s);
-    course.degc_per_s2.push_back(fit.curvature / (interval_s * interval_s));
   }
-  for (auto* values : {&course.degc, &course.degc_per_s, &course.degc_per_s2})
-    *values = bridged(std::move(*values));
+  for (auto* values : {&course.degc, &course.degc_per_s}) *values = bridged(std::move(*values));
   return course;
 }
 
