@@ -26,8 +26,8 @@ constexpr double kFastestSlews = 4.0;     // drift is followed at rest so many t
                                           // may have moved unseen, where noise decides
 constexpr int kStayRatio = 2;             // of being still to having moved before
 constexpr double kHomeDwells = 4.0;       // stillness after a journey that ends it
-constexpr std::size_t kRestedBlocks = 60;  // at rest, after which a trend is the drift's own
-constexpr double kYoungBlocks = 3.0;       // the scatter of n blocks may be 1 + 3 / n as large
+constexpr std::size_t kRestedBlocks = 60;
+constexpr double kYoungBlocks = 3.0;  // the scatter of n blocks may be 1 + 3 / n as large
 
 double rate_hz(const DriftBlock& block, std::size_t axis) noexcept {
   const double duration_s = core::seconds(block.end - block.begin);

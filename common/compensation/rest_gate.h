@@ -61,10 +61,8 @@ enum class RestState { kInitial, kMotion, kLevelImplausible, kSettling, kRest };
 // A generalised likelihood ratio test on the block means: the hypothesis "same level as at rest,
 // give or take what drift can do since" against "another level", with the noise estimated from the
 // blocks themselves (sigma² = half the mean squared successive difference), so that no knowledge of
-// the gyro is needed. Beside it a StillWatch tells a level from where a sway turns round, and a
-// level that was come to smoothly has to stay twice as long as that took. Rotation slower than the
-// slew limit onto a level within the noise cannot be distinguished from drift without a reference.
-// Cost: O(1) a block. One thread.
+// the gyro is needed. Rotation slower than the slew limit onto a level within the noise cannot be
+// distinguished from drift without a reference. Cost: O(1) a block. One thread.
 class RestGate {
  public:
   explicit RestGate(const RestGateOptions& options);
