@@ -26,8 +26,7 @@ constexpr double kFastestSlews = 4.0;     // drift is followed at rest so many t
                                           // may have moved unseen, where noise decides
 constexpr int kStayRatio = 2;             // of being still to having moved before
 constexpr double kHomeDwells = 4.0;       // stillness after a journey that ends it
-constexpr std::size_t kRestedBlocks = 60;
-constexpr double kYoungBlocks = 3.0;  // the scatter of n blocks may be 1 + 3 / n as large
+constexpr double kYoungBlocks = 3.0;      // the scatter of n blocks may be 1 + 3 / n as large
 
 double rate_hz(const DriftBlock& block, std::size_t axis) noexcept {
   const double duration_s = core::seconds(block.end - block.begin);
@@ -130,13 +129,7 @@ bool RestGate::watch(const DriftBlock& block) noexcept {
   }
   const StillWatch::Finding finding = watch_.add(block.begin, block.end, blocks);
   if (finding == StillWatch::Finding::kStays) return false;
-  // A gyro that has been at rest for long has no turning point, but may have a jerk of its drift.
-  const bool has_rested = state_ == RestState::kRest && away_since_ == core::kNever &&
-                          std::any_of(axes_.begin(), axes_.end(), [](const AxisState& axis) {
-                            return axis.known && axis.blocks > kRestedBlocks;
-                          });
-  const bool moves = finding == StillWatch::Finding::kMoves || state_ == RestState::kSettling ||
-                     (finding == StillWatch::Finding::kTurns && !has_rested);
+  const bool moves = finding == StillWatch::Finding::kMoves || state_ == RestState::kSettling;
   if (moves && state_ == RestState::kRest) {
     // What came since the stretch began may have drawn the level along.
     for (const auto axis : kAxes) {

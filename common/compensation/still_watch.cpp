@@ -14,7 +14,7 @@ constexpr std::size_t kAnchorBlocks = 5;  // whose mean the anchor begins with
 constexpr double kAnchorSigmas = 4.0;  // the level's distance from it: a mean of 5 and one of about
                                        // 20 blocks scatter by half a sigma, flicker noise by more
 constexpr double kAnchorSlews = 5.0;   // and these many blocks of drift: a coarse quantisation
-constexpr std::size_t kFirstFitted = 6;  // blocks whose trend and curvature are looked at
+constexpr std::size_t kFirstFitted = 5;  // blocks whose trend and curvature are looked at
 constexpr std::size_t kLastFitted = 40;
 constexpr double kFitSigmas = 4.5;
 constexpr double kPauseBlocks = 2.0;  // blocks further apart aren't equidistant
@@ -28,18 +28,20 @@ void StillWatch::restart() noexcept {
 
 StillWatch::Finding StillWatch::add(core::SensorTime begin, core::SensorTime end,
                                     const core::PerAxis<Block>& blocks) noexcept {
-  const bool is_first = since_ == core::kNever;
-  if (is_first) since_ = end_ = begin;
-  const double elapsed_s = core::seconds(end - end_);
-  const double before_s = core::seconds(end_ - since_);
+  const double block_s = core::seconds(end - begin);
+  double elapsed_s = block_s;
+  if (since_ == core::kNever) {
+    since_ = begin;
+  } else {
+    elapsed_s = core::seconds(end - end_);
+  }
   end_ = end;
   Finding finding = Finding::kStays;
   for (const auto axis : core::kAxes) {
     const Block& block = blocks[core::index(axis)];
     if (block.is_measured) {
       AxisState& state = axes_[core::index(axis)];
-      const auto n = static_cast<double>(state.blocks);
-      if (!is_first && elapsed_s * n > kPauseBlocks * before_s) state.is_even = false;
+      state.is_even = state.is_even && elapsed_s < kPauseBlocks * block_s;
       finding = std::max(finding, follow(block, elapsed_s, state));
     }
   }
@@ -71,8 +73,7 @@ StillWatch::Finding StillWatch::follow(const Block& block, double elapsed_s,
   }
   const bool is_drawn = std::abs(state.level - state.anchor) >
                         kAnchorSigmas * block.sigma_radps + kAnchorSlews * slew_radps;
-  if (is_drawn) return Finding::kMoves;
-  return turns(block, slew_radps, state) ? Finding::kTurns : Finding::kStays;
+  return is_drawn || turns(block, slew_radps, state) ? Finding::kMoves : Finding::kStays;
 }
 
 // The least-squares parabola through n equidistant blocks, of a trend b = sum u x / sum u² with

@@ -24,9 +24,8 @@ class StillWatch {
   };
 
   // Whether the stretch goes on; else it ended before this block, which is of another level, or is
-  // known by it to have been none: its first blocks have a trend or a curvature, or its level was
-  // drawn along faster than drift.
-  enum class Finding { kStays, kJumps, kTurns, kMoves };
+  // known by it to have been none.
+  enum class Finding { kStays, kJumps, kMoves };
   Finding add(core::SensorTime begin, core::SensorTime end,
               const core::PerAxis<Block>& blocks) noexcept;
   void restart() noexcept;
