@@ -19,14 +19,6 @@ constexpr double kNoiseGain = 0.01;  // the noise with one of 100
 constexpr std::size_t kSamplesForSpread = 8;
 constexpr double kSmallestSigma = 1e-13;  // rad/s; keeps a noise-free input from a zero threshold
 constexpr double kOtherRate = 1.5;        // samples that come so much faster or slower spread anew
-constexpr double kElsewhereSigmas = 3.0;  // a level so far from the one that was left is another
-constexpr double kSmoothPart = 0.3;       // changes from block to block, of a sway of 20 s and more
-constexpr double kJolt = 5.0;             // one counts as so many usual ones at most
-constexpr double kFastestSlews = 4.0;     // drift is followed at rest so many times as fast as it
-                                          // may have moved unseen, where noise decides
-constexpr int kStayRatio = 2;             // of being still to having moved before
-constexpr double kHomeDwells = 4.0;       // stillness after a journey that ends it
-constexpr double kYoungBlocks = 3.0;      // the scatter of n blocks may be 1 + 3 / n as large
 
 double rate_hz(const DriftBlock& block, std::size_t axis) noexcept {
   const double duration_s = core::seconds(block.end - block.begin);
@@ -59,18 +51,13 @@ void RestGate::restart() noexcept {
   state_ = RestState::kInitial;
   axes_ = {};
   initial_count_ = 0;
-  still_since_ = away_since_ = core::kNever;
-  watch_.restart();
+  still_since_ = core::kNever;
 }
 
 void RestGate::skip(core::SensorTime by) noexcept {
   initial_count_ = 0;
-  watch_.restart();
-  if (state_ == RestState::kInitial) return;
-  if (state_ == RestState::kSettling) leave(RestState::kMotion, still_since_);
-  level_time_ += by;
-  home_time_ += by;
-  if (away_since_ != core::kNever) away_since_ += by;
+  if (state_ == RestState::kSettling) static_cast<void>(motion());
+  if (state_ != RestState::kInitial) level_time_ += by;
 }
 
 double RestGate::block_sigma(core::Axis axis) const noexcept {
@@ -80,104 +67,27 @@ double RestGate::block_sigma(core::Axis axis) const noexcept {
 RestState RestGate::add(const DriftBlock& block, const ExpectedLevels& expected) noexcept {
   if (block.count == core::PerAxis<std::size_t>{}) return state_;
   if (state_ == RestState::kInitial) return state_ = collect_initial(block, expected);
-  const bool moves = watch(block) && (state_ == RestState::kRest || state_ == RestState::kSettling);
   const bool implausible = level_implausible(block);
-  if (implausible || moves || departs(block)) {
-    leave(implausible ? RestState::kLevelImplausible : RestState::kMotion, block.begin);
-    stay_away(block);
-    note(block);
-    return state_;
+  if (implausible || departs(block)) {
+    still_since_ = core::kNever;
+    return state_ = implausible ? RestState::kLevelImplausible : RestState::kMotion;
   }
   if (state_ == RestState::kMotion || state_ == RestState::kLevelImplausible) {
     begin_settling(block.begin);
   }
-  if (state_ == RestState::kSettling) settle(block);
-  if ((state_ == RestState::kRest || is_adopted_) && track(block, expected)) {
-    leave(RestState::kMotion, block.begin);
-  }
-  note(block);
+  if (state_ == RestState::kSettling) average(block);
+  if (state_ == RestState::kRest && track(block, expected)) return motion();
   return state_;
-}
-
-void RestGate::note(const DriftBlock& block) noexcept {
-  for (const auto axis : kAxes) {
-    if (block.count[index(axis)] > 0) axes_[index(axis)].newest = block.mean_radps[index(axis)];
-  }
 }
 
 RestState RestGate::motion() noexcept {
-  watch_.restart();
   if (state_ == RestState::kInitial) {
     initial_count_ = 0;
   } else {
-    leave(RestState::kMotion, level_time_);
-    is_moved_ = true;
+    state_ = RestState::kMotion;
+    still_since_ = core::kNever;
   }
   return state_;
-}
-
-// Whether what seemed still was motion.
-bool RestGate::watch(const DriftBlock& block) noexcept {
-  core::PerAxis<StillWatch::Block> blocks;
-  for (const auto axis : kAxes) {
-    const AxisState& state = axes_[index(axis)];
-    if (!state.known || block.count[index(axis)] == 0) continue;
-    const double faster = away_since_ == core::kNever ? kFastestSlews : 1.0;
-    const double slew =
-        std::max(options_.max_slew_radps2, faster * options_.noise_slew_per_s * block_sigma(axis));
-    blocks[index(axis)] = {true, block.mean_radps[index(axis)], scatter(state), slew};
-  }
-  const StillWatch::Finding finding = watch_.add(block.begin, block.end, blocks);
-  if (finding == StillWatch::Finding::kStays) return false;
-  const bool moves = finding == StillWatch::Finding::kMoves || state_ == RestState::kSettling;
-  if (moves && state_ == RestState::kRest) {
-    // What came since the stretch began may have drawn the level along.
-    for (const auto axis : kAxes) {
-      AxisState& state = axes_[index(axis)];
-      if (blocks[index(axis)].is_measured) state.level = watch_.anchor(axis);
-    }
-  }
-  watch_.restart();
-  static_cast<void>(watch_.add(block.begin, block.end, blocks));
-  return moves;
-}
-
-// Of a block mean at rest; where few steps of a coarse output make up the noise, these count whole.
-double RestGate::scatter(const AxisState& axis) const noexcept {
-  return std::max(std::sqrt(std::max(axis.noise, axis.rough_noise)), kSmallestSigma) *
-         (1.0 + kYoungBlocks / static_cast<double>(axis.blocks));
-}
-
-void RestGate::leave(RestState into, core::SensorTime time) noexcept {
-  if (state_ == RestState::kRest && away_since_ == core::kNever) {
-    away_since_ = time;
-    away_blocks_ = 0;
-    is_moved_ = false;
-    for (AxisState& state : axes_) state.square_change = 0.0;
-    home_time_ = level_time_;
-    for (AxisState& state : axes_) state.home = state.level;
-  } else if (state_ == RestState::kRest || is_adopted_) {
-    level_time_ = home_time_;
-    for (AxisState& state : axes_) state.level = state.home;
-  }
-  is_adopted_ = false;
-  state_ = into;
-  still_since_ = core::kNever;
-}
-
-void RestGate::stay_away(const DriftBlock& block) noexcept {
-  ++away_blocks_;
-  const auto n = static_cast<double>(away_blocks_);
-  for (const auto axis : kAxes) {
-    AxisState& state = axes_[index(axis)];
-    if (!state.known || block.count[index(axis)] == 0) continue;
-    const double change = block.mean_radps[index(axis)] - state.newest;
-    const double noise = 2.0 * scatter(state) * scatter(state);
-    // A single jolt doesn't make a sway abrupt.
-    const double cap = kJolt * kJolt * std::max(state.square_change, noise);
-    const double square = away_blocks_ == 1 ? change * change : std::min(change * change, cap);
-    if (std::isfinite(square)) state.square_change += (square - state.square_change) / n;
-  }
 }
 
 RestState RestGate::collect_initial(const DriftBlock& block,
@@ -195,7 +105,6 @@ RestState RestGate::collect_initial(const DriftBlock& block,
   if (initial_count_ < options_.initial_blocks) return RestState::kInitial;
   adopt_initial();
   if (!initial_blocks_agree()) return RestState::kInitial;
-  for (std::size_t i = 0; i < initial_count_; ++i) static_cast<void>(watch(initial_[i]));
   return leaves(expected) ? RestState::kMotion : RestState::kRest;
 }
 
@@ -244,16 +153,13 @@ void RestGate::adopt_initial() noexcept {
     }
     state = {};
     if (n < 3) continue;
-    state.previous = state.newest = values[n - 1];
+    state.previous = values[n - 1];
     for (std::size_t i = 0; i + 1 < n; ++i) differences[i] = std::abs(values[i + 1] - values[i]);
     std::nth_element(differences, differences + (n - 1) / 2, differences + n - 1);
     const double sigma = differences[(n - 1) / 2] / (core::kMedianOfNormal * std::sqrt(2.0));
     std::nth_element(values, values + n / 2, values + n);
-    double squares = 0.0;
-    for (std::size_t i = 0; i + 1 < n; ++i) squares += differences[i] * differences[i];
     state.level = values[n / 2];
     state.noise = sigma * sigma;
-    state.rough_noise = 0.5 * squares / static_cast<double>(n - 1);
     std::nth_element(spreads, spreads + n / 2, spreads + n);
     state.spread = spreads[n / 2];
     std::nth_element(rates, rates + n / 2, rates + n);
@@ -290,12 +196,8 @@ bool RestGate::initial_blocks_agree() const noexcept {
 
 double RestGate::threshold(const AxisState& axis, double elapsed_s) const noexcept {
   const double sigma = std::max(std::sqrt(axis.noise), kSmallestSigma);
-  return options_.departure_sigmas * sigma + slew(axis) * std::max(0.0, elapsed_s);
-}
-
-double RestGate::slew(const AxisState& axis) const noexcept {
-  const double sigma = std::max(std::sqrt(axis.noise), kSmallestSigma);
-  return std::max(options_.max_slew_radps2, options_.noise_slew_per_s * sigma);
+  const double slew = std::max(options_.max_slew_radps2, options_.noise_slew_per_s * sigma);
+  return options_.departure_sigmas * sigma + slew * std::max(0.0, elapsed_s);
 }
 
 bool RestGate::level_implausible(const DriftBlock& block) const noexcept {
@@ -333,76 +235,29 @@ void RestGate::begin_settling(core::SensorTime since) noexcept {
   }
 }
 
-void RestGate::settle(const DriftBlock& block) noexcept {
-  if (!is_adopted_) {
-    for (const auto axis : kAxes) {
-      if (block.count[index(axis)] == 0) continue;
-      axes_[index(axis)].settling += block.mean_radps[index(axis)];
-      ++axes_[index(axis)].settling_blocks;
-    }
-    if (core::seconds(block.end - still_since_) < options_.dwell_s) return;
-    adopt_average();
+void RestGate::average(const DriftBlock& block) noexcept {
+  for (const auto axis : kAxes) {
+    if (block.count[index(axis)] == 0) continue;
+    axes_[index(axis)].settling += block.mean_radps[index(axis)];
+    ++axes_[index(axis)].settling_blocks;
   }
-  if (is_doubtful()) return;
-  is_adopted_ = false;
+  if (core::seconds(block.end - still_since_) < options_.dwell_s) return;
   state_ = RestState::kRest;
+  adopt_average();
 }
 
 // The drift went on while the gyro moved: the level begins anew at the mean of the dwell.
 void RestGate::adopt_average() noexcept {
-  is_adopted_ = true;
   for (AxisState& state : axes_) {
     if (!state.known || state.settling_blocks == 0) continue;
     state.level = state.settling / static_cast<double>(state.settling_blocks);
   }
 }
 
-// What came to another level smoothly is drift too fast to be followed, or slow rotation that turns
-// round here. Only what stays for twice as long as the change took is a level. A vehicle moves by
-// jerks, and a step of the bias is one.
-bool RestGate::is_doubtful() const noexcept {
-  if (is_moved_ || away_since_ == core::kNever || away_blocks_ == 0 || has_stayed()) return false;
-  double abrupt = 0.0;
-  for (const AxisState& state : axes_) {
-    if (state.known) abrupt = std::max(abrupt, abruptness(state));
-  }
-  return std::any_of(kAxes.begin(), kAxes.end(), [&](core::Axis axis) {
-    const AxisState& state = axes_[index(axis)];
-    const double change = std::abs(state.level - state.home);
-    return state.known && change > kElsewhereSigmas * scatter(state) &&
-           abrupt < kSmoothPart * change;
-  });
-}
-
-bool RestGate::has_stayed() const noexcept {
-  return watch_.end() - watch_.since() >= kStayRatio * (watch_.since() - away_since_);
-}
-
-bool RestGate::is_journey() const noexcept {
-  return is_moved_ || std::any_of(axes_.begin(), axes_.end(), [&](const AxisState& state) {
-           return state.known && abruptness(state) > kElsewhereSigmas * scatter(state);
-         });
-}
-
-// The level stayed for long, or for a while after a journey.
-bool RestGate::is_home(core::SensorTime now) const noexcept {
-  if (has_stayed()) return true;
-  return is_journey() && now - still_since_ >= core::from_seconds(kHomeDwells * options_.dwell_s);
-}
-
-double RestGate::abruptness(const AxisState& axis) const noexcept {
-  const double noise = scatter(axis);
-  return std::sqrt(std::max(0.0, axis.square_change - 2.0 * noise * noise));
-}
-
 // Whether an axis that appeared later is outside of what is expected; that is its level then.
 bool RestGate::track(const DriftBlock& block, const ExpectedLevels& expected) noexcept {
   bool any_leaves = false;
   const double block_s = core::seconds(block.end - block.begin);
-  // What turns out to be motion says nothing of the noise.
-  const bool is_brief = is_adopted_ || (away_since_ != core::kNever && !is_journey() &&
-                                        watch_.end() - watch_.since() <
-                                            core::from_seconds(kHomeDwells * options_.dwell_s));
   const double level_gain =
       block_s > kLongBlockS ? std::min(1.0, kLevelGain * block_s) : kLevelGain;
   for (const auto axis : kAxes) {
@@ -419,11 +274,7 @@ bool RestGate::track(const DriftBlock& block, const ExpectedLevels& expected) no
                .blocks = 1};
       continue;
     }
-    state.level +=
-        std::max(level_gain, 1.0 / static_cast<double>(state.blocks + 1)) * (mean - state.level);
     const double difference = mean - state.previous;
-    state.previous = mean;
-    if (is_brief) continue;
     // Clipped at 3 sigma of a difference, so that a step of the drift does not pass for noise.
     const double cap =
         state.blocks > 10 && state.noise > 0.0 ? 18.0 * state.noise : difference * difference;
@@ -432,9 +283,10 @@ bool RestGate::track(const DriftBlock& block, const ExpectedLevels& expected) no
     // refined.
     const double gain = std::max(kNoiseGain, 1.0 / static_cast<double>(state.blocks + 1));
     state.noise += gain * (half_square - state.noise);
-    if (block.begin - level_time_ < block.end - block.begin)
-      state.rough_noise += gain * (0.5 * difference * difference - state.rough_noise);
     track_spread(block, index(axis), gain, state);
+    state.level +=
+        std::max(level_gain, 1.0 / static_cast<double>(state.blocks + 1)) * (mean - state.level);
+    state.previous = mean;
     ++state.blocks;
     if (state.known || state.blocks < options_.initial_blocks) continue;
     state.known = true;
@@ -444,8 +296,6 @@ bool RestGate::track(const DriftBlock& block, const ExpectedLevels& expected) no
     state.level = nearest;
   }
   level_time_ = block.end;
-  if (state_ == RestState::kRest && away_since_ != core::kNever && is_home(block.end))
-    away_since_ = core::kNever;
   return any_leaves;
 }
 

@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <optional>
 
-#include "common/compensation/still_watch.h"
 #include "common/core/axis.h"
 #include "common/core/mode.h"
 #include "common/core/state_archive.h"
@@ -102,7 +101,6 @@ class RestGate {
   // Its state (core/state_archive.h).
   void carry(core::StateArchive& archive) {
     archive(state_, axes_, level_time_, still_since_, initial_, initial_count_);
-    archive(watch_, is_adopted_, home_time_, away_since_, away_blocks_, is_moved_);
     archive.require(state_ <= RestState::kRest && initial_count_ <= options_.initial_blocks);
     archive.require(level_time_ != core::kNever);
     archive.require(state_ != RestState::kSettling || still_since_ != core::kNever);
@@ -112,24 +110,19 @@ class RestGate {
   struct AxisState {
     bool known = false;
     double level = 0.0;
-    double noise = 0.0;        // variance of a block mean
-    double rough_noise = 0.0;  // the same, of differences that aren't clipped
-    double spread = 0.0;       // variance of samples within a block
-    double rate_hz = 0.0;      // of the samples of that spread
+    double noise = 0.0;    // variance of a block mean
+    double spread = 0.0;   // variance of samples within a block
+    double rate_hz = 0.0;  // of the samples of that spread
     double previous = 0.0;
     std::size_t blocks = 0;
     double settling = 0.0;  // sum of the means since still_since_
     std::size_t settling_blocks = 0;
-    double home = 0.0;           // the level that was left
-    double newest = 0.0;         // block mean
-    double square_change = 0.0;  // mean over the blocks since, from one to the next
 
     void carry(core::StateArchive& archive) {
-      archive(known, level, noise, rough_noise, spread, rate_hz, previous);
+      archive(known, level, noise, spread, rate_hz, previous);
       archive.counts(blocks);
       archive(settling);
       archive.counts(settling_blocks);
-      archive(home, newest, square_change);
     }
   };
   static constexpr std::size_t kMaxInitialBlocks = 32;
@@ -143,19 +136,8 @@ class RestGate {
   [[nodiscard]] double threshold(const AxisState& axis, double elapsed_s) const noexcept;
   [[nodiscard]] bool departs(const DriftBlock& block) const noexcept;
   [[nodiscard]] bool level_implausible(const DriftBlock& block) const noexcept;
-  [[nodiscard]] double scatter(const AxisState& axis) const noexcept;
-  [[nodiscard]] double slew(const AxisState& axis) const noexcept;
-  [[nodiscard]] bool watch(const DriftBlock& block) noexcept;
-  void leave(RestState into, core::SensorTime time) noexcept;
-  void stay_away(const DriftBlock& block) noexcept;
-  [[nodiscard]] bool is_doubtful() const noexcept;
-  [[nodiscard]] bool has_stayed() const noexcept;
-  [[nodiscard]] bool is_journey() const noexcept;
   void begin_settling(core::SensorTime since) noexcept;
-  void settle(const DriftBlock& block) noexcept;
-  [[nodiscard]] double abruptness(const AxisState& axis) const noexcept;
-  void note(const DriftBlock& block) noexcept;
-  [[nodiscard]] bool is_home(core::SensorTime now) const noexcept;
+  void average(const DriftBlock& block) noexcept;
   void adopt_average() noexcept;
   [[nodiscard]] bool track(const DriftBlock& block, const ExpectedLevels& expected) noexcept;
   static void track_spread(const DriftBlock& block, std::size_t axis, double gain,
@@ -168,12 +150,6 @@ class RestGate {
   core::SensorTime still_since_{core::kNever};
   std::array<DriftBlock, kMaxInitialBlocks> initial_{};
   std::size_t initial_count_ = 0;
-  StillWatch watch_;
-  bool is_adopted_ = false;                    // settling: the dwell is over, the level is followed
-  core::SensorTime home_time_{0};              // when the level that was left was last confirmed
-  core::SensorTime away_since_{core::kNever};  // when it was left; kNever: it wasn't
-  std::size_t away_blocks_ = 0;
-  bool is_moved_ = false;  // by what is known from elsewhere
 };
 
 }  // namespace zerodrift::compensation
