@@ -176,6 +176,16 @@ double ExpertStack::evidence_step_s(std::size_t h, double since_last_s) const {
   return std::clamp(since_last_s, spacing_s, std::max(spacing_s, kHorizonsS[h]));
 }
 
+// How much of an error there is at a horizon that is shorter than its age, behind a pause: as much
+// as StackForecast has between two horizons, from one label ahead on. All of it as long as the next
+// horizon was never judged, since the interval grows from here then.
+double ExpertStack::at_horizon(std::size_t h, double age_s) const {
+  const double ahead_s = std::max(forecast_.spacing_s, kShortestSpacingS);
+  if (h == 0 || age_s <= kHorizonsS[h] || kHorizonsS[h] <= ahead_s) return 1.0;
+  if (h + 1 == kHorizons || forecast_.horizons[h + 1].half_width < 0.0) return 1.0;
+  return std::log(kHorizonsS[h] / ahead_s) / std::log(age_s / ahead_s);
+}
+
 void ExpertStack::judge(std::size_t h, const Snapshot& made, const StackLabel& label,
                         const Basis& basis, const std::optional<SvrForecast>& by_svr) {
   Judged& judged = judged_[h];
@@ -199,7 +209,10 @@ void ExpertStack::judge(std::size_t h, const Snapshot& made, const StackLabel& l
   const double room = kNormalQuantile * std::sqrt(made.doubt.variance_at(label.thermal));
   const double share =
       made.half_width > 0.0 ? made.half_width / std::hypot(made.half_width, room) : 1.0;
-  const double own_error = share * size_of(label.drift - made.mean.at(label.time_s, basis, by_svr));
+  const double age_s = label.time_s - made.mean.linear.time_s;
+  if (h == 0 && age_s > kLongestStep * spacing_s) return;
+  const double own_error = at_horizon(h, age_s) * share *
+                           size_of(label.drift - made.mean.at(label.time_s, basis, by_svr));
   note_error(h, label.time_s, own_error);
   follow_misses(h, own_error, made.half_width);
 }
@@ -225,16 +238,20 @@ double ExpertStack::error_spacing_s(std::size_t h) const {
 }
 
 void ExpertStack::note_error(std::size_t h, double time_s, double error) {
-  auto& [made, squares, count, noted_s, errors, sorted, log_factor] = judged_[h];
+  auto& [made, squares, count, noted_s, errors, sorted, independent, log_factor] = judged_[h];
   if (noted_s && time_s - *noted_s < error_room_s(h)) return;
+  const bool overlaps = noted_s && time_s - *noted_s < kHorizonsS[h];
+  const double own_part = overlaps ? (time_s - *noted_s) / kHorizonsS[h] : 1.0;
   noted_s = time_s;
   const double most = std::clamp(kErrorHorizons * kHorizonsS[h] / error_spacing_s(h), 40.0,
                                  static_cast<double>(kErrors));
   while (static_cast<double>(errors.size()) + 1.0 > most) {
-    sorted.erase(std::lower_bound(sorted.begin(), sorted.end(), errors.front()));
+    sorted.erase(std::lower_bound(sorted.begin(), sorted.end(), errors.front().size));
+    independent -= errors.front().independent;
     errors.pop();
   }
-  errors.push_overwriting(error);
+  errors.push_overwriting({error, own_part});
+  independent += own_part;
   sorted.insert(std::upper_bound(sorted.begin(), sorted.end(), error), error);
 }
 
@@ -245,7 +262,7 @@ void ExpertStack::measure_width(std::size_t h) {
   if (sorted.empty()) return;
   const auto n = static_cast<double>(sorted.size());
   const double rank = std::clamp(std::ceil(kCovered * (n + 1.0)) - 1.0, 0.0, n - 1.0);
-  const double independent = h == 0 ? n : std::max(1.0, n * error_spacing_s(h) / kHorizonsS[h]);
+  const double independent = std::max(1.0, judged_[h].independent);
   half_width = sorted[static_cast<std::size_t>(rank)] * (1.0 + kStudentExcess / independent) *
                std::exp(judged_[h].log_factor);
   // Where few errors of this age are known they may all be small: an older forecast is no better
@@ -337,6 +354,7 @@ void ExpertStack::reset() noexcept {
     judged.noted_s.reset();
     judged.errors.clear();
     judged.sorted.clear();
+    judged.independent = 0.0;
     judged.log_factor = 0.0;
   }
   forecast_ = {};
@@ -358,15 +376,16 @@ void ExpertStack::carry(core::StateArchive& archive) {
       archive.sums(square);
       archive.require(square >= 0.0);
     }
-    archive(judged.count, judged.noted_s, judged.errors, judged.log_factor);
+    archive(judged.count, judged.noted_s, judged.errors, judged.independent, judged.log_factor);
     archive.require(judged.count >= 0.0 && std::abs(judged.log_factor) <= kLargestLogFactor);
-    for (std::size_t i = 0; i < judged.errors.size(); ++i) archive.require(judged.errors[i] >= 0.0);
+    for (std::size_t i = 0; i < judged.errors.size(); ++i)
+      archive.require(judged.errors[i].size >= 0.0);
   }
   if (!archive.reads() || !archive.ok()) return;
   for (std::size_t h = 0; h < kHorizons; ++h) {
-    auto& [made, squares, count, noted_s, errors, sorted, log_factor] = judged_[h];
+    auto& [made, squares, count, noted_s, errors, sorted, independent, log_factor] = judged_[h];
     sorted.clear();
-    for (std::size_t i = 0; i < errors.size(); ++i) sorted.push_back(errors[i]);
+    for (std::size_t i = 0; i < errors.size(); ++i) sorted.push_back(errors[i].size);
     std::sort(sorted.begin(), sorted.end());
     measure_width(h);
   }

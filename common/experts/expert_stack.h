@@ -23,7 +23,9 @@
 //
 // The interval of a horizon is the 95 % quantile of the stack's own errors at it, less what the
 // doubt of the temperature's effect makes room for (StackForecast::doubt), over the last twenty
-// horizons, wider by as much as Student's t is where few of them are independent, times a
+// horizons, wider by as much as Student's t is where few of them are independent: as many as there
+// are horizons between them, two stops' two. Of an error behind a pause that is older than the
+// horizon it has the part that lies between one label ahead and there. All that times a
 // factor that follows the share of labels which the intervals as they were stated missed (adaptive
 // conformal inference: Gibbs & Candes, NeurIPS 2021):
 //   ln factor += step (missed - 0.05),  step = dt / h, at most 0.02
@@ -123,6 +125,12 @@ class ExpertStack {
       archive(mean, half_width, doubt);
     }
   };
+  struct Error {
+    double size = 0.0;
+    double independent = 0.0;  // how much of it doesn't overlap with the one before
+
+    void carry(core::StateArchive& archive) { archive(size, independent); }
+  };
   struct Judged {
     Judged(double horizon_s, std::size_t linear)
         : made(horizon_s, kKept, {.expert = std::vector<LinearForecast>(linear)}) {
@@ -132,15 +140,17 @@ class ExpertStack {
     PastForecasts<Snapshot> made;
     std::array<double, kExperts> squares{};
     double count = 0.0;
-    std::optional<double> noted_s{};           // end of the label of the newest error that was kept
-    core::RingBuffer<double> errors{kErrors};  // the stack's own, as they came
-    std::vector<double> sorted{};              // the same
-    double log_factor = 0.0;                   // of the interval's width
+    std::optional<double> noted_s{};          // end of the label of the newest error that was kept
+    core::RingBuffer<Error> errors{kErrors};  // the stack's own, as they came
+    std::vector<double> sorted{};             // their sizes
+    double independent = 0.0;                 // of them
+    double log_factor = 0.0;                  // of the interval's width
   };
   [[nodiscard]] bool is_of_horizon(std::size_t h, double age_s) const;
   void note_level(const StackLabel& label);
   void note_doubt();
   [[nodiscard]] double evidence_step_s(std::size_t h, double since_last_s) const;
+  [[nodiscard]] double at_horizon(std::size_t h, double age_s) const;
   void judge(std::size_t h, const Snapshot& made, const StackLabel& label, const Basis& basis,
              const std::optional<SvrForecast>& by_svr);
   void note_error(std::size_t h, double time_s, double error);
