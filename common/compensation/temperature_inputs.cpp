@@ -15,9 +15,6 @@ namespace {
 constexpr std::size_t kWaiting = 4096;  // of each probe
 constexpr double kMovedDegc = 1.0;      // a probe counts as moving past this
 constexpr double kMarginS = 60.0;       // of a track beyond what is asked of it
-// As measurement::kEndurableDegc.
-constexpr double kColdestStoreDegc = -62.0;
-constexpr double kHottestElectronicsDegc = 125.0;
 using core::kNaN;
 
 auto first_feature(const CompensationOptions& options, thermal::FeatureKind kind) {
@@ -40,7 +37,7 @@ bool compares_probes(const std::vector<std::string>& probes) {
 std::string kelvin_hint(double value) {
   constexpr double kZeroDegcInKelvin = 273.15;
   const double degc = value - kZeroDegcInKelvin;
-  if (!(degc >= kColdestStoreDegc && degc <= kHottestElectronicsDegc)) return "";
+  if (!(degc >= core::kColdestStoreDegc && degc <= core::kHottestElectronicsDegc)) return "";
   return " (" + short_text(std::round(10.0 * degc) / 10.0) + " degC, if it is in kelvin)";
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/core/axis.h"
+#include "common/core/plausible.h"
 #include "common/core/time.h"
 #include "common/core/units.h"
 #include "common/measurement/column_watch.h"
@@ -53,9 +54,8 @@ inline constexpr double kMovedDegc = 1.0;
 // Alone it is doubted from so long a record on: the parts of a gyro warm up for longer. One that
 // stops moving for so long while another moves is doubted too.
 inline constexpr double kLongestConstantTemperatureS = 600.0;
-// Electronics of a gyro are dead above it (the military range), and no store is colder than the
-// lower end (MIL-STD-810, severe cold); what lies beyond is looked at in other units.
-inline constexpr ValueRange kEndurableDegc{-62.0, 125.0};
+// What lies beyond is looked at in other units.
+inline constexpr ValueRange kEndurableDegc{core::kColdestStoreDegc, core::kHottestElectronicsDegc};
 // 15 to 50 degC in degF: a laboratory, up to the self-heating of electronics. Read as degC, all of
 // a record from first to last, it would be a chamber that is hot at switch-on and never leaves
 // there.
