@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "common/comparison/paper_preparation.h"
+#include "common/core/median.h"
+#include "common/core/not_known.h"
 #include "common/regression/interval_calibrator.h"
 
 namespace zerodrift::comparison {
@@ -21,6 +23,12 @@ regression::DriftLabel label_of(const LabelledPoint& point, std::size_t dimensio
           .variance = point.variance};
 }
 
+// Of what ended `delay` before the judged label began.
+bool is_known(const LabelledPoint& label, core::SensorTime delay, const Protocol& protocol,
+              const LabelledPoint& judged) {
+  return label.end + delay <= judged.begin && label.end <= protocol.frozen_from;
+}
+
 // A prediction that waits for its label.
 struct Pending {
   bool knew_something = false;  // the scheme had learned a label
@@ -29,6 +37,18 @@ struct Pending {
 };
 
 }  // namespace
+
+double median_age_s(const Protocol& protocol, std::span<const LabelledPoint> points) {
+  const core::SensorTime delay = core::from_seconds(protocol.delay_s);
+  std::vector<double> ages_s;
+  std::size_t known = 0;
+  for (const LabelledPoint& point : points) {
+    while (&points[known] != &point && is_known(points[known], delay, protocol, point)) ++known;
+    if (known > 0 && point.end > protocol.judged_from)
+      ages_s.push_back(core::seconds(point.begin - points[known - 1].end));
+  }
+  return ages_s.empty() ? core::kNaN : core::median_of(std::move(ages_s));
+}
 
 std::vector<std::optional<PredictedPoint>> predict_all(const Protocol& protocol,
                                                        std::span<const LabelledPoint> points,
@@ -41,9 +61,7 @@ std::vector<std::optional<PredictedPoint>> predict_all(const Protocol& protocol,
   std::size_t learned = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const LabelledPoint& point = points[i];
-    // Of what ended `delay` before this label began.
-    while (learned < i && points[learned].end + delay <= point.begin &&
-           points[learned].end <= protocol.frozen_from) {
+    while (learned < i && is_known(points[learned], delay, protocol, point)) {
       const LabelledPoint& known = points[learned];
       const Pending& said = pending[learned];
       if (said.knew_something && known.end > protocol.calibrated_from)

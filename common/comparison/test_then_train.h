@@ -40,6 +40,11 @@ struct Protocol {
   core::SensorTime calibrated_from{0};
 };
 
+// How old the newest label that was known is at the beginning of a judged one, in the median, in
+// seconds: `delay_s` where labels follow on each other, more behind motion, in which there are
+// none. NaN where nothing is judged. O(points log points).
+[[nodiscard]] double median_age_s(const Protocol& protocol, std::span<const LabelledPoint> points);
+
 // What a scheme said of a point before it knew it. Nothing where it was not judged.
 struct PredictedPoint {
   double drift_radps = 0.0;

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -74,6 +75,16 @@ inline constexpr std::uint64_t kFewestMinutes = 10;
 
 [[nodiscard]] inline bool is_frozen(const comparison::Protocol& protocol) {
   return protocol.frozen_from != core::SensorTime::max();
+}
+
+// The median age of the newest label where the delay and a label's length don't make it, s: behind
+// motion. Nothing where they do, and for a last leg, which gets as old as it is long.
+[[nodiscard]] inline std::optional<double> age_behind_motion_s(
+    const AxisComparison& axis, const comparison::Protocol& protocol) {
+  if (is_frozen(protocol)) return std::nullopt;
+  const double age_s = comparison::median_age_s(protocol, axis.points);
+  if (age_s > protocol.delay_s + 2.0 * label_s(axis)) return age_s;
+  return std::nullopt;
 }
 
 }  // namespace zerodrift::evaluation

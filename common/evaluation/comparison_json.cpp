@@ -102,10 +102,11 @@ std::string key_of(const comparison::Protocol& protocol) {
   return key;
 }
 
-nlohmann::ordered_json json_of(const ProtocolOutcome& outcome) {
+nlohmann::ordered_json json_of(const AxisComparison& axis, const ProtocolOutcome& outcome) {
   const comparison::Protocol& protocol = outcome.protocol;
   nlohmann::ordered_json json{
       {"delay_s", protocol.delay_s},
+      {"median_age_s", comparison::median_age_s(protocol, axis.points)},
       {"frozen_from_s", is_frozen(protocol) ? core::seconds(protocol.frozen_from) : kNaN},
       {"judged_from_s", core::seconds(protocol.judged_from)},
       {"before", json_of(outcome.raw)}};
@@ -147,7 +148,7 @@ nlohmann::ordered_json comparison_json(const ComparisonResult& result) {
     own["initial_labels"] = axis.initial_labels;
     own["labels"] = json_of(axis.points);
     for (const ProtocolOutcome& protocol : axis.protocols)
-      report::object_at(own, "protocols")[key_of(protocol.protocol)] = json_of(protocol);
+      report::object_at(own, "protocols")[key_of(protocol.protocol)] = json_of(axis, protocol);
     for (const PaperOutcome& outcome : axis.paper)
       report::object_at(own, "paper_procedure")[outcome.name] = json_of(outcome);
   }

@@ -72,6 +72,8 @@ report::Table protocol_table(const AxisComparison& axis, const ProtocolOutcome& 
   table.caption = axis_name(axis) + ", " + protocol.protocol.name + ": residual of " +
                   std::to_string(protocol.schemes.front().statistics.points) + " labels of " +
                   significant(label_s(axis), 2) + " s, deg/h";
+  if (const auto age_s = age_behind_motion_s(axis, protocol.protocol))
+    table.caption += "; the newest label known is " + significant(*age_s, 2) + " s old (median)";
   table.columns = {{"scheme", Align::kLeft},      {"mean", Align::kRight},
                    {"std", Align::kRight},        {"MAE", Align::kRight},
                    {"RMSE", Align::kRight},       {means_title(protocol.raw), Align::kRight},

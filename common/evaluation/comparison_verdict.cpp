@@ -165,6 +165,18 @@ std::string plain_seconds(double seconds) {
   return text.data();
 }
 
+// " (290 s old behind motion)": the delay alone would name an age at which nothing was judged.
+std::string age_of(const ComparisonResult& result, double delay_s) {
+  std::optional<double> oldest_s;
+  for (const AxisComparison& axis : result.axes) {
+    for (const ProtocolOutcome& protocol : axis.protocols) {
+      if (protocol.protocol.delay_s != delay_s) continue;
+      oldest_s = std::max(oldest_s, age_behind_motion_s(axis, protocol.protocol));
+    }
+  }
+  return oldest_s ? " (" + significant(*oldest_s, 2) + " s old behind motion)" : "";
+}
+
 // "with labels 600 s late its RMSE is 0.49, 60 s late 0.32, at the first label after motion 0.34 of
 // that of holding the last minute"
 std::string figures_of(const ComparisonResult& result, const std::string& scheme) {
@@ -172,8 +184,8 @@ std::string figures_of(const ComparisonResult& result, const std::string& scheme
   for (const double delay_s : delays_of(result)) {
     const Ratio ratio = late_ratio(result, scheme, delay_s);
     if (!std::isfinite(ratio.value())) continue;
-    text += text.empty() ? "with labels " + plain_seconds(delay_s) + " s late its RMSE is "
-                         : ", " + plain_seconds(delay_s) + " s late ";
+    const std::string late = plain_seconds(delay_s) + " s late" + age_of(result, delay_s);
+    text += text.empty() ? "with labels " + late + " its RMSE is " : ", " + late + " ";
     text += significant(ratio.value(), 2);
   }
   const Ratio motion = motion_ratio(result, scheme);

@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "common/regression/interval_calibrator.h"
 #include "tests/unit/comparison/test_points.h"
@@ -28,6 +30,31 @@ std::vector<std::optional<PredictedPoint>> predicted(std::initializer_list<doubl
   std::vector<std::optional<PredictedPoint>> all;
   for (const double drift : drifts) all.push_back(PredictedPoint{drift, variance});
   return all;
+}
+
+// ------------------------------------------------------------------------- the age of labels
+
+// Rule: of the points and the protocol alone, the median age is that of the newest label that the
+// scheme was told before each judged one.
+TEST(TestThenTrainLaws, TheMedianAgeIsThatOfWhatTheSchemeWasTold) {
+  for (const double delay_s : {0.0, 5.0, 12.0, 60.0}) {
+    for (const auto& missing : {std::vector<std::size_t>{}, {3, 4, 5, 6, 7, 8, 9}, {1, 9, 17}}) {
+      const auto points = numbered_points(30, missing);
+      SpyScheme spy;
+      Protocol protocol = delayed(delay_s);
+      protocol.judged_from = core::from_seconds(40.0);
+      predict_all(protocol, points, 1, spy);
+      std::vector<double> ages_s;
+      for (const auto& asked : spy.asked()) {
+        if (!asked.learned_s.empty() && asked.time_s > 40.0)
+          ages_s.push_back(asked.time_s - 5.0 - asked.learned_s.back());
+      }
+      std::sort(ages_s.begin(), ages_s.end());
+      ASSERT_FALSE(ages_s.empty());
+      EXPECT_DOUBLE_EQ(median_age_s(protocol, points), ages_s[ages_s.size() / 2]) << delay_s;
+    }
+  }
+  EXPECT_TRUE(std::isnan(median_age_s(delayed(1e6), numbered_points(5))));
 }
 
 // ------------------------------------------------------------------------------------- a prior

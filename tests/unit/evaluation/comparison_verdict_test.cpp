@@ -5,6 +5,7 @@
 
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace zerodrift::evaluation {
 namespace {
@@ -42,6 +43,18 @@ ComparisonResult with_scheme(ComparisonResult result, const std::string& name, d
 TEST(Advice, IsTheSchemeThatGainsWithItsFigure) {
   const std::string advice = recommendation(judged(600.0, 0.49));
   EXPECT_TRUE(advice.starts_with("Use stack: with labels 60 s late its RMSE is 0.49 of that of "))
+      << advice;
+}
+
+// Stops of two labels every two minutes: who waits for labels a minute late has those of the stop
+// before. Before: "60 s late", an age at which nothing was judged.
+TEST(Advice, SaysHowOldLabelsAreBehindMotion) {
+  ComparisonResult result = judged(600.0, 0.49);
+  std::erase_if(result.axes.front().points, [](const comparison::LabelledPoint& point) {
+    return point.begin % from_seconds(120.0) >= from_seconds(10.0);
+  });
+  const std::string advice = recommendation(result);
+  EXPECT_TRUE(advice.starts_with("Use stack: with labels 60 s late (115 s old behind motion) its "))
       << advice;
 }
 
