@@ -81,6 +81,7 @@ struct CompensatorCounts {
   std::uint64_t temperatures = 0;
   std::uint64_t labels = 0;          // confirmed
   std::uint64_t labels_skipped = 0;  // the learner's queue was full
+  std::uint64_t short_rests = 0;     // the third in turn that ended before a label, and so on
   std::uint64_t late_models = 0;     // answered before the due model was there
   std::uint64_t reversed_axes = 0;   // found to turn the other way round
   std::uint64_t own_outputs = 0;     // axes found to be given what this gives out
@@ -88,7 +89,7 @@ struct CompensatorCounts {
 
   void carry(core::StateArchive& archive) {
     archive(samples_in, samples_out, duplicates, too_old, late, invalid, missing, time_faults,
-            labels, labels_skipped, late_models);
+            labels, labels_skipped, short_rests, late_models);
   }
 };
 
@@ -249,6 +250,7 @@ class Compensator {  // More members than other classes: one for each stage on a
   // Whether the Earth's rate is neither known on an axis nor small against the noise.
   [[nodiscard]] bool earth_rate_matters() const noexcept;
   void close_block(DriftBlock block) noexcept;
+  void end_of_rest() noexcept;
   void learn_from(const Label& label) noexcept;
   void estimate(core::SensorTime now) noexcept;
   [[nodiscard]] const AxisModel* active_model(core::Axis axis) const noexcept;

@@ -11,6 +11,12 @@ namespace zerodrift::compensation {
 using core::index;
 using core::kAxes;
 
+namespace {
+
+constexpr std::size_t kManyShortRests = 3;  // fewer may be chance: a vehicle stops as it must
+
+}  // namespace
+
 bool Compensator::is_usable(const core::AngularRateSample& sample, std::size_t axis) noexcept {
   return sample.valid[axis] &&
          std::abs(sample.rate_radps[axis]) <= core::kLargestRateRadps;  // false for NaN
@@ -136,7 +142,7 @@ void Compensator::close_block(DriftBlock block) noexcept {
   if (!measured && !blocks_.turning()) return;
   const RestState state = blocks_.turning() ? gate_.motion() : gate_.add(block, expected_levels());
   if (state != RestState::kRest || gate_reason() != core::Reason::kNone) {
-    labels_.discard();
+    end_of_rest();
     return;
   }
   if (earth_rate_matters()) {
@@ -161,6 +167,13 @@ void Compensator::close_block(DriftBlock block) noexcept {
   }
   if (const auto label = labels_.add(block, context, temperatures_.thermal_state(), variance))
     learn_from(*label);
+}
+
+void Compensator::end_of_rest() noexcept {
+  const std::size_t before = labels_.fruitless_stretches();
+  labels_.discard();
+  const std::size_t now = labels_.fruitless_stretches();
+  if (now > before && now >= kManyShortRests) ++counts_.short_rests;
 }
 
 void Compensator::learn_from(const Label& label) noexcept {

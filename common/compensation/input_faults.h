@@ -14,6 +14,10 @@ inline constexpr const char* kDoubleCorrectionText =
     "what is taken off comes back with the opposite sign in the raw rates: the compensation is "
     "given its own output, and corrects twice; publish compensated rates under another gyro id";
 
+inline constexpr const char* kShortRestText =
+    "stillness ended, three times in turn and more, before anything could be learned in it, which "
+    "takes learning.label_interval_s, confirm_s and some seconds: longer stops, or a shorter label";
+
 // Names the axes that are reversed now.
 [[nodiscard]] inline std::string reversed_text(const Compensator& compensator) {
   std::string axes;
@@ -31,6 +35,7 @@ inline constexpr const char* kDoubleCorrectionText =
   std::vector<std::string> lines;
   if (compensator.counts().reversed_axes > 0) lines.push_back(reversed_text(compensator));
   if (compensator.counts().own_outputs > 0) lines.emplace_back(kDoubleCorrectionText);
+  if (compensator.counts().short_rests > 0) lines.emplace_back(kShortRestText);
   return lines;
 }
 

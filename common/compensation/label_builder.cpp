@@ -85,6 +85,8 @@ std::optional<Label> LabelBuilder::add(
   if (pending_.empty() || block.end < pending_.front().end + confirm_) return std::nullopt;
   const Label confirmed = pending_.front();
   pending_.pop();
+  has_given_ = true;
+  fruitless_ = 0;
   return confirmed;
 }
 
@@ -147,6 +149,9 @@ void LabelBuilder::reopen() noexcept {
 }
 
 void LabelBuilder::discard() noexcept {
+  const bool was_still = blocks_ > 0 || !pending_.empty();
+  if (was_still && !has_given_) ++fruitless_;
+  has_given_ = false;
   reopen();
   pending_.clear();
 }

@@ -109,9 +109,13 @@ class LabelBuilder {
                            const core::PerAxis<double>& block_variance_radps2) noexcept;
   void discard() noexcept;
 
+  // How many stretches of stillness in turn were discarded before they gave a label.
+  [[nodiscard]] std::size_t fruitless_stretches() const noexcept { return fruitless_; }
+
   // Its state (core/state_archive.h).
   void carry(core::StateArchive& archive) {
-    archive(begin_, end_, sums_, thermal_, blocks_, pending_);
+    archive(begin_, end_, sums_, thermal_, blocks_, pending_, has_given_);
+    archive.counts(fruitless_);
     archive.require(begin_ == core::kNever || blocks_ > 0);
     archive.require((begin_ == core::kNever) == (end_ == core::kNever));
   }
@@ -161,6 +165,8 @@ class LabelBuilder {
   experts::ThermalState thermal_{};  // sums over blocks
   std::size_t blocks_ = 0;
   core::RingBuffer<Label> pending_{kPending};
+  bool has_given_ = false;  // a label, since the last discard
+  std::size_t fruitless_ = 0;
 };
 
 }  // namespace zerodrift::compensation

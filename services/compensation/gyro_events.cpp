@@ -64,7 +64,7 @@ constexpr std::string_view reference_fault_text(ReferenceVerdict verdict) {
 }
 
 using Counts = compensation::CompensatorCounts;
-constexpr std::array<service::CountedEvent<Counts>, 9> kCountedEvents{
+constexpr std::array<service::CountedEvent<Counts>, 10> kCountedEvents{
     {{&Counts::invalid, "invalid_sample",
       "a rate is not finite or marked invalid; passed on marked invalid, not learned"},
      {&Counts::duplicates, "duplicate_sample", "a sequence number came twice; answered once"},
@@ -79,6 +79,7 @@ constexpr std::array<service::CountedEvent<Counts>, 9> kCountedEvents{
       "the learner was late; samples went out with the model before"},
      {&Counts::labels_skipped, "skipped_label",
       "the learner's queue was full; a label was skipped"},
+     {&Counts::short_rests, "short_rest", compensation::kShortRestText},
      {&Counts::own_outputs, "double_correction", compensation::kDoubleCorrectionText}}};
 
 using SyncCounts = service::InstanceSync::Counts;

@@ -228,5 +228,36 @@ TEST(CompensatorScenarios, TheResidualOfALearnedChamberRampIsBelowATwentiethOfTh
   }
 }
 
+// Rule: whose stops are all too short for a label is told so, from the third on; who learns in them
+// isn't. Before: nothing was learned for as long as it lasted, and nobody said why.
+TEST(Stops, TooShortToLearnInAreReportedAndLongOnesAreNot) {
+  constexpr double kEveryS = 120.0;
+  for (const double label_s : {5.0, 20.0, 60.0}) {
+    for (const double stop_s : {15.0, 25.0, 45.0, 90.0}) {
+      GyroSpec spec{.duration_s = 1200.0};
+      spec.motion = [&](double time_s, Axis axis) {
+        const bool drives = time_s > 60.0 && std::fmod(time_s, kEveryS) > stop_s;
+        return drives && axis == Axis::kZ ? 5.0 * core::kRadPerDeg : 0.0;
+      };
+      auto options = testing::options();
+      options.learning.label_interval_s = label_s;
+      Compensator compensator{options};
+      std::uint64_t at_the_start = 0;
+      testing::run(compensator, make_record(spec), [&](const core::CompensatedSample& answer) {
+        if (seconds(answer.raw.time) < kEveryS) at_the_start = compensator.counts().labels;
+      });
+      const bool learns = compensator.counts().labels > at_the_start;
+      // Settling and confirming take 5 s each, and a block at either end is partly motion.
+      EXPECT_EQ(learns, stop_s > label_s + 12.0) << label_s << ' ' << stop_s;
+      const auto reported = compensator.counts().short_rests;
+      if (learns) {
+        EXPECT_EQ(reported, 0U) << label_s << ' ' << stop_s;
+      } else {
+        EXPECT_GE(reported, 6U) << label_s << ' ' << stop_s;
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace zerodrift::compensation

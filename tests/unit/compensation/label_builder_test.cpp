@@ -221,6 +221,25 @@ TEST(LabelBuilder, APauseLongerThanALabelPartsTwo) {
   EXPECT_NEAR(before->drift_radps[0], 1e-6, 1e-20);
 }
 
+// Rule: a stretch that gave no label before it was discarded is fruitless, one that gave one ends
+// the count, and motion that goes on discards nothing twice.
+TEST(LabelBuilderLaws, StretchesWithoutALabelAreCountedInTurn) {
+  Random random(11);
+  LabelBuilder labels(10.0, 5.0);
+  std::size_t fruitless = 0;
+  int s = 0;
+  for (int stretch = 0; stretch < 500; ++stretch) {
+    const int length = 1 + static_cast<int>(random.below(25));
+    bool has_given = false;
+    for (int k = 0; k < length; ++k)
+      has_given |= labels.add(still_block(s++), context(1.0), {}, kVariance).has_value();
+    EXPECT_EQ(has_given, length >= 15) << length;
+    fruitless = has_given ? 0 : fruitless + 1;
+    for (auto moving = 1 + random.below(3); moving > 0; --moving, ++s) labels.discard();
+    ASSERT_EQ(labels.fruitless_stretches(), fruitless);
+  }
+}
+
 // Rule: however many short labels await a long confirmation, some are confirmed.
 TEST(LabelBuilderAbuse, ShortLabelsWithALongConfirmationStillComeOut) {
   LabelBuilder labels(1.0, 600.0);
