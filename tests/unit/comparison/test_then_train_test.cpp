@@ -43,7 +43,7 @@ TEST(TestThenTrainLaws, TheMedianAgeIsThatOfWhatTheSchemeWasTold) {
       SpyScheme spy;
       Protocol protocol = delayed(delay_s);
       protocol.judged_from = core::from_seconds(40.0);
-      predict_all(protocol, points, 1, spy);
+      static_cast<void>(predict_all(protocol, points, 1, spy));
       std::vector<double> ages_s;
       for (const auto& asked : spy.asked()) {
         if (!asked.learned_s.empty() && asked.time_s > 40.0)

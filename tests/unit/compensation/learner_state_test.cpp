@@ -419,7 +419,7 @@ TEST(LearnerState, KernelsAloneAreLearnedWithFromTheFirstLabelOn) {
 // count kLearnerLayout up and write the new sizes here.
 TEST(LearnerState, AnotherLayoutHasAnotherNumber) {
   const auto options = small_options();
-  EXPECT_EQ(kLearnerLayout, 7U);
+  EXPECT_EQ(kLearnerLayout, 8U);
   EXPECT_EQ(state_after(svr_alone(options), 0).bytes.size(), 4646U);
   EXPECT_EQ(state_after(svr_alone(options), 30).bytes.size(), 29702U);
   EXPECT_EQ(state_after(options, 0).bytes.size(), 75020U);
