@@ -233,7 +233,7 @@ TEST(CompensatorScenarios, TheResidualOfALearnedChamberRampIsBelowATwentiethOfTh
 TEST(Stops, TooShortToLearnInAreReportedAndLongOnesAreNot) {
   constexpr double kEveryS = 120.0;
   for (const double label_s : {5.0, 20.0, 60.0}) {
-    for (const double stop_s : {15.0, 25.0, 45.0, 90.0}) {
+    for (const double stop_s : {12.0, 25.0, 45.0, 90.0}) {
       GyroSpec spec{.duration_s = 1200.0};
       spec.motion = [&](double time_s, Axis axis) {
         const bool drives = time_s > 60.0 && std::fmod(time_s, kEveryS) > stop_s;
@@ -247,8 +247,8 @@ TEST(Stops, TooShortToLearnInAreReportedAndLongOnesAreNot) {
         if (seconds(answer.raw.time) < kEveryS) at_the_start = compensator.counts().labels;
       });
       const bool learns = compensator.counts().labels > at_the_start;
-      // Settling and confirming take 5 s each, and a block at either end is partly motion.
-      EXPECT_EQ(learns, stop_s > label_s + 12.0) << label_s << ' ' << stop_s;
+      // Settling and confirming take 5 s each.
+      EXPECT_EQ(learns, stop_s > label_s + 10.0) << label_s << ' ' << stop_s;
       const auto reported = compensator.counts().short_rests;
       if (learns) {
         EXPECT_EQ(reported, 0U) << label_s << ' ' << stop_s;

@@ -422,8 +422,8 @@ TEST(LearnerState, AnotherLayoutHasAnotherNumber) {
   EXPECT_EQ(kLearnerLayout, 8U);
   EXPECT_EQ(state_after(svr_alone(options), 0).bytes.size(), 4646U);
   EXPECT_EQ(state_after(svr_alone(options), 30).bytes.size(), 29702U);
-  EXPECT_EQ(state_after(options, 0).bytes.size(), 75020U);
-  EXPECT_EQ(state_after(options, 30).bytes.size(), 421292U);
+  EXPECT_EQ(state_after(options, 0).bytes.size(), 75260U);
+  EXPECT_EQ(state_after(options, 30).bytes.size(), 423948U);
 }
 
 // Rule: given before the first sample, a saved learner is in force from that sample on; and the
