@@ -13,9 +13,10 @@ using core::kAxes;
 
 namespace {
 
-constexpr double kLevelGain = 0.1;   // the level follows with a memory of 10 blocks,
-constexpr double kLongBlockS = 5.0;  // or of 10 s where a block is longer than this
-constexpr double kNoiseGain = 0.01;  // the noise with one of 100
+constexpr double kNoiseGain = 0.01;   // the noise has a memory of 100 blocks
+constexpr double kRestingSlew = 4.0;  // drift is followed at rest so many times as fast as it may
+                                      // have moved unseen, where noise decides
+constexpr double kJerk = 4.0;         // times what the level has changed: how a vehicle moves
 constexpr std::size_t kSamplesForSpread = 8;
 constexpr double kSmallestSigma = 1e-13;  // rad/s; keeps a noise-free input from a zero threshold
 constexpr double kOtherRate = 1.5;        // samples that come so much faster or slower spread anew
@@ -52,12 +53,15 @@ void RestGate::restart() noexcept {
   axes_ = {};
   initial_count_ = 0;
   still_since_ = core::kNever;
+  watch_ = {};
 }
 
 void RestGate::skip(core::SensorTime by) noexcept {
   initial_count_ = 0;
   if (state_ == RestState::kSettling) static_cast<void>(motion());
-  if (state_ != RestState::kInitial) level_time_ += by;
+  if (state_ == RestState::kInitial) return;
+  level_time_ += by;
+  watch_.skip(by);
 }
 
 double RestGate::block_sigma(core::Axis axis) const noexcept {
@@ -68,15 +72,24 @@ RestState RestGate::add(const DriftBlock& block, const ExpectedLevels& expected)
   if (block.count == core::PerAxis<std::size_t>{}) return state_;
   if (state_ == RestState::kInitial) return state_ = collect_initial(block, expected);
   const bool implausible = level_implausible(block);
-  if (implausible || departs(block)) {
+  const bool departing = departs(block);
+  // What a reference leaves is no rotation, however it comes and goes.
+  const bool goes_on = watch(block) || block.has_reference;
+  const bool rested = state_ == RestState::kRest;
+  if (implausible || departing || (rested && !goes_on)) {
     still_since_ = core::kNever;
     return state_ = implausible ? RestState::kLevelImplausible : RestState::kMotion;
   }
-  if (state_ == RestState::kMotion || state_ == RestState::kLevelImplausible) {
-    begin_settling(block.begin);
+  if (!rested) {
+    if (state_ != RestState::kSettling || !goes_on) still_since_ = block.begin;
+    state_ = RestState::kSettling;
+    if (core::seconds(block.end - still_since_) < options_.dwell_s || is_doubtful(block))
+      return state_;
+    state_ = RestState::kRest;
   }
-  if (state_ == RestState::kSettling) average(block);
-  if (state_ == RestState::kRest && track(block, expected)) return motion();
+  // The drift went on while the gyro moved: the level begins anew where it stays.
+  follow_levels();
+  if (track(block, expected)) return motion();
   return state_;
 }
 
@@ -86,8 +99,45 @@ RestState RestGate::motion() noexcept {
   } else {
     state_ = RestState::kMotion;
     still_since_ = core::kNever;
+    watch_.jerk();
   }
   return state_;
+}
+
+// Whether the block goes on with what was still, wherever its level is.
+bool RestGate::watch(const DriftBlock& block) noexcept {
+  core::PerAxis<StillWatch::Block> blocks;
+  for (const auto axis : kAxes) {
+    const AxisState& state = axes_[index(axis)];
+    const double mean = block.mean_radps[index(axis)];
+    if (!state.known || block.count[index(axis)] == 0 || !std::isfinite(mean)) continue;
+    blocks[index(axis)] = {.is_measured = true,
+                           .mean_radps = mean,
+                           .margin_radps = options_.departure_sigmas * block_sigma(axis),
+                           .drift_slew_radps2 = options_.max_slew_radps2,
+                           .slew_radps2 = slew(state, 1.0),
+                           .resting_slew_radps2 = slew(state, kRestingSlew)};
+  }
+  return watch_.add(block.begin, block.end, blocks, state_ == RestState::kRest);
+}
+
+// Whether an axis came to where it is as a sway comes to its turning point: smoothly, faster than
+// drift, and not long ago. A vehicle stops by a jerk, which is far larger than what the drift has
+// done meanwhile.
+bool RestGate::is_doubtful(const DriftBlock& block) const noexcept {
+  if (block.has_reference) return false;
+  return std::any_of(kAxes.begin(), kAxes.end(), [&](core::Axis axis) {
+    const AxisState& state = axes_[index(axis)];
+    return state.known && watch_.follows(axis) && !watch_.has_stayed(axis) &&
+           kJerk * std::abs(watch_.level(axis) - state.level) > watch_.jolt();
+  });
+}
+
+void RestGate::follow_levels() noexcept {
+  for (const auto axis : kAxes) {
+    AxisState& state = axes_[index(axis)];
+    if (state.known && watch_.follows(axis)) state.level = watch_.level(axis);
+  }
 }
 
 RestState RestGate::collect_initial(const DriftBlock& block,
@@ -168,6 +218,12 @@ void RestGate::adopt_initial() noexcept {
     state.blocks = n;
   }
   level_time_ = initial_[initial_count_ - 1].end;
+  watch_ = {};
+  watch_.begin(initial_[0].begin, level_time_);
+  for (const auto axis : kAxes) {
+    const AxisState& state = axes_[index(axis)];
+    if (state.known) watch_.adopt(axis, state.level, state.blocks);
+  }
 }
 
 // All but one of the blocks lie within the gate of the median level, and that gate is one of noise:
@@ -196,8 +252,12 @@ bool RestGate::initial_blocks_agree() const noexcept {
 
 double RestGate::threshold(const AxisState& axis, double elapsed_s) const noexcept {
   const double sigma = std::max(std::sqrt(axis.noise), kSmallestSigma);
-  const double slew = std::max(options_.max_slew_radps2, options_.noise_slew_per_s * sigma);
-  return options_.departure_sigmas * sigma + slew * std::max(0.0, elapsed_s);
+  return options_.departure_sigmas * sigma + slew(axis, 1.0) * std::max(0.0, elapsed_s);
+}
+
+double RestGate::slew(const AxisState& axis, double times_noise) const noexcept {
+  const double sigma = std::max(std::sqrt(axis.noise), kSmallestSigma);
+  return std::max(options_.max_slew_radps2, times_noise * options_.noise_slew_per_s * sigma);
 }
 
 bool RestGate::level_implausible(const DriftBlock& block) const noexcept {
@@ -226,40 +286,9 @@ bool RestGate::departs(const DriftBlock& block) const noexcept {
   return false;
 }
 
-void RestGate::begin_settling(core::SensorTime since) noexcept {
-  state_ = RestState::kSettling;
-  still_since_ = since;
-  for (AxisState& state : axes_) {
-    state.settling = 0.0;
-    state.settling_blocks = 0;
-  }
-}
-
-void RestGate::average(const DriftBlock& block) noexcept {
-  for (const auto axis : kAxes) {
-    if (block.count[index(axis)] == 0) continue;
-    axes_[index(axis)].settling += block.mean_radps[index(axis)];
-    ++axes_[index(axis)].settling_blocks;
-  }
-  if (core::seconds(block.end - still_since_) < options_.dwell_s) return;
-  state_ = RestState::kRest;
-  adopt_average();
-}
-
-// The drift went on while the gyro moved: the level begins anew at the mean of the dwell.
-void RestGate::adopt_average() noexcept {
-  for (AxisState& state : axes_) {
-    if (!state.known || state.settling_blocks == 0) continue;
-    state.level = state.settling / static_cast<double>(state.settling_blocks);
-  }
-}
-
 // Whether an axis that appeared later is outside of what is expected; that is its level then.
 bool RestGate::track(const DriftBlock& block, const ExpectedLevels& expected) noexcept {
   bool any_leaves = false;
-  const double block_s = core::seconds(block.end - block.begin);
-  const double level_gain =
-      block_s > kLongBlockS ? std::min(1.0, kLevelGain * block_s) : kLevelGain;
   for (const auto axis : kAxes) {
     AxisState& state = axes_[index(axis)];
     if (block.count[index(axis)] == 0) continue;
@@ -282,14 +311,15 @@ bool RestGate::track(const DriftBlock& block, const ExpectedLevels& expected) no
     // Until the memory is filled the gain is 1/n, so that the median of the first blocks is soon
     // refined.
     const double gain = std::max(kNoiseGain, 1.0 / static_cast<double>(state.blocks + 1));
-    state.noise += gain * (half_square - state.noise);
+    // What may be a sway yet says nothing of the noise.
+    if (!state.known || watch_.has_stayed(axis)) state.noise += gain * (half_square - state.noise);
     track_spread(block, index(axis), gain, state);
-    state.level +=
-        std::max(level_gain, 1.0 / static_cast<double>(state.blocks + 1)) * (mean - state.level);
+    if (!state.known) state.level += (mean - state.level) / static_cast<double>(state.blocks + 1);
     state.previous = mean;
     ++state.blocks;
     if (state.known || state.blocks < options_.initial_blocks) continue;
     state.known = true;
+    watch_.adopt(axis, state.level, state.blocks);
     if (block.has_reference) continue;
     const double nearest = nearest_expected(state, expected[index(axis)]);
     any_leaves = any_leaves || nearest != state.level;

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <optional>
 
+#include "common/compensation/still_watch.h"
 #include "common/core/axis.h"
 #include "common/core/mode.h"
 #include "common/core/state_archive.h"
@@ -61,7 +62,9 @@ enum class RestState { kInitial, kMotion, kLevelImplausible, kSettling, kRest };
 // give or take what drift can do since" against "another level", with the noise estimated from the
 // blocks themselves (sigma² = half the mean squared successive difference), so that no knowledge of
 // the gyro is needed. Rotation slower than the slew limit onto a level within the noise cannot be
-// distinguished from drift without a reference. Cost: O(1) a block. One thread.
+// distinguished from drift without a reference. Another level that was come to smoothly and faster
+// than drift counts only once it has stayed (still_watch.h): a sway turns round there. Cost: O(1) a
+// block. One thread.
 class RestGate {
  public:
   explicit RestGate(const RestGateOptions& options);
@@ -100,7 +103,7 @@ class RestGate {
 
   // Its state (core/state_archive.h).
   void carry(core::StateArchive& archive) {
-    archive(state_, axes_, level_time_, still_since_, initial_, initial_count_);
+    archive(state_, axes_, level_time_, still_since_, initial_, initial_count_, watch_);
     archive.require(state_ <= RestState::kRest && initial_count_ <= options_.initial_blocks);
     archive.require(level_time_ != core::kNever);
     archive.require(state_ != RestState::kSettling || still_since_ != core::kNever);
@@ -115,14 +118,10 @@ class RestGate {
     double rate_hz = 0.0;  // of the samples of that spread
     double previous = 0.0;
     std::size_t blocks = 0;
-    double settling = 0.0;  // sum of the means since still_since_
-    std::size_t settling_blocks = 0;
 
     void carry(core::StateArchive& archive) {
       archive(known, level, noise, spread, rate_hz, previous);
       archive.counts(blocks);
-      archive(settling);
-      archive.counts(settling_blocks);
     }
   };
   static constexpr std::size_t kMaxInitialBlocks = 32;
@@ -136,9 +135,10 @@ class RestGate {
   [[nodiscard]] double threshold(const AxisState& axis, double elapsed_s) const noexcept;
   [[nodiscard]] bool departs(const DriftBlock& block) const noexcept;
   [[nodiscard]] bool level_implausible(const DriftBlock& block) const noexcept;
-  void begin_settling(core::SensorTime since) noexcept;
-  void average(const DriftBlock& block) noexcept;
-  void adopt_average() noexcept;
+  [[nodiscard]] double slew(const AxisState& axis, double times_noise) const noexcept;
+  [[nodiscard]] bool watch(const DriftBlock& block) noexcept;
+  [[nodiscard]] bool is_doubtful(const DriftBlock& block) const noexcept;
+  void follow_levels() noexcept;
   [[nodiscard]] bool track(const DriftBlock& block, const ExpectedLevels& expected) noexcept;
   static void track_spread(const DriftBlock& block, std::size_t axis, double gain,
                            AxisState& state) noexcept;
@@ -150,6 +150,7 @@ class RestGate {
   core::SensorTime still_since_{core::kNever};
   std::array<DriftBlock, kMaxInitialBlocks> initial_{};
   std::size_t initial_count_ = 0;
+  StillWatch watch_{};
 };
 
 }  // namespace zerodrift::compensation
