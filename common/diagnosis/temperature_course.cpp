@@ -161,11 +161,6 @@ struct ReadingErrors {
     return std::max(2.0 * noise_degc * fit.slope_error, of_step(fit, half));
   }
 
-  // Its variance, of noise.
-  [[nodiscard]] double variance_of_slope(const LocalFit& fit) const {
-    return variance_degc2 * fit.slope_error * fit.slope_error;
-  }
-
  private:
   [[nodiscard]] double of_step(const LocalFit& fit, std::size_t half) const {
     const double width = static_cast<double>(half);
@@ -195,10 +190,7 @@ std::vector<double> local_means(const std::vector<double>& values, std::size_t h
 class ChosenFits {
  public:
   ChosenFits(const std::vector<double>& readings, std::size_t half, double lag)
-      : values_(without_steps(readings, half / kReadingsEachSide)),
-        errors_(readings),
-        half_(half),
-        lag_(lag) {}
+      : errors_(readings), course_(course_of(readings, half)), half_(half), lag_(lag) {}
 
   [[nodiscard]] std::vector<LocalFit> run() const {
     std::vector<LocalFit> fits = usual_or_quick();
@@ -208,18 +200,29 @@ class ChosenFits {
   }
 
  private:
+  // Noise of a fifth of a step, whose flips make a variance of step² / sqrt(pi) / 5, is enough for
+  // means to be better than what is known without it.
+  [[nodiscard]] WithoutSteps course_of(const std::vector<double>& readings,
+                                       std::size_t half) const {
+    constexpr double kOfFlips = std::numbers::inv_sqrtpi / 5.0;
+    const double of_noise = errors_.variance_degc2;
+    if (of_noise > kOfFlips * errors_.step_degc * errors_.step_degc)
+      return {readings, std::vector<double>(readings.size(), of_noise)};
+    return without_steps(readings, half / kReadingsEachSide, of_noise);
+  }
+
   // The quartic where the two slopes differ by more than their errors.
   [[nodiscard]] std::vector<LocalFit> usual_or_quick() const {
     const auto shorter = static_cast<std::size_t>(
         std::max(1.0, std::round(static_cast<double>(half_) / std::numbers::sqrt2)));
-    const LocalPolynomial<3> quadratic(half_, values_.size(), lag_);
-    const LocalPolynomial<5> quartic(shorter, values_.size(), lag_);
-    std::vector<LocalFit> fits(values_.size());
+    const LocalPolynomial<3> quadratic(half_, course_.degc.size(), lag_);
+    const LocalPolynomial<5> quartic(shorter, course_.degc.size(), lag_);
+    std::vector<LocalFit> fits(course_.degc.size());
     for (std::size_t i = 0; i < fits.size(); ++i) {
-      const auto usual = quadratic.at(values_, i);
+      const auto usual = quadratic.at(course_.degc, i);
       if (!usual) continue;
       fits[i] = *usual;
-      const auto quick = quartic.at(values_, i);
+      const auto quick = quartic.at(course_.degc, i);
       if (!quick) continue;
       const double error = errors_.of_slope(*usual, half_) + errors_.of_slope(*quick, shorter);
       if (std::abs(quick->slope - usual->slope) > error) fits[i] = *quick;
@@ -232,14 +235,16 @@ class ChosenFits {
   // by chance.
   void widen(std::vector<LocalFit>& fits, std::size_t half,
              std::vector<std::uint8_t>& may_widen) const {
-    const LocalPolynomial<3> twice(2 * half, values_.size(), lag_);
+    const LocalPolynomial<3> twice(2 * half, course_.degc.size(), lag_);
     std::vector<LocalFit> wider(fits.size());
     std::vector<double> changes(fits.size(), core::kNaN);
+    const std::vector<double> variances = local_means(course_.variance_degc2, half);
     for (std::size_t i = 0; i < fits.size(); ++i) {
-      const auto fit = twice.at(values_, i);
+      const auto fit = twice.at(course_.degc, i);
       if (!fit || std::isnan(fits[i].slope)) continue;
       wider[i] = *fit;
-      const double by_noise = errors_.variance_of_slope(fits[i]) - errors_.variance_of_slope(*fit);
+      const double by_noise =
+          variances[i] * (std::pow(fits[i].slope_error, 2) - std::pow(fit->slope_error, 2));
       if (by_noise > 0.0) changes[i] = std::pow(fit->slope - fits[i].slope, 2) / by_noise;
     }
     changes = local_means(changes, 2 * half);
@@ -252,8 +257,8 @@ class ChosenFits {
   static constexpr std::size_t kWidest = 4;
   static constexpr double kMostOfNoise = 4.0;
 
-  std::vector<double> values_;
   ReadingErrors errors_;
+  WithoutSteps course_;
   std::size_t half_;
   double lag_;
 };

@@ -11,7 +11,9 @@
 #include <random>
 #include <vector>
 
+#include "common/diagnosis/coarse_readings.h"
 #include "common/diagnosis/measured_series.h"
+#include "common/diagnosis/natural_spline.h"
 
 namespace zerodrift::diagnosis {
 namespace {
@@ -168,6 +170,91 @@ TEST(TemperatureCourse, CoarseStepsAreNoBurstsOfHeat) {
       }
     }
   }
+}
+
+// Where the temperature comes to rest and leaves it again a coarse reading stays the same for long:
+// its course is smooth all the same. A ramp between them is as straight as many steps tell.
+TEST(TemperatureCourse, CoarseStepsLeaveASoakSmooth) {
+  constexpr double kTauS = 300.0;
+  const auto ramped = [](double since) {  // behind two equal lags
+    if (since < 0.0) return 0.0;
+    return since - 2.0 * kTauS + (2.0 * kTauS + since) * std::exp(-since / kTauS);
+  };
+  const Course soaks = [&](double t) {
+    return 22.03 + kPerMinute * (ramped(t - 1000.0) - ramped(t - 3000.0) -
+                                 0.7 * ramped(t - 6000.0) + 0.7 * ramped(t - 8000.0));
+  };
+  for (const double step : {0.3, 0.5}) {
+    for (const double noise : {0.0, 0.02}) {
+      const auto values = readings(soaks, 11000, {.noise_degc = noise, .step_degc = step});
+      const TemperatureCourse found = temperature_course(values, 1.0, kHalfS);
+      double squares = 0.0;
+      for (std::size_t i = 100; i < 10900; ++i)
+        squares += std::pow(found.degc_per_s[i] - slope_at(soaks, static_cast<double>(i)), 2);
+      EXPECT_LT(std::sqrt(squares / 10800.0), 0.04 * step * kPerMinute) << step << ' ' << noise;
+    }
+  }
+}
+
+// A reading in ten seconds: what steps leave of errors on a ramp asks for a longer window.
+TEST(TemperatureCourse, CoarseStepsOnARampAreAveraged) {
+  constexpr double kIntervalS = 10.0;
+  std::vector<double> values;
+  constexpr double kStep = 0.3;
+  for (int i = 0; i < 700; ++i)
+    values.push_back(std::round((20.0 + 0.37 * kPerMinute * kIntervalS * i) / kStep) * kStep);
+  const TemperatureCourse found = temperature_course(values, kIntervalS, kHalfS);
+  double squares = 0.0;
+  for (std::size_t i = 30; i < 670; ++i)
+    squares += std::pow(found.degc_per_s[i] - 0.37 * kPerMinute, 2);
+  EXPECT_LT(std::sqrt(squares / 640.0), 0.01 * kPerMinute);
+}
+
+// A readings' course keeps within their steps, whatever they do, and is theirs where they have
+// none.
+TEST(TemperatureCourse, WithoutStepsStaysWithinThem) {
+  constexpr double kStep = 0.5;
+  std::mt19937_64 random(5);
+  std::uniform_int_distribution<int> stay(1, 60), way(-1, 1);
+  std::vector<double> values;
+  double level = 20.0;
+  while (values.size() < 5000) {
+    level += kStep * way(random);
+    values.insert(values.end(), static_cast<std::size_t>(stay(random)), level);
+    if (values.size() % 7 == 0) values.push_back(kNone);
+  }
+  const WithoutSteps found = without_steps(values, 11);
+  ASSERT_EQ(found.degc.size(), values.size());
+  ASSERT_EQ(found.variance_degc2.size(), values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    ASSERT_EQ(std::isnan(found.degc[i]), std::isnan(values[i])) << i;
+    if (std::isnan(values[i])) continue;
+    EXPECT_LE(std::abs(found.degc[i] - values[i]), 1.5 * kStep) << i;
+    EXPECT_GE(found.variance_degc2[i], 0.0) << i;
+    EXPECT_LE(found.variance_degc2[i], kStep * kStep) << i;
+  }
+  std::vector<double> fine;
+  for (int i = 0; i < 200; ++i) fine.push_back(20.0 + 0.01 * i * i);
+  EXPECT_EQ(without_steps(fine, 11).degc, fine);
+  EXPECT_TRUE(without_steps({}, 11).degc.empty());
+}
+
+TEST(TemperatureCourse, ANaturalSplineGoesThroughItsKnotsAndIsStraightBeyond) {
+  const std::vector<Knot> knots{{0.0, 1.0}, {1.0, 3.0}, {4.0, -2.0}, {9.0, 0.5}, {9.5, 0.0}};
+  const NaturalSpline spline(knots);
+  for (const Knot& knot : knots) EXPECT_NEAR(spline.at(knot.place), knot.value, 1e-12);
+  const auto slope = [&](double x) { return (spline.at(x + 1e-4) - spline.at(x - 1e-4)) / 2e-4; };
+  const auto bend = [&](double x) { return (slope(x + 1e-3) - slope(x - 1e-3)) / 2e-3; };
+  for (const Knot& knot : knots) {
+    EXPECT_NEAR(slope(knot.place - 2e-4), slope(knot.place + 2e-4), 1e-2) << knot.place;
+    EXPECT_NEAR(bend(knot.place - 3e-3), bend(knot.place + 3e-3), 0.3) << knot.place;
+  }
+  EXPECT_NEAR(spline.at(-2.0) - spline.at(-1.0), spline.at(-1.0) - spline.at(0.0), 1e-12);
+  EXPECT_NEAR(spline.at(12.0) - spline.at(11.0), spline.at(11.0) - spline.at(10.0), 1e-12);
+  const NaturalSpline line({{1.0, 2.0}, {3.0, 6.0}});
+  EXPECT_NEAR(line.at(-1.0), -2.0, 1e-12);
+  EXPECT_NEAR(line.at(2.5), 5.0, 1e-12);
+  EXPECT_NEAR(line.at(7.0), 14.0, 1e-12);
 }
 
 // Noise that carries the readings over the steps makes their mean better than any of them.
