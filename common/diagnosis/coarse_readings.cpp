@@ -57,7 +57,7 @@ std::optional<Change> change_between(const std::vector<double>& readings, const 
                                      const Stay& after, std::size_t longest) {
   const double was = readings[before.last];
   const double is = readings[after.first];
-  bool is_clear = after.first - before.last <= longest;
+  const bool is_clear = after.first - before.last <= longest;
   bool of_two = true;
   double early = 0.0, late = 0.0, flips = 0.0, last = was;
   for (std::size_t i = before.last + 1; i <= after.first; ++i) {
@@ -108,6 +108,7 @@ class Chain {
     if (from) cross(*from);
     for (const Change& change : changes) cross(change);
     if (to) cross(*to);
+    if (knots_.size() < 2) level(stays.front(), stays.back());
     for (std::size_t s = 0; s < stays.size(); ++s)
       bound(stays[s], s > 0 ? std::optional(changes[s - 1]) : from,
             s < changes.size() ? std::optional(changes[s]) : to);
@@ -149,6 +150,15 @@ class Chain {
   void cross(const Change& change) {
     knots_.push_back({change.place, change.level_degc});
     flips_.push_back(change.flips);
+  }
+
+  // Of two stays that are all there is: from the middle of one to that of the other.
+  void level(const Stay& first, const Stay& last) {
+    const auto middle = [&](const Stay& stay) {
+      return Knot{0.5 * static_cast<double>(stay.first + stay.last), readings_[stay.first]};
+    };
+    knots_ = {middle(first), knots_.front(), middle(last)};
+    flips_ = {1.0, flips_.front(), 1.0};
   }
 
   void bound(const Stay& stay, const std::optional<Change>& before,

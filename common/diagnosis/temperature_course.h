@@ -27,7 +27,8 @@ struct TemperatureCourse {
 // 1.5. A first-order lag of `lag_s` is taken off, T = y + lag y', T' = y' + lag y"; the errors are
 // those of T', so that a longer lag widens windows. `readings_degc`: one an interval, NaN where
 // there is none. O(readings window). Coarse readings lose their steps first (coarse_readings.h): a
-// slope needs at least four readings on each side that differ.
+// slope needs at least four readings on each side that differ. What the steps leave of errors asks
+// for a wider window as noise does.
 inline constexpr std::size_t kReadingsEachSide = 4;
 [[nodiscard]] TemperatureCourse temperature_course(const std::vector<double>& readings_degc,
                                                    double interval_s, double half_window_s,

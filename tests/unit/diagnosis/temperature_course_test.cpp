@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <functional>
@@ -237,6 +238,13 @@ TEST(TemperatureCourse, WithoutStepsStaysWithinThem) {
   for (int i = 0; i < 200; ++i) fine.push_back(20.0 + 0.01 * i * i);
   EXPECT_EQ(without_steps(fine, 11).degc, fine);
   EXPECT_TRUE(without_steps({}, 11).degc.empty());
+  std::vector<double> once(100, 20.0);
+  std::fill(once.begin() + 60, once.end(), 20.5);
+  const WithoutSteps risen = without_steps(once, 11);
+  for (std::size_t i = 0; i < once.size(); ++i) {
+    EXPECT_GE(risen.degc[i], i < 60 ? 20.0 : 20.25) << i;
+    EXPECT_LE(risen.degc[i], i < 60 ? 20.25 : 20.5) << i;
+  }
 }
 
 TEST(TemperatureCourse, ANaturalSplineGoesThroughItsKnotsAndIsStraightBeyond) {
