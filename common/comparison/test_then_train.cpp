@@ -42,8 +42,9 @@ double median_age_s(const Protocol& protocol, std::span<const LabelledPoint> poi
   const core::SensorTime delay = core::from_seconds(protocol.delay_s);
   std::vector<double> ages_s;
   std::size_t known = 0;
-  for (const LabelledPoint& point : points) {
-    while (&points[known] != &point && is_known(points[known], delay, protocol, point)) ++known;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const LabelledPoint& point = points[i];
+    while (known < i && is_known(points[known], delay, protocol, point)) ++known;
     if (known > 0 && point.end > protocol.judged_from)
       ages_s.push_back(core::seconds(point.begin - points[known - 1].end));
   }

@@ -11,9 +11,9 @@ using core::kAxes;
 
 namespace {
 
-constexpr double kLevelGain = 0.1;   // the level follows with a memory of 10 blocks,
-constexpr double kLongBlockS = 5.0;  // or of 10 s where they come more rarely than this
-constexpr double kMemoryBlocks = 10.0;
+constexpr double kMemoryBlocks = 10.0;  // the level follows with such a memory,
+constexpr double kLevelGain = 1.0 / kMemoryBlocks;
+constexpr double kLongBlockS = 5.0;      // or of 10 s where they come more rarely than this
 constexpr std::size_t kFirstFitted = 6;  // blocks that a parabola is looked at from on
 constexpr std::size_t kLastFitted = 40;
 constexpr double kPause = 1.5;        // blocks so far apart, in blocks, aren't equidistant

@@ -29,6 +29,11 @@ constexpr double kShortestSpacingS = 1e-3;
 // The drift can't be known better than so many labels measure it.
 constexpr double kLabelsInAMean = 12.0;
 
+// Between labels, as a number to divide by.
+double spacing_of(const StackForecast& forecast) {
+  return std::max(forecast.spacing_s, kShortestSpacingS);
+}
+
 // An expert that says no number is as wrong as one can be.
 double size_of(double error) {
   return std::abs(error) <= core::StateArchive::kLargestNumber ? std::abs(error)
@@ -171,7 +176,7 @@ bool ExpertStack::is_of_horizon(std::size_t h, double age_s) const {
 // long: it says as much as all the labels would that might have come in the meantime, and at most
 // what a horizon's do.
 double ExpertStack::evidence_step_s(std::size_t h, double since_last_s) const {
-  const double spacing_s = std::max(forecast_.spacing_s, kShortestSpacingS);
+  const double spacing_s = spacing_of(forecast_);
   if (since_last_s <= kLongestStep * spacing_s) return spacing_s;
   return std::clamp(since_last_s, spacing_s, std::max(spacing_s, kHorizonsS[h]));
 }
@@ -180,7 +185,7 @@ double ExpertStack::evidence_step_s(std::size_t h, double since_last_s) const {
 // as StackForecast has between two horizons, from one label ahead on. All of it as long as the next
 // horizon was never judged, since the interval grows from here then.
 double ExpertStack::at_horizon(std::size_t h, double age_s) const {
-  const double ahead_s = std::max(forecast_.spacing_s, kShortestSpacingS);
+  const double ahead_s = spacing_of(forecast_);
   if (h == 0 || age_s <= kHorizonsS[h] || kHorizonsS[h] <= ahead_s) return 1.0;
   if (h + 1 == kHorizons || forecast_.horizons[h + 1].half_width < 0.0) return 1.0;
   return std::log(kHorizonsS[h] / ahead_s) / std::log(age_s / ahead_s);
@@ -189,7 +194,7 @@ double ExpertStack::at_horizon(std::size_t h, double age_s) const {
 void ExpertStack::judge(std::size_t h, const Snapshot& made, const StackLabel& label,
                         const Basis& basis, const std::optional<SvrForecast>& by_svr) {
   Judged& judged = judged_[h];
-  const double spacing_s = std::max(forecast_.spacing_s, kShortestSpacingS);
+  const double spacing_s = spacing_of(forecast_);
   const double memory_s = kMemoryHorizons * std::max(kHorizonsS[h], kFewestLabels * spacing_s);
   const double step_s = evidence_step_s(h, label.time_s - forecast_.time_s);
   const double kept = std::exp(-step_s / memory_s);
@@ -233,18 +238,15 @@ double ExpertStack::error_room_s(std::size_t h) {
   return kErrorHorizons * kHorizonsS[h] / static_cast<double>(kErrors);
 }
 
-double ExpertStack::error_spacing_s(std::size_t h) const {
-  return std::max({forecast_.spacing_s, kShortestSpacingS, error_room_s(h)});
-}
-
 void ExpertStack::note_error(std::size_t h, double time_s, double error) {
   auto& [made, squares, count, noted_s, errors, sorted, independent, log_factor] = judged_[h];
   if (noted_s && time_s - *noted_s < error_room_s(h)) return;
   const bool overlaps = noted_s && time_s - *noted_s < kHorizonsS[h];
   const double own_part = overlaps ? (time_s - *noted_s) / kHorizonsS[h] : 1.0;
   noted_s = time_s;
-  const double most = std::clamp(kErrorHorizons * kHorizonsS[h] / error_spacing_s(h), 40.0,
-                                 static_cast<double>(kErrors));
+  const double apart_s = std::max(spacing_of(forecast_), error_room_s(h));
+  const double most =
+      std::clamp(kErrorHorizons * kHorizonsS[h] / apart_s, 40.0, static_cast<double>(kErrors));
   while (static_cast<double>(errors.size()) + 1.0 > most) {
     sorted.erase(std::lower_bound(sorted.begin(), sorted.end(), errors.front().size));
     independent -= errors.front().independent;

@@ -156,7 +156,6 @@ class ExpertStack {
   void note_error(std::size_t h, double time_s, double error);
   void follow_misses(std::size_t h, double error, double stated_half_width);
   [[nodiscard]] static double error_room_s(std::size_t h);
-  [[nodiscard]] double error_spacing_s(std::size_t h) const;
   void measure_width(std::size_t h);
   [[nodiscard]] bool has_maps() const noexcept { return linear_ == kSvr; }
   [[nodiscard]] std::size_t experts() const noexcept { return has_maps() ? kExperts : linear_; }
