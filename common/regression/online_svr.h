@@ -151,6 +151,10 @@ class OnlineSvr {  // More members than other classes: its columns by slot are o
   [[nodiscard]] double feature(std::size_t slot, std::size_t d) const noexcept {
     return rows_.feature(slot, d);
   }
+  // Feature d of all slots.
+  [[nodiscard]] const double* features(std::size_t d) const noexcept {
+    return rows_.columns().data + d * rows_.columns().stride;
+  }
 
   // Largest violation of the KKT conditions by any sample that is not pending, from residuals
   // computed anew. O(W²), for checks.

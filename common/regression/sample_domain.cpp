@@ -17,11 +17,15 @@ SampleDomain::SampleDomain(std::size_t dimension, std::size_t capacity)
 
 void SampleDomain::assign(const OnlineSvr& svr) noexcept {
   size_ = 0;
-  for (std::size_t slot = 0; slot < svr.slot_count(); ++slot) {
-    if (svr.set_of(slot) == SampleSet::kVacant) continue;
+  const auto is_vacant = [&](std::size_t slot) { return svr.set_of(slot) == SampleSet::kVacant; };
+  // Runs of samples between vacant slots: few, if any, are vacant but behind the last sample.
+  for (std::size_t slot = 0; slot < svr.slot_count();) {
+    const std::size_t begin = slot;
+    while (slot < svr.slot_count() && !is_vacant(slot)) ++slot;
     for (std::size_t d = 0; d < dimension_; ++d)
-      features_[d * stride_ + size_] = svr.feature(slot, d);
-    ++size_;
+      std::copy_n(svr.features(d) + begin, slot - begin, &features_[d * stride_ + size_]);
+    size_ += slot - begin;
+    while (slot < svr.slot_count() && is_vacant(slot)) ++slot;
   }
 }
 

@@ -83,13 +83,13 @@ void SlidingMeanRate::start_at(core::SensorTime time, double temperature_degc) n
 }
 
 void SlidingMeanRate::fill_to(std::int64_t grid_index, double temperature_degc) noexcept {
+  if (grid_index <= grid_index_) return;
   const auto missing = static_cast<double>(grid_index - grid_index_);
   const double before_degc = window_.back();
-  for (double i = 1.0; i < missing; i += 1.0) {
-    append(before_degc + (temperature_degc - before_degc) * (i / missing));
-  }
-  if (grid_index > grid_index_) append(temperature_degc);
-  grid_index_ = std::max(grid_index_, grid_index);
+  for (double i = 1.0; i < missing; i += 1.0)
+    window_.push_overwriting(before_degc + (temperature_degc - before_degc) * (i / missing));
+  append(temperature_degc);
+  grid_index_ = grid_index;
 }
 
 void SlidingMeanRate::append(double temperature_degc) noexcept {
