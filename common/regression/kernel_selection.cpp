@@ -18,7 +18,7 @@ constexpr double kLowestRelativeRidge = 1e-9;
 constexpr double kHighestRelativeRidge = 10.0;
 constexpr std::size_t kRidgeGridPoints = 11;  // one a decade
 constexpr std::size_t kRidgeRefinements = 8;  // to a factor of 10^(2 0.618^8) = 1.1
-constexpr std::size_t kGammaGridPoints = 9;   // two a decade over the default range
+constexpr double kGammasInADecade = 2.0;      // of the grid
 constexpr std::size_t kGammaRefinements = 6;  // to a factor of 10^(0.618^6) = 1.14
 
 // Below this the tridiagonal factor is rounding.
@@ -33,12 +33,12 @@ struct Minimum {
   double value = std::numeric_limits<double>::infinity();
 };
 
-// Minimum of cost over [low, high] on a logarithmic grid, then by golden section between the best
-// point's neighbours. Always grid_points + refinements + 1 calls. A cost that isn't finite never
-// wins.
+// Minimum of cost over [low, high] on a logarithmic grid, then, if it is below refined_below, by
+// golden section between the best point's neighbours. At most grid_points + refinements + 1 calls.
+// A cost that isn't finite never wins.
 template <typename Cost>
 Minimum minimise(double low, double high, std::size_t grid_points, std::size_t refinements,
-                 const Cost& cost) {
+                 double refined_below, const Cost& cost) {
   Minimum best{low, std::numeric_limits<double>::infinity()};
   const auto evaluate = [&](double argument) {
     const double value = cost(argument);
@@ -52,6 +52,7 @@ Minimum minimise(double low, double high, std::size_t grid_points, std::size_t r
     evaluate(std::exp(log_low + spacing * static_cast<double>(i)));
   }
   evaluate(high);
+  if (!(best.value < refined_below)) return best;
 
   const double around = std::log(best.argument);
   core::golden_section(std::max(log_low, around - spacing), std::min(log_high, around + spacing),
@@ -247,6 +248,7 @@ double relative_ridge_of(const KernelSelectionOptions& options, const Problem& p
   }
   return minimise(
              kLowestRelativeRidge, kHighestRelativeRidge, kRidgeGridPoints, kRidgeRefinements,
+             std::numeric_limits<double>::infinity(),
              [&](double ridge) { return marginal_likelihood_cost(problem, reduced, ridge).nats; })
       .argument;
 }
@@ -279,12 +281,15 @@ KernelChoice scored(const KernelSelectionOptions& options, const Problem& proble
 }
 
 KernelChoice best_gamma(const KernelSelectionOptions& options, const Problem& problem,
-                        Kernel kernel) {
+                        Kernel kernel, double refined_below) {
   KernelChoice best;
   best.kernel = kernel;
   best.kernel.gamma = options.gamma_lowest;
-  (void)minimise(options.gamma_lowest, options.gamma_highest, kGammaGridPoints, kGammaRefinements,
-                 [&](double gamma) {
+  const double decades = std::log10(options.gamma_highest / options.gamma_lowest);
+  const auto grid_points =
+      static_cast<std::size_t>(std::max(1.0, std::ceil(kGammasInADecade * decades))) + 1;
+  (void)minimise(options.gamma_lowest, options.gamma_highest, grid_points, kGammaRefinements,
+                 refined_below, [&](double gamma) {
                    kernel.gamma = gamma;
                    const KernelChoice choice = scored(options, problem, kernel);
                    if (choice.score < best.score) best = choice;
@@ -366,10 +371,13 @@ KernelSelection select_kernel(const KernelSelectionOptions& options, const Sampl
   const Problem& problem = preparation.problem;
   selection.dictionary_size = problem.dictionary.size();
   selection.constant_score = constant_score(options, problem);
+  double refined_below = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < kFamilySize; ++i) {
     selection.family[i] = kFamily[i].kind == KernelKind::kLinear
                               ? scored(options, problem, kFamily[i])
-                              : best_gamma(options, problem, kFamily[i]);
+                              : best_gamma(options, problem, kFamily[i], refined_below);
+    // Of the others, those that can still beat the RBF.
+    refined_below = selection.family[0].score + options.margin_nats;
   }
   selection.best = selection.family[0];
   const double score_to_beat = selection.family[0].score - options.margin_nats;

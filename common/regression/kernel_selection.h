@@ -35,8 +35,8 @@
 // .031; all 500 samples uncondensed .0032 .0075 .030, at eighty times the time.
 //
 // Numerics: weights and mean are taken out by one reflection, the Gram matrix of the contrasts is
-// made tridiagonal, and then a ridge costs O(n) (O(n²) leave one out). Search by a fixed grid and
-// golden section: the same work and the same result for the same samples.
+// made tridiagonal, and then a ridge costs O(n) (O(n²) leave one out). Search by a fixed grid and,
+// for the RBF and what may still beat it, golden section: the same result for the same samples.
 #pragma once
 
 #include <array>
@@ -106,12 +106,14 @@ inline constexpr std::size_t kFamilySize = 6;
 struct KernelSelection {
   SelectionStatus status = SelectionStatus::kRefused;
   KernelChoice best;  // of the family, the RBF unless beaten by the margin
-  std::array<KernelChoice, kFamilySize> family;                     // each at its best gamma
+  // Each at its best gamma, of the grid alone where it is the margin and more behind the RBF there.
+  std::array<KernelChoice, kFamilySize> family;
   double constant_score = std::numeric_limits<double>::infinity();  // of no kernel at all
   std::size_t dictionary_size = 0;
 };
 
-// O(dictionary_capacity³), some 80 factorisations. Never NaN in the result.
+// O(dictionary_capacity³), some 80 factorisations over four decades of gamma. Never NaN in the
+// result.
 [[nodiscard]] KernelSelection select_kernel(const KernelSelectionOptions& options,
                                             const SampleColumns& samples,
                                             std::span<const double> targets);
