@@ -8,7 +8,6 @@
 #include <optional>
 
 #include "common/evaluation/offline_run.h"
-#include "common/evaluation/reference_at_rest.h"
 #include "common/navigation/navigation_input.h"
 #include "common/record/decimal_time.h"
 #include "common/record/record_rows.h"
@@ -89,23 +88,15 @@ class NavigationOfRecord {
 
   void take(const core::CompensatedSample& answer) {
     auto sample = navigation::to_navigation(answer);
-    std::optional<core::PerAxis<double>> true_rate_radps;
     for (; !beside_.empty() && beside_.front().time <= answer.raw.time; beside_.pop_front()) {
       const Beside& beside = beside_.front();
-      if (beside.true_rate_radps) {
-        true_rate_radps = completed(*beside.true_rate_radps);
-        navigation_.push_truth(beside.time, *true_rate_radps);
-      }
+      if (beside.true_rate_radps)
+        navigation_.push_truth(beside.time, completed(*beside.true_rate_radps));
       if (beside.time == answer.raw.time) sample.specific_force_mps2 = beside.specific_force_mps2;
     }
     navigation_.push(sample);
     // A truth that comes now comes with a later sample.
     navigation_.give_up_waiting();
-    if (!navigation_.at_rest()) {
-      at_rest_.move();
-    } else if (true_rate_radps) {
-      at_rest_.add(answer.raw.time, *true_rate_radps, navigation_.true_earth_rate_radps());
-    }
     while (const auto reference = navigation_.take_reference()) {
       if (request_.gives_references) offline_.compensator().push(*reference);
     }
@@ -141,12 +132,13 @@ class NavigationOfRecord {
 
   // Why true rates can't be compared with what the filters are given; empty: they can.
   [[nodiscard]] std::string objection_to_truth() const {
-    const auto means = at_rest_.means();
+    const auto means =
+        navigation_.truth_doubt() ? navigation_.truth_doubt() : navigation_.truth_at_rest();
     if (!means) return {};
     using compensation::EarthRateMode;
     const compensation::CompensationOptions& options = request_.compensation;
     const EarthRateMode mode = options.earth_rate.mode;  // kAuto of a record: kIncluded
-    return objection(
+    return navigation::objection(
         *means,
         {.axes = offline_.info().has_reference,
          .latitude_known = request_.navigation.filter.latitude_rad.has_value(),
@@ -191,7 +183,6 @@ class NavigationOfRecord {
   OfflineRun offline_;
   navigation::GyroNavigation navigation_;
   std::deque<Beside> beside_;
-  ReferenceAtRest at_rest_;
   std::vector<NavigationPoint> points_;
   double next_point_s_ = 0.0;
 };

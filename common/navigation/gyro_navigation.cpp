@@ -203,6 +203,7 @@ void GyroNavigation::process(const NavigationSample& received, const Truth* trut
   detect(sample, rates);
   move(sample, rates);
   move_truth(truth, sample.interval_s);
+  check_truth(truth, sample.time);
   newest_ = sample.time;
   sequence_ = sample.sequence;
   gather(sample, rates);
@@ -346,6 +347,22 @@ void GyroNavigation::move_truth(const Truth* truth, double interval_s) noexcept 
   }
   truth_.started = true;
   truth_.last = *truth;
+}
+
+// Held against the Earth's rate while the first stop lasts.
+void GyroNavigation::check_truth(const Truth* truth, core::SensorTime time) noexcept {
+  if (!at_rest()) {
+    truth_.at_rest.move();
+    return;
+  }
+  if (truth == nullptr) return;
+  truth_.at_rest.add(time, from_forward_right_down(truth->rate, options_.frame),
+                     true_earth_rate_radps());
+  const auto means = truth_.at_rest.means();
+  if (truth_.doubt || !means || !truth_.has_start || !options_.filter.latitude_rad) return;
+  if (are_earths(*means, {true, true, true})) return;
+  truth_.doubt = means;
+  for (Copy& copy : copies_) copy.errors = {};
 }
 
 void GyroNavigation::lose_truth(core::SensorTime time) noexcept {

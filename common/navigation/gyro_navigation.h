@@ -23,6 +23,7 @@
 #include "common/core/samples.h"
 #include "common/navigation/attitude_filter.h"
 #include "common/navigation/gyrocompass.h"
+#include "common/navigation/reference_at_rest.h"
 #include "common/navigation/rest_detector.h"
 
 namespace zerodrift::navigation {
@@ -146,9 +147,18 @@ class GyroNavigation {
   // The time of the first true rate behind a time without any that was longer than is bridged: the
   // true attitude isn't known since. kNever: there was none.
   [[nodiscard]] core::SensorTime truth_lost_at() const noexcept { return truth_.lost_at; }
+  // What true rates were in the first stop.
+  [[nodiscard]] std::optional<RestMeans> truth_at_rest() const noexcept {
+    return truth_.at_rest.means();
+  }
+  // Where they were then not what the Earth's rate is in the attitude that is given: they are
+  // against the Earth, or in another frame, and nothing is judged by them, nor was.
+  [[nodiscard]] const std::optional<RestMeans>& truth_doubt() const noexcept {
+    return truth_.doubt;
+  }
   // The true attitude is known.
   [[nodiscard]] bool knows_truth() const noexcept {
-    return truth_.started && truth_.has_start && truth_.lost_at == core::kNever;
+    return truth_.started && truth_.has_start && truth_.lost_at == core::kNever && !truth_.doubt;
   }
   // True attitude only where knows_truth().
   [[nodiscard]] const Quaternion& n_from_b(Stream stream) const noexcept;
@@ -195,6 +205,8 @@ class GyroNavigation {
     bool started = false;
     std::optional<Truth> last{};
     core::SensorTime lost_at{core::kNever};
+    ReferenceAtRest at_rest{};
+    std::optional<RestMeans> doubt{};
   };
   struct Rates {
     Vector3 raw = Vector3::Zero();
@@ -271,6 +283,7 @@ class GyroNavigation {
   void move(const NavigationSample& sample, const Rates& rates) noexcept;
   void move_truth(const Truth* truth, double interval_s) noexcept;
   void lose_truth(core::SensorTime time) noexcept;
+  void check_truth(const Truth* truth, core::SensorTime time) noexcept;
   void gather(const NavigationSample& sample, const Rates& rates) noexcept;
   void begin_stop() noexcept;
   [[nodiscard]] bool agree(const Block& first, const Block& second) const noexcept;

@@ -216,6 +216,17 @@ void NavigationFilterNode::report_counts(Gyro& source) {
 }
 
 void NavigationFilterNode::report_truth(Gyro& source) {
+  const auto& doubt = source.navigation.truth_doubt();
+  if (doubt && !source.reported_truth_doubt) {
+    source.reported_truth_doubt = true;
+    host_.raise({.code = "truth_doubted",
+                 .severity = Severity::kWarning,
+                 .text = fmt::format(
+                     "gyro {}: no heading is judged: {}", source.id,
+                     objection(*doubt, {.axes = {true, true, true}, .latitude_known = true})),
+                 .gyro_id = source.id,
+                 .sensor_time_ns = source.navigation.time().count()});
+  }
   const core::SensorTime lost_at = source.navigation.truth_lost_at();
   if (lost_at == source.reported_truth_lost_at) return;
   source.reported_truth_lost_at = lost_at;

@@ -49,6 +49,7 @@ class NavigationFilterNode {
     bool reported_compass = false;
     bool reported_doubt = false;
     core::SensorTime reported_truth_lost_at = core::kNever;
+    bool reported_truth_doubt = false;
   };
   // Of one gyro, as plain values.
   struct Seen;

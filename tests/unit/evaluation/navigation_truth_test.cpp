@@ -112,7 +112,7 @@ TEST_F(NavigationTruth, AReferenceHasToHoldEarthsRate) {
   const auto against_earth = navigate(record(Reference::kAgainstEarth));
   EXPECT_FALSE(against_earth.truth_known);
   EXPECT_EQ(navigation_advice(against_earth),
-            "Whether compensation helped the heading can't be said: the reference at rest is 0.00 "
+            "Whether compensation helped the heading can't be said: the reference at rest is 0.0 "
             "deg/h, not Earth's rate of 15.0: it is against the Earth, a gyro's truth is against "
             "the stars (docs/records.md).");
   EXPECT_TRUE(std::isnan(
@@ -120,8 +120,8 @@ TEST_F(NavigationTruth, AReferenceHasToHoldEarthsRate) {
   const auto other_frame = navigate(record(Reference::kOtherFrame));
   EXPECT_FALSE(other_frame.truth_known);
   EXPECT_NE(other_frame.truth_note.find(
-                "the reference at rest is x 8.72, y -5.03, z -11.2 deg/h, Earth's rate as given is "
-                "x 8.72, y 5.03, z 11.2 deg/h: its frame or unit, or --latitude, --heading"),
+                "the reference at rest is x 8.7, y -5.0, z -11.2 deg/h, Earth's rate as given is "
+                "x 8.7, y 5.0, z 11.2 deg/h: its frame or unit, or --latitude, --heading"),
             std::string::npos)
       << other_frame.truth_note;
 }

@@ -494,6 +494,43 @@ TEST(GyroNavigationAbuse, ATruthWithAHoleJudgesNothingBehindIt) {
   }
 }
 
+// Rule: true rates that at rest are not the Earth's in the attitude that is given judge nothing,
+// live as in a record; their noise alone is no objection. Before: errors against a turntable's
+// angle or another frame were published as those of the filters.
+TEST(GyroNavigationAbuse, ATruthThatIsNotTheEarthsAtRestJudgesNothing) {
+  enum class Kind { kAgainstStars, kNoisy, kAgainstEarth, kOtherFrame, kOtherUnit };
+  for (const Kind kind : {Kind::kAgainstStars, Kind::kNoisy, Kind::kAgainstEarth, Kind::kOtherFrame,
+                          Kind::kOtherUnit}) {
+    GyroNavigation navigation(options());
+    Vehicle vehicle;
+    std::mt19937 random(5);
+    std::normal_distribution<double> normal;
+    const Vector3 earth_n = earth_rate_radps_n(kLatitude);
+    const auto drive_for = [&](double duration_s, double turn_radps) {
+      for (int n = 0; n < static_cast<int>(duration_s * kRateHz); ++n) {
+        const core::PerAxis<double> earth = from_forward_right_down(
+            vehicle.exact.n_from_b().conjugate() * earth_n, BodyFrame::kForwardLeftUp);
+        const NavigationSample sample = vehicle.next(turn_radps);
+        core::PerAxis<double> truth = vehicle.truth;
+        for (std::size_t i = 0; i < 3; ++i) {
+          if (kind == Kind::kNoisy) truth[i] += radps_from_deg_h(100.0) * normal(random);
+          if (kind == Kind::kAgainstEarth) truth[i] -= earth[i];
+          if (kind == Kind::kOtherFrame && i > 0) truth[i] = -truth[i];
+          if (kind == Kind::kOtherUnit) truth[i] /= kRadPerDeg;
+        }
+        navigation.push_truth(sample.time, truth);
+        navigation.push(sample);
+      }
+    };
+    drive_for(40.0, 0.0);
+    drive_for(60.0, 0.05);
+    const bool is_truth = kind == Kind::kAgainstStars || kind == Kind::kNoisy;
+    EXPECT_EQ(navigation.knows_truth(), is_truth) << static_cast<int>(kind);
+    EXPECT_EQ(navigation.truth_doubt().has_value(), !is_truth) << static_cast<int>(kind);
+    EXPECT_EQ(navigation.errors(Stream::kRaw).samples > 0, is_truth) << static_cast<int>(kind);
+  }
+}
+
 // Rule: true rates alone don't say which way the vehicle looked at first.
 TEST(GyroNavigationAbuse, WithoutATrueHeadingNothingIsJudged) {
   GyroNavigationOptions o = options();

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "common/evaluation/reference_at_rest.h"
+#include "common/navigation/reference_at_rest.h"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 
 #include "common/core/units.h"
-#include "common/report/numbers.h"
 
-namespace zerodrift::evaluation {
+namespace zerodrift::navigation {
 namespace {
 
 using core::kEarthRateRadps;
@@ -20,6 +21,7 @@ constexpr double kSmallest = 0.1;
 // Without a latitude: what is of its size.
 constexpr double kLeastSize = 0.25;
 constexpr double kLargestSize = 2.0;
+constexpr double kSigmas = 4.0;  // by which a mean has to be off
 
 double norm(const core::PerAxis<double>& vector, const core::PerAxis<bool>& axes) {
   double squares = 0.0;
@@ -28,15 +30,22 @@ double norm(const core::PerAxis<double>& vector, const core::PerAxis<bool>& axes
   return std::sqrt(squares);
 }
 
+double allowed(double earth_radps) {
+  return std::max(kNear * earth_radps, kSmallest * kEarthRateRadps);
+}
+
 core::PerAxis<double> difference(const core::PerAxis<double>& a, const core::PerAxis<double>& b) {
   return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
 }
 
 std::string deg_h(double rate_radps) {
-  return report::significant(core::deg_h_from_radps(rate_radps), 3);
+  std::array<char, 400> text{};  // for any double
+  const auto end = std::to_chars(text.data(), text.data() + text.size(),
+                                 core::deg_h_from_radps(rate_radps), std::chars_format::fixed, 1);
+  return {text.data(), end.ptr};
 }
 
-// "x 8.71, y 5.03, z 11.2 deg/h"
+// "x 8.7, y 5.0, z 11.2 deg/h"
 std::string deg_h(const core::PerAxis<double>& vector, const core::PerAxis<bool>& axes) {
   std::string text;
   for (const core::Axis axis : core::kAxes) {
@@ -51,7 +60,10 @@ std::string deg_h(const core::PerAxis<double>& vector, const core::PerAxis<bool>
 
 void ReferenceAtRest::Sums::add(const Sums& other) noexcept {
   count += other.count;
-  for (std::size_t i = 0; i < core::kAxisCount; ++i) reference_radps[i] += other.reference_radps[i];
+  for (std::size_t i = 0; i < core::kAxisCount; ++i) {
+    reference_radps[i] += other.reference_radps[i];
+    squares[i] += other.squares[i];
+  }
 }
 
 void ReferenceAtRest::add(core::SensorTime time, const core::PerAxis<double>& reference_radps,
@@ -59,7 +71,9 @@ void ReferenceAtRest::add(core::SensorTime time, const core::PerAxis<double>& re
   if (over_) return;
   if (confirmed_.count + held_.count + open_.count == 0) earth_radps_ = earth_radps;
   if (open_since_ == core::kNever) open_since_ = time;
-  open_.add({1, reference_radps});
+  Sums sample{1, reference_radps, reference_radps};
+  for (double& square : sample.squares) square *= square;
+  open_.add(sample);
   if (time - open_since_ < kSecond) return;
   confirmed_.add(held_);
   held_ = open_;
@@ -76,25 +90,35 @@ void ReferenceAtRest::move() noexcept {
 std::optional<RestMeans> ReferenceAtRest::means() const noexcept {
   if (confirmed_.count == 0) return std::nullopt;
   RestMeans means{confirmed_.reference_radps, earth_radps_};
-  for (double& mean : means.reference_radps) mean /= static_cast<double>(confirmed_.count);
+  const auto n = static_cast<double>(confirmed_.count);
+  for (std::size_t i = 0; i < core::kAxisCount; ++i) {
+    double& mean = means.reference_radps[i];
+    mean /= n;
+    means.sigma_radps[i] = std::sqrt(std::max(0.0, confirmed_.squares[i] / n - mean * mean) / n);
+  }
   return means;
+}
+
+bool are_earths(const RestMeans& means, const core::PerAxis<bool>& axes) noexcept {
+  const double off = norm(difference(means.reference_radps, means.earth_radps), axes);
+  return off <= allowed(norm(means.earth_radps, axes)) + kSigmas * norm(means.sigma_radps, axes);
 }
 
 std::string objection(const RestMeans& means, const RestSetting& setting) {
   const double reference = norm(means.reference_radps, setting.axes);
-  const std::string taken_off = "the reference contains Earth's rate (" + deg_h(reference) +
-                                " deg/h at rest), which the compensation takes off as drift: ";
+  const auto taken_off = [&](const char* cure) {
+    return "the reference contains Earth's rate (" + deg_h(reference) +
+           " deg/h at rest), which the compensation takes off as drift: " + cure;
+  };
   if (!setting.latitude_known) {
     const bool is_earths =
         reference >= kLeastSize * kEarthRateRadps && reference <= kLargestSize * kEarthRateRadps;
-    return setting.earth_is_drift && is_earths ? taken_off + "give --latitude" : "";
+    return setting.earth_is_drift && is_earths ? taken_off("give --latitude") : "";
   }
   const double earth = norm(means.earth_radps, setting.axes);
-  const double allowed = std::max(kNear * earth, kSmallest * kEarthRateRadps);
-  const double off = norm(difference(means.reference_radps, means.earth_radps), setting.axes);
-  if (off <= allowed) {
-    return setting.earth_is_drift && earth > allowed
-               ? taken_off + "give a --config with earth_rate: {mode: unknown}"
+  if (are_earths(means, setting.axes)) {
+    return setting.earth_is_drift && earth > allowed(earth)
+               ? taken_off("give a --config with earth_rate: {mode: unknown}")
                : "";
   }
   if (reference < kNear * earth) {
@@ -108,4 +132,4 @@ std::string objection(const RestMeans& means, const RestSetting& setting) {
          ": its frame or unit, or --latitude, --heading or --frame, is wrong";
 }
 
-}  // namespace zerodrift::evaluation
+}  // namespace zerodrift::navigation

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether a record's true rates are against the stars, as a gyro's are: at rest they are then
+// Whether true rates are against the stars, as a gyro's are: at rest they are then
 // Earth's rate.
 #pragma once
 
@@ -10,7 +10,7 @@
 #include "common/core/axis.h"
 #include "common/core/time.h"
 
-namespace zerodrift::evaluation {
+namespace zerodrift::navigation {
 
 // Of the first stop, body frame.
 struct RestMeans {
@@ -18,6 +18,8 @@ struct RestMeans {
   // As latitude and true attitude give it when the stop begins: a wrong reference turns that
   // attitude from then on. 0 without a latitude.
   core::PerAxis<double> earth_radps{};
+  // Standard deviation of the mean, by the scatter of the true rates about it.
+  core::PerAxis<double> sigma_radps{};
 };
 
 class ReferenceAtRest {
@@ -36,6 +38,7 @@ class ReferenceAtRest {
   struct Sums {
     std::uint64_t count = 0;
     core::PerAxis<double> reference_radps{};
+    core::PerAxis<double> squares{};
 
     void add(const Sums& other) noexcept;
   };
@@ -55,7 +58,11 @@ struct RestSetting {
   bool earth_is_drift = false;  // the compensation takes Earth's rate off as drift
 };
 
+// Whether true rates with such means are those of the Earth in the attitude that is given, as far
+// as their noise lets one say.
+[[nodiscard]] bool are_earths(const RestMeans& means, const core::PerAxis<bool>& axes) noexcept;
+
 // Why true rates with such means can't judge a heading; empty: they can.
 [[nodiscard]] std::string objection(const RestMeans& means, const RestSetting& setting);
 
-}  // namespace zerodrift::evaluation
+}  // namespace zerodrift::navigation
