@@ -21,7 +21,7 @@ namespace zerodrift::service {
 
 inline constexpr std::int64_t kSilentPublisherNs = 1'000'000'000;  // may be replaced
 
-// A `Sample` has its sensor's `time`, and says by `measured` that it is no end of the stream.
+// A `Sample` has its sensor's `time`, and may say by `measured` that it is no end of the stream.
 template <typename Writer, typename Sample = core::TemperatureSample>
 class FollowedWriter {
  public:
@@ -96,7 +96,7 @@ class FollowedWriter {
     newest_ = sample.time;
     received_ns_ = now_ns;
     is_gone_ = false;
-    is_in_mid_run_ = sample.measured;
+    if constexpr (requires { sample.measured; }) is_in_mid_run_ = sample.measured;
     take(sample);
   }
   // It has left out a reading, by the spacing of its last two.

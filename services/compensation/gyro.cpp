@@ -25,8 +25,9 @@ std::size_t place_of(core::ReferenceKind kind) noexcept {
   if (kind == core::ReferenceKind::kNavigationResidual) return 2;
   return kind == core::ReferenceKind::kRest ? 1 : 0;
 }
-constexpr std::array kReferencePlaces{core::ReferenceKind::kRecord, core::ReferenceKind::kRest,
-                                      core::ReferenceKind::kNavigationResidual};
+
+// A replay's come as fast as its rates, of which the pipeline keeps as many.
+constexpr std::size_t kReplayed = 2048;
 
 }  // namespace
 
@@ -45,6 +46,10 @@ Gyro::Gyro(std::uint32_t gyro_id, const compensation::CompensationOptions& as_co
       temperature_writers_(
           compensator().probes().size(),
           service::FollowedWriter<Guid>(core::from_seconds(configured.temperature_stale_s))),
+      reference_writers_{
+          ReferenceWriter(core::from_seconds(configured.temperature_stale_s), kReplayed),
+          ReferenceWriter(core::from_seconds(configured.temperature_stale_s)),
+          ReferenceWriter(core::from_seconds(configured.temperature_stale_s))},
       stamps_{.lags = std::vector<core::SensorTime>(temperature_writers_.size())} {
   surroundings_.learner.add(compensator());
 }
@@ -69,8 +74,9 @@ void Gyro::take(const Arrived& arrived, std::int64_t now_ns) {
         *temperature, arrived.writer, now_ns,
         [&](const core::TemperatureSample& sample) { push(sample, probe, now_ns); });
   } else if (const auto* reference = std::get_if<core::RateReferenceSample>(&arrived.sample)) {
-    reference_writers_[place_of(reference->kind)] = {arrived.writer};
-    pipeline_.push(*reference, now_ns);
+    reference_writers_[place_of(reference->kind)].push(
+        *reference, arrived.writer, now_ns,
+        [&](const core::RateReferenceSample& sample) { pipeline_.push(sample, now_ns); });
   }
 }
 
@@ -94,10 +100,9 @@ void Gyro::limit_probes(std::string_view published, std::int64_t now_ns) {
 void Gyro::end_inputs_of(const std::vector<Guid>& left, std::int64_t now_ns) {
   const Readiness before = compensator().readiness();
   bool ended = false;
-  for (const Guid& writer : left) {
-    pipeline_.publisher_gone(dds::run_of(writer), now_ns);
-    ended = note_left(writer, now_ns) || ended;
-  }
+  // What belongs to the rates of a successor is there before they are.
+  for (const Guid& writer : left) ended = note_left(writer, now_ns) || ended;
+  for (const Guid& writer : left) pipeline_.publisher_gone(dds::run_of(writer), now_ns);
   if (!ended) return;
   end_what_left(compensator());
   const bool waited =
@@ -116,10 +121,11 @@ bool Gyro::note_left(const Guid& writer, std::int64_t now_ns) {
     const auto take = [&](const core::TemperatureSample& sample) { push(sample, probe, now_ns); };
     ended = temperature_writers_[probe].leave(writer, now_ns, take) || ended;
   }
-  for (ReferenceWriter& input : reference_writers_) {
-    if (input.left || input.writer != writer) continue;
-    input.left = ended = true;
-  }
+  const auto take = [&](const core::RateReferenceSample& sample) {
+    pipeline_.push(sample, now_ns);
+  };
+  for (ReferenceWriter& input : reference_writers_)
+    ended = input.leave(writer, now_ns, take) || ended;
   return ended;
 }
 
@@ -128,13 +134,19 @@ void Gyro::end_what_left(compensation::Compensator& compensator) const {
     if (temperature_writers_[p].is_gone()) compensator.end_temperature(p);
   }
   for (std::size_t r = 0; r < reference_writers_.size(); ++r) {
-    if (reference_writers_[r].left) compensator.end_references(kReferencePlaces[r]);
+    if (reference_writers_[r].is_gone()) compensator.end_references(kReferencePlaces[r]);
   }
 }
 
 std::uint64_t Gyro::temperatures_rejected() const noexcept {
   std::uint64_t rejected = 0;
   for (const auto& input : temperature_writers_) rejected += input.rejected();
+  return rejected;
+}
+
+std::uint64_t Gyro::references_rejected() const noexcept {
+  std::uint64_t rejected = 0;
+  for (const ReferenceWriter& input : reference_writers_) rejected += input.rejected();
   return rejected;
 }
 
@@ -220,6 +232,10 @@ void Gyro::tick(std::int64_t now_ns) {
   for (std::size_t probe = 0; probe < temperature_writers_.size(); ++probe) {
     temperature_writers_[probe].follow_who_waits(
         now_ns, [&](const core::TemperatureSample& sample) { push(sample, probe, now_ns); });
+  }
+  for (ReferenceWriter& input : reference_writers_) {
+    input.follow_who_waits(
+        now_ns, [&](const core::RateReferenceSample& sample) { pipeline_.push(sample, now_ns); });
   }
   pipeline_.tick(now_ns);
   if (received_by_all_ && is_paced()) pipeline_.report_progress();

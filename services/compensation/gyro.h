@@ -92,6 +92,15 @@ class Gyro final : private service::GyroPipeline<compensation::Compensator>::Por
     return temperature_writers_[probe].rejected();
   }
   [[nodiscard]] std::uint64_t temperatures_rejected() const noexcept;
+  // What is said of a gyro's rate is followed by itself: the true rate, rest, a filter's residual.
+  static constexpr std::array kReferencePlaces{core::ReferenceKind::kRecord,
+                                               core::ReferenceKind::kRest,
+                                               core::ReferenceKind::kNavigationResidual};
+  // Of a second publisher, by the place.
+  [[nodiscard]] std::uint64_t references_rejected(std::size_t place) const noexcept {
+    return reference_writers_[place].rejected();
+  }
+  [[nodiscard]] std::uint64_t references_rejected() const noexcept;
   // An input ended in mid-run, or while rates waited for it; once.
   [[nodiscard]] bool take_input_ended() noexcept;
   [[nodiscard]] core::SensorTime newest_temperature() const noexcept { return stamps_.newest; }
@@ -115,11 +124,7 @@ class Gyro final : private service::GyroPipeline<compensation::Compensator>::Por
   GyroEvents events;
 
  private:
-  // Who published a stream of references last.
-  struct ReferenceWriter {
-    Guid writer{};
-    bool left = false;  // and nobody has since
-  };
+  using ReferenceWriter = service::FollowedWriter<Guid, core::RateReferenceSample>;
   // Of temperatures that a clock has stamped.
   struct Stamps {
     core::SensorTime newest{core::kNever};
@@ -147,7 +152,7 @@ class Gyro final : private service::GyroPipeline<compensation::Compensator>::Por
   bool has_ros2_;
   Pipeline pipeline_;
   std::vector<service::FollowedWriter<Guid>> temperature_writers_;  // by probe
-  std::array<ReferenceWriter, 3> reference_writers_{};
+  std::array<ReferenceWriter, kReferencePlaces.size()> reference_writers_;
   bool input_ended_ = false;
   Stamps stamps_;
   std::uint32_t clock_locked_ = 0;  // as the newest rate says

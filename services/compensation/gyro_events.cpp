@@ -63,6 +63,10 @@ constexpr std::string_view reference_fault_text(ReferenceVerdict verdict) {
   }
 }
 
+// By Gyro::kReferencePlaces.
+constexpr std::array<std::string_view, Gyro::kReferencePlaces.size()> kReferences{
+    "what the true rate is", "whether the gyro rests", "how far the drift is off"};
+
 using Counts = compensation::CompensatorCounts;
 constexpr std::array<service::CountedEvent<Counts>, 10> kCountedEvents{
     {{&Counts::invalid, "invalid_sample",
@@ -215,6 +219,16 @@ void GyroEvents::report_second_publishers(const Gyro& gyro) {
                       "; only the first is used, until it is gone or silent",
                   reported_temperatures_rejected_[p], rejected, at, probes[p]);
     reported_temperatures_rejected_[p] = rejected;
+  }
+  for (std::size_t r = 0; r < kReferences.size(); ++r) {
+    const std::uint64_t rejected = gyro.references_rejected(r);
+    raise_counted(
+        "duplicate_publisher",
+        fmt::format("a second publisher says {}; only the first is used, until it is gone "
+                    "or silent",
+                    kReferences[r]),
+        reported_references_rejected_[r], rejected, at, std::string(kReferences[r]));
+    reported_references_rejected_[r] = rejected;
   }
 }
 

@@ -2,6 +2,7 @@
 // What a gyro's stream did, reported as events: each once, when it begins, or with its count.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -51,6 +52,7 @@ class GyroEvents {
   compensation::CompensatorCounts reported_{};
   std::uint64_t reported_rejected_ = 0;
   std::vector<std::uint64_t> reported_temperatures_rejected_{};                 // by probe
+  std::array<std::uint64_t, 3> reported_references_rejected_{};                 // by place
   std::vector<compensation::RefusedReadings> reported_temperatures_refused_{};  // by probe
   std::uint64_t reported_dropped_ = 0;
   service::InstanceSync::Counts reported_sync_{};

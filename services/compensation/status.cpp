@@ -62,6 +62,7 @@ struct CompensationNode::Seen {
   double temperature_rate_degc_per_s = 0.0;
   std::uint64_t rejected = 0;
   std::uint64_t temperatures_rejected = 0;
+  std::uint64_t references_rejected = 0;
   std::uint64_t unwritten = 0;
   bool is_alone = true;
   bool leads = true;
@@ -83,6 +84,7 @@ CompensationNode::Seen CompensationNode::see(const Gyro& source) {
             .temperature_rate_degc_per_s = compensator.temperature_rate_degc_per_s(),
             .rejected = source.pipeline().rejected(),
             .temperatures_rejected = source.temperatures_rejected(),
+            .references_rejected = source.references_rejected(),
             .unwritten = source.unwritten(),
             .is_alone = sync.is_alone(),
             .leads = sync.leads(),
@@ -163,6 +165,8 @@ service::StatusPart CompensationNode::part(const Seen& seen) {
             std::string(compensation::name(static_cast<compensation::ReferenceVerdict>(v))),
         "1", static_cast<double>(seen.counts.references[v]));
   }
+  if (seen.references_rejected > 0)
+    add("references_rejected", "1", static_cast<double>(seen.references_rejected));
   add("model_epoch", "1", static_cast<double>(seen.newest.model_epoch));
   add("active", "1", seen.leads ? 1.0 : 0.0);
   if (!seen.is_alone) {

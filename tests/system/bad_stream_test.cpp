@@ -359,6 +359,37 @@ TEST(BadStream, OfTwoPublishersWithOneIdOnlyTheFirstIsHeardAndLosesNothing) {
   bench.expect_alive_then_stop();
 }
 
+// Before: both were used, and the drift was off by as much as they disagree.
+TEST(BadStream, OfTwoReferencesOnlyTheFirstTeaches) {
+  Bench bench(Domain::kTwoReferences, "earth_rate: {mode: unknown}\n");
+  bench.connect();
+  dds::Participant participant("tables", bench.system.network());
+  dds::Writer<msg::RateReference> table(participant);
+  dds::Writer<msg::RateReference> other(participant);
+  ASSERT_TRUE(eventually([&] { return table.matched() > 0 && other.matched() > 0; }));
+  const auto say = [&](dds::Writer<msg::RateReference>& writer, double rate_deg_h) {
+    const double rate = radps_from_deg_h(rate_deg_h);
+    auto message =
+        dds::to_message(core::RateReferenceSample{.time = core::from_seconds(bench.time_s()),
+                                                  .rate_radps = {rate, rate, rate},
+                                                  .valid = {true, true, true},
+                                                  .kind = core::ReferenceKind::kRateTable},
+                        kGyroId);
+    ASSERT_TRUE(writer.write(message));
+    ASSERT_TRUE(writer.wait_until_received(5000ms));
+  };
+  for (int second = 0; second < 30; ++second) {
+    say(table, 0.0);
+    say(other, second % 2 == 0 ? 40.0 : -40.0);
+    bench.send_normal(static_cast<int>(kRateHz));
+  }
+  const msg::CompensatedRate newest = bench.settled_answers().rbegin()->second;
+  EXPECT_NE(newest.mode()[0], static_cast<std::uint8_t>(Mode::kPassthrough));
+  EXPECT_NEAR(newest.applied_drift_radps()[0], 1e-6, radps_from_deg_h(0.1));
+  bench.expect_event("duplicate_publisher", "a second publisher says what the true rate is");
+  bench.expect_alive_then_stop();
+}
+
 // A publisher that was killed says nothing; its successor sends before anybody can know. Rule: what
 // it sends is answered from its first sample on, once each and in order.
 TEST(BadStream, OfAPublisherThatFollowsOneThatFellSilentNothingIsLost) {

@@ -147,6 +147,7 @@ enum class Domain : std::uint32_t {
   kRecordingPace,
   kRestEndsLive,
   kControlLaterGyro,
+  kTwoReferences,
 };
 
 static_assert(static_cast<std::uint32_t>(Domain::kConsole) <= 100);
