@@ -377,7 +377,9 @@ fdds::Topic* Participant::topic(const TopicSpec& spec, fdds::TypeSupport type) {
 fdds::DataWriter* Participant::make_writer(fdds::Publisher& publisher, const TopicSpec& spec,
                                            const fdds::TypeSupport& type,
                                            fdds::DataWriterListener& listener) {
-  auto* made = publisher.create_datawriter(topic(spec, type), writer_qos(spec), &listener);
+  fdds::DataWriterQos qos = writer_qos(spec);
+  if (is_secured_ && spec.reliability == Reliability::kReliable) fill_no_datagram(qos);
+  auto* made = publisher.create_datawriter(topic(spec, type), qos, &listener);
   if (made != nullptr) return made;
   throw DdsError("dds: cannot create a writer for topic '" + std::string(spec.name) + "'" +
                  refusal());

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <fastdds/dds/domain/DomainParticipantListener.hpp>
 #include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
+#include <fastdds/dds/publisher/qos/DataWriterQos.hpp>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -74,3 +75,8 @@ std::shared_ptr<SecurityWatch> secure(const std::string& participant_name,
 std::string last_security_error();
 
 }  // namespace zerodrift::dds
+// For each reliable writer of a participant with security. What is repaired, or sent to who comes
+// late, fills datagrams, and where one is full Fast DDS 2.9.1 has no room for what encryption adds:
+// it ends the process by an assertion, or sends nothing.
+void fill_no_datagram(eprosima::fastdds::dds::DataWriterQos& qos);
+

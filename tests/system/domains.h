@@ -148,6 +148,9 @@ enum class Domain : std::uint32_t {
   kRestEndsLive,
   kControlLaterGyro,
   kTwoReferences,
+  kSecurityFullDatagrams,
+  kSecurityReplay,
+  kKilledInstance,
 };
 
 static_assert(static_cast<std::uint32_t>(Domain::kConsole) <= 100);

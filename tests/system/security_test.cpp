@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdlib>
+#include <mutex>
 #include <string>
 
 #include "tests/system/files.h"
@@ -225,6 +227,80 @@ TEST(Security, AServiceCannotWriteOrReadWhatItsPermissionsDoNotName) {
   const auto folder = certificates(system);
   dds::Participant monitor("allan_monitor", with_security(system, folder));
   for (const auto& [topic, action] : std::vector<std::pair<std::string, std::function<void()>>>{
+// Before: what a late comer was sent, and what was repaired for one that had stood still, filled
+// datagrams, and Fast DDS 2.9.1 ended the writer's process by an assertion.
+TEST(Security, NeitherWhoComesLateNorWhoStoodStillEndsAWriter) {
+  SystemUnderTest system(Domain::kSecurityFullDatagrams);
+  const auto network = with_security(system, certificates(system));
+  {
+    dds::Participant thermometer("thermal_publisher", network);
+    dds::Writer<msg::Environment> writer(thermometer);
+    constexpr std::uint64_t kKept = 2000;
+    for (std::uint64_t k = 0; k < kKept; ++k) {
+      msg::Environment message;
+      message.gyro_id(1);
+      message.sequence_number(k);
+      ASSERT_TRUE(writer.write(message));
+    }
+    dds::Participant late("recorder", network);
+    const Collector<msg::Environment> received(late);
+    EXPECT_TRUE(eventually([&] { return received.size() == kKept; })) << received.size();
+  }
+  dds::Participant gyro("gyro_publisher", network);
+  dds::Participant service("compensation", network);
+  std::mutex stands_still;
+  std::atomic<std::uint64_t> newest{0};
+  dds::Writer<msg::AngularRate> writer(gyro);
+  dds::Reader<msg::AngularRate> reader(
+      service, [&](const msg::AngularRate& message, const dds::SampleOrigin&) {
+        const std::lock_guard lock(stands_still);
+        newest = message.sequence_number();
+      });
+  ASSERT_TRUE(eventually([&] { return writer.matched() > 0; }));
+  std::uint64_t sequence = 0;
+  const auto send = [&] {
+    msg::AngularRate message;
+    message.gyro_id(1);
+    message.sequence_number(++sequence);
+    EXPECT_TRUE(writer.write(message));
+  };
+  ASSERT_TRUE(eventually([&] {
+    send();
+    return newest > 0;
+  }));
+  {
+    const std::lock_guard lock(stands_still);
+    while (sequence < 8000) send();  // more than its socket takes
+  }
+  EXPECT_TRUE(writer.wait_until_received(60s));
+  EXPECT_TRUE(eventually([&] { return newest == sequence; })) << newest;
+}
+
+// Before: the first answers, which were written while keys were exchanged, reached nobody, unless
+// the service was told how many subscribers there are.
+TEST(Security, OfAReplayTheFirstAnswerReachesWhoeverIsThere) {
+  SystemUnderTest system(Domain::kSecurityReplay);
+  const Arguments security{"--security", certificates(system)};
+  const auto record = system.path("record.csv");
+  simulate(system, {.profile = write_ramp_profile(system, 10)}, record);
+  dds::Participant participant("console", with_security(system, system.path("security")));
+  const Collector<msg::CompensatedRate> answers(participant);
+  const auto csv = system.path("answers.csv");
+  ChildProcess& recorder =
+      system.start("zerodrift", Arguments{"record", "--out", csv, "--samples", "2000"} + security);
+  ChildProcess& service = system.start("compensation", security);
+  const Finished replayed = system.run("zerodrift",
+                                       Arguments{"replay", record, "--speed", "max", "--domain",
+                                                 std::to_string(system.network().domain)} +
+                                           security,
+                                       60s);
+  EXPECT_EQ(replayed.exit_code, 0) << replayed.err;
+  EXPECT_TRUE(eventually([&] { return answers.size() == 2000; }, 20s)) << answers.size();
+  EXPECT_EQ(recorder.wait(20s), 0) << recorder.err();
+  service.send(SIGTERM);
+  EXPECT_EQ(service.wait(2s), 0);
+}
+
            {"compensated_rate", [&] { dds::Writer<msg::CompensatedRate> writer(monitor); }},
            {"angular_rate", [&] { dds::Writer<msg::AngularRate> writer(monitor); }},
            {"command", [&] { dds::Writer<msg::Command> writer(monitor); }},
