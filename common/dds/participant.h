@@ -80,6 +80,11 @@ class Participant {
   // What was refused since the last call: malformed datagrams, and with security much more. As
   // report_events().
   std::vector<SecurityNotice> take_security_notices();
+  // Others take part with certificates only, and this participant has none. Any thread.
+  [[nodiscard]] bool lacks_certificate() const { return security_->lacks_certificate(); }
+  [[nodiscard]] bool is_secured() const noexcept { return is_secured_; }
+  // With security: others are here who are proving who they are. Any thread.
+  [[nodiscard]] bool awaits_proof() const { return security_->awaits_proof(); }
   // When the oldest datagram came (steady_ns()) that a receiving thread is still busy with, the
   // callbacks of its samples among it; none: all wait for datagrams. Any thread.
   [[nodiscard]] std::optional<std::int64_t> busy_since_ns() const {

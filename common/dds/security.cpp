@@ -13,6 +13,7 @@
 #include <iterator>
 #include <map>
 #include <mutex>
+#include <set>
 #include <utility>
 
 #include "common/dds/packet_guard.h"
@@ -179,6 +180,10 @@ class Watch : public SecurityWatch, protected fdds::DomainParticipantListener {
   [[nodiscard]] std::optional<std::int64_t> busy_since_ns() const noexcept override {
     return entrance_->receiving.busy_since_ns();
   }
+  [[nodiscard]] bool lacks_certificate() const override {
+    const std::lock_guard lock(secured_mutex_);
+    return !secured_.empty();
+  }
   [[nodiscard]] std::shared_ptr<Entrance> entrance() const { return entrance_; }
 
  protected:
@@ -189,12 +194,20 @@ class Watch : public SecurityWatch, protected fdds::DomainParticipantListener {
   virtual void came(const rtps::ParticipantProxyData& participant) {
     guard().know(prefix_of(participant.m_guid));
     if (participant.identity_token_.class_id().empty()) return;
+    {
+      const std::lock_guard lock(secured_mutex_);
+      if (secured_.size() < kMostOnProbation) secured_.insert(participant.m_guid);
+    }
     notices().add("certificate_missing",
                   "participant " + text_of_participant(participant) +
                       " takes part with certificates only, and this process has none: expected "
                       "--security with its folder of keys and certificates");
   }
-  virtual void went(const rtps::GUID_t& participant) { guard().forget(prefix_of(participant)); }
+  virtual void went(const rtps::GUID_t& participant) {
+    guard().forget(prefix_of(participant));
+    const std::lock_guard lock(secured_mutex_);
+    secured_.erase(participant);
+  }
 
  private:
   void on_participant_discovery(fdds::DomainParticipant* participant,
@@ -229,6 +242,8 @@ class Watch : public SecurityWatch, protected fdds::DomainParticipantListener {
   fdds::DomainParticipantListener& next_;
   std::shared_ptr<SecurityNotices> notices_ = std::make_shared<SecurityNotices>();
   std::shared_ptr<Entrance> entrance_;
+  mutable std::mutex secured_mutex_;
+  std::set<rtps::GUID_t> secured_;  // others, where this one has no certificates
 };
 
 class SecuredWatch final : public Watch {

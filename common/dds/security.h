@@ -54,6 +54,10 @@ class SecurityWatch {
   virtual void let_out() noexcept = 0;
   // When the oldest datagram came that a receiving thread is still busy with.
   [[nodiscard]] virtual std::optional<std::int64_t> busy_since_ns() const noexcept = 0;
+  // Others are there who take part with certificates only, and this participant has none.
+  [[nodiscard]] virtual bool lacks_certificate() const = 0;
+  // With security: others are here who are proving who they are.
+  [[nodiscard]] virtual bool awaits_proof() const { return false; }
   // Each notice once. A participant that does not prove who it is within 5 s of its announcement
   // counts as refused.
   virtual std::vector<SecurityNotice> take(std::chrono::steady_clock::time_point now) = 0;

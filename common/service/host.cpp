@@ -304,6 +304,12 @@ void Host::judge_flow(Status& status) {
     raise({.code = code, .severity = Severity::kError, .text = std::move(text)});
   };
   const std::size_t peers = participant_.counterparts(flow.topic, flow.end);
+  if (peers == 0 && participant_.lacks_certificate()) {
+    status.state = State::kDegraded;
+    status.summary = fmt::format(
+        "{} {}: others take part with certificates only (--security)",
+        flow.end == dds::Direction::kWriter ? "nobody hears its" : "hears no", flow.topic);
+  }
   switch (flow_watch_.judge(flow, peers, now_s)) {
     case FlowWatch::Verdict::kFine: reported_stale_ = false; return;
     case FlowWatch::Verdict::kStale: {

@@ -144,8 +144,8 @@ TEST(Security, TheWholeChainWorksAndNothingOfItIsReadableOnTheWire) {
   }
 }
 
-// Before: an unsecured publisher among secured services was "running" with an empty journal, and
-// `ctl` without its folder said that there is no compensation service.
+// Before: an unsecured publisher among secured services was "running" and healthy, and `ctl`
+// without its folder said that there is no compensation service.
 void expect_told_that_others_have_certificates(SystemUnderTest& system) {
   dds::Participant participant("test", system.network());
   Collector<msg::Event> events(participant);
@@ -155,6 +155,20 @@ void expect_told_that_others_have_certificates(SystemUnderTest& system) {
                 " takes part with certificates only, and this process has none: expected "
                 "--security with its folder of keys and certificates");
   }));
+  const auto is_unhealthy = [&](const std::string& program, const Arguments& source) {
+    const std::string file = system.path(program + ".health").string();
+    system.start(program, source + Arguments{"--health-file", file});
+    return eventually([&] {
+      const Finished asked = system.run("zerodrift", {"health", "--file", file});
+      return asked.exit_code == 1 &&
+             asked.err.find("others take part with certificates only (--security)") !=
+                 std::string::npos;
+    });
+  };
+  EXPECT_TRUE(is_unhealthy(
+      "gyro_publisher", Arguments{"--source", "simulation", "--free-running"} +
+                            Simulation{.profile = write_ramp_profile(system, 3600)}.arguments()));
+  EXPECT_TRUE(is_unhealthy("allan_monitor", {}));
   for (const std::string command : {"status", "freeze"}) {
     SCOPED_TRACE(command);
     Finished asked;
