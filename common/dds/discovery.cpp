@@ -114,7 +114,8 @@ void Discovery::on_publisher_discovery(fdds::DomainParticipant* participant,
                             .type = info.typeName().to_string(),
                             .direction = Direction::kWriter,
                             .terms = terms(info.m_qos),
-                            .strength = info.m_qos.m_ownershipStrength.value});
+                            .strength = info.m_qos.m_ownershipStrength.value,
+                            .is_in_partition = !info.m_qos.m_partition.empty()});
 }
 
 void Discovery::on_subscriber_discovery(fdds::DomainParticipant* participant,
@@ -127,7 +128,7 @@ void Discovery::on_subscriber_discovery(fdds::DomainParticipant* participant,
                             .type = info.typeName().to_string(),
                             .direction = Direction::kReader,
                             .terms = terms(info.m_qos),
-                            .strength = 0});
+                            .is_in_partition = !info.m_qos.m_partition.empty()});
 }
 
 void Discovery::note_remote(const Guid& guid, Remote remote) {
@@ -249,6 +250,16 @@ std::size_t Discovery::counterparts(std::string_view topic, Direction ours) {
       std::count_if(remotes_.begin(), remotes_.end(), [&](const auto& known) {
         const auto& [guid, remote] = known;
         return remote.topic == topic && remote.direction != ours && guid.guidPrefix != own_;
+      }));
+}
+
+std::size_t Discovery::matchable(const TopicSpec& spec, Direction ours) {
+  const std::lock_guard lock(mutex_);
+  return static_cast<std::size_t>(
+      std::count_if(remotes_.begin(), remotes_.end(), [&](const auto& known) {
+        const auto& [guid, remote] = known;
+        return remote.topic == spec.name && remote.direction != ours && guid.guidPrefix != own_ &&
+               !remote.is_in_partition && seen_from_here(guid, remote, spec).problem.empty();
       }));
 }
 

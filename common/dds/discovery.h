@@ -135,6 +135,8 @@ class Discovery final : public eprosima::fastdds::dds::DomainParticipantListener
   [[nodiscard]] Acquaintance acquaintance();
   // The others' endpoints on a topic, at the other end than `ours`. Any thread.
   [[nodiscard]] std::size_t counterparts(std::string_view topic, Direction ours);
+  // Those of them that an endpoint of ours of this topic can match, outside of partitions.
+  [[nodiscard]] std::size_t matchable(const TopicSpec& spec, Direction ours);
   // This participant uses shared memory; to be called before it is created.
   void set_shared_memory(SharedMemoryPlace place) { shared_memory_ = std::move(place); }
 
@@ -149,6 +151,7 @@ class Discovery final : public eprosima::fastdds::dds::DomainParticipantListener
     Direction direction;
     Terms terms;
     std::uint32_t strength = 0;
+    bool is_in_partition = false;
   };
   struct Pending {
     std::shared_ptr<const EndpointObserver> observer;

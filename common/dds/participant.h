@@ -198,6 +198,9 @@ class WriterListener : public eprosima::fastdds::dds::DataWriterListener {
   void on_liveliness_lost(eprosima::fastdds::dds::DataWriter*,
                           const eprosima::fastdds::dds::LivelinessLostStatus& status) override;
   [[nodiscard]] int matched() const { return matched_.load(std::memory_order_acquire); }
+  [[nodiscard]] bool met_all() const {
+    return matched() >= static_cast<int>(discovery_.matchable(endpoint_.spec, Direction::kWriter));
+  }
   [[nodiscard]] bool met_foreign() const { return foreign_.load(); }
   // Before each sample; the writing thread.
   void note_write(bool deadline_applies) noexcept {
@@ -295,6 +298,9 @@ class Writer {
 
   // Readers matched now.
   [[nodiscard]] int matched() const { return listener_.matched(); }
+  // All readers that have announced themselves are matched, which with security takes a while, but
+  // for those in partitions. Not for the data path.
+  [[nodiscard]] bool met_all() const { return listener_.met_all(); }
   // A reader of another vendor's middleware was matched once.
   [[nodiscard]] bool met_foreign() const { return listener_.met_foreign(); }
 

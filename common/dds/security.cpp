@@ -251,6 +251,11 @@ class SecuredWatch final : public Watch {
   explicit SecuredWatch(fdds::DomainParticipantListener& next)
       : Watch(PacketGuard::Rule::kSecured, next) {}
   std::vector<SecurityNotice> take(Clock::time_point now) override;
+  [[nodiscard]] bool awaits_proof() const override {
+    const std::lock_guard lock(mutex_);
+    return std::any_of(probations_.begin(), probations_.end(),
+                       [](const auto& entry) { return !entry.second.reported; });
+  }
 
  private:
   struct Probation {
@@ -269,7 +274,7 @@ class SecuredWatch final : public Watch {
     notices().add("participant_refused", "participant " + probation.who + ' ' + why);
   }
 
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::map<rtps::GUID_t, Probation> probations_;
 };
 
@@ -315,6 +320,12 @@ std::vector<SecurityNotice> SecuredWatch::take(Clock::time_point now) {
   return taken;
 }
 
+// No more leaves a participant in a period, so that no datagram is full: a fifth less than there is
+// room for, for the proofs of some 180 receivers.
+constexpr const char* kUnfilled = "unfilled";
+constexpr std::int32_t kMostBytes = 50000;
+constexpr std::uint64_t kPeriodMs = 2;
+
 void put_in_front(const std::shared_ptr<Entrance>& entrance, fdds::DomainParticipantQos& qos) {
   for (auto& each : qos.transport().user_transports) {
     // What comes by shared memory is of this user's own processes.
@@ -335,13 +346,12 @@ std::shared_ptr<SecurityWatch> guard_transports(fdds::DomainParticipantListener&
 std::shared_ptr<SecurityWatch> secure(const std::string& participant_name,
                                       const std::filesystem::path& folder, std::uint32_t domain,
                                       fdds::DomainParticipantListener& next,
-// No more leaves a participant in a period, so that no datagram is full: a fifth less than there is
-// room for, for the proofs of some 180 receivers.
-constexpr const char* kUnfilled = "unfilled";
-constexpr std::int32_t kMostBytes = 50000;
-constexpr std::uint64_t kPeriodMs = 2;
-
                                       fdds::DomainParticipantQos& qos) {
+  auto unfilled = std::make_shared<eprosima::fastdds::rtps::FlowControllerDescriptor>();
+  unfilled->name = kUnfilled;
+  unfilled->max_bytes_per_period = kMostBytes;
+  unfilled->period_ms = kPeriodMs;
+  qos.flow_controllers().push_back(std::move(unfilled));
   const SecurityFiles files = find_security_files(folder, security_identity(participant_name),
                                                   domain, std::chrono::system_clock::now());
   library_log().last_error();  // what comes is of this participant
@@ -362,13 +372,13 @@ constexpr std::uint64_t kPeriodMs = 2;
   set("dds.sec.crypto.plugin", "builtin.AES-GCM-GMAC");
 
   auto watch = std::make_shared<SecuredWatch>(next);
-  auto unfilled = std::make_shared<eprosima::fastdds::rtps::FlowControllerDescriptor>();
-  unfilled->name = kUnfilled;
-  unfilled->max_bytes_per_period = kMostBytes;
-  unfilled->period_ms = kPeriodMs;
-  qos.flow_controllers().push_back(std::move(unfilled));
   put_in_front(watch->entrance(), qos);
   return watch;
+}
+
+void fill_no_datagram(fdds::DataWriterQos& qos) {
+  qos.publish_mode().kind = fdds::ASYNCHRONOUS_PUBLISH_MODE;
+  qos.publish_mode().flow_controller_name = kUnfilled;
 }
 
 std::string last_security_error() {
@@ -376,8 +386,3 @@ std::string last_security_error() {
 }
 
 }  // namespace zerodrift::dds
-void fill_no_datagram(fdds::DataWriterQos& qos) {
-  qos.publish_mode().kind = fdds::ASYNCHRONOUS_PUBLISH_MODE;
-  qos.publish_mode().flow_controller_name = kUnfilled;
-}
-

@@ -75,12 +75,12 @@ std::shared_ptr<SecurityWatch> secure(const std::string& participant_name,
                                       eprosima::fastdds::dds::DomainParticipantListener& next,
                                       eprosima::fastdds::dds::DomainParticipantQos& qos);
 
-// What the library said last about why it refused something; empty: nothing.
-std::string last_security_error();
-
-}  // namespace zerodrift::dds
 // For each reliable writer of a participant with security. What is repaired, or sent to who comes
 // late, fills datagrams, and where one is full Fast DDS 2.9.1 has no room for what encryption adds:
 // it ends the process by an assertion, or sends nothing.
 void fill_no_datagram(eprosima::fastdds::dds::DataWriterQos& qos);
 
+// What the library said last about why it refused something; empty: nothing.
+std::string last_security_error();
+
+}  // namespace zerodrift::dds

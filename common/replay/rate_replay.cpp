@@ -90,7 +90,8 @@ bool RateReplay::wait_for_consumers(const std::atomic<bool>& stopping) {
   for (auto waited = 0ms; !stopping; waited += kStopCheck) {
     // A consumer announces itself before its reader may be known here: no sample goes out into the
     // void.
-    if (pacer_.wait_for_consumers(kStopCheck) && writer_.matched() > 0) return true;
+    if (pacer_.wait_for_consumers(kStopCheck) && writer_.matched() > 0 && writer_.met_all())
+      return true;
     if (pacer_.missing_consumers().empty()) std::this_thread::sleep_for(1ms);
     if (waited < kPatience || reported) continue;
     reported = true;
@@ -106,7 +107,8 @@ bool RateReplay::wait_for_consumers(const std::atomic<bool>& stopping) {
 // Consumers read rates and references, or neither: who has met the one soon meets the other.
 void RateReplay::wait_for_reference_readers(const std::atomic<bool>& stopping) {
   const bool is_awaited = pacer_.anybody_to_wait_for();
-  while (is_awaited && !stopping && reference_writer_.matched() == 0)
+  while (is_awaited && !stopping &&
+         (reference_writer_.matched() == 0 || !reference_writer_.met_all()))
     std::this_thread::sleep_for(1ms);
 }
 

@@ -191,7 +191,7 @@ void CompensationNode::tick() {
   take_departures(now);
   report_strangers();
   for (auto& [id, source] : gyros_.entries()) {
-    source.note_subscribers();
+    source.note_subscribers(now);
     source.pipeline().drain(now);
     source.tick(now);
     source.events.report(source, now);

@@ -178,12 +178,17 @@ void Gyro::write_prepared_alone() noexcept {
   if (ros2_writer_ && !ros2_writer_->write(message_)) ++unwritten_;
 }
 
-// A record or simulation also waits for the subscribers that were asked for.
+bool Gyro::awaits_subscribers() const {
+  return surroundings_.await_subscribers > 0 || surroundings_.host.participant().is_secured();
+}
+
+// A record or simulation also waits for the subscribers that were asked for, and with security,
+// where a match takes a while, for those that are known.
 bool Gyro::is_open() {
   if (!has_writer()) return false;
   if (received_by_all_ || compensator().readiness() == Readiness::kNothing) return true;
-  received_by_all_ = surroundings_.await_subscribers == 0 ||
-                     !core::is_paced_by_consumers(compensator().waiting_clock());
+  received_by_all_ =
+      !awaits_subscribers() || !core::is_paced_by_consumers(compensator().waiting_clock());
   return received_by_all_;
 }
 
@@ -214,14 +219,20 @@ void Gyro::set_writers(std::unique_ptr<dds::Writer<msg::CompensatedRate>> writer
 // A match is known here before it is known there. Ours begin within 12 ms, so that the second tick
 // will do. A reader of another vendor begins with the first heartbeat it receives once it has
 // matched, up to a second later on a busy machine, and what was written before is lost to it.
-void Gyro::note_subscribers() {
+void Gyro::note_subscribers(std::int64_t now_ns) {
   if (!has_writer()) return;
   const int nodes = ros2_writer_ ? ros2_writer_->matched() : 0;
   const bool is_foreign = writer_->met_foreign() || (ros2_writer_ && ros2_writer_->met_foreign());
-  const bool are_here = writer_->matched() + nodes >= surroundings_.await_subscribers;
+  const dds::Participant& participant = surroundings_.host.participant();
+  const bool is_any_on_its_way =
+      participant.is_secured() && (participant.awaits_proof() || !writer_->met_all());
+  const bool are_here =
+      !is_any_on_its_way && writer_->matched() + nodes >= surroundings_.await_subscribers;
   ticks_with_subscribers_ = are_here ? ticks_with_subscribers_ + 1 : 0;
   received_by_all_ =
       received_by_all_ || ticks_with_subscribers_ >= (is_foreign ? kForeignTicks : kOurTicks);
+  const bool waits = !received_by_all_ && compensator().readiness() != Readiness::kNothing;
+  if (!waits || subscribers_awaited_ns_ == 0) subscribers_awaited_ns_ = waits ? now_ns : 0;
 }
 
 void Gyro::tick(std::int64_t now_ns) {

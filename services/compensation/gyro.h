@@ -83,7 +83,11 @@ class Gyro final : private service::GyroPipeline<compensation::Compensator>::Por
   void set_writers(std::unique_ptr<dds::Writer<msg::CompensatedRate>> writer,
                    std::unique_ptr<dds::RosImuWriter> ros2_writer);
   [[nodiscard]] bool has_writer() const noexcept { return writer_ != nullptr; }
-  void note_subscribers();
+  void note_subscribers(std::int64_t now_ns);
+  // Since when answers wait for subscribers; 0: they don't. As of the last tick.
+  [[nodiscard]] std::int64_t awaits_subscribers_since_ns() const noexcept {
+    return subscribers_awaited_ns_;
+  }
   void tick(std::int64_t now_ns);
   // The learner hangs: a model is late.
   [[nodiscard]] bool hangs() const noexcept { return hangs_; }
@@ -131,6 +135,7 @@ class Gyro final : private service::GyroPipeline<compensation::Compensator>::Por
     std::vector<core::SensorTime> lags;  // of each probe's newest reading behind the rates
     core::SensorTime behind{0};          // the lesser of the last two of a probe
   };
+  [[nodiscard]] bool awaits_subscribers() const;
   // True: an input has ended with it.
   bool note_left(const Guid& writer, std::int64_t now_ns);
   void push(const core::TemperatureSample& temperature, std::size_t probe, std::int64_t now_ns);
@@ -163,7 +168,8 @@ class Gyro final : private service::GyroPipeline<compensation::Compensator>::Por
   msg::CompensatedRate message_{};
   bool received_by_all_ = false;    // as many subscribers as were asked for
   int ticks_with_subscribers_ = 0;  // without a break
-  std::uint64_t unwritten_ = 0;     // the middleware refused them
+  std::int64_t subscribers_awaited_ns_ = 0;
+  std::uint64_t unwritten_ = 0;  // the middleware refused them
   bool hangs_ = false;
   std::uint64_t answered_ = 0;    // as the last tick found it
   std::int64_t answered_ns_ = 0;  // when a tick found more; 0: none yet

@@ -142,15 +142,19 @@ void GyroEvents::report_waiting(Gyro& gyro, std::int64_t now_ns) {
   if (gyro.take_input_ended())
     raise("stream_ended", Severity::kWarning,
           "the publisher of a temperature or reference left; going on without", needed);
-  const std::int64_t since_ns = gyro.pipeline().waiting_since_ns();
+  const std::int64_t subscribers_ns = gyro.awaits_subscribers_since_ns();
+  const std::int64_t since_ns =
+      subscribers_ns != 0 ? subscribers_ns : gyro.pipeline().waiting_since_ns();
   const bool is_long = since_ns != 0 && now_ns - since_ns > kReportWaitingNs;
-  waiting_ = !is_long ? ""
+  waiting_ = !is_long              ? ""
+             : subscribers_ns != 0 ? "answers wait for subscribers of compensated_rate"
              : gyro.compensator().readiness() == Readiness::kAwaitsReference
                  ? "rates wait for a reference whose publisher says nothing"
                  : "rates wait for temperatures; is thermal_publisher running?";
   if (!is_long || reported_waiting_since_ns_ == since_ns) return;
   reported_waiting_since_ns_ = since_ns;
-  raise("stream_silent", Severity::kWarning, waiting_, needed);
+  raise(subscribers_ns != 0 ? "subscribers_awaited" : "stream_silent", Severity::kWarning, waiting_,
+        needed);
 }
 
 // A temperature from the future is not used until its time comes, one of long ago passes for stale.

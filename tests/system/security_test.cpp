@@ -227,20 +227,6 @@ TEST(Security, ACertificateOfAnotherAuthorityOfTheSameNameCountsForNothing) {
   run.expect_alive_then_stop();
 }
 
-std::string refusal_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const dds::DdsError& error) {
-    return error.what();
-  }
-  return "no error";
-}
-
-TEST(Security, AServiceCannotWriteOrReadWhatItsPermissionsDoNotName) {
-  SystemUnderTest system(Domain::kSecurityReadOnly);
-  const auto folder = certificates(system);
-  dds::Participant monitor("allan_monitor", with_security(system, folder));
-  for (const auto& [topic, action] : std::vector<std::pair<std::string, std::function<void()>>>{
 // Before: what a late comer was sent, and what was repaired for one that had stood still, filled
 // datagrams, and Fast DDS 2.9.1 ended the writer's process by an assertion.
 TEST(Security, NeitherWhoComesLateNorWhoStoodStillEndsAWriter) {
@@ -315,6 +301,20 @@ TEST(Security, OfAReplayTheFirstAnswerReachesWhoeverIsThere) {
   EXPECT_EQ(service.wait(2s), 0);
 }
 
+std::string refusal_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const dds::DdsError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Security, AServiceCannotWriteOrReadWhatItsPermissionsDoNotName) {
+  SystemUnderTest system(Domain::kSecurityReadOnly);
+  const auto folder = certificates(system);
+  dds::Participant monitor("allan_monitor", with_security(system, folder));
+  for (const auto& [topic, action] : std::vector<std::pair<std::string, std::function<void()>>>{
            {"compensated_rate", [&] { dds::Writer<msg::CompensatedRate> writer(monitor); }},
            {"angular_rate", [&] { dds::Writer<msg::AngularRate> writer(monitor); }},
            {"command", [&] { dds::Writer<msg::Command> writer(monitor); }},
