@@ -14,7 +14,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kPatience = 5000ms;  // until a line says who is waited for
+using service::kPatience;
 using service::kStopCheck;
 
 }  // namespace
@@ -35,7 +35,7 @@ void RateReplay::publish(const GyroSource& source, const std::atomic<bool>& stop
     publish_all(source, stopping, filter);
   } catch (...) {
     // What was published before is still good.
-    service::wait_for_receipt(writer_, stopping);
+    service::wait_for_receipt(writer_, host_, gyro_id_, stopping);
     throw;
   }
 }
@@ -59,7 +59,8 @@ void RateReplay::publish_all(const GyroSource& source, const std::atomic<bool>& 
       // A consumer must know that references come before it meets the first rate.
       if (is_first_reference) wait_for_reference_readers(stopping);
       publish(*reading->reference);
-      if (is_first_reference) service::wait_for_receipt(reference_writer_, stopping);
+      if (is_first_reference)
+        service::wait_for_receipt(reference_writer_, host_, gyro_id_, stopping);
       is_first_reference = false;
     }
     if (reading->rate) publish(*reading->rate);
@@ -119,7 +120,7 @@ bool RateReplay::wait_for_room(std::uint64_t sequence, const std::atomic<bool>& 
 
 // The end is reached when every consumer has taken everything.
 void RateReplay::finish(const std::atomic<bool>& stopping) {
-  service::wait_for_receipt(writer_, stopping);
+  service::wait_for_receipt(writer_, host_, gyro_id_, stopping);
   wait_for_all_until(
       stopping, [&] { return pacer_.wait_for_all(newest_sequence_, first_sequence_, kStopCheck); });
   finished_ = true;

@@ -129,7 +129,7 @@ void TemperatureReplay::wait_for_receipt(Stream<Message>& stream,
   const bool is_awaited = pacer_.anybody_to_wait_for() && std::is_same_v<Message, msg::Temperature>;
   while (is_awaited && !needs_all_ && !stopping && stream.writer->matched() == 0)
     std::this_thread::sleep_for(1ms);
-  service::wait_for_receipt(*stream.writer, stopping);
+  service::wait_for_receipt(*stream.writer, host_, gyro_id_, stopping);
   stream.in_flight = 0;
 }
 

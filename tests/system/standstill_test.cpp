@@ -105,6 +105,31 @@ TEST(Standstill, LongerThanOthersRememberAProcessEndsItInALine) {
             std::string::npos);
 }
 
+// A killed one has receipts to give until it is forgotten, and cannot be told from one that stands
+// still. Before: nothing said why the replay paused.
+TEST(Standstill, AReplayThatWaitsForAKilledInstanceSaysSo) {
+  SystemUnderTest system(Domain::kKilledInstance);
+  dds::Participant participant("test", system.network());
+  const Collector<msg::ServiceStatus> statuses(participant);
+  const Collector<msg::Event> events(participant);
+  const Arguments source =
+      Arguments{"--source", "simulation", "--speed", "max", "--wait-for", "compensation"} +
+      Simulation{.profile = write_ramp_profile(system, 2000)}.arguments();
+  system.start("compensation", {"--redundant", "--instance", "0"});
+  ChildProcess& killed = system.start("compensation", {"--redundant", "--instance", "1"});
+  const auto samples_out = [&](const char* of) { return metric(statuses, of, "samples_out"); };
+  ASSERT_TRUE(eventually(
+      [&] { return samples_out("compensation") == 0.0 && samples_out("compensation/1") == 0.0; }));
+  system.start("thermal_publisher", source);
+  ChildProcess& gyro = system.start("gyro_publisher", source + Arguments{"--rate", "50"});
+  ASSERT_TRUE(eventually([&] { return samples_out("compensation/1") > 2000.0; }));
+  killed.send(SIGKILL);
+  EXPECT_TRUE(eventually([&] {
+    return told(events, "waiting_for_receipt", "topic temperature: waiting until every reader has");
+  }));
+  EXPECT_EQ(gyro.wait(90s), 0);
+}
+
 // The publishers of a second run are not heard in the same order as those of the first, and follow
 // it at once.
 TEST(SecondRun, ThroughTheSameProcessesGivesTheSameBits) {
