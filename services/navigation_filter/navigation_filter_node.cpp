@@ -73,7 +73,9 @@ NavigationFilterNode::NavigationFilterNode(const NavigationFilterOptions& option
       progress_(host_.participant(), "navigation_filter"),
       reference_reader_(
           host_.participant(),
-          [this](const msg::RateReference& m, const dds::SampleOrigin&) { on_reference(m); },
+          [this](const msg::RateReference& m, const dds::SampleOrigin& origin) {
+            on_reference(m, origin.writer);
+          },
           host_.observer()),
       rate_reader_(
           host_.participant(),
@@ -112,7 +114,7 @@ void NavigationFilterNode::on_sample(const msg::CompensatedRate& message) {
 }
 
 // Of the truth alone: the rest is what filters say, this one among them.
-void NavigationFilterNode::on_reference(const msg::RateReference& message) {
+void NavigationFilterNode::on_reference(const msg::RateReference& message, const Guid& writer) {
   const core::RateReferenceSample reference = dds::from_message(message);
   if (!core::is_true_rate(reference.kind) ||
       reference.valid != core::PerAxis<bool>{true, true, true})
@@ -120,7 +122,10 @@ void NavigationFilterNode::on_reference(const msg::RateReference& message) {
   const std::lock_guard lock(mutex_);
   Gyro* source = gyro(message.gyro_id());
   if (source == nullptr) return;
-  source->navigation.push_truth(reference.time, reference.rate_radps);
+  source->truth_writer.push(reference, writer, service::monotonic_ns(),
+                            [&](const core::RateReferenceSample& followed) {
+                              source->navigation.push_truth(followed.time, followed.rate_radps);
+                            });
   give_references(*source);
 }
 
@@ -156,6 +161,9 @@ void NavigationFilterNode::tick() {
   if (due) published_ns_ = now;
   const std::lock_guard lock(mutex_);
   for (auto& [id, source] : gyros_.entries()) {
+    source.truth_writer.follow_who_waits(now, [&](const core::RateReferenceSample& followed) {
+      source.navigation.push_truth(followed.time, followed.rate_radps);
+    });
     source.navigation.give_up_waiting();
     give_references(source);
     if (source.pace.is_waited_for()) report_progress(id, source.pace);

@@ -16,6 +16,7 @@
 #include "common/dds/participant.h"
 #include "common/navigation/gyro_navigation.h"
 #include "common/service/consumer_pace.h"
+#include "common/service/followed_writer.h"
 #include "common/service/hop_latency.h"
 #include "common/service/host.h"
 #include "common/service/replay_pacer.h"
@@ -38,12 +39,16 @@ class NavigationFilterNode {
   int run();  // exit code
 
  private:
+  using Guid = eprosima::fastrtps::rtps::GUID_t;
   struct Gyro {
     Gyro(std::uint32_t gyro_id, const navigation::GyroNavigationOptions& options)
         : id(gyro_id), navigation(options) {}
     const std::uint32_t id;
     service::ConsumerPace pace{};
     navigation::GyroNavigation navigation;
+    // True rates of two publishers would be one truth.
+    service::FollowedWriter<Guid, core::RateReferenceSample> truth_writer{
+        core::SensorTime{service::kSilentPublisherNs}};
     navigation::NavigationCounts reported{};
     navigation::Phase reported_phase = navigation::Phase::kWaiting;
     bool reported_compass = false;
@@ -56,7 +61,7 @@ class NavigationFilterNode {
 
   // Receiving threads, under the lock.
   void on_sample(const msg::CompensatedRate& message);
-  void on_reference(const msg::RateReference& message);
+  void on_reference(const msg::RateReference& message, const Guid& writer);
   Gyro* gyro(std::uint32_t gyro_id);
   void keep_pace(std::uint32_t gyro_id, service::ConsumerPace& pace,
                  const msg::CompensatedRate& message);
