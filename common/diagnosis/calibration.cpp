@@ -82,7 +82,7 @@ class ListedFit {
   // Their joint fit, amplitudes without evidence 0; empty ones are those left out.
   [[nodiscard]] std::vector<std::optional<FittedEffect>> fitted(const State& state) {
     std::vector<std::optional<FittedEffect>> effects(groups());
-    Base base = with_evidence(base_of(state));
+    const Base base = with_evidence(problem_, options_, board_, base_of(state), squares_);
     const NoiseFit noise = board_.fit(base, squares_);
     const auto joint = fit_amplitudes(board_.rows(base), noise.spectrum);
     if (!joint) return effects;
@@ -251,30 +251,6 @@ class ListedFit {
       state[weakest] = kNone;
       move_each(state);
     }
-  }
-
-  // Without the amplitudes that the record speaks against, the weakest first: powers of one
-  // temperature stand in for each other.
-  [[nodiscard]] Base with_evidence(Base base) {
-    const std::size_t known = board_.known().size();
-    while (base.size() > known) {
-      const NoiseFit noise = board_.fit(base, squares_);
-      const auto joint = fit_amplitudes(board_.rows(base), noise.spectrum);
-      if (!joint) return base;
-      std::size_t weakest = kNone;
-      double least = 0.0;
-      for (std::size_t i = known; i < base.size(); ++i) {
-        const auto row = static_cast<Eigen::Index>(i);
-        const double evidence = log_evidence_of_any_value(
-            joint->values(row), joint->covariance(row, row), options_.evidence);
-        if (!(evidence < least)) continue;
-        least = evidence;
-        weakest = i;
-      }
-      if (weakest == kNone) break;
-      base.erase(base.begin() + static_cast<std::ptrdiff_t>(weakest));
-    }
-    return base;
   }
 
   // Log likelihood at the best amplitudes and noise, less what each amplitude costs (Schwarz 1978).

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <string>
 #include <utility>
 
 namespace zerodrift::diagnosis {
@@ -32,7 +33,46 @@ SearchProblem narrowed(const SearchProblem& problem, std::span<const ChosenShape
   return narrow;
 }
 
+bool has_powers(const SearchProblem& problem, const std::string& group) {
+  return std::any_of(problem.groups.begin(), problem.groups.end(),
+                     [&](const CandidateGroup& g) { return g.has_powers && g.name == group; });
+}
+
+// Whether the column at `i` may be left out while the others stay.
+bool may_go(const SearchProblem& problem, const Board& board, const Base& base, std::size_t i,
+            Idle idle) {
+  const std::string& group = board.active_name(base[i]);
+  if (!has_powers(problem, group)) return idle == Idle::kAnyColumn;
+  const bool is_highest = i + 1 == base.size() || board.active_name(base[i + 1]) != group;
+  const bool is_first = i == 0 || board.active_name(base[i - 1]) != group;
+  return is_highest && (idle == Idle::kAnyColumn || !is_first);
+}
+
 }  // namespace
+
+Base with_evidence(const SearchProblem& problem, const SearchOptions& options, const Board& board,
+                   Base base, const Eigen::VectorXd& squares, Idle idle) {
+  const std::size_t known = board.known().size();
+  while (base.size() > known) {
+    const NoiseFit noise = board.fit(base, squares);
+    const auto joint = fit_amplitudes(board.rows(base), noise.spectrum);
+    if (!joint) return base;
+    std::size_t weakest = base.size();
+    double least = 0.0;
+    for (std::size_t i = known; i < base.size(); ++i) {
+      if (!may_go(problem, board, base, i, idle)) continue;
+      const auto row = static_cast<Eigen::Index>(i);
+      const double evidence = log_evidence_of_any_value(
+          joint->values(row), joint->covariance(row, row), options.evidence);
+      if (!(evidence < least)) continue;
+      least = evidence;
+      weakest = i;
+    }
+    if (weakest == base.size()) break;
+    base.erase(base.begin() + static_cast<std::ptrdiff_t>(weakest));
+  }
+  return base;
+}
 
 FittedEffect fitted_effect(const SearchProblem& problem, const Board& board, std::size_t variant,
                            const Base& places, const Base& base, const Amplitudes& joint) {
@@ -115,6 +155,8 @@ std::optional<JointFit> fit_jointly(const SearchProblem& problem,
     base.insert(base.end(), places.back().begin(), places.back().end());
   }
   base = board.independent(base);
+  if (!chosen.empty())
+    base = with_evidence(narrow, options, board, base, noise.squares, Idle::kHigherPowers);
   // First from what the known columns leave, then to the end.
   if (!chosen.empty()) noise = board.fit(base, noise.squares);
   noise = board.fit(base, noise.squares);

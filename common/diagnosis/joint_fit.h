@@ -2,6 +2,7 @@
 // Columns fitted together with the noise, nothing chosen among them.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -47,6 +48,19 @@ struct ChosenShape {
                                                        const SearchOptions& options);
 
 // --- for those who have a board already
+
+// What of a base may be left out behind its known columns.
+enum class Idle : std::uint8_t {
+  kAnyColumn,
+  kHigherPowers,  // of groups that have powers, all but the first
+};
+
+// The base without amplitudes that the record speaks against (Bayes factor below 1), the weakest
+// first. Powers go from the highest on: which of the lower ones are 0 is a matter of where the
+// temperature is counted from, and where one is left out the next one takes its course.
+[[nodiscard]] Base with_evidence(const SearchProblem& problem, const SearchOptions& options,
+                                 const Board& board, Base base, const Eigen::VectorXd& squares,
+                                 Idle idle = Idle::kAnyColumn);
 
 // What the joint amplitudes of `base` say of a variant whose columns are active at `places`.
 [[nodiscard]] FittedEffect fitted_effect(const SearchProblem& problem, const Board& board,

@@ -125,6 +125,7 @@ CandidateGroup group_of(const Candidate& candidate, const ShapeCode& code,
   group.identity = identity_of(candidate, code);
   group.family = twin::input_family(*candidate.definition);
   group.happens_once = candidate.definition->search.happens_once;
+  group.has_powers = candidate.definition->search.has_powers;
   group.least_amplitude = candidate.definition->search.least_amplitude;
   group.greatest_amplitude = candidate.definition->search.greatest_amplitude;
   for (const Variant& variant : candidate.variants)

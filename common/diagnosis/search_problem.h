@@ -54,6 +54,8 @@ struct CandidateGroup {
   // Stands only where it explains more than a function of any input does: the rest of a form that
   // differs, too, has edges where inputs have them.
   bool happens_once = false;
+  // Its columns are growing powers: one stays wherever a higher one does.
+  bool has_powers = false;
   double log_prior = 0.0;
   // What the amplitude of its only column can be.
   double least_amplitude = -std::numeric_limits<double>::infinity();

@@ -212,6 +212,9 @@ struct SearchTraits {
   // Why nothing can be said of an effect where the model has none that lends. Empty: it does
   // without. Else it reads the temperatures of the one that lends.
   std::string without_lender{};
+  // Its amplitudes are those of growing powers: which of the lower ones are 0 is a matter of where
+  // their zero lies.
+  bool has_powers = false;
   // What its only amplitude can be, in its unit: a search takes nothing beyond for the effect. A
   // file may say more.
   double least_amplitude = -std::numeric_limits<double>::infinity();

@@ -30,7 +30,7 @@ EffectDefinition bias_temperature() {
           .inputs = {TemperaturePoint::kCoil},
           .needs = {Need::kTemperature},
           .confused_with = {"shupe_temperature", "rate_ramp"},
-          .search = {.lends = Lending::kConventions},
+          .search = {.lends = Lending::kConventions, .has_powers = true},
           .make = make_bias_temperature};
 }
 
