@@ -36,7 +36,8 @@ class Filter {
       sample.valid = {true, true, true};
       sample.noise_variance.fill(1e-12);
       sample.drift_variance.fill(1e-14);
-      if (has_truth) navigation.push_truth(sample.time, {});
+      // It stands: the Earth's rate, or its first stop would be none of a truth.
+      if (has_truth) navigation.push_truth(sample.time, navigation.true_earth_rate_radps());
       navigation.push(sample);
     }
     navigation.give_up_waiting();
