@@ -356,10 +356,10 @@ void GyroNavigation::check_truth(const Truth* truth, core::SensorTime time) noex
     return;
   }
   if (truth == nullptr) return;
-  truth_.at_rest.add(time, from_forward_right_down(truth->rate, options_.frame),
-                     true_earth_rate_radps());
+  const bool are_others = truth_.at_rest.add(
+      time, from_forward_right_down(truth->rate, options_.frame), true_earth_rate_radps());
+  if (!are_others || truth_.doubt || !truth_.has_start || !options_.filter.latitude_rad) return;
   const auto means = truth_.at_rest.means();
-  if (truth_.doubt || !means || !truth_.has_start || !options_.filter.latitude_rad) return;
   if (are_earths(*means, {true, true, true})) return;
   truth_.doubt = means;
   for (Copy& copy : copies_) copy.errors = {};

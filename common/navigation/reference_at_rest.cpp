@@ -66,19 +66,20 @@ void ReferenceAtRest::Sums::add(const Sums& other) noexcept {
   }
 }
 
-void ReferenceAtRest::add(core::SensorTime time, const core::PerAxis<double>& reference_radps,
+bool ReferenceAtRest::add(core::SensorTime time, const core::PerAxis<double>& reference_radps,
                           const core::PerAxis<double>& earth_radps) noexcept {
-  if (over_) return;
+  if (over_) return false;
   if (confirmed_.count + held_.count + open_.count == 0) earth_radps_ = earth_radps;
   if (open_since_ == core::kNever) open_since_ = time;
   Sums sample{1, reference_radps, reference_radps};
   for (double& square : sample.squares) square *= square;
   open_.add(sample);
-  if (time - open_since_ < kSecond) return;
+  if (time - open_since_ < kSecond) return false;
   confirmed_.add(held_);
   held_ = open_;
   open_ = {};
   open_since_ = core::kNever;
+  return confirmed_.count > 0;
 }
 
 void ReferenceAtRest::move() noexcept {

@@ -24,8 +24,8 @@ struct RestMeans {
 
 class ReferenceAtRest {
  public:
-  // A sample at rest. O(1).
-  void add(core::SensorTime time, const core::PerAxis<double>& reference_radps,
+  // A sample at rest. O(1). True: with it, means() are others.
+  bool add(core::SensorTime time, const core::PerAxis<double>& reference_radps,
            const core::PerAxis<double>& earth_radps) noexcept;
   // A sample in motion. What was taken for rest within the last second may have been its beginning
   // and is left out.

@@ -106,7 +106,7 @@ inline constexpr std::size_t kFamilySize = 6;
 struct KernelSelection {
   SelectionStatus status = SelectionStatus::kRefused;
   KernelChoice best;  // of the family, the RBF unless beaten by the margin
-  // Each at its best gamma, of the grid alone where it is the margin and more behind the RBF there.
+  // Each at its best gamma, of the grid alone where it is the margin and more behind the RBF.
   std::array<KernelChoice, kFamilySize> family;
   double constant_score = std::numeric_limits<double>::infinity();  // of no kernel at all
   std::size_t dictionary_size = 0;

@@ -123,9 +123,7 @@ void NavigationFilterNode::on_reference(const msg::RateReference& message, const
   Gyro* source = gyro(message.gyro_id());
   if (source == nullptr) return;
   source->truth_writer.push(reference, writer, service::monotonic_ns(),
-                            [&](const core::RateReferenceSample& followed) {
-                              source->navigation.push_truth(followed.time, followed.rate_radps);
-                            });
+                            [&](const auto& followed) { source->push_truth(followed); });
   give_references(*source);
 }
 
@@ -161,9 +159,8 @@ void NavigationFilterNode::tick() {
   if (due) published_ns_ = now;
   const std::lock_guard lock(mutex_);
   for (auto& [id, source] : gyros_.entries()) {
-    source.truth_writer.follow_who_waits(now, [&](const core::RateReferenceSample& followed) {
-      source.navigation.push_truth(followed.time, followed.rate_radps);
-    });
+    source.truth_writer.follow_who_waits(
+        now, [&](const auto& followed) { source.push_truth(followed); });
     source.navigation.give_up_waiting();
     give_references(source);
     if (source.pace.is_waited_for()) report_progress(id, source.pace);

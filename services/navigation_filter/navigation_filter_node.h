@@ -43,6 +43,9 @@ class NavigationFilterNode {
   struct Gyro {
     Gyro(std::uint32_t gyro_id, const navigation::GyroNavigationOptions& options)
         : id(gyro_id), navigation(options) {}
+    void push_truth(const core::RateReferenceSample& reference) {
+      navigation.push_truth(reference.time, reference.rate_radps);
+    }
     const std::uint32_t id;
     service::ConsumerPace pace{};
     navigation::GyroNavigation navigation;
