@@ -15,10 +15,6 @@ constexpr std::size_t kStepsForPeriod = 100;
 // A true rate holds so long; a record's comes with every sample.
 constexpr core::SensorTime kReferenceHolds = std::chrono::seconds(1);
 
-bool gives_true_rate(core::ReferenceKind kind) {
-  return kind == core::ReferenceKind::kRateTable || kind == core::ReferenceKind::kRecord;
-}
-
 double median_step_s(const std::deque<core::AngularRateSample>& rates) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < rates.size() && i <= kStepsForPeriod; ++i)
@@ -56,7 +52,7 @@ void LiveRows::push(const core::AngularRateSample& sample) {
 }
 
 void LiveRows::push(const core::RateReferenceSample& reference) {
-  if (!gives_true_rate(reference.kind)) return;
+  if (!core::is_true_rate(reference.kind)) return;
   if (started_ && !has_reference_) {
     ++counts_.late_references;
     return;

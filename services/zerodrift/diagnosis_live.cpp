@@ -17,6 +17,8 @@ namespace zerodrift::services {
 namespace {
 
 constexpr const char* kName = "diagnose";
+constexpr const char* kRateStream = "rates";
+constexpr const char* kTrueRateStream = "true rates";
 constexpr std::uint64_t kProgressEvery = 32;  // samples between two progress reports
 // Ticks of 0.25 s: temperatures of the last rates are waited for.
 constexpr int kTicksForTheRest = 8;
@@ -51,41 +53,77 @@ LiveDiagnosis::LiveDiagnosis(const DiagnosisRequest& request, const LiveOptions&
       report_writer_(host_.participant(), host_.observer()),
       reference_reader_(
           host_.participant(),
-          [this](const msg::RateReference& m, const dds::SampleOrigin&) { on_companion(m); },
-          host_.observer()),
+          [this](const msg::RateReference& m, const dds::SampleOrigin& o) { on_companion(m, o); },
+          host_.observer(), [this](const auto& writer, dds::Departure) { note_left(writer); }),
       temperature_reader_(
           host_.participant(),
-          [this](const msg::Temperature& m, const dds::SampleOrigin&) { on_companion(m); },
-          host_.observer(), [this](const auto&, dds::Departure) { companion_left_ = true; }),
+          [this](const msg::Temperature& m, const dds::SampleOrigin& o) { on_companion(m, o); },
+          host_.observer(),
+          [this](const auto& writer, dds::Departure) {
+            companion_left_ = true;
+            note_left(writer);
+          }),
       environment_reader_(
           host_.participant(),
-          [this](const msg::Environment& m, const dds::SampleOrigin&) { on_companion(m); },
-          host_.observer(), [this](const auto&, dds::Departure) { companion_left_ = true; }),
+          [this](const msg::Environment& m, const dds::SampleOrigin& o) { on_companion(m, o); },
+          host_.observer(),
+          [this](const auto& writer, dds::Departure) {
+            companion_left_ = true;
+            note_left(writer);
+          }),
       rate_reader_(
           host_.participant(),
           [this](const msg::AngularRate& m, const dds::SampleOrigin& o) { on_rate(m, o); },
-          host_.observer(),
-          [this](const eprosima::fastrtps::rtps::GUID_t& writer, dds::Departure) {
-            const std::lock_guard lock(publisher_mutex_);
-            if (publisher_ == writer) publisher_.reset();
-          }) {
+          host_.observer(), [this](const auto& writer, dds::Departure) { note_left(writer); }) {
   request_.record.file = live_name(options.gyro_id);
+  // Made-up names of thermometers take no place from these.
+  const std::lock_guard lock(publisher_mutex_);
+  for (const char* stream : {kRateStream, kTrueRateStream}) streams_.find_or_make(stream);
 }
 
 // ---------------------------------------- samples
 
-// One publisher an id, so that two streams are never mixed; another one once the first is gone.
-bool LiveDiagnosis::accepts(const dds::SampleOrigin& origin) {
+// One publisher a stream, so that two are never mixed; another one once the first is gone.
+bool LiveDiagnosis::follows(const std::string& stream, const dds::SampleOrigin& origin) {
   const std::lock_guard lock(publisher_mutex_);
-  if (!publisher_) publisher_ = origin.writer;
-  if (*publisher_ == origin.writer) return true;
-  ++rejected_;
+  Stream* known = streams_.find_or_make(stream);
+  if (known == nullptr) return true;  // the rows refuse what is too much
+  if (!known->publisher) known->publisher = origin.writer;
+  if (known->publisher == origin.writer) return true;
+  ++known->rejected;
   return false;
+}
+
+void LiveDiagnosis::note_left(const eprosima::fastrtps::rtps::GUID_t& writer) {
+  const std::lock_guard lock(publisher_mutex_);
+  for (auto& [name, stream] : streams_.entries()) {
+    if (stream.publisher == writer) stream.publisher.reset();
+  }
+}
+
+bool LiveDiagnosis::keep_followed(core::RateReferenceSample& sample,
+                                  const dds::SampleOrigin& origin) {
+  return core::is_true_rate(sample.kind) && follows(kTrueRateStream, origin);
+}
+
+bool LiveDiagnosis::keep_followed(core::TemperatureSample& sample,
+                                  const dds::SampleOrigin& origin) {
+  return follows("temperatures of " + sample.probe, origin);
+}
+
+bool LiveDiagnosis::keep_followed(core::EnvironmentSample& sample,
+                                  const dds::SampleOrigin& origin) {
+  for (std::size_t i = 0; i < core::kEnvironmentChannels; ++i) {
+    if (core::has_channel(sample.channels, i) &&
+        !follows("readings of " + record::name(record::environment_channel(i)), origin))
+      sample.channels &= ~(1U << i);
+  }
+  return sample.channels != 0;
 }
 
 void LiveDiagnosis::on_rate(const msg::AngularRate& message, const dds::SampleOrigin& origin) {
   if (message.gyro_id() != options_.gyro_id) return;
-  if (!accepts(origin)) return;
+  if (!follows(kRateStream, origin)) return;
   const auto sample = dds::from_message(message);
   const std::lock_guard lock(mutex_);
   paced_ = core::is_paced_by_consumers(sample.clock);
@@ -104,9 +142,10 @@ void LiveDiagnosis::on_rate(const msg::AngularRate& message, const dds::SampleOr
 }
 
 template <typename Message>
-void LiveDiagnosis::on_companion(const Message& message) {
+void LiveDiagnosis::on_companion(const Message& message, const dds::SampleOrigin& origin) {
   if (message.gyro_id() != options_.gyro_id) return;
-  const auto sample = dds::from_message(message);
+  auto sample = dds::from_message(message);
+  if (!keep_followed(sample, origin)) return;
   const std::lock_guard lock(mutex_);
   if (phase_ != Phase::kListening) return;
   rows_.push(sample);
@@ -197,7 +236,9 @@ measurement::MeasuredRecord LiveDiagnosis::finish() {
   warn(counts.late_channels, "readings of the environment first received after the start left out");
   warn(counts.late_references, "true rates left out: the first came after the start");
   warn(counts.without_reference, "rates left out: nobody published the true rate");
-  warn(rejected_, "rates of a second publisher with this id left out");
+  const std::lock_guard publisher_lock(publisher_mutex_);
+  for (const auto& [name, stream] : streams_.entries())
+    warn(stream.rejected, name + " of a second publisher with this id left out");
   return measured;
 }
 

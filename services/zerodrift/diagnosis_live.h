@@ -11,6 +11,7 @@
 #include <optional>
 #include <string>
 
+#include "common/core/bounded_table.h"
 #include "common/dds/participant.h"
 #include "common/measurement/live_rows.h"
 #include "common/measurement/measured_record.h"
@@ -48,8 +49,16 @@ class LiveDiagnosis {
 
   void on_rate(const msg::AngularRate& message, const dds::SampleOrigin& origin);
   template <typename Message>  // a temperature, a reference or the environment
-  void on_companion(const Message& message);
-  [[nodiscard]] bool accepts(const dds::SampleOrigin& origin);
+  void on_companion(const Message& message, const dds::SampleOrigin& origin);
+  // Leaves of a sample what its publisher is followed for. False: nothing is left.
+  [[nodiscard]] bool keep_followed(core::RateReferenceSample& sample,
+                                   const dds::SampleOrigin& origin);
+  [[nodiscard]] bool keep_followed(core::TemperatureSample& sample,
+                                   const dds::SampleOrigin& origin);
+  [[nodiscard]] bool keep_followed(core::EnvironmentSample& sample,
+                                   const dds::SampleOrigin& origin);
+  [[nodiscard]] bool follows(const std::string& stream, const dds::SampleOrigin& origin);
+  void note_left(const eprosima::fastrtps::rtps::GUID_t& writer);
   // Under the lock.
   void drain();
   void add_ready_rows();
@@ -69,8 +78,13 @@ class LiveDiagnosis {
   // Never held while anything is published: the middleware tells of a lost publisher with its own
   // locks held.
   std::mutex publisher_mutex_;
-  std::optional<eprosima::fastrtps::rtps::GUID_t> publisher_;
-  std::atomic<std::uint64_t> rejected_{0};  // samples of a second publisher with this id
+  struct Stream {
+    std::optional<eprosima::fastrtps::rtps::GUID_t> publisher{};  // the first, until it is gone
+    std::uint64_t rejected = 0;                                   // samples of others
+  };
+  // Rates, true rates, channels of the environment and as many thermometers as are used.
+  core::BoundedTable<std::string, Stream> streams_{2 + core::kEnvironmentChannels +
+                                                   measurement::LiveRowsOptions{}.most_probes};
   std::mutex mutex_;
   Phase phase_ = Phase::kListening;
   measurement::LiveRows rows_;

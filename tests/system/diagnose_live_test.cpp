@@ -254,6 +254,47 @@ TEST_F(DiagnoseLiveStop, TooLittleToDecideIsSaidToBe) {
             std::string::npos);
 }
 
+// Before: all but the rates were used of everybody, true rates that disagree as well.
+TEST_F(DiagnoseLiveStop, OfTwoPublishersOfAStreamTheFirstIsUsed) {
+  simulate(system_,
+           {.model = kSource / "config/models/lab_fog.yaml",
+            .profile = write_ramp_profile(system_, 7200),
+            .rate_hz = 1},
+           record_, {"--reference"});
+  dds::Participant participant("others", system_.network());
+  Collector<msg::AngularRate> rates(participant);
+  Collector<msg::RateReference> true_rates(participant);
+  Collector<msg::Temperature> temperatures(participant);
+  dds::Writer<msg::RateReference> table(participant);
+  dds::Writer<msg::Temperature> thermometer(participant);
+  ChildProcess& live = listen();
+  publish({"--speed", "1000"});
+  for (std::size_t k = 1; k < 7200; ++k) {
+    if (!eventually(
+            [&] { return rates.size() > k && true_rates.size() > k && temperatures.size() > 0; }))
+      break;
+    auto said = true_rates.all()[k];
+    for (double& rate : said.rate_radps()) rate += 1e-4;
+    ASSERT_TRUE(table.write(said));
+    auto read = temperatures.all().front();
+    read.sensor_time_ns(said.sensor_time_ns());
+    read.temperature_degc(90.0);
+    ASSERT_TRUE(thermometer.write(read));
+    k = rates.size();
+  }
+  ASSERT_EQ(live.wait(60s), 0) << live.err();
+  for (const char* stream : {"true rates", "temperatures of coil_outer"})
+    EXPECT_NE(live.err().find(stream + std::string(" of a second publisher")), std::string::npos)
+        << live.err();
+
+  const std::filesystem::path offline = system_.path("offline.json");
+  const Finished end =
+      system_.run("zerodrift", {"diagnose", "--model", kSource / "config/models/lab_fog.yaml",
+                                "--axis", "x", "--record", record_, "--json", offline});
+  ASSERT_EQ(end.exit_code, 0) << end.err;
+  EXPECT_EQ(Json::parse(content(json_)).at("axis"), Json::parse(content(offline)).at("axis"));
+}
+
 // They are looked at before it listens.
 TEST_F(DiagnoseLiveStop, RecordsToProveOnAreReadByTheColumnsThatWereNamed) {
   std::string foreign = content(record_);
