@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "common/allan/block_statistics.h"
@@ -99,30 +101,34 @@ void RateComparison::forget_before(std::int64_t second) {
 
 RateComparison::Counted RateComparison::counted(const Blocks& blocks) {
   const auto filled = blocks.end() - (!blocks.empty() && !blocks.back().is_filled() ? 1 : 0);
-  const bool some_certain = std::any_of(
+  const auto certain = std::find_if(
       blocks.begin(), filled, [](const Block& block) { return block.certain && !block.moves; });
+  const bool some_certain = certain != filled;
   double quiet = std::numeric_limits<double>::infinity();
   std::for_each(blocks.begin(), filled, [&](const Block& block) {
     if (!block.moves && (block.certain || !some_certain)) quiet = std::min(quiet, block.within());
   });
   const double most_at_rest = std::max(kMotionRatio * quiet, kMotionDegH);
   Counted all;
-  // Another reason, as that the temperature is outside what was learned, says nothing of motion:
-  // until it is known to be at rest, or is back at the level of before, it may turn on.
-  bool may_turn = false;
-  std::for_each(blocks.begin(), filled, [&](const Block& block) {
-    const bool is_off =
-        !all.raw.empty() && std::abs(block.raw_mean - all.raw.back()) > most_at_rest;
-    const bool turns_on = may_turn && is_off && !block.certain;
-    may_turn = block.moves || block.within() > most_at_rest || turns_on;
-    if (may_turn) {
-      all.has_motion = true;
-      return;
-    }
-    all.raw.push_back(block.raw_mean);
-    all.compensated.push_back(block.compensated_mean);
-    all.is_certain = all.is_certain || block.certain;
-  });
+  // Another reason, as that the temperature is outside what was learned, says nothing of motion: a
+  // step that no drift takes is a turn until it is known to be at rest, or back at that level.
+  const auto count = [&](auto from, auto to, std::optional<double> level) {
+    std::for_each(from, to, [&](const Block& block) {
+      const bool is_off = level && std::abs(block.raw_mean - *level) > most_at_rest;
+      if (block.moves || block.within() > most_at_rest || (is_off && !block.certain)) {
+        all.has_motion = true;
+        return;
+      }
+      level = block.raw_mean;
+      all.raw.push_back(block.raw_mean);
+      all.compensated.push_back(block.compensated_mean);
+      all.is_certain = all.is_certain || block.certain;
+    });
+  };
+  // What came before the first minute known to be at rest is told from it, backwards.
+  const auto first = some_certain ? certain : blocks.begin();
+  count(first, filled, {});
+  if (some_certain) count(std::reverse_iterator(first), blocks.rend(), first->raw_mean);
   return all;
 }
 

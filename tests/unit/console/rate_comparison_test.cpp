@@ -144,6 +144,24 @@ TEST(RateComparisonLaws, WhoIsBackAtTheLevelOfBeforeIsAtRestAgain) {
   EXPECT_NEAR(ratio(result), 100.0, 1e-6);
 }
 
+// Before: a turn that nobody had called one counted as drift where no rest was known before it.
+TEST(RateComparisonLaws, ATurnBeforeTheFirstKnownRestIsMotionToo) {
+  for (const int until : {630, 600, 59}) {
+    for (const int begins : {0, 200}) {
+      RateComparison comparison;
+      for (int s = 0; s < 7200; ++s) {
+        const double turn = s >= begins && s < until ? 3600.0 : 0.0;
+        const double drift = std::sin(s / 600.0);
+        comparison.add({s, turn + drift + (s % 2 == 0 ? 0.1 : -0.1), turn + 0.01 * drift, kNaN,
+                        number(s < 660 ? Mode::kOutOfDomain : Mode::kLearning)});
+      }
+      const Result result = comparison.result(false);
+      EXPECT_NEAR(ratio(result), 100.0, 1.0) << until << ' ' << begins;
+      EXPECT_LT(result.raw_deg_h(), 1.0) << until << ' ' << begins;
+    }
+  }
+}
+
 // Nor does it take a time at rest for motion.
 TEST(RateComparisonLaws, ARestOutsideWhatWasLearnedCounts) {
   RateComparison comparison;
