@@ -93,8 +93,8 @@ TEST(MalformedPayload, EndsNoReaderAndHidesNoSampleBehindIt) {
   std::atomic<std::uint64_t> newest{0};
   std::atomic<std::uint64_t> received{0};
   Reader<msg::AngularRate> reader(there, [&](const msg::AngularRate& message, const SampleOrigin&) {
-    newest = message.sequence_number();
     ++received;
+    newest = message.sequence_number();
   });
 
   // A participant of the project, for its network; its writer is made by hand.
