@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A DDS domain for each system test, so that no test hears another. Up to 100 a domain's ports lie
 // below those that Linux gives to anybody (32768 on); unit tests have 101 to 119, tests that find
-// their own held 190 to 214 (tests/unit/dds/test_domain.h), soak runs 215 to 224, and beyond are
+// their own held 190 to 214 (tests/unit/dds/test_domain.h), soak runs 215 to 222, and beyond are
 // tests/docs, tests/browser, tests/deploy and tests/mcap_peer.
 #pragma once
 
