@@ -21,6 +21,7 @@
 #include <fastdds/dds/log/Log.hpp>
 #include <iterator>
 #include <mutex>
+#include <optional>
 #include <system_error>
 
 namespace zerodrift::dds {
@@ -378,7 +379,11 @@ fdds::DataWriter* Participant::make_writer(fdds::Publisher& publisher, const Top
                                            const fdds::TypeSupport& type,
                                            fdds::DataWriterListener& listener) {
   fdds::DataWriterQos qos = writer_qos(spec);
-  if (is_secured_ && spec.reliability == Reliability::kReliable) fill_no_datagram(qos);
+  std::optional<NoPreemption> while_its_sender_starts;
+  if (is_secured_ && spec.reliability == Reliability::kReliable) {
+    fill_no_datagram(qos);
+    while_its_sender_starts.emplace();
+  }
   auto* made = publisher.create_datawriter(topic(spec, type), qos, &listener);
   if (made != nullptr) return made;
   throw DdsError("dds: cannot create a writer for topic '" + std::string(spec.name) + "'" +

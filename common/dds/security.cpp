@@ -4,6 +4,7 @@
 #include <fastdds/rtps/transport/ChainingTransport.h>
 #include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
+#include <sched.h>
 
 #include <algorithm>
 #include <atomic>
@@ -379,6 +380,17 @@ std::shared_ptr<SecurityWatch> secure(const std::string& participant_name,
 void fill_no_datagram(fdds::DataWriterQos& qos) {
   qos.publish_mode().kind = fdds::ASYNCHRONOUS_PUBLISH_MODE;
   qos.publish_mode().flow_controller_name = kUnfilled;
+}
+
+NoPreemption::NoPreemption() noexcept {
+  const sched_param ordinary{};
+  is_in_force_ =
+      sched_getscheduler(0) == SCHED_OTHER && sched_setscheduler(0, SCHED_BATCH, &ordinary) == 0;
+}
+
+NoPreemption::~NoPreemption() {
+  const sched_param ordinary{};
+  if (is_in_force_) sched_setscheduler(0, SCHED_OTHER, &ordinary);
 }
 
 std::string last_security_error() {

@@ -80,6 +80,22 @@ std::shared_ptr<SecurityWatch> secure(const std::string& participant_name,
 // it ends the process by an assertion, or sends nothing.
 void fill_no_datagram(eprosima::fastdds::dds::DataWriterQos& qos);
 
+// While such a writer is made: the thread that will send its samples, which Fast DDS starts then,
+// preempts nobody as it wakes (SCHED_BATCH, which needs no permission). It tries for the writer's
+// lock without a pause; on the core of whoever holds it and has just woken it, both would wait
+// until its time slice ends. A real-time thread's stays a real-time thread, which preempts no
+// equal.
+class NoPreemption {
+ public:
+  NoPreemption() noexcept;
+  ~NoPreemption();
+  NoPreemption(const NoPreemption&) = delete;
+  NoPreemption& operator=(const NoPreemption&) = delete;
+
+ private:
+  bool is_in_force_ = false;
+};
+
 // What the library said last about why it refused something; empty: nothing.
 std::string last_security_error();
 

@@ -151,6 +151,7 @@ enum class Domain : std::uint32_t {
   kSecurityFullDatagrams,
   kSecurityReplay,
   kKilledInstance,
+  kSecuritySender,
 };
 
 static_assert(static_cast<std::uint32_t>(Domain::kConsole) <= 100);
