@@ -365,26 +365,60 @@ std::vector<std::pair<const char*, twin::ChamberLimits>> widened(
   return all;
 }
 
+// Begins with the menu's best and keeps each change that lowers the expected entropy.
+Judged searched(const std::vector<Question>& questions, const twin::ChamberLimits& limits,
+                const DesignOptions& options, const std::function<void(double)>& progress) {
+  Judged best = best_of_menu(questions, limits);
+  Proposals proposals(limits, options.seed);
+  for (std::size_t i = 0; i < options.proposals; ++i) {
+    progress(static_cast<double>(i) / static_cast<double>(options.proposals));
+    Judged next = judged(questions, proposals.change(best.plan), limits, &best);
+    if (next.judgement.entropy_nats < best.judgement.entropy_nats) best = std::move(next);
+  }
+  return best;
+}
+
+std::size_t movable_channels(const twin::ChamberLimits& limits) {
+  std::size_t count = limits.moves_temperature() ? 1U : 0U;
+  for (std::size_t c = 0; c < kChannels; ++c)
+    count += is_movable(limits, static_cast<Channel>(c)) ? 1U : 0U;
+  return count;
+}
+
+// Those of the pairs without a channel that an experiment would separate.
+void name_channel(std::vector<Inseparable>& pairs, const char* channel,
+                  const std::vector<Separation>& separations) {
+  for (Inseparable& pair : pairs) {
+    if (!pair.channel.empty()) continue;
+    const auto now =
+        std::find_if(separations.begin(), separations.end(), [&](const Separation& other) {
+          return other.question == pair.pair.question && other.first == pair.pair.first &&
+                 other.second == pair.pair.second;
+        });
+    if (now->standard_errors >= kLeastStandardErrors) pair.channel = channel;
+  }
+}
+
+// What a channel would do is what an experiment designed with it would, as that of these limits was
+// designed: the menu's alone may not show it.
 std::vector<Inseparable> inseparable_pairs(const std::vector<Question>& questions,
                                            const twin::ChamberLimits& limits,
+                                           const DesignOptions& options,
                                            const Judgement& judgement) {
   std::vector<Inseparable> pairs;
   for (const Separation& pair : judgement.separations) {
     if (pair.standard_errors < kLeastStandardErrors) pairs.push_back({pair, {}});
   }
-  if (pairs.empty()) return pairs;
+  const auto needs = needs_of(questions);
   for (const auto& [channel, more] : widened(limits)) {
-    const Judged with = best_of_menu(questions, more);
-    for (Inseparable& pair : pairs) {
-      if (!pair.channel.empty()) continue;
-      const auto now = std::find_if(with.judgement.separations.begin(),
-                                    with.judgement.separations.end(), [&](const Separation& other) {
-                                      return other.question == pair.pair.question &&
-                                             other.first == pair.pair.first &&
-                                             other.second == pair.pair.second;
-                                    });
-      if (now->standard_errors >= kLeastStandardErrors) pair.channel = channel;
-    }
+    const auto is_open = [](const Inseparable& pair) { return pair.channel.empty(); };
+    if (std::none_of(pairs.begin(), pairs.end(), is_open)) break;
+    const twin::ChamberLimits own = limited_to(more, needs);
+    if (movable_channels(own) == movable_channels(limited_to(limits, needs))) continue;
+    name_channel(pairs, channel, best_of_menu(questions, more).judgement.separations);
+    if (std::none_of(pairs.begin(), pairs.end(), is_open)) break;
+    name_channel(pairs, channel,
+                 searched(questions, own, options, [](double) {}).judgement.separations);
   }
   return pairs;
 }
@@ -404,16 +438,10 @@ Design design(const std::vector<Question>& questions, const twin::ChamberLimits&
   result.of_menu = best.judgement;
   // What nobody asks about rests: it could only hide what is asked about.
   const twin::ChamberLimits own = limited_to(limits, needs_of(questions));
-  best = best_of_menu(questions, own);
-  Proposals proposals(own, options.seed);
-  for (std::size_t i = 0; i < options.proposals; ++i) {
-    progress(static_cast<double>(i) / static_cast<double>(options.proposals));
-    Judged next = judged(questions, proposals.change(best.plan), own, &best);
-    if (next.judgement.entropy_nats < best.judgement.entropy_nats) best = std::move(next);
-  }
+  best = searched(questions, own, options, progress);
   result.profile = std::move(best.profile);
   result.judgement = std::move(best.judgement);
-  result.inseparable = inseparable_pairs(questions, limits, result.judgement);
+  result.inseparable = inseparable_pairs(questions, limits, options, result.judgement);
   return result;
 }
 

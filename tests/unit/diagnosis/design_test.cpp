@@ -201,6 +201,18 @@ TEST(DesignScenario, WhatTheLimitsCantSeparateIsToldWithTheChannelThatWould) {
   EXPECT_EQ(result.inseparable[0].channel, "rate_table.largest_deg_s");
 }
 
+// In a laboratory without a chamber. The menu's best experiment with one holds the two 1.2 standard
+// errors apart, one that is designed several times as far.
+TEST(DesignScenario, AChannelIsNamedForWhatADesignWouldMakeOfIt) {
+  const auto questions = confused(
+      effect("shupe", {{"coefficient_deg_h_min_per_degc", 1.6}}),
+      effect("shupe_temperature", {{"coefficient_deg_h_min_per_degc2", -0.21}, {"lag_s", 1700.0}}),
+      test::without(test::lab_model(), "shupe"));
+  const Design result = design(questions, {.duration_s = 2.0 * kHourS}, {.proposals = 40}, ignore);
+  ASSERT_EQ(result.inseparable.size(), 1U);
+  EXPECT_EQ(result.inseparable[0].channel, "temperature");
+}
+
 TEST(OpenQuestions, WhatIsCertainAsksNothingAndWhatWasTakenBackRivalsNothing) {
   const NamedEffect found = effect("warm_up", {{"amplitude_deg_h", 0.1}, {"tau_s", 1800.0}});
   EXPECT_TRUE(open_questions(plain_model(), kX, {found}, {}).empty());
