@@ -44,6 +44,9 @@ struct Judgement {
   const EffectSpec* spec = nullptr;
 };
 
+// Dates of the records that judged an axis, by unit.
+using Dates = std::map<std::string, std::multiset<std::string>>;
+
 using Key = std::pair<core::Axis, std::string>;  // axis and label
 
 [[noreturn]] void refuse(const RecordedModel& recorded, const std::string& key,
@@ -57,17 +60,24 @@ class Judgements {
     if (!files_.insert(recorded.source).second)
       throw std::invalid_argument(recorded.source + ": given twice, expected one model a record");
     const twin::Model& model = recorded.model;
+    core::PerAxis<std::string> newest{};
     for (std::size_t i = 0; i < model.effects.size(); ++i) {
       const EffectSpec& spec = model.effects[i];
       if (!is_measured(spec) || !stands_alone(model, spec)) continue;
       check(recorded, "effects[" + std::to_string(i) + "].origin", spec);
       by_effect_[{spec.axis, label_with_inputs(spec)}].push_back({model.gyro_id, &spec});
+      std::string& date = newest[core::index(spec.axis)];
+      date = std::max(date, spec.origin.date);
+    }
+    for (std::size_t i = 0; i < newest.size(); ++i) {
+      if (!newest[i].empty()) records_[i][model.gyro_id].insert(newest[i]);
     }
   }
 
   [[nodiscard]] const std::map<Key, std::vector<Judgement>>& by_effect() const {
     return by_effect_;
   }
+  [[nodiscard]] const Dates& records(core::Axis axis) const { return records_[core::index(axis)]; }
 
  private:
   void check(const RecordedModel& recorded, const std::string& origin, const EffectSpec& spec) {
@@ -87,6 +97,7 @@ class Judgements {
   }
 
   std::map<Key, std::vector<Judgement>> by_effect_;
+  core::PerAxis<Dates> records_{};
   std::map<std::tuple<std::string, std::string, std::string>, std::string> sources_;
   std::set<std::string> files_;
 };
@@ -155,7 +166,41 @@ void add_coefficients(std::vector<Coefficient>& coefficients, const Key& key,
   }
 }
 
+UnitShare share_of(const std::string& unit, const std::multiset<std::string>& sized,
+                   const std::multiset<std::string>& records) {
+  UnitShare share{.unit = unit,
+                  .sized = sized.size(),
+                  .records = records.size(),
+                  .first = *sized.begin(),
+                  .last = *sized.rbegin()};
+  const auto of_span = static_cast<std::size_t>(
+      std::distance(records.lower_bound(share.first), records.upper_bound(share.last)));
+  const bool is_whole = of_span == share.sized;
+  share.only_late = is_whole && share.last == *records.rbegin();
+  share.only_early = is_whole && share.first == *records.begin();
+  return share;
+}
+
 }  // namespace
+
+std::vector<PartlySized> partly_sized_of(std::span<const RecordedModel> models) {
+  Judgements all;
+  for (const RecordedModel& recorded : models) all.add(recorded);
+  std::vector<PartlySized> found;
+  for (const auto& [key, judgements] : all.by_effect()) {
+    PartlySized effect{.axis = key.first, .effect = key.second, .sized = judgements.size()};
+    Dates sized;
+    for (const Judgement& judgement : judgements)
+      sized[judgement.unit].insert(judgement.spec->origin.date);
+    for (const auto& [unit, records] : all.records(key.first)) {
+      effect.records += records.size();
+      const auto own = sized.find(unit);
+      if (own != sized.end()) effect.units.push_back(share_of(unit, own->second, records));
+    }
+    if (effect.sized < effect.records) found.push_back(std::move(effect));
+  }
+  return found;
+}
 
 bool is_date(const std::string& text) {
   constexpr std::string_view kForm = "0000-00-00";

@@ -156,8 +156,7 @@ class StepSearch {
         if (!best || step->p_value < best->p_value) best = step;
       }
       if (!best || best->p_value > taken_at_most_) return;
-      units_[best->unit].part(best->at);
-      p_values_[{best->unit, best->at}] = best->p_value;
+      take(*best);
     }
   }
 
@@ -190,6 +189,21 @@ class StepSearch {
     std::size_t at = 0;
     double p_value = 1.0;
   };
+
+  // A step that was found beside another one stands on it: without the way there a way back is
+  // none.
+  void take(const Step& step) {
+    std::vector<std::size_t>& steps = units_[step.unit].steps;
+    units_[step.unit].part(step.at);
+    p_values_[{step.unit, step.at}] = step.p_value;
+    const auto place = std::find(steps.begin(), steps.end(), step.at);
+    const auto support = [&](std::size_t at) {
+      double& p_value = p_values_[{step.unit, at}];
+      p_value = std::min(p_value, step.p_value);
+    };
+    if (place != steps.begin()) support(*(place - 1));
+    if (place + 1 != steps.end()) support(*(place + 1));
+  }
 
   [[nodiscard]] std::optional<Step> likeliest(std::size_t u) const {
     const UnitRecords& unit = units_[u];

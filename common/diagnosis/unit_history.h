@@ -8,7 +8,7 @@
 //     Paule and Mandel (1982) from all records of all units about the means of their parts,
 //     Student's t with as many degrees of freedom as that leaves, two-sided, times the number of
 //     dates at which the unit's records could be parted (Bonferroni); the likeliest step of all
-//     units first, then the next beside it
+//     units first, then the next beside it, which vouches for its neighbours too
 //   a unit is unlike others by its mean since its last step against the mean of theirs, the
 //     scatter between units by the same method from them alone
 //   a finding is a step, or a unit, whose false-discovery rate among all tests of its sort is at
@@ -49,6 +49,7 @@ struct Coefficient {
   std::size_t not_comparable = 0;      // records whose effect has another shape, left out
 };
 
+// Where a side has one record, that record itself may be the odd one (may_be_one_record()).
 struct UnitChange {
   std::string unit;
   std::string last_before;  // the dates of the records on either side
@@ -60,6 +61,12 @@ struct UnitChange {
   double p_value = 1.0;
   double false_discovery_rate = 1.0;
 };
+
+// A record that scatters as no other does looks like a change to it: only a second one beside it
+// tells the two apart.
+[[nodiscard]] inline bool may_be_one_record(const UnitChange& change) {
+  return change.records_before == 1 || change.records_after == 1;
+}
 
 struct UnlikeUnit {
   std::string unit;
@@ -104,6 +111,30 @@ struct RecordedModel {
 // with source and key where a model with such effects has no gyro_id or one of them no date
 // ("2026-03-31"), and where a record of a unit or a source is given twice.
 [[nodiscard]] std::vector<Coefficient> coefficients_of(std::span<const RecordedModel> models);
+
+// Of a unit's records that judged an axis, those that sized one effect.
+struct UnitShare {
+  std::string unit;
+  std::size_t sized = 0;
+  std::size_t records = 0;
+  std::string first;  // dates of those that sized it
+  std::string last;
+  bool only_late = false;   // none before `first`, all from it on
+  bool only_early = false;  // all until `last`, none behind it
+};
+
+// An effect that not all records of its axis sized. What is not in a model has no amplitude that
+// could be compared: it may have come, or gone, or that record couldn't show it.
+struct PartlySized {
+  core::Axis axis = core::Axis::kX;
+  std::string effect;  // as of a Coefficient
+  std::size_t sized = 0;
+  std::size_t records = 0;
+  std::vector<UnitShare> units{};  // in whose records it was sized, by unit
+};
+
+// By axis and effect. Throws as coefficients_of().
+[[nodiscard]] std::vector<PartlySized> partly_sized_of(std::span<const RecordedModel> models);
 
 // `false_discovery_rate`: within 0 and 1.
 [[nodiscard]] UnitHistory history_of(std::vector<Coefficient> coefficients,

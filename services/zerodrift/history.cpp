@@ -42,14 +42,16 @@ int history(const HistoryOptions& options) {
         ": nothing here was measured: it needs effects that calibrate or diagnose has sized, with "
         "their standard errors");
   }
-  const auto result = diagnosis::history_of(std::move(coefficients), options.false_discovery_rate);
+  const FleetHistory fleet{
+      diagnosis::history_of(std::move(coefficients), options.false_discovery_rate),
+      diagnosis::partly_sized_of(models), options.false_discovery_rate};
   if (!options.json.empty()) {
-    write_report({options.json, ""}, history_json(result, options.false_discovery_rate), {},
+    write_report({options.json, ""}, history_json(fleet), {},
                  provenance_of(options.made_by, "", options.models));
   }
-  for (const std::string& sentence : history_sentences(result, options.false_discovery_rate))
+  for (const std::string& sentence : history_sentences(fleet))
     print_paragraph(report::one_line(sentence));
-  std::printf("\n%s", report::text_table(history_table(result)).c_str());
+  std::printf("\n%s", report::text_table(history_table(fleet.history)).c_str());
   return service::kExitDone;
 }
 

@@ -32,20 +32,81 @@ std::string name_of(const Coefficient& coefficient) {
          coefficient.parameter;
 }
 
+std::string with_records(const Estimate& estimate, std::size_t records) {
+  return text_of(estimate) + " (" + counted(records, "record") + ")";
+}
+
+std::string rate_text(double false_discovery_rate) {
+  return "; false-discovery rate " + significant(false_discovery_rate, kErrorDigits) + ".";
+}
+
 std::string sentence_of(const Coefficient& coefficient, const diagnosis::UnitChange& change) {
-  return "Unit " + change.unit + " changed between " + change.last_before + " and " +
-         change.first_after + ": " + name_of(coefficient) + " from " + text_of(change.before) +
-         " (" + counted(change.records_before, "record") + ") to " + text_of(change.after) + " (" +
-         counted(change.records_after, "record") + "); false-discovery rate " +
-         significant(change.false_discovery_rate, kErrorDigits) + ".";
+  const std::string text = "Unit " + change.unit + " changed between " + change.last_before +
+                           " and " + change.first_after + ": " + name_of(coefficient) + " from " +
+                           with_records(change.before, change.records_before) + " to " +
+                           with_records(change.after, change.records_after) +
+                           rate_text(change.false_discovery_rate);
+  return diagnosis::may_be_one_record(change)
+             ? text + " Or a record that stands alone there is the odd one: one more tells."
+             : text;
+}
+
+// Of a record with a step on either side.
+std::string sentence_of(const Coefficient& coefficient, const diagnosis::UnitChange& into,
+                        const diagnosis::UnitChange& out_of) {
+  return "Unit " + into.unit + ", record of " + into.first_after + ": " + name_of(coefficient) +
+         " is " + text_of(into.after) + " in it alone, " +
+         with_records(into.before, into.records_before) + " before and " +
+         with_records(out_of.after, out_of.records_after) + " after" +
+         rate_text(std::max(into.false_discovery_rate, out_of.false_discovery_rate));
+}
+
+bool is_one_record_between(const diagnosis::UnitChange& into, const diagnosis::UnitChange& out_of) {
+  return into.unit == out_of.unit && into.records_after == 1 && out_of.records_before == 1 &&
+         into.first_after == out_of.last_before;
+}
+
+void add_sentences(const CoefficientHistory& history, std::vector<std::string>& sentences) {
+  const auto& changes = history.changes;
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    if (i + 1 < changes.size() && is_one_record_between(changes[i], changes[i + 1])) {
+      sentences.push_back(sentence_of(history.coefficient, changes[i], changes[i + 1]));
+      ++i;
+    } else {
+      sentences.push_back(sentence_of(history.coefficient, changes[i]));
+    }
+  }
 }
 
 std::string sentence_of(const Coefficient& coefficient, const diagnosis::UnlikeUnit& unit) {
   return "Unit " + unit.unit + " is unlike the others: " + name_of(coefficient) + " is " +
          text_of(unit.mean) + ", theirs " + significant(unit.others.value, kDigits) +
          " with a standard deviation of " + significant(unit.others_scatter, kErrorDigits) +
-         " between them; false-discovery rate " +
-         significant(unit.false_discovery_rate, kErrorDigits) + ".";
+         " between them" + rate_text(unit.false_discovery_rate);
+}
+
+// "unit 17 in 4 of 8, from 2026-05-01 on"
+std::string text_of(const diagnosis::UnitShare& share) {
+  if (share.sized == share.records)
+    return "unit " + share.unit + " in all " + std::to_string(share.records);
+  const std::string text = "unit " + share.unit + " in " + std::to_string(share.sized) + " of " +
+                           std::to_string(share.records);
+  if (share.only_late) return text + ", from " + share.first + " on";
+  return share.only_early ? text + ", until " + share.last : text;
+}
+
+std::string sentence_of(const diagnosis::PartlySized& effect) {
+  constexpr std::size_t kMostUnits = 8;
+  std::string text = "Axis " + std::string(core::name(effect.axis)) + ", " + effect.effect +
+                     " was sized in " + std::to_string(effect.sized) + " of " +
+                     counted(effect.records, "record") + ":";
+  for (std::size_t i = 0; i < std::min(kMostUnits, effect.units.size()); ++i)
+    text += (i == 0 ? " of " : "; ") + text_of(effect.units[i]);
+  if (effect.units.size() > kMostUnits)
+    text += "; of " + counted(effect.units.size() - kMostUnits, "more unit");
+  return text +
+         ". Whether it came or went there isn't asked: a record that doesn't have it may not "
+         "have shown it.";
 }
 
 std::string about_none(const UnitHistory& history, double false_discovery_rate, bool any_change,
@@ -83,6 +144,7 @@ Json json_of(const diagnosis::UnitChange& change) {
           {"first_after", change.first_after},
           {"records_before", change.records_before},
           {"records_after", change.records_after},
+          {"may_be_one_record", diagnosis::may_be_one_record(change)},
           {"before", json_of(change.before)},
           {"after", json_of(change.after)},
           {"p_value", change.p_value},
@@ -98,11 +160,27 @@ Json json_of(const diagnosis::UnlikeUnit& unit) {
           {"false_discovery_rate", unit.false_discovery_rate}};
 }
 
+Json json_of(const diagnosis::UnitShare& share) {
+  return {{"unit", share.unit},
+          {"sized", share.sized},
+          {"records", share.records},
+          {"first", share.first},
+          {"last", share.last}};
+}
+
 template <typename Findings>
 Json list_of(const Findings& findings) {
   Json list = Json::array();
   for (const auto& finding : findings) list.push_back(json_of(finding));
   return list;
+}
+
+Json json_of(const diagnosis::PartlySized& effect) {
+  return {{"axis", core::name(effect.axis)},
+          {"effect", effect.effect},
+          {"sized", effect.sized},
+          {"records", effect.records},
+          {"units", list_of(effect.units)}};
 }
 
 Json json_of(const CoefficientHistory& history) {
@@ -129,21 +207,21 @@ Json json_of(const CoefficientHistory& history) {
 
 }  // namespace
 
-std::vector<std::string> history_sentences(const UnitHistory& history,
-                                           double false_discovery_rate) {
+std::vector<std::string> history_sentences(const FleetHistory& fleet) {
+  const UnitHistory& history = fleet.history;
   std::vector<std::string> sentences;
   bool any_change = false;
   bool any_unlike = false;
   for (const CoefficientHistory& one : history.coefficients) {
-    for (const auto& change : one.changes)
-      sentences.push_back(sentence_of(one.coefficient, change));
+    add_sentences(one, sentences);
     any_change = any_change || !one.changes.empty();
   }
   for (const CoefficientHistory& one : history.coefficients) {
     for (const auto& unit : one.unlike) sentences.push_back(sentence_of(one.coefficient, unit));
     any_unlike = any_unlike || !one.unlike.empty();
   }
-  std::string none = about_none(history, false_discovery_rate, any_change, any_unlike);
+  for (const auto& effect : fleet.partly_sized) sentences.push_back(sentence_of(effect));
+  std::string none = about_none(history, fleet.false_discovery_rate, any_change, any_unlike);
   if (!none.empty()) sentences.push_back(std::move(none));
   return sentences;
 }
@@ -183,11 +261,15 @@ report::Table history_table(const UnitHistory& history) {
   return table;
 }
 
-Json history_json(const UnitHistory& history, double false_discovery_rate) {
-  Json json{{"false_discovery_rate", false_discovery_rate},
+Json history_json(const FleetHistory& fleet) {
+  const UnitHistory& history = fleet.history;
+  Json json{{"false_discovery_rate", fleet.false_discovery_rate},
             {"tests_of_change", history.tests_of_change},
             {"tests_of_likeness", history.tests_of_likeness},
-            {"sentences", history_sentences(history, false_discovery_rate)}};
+            {"sentences", history_sentences(fleet)}};
+  Json partly_sized = Json::array();
+  for (const auto& effect : fleet.partly_sized) partly_sized.push_back(json_of(effect));
+  json["partly_sized"] = std::move(partly_sized);
   Json coefficients = Json::array();
   for (const CoefficientHistory& one : history.coefficients) coefficients.push_back(json_of(one));
   json["coefficients"] = std::move(coefficients);

@@ -11,13 +11,18 @@
 
 namespace zerodrift::services {
 
-// A paragraph each: what changed and what is unlike the others, or that nothing was found, or that
-// there were too few records to ask.
-[[nodiscard]] std::vector<std::string> history_sentences(const diagnosis::UnitHistory& history,
-                                                         double false_discovery_rate);
+// What is said of a fleet.
+struct FleetHistory {
+  diagnosis::UnitHistory history;
+  std::vector<diagnosis::PartlySized> partly_sized;
+  double false_discovery_rate = 0.0;
+};
+
+// A paragraph each: what changed and what is unlike the others, what not all records sized, or that
+// nothing was found, or that there were too few records to ask.
+[[nodiscard]] std::vector<std::string> history_sentences(const FleetHistory& fleet);
 [[nodiscard]] report::Table history_table(const diagnosis::UnitHistory& history);
 // Without the provenance.
-[[nodiscard]] nlohmann::ordered_json history_json(const diagnosis::UnitHistory& history,
-                                                  double false_discovery_rate);
+[[nodiscard]] nlohmann::ordered_json history_json(const FleetHistory& fleet);
 
 }  // namespace zerodrift::services

@@ -122,6 +122,21 @@ TEST(UnitHistory, TwoChangesOfAUnitAreBothFoundAndTheLastOneIsItsPresent) {
   EXPECT_TRUE(history.coefficients[0].unlike.empty());
 }
 
+// Beside the way there alone the way back was scatter, so that one of the two was no finding and
+// the unit's present was that of neither.
+TEST(UnitHistory, OfARecordThatStandsAloneTheWayThereAndBackAreFound) {
+  std::mt19937_64 random(7);
+  Coefficient coefficient = Lab{.units = 8, .records = 6, .between = 2.0}.measure(random);
+  add_to(coefficient, "unit 0", day(2), 25.0);
+  add_to(coefficient, "unit 0", day(3), -25.0);
+  const UnitHistory history = history_of({coefficient}, kRate);
+  ASSERT_EQ(history.coefficients[0].changes.size(), 2U);
+  EXPECT_EQ(history.coefficients[0].changes[0].first_after, day(2));
+  EXPECT_EQ(history.coefficients[0].changes[1].first_after, day(3));
+  EXPECT_TRUE(may_be_one_record(history.coefficients[0].changes[0]));
+  EXPECT_TRUE(history.coefficients[0].unlike.empty());
+}
+
 TEST(UnitHistory, AUnitThatIsUnlikeTheOthersIsFoundByItsPresent) {
   std::mt19937_64 random(5);
   Coefficient coefficient = Lab{.units = 8, .between = 1.0}.measure(random);
@@ -250,6 +265,42 @@ TEST(UnitCoefficients, OtherTemperaturesAreOtherCoefficients) {
   by_case.inputs = {"case"};
   EXPECT_EQ(
       coefficients_of(std::vector{model_of("a", {by_board}), model_of("a", {by_case})}).size(), 2U);
+}
+
+// Only as many records as there are of the axis: `d` has none of it.
+TEST(UnitCoefficients, AnEffectThatSomeRecordsLackIsToldWithThem) {
+  const auto bias = [](const std::string& date) {
+    return measured("bias", {{"bias_deg_h", 1.0}}, date);
+  };
+  const auto magnetic = [](const std::string& date) {
+    return measured("magnetic", {{"x_deg_h_per_ut", 1.0}}, date);
+  };
+  auto elsewhere = bias("2026-01-01");
+  elsewhere.axis = core::Axis::kY;
+  const auto found = partly_sized_of(
+      std::vector{model_of("a", {bias("2026-03-01"), magnetic("2026-03-01")}),
+                  model_of("a", {bias("2026-01-01")}), model_of("a", {bias("2026-02-01")}),
+                  model_of("b", {bias("2026-01-01"), magnetic("2026-01-01")}),
+                  model_of("b", {bias("2026-03-01"), magnetic("2026-03-01")}),
+                  model_of("c", {bias("2026-01-01")}), model_of("d", {elsewhere}),
+                  model_of("e", {bias("2026-01-01"), magnetic("2026-01-01")}),
+                  model_of("e", {bias("2026-02-01")}),
+                  model_of("e", {bias("2026-03-01"), magnetic("2026-03-01")})});
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].axis, core::Axis::kX);
+  EXPECT_EQ(found[0].effect, "magnetic");
+  EXPECT_EQ(found[0].sized, 5U);
+  EXPECT_EQ(found[0].records, 9U);
+  ASSERT_EQ(found[0].units.size(), 3U);
+  EXPECT_EQ(found[0].units[0].unit, "a");
+  EXPECT_EQ(found[0].units[0].sized, 1U);
+  EXPECT_EQ(found[0].units[0].records, 3U);
+  EXPECT_EQ(found[0].units[0].first, "2026-03-01");
+  EXPECT_TRUE(found[0].units[0].only_late);
+  EXPECT_FALSE(found[0].units[0].only_early);
+  EXPECT_EQ(found[0].units[1].sized, found[0].units[1].records);
+  EXPECT_FALSE(found[0].units[2].only_late);
+  EXPECT_FALSE(found[0].units[2].only_early);
 }
 
 TEST(UnitCoefficients, BadInputIsToldByFileAndKey) {
