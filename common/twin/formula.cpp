@@ -302,10 +302,15 @@ class Parser {
     const Part of = sum(depth + 1);
     if (function == "lag" || function == "play") {
       expect(',');
-      const Part constant = constant_of(function, of.unit);
+      const bool is_lag = function == "lag";
+      const Part constant = constant_of(function, "second", of.unit);
+      const Part below = is_lag && takes(',') ? constant_of(function, "third", of.unit) : constant;
       expect(')');
-      const auto operation = function == "lag" ? Operation::kLag : Operation::kPlay;
-      return make({.operation = operation, .left = of.node, .right = constant.node}, at, of.unit);
+      return make({.operation = is_lag ? Operation::kLag : Operation::kPlay,
+                   .left = of.node,
+                   .right = constant.node,
+                   .third = below.node},
+                  at, of.unit);
     }
     if (function == "spline") return spline_call(of, at);
     expect(')');
@@ -400,7 +405,7 @@ class Parser {
   }
 
   // How far a lag or a play reaches.
-  Part constant_of(const std::string& function, const FormulaUnit& of) {
+  Part constant_of(const std::string& function, const std::string& place, const FormulaUnit& of) {
     const char c = next();
     const std::size_t at = at_;
     if (is_digit(c) || c == '.') {
@@ -411,7 +416,7 @@ class Parser {
       return part;
     }
     const std::string word =
-        name_of_parameter("a number or a parameter as the second argument of " + function);
+        name_of_parameter("a number or a parameter as the " + place + " argument of " + function);
     const Part part = of_parameter(word, at);
     auto& use = formula_.parameters[formula_.nodes[part.node].which].use;
     use = function == "lag"     ? FormulaUse::kLag

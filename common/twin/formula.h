@@ -6,7 +6,8 @@
 //   product: factor (('*' | '/') factor)*
 //   factor:  '-' factor | atom ('^' 1 to 6)?
 //   atom:    number | input | parameter | '(' sum ')' | abs(sum) | tanh(sum) | exp(sum)
-//            | rate(input) | lag(sum, constant) | play(sum, constant)
+//            | rate(input) | lag(sum, constant) | lag(sum, constant, constant)
+//            | play(sum, constant)
 //            | spline(sum, from, to, parameter, ...)
 //   constant: number | parameter
 //   from, to: '-'? number
@@ -16,8 +17,9 @@
 // supply (V), time_on (s since power-on). All other identifiers are parameters. The result is in
 // deg/h.
 //
-// lag(x, tau): first-order lag of tau s, steady at the first step. rate(x): time derivative per s;
-// of a temperature the thermometer's, else the difference of two steps, 0 at the first. play(x, w):
+// lag(x, tau): first-order lag of tau s, steady at the first step. lag(x, rise, fall): the same, of
+// `rise` s while x is above it and of `fall` s while x is below. rate(x): time derivative per s; of
+// a temperature the thermometer's, else the difference of two steps, 0 at the first. play(x, w):
 // backlash, moved by x as soon as it is w away from it. spline(x, a, b, k1, ..., kn): a curve over
 // x from a to b, 0 at a, kn at b, and outside as at the nearer end: the sum of k_i N_i(x), where
 // N_0 to N_n are the cubic B-splines over n - 2 equal intervals, 3 <= n <= 24 (b_spline.h).
@@ -70,6 +72,7 @@ struct FormulaNode {
   std::size_t which = 0;  // kParameter, kInput, kSpline: its place; kPower: the exponent
   std::size_t left = 0;   // operands: places of nodes before this one
   std::size_t right = 0;
+  std::size_t third = 0;  // kLag: what `right` is where x is below
 };
 
 // How a parameter enters.

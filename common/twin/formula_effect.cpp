@@ -89,9 +89,10 @@ class FormulaEffect final : public Effect {
       curves_.emplace_back(spline, formula, context);
     memories_.reserve(nodes_.size());
     for (const FormulaNode& node : nodes_) {
-      const double tau_s =
-          node.operation == FormulaOperation::kLag ? nodes_[node.right].number : 0.0;
-      memories_.push_back({LowPass(tau_s, interval_s_)});
+      const bool is_lag = node.operation == FormulaOperation::kLag;
+      const double rise_s = is_lag ? nodes_[node.right].number : 0.0;
+      const double fall_s = is_lag ? nodes_[node.third].number : 0.0;
+      memories_.push_back({LowPass(rise_s, fall_s, interval_s_)});
     }
   }
 

@@ -13,12 +13,15 @@ namespace zerodrift::twin {
 // finite is returned and forgotten. O(1).
 class LowPass {
  public:
-  LowPass(double tau_s, double interval_s) noexcept
-      : gain_(tau_s > 0.0 ? -std::expm1(-interval_s / tau_s) : 1.0) {}
+  LowPass(double tau_s, double interval_s) noexcept : LowPass(tau_s, tau_s, interval_s) {}
+  // Of fall_s while the input is below the output, else of rise_s.
+  LowPass(double rise_s, double fall_s, double interval_s) noexcept
+      : rise_(gain_of(rise_s, interval_s)), fall_(gain_of(fall_s, interval_s)) {}
 
   double step(double input) noexcept {
     if (!std::isfinite(input)) return input;
-    output_ = started_ ? output_ + gain_ * (input - output_) : input;
+    const double gain = input < output_ ? fall_ : rise_;
+    output_ = started_ ? output_ + gain * (input - output_) : input;
     started_ = true;
     return output_;
   }
@@ -26,7 +29,12 @@ class LowPass {
   void carry(core::StateArchive& archive) { archive(output_, started_); }
 
  private:
-  double gain_;
+  static double gain_of(double tau_s, double interval_s) noexcept {
+    return tau_s > 0.0 ? -std::expm1(-interval_s / tau_s) : 1.0;
+  }
+
+  double rise_;
+  double fall_;
   double output_ = 0.0;
   bool started_ = false;
 };

@@ -108,6 +108,25 @@ TEST(FormulaScenario, APlayFollowsWhenItsWidthIsTakenUp) {
   }
 }
 
+TEST(FormulaScenario, ALagOfTwoConstantsIsSlowerOneWayThanTheOther) {
+  const auto effect = make_effect(formula("k * lag(B_x, 10, fall)", {{"k", 1.0}, {"fall", 2.0}}),
+                                  0.5, NoiseStream(0, "none"));
+  EffectInputs inputs;
+  double wanted = 3.0;  // steady at the first
+  for (const double field : {3.0, 8.0, 8.0, 8.0, -1.0, -1.0, 2.5, 2.5}) {
+    inputs.magnetic_ut[0] = field;
+    wanted += (field - wanted) * (1.0 - std::exp(-0.5 / (field < wanted ? 2.0 : 10.0)));
+    EXPECT_NEAR(core::deg_h_from_radps(effect->step(inputs)), wanted, 1e-12) << field;
+  }
+}
+
+TEST(FormulaLaws, ALagOfTwoEqualConstantsIsALagOfOne) {
+  const auto record = excited_record(3000, 1.0);
+  const auto one = run(formula("k * lag(T_coil, 90)", {{"k", 1.0}}), record, 1.0);
+  const auto two = run(formula("k * lag(T_coil, 90, 90)", {{"k", 1.0}}), record, 1.0);
+  EXPECT_EQ(one, two);
+}
+
 // The recursion of Cox and de Boor as the book has it, over knots counted in intervals.
 double cox_de_boor(std::size_t i, std::size_t degree, const std::vector<double>& knots, double x) {
   if (degree == 0) return knots[i] <= x && x < knots[i + 1] ? 1.0 : 0.0;
@@ -161,6 +180,7 @@ TEST(FormulaLaws, ItsParametersEnterAsItsFormSays) {
   EXPECT_EQ(use_of(text, "t0"), "shape");
   EXPECT_EQ(use_of(text, "tau"), "lag");
   EXPECT_EQ(use_of(text, "w"), "temperature width");
+  EXPECT_EQ(use_of("k * lag(T_coil, rise, fall)", "fall"), "lag");
   EXPECT_EQ(use_of("k * play(a_x, w) * g", "w"), "width");
   EXPECT_EQ(use_of("k * play(a_x, w) * g", "g"), "shape");
 }
@@ -205,6 +225,12 @@ TEST(FormulaAbuse, ARefusalNamesThePlaceWhatWasFoundAndWhatIsRight) {
   EXPECT_EQ(refusal("k * lag(T_coil, B_x)"),
             "at character 17: found 'B', expected a number or a parameter as the second argument "
             "of lag");
+  EXPECT_EQ(refusal("k * lag(T_coil, 60, B_x)"),
+            "at character 21: found 'B', expected a number or a parameter as the third argument "
+            "of lag");
+  EXPECT_EQ(refusal("k * lag(T_coil, 60, 2e5)"),
+            "at character 21: found a lag of 2e+05 s, expected at most 1e5 s");
+  EXPECT_EQ(refusal("k * play(T_coil, 1, 2)"), "at character 19: found ',', expected ')'");
   EXPECT_EQ(refusal("k * rate(T_coil + 1)"), "at character 17: found '+', expected ')'");
   EXPECT_EQ(refusal("k * rate(k)"),
             "at character 10: found 'k', expected the name of an input: rate takes nothing else");
