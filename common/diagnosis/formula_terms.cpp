@@ -18,6 +18,9 @@ constexpr std::array<double, 4> kLagsS{60.0, 180.0, 600.0, 1800.0};
 constexpr std::array<double, 5> kPlaysDegc{0.25, 0.5, 1.0, 2.0, 4.0};
 // Of half the range.
 constexpr std::array<double, 3> kWidths{0.1, 0.3, 1.0};
+// Of a creep: its width, of half the range, and the times it may take either way.
+constexpr double kCreepWidth = 0.3;
+constexpr std::array<double, 3> kCreepsS{300.0, 1200.0, 4800.0};
 constexpr std::array<double, 4> kExponentWidths{-1.5, -0.5, 0.5, 1.5};
 // Centres of what has no zero: where a function bends at one, and where it only begins there.
 constexpr int kBends = 12;
@@ -138,6 +141,12 @@ class Writer {
       case Form::kExp: return "exp(" + u + " / " + parameter("width", factor.width) + ")";
       case Form::kLag: return "lag(" + inner + ", " + parameter("tau", factor.width) + ")";
       case Form::kPlay: return "play(" + inner + ", " + parameter("backlash", factor.width) + ")";
+      case Form::kCreep: {
+        const std::string width = parameter("width", factor.width);
+        const std::string rise = parameter("rise", factor.rise_s);
+        return "lag(tanh(" + u + " / " + width + "), " + rise + ", " +
+               parameter("fall", factor.fall_s) + ")";
+      }
     }
     return {};
   }
@@ -229,6 +238,17 @@ std::vector<Factor> grid_of(const Operand& operand, std::size_t place, Form form
       if (!operand.is_temperature) break;
       for (const double c : centres(operand, kBegins)) {
         for (const double width : kPlaysDegc) add(c, width);
+      }
+      break;
+    case Form::kCreep:
+      if (!operand.is_temperature) break;
+      for (const double c : centres(operand, kBegins)) {
+        for (const double rise_s : kCreepsS) {
+          for (const double fall_s : kCreepsS) {
+            if (rise_s != fall_s)
+              grid.push_back({place, form, c, kCreepWidth * operand.half_range(), rise_s, fall_s});
+          }
+        }
       }
       break;
   }

@@ -3,8 +3,8 @@
 // what a record has, each of one quantity, as text of the twin's own grammar (twin/formula.h).
 //
 //   operand:  an input, the rate of a temperature, the difference of two temperatures
-//   factor:   u, u², u³, |u|, tanh(u/w), exp(-(u/w)²), exp(u/w), lag(u, tau), play(u, w) of an
-//             operand less a centre, u = x - c
+//   factor:   u, u², u³, |u|, tanh(u/w), exp(-(u/w)²), exp(u/w), lag(u, tau), play(u, w),
+//             lag(tanh(u/w), rise, fall) of an operand less a centre, u = x - c
 //   term:     factor, factor * factor, or the lag of either
 //
 // The prior of a term is that of its choices, each of them uniform: one of four structures (one
@@ -53,14 +53,17 @@ enum class Form : std::uint8_t {
   kExp,
   kLag,
   kPlay,
+  kCreep,  // to a state and back from it at speeds of their own, as water into a coating
 };
-inline constexpr std::size_t kFormCount = 9;
+inline constexpr std::size_t kFormCount = 10;
 
 struct Factor {
   std::size_t operand = 0;
   Form form = Form::kPlain;
   double centre = 0.0;  // in the operand's unit
-  double width = 0.0;   // of tanh, bump and exp, of a play; s of a lag; else 0
+  double width = 0.0;   // of tanh, bump, exp and creep, of a play; s of a lag; else 0
+  double rise_s = 0.0;  // of a creep
+  double fall_s = 0.0;
 
   bool operator==(const Factor&) const = default;
 };

@@ -248,7 +248,7 @@ class TermScreen::Work {
     std::vector<const FactorWave*> chosen;
     for (std::size_t f = 0; f < kFormCount; ++f) {
       const Form form = static_cast<Form>(f);
-      if (form == Form::kCube || form == Form::kExp) continue;
+      if (form == Form::kCube || form == Form::kExp || form == Form::kCreep) continue;
       const auto of_form = with_form(operand, form);
       const std::size_t wanted = form == Form::kPlain ? of_form.size() : kOfAForm;
       const std::size_t count = std::min(wanted, of_form.size());
@@ -297,6 +297,8 @@ class TermScreen::Work {
   [[nodiscard]] std::vector<ScreenedTerm> product_terms(std::size_t count) {
     std::vector<ScreenedTerm> all;
     for (std::size_t b = 0; b < operands_.size(); ++b) {
+      // What an input was, while it is something else: what shaking leaves behind once it ends.
+      for (const FactorWave* behind : with_form(b, Form::kLag)) score_all(behind, starts(b), all);
       const auto plain = with_form(b, Form::kPlain);
       for (std::size_t a = 0; a < operands_.size(); ++a) {
         if (a == b) continue;
@@ -365,6 +367,11 @@ class TermScreen::Work {
         knobs.push_back({&factor.width, kRatio, true, kShortestLagS, longest_lag_s});
       } else if (factor.width != 0.0) {
         knobs.push_back({&factor.width, kRatio, true, kNarrowest * half, 20.0 * half});
+      }
+      if (factor.form == Form::kCreep) {
+        // The slower way is told by how far the faster one leaves it.
+        for (double* way_s : {&factor.rise_s, &factor.fall_s})
+          knobs.push_back({way_s, kRatio, true, kShortestLagS, 2.0 * longest_lag_s});
       }
     }
     if (term.lag_s > 0.0)

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Effects that the catalogue lacks, made here by other formulas than the search writes, get one
 // that closes the gap on another record. What nothing confirms stays unknown as it was.
+#include "common/diagnosis/formula_search.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <optional>
 #include <set>
 #include <string>
 
@@ -72,6 +75,31 @@ std::vector<double> play_of_temperature_times_rate(const MeasuredSeries& s) {
     low = std::min(std::max(low, board[i] - 6.0), board[i]);
     const double rate_deg_s = s.reference_radps[0][i] / core::kRadPerDeg;
     return 2e-3 * (low + 3.0 - 33.0) * rate_deg_s;
+  });
+}
+
+// Shaking loosens what creeps back afterwards, and keeps it from acting meanwhile.
+std::vector<double> left_behind_by_shaking(const MeasuredSeries& s) {
+  double loose_g = 0.0;
+  return each(s, [&](std::size_t i) {
+    const bool shakes = s.vibration_g[i] > 0.3;
+    loose_g += (s.vibration_g[i] - loose_g) * -std::expm1(-s.interval_s / 400.0);
+    return shakes ? 0.0 : 0.1 * loose_g;
+  });
+}
+
+// Water goes into a coating much more slowly than it leaves it, and the coating holds only so much.
+std::vector<double> water_in_a_coating(const MeasuredSeries& s) {
+  const auto& outer = probe(s, "coil_outer");
+  const auto& inner = probe(s, "coil_inner");
+  const auto capacity = [&](std::size_t i) {
+    return 1.0 / (1.0 + std::exp((0.5 * (outer[i] + inner[i]) - 28.0) / 4.0));
+  };
+  double held = capacity(0);
+  return each(s, [&](std::size_t i) {
+    const double wanted = capacity(i);
+    held += (wanted - held) * -std::expm1(-s.interval_s / (wanted > held ? 5000.0 : 700.0));
+    return 0.8 * held;
   });
 }
 
@@ -145,6 +173,7 @@ class HiddenFormula : public testing::TestWithParam<std::tuple<int, std::uint64_
         {"lagged", lagged_temperature_times_field, {"magnetic_y"}},
         {"even", field_squared, {"magnetic_z"}},
         {"play", play_of_temperature_times_rate, {"rate"}},
+        {"after shaking", left_behind_by_shaking, {"vibration"}},
     };
     return all[std::get<0>(GetParam())];
   }
@@ -175,7 +204,7 @@ TEST_P(HiddenFormula, IsFoundProvedAndClosesTheGapOnAThirdRecord) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Diagnosis, HiddenFormula,
-                         testing::Combine(testing::Range(0, 4),
+                         testing::Combine(testing::Range(0, 5),
                                           testing::Values<std::uint64_t>(101, 201)));
 
 // Rule: a name gives way to a formula that both this record and held-out data prefer. Here
@@ -285,6 +314,20 @@ TEST(FormulaSearchLaws, ATermThatIsLinearHidesNoBias) {
     EXPECT_NEAR(mean(diagnosis.repaired), mean(given), core::radps_from_deg_h(2e-4))
         << axis.sentence;
   }
+}
+
+// Rule: what comes at another speed than it goes is a lag of two time constants.
+TEST(FormulaSearchScenario, WhatGoesFasterThanItComesIsALagOfTwoSpeeds) {
+  const twin::Model given = test::lab_model();
+  const HiddenRecords records(given, water_in_a_coating, 101);
+  const Playback playback(records.record);
+  const TrialInput input{given, records.record, playback, kX, records.record.valid[0], kOptions};
+  const std::optional<Trial> trial = explain_by_formula(input, Vocabulary::kTerms);
+  ASSERT_TRUE(trial.has_value());
+  const NamedEffect& creep = trial->effects.front();
+  ASSERT_NE(creep.formula.find(", rise, fall)"), std::string::npos) << creep.formula;
+  EXPECT_GT(creep.parameters.at("fall"), 3.0 * creep.parameters.at("rise"));
+  EXPECT_GT(records.gap_closed(trial->repaired), 0.9) << creep.formula;
 }
 
 // Rule: what no formula says stands in the repaired model as a curve, which other records prove.
