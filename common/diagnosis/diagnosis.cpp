@@ -350,7 +350,8 @@ class AxisExamination {
   }
 
   static void take_formula(Judged& judged, Trial trial, std::vector<NamedEffect> with) {
-    trial.effects = std::move(with);
+    std::erase_if(trial.effects, [](const NamedEffect& effect) { return !is_noise(effect.name); });
+    trial.effects.insert(trial.effects.begin(), with.begin(), with.end());
     trial.could_have_seen = std::move(judged.trial.could_have_seen);
     trial.evidence = std::move(judged.trial.evidence);
     judged = {std::move(trial), Acceptance::kAccepted};

@@ -11,6 +11,7 @@
 #include "common/diagnosis/find_missing.h"
 #include "common/diagnosis/formula_terms.h"
 #include "common/diagnosis/generic_functions.h"
+#include "common/diagnosis/held_out.h"
 #include "common/diagnosis/joint_fit.h"
 #include "common/diagnosis/known_effects.h"
 #include "common/diagnosis/lineup.h"
@@ -241,8 +242,11 @@ class FormulaSearch {
     }
     trial.recalibrated = recalibrate(trial.repaired, known_, report.corrections);
     add_to_model(trial, input_);
-    trial.noise_dct_variances = dct_variances(report.noise_terms, report.noise_squares,
-                                              input_.series.size, input_.series.interval_s);
+    const std::vector<NamedEffect> formulas = trial.effects;
+    take_noise(trial, input_,
+               noise_of(remainder_of(report, problem_), input_, problem_, trial.repaired));
+    for (const NamedEffect& effect : trial.effects)
+      trial.log_evidence += is_noise(effect.name) ? effect.log_evidence : 0.0;
     keep_mean(trial, input_);
     recalibrate_bias(trial, input_);
     std::string description = joined(words);
@@ -250,8 +254,8 @@ class FormulaSearch {
       description +=
           ", and a rest that depends on " + joined(lineup_.generic_by(rest->group)->depends_on);
     }
-    trial.unknown = unknown_as_formulas(std::move(description), trial.effects,
-                                        std::move(depends_on), waveform, channels_);
+    trial.unknown = unknown_as_formulas(std::move(description), formulas, std::move(depends_on),
+                                        waveform, channels_);
     return trial;
   }
 

@@ -330,6 +330,27 @@ TEST(FormulaSearchScenario, WhatGoesFasterThanItComesIsALagOfTwoSpeeds) {
   EXPECT_GT(records.gap_closed(trial->repaired), 0.9) << creep.formula;
 }
 
+// Law: a formula is judged with the noise that it leaves, as a name is. Before: with the noise that
+// the model stated, so that a worse name beside more noise was the likelier one.
+TEST(FormulaSearchLaws, AFormulaComesWithTheNoiseThatItLeaves) {
+  const auto noise_of = [](twin::Model& model) -> double& {
+    const auto noise =
+        std::find_if(model.effects.begin(), model.effects.end(),
+                     [](const auto& effect) { return effect.kind == "angle_random_walk"; });
+    return noise->parameters.at("coefficient_deg_per_sqrt_h");
+  };
+  twin::Model truth = test::lab_model();
+  twin::Model given = truth;
+  noise_of(given) *= 0.7;
+  MeasuredSeries record = test::simulated(truth, test::chamber_profile(), 51);
+  hide(record, field_squared);
+  const Playback playback(record);
+  const TrialInput input{given, record, playback, kX, record.valid[0], kOptions};
+  std::optional<Trial> trial = explain_by_formula(input, Vocabulary::kTerms);
+  ASSERT_TRUE(trial.has_value());
+  EXPECT_NEAR(noise_of(trial->repaired) / noise_of(truth), 1.0, 0.03);
+}
+
 // Rule: what no formula says stands in the repaired model as a curve, which other records prove.
 TEST(FormulaSearchScenario, WhatNoTermSaysBecomesACurveThatClosesTheGapOnAThirdRecord) {
   const twin::Model given = test::lab_model();
