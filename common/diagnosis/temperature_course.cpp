@@ -6,8 +6,10 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <numbers>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "common/core/median.h"
@@ -25,6 +27,19 @@ struct LocalFit {
   double slope_error = 0.0;  // of readings with an error of 1
 };
 
+// On a grid of intervals, of which some have none.
+struct Readings {
+  std::vector<std::uint8_t> there{};
+  std::vector<double> values{};  // 0 where there is none
+
+  explicit Readings(const std::vector<double>& with_gaps) : values(with_gaps) {
+    for (double& value : values) {
+      there.push_back(std::isnan(value) ? 0 : 1);
+      if (std::isnan(value)) value = 0.0;
+    }
+  }
+};
+
 // A polynomial through the readings within `half` intervals of a place, with fewer terms where
 // there are too few readings, and its derivatives, of which a lag is taken off. Nothing beyond the
 // readings: an outage is bridged, not extrapolated into.
@@ -39,91 +54,93 @@ class LocalPolynomial {
       rows_(0, i) = 1.0;
       for (int term = 1; term < kTerms; ++term) rows_(term, i) = x * rows_(term - 1, i);
     }
-    Window all{.readings = static_cast<int>(rows_.cols())};
-    for (Eigen::Index i = 0; i < rows_.cols(); ++i)
-      all.normal += rows_.col(i) * rows_.col(i).transpose();
-    of_all_ = solver_of(all);
   }
 
-  [[nodiscard]] std::optional<LocalFit> at(const std::vector<double>& values,
-                                           std::size_t centre) const {
+  [[nodiscard]] std::optional<LocalFit> at(const Readings& readings, std::size_t centre) {
     const std::size_t begin = centre > half_ ? centre - half_ : 0;
-    const std::size_t end = std::min(centre + half_ + 1, values.size());
-    const auto row = [&](std::size_t i) {
-      return rows_.col(static_cast<Eigen::Index>(i + reach_ - centre));
-    };
-    Terms right = Terms::Zero();
-    int readings = 0;
-    bool before = false;
-    bool after = false;
-    for (std::size_t i = begin; i < end; ++i) {
-      if (std::isnan(values[i])) continue;
-      before = before || i <= centre;
-      after = after || i >= centre;
-      right += row(i) * values[i];
-      ++readings;
-    }
-    if (!before || !after) return std::nullopt;
-    if (readings == static_cast<int>(rows_.cols())) return fitted(of_all_, right);
-    Window window{.readings = readings};
-    for (std::size_t i = begin; i < end; ++i) {
-      if (!std::isnan(values[i])) window.normal += row(i) * row(i).transpose();
-    }
-    return fitted(solver_of(window), right);
+    const std::size_t end = std::min(centre + half_ + 1, readings.values.size());
+    const Weights& weights =
+        weights_of(std::span(readings.there).subspan(begin, end - begin), centre - begin);
+    if (!weights.are_between_readings) return std::nullopt;
+    const Eigen::Map<const Eigen::VectorXd> window(&readings.values[begin],
+                                                   static_cast<Eigen::Index>(end - begin));
+    const double value = weights.value.dot(window);
+    const double slope = weights.slope.dot(window);
+    if (!std::isfinite(value) || !std::isfinite(slope)) return std::nullopt;
+    return LocalFit{value, slope, weights.readings, weights.slope_error};
   }
 
  private:
-  using Terms = Eigen::Matrix<double, kTerms, 1>;
   static constexpr int kEnough = 3 * kTerms - 1;  // readings for all terms
 
-  struct Window {
-    Eigen::Matrix<double, kTerms, kTerms> normal = Eigen::Matrix<double, kTerms, kTerms>::Zero();
-    int readings = 0;
-  };
-
-  // What doesn't depend on the values.
-  struct Solver {
-    Eigen::LDLT<Eigen::MatrixXd> factor;
-    Eigen::Index terms = 1;
+  // What doesn't depend on the values: fits are sums over a window.
+  struct Weights {
+    std::vector<std::uint8_t> there{};  // in which places of the window readings are
+    std::size_t centre = 0;             // of these places
+    bool are_between_readings = false;
+    Eigen::VectorXd value{}, slope{};
     double readings = 0.0;
     double slope_error = 0.0;
   };
 
   [[nodiscard]] double width() const { return static_cast<double>(half_); }
 
-  [[nodiscard]] Solver solver_of(const Window& window) const {
-    Solver solver;
-    solver.readings = window.readings;
-    solver.terms = window.readings >= kEnough ? kTerms : window.readings >= 2 ? 2 : 1;
-    solver.factor.compute(window.normal.topLeftCorner(solver.terms, solver.terms));
-    const Eigen::VectorXd slope = of_slope(solver.terms);
-    solver.slope_error = std::sqrt(std::max(0.0, slope.dot(solver.factor.solve(slope))));
-    return solver;
+  // Readings come regularly, so that the same few windows come again and again.
+  const Weights& weights_of(std::span<const std::uint8_t> there, std::size_t centre) {
+    constexpr std::size_t kMost = 64;
+    const auto known = std::find_if(known_.begin(), known_.end(), [&](const Weights& weights) {
+      return weights.centre == centre && std::ranges::equal(weights.there, there);
+    });
+    if (known != known_.end()) return *known;
+    if (known_.size() == kMost) known_.pop_front();
+    return known_.emplace_back(made(there, centre));
+  }
+
+  [[nodiscard]] Weights made(std::span<const std::uint8_t> there, std::size_t centre) const {
+    Weights weights{.there = {there.begin(), there.end()}, .centre = centre};
+    const auto places = static_cast<Eigen::Index>(there.size());
+    auto rows = rows_.middleCols(static_cast<Eigen::Index>(reach_ - centre), places).eval();
+    bool before = false;
+    bool after = false;
+    for (std::size_t i = 0; i < there.size(); ++i) {
+      before = before || (there[i] != 0 && i <= centre);
+      after = after || (there[i] != 0 && i >= centre);
+      weights.readings += there[i];
+      if (there[i] == 0) rows.col(static_cast<Eigen::Index>(i)).setZero();
+    }
+    weights.are_between_readings = before && after;
+    if (!weights.are_between_readings) return weights;
+    const Eigen::Index terms = weights.readings >= kEnough ? kTerms : weights.readings >= 2 ? 2 : 1;
+    const Eigen::MatrixXd used = rows.topRows(terms);
+    const Eigen::LDLT<Eigen::MatrixXd> factor(used * used.transpose());
+    const Eigen::VectorXd of_value = factor.solve(value_of(terms));
+    const Eigen::VectorXd of_slope = factor.solve(slope_of(terms));
+    weights.value = used.transpose() * of_value;
+    weights.slope = used.transpose() * of_slope;
+    weights.slope_error = std::sqrt(std::max(0.0, slope_of(terms).dot(of_slope)));
+    return weights;
+  }
+
+  // What the value without the lag, y + lag y', makes of the coefficients.
+  [[nodiscard]] Eigen::VectorXd value_of(Eigen::Index terms) const {
+    Eigen::VectorXd weights = Eigen::VectorXd::Unit(terms, 0);
+    if (terms > 1) weights(1) = lag_ / width();
+    return weights;
   }
 
   // What the slope without the lag, y' + lag y", makes of the coefficients.
-  [[nodiscard]] Eigen::VectorXd of_slope(Eigen::Index terms) const {
+  [[nodiscard]] Eigen::VectorXd slope_of(Eigen::Index terms) const {
     Eigen::VectorXd weights = Eigen::VectorXd::Zero(terms);
     if (terms > 1) weights(1) = 1.0 / width();
     if (terms > 2) weights(2) = 2.0 * lag_ / (width() * width());
     return weights;
   }
 
-  [[nodiscard]] std::optional<LocalFit> fitted(const Solver& solver, const Terms& right) const {
-    const Eigen::VectorXd c = solver.factor.solve(right.head(solver.terms)).eval();
-    if (!c.allFinite()) return std::nullopt;
-    const double lags_by = solver.terms > 1 ? lag_ * c(1) / width() : 0.0;
-    return LocalFit{.value = c(0) + lags_by,
-                    .slope = of_slope(solver.terms).dot(c),
-                    .readings = solver.readings,
-                    .slope_error = solver.slope_error};
-  }
-
   std::size_t half_;
   std::size_t reach_;  // of that, within a series
   double lag_;
   Eigen::Matrix<double, kTerms, Eigen::Dynamic> rows_;  // powers of the distance, one a place
-  Solver of_all_;                                       // of readings everywhere
+  std::deque<Weights> known_;
 };
 
 // Of the readings, from their differences in the order of time.
@@ -190,7 +207,11 @@ std::vector<double> local_means(const std::vector<double>& values, std::size_t h
 class ChosenFits {
  public:
   ChosenFits(const std::vector<double>& readings, std::size_t half, double lag)
-      : errors_(readings), course_(course_of(readings, half)), half_(half), lag_(lag) {}
+      : errors_(readings),
+        course_(course_of(readings, half)),
+        readings_(course_.degc),
+        half_(half),
+        lag_(lag) {}
 
   [[nodiscard]] std::vector<LocalFit> run() const {
     std::vector<LocalFit> fits = usual_or_quick();
@@ -215,14 +236,14 @@ class ChosenFits {
   [[nodiscard]] std::vector<LocalFit> usual_or_quick() const {
     const auto shorter = static_cast<std::size_t>(
         std::max(1.0, std::round(static_cast<double>(half_) / std::numbers::sqrt2)));
-    const LocalPolynomial<3> quadratic(half_, course_.degc.size(), lag_);
-    const LocalPolynomial<5> quartic(shorter, course_.degc.size(), lag_);
+    LocalPolynomial<3> quadratic(half_, course_.degc.size(), lag_);
+    LocalPolynomial<5> quartic(shorter, course_.degc.size(), lag_);
     std::vector<LocalFit> fits(course_.degc.size());
     for (std::size_t i = 0; i < fits.size(); ++i) {
-      const auto usual = quadratic.at(course_.degc, i);
+      const auto usual = quadratic.at(readings_, i);
       if (!usual) continue;
       fits[i] = *usual;
-      const auto quick = quartic.at(course_.degc, i);
+      const auto quick = quartic.at(readings_, i);
       if (!quick) continue;
       const double error = errors_.of_slope(*usual, half_) + errors_.of_slope(*quick, shorter);
       if (std::abs(quick->slope - usual->slope) > error) fits[i] = *quick;
@@ -235,12 +256,12 @@ class ChosenFits {
   // by chance.
   void widen(std::vector<LocalFit>& fits, std::size_t half,
              std::vector<std::uint8_t>& may_widen) const {
-    const LocalPolynomial<3> twice(2 * half, course_.degc.size(), lag_);
+    LocalPolynomial<3> twice(2 * half, course_.degc.size(), lag_);
     std::vector<LocalFit> wider(fits.size());
     std::vector<double> changes(fits.size(), core::kNaN);
     const std::vector<double> variances = local_means(course_.variance_degc2, half);
     for (std::size_t i = 0; i < fits.size(); ++i) {
-      const auto fit = twice.at(course_.degc, i);
+      const auto fit = twice.at(readings_, i);
       if (!fit || std::isnan(fits[i].slope)) continue;
       wider[i] = *fit;
       const double by_noise =
@@ -259,6 +280,7 @@ class ChosenFits {
 
   ReadingErrors errors_;
   WithoutSteps course_;
+  Readings readings_;  // of the course
   std::size_t half_;
   double lag_;
 };
