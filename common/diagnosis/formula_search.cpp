@@ -214,7 +214,7 @@ class FormulaSearch {
       if (group.kind == CandidateKind::kNamed)
         group.log_prior = std::log(static_cast<double>(problem_.groups.size()));
     }
-    return find_missing(problem_, options_);
+    return find_missing(problem_, options_, input_.memory);
   }
 
   [[nodiscard]] std::size_t place_of(const FoundEffect& found) const {

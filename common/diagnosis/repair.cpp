@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "common/core/require.h"
 #include "common/diagnosis/calibration.h"
@@ -59,7 +60,7 @@ bool is_fitted_here(const TrialInput& input) {
 }
 
 Lineup line_up(const twin::Model& model, const TrialInput& input, const SearchProblem& problem,
-               const std::vector<InputChannel>& channels, std::vector<NotTestable>& not_testable) {
+               std::vector<GenericFunction> generic, std::vector<NotTestable>& not_testable) {
   const auto residual = weighted_residual(problem, input);
   const Scans scans =
       residual ? scan_residual(residual->weighted, residual->variances, input.playback, input.axis)
@@ -74,7 +75,7 @@ Lineup line_up(const twin::Model& model, const TrialInput& input, const SearchPr
     const bool may_be_a_rest = candidate.definition->search.happens_once && is_fitted_here(input);
     if (!refuted && !may_be_a_rest) lineup.add(std::move(candidate));
   }
-  lineup.generic = generic_functions(channels, input.series.interval_s);
+  lineup.generic = std::move(generic);
   return lineup;
 }
 
@@ -257,7 +258,7 @@ NoiseFindings missing_noise(const SearchReport& report, const SearchProblem& pro
 // is made again with it, among candidates lined up with it: noise that was not known of hides the
 // peaks of what oscillates.
 SearchReport search_beside_noise(SearchProblem& problem, Lineup& lineup, const TrialInput& input,
-                                 Trial& trial, const std::vector<InputChannel>& channels) {
+                                 Trial& trial) {
   const SearchOptions options = search_options(input.options);
   const std::size_t listed = problem.noise.known.size();
   if (listed == 0) return search_without_family_of_unknown(problem, options, input.memory);
@@ -272,7 +273,7 @@ SearchReport search_beside_noise(SearchProblem& problem, Lineup& lineup, const T
     problem.noise.known.push_back({noise.terms[t], seen, kModelNoiseSigma});
   }
   std::vector<NotTestable> as_before;
-  lineup = line_up(trial.repaired, input, problem, channels, as_before);
+  lineup = line_up(trial.repaired, input, problem, std::move(lineup.generic), as_before);
   problem.groups = lineup.groups(input.series, input.playback);
   return search_without_family_of_unknown(problem, options, input.memory);
 }
@@ -292,10 +293,11 @@ Trial repaired_once(const TrialInput& input) {
   const auto known = known_parameters(trial.repaired, input.axis, input.playback);
   SearchProblem problem = problem_of(residual, known, trial.repaired, input);
   const auto channels = moving_inputs(input.series, input.axis);
-  Lineup lineup = line_up(trial.repaired, input, problem, channels, trial.not_testable);
+  Lineup lineup = line_up(trial.repaired, input, problem,
+                          generic_functions(channels, input.series.interval_s), trial.not_testable);
   problem.groups = lineup.groups(input.series, input.playback);
 
-  SearchReport report = search_beside_noise(problem, lineup, input, trial, channels);
+  SearchReport report = search_beside_noise(problem, lineup, input, trial);
   if (report.outcome == SearchOutcome::kRefused) {
     trial.refusal = report.reason;
     return trial;

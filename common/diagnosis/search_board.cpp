@@ -65,7 +65,7 @@ void Board::add_variants(std::size_t g, ColumnMemory& memory) {
       memory.keep(group.identity, group.variants[i].shape, made[i]);
     }
     members_[g].push_back(variants_.size());
-    variants_.push_back(make_variant(g, group.variants[i], std::move(made[i])));
+    variants_.push_back(make_variant(g, group.variants[i], std::move(made[i]), all_active()));
   }
 }
 
@@ -78,9 +78,6 @@ void Board::add_active(SpectralColumn column, std::string column_name, double ri
     products.push_back(bin_products(bands(), active_.back(), other));
   }
   active_products_.push_back(std::move(products));
-  for (BoardVariant& v : variants_) {
-    if (v.testability() == Testability::kTestable) add_cross(v, active_.size() - 1);
-  }
 }
 
 // A known column that the ones before it explain would make the normal equations singular.
@@ -125,6 +122,11 @@ Base Board::independent(const Base& base) const {
   return result;
 }
 
+void Board::add_crosses(BoardVariant& v, const Base& actives) const {
+  if (v.testability() != Testability::kTestable) return;
+  for (const std::size_t active : actives) add_cross(v, active);
+}
+
 void Board::add_cross(BoardVariant& v, std::size_t active) const {
   const std::vector<SpectralColumn>& columns = v.columns();
   Eigen::MatrixXd products(bands().bins(), static_cast<Eigen::Index>(columns.size()));
@@ -136,16 +138,22 @@ void Board::add_cross(BoardVariant& v, std::size_t active) const {
 }
 
 BoardVariant Board::make_variant(std::size_t group, CandidateVariant definition,
-                                 ColumnMemory::Columns made) const {
+                                 ColumnMemory::Columns made, const Base& beside) const {
   BoardVariant v{std::move(made), group, std::move(definition), {}};
-  if (v.testability() != Testability::kTestable) return v;
-  for (std::size_t a = 0; a < active_.size(); ++a) add_cross(v, a);
+  add_crosses(v, beside);
   return v;
 }
 
-BoardVariant Board::make_variant(std::size_t group, CandidateVariant definition) {
+BoardVariant Board::make_variant(std::size_t group, CandidateVariant definition,
+                                 const Base& beside) {
   ColumnMemory::Columns made = make_columns(group, {definition.shape}).front();
-  return make_variant(group, std::move(definition), std::move(made));
+  return make_variant(group, std::move(definition), std::move(made), beside);
+}
+
+Base Board::all_active() const {
+  Base all(active_.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  return all;
 }
 
 std::vector<ColumnMemory::Columns> Board::make_columns(
@@ -213,13 +221,15 @@ Base Board::activate(std::size_t variant) {
     places.push_back(active_.size());
     add_active(column, group, 0.0);
   }
+  for (BoardVariant& v : variants_) add_crosses(v, places);
   return places;
 }
 
 void Board::reshape(std::size_t variant, const std::vector<double>& shape) {
   CandidateVariant definition = variants_[variant].definition;
   definition.shape = shape;
-  BoardVariant changed = make_variant(variants_[variant].group, std::move(definition));
+  BoardVariant changed =
+      make_variant(variants_[variant].group, std::move(definition), all_active());
   if (changed.testability() == Testability::kTestable) variants_[variant] = std::move(changed);
 }
 
@@ -460,8 +470,10 @@ void Board::refine(std::size_t variant, const Base& base, const Eigen::VectorXd&
   const CandidateVariant start = variants_[variant].definition;
   if (ranges.size() != start.shape.size()) return;
   const WhitenedBase whitened = whiten(base, dictionary_.spectra() * squares);
+  Base beside = base;
+  beside.push_back(0);  // the series
   const auto evidence_at = [&](const std::vector<double>& at) {
-    const BoardVariant v = make_variant(group, {at, start.log_prior});
+    const BoardVariant v = make_variant(group, {at, start.log_prior}, beside);
     if (v.testability() != Testability::kTestable) return -std::numeric_limits<double>::infinity();
     return evidence(whitened, v).log_bayes_factor;
   };

@@ -21,7 +21,7 @@ struct BoardVariant {
   ColumnMemory::Columns made;  // there always
   std::size_t group = 0;
   CandidateVariant definition;
-  std::vector<Eigen::MatrixXd> cross;  // per active column: bins x q
+  std::vector<Eigen::MatrixXd> cross;  // per active column that it stands beside: bins x q
 
   [[nodiscard]] Testability testability() const { return made->testability; }
   [[nodiscard]] const std::vector<SpectralColumn>& columns() const { return made->columns; }
@@ -103,15 +103,19 @@ class Board {
 
   void add_variants(std::size_t group, ColumnMemory& memory);
   [[nodiscard]] BoardVariant make_variant(std::size_t group, CandidateVariant definition,
-                                          ColumnMemory::Columns made) const;
+                                          ColumnMemory::Columns made, const Base& beside) const;
   // The same as the only one of its kind.
-  [[nodiscard]] BoardVariant make_variant(std::size_t group, CandidateVariant definition);
+  [[nodiscard]] BoardVariant make_variant(std::size_t group, CandidateVariant definition,
+                                          const Base& beside);
   // Of several shapes at once: a transform takes two columns.
   [[nodiscard]] std::vector<ColumnMemory::Columns> make_columns(
       std::size_t group, const std::vector<std::vector<double>>& shapes);
   [[nodiscard]] ShapeColumns made_of(std::vector<SpectralColumn> columns) const;
   void add_active(SpectralColumn column, std::string column_name, double ridge);
   void add_known(const std::vector<KnownColumn>& known);
+  [[nodiscard]] Base all_active() const;
+  // Columns of a variant stay near in memory while all the active ones pass them.
+  void add_crosses(BoardVariant& variant, const Base& actives) const;
   void add_cross(BoardVariant& variant, std::size_t active) const;
   [[nodiscard]] WhitenedBase whiten(const Base& base, const Eigen::VectorXd& spectrum) const;
   [[nodiscard]] ProjectedColumns project(const WhitenedBase& base,

@@ -41,12 +41,15 @@ double refine_along(std::size_t i, const ShapeRange& range, double centre,
     value = here;
     best = x;
   }
-  const double finest =
-      core::golden_section(std::max(low, best - spacing), std::min(high, best + spacing),
-                           kGoldenSteps, [&](double x) { return -at(x); })
-          .best;
-  const double golden = at(finest);
-  if (golden > value) return golden;
+  core::golden_section(std::max(low, best - spacing), std::min(high, best + spacing), kGoldenSteps,
+                       [&](double x) {
+                         const double here = at(x);
+                         if (here > value) {
+                           value = here;
+                           best = x;
+                         }
+                         return -here;
+                       });
   shape[i] = from(best);
   return value;
 }
