@@ -373,14 +373,16 @@ void Board::score_at(Evaluation& evaluation, const Base& base, const RowSystem& 
   }
 }
 
+// Of variants that make the same columns the first one stands, whichever rounding favours.
 void Board::collect_groups(Evaluation& evaluation) const {
+  constexpr double kSame = 1e-6;  // of an evidence: what single precision leaves
   evaluation.groups.assign(members_.size(), GroupScore{});
   for (std::size_t g = 0; g < members_.size(); ++g) {
     std::vector<double> terms;
     std::vector<double> priors;
     std::vector<double> listed;  // those that can't be judged too
     GroupScore& score = evaluation.groups[g];
-    double best = -std::numeric_limits<double>::infinity();
+    double best = std::numeric_limits<double>::lowest();
     for (const std::size_t i : members_[g]) {
       const VariantScore& v = evaluation.variants[i];
       const double log_prior = variants_[i].definition.log_prior;
@@ -388,7 +390,7 @@ void Board::collect_groups(Evaluation& evaluation) const {
       if (!std::isfinite(v.log_evidence)) continue;
       priors.push_back(log_prior);
       terms.push_back(v.log_evidence + log_prior);
-      if (terms.back() <= best) continue;
+      if (terms.back() <= best + kSame * std::max(1.0, std::abs(best))) continue;
       best = terms.back();
       score.best_variant = i;
       score.chi_square = v.chi_square;

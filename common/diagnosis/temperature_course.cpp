@@ -72,6 +72,9 @@ class LocalPolynomial {
 
  private:
   static constexpr int kEnough = 3 * kTerms - 1;  // readings for all terms
+  using Terms = Eigen::Matrix<double, kTerms, 1>;
+  using Square = Eigen::Matrix<double, kTerms, kTerms>;
+  using Bounded = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kTerms, kTerms>;
 
   // What doesn't depend on the values: fits are sums over a window.
   struct Weights {
@@ -97,42 +100,42 @@ class LocalPolynomial {
   }
 
   [[nodiscard]] Weights made(std::span<const std::uint8_t> there, std::size_t centre) const {
+    const auto row = [&](std::size_t i) {
+      return rows_.col(static_cast<Eigen::Index>(i + reach_ - centre));
+    };
     Weights weights{.there = {there.begin(), there.end()}, .centre = centre};
-    const auto places = static_cast<Eigen::Index>(there.size());
-    auto rows = rows_.middleCols(static_cast<Eigen::Index>(reach_ - centre), places).eval();
+    Square normal = Square::Zero();
     bool before = false;
     bool after = false;
     for (std::size_t i = 0; i < there.size(); ++i) {
-      before = before || (there[i] != 0 && i <= centre);
-      after = after || (there[i] != 0 && i >= centre);
-      weights.readings += there[i];
-      if (there[i] == 0) rows.col(static_cast<Eigen::Index>(i)).setZero();
+      if (there[i] == 0) continue;
+      before = before || i <= centre;
+      after = after || i >= centre;
+      normal += row(i) * row(i).transpose();
+      weights.readings += 1.0;
     }
     weights.are_between_readings = before && after;
     if (!weights.are_between_readings) return weights;
     const Eigen::Index terms = weights.readings >= kEnough ? kTerms : weights.readings >= 2 ? 2 : 1;
-    const Eigen::MatrixXd used = rows.topRows(terms);
-    const Eigen::LDLT<Eigen::MatrixXd> factor(used * used.transpose());
-    const Eigen::VectorXd of_value = factor.solve(value_of(terms));
-    const Eigen::VectorXd of_slope = factor.solve(slope_of(terms));
-    weights.value = used.transpose() * of_value;
-    weights.slope = used.transpose() * of_slope;
-    weights.slope_error = std::sqrt(std::max(0.0, slope_of(terms).dot(of_slope)));
-    return weights;
-  }
-
-  // What the value without the lag, y + lag y', makes of the coefficients.
-  [[nodiscard]] Eigen::VectorXd value_of(Eigen::Index terms) const {
-    Eigen::VectorXd weights = Eigen::VectorXd::Unit(terms, 0);
-    if (terms > 1) weights(1) = lag_ / width();
-    return weights;
-  }
-
-  // What the slope without the lag, y' + lag y", makes of the coefficients.
-  [[nodiscard]] Eigen::VectorXd slope_of(Eigen::Index terms) const {
-    Eigen::VectorXd weights = Eigen::VectorXd::Zero(terms);
-    if (terms > 1) weights(1) = 1.0 / width();
-    if (terms > 2) weights(2) = 2.0 * lag_ / (width() * width());
+    // What the value and the slope without the lag, y + lag y' and y' + lag y", make of the
+    // coefficients.
+    Terms value = Terms::Zero(), slope = Terms::Zero();
+    value.template head<2>() << 1.0, lag_ / width();
+    slope.template head<3>() << 0.0, 1.0 / width(), 2.0 * lag_ / (width() * width());
+    const Eigen::LDLT<Bounded> factor(normal.topLeftCorner(terms, terms));
+    const double variance = slope.head(terms).dot(factor.solve(slope.head(terms)));
+    weights.slope_error = std::sqrt(std::max(0.0, variance));
+    for (Terms* of : {&value, &slope}) {
+      of->head(terms) = factor.solve(of->head(terms)).eval();
+      of->tail(kTerms - terms).setZero();
+    }
+    weights.value.setZero(static_cast<Eigen::Index>(there.size()));
+    weights.slope = weights.value;
+    for (std::size_t i = 0; i < there.size(); ++i) {
+      if (there[i] == 0) continue;
+      weights.value(static_cast<Eigen::Index>(i)) = row(i).dot(value);
+      weights.slope(static_cast<Eigen::Index>(i)) = row(i).dot(slope);
+    }
     return weights;
   }
 
