@@ -76,7 +76,8 @@ ShapeRange range_of(const ParameterDefinition& parameter, const Candidate& candi
     case twin::SearchRule::kThreshold:
       return {ShapeScale::kLinear, lowest, highest, spacing_of(parameter.name, candidate)};
     case twin::SearchRule::kTime: return {ShapeScale::kLinear, 0.0, duration_s, duration_s / 200.0};
-    case twin::SearchRule::kLag: return {ShapeScale::kLinear, lowest, duration_s / 4.0, 60.0};
+    case twin::SearchRule::kLag:
+      return {ShapeScale::kLogarithmic, lowest, duration_s / 4.0, 2.0, -60.0};
     case twin::SearchRule::kBetweenFaces: return {};
     case twin::SearchRule::kWithinGrid:
       return {ShapeScale::kLogarithmic, parameter.grid.front(), parameter.grid.back(),

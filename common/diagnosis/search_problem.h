@@ -32,7 +32,8 @@ struct ShapeRange {
   ShapeScale scale = ShapeScale::kFixed;
   double lowest = 0.0;
   double highest = 0.0;
-  double step = 0.0;  // distance to the neighbours listed; logarithmic: their ratio
+  double step = 0.0;    // distance to the neighbours listed; logarithmic: their ratio
+  double origin = 0.0;  // logarithmic: what the ratio is counted from
 };
 
 enum class CandidateKind : std::uint8_t { kNamed, kGeneric };

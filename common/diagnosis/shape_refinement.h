@@ -13,6 +13,23 @@
 
 namespace zerodrift::diagnosis {
 
+// How far a parameter is moved from `centre`, in what it moves in evenly: itself or a logarithm.
+struct Reach {
+  Reach(const ShapeRange& range, double centre)
+      : is_logarithmic(range.scale == ShapeScale::kLogarithmic), origin(range.origin) {
+    const double step = is_logarithmic ? std::log(range.step) : range.step;
+    low = std::max(to(centre) - step, to(range.lowest));
+    high = std::min(to(centre) + step, to(range.highest));
+  }
+  [[nodiscard]] double to(double x) const { return is_logarithmic ? std::log(x - origin) : x; }
+  [[nodiscard]] double from(double x) const { return is_logarithmic ? origin + std::exp(x) : x; }
+
+  bool is_logarithmic;
+  double origin;
+  double low = 0.0;
+  double high = 0.0;
+};
+
 // Moves shape[i] to the largest f within a step of `centre`; that value.
 template <typename F>
 double refine_along(std::size_t i, const ShapeRange& range, double centre,
@@ -21,14 +38,12 @@ double refine_along(std::size_t i, const ShapeRange& range, double centre,
   constexpr int kGoldenSteps = 6;
   constexpr double kNothing = -std::numeric_limits<double>::infinity();
   if (range.scale == ShapeScale::kFixed) return kNothing;
-  const bool logarithmic = range.scale == ShapeScale::kLogarithmic;
-  const auto to = [&](double x) { return logarithmic ? std::log(x) : x; };
-  const auto from = [&](double x) { return logarithmic ? std::exp(x) : x; };
-  const double low = std::max(to(centre) - to(range.step), to(range.lowest));
-  const double high = std::min(to(centre) + to(range.step), to(range.highest));
+  const Reach reach(range, centre);
+  const double low = reach.low;
+  const double high = reach.high;
   if (!(high > low)) return kNothing;
   const auto at = [&](double x) {
-    shape[i] = from(x);
+    shape[i] = reach.from(x);
     return f(shape);
   };
   const double spacing = (high - low) / kEvenSteps;
@@ -50,7 +65,7 @@ double refine_along(std::size_t i, const ShapeRange& range, double centre,
                          }
                          return -here;
                        });
-  shape[i] = from(best);
+  shape[i] = reach.from(best);
   return value;
 }
 

@@ -90,7 +90,7 @@ enum class ParameterRole {
 enum class SearchRule {
   kGrid,        // at the values of its grid, then between them and up to four times beyond
   kWithinGrid,  // the same, but not beyond
-  kLag,         // the same, in steps of a minute up to a quarter of the record
+  kLag,         // the same, evenly in the logarithm of a minute more, up to a quarter of the record
   kFrequency,   // Hz: where the residual oscillates in time
   // Of two levels that alternate there: Hz, share of a period above, turns. Searched together.
   kCycleFrequency,

@@ -4,10 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <iterator>
+#include <set>
 #include <utility>
 
 #include "common/diagnosis/known_effects.h"
 #include "common/diagnosis/lineup.h"
+#include "common/diagnosis/shape_refinement.h"
 #include "common/twin/effect_catalogue.h"
 #include "tests/unit/diagnosis/simulated_series.h"
 
@@ -138,6 +141,35 @@ TEST_F(CandidatesTest, LoopsAreNoWiderThanTheTemperatureGoesThrough) {
     const auto& range = ranges.at(static_cast<std::size_t>(place - names.begin()) + 1);
     EXPECT_DOUBLE_EQ(range.highest, std::max(least, widest));
   }
+}
+
+// Before: a lag of 240 to 540 s, or of 660 to 1740, couldn't be found, since those listed were
+// moved by a minute at most.
+TEST_F(CandidatesTest, BetweenTwoValuesListedNoneIsOutOfReach) {
+  const twin::Model model = test::lab_model();
+  Lineup lineup;
+  for (Candidate& candidate : candidates(*series_, *playback_, model, core::Axis::kX, {}).testable)
+    lineup.add(std::move(candidate));
+  const std::vector<CandidateGroup> groups = lineup.groups(*series_, *playback_);
+  std::size_t lags = 0;
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    std::size_t place = 0;
+    for (const twin::ParameterDefinition& parameter : lineup.named[g].definition->parameters) {
+      if (parameter.role != twin::ParameterRole::kShape) continue;
+      const ShapeRange& range = groups[g].ranges.at(++place);
+      if (range.scale == ShapeScale::kFixed || parameter.grid.size() < 2) continue;
+      lags += parameter.rule == twin::SearchRule::kLag ? 1U : 0U;
+      std::set<double> listed;
+      for (const CandidateVariant& variant : groups[g].variants)
+        listed.insert(variant.shape.at(place));
+      for (auto above = listed.begin(); above != listed.end() && std::next(above) != listed.end();
+           ++above) {
+        EXPECT_GE(Reach(range, *above).high, Reach(range, *std::next(above)).low)
+            << groups[g].name << ' ' << parameter.name << " from " << *above;
+      }
+    }
+  }
+  EXPECT_GT(lags, 0U);
 }
 
 TEST_F(CandidatesTest, GroupsOfTheSameIdentityMakeTheSameColumns) {
