@@ -29,7 +29,9 @@ export class System {
 
   start(name, program, ...args) {
     if (this.#running.has(name)) throw new Error(`${name} runs already`); // it would be ended by nobody
-    const child = spawn(join(bin, program), [...args, '--domain', domain], { stdio: ['ignore', 'ignore', 'pipe'] });
+    // It ends with this process however that ends: what goes on would answer the next run's pages.
+    const command = ['--pdeathsig', 'KILL', join(bin, program), ...args, '--domain', domain];
+    const child = spawn('setpriv', command, { stdio: ['ignore', 'ignore', 'pipe'] });
     const log = [];
     child.stderr.on('data', (text) => log.push(String(text)));
     this.#running.set(name, { child, log, ended: new Promise((done) => child.on('exit', done)) });
@@ -62,6 +64,7 @@ export class System {
   }
 
   async startConsole(...options) {
+    if (await fetch(address).then(() => true, () => false)) throw new Error(`something else answers at ${address} already`);
     const page = process.env.ZERODRIFT_PAGE ? ['--page', process.env.ZERODRIFT_PAGE] : [];
     this.start('console', 'console', '--listen', `127.0.0.1:${port}`, ...page, ...options);
     for (let attempt = 0; attempt < 100; ++attempt) {
