@@ -77,6 +77,8 @@ ShapeRange range_of(const ParameterDefinition& parameter, const Candidate& candi
       return {ShapeScale::kLinear, lowest, highest, spacing_of(parameter.name, candidate)};
     case twin::SearchRule::kTime: return {ShapeScale::kLinear, 0.0, duration_s, duration_s / 200.0};
     case twin::SearchRule::kLag:
+      // Those listed, 0 to 1800 s, lie twice to three times as far from -60 s as the one before:
+      // half that way from either side leaves none out.
       return {ShapeScale::kLogarithmic, lowest, duration_s / 4.0, 2.0, -60.0};
     case twin::SearchRule::kBetweenFaces: return {};
     case twin::SearchRule::kWithinGrid:
