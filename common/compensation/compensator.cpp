@@ -253,9 +253,7 @@ core::CompensatedSample Compensator::answer(const Pending& pending) const noexce
     if (usable && correction != 0.0) out.applied_drift_radps[i] += correction;
     out.rate_radps[i] = sample.rate_radps[i] - out.applied_drift_radps[i];
     out.drift_variance[i] = usable ? drift.variance() : -1.0;
-    out.sensor_variance[i] = gate_.state() != RestState::kInitial && gate_.knows(axis)
-                                 ? gate_.sample_variance(axis)
-                                 : -1.0;
+    out.sensor_variance[i] = gate_.knows(axis) ? gate_.sample_variance(axis) : -1.0;
     out.mode[i] = usable ? drift.mode() : core::Mode::kPassthrough;
     out.reason[i] = usable ? drift.reason() : core::Reason::kInvalidInput;
     out.rung[i] = usable ? drift.rung() : core::Rung::kNone;

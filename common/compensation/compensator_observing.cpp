@@ -123,7 +123,7 @@ ExpectedLevels Compensator::expected_levels() const noexcept {
   ExpectedLevels expected;
   for (const auto axis : kAxes) {
     const std::size_t i = index(axis);
-    if (gate_.state() != RestState::kInitial && gate_.knows(axis)) continue;
+    if (gate_.knows(axis)) continue;
     const AxisModel* model = active_model(axis);
     const AxisContext& context = axes_[i].context();
     if (model == nullptr || !context.held_radps || !context.applied_radps) continue;
@@ -140,7 +140,10 @@ void Compensator::close_block(DriftBlock block) noexcept {
   uncovered_ = {};
   const bool measured = block.count != core::PerAxis<std::size_t>{};
   if (!measured && !blocks_.turning()) return;
-  const RestState state = blocks_.turning() ? gate_.motion() : gate_.add(block, expected_levels());
+  core::PerAxis<bool> is_reversed{};
+  for (const auto axis : kAxes) is_reversed[index(axis)] = polarity_.is_reversed(axis);
+  const RestState state =
+      blocks_.turning() ? gate_.motion() : gate_.add(block, expected_levels(), is_reversed);
   if (state != RestState::kRest || gate_reason() != core::Reason::kNone) {
     end_of_rest();
     return;
@@ -161,7 +164,7 @@ void Compensator::close_block(DriftBlock block) noexcept {
     context[index(axis)] = axes_[index(axis)].context();
     variance[index(axis)] = sigma * sigma;
     // Its motion would go unnoticed, or the wrong way round.
-    if (!gate_.knows(axis) || polarity_.is_reversed(axis)) block.count[index(axis)] = 0;
+    if (!gate_.knows(axis) || is_reversed[index(axis)]) block.count[index(axis)] = 0;
     // What the prior leaves can't be known without it.
     if (prior_covers(axis) && !context[index(axis)].prior_ready) block.count[index(axis)] = 0;
   }

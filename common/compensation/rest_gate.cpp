@@ -50,6 +50,7 @@ RestGate::RestGate(const RestGateOptions& options) : options_(options) {
 
 void RestGate::restart() noexcept {
   state_ = RestState::kInitial;
+  has_begun_ = false;
   axes_ = {};
   initial_count_ = 0;
   still_since_ = core::kNever;
@@ -59,7 +60,7 @@ void RestGate::restart() noexcept {
 void RestGate::skip(core::SensorTime by) noexcept {
   initial_count_ = 0;
   if (state_ == RestState::kSettling) static_cast<void>(motion());
-  if (state_ == RestState::kInitial) return;
+  if (!has_begun_) return;
   level_time_ += by;
   watch_.skip(by);
 }
@@ -68,10 +69,15 @@ double RestGate::block_sigma(core::Axis axis) const noexcept {
   return std::max(std::sqrt(axes_[index(axis)].noise), kSmallestSigma);
 }
 
-RestState RestGate::add(const DriftBlock& block, const ExpectedLevels& expected) noexcept {
+RestState RestGate::add(const DriftBlock& block, const ExpectedLevels& expected,
+                        const core::PerAxis<bool>& is_reversed) noexcept {
   if (block.count == core::PerAxis<std::size_t>{}) return state_;
-  if (state_ == RestState::kInitial) return state_ = collect_initial(block, expected);
-  const bool implausible = level_implausible(block);
+  const bool implausible = level_implausible(block, is_reversed);
+  if (!has_begun_ && implausible) {
+    initial_count_ = 0;
+    return state_ = RestState::kLevelImplausible;
+  }
+  if (!has_begun_) return state_ = collect_initial(block, expected);
   const bool departing = departs(block);
   // What a reference leaves is no rotation, however it comes and goes.
   const bool goes_on = watch(block) || block.has_reference;
@@ -94,7 +100,8 @@ RestState RestGate::add(const DriftBlock& block, const ExpectedLevels& expected)
 }
 
 RestState RestGate::motion() noexcept {
-  if (state_ == RestState::kInitial) {
+  if (!has_begun_) {
+    state_ = RestState::kInitial;
     initial_count_ = 0;
   } else {
     state_ = RestState::kMotion;
@@ -142,10 +149,6 @@ void RestGate::follow_levels() noexcept {
 
 RestState RestGate::collect_initial(const DriftBlock& block,
                                     const ExpectedLevels& expected) noexcept {
-  if (level_implausible(block)) {
-    initial_count_ = 0;
-    return RestState::kInitial;
-  }
   if (initial_count_ == options_.initial_blocks) {
     const auto end = initial_.begin() + static_cast<std::ptrdiff_t>(initial_count_);
     std::move(initial_.begin() + 1, end, initial_.begin());
@@ -155,6 +158,7 @@ RestState RestGate::collect_initial(const DriftBlock& block,
   if (initial_count_ < options_.initial_blocks) return RestState::kInitial;
   adopt_initial();
   if (!initial_blocks_agree()) return RestState::kInitial;
+  has_begun_ = true;
   return leaves(expected) ? RestState::kMotion : RestState::kRest;
 }
 
@@ -260,10 +264,11 @@ double RestGate::slew(const AxisState& axis, double times_noise) const noexcept 
   return std::max(options_.max_slew_radps2, times_noise * options_.noise_slew_per_s * sigma);
 }
 
-bool RestGate::level_implausible(const DriftBlock& block) const noexcept {
+bool RestGate::level_implausible(const DriftBlock& block,
+                                 const core::PerAxis<bool>& is_reversed) const noexcept {
   if (block.has_reference) return false;
   return std::any_of(kAxes.begin(), kAxes.end(), [&](core::Axis axis) {
-    return block.count[index(axis)] > 0 &&
+    return block.count[index(axis)] > 0 && !is_reversed[index(axis)] &&
            std::abs(block.mean_radps[index(axis)]) > options_.max_level_radps;
   });
 }

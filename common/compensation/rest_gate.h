@@ -71,15 +71,17 @@ class RestGate {
 
   // A block without any sample says nothing and changes nothing. `expected`: the first level of an
   // axis elsewhere is motion, until it may have drifted there as any other; unless its blocks have
-  // a reference.
-  RestState add(const DriftBlock& block, const ExpectedLevels& expected = {}) noexcept;
+  // a reference. `is_reversed`: such an axis shows the Earth the wrong way round, so that its level
+  // says nothing of whether it is plausible.
+  RestState add(const DriftBlock& block, const ExpectedLevels& expected = {},
+                const core::PerAxis<bool>& is_reversed = {}) noexcept;
   // A block known from elsewhere to be in motion (a reference says so, a sensor saturated).
   RestState motion() noexcept;
 
   [[nodiscard]] RestState state() const noexcept { return state_; }
   // Whether motion of this axis would be noticed: its level and noise are known.
   [[nodiscard]] bool knows(core::Axis axis) const noexcept {
-    return axes_[core::index(axis)].known;
+    return has_begun_ && axes_[core::index(axis)].known;
   }
   // Standard deviation of a block mean at rest, rad/s.
   [[nodiscard]] double block_sigma(core::Axis axis) const noexcept;
@@ -103,9 +105,11 @@ class RestGate {
 
   // Its state (core/state_archive.h).
   void carry(core::StateArchive& archive) {
-    archive(state_, axes_, level_time_, still_since_, initial_, initial_count_, watch_);
+    archive(state_, has_begun_, axes_, level_time_, still_since_, initial_, initial_count_, watch_);
     archive.require(state_ <= RestState::kRest && initial_count_ <= options_.initial_blocks);
     archive.require(level_time_ != core::kNever);
+    archive.require(has_begun_ || state_ == RestState::kInitial ||
+                    state_ == RestState::kLevelImplausible);
     archive.require(state_ != RestState::kSettling || still_since_ != core::kNever);
   }
 
@@ -134,7 +138,8 @@ class RestGate {
   void adopt_initial() noexcept;
   [[nodiscard]] double threshold(const AxisState& axis, double elapsed_s) const noexcept;
   [[nodiscard]] bool departs(const DriftBlock& block) const noexcept;
-  [[nodiscard]] bool level_implausible(const DriftBlock& block) const noexcept;
+  [[nodiscard]] bool level_implausible(const DriftBlock& block,
+                                       const core::PerAxis<bool>& is_reversed) const noexcept;
   [[nodiscard]] double slew(const AxisState& axis, double times_noise) const noexcept;
   [[nodiscard]] bool watch(const DriftBlock& block) noexcept;
   [[nodiscard]] bool is_doubtful(const DriftBlock& block) const noexcept;
@@ -145,6 +150,7 @@ class RestGate {
 
   RestGateOptions options_;
   RestState state_ = RestState::kInitial;
+  bool has_begun_ = false;  // levels are known
   core::PerAxis<AxisState> axes_{};
   core::SensorTime level_time_{0};  // when the level was last confirmed
   core::SensorTime still_since_{core::kNever};

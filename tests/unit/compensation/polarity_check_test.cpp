@@ -114,5 +114,26 @@ TEST(PolarityCheck, AReversedAxisSaysSoAndIsNotLearnedFrom) {
   EXPECT_EQ(right.counts().reversed_axes, 0U);
 }
 
+// Rule: as above where the Earth says so, whose rate the wrong way round is more than any drift.
+TEST(PolarityCheck, AnAxisThatShowsTheEarthReversedKeepsNoOtherFromLearning) {
+  testing::GyroSpec spec;
+  spec.duration_s = 900.0;
+  const testing::Record record = testing::make_record(spec);
+  CompensationOptions options = testing::options();
+  options.earth_rate.mode = EarthRateMode::kKnown;
+  options.earth_rate.rate_radps = {0.0, 0.0, -10.0 * kDegH};  // z measures the opposite and drift
+  options.learning.rest.max_level_radps = 6.0 * kDegH;
+  testing::Record reversed = record;
+  for (auto& rate : reversed.rates) rate.rate_radps[2] += 10.0 * kDegH;
+  Compensator compensator{options};
+  const auto answers = testing::run(compensator, reversed);
+  EXPECT_EQ(answers.at(400).reason[0], core::Reason::kLevelImplausible) << "until it is known";
+  EXPECT_TRUE(compensator.is_reversed(Axis::kZ));
+  EXPECT_EQ(answers.back().reason[2], core::Reason::kPolarityReversed);
+  EXPECT_EQ(answers.back().mode[0], core::Mode::kLearning);
+  EXPECT_EQ(answers.back().mode[1], core::Mode::kLearning);
+  EXPECT_EQ(answers.back().applied_drift_radps[2], 0.0);
+}
+
 }  // namespace
 }  // namespace zerodrift::compensation

@@ -269,7 +269,10 @@ TEST(RestGateScenarios, ASteadyTurnAtTheStartIsImplausibleForAsLongAsItLasts) {
   const auto turning = [](double time_s, Axis axis) {
     return axis == Axis::kZ && time_s < 19.0 ? 36'000.0 : 2.0;
   };
-  EXPECT_EQ(not_at_rest(gate, blocks, 28, turning), 28);
+  EXPECT_EQ(not_at_rest(gate, blocks, 18, turning), 18);
+  EXPECT_EQ(gate.state(), RestState::kLevelImplausible);
+  EXPECT_FALSE(gate.knows(Axis::kX));
+  EXPECT_EQ(not_at_rest(gate, blocks, 10, turning), 10);
   EXPECT_EQ(gate.add(blocks.next(turning)), RestState::kRest);
   EXPECT_NEAR(gate.level(Axis::kZ), 2.0 * kDegH, 3.0 * kFogSigmaDegH * kDegH);
 }
