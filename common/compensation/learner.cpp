@@ -167,9 +167,9 @@ void AxisLearner::reselect_kernel() {
   options.dictionary_capacity = kSelectionSamples;
   options.gamma_highest = kNarrowestGamma;
   const regression::SampleColumns samples{features.data(), stride, dimension, slots.size()};
-  const auto present = regression::score_kernel(options, svr_.options().kernel, samples, targets);
-  const auto selection = regression::select_kernel(options, samples, targets);
-  if (!present || !regression::is_materially_better(options, selection, *present)) return;
+  const auto selection =
+      regression::select_kernel(options, samples, targets, svr_.options().kernel);
+  if (!regression::is_materially_better(options, selection)) return;
 
   regression::OnlineSvrOptions svr_options = svr_.options();
   svr_options.kernel = selection.best.kernel;

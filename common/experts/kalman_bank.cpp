@@ -146,6 +146,7 @@ void KalmanBank::update(const Labelled& label) {
     double* const gain = &gain_[i * n];
     for (std::size_t j = 0; j < states_; ++j) {
       const double weight = row(j);
+      if (weight == 0.0) continue;
       const double* const p = i >= j ? covariance(i, j) : covariance(j, i);
       for (std::size_t f = 0; f < n; ++f) gain[f] += p[f] * weight;
     }

@@ -28,8 +28,10 @@ struct LinearForecast {
   // O(terms); no allocation.
   [[nodiscard]] double at(double now_s, const Basis& basis) const noexcept {
     double sum = level;
-    for (std::size_t i = 0; i < slope.size(); ++i)
+    for (std::size_t i = 0; i < slope.size(); ++i) {
+      if (slope[i] == 0.0) continue;  // of all experts but one
       sum -= slope[i] * kSlopeTimesS[i] * std::expm1(-(now_s - time_s) / kSlopeTimesS[i]);
+    }
     for (std::size_t j = 0; j < kBasisTerms; ++j) sum += coefficient[j] * basis[j];
     return sum;
   }

@@ -8,6 +8,7 @@
 
 #include "common/core/golden_section.h"
 #include "common/regression/kernel_samples.h"
+#include "common/regression/tridiagonal.h"
 
 namespace zerodrift::regression {
 namespace {
@@ -16,8 +17,8 @@ namespace {
 // noise of 0.01 have a ratio of variances of 1e-8; at 10 the noise is all there is.
 constexpr double kLowestRelativeRidge = 1e-9;
 constexpr double kHighestRelativeRidge = 10.0;
-constexpr std::size_t kRidgeGridPoints = 11;  // one a decade
-constexpr std::size_t kRidgeRefinements = 8;  // to a factor of 10^(2 0.618^8) = 1.1
+constexpr std::size_t kRidgeGridPoints = 2 * kRidgesAtOnce;
+constexpr int kRidgeRefinements = 2;          // to a factor of 10^(10 / 15 (2 / 9)^2) = 1.08
 constexpr double kGammasInADecade = 2.0;      // of the grid
 constexpr std::size_t kGammaRefinements = 6;  // to a factor of 10^(0.618^6) = 1.14
 
@@ -119,9 +120,15 @@ MatrixXd reflected_gram(const Problem& problem, const Kernel& kernel) {
   MatrixXd gram(n, n);
   double x[kMaxDimension];
   for (Index i = 0; i < n; ++i) {
-    dictionary.gather(static_cast<std::size_t>(i), x);
-    evaluate_row(kernel, dictionary.columns(), x, gram.col(i).data());
-    gram.col(i).array() *= problem.root_weights.array() * problem.root_weights[i];
+    const auto first = static_cast<std::size_t>(i);
+    dictionary.gather(first, x);
+    SampleColumns below = dictionary.columns();
+    below.data += first;
+    below.count -= first;
+    evaluate_row(kernel, below, x, &gram(i, i));
+    gram.col(i).tail(n - i).array() *=
+        problem.root_weights.tail(n - i).array() * problem.root_weights[i];
+    gram.row(i).tail(n - i) = gram.col(i).tail(n - i);
   }
   problem.reflection.apply_on_the_left(gram);
   problem.reflection.apply_on_the_right(gram);
@@ -240,17 +247,48 @@ double leave_one_out_nats(const Reduced& reduced, double relative_ridge) {
   return 0.5 * static_cast<double>(n) * std::log(sum_of_squares / static_cast<double>(n));
 }
 
+// A minimum on a logarithmic grid, then on finer ones between the best point's neighbours: ridges
+// side by side cost little more than one.
+double likeliest_ridge(const Problem& problem, const Reduced& reduced) {
+  const auto m = static_cast<double>(reduced.diagonal.size());
+  const auto size = static_cast<std::size_t>(reduced.diagonal.size());
+  Minimum best{kLowestRelativeRidge};
+  const auto consider = [&](const ByRidge& ridges) {
+    const RidgeFigures figures =
+        figures_of({{reduced.diagonal.data(), size}, {reduced.subdiagonal.data(), size - 1}},
+                   {reduced.targets.data(), size}, ridges);
+    for (std::size_t i = 0; i < kRidgesAtOnce; ++i) {
+      const double norm = figures.squared_norm[i];
+      const double variance = signal_variance(problem, norm / m, ridges[i]);
+      const double cost = m * std::log(variance) + figures.log_determinant[i] + norm / variance;
+      if (cost < best.value) best = {ridges[i], cost};
+    }
+  };
+  const double low = std::log(kLowestRelativeRidge), high = std::log(kHighestRelativeRidge);
+  double spacing = (high - low) / static_cast<double>(kRidgeGridPoints - 1);
+  ByRidge ridges{};
+  for (std::size_t i = 0; i < kRidgeGridPoints; ++i) {
+    ridges[i % kRidgesAtOnce] = std::exp(low + spacing * static_cast<double>(i));
+    if ((i + 1) % kRidgesAtOnce == 0) consider(ridges);
+  }
+  for (int refinement = 0; refinement < kRidgeRefinements; ++refinement) {
+    const double lowest = std::max(low, std::log(best.argument) - spacing);
+    const double highest = std::min(high, std::log(best.argument) + spacing);
+    spacing = (highest - lowest) / static_cast<double>(kRidgesAtOnce + 1);
+    for (std::size_t i = 0; i < kRidgesAtOnce; ++i)
+      ridges[i] = std::exp(lowest + spacing * static_cast<double>(i + 1));
+    consider(ridges);
+  }
+  return best.argument;
+}
+
 // The known one for the paper's criterion, otherwise that of the largest marginal likelihood.
 double relative_ridge_of(const KernelSelectionOptions& options, const Problem& problem,
                          const Reduced& reduced) {
   if (options.criterion == SelectionCriterion::kPaper) {
     return std::max(problem.noise_variance / reduced.scale, kSmallestRelativeRidge);
   }
-  return minimise(
-             kLowestRelativeRidge, kHighestRelativeRidge, kRidgeGridPoints, kRidgeRefinements,
-             std::numeric_limits<double>::infinity(),
-             [&](double ridge) { return marginal_likelihood_cost(problem, reduced, ridge).nats; })
-      .argument;
+  return likeliest_ridge(problem, reduced);
 }
 
 Cost cost_at(const KernelSelectionOptions& options, const Problem& problem, const Reduced& reduced,
@@ -363,7 +401,8 @@ std::optional<std::string> KernelSelectionOptions::validate() const {
 }
 
 KernelSelection select_kernel(const KernelSelectionOptions& options, const SampleColumns& samples,
-                              std::span<const double> targets) {
+                              std::span<const double> targets,
+                              const std::optional<Kernel>& present) {
   KernelSelection selection;
   const Preparation preparation = prepare(options, samples, targets);
   selection.status = preparation.status;
@@ -371,13 +410,14 @@ KernelSelection select_kernel(const KernelSelectionOptions& options, const Sampl
   const Problem& problem = preparation.problem;
   selection.dictionary_size = problem.dictionary.size();
   selection.constant_score = constant_score(options, problem);
-  double refined_below = std::numeric_limits<double>::infinity();
+  if (present && !present->validate()) selection.present = scored(options, problem, *present);
+  double refined_below = selection.present.score;
   for (std::size_t i = 0; i < kFamilySize; ++i) {
     selection.family[i] = kFamily[i].kind == KernelKind::kLinear
                               ? scored(options, problem, kFamily[i])
                               : best_gamma(options, problem, kFamily[i], refined_below);
     // Of the others, those that can still beat the RBF.
-    refined_below = selection.family[0].score + options.margin_nats;
+    refined_below = std::min(refined_below, selection.family[0].score + options.margin_nats);
   }
   selection.best = selection.family[0];
   const double score_to_beat = selection.family[0].score - options.margin_nats;
@@ -390,19 +430,10 @@ KernelSelection select_kernel(const KernelSelectionOptions& options, const Sampl
   return selection;
 }
 
-std::optional<KernelChoice> score_kernel(const KernelSelectionOptions& options,
-                                         const Kernel& kernel, const SampleColumns& samples,
-                                         std::span<const double> targets) {
-  if (kernel.validate()) return std::nullopt;
-  const Preparation preparation = prepare(options, samples, targets);
-  if (preparation.status != SelectionStatus::kSelected) return std::nullopt;
-  return scored(options, preparation.problem, kernel);
-}
-
-bool is_materially_better(const KernelSelectionOptions& options, const KernelSelection& selection,
-                          const KernelChoice& present) noexcept {
+bool is_materially_better(const KernelSelectionOptions& options,
+                          const KernelSelection& selection) noexcept {
   return selection.status == SelectionStatus::kSelected &&
-         selection.best.score < present.score - options.margin_nats;
+         selection.best.score < selection.present.score - options.margin_nats;
 }
 
 }  // namespace zerodrift::regression

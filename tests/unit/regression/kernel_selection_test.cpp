@@ -69,13 +69,14 @@ Batch smooth_batch(std::size_t count, std::uint64_t seed = 1) {
   return batch_of(RecordGenerator(RecordKind::kSmooth, 2, seed).take(count));
 }
 
-KernelSelection select(const KernelSelectionOptions& options, const Batch& batch) {
-  return select_kernel(options, batch.columns(), batch.targets);
+KernelSelection select(const KernelSelectionOptions& options, const Batch& batch,
+                       const std::optional<Kernel>& present = {}) {
+  return select_kernel(options, batch.columns(), batch.targets, present);
 }
 
 KernelChoice score(const KernelSelectionOptions& options, const Kernel& kernel,
                    const Batch& batch) {
-  return score_kernel(options, kernel, batch.columns(), batch.targets).value();
+  return select(options, batch, kernel).present;
 }
 
 KernelSelectionOptions options_for(SelectionCriterion criterion) {
@@ -520,13 +521,11 @@ TEST(KernelSelectionScenario, UnchangedDriftKeepsItsKernelAndAChangedOneDoesNot)
   const Kernel present = select(options, cycle_batch(300, kNoise, 100)).best.kernel;
   for (std::uint64_t seed = 101; seed <= 110; ++seed) {
     Batch batch = cycle_batch(300, kNoise, seed);
-    EXPECT_FALSE(
-        is_materially_better(options, select(options, batch), score(options, present, batch)));
+    EXPECT_FALSE(is_materially_better(options, select(options, batch, present)));
     for (std::size_t i = 0; i < batch.size(); ++i) {
       batch.targets[i] += 0.3 * std::sin(9.0 * batch.features[i]);  // rougher in temperature
     }
-    EXPECT_TRUE(
-        is_materially_better(options, select(options, batch), score(options, present, batch)));
+    EXPECT_TRUE(is_materially_better(options, select(options, batch, present)));
   }
 }
 
@@ -614,13 +613,12 @@ TEST(KernelSelectionAbuse, StatusSaysWhyThereIsNothingToSelect) {
     const KernelSelection selection = select({}, each.batch);
     EXPECT_EQ(selection.status, each.expected) << each.what;
     expect_no_nan(selection);
-    const bool is_scored =
-        score_kernel({}, {}, each.batch.columns(), each.batch.targets).has_value();
+    const bool is_scored = std::isfinite(select({}, each.batch, Kernel{}).present.score);
     EXPECT_EQ(is_scored, each.expected == SelectionStatus::kSelected ||
                              each.expected == SelectionStatus::kNoSignal)
         << each.what;
-    // Whatever the present kernel, here one that can't be scored at all.
-    EXPECT_EQ(is_materially_better({}, selection, {}), each.expected == SelectionStatus::kSelected)
+    // Whatever the present kernel, here none.
+    EXPECT_EQ(is_materially_better({}, selection), each.expected == SelectionStatus::kSelected)
         << each.what;
   }
 }
@@ -658,7 +656,7 @@ TEST(KernelSelectionAbuse, SizesThatDoNotMatchAreRefused) {
   EXPECT_EQ(select_kernel({}, columns, batch.targets).status, SelectionStatus::kRefused);
   Kernel wrong;
   wrong.gamma = -1.0;
-  EXPECT_FALSE(score_kernel({}, wrong, batch.columns(), batch.targets));
+  EXPECT_FALSE(std::isfinite(select({}, batch, wrong).present.score));
 }
 
 TEST(KernelSelectionAbuse, ValidateNamesTheWrongKey) {
