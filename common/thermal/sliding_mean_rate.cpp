@@ -39,11 +39,11 @@ std::optional<std::string> SlidingMeanRateOptions::validate() const {
 SlidingMeanRate::SlidingMeanRate(const SlidingMeanRateOptions& options)
     : options_(checked(options)),
       max_gap_(core::from_seconds(options.max_gap_s)),
-      window_(options.window_samples) {}
+      readings_(options.window_samples + 2) {}
 
 void SlidingMeanRate::add(core::SensorTime time, double temperature_degc) noexcept {
   if (!std::isfinite(temperature_degc) || !core::is_usable(time)) return;
-  if (window_.empty()) {
+  if (readings_.empty()) {
     start_at(time, temperature_degc);
     return;
   }
@@ -54,11 +54,12 @@ void SlidingMeanRate::add(core::SensorTime time, double temperature_degc) noexce
     return;
   }
   newest_time_ = time;
-  fill_to(nearest_grid_index(time), temperature_degc);
+  const std::int64_t grid_index = nearest_grid_index(time);
+  if (grid_index > readings_.back().grid_index) append({grid_index, temperature_degc});
 }
 
 void SlidingMeanRate::reset() noexcept {
-  window_.clear();
+  readings_.clear();
   rate_.reset();
 }
 
@@ -77,27 +78,26 @@ std::int64_t SlidingMeanRate::nearest_grid_index(core::SensorTime time) const no
 
 void SlidingMeanRate::start_at(core::SensorTime time, double temperature_degc) noexcept {
   grid_origin_ = time;
-  grid_index_ = 0;
   newest_time_ = time;
-  append(temperature_degc);
+  append({0, temperature_degc});
 }
 
-void SlidingMeanRate::fill_to(std::int64_t grid_index, double temperature_degc) noexcept {
-  if (grid_index <= grid_index_) return;
-  const auto missing = static_cast<double>(grid_index - grid_index_);
-  const double before_degc = window_.back();
-  for (double i = 1.0; i < missing; i += 1.0)
-    window_.push_overwriting(before_degc + (temperature_degc - before_degc) * (i / missing));
-  append(temperature_degc);
-  grid_index_ = grid_index;
-}
-
-void SlidingMeanRate::append(double temperature_degc) noexcept {
-  if (window_.full()) {
-    rate_ = (temperature_degc - window_.front()) / static_cast<double>(options_.window_samples) *
-            options_.sample_rate_hz;
+void SlidingMeanRate::append(const Reading& reading) noexcept {
+  readings_.push_overwriting(reading);
+  const std::int64_t begin =
+      reading.grid_index - static_cast<std::int64_t>(options_.window_samples);
+  while (readings_.size() > 1 && readings_[1].grid_index <= begin) readings_.pop();
+  const Reading& before = readings_.front();
+  if (before.grid_index > begin) return;
+  double begin_degc = before.degc;
+  if (before.grid_index < begin) {
+    const Reading& after = readings_[1];
+    begin_degc +=
+        (after.degc - before.degc) * (static_cast<double>(begin - before.grid_index) /
+                                      static_cast<double>(after.grid_index - before.grid_index));
   }
-  window_.push_overwriting(temperature_degc);
+  rate_ = (reading.degc - begin_degc) / static_cast<double>(options_.window_samples) *
+          options_.sample_rate_hz;
 }
 
 }  // namespace zerodrift::thermal

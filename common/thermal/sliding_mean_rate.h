@@ -36,7 +36,8 @@ struct SlidingMeanRateOptions {
 // nearest grid point, as it is; grid points between two readings are filled by linear
 // interpolation, and of several readings for one grid point the first counts. So a stream sampled
 // at f is used sample by sample, and lost samples, or a stream slower than f, keep the window K / f
-// seconds long. Cost of a reading: O(1) for each grid point it fills, at most max_gap_s f of them.
+// seconds long. Only readings are kept, as many as the window has. Cost of a reading: O(1) in the
+// mean, O(readings of the window) at worst.
 class SlidingMeanRate {
  public:
   // Allocates here only. Throws std::invalid_argument with validate()'s line.
@@ -46,7 +47,7 @@ class SlidingMeanRate {
   void add(core::SensorTime time, double temperature_degc) noexcept;
   void reset() noexcept;
 
-  // °C/s at lag_s() before the newest reading; nothing until K + 1 grid points are filled.
+  // °C/s at lag_s() before the newest reading; nothing until K + 1 grid points are there.
   [[nodiscard]] std::optional<double> rate_degc_per_s() const noexcept { return rate_; }
 
   // K / (2 f), the age of the rate's value.
@@ -57,24 +58,33 @@ class SlidingMeanRate {
 
   // Its state (core/state_archive.h).
   void carry(core::StateArchive& archive) {
-    archive(window_, rate_, grid_origin_, grid_index_, newest_time_);
-    archive.require(window_.empty() ||
+    archive(readings_, rate_, grid_origin_, newest_time_);
+    archive.require(readings_.empty() ||
                     (grid_origin_ != core::kNever && newest_time_ >= grid_origin_ &&
-                     grid_index_ == nearest_grid_index(newest_time_)));
+                     readings_.back().grid_index == nearest_grid_index(newest_time_)));
+    for (std::size_t i = 0; archive.ok() && i < readings_.size(); ++i) {
+      archive.require(readings_[i].grid_index >= 0 &&
+                      (i == 0 || readings_[i].grid_index > readings_[i - 1].grid_index));
+    }
   }
 
  private:
+  struct Reading {
+    std::int64_t grid_index = 0;
+    double degc = 0.0;
+
+    void carry(core::StateArchive& archive) { archive(grid_index, degc); }
+  };
   [[nodiscard]] std::int64_t nearest_grid_index(core::SensorTime time) const noexcept;
   void start_at(core::SensorTime time, double temperature_degc) noexcept;
-  void fill_to(std::int64_t grid_index, double temperature_degc) noexcept;
-  void append(double temperature_degc) noexcept;
+  void append(const Reading& reading) noexcept;
 
   SlidingMeanRateOptions options_;
   core::SensorTime max_gap_;
-  core::RingBuffer<double> window_;  // the last K grid points
+  // The last one at n - K or before, n being the newest one's grid point, and all after it.
+  core::RingBuffer<Reading> readings_;
   std::optional<double> rate_;
   core::SensorTime grid_origin_{0};
-  std::int64_t grid_index_ = 0;  // of the newest grid point
   core::SensorTime newest_time_{core::kNever};
 };
 
