@@ -23,6 +23,7 @@ KernelRows::KernelRows(const Kernel& kernel, std::size_t dimension, std::size_t 
       rows_(new (kCacheLine) double[(slot_count + 1) * padded(slot_count)]),
       row_of_(slot_count, kNone) {
   free_.reserve(slot_count);
+  holders_.reserve(slot_count);
   parked_.reserve(kRowsParked);
   clear();
   std::fill_n(rows_.get(), std::min(kRowsCommitted, slot_count + 1) * stride(), 0.0);
@@ -42,9 +43,7 @@ void KernelRows::write(std::size_t slot, std::span<const double> x) noexcept {
 const double* KernelRows::insert(std::size_t slot, std::span<const double> x) noexcept {
   write(slot, x);
   const double* own = take(slot);
-  for (std::size_t other = 0; other < slot_count(); ++other) {
-    if (row_of_[other] != kNone) place(row_of_[other])[slot] = own[other];
-  }
+  for (const std::size_t other : holders_) place(row_of_[other])[slot] = own[other];
   return own;
 }
 
@@ -55,6 +54,7 @@ const double* KernelRows::take(std::size_t slot) noexcept {
   }
   row_of_[slot] = free_.back();
   free_.pop_back();
+  holders_.push_back(slot);
   return evaluate_into(row_of_[slot], slot);
 }
 
@@ -67,12 +67,14 @@ void KernelRows::drop(std::size_t slot) noexcept {
   const auto found = std::find(parked_.begin(), parked_.end(), slot);
   if (found == parked_.end()) return;
   parked_.erase(found);
+  std::erase(holders_, slot);
   free_.push_back(row_of_[slot]);
   row_of_[slot] = kNone;
 }
 
 void KernelRows::clear() noexcept {
   parked_.clear();
+  holders_.clear();
   free_.clear();
   std::fill(row_of_.begin(), row_of_.end(), kNone);
   for (std::size_t i = slot_count(); i > kSpareRow; --i) free_.push_back(i);

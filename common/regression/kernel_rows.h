@@ -39,7 +39,7 @@ class KernelRows {
 
   // Writes a sample. No row may hold the slot's former one.
   void write(std::size_t slot, std::span<const double> x) noexcept;
-  // Writes a sample, takes its row and completes all other rows by it. O(W).
+  // Writes a sample, takes its row and completes all other rows by it. O(W dimension).
   const double* insert(std::size_t slot, std::span<const double> x) noexcept;
 
   // Of a slot that has taken it.
@@ -71,9 +71,10 @@ class KernelRows {
   Column features_;  // by column
   Column self_;      // k(x, x)
   std::unique_ptr<double[], FreeRows> rows_;
-  std::vector<std::size_t> row_of_;  // by slot; kNone: it has none
-  std::vector<std::size_t> free_;    // the last is taken next
-  std::vector<std::size_t> parked_;  // slots, the last parked at the end
+  std::vector<std::size_t> row_of_;   // by slot; kNone: it has none
+  std::vector<std::size_t> holders_;  // slots that have one
+  std::vector<std::size_t> free_;     // the last is taken next
+  std::vector<std::size_t> parked_;   // slots, the last parked at the end
 };
 
 }  // namespace zerodrift::regression

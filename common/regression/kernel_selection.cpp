@@ -19,7 +19,8 @@ constexpr double kLowestRelativeRidge = 1e-9;
 constexpr double kHighestRelativeRidge = 10.0;
 constexpr std::size_t kRidgeGridPoints = 2 * kRidgesAtOnce;
 constexpr int kRidgeRefinements = 2;          // to a factor of 10^(10 / 15 (2 / 9)^2) = 1.08
-constexpr double kGammasInADecade = 2.0;      // of the grid
+constexpr double kGammasInADecade = 2.0;      // of the grid; of polynomials, whose terms gamma only
+constexpr double kPolynomialGammas = 1.0;     // weighs, fewer
 constexpr std::size_t kGammaRefinements = 6;  // to a factor of 10^(0.618^6) = 1.14
 
 // Below this the tridiagonal factor is rounding.
@@ -324,8 +325,9 @@ KernelChoice best_gamma(const KernelSelectionOptions& options, const Problem& pr
   best.kernel = kernel;
   best.kernel.gamma = options.gamma_lowest;
   const double decades = std::log10(options.gamma_highest / options.gamma_lowest);
+  const double in_a_decade = kernel.is_stationary() ? kGammasInADecade : kPolynomialGammas;
   const auto grid_points =
-      static_cast<std::size_t>(std::max(1.0, std::ceil(kGammasInADecade * decades))) + 1;
+      static_cast<std::size_t>(std::max(1.0, std::ceil(in_a_decade * decades))) + 1;
   (void)minimise(options.gamma_lowest, options.gamma_highest, grid_points, kGammaRefinements,
                  refined_below, [&](double gamma) {
                    kernel.gamma = gamma;

@@ -37,6 +37,19 @@ void SvrPredictor::assign(const OnlineSvr& svr) noexcept {
             weights_.begin() + static_cast<std::ptrdiff_t>(padded(support_size_)), 0.0);
 }
 
+SvrPredictor& SvrPredictor::operator=(const SvrPredictor& other) noexcept {
+  core::require(other.dimension_ == dimension_ && other.stride_ == stride_,
+                "a predictor is as large as the one that it copies");
+  kernel_ = other.kernel_;
+  bias_ = other.bias_;
+  support_size_ = other.support_size_;
+  const std::size_t used = padded(support_size_);
+  for (std::size_t d = 0; d < dimension_; ++d)
+    std::copy_n(&other.features_[d * stride_], used, &features_[d * stride_]);
+  std::copy_n(other.weights_.data(), used, weights_.data());
+  return *this;
+}
+
 void SvrPredictor::carry(core::StateArchive& archive) {
   archive(kernel_, support_size_);
   archive.sums(bias_);

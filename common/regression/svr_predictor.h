@@ -21,6 +21,13 @@ class SvrPredictor {
   // Throws std::invalid_argument for a dimension outside 1..kMaxDimension.
   SvrPredictor(std::size_t dimension, std::size_t capacity);
 
+  SvrPredictor(const SvrPredictor&) = default;
+  SvrPredictor(SvrPredictor&&) noexcept = default;
+  // Of one of the same dimension and capacity. O(support vectors), no allocation.
+  SvrPredictor& operator=(const SvrPredictor& other) noexcept;
+  SvrPredictor& operator=(SvrPredictor&&) noexcept = default;
+  ~SvrPredictor() = default;
+
   // Copies the learner's present model; dimension and capacity must be the learner's. O(slots).
   void assign(const OnlineSvr& svr) noexcept;
 
