@@ -14,6 +14,8 @@ constexpr double kLeastInSigmas = 8.0;  // of a block: an answer is known to a t
 constexpr double kSteady = 0.1;         // of a step, within either side
 constexpr double kAnswers = 0.25;       // of a step
 constexpr std::uint64_t kVotes = 3;
+constexpr double kExactly = kAnswers * kAnswers * kAnswers;  // as rare by chance as kVotes answers
+constexpr double kMovesOn = 1.0 / 3.0;  // of a change, within its sides; of a ramp two thirds are
 
 template <typename Blocks>
 double mean_of(const Blocks& blocks, std::size_t first) {
@@ -27,6 +29,11 @@ double span_of(const Blocks& blocks, std::size_t first, std::size_t count) {
   const auto begin = blocks.begin() + static_cast<std::ptrdiff_t>(first);
   const auto [low, high] = std::minmax_element(begin, begin + static_cast<std::ptrdiff_t>(count));
   return *high - *low;
+}
+
+template <typename Blocks>
+double change_within_sides(const Blocks& blocks) {
+  return blocks[kSide - 1] - blocks.front() + blocks.back() - blocks[blocks.size() - kSide];
 }
 
 }  // namespace
@@ -59,20 +66,33 @@ void OwnOutputCheck::close(const core::PerAxis<double>& block_sigma_radps) noexc
 
 void OwnOutputCheck::judge(Axis& axis, double block_sigma_radps) noexcept {
   constexpr std::size_t kAfter = kBlocks - kSide;
+  if (!(block_sigma_radps > 0.0)) return;
   const double step = mean_of(axis.taken, kAfter) - mean_of(axis.taken, 0);
   const double size = std::abs(step);
-  if (!(block_sigma_radps > 0.0) || !(size >= kLeastInSigmas * block_sigma_radps)) return;
+  const double answer = mean_of(axis.rates, kAfter) - mean_of(axis.rates, 0);
+  const bool moves_on = std::abs(change_within_sides(axis.rates)) > kMovesOn * std::abs(answer);
   const double before = span_of(axis.taken, 0, kSide);
   const double after = span_of(axis.taken, kAfter - kOnTheWay, kSide + kOnTheWay);
+  if (size < kLeastInSigmas * block_sigma_radps) {
+    const double own = std::abs(std::abs(answer) - axis.asked);
+    if (span_of(axis.taken, 0, kBlocks) <= kSteady * axis.asked && own <= kAnswers * axis.asked &&
+        !moves_on)
+      axis.votes = 0;
+    return;
+  }
   if (std::max(before, after) > kSteady * size) return;
   axis.blocks = 0;  // each step asks once
-  const double answer = mean_of(axis.rates, kAfter) - mean_of(axis.rates, 0);
+  axis.asked = size;
   if (std::abs(answer) <= kAnswers * size) {
     axis.votes = 0;
     axis.own = false;
     return;
   }
-  if (std::abs(answer + step) > kAnswers * size || ++axis.votes < kVotes || axis.own) return;
+  const double off = std::abs(answer + step);
+  if (off > kAnswers * size || moves_on) return;
+  const bool is_first = before == 0.0 && axis.taken.front() == 0.0;
+  axis.votes += is_first && off <= kExactly * size ? kVotes : 1;
+  if (axis.votes < kVotes || axis.own) return;
   axis.own = true;
   ++found_;
 }

@@ -7,8 +7,11 @@
 // seconds before, is 0 of raw rates, and the step's negative of corrected ones, give or take a
 // quarter. The step's own second and two after it are left out, for the way round. Three such
 // answers, and none in between where the rate stayed, are the verdict; one where it stayed takes it
-// back. What neither stays nor answers (a turn) is no answer. Steps that are small beside the noise
-// ask nothing.
+// back. What neither stays nor answers (a turn), or goes on as a ramp does, is no answer; a rate
+// that steps by as much where nothing asked makes the count begin anew: it does so by itself. Of a
+// drift that is first taken off an answer within a 64th is as rare by chance as three others, and
+// is the verdict: what it leaves behind the rest gate takes for motion, for drift / 0.05 deg/h
+// seconds. Steps that are small beside the noise ask nothing.
 //
 // O(1) a sample, no allocation.
 #pragma once
@@ -48,10 +51,11 @@ class OwnOutputCheck {
     std::array<double, kBlocks> taken{};
     std::uint64_t blocks = 0;
     std::uint64_t votes = 0;
+    double asked = 0.0;  // size of the newest step that asked
     bool own = false;
 
     void carry(core::StateArchive& archive) {
-      archive(samples, rate, applied, rates, taken, blocks, votes, own);
+      archive(samples, rate, applied, rates, taken, blocks, votes, asked, own);
     }
   };
   void judge(Axis& axis, double block_sigma_radps) noexcept;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <deque>
 #include <functional>
@@ -66,6 +67,30 @@ TEST(OwnOutputCheck, WhatDoesNotAnswerIsRaw) {
       << "small steps";
 }
 
+// Rule: a drift that moves on, or that steps by as much while nothing steps in what is taken off,
+// doesn't answer where it happens to go the other way. Labels of 60 s beside cycles of 150 s of a
+// chamber, and a telegraph noise, were such drifts.
+TEST(OwnOutputCheck, ADriftThatMovesByItselfIsNoAnswer) {
+  const auto half = [](int t) { return t % 60 < 30 ? 21.0 * kSigma : kSigma; };
+  const auto ramps = [](int t) { return 20.0 * kSigma * std::abs((t + 12) % 60 - 30) / 6.0; };
+  EXPECT_EQ(found_of(ramps, half), 0U);
+  const auto telegraph = [](int t) {
+    return t % 60 < 10 || t % 60 / 10 == 2 ? 0.0 : 20.0 * kSigma;
+  };
+  EXPECT_EQ(found_of(telegraph, half), 0U);
+}
+
+// Rule: a drift that is large beside the noise, first taken off and gone as exactly, is answer
+// enough; the rest gate takes what it left behind for motion, for hours. A turn isn't as exact.
+TEST(OwnOutputCheck, AFirstStepThatIsAnsweredExactlyIsFoundAtOnce) {
+  const auto taken = [](int t) { return t < 20 ? 0.0 : 300.0 * kSigma; };
+  EXPECT_EQ(found_of([&](int t) { return 300.0 * kSigma - taken(t - 1); }, taken, 40), 1U);
+  EXPECT_EQ(found_of([&](int t) { return 300.0 * kSigma - 1.05 * taken(t - 1); }, taken, 40), 0U);
+  const auto later = [&](int t) { return kSigma + taken(t); };
+  EXPECT_EQ(found_of([&](int t) { return 300.0 * kSigma - taken(t - 1); }, later, 40), 0U)
+      << "not the first";
+}
+
 // As a subscriber would that publishes the corrected rate as a raw one, so many samples later.
 std::vector<core::CompensatedSample> run_on_own_output(Compensator& compensator,
                                                        const Record& record, std::size_t later) {
@@ -109,6 +134,16 @@ TEST(OwnOutput, IsFoundInTheLoopAndNotWithoutIt) {
   testing::run(compensator, record);
   EXPECT_EQ(compensator.counts().own_outputs, 0U);
   for (const auto axis : core::kAxes) EXPECT_FALSE(compensator.is_given_own_output(axis));
+}
+
+TEST(OwnOutput, OfALargeDriftIsFoundInTheFirstMinute) {
+  GyroSpec spec = warming();
+  spec.duration_s = 60.0;
+  spec.offset_deg_h = 300.0;
+  const Record record = make_record(spec);
+  Compensator compensator{testing::options()};
+  run_on_own_output(compensator, record, 2);
+  EXPECT_EQ(compensator.counts().own_outputs, core::kAxisCount);
 }
 
 }  // namespace
