@@ -192,7 +192,7 @@ INSTANTIATE_TEST_SUITE_P(Each, PoorReference,
                                            WrongReference{"still", {.reference_scale = 0.0}},
                                            WrongReference{"of_another_scale",
                                                           {.reference_scale = 1.05}}),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& wrong) { return wrong.param.name; });
 
 // Rule: whatever proportional error a reference has, at most the bound is taken off.
 TEST(ScaleFactorLaws, NoReferenceTakesMoreThanTheBoundOffTheRate) {
