@@ -382,6 +382,7 @@ CompensatorCounts Compensator::counts() const noexcept {
   counts.references = references_.counts();
   counts.reversed_axes = polarity_.found();
   counts.own_outputs = own_output_.found();
+  counts.unforeseen_starts = gate_.unforeseen_starts();
   return counts;
 }
 

@@ -79,13 +79,14 @@ struct CompensatorCounts {
   std::uint64_t time_faults =
       0;  // time stamps that did not increase, or jumped and were not confirmed
   std::uint64_t temperatures = 0;
-  std::uint64_t labels = 0;          // confirmed
-  std::uint64_t labels_skipped = 0;  // the learner's queue was full
-  std::uint64_t short_rests = 0;     // the third in turn that ended before a label, and so on
-  std::uint64_t late_models = 0;     // answered before the due model was there
-  std::uint64_t reversed_axes = 0;   // found to turn the other way round
-  std::uint64_t own_outputs = 0;     // axes found to be given what this gives out
-  ReferenceCounts references{};      // by verdict: when they came, residuals when due
+  std::uint64_t labels = 0;             // confirmed
+  std::uint64_t labels_skipped = 0;     // the learner's queue was full
+  std::uint64_t short_rests = 0;        // the third in turn that ended before a label, and so on
+  std::uint64_t late_models = 0;        // answered before the due model was there
+  std::uint64_t reversed_axes = 0;      // found to turn the other way round
+  std::uint64_t own_outputs = 0;        // axes found to be given what this gives out
+  std::uint64_t unforeseen_starts = 0;  // that stayed elsewhere than what was learned foretold
+  ReferenceCounts references{};         // by verdict: when they came, residuals when due
 
   void carry(core::StateArchive& archive) {
     archive(samples_in, samples_out, duplicates, too_old, late, invalid, missing, time_faults,

@@ -18,6 +18,11 @@ inline constexpr const char* kShortRestText =
     "stillness ended, three times in turn and more, before anything could be learned in it, which "
     "takes learning.label_interval_s, confirm_s and some seconds: longer stops, or a shorter label";
 
+inline constexpr const char* kUnforeseenStartText =
+    "the gyro stayed where it began, elsewhere than what was learned before foretold, its "
+    "uncertainty included: it is another gyro, its bias doesn't repeat, or it rotates; of another "
+    "one what was learned of temperature misleads for hours: `ctl reset` begins anew";
+
 // Names the axes that are reversed now.
 [[nodiscard]] inline std::string reversed_text(const Compensator& compensator) {
   std::string axes;
@@ -36,6 +41,7 @@ inline constexpr const char* kShortRestText =
   if (compensator.counts().reversed_axes > 0) lines.push_back(reversed_text(compensator));
   if (compensator.counts().own_outputs > 0) lines.emplace_back(kDoubleCorrectionText);
   if (compensator.counts().short_rests > 0) lines.emplace_back(kShortRestText);
+  if (compensator.counts().unforeseen_starts > 0) lines.emplace_back(kUnforeseenStartText);
   return lines;
 }
 

@@ -55,6 +55,7 @@ void RestGate::restart() noexcept {
   initial_count_ = 0;
   still_since_ = core::kNever;
   watch_ = {};
+  began_.reset();
 }
 
 void RestGate::skip(core::SensorTime by) noexcept {
@@ -92,6 +93,8 @@ RestState RestGate::add(const DriftBlock& block, const ExpectedLevels& expected,
     if (core::seconds(block.end - still_since_) < options_.dwell_s || is_doubtful(block))
       return state_;
     state_ = RestState::kRest;
+    if (stayed_where_it_began()) ++unforeseen_starts_;
+    began_.reset();
   }
   // The drift went on while the gyro moved: the level begins anew where it stays.
   follow_levels();
@@ -140,6 +143,16 @@ bool RestGate::is_doubtful(const DriftBlock& block) const noexcept {
   });
 }
 
+// Nearer than to where it was expected.
+bool RestGate::stayed_where_it_began() const noexcept {
+  return began_ && std::any_of(kAxes.begin(), kAxes.end(), [&](core::Axis axis) {
+           const AxisState& state = axes_[index(axis)];  // its level is what was expected
+           if (!state.known || !watch_.follows(axis)) return false;
+           const double level = watch_.level(axis);
+           return std::abs(level - (*began_)[index(axis)]) < std::abs(level - state.level);
+         });
+}
+
 void RestGate::follow_levels() noexcept {
   for (const auto axis : kAxes) {
     AxisState& state = axes_[index(axis)];
@@ -175,7 +188,11 @@ bool RestGate::leaves(const ExpectedLevels& expected) noexcept {
     any_leaves = any_leaves || nearest[i] != axes_[i].level;  // also: not a number
   }
   if (!any_leaves) return false;
-  for (std::size_t i = 0; i < axes_.size(); ++i) axes_[i].level = nearest[i];
+  began_.emplace();
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    (*began_)[i] = axes_[i].level;
+    axes_[i].level = nearest[i];
+  }
   return true;
 }
 

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 
 #include "common/compensation/still_watch.h"
@@ -97,6 +98,10 @@ class RestGate {
     return axes_[core::index(axis)].level;
   }
 
+  // How often a gyro stayed where it began, outside of what was expected: it is another one, its
+  // bias doesn't repeat, or it rotates all the time.
+  [[nodiscard]] std::uint64_t unforeseen_starts() const noexcept { return unforeseen_starts_; }
+
   void restart() noexcept;
   // Time went on by `by` at once, without samples: a clock was set forward, or the gyro wasn't
   // received. The drift is given no time to move in: until it is believed elsewhere, the level is
@@ -105,7 +110,8 @@ class RestGate {
 
   // Its state (core/state_archive.h).
   void carry(core::StateArchive& archive) {
-    archive(state_, has_begun_, axes_, level_time_, still_since_, initial_, initial_count_, watch_);
+    archive(state_, has_begun_, axes_, level_time_, still_since_, initial_, initial_count_, watch_,
+            began_, unforeseen_starts_);
     archive.require(state_ <= RestState::kRest && initial_count_ <= options_.initial_blocks);
     archive.require(level_time_ != core::kNever);
     archive.require(has_begun_ || state_ == RestState::kInitial ||
@@ -143,6 +149,7 @@ class RestGate {
   [[nodiscard]] double slew(const AxisState& axis, double times_noise) const noexcept;
   [[nodiscard]] bool watch(const DriftBlock& block) noexcept;
   [[nodiscard]] bool is_doubtful(const DriftBlock& block) const noexcept;
+  [[nodiscard]] bool stayed_where_it_began() const noexcept;
   void follow_levels() noexcept;
   [[nodiscard]] bool track(const DriftBlock& block, const ExpectedLevels& expected) noexcept;
   static void track_spread(const DriftBlock& block, std::size_t axis, double gain,
@@ -157,6 +164,8 @@ class RestGate {
   std::array<DriftBlock, kMaxInitialBlocks> initial_{};
   std::size_t initial_count_ = 0;
   StillWatch watch_{};
+  std::optional<core::PerAxis<double>> began_{};  // levels, where they weren't expected
+  std::uint64_t unforeseen_starts_ = 0;
 };
 
 }  // namespace zerodrift::compensation

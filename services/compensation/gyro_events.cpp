@@ -68,7 +68,7 @@ constexpr std::array<std::string_view, Gyro::kReferencePlaces.size()> kReference
     "what the true rate is", "whether the gyro rests", "how far the drift is off"};
 
 using Counts = compensation::CompensatorCounts;
-constexpr std::array<service::CountedEvent<Counts>, 10> kCountedEvents{
+constexpr std::array<service::CountedEvent<Counts>, 11> kCountedEvents{
     {{&Counts::invalid, "invalid_sample",
       "a rate is not finite or marked invalid; passed on marked invalid, not learned"},
      {&Counts::duplicates, "duplicate_sample", "a sequence number came twice; answered once"},
@@ -84,7 +84,8 @@ constexpr std::array<service::CountedEvent<Counts>, 10> kCountedEvents{
      {&Counts::labels_skipped, "skipped_label",
       "the learner's queue was full; a label was skipped"},
      {&Counts::short_rests, "short_rest", compensation::kShortRestText},
-     {&Counts::own_outputs, "double_correction", compensation::kDoubleCorrectionText}}};
+     {&Counts::own_outputs, "double_correction", compensation::kDoubleCorrectionText},
+     {&Counts::unforeseen_starts, "unforeseen_start", compensation::kUnforeseenStartText}}};
 
 using SyncCounts = service::InstanceSync::Counts;
 constexpr std::array<service::CountedEvent<SyncCounts>, 3> kInstanceEvents{

@@ -123,6 +123,29 @@ GyroSpec warm(std::uint64_t seed, double low_degc, double high_degc) {
   return spec;
 }
 
+// Rule: with what was learned of another gyro, 8 deg/h away, the start is told as unforeseen, once
+// it stayed; of the same gyro, whose bias is 1 deg/h more, it isn't.
+TEST(PowerOn, AnotherGyroThanTheOneThatWasLearnedIsTold) {
+  const CompensationOptions options = testing::options();
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    Compensator before{options};
+    testing::run(before, testing::make_record(warm(seed, 18.0, 22.0)));
+    before.finish_learning();
+    const LearnerState saved = before.learner().export_state();
+    for (const bool exchanged : {false, true}) {
+      GyroSpec spec = warm(seed + 10, 18.0, 22.0);
+      spec.duration_s = 600.0;
+      spec.offset_deg_h += exchanged ? -8.0 : 1.0;
+      Compensator resumed{options};
+      const auto restored = std::make_shared<RestoredLearner>(options, saved);
+      restored->forget_age();
+      ASSERT_TRUE(resumed.restore_models(restored));
+      testing::run(resumed, testing::make_record(spec));
+      EXPECT_EQ(resumed.counts().unforeseen_starts, exchanged ? 1U : 0U) << seed;
+    }
+  }
+}
+
 // Rule: switched on at another temperature, the last mean is held until the temperature's rate is
 // known, and what is stated makes room for what that temperature may have changed. Before: none of
 // these answers was covered.

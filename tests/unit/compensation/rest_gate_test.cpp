@@ -66,6 +66,30 @@ void settle(RestGate& gate, Blocks& blocks, int n = 300, const Blocks::Level& le
   ASSERT_EQ(gate.state(), RestState::kRest);
 }
 
+// Law: a start elsewhere than expected is told once rest is believed where it began: not of one
+// that came to where it was expected meanwhile (it had turned), nor within what is expected, nor
+// against a reference.
+TEST(RestGateLaws, AStartThatStaysElsewhereThanExpectedIsToldOnce) {
+  ExpectedLevels expected;
+  expected.fill(ExpectedLevel{2.0 * kDegH, 2.0 * kDegH, 0.1 * kDegH});
+  const auto told = [&](const Blocks::Level& level, bool has_reference = false) {
+    RestGate gate{RestGateOptions{}};
+    Blocks blocks(3, kFogSigmaDegH);
+    for (int i = 0; i < 900; ++i) {
+      DriftBlock block = blocks.next(level);
+      block.has_reference = has_reference;
+      gate.add(block, expected);
+    }
+    EXPECT_EQ(gate.state(), RestState::kRest);
+    return gate.unforeseen_starts();
+  };
+  const auto away = [](double, Axis axis) { return axis == Axis::kY ? 7.0 : 2.0; };
+  EXPECT_EQ(told(away), 1U);
+  EXPECT_EQ(told(away, true), 0U);
+  EXPECT_EQ(told(still), 0U);
+  EXPECT_EQ(told([&](double t, Axis axis) { return t < 60.0 ? away(t, axis) : 2.3; }), 0U);
+}
+
 // Rule: sigma is the noise of a block mean. After 2000 blocks it averages about 100 of them:
 // 20 % is more than 3 standard deviations (sd of sigma / sigma about 1 / sqrt(2 * 100) * 0.87).
 TEST(RestGateLaws, BlockSigmaIsTheNoiseOfABlockMean) {
