@@ -130,7 +130,8 @@ ExpectedLevels Compensator::expected_levels() const noexcept {
     expected[i] = {
         .lowest_radps = std::min(*context.held_radps, *context.applied_radps),
         .highest_radps = std::max(*context.held_radps, *context.applied_radps),
-        .sigma_radps = std::sqrt(std::max(0.0, longest_held_variance(model->drift, model->trust)))};
+        .sigma_radps = std::sqrt(std::max(
+            {0.0, longest_held_variance(model->drift, model->trust), axes_[i].variance()}))};
   }
   return expected;
 }

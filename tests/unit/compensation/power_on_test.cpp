@@ -146,6 +146,28 @@ TEST(PowerOn, AnotherGyroThanTheOneThatWasLearnedIsTold) {
   }
 }
 
+// Rule: switched on more than 40 °C colder than anything learned, rest is believed as soon as by
+// one that knows nothing, since what is stated makes room for it, and isn't told as unforeseen.
+// Before: it counted as motion for minutes.
+TEST(PowerOn, FarColderThanEverTheFirstLabelComesAsSoon) {
+  const CompensationOptions options = testing::options();
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    Compensator before{options};
+    testing::run(before, testing::make_record(warm(seed, 22.0, 25.0)));
+    before.finish_learning();
+    GyroSpec spec = warm(seed + 10, -20.0, -20.0);
+    spec.duration_s = 60.0;
+    Compensator resumed{options};
+    const auto restored =
+        std::make_shared<RestoredLearner>(options, before.learner().export_state());
+    restored->forget_age();
+    ASSERT_TRUE(resumed.restore_models(restored));
+    testing::run(resumed, testing::make_record(spec));
+    EXPECT_GE(resumed.counts().labels, 3U) << seed;
+    EXPECT_EQ(resumed.counts().unforeseen_starts, 0U) << seed;
+  }
+}
+
 // Rule: switched on at another temperature, the last mean is held until the temperature's rate is
 // known, and what is stated makes room for what that temperature may have changed. Before: none of
 // these answers was covered.
