@@ -19,9 +19,10 @@ inline constexpr const char* kShortRestText =
     "takes learning.label_interval_s, confirm_s and some seconds: longer stops, or a shorter label";
 
 inline constexpr const char* kUnforeseenStartText =
-    "the gyro stayed where it began, elsewhere than what was learned before foretold, its "
-    "uncertainty included: it is another gyro, its bias doesn't repeat, or it rotates; of another "
-    "one what was learned of temperature misleads for hours: `ctl reset` begins anew";
+    "the gyro stayed where it began, elsewhere than was foretold: it is another one (then `ctl "
+    "reset`, as what was learned of temperature misleads for hours), its bias doesn't repeat, or "
+    "it "
+    "rotates";
 
 // Names the axes that are reversed now.
 [[nodiscard]] inline std::string reversed_text(const Compensator& compensator) {
