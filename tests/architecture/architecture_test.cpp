@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Holds the whole tree to the layer rules (ARCHITECTURE.md): by what the compiler really opened,
+// Holds the whole tree to the layer rules (layers.h): by what the compiler really opened,
 // and by what stands in the sources. The same checks run over fixtures/wrong_tree, where each must
 // find what was put there, so that no check can pass by looking at nothing.
 #include <gtest/gtest.h>

@@ -152,7 +152,7 @@ def add_topic(copy):
     copy.before(topics, "template <> struct TopicOf<msg::TwinReport>",
                 "template <> struct TopicOf<msg::Orientation> : Binding<msg::OrientationPubSubType, kOrientation> {};\n")
     copy.before(topics, "msg::ThermalCoverage>;\n", "msg::Orientation, ")
-    copy.before("ARCHITECTURE.md", "| environment |", "| orientation | reliable | 1 | volatile | shared | 20 | 0 | 0 | 0 |\n")
+    copy.before("docs/topics.md", "| environment |", "| orientation | reliable | 1 | volatile | shared | 20 | 0 | 0 | 0 |\n")
 
 
 # What a recipe is called in CONTRIBUTING.md, who follows it, and what must pass then. Programs of tests are given with a filter.
