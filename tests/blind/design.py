@@ -275,9 +275,7 @@ def main(argv=None):
             results.append(result)
     if options.json:
         pathlib.Path(options.json).write_text(json.dumps(results, indent=1) + "\n")
-    print(table_of(results), end="")
-    if options.table:
-        pathlib.Path(options.table).write_text(table_of(results))
+    score.put_table(table_of(results), options.table)
 
 
 if __name__ == "__main__":

@@ -95,9 +95,7 @@ def main(argv=None):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", required=True)
     parser.add_argument("--truth", help="default: <out>_truth")
-    parser.add_argument("--suite", required=True, choices=sorted(suites.SEEDS))
-    parser.add_argument("--seed", required=True, type=int)
-    parser.add_argument("--only", default="", help="case numbers: 3,17 or 0:20")
+    suites.add_arguments(parser)
     parser.add_argument("--kinds-only", action="store_true", help="models list their effects without values")
     options = parser.parse_args(argv)
     try:

@@ -315,18 +315,13 @@ def table_text(rows, title=""):
 def main(argv=None):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--zerodrift", required=True, help="the program")
-    parser.add_argument("--suite", required=True, choices=sorted(suites.SEEDS))
-    parser.add_argument("--seed", required=True, type=int)
-    parser.add_argument("--only", default="", help="case numbers: 3,17 or 0:20")
+    suites.add_arguments(parser)
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--timeout", type=float, default=60.0, help="seconds of a processor per run of the program")
     parser.add_argument("--table", help="also write the table here")
     parser.add_argument("--json", help="also write the rows here")
     options = parser.parse_args(argv)
-    try:
-        suites.check_seed(options.suite, options.seed)
-    except suites.SeedError as problem:
-        print(problem, file=sys.stderr)
+    if not suites.is_own_seed(options):
         return 2
     plan = suites.plan(options.suite, options.seed)
     indices = [i for i in generate.parse_only(options.only, len(plan)) if plan[i][0] in ("single", "double")]
@@ -334,9 +329,7 @@ def main(argv=None):
         rows = run_suite({"program": str(pathlib.Path(options.zerodrift).resolve()), "suite": options.suite,
                           "seed": options.seed, "work": work, "timeout_s": options.timeout}, indices, options.jobs)
     text = table_text(rows, f"suite {options.suite}, seed {options.seed}, the repaired model as prior")
-    print(text, end="")
-    if options.table:
-        pathlib.Path(options.table).write_text(text)
+    score.put_table(text, options.table)
     if options.json:
         pathlib.Path(options.json).write_text(json.dumps(rows, indent=1) + "\n")
     return 0

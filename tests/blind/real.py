@@ -221,10 +221,7 @@ def main(argv=None):
                     jobs.append((program, work, record, name, distance, int(rng.integers(2**62))))
         with concurrent.futures.ProcessPoolExecutor(max_workers=options.jobs) as pool:
             answers = list(pool.map(one, jobs))
-    text = table(answers)
-    print(text, end="")
-    if options.table:
-        pathlib.Path(options.table).write_text(text)
+    score.put_table(table(answers), options.table)
     return 0
 
 

@@ -93,12 +93,10 @@ def run_suite(options, indices, jobs):
 def main(argv=None):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--diagnose", required=True, help="the program")
-    parser.add_argument("--suite", required=True, choices=sorted(suites.SEEDS))
-    parser.add_argument("--seed", required=True, type=int)
+    suites.add_arguments(parser)
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--baseline", choices=["bic", "stlsq"])
     parser.add_argument("--timeout", type=float, default=60.0, help="seconds of a processor per case")
-    parser.add_argument("--only", default="", help="case numbers: 3,17 or 0:20")
     parser.add_argument("--classes", default="", help="only these: null,single")
     parser.add_argument("--kinds-only", action="store_true", help="models list their effects without values")
     parser.add_argument("--work", help="default: a temporary folder, deleted at the end")
@@ -108,10 +106,7 @@ def main(argv=None):
     parser.add_argument("--at-least-right", type=int, help="bar: right cases that hide something (score.is_right)")
     parser.add_argument("--at-most-failed", type=int, help="bar: cases without a readable result")
     options = parser.parse_args(argv)
-    try:
-        suites.check_seed(options.suite, options.seed)
-    except suites.SeedError as problem:
-        print(problem, file=sys.stderr)
+    if not suites.is_own_seed(options):
         return 2
     work = pathlib.Path(options.work or tempfile.mkdtemp(prefix="blind_"))
     try:
@@ -129,9 +124,7 @@ def main(argv=None):
         title += ", kinds only" if options.kinds_only else ""
         scored = score.load_results(work / "truth", work / "results")
         text = score.table_text(scored, title)
-        print(text, end="")
-        if options.table:
-            pathlib.Path(options.table).write_text(text)
+        score.put_table(text, options.table)
         missed = score.missed_bars(scored, options.at_most_false_names, options.at_least_right, options.at_most_failed)
         for line in missed:
             print(line, file=sys.stderr)

@@ -515,6 +515,13 @@ def load_results(truth_folder, results_folder):
     return results
 
 
+def put_table(text, path):
+    """Prints it, and writes it where there is a path."""
+    print(text, end="")
+    if path:
+        pathlib.Path(path).write_text(text)
+
+
 def main(argv=None):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cases", help="checked to hold no truth file")
@@ -531,9 +538,7 @@ def main(argv=None):
         print(f"no truth files in {options.truth}", file=sys.stderr)
         return 2
     text = table_text(results, options.title)
-    print(text, end="")
-    if options.table:
-        pathlib.Path(options.table).write_text(text)
+    put_table(text, options.table)
     return 0
 
 

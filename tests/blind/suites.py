@@ -4,6 +4,8 @@
 The ranges are disjoint: what was looked at while developing is never scored, and the small suite that every test run
 shows is not the one that is reported.
 """
+import sys
+
 import numpy as np
 
 import effects
@@ -27,6 +29,23 @@ def check_seed(suite, seed):
     if seed not in SEEDS[suite]:
         r = SEEDS[suite]
         raise SeedError(f"seed {seed}: suite {suite} takes {r.start} to {r.stop - 1}")
+
+
+def add_arguments(parser):
+    """Which cases of which suite."""
+    parser.add_argument("--suite", required=True, choices=sorted(SEEDS))
+    parser.add_argument("--seed", required=True, type=int)
+    parser.add_argument("--only", default="", help="case numbers: 3,17 or 0:20")
+
+
+def is_own_seed(options):
+    """Of add_arguments(); says it where the seed belongs to another suite."""
+    try:
+        check_seed(options.suite, options.seed)
+    except SeedError as problem:
+        print(problem, file=sys.stderr)
+        return False
+    return True
 
 
 def suite_rng(suite, seed, *index):
