@@ -15,6 +15,9 @@ const FLAGS = [
   '--js-flags=--expose-gc',
 ];
 
+/** The page's tabs, in the order of the keys 1 to 6. */
+export const TABS = ['live', 'allan', 'health', 'twin', 'navigation', 'events'];
+
 export function launch() {
   return chromium.launch({ executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium', args: FLAGS });
 }

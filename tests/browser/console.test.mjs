@@ -4,10 +4,8 @@ import assert from 'node:assert/strict';
 import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, describe, test } from 'node:test';
-import { close, launch, openPage, part, pixels, until } from './browser.mjs';
+import { close, part, pixels, TABS, until } from './browser.mjs';
 import { System, address } from './system.mjs';
-
-const TABS = ['live', 'allan', 'health', 'twin', 'navigation', 'events'];
 
 const picture = (page, id) => page.locator(`[data-testid="${id}"] canvas`).first().evaluate((canvas) => canvas.toDataURL());
 
@@ -49,21 +47,15 @@ async function workerSession(cdp) {
 
 describe('the console on a simulation at ten times real time', () => {
   const system = new System();
-  let browser;
   let page;
 
   before(async () => {
     system.startChain({ speed: '10' });
     await system.startConsole();
-    browser = await launch();
-    page = await openPage(browser);
-    await page.goto(address);
+    page = await system.openConsole();
     await until(page, 'verdict-compensating', (t) => /✓\s*Compensating/.test(t), 60_000);
   });
-  after(async () => {
-    await browser?.close();
-    await system.stopAll();
-  });
+  after(() => system.stopAll());
 
   test('the headline answers the four questions', async () => {
     await until(page, 'verdict-better', (t) => /\d×/.test(t), 60_000);
@@ -331,16 +323,10 @@ describe('the console on a simulation at ten times real time', () => {
 
 describe('the console where nothing is', () => {
   const system = new System();
-  let browser;
-  after(async () => {
-    await browser?.close();
-    await system.stopAll();
-  });
+  after(() => system.stopAll());
   test('says that no gyro is heard, and what to do', async () => {
     await system.startConsole();
-    browser = await launch();
-    const page = await openPage(browser);
-    await page.goto(address);
+    const page = await system.openConsole();
     await until(page, 'verdict-data', (t) => /No gyro[^]*the gateway receives no compensated_rate/.test(t));
     await until(page, 'no-gyro', (t) => /deploy\/run\.sh/.test(t));
     await page.keyboard.press('4');
@@ -354,18 +340,12 @@ describe('the console where nothing is', () => {
 describe('the console with a token', () => {
   const TOKEN = '0123456789abcdef-of-a-test';
   const system = new System();
-  let browser;
-  after(async () => {
-    await browser?.close();
-    await system.stopAll();
-  });
+  after(() => system.stopAll());
   test('says that one is wanted, takes it from the address, and takes it out of there', async () => {
     const file = join(system.folder, 'token');
     writeFileSync(file, `${TOKEN}\n`, { mode: 0o600 });
     await system.startConsole('--token-file', file);
-    browser = await launch();
-    const page = await openPage(browser);
-    await page.goto(address);
+    const page = await system.openConsole();
     await until(page, 'gone', (t) => /wants a token/.test(t));
     await page.goto(`${address}?token=${TOKEN}`);
     await until(page, 'link', (t) => /connected/.test(t));
@@ -375,16 +355,10 @@ describe('the console with a token', () => {
 
 describe('the console at a start', () => {
   const system = new System();
-  let browser;
-  after(async () => {
-    await browser?.close();
-    await system.stopAll();
-  });
+  after(() => system.stopAll());
   test('says nothing red until a model compensates and is compared', async () => {
     await system.startConsole();
-    browser = await launch();
-    const page = await openPage(browser);
-    await page.goto(address);
+    const page = await system.openConsole();
     system.startChain({ speed: '4' });
     await until(page, 'verdict-data', (t) => /Good/.test(t), 60_000);
     const end = Date.now() + 15_000; // a minute of its time: without the rule the ratio was red from half of one on
@@ -403,17 +377,11 @@ describe('the console at a start', () => {
 
 describe('the console on 200 Hz in real time', () => {
   const system = new System();
-  let browser;
-  after(async () => {
-    await browser?.close();
-    await system.stopAll();
-  });
+  after(() => system.stopAll());
   test('a sample is decoded in the browser soon after it was written', async () => {
     system.startChain({ speed: '1' });
     await system.startConsole();
-    browser = await launch();
-    const page = await openPage(browser);
-    await page.goto(address);
+    const page = await system.openConsole();
     await until(page, 'verdict-data', (t) => /Good/.test(t), 30_000);
     await page.waitForTimeout(15_000); // longer than the window of the quantiles
     await page.keyboard.press('3');
@@ -426,20 +394,14 @@ describe('the console on 200 Hz in real time', () => {
 
 describe('the console on 2 kHz', () => {
   const system = new System();
-  let browser;
   let page;
   before(async () => {
     system.startChain({ speed: '1', publisher: ['--rate', '2000'] });
     await system.startConsole();
-    browser = await launch();
-    page = await openPage(browser);
-    await page.goto(address);
+    page = await system.openConsole();
     await until(page, 'verdict-data', (t) => /Good|With losses/.test(t), 30_000);
   });
-  after(async () => {
-    await browser?.close();
-    await system.stopAll();
-  });
+  after(() => system.stopAll());
 
   test('three axes for half a minute leave the heap as it was, and the charts are drawn', async () => {
     await part(page, 'span').selectOption('10');
@@ -473,17 +435,11 @@ describe('the console on 2 kHz', () => {
 
 describe('the console on a simulation as fast as it goes', () => {
   const system = new System();
-  let browser;
-  after(async () => {
-    await browser?.close();
-    await system.stopAll();
-  });
+  after(() => system.stopAll());
 
   test('frames that this browser was too slow for are shown', async () => {
     await system.startConsole();
-    browser = await launch();
-    const page = await openPage(browser);
-    await page.goto(address);
+    const page = await system.openConsole();
     system.startChain({ speed: 'max' });
     await until(page, 'verdict-data', (t) => /replay/.test(t), 60_000);
     // It takes nothing until the gateway, which it asks itself, says that frames were dropped.

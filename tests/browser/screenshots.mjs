@@ -4,8 +4,8 @@
 import { mkdirSync, statSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
-import { launch, openPage, part, until } from './browser.mjs';
-import { System, address } from './system.mjs';
+import { part, until } from './browser.mjs';
+import { System } from './system.mjs';
 
 const LARGEST_BYTES = 250_000;
 const folder = join(dirname(fileURLToPath(import.meta.url)), '../../docs/pictures');
@@ -24,14 +24,11 @@ const PICTURES = [
 ];
 
 const system = new System();
-let browser;
 try {
   mkdirSync(folder, { recursive: true });
   system.startChain({ speed: '60', publisher: process.env.ZERODRIFT_PUBLISHER_OPTIONS?.split(' ') ?? [] });
   await system.startConsole();
-  browser = await launch();
-  const page = await openPage(browser);
-  await page.goto(address);
+  const page = await system.openConsole();
   await until(page, 'verdict-better', (t) => /\d×/.test(t), 120_000);
   await page.waitForTimeout(runS * 1000);
   for (const { name, theme, key, span, of, size = DESK } of PICTURES) {
@@ -51,6 +48,5 @@ try {
     if (bytes > LARGEST_BYTES) throw new Error(`${name}: found ${bytes} bytes, expected at most ${LARGEST_BYTES}`);
   }
 } finally {
-  await browser?.close();
   await system.stopAll();
 }

@@ -12,6 +12,7 @@ import { dirname, join } from 'node:path';
 import { setTimeout as sleep } from 'node:timers/promises'; // the global one stays for deadlines
 import { fileURLToPath } from 'node:url';
 import { promisify } from 'node:util';
+import { launch, openPage } from './browser.mjs';
 
 const root = join(dirname(fileURLToPath(import.meta.url)), '../..');
 export const config = process.env.ZERODRIFT_CONFIG ?? join(root, 'config');
@@ -25,6 +26,7 @@ const run = (...args) => promisify(execFile)(join(bin, 'zerodrift'), args);
 export class System {
   #running = new Map();
   #own = new Map(); // profiles that a test made: their files by name
+  #browser; // one for all pages, from the first on
   folder = mkdtempSync(join(tmpdir(), 'zerodrift-console-'));
 
   start(name, program, ...args) {
@@ -97,7 +99,19 @@ export class System {
     clearTimeout(late);
   }
 
+  async openPage(options) {
+    this.#browser ??= await launch();
+    return openPage(this.#browser, options);
+  }
+
+  async openConsole() {
+    const page = await this.openPage();
+    await page.goto(address);
+    return page;
+  }
+
   async stopAll() {
+    await this.#browser?.close();
     await Promise.all([...this.#running.keys()].map((name) => this.stop(name)));
     rmSync(this.folder, { recursive: true, force: true });
   }

@@ -7,7 +7,7 @@ import { hostname } from 'node:os';
 import { join } from 'node:path';
 import { after, before, describe, test } from 'node:test';
 import { violations } from './axe.mjs';
-import { close, launch, openPage, part, said, until } from './browser.mjs';
+import { close, part, said, until } from './browser.mjs';
 import { SlowLink } from './slow_link.mjs';
 import { System, address, config, port } from './system.mjs';
 
@@ -74,13 +74,13 @@ async function saidMeanwhile(page, walk) {
 }
 
 /** A page on a computer whose clock is an hour behind: the page's own and its worker's, which looks at it again each time. */
-async function openPageOfAnHourAgo(browser) {
+async function openPageOfAnHourAgo(system) {
   const behind = (ms) => {
     const [now, origin] = [Date.now.bind(Date), performance.timeOrigin];
     Date.now = () => now() - ms;
     Object.defineProperty(performance, 'timeOrigin', { value: origin - ms });
   };
-  const page = await openPage(browser);
+  const page = await system.openPage();
   await page.addInitScript(behind, HOUR_MS);
   const [worker] = await Promise.all([page.waitForEvent('worker'), page.goto(address)]);
   await worker.evaluate(behind, HOUR_MS);
@@ -89,18 +89,13 @@ async function openPageOfAnHourAgo(browser) {
 
 function systemWithPage(prepare) {
   const system = new System();
-  const at = { system, browser: undefined, page: undefined };
+  const at = { system, page: undefined };
   before(async () => {
     await system.startConsole();
-    at.browser = await launch();
-    at.page = await openPage(at.browser);
-    await at.page.goto(address);
+    at.page = await system.openConsole();
     await prepare?.(at);
   });
-  after(async () => {
-    await at.browser?.close();
-    await system.stopAll();
-  });
+  after(() => system.stopAll());
   return at;
 }
 
@@ -194,8 +189,7 @@ describe('a chain from its start on, of which one after the other fails', () => 
   });
 
   situation('late console join: losses of before', async () => {
-    const late = await openPage(at.browser);
-    await late.goto(address);
+    const late = await at.system.openConsole();
     await said(late, { ...COMPENSATES_AND_LEARNS, data: '✓ Good: live, {count} samples missing, none in the {age} since this page listens' });
     assert.deepEqual(late.problems, []);
     await late.context().close();
@@ -237,7 +231,7 @@ describe('a chain from its start on, of which one after the other fails', () => 
 
   situation('a link that is slower than the samples', async () => {
     const link = new SlowLink();
-    const far = await openPage(at.browser);
+    const far = await at.system.openPage();
     try {
       await far.goto(await link.open(port));
       await said(far, { ...COMPENSATES_AND_LEARNS, data: GOOD });
@@ -257,7 +251,7 @@ describe('a chain from its start on, of which one after the other fails', () => 
   });
 
   situation("clock step: the system's clock is an hour ahead of the browser's", async () => {
-    const behind = await openPageOfAnHourAgo(at.browser);
+    const behind = await openPageOfAnHourAgo(at.system);
     await said(behind, { ...COMPENSATES_AND_LEARNS, data: GOOD });
     assert.ok(Math.abs((await behind.evaluate(() => Date.now())) - Date.now() + HOUR_MS) < 60_000);
     const dead = `${named(system, 'compensation')} is gone`;
@@ -454,20 +448,14 @@ describe('gyros whose drift follows the temperature no more', () => {
 describe('ten gyros', () => {
   const system = new System();
   const ids = Array.from({ length: 10 }, (_, i) => i + 1);
-  let browser;
   let page;
   before(async () => {
     await system.startConsole();
-    browser = await launch();
-    page = await openPage(browser);
-    await page.goto(address);
+    page = await system.openConsole();
     system.startCompensation();
     for (const id of ids) system.startGyro({ id, publisher: ['--rate', '20'] });
   });
-  after(async () => {
-    await browser?.close();
-    await system.stopAll();
-  });
+  after(() => system.stopAll());
 
   test('each has its four answers in the strip', async () => {
     for (const id of ids) {

@@ -4,18 +4,16 @@ import { violations as examinePage } from './axe.mjs';
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { after, before, describe, test } from 'node:test';
-import { close, launch, openPage, part, pixels, until } from './browser.mjs';
-import { System, address, config } from './system.mjs';
+import { close, part, pixels, TABS, until } from './browser.mjs';
+import { System, config } from './system.mjs';
 
 const SIZES = [
   { width: 1440, height: 900 },
   { width: 390, height: 844 }, // a phone
 ];
-const TABS = ['live', 'allan', 'health', 'twin', 'navigation', 'events'];
 
 describe('the views of the console', () => {
   const system = new System();
-  let browser;
   let page;
 
   before(async () => {
@@ -25,15 +23,10 @@ describe('the views of the console', () => {
     system.start('navigation_filter', 'navigation_filter', '--heading', '0');
     await system.startConsole();
     await system.publishDiagnosis();
-    browser = await launch();
-    page = await openPage(browser);
-    await page.goto(address);
+    page = await system.openConsole();
     await until(page, 'verdict-compensating', (t) => /✓\s*Compensating/.test(t), 60_000);
   });
-  after(async () => {
-    await browser?.close();
-    await system.stopAll();
-  });
+  after(() => system.stopAll());
 
   /** `examine(what it is)` in each view, and in both dialogs. */
   async function everyView(examine, width) {
