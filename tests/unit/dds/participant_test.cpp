@@ -29,10 +29,6 @@ namespace {
 
 using std::chrono_literals::operator""s;
 
-// Samples that may be on their way at once: half of what the history keeps.
-constexpr std::uint64_t kBurst = kSampleDepth / 2;
-constexpr std::uint64_t kSamples = 10000;
-
 msg::CompensatedRate compensated(std::uint32_t instance, std::uint64_t sequence) {
   msg::CompensatedRate message;
   message.gyro_id(1);
@@ -121,24 +117,7 @@ TEST_F(AFullDomain, TakesTheLastTwoPlacesAndTheyMeet) {
 
 TEST(Loopback, DeliversEverySampleOnceAndInOrder) {
   const TestDomain domain(101);
-  Participant here("writer", domain.network());
-  Participant there("reader", domain.network());
-  const NumberedRates rates(there);
-  Writer<msg::AngularRate> writer(here);
-  ASSERT_TRUE(eventually([&] { return writer.matched() == 1 && rates.matched() == 1; }));
-
-  msg::AngularRate message;
-  message.gyro_id(1);
-  for (std::uint64_t sequence = 1; sequence <= kSamples; ++sequence) {
-    message.sequence_number(sequence);
-    ASSERT_TRUE(writer.write(message)) << "at " << sequence;
-    if (sequence % kBurst == 0) {
-      ASSERT_TRUE(writer.wait_until_received(5s)) << "at " << sequence;
-    }
-  }
-  EXPECT_TRUE(eventually([&] { return rates.received() == kSamples; }))
-      << rates.received() << " received";
-  EXPECT_EQ(rates.wrong(), 0U);
+  expect_all_delivered(domain.network(), 10000);
 }
 
 TEST(Loopback, ReturnsAMessageToTheBit) {

@@ -36,25 +36,6 @@ std::string refusal(const NetworkOptions& network) {
   return "no error";
 }
 
-// True if every one of kSamples arrives once and in order.
-void expect_all_delivered(const NetworkOptions& network) {
-  Participant here("writer", network);
-  Participant there("reader", network);
-  const NumberedRates rates(there);
-  Writer<msg::AngularRate> writer(here);
-  ASSERT_TRUE(eventually([&] { return writer.matched() == 1 && rates.matched() == 1; }));
-  msg::AngularRate message;
-  message.gyro_id(1);
-  for (std::uint64_t sequence = 1; sequence <= kSamples; ++sequence) {
-    message.sequence_number(sequence);
-    ASSERT_TRUE(writer.write(message));
-    // No more on their way than the history keeps.
-    ASSERT_TRUE(eventually([&] { return rates.received() + kSampleDepth / 2 > sequence; }));
-  }
-  EXPECT_TRUE(eventually([&] { return rates.received() == kSamples; })) << rates.received();
-  EXPECT_EQ(rates.wrong(), 0U);
-}
-
 class DiscoveryServers : public testing::Test {
  protected:
   DiscoveryServers() {
@@ -74,7 +55,7 @@ class DiscoveryServers : public testing::Test {
 TEST_F(DiscoveryServers, ParticipantsMeetThroughThem) {
   const auto first = server(0);
   const auto second = server(1);
-  expect_all_delivered(network_);
+  expect_all_delivered(network_, kSamples);
   // Each knows the other, once the two clients are gone.
   EXPECT_TRUE(eventually(
       [&] { return first->acquaintance().peers == 1 && second->acquaintance().peers == 1; }));
@@ -83,7 +64,7 @@ TEST_F(DiscoveryServers, ParticipantsMeetThroughThem) {
 TEST_F(DiscoveryServers, EitherIsEnough) {
   for (const std::size_t place : {0U, 1U}) {
     const auto only = server(place);
-    expect_all_delivered(network_);
+    expect_all_delivered(network_, kSamples);
   }
 }
 
@@ -138,7 +119,7 @@ TEST(SharedMemory, DeliversEverySampleAndLeavesNothing) {
     const Participant one("one", network);
     EXPECT_FALSE(is_none_new()) << "no shared memory is used";
   }
-  expect_all_delivered(network);
+  expect_all_delivered(network, kSamples);
   EXPECT_TRUE(eventually(is_none_new));  // others may have some meanwhile
 }
 
