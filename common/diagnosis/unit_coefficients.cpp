@@ -181,26 +181,22 @@ UnitShare share_of(const std::string& unit, const std::multiset<std::string>& si
   return share;
 }
 
-}  // namespace
-
-std::vector<PartlySized> partly_sized_of(std::span<const RecordedModel> models) {
-  Judgements all;
-  for (const RecordedModel& recorded : models) all.add(recorded);
-  std::vector<PartlySized> found;
-  for (const auto& [key, judgements] : all.by_effect()) {
-    PartlySized effect{.axis = key.first, .effect = key.second, .sized = judgements.size()};
-    Dates sized;
-    for (const Judgement& judgement : judgements)
-      sized[judgement.unit].insert(judgement.spec->origin.date);
-    for (const auto& [unit, records] : all.records(key.first)) {
-      effect.records += records.size();
-      const auto own = sized.find(unit);
-      if (own != sized.end()) effect.units.push_back(share_of(unit, own->second, records));
-    }
-    if (effect.sized < effect.records) found.push_back(std::move(effect));
+// `dates`: of the records that judged the axis.
+void add_if_partly_sized(std::vector<PartlySized>& found, const Key& key,
+                         const std::vector<Judgement>& judgements, const Dates& dates) {
+  PartlySized effect{.axis = key.first, .effect = key.second, .sized = judgements.size()};
+  Dates sized;
+  for (const Judgement& judgement : judgements)
+    sized[judgement.unit].insert(judgement.spec->origin.date);
+  for (const auto& [unit, records] : dates) {
+    effect.records += records.size();
+    const auto own = sized.find(unit);
+    if (own != sized.end()) effect.units.push_back(share_of(unit, own->second, records));
   }
-  return found;
+  if (effect.sized < effect.records) found.push_back(std::move(effect));
 }
+
+}  // namespace
 
 bool is_date(const std::string& text) {
   constexpr std::string_view kForm = "0000-00-00";
@@ -221,13 +217,15 @@ bool is_date(const std::string& text) {
              .ok();
 }
 
-std::vector<Coefficient> coefficients_of(std::span<const RecordedModel> models) {
+MeasuredEffects measured_effects(std::span<const RecordedModel> models) {
   Judgements all;
   for (const RecordedModel& recorded : models) all.add(recorded);
-  std::vector<Coefficient> coefficients;
-  for (const auto& [key, judgements] : all.by_effect())
-    add_coefficients(coefficients, key, judgements);
-  return coefficients;
+  MeasuredEffects measured;
+  for (const auto& [key, judgements] : all.by_effect()) {
+    add_coefficients(measured.coefficients, key, judgements);
+    add_if_partly_sized(measured.partly_sized, key, judgements, all.records(key.first));
+  }
+  return measured;
 }
 
 }  // namespace zerodrift::diagnosis

@@ -104,14 +104,6 @@ struct RecordedModel {
 // Whether it is a day of the calendar since 1900, as 2026-03-31.
 [[nodiscard]] bool is_date(const std::string& text);
 
-// What records gave: parameters with a standard error, of effects that diagnosis or calibration
-// sized, one effect of a kind on an axis. Effects of one kind that read other temperatures are
-// other coefficients; terms of a polynomial have to be those of most records, shapes (time
-// constants, widths) to lie within a tenth of the records' median. Throws std::invalid_argument
-// with source and key where a model with such effects has no gyro_id or one of them no date
-// ("2026-03-31"), and where a record of a unit or a source is given twice.
-[[nodiscard]] std::vector<Coefficient> coefficients_of(std::span<const RecordedModel> models);
-
 // Of a unit's records that judged an axis, those that sized one effect.
 struct UnitShare {
   std::string unit;
@@ -133,8 +125,18 @@ struct PartlySized {
   std::vector<UnitShare> units{};  // in whose records it was sized, by unit
 };
 
-// By axis and effect. Throws as coefficients_of().
-[[nodiscard]] std::vector<PartlySized> partly_sized_of(std::span<const RecordedModel> models);
+// What records gave, by axis and effect: parameters with a standard error, of effects that
+// diagnosis or calibration sized, one effect of a kind on an axis. Effects of one kind that read
+// other temperatures are other coefficients; terms of a polynomial have to be those of most
+// records, shapes (time constants, widths) to lie within a tenth of the records' median.
+struct MeasuredEffects {
+  std::vector<Coefficient> coefficients;
+  std::vector<PartlySized> partly_sized;
+};
+
+// Throws std::invalid_argument with source and key where a model with such effects has no gyro_id
+// or one of them no date ("2026-03-31"), and where a record of a unit or a source is given twice.
+[[nodiscard]] MeasuredEffects measured_effects(std::span<const RecordedModel> models);
 
 // `false_discovery_rate`: within 0 and 1.
 [[nodiscard]] UnitHistory history_of(std::vector<Coefficient> coefficients,

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <memory>
 #include <stdexcept>
+#include <utility>
 
 #include "common/config/twin_config.h"
 #include "common/files/atomic_file.h"
@@ -35,16 +36,16 @@ int history(const HistoryOptions& options) {
   std::vector<diagnosis::RecordedModel> models;
   for (const std::string& file : options.models)
     models.push_back({file, config::load_model(file).model});
-  auto coefficients = diagnosis::coefficients_of(models);
-  if (coefficients.empty()) {
+  diagnosis::MeasuredEffects measured = diagnosis::measured_effects(models);
+  if (measured.coefficients.empty()) {
     throw std::invalid_argument(
         every(options.models) +
         ": nothing here was measured: it needs effects that calibrate or diagnose has sized, with "
         "their standard errors");
   }
   const FleetHistory fleet{
-      diagnosis::history_of(std::move(coefficients), options.false_discovery_rate),
-      diagnosis::partly_sized_of(models), options.false_discovery_rate};
+      diagnosis::history_of(std::move(measured.coefficients), options.false_discovery_rate),
+      std::move(measured.partly_sized), options.false_discovery_rate};
   if (!options.json.empty()) {
     write_report({options.json, ""}, history_json(fleet), {},
                  provenance_of(options.made_by, "", options.models));

@@ -168,6 +168,16 @@ Json json_of(const diagnosis::UnitShare& share) {
           {"last", share.last}};
 }
 
+Json json_of(const diagnosis::DatedEstimate& record) {
+  return {{"unit", record.unit},
+          {"date", record.date},
+          {"value", record.estimate.value},
+          {"standard_error", record.estimate.standard_error}};
+}
+
+Json json_of(const diagnosis::PartlySized& effect);
+Json json_of(const CoefficientHistory& history);
+
 template <typename Findings>
 Json list_of(const Findings& findings) {
   Json list = Json::array();
@@ -185,13 +195,6 @@ Json json_of(const diagnosis::PartlySized& effect) {
 
 Json json_of(const CoefficientHistory& history) {
   const Coefficient& coefficient = history.coefficient;
-  Json records = Json::array();
-  for (const diagnosis::DatedEstimate& record : coefficient.records) {
-    records.push_back({{"unit", record.unit},
-                       {"date", record.date},
-                       {"value", record.estimate.value},
-                       {"standard_error", record.estimate.standard_error}});
-  }
   return {{"axis", core::name(coefficient.axis)},
           {"effect", coefficient.effect},
           {"parameter", coefficient.parameter},
@@ -202,7 +205,7 @@ Json json_of(const CoefficientHistory& history) {
           {"scatter_between_units", json_of(history.scatter_between_units)},
           {"changes", list_of(history.changes)},
           {"unlike", list_of(history.unlike)},
-          {"records", records}};
+          {"records", list_of(coefficient.records)}};
 }
 
 }  // namespace
@@ -263,17 +266,12 @@ report::Table history_table(const UnitHistory& history) {
 
 Json history_json(const FleetHistory& fleet) {
   const UnitHistory& history = fleet.history;
-  Json json{{"false_discovery_rate", fleet.false_discovery_rate},
-            {"tests_of_change", history.tests_of_change},
-            {"tests_of_likeness", history.tests_of_likeness},
-            {"sentences", history_sentences(fleet)}};
-  Json partly_sized = Json::array();
-  for (const auto& effect : fleet.partly_sized) partly_sized.push_back(json_of(effect));
-  json["partly_sized"] = std::move(partly_sized);
-  Json coefficients = Json::array();
-  for (const CoefficientHistory& one : history.coefficients) coefficients.push_back(json_of(one));
-  json["coefficients"] = std::move(coefficients);
-  return json;
+  return {{"false_discovery_rate", fleet.false_discovery_rate},
+          {"tests_of_change", history.tests_of_change},
+          {"tests_of_likeness", history.tests_of_likeness},
+          {"sentences", history_sentences(fleet)},
+          {"partly_sized", list_of(fleet.partly_sized)},
+          {"coefficients", list_of(history.coefficients)}};
 }
 
 }  // namespace zerodrift::services

@@ -206,7 +206,7 @@ RecordedModel model_of(const std::string& unit, std::vector<twin::EffectSpec> ef
 
 std::string refusal_of(const std::vector<RecordedModel>& models) {
   try {
-    static_cast<void>(coefficients_of(models));
+    static_cast<void>(measured_effects(models));
   } catch (const std::invalid_argument& error) {
     return error.what();
   }
@@ -220,7 +220,7 @@ TEST(UnitCoefficients, AreWhatRecordsGaveByDate) {
       model_of("b", {measured("bias", {{"bias_deg_h", 2.0}}, "2026-02-01")}),
       model_of("a", {measured("bias", {{"bias_deg_h", 1.0}}, "2026-01-01")}),
       model_of("c", {factory})};
-  const auto coefficients = coefficients_of(models);
+  const auto coefficients = measured_effects(models).coefficients;
   ASSERT_EQ(coefficients.size(), 1U);
   EXPECT_EQ(coefficients[0].effect, "bias");
   EXPECT_EQ(coefficients[0].parameter, "bias_deg_h");
@@ -237,7 +237,7 @@ TEST(UnitCoefficients, AmplitudesOfOtherTimeConstantsAreNotComparable) {
     models.push_back(
         model_of("a", {measured("warm_up", {{"amplitude_deg_h", 1.0}, {"tau_s", tau_s}}, date)}));
   }
-  const auto coefficients = coefficients_of(models);
+  const auto coefficients = measured_effects(models).coefficients;
   ASSERT_FALSE(coefficients.empty());
   EXPECT_EQ(coefficients[0].records.size(), 2U);
   EXPECT_EQ(coefficients[0].not_comparable, 1U);
@@ -252,7 +252,7 @@ TEST(UnitCoefficients, CoefficientsBesideOtherPowersAreNotComparable) {
     models.push_back(model_of(
         "a", {measured("bias_temperature", {{"c1_deg_h_per_degc", 1.0}, {beside, 0.1}}, date)}));
   }
-  const auto coefficients = coefficients_of(models);
+  const auto coefficients = measured_effects(models).coefficients;
   ASSERT_FALSE(coefficients.empty());
   EXPECT_EQ(coefficients[0].records.size(), 2U);
   EXPECT_EQ(coefficients[0].not_comparable, 1U);
@@ -263,8 +263,8 @@ TEST(UnitCoefficients, OtherTemperaturesAreOtherCoefficients) {
   auto by_case = measured("bias_temperature", {{"c1_deg_h_per_degc", 1.0}}, "2026-02-01");
   by_board.inputs = {"board"};
   by_case.inputs = {"case"};
-  EXPECT_EQ(
-      coefficients_of(std::vector{model_of("a", {by_board}), model_of("a", {by_case})}).size(), 2U);
+  const std::vector models{model_of("a", {by_board}), model_of("a", {by_case})};
+  EXPECT_EQ(measured_effects(models).coefficients.size(), 2U);
 }
 
 // Only as many records as there are of the axis: `d` has none of it.
@@ -277,15 +277,17 @@ TEST(UnitCoefficients, AnEffectThatSomeRecordsLackIsToldWithThem) {
   };
   auto elsewhere = bias("2026-01-01");
   elsewhere.axis = core::Axis::kY;
-  const auto found = partly_sized_of(
-      std::vector{model_of("a", {bias("2026-03-01"), magnetic("2026-03-01")}),
-                  model_of("a", {bias("2026-01-01")}), model_of("a", {bias("2026-02-01")}),
-                  model_of("b", {bias("2026-01-01"), magnetic("2026-01-01")}),
-                  model_of("b", {bias("2026-03-01"), magnetic("2026-03-01")}),
-                  model_of("c", {bias("2026-01-01")}), model_of("d", {elsewhere}),
-                  model_of("e", {bias("2026-01-01"), magnetic("2026-01-01")}),
-                  model_of("e", {bias("2026-02-01")}),
-                  model_of("e", {bias("2026-03-01"), magnetic("2026-03-01")})});
+  const std::vector models{model_of("a", {bias("2026-03-01"), magnetic("2026-03-01")}),
+                           model_of("a", {bias("2026-01-01")}),
+                           model_of("a", {bias("2026-02-01")}),
+                           model_of("b", {bias("2026-01-01"), magnetic("2026-01-01")}),
+                           model_of("b", {bias("2026-03-01"), magnetic("2026-03-01")}),
+                           model_of("c", {bias("2026-01-01")}),
+                           model_of("d", {elsewhere}),
+                           model_of("e", {bias("2026-01-01"), magnetic("2026-01-01")}),
+                           model_of("e", {bias("2026-02-01")}),
+                           model_of("e", {bias("2026-03-01"), magnetic("2026-03-01")})};
+  const auto found = measured_effects(models).partly_sized;
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].axis, core::Axis::kX);
   EXPECT_EQ(found[0].effect, "magnetic");
