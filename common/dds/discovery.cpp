@@ -244,23 +244,25 @@ Acquaintance Discovery::acquaintance() {
   return known;
 }
 
-std::size_t Discovery::counterparts(std::string_view topic, Direction ours) {
+template <typename Counts>
+std::size_t Discovery::count_others(std::string_view topic, Direction ours, Counts counts) {
   const std::lock_guard lock(mutex_);
   return static_cast<std::size_t>(
       std::count_if(remotes_.begin(), remotes_.end(), [&](const auto& known) {
         const auto& [guid, remote] = known;
-        return remote.topic == topic && remote.direction != ours && guid.guidPrefix != own_;
+        return remote.topic == topic && remote.direction != ours && guid.guidPrefix != own_ &&
+               counts(guid, remote);
       }));
 }
 
+std::size_t Discovery::counterparts(std::string_view topic, Direction ours) {
+  return count_others(topic, ours, [](const Guid&, const Remote&) { return true; });
+}
+
 std::size_t Discovery::matchable(const TopicSpec& spec, Direction ours) {
-  const std::lock_guard lock(mutex_);
-  return static_cast<std::size_t>(
-      std::count_if(remotes_.begin(), remotes_.end(), [&](const auto& known) {
-        const auto& [guid, remote] = known;
-        return remote.topic == spec.name && remote.direction != ours && guid.guidPrefix != own_ &&
-               !remote.is_in_partition && seen_from_here(guid, remote, spec).problem.empty();
-      }));
+  return count_others(spec.name, ours, [&](const Guid& guid, const Remote& remote) {
+    return !remote.is_in_partition && seen_from_here(guid, remote, spec).problem.empty();
+  });
 }
 
 std::vector<RemoteEndpoint> Discovery::remote_endpoints(std::size_t at_most) {

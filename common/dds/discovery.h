@@ -160,6 +160,9 @@ class Discovery final : public eprosima::fastdds::dds::DomainParticipantListener
   using Guid = eprosima::fastrtps::rtps::GUID_t;
   using Prefix = eprosima::fastrtps::rtps::GuidPrefix_t;
 
+  template <typename Counts>
+  std::size_t count_others(std::string_view topic, Direction ours, Counts counts);
+
   // All below: under the lock.
   void note_remote(const Guid& guid, Remote remote);
   void note_own(const eprosima::fastdds::dds::DomainParticipant* participant, const Prefix& prefix);

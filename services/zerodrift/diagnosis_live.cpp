@@ -59,18 +59,12 @@ LiveDiagnosis::LiveDiagnosis(const DiagnosisRequest& request, const LiveOptions&
           host_.participant(),
           [this](const msg::Temperature& m, const dds::SampleOrigin& o) { on_companion(m, o); },
           host_.observer(),
-          [this](const auto& writer, dds::Departure) {
-            companion_left_ = true;
-            note_left(writer);
-          }),
+          [this](const auto& writer, dds::Departure) { note_companion_left(writer); }),
       environment_reader_(
           host_.participant(),
           [this](const msg::Environment& m, const dds::SampleOrigin& o) { on_companion(m, o); },
           host_.observer(),
-          [this](const auto& writer, dds::Departure) {
-            companion_left_ = true;
-            note_left(writer);
-          }),
+          [this](const auto& writer, dds::Departure) { note_companion_left(writer); }),
       rate_reader_(
           host_.participant(),
           [this](const msg::AngularRate& m, const dds::SampleOrigin& o) { on_rate(m, o); },
@@ -99,6 +93,11 @@ void LiveDiagnosis::note_left(const eprosima::fastrtps::rtps::GUID_t& writer) {
   for (auto& [name, stream] : streams_.entries()) {
     if (stream.publisher == writer) stream.publisher.reset();
   }
+}
+
+void LiveDiagnosis::note_companion_left(const eprosima::fastrtps::rtps::GUID_t& writer) {
+  companion_left_ = true;
+  note_left(writer);
 }
 
 bool LiveDiagnosis::keep_followed(core::RateReferenceSample& sample,

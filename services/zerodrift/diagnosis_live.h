@@ -59,6 +59,7 @@ class LiveDiagnosis {
                                    const dds::SampleOrigin& origin);
   [[nodiscard]] bool follows(const std::string& stream, const dds::SampleOrigin& origin);
   void note_left(const eprosima::fastrtps::rtps::GUID_t& writer);
+  void note_companion_left(const eprosima::fastrtps::rtps::GUID_t& writer);  // waited for no more
   // Under the lock.
   void drain();
   void add_ready_rows();
