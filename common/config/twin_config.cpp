@@ -2,6 +2,8 @@
 #include "common/config/twin_config.h"
 
 #include <google/protobuf/arena.h>
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/message.h>
 
 #include <algorithm>
 
@@ -11,6 +13,7 @@
 #include "common/core/closest_name.h"
 #include "common/core/units.h"
 #include "common/twin/effect_catalogue.h"
+#include "common/twin/thermal_keys.h"
 
 namespace zerodrift::config {
 namespace {
@@ -49,21 +52,17 @@ twin::TemperaturePoint node_from(const proto::TwinProbe& probe, const std::strin
                                core::suggestion(text, twin::temperature_point_names())});
 }
 
+const google::protobuf::FieldDescriptor* field_of(const twin::ThermalKey& key) {
+  return proto::TwinThermalPlant::descriptor()->FindFieldByName(key.name);
+}
+
 twin::ThermalParameters plant_from(const proto::TwinThermalPlant& m) {
   twin::ThermalParameters p;
-  if (m.has_case_capacity_j_per_k()) p.case_capacity_j_per_k = m.case_capacity_j_per_k();
-  if (m.has_coil_outer_capacity_j_per_k()) {
-    p.coil_outer_capacity_j_per_k = m.coil_outer_capacity_j_per_k();
+  const google::protobuf::Reflection& fields = *m.GetReflection();
+  for (const twin::ThermalKey& key : twin::kThermalKeys) {
+    const auto* field = field_of(key);
+    if (fields.HasField(m, field)) p.*key.value = fields.GetDouble(m, field);
   }
-  if (m.has_coil_inner_capacity_j_per_k()) {
-    p.coil_inner_capacity_j_per_k = m.coil_inner_capacity_j_per_k();
-  }
-  if (m.has_board_capacity_j_per_k()) p.board_capacity_j_per_k = m.board_capacity_j_per_k();
-  if (m.has_chamber_case_w_per_k()) p.chamber_case_w_per_k = m.chamber_case_w_per_k();
-  if (m.has_case_coil_outer_w_per_k()) p.case_coil_outer_w_per_k = m.case_coil_outer_w_per_k();
-  if (m.has_coil_outer_inner_w_per_k()) p.coil_outer_inner_w_per_k = m.coil_outer_inner_w_per_k();
-  if (m.has_case_board_w_per_k()) p.case_board_w_per_k = m.case_board_w_per_k();
-  if (m.has_board_power_w()) p.board_power_w = m.board_power_w();
   p.unknown_keys = from_map(m.extra());
   return p;
 }
@@ -101,15 +100,8 @@ twin::EffectSpec effect_from(const proto::TwinEffect& m, int i) {
 }
 
 void to_proto(const twin::ThermalParameters& p, proto::TwinThermalPlant& m) {
-  m.set_case_capacity_j_per_k(p.case_capacity_j_per_k);
-  m.set_coil_outer_capacity_j_per_k(p.coil_outer_capacity_j_per_k);
-  m.set_coil_inner_capacity_j_per_k(p.coil_inner_capacity_j_per_k);
-  m.set_board_capacity_j_per_k(p.board_capacity_j_per_k);
-  m.set_chamber_case_w_per_k(p.chamber_case_w_per_k);
-  m.set_case_coil_outer_w_per_k(p.case_coil_outer_w_per_k);
-  m.set_coil_outer_inner_w_per_k(p.coil_outer_inner_w_per_k);
-  m.set_case_board_w_per_k(p.case_board_w_per_k);
-  m.set_board_power_w(p.board_power_w);
+  for (const twin::ThermalKey& key : twin::kThermalKeys)
+    m.GetReflection()->SetDouble(&m, field_of(key), p.*key.value);
   copy_map(p.unknown_keys, m.mutable_extra());
 }
 

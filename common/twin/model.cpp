@@ -10,7 +10,7 @@
 #include "common/core/closest_name.h"
 #include "common/twin/effect_catalogue.h"
 #include "common/twin/formula.h"
-#include "common/twin/thermal_plant.h"
+#include "common/twin/thermal_keys.h"
 
 namespace zerodrift::twin {
 namespace {
@@ -34,23 +34,11 @@ bool is_rate(double rate_hz, double highest_hz) {
 }
 
 std::optional<Problem> problem_of_plant(const ThermalParameters& p) {
-  const std::array<std::pair<const char*, double>, 8> positive{{
-      {"case_capacity_j_per_k", p.case_capacity_j_per_k},
-      {"coil_outer_capacity_j_per_k", p.coil_outer_capacity_j_per_k},
-      {"coil_inner_capacity_j_per_k", p.coil_inner_capacity_j_per_k},
-      {"board_capacity_j_per_k", p.board_capacity_j_per_k},
-      {"chamber_case_w_per_k", p.chamber_case_w_per_k},
-      {"case_coil_outer_w_per_k", p.case_coil_outer_w_per_k},
-      {"coil_outer_inner_w_per_k", p.coil_outer_inner_w_per_k},
-      {"case_board_w_per_k", p.case_board_w_per_k},
-  }};
-  for (const auto& [key, value] : positive) {
-    if (!(value > 0.0 && std::isfinite(value))) {
-      return Problem{std::string("thermal_plant.") + key, "must be above 0" + found(value)};
-    }
-  }
-  if (!(p.board_power_w >= 0.0 && std::isfinite(p.board_power_w))) {
-    return Problem{"thermal_plant.board_power_w", "must be >= 0 W" + found(p.board_power_w)};
+  for (const ThermalKey& key : kThermalKeys) {
+    const double value = p.*key.value;
+    if (std::isfinite(value) && (key.may_be_zero ? value >= 0.0 : value > 0.0)) continue;
+    return Problem{std::string("thermal_plant.") + key.name,
+                   (key.may_be_zero ? "must be >= 0 W" : "must be above 0") + found(value)};
   }
   return std::nullopt;
 }
