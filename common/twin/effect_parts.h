@@ -112,4 +112,15 @@ std::unique_ptr<Effect> with_memory(Memory memory, Rate rate) {
   return std::make_unique<Function>(std::move(memory), std::move(rate));
 }
 
+// An effect of the first input's rate as `follower` passes it on: s F(dT/dt), s by the parameter
+// coefficient_deg_h_min_per_degc.
+template <typename Follower>
+std::unique_ptr<Effect> of_temperature_rate(const EffectContext& context, Follower follower) {
+  const TemperaturePoint input = context.inputs.at(0);
+  const double radps_per_degc_per_s = context.radps("coefficient_deg_h_min_per_degc") * 60.0;
+  return with_memory(std::move(follower), [=](Follower& follows, const EffectInputs& inputs) {
+    return radps_per_degc_per_s * follows.step(temperature_rate_degc_per_s(inputs, input));
+  });
+}
+
 }  // namespace zerodrift::twin

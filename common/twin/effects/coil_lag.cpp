@@ -9,13 +9,7 @@ namespace zerodrift::twin::effects {
 namespace {
 
 std::unique_ptr<Effect> make_coil_lag(const EffectContext& context) {
-  const TemperaturePoint input = context.inputs.at(0);
-  const double radps_per_degc_per_s = context.radps("coefficient_deg_h_min_per_degc") * 60.0;
-  return with_memory(LowPass(context.parameter("tau_s"), context.interval_s),
-                     [=](LowPass& lag, const EffectInputs& inputs) {
-                       return radps_per_degc_per_s *
-                              lag.step(temperature_rate_degc_per_s(inputs, input));
-                     });
+  return of_temperature_rate(context, LowPass(context.parameter("tau_s"), context.interval_s));
 }
 
 }  // namespace

@@ -39,13 +39,8 @@ class SlabMean {
 };
 
 std::unique_ptr<Effect> make_shupe(const EffectContext& context) {
-  const TemperaturePoint input = context.inputs.at(0);
-  const double radps_per_degc_per_s = context.radps("coefficient_deg_h_min_per_degc") * 60.0;
-  return with_memory(SlabMean(context.parameter("diffusion_s"), context.interval_s),
-                     [=](SlabMean& mean, const EffectInputs& inputs) {
-                       return radps_per_degc_per_s *
-                              mean.step(temperature_rate_degc_per_s(inputs, input));
-                     });
+  return of_temperature_rate(context,
+                             SlabMean(context.parameter("diffusion_s"), context.interval_s));
 }
 
 }  // namespace
