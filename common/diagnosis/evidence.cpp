@@ -243,12 +243,6 @@ double log_sum(std::span<const double> logarithms) noexcept {
   return largest + std::log(sum);
 }
 
-double log_bayes_factor_with_prior(double gram, double product, double prior_sd) {
-  const double square = prior_sd * prior_sd * gram;
-  if (!(gram > 0.0)) return 0.0;
-  return -0.5 * std::log1p(square) + 0.5 * product * product / gram * square / (1.0 + square);
-}
-
 ColumnEvidence column_evidence(const ProjectedColumns& columns, const EvidenceOptions& options,
                                Detail detail) {
   const Eigen::Index q = columns.products.size();

@@ -128,9 +128,6 @@ enum class Detail : std::uint8_t { kEvidence, kAmplitudesToo };
                                              const EvidenceOptions& options,
                                              Detail detail = Detail::kAmplitudesToo);
 
-// One column with its amplitude's own prior N(0, sd²) in place of the range of scales.
-[[nodiscard]] double log_bayes_factor_with_prior(double gram, double product, double prior_sd);
-
 // Of an estimate N(value, sd²) that the amplitude lies within limits: what is left of its evidence
 // where it can't be anything else. -infinity where the limits contradict each other.
 [[nodiscard]] double log_probability_within(double value, double sd, double least, double greatest);
