@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "common/core/integer_time.h"
-#include "common/core/plausible.h"
 #include "common/navigation/earth_rate.h"
 
 namespace zerodrift::compensation {

@@ -2,7 +2,6 @@
 #include "common/config/compensation_config.h"
 
 #include <algorithm>
-#include <optional>
 #include <string>
 #include <system_error>
 

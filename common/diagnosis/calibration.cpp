@@ -16,7 +16,6 @@
 #include "common/diagnosis/lineup.h"
 #include "common/diagnosis/listed_effects.h"
 #include "common/diagnosis/noise_and_bias.h"
-#include "common/diagnosis/noise_of_model.h"
 #include "common/diagnosis/search_board.h"
 #include "common/twin/effect_catalogue.h"
 

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "common/core/units.h"
-#include "common/diagnosis/rounded_text.h"
 #include "common/twin/effect_catalogue.h"
 #include "common/twin/power_on.h"
 

@@ -6,7 +6,6 @@
 
 #include "common/core/not_known.h"
 #include "common/core/time.h"
-#include "common/core/units.h"
 #include "common/diagnosis/candidates.h"
 #include "common/diagnosis/diagnosis.h"
 #include "common/twin/simulation.h"

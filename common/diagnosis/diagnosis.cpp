@@ -23,7 +23,6 @@
 #include "common/diagnosis/repair.h"
 #include "common/diagnosis/split.h"
 #include "common/diagnosis/verdict.h"
-#include "common/twin/effect_catalogue.h"
 
 namespace zerodrift::diagnosis {
 namespace {

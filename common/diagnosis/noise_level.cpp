@@ -13,7 +13,6 @@
 #include "common/core/median.h"
 #include "common/core/not_known.h"
 #include "common/core/require.h"
-#include "common/core/units.h"
 #include "common/diagnosis/posterior.h"
 #include "common/twin/effect_catalogue.h"
 

@@ -6,7 +6,6 @@
 #include <string>
 
 #include "common/core/require.h"
-#include "common/core/units.h"
 #include "common/twin/effect_catalogue.h"
 
 namespace zerodrift::diagnosis {

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "common/diagnosis/held_out.h"
-#include "common/diagnosis/known_effects.h"
 #include "common/diagnosis/separation.h"
 #include "common/twin/effect_catalogue.h"
 

@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <complex>
-#include <cstdint>
 #include <numbers>
 #include <numeric>
 #include <unsupported/Eigen/FFT>

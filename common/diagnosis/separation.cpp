@@ -3,15 +3,12 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
 #include "common/core/units.h"
-#include "common/diagnosis/gap.h"
 #include "common/twin/effect_catalogue.h"
 #include "common/twin/thermal_plant.h"
-#include "common/twin/true_motion.h"
 
 namespace zerodrift::diagnosis {
 

@@ -2,7 +2,6 @@
 #include "common/diagnosis/step_scan.h"
 
 #include <algorithm>
-#include <cmath>
 #include <complex>
 #include <unsupported/Eigen/FFT>
 

@@ -5,9 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <optional>
-#include <string_view>
 
 #include "common/core/units.h"
 #include "common/diagnosis/noise_of_model.h"

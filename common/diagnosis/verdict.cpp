@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "common/core/units.h"
-#include "common/diagnosis/candidates.h"
 #include "common/diagnosis/held_out.h"
 #include "common/diagnosis/rounded_text.h"
 #include "common/twin/effect_catalogue.h"

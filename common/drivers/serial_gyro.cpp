@@ -2,7 +2,6 @@
 #include "common/drivers/serial_gyro.h"
 
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 #include <utility>
 

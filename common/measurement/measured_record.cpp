@@ -2,7 +2,6 @@
 #include "common/measurement/measured_record.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <optional>

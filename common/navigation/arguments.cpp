@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/navigation/arguments.h"
 
-#include <initializer_list>
 #include <stdexcept>
 
 #include "common/core/units.h"

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cctype>
 #include <string_view>
-#include <utility>
 
 #include "common/core/one_line.h"
 #include "common/files/file_error.h"

@@ -2,7 +2,6 @@
 #include "common/record/mcap_rows.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "common/core/counted.h"
 #include "common/core/integer_time.h"

@@ -2,18 +2,14 @@
 #include "common/recording/record_export.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <optional>
 #include <utility>
 
-#include "common/core/one_line.h"
 #include "common/dds/conversions.h"
 #include "common/dds/raw_reader.h"
 #include "common/files/atomic_file.h"
 #include "common/files/file_error.h"
 #include "common/mcap/log_file.h"
-#include "common/mcap/mcap_error.h"
 #include "common/mcap/mcap_reader.h"
 #include "common/record/record_reader.h"
 #include "common/record/record_rows.h"

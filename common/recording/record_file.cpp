@@ -8,7 +8,6 @@
 #include "common/dds/idl_text.h"
 #include "common/files/input_file.h"
 #include "common/files/unfinished_file.h"
-#include "common/mcap/mcap_error.h"
 
 namespace zerodrift::recording {
 namespace {

@@ -3,7 +3,6 @@
 // is lost, and whether its source waits until it was taken.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 
 #include "common/core/samples.h"

@@ -4,7 +4,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 #include "common/core/golden_section.h"
 #include "common/regression/kernel_samples.h"

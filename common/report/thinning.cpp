@@ -2,7 +2,6 @@
 #include "common/report/thinning.h"
 
 #include <algorithm>
-#include <cstdint>
 
 namespace zerodrift::report {
 namespace {

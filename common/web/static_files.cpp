@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <system_error>
 #include <utility>
 
 #include "common/files/file_error.h"

@@ -11,7 +11,6 @@
 
 #include "common/compensation/input_faults.h"
 #include "common/core/integer_time.h"
-#include "common/core/units.h"
 #include "common/service/counted_event.h"
 #include "services/compensation/gyro.h"
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/compensation/ros2_diagnostics.h"
 
-#include <chrono>
-
 #include "common/service/monotonic_clock.h"
 
 namespace zerodrift::services {

@@ -9,7 +9,6 @@
 #include <charconv>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <utility>
 
 #include "common/core/counted.h"
 #include "common/core/one_line.h"

@@ -2,7 +2,6 @@
 #include "services/console/gateway.h"
 
 #include <algorithm>
-#include <optional>
 #include <set>
 #include <string_view>
 #include <utility>

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <string_view>
 
 #include "common/allan/noise_units.h"
 #include "common/compensation/thermal_coverage.h"

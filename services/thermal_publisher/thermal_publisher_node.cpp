@@ -15,7 +15,6 @@
 #include "common/record/probe_topic.h"
 #include "common/service/main.h"
 #include "common/service/monotonic_clock.h"
-#include "common/service/one_of.h"
 #include "common/service/replay_pacer.h"
 #include "common/service/sensor_clock.h"
 #include "common/service/time_option.h"

@@ -2,7 +2,6 @@
 #include "services/zerodrift/allan_chart.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 

@@ -2,7 +2,6 @@
 #include "services/zerodrift/allan_report.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "common/allan/noise_units.h"

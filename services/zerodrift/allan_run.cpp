@@ -3,14 +3,12 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <stdexcept>
 
 #include "common/allan/sample_clock.h"
 #include "common/core/median.h"
 #include "common/core/not_known.h"
-#include "common/core/units.h"
 #include "common/record/csv_cells.h"
 #include "common/record/record_reader.h"
 #include "common/record/record_rows.h"

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "common/service/main.h"
-#include "common/twin/effect_catalogue.h"
 #include "services/zerodrift/commands.h"
 #include "services/zerodrift/diagnosis_output.h"
 #include "services/zerodrift/diagnosis_run.h"

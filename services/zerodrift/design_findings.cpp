@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/zerodrift/design_findings.h"
 
-#include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>

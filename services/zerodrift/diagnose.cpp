@@ -2,10 +2,8 @@
 // zerodrift diagnose: where twin and measurement disagree, what is missing, and the repaired twin.
 // Every honest verdict is exit code 0; what it is stands in the JSON.
 #include <cstdio>
-#include <map>
 #include <memory>
 #include <stdexcept>
-#include <utility>
 
 #include "common/config/twin_config.h"
 #include "common/files/atomic_file.h"

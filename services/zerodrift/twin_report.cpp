@@ -2,10 +2,8 @@
 #include "services/zerodrift/twin_report.h"
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <string>
-#include <utility>
 
 #include "common/core/not_known.h"
 #include "common/report/plain_text.h"

@@ -14,7 +14,6 @@
 #include <array>
 #include <cmath>
 
-#include "common/core/units.h"
 #include "common/twin/effect_parts.h"
 
 namespace zerodrift::twin::effects {
