@@ -356,13 +356,8 @@ class Searcher {
 
   [[nodiscard]] std::vector<GroupFinding> groups() const {
     std::vector<GroupFinding> findings;
-    for (std::size_t g = 0; g < problem_.groups.size(); ++g) {
+    for (std::size_t g = 0; g < problem_.groups.size(); ++g)
       findings.push_back(group_finding(g, problem_, options_, board_, first_));
-      if (findings.back().testability != Testability::kTestable || remainder_.groups.empty())
-        continue;
-      const double remaining = remainder_.groups[g].log_evidence;
-      findings.back().remaining_log_evidence = std::isfinite(remaining) ? remaining : 0.0;
-    }
     return findings;
   }
 

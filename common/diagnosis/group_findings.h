@@ -22,7 +22,6 @@ struct GroupFinding {
   double log_evidence = 0.0;     // beside the known columns alone
   double separation = 0.0;       // d of the best variant there
   double rms = 0.0;
-  double remaining_log_evidence = 0.0;  // beside all that was found; 0 for what was found
   // RMS of the waveform that would show with d = power_separation, under the final noise: median
   // of the variants, mean direction of several columns.
   double smallest_rms = std::numeric_limits<double>::infinity();
