@@ -41,7 +41,7 @@
 //   sample before it enters: S stays regular with identical, quantised or low-rank samples, and no
 //   ridge is needed; a driver that can't reach its margin never turns back for having passed it;
 // - ties broken by a hash-made jitter of the targets, 1e-4 of the KKT bound;
-// - residuals computed anew round-robin, one a call.
+// - residuals computed anew round-robin, one every eighth sample.
 //
 // Features and targets should be scaled to the order of 1. Cost of an event: O(W n_margin); of a
 // call: typically five events, never more than the event budget. Everything is allocated in the
@@ -135,6 +135,8 @@ class OnlineSvr {  // More members than other classes: its columns by slot are o
 
   // The sample in a slot; x(d) is feature d.
   [[nodiscard]] SampleSet set_of(std::size_t slot) const noexcept { return set_[slot]; }
+  // The first vacant slot from `slot` on, else slot_count().
+  [[nodiscard]] std::size_t next_vacant(std::size_t slot) const noexcept;
   [[nodiscard]] double theta(std::size_t slot) const noexcept { return theta_[slot]; }
   [[nodiscard]] double target(std::size_t slot) const noexcept { return target_[slot]; }
   [[nodiscard]] double weight(std::size_t slot) const noexcept { return weight_[slot]; }

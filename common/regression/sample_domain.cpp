@@ -17,15 +17,13 @@ SampleDomain::SampleDomain(std::size_t dimension, std::size_t capacity)
 
 void SampleDomain::assign(const OnlineSvr& svr) noexcept {
   size_ = 0;
-  const auto is_vacant = [&](std::size_t slot) { return svr.set_of(slot) == SampleSet::kVacant; };
   // Runs of samples between vacant slots: few, if any, are vacant but behind the last sample.
   for (std::size_t slot = 0; slot < svr.slot_count();) {
-    const std::size_t begin = slot;
-    while (slot < svr.slot_count() && !is_vacant(slot)) ++slot;
+    const std::size_t end = svr.next_vacant(slot);
     for (std::size_t d = 0; d < dimension_; ++d)
-      std::copy_n(svr.features(d) + begin, slot - begin, &features_[d * stride_ + size_]);
-    size_ += slot - begin;
-    while (slot < svr.slot_count() && is_vacant(slot)) ++slot;
+      std::copy(svr.features(d) + slot, svr.features(d) + end, &features_[d * stride_ + size_]);
+    size_ += end - slot;
+    slot = end + 1;
   }
 }
 
