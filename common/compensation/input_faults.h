@@ -20,9 +20,8 @@ inline constexpr const char* kShortRestText =
 
 inline constexpr const char* kUnforeseenStartText =
     "the gyro stayed where it began, elsewhere than was foretold: it is another one (then `ctl "
-    "reset`, as what was learned of temperature misleads for hours), its bias doesn't repeat, or "
-    "it "
-    "rotates";
+    "reset`, as what was learned of temperature misleads for hours), its bias doesn't repeat, "
+    "or it rotates";
 
 // Names the axes that are reversed now.
 [[nodiscard]] inline std::string reversed_text(const Compensator& compensator) {
