@@ -72,7 +72,7 @@ TEST_F(NoModel, ARecordAllInMotionAsksForRestOrATrueRate) {
 TEST_F(NoModel, ALevelAboveTheLargestDriftNamesTheKey) {
   system_test::write(path("r.csv"), record_of(600, 1.0));
   system_test::write(path("c.yaml"), "learning: {max_drift_deg_h: 0.001}\n");
-  expect_said_first("no_estimate_yet", "rest", {"--config", "@c.yaml"});
+  expect_said_first("level_implausible", "learning.max_drift_deg_h", {"--config", "@c.yaml"});
 }
 
 // What needs no temperature compensates, and is judged.
