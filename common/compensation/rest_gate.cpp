@@ -50,18 +50,18 @@ RestGate::RestGate(const RestGateOptions& options) : options_(options) {
 
 void RestGate::restart() noexcept {
   state_ = RestState::kInitial;
-  has_begun_ = false;
+  has_levels_ = false;
   axes_ = {};
   initial_count_ = 0;
   still_since_ = core::kNever;
   watch_ = {};
-  began_.reset();
+  unforeseen_levels_.reset();
 }
 
 void RestGate::skip(core::SensorTime by) noexcept {
   initial_count_ = 0;
   if (state_ == RestState::kSettling) static_cast<void>(motion());
-  if (!has_begun_) return;
+  if (!has_levels_) return;
   level_time_ += by;
   watch_.skip(by);
 }
@@ -74,11 +74,11 @@ RestState RestGate::add(const DriftBlock& block, const ExpectedLevels& expected,
                         const core::PerAxis<bool>& is_reversed) noexcept {
   if (block.count == core::PerAxis<std::size_t>{}) return state_;
   const bool implausible = level_implausible(block, is_reversed);
-  if (!has_begun_ && implausible) {
+  if (!has_levels_ && implausible) {
     initial_count_ = 0;
     return state_ = RestState::kLevelImplausible;
   }
-  if (!has_begun_) return state_ = collect_initial(block, expected);
+  if (!has_levels_) return state_ = collect_initial(block, expected);
   const bool departing = departs(block);
   // What a reference leaves is no rotation, however it comes and goes.
   const bool goes_on = watch(block) || block.has_reference;
@@ -94,7 +94,7 @@ RestState RestGate::add(const DriftBlock& block, const ExpectedLevels& expected,
       return state_;
     state_ = RestState::kRest;
     if (stayed_where_it_began()) ++unforeseen_starts_;
-    began_.reset();
+    unforeseen_levels_.reset();
   }
   // The drift went on while the gyro moved: the level begins anew where it stays.
   follow_levels();
@@ -103,7 +103,7 @@ RestState RestGate::add(const DriftBlock& block, const ExpectedLevels& expected,
 }
 
 RestState RestGate::motion() noexcept {
-  if (!has_begun_) {
+  if (!has_levels_) {
     state_ = RestState::kInitial;
     initial_count_ = 0;
   } else {
@@ -145,11 +145,12 @@ bool RestGate::is_doubtful(const DriftBlock& block) const noexcept {
 
 // Nearer than to where it was expected.
 bool RestGate::stayed_where_it_began() const noexcept {
-  return began_ && std::any_of(kAxes.begin(), kAxes.end(), [&](core::Axis axis) {
+  return unforeseen_levels_ && std::any_of(kAxes.begin(), kAxes.end(), [&](core::Axis axis) {
            const AxisState& state = axes_[index(axis)];  // its level is what was expected
            if (!state.known || !watch_.follows(axis)) return false;
            const double level = watch_.level(axis);
-           return std::abs(level - (*began_)[index(axis)]) < std::abs(level - state.level);
+           return std::abs(level - (*unforeseen_levels_)[index(axis)]) <
+                  std::abs(level - state.level);
          });
 }
 
@@ -171,7 +172,7 @@ RestState RestGate::collect_initial(const DriftBlock& block,
   if (initial_count_ < options_.initial_blocks) return RestState::kInitial;
   adopt_initial();
   if (!initial_blocks_agree()) return RestState::kInitial;
-  has_begun_ = true;
+  has_levels_ = true;
   return leaves(expected) ? RestState::kMotion : RestState::kRest;
 }
 
@@ -188,9 +189,9 @@ bool RestGate::leaves(const ExpectedLevels& expected) noexcept {
     any_leaves = any_leaves || nearest[i] != axes_[i].level;  // also: not a number
   }
   if (!any_leaves) return false;
-  began_.emplace();
+  unforeseen_levels_.emplace();
   for (std::size_t i = 0; i < axes_.size(); ++i) {
-    (*began_)[i] = axes_[i].level;
+    (*unforeseen_levels_)[i] = axes_[i].level;
     axes_[i].level = nearest[i];
   }
   return true;

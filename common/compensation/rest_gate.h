@@ -82,7 +82,7 @@ class RestGate {
   [[nodiscard]] RestState state() const noexcept { return state_; }
   // Whether motion of this axis would be noticed: its level and noise are known.
   [[nodiscard]] bool knows(core::Axis axis) const noexcept {
-    return has_begun_ && axes_[core::index(axis)].known;
+    return has_levels_ && axes_[core::index(axis)].known;
   }
   // Standard deviation of a block mean at rest, rad/s.
   [[nodiscard]] double block_sigma(core::Axis axis) const noexcept;
@@ -110,11 +110,11 @@ class RestGate {
 
   // Its state (core/state_archive.h).
   void carry(core::StateArchive& archive) {
-    archive(state_, has_begun_, axes_, level_time_, still_since_, initial_, initial_count_, watch_,
-            began_, unforeseen_starts_);
+    archive(state_, has_levels_, axes_, level_time_, still_since_, initial_, initial_count_, watch_,
+            unforeseen_levels_, unforeseen_starts_);
     archive.require(state_ <= RestState::kRest && initial_count_ <= options_.initial_blocks);
     archive.require(level_time_ != core::kNever);
-    archive.require(has_begun_ || state_ == RestState::kInitial ||
+    archive.require(has_levels_ || state_ == RestState::kInitial ||
                     state_ == RestState::kLevelImplausible);
     archive.require(state_ != RestState::kSettling || still_since_ != core::kNever);
   }
@@ -157,14 +157,14 @@ class RestGate {
 
   RestGateOptions options_;
   RestState state_ = RestState::kInitial;
-  bool has_begun_ = false;  // levels are known
+  bool has_levels_ = false;  // the first ones are believed
   core::PerAxis<AxisState> axes_{};
   core::SensorTime level_time_{0};  // when the level was last confirmed
   core::SensorTime still_since_{core::kNever};
   std::array<DriftBlock, kMaxInitialBlocks> initial_{};
   std::size_t initial_count_ = 0;
   StillWatch watch_{};
-  std::optional<core::PerAxis<double>> began_{};  // levels, where they weren't expected
+  std::optional<core::PerAxis<double>> unforeseen_levels_{};  // first ones, until rest
   std::uint64_t unforeseen_starts_ = 0;
 };
 

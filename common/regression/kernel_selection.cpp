@@ -17,10 +17,10 @@ namespace {
 constexpr double kLowestRelativeRidge = 1e-9;
 constexpr double kHighestRelativeRidge = 10.0;
 constexpr std::size_t kRidgeGridPoints = 2 * kRidgesAtOnce;
-constexpr int kRidgeRefinements = 2;          // to a factor of 10^(10 / 15 (2 / 9)^2) = 1.08
-constexpr double kGammasInADecade = 2.0;      // of the grid; of polynomials, whose terms gamma only
-constexpr double kPolynomialGammas = 1.0;     // weighs, fewer
-constexpr std::size_t kGammaRefinements = 6;  // to a factor of 10^(0.618^6) = 1.14
+constexpr int kRidgeRefinements = 2;       // to a factor of 10^(10 / 15 (2 / 9)^2) = 1.08
+constexpr double kGammasInADecade = 2.0;   // of the grid; of polynomials, whose terms gamma only
+constexpr double kPolynomialGammas = 1.0;  // weighs, fewer
+constexpr int kGammaRefinements = 6;       // to a factor of 10^(0.618^6) = 1.14
 
 // Below this the tridiagonal factor is rounding.
 constexpr double kSmallestRelativeRidge = 1e-12;
@@ -28,39 +28,6 @@ constexpr double kSmallestRelativeRidge = 1e-12;
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-struct Minimum {
-  double argument = 0.0;
-  double value = std::numeric_limits<double>::infinity();
-};
-
-// Minimum of cost over [low, high] on a logarithmic grid, then, if it is below refined_below, by
-// golden section between the best point's neighbours. At most grid_points + refinements + 1 calls.
-// A cost that isn't finite never wins.
-template <typename Cost>
-Minimum minimise(double low, double high, std::size_t grid_points, std::size_t refinements,
-                 double refined_below, const Cost& cost) {
-  Minimum best{low, std::numeric_limits<double>::infinity()};
-  const auto evaluate = [&](double argument) {
-    const double value = cost(argument);
-    if (value < best.value) best = {argument, value};
-    return value;
-  };
-  const double log_low = std::log(low), log_high = std::log(high);
-  const double spacing = (log_high - log_low) / static_cast<double>(grid_points - 1);
-  evaluate(low);
-  for (std::size_t i = 1; i + 1 < grid_points; ++i) {
-    evaluate(std::exp(log_low + spacing * static_cast<double>(i)));
-  }
-  evaluate(high);
-  if (!(best.value < refined_below)) return best;
-
-  const double around = std::log(best.argument);
-  core::golden_section(std::max(log_low, around - spacing), std::min(log_high, around + spacing),
-                       static_cast<int>(refinements) + 1,
-                       [&](double argument) { return evaluate(std::exp(argument)); });
-  return best;
-}
 
 // I - tau v v' with v_0 = 1: maps the roots of the weights to a multiple of the first axis, so that
 // what is left without that axis are the contrasts.
@@ -221,14 +188,19 @@ Cost paper_cost(const Reduced& reduced, double relative_ridge) {
   return {0.5 * m * std::log(norm / reduced.scale), norm / m};
 }
 
+// Of log |T + ridge| and y' (T + ridge)^-1 y.
+Cost marginal_likelihood_cost(const Problem& problem, double log_determinant, double norm,
+                              double relative_ridge) {
+  const auto m = static_cast<double>(problem.contrasts.size());
+  const double variance = signal_variance(problem, norm / m, relative_ridge);
+  return {0.5 * (m * std::log(variance) + log_determinant + norm / variance), variance};
+}
+
 Cost marginal_likelihood_cost(const Problem& problem, const Reduced& reduced,
                               double relative_ridge) {
   const Elimination elimination = eliminate(reduced, relative_ridge);
-  const double norm = squared_norm(elimination);
-  const auto m = static_cast<double>(reduced.diagonal.size());
-  const double variance = signal_variance(problem, norm / m, relative_ridge);
-  const double log_determinant = elimination.pivots.array().log().sum();
-  return {0.5 * (m * std::log(variance) + log_determinant + norm / variance), variance};
+  return marginal_likelihood_cost(problem, elimination.pivots.array().log().sum(),
+                                  squared_norm(elimination), relative_ridge);
 }
 
 // P_ii = sum_k g_ik² / D_k and (P y)_i = sum_k g_ik c_k / D_k with g_i = L^-1 directions_i.
@@ -250,18 +222,20 @@ double leave_one_out_nats(const Reduced& reduced, double relative_ridge) {
 // A minimum on a logarithmic grid, then on finer ones between the best point's neighbours: ridges
 // side by side cost little more than one.
 double likeliest_ridge(const Problem& problem, const Reduced& reduced) {
-  const auto m = static_cast<double>(reduced.diagonal.size());
   const auto size = static_cast<std::size_t>(reduced.diagonal.size());
-  Minimum best{kLowestRelativeRidge};
+  double best = kLowestRelativeRidge;
+  double least = std::numeric_limits<double>::infinity();
   const auto consider = [&](const ByRidge& ridges) {
     const RidgeFigures figures =
         figures_of({{reduced.diagonal.data(), size}, {reduced.subdiagonal.data(), size - 1}},
                    {reduced.targets.data(), size}, ridges);
     for (std::size_t i = 0; i < kRidgesAtOnce; ++i) {
-      const double norm = figures.squared_norm[i];
-      const double variance = signal_variance(problem, norm / m, ridges[i]);
-      const double cost = m * std::log(variance) + figures.log_determinant[i] + norm / variance;
-      if (cost < best.value) best = {ridges[i], cost};
+      const double nats = marginal_likelihood_cost(problem, figures.log_determinant[i],
+                                                   figures.squared_norm[i], ridges[i])
+                              .nats;
+      if (!(nats < least)) continue;
+      least = nats;
+      best = ridges[i];
     }
   };
   const double low = std::log(kLowestRelativeRidge), high = std::log(kHighestRelativeRidge);
@@ -272,14 +246,14 @@ double likeliest_ridge(const Problem& problem, const Reduced& reduced) {
     if ((i + 1) % kRidgesAtOnce == 0) consider(ridges);
   }
   for (int refinement = 0; refinement < kRidgeRefinements; ++refinement) {
-    const double lowest = std::max(low, std::log(best.argument) - spacing);
-    const double highest = std::min(high, std::log(best.argument) + spacing);
+    const double lowest = std::max(low, std::log(best) - spacing);
+    const double highest = std::min(high, std::log(best) + spacing);
     spacing = (highest - lowest) / static_cast<double>(kRidgesAtOnce + 1);
     for (std::size_t i = 0; i < kRidgesAtOnce; ++i)
       ridges[i] = std::exp(lowest + spacing * static_cast<double>(i + 1));
     consider(ridges);
   }
-  return best.argument;
+  return best;
 }
 
 // The known one for the paper's criterion, otherwise that of the largest marginal likelihood.
@@ -318,22 +292,33 @@ KernelChoice scored(const KernelSelectionOptions& options, const Problem& proble
   return choice;
 }
 
+// Of a logarithmic grid; if that is below refined_below, by golden section between the best point's
+// neighbours. A cost that isn't finite never wins.
 KernelChoice best_gamma(const KernelSelectionOptions& options, const Problem& problem,
                         Kernel kernel, double refined_below) {
   KernelChoice best;
   best.kernel = kernel;
   best.kernel.gamma = options.gamma_lowest;
+  const auto score_at = [&](double gamma) {
+    kernel.gamma = gamma;
+    const KernelChoice choice = scored(options, problem, kernel);
+    if (choice.score < best.score) best = choice;
+    return choice.score;
+  };
   const double decades = std::log10(options.gamma_highest / options.gamma_lowest);
   const double in_a_decade = kernel.is_stationary() ? kGammasInADecade : kPolynomialGammas;
-  const auto grid_points =
-      static_cast<std::size_t>(std::max(1.0, std::ceil(in_a_decade * decades))) + 1;
-  (void)minimise(options.gamma_lowest, options.gamma_highest, grid_points, kGammaRefinements,
-                 refined_below, [&](double gamma) {
-                   kernel.gamma = gamma;
-                   const KernelChoice choice = scored(options, problem, kernel);
-                   if (choice.score < best.score) best = choice;
-                   return choice.score;
-                 });
+  const double intervals = std::max(1.0, std::ceil(in_a_decade * decades));
+  const double low = std::log(options.gamma_lowest), high = std::log(options.gamma_highest);
+  const double spacing = (high - low) / intervals;
+  score_at(options.gamma_lowest);
+  for (double i = 1.0; i < intervals; i += 1.0) score_at(std::exp(low + spacing * i));
+  score_at(options.gamma_highest);
+  if (!(best.score < refined_below)) return best;
+
+  const double around = std::log(best.kernel.gamma);
+  core::golden_section(std::max(low, around - spacing), std::min(high, around + spacing),
+                       kGammaRefinements + 1,
+                       [&](double argument) { return score_at(std::exp(argument)); });
   return best;
 }
 
