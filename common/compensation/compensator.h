@@ -116,9 +116,9 @@ class Compensator {  // More members than other classes: one for each stage on a
   // Sensor time up to which inputs are needed to go on: of the oldest waiting sample, else the
   // newest answered.
   [[nodiscard]] core::SensorTime needed_time() const noexcept;
-  // Clock of the oldest waiting sample; only when readiness() is not kNothing.
+  // Likewise whose clock stamps it.
   [[nodiscard]] core::ClockSource waiting_clock() const noexcept {
-    return waiting_.front().sample.clock;
+    return waiting_.empty() ? clock_ : waiting_.front().sample.clock;
   }
   // Answers the oldest waiting sample with what is there. Only when readiness() is not kNothing.
   core::CompensatedSample answer_next() noexcept;

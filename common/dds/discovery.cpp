@@ -259,6 +259,12 @@ std::size_t Discovery::counterparts(std::string_view topic, Direction ours) {
   return count_others(topic, ours, [](const Guid&, const Remote&) { return true; });
 }
 
+bool Discovery::is_in_partition(const rtps::GUID_t& endpoint) {
+  const std::lock_guard lock(mutex_);
+  const auto known = remotes_.find(endpoint);
+  return known != remotes_.end() && known->second.is_in_partition;
+}
+
 std::size_t Discovery::matchable(const TopicSpec& spec, Direction ours) {
   return count_others(spec.name, ours, [&](const Guid& guid, const Remote& remote) {
     return !remote.is_in_partition && seen_from_here(guid, remote, spec).problem.empty();

@@ -135,6 +135,7 @@ class Discovery final : public eprosima::fastdds::dds::DomainParticipantListener
   [[nodiscard]] Acquaintance acquaintance();
   // The others' endpoints on a topic, at the other end than `ours`. Any thread.
   [[nodiscard]] std::size_t counterparts(std::string_view topic, Direction ours);
+  [[nodiscard]] bool is_in_partition(const eprosima::fastrtps::rtps::GUID_t& endpoint);
   // Those of them that an endpoint of ours of this topic can match, outside of partitions.
   [[nodiscard]] std::size_t matchable(const TopicSpec& spec, Direction ours);
   // This participant uses shared memory; to be called before it is created.

@@ -189,7 +189,7 @@ class WriterListener : public eprosima::fastdds::dds::DataWriterListener {
       const eprosima::fastdds::dds::PublicationMatchedStatus& status) override {
     const auto reader = eprosima::fastrtps::rtps::iHandle2GUID(status.last_subscription_handle);
     if (is_foreign(reader)) foreign_.store(true);
-    matched_.store(status.current_count, std::memory_order_release);
+    count(reader, status);
     if (on_met_ && status.current_count_change > 0) on_met_(reader);
   }
   void on_offered_incompatible_qos(
@@ -213,10 +213,14 @@ class WriterListener : public eprosima::fastdds::dds::DataWriterListener {
     return guid.guidPrefix.value[0] != eprosima::fastrtps::rtps::c_VendorId_eProsima[0] ||
            guid.guidPrefix.value[1] != eprosima::fastrtps::rtps::c_VendorId_eProsima[1];
   }
+  void count(const eprosima::fastrtps::rtps::GUID_t& reader,
+             const eprosima::fastdds::dds::PublicationMatchedStatus& status);
 
   Discovery& discovery_;
   Endpoint endpoint_;
   OnMet on_met_;
+  std::mutex fellows_mutex_;
+  std::set<eprosima::fastrtps::rtps::GUID_t> fellows_;  // matched, and in partitions
   std::atomic<int> matched_{0};
   std::atomic<bool> foreign_{false};
 };
@@ -296,7 +300,7 @@ class Writer {
     return writer_->write(&message);
   }
 
-  // Readers matched now.
+  // Readers matched now, but for those in partitions, in which instances read each other.
   [[nodiscard]] int matched() const { return listener_.matched(); }
   // All readers that have announced themselves are matched, which with security takes a while, but
   // for those in partitions. Not for the data path.

@@ -112,15 +112,16 @@ class GyroPipeline {
 
   // Answers what can be answered. Real sensors are answered at once, with what is there. A record
   // or simulation waits for its consumers, so its samples wait here for what belongs to them, and
-  // the result does not depend on who came first.
+  // until there is room for what is held back: the result does not depend on who came first.
   void drain(std::int64_t now_ns) {
     if (!port_.is_open()) return;
     using compensation::Readiness;
     for (;;) {
       const Readiness readiness = engine_->readiness();
       if (readiness == Readiness::kNothing) return;
-      if (readiness == Readiness::kReady ||
-          !core::is_paced_by_consumers(engine_->waiting_clock())) {
+      const bool is_paced = core::is_paced_by_consumers(engine_->waiting_clock());
+      if (is_paced && would_drop()) return;
+      if (readiness == Readiness::kReady || !is_paced) {
         answer(now_ns);
         continue;
       }
@@ -366,9 +367,13 @@ class GyroPipeline {
     return port_.prepare(kept.answer, kept.run,
                          sync_.stated_answered(engine_->counts().samples_out));
   }
+  // What is held back next takes the place of an answer that nobody wrote.
+  [[nodiscard]] bool would_drop() const noexcept {
+    return !sync_.may_write() && held_.full() &&
+           !sync_.was_received(held_.front().run, held_.front().answer.raw.sequence);
+  }
   void hold(const Kept& kept) noexcept {
-    if (held_.full() && !sync_.was_received(held_.front().run, held_.front().answer.raw.sequence))
-      ++dropped_;
+    if (would_drop()) ++dropped_;
     held_.push_overwriting(kept);
   }
   template <typename Predicate>

@@ -62,7 +62,7 @@ class Gyro final : private service::GyroPipeline<compensation::Compensator>::Por
     return pipeline_.newest();
   }
   [[nodiscard]] bool is_paced() const noexcept {
-    return core::is_paced_by_consumers(newest().raw.clock);
+    return core::is_paced_by_consumers(compensator().waiting_clock());
   }
   [[nodiscard]] bool leads() const noexcept { return pipeline_.sync().leads(); }
   // Since the newest sample was answered, to a tick.

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -64,6 +65,7 @@ struct CompensationNode::Seen {
   std::uint64_t temperatures_rejected = 0;
   std::uint64_t references_rejected = 0;
   std::uint64_t unwritten = 0;
+  bool is_paced = false;
   bool is_alone = true;
   bool leads = true;
   service::InstanceSync::Health health{};
@@ -86,6 +88,7 @@ CompensationNode::Seen CompensationNode::see(const Gyro& source) {
             .temperatures_rejected = source.temperatures_rejected(),
             .references_rejected = source.references_rejected(),
             .unwritten = source.unwritten(),
+            .is_paced = source.is_paced(),
             .is_alone = sync.is_alone(),
             .leads = sync.leads(),
             .health = sync.health(),
@@ -138,12 +141,9 @@ service::Status CompensationNode::status() {
                     {"duplicates", "1", static_cast<double>(sum.duplicates)},
                     {"rejected", "1", static_cast<double>(rejected)},
                     {"unwritten", "1", static_cast<double>(unwritten)}};
-  const auto is_paced = [](const Seen& seen) {
-    return core::is_paced_by_consumers(seen.newest.raw.clock);
-  };
   status.flow = {.topic = dds::kAngularRate.name,
                  .samples = sum.samples_in,
-                 .paced = std::all_of(all.begin(), all.end(), is_paced)};
+                 .paced = std::all_of(all.begin(), all.end(), std::mem_fn(&Seen::is_paced))};
   const std::vector<service::Metric> latencies = service::latency_metrics(hops);
   status.metrics.insert(status.metrics.end(), latencies.begin(), latencies.end());
   return status;

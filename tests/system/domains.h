@@ -152,6 +152,7 @@ enum class Domain : std::uint32_t {
   kSecurityReplay,
   kKilledInstance,
   kSecuritySender,
+  kRedundantAwaits,
 };
 
 static_assert(static_cast<std::uint32_t>(Domain::kConsole) <= 100);

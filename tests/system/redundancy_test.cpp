@@ -246,6 +246,34 @@ TEST(Redundancy, OfAReplayAtFullSpeedBothAnswerEverySampleTheSame) {
   EXPECT_EQ(metric(statuses, "compensation/1:1", "differing"), 0.0);
 }
 
+// The other instance reads the answers too, and is none of those that are waited for.
+TEST(Redundancy, ARecordIsHeldForAReaderThatIsNoInstance) {
+  SystemUnderTest system(Domain::kRedundantAwaits);
+  dds::Participant participant("test", system.network());
+  const Collector<msg::ServiceStatus> statuses(participant);
+  const Collector<msg::Event> events(participant);
+  Arguments source{"--source", "simulation", "--speed", "max"};
+  for (const auto& argument : Simulation{.profile = write_ramp_profile(system, 60.0)}.arguments())
+    source.push_back(argument);
+  for (const char* instance : {"0", "1"}) {
+    system.start("compensation",
+                 {"--instance", instance, "--redundant", "--await-subscribers", "1"});
+  }
+  ASSERT_TRUE(eventually([&] {
+    return metric(statuses, "compensation", "samples_in") == 0.0 &&
+           metric(statuses, "compensation/1", "samples_in") == 0.0;
+  })) << "both are there from the first sample on";
+  system.start("thermal_publisher", source);
+  source.insert(source.end(), {"--rate", "200", "--wait-for", "compensation"});
+  ChildProcess& publisher = system.start("gyro_publisher", source);
+  ASSERT_TRUE(eventually([&] { return told(events, "subscribers_awaited", ""); }));
+  EXPECT_FALSE(told(events, "input_stale", "")) << "a record that is held is not silent";
+  const Collector<msg::CompensatedRate> answers(participant);
+  EXPECT_EQ(publisher.wait(60s), 0);
+  ASSERT_TRUE(eventually([&] { return answers.size() >= 12000; })) << answers.size();
+  EXPECT_EQ(answers.all().front().sequence_number(), 0U);
+}
+
 // What each instance writes, whoever was first.
 class EachInstance {
  public:

@@ -50,6 +50,12 @@ class Instance final : Pipeline::Port {
   void sample_at_once(std::uint64_t sequence, std::uint64_t run = kRun) {
     pipeline.push(rate(sequence), run, 0, now_ns);
   }
+  // Of a replay, which is faster than its own time.
+  void paced_sample(std::uint64_t sequence) {
+    core::AngularRateSample sample = rate(sequence);
+    sample.clock = core::ClockSource::kReplay;
+    pipeline.push(sample, kRun, 0, now_ns += kMs / 100);
+  }
   void receive(const AnswerMark& other) { pipeline.receive(other); }
   // From `first` until it is the only one in sync.
   std::uint64_t begin(std::uint64_t first = 1) {
@@ -116,6 +122,36 @@ TEST(GyroPipeline, AShortRunOfTheOnlyOneIsWrittenByTheTick) {
   EXPECT_TRUE(only.written.empty());
   for (int k = 0; k < 12; ++k) only.pipeline.tick(only.now_ns += 250 * kMs);
   EXPECT_EQ(only.written.size(), 50U);
+}
+
+// Rule: a replay waits until it is known who writes, and so loses none of what is held back,
+// however many samples come before that.
+TEST(GyroPipeline, AReplayWaitsWhereMoreThanIsHeldBackWouldBeLost) {
+  Instance only(0);
+  constexpr std::uint64_t kSamples = 10000;
+  for (std::uint64_t k = 1; k <= kSamples; ++k) only.paced_sample(k);
+  EXPECT_TRUE(only.written.empty());
+  for (int k = 0; k < 12; ++k) {
+    only.pipeline.drain(only.now_ns);
+    only.pipeline.tick(only.now_ns += 250 * kMs);
+  }
+  ASSERT_EQ(only.written.size(), kSamples);
+  for (std::uint64_t k = 0; k < kSamples; ++k) ASSERT_EQ(only.written[k].sequence, k + 1);
+  EXPECT_EQ(only.pipeline.dropped(), 0U);
+}
+
+// Rule: it doesn't wait where another one answers what it holds back.
+TEST(GyroPipeline, AReplayGoesOnWhereAnotherWrites) {
+  Instance leader(0);
+  Instance behind(1);
+  std::uint64_t next = leader.begin();
+  for (; next < 10000; ++next) {
+    leader.paced_sample(next);
+    behind.paced_sample(next);
+    behind.receive(leader.written.back());
+  }
+  EXPECT_EQ(behind.pipeline.newest_sequence(), next - 1);
+  EXPECT_EQ(behind.pipeline.dropped(), 0U);
 }
 
 TEST(GyroPipeline, OneThatCatchesUpGoesOnToTheBitAndReachesBackToTheState) {
