@@ -117,6 +117,7 @@ void Compensator::restart_histories() noexcept {
   gate_.restart();
   polarity_.restart();
   own_output_.restart();
+  prior_check_.restart();
   scale_.restart();
   labels_.discard();
   if (prior_) prior_->restart();
@@ -173,6 +174,7 @@ void Compensator::bring_into_force(PriorChange& change) noexcept {
   for (const auto axis : kAxes) {
     if (change.learner->exchanged[index(axis)]) axes_[index(axis)] = {};
   }
+  prior_check_ = {};
   labels_.discard();
   --changes_due_;
   change.in_force = true;
@@ -369,7 +371,7 @@ std::optional<double> Compensator::factory_drift(core::Axis axis) const noexcept
 void Compensator::carry(core::StateArchive& archive) {
   archive(sequences_, temperatures_, references_, blocks_, gate_, polarity_, own_output_, labels_);
   if (options_.learning.scale_factor) archive(scale_);
-  if (prior_) archive(*prior_);
+  if (prior_) archive(*prior_, prior_check_);
   archive(stream_began_, streams_, axes_, counts_, newest_, doubted_, clock_, referenced_,
           uncovered_, measured_, estimate_outdated_, commanded_freeze_);
 }
@@ -381,6 +383,7 @@ CompensatorCounts Compensator::counts() const noexcept {
   counts.references = references_.counts();
   counts.reversed_axes = polarity_.found();
   counts.own_outputs = own_output_.found();
+  counts.costly_priors = prior_check_.found();
   counts.unforeseen_starts = gate_.unforeseen_starts();
   return counts;
 }

@@ -44,6 +44,7 @@
 #include "common/compensation/options.h"
 #include "common/compensation/own_output_check.h"
 #include "common/compensation/polarity_check.h"
+#include "common/compensation/prior_check.h"
 #include "common/compensation/reference_inputs.h"
 #include "common/compensation/rest_gate.h"
 #include "common/compensation/scale_factor.h"
@@ -85,6 +86,7 @@ struct CompensatorCounts {
   std::uint64_t late_models = 0;        // answered before the due model was there
   std::uint64_t reversed_axes = 0;      // found to turn the other way round
   std::uint64_t own_outputs = 0;        // axes found to be given what this gives out
+  std::uint64_t costly_priors = 0;      // axes whose drift changes less than what the prior leaves
   std::uint64_t unforeseen_starts = 0;  // that stayed elsewhere than what was learned foretold
   ReferenceCounts references{};         // by verdict: when they came, residuals when due
 
@@ -275,6 +277,7 @@ class Compensator {  // More members than other classes: one for each stage on a
   RestGate gate_;
   PolarityCheck polarity_;
   OwnOutputCheck own_output_;
+  PriorCheck prior_check_;
   ScaleFactor scale_;
   LabelBuilder labels_;
   std::unique_ptr<DriftPrior> prior_;            // null: none

@@ -188,6 +188,7 @@ void Compensator::learn_from(const Label& label) noexcept {
     const std::size_t i = index(axis);
     if (!label.valid[i]) continue;
     axes_[i].judge(label.drift_radps[i], label.applied_radps[i], label.held_radps[i]);
+    prior_check_.add(axis, label.drift_radps[i], label.prior_radps[i], label.variance_radps2[i]);
   }
   if (options_.scheme == Scheme::kNone || changes_due_ > 0) return;
   if (!models_.submit({.kind = TrainingJob::Kind::kLabel, .label = label}, newest_ + handover_))

@@ -14,6 +14,11 @@ inline constexpr const char* kDoubleCorrectionText =
     "what is taken off comes back with the opposite sign in the raw rates: the compensation is "
     "given its own output, and corrects twice; publish compensated rates under another gyro id";
 
+inline constexpr const char* kCostlyPriorText =
+    "an axis's drift changes less than the prior says, and what the prior leaves changes more: it "
+    "is "
+    "of another gyro, or no longer right; `calibrate` it anew, or go on without it (`ctl revert`)";
+
 inline constexpr const char* kShortRestText =
     "stillness ended, three times in turn and more, before anything could be learned in it, which "
     "takes learning.label_interval_s, confirm_s and some seconds: longer stops, or a shorter label";
@@ -40,6 +45,7 @@ inline constexpr const char* kUnforeseenStartText =
   std::vector<std::string> lines;
   if (compensator.counts().reversed_axes > 0) lines.push_back(reversed_text(compensator));
   if (compensator.counts().own_outputs > 0) lines.emplace_back(kDoubleCorrectionText);
+  if (compensator.counts().costly_priors > 0) lines.emplace_back(kCostlyPriorText);
   if (compensator.counts().short_rests > 0) lines.emplace_back(kShortRestText);
   if (compensator.counts().unforeseen_starts > 0) lines.emplace_back(kUnforeseenStartText);
   return lines;

@@ -67,7 +67,7 @@ constexpr std::array<std::string_view, Gyro::kReferencePlaces.size()> kReference
     "what the true rate is", "whether the gyro rests", "how far the drift is off"};
 
 using Counts = compensation::CompensatorCounts;
-constexpr std::array<service::CountedEvent<Counts>, 11> kCountedEvents{
+constexpr std::array<service::CountedEvent<Counts>, 12> kCountedEvents{
     {{&Counts::invalid, "invalid_sample",
       "a rate is not finite or marked invalid; passed on marked invalid, not learned"},
      {&Counts::duplicates, "duplicate_sample", "a sequence number came twice; answered once"},
@@ -84,6 +84,7 @@ constexpr std::array<service::CountedEvent<Counts>, 11> kCountedEvents{
       "the learner's queue was full; a label was skipped"},
      {&Counts::short_rests, "short_rest", compensation::kShortRestText},
      {&Counts::own_outputs, "double_correction", compensation::kDoubleCorrectionText},
+     {&Counts::costly_priors, "costly_prior", compensation::kCostlyPriorText},
      {&Counts::unforeseen_starts, "unforeseen_start", compensation::kUnforeseenStartText}}};
 
 using SyncCounts = service::InstanceSync::Counts;

@@ -95,6 +95,23 @@ TEST(PriorScenario, WhatThePriorLacksIsLearned) {
   }
 }
 
+// Rule: another gyro's prior, whose temperature terms go the other way, is told of each of its axes
+// once the temperature has gone and come back; the own one isn't.
+TEST(PriorScenario, OneThatCostsIsTold) {
+  GyroSpec spec = climb();
+  spec.duration_s = 3600.0;
+  const Record record = make_record(spec);
+  GyroSpec another = spec;
+  another.per_degc_deg_h = -2.0 * spec.per_degc_deg_h;
+  another.per_degc2_deg_h = -spec.per_degc2_deg_h;
+  Compensator own{options_with(model_of(spec))};
+  Compensator exchanged{options_with(model_of(another))};
+  testing::run(own, record);
+  testing::run(exchanged, record);
+  EXPECT_EQ(own.counts().costly_priors, 0U);
+  EXPECT_EQ(exchanged.counts().costly_priors, 3U);
+}
+
 // Rule: where labels stop for ten minutes of motion while the temperature goes on to where nothing
 // was learned, the prior goes on: a tenth of the error at most of the online SVR alone, which goes
 // back to holding. The stack's linear experts go on as well, and right where the drift is linear:
