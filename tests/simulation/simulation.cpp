@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Instances that stand by for each other, in one process on simulated time. A seed decides
 // everything: how many instances and readers, delays, losses, partitions, standstills, crashes,
-// restarts, second publishers and clocks.
+// restarts, second publishers and clocks. Of sixteen seeds one has a replay for a publisher, which
+// begins as fast as its consumers follow.
 //
 //   standby_simulation [--seeds COUNT] [--first SEED]     the seeds from SEED on
 //   standby_simulation --seed SEED                        one, and what happens in it
@@ -146,6 +147,7 @@ class World {
   };
 
   void publish(int publisher, std::uint64_t run);
+  [[nodiscard]] bool is_awaited(std::uint64_t run) const;
   void begin_run(int publisher);
   void end_run(int publisher, bool crash);
   void disturb();
@@ -165,6 +167,11 @@ class World {
   std::map<std::uint64_t, Run> runs_{};
   std::map<int, std::uint64_t> running_{};                        // publisher to run
   std::map<std::pair<std::uint64_t, int>, std::uint64_t> got_{};  // run, instance: newest delivered
+  struct Progress {
+    std::uint64_t taken = 0;
+    Time when = 0;
+  };
+  std::map<std::pair<std::uint64_t, int>, Progress> progress_{};  // likewise: as it reported
   std::uint64_t runs_begun_ = 0;
   std::uint64_t temperatures_ = 0;
 
@@ -177,6 +184,7 @@ class World {
   bool with_partitions_ = false;
   bool with_second_publisher_ = false;
   bool with_clock_steps_ = false;
+  bool is_replay_ = false;
   Time quiet_from_ = 0;
   Time end_ = 0;
   bool crashed_publisher_ = false;
@@ -186,6 +194,13 @@ class World {
   // One heard nobody and began without a state: the others were away, and may come late.
   bool began_anew = false;
 };
+
+// Of a replay: samples ahead of the slowest consumer, and how long one that is silent is waited
+// for; it begins with more samples than an instance holds back, and fast.
+constexpr std::uint64_t kAhead = 256;
+constexpr Time kLeftBehind = 5 * kSecond;
+constexpr std::uint64_t kFastSamples = 10000;
+constexpr Time kFastPeriod = kMs / 5;
 
 constexpr int kFirstReader = 100;
 constexpr int kFirstPublisher = 200;
@@ -256,7 +271,9 @@ class Instance final : public Node, private Pipeline::Port {
     }
   }
   void tick() {
+    pipeline_.drain(clock());
     pipeline_.tick(clock());
+    if (world_.is_replay_) pipeline_.report_progress();
     const auto giver = pipeline_.state_to_ask_for(clock());
     if (giver) world_.send(number_, static_cast<int>(*giver), Question{number_, *giver});
     note_sync();
@@ -301,7 +318,9 @@ class Instance final : public Node, private Pipeline::Port {
   bool is_open() override { return true; }
   void begin_run() override {}
   bool await_model() override { return false; }
-  void report_progress(std::uint64_t, core::SensorTime) override {}
+  void report_progress(std::uint64_t newest, core::SensorTime) override {
+    world_.progress_[{pipeline_.run(), number_}] = {newest, world_.now};
+  }
   void notify_learner() override {}
 
   // The state goes out when every reader has all that was written before it, or a second later.
@@ -363,6 +382,7 @@ World::World(std::uint64_t seed, bool is_traced) : random(seed), traces(is_trace
   with_partitions_ = random.happens(50);
   with_second_publisher_ = random.happens(15);
   with_clock_steps_ = random.happens(30);
+  is_replay_ = seed % 16 == 0;
   quiet_from_ = 30 * kSecond;
   end_ = quiet_from_ + 30 * kSecond;
 }
@@ -435,13 +455,31 @@ void World::begin_run(int publisher) {
   publish(publisher, run);
 }
 
+// A replay is so far ahead of a consumer that lives and reports.
+bool World::is_awaited(std::uint64_t run) const {
+  for (int i = 0; i < instance_count_; ++i) {
+    if (!nodes_.at(i)->lives) continue;
+    const auto known = progress_.find({run, i});
+    const Progress its = known == progress_.end() ? Progress{} : known->second;
+    const bool reports = now - std::max(its.when, runs_.at(run).begun) < kLeftBehind;
+    if (reports && runs_.at(run).published >= its.taken + kAhead) return true;
+  }
+  return false;
+}
+
 void World::publish(int publisher, std::uint64_t run) {
   if (running_[publisher] != run) return;
+  const bool is_fast = is_replay_ && runs_[run].published < kFastSamples;
+  const Time period = is_fast ? kFastPeriod : period_;
+  if (is_replay_ && is_awaited(run)) {
+    at(now + period, [this, publisher, run] { publish(publisher, run); });
+    return;
+  }
   const std::uint64_t sequence = ++runs_[run].published;
   core::AngularRateSample sample;
   sample.sequence = sequence;
   sample.time = core::SensorTime{now};
-  sample.clock = core::ClockSource::kHardware;
+  sample.clock = is_replay_ ? core::ClockSource::kReplay : core::ClockSource::kHardware;
   for (int i = 0; i < instance_count_; ++i) {
     if (!nodes_.at(i)->lives) continue;
     send(publisher, i, Rate{run, sample});
@@ -455,7 +493,7 @@ void World::publish(int publisher, std::uint64_t run) {
       if (nodes_.at(i)->lives) send(kFirstPublisher + 50, i, temperature);
     }
   }
-  at(now + period_, [this, publisher, run] { publish(publisher, run); });
+  at(now + period, [this, publisher, run] { publish(publisher, run); });
 }
 
 // A crash loses what was not delivered; an end doesn't, and is told to all.
@@ -515,6 +553,7 @@ void World::disturb() {
       trace("instance " + std::to_string(i) + " is killed");
       instance.lives = false;
       ++instance.incarnation;
+      std::erase_if(progress_, [i](const auto& known) { return known.first.second == i; });
       at(now + random.between(50 * kMs, 3 * kSecond), [this, i] {
         trace("instance " + std::to_string(i) + " starts");
         const int life = nodes_.at(i)->incarnation;
@@ -636,7 +675,8 @@ std::optional<std::string> World::judge() {
       if (!published.alone) continue;  // only one of the two is heard, from some sample on
       const std::uint64_t last = published.owed_to.value_or(published.published);
       std::uint64_t missing = 0;
-      for (std::uint64_t k = std::max(published.owed_from, *once.begin()); k <= last; ++k) {
+      const std::uint64_t first = is_replay_ && run == 1 ? 1 : *once.begin();
+      for (std::uint64_t k = std::max(published.owed_from, first); k <= last; ++k) {
         const auto given_to = published.given_to.find(k);
         if (once.contains(k) || given_to == published.given_to.end()) continue;
         if (readers_[r]->is_lost(run, k, given_to->second)) {
