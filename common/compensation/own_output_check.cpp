@@ -74,10 +74,15 @@ void OwnOutputCheck::judge(Axis& axis, double block_sigma_radps) noexcept {
   const double before = span_of(axis.taken, 0, kSide);
   const double after = span_of(axis.taken, kAfter - kOnTheWay, kSide + kOnTheWay);
   if (size < kLeastInSigmas * block_sigma_radps) {
+    const double taken = mean_of(axis.taken, kAfter);
+    const double within = kExactly * std::abs(taken);
     const double own = std::abs(std::abs(answer) - axis.asked);
-    if (span_of(axis.taken, 0, kBlocks) <= kSteady * axis.asked && own <= kAnswers * axis.asked &&
-        !moves_on)
+    if (moves_on || span_of(axis.taken, 0, kBlocks) > kSteady * axis.asked) return;
+    if (within >= block_sigma_radps && std::abs(answer + taken) <= within) {
+      axis.votes = std::max(axis.votes, kVotes - 1);
+    } else if (own <= kAnswers * axis.asked) {
       axis.votes = 0;
+    }
     return;
   }
   if (std::max(before, after) > kSteady * size) return;

@@ -11,7 +11,8 @@
 // that steps by as much where nothing asked makes the count begin anew: it does so by itself. Of a
 // drift that is first taken off an answer within a 64th is as rare by chance as three others, and
 // is the verdict: what it leaves behind the rest gate takes for motion, for drift / 0.05 deg/h
-// seconds. Steps that are small beside the noise ask nothing.
+// seconds. Steps that are small beside the noise ask nothing. A rate that falls by all that is
+// taken off, within a 64th, is what a loop that closes looks like: the next answer is the verdict.
 //
 // O(1) a sample, no allocation.
 #pragma once

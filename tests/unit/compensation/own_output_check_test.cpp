@@ -67,6 +67,17 @@ TEST(OwnOutputCheck, WhatDoesNotAnswerIsRaw) {
       << "small steps";
 }
 
+// Rule: where the loop closes in mid-run, the rate falls by all that is taken off; it takes one
+// answer more. The axis of a gyro that is turned over may fall as far, and doesn't answer.
+TEST(OwnOutputCheck, ALoopThatClosesInMidRunTakesOneAnswer) {
+  constexpr double kDrift = 400.0 * kSigma;
+  const auto taken = [](int t) { return t > 20 && t < 700 ? kDrift : 0.0; };
+  const auto closes = [&](int t) { return t < 300 ? kDrift : kDrift - taken(t - 1); };
+  EXPECT_EQ(found_of(closes, taken, 1000), 1U);
+  EXPECT_EQ(found_of([](int t) { return t < 300 ? kDrift : 0.0; }, taken), 0U) << "turned over";
+  EXPECT_EQ(found_of(closes, taken, 690), 0U) << "nothing was asked yet";
+}
+
 // Rule: a drift that moves on, or that steps by as much while nothing steps in what is taken off,
 // doesn't answer where it happens to go the other way. Labels of 60 s beside cycles of 150 s of a
 // chamber, and a telegraph noise, were such drifts.
