@@ -17,7 +17,8 @@ inline constexpr const char* kDoubleCorrectionText =
 inline constexpr const char* kCostlyPriorText =
     "an axis's drift changes less than the prior says, and what the prior leaves changes more: it "
     "is "
-    "of another gyro, or no longer right; `calibrate` it anew, or go on without it (`ctl revert`)";
+    "of another gyro, or no longer right; `calibrate` it anew, or go on without it (`ctl revert`, "
+    "or no `prior`)";
 
 inline constexpr const char* kShortRestText =
     "stillness ended, three times in turn and more, before anything could be learned in it, which "
