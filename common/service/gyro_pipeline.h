@@ -120,7 +120,7 @@ class GyroPipeline {
       const Readiness readiness = engine_->readiness();
       if (readiness == Readiness::kNothing) return;
       const bool is_paced = core::is_paced_by_consumers(engine_->waiting_clock());
-      if (is_paced && would_drop()) return;
+      if (is_paced && would_drop(kHeldOfReplay)) return;
       if (readiness == Readiness::kReady || !is_paced) {
         answer(now_ns);
         continue;
@@ -194,13 +194,14 @@ class GyroPipeline {
       answers.push_back(engine.answer_next());
     }
   }
-  // `fresh` has been given the whole log, and goes on instead of the engine, which it becomes.
-  // `answers` are those to the log: all are written, so that they reach back behind what any reader
-  // may be waiting for. What this engine alone has answered of the run is written before, since the
-  // other line may have begun after it. So is what it has answered of a run before of which it has
-  // written some; any other run's publisher may be one that nobody follows.
-  void go_on_with(std::unique_ptr<Engine>& fresh, const std::vector<Answer>& answers,
-                  std::int64_t now_ns) {
+  // `fresh`, of a state as of `after`, has been given the whole log, and goes on instead of the
+  // engine, which it becomes. `answers` are those to the log: all are written, so that they reach
+  // back behind what any reader may be waiting for. What this engine alone has answered of the run
+  // is written before, since the other line may have begun after it. So is what it has answered of
+  // a run before of which it has written some; any other run's publisher may be one that nobody
+  // follows.
+  void go_on_with(std::unique_ptr<Engine>& fresh, std::uint64_t after,
+                  const std::vector<Answer>& answers, std::int64_t now_ns) {
     write_held_unless([&](const Kept& kept) {
       const std::uint64_t sequence = kept.answer.raw.sequence;
       const bool is_answered_anew = !answers.empty() && sequence >= answers.front().raw.sequence;
@@ -208,6 +209,7 @@ class GyroPipeline {
       return is_answered_anew || sync_.was_received(kept.run, sequence);
     });
     engine_.swap(fresh);
+    reached_.note(after, false);
     drop_log();
     asked_ns_ = now_ns;
     sync_.caught_up();
@@ -248,6 +250,9 @@ class GyroPipeline {
   static constexpr std::size_t kLongestLog = 1U << 18U;
   static constexpr std::size_t kUsualLog = 1U << 14U;  // 8 s at 2 kHz
   static constexpr std::size_t kHeld = 4096;           // 2 s at 2 kHz
+  // As far as it is ahead of its consumers; few, since all are written at once in the end, and a
+  // writer keeps 2000.
+  static constexpr std::size_t kHeldOfReplay = 256;
   static constexpr std::size_t kUnled = 512;
   static constexpr std::size_t kWaiting = 2048;  // kSilentPublisherNs at 2 kHz
   // Received from one that died, but perhaps not by everybody: written again.
@@ -367,13 +372,14 @@ class GyroPipeline {
     return port_.prepare(kept.answer, kept.run,
                          sync_.stated_answered(engine_->counts().samples_out));
   }
-  // What is held back next takes the place of an answer that nobody wrote.
-  [[nodiscard]] bool would_drop() const noexcept {
-    return !sync_.may_write() && held_.full() &&
-           !sync_.was_received(held_.front().run, held_.front().answer.raw.sequence);
+  // With room for `most`, what is held back next takes the place of an answer that nobody wrote.
+  [[nodiscard]] bool would_drop(std::size_t most) const noexcept {
+    if (sync_.may_write() || held_.size() < most) return false;
+    const Kept& oldest = held_[held_.size() - most];
+    return !sync_.was_received(oldest.run, oldest.answer.raw.sequence);
   }
   void hold(const Kept& kept) noexcept {
-    if (would_drop()) ++dropped_;
+    if (would_drop(kHeld)) ++dropped_;
     held_.push_overwriting(kept);
   }
   template <typename Predicate>

@@ -187,7 +187,7 @@ void CompensationNode::catch_up(Gyro& source, const RunningState& state) {
       Gyro::Pipeline::repeat(*fresh, logged[repeated], state.sequence, answers);
     source.end_what_left(*fresh);
     learner_.replace(source.compensator(), fresh);
-    source.pipeline().go_on_with(fresh, answers, service::monotonic_ns());
+    source.pipeline().go_on_with(fresh, state.sequence, answers, service::monotonic_ns());
     source.events.go_on_from(source.compensator());
     source.options.prior = options.prior;
     source.change.reset();

@@ -347,7 +347,7 @@ class Instance final : public Node, private Pipeline::Port {
     has_state_ = true;
     world_.trace(std::to_string(number_) + " has the state of " + std::to_string(from) +
                  " as of sample " + std::to_string(state.sequence));
-    pipeline_.go_on_with(fresh, answers, clock());
+    pipeline_.go_on_with(fresh, state.sequence, answers, clock());
   }
   void note_sync() {
     const bool in_sync = pipeline_.sync().may_write();

@@ -72,7 +72,7 @@ class Instance final : Pipeline::Port {
     if (!pipeline.continues(run, sequence)) return false;
     std::vector<HashAnswer> answers;
     for (const auto& input : pipeline.logged()) Pipeline::repeat(*fresh, input, sequence, answers);
-    pipeline.go_on_with(fresh, answers, now_ns);
+    pipeline.go_on_with(fresh, sequence, answers, now_ns);
     return true;
   }
 
@@ -90,11 +90,12 @@ class Instance final : Pipeline::Port {
   bool is_open() override { return open; }
   void begin_run() override { ++runs_begun; }
   bool await_model() override { return false; }
-  void report_progress(std::uint64_t, core::SensorTime) override {}
+  void report_progress(std::uint64_t newest, core::SensorTime) override { reported = newest; }
   void notify_learner() override {}
 
   bool open = true;
   int runs_begun = 0;  // after the first
+  std::uint64_t reported = 0;
   std::int64_t now_ns = 0;
   std::vector<AnswerMark> written{};
   std::vector<std::uint64_t> alone{};
@@ -138,6 +139,25 @@ TEST(GyroPipeline, AReplayWaitsWhereMoreThanIsHeldBackWouldBeLost) {
   ASSERT_EQ(only.written.size(), kSamples);
   for (std::uint64_t k = 0; k < kSamples; ++k) ASSERT_EQ(only.written[k].sequence, k + 1);
   EXPECT_EQ(only.pipeline.dropped(), 0U);
+}
+
+// Rule: what a state knows need not be answered, and a replay doesn't wait for it.
+TEST(GyroPipeline, AReplayGoesOnFromTheStateThatIsTakenOver) {
+  Instance giver(0);
+  Instance taker(1);
+  giver.begin(1001);  // samples of which the taker receives nothing
+  EXPECT_FALSE(taker.pipeline.state_to_ask_for(taker.now_ns));
+  taker.receive(giver.written.back());
+  EXPECT_FALSE(taker.pipeline.state_to_ask_for(taker.now_ns)) << "the log begins first";
+  const std::uint64_t first = giver.pipeline.newest_sequence() + 1;
+  for (std::uint64_t k = first; k < first + 1000; ++k) {
+    taker.paced_sample(k);
+    giver.paced_sample(k);
+  }
+  EXPECT_LT(taker.pipeline.newest_sequence(), first + 999) << "it waits";
+  ASSERT_TRUE(taker.catch_up(giver));
+  taker.pipeline.report_progress();
+  EXPECT_EQ(taker.reported, first + 999);
 }
 
 // Rule: it doesn't wait where another one answers what it holds back.
