@@ -494,7 +494,9 @@ void ReaderListener::on_requested_incompatible_qos(
 }
 
 // These two are the receiving thread's: counted, reported later.
+// Of a topic that keeps one sample, what was lost has been replaced by what is newer and says all.
 void ReaderListener::on_sample_lost(fdds::DataReader*, const fdds::SampleLostStatus& status) {
+  if (endpoint_.spec.depth == 1) return;
   endpoint_.samples_lost.store(static_cast<std::uint64_t>(status.total_count),
                                std::memory_order_relaxed);
 }

@@ -243,8 +243,9 @@ TEST(WriterDeadlinesLaws, OtherThreadsMayAskMeanwhile) {
 // A reader's listener without a reader.
 class BareListener final : public detail::ReaderListener {
  public:
-  explicit BareListener(detail::Discovery& discovery, EndpointObserver observer = {})
-      : ReaderListener(discovery, kAngularRate, std::move(observer)) {}
+  explicit BareListener(detail::Discovery& discovery, EndpointObserver observer = {},
+                        const TopicSpec& spec = kAngularRate)
+      : ReaderListener(discovery, spec, std::move(observer)) {}
 
  private:
   void on_writer_gone(const eprosima::fastrtps::rtps::GUID_t&, Departure) override {}
@@ -276,6 +277,18 @@ TEST(EndpointEventLaws, LostAndRejectedSamplesAreToldByHowManyAreNew) {
   EXPECT_EQ(reported[1].count, 2U);
   EXPECT_EQ(reported[2].kind, Kind::kSampleRejected);
   EXPECT_EQ(reported[2].count, 3U);
+}
+
+// Rule: where a newer sample has replaced what was lost, nothing is told, since nothing is missing.
+TEST(EndpointEventLaws, OfATopicThatKeepsTheNewestAloneNothingIsLost) {
+  detail::Discovery discovery;
+  int reported = 0;
+  BareListener listener(discovery, {}, kServiceStatus);
+  eprosima::fastdds::dds::SampleLostStatus lost;
+  lost.total_count = 5;
+  listener.on_sample_lost(nullptr, lost);
+  discovery.report([&](const EndpointEvent&) { ++reported; });
+  EXPECT_EQ(reported, 0);
 }
 
 TEST(EndpointEventLaws, AnEndpointsOwnObserverIsToldInPlaceOfTheParticipants) {
