@@ -293,7 +293,8 @@ KernelChoice scored(const KernelSelectionOptions& options, const Problem& proble
 }
 
 // Of a logarithmic grid; if that is below refined_below, by golden section between the best point's
-// neighbours. A cost that isn't finite never wins.
+// neighbours, where it has two: what falls up to an end of the range is least there. A cost that
+// isn't finite never wins.
 KernelChoice best_gamma(const KernelSelectionOptions& options, const Problem& problem,
                         Kernel kernel, double refined_below) {
   KernelChoice best;
@@ -313,11 +314,12 @@ KernelChoice best_gamma(const KernelSelectionOptions& options, const Problem& pr
   score_at(options.gamma_lowest);
   for (double i = 1.0; i < intervals; i += 1.0) score_at(std::exp(low + spacing * i));
   score_at(options.gamma_highest);
-  if (!(best.score < refined_below)) return best;
+  const bool is_between =
+      best.kernel.gamma > options.gamma_lowest && best.kernel.gamma < options.gamma_highest;
+  if (!is_between || !(best.score < refined_below)) return best;
 
   const double around = std::log(best.kernel.gamma);
-  core::golden_section(std::max(low, around - spacing), std::min(high, around + spacing),
-                       kGammaRefinements + 1,
+  core::golden_section(around - spacing, around + spacing, kGammaRefinements + 1,
                        [&](double argument) { return score_at(std::exp(argument)); });
   return best;
 }

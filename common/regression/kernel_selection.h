@@ -36,8 +36,8 @@
 //
 // Numerics: weights and mean are taken out by one reflection, the Gram matrix of the contrasts is
 // made tridiagonal, and then a ridge costs O(n) (O(n²) leave one out). Search by a fixed grid and,
-// for what may still beat the RBF and a kernel in use, golden section: the same result for the same
-// samples.
+// for what may still beat the RBF and a kernel in use and is best inside of it, golden section: the
+// same result for the same samples.
 #pragma once
 
 #include <array>
@@ -107,8 +107,8 @@ inline constexpr std::size_t kFamilySize = 6;
 struct KernelSelection {
   SelectionStatus status = SelectionStatus::kRefused;
   KernelChoice best;  // of the family, the RBF unless beaten by the margin
-  // Each at its best gamma, of the grid alone where it is the margin and more behind the RBF, or
-  // behind the present kernel.
+  // Each at its best gamma, of the grid alone where that is an end of the range, or is the margin
+  // and more behind the RBF, or behind the present kernel.
   std::array<KernelChoice, kFamilySize> family;
   KernelChoice present;  // the kernel in use, scored on the same samples; of none the score is
                          // infinite
