@@ -210,12 +210,22 @@ double AxisLearner::fitted(const HeldLabel& held) const noexcept {
 
 // O(labels of a minute + samples).
 void AxisLearner::update_model() noexcept {
+  if (model_.trained) {
+    model_.predictor.assign(svr_);
+    model_.domain.assign(svr_);
+  }
   const auto n = static_cast<double>(minute_.size());
   double drift = 0.0;
   double variance = 0.0;
+  double predicted = 0.0;
+  double labels = 0.0;
   for (std::size_t i = 0; i < minute_.size(); ++i) {
-    drift += minute_[i].label.drift_radps;
-    variance += minute_[i].label.variance;
+    const HeldLabel& held = minute_[i];
+    drift += held.label.drift_radps;
+    variance += held.label.variance;
+    if (!model_.trained || !held.label.features) continue;
+    predicted += fitted(held);
+    labels += 1.0;
   }
   const AxisLabel& first = minute_.front().label;
   const AxisLabel& last = minute_.back().label;
@@ -230,15 +240,6 @@ void AxisLearner::update_model() noexcept {
         (last.drift_radps - first.drift_radps) / core::seconds(last.time - first.time);
   }
   if (!model_.trained) return;
-  model_.predictor.assign(svr_);
-  model_.domain.assign(svr_);
-  double predicted = 0.0;
-  double labels = 0.0;
-  for (std::size_t i = 0; i < minute_.size(); ++i) {
-    if (!minute_[i].label.features) continue;
-    predicted += fitted(minute_[i]);
-    labels += 1.0;
-  }
   // Without any features in the minute nothing is known of the model there: its gap to what was
   // measured stays as it was.
   model_.predicted_held_radps = labels > 0.0 ? predicted / labels : model_.held_radps + gap;

@@ -50,32 +50,45 @@ ZERODRIFT_IN_CLONE Exponential exponential_of_nonpositive(double z) {
   return {power * expm1_r + power, power * expm1_r + (power - 1.0)};
 }
 
+// The first features at once: their sums stay in registers.
+template <std::size_t kFeatures, typename Term>
+ZERODRIFT_IN_CLONE void write_first_sums(const SampleColumns& samples, const double* x,
+                                         double* __restrict out, Term term) {
+  for (std::size_t i = 0; i < samples.count; ++i) {
+    double sum = term(samples.data[i], x[0]);
+    for (std::size_t d = 1; d < kFeatures; ++d)
+      sum += term(samples.data[d * samples.stride + i], x[d]);
+    out[i] = sum;
+  }
+}
+
+// out_i = sum over the features d, in their order, of term(x_i[d], x[d]).
+template <typename Term>
+ZERODRIFT_IN_CLONE void write_sums(const SampleColumns& samples, const double* x,
+                                   double* __restrict out, Term term) {
+  constexpr std::size_t kAtOnce = 3;
+  switch (samples.dimension) {
+    case 1: write_first_sums<1>(samples, x, out, term); break;
+    case 2: write_first_sums<2>(samples, x, out, term); break;
+    default: write_first_sums<kAtOnce>(samples, x, out, term);
+  }
+  for (std::size_t d = kAtOnce; d < samples.dimension; ++d) {
+    const double* __restrict column = samples.data + d * samples.stride;
+    for (std::size_t i = 0; i < samples.count; ++i) out[i] += term(column[i], x[d]);
+  }
+}
+
 ZERODRIFT_IN_CLONE void write_squared_distances(const SampleColumns& samples, const double* x,
                                                 double* __restrict out) {
-  const double* __restrict first = samples.data;
-  for (std::size_t i = 0; i < samples.count; ++i) {
-    const double difference = first[i] - x[0];
-    out[i] = difference * difference;
-  }
-  for (std::size_t d = 1; d < samples.dimension; ++d) {
-    const double* __restrict column = samples.data + d * samples.stride;
-    const double feature = x[d];
-    for (std::size_t i = 0; i < samples.count; ++i) {
-      const double difference = column[i] - feature;
-      out[i] += difference * difference;
-    }
-  }
+  write_sums(
+      samples, x, out,
+      [](double a, double b) __attribute__((always_inline)) { return (a - b) * (a - b); });
 }
 
 ZERODRIFT_IN_CLONE void write_scalar_products(const SampleColumns& samples, const double* x,
                                               double* __restrict out) {
-  const double* __restrict first = samples.data;
-  for (std::size_t i = 0; i < samples.count; ++i) out[i] = first[i] * x[0];
-  for (std::size_t d = 1; d < samples.dimension; ++d) {
-    const double* __restrict column = samples.data + d * samples.stride;
-    const double feature = x[d];
-    for (std::size_t i = 0; i < samples.count; ++i) out[i] += column[i] * feature;
-  }
+  write_sums(
+      samples, x, out, [](double a, double b) __attribute__((always_inline)) { return a * b; });
 }
 
 // (1 + s + c s²) exp(-s) - 1, written so that near samples keep their digits; c is 0 for Matérn

@@ -113,7 +113,7 @@ void SampleWindow::join_old(std::size_t slot, const SampleColumns& columns) noex
 void SampleWindow::leave_old(std::size_t slot, const SampleColumns& columns) noexcept {
   exclusion_[slot] = kInfinity;
   nearest_[slot] = kInfinity;
-  measure_from(slot, columns, distance_.data());
+  squared_distances_from(slot, columns, distance_.data());
   const auto next_orphan = [&](std::size_t begin) {
     return next_equal_finite(nearest_.data(), distance_.data(), begin, nearest_.size());
   };
@@ -124,16 +124,21 @@ void SampleWindow::leave_old(std::size_t slot, const SampleColumns& columns) noe
   }
 }
 
-// Squared distances to all old samples that aren't excluded; infinity elsewhere. Returns the
-// smallest.
-double SampleWindow::measure_from(std::size_t slot, const SampleColumns& columns,
-                                  double* distance) const noexcept {
+void SampleWindow::squared_distances_from(std::size_t slot, const SampleColumns& columns,
+                                          double* distance) const noexcept {
   std::array<double, kMaxDimension> features{};
   for (std::size_t d = 0; d < columns.dimension; ++d) {
     features[d] = columns.data[d * columns.stride + slot];
   }
   squared_distance_row({columns.data, columns.stride, columns.dimension, tier_.size()},
                        features.data(), distance);
+}
+
+// Squared distances to all old samples that aren't excluded; infinity elsewhere. Returns the
+// smallest.
+double SampleWindow::measure_from(std::size_t slot, const SampleColumns& columns,
+                                  double* distance) const noexcept {
+  squared_distances_from(slot, columns, distance);
   return add_and_find_minimum(exclusion_.data(), distance, tier_.size());
 }
 

@@ -55,6 +55,8 @@ class SampleWindow {
   void unlink_recent(std::size_t slot) noexcept;
   void join_old(std::size_t slot, const SampleColumns& columns) noexcept;
   void leave_old(std::size_t slot, const SampleColumns& columns) noexcept;
+  void squared_distances_from(std::size_t slot, const SampleColumns& columns,
+                              double* distance) const noexcept;
   double measure_from(std::size_t slot, const SampleColumns& columns,
                       double* distance) const noexcept;
 
