@@ -182,8 +182,8 @@ double ExpertStack::evidence_step_s(std::size_t h, double since_last_s) const {
 }
 
 // How much of an error there is at a horizon that is shorter than its age, behind a pause: as much
-// as StackForecast has between two horizons, from one label ahead on. All of it as long as the next
-// horizon was never judged, since the interval grows from here then.
+// as the logarithm of the age has from one label ahead on, which is more than a walk or a ramp has.
+// All of it as long as the next horizon was never judged, since the interval grows from here then.
 double ExpertStack::at_horizon(std::size_t h, double age_s) const {
   const double ahead_s = spacing_of(forecast_);
   if (h == 0 || age_s <= kHorizonsS[h] || kHorizonsS[h] <= ahead_s) return 1.0;

@@ -9,6 +9,7 @@ namespace {
 
 constexpr double kInterpolationOdds = 20.0;
 constexpr double kSvrBesideCubic = 0.5;
+constexpr double kSmallestWidth = 1e-100;  // a number to take the logarithm of
 
 // What goes from the mean of all to that of the maps, so that these have kInterpolationOdds times
 // their odds.
@@ -44,13 +45,26 @@ StackForecast::Between StackForecast::between(double age_s) const noexcept {
   return {h - 1, h, std::clamp(share, 0.0, 1.0)};
 }
 
+// Between two horizons that were judged a power of the age: an error whose variance is a sum of
+// such powers, as of noise, walk and ramp, is no larger, since the logarithm of the sum is convex
+// in that of the age.
 double StackForecast::half_width(double age_s, const Between& at) const noexcept {
-  const double lower = horizons[at.lower].half_width;
-  const double upper = horizons[at.upper].half_width;
-  if (lower >= 0.0 && upper >= 0.0) return (1.0 - at.share) * lower + at.share * upper;
+  const auto is_judged = [&](std::size_t h) { return horizons[h].half_width >= 0.0; };
+  std::size_t lower = at.lower;
+  std::size_t upper = at.upper;
+  while (lower > 0 && !is_judged(lower)) --lower;
+  while (upper + 1 < kHorizons && !is_judged(upper)) ++upper;
+  if (is_judged(lower) && is_judged(upper)) {
+    if (lower == upper) return horizons[lower].half_width;
+    const double least = std::max(kNormalQuantile * std::sqrt(level_variance), kSmallestWidth);
+    const auto logarithm = [&](std::size_t h) {
+      return std::log(std::max(horizons[h].half_width, least));
+    };
+    const double share = std::log(age_s / age_of(lower)) / std::log(age_of(upper) / age_of(lower));
+    return std::exp(std::lerp(logarithm(lower), logarithm(upper), std::min(share, 1.0)));
+  }
   for (std::size_t h = at.upper + 1; h-- > 0;) {
-    if (horizons[h].half_width >= 0.0)
-      return horizons[h].half_width * std::max(1.0, age_s / age_of(h));
+    if (is_judged(h)) return horizons[h].half_width * std::max(1.0, age_s / age_of(h));
   }
   return -1.0;
 }

@@ -86,10 +86,11 @@ struct StackForecast {
 
   [[nodiscard]] bool knows() const noexcept { return label_variance > 0.0; }
   // At a time from the newest label's on; one before it is of unknown age: the longest horizon's.
-  // `by_svr`: what the online SVR says of that time. An age never judged has the interval of the
-  // longest one that was, growing in proportion; one beyond all horizons as it grew between the
-  // last two. How far the temperature is from that of the newest label, by what isn't known of its
-  // effect, comes on top; the errors that were judged are without it. O(terms), no allocation.
+  // `by_svr`: what the online SVR says of that time. Between two ages that were judged the interval
+  // goes as a power of the age; behind the longest one it grows in proportion, and beyond all
+  // horizons as it grew between the last two. How far the temperature is from that of the newest
+  // label, by what isn't known of its effect, comes on top; the errors that were judged are without
+  // it. O(terms), no allocation.
   [[nodiscard]] Prediction predict(double now_s, const ThermalState& thermal,
                                    const std::optional<SvrForecast>& by_svr = {}) const noexcept;
   // Of a level that is held from one thermal state to another: the square of how much the drift

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <random>
@@ -65,6 +66,27 @@ TEST(ExpertStackInMotion, IntervalsBetweenStopsAreAsWideAsErrors) {
     EXPECT_GE(of.covered, 0.93) << stops.every_s;
     EXPECT_LE(of.covered, 0.985) << stops.every_s;
     EXPECT_LE(of.stated_over_error, 1.85) << stops.every_s;
+  }
+}
+
+// Law: between two horizons that were judged an interval goes as a power of the age, whether or not
+// one between them was judged: a walk's and a ramp's are exact at each age. Before: twice too wide.
+TEST(StackForecastLaws, BetweenItsHorizonsAnIntervalIsAPowerOfTheAge) {
+  for (const double power : {0.5, 1.0}) {
+    for (const std::size_t unjudged : {std::size_t{0}, std::size_t{1}, std::size_t{2}}) {
+      StackForecast forecast;
+      forecast.spacing_s = 5.0;
+      forecast.label_variance = 1e-12;
+      const auto width = [&](double age_s) { return std::pow(age_s / 5.0, power); };
+      for (std::size_t h = 0; h < kHorizons; ++h)
+        forecast.horizons[h].half_width = 1.96 * width(h == 0 ? 5.0 : kHorizonsS[h]);
+      if (unjudged > 0) forecast.horizons[unjudged].half_width = -1.0;
+      for (const double age_s : {5.0, 20.0, 60.0, 150.0, 300.0, 600.0, 2000.0, 3600.0}) {
+        EXPECT_NEAR(std::sqrt(forecast.predict(age_s, {}).variance), width(age_s),
+                    1e-3 * width(age_s))
+            << age_s << " s, " << power << ", without " << unjudged;
+      }
+    }
   }
 }
 
