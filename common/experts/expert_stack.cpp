@@ -18,7 +18,6 @@ constexpr double kLongestStep = 3.0;    // in labels; a longer one is a pause
 constexpr double kOldestInHorizons = 3.0;
 constexpr double kOldestInLabels = 60.0;
 constexpr double kCovered = 0.95;
-constexpr double kErrorHorizons = 20.0;
 constexpr double kLargestStep = 0.02;
 constexpr double kLargestLogFactor = 3.0;
 // Student's t of nu degrees of freedom over the normal quantile z is 1 + (z^2 + 1) / (4 nu) + ...
@@ -235,7 +234,7 @@ void ExpertStack::follow_misses(std::size_t h, double error, double stated_half_
 
 // Overlapping errors say the same again and again: one is kept in so long a time.
 double ExpertStack::error_room_s(std::size_t h) {
-  return kErrorHorizons * kHorizonsS[h] / static_cast<double>(kErrors);
+  return kMemoryHorizons * kHorizonsS[h] / static_cast<double>(kErrors);
 }
 
 void ExpertStack::note_error(std::size_t h, double time_s, double error) {
@@ -246,7 +245,7 @@ void ExpertStack::note_error(std::size_t h, double time_s, double error) {
   noted_s = time_s;
   const double apart_s = std::max(spacing_of(forecast_), error_room_s(h));
   const double most =
-      std::clamp(kErrorHorizons * kHorizonsS[h] / apart_s, 40.0, static_cast<double>(kErrors));
+      std::clamp(kMemoryHorizons * kHorizonsS[h] / apart_s, 40.0, static_cast<double>(kErrors));
   while (static_cast<double>(errors.size()) + 1.0 > most) {
     sorted.erase(std::lower_bound(sorted.begin(), sorted.end(), errors.front().size));
     independent -= errors.front().independent;

@@ -22,7 +22,7 @@
 // one that it has learned, maps have more (StackMean).
 //
 // The interval of a horizon is the 95 % quantile of the stack's own errors at it, less what the
-// doubt of the temperature's effect makes room for (StackForecast::doubt), over the last twenty
+// doubt of the temperature's effect makes room for (StackForecast::doubt), over the last eight
 // horizons, wider by as much as Student's t is where few of them are independent: as many as there
 // are horizons between them, two stops' two. Of an error behind a pause that is older than the
 // horizon it has the part that lies between one label ahead and there. All that times a
