@@ -216,8 +216,9 @@ class GyroNavigation {
   // The sums of a second at rest.
   struct Block {
     core::SensorTime begin{core::kNever};
-    Vector3 sum = Vector3::Zero();  // of the raw rates
-    Vector3 noise = Vector3::Zero();
+    Vector3 sum = Vector3::Zero();      // of the raw rates
+    Vector3 squares = Vector3::Zero();  // of them
+    Vector3 noise = Vector3::Zero();    // stated variances; NaN where one is missing
     Vector3 force = Vector3::Zero();
     std::uint64_t count = 0;
     std::uint64_t with_force = 0;
@@ -286,6 +287,7 @@ class GyroNavigation {
   void check_truth(const Truth* truth, core::SensorTime time) noexcept;
   void gather(const NavigationSample& sample, const Rates& rates) noexcept;
   void begin_stop() noexcept;
+  [[nodiscard]] Vector3 noise_of_mean(const Block& block) const noexcept;
   [[nodiscard]] bool agree(const Block& first, const Block& second) const noexcept;
   void update(const Block& block) noexcept;
   [[nodiscard]] InnovationReport learn(Copy& copy, const RestMean& mean) noexcept;

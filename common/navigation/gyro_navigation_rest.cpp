@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "common/navigation/gyro_navigation.h"
@@ -12,6 +13,7 @@ namespace zerodrift::navigation {
 namespace {
 
 constexpr core::SensorTime kBlock{1'000'000'000};
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 constexpr int kMayBeTakenBack = 10;  // updates of a stop; what more agree with is its drift
 
 std::array<bool, 3> both(const std::array<bool, 3>& a, const std::array<bool, 3>& b) {
@@ -29,7 +31,11 @@ void GyroNavigation::gather(const NavigationSample& sample, const Rates& rates) 
   }
   stop_.block.sum += rates.raw;
   stop_.block.measured = both(stop_.block.measured, rates.measured);
-  stop_.block.noise += Vector3::Map(sample.noise_variance.data()).cwiseMax(0.0);
+  stop_.block.squares += rates.raw.cwiseAbs2();
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double stated = sample.noise_variance[i];
+    stop_.block.noise[static_cast<Eigen::Index>(i)] += stated > 0.0 ? stated : kUnknown;
+  }
   ++stop_.block.count;
   if (sample.specific_force_mps2) {
     stop_.block.force += to_forward_right_down(*sample.specific_force_mps2, options_.frame);
@@ -52,24 +58,33 @@ void GyroNavigation::begin_stop() noexcept {
   }
 }
 
+// As stated. Where it isn't, which is so until the compensation knows the drift, the samples'
+// scatter tells it, and the random walk of an unknown gyro counts as one sample more.
+Vector3 GyroNavigation::noise_of_mean(const Block& block) const noexcept {
+  const auto n = static_cast<double>(block.count);
+  const double walk = options_.filter.angle_random_walk_rad_sqrt_s;
+  const double one_sample = walk * walk / core::seconds(kBlock);
+  const Vector3 scatter = (block.squares - block.sum.cwiseAbs2() / n).cwiseMax(0.0);
+  Vector3 variance = block.noise / (n * n);
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    if (!(variance[i] > 0.0)) variance[i] = (one_sample + scatter[i] / n) / n;
+  }
+  return variance;
+}
+
 // Drift moves by less within a second.
 bool GyroNavigation::agree(const Block& first, const Block& second) const noexcept {
   const double rest = options_.filter.rest_rate_sigma_radps;
-  const double walk = options_.filter.angle_random_walk_rad_sqrt_s;  // where the noise isn't known
   const std::array<bool, 3> measured = both(first.measured, second.measured);
+  const Vector3 noise = noise_of_mean(first) + noise_of_mean(second);
   double nis = 0.0;
   int degrees = 0;
   for (std::size_t i = 0; i < measured.size(); ++i) {
     if (!measured[i]) continue;
     const auto axis = static_cast<Eigen::Index>(i);
-    double change = 0.0;
-    double variance = 0.0;
-    for (const auto& [block, sign] : {std::pair{&first, -1.0}, std::pair{&second, 1.0}}) {
-      const auto n = static_cast<double>(block->count);
-      change += sign * block->sum[axis] / n;
-      variance += rest * rest + (block->noise[axis] > 0.0 ? block->noise[axis] / (n * n)
-                                                          : walk * walk / core::seconds(kBlock));
-    }
+    const double change = second.sum[axis] / static_cast<double>(second.count) -
+                          first.sum[axis] / static_cast<double>(first.count);
+    const double variance = 2.0 * rest * rest + noise[axis];
     nis += change * change / variance;
     ++degrees;
   }
@@ -81,17 +96,17 @@ bool GyroNavigation::agree(const Block& first, const Block& second) const noexce
 void GyroNavigation::update(const Block& block) noexcept {
   const auto n = static_cast<double>(block.count);
   const Vector3 raw = block.sum / n;
+  const Vector3 noise_variance = noise_of_mean(block);
   const Vector3 compensated =
       raw - to_forward_right_down(model_.applied_drift_radps, options_.frame);
   if (!compass_.has_checked) {
-    check_heading({.rate_radps = compensated,
-                   .noise_variance = block.noise / (n * n),
-                   .measured = block.measured});
+    check_heading(
+        {.rate_radps = compensated, .noise_variance = noise_variance, .measured = block.measured});
   }
   for (std::size_t i = 0; i < copies_.size(); ++i) {
     Copy& copy = copies_[i];
     RestMean mean{.rate_radps = i == kRawCopy ? raw : compensated,
-                  .noise_variance = block.noise / (n * n),
+                  .noise_variance = noise_variance,
                   .measured = block.measured};
     if (options_.updates == Updates::kNone) continue;
     // Without a heading Earth's horizontal rate is unknown, its vertical one is not.

@@ -323,6 +323,29 @@ TEST(GyroNavigationScenario, ResidualsStateTheDriftWithTheEpochTheyWereSeenUnder
 
 // ------------------------------------------------------------------------------------------ abuse
 
+// As it is until the compensation knows the drift. 2 deg/h of each sample are .28 of a mean.
+TEST(GyroNavigationScenario, WhereNoNoiseIsStatedItsScatterTellsHowWellAMeanIsKnown) {
+  for (const double noise_deg_h : {2.0, 20.0}) {
+    GyroNavigation navigation(options());
+    Vehicle vehicle;
+    vehicle.noise = radps_from_deg_h(noise_deg_h);
+    for (int n = 0; n < static_cast<int>(300.0 * kRateHz); ++n) {
+      NavigationSample sample = vehicle.next();
+      sample.noise_variance.fill(-1.0);
+      sample.drift_variance.fill(-1.0);
+      navigation.push(sample);
+    }
+    const StreamCounts& counts = navigation.counts(Stream::kRaw);
+    EXPECT_GT(counts.updates, 280U);
+    EXPECT_EQ(counts.rejected, 0U);
+    EXPECT_NEAR(counts.nis_sum / static_cast<double>(counts.nis_degrees), 1.0, 0.2);
+    const AttitudeFilter& raw = navigation.filter(Stream::kRaw);
+    const double sigma = std::sqrt(raw.covariance()(5, 5));
+    EXPECT_GT(sigma, vehicle.noise / std::sqrt(300.0 * kRateHz));
+    EXPECT_NEAR(raw.drift_radps()[2], -vehicle.drift[2], 4.0 * sigma);
+  }
+}
+
 TEST(GyroNavigationAbuse, BadSamplesAreCountedAndPoisonNothing) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double inf = std::numeric_limits<double>::infinity();
