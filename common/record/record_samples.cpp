@@ -66,7 +66,7 @@ std::optional<core::RateReferenceSample> to_rate_reference(const RecordRow& row,
   sample.rate_radps = row.reference_radps;
   sample.variance.fill(variance_radps2);
   for (std::size_t i = 0; i < core::kAxisCount; ++i)
-    sample.valid[i] = core::is_rate(row.reference_radps[i]);
+    sample.valid[i] = info.has_reference[i] && core::is_rate(row.reference_radps[i]);
   sample.kind = core::ReferenceKind::kRecord;
   return sample;
 }

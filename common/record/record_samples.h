@@ -34,7 +34,7 @@ void to_temperature(const RecordRow& row, const RecordInfo& info, std::size_t pr
     const RecordRow& row, const RecordInfo& info) noexcept;
 
 // Nullopt where the record has no reference column at all: then nothing is known of the true rate.
-// Otherwise an axis without a column has a true rate of 0, and one with a blank cell is invalid.
+// Otherwise an axis without a column, or with a blank cell, is invalid.
 // `variance_radps2` is the reference's own, the same on each axis. Of an MCAP file: what this row
 // brings, with its own variance.
 [[nodiscard]] std::optional<core::RateReferenceSample> to_rate_reference(

@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <random>
 
+#include "common/core/units.h"
 #include "tests/unit/record/record_folder.h"
 #include "tests/unit/record/recording.h"
 
@@ -44,6 +46,31 @@ TEST_F(OfflineRunOfARecording, HasTemperaturesAgainAsSoonAsTheClockWasSetBack) {
       EXPECT_EQ(offline.warnings(), std::vector<std::string>{});
     }
   }
+}
+
+// A table's angle is about one axis. Before: what the Earth's rate is about the others was learned
+// as drift, though it is configured, and taken off.
+TEST_F(OfflineRunOfARecording, EarthsRateIsNoDriftOfAnAxisThatHasNoReferenceColumn) {
+  constexpr double kEarthDegH = 9.0;
+  constexpr double kDriftDegH = 2.0;
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> noise(0.0, 0.5);
+  std::string text = "time_s,rate_x_deg_h,rate_z_deg_h,reference_z_deg_h\n";
+  for (int k = 0; k < 6000; ++k) {
+    text += std::to_string(0.1 * k) + "," +
+            std::to_string(kEarthDegH + kDriftDegH + noise(random)) + "," +
+            std::to_string(kDriftDegH + noise(random)) + ",0\n";
+  }
+  compensation::CompensationOptions options;
+  options.earth_rate.mode = compensation::EarthRateMode::kKnown;
+  options.earth_rate.rate_radps[0] = core::radps_from_deg_h(kEarthDegH);
+  OfflineRun offline({.file = write("a.csv", text).string()}, options);
+  core::PerAxis<double> applied_radps{};
+  offline.run(true, [&](const core::CompensatedSample& answer) {
+    applied_radps = answer.applied_drift_radps;
+  });
+  for (const std::size_t axis : {0U, 2U})
+    EXPECT_NEAR(core::deg_h_from_radps(applied_radps[axis]), kDriftDegH, 0.2) << axis;
 }
 
 }  // namespace

@@ -90,15 +90,15 @@ TEST_F(RecordSamples, EnvironmentIsOfTheColumnsThatThereAre) {
   EXPECT_FALSE(to_environment(*without.next(), without.info()));
 }
 
-TEST_F(RecordSamples, ReferenceOfAnAbsentAxisIsZeroAndOfABlankCellInvalid) {
+// Before: an absent one was a true rate of 0.
+TEST_F(RecordSamples, ReferencesOfAnAbsentAxisAndOfABlankCellAreInvalid) {
   RecordReader reader{write("a.csv", "time_s,reference_x_rad_s,reference_y_rad_s\n0,0.5,\n")};
   const auto sample = to_rate_reference(*reader.next(), reader.info(), 1e-12);
   ASSERT_TRUE(sample.has_value());
   EXPECT_EQ(sample->kind, core::ReferenceKind::kRecord);
-  EXPECT_EQ(sample->valid, (core::PerAxis<bool>{true, false, true}));
+  EXPECT_EQ(sample->valid, (core::PerAxis<bool>{true, false, false}));
   EXPECT_EQ(sample->rate_radps[0], 0.5);
-  EXPECT_EQ(sample->rate_radps[2], 0.0);
-  EXPECT_EQ(sample->variance[2], 1e-12);
+  EXPECT_EQ(sample->variance[0], 1e-12);
 }
 
 TEST_F(RecordSamples, WithoutReferenceColumnsNothingIsKnownOfTheTrueRate) {
