@@ -18,6 +18,10 @@ namespace {
 
 constexpr std::uint64_t kRowsForPeriod = 101;
 
+bool measures_rate(const RecordRow& row) {
+  return row.has_rate && std::any_of(row.rate_radps.begin(), row.rate_radps.end(), core::is_rate);
+}
+
 // -0.0 + 0.0 is +0.0: an offset of zero is left out so that a value in its default unit keeps its
 // bits.
 double convert(double cell, const UnitConversion& conversion) {
@@ -190,26 +194,32 @@ void RecordReader::describe_layout() {
                            (info_.has_rate == core::PerAxis<bool>{} ? guess_ : ""));
 }
 
-// Through a second reader, so that this one stays before its first row.
+// Through a second reader, so that this one stays before its first row. Rows that measure no rate
+// tell it only where no others are there.
 void RecordReader::estimate_period() {
   RecordReader ahead{info_.path, options_, PeriodEstimate::kSkip};
-  std::vector<double> differences_s;
+  std::vector<double> of_rates_s;
+  std::vector<double> of_rows_s;
   std::optional<core::SensorTime> previous;
+  std::optional<core::SensorTime> previous_rate;
   for (std::uint64_t i = 0; i < kRowsForPeriod; ++i) {
     const RecordRow* row = ahead.next();
     if (row == nullptr) break;
     if (!previous) info_.first_time = row->time;
-    if (previous && !row->has_rate) continue;
     if (previous && row->time > *previous)
-      differences_s.push_back(core::seconds(row->time - *previous));
+      of_rows_s.push_back(core::seconds(row->time - *previous));
     previous = row->time;
+    if (!measures_rate(*row)) continue;
+    if (previous_rate && row->time > *previous_rate)
+      of_rates_s.push_back(core::seconds(row->time - *previous_rate));
+    previous_rate = row->time;
   }
   if (!previous) {
     throw files::FileError(info_.path.string() +
                            ": has a header but no row; expected at least one row of " +
                            std::to_string(info_.columns.size()) + " cells");
   }
-  info_.sample_period_s = core::median_of(std::move(differences_s));
+  info_.sample_period_s = core::median_of(of_rates_s.empty() ? of_rows_s : of_rates_s);
   info_.first_interval_s = info_.sample_period_s;
   rate_interval_ = core::SampleInterval(info_.sample_period_s);
 }
@@ -250,7 +260,7 @@ const RecordRow* RecordReader::next_of_csv() {
   }
   previous_time_ = row_.time;
   ++rows_read_;
-  if (row_.has_rate) previous_rate_time_ = row_.time;
+  if (measures_rate(row_)) previous_rate_time_ = row_.time;
   return &row_;
 }
 
@@ -266,13 +276,14 @@ void RecordReader::decode(std::string_view line) {
   number_rate();
 }
 
-// Where a record's rates were numbered, rows of other measurements lie between them.
+// Where a record's rates were numbered, rows of other measurements lie between them. Where they
+// weren't, a row without any is a rate that was not measured, and no part of the next one's time.
 void RecordReader::number_rate() {
   if (row_.has_rate && rows_read_ > 0) ++row_.rate;
   row_.has_rate = !sequence_slot_ || !row_.extra[*sequence_slot_].empty();
   if (!row_.has_rate) return;
   row_.rate_interval_s = info_.sample_period_s;
-  if (!previous_rate_time_ || row_.time <= *previous_rate_time_) return;
+  if (!measures_rate(row_) || !previous_rate_time_ || row_.time <= *previous_rate_time_) return;
   row_.rate_interval_s = rate_interval_.after(core::seconds(row_.time - *previous_rate_time_));
 }
 

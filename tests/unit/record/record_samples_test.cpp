@@ -57,6 +57,33 @@ TEST_F(RecordSamples, ARowWithoutANumberWhereRatesAreNumberedBringsNone) {
   EXPECT_EQ(valid, (std::vector<bool>{true, true, true, false, true}));
 }
 
+// Rule: what two tables joined by their times leave blank is no rate that ends the next one's time.
+// Before: the rate behind such a row counted for what lay between the two rows.
+TEST_F(RecordSamples, ARowWithoutAnyRateTakesNoTimeOfTheNextOne) {
+  RecordReader reader{write("a.csv",
+                            "time_s,rate_x_rad_s,rate_z_rad_s,temperature_coil_degC\n"
+                            "0,1,1,\n0.1,,,20\n0.5,2,,\n0.6,,,20\n1,3,1,\n1.4,,,20\n1.5,4,1,\n"
+                            "1.9,,,20\n3,4,1,\n")};
+  EXPECT_EQ(reader.info().sample_period_s, 0.5);
+  EXPECT_EQ(reader.info().first_interval_s, 0.5);
+  std::uint64_t measured = 0;
+  while (const RecordRow* row = reader.next()) {
+    const core::AngularRateSample sample = to_angular_rate(*row);
+    EXPECT_EQ(sample.sequence, row->index);
+    EXPECT_EQ(sample.interval_s, 0.5) << core::seconds(row->time);
+    if (sample.valid[0]) ++measured;
+  }
+  EXPECT_EQ(measured, 5U);
+}
+
+// Some seconds of such rows may begin a record.
+TEST_F(RecordSamples, WhereTheFirstRowsMeasureNoRateTheRowsTellThePeriod) {
+  std::string text = "time_s,rate_x_rad_s\n";
+  for (int i = 0; i < 200; ++i) text += std::to_string(0.25 * i) + ",\n";
+  RecordReader reader{write("a.csv", text + "50,1\n50.25,1\n")};
+  EXPECT_EQ(reader.info().sample_period_s, 0.25);
+}
+
 TEST_F(RecordSamples, TemperatureOfABlankCellStillMovesTimeForward) {
   RecordReader reader{
       write("a.csv", "time_s,temperature_case_degC,temperature_coil_degC\n0,20,30\n1,21,\n")};
