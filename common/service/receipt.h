@@ -20,10 +20,9 @@ inline constexpr std::chrono::milliseconds kPatience{5000};
 template <typename Message>
 void wait_for_receipt(dds::Writer<Message>& writer, Host& host, std::uint32_t gyro_id,
                       const std::atomic<bool>& stopping) {
-  constexpr std::chrono::milliseconds kStopCheck{100};
+  constexpr std::chrono::milliseconds kTurn{100};
   const std::string topic(dds::TopicOf<Message>::kSpec.name);
-  for (auto waited = kStopCheck; !stopping && !writer.wait_until_received(kStopCheck);
-       waited += kStopCheck) {
+  for (auto waited = kTurn; !stopping && !writer.wait_until_received(kTurn); waited += kTurn) {
     if (waited != kPatience) continue;
     host.raise({.code = "waiting_for_receipt",
                 .text = "topic " + topic +
