@@ -62,6 +62,7 @@ McapRows::McapRows(const std::filesystem::path& path, const RecordOptions& optio
   info_.warnings.insert(info_.warnings.end(), findings.begin(), findings.end());
   row_.temperature_degc.assign(info_.probes.size(), kNotMeasured);
   recorded_.temperatures.resize(info_.probes.size());
+  reading_numbers_.resize(info_.probes.size());
   row_.recorded = &recorded_;
 }
 
@@ -197,6 +198,7 @@ void McapRows::fill(core::SensorTime time) {
   for (std::size_t i = 0; i < recorded_.temperatures.size(); ++i) {
     auto& reading = recorded_.temperatures[i];
     reading = streams_->take_temperature(i, time);
+    if (reading) reading_numbers_[i].note(*reading);
     row_.temperature_degc[i] =
         reading && reading->measured ? reading->temperature_degc : kNotMeasured;
   }
@@ -261,6 +263,13 @@ std::vector<std::string> McapRows::take_warnings() {
       news.push_back(info_.path.string() + ": the gyro's publisher was started again (" +
                      std::to_string(numbers_.later_runs()) +
                      "x) and counted from the beginning; its samples are numbered on");
+    }
+    for (std::size_t i = 0; i < reading_numbers_.size(); ++i) {
+      if (reading_numbers_[i].are_of_two_publishers())
+        news.push_back(info_.path.string() + ": two publishers gave temperatures of probe '" +
+                       info_.probes[i] +
+                       "' at once, which can't be told apart in a recording: they are mixed; each "
+                       "thermometer needs a probe name of its own");
     }
   }
   return news;

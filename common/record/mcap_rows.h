@@ -57,6 +57,7 @@ class McapRows {
   std::uint64_t rows_ = 0;
   std::uint64_t rates_ = 0;
   RunNumbers numbers_;
+  std::vector<ReadingNumbers> reading_numbers_;  // by probe
   std::uint64_t rows_out_of_order_ = 0;
   std::uint64_t left_out_ = 0;                  // readings and references whose time went back
   std::uint64_t after_the_last_ = 0;            // far behind the last rate

@@ -56,4 +56,26 @@ class RunNumbers {
   std::uint64_t later_runs_ = 0;
 };
 
+// How often a probe's readings go on from an earlier number than the newest, though not from the
+// beginning: a publisher numbers its own upwards, so that two of them spoke in turn. What of a run
+// that begins was lost may look the same, once a run.
+class ReadingNumbers {
+ public:
+  void note(const core::TemperatureSample& reading) noexcept {
+    const bool goes_on = newest_ && reading.time > latest_;
+    if (goes_on && reading.sequence <= *newest_ && reading.sequence > kFirst) ++falls_;
+    latest_ = newest_ ? std::max(latest_, reading.time) : reading.time;
+    newest_ = reading.sequence;
+  }
+  [[nodiscard]] bool are_of_two_publishers() const noexcept { return falls_ >= kFalls; }
+
+ private:
+  static constexpr std::uint64_t kFirst = 1;  // publishers count from 0, or from 1
+  static constexpr std::uint64_t kFalls = 3;
+
+  std::optional<std::uint64_t> newest_{};
+  core::SensorTime latest_{};
+  std::uint64_t falls_ = 0;
+};
+
 }  // namespace zerodrift::record
