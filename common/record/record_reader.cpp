@@ -374,8 +374,11 @@ void RecordReader::check_order_and_set_interval() {
     refuse_row(nullptr, "time " + print_seconds(row_.time) + " s is not after the row before (" +
                             print_seconds(*previous_time_) +
                             " s); a record's time strictly increases: " +
-                            (row_.time < *previous_time_ ? "sort its rows by time"
-                                                         : "put what has one time into one row"));
+                            (row_.time < *previous_time_
+                                 ? "sort its rows by time, or split it where its clock or counter "
+                                   "began anew"
+                                 : "put what has one time into one row, or number the rows where "
+                                   "stamps are too coarse (--columns 'time=row*<seconds>')"));
   }
   ++rows_out_of_order_;
 }

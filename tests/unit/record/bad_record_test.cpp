@@ -222,10 +222,13 @@ TEST_F(BadRecord, WrongCellCount) {
 TEST_F(BadRecord, TimeThatStandsStillOrRunsBack) {
   EXPECT_EQ(outcome_of("time_s\n1\n2\n2\n"),
             "a.csv:4: time 2.000000000 s is not after the row before (2.000000000 s); a record's "
-            "time strictly increases: put what has one time into one row");
-  EXPECT_EQ(outcome_of("time_s\n1\n2\n1.5\n3\n"),
-            "a.csv:4: time 1.500000000 s is not after the row before (2.000000000 s); a record's "
-            "time strictly increases: sort its rows by time");
+            "time strictly increases: put what has one time into one row, or number the rows where "
+            "stamps are too coarse (--columns 'time=row*<seconds>')");
+  EXPECT_EQ(
+      outcome_of("time_s\n1\n2\n1.5\n3\n"),
+      "a.csv:4: time 1.500000000 s is not after the row before (2.000000000 s); a record's "
+      "time strictly increases: sort its rows by time, or split it where its clock or counter "
+      "began anew");
 }
 
 TEST_F(BadRecord, TimeThatRunsBackPassesWhereItIsAskedFor) {
