@@ -25,6 +25,7 @@ namespace {
 
 using service::kStopCheck;
 constexpr auto kReopenEvery = 1000ms;
+constexpr std::int64_t kPatienceNs = 5'000'000'000;  // until a line says that no frame came
 
 }  // namespace
 
@@ -166,6 +167,8 @@ std::string GyroPublisherNode::replay(const std::string& argument) {
 
 void GyroPublisherNode::publish_serial() {
   service::SensorClock clock(service::await_clocks());
+  const std::int64_t began_ns = service::monotonic_ns();
+  bool awaits_frame = true;
   while (!stopping_) {
     const auto result = serial_->wait(kStopCheck);
     const std::int64_t arrived_ns = service::monotonic_ns();
@@ -193,7 +196,25 @@ void GyroPublisherNode::publish_serial() {
     }
     report_link(serial_->statistics());
     report_frame_rate(now);
+    awaits_frame = awaits_frame && reported_link_.frames == 0;
+    if (awaits_frame && arrived_ns - began_ns > kPatienceNs) {
+      awaits_frame = false;
+      report_no_frame(now);
+    }
   }
+}
+
+void GyroPublisherNode::report_no_frame(core::SensorTime now) {
+  host_.raise({.code = "no_frame",
+               .severity = Severity::kWarning,
+               .text = options_.serial.device +
+                       (reported_link_.bytes_skipped > 0
+                            ? ": of what has come so far nothing is a frame of KVH's format A; "
+                              "expected that format, and --baud as the gyro was set up"
+                            : ": nothing has come so far; expected frames of KVH's format A: is "
+                              "the gyro on, and at this line?"),
+               .gyro_id = gyro_id_,
+               .sensor_time_ns = now.count()});
 }
 
 void GyroPublisherNode::report_frame_rate(core::SensorTime now) {

@@ -47,6 +47,7 @@ class GyroPublisherNode {
   replay::RateReplay::Delivery disturb(core::AngularRateSample& sample);
   void report_link(const drivers::KvhLinkStatistics& now);
   void report_frame_rate(core::SensorTime now);
+  void report_no_frame(core::SensorTime now);
   service::Status status() const;
 
   GyroPublisherOptions options_;

@@ -115,5 +115,28 @@ TEST(SerialGyro, FramesBecomeRatesBadFramesBecomeEventsAndAnUnpluggedGyroEndsNot
   EXPECT_EQ(publisher.wait(2s), 0);
 }
 
+// Before: nothing was said of a gyro that is off, and of a wrong line speed that bytes were
+// skipped.
+TEST(SerialGyro, ALineThatBringsNoFrameIsReportedWithWhatWouldBeRight) {
+  for (const bool is_silent : {true, false}) {
+    SystemUnderTest system(Domain::kSerialGyro);
+    dds::Participant participant("test", system.network());
+    Collector<msg::Event> events(participant);
+    PseudoTerminal line;
+    const auto device = system.path("ttyGYRO");
+    std::filesystem::create_symlink(line.device(), device);
+    ChildProcess& publisher =
+        system.start("gyro_publisher", {"--source", "serial", "--device", device});
+    const std::array<std::uint8_t, 5> noise{0x00, 0x13, 0xFF, 0x55, 0x42};
+    int looks = 0;
+    EXPECT_TRUE(eventually([&] {
+      if (!is_silent && ++looks % 20 == 0) line.send(noise);
+      return told(events, "no_frame", is_silent ? "nothing has come" : "--baud");
+    }));
+    publisher.send(SIGTERM);
+    EXPECT_EQ(publisher.wait(2s), 0);
+  }
+}
+
 }  // namespace
 }  // namespace zerodrift::system_test
