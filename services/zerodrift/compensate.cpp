@@ -117,6 +117,7 @@ class Summary {
   // `state`: of rest, when the sample was answered.
   void add(const core::CompensatedSample& sample, compensation::RestState state) {
     use_.add(sample);
+    if (sample.raw.valid == core::PerAxis<bool>{}) return;  // what it lacks is missing by time
     const core::PerAxis<double> reference = reference_at(sample.raw.time);
     const core::SensorTime time = sample.raw.time;
     const std::uint64_t missing =

@@ -60,6 +60,16 @@ class Minutes : public CommandLine {
   }
 };
 
+// Two tables joined by their times. Before: half of each minute's samples were missing.
+TEST_F(Minutes, RowsOfTemperatureAloneAreNoSamplesOfAMinute) {
+  const Row joined = [](int k, const std::string& x, const std::string& z) {
+    return k % 2 == 0 ? both(k, x, z) : ",";
+  };
+  const std::string out = compensated(record_of(12000, 0.05, joined));
+  EXPECT_TRUE(has_row(out, "x")) << out;
+  EXPECT_TRUE(has_row(out, "z")) << out;
+}
+
 TEST_F(Minutes, TheHeadingSaysHowLongTheMeansAre) {
   const std::pair<double, std::string> cases[] = {
       {1.0, "60"}, {7.0, "63"}, {40.0, "80"}, {45.0, "45"}, {300.0, "300"}};
