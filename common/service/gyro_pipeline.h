@@ -112,7 +112,7 @@ class GyroPipeline {
 
   // Answers what can be answered. Real sensors are answered at once, with what is there. A record
   // or simulation waits for its consumers, so its samples wait here for what belongs to them, and
-  // until there is room for what is held back: the result does not depend on who came first.
+  // until it is known who writes: the result does not depend on who came first.
   void drain(std::int64_t now_ns) {
     if (!port_.is_open()) return;
     using compensation::Readiness;
@@ -120,7 +120,7 @@ class GyroPipeline {
       const Readiness readiness = engine_->readiness();
       if (readiness == Readiness::kNothing) return;
       const bool is_paced = core::is_paced_by_consumers(engine_->waiting_clock());
-      if (is_paced && would_drop(kHeldOfReplay)) return;
+      if (is_paced && awaits_who_writes()) return;
       if (readiness == Readiness::kReady || !is_paced) {
         answer(now_ns);
         continue;
@@ -372,14 +372,13 @@ class GyroPipeline {
     return port_.prepare(kept.answer, kept.run,
                          sync_.stated_answered(engine_->counts().samples_out));
   }
-  // With room for `most`, what is held back next takes the place of an answer that nobody wrote.
-  [[nodiscard]] bool would_drop(std::size_t most) const noexcept {
-    if (sync_.may_write() || held_.size() < most) return false;
-    const Kept& oldest = held_[held_.size() - most];
-    return !sync_.was_received(oldest.run, oldest.answer.raw.sequence);
+  // It holds back what nobody may have written: nobody in sync is received.
+  [[nodiscard]] bool awaits_who_writes() const noexcept {
+    return held_.size() >= kHeldOfReplay && !sync_.may_write() && !sync_.giver();
   }
   void hold(const Kept& kept) noexcept {
-    if (would_drop(kHeld)) ++dropped_;
+    if (held_.full() && !sync_.was_received(held_.front().run, held_.front().answer.raw.sequence))
+      ++dropped_;
     held_.push_overwriting(kept);
   }
   template <typename Predicate>
