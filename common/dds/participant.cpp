@@ -430,18 +430,6 @@ std::string ms(std::chrono::milliseconds span) {
 
 using Kind = EndpointEvent::Kind;
 
-// A reader is known to the discovery before it is matched, and may be forgotten before it is
-// unmatched.
-void WriterListener::count(const rtps::GUID_t& reader,
-                           const fdds::PublicationMatchedStatus& status) {
-  const std::lock_guard lock(fellows_mutex_);
-  if (status.current_count_change < 0) fellows_.erase(reader);
-  if (status.current_count_change > 0 && discovery_.is_in_partition(reader))
-    fellows_.insert(reader);
-  matched_.store(status.current_count - static_cast<int>(fellows_.size()),
-                 std::memory_order_release);
-}
-
 void WriterListener::on_offered_incompatible_qos(fdds::DataWriter*,
                                                  const fdds::OfferedIncompatibleQosStatus& status) {
   discovery_.note_unmet(endpoint_, policy_name(status.last_policy_id));

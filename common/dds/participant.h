@@ -213,8 +213,17 @@ class WriterListener : public eprosima::fastdds::dds::DataWriterListener {
     return guid.guidPrefix.value[0] != eprosima::fastrtps::rtps::c_VendorId_eProsima[0] ||
            guid.guidPrefix.value[1] != eprosima::fastrtps::rtps::c_VendorId_eProsima[1];
   }
+  // A reader is known to the discovery before it is matched, and may be forgotten before it is
+  // unmatched.
   void count(const eprosima::fastrtps::rtps::GUID_t& reader,
-             const eprosima::fastdds::dds::PublicationMatchedStatus& status);
+             const eprosima::fastdds::dds::PublicationMatchedStatus& status) {
+    const std::lock_guard lock(fellows_mutex_);
+    if (status.current_count_change < 0) fellows_.erase(reader);
+    if (status.current_count_change > 0 && discovery_.is_in_partition(reader))
+      fellows_.insert(reader);
+    matched_.store(status.current_count - static_cast<int>(fellows_.size()),
+                   std::memory_order_release);
+  }
 
   Discovery& discovery_;
   Endpoint endpoint_;
