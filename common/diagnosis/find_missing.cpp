@@ -11,6 +11,7 @@
 
 #include "common/diagnosis/group_findings.h"
 #include "common/diagnosis/joint_fit.h"
+#include "common/diagnosis/noise_weight.h"
 #include "common/diagnosis/posterior.h"
 #include "common/diagnosis/search_board.h"
 
@@ -26,6 +27,26 @@ struct Chosen {
   double log_evidence = 0.0;
   double chi_square = 0.0;
 };
+
+// Heat is on its way for as long as a coil takes, and time has no place of its own.
+bool acts_at_once(twin::InputFamily family) {
+  using twin::InputFamily;
+  return family != InputFamily::kNone && family != InputFamily::kTime &&
+         family != InputFamily::kTemperature;
+}
+
+// Of two courses about their means: (sum |a b|)² / (sum a² sum b²).
+double common_share(const std::vector<double>& a, const std::vector<double>& b) {
+  double both = 0.0;
+  double of_a = 0.0;
+  double of_b = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    both += std::abs(a[i] * b[i]);
+    of_a += a[i] * a[i];
+    of_b += b[i] * b[i];
+  }
+  return of_a > 0.0 && of_b > 0.0 ? both * both / (of_a * of_b) : 0.0;
+}
 
 class Searcher {
  public:
@@ -88,24 +109,59 @@ class Searcher {
     return e.groups[group].log_evidence + problem_.groups[group].log_prior;
   }
 
-  // d² of the chosen effects that a group could be the remainder of.
-  [[nodiscard]] double explained_in_family(std::size_t group, std::size_t left_out) const {
+  [[nodiscard]] bool is_of_family(std::size_t group, std::size_t other) const {
+    constexpr auto kAny = twin::InputFamily::kNone;
     const twin::InputFamily family = problem_.groups[group].family;
-    double sum = 0.0;
-    for (std::size_t i = 0; i < chosen_.size(); ++i) {
-      if (i == left_out) continue;
-      const twin::InputFamily other = problem_.groups[chosen_[i].group].family;
-      constexpr auto kAny = twin::InputFamily::kNone;
-      if (family == kAny || other == kAny || family == other) sum += chosen_[i].chi_square;
-    }
-    return sum;
+    const twin::InputFamily of_other = problem_.groups[other].family;
+    return family == kAny || of_other == kAny || family == of_other;
   }
 
+  // What a variant does in the record beside a base, about its mean.
+  [[nodiscard]] std::vector<double> course(std::size_t variant, const Base& beside,
+                                           const Eigen::VectorXd& squares) const {
+    const BoardVariant& v = board_.variant(variant);
+    const Eigen::VectorXd spectrum = board_.dictionary().spectra() * squares;
+    const ColumnEvidence fit =
+        column_evidence(board_.project(beside, {variant}, spectrum).front(), options_.evidence);
+    const auto columns = problem_.groups[v.group].columns(v.definition.shape);
+    std::vector<double> course(problem_.series.size(), 0.0);
+    for (std::size_t j = 0; j < v.columns().size(); ++j) {
+      const double amplitude = fit.amplitudes(static_cast<Eigen::Index>(j)) / v.columns()[j].norm;
+      const std::vector<double>& column = columns[v.made->which[j]];
+      for (std::size_t i = 0; i < course.size(); ++i) course[i] += amplitude * column[i];
+    }
+    centre(course, problem_.valid);
+    return course;
+  }
+
+  // Whether a group explains no more than a mismatch of form of the chosen effects of its family
+  // could. Of a form z that remembers nothing it acts where that does: it is z delta, and along a
+  // course c it has the share (sum |z c|)² / (sum z² sum c²) of |delta|² z's d² at most.
   [[nodiscard]] bool is_mismatch(const Evaluation& e, std::size_t group,
                                  std::size_t left_out = kNone) const {
     const GroupScore& g = e.groups[group];
     const double share = options_.form_mismatch_share;
-    return (g.chi_square - g.rank) * (1.0 - share) < share * explained_in_family(group, left_out);
+    const double excess = (g.chi_square - g.rank) * (1.0 - share);
+    double in_family = 0.0;
+    for (std::size_t i = 0; i < chosen_.size(); ++i) {
+      if (i != left_out && is_of_family(group, chosen_[i].group))
+        in_family += chosen_[i].chi_square;
+    }
+    if (excess >= share * in_family) return false;
+    if (g.rank == 0 || !acts_at_once(problem_.groups[group].family)) return true;
+    const Eigen::VectorXd& squares = e.noises[e.variants[g.best_variant].noise];
+    const std::vector<double> own = course(g.best_variant, base_without(left_out), squares);
+    double within_reach = 0.0;
+    for (std::size_t i = 0; i < chosen_.size(); ++i) {
+      if (i == left_out || !is_of_family(group, chosen_[i].group)) continue;
+      const bool at_once =
+          problem_.groups[chosen_[i].group].family == problem_.groups[group].family &&
+          acts_at_once(problem_.groups[group].family);
+      const double common =
+          at_once ? common_share(course(chosen_[i].variant, base_without(i), squares), own) : 1.0;
+      within_reach += chosen_[i].chi_square * common;
+    }
+    return excess < share * within_reach;
   }
 
   [[nodiscard]] bool may_be_of_an_input(const Evaluation& e, std::size_t group) const {

@@ -184,6 +184,23 @@ std::vector<double> sum(std::vector<double> a, std::span<const double> b) {
   return a;
 }
 
+// Beside noise that the model lacks an effect explains what that leaves. What both explain of the
+// record is what the effects do beside the noise that is listed, and what the noise does beside
+// them.
+double evidence_beside_listed_noise(const SearchReport& report, const SearchProblem& searched,
+                                    std::size_t listed, const SearchOptions& options) {
+  if (searched.noise.known.size() == listed) return evidence_of(report);
+  SearchProblem problem = searched;
+  problem.noise.known.resize(listed);
+  std::erase_if(problem.groups, [&](const CandidateGroup& group) {
+    const bool is_unknown = report.unknown && report.unknown->group == group.id;
+    return !is_unknown &&
+           std::none_of(report.effects.begin(), report.effects.end(),
+                        [&](const FoundEffect& found) { return found.group == group.id; });
+  });
+  return problem.groups.empty() ? 0.0 : evidence_of(find_missing(problem, options));
+}
+
 double evidence_of(const NoiseFindings& noise) {
   double sum = 0.0;
   for (const NamedEffect& effect : noise.effects) sum += effect.log_evidence;
@@ -297,6 +314,7 @@ Trial repaired_once(const TrialInput& input) {
                           generic_functions(channels, input.series.interval_s), trial.not_testable);
   problem.groups = lineup.groups(input.series, input.playback);
 
+  const std::size_t listed_noise = problem.noise.known.size();
   SearchReport report = search_beside_noise(problem, lineup, input, trial);
   if (report.outcome == SearchOutcome::kRefused) {
     trial.refusal = report.reason;
@@ -333,7 +351,8 @@ Trial repaired_once(const TrialInput& input) {
   take_noise(trial, input, noise_of(remainder, input, problem, trial.repaired));
   trial.noise_could_be_effects |= inflated_noise(trial.recalibrated) != nullptr;
   take_growing_noise(trial, remainder, input, search_options(input.options));
-  trial.log_evidence = evidence_of(report);
+  trial.log_evidence =
+      evidence_beside_listed_noise(report, problem, listed_noise, search_options(input.options));
   for (const NamedEffect& effect : trial.effects)
     trial.log_evidence += is_noise(effect.name) ? effect.log_evidence : 0.0;
   recalibrate_bias(trial, input);

@@ -242,6 +242,27 @@ TEST(SearchScenario, TwoEffectsOfDifferentInputsAreBothFound) {
   EXPECT_TRUE(shupe) << names(report);
 }
 
+// A form's mismatch acts where the form does: turns about another axis have none of a turn's.
+// Before, whatever explained less than 15 % of a stronger effect of its family was lost.
+TEST(SearchScenario, AWeakEffectThatActsElsewhereIsNoMismatchOfAStrongOne) {
+  Record record(302);
+  record.hide("misalignment", {}, 100.0);
+  record.hide("scale_factor", {}, 20.0);
+  const SearchReport report = find_missing(record.problem());
+  EXPECT_EQ(names(report), "named misalignment scale_factor");
+}
+
+TEST(SearchScenario, WhatAFormThatDiffersLeavesIsNoEffectOfItsOwn) {
+  Record record(303);
+  Series turns = record.chamber().rate;
+  const Series temperature = record.chamber().temperature(0);
+  for (std::size_t i = 0; i < turns.size(); ++i)
+    turns[i] *= 1.0 + 0.2 * (temperature[i] - 25.0) / 30.0;
+  record.hide(turns, 60.0);
+  const SearchReport report = find_missing(record.problem());
+  EXPECT_EQ(names(report), "named scale_factor");
+}
+
 TEST(SearchScenario, ABumpThatTheCatalogueLacksIsUnknownAndNamesItsInput) {
   Record record(401);
   Series bump = record.chamber().temperature(1);

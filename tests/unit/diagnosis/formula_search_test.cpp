@@ -18,6 +18,7 @@
 #include "common/diagnosis/gap.h"
 #include "common/diagnosis/noise_and_bias.h"
 #include "common/diagnosis/playback.h"
+#include "common/diagnosis/repair.h"
 #include "common/diagnosis/trial.h"
 #include "tests/unit/diagnosis/simulated_series.h"
 
@@ -443,6 +444,26 @@ TEST(FormulaSearchScenario, ARepairedModelIsReadAgainAndConsistent) {
   const Diagnosis second = diagnose(read, record, {other}, kOptions);
   EXPECT_FALSE(second.axes[0]->unknown.has_value()) << second.axes[0]->sentence;
   EXPECT_TRUE(second.axes[0]->effects.empty()) << second.axes[0]->sentence;
+}
+
+// Before, 85 nats: what the name does beside the noise and what that does beside the name, of which
+// a formula was held against both in a row.
+TEST(Repair, ANameBesideAMissingNoiseIsWorthAllThatItExplains) {
+  const twin::Model given = test::lab_model();
+  const twin::Model truth = test::with(
+      test::with(given, {.kind = "acceleration_sensitivity",
+                         .axis = kX,
+                         .parameters = {{"x_deg_h_per_g", 0.15}}}),
+      {.kind = "markov", .axis = kX, .parameters = {{"sigma_deg_h", 0.03}, {"tau_s", 40.0}}});
+  const MeasuredSeries record = test::simulated(truth, test::chamber_profile(), 11);
+  const Playback playback(record);
+  const TrialInput input{given, record, playback, kX, record.valid[0], kOptions};
+  const Trial named = repair(input);
+  ASSERT_EQ(named.effects.size(), 2U);
+  EXPECT_EQ(named.effects.front().name, "acceleration_sensitivity");
+  const std::optional<Trial> formula = explain_by_formula(input, Vocabulary::kTerms);
+  ASSERT_TRUE(formula.has_value());
+  EXPECT_GT(named.log_evidence, formula->log_evidence);
 }
 
 }  // namespace
