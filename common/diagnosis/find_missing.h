@@ -9,8 +9,8 @@
 //     replace or drop each one chosen; at most max_effects
 //   alternatives of one chosen: what the groups' evidences in its place say (posterior.h), those
 //     that sum to the credible mass of all named groups
-//   what a chosen effect's form could leave is no effect of its own: no more than a share of its d²,
-//     and of a form that remembers nothing the part which lies where both act
+//   what a chosen effect's form could leave is no effect of its own: no more than a share of its
+//     d², and of a form that remembers nothing the part of that which lies where both act
 //   generic groups (splines, pairs of inputs) are never named. Where one of them explains clearly
 //     more than the chosen ones, or stays significant beside them with more than a remainder of
 //     form, the outcome is kUnknown
