@@ -19,11 +19,15 @@ bool PriorCheck::Cost::is_certain() const noexcept {
 void PriorCheck::add(core::Axis axis, double drift_radps, double prior_radps,
                      double variance) noexcept {
   Axis& judged = axes_[core::index(axis)];
-  if (!judged.before) judged.before = Point{drift_radps, prior_radps};
-  const double moved = prior_radps - judged.before->prior;
+  if (!judged.prior_before) {
+    judged.prior_before = prior_radps;
+    judged.drift_before = drift_radps;
+  }
+  const double moved = prior_radps - *judged.prior_before;
   if (!(moved * moved > kMovedBySigmas * kMovedBySigmas * 2.0 * variance)) return;
-  const double cost = 0.5 - std::clamp((drift_radps - judged.before->drift) / moved, 0.0, 1.0);
-  judged.before = Point{drift_radps, prior_radps};
+  const double cost = 0.5 - std::clamp((drift_radps - judged.drift_before) / moved, 0.0, 1.0);
+  judged.prior_before = prior_radps;
+  judged.drift_before = drift_radps;
   Cost& costs = moved > 0.0 ? judged.rising : judged.falling;
   costs.sum += cost;
   costs.squares += cost * cost;
@@ -31,7 +35,7 @@ void PriorCheck::add(core::Axis axis, double drift_radps, double prior_radps,
 }
 
 void PriorCheck::restart() noexcept {
-  for (Axis& axis : axes_) axis.before.reset();
+  for (Axis& axis : axes_) axis.prior_before.reset();
 }
 
 std::uint64_t PriorCheck::found() const noexcept {

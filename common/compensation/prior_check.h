@@ -35,12 +35,6 @@ class PriorCheck {
   void carry(core::StateArchive& archive) { archive(axes_); }
 
  private:
-  struct Point {
-    double drift = 0.0;
-    double prior = 0.0;
-
-    void carry(core::StateArchive& archive) { archive(drift, prior); }
-  };
   struct Cost {
     double sum = 0.0;  // of 1/2 less the ratio
     double squares = 0.0;
@@ -49,12 +43,15 @@ class PriorCheck {
     void carry(core::StateArchive& archive) { archive(sum, squares); }
   };
   struct Axis {
-    std::optional<Point> before{};  // at which the prior last moved
+    std::optional<double> prior_before{};  // where it last moved, and the drift then
+    double drift_before = 0.0;
     Cost rising{};
     Cost falling{};
     bool costs = false;
 
-    void carry(core::StateArchive& archive) { archive(before, rising, falling, costs); }
+    void carry(core::StateArchive& archive) {
+      archive(prior_before, drift_before, rising, falling, costs);
+    }
   };
 
   core::PerAxis<Axis> axes_{};
