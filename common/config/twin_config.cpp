@@ -9,7 +9,6 @@
 
 #include "common/config/proto_to_yaml.h"
 #include "common/config/whole_file.h"
-#include "common/config/yaml_to_proto.h"
 #include "common/core/closest_name.h"
 #include "common/core/units.h"
 #include "common/twin/effect_catalogue.h"

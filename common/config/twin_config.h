@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/config/config_error.h"
-#include "common/config/yaml_to_proto.h"
+#include "common/config/yaml_document.h"
 #include "common/twin/model.h"
 #include "common/twin/profile.h"
 #include "idl/proto/twin.pb.h"

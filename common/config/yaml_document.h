@@ -23,7 +23,12 @@ class YamlDocument {
   // `name` stands for the file's name in errors.
   [[nodiscard]] static YamlDocument parse(const std::string& text, std::string name);
 
-  // Puts every key into `message`, as yaml_to_proto.h says. Returns one line for each unknown key.
+  // Puts every key into `message`, of any type: keys are the fields' names. Scalars convert
+  // strictly: a number field takes a plain finite number, a flag true or false, an enum its value's
+  // name; a string field any scalar. Throws ConfigError naming file, line and the key's path for a
+  // wrong type and a key that stands twice. Returns one line for each unknown key, with the closest
+  // valid one; where the message has a field `map<string, string> extra`, it is kept there as JSON
+  // text.
   [[nodiscard]] std::vector<std::string> fill(google::protobuf::Message& message) const;
 
   // "file:line: key: what", the line being that of the key or of its closest existing parent. For

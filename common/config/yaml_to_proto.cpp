@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "common/config/yaml_to_proto.h"
-
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/message.h>
 
 #include <set>
 #include <utility>
 
+#include "common/config/yaml_document.h"
 #include "common/config/yaml_place.h"
 #include "common/core/closest_name.h"
 
@@ -258,15 +257,6 @@ std::vector<std::string> YamlDocument::fill(Message& message) const {
   Filler filler(content_->name);
   filler.fill_message(content_->root, message, "");
   return filler.take_unknown();
-}
-
-void fill_whole(const YamlDocument& document, Message& message) {
-  const auto unknown = document.fill(message);
-  if (!unknown.empty()) throw ConfigError(unknown.front());
-}
-
-void load_message(const std::filesystem::path& path, Message& message) {
-  fill_whole(YamlDocument::read(path), message);
 }
 
 }  // namespace zerodrift::config

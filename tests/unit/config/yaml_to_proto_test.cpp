@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "common/config/yaml_to_proto.h"
-
 #include <google/protobuf/util/message_differencer.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -11,6 +9,7 @@
 #include <string>
 
 #include "common/config/proto_to_yaml.h"
+#include "common/config/yaml_document.h"
 #include "idl/proto/twin.pb.h"
 
 namespace zerodrift::config {
@@ -217,25 +216,23 @@ TEST(YamlToProtoAbuse, AKeyTooLongToBeWrittenBackIsRefused) {
 }
 
 TEST(YamlToProtoAbuse, AMissingFileOrADirectoryIsNamed) {
-  proto::TwinProfile message;
   try {
-    load_message("/nonexistent/profile.yaml", message);
+    (void)YamlDocument::read("/nonexistent/profile.yaml");
     FAIL() << "no exception";
   } catch (const ConfigError& error) {
     EXPECT_STREQ(error.what(), "/nonexistent/profile.yaml: cannot open: No such file or directory");
   }
-  EXPECT_THROW(load_message(std::filesystem::temp_directory_path(), message), ConfigError);
+  EXPECT_THROW((void)YamlDocument::read(std::filesystem::temp_directory_path()), ConfigError);
 }
 
 // Neither ends by itself.
 TEST(YamlToProtoAbuse, ADeviceAndAFileWithoutEndAreRefused) {
-  proto::TwinProfile message;
-  EXPECT_THROW(load_message("/dev/zero", message), ConfigError);
+  EXPECT_THROW((void)YamlDocument::read("/dev/zero"), ConfigError);
   const auto huge = std::filesystem::temp_directory_path() /
                     ("zerodrift-huge-" + std::to_string(::getpid()) + ".yaml");
   std::ofstream(huge) << "#";
   std::filesystem::resize_file(huge, std::uintmax_t{1} << 40U);
-  EXPECT_THROW(load_message(huge, message), ConfigError);
+  EXPECT_THROW((void)YamlDocument::read(huge), ConfigError);
   std::filesystem::remove(huge);
 }
 
