@@ -189,22 +189,19 @@ ColumnMapping parse_entry(std::string_view entry) {
   const Quantity quantity = mapping.channel.quantity;
 
   std::string_view column = trim(entry.substr(equals + 1));
-  std::optional<std::string_view> unit = consume_bracket(entry, column);
-  bool counts = consume_factor(entry, column, mapping.factor);
-  if (unit && unit->starts_with("lsb*")) {
-    if (counts) refuse(entry, "two factors; write the factor once");
-    mapping.factor = parse_factor(entry, unit->substr(4));
-    unit.reset();
-    counts = true;
-  }
+  const std::optional<std::string_view> unit = consume_bracket(entry, column);
+  const bool counts = consume_factor(entry, column, mapping.factor);
   if (column.empty()) refuse(entry, "no column is named");
-  if (!unit && !counts)
+  if (!unit && !(counts && quantity == Quantity::kTime))
     refuse(entry, "no unit; write '" + std::string{entry} + "[<unit>]' with one of " +
                       accepted_units(quantity));
   mapping.unit = std::string{unit.value_or(default_unit(quantity))};
   if (!unit_conversion(quantity, mapping.unit)) {
     refuse(entry, "unknown unit '" + printable(mapping.unit) +
-                      "'; accepted: " + accepted_units(quantity) + " lsb*<factor>");
+                      "'; accepted: " + accepted_units(quantity) +
+                      (mapping.unit.starts_with("lsb*")
+                           ? "; counts, each worth a part of one: '<column>*<factor>[<unit>]'"
+                           : ""));
   }
   if (mapping.unit == kIso8601 && counts) refuse(entry, "a date takes no factor");
   mapping.column = std::string{column};

@@ -92,9 +92,9 @@ struct ColumnMapping {
 //   <channel>=<column>[<unit>]            in that unit
 //   <channel>=<column>*<factor>[<unit>]   counts, each worth <factor> of that unit:
 //                                         'rate_x=gx*0.05[deg/s]'
-//   <channel>=<column>*<factor>           the same in the channel's default unit (s, rad/s, ...):
-//                                         'time=row*0.005' is a 200 Hz clock
-//   <channel>=<column>[lsb*<factor>]      another spelling of <column>*<factor>
+//   time=<column>*<factor>                seconds: 'time=row*0.005' is a 200 Hz clock. No other
+//                                         channel's factor goes without a unit: deg/s is as likely
+//                                         as rad/s
 //   time=<column>[iso8601]                dates: 2024-05-01T12:00:00.5Z
 // In a file without a header a column is its number, from 1: 'time=1[s],rate_x=2[deg/s]'.
 // Empty text is an empty map. Throws files::FileError naming the entry.

@@ -85,6 +85,17 @@ struct LineReader::State {
   bool at_end = false;
   bool line_was_ended = true;
 
+  // Throws files::FileError where the first line is UTF-16, as spreadsheets save "Unicode text":
+  // by its byte-order mark, or by the zeros that every second byte of such digits is.
+  void refuse_wide_text(std::string_view first) const {
+    const bool is_marked = first.starts_with("\xFF\xFE") || first.starts_with("\xFE\xFF");
+    const bool has_zeros = first.size() > 1 && (first[0] == '\0') != (first[1] == '\0');
+    if (is_marked || has_zeros) {
+      throw files::FileError(path.string() + ": text in UTF-16; a record is UTF-8: 'iconv -f " +
+                             "UTF-16 -t UTF-8' makes it that");
+    }
+  }
+
   // Moves what is left to the front and reads more behind it.
   void refill() {
     std::copy(buffer.begin() + static_cast<std::ptrdiff_t>(begin),
@@ -157,8 +168,10 @@ bool LineReader::next(std::string_view& line) {
   line = {from, static_cast<std::size_t>(line_end - from)};
   s.begin += line.size() + (s.line_was_ended ? 1 : 0);
   if (line.ends_with('\r')) line.remove_suffix(1);
-  if (++s.line_number == 1 && line.starts_with(kByteOrderMark))
-    line.remove_prefix(kByteOrderMark.size());
+  if (++s.line_number == 1) {
+    s.refuse_wide_text(line);
+    if (line.starts_with(kByteOrderMark)) line.remove_prefix(kByteOrderMark.size());
+  }
   return true;
 }
 

@@ -55,6 +55,22 @@ class BadRecord : public ScratchFolder {
   std::vector<std::string> warnings_;
 };
 
+// What a spreadsheet saves as "Unicode text": in either order of bytes, with a mark and without.
+TEST_F(BadRecord, TextInUtf16IsNamedWithTheWayToReadIt) {
+  const std::string text = "time_s,rate_x_deg_h\n0,1\n1,2\n";
+  for (const bool little_endian : {true, false}) {
+    for (const bool marked : {true, false}) {
+      std::string wide = !marked ? "" : little_endian ? "\xFF\xFE" : "\xFE\xFF";
+      for (const char letter : text)
+        wide += little_endian ? std::string{letter, '\0'} : std::string{'\0', letter};
+      EXPECT_EQ(
+          outcome_of(wide),
+          "a.csv: text in UTF-16; a record is UTF-8: 'iconv -f UTF-16 -t UTF-8' makes it that")
+          << little_endian << marked;
+    }
+  }
+}
+
 TEST_F(BadRecord, MissingFile) {
   EXPECT_EQ(outcome(path("b.csv")), "b.csv: cannot open: No such file or directory");
 }
