@@ -15,8 +15,6 @@ namespace zerodrift::diagnosis {
 
 namespace {
 
-constexpr double kVague = 1e4;  // variance of the first bias, in variances of the series
-
 // What both hypotheses have beside the process in question.
 struct Background {
   double first_variance;  // of the bias
@@ -24,11 +22,32 @@ struct Background {
   double white;           // variance of one sample
 };
 
-double log_normal(double innovation, double variance) {
-  return -0.5 * (std::log(2.0 * std::numbers::pi * variance) + innovation * innovation / variance);
+// The logarithm of a product of numbers that are not negative, with one logarithm for all of them:
+// the product is held as mantissa and exponent, so that neither end of the range is met.
+class LogOfProduct {
+ public:
+  void multiply(double factor) {
+    int exponent = 0;
+    mantissa_ = std::frexp(mantissa_ * factor, &exponent);
+    exponents_ += exponent;
+  }
+  [[nodiscard]] double value() const {
+    return std::log(mantissa_) + static_cast<double>(exponents_) * std::numbers::ln2;
+  }
+
+ private:
+  double mantissa_ = 1.0;
+  std::int64_t exponents_ = 0;
+};
+
+// Of `count` normal densities without the factors that depend on their variances.
+double log_of_constants(std::size_t count) {
+  return -0.5 * std::log(2.0 * std::numbers::pi) * static_cast<double>(count);
 }
 
-double variance_of(const CourseBlocks& blocks) {
+// Of the first bias, of which nothing is known.
+double vague_variance(const CourseBlocks& blocks) {
+  constexpr double kVague = 1e4;  // variances of the series
   double n = 0.0, mean = 0.0, squares = 0.0;
   for (std::size_t i = 0; i < blocks.values.size(); ++i) {
     if (!(blocks.counts[i] > 0.0)) continue;
@@ -37,7 +56,7 @@ double variance_of(const CourseBlocks& blocks) {
     mean += d / n;
     squares += d * (blocks.values[i] - mean);
   }
-  return n > 1.0 ? squares / n : 0.0;
+  return n > 1.0 ? kVague * squares / n : 0.0;
 }
 
 // Of the process in each twelfth of the record.
@@ -50,7 +69,9 @@ double log_likelihood_of_wandering(const CourseBlocks& blocks, const Background&
   double variance = sigma_radps.front() * sigma_radps.front();
   double bias = 0.0, course = 0.0;
   double bb = background.first_variance, bc = 0.0, cc = variance;
-  double sum = 0.0;
+  double squares = 0.0;
+  LogOfProduct variances;
+  std::size_t count = 0;
   for (std::size_t i = 0; i < blocks.values.size(); ++i) {
     if (i > 0) {
       const double sigma = sigma_radps[i * kParts / blocks.values.size()];
@@ -62,10 +83,13 @@ double log_likelihood_of_wandering(const CourseBlocks& blocks, const Background&
     }
     if (!(blocks.counts[i] > 0.0)) continue;
     const double s = bb + 2.0 * bc + cc + background.white / blocks.counts[i];
+    const double precision = 1.0 / s;
     const double innovation = blocks.values[i] - bias - course;
-    const double to_bias = (bb + bc) / s;
-    const double to_course = (bc + cc) / s;
-    sum += log_normal(innovation, s);
+    const double to_bias = (bb + bc) * precision;
+    const double to_course = (bc + cc) * precision;
+    squares += innovation * innovation * precision;
+    variances.multiply(s);
+    ++count;
     bias += to_bias * innovation;
     course += to_course * innovation;
     const double of_both = bb + bc;
@@ -74,7 +98,7 @@ double log_likelihood_of_wandering(const CourseBlocks& blocks, const Background&
     bc -= to_bias * of_course;
     cc -= to_course * of_course;
   }
-  return sum;
+  return log_of_constants(count) - 0.5 * (squares + variances.value());
 }
 
 // The bias as seen from one level, and how probable the level is.
@@ -110,30 +134,38 @@ double log_likelihood_of_switching(const CourseBlocks& blocks, const Background&
   const std::array<double, 2> offsets{0.5 * amplitude_radps, -0.5 * amplitude_radps};
   std::array<Level, 2> levels{{{share_up, 0.0, background.first_variance},
                                {1.0 - share_up, 0.0, background.first_variance}}};
-  double sum = 0.0;
+  double least_halves = 0.0;  // of the squares: what both levels leave of each block
+  LogOfProduct totals;
+  std::size_t count = 0;
   for (std::size_t i = 0; i < blocks.values.size(); ++i) {
     if (i > 0) {
       levels = after_switching(levels, (1.0 - share_up) * forgotten, share_up * forgotten);
       for (Level& level : levels) level.variance += background.walk;
     }
     if (!(blocks.counts[i] > 0.0)) continue;
-    std::array<double, 2> logs{};
+    const double white = background.white / blocks.counts[i];
+    std::array<double, 2> halves{};
     for (std::size_t j = 0; j < levels.size(); ++j) {
       Level& level = levels[j];
-      const double s = level.variance + background.white / blocks.counts[i];
+      const double precision = 1.0 / (level.variance + white);
       const double innovation = blocks.values[i] - level.bias - offsets[j];
-      logs[j] = log_normal(innovation, s) + std::log(std::max(level.probability, 1e-300));
-      const double gain = level.variance / s;
+      const double gain = level.variance * precision;
+      halves[j] = 0.5 * innovation * innovation * precision;
+      level.probability = std::max(level.probability, 1e-300) * std::sqrt(precision);
       level.bias += gain * innovation;
       level.variance *= 1.0 - gain;
     }
-    const double larger = std::max(logs[0], logs[1]);
-    const double total = larger + std::log(std::exp(logs[0] - larger) + std::exp(logs[1] - larger));
-    for (std::size_t j = 0; j < levels.size(); ++j)
-      levels[j].probability = std::exp(logs[j] - total);
-    sum += total;
+    const std::size_t farther = halves[0] < halves[1] ? 1 : 0;
+    const double least = halves[1 - farther];
+    levels[farther].probability *= std::exp(least - halves[farther]);
+    const double total = levels[0].probability + levels[1].probability;
+    const double share = 1.0 / total;
+    for (Level& level : levels) level.probability *= share;
+    least_halves += least;
+    totals.multiply(total);
+    ++count;
   }
-  return sum;
+  return log_of_constants(count) - least_halves + totals.value();
 }
 
 // Maximises over logarithms, one after another, within ever smaller ranges. The first guess is what
@@ -172,10 +204,6 @@ std::array<double, 2> first_background(const CourseBlocks& blocks, double sigma_
                             tiny))};
 }
 
-Background background_of(const CourseBlocks& blocks, double log_white, double log_walk) {
-  return {kVague * variance_of(blocks), std::exp(log_walk), std::exp(log_white)};
-}
-
 }  // namespace
 
 CourseBlocks course_blocks(std::span<const double> series_radps,
@@ -204,23 +232,24 @@ CourseBlocks course_blocks(std::span<const double> series_radps,
 }
 
 WanderingFit fit_wandering(const CourseBlocks& blocks, double sigma_radps, double correlation_s) {
+  const double vague = vague_variance(blocks);
   const auto [white, walk] = first_background(blocks, sigma_radps, correlation_s);
   std::array logs{std::log(sigma_radps), std::log(correlation_s), white, walk};
   const double steady = climb<4>(logs, [&](const std::array<double, 4>& at) {
     Strengths strengths{};
     strengths.fill(std::exp(at[0]));
-    return log_likelihood_of_wandering(blocks, background_of(blocks, at[2], at[3]), strengths,
+    return log_likelihood_of_wandering(blocks, {vague, std::exp(at[3]), std::exp(at[2])}, strengths,
                                        std::exp(at[1]));
   });
   const WanderingFit found{steady, std::exp(logs[0]), std::exp(logs[1])};
+  const Background background{vague, std::exp(logs[3]), std::exp(logs[2])};
   Strengths each{};
   each.fill(logs[0]);
   const double changing = climb<kParts>(each, [&](const Strengths& at) {
     Strengths strengths{};
     std::transform(at.begin(), at.end(), strengths.begin(),
                    [](double log) { return std::exp(log); });
-    return log_likelihood_of_wandering(blocks, background_of(blocks, logs[2], logs[3]), strengths,
-                                       found.correlation_s);
+    return log_likelihood_of_wandering(blocks, background, strengths, found.correlation_s);
   });
   const double times =
       blocks.interval_s * static_cast<double>(blocks.values.size()) / found.correlation_s;
@@ -231,6 +260,7 @@ WanderingFit fit_wandering(const CourseBlocks& blocks, double sigma_radps, doubl
 SwitchingFit fit_switching(const CourseBlocks& blocks, double sigma_radps, double correlation_s) {
   // The upper level may be the longer one, the shorter one, or neither.
   constexpr std::array kUpOverDown{1.0, 4.0, 0.25};
+  const double vague = vague_variance(blocks);
   const auto [white, walk] = first_background(blocks, sigma_radps, correlation_s);
   SwitchingFit best{.log_likelihood = -std::numeric_limits<double>::infinity()};
   for (const double ratio : kUpOverDown) {
@@ -239,7 +269,7 @@ SwitchingFit fit_switching(const CourseBlocks& blocks, double sigma_radps, doubl
     std::array logs{std::log(sigma_radps / std::sqrt(share * (1.0 - share))),
                     std::log(ratio * down_s), std::log(down_s), white, walk};
     const double found = climb<5>(logs, [&](const std::array<double, 5>& at) {
-      return log_likelihood_of_switching(blocks, background_of(blocks, at[3], at[4]),
+      return log_likelihood_of_switching(blocks, {vague, std::exp(at[4]), std::exp(at[3])},
                                          std::exp(at[0]), std::exp(at[1]), std::exp(at[2]));
     });
     if (found > best.log_likelihood)
