@@ -6,15 +6,17 @@
 #include <charconv>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <set>
 #include <stdexcept>
 
 #include "common/allan/sample_clock.h"
-#include "common/core/integer_time.h"
+#include "common/core/not_known.h"
+#include "common/core/samples.h"
 #include "common/evaluation/comparison_figures.h"
 #include "common/evaluation/model_use.h"
 #include "common/evaluation/offline_run.h"
+#include "common/evaluation/sample_rows.h"
+#include "common/evaluation/timed_scheme.h"
 #include "common/measurement/doubts_json.h"
 #include "common/record/bag_files.h"
 #include "common/record/record_rows.h"
@@ -43,36 +45,6 @@ constexpr double kJudging = 0.1;
 constexpr double kSecondReading = 0.55;
 constexpr std::string_view kPaperModel = "paper_fog.yaml";
 constexpr std::string_view kPaperProfile = "paper_chamber.yaml";
-
-// A scheme with a stopwatch.
-class TimedScheme final : public regression::DriftScheme {
- public:
-  explicit TimedScheme(std::unique_ptr<regression::DriftScheme> scheme)
-      : scheme_(std::move(scheme)) {}
-
-  void observe(double time_s, std::span<const double> features) override {
-    const auto begun = Clock::now();
-    scheme_->observe(time_s, features);
-    elapsed_ += Clock::now() - begun;
-  }
-  void learn(const regression::DriftLabel& label) override {
-    const auto begun = Clock::now();
-    scheme_->learn(label);
-    elapsed_ += Clock::now() - begun;
-  }
-  [[nodiscard]] regression::DriftPrediction predict(
-      double time_s, std::span<const double> features) const override {
-    const auto begun = Clock::now();
-    const auto made = scheme_->predict(time_s, features);
-    elapsed_ += Clock::now() - begun;
-    return made;
-  }
-  [[nodiscard]] double seconds() const { return std::chrono::duration<double>(elapsed_).count(); }
-
- private:
-  std::unique_ptr<regression::DriftScheme> scheme_;
-  mutable Clock::duration elapsed_{};
-};
 
 bool needs_own_output(const compensation::CompensationOptions& options) {
   return std::any_of(options.features.begin(), options.features.end(), [](const auto& feature) {
@@ -119,8 +91,10 @@ void check(const ComparisonRequest& request) {
 // What the first reading of a record gives; times of points count from its first row.
 struct Labels {
   core::PerAxis<std::vector<LabelledPoint>> points;
-  std::uint64_t samples = 0;
-  core::SensorTime last_time{0};
+  std::uint64_t rows = 0;     // answered ones
+  std::uint64_t samples = 0;  // of these, samples of the rate
+  core::SensorTime first_sample{0};
+  core::SensorTime last_sample{0};
   double period_s = 0.0;  // mean of the steps that are no gaps
   record::RecordInfo info;
   compensation::CompensationOptions options;  // for the spacing of the record's samples
@@ -150,12 +124,19 @@ Labels read_labels(const ComparisonRequest& request, const Share& show) {
   const std::optional<double> rows = record::estimated_rows(request.record.file);
   std::optional<allan::SampleClock> clock;  // of a record of more than one sample
   if (labels.info.sample_period_s > 0.0) clock.emplace(labels.info.sample_period_s);
+  SampleRows placed(labels.info.sample_period_s);
   offline.run(false, [&](const core::CompensatedSample& sample) {
-    const core::SensorTime step = core::saturating_difference(sample.raw.time, labels.last_time);
-    if (clock && labels.samples > 0 && step > core::SensorTime{0}) clock->add(core::seconds(step));
-    ++labels.samples;
-    if (rows) show(kFirstReading * static_cast<double>(labels.samples) / *rows);
-    labels.last_time = std::max(labels.last_time, sample.raw.time);
+    ++labels.rows;
+    if (rows) show(kFirstReading * static_cast<double>(labels.rows) / *rows);
+    if (sample.raw.valid == core::PerAxis<bool>{}) {
+      placed.pass_blank();
+    } else {
+      const auto [step, missing, blank] = placed.place(sample.raw.time);
+      if (clock && step && *step > core::SensorTime{0}) clock->add(core::seconds(*step));
+      if (labels.samples == 0) labels.first_sample = sample.raw.time;
+      labels.samples += blank + 1;
+      labels.last_sample = std::max(labels.last_sample, sample.raw.time);
+    }
     const compensation::Label* label = offline.compensator().confirmed_label();
     if (label == nullptr) return;
     for (std::size_t i = 0; i < core::kAxisCount; ++i) {
@@ -265,22 +246,23 @@ class Streams {
       : result_(result),
         mounting_(labels.options.mounting),
         first_time_(labels.info.first_time),
-        period_s_(labels.period_s) {
-    const double duration_s = period_s_ * static_cast<double>(labels.samples);
-    if (as_the_paper) temperature_.emplace(period_s_, duration_s);
+        rows_(labels.period_s) {
+    const double period_s = labels.period_s;
+    const double duration_s = period_s * static_cast<double>(labels.samples);
+    if (as_the_paper) temperature_.emplace(period_s, duration_s);
     for (const AxisComparison& axis : result.axes) {
       axes_.push_back({comparison::PointFinder(axis.points), {}, {}});
-      if (as_the_paper) axes_.back().prepared.emplace(period_s_, duration_s);
+      if (as_the_paper) axes_.back().prepared.emplace(period_s, duration_s);
       for (const ProtocolOutcome& protocol : axis.protocols) {
         std::vector<std::optional<comparison::PredictedPoint>> nothing_off =
             protocol.schemes.front().predicted;
         for (auto& predicted : nothing_off) {
           if (predicted) predicted->drift_radps = 0.0;
         }
-        axes_.back().streams.emplace_back(period_s_, nothing_off);
+        axes_.back().streams.emplace_back(period_s, nothing_off);
         for (const SchemeOutcome& scheme : protocol.schemes) {
           if (scheme.name != kNothingTakenOff)
-            axes_.back().streams.emplace_back(period_s_, scheme.predicted);
+            axes_.back().streams.emplace_back(period_s, scheme.predicted);
         }
       }
     }
@@ -290,10 +272,12 @@ class Streams {
     if (probe && std::isfinite(row.temperature_degc[*probe]))
       newest_degc_ = row.temperature_degc[*probe];
     if (!record::brings_rate(row)) return;
-    std::uint64_t missing = 0;
-    if (previous_)
-      missing = allan::missing_between(core::seconds(row.time - *previous_), period_s_);
-    previous_ = row.time;
+    if (std::none_of(row.rate_radps.begin(), row.rate_radps.end(), core::is_rate)) {
+      rows_.pass_blank();
+      return;
+    }
+    const auto [step, missing, blank] = rows_.place(row.time);
+    for (std::uint64_t k = 0; k < blank; ++k) prepare_blank();
     if (temperature_) temperature_->add(newest_degc_);
     const core::PerAxis<double> rate_radps = mounting_.rate_radps_b(row.rate_radps);
     for (std::size_t a = 0; a < axes_.size(); ++a) {
@@ -330,12 +314,18 @@ class Streams {
     std::optional<comparison::PaperPreparation> prepared;
   };
 
+  void prepare_blank() {
+    if (temperature_) temperature_->add(newest_degc_);
+    for (AxisStreams& axis : axes_) {
+      if (axis.prepared) axis.prepared->add(core::kNaN);
+    }
+  }
+
   ComparisonResult& result_;
   compensation::Mounting mounting_;
   core::SensorTime first_time_;
-  double period_s_;
-  std::optional<core::SensorTime> previous_;
-  double newest_degc_ = std::numeric_limits<double>::quiet_NaN();
+  SampleRows rows_;
+  double newest_degc_ = core::kNaN;
   std::optional<comparison::PaperPreparation> temperature_;
   std::vector<AxisStreams> axes_;
 };
@@ -398,7 +388,7 @@ std::string obstacle_to_the_paper(const Labels& labels, const ComparisonRequest&
   if (period_s > comparison::kPaperWindowS)
     return "a sample every " + shortest(period_s) + " s leaves no minute to average over";
   // Its 15 000 points lie evenly over time, so the samples must.
-  const double spanned_s = core::seconds(labels.last_time - labels.info.first_time);
+  const double spanned_s = core::seconds(labels.last_sample - labels.first_sample);
   const double counted_s = static_cast<double>(labels.samples - 1) * period_s;
   if (std::abs(spanned_s - counted_s) > 0.001 * spanned_s)
     return "the samples are not evenly spaced in time";
@@ -424,7 +414,7 @@ void read_streams(const ComparisonRequest& request, const Labels& labels, Stream
   while (const record::RecordRow* row = reader.next()) {
     streams.add(*row, probe);
     if (record::brings_rate(*row)) ++rows;
-    const double share = static_cast<double>(rows) / static_cast<double>(labels.samples);
+    const double share = static_cast<double>(rows) / static_cast<double>(labels.rows);
     show(kFirstReading + kJudging + kSecondReading * share);
   }
   streams.report();

@@ -78,7 +78,10 @@ std::string remedy(Reason reason, compensation::Scheme scheme, bool is_mcap) {
 
 }  // namespace
 
+// What measured nothing is no sample that a model could compensate: tables that were joined by
+// their times have rows of temperature alone.
 void ModelUse::add(const core::CompensatedSample& sample) noexcept {
+  if (sample.raw.valid == core::PerAxis<bool>{}) return;
   if (first_ == core::kNever) {
     first_ = sample.raw.time;
     interval_s_ = sample.raw.interval_s;

@@ -21,7 +21,7 @@ class ModelUse {
   }
   // A learned model, or a prior, has compensated at least one sample.
   [[nodiscard]] bool came_into_force(core::Axis axis) const noexcept;
-  // Share of the samples that a learned model compensated.
+  // Share of the samples that measured a rate which a learned model compensated.
   [[nodiscard]] double learned_share(core::Axis axis) const noexcept;
   // Where none came into force on any measured axis, or none that goes by temperature: a line that
   // says so, the commonest reason of its samples and what would be right; else nothing. `options`:

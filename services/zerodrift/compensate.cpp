@@ -359,20 +359,22 @@ std::string unanswered(const compensation::CompensatorCounts& counts) {
   return line;
 }
 
-// The number of samples.
+// The number of samples that measured a rate.
 std::uint64_t answer_all(evaluation::OfflineRun& offline, bool probe_missing,
                          const CompensateOptions& options, Summary& summary,
                          std::optional<recording::CompensatedCsv>& csv) {
   constexpr std::uint64_t kSamplesPerProgress = 4096;
   WriteProgress progress("compensate", options.out);
   const std::optional<double> expected_rows = record::estimated_rows(options.record.file);
+  std::uint64_t rows = 0;
   std::uint64_t samples = 0;
   const auto see = [&](const record::RecordRow& row) { summary.see(row); };
   offline.run(probe_missing, see, [&](const core::CompensatedSample& sample) {
     summary.add(sample, offline.compensator().rest_state());
     if (csv) csv->write(sample);
-    if (++samples % kSamplesPerProgress == 0 && expected_rows)
-      progress(static_cast<double>(samples) / *expected_rows, csv ? csv->bytes() : 0);
+    if (sample.raw.valid != core::PerAxis<bool>{}) ++samples;
+    if (++rows % kSamplesPerProgress == 0 && expected_rows)
+      progress(static_cast<double>(rows) / *expected_rows, csv ? csv->bytes() : 0);
   });
   return samples;
 }

@@ -68,6 +68,7 @@ TEST_F(Minutes, RowsOfTemperatureAloneAreNoSamplesOfAMinute) {
   const std::string out = compensated(record_of(12000, 0.05, joined));
   EXPECT_TRUE(has_row(out, "x")) << out;
   EXPECT_TRUE(has_row(out, "z")) << out;
+  EXPECT_NE(out.find("6000 samples compensated"), std::string::npos) << out;
 }
 
 TEST_F(Minutes, TheHeadingSaysHowLongTheMeansAre) {

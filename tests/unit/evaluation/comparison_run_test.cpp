@@ -53,6 +53,78 @@ TEST_F(ComparisonRun, StampsRoundedToATickLeaveTheNoiseAsItIs) {
   }
 }
 
+// Two hours of white noise at 2 Hz; the temperatures in the same rows, or in rows of their own
+// between them.
+std::string record_at_2_hz(bool joined) {
+  allan::test::WhiteNoise noise(1e-6, 0.5, 17);
+  std::string record = "time_s,rate_z_rad_s,temperature_coil_degC\n";
+  for (int k = 0; k < 14400; ++k) {
+    const double time_s = 0.5 * k;
+    const double temperature_degc = 20.0 + 10.0 * std::sin(time_s / 900.0);
+    char row[96];
+    const int length = std::snprintf(row, sizeof row, "%.3f,%.9e,", time_s, noise.next());
+    const auto at = static_cast<std::size_t>(length);
+    if (joined) {
+      std::snprintf(row + at, sizeof row - at, "\n%.3f,,%.4f\n", time_s + 0.2, temperature_degc);
+    } else {
+      std::snprintf(row + at, sizeof row - at, "%.4f\n", temperature_degc);
+    }
+    record += row;
+  }
+  return record;
+}
+
+// Rule: a row that measures no rate is no sample where none is missing by the times. Before: twice
+// the samples, of which every second one was missing: no mean over a minute, no N, B and K.
+TEST_F(ComparisonRun, RowsOfTemperatureAloneAreNoSamples) {
+  const auto run = [&](bool joined) {
+    ComparisonRequest request;
+    request.record.file = write("r.csv", record_at_2_hz(joined)).string();
+    request.schemes = {"none"};
+    return run_comparison(request, [](const std::string&, double) {});
+  };
+  const ComparisonResult plain = run(false);
+  const ComparisonResult joined = run(true);
+  ASSERT_EQ(plain.axes.size(), 1U);
+  ASSERT_EQ(joined.axes.size(), 1U);
+  const auto& expected = plain.axes[0].protocols.at(0).raw;
+  const auto& raw = joined.axes[0].protocols.at(0).raw;
+  ASSERT_FALSE(raw.allan.empty());
+  EXPECT_NEAR(raw.allan[0].tau_s, 0.5, 1e-9);
+  // A temperature that comes a moment later makes the first label or two later.
+  EXPECT_NEAR(static_cast<double>(raw.allan[0].pairs), static_cast<double>(expected.allan[0].pairs),
+              20.0);
+  EXPECT_NEAR(static_cast<double>(raw.minute_means.blocks),
+              static_cast<double>(expected.minute_means.blocks), 1.0);
+  constexpr auto kN = allan::NoiseTerm::kAngleRandomWalk;
+  EXPECT_NEAR(raw.coefficients[kN].value / expected.coefficients[kN].value, 1.0, 1e-3);
+  EXPECT_EQ(joined.axes[0].paper_interval_s, plain.axes[0].paper_interval_s);
+  EXPECT_EQ(joined.axes[0].paper_radps, plain.axes[0].paper_radps);
+}
+
+// Rule: a sample of which no axis measured is one all the same where it is missing by the times.
+TEST_F(ComparisonRun, ABlankRowInAnEvenTableIsASampleThatWasNotMeasured) {
+  std::string record = record_at_2_hz(false);
+  std::string blank;
+  int k = 0;
+  for (std::size_t at = 0; at < record.size();) {
+    const std::size_t end = record.find('\n', at) + 1;
+    const std::string row = record.substr(at, end - at);
+    const std::size_t rate = row.find(',') + 1;
+    blank += k++ % 50 == 25 ? row.substr(0, rate) + row.substr(row.find(',', rate)) : row;
+    at = end;
+  }
+  ComparisonRequest request;
+  request.record.file = write("r.csv", blank).string();
+  request.schemes = {"none"};
+  const ComparisonResult result = run_comparison(request, [](const std::string&, double) {});
+  ASSERT_EQ(result.axes.size(), 1U);
+  EXPECT_GT(result.axes[0].protocols.at(0).raw.minute_means.blocks, 90U);
+  EXPECT_FALSE(result.axes[0].paper_radps.empty());
+  for (const std::string& warning : result.warnings)
+    EXPECT_EQ(warning.find("evenly"), std::string::npos) << warning;
+}
+
 // An hour whose drift is that of the model, 2 deg/h a degree, with white noise.
 std::string record_of_model() {
   allan::test::WhiteNoise noise(1e-6, 1.0, 5);

@@ -29,5 +29,31 @@ TEST(ModelUse, NamesTheStackOnlyWhereItIsNotInForce) {
       << line;
 }
 
+// Rule: the share is of samples that measured a rate, and so is the commonest reason. Before: a
+// model that compensated every sample of a record of joined tables had half of them.
+TEST(ModelUse, WhatMeasuredNothingIsNoSample) {
+  core::CompensatedSample measured;
+  measured.raw.valid = {true, false, true};
+  measured.rung.fill(core::Rung::kStack);
+  core::CompensatedSample of_temperature_alone;
+  of_temperature_alone.reason.fill(core::Reason::kInvalidInput);
+  ModelUse use;
+  for (int k = 0; k < 3; ++k) {
+    use.add(measured);
+    use.add(of_temperature_alone);
+    use.add(of_temperature_alone);
+  }
+  EXPECT_EQ(use.learned_share(core::Axis::kX), 1.0);
+
+  ModelUse of_none;
+  measured.rung.fill(core::Rung::kStationaryBias);
+  measured.reason.fill(core::Reason::kInitialSet);
+  of_none.add(measured);
+  of_none.add(of_temperature_alone);
+  of_none.add(of_temperature_alone);
+  const std::string line = of_none.line_of_none("r.csv", {});
+  EXPECT_NE(line.find(core::name(core::Reason::kInitialSet)), std::string::npos) << line;
+}
+
 }  // namespace
 }  // namespace zerodrift::evaluation
