@@ -120,9 +120,10 @@ void AllanMonitorNode::place(Gyro& source, const core::CompensatedSample& sample
     case Arrival::kNext: break;
   }
   if (placement.missing > 0) {
+    const double gap_s = static_cast<double>(placement.missing) * source.timing.mean_interval_s();
     ++counts.gaps;
-    counts.missing += placement.missing;
-    counts.longest_gap = std::max(counts.longest_gap, placement.missing);
+    counts.missing_s += gap_s;
+    counts.longest_gap_s = std::max(counts.longest_gap_s, gap_s);
   }
   feed(source, sample, placement.missing);
   source.statistics.interval_s = source.timing.mean_interval_s();
@@ -317,9 +318,6 @@ void AllanMonitorNode::report_output(Watch& watch, core::Axis axis,
 void AllanMonitorNode::report_stream(Watch& watch) {
   const Statistics& now = watch.statistics;
   const Counts& counts = now.counts;
-  const auto in_s = [&](std::uint64_t samples) {
-    return static_cast<double>(samples) * now.interval_s;
-  };
   const std::string who = fmt::format("gyro {}: ", watch.gyro->id);
   if (counts.starts != watch.starts.count) {
     if (watch.starts.count > 0) {
@@ -339,7 +337,7 @@ void AllanMonitorNode::report_stream(Watch& watch) {
   report_counted(watch, "gap",
                  who + fmt::format("{} gap(s) in the stream, {:.6g} s missing in all, the longest "
                                    "{:.6g} s; no difference reaches across one",
-                                   counts.gaps, in_s(counts.missing), in_s(counts.longest_gap)),
+                                   counts.gaps, counts.missing_s, counts.longest_gap_s),
                  counts.gaps, watch.gaps);
   report_counted(watch, "time_backwards",
                  who + fmt::format("{} sample(s) came late or with an earlier time; left out",
@@ -351,9 +349,9 @@ void AllanMonitorNode::report_stream(Watch& watch) {
       counts.duplicates, watch.duplicates);
   report_counted(
       watch, "interval_refused",
-      who + fmt::format("{} sample(s) with an interval that is neither the stream's "
-                        "{:.6g} s nor from {:.6g} to {:.6g} s; left out",
-                        counts.refused, now.interval_s, allan::StreamTiming::kShortestIntervalS,
+      who + fmt::format("{} sample(s) whose interval was neither the stream's then nor the time "
+                        "since the one before, or not from {:.6g} to {:.6g} s; left out",
+                        counts.refused, allan::StreamTiming::kShortestIntervalS,
                         allan::StreamTiming::kLongestIntervalS),
       counts.refused, watch.refused);
   report_counted(watch, "time_restarted",

@@ -57,8 +57,8 @@ class AllanMonitorNode {
   struct Counts {
     std::uint64_t samples = 0;
     std::uint64_t gaps = 0;
-    std::uint64_t missing = 0;
-    std::uint64_t longest_gap = 0;  // samples
+    double missing_s = 0.0;  // by the interval that the stream had then
+    double longest_gap_s = 0.0;
     std::uint64_t duplicates = 0;
     std::uint64_t out_of_order = 0;
     std::uint64_t refused = 0;  // for their interval

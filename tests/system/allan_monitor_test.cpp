@@ -487,12 +487,17 @@ TEST(AllanMonitor, AnotherRateBeginsTheStatisticsAnewAndATimeThatRestartsDoesNot
   Bench bench(Domain::kAllanNewRate);
   Gyro gyro(bench.participant, 1);
   gyro.connect();
-  gyro.send_for(60.0);
+  gyro.send_for(30.0);
+  gyro.time_s += 60.0;
+  gyro.send_for(30.0);
   bench.await_report(1, gyro);
   gyro.rate_hz = 100.0;
   gyro.send_for(60.0);
   bench.await_report(1, gyro);
   bench.expect_once("interval_changed", "gyro 1: the sample interval is 0.01 s, was 0.02 s");
+  EXPECT_TRUE(eventually([&] {
+    return told(bench.events, "interval_refused", "neither the stream's then nor the time since");
+  })) << "before: of another interval than 0.01 s, which they had";
   for (const auto& [key, report] : bench.newest()) {
     EXPECT_NEAR(report.sample_interval_s(), 0.01, 1e-15);  // a mean of 32
     EXPECT_LE(report.samples(), 6000U);
@@ -503,6 +508,10 @@ TEST(AllanMonitor, AnotherRateBeginsTheStatisticsAnewAndATimeThatRestartsDoesNot
   gyro.send_for(60.0);
   bench.await_report(1, gyro);
   bench.expect_once("time_restarted", "gyro 1: sensor time began anew");
+  EXPECT_TRUE(eventually([&] {
+    return told(bench.events, "gap",
+                "2 gap(s) in the stream, 60.01 s missing in all, the longest 60 s");
+  })) << "before: half of the first, counted in samples of the new interval";
   for (const auto& [key, report] : bench.newest()) {
     EXPECT_GT(report.samples(), 11000U);
     EXPECT_EQ(report.gaps(), 1U);
