@@ -5,6 +5,9 @@
 // before, so that neither drift nor a late reference can pass for a sign. A change of the true rate
 // that the gyro shows with the opposite sign is a vote; three in a row, and none to the contrary,
 // are the verdict, and one right change takes it back; a rate that moves by itself is no answer.
+// A reference that is late by half a period of what the axis does all the time shows the opposite
+// of it, too: where the levels of the last while can be explained by some lateness and the right
+// sign, there is no verdict until something comes that can't be, such as a rest of another length.
 // Against the Earth's known rate: where the largest plausible drift is configured and smaller than
 // the Earth's rate on the axis, the mean of a minute at rest can be explained by one sign only. All
 // else is undecidable, and says nothing.
@@ -12,6 +15,7 @@
 // O(1) a sample, no allocation.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -52,28 +56,42 @@ class PolarityCheck {
     double known = 0.0;
     double squares = 0.0;  // of the rate's differences from block to block
     double newest = 0.0;
+    // Of these, the size of the largest but the newest one: a reference may be late by a block.
+    double largest = 0.0;
+    double newest_step = 0.0;
+    core::SensorTime begin{0};
     core::SensorTime end{0};
 
-    void carry(core::StateArchive& archive) { archive(blocks, rate, known, squares, newest, end); }
+    [[nodiscard]] double mean_rate() const { return rate / static_cast<double>(blocks); }
+    [[nodiscard]] double mean_known() const { return known / static_cast<double>(blocks); }
+    void carry(core::StateArchive& archive) {
+      archive(blocks, rate, known, squares, newest, largest, newest_step, begin, end);
+    }
   };
+  static constexpr std::size_t kLevelsKept = 8;
   struct Axis {
     std::uint64_t samples = 0;  // of the block, with sums of both
     double rate = 0.0;
     double known = 0.0;
     bool of_earth = false;
-    Level level{};   // the one that lasts
-    Level before{};  // the steady one before it; no blocks: none
+    Level level{};                          // the one that lasts
+    Level before{};                         // the steady one before it; no blocks: none
+    std::array<Level, kLevelsKept> past{};  // steady ones, newest first; no blocks: none
     std::uint64_t votes = 0;
     bool reversed = false;
 
     void carry(core::StateArchive& archive) {
-      archive(samples, rate, known, of_earth, level, before, votes, reversed);
+      archive(samples, rate, known, of_earth, level, before, past, votes, reversed);
     }
   };
   void close(Axis& axis, core::SensorTime now) noexcept;
   void judge_change(Axis& axis) noexcept;
   void judge_earth(Axis& axis) noexcept;
   void vote(Axis& axis, std::uint64_t needed) noexcept;
+  // `change`: of the true rate, by which differences count. `moves`: from block to block; where the
+  // rate does so by more, it has no level.
+  static bool may_be_late(const Axis& axis, double change) noexcept;
+  static bool is_explained(const Axis& axis, double late_s, double change, double moves) noexcept;
 
   double largest_drift_;
   core::PerAxis<Axis> axes_{};

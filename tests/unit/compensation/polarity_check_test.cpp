@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <vector>
 
 #include "common/compensation/compensator.h"
 #include "tests/unit/compensation/synthetic_gyro.h"
@@ -67,6 +68,64 @@ TEST(PolarityCheck, WhatElseCanDifferIsNoSign) {
   EXPECT_EQ(check_of([&](int t) { return 3.0 * known(t); }, known), 0U) << "scale";
   EXPECT_EQ(check_of([](int) { return -0.05; }, [](int) { return 0.05; }), 0U) << "constant";
   EXPECT_EQ(check_of([&](int) { return 0.05 * random.gaussian(); }, known), 0U) << "other";
+}
+
+// What a table does from a rest of so many seconds on: levels of so many seconds each, in a circle.
+Function table(int rest_s, std::vector<double> levels, int level_s) {
+  return [=](int t) {
+    if (t < rest_s) return 0.0;
+    return levels[static_cast<std::size_t>((t - rest_s) / level_s) % levels.size()];
+  };
+}
+
+// Rule: a reference that is late by half a period shows the opposite of what the axis does, and is
+// no sign; the axis moved before it, or nothing tells the two from each other.
+TEST(PolarityCheck, AReferenceThatIsLateByHalfAPeriodIsNoSign) {
+  Random random(11);
+  const std::vector<std::vector<double>> programs{
+      {0.05, -0.05}, {0.05, 0.0}, {0.05, 0.0, -0.05, 0.0}, {0.02, 0.05, -0.02, -0.05}};
+  for (const int rest_s : {0, 5, 10, 60, 900}) {
+    for (const int level_s : {5, 10, 30, 45}) {
+      for (std::size_t p = 0; p < programs.size(); ++p) {
+        const int late_s = level_s * static_cast<int>(programs[p].size()) / 2;
+        const Function known = table(rest_s + late_s, programs[p], level_s);
+        PolarityCheck check(kNoLimit);
+        feed(
+            check, 5000, [&](int t) { return known(t + late_s) + 1e-3 + 1e-4 * random.gaussian(); },
+            known);
+        EXPECT_EQ(check.found(), 0U) << rest_s << " s, then levels of " << level_s << " s of " << p;
+      }
+    }
+  }
+}
+
+// Rule: the opposite sign is found where the table began to turn behind a longer rest, or stands
+// still between, since no reference that is late shows that.
+TEST(PolarityCheck, ASignIsFoundWhereNoLatenessExplainsIt) {
+  const std::vector<std::vector<double>> programs{
+      {0.05, -0.05}, {0.05, 0.0}, {0.05, 0.0, -0.05, 0.0}, {0.02, 0.05, -0.02, -0.05}};
+  for (const int rest_s : {60, 900}) {
+    for (const int level_s : {5, 10, 30}) {
+      for (const auto& program : programs) {
+        const Function known = table(rest_s, program, level_s);
+        PolarityCheck check(kNoLimit);
+        feed(
+            check, rest_s + 6 * level_s, [&](int t) { return 1e-3 - known(t); }, known);
+        EXPECT_TRUE(check.is_reversed(Axis::kZ)) << rest_s << " s, then levels of " << level_s;
+      }
+    }
+  }
+  const Function swings = table(0, {0.05, -0.05}, 10);
+  const Function stops = [&](int t) { return t < 600 ? swings(t) : 0.0; };
+  PolarityCheck check(kNoLimit);
+  feed(
+      check, 600, [&](int t) { return -stops(t); }, stops);
+  EXPECT_FALSE(check.is_reversed(Axis::kZ)) << "may be late";
+  for (int t = 600; t < 620; ++t) {
+    check.add(Axis::kZ, -stops(t), stops(t), Source::kTrueRate);
+    check.close(core::from_seconds(t + 1.0));
+  }
+  EXPECT_TRUE(check.is_reversed(Axis::kZ)) << "stands still";
 }
 
 // Rule: the Earth decides where drift is known to be smaller than it, and only there.
