@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// A scheme of a comparison with a stopwatch.
 #pragma once
 
 #include <chrono>
@@ -10,7 +11,6 @@
 
 namespace zerodrift::evaluation {
 
-// A scheme with a stopwatch.
 class TimedScheme final : public regression::DriftScheme {
  public:
   explicit TimedScheme(std::unique_ptr<regression::DriftScheme> scheme)
