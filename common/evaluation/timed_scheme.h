@@ -7,7 +7,7 @@
 #include <span>
 #include <utility>
 
-#include "common/regression/drift_scheme.h"
+#include "common/comparison/compared_scheme.h"
 
 namespace zerodrift::evaluation {
 
