@@ -100,7 +100,7 @@ class AxisLearner {
 };
 
 // The layout of LearnerState::bytes; another number for every change of what a learner carries.
-inline constexpr std::uint32_t kLearnerLayout = 8;
+inline constexpr std::uint32_t kLearnerLayout = 9;
 
 // What a learner knows: what a checkpoint holds. What follows from the options alone is not in it.
 struct LearnerState {

@@ -20,10 +20,8 @@ constexpr double kOldestInLabels = 60.0;
 constexpr double kCovered = 0.95;
 constexpr double kLargestStep = 0.02;
 constexpr double kLargestLogFactor = 3.0;
-// Student's t of nu degrees of freedom over the normal quantile z is 1 + (z^2 + 1) / (4 nu) + ...
-// (Abramowitz and Stegun 26.7.5).
-constexpr double kStudentExcess = (1.96 * 1.96 + 1.0) / 4.0;
 constexpr double kSmallestSquares = 1e-300;
+constexpr double kMostLogAge = 50.0;  // of seconds, so that what a file says is a number
 constexpr double kShortestSpacingS = 1e-3;
 // The drift can't be known better than so many labels measure it.
 constexpr double kLabelsInAMean = 12.0;
@@ -42,6 +40,18 @@ double size_of(double error) {
 // An expert that has lost by more is ruled out as well, but its share is still a number to divide
 // by.
 constexpr double kMostNats = 300.0;
+
+// The 95 % quantile of Student's t of nu degrees of freedom over the normal one (Abramowitz and
+// Stegun 26.7.5), within 3 % from two on. Of a single error, which it wants to be thirteen times as
+// large for fear of how small it may be by chance, as much as of two.
+double student_factor(double nu) {
+  constexpr double kSquare = kNormalQuantile * kNormalQuantile;
+  constexpr double kFirst = (kSquare + 1.0) / 4.0;
+  constexpr double kSecond = ((5.0 * kSquare + 16.0) * kSquare + 3.0) / 96.0;
+  constexpr double kThird = (((3.0 * kSquare + 19.0) * kSquare + 17.0) * kSquare - 15.0) / 384.0;
+  const double by_one = 1.0 / std::max(nu, 2.0);
+  return 1.0 + by_one * (kFirst + by_one * (kSecond + by_one * kThird));
+}
 
 using Logs = std::array<double, kExperts>;
 
@@ -149,7 +159,7 @@ void ExpertStack::note_level(const StackLabel& label) {
   if (!forecast_.knows()) before = 0.0;
   const double step_s = label.time_s - forecast_.time_s;
   if (before > 0.0 && forecast_.spacing_s > 0.0 && step_s > kLongestStep * forecast_.spacing_s)
-    before = std::max(forecast_.variance_at(step_s), 0.0);
+    before = std::max(forecast_.intervals().variance_at(step_s), 0.0);
   const double own = 1.0 / label.variance;
   forecast_.level_variance =
       std::max(1.0 / (before > 0.0 ? own + 1.0 / before : own), label.variance / kLabelsInAMean);
@@ -180,16 +190,6 @@ double ExpertStack::evidence_step_s(std::size_t h, double since_last_s) const {
   return std::clamp(since_last_s, spacing_s, std::max(spacing_s, kHorizonsS[h]));
 }
 
-// How much of an error there is at a horizon that is shorter than its age, behind a pause: as much
-// as the logarithm of the age has from one label ahead on, which is more than a walk or a ramp has.
-// All of it as long as the next horizon was never judged, since the interval grows from here then.
-double ExpertStack::at_horizon(std::size_t h, double age_s) const {
-  const double ahead_s = spacing_of(forecast_);
-  if (h == 0 || age_s <= kHorizonsS[h] || kHorizonsS[h] <= ahead_s) return 1.0;
-  if (h + 1 == kHorizons || forecast_.horizons[h + 1].half_width < 0.0) return 1.0;
-  return std::log(kHorizonsS[h] / ahead_s) / std::log(age_s / ahead_s);
-}
-
 void ExpertStack::judge(std::size_t h, const Snapshot& made, const StackLabel& label,
                         const Basis& basis, const std::optional<SvrForecast>& by_svr) {
   Judged& judged = judged_[h];
@@ -209,20 +209,18 @@ void ExpertStack::judge(std::size_t h, const Snapshot& made, const StackLabel& l
     const double error = size_of(label.drift - (by_svr ? by_svr->drift : by_hold));
     judged.squares[kSvr] = kept * judged.squares[kSvr] + labels * error * error;
   }
-  // Of an error that the doubt of the temperature's effect makes room for, the interval's share.
-  const double room = kNormalQuantile * std::sqrt(made.doubt.variance_at(label.thermal));
-  const double share =
-      made.half_width > 0.0 ? made.half_width / std::hypot(made.half_width, room) : 1.0;
   const double age_s = label.time_s - made.mean.linear.time_s;
   if (h == 0 && age_s > kLongestStep * spacing_s) return;
-  const double own_error = at_horizon(h, age_s) * share *
-                           size_of(label.drift - made.mean.at(label.time_s, basis, by_svr));
-  note_error(h, label.time_s, own_error);
-  follow_misses(h, own_error, made.half_width);
+  // Of an error that the doubt of the temperature's effect makes room for, the interval's share.
+  const double stated = made.stated.half_width_at(age_s);
+  const double room = kNormalQuantile * std::sqrt(made.doubt.variance_at(label.thermal));
+  const double share = stated > 0.0 ? stated / std::hypot(stated, room) : 1.0;
+  const double own_error = share * size_of(label.drift - made.mean.at(label.time_s, basis, by_svr));
+  note_error(h, label.time_s, own_error, age_s);
+  if (made.stated.judged[h].half_width >= 0.0) follow_misses(h, own_error, stated);
 }
 
 void ExpertStack::follow_misses(std::size_t h, double error, double stated_half_width) {
-  if (stated_half_width < 0.0) return;
   const double step = kHorizonsS[h] > 0.0
                           ? std::min(kLargestStep, forecast_.spacing_s / kHorizonsS[h])
                           : kLargestStep;
@@ -237,8 +235,9 @@ double ExpertStack::error_room_s(std::size_t h) {
   return kMemoryHorizons * kHorizonsS[h] / static_cast<double>(kErrors);
 }
 
-void ExpertStack::note_error(std::size_t h, double time_s, double error) {
-  auto& [made, squares, count, noted_s, errors, sorted, independent, log_factor] = judged_[h];
+void ExpertStack::note_error(std::size_t h, double time_s, double error, double age_s) {
+  auto& [made, squares, count, noted_s, errors, sorted, independent, log_ages, log_factor] =
+      judged_[h];
   if (noted_s && time_s - *noted_s < error_room_s(h)) return;
   const bool overlaps = noted_s && time_s - *noted_s < kHorizonsS[h];
   const double own_part = overlaps ? (time_s - *noted_s) / kHorizonsS[h] : 1.0;
@@ -249,26 +248,33 @@ void ExpertStack::note_error(std::size_t h, double time_s, double error) {
   while (static_cast<double>(errors.size()) + 1.0 > most) {
     sorted.erase(std::lower_bound(sorted.begin(), sorted.end(), errors.front().size));
     independent -= errors.front().independent;
+    log_ages -= errors.front().log_age;
     errors.pop();
   }
-  errors.push_overwriting({error, own_part});
+  errors.push_overwriting({error, own_part, std::log(std::max(age_s, kShortestSpacingS))});
   independent += own_part;
+  log_ages += errors.back().log_age;
   sorted.insert(std::upper_bound(sorted.begin(), sorted.end(), error), error);
 }
 
 void ExpertStack::measure_width(std::size_t h) {
   const auto& sorted = judged_[h].sorted;
-  double& half_width = forecast_.horizons[h].half_width;
+  auto& [mean, half_width, judged_age_s, shares] = forecast_.horizons[h];
   half_width = -1.0;
   if (sorted.empty()) return;
   const auto n = static_cast<double>(sorted.size());
   const double rank = std::clamp(std::ceil(kCovered * (n + 1.0)) - 1.0, 0.0, n - 1.0);
   const double independent = std::max(1.0, judged_[h].independent);
-  half_width = sorted[static_cast<std::size_t>(rank)] * (1.0 + kStudentExcess / independent) *
+  half_width = sorted[static_cast<std::size_t>(rank)] * student_factor(independent) *
                std::exp(judged_[h].log_factor);
+  judged_age_s = std::exp(judged_[h].log_ages / n);
   // Where few errors of this age are known they may all be small: an older forecast is no better
   // than a newer one.
-  if (h > 0) half_width = std::max(half_width, forecast_.horizons[h - 1].half_width);
+  for (std::size_t i = 0; i < h; ++i) {
+    if (forecast_.horizons[i].half_width < 0.0) continue;
+    half_width = std::max(half_width, forecast_.horizons[i].half_width);
+    judged_age_s = std::max(judged_age_s, forecast_.horizons[i].judged_age_s);
+  }
 }
 
 Logs ExpertStack::log_likelihood(std::size_t h) const {
@@ -308,7 +314,7 @@ void ExpertStack::weigh() {
 }
 
 void ExpertStack::average(std::size_t h) {
-  auto& [mean, half_width, shares] = forecast_.horizons[h];
+  auto& [mean, half_width, judged_age_s, shares] = forecast_.horizons[h];
   mean = {.linear = {.time_s = forecast_.time_s}, .svr_share = shares[kSvr]};
   const double linear = std::max(1.0 - shares[kSvr], 1e-12);
   for (std::size_t k = 0; k < linear_; ++k)
@@ -330,7 +336,7 @@ void ExpertStack::keep(std::size_t h) {
   Snapshot& snapshot = made.keep(forecast_.time_s);
   for (std::size_t k = 0; k < linear_; ++k) snapshot.expert[k] = forecast(kLinearExperts[k]);
   snapshot.mean = forecast_.horizons[h].mean;
-  snapshot.half_width = forecast_.horizons[h].half_width;
+  snapshot.stated = forecast_.intervals();
   snapshot.doubt = forecast_.doubt;
 }
 
@@ -356,6 +362,7 @@ void ExpertStack::reset() noexcept {
     judged.errors.clear();
     judged.sorted.clear();
     judged.independent = 0.0;
+    judged.log_ages = 0.0;
     judged.log_factor = 0.0;
   }
   forecast_ = {};
@@ -377,16 +384,21 @@ void ExpertStack::carry(core::StateArchive& archive) {
       archive.sums(square);
       archive.require(square >= 0.0);
     }
-    archive(judged.count, judged.noted_s, judged.errors, judged.independent, judged.log_factor);
+    archive(judged.count, judged.noted_s, judged.errors, judged.independent, judged.log_ages,
+            judged.log_factor);
     archive.require(judged.count >= 0.0 && std::abs(judged.log_factor) <= kLargestLogFactor);
-    for (std::size_t i = 0; i < judged.errors.size(); ++i)
+    archive.require(std::abs(judged.log_ages) <= kMostLogAge * kErrors);
+    for (std::size_t i = 0; i < judged.errors.size(); ++i) {
       archive.require(judged.errors[i].size >= 0.0);
+      archive.require(std::abs(judged.errors[i].log_age) <= kMostLogAge);
+    }
   }
   if (!archive.reads() || !archive.ok()) return;
   for (std::size_t h = 0; h < kHorizons; ++h) {
-    auto& [made, squares, count, noted_s, errors, sorted, independent, log_factor] = judged_[h];
+    auto& sorted = judged_[h].sorted;
     sorted.clear();
-    for (std::size_t i = 0; i < errors.size(); ++i) sorted.push_back(errors[i].size);
+    for (std::size_t i = 0; i < judged_[h].errors.size(); ++i)
+      sorted.push_back(judged_[h].errors[i].size);
     std::sort(sorted.begin(), sorted.end());
     measure_width(h);
   }

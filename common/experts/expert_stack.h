@@ -24,10 +24,10 @@
 // The interval of a horizon is the 95 % quantile of the stack's own errors at it, less what the
 // doubt of the temperature's effect makes room for (StackForecast::doubt), over the last eight
 // horizons, wider by as much as Student's t is where few of them are independent: as many as there
-// are horizons between them, two stops' two. Of an error behind a pause that is older than the
-// horizon it has the part that lies between one label ahead and there. All that times a
-// factor that follows the share of labels which the intervals as they were stated missed (adaptive
-// conformal inference: Gibbs & Candes, NeurIPS 2021):
+// are horizons between them, two stops' two. It stands at the mean age that the forecasts had,
+// which behind a pause is more than the horizon (StatedIntervals). All that times a factor that
+// follows the share of labels which the intervals as they were stated missed (adaptive conformal
+// inference: Gibbs & Candes, NeurIPS 2021):
 //   ln factor += step (missed - 0.05),  step = dt / h, at most 0.02
 // so that a horizon's worth of misses, which are one, weighs as one. Whatever the errors' law, the
 // share of misses over n horizons is then within |change of ln factor| / n of 5 %.
@@ -46,6 +46,7 @@
 #include "common/experts/linear_forecast.h"
 #include "common/experts/past_forecasts.h"
 #include "common/experts/stack_forecast.h"
+#include "common/experts/stated_intervals.h"
 
 namespace zerodrift::experts {
 
@@ -117,19 +118,20 @@ class ExpertStack {
   struct Snapshot {
     std::vector<LinearForecast> expert;  // the linear ones
     StackMean mean{};
-    double half_width = -1.0;  // as it was stated
+    StatedIntervals stated{};
     ThermalDoubt doubt{};
 
     void carry(core::StateArchive& archive) {
       for (LinearForecast& one : expert) archive(one);
-      archive(mean, half_width, doubt);
+      archive(mean, stated, doubt);
     }
   };
   struct Error {
     double size = 0.0;
     double independent = 0.0;  // how much of it doesn't overlap with the one before
+    double log_age = 0.0;      // of the forecast, in s
 
-    void carry(core::StateArchive& archive) { archive(size, independent); }
+    void carry(core::StateArchive& archive) { archive(size, independent, log_age); }
   };
   struct Judged {
     Judged(double horizon_s, std::size_t linear)
@@ -144,16 +146,16 @@ class ExpertStack {
     core::RingBuffer<Error> errors{kErrors};  // the stack's own, as they came
     std::vector<double> sorted{};             // their sizes
     double independent = 0.0;                 // of them
+    double log_ages = 0.0;                    // of them, the sum
     double log_factor = 0.0;                  // of the interval's width
   };
   [[nodiscard]] bool is_of_horizon(std::size_t h, double age_s) const;
   void note_level(const StackLabel& label);
   void note_doubt();
   [[nodiscard]] double evidence_step_s(std::size_t h, double since_last_s) const;
-  [[nodiscard]] double at_horizon(std::size_t h, double age_s) const;
   void judge(std::size_t h, const Snapshot& made, const StackLabel& label, const Basis& basis,
              const std::optional<SvrForecast>& by_svr);
-  void note_error(std::size_t h, double time_s, double error);
+  void note_error(std::size_t h, double time_s, double error, double age_s);
   void follow_misses(std::size_t h, double error, double stated_half_width);
   [[nodiscard]] static double error_room_s(std::size_t h);
   void measure_width(std::size_t h);

@@ -9,7 +9,6 @@ namespace {
 
 constexpr double kInterpolationOdds = 20.0;
 constexpr double kSvrBesideCubic = 0.5;
-constexpr double kSmallestWidth = 1e-100;  // a number to take the logarithm of
 
 // What goes from the mean of all to that of the maps, so that these have kInterpolationOdds times
 // their odds.
@@ -45,28 +44,15 @@ StackForecast::Between StackForecast::between(double age_s) const noexcept {
   return {h - 1, h, std::clamp(share, 0.0, 1.0)};
 }
 
-// Between two horizons that were judged a power of the age: an error whose variance is a sum of
-// such powers, as of noise, walk and ramp, is no larger, since the logarithm of the sum is convex
-// in that of the age.
-double StackForecast::half_width(double age_s, const Between& at) const noexcept {
-  const auto is_judged = [&](std::size_t h) { return horizons[h].half_width >= 0.0; };
-  std::size_t lower = at.lower;
-  std::size_t upper = at.upper;
-  while (lower > 0 && !is_judged(lower)) --lower;
-  while (upper + 1 < kHorizons && !is_judged(upper)) ++upper;
-  if (is_judged(lower) && is_judged(upper)) {
-    if (lower == upper) return horizons[lower].half_width;
-    const double least = std::max(kNormalQuantile * std::sqrt(level_variance), kSmallestWidth);
-    const auto logarithm = [&](std::size_t h) {
-      return std::log(std::max(horizons[h].half_width, least));
-    };
-    const double share = std::log(age_s / age_of(lower)) / std::log(age_of(upper) / age_of(lower));
-    return std::exp(std::lerp(logarithm(lower), logarithm(upper), std::min(share, 1.0)));
+StatedIntervals StackForecast::intervals() const noexcept {
+  StatedIntervals out;
+  out.label_variance = label_variance;
+  out.level_variance = level_variance;
+  for (std::size_t h = 0; h < kHorizons; ++h) {
+    const double judged_s = horizons[h].judged_age_s;
+    out.judged[h] = {horizons[h].half_width, judged_s > 0.0 ? judged_s : age_of(h)};
   }
-  for (std::size_t h = at.upper + 1; h-- > 0;) {
-    if (is_judged(h)) return horizons[h].half_width * std::max(1.0, age_s / age_of(h));
-  }
-  return -1.0;
+  return out;
 }
 
 StackForecast::Prediction StackForecast::predict(
@@ -83,7 +69,7 @@ StackForecast::Prediction StackForecast::predict(
   Prediction made;
   made.drift = (1.0 - at.share) * a.mean.at(until_s, basis, by_svr) +
                at.share * b.mean.at(until_s, basis, by_svr);
-  made.variance = variance_at(age_s);
+  made.variance = intervals().variance_at(age_s);
   if (made.variance >= 0.0) made.variance += doubt.variance_at(thermal);
   made.was_judged = a.half_width >= 0.0 && b.half_width >= 0.0 && age_s <= age_of(at.upper);
   return made;
@@ -98,30 +84,6 @@ double StackForecast::held_variance(const ThermalState& from,
   from_there.temperature = from.temperature;
   from_there.rate = from.rate;
   return changed * changed + from_there.variance_at(to);
-}
-
-double StackForecast::variance_at(double age_s) const noexcept {
-  const Between at = between(age_s);
-  const double width = half_width(age_s, at) / kNormalQuantile;
-  if (width < 0.0) return -1.0;
-  const bool are_judged =
-      horizons[at.lower].half_width >= 0.0 && horizons[at.upper].half_width >= 0.0;
-  const bool is_beyond = are_judged && age_s > age_of(at.upper);
-  return of_drift(width) * (is_beyond ? growth_until(age_s, at) : 1.0);
-}
-
-double StackForecast::of_drift(double width) const noexcept {
-  return std::max(width * width - label_variance, level_variance);
-}
-
-// Older than any age that was judged an error goes on as it grew up to there: not at all of a map
-// that holds, with the square of the time in a drift that goes on steadily.
-double StackForecast::growth_until(double age_s, const Between& at) const noexcept {
-  constexpr double kSteady = 2.0;
-  const double grew = of_drift(horizons[at.upper].half_width / kNormalQuantile) /
-                      of_drift(horizons[at.lower].half_width / kNormalQuantile);
-  const double power = std::log(grew) / std::log(age_of(at.upper) / age_of(at.lower));
-  return std::pow(age_s / age_of(at.upper), std::clamp(power, 0.0, kSteady));
 }
 
 std::array<double, kExperts> StackForecast::shares(

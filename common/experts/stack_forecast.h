@@ -10,14 +10,10 @@
 
 #include "common/experts/expert.h"
 #include "common/experts/linear_forecast.h"
+#include "common/experts/stated_intervals.h"
 #include "common/experts/thermal_basis.h"
 
 namespace zerodrift::experts {
-
-// Ages of the newest label at which experts are judged, s; the first is one label ahead.
-inline constexpr std::array<double, 5> kHorizonsS{0.0, 60.0, 300.0, 900.0, 3600.0};
-inline constexpr std::size_t kHorizons = kHorizonsS.size();
-inline constexpr double kNormalQuantile = 1.959963984540054;  // of 95 %, two-sided
 
 // What the online SVR says of an instant.
 struct SvrForecast {
@@ -75,7 +71,8 @@ struct ThermalDoubt {
 struct StackForecast {
   struct Horizon {
     StackMean mean{};
-    double half_width = -1.0;  // holds 95 % of the errors at labels; negative: never judged
+    double half_width = -1.0;   // holds 95 % of the errors at labels; negative: never judged
+    double judged_age_s = 0.0;  // of the forecasts that were judged, in the mean; 0: the horizon's
     std::array<double, kExperts> shares{};  // of the experts; they sum to 1
   };
   struct Prediction {
@@ -86,11 +83,9 @@ struct StackForecast {
 
   [[nodiscard]] bool knows() const noexcept { return label_variance > 0.0; }
   // At a time from the newest label's on; one before it is of unknown age: the longest horizon's.
-  // `by_svr`: what the online SVR says of that time. Between two ages that were judged the interval
-  // goes as a power of the age; behind the longest one it grows in proportion, and beyond all
-  // horizons as it grew between the last two. How far the temperature is from that of the newest
-  // label, by what isn't known of its effect, comes on top; the errors that were judged are without
-  // it. O(terms), no allocation.
+  // `by_svr`: what the online SVR says of that time. How far the temperature is from that of the
+  // newest label, by what isn't known of its effect, comes on top of the intervals; the errors that
+  // were judged are without it. O(terms), no allocation.
   [[nodiscard]] Prediction predict(double now_s, const ThermalState& thermal,
                                    const std::optional<SvrForecast>& by_svr = {}) const noexcept;
   // Of a level that is held from one thermal state to another: the square of how much the drift
@@ -98,8 +93,7 @@ struct StackForecast {
   // that. The level itself need not be known. O(terms), no allocation.
   [[nodiscard]] double held_variance(const ThermalState& from,
                                      const ThermalState& to) const noexcept;
-  // Of the drift at an age of the newest label; negative: unknown.
-  [[nodiscard]] double variance_at(double age_s) const noexcept;
+  [[nodiscard]] StatedIntervals intervals() const noexcept;
   // Shares of the experts at an age of the newest label, where the SVR says that; they sum to 1.
   [[nodiscard]] std::array<double, kExperts> shares(
       double age_s, const std::optional<SvrForecast>& by_svr = {}) const noexcept;
@@ -124,10 +118,6 @@ struct StackForecast {
   };
   [[nodiscard]] double age_of(std::size_t h) const noexcept;
   [[nodiscard]] Between between(double age_s) const noexcept;
-  [[nodiscard]] double half_width(double age_s, const Between& at) const noexcept;
-  // Of the drift, where a label's error has this standard deviation.
-  [[nodiscard]] double of_drift(double width) const noexcept;
-  [[nodiscard]] double growth_until(double age_s, const Between& at) const noexcept;
 };
 
 }  // namespace zerodrift::experts
