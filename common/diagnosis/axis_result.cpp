@@ -10,6 +10,8 @@
 #include "common/diagnosis/curves.h"
 #include "common/diagnosis/disagreement.h"
 #include "common/diagnosis/gap.h"
+#include "common/diagnosis/known_effects.h"
+#include "common/diagnosis/noise_and_bias.h"
 #include "common/diagnosis/rounded_text.h"
 #include "common/diagnosis/stochastic_effects.h"
 #include "common/diagnosis/verdict.h"
@@ -51,11 +53,16 @@ bool tells(const std::optional<UnknownEffect>& refuted, bool an_input_moves,
   return !is_of_rounding(refuted->rms_radps, faults);
 }
 
-void copy_repaired(const twin::Model& from, std::size_t given, twin::Model& to, core::Axis axis) {
-  std::erase_if(to.effects, [axis](const twin::EffectSpec& e) { return e.axis == axis; });
-  for (std::size_t i = 0; i < from.effects.size(); ++i) {
-    const twin::EffectSpec& effect = from.effects[i];
-    if (effect.axis == axis && (i < given || !happens_once(effect))) to.effects.push_back(effect);
+void hand_over(Trial& trial, const TrialInput& input, twin::Model& repaired) {
+  const core::Axis axis = input.axis;
+  keep_what_stands(trial.recalibrated, trial.repaired, axis);
+  complete_error_of_bias(trial, input);
+  const std::vector<twin::EffectSpec>& effects = trial.repaired.effects;
+  const std::size_t given = input.model.effects.size();
+  std::erase_if(repaired.effects, [axis](const twin::EffectSpec& e) { return e.axis == axis; });
+  for (std::size_t i = 0; i < effects.size(); ++i) {
+    if (effects[i].axis == axis && (i < given || !happens_once(effects[i])))
+      repaired.effects.push_back(effects[i]);
   }
 }
 

@@ -26,9 +26,10 @@ namespace zerodrift::diagnosis {
 [[nodiscard]] bool tells(const std::optional<UnknownEffect>& refuted, bool an_input_moves,
                          const RecordFaults& faults);
 
-// An axis's own part of one model into another, less the events that were added to the first
-// `given` effects: no repaired model says that they happen again.
-void copy_repaired(const twin::Model& from, std::size_t given, twin::Model& to, core::Axis axis);
+// An axis's own part of the model of a trial that stands into the repaired one, less the events
+// that were added to those of the model as it was given: no repaired model says that they happen
+// again. What the trial tells of new parameters is what that model has.
+void hand_over(Trial& trial, const TrialInput& input, twin::Model& repaired);
 
 // Noise and events that were found beside an unknown effect describe what that leaves.
 void take(AxisDiagnosis& result, const Trial& trial, const RecordFaults& faults);

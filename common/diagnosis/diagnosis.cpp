@@ -81,10 +81,9 @@ class AxisExamination {
     result.held_out_kind = split.kind;
     result.acceptance = judged.acceptance;
     result.held_out = held_out.gap;
-    if (adopted) copy_repaired(judged.trial.repaired, model_.effects.size(), repaired, axis_);
     judged.trial.recalibrated =
         merged(calibrated.calibration.trial.recalibrated, judged.trial.recalibrated);
-    if (adopted) keep_what_stands(judged.trial.recalibrated, final_model, axis_);
+    if (adopted) hand_over(judged.trial, beside(model_, split, {}), repaired);
     take(result, judged.trial, faults);
     const bool moves = an_input_moves(series_, playback_, axis_);
     if (!result.unknown && tells(not_what_it_looks_like, moves, faults)) {

@@ -23,7 +23,12 @@ void take_noise(Trial& trial, const TrialInput& input, const NoiseFindings& nois
 void keep_mean(Trial& trial, const TrialInput& input);
 
 // The bias takes up the mean that the repaired model's drift leaves where it is more than the
-// trial's slow noise makes of a mean, or where the model has no bias to speak of yet.
+// trial's slow noise makes of a mean, or where the model has no bias to speak of yet. Its standard
+// error is that of the mean, as if the rest of the drift were known.
 void recalibrate_bias(Trial& trial, const TrialInput& input);
+
+// Of a trial that stands in the end: the standard error of a bias that it fitted, in the model and
+// as it is told, gets what the errors of the other coefficients carry into it.
+void complete_error_of_bias(Trial& trial, const TrialInput& input);
 
 }  // namespace zerodrift::diagnosis

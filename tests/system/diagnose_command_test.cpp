@@ -359,6 +359,9 @@ TEST_F(Calibrate, AFirstModelHasTheRecordsCoefficientsAndNothingIsMissingOnAnoth
   const double error = model.effects[1].standard_errors.at("coefficient_deg_h_min_per_degc");
   EXPECT_GT(error, 0.0005);
   EXPECT_LT(error, 0.002);
+  const double error_of_bias = model.effects[0].standard_errors.at("bias_deg_h");
+  EXPECT_GT(error_of_bias, 0.0005);
+  EXPECT_LT(error_of_bias, 0.002);
   const Finished after = run(unseen, {"--json", path("d.json")});
   ASSERT_EQ(after.exit_code, 0) << after.err;
   EXPECT_EQ(json("d.json").at("verdict"), "consistent") << after.out;

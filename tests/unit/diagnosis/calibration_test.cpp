@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/diagnosis/axis_result.h"
 #include "common/diagnosis/diagnosis.h"
 #include "common/diagnosis/known_effects.h"
 #include "common/diagnosis/playback.h"
@@ -92,6 +93,61 @@ TEST(CalibrationLaws, APowerStaysWhereAHigherOneDoes) {
     EXPECT_NE(found[powers[0]], 0.0) << seed;
     for (std::size_t i = 1; i < powers.size(); ++i) EXPECT_EQ(found[powers[i]], 0.0) << seed;
   }
+}
+
+// Law: the bias states what it scatters by: here as much by the slope's error, as the record is
+// warmer than the temperature that the slope is counted from, as by the noise of the mean. Before:
+// 11 times that were told, and nothing was in the model. The rms of twelve normal numbers is within
+// .43 and 1.66 but for two times in a thousand.
+TEST(CalibrationLaws, ABiasStatesWhatItScattersBy) {
+  constexpr int kRecords = 12;
+  twin::Model truth = test::lab_model();
+  std::erase_if(truth.effects, [](const twin::EffectSpec& effect) {
+    return effect.kind == "shupe" || effect.kind == "bias_instability" ||
+           effect.kind == "rate_random_walk";
+  });
+  const double bias_deg_h = effect_in(truth, "bias").parameters.at("bias_deg_h");
+  const twin::Model given = kinds_of(truth);
+  double squares = 0.0;
+  for (int i = 0; i < kRecords; ++i) {
+    const MeasuredSeries record =
+        test::simulated(truth, test::chamber_profile(), 500U + static_cast<std::uint64_t>(i));
+    const Playback playback(record);
+    const TrialInput input{given, record, playback, kX, record.valid[0], kOptions};
+    Trial trial = calibrate(input, Lags::kAtDefault).trial;
+    twin::Model repaired;
+    hand_over(trial, input, repaired);
+    const twin::EffectSpec& bias = effect_in(repaired, "bias");
+    ASSERT_TRUE(bias.standard_errors.contains("bias_deg_h")) << i;
+    const double error = bias.standard_errors.at("bias_deg_h");
+    const auto told = std::find_if(trial.recalibrated.begin(), trial.recalibrated.end(),
+                                   [](const auto& change) { return change.name == "bias"; });
+    ASSERT_NE(told, trial.recalibrated.end());
+    EXPECT_EQ(told->standard_error, error);
+    squares += std::pow((bias.parameters.at("bias_deg_h") - bias_deg_h) / error, 2.0);
+  }
+  const double rms = std::sqrt(squares / kRecords);
+  EXPECT_GT(rms, 0.43);
+  EXPECT_LT(rms, 1.66);
+}
+
+// Law: a bias that was moved and not fitted is as uncertain as the model says.
+TEST(CalibrationLaws, ABiasThatWasNotFittedKeepsItsError) {
+  constexpr double kStated = 0.02;
+  twin::Model truth = test::lab_model();
+  for (twin::EffectSpec& effect : truth.effects) {
+    if (effect.kind == "bias") effect.standard_errors = {{"bias_deg_h", kStated}};
+  }
+  const MeasuredSeries record = test::simulated(truth, test::chamber_profile(), 500);
+  const Playback playback(record);
+  const TrialInput input{truth, record, playback, kX, record.valid[0], kOptions};
+  Trial trial{.repaired = truth};
+  trial.noise_dct_variances.assign(record.size, 1.0);
+  trial.recalibrated = {shift_bias(trial.repaired, kX, 1e-8)};
+  twin::Model repaired;
+  hand_over(trial, input, repaired);
+  EXPECT_EQ(effect_in(repaired, "bias").standard_errors.at("bias_deg_h"), kStated);
+  EXPECT_EQ(trial.recalibrated.front().standard_error, kStated);
 }
 
 // Within five of its own standard errors.
