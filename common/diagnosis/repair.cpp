@@ -54,9 +54,20 @@ std::optional<WeightedResidual> weighted_residual(const SearchProblem& problem,
   return residual;
 }
 
-// Whether coefficients come from this very record: they leave the rest of their forms in it.
-bool is_fitted_here(const TrialInput& input) {
-  return !input.calibrated.empty() || lists_without_coefficients(input.model, input.axis);
+// Whether a course over the temperature comes from this very record, a polynomial or a formula
+// that somebody wrote: it leaves the rest of its form in it. An effect of one size leaves none that
+// one with a stated size would not.
+bool has_course_from_here(const TrialInput& input) {
+  for (std::size_t i = 0; i < input.model.effects.size(); ++i) {
+    const twin::EffectSpec& spec = input.model.effects[i];
+    const twin::DefinitionPtr definition = twin::definition_of(spec);
+    if (spec.axis != input.axis || definition == nullptr || !is_waveform(*definition)) continue;
+    const bool is_from_here =
+        spec.parameters.empty() || std::find(input.calibrated.begin(), input.calibrated.end(), i) !=
+                                       input.calibrated.end();
+    if (is_from_here && (definition->search.has_powers || !spec.formula.empty())) return true;
+  }
+  return false;
 }
 
 Lineup line_up(const twin::Model& model, const TrialInput& input, const SearchProblem& problem,
@@ -72,7 +83,7 @@ Lineup line_up(const twin::Model& model, const TrialInput& input, const SearchPr
   for (Candidate& candidate : found.testable) {
     const bool refuted = std::find(input.refuted.begin(), input.refuted.end(),
                                    label_of(*candidate.definition)) != input.refuted.end();
-    const bool may_be_a_rest = candidate.definition->search.happens_once && is_fitted_here(input);
+    const bool may_be_a_rest = candidate.definition->search.happens_once && has_course_from_here(input);
     if (!refuted && !may_be_a_rest) lineup.add(std::move(candidate));
   }
   lineup.generic = std::move(generic);
