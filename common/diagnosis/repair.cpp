@@ -63,8 +63,8 @@ bool has_course_from_here(const TrialInput& input) {
     const twin::DefinitionPtr definition = twin::definition_of(spec);
     if (spec.axis != input.axis || definition == nullptr || !is_waveform(*definition)) continue;
     const bool is_from_here =
-        spec.parameters.empty() || std::find(input.calibrated.begin(), input.calibrated.end(), i) !=
-                                       input.calibrated.end();
+        spec.parameters.empty() ||
+        std::find(input.calibrated.begin(), input.calibrated.end(), i) != input.calibrated.end();
     if (is_from_here && (definition->search.has_powers || !spec.formula.empty())) return true;
   }
   return false;
@@ -83,7 +83,8 @@ Lineup line_up(const twin::Model& model, const TrialInput& input, const SearchPr
   for (Candidate& candidate : found.testable) {
     const bool refuted = std::find(input.refuted.begin(), input.refuted.end(),
                                    label_of(*candidate.definition)) != input.refuted.end();
-    const bool may_be_a_rest = candidate.definition->search.happens_once && has_course_from_here(input);
+    const bool may_be_a_rest =
+        candidate.definition->search.happens_once && has_course_from_here(input);
     if (!refuted && !may_be_a_rest) lineup.add(std::move(candidate));
   }
   lineup.generic = std::move(generic);
