@@ -495,9 +495,6 @@ TEST(AllanMonitor, AnotherRateBeginsTheStatisticsAnewAndATimeThatRestartsDoesNot
   gyro.send_for(60.0);
   bench.await_report(1, gyro);
   bench.expect_once("interval_changed", "gyro 1: the sample interval is 0.01 s, was 0.02 s");
-  EXPECT_TRUE(eventually([&] {
-    return told(bench.events, "interval_refused", "neither the stream's then nor the time since");
-  })) << "before: of another interval than 0.01 s, which they had";
   for (const auto& [key, report] : bench.newest()) {
     EXPECT_NEAR(report.sample_interval_s(), 0.01, 1e-15);  // a mean of 32
     EXPECT_LE(report.samples(), 6000U);
